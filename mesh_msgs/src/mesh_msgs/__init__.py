@@ -1,0 +1,1 @@
+"""Annotated triangle meshes in ROS: messages, arrays, validation."""
