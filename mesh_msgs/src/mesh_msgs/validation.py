@@ -1,0 +1,85 @@
+"""Checks of received messages: one function for each message type, named as the type in snake_case.
+
+Each returns a list of findings, empty for a valid message. A finding has a rule (a stable name),
+says what is wrong, where first and how often, and what to do; str(finding) is the sentence to log:
+
+    findings = validation.mesh_vertex_costs_stamped(message, vertex_count=len(vertices), uuid=uuid)
+    if findings:
+        rospy.logwarn("costs ignored: %s", findings[0])
+
+Messages of the generated classes and those of mesh_msgs.arrays are both accepted; the latter take
+a few milliseconds for a million vertices.
+
+    vertex_count, face_count: sizes of the mesh at hand; None while they are not known.
+    uuid: the UUID of the mesh at hand; None accepts any.
+
+Floats are checked after narrowing to float32, which is what is drawn and planned with: 1e60 is
+refused. Degenerate, duplicate and flipped faces are no findings, nor are normals of any length.
+Of costs, NaN (unknown) and +inf (lethal) are legal.
+"""
+
+from mesh_msgs._checks import Finding
+from mesh_msgs._cluster_checks import (
+    mesh_face_cluster,
+    mesh_face_cluster_stamped,
+    mesh_material,
+    mesh_materials,
+    mesh_materials_stamped,
+    mesh_texture,
+    mesh_vertex_costs_sparse,
+    mesh_vertex_costs_sparse_stamped,
+    mesh_vertex_tex_coords,
+)
+from mesh_msgs._feature_checks import (
+    feature,
+    mesh_features,
+    triangle_mesh,
+    triangle_mesh_stamped,
+    vector_field,
+    vector_field_stamped,
+)
+from mesh_msgs._geometry_checks import (
+    check_colors,
+    check_costs,
+    check_geometry,
+    mesh_face_costs,
+    mesh_face_costs_stamped,
+    mesh_geometry,
+    mesh_geometry_stamped,
+    mesh_triangle_indices,
+    mesh_vertex_colors,
+    mesh_vertex_colors_stamped,
+    mesh_vertex_costs,
+    mesh_vertex_costs_stamped,
+)
+
+__all__ = [
+    "Finding",
+    "check_colors",
+    "check_costs",
+    "check_geometry",
+    "feature",
+    "mesh_face_cluster",
+    "mesh_face_cluster_stamped",
+    "mesh_face_costs",
+    "mesh_face_costs_stamped",
+    "mesh_features",
+    "mesh_geometry",
+    "mesh_geometry_stamped",
+    "mesh_material",
+    "mesh_materials",
+    "mesh_materials_stamped",
+    "mesh_texture",
+    "mesh_triangle_indices",
+    "mesh_vertex_colors",
+    "mesh_vertex_colors_stamped",
+    "mesh_vertex_costs",
+    "mesh_vertex_costs_sparse",
+    "mesh_vertex_costs_sparse_stamped",
+    "mesh_vertex_costs_stamped",
+    "mesh_vertex_tex_coords",
+    "triangle_mesh",
+    "triangle_mesh_stamped",
+    "vector_field",
+    "vector_field_stamped",
+]
