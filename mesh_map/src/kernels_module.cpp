@@ -1,0 +1,239 @@
+// mesh_map._kernels: the kernels of mesh_map_core for Python. Private: the public, typed classes
+// are in the modules of mesh_map that import it. Arrays are checked here, once (ValueError), and
+// the GIL is released while a kernel runs.
+
+#include <mesh_map/closest_point.h>
+#include <mesh_map/dijkstra.h>
+#include <mesh_map/height_difference.h>
+#include <mesh_map/normals.h>
+#include <mesh_map/topology.h>
+
+#include <atomic>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "array_checks.h"
+
+namespace mesh_map {
+namespace {
+
+using Array = const py::array&;
+
+py::dict topology(Array faces, std::size_t vertex_count, unsigned threads)
+{
+  const auto face_view = view<std::uint32_t>(faces, "faces", {ANY, 3});
+  Topology result;
+  {
+    const py::gil_scoped_release release;
+    result = buildTopology(face_view, vertex_count, threads);
+  }
+  py::dict arrays;
+  arrays["component_count"] = result.component_count;
+  arrays["edges"] = toRows(std::move(result.edges), 2);
+  arrays["face_edges"] = toRows(std::move(result.face_edges), 3);
+  arrays["edge_face_counts"] = toArray(std::move(result.edge_face_counts));
+  arrays["edge_flags"] = toArray(std::move(result.edge_flags));
+  arrays["face_flags"] = toArray(std::move(result.face_flags));
+  arrays["vertex_flags"] = toArray(std::move(result.vertex_flags));
+  arrays["neighbor_offsets"] = toArray(std::move(result.neighbor_offsets));
+  arrays["neighbors"] = toArray(std::move(result.neighbors));
+  arrays["neighbor_edges"] = toArray(std::move(result.neighbor_edges));
+  arrays["vertex_face_offsets"] = toArray(std::move(result.vertex_face_offsets));
+  arrays["vertex_faces"] = toArray(std::move(result.vertex_faces));
+  arrays["components"] = toArray(std::move(result.components));
+  return arrays;
+}
+
+py::array computeEdgeLengths(Array vertices, Array edges, unsigned threads)
+{
+  const auto positions = view<float>(vertices, "vertices", {ANY, 3});
+  const auto edge_view = view<std::uint32_t>(edges, "edges", {ANY, 2});
+  checkIndices(edge_view, static_cast<std::size_t>(vertices.shape(0)), "edges");
+  std::vector<float> lengths;
+  {
+    const py::gil_scoped_release release;
+    lengths = edgeLengths(positions, edge_view, threads);
+  }
+  return toArray(std::move(lengths));
+}
+
+py::tuple computeFaceNormals(Array vertices, Array faces, unsigned threads)
+{
+  const MeshView mesh = meshView(vertices, faces);
+  std::vector<float> normals;
+  std::vector<std::uint8_t> without_area;
+  {
+    const py::gil_scoped_release release;
+    normals = faceNormals(mesh, threads);
+    without_area = facesWithoutArea(mesh, threads);
+  }
+  return py::make_tuple(toRows(std::move(normals), 3), toArray(std::move(without_area)));
+}
+
+py::array computeVertexNormals(Array face_normals, Array offsets, Array vertex_faces, Array ignored,
+                               unsigned threads)
+{
+  const auto normals = view<float>(face_normals, "face_normals", {ANY, 3});
+  const py::ssize_t face_count = face_normals.shape(0);
+  const auto ignored_view = view<std::uint8_t>(ignored, "ignored", {face_count});
+  const RowsView rows =
+      rowsView(offsets, vertex_faces, static_cast<std::size_t>(face_count), "vertex_faces");
+  std::vector<float> result;
+  {
+    const py::gil_scoped_release release;
+    result = vertexNormals(normals, rows, ignored_view, threads);
+  }
+  return toRows(std::move(result), 3);
+}
+
+py::array computeHeightDifference(Array vertices, Array offsets, Array neighbors, double radius,
+                                  unsigned threads)
+{
+  const auto positions = view<float>(vertices, "vertices", {ANY, 3});
+  const auto vertex_count = static_cast<std::size_t>(vertices.shape(0));
+  const RowsView rows = rowsView(offsets, neighbors, vertex_count, "neighbors");
+  requireValue(rows.rowCount() == vertex_count, "offsets need one row per vertex");
+  requireValue(radius > 0.0, "the radius has to be above 0");
+  std::vector<float> result;
+  {
+    const py::gil_scoped_release release;
+    result = heightDifference(positions, rows, radius, threads);
+  }
+  return toArray(std::move(result));
+}
+
+py::tuple findClosestPoints(Array vertices, Array faces, Array points, double max_distance,
+                            unsigned threads)
+{
+  const MeshView mesh = meshView(vertices, faces);
+  const auto queries = view<double>(points, "points", {ANY, 3});
+  requireValue(max_distance >= 0.0, "the maximum distance has to be 0 or more");
+  std::vector<SurfaceHit> hits;
+  {
+    const py::gil_scoped_release release;
+    hits = closestPoints(mesh, queries, max_distance, threads);
+  }
+  std::vector<std::uint32_t> hit_faces;
+  std::vector<double> barycentric, positions, distances;
+  for (const SurfaceHit& hit : hits) {
+    hit_faces.push_back(hit.face);
+    barycentric.insert(barycentric.end(), hit.barycentric.begin(), hit.barycentric.end());
+    positions.insert(positions.end(), hit.position.begin(), hit.position.end());
+    distances.push_back(hit.distance);
+  }
+  return py::make_tuple(toArray(std::move(hit_faces)), toRows(std::move(barycentric), 3),
+                        toRows(std::move(positions), 3), toArray(std::move(distances)));
+}
+
+py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double max_distance)
+{
+  const auto positions = view<float>(vertices, "vertices", {ANY, 3});
+  const auto eligible_view = view<std::uint8_t>(eligible, "eligible", {vertices.shape(0)});
+  const auto query = view<double>(point, "point", {3});
+  requireValue(max_distance >= 0.0, "the maximum distance has to be 0 or more");
+  VertexHit hit;
+  {
+    const py::gil_scoped_release release;
+    hit = closestVertex(positions, eligible_view, query.data(), max_distance);
+  }
+  return py::make_tuple(hit.vertex, hit.distance);
+}
+
+/// May be set from any thread, before or while the kernel that it is given to runs.
+struct CancelFlag
+{
+  std::atomic<bool> flag{false};
+};
+
+class DijkstraKernel
+{
+ public:
+  DijkstraKernel(Array offsets, Array neighbors, Array neighbor_edges, Array edge_weights)
+  {
+    const auto weights = view<float>(edge_weights, "edge_lengths", {ANY});
+    const auto vertex_count = static_cast<std::size_t>(offsets.size() - (offsets.size() > 0));
+    const RowsView rows = rowsView(offsets, neighbors, vertex_count, "neighbors");
+    const auto edges = view<std::uint32_t>(neighbor_edges, "neighbor_edges", {neighbors.size()});
+    checkIndices(edges, weights.size(), "neighbor_edges");
+    const py::gil_scoped_release release;
+    graph_ = std::make_unique<DijkstraGraph>(rows, edges, weights);
+  }
+
+  py::tuple solve(Array sources, Array source_distances, const py::object& vertex_costs,
+                  float cost_limit, Array targets, float offset, const std::string& queue,
+                  const CancelFlag& cancel) const
+  {
+    DijkstraQuery query;
+    query.sources = view<std::uint32_t>(sources, "sources", {ANY});
+    query.source_distances = view<float>(source_distances, "source distances", {sources.size()});
+    if (!vertex_costs.is_none()) {
+      const auto size = static_cast<py::ssize_t>(graph_->vertexCount());
+      query.vertex_costs = view<float>(py::cast<py::array>(vertex_costs), "vertex_costs", {size});
+    }
+    query.cost_limit = cost_limit;
+    query.targets = view<std::uint32_t>(targets, "targets", {ANY});
+    query.offset = offset;
+    query.cancel = &cancel.flag;
+    DijkstraField field;
+    {
+      const py::gil_scoped_release release;
+      field = graph_->solve(query, parseQueue(queue));
+    }
+    return py::make_tuple(toArray(std::move(field.potential)),
+                          toArray(std::move(field.predecessors)), field.cancelled);
+  }
+
+ private:
+  static DijkstraQueue parseQueue(const std::string& name)
+  {
+    if (name == "automatic") {
+      return DijkstraQueue::AUTOMATIC;
+    }
+    if (name == "buckets") {
+      return DijkstraQueue::BUCKETS;
+    }
+    if (name == "heap") {
+      return DijkstraQueue::HEAP;
+    }
+    throw std::invalid_argument("queue has to be automatic, buckets or heap");
+  }
+
+  std::unique_ptr<DijkstraGraph> graph_;
+};
+
+}  // namespace
+}  // namespace mesh_map
+
+PYBIND11_MODULE(_kernels, module)
+{
+  using namespace mesh_map;
+  namespace py = pybind11;
+  using py::arg;
+
+  module.doc() = "Kernels of mesh_map_core. Private: use the modules of mesh_map.";
+  module.attr("_NO_INDEX") = NO_INDEX;
+  module.def("_topology", &topology, arg("faces"), arg("vertex_count"), arg("threads") = 0u);
+  module.def("_edge_lengths", &computeEdgeLengths, arg("vertices"), arg("edges"),
+             arg("threads") = 0u);
+  module.def("_face_normals", &computeFaceNormals, arg("vertices"), arg("faces"),
+             arg("threads") = 0u);
+  module.def("_vertex_normals", &computeVertexNormals, arg("face_normals"), arg("offsets"),
+             arg("vertex_faces"), arg("ignored"), arg("threads") = 0u);
+  module.def("_height_difference", &computeHeightDifference, arg("vertices"), arg("offsets"),
+             arg("neighbors"), arg("radius"), arg("threads") = 0u);
+  module.def("_closest_points", &findClosestPoints, arg("vertices"), arg("faces"), arg("points"),
+             arg("max_distance"), arg("threads") = 0u);
+  module.def("_closest_vertex", &findClosestVertex, arg("vertices"), arg("eligible"), arg("point"),
+             arg("max_distance"));
+  py::class_<CancelFlag>(module, "_CancelFlag", py::module_local())
+      .def(py::init<>())
+      .def("_set", [](CancelFlag& self) { self.flag = true; })
+      .def("_is_set", [](const CancelFlag& self) { return self.flag.load(); });
+  py::class_<DijkstraKernel>(module, "_DijkstraGraph", py::module_local())
+      .def(py::init<const py::array&, const py::array&, const py::array&, const py::array&>(),
+           arg("offsets"), arg("neighbors"), arg("neighbor_edges"), arg("edge_lengths"))
+      .def("_solve", &DijkstraKernel::solve, arg("sources"), arg("source_distances"),
+           arg("vertex_costs"), arg("cost_limit"), arg("targets"), arg("offset"), arg("queue"),
+           arg("cancel"));
+}

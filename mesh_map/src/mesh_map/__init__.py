@@ -1,0 +1,8 @@
+"""The layered mesh map: a triangle mesh, what is next to what in it, cost layers, and queries on
+its surface.
+"""
+
+from mesh_map.errors import MeshMapError
+from mesh_map.mesh_map import MeshMap
+
+__all__ = ["MeshMap", "MeshMapError"]

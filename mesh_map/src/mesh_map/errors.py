@@ -1,0 +1,26 @@
+"""The errors of this package."""
+
+
+def one_line(text: object) -> str:
+    """The text of an error or message without line breaks and control characters."""
+    return "".join(c if c.isprintable() else " " for c in str(text)).strip()
+
+
+class MeshMapError(Exception):
+    """A map, layer or parameter that cannot be used. str() is one line: what is wrong, and the way
+    out if there is one.
+
+    Attributes: message, hint (may be empty).
+    """
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message, hint)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return one_line(self.message + (" (%s)" % self.hint if self.hint else ""))
+
+
+class PluginError(MeshMapError):
+    """A plugin that is not known, or cannot be loaded."""

@@ -1,0 +1,193 @@
+#!/usr/bin/python3
+"""The node mesh_map and the class that it shares with the navigation server, on a running ROS."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+import unittest
+
+import numpy as np
+import roslib.packages
+import rospy
+import rostest
+from mesh_map.errors import MeshMapError
+from mesh_map.ros import COMBINED_COSTS, MeshMapServer
+from mesh_msgs import arrays
+from mesh_msgs.identity import geometry_uuid
+from mesh_msgs.zoo import two_components
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.mesh import Mesh
+from std_srvs.srv import Trigger
+
+WAIT = 20.0  # seconds; far more than anything takes
+TYPE = "mesh_layers/HeightDiffLayer"
+NAMES = ["layer_%d" % i for i in range(10)]
+
+
+def wait_until(condition):
+    end = time.monotonic() + WAIT
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return condition()
+
+
+class Costs:
+    """A subscriber as RViz has it: with a queue of four."""
+
+    def __init__(self, topic):
+        self.messages = {}
+        self.subscriber = rospy.Subscriber(
+            topic, arrays.MeshVertexCostsStamped, self.receive, queue_size=4
+        )
+
+    def receive(self, message):
+        self.messages[message.type] = message
+
+
+class MeshMapNode(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, self.folder)
+        self.mesh = two_components()
+        vertices = self.mesh.vertices
+        self.colors = (np.arange(3 * len(vertices)) % 256).astype(np.uint8).reshape(-1, 3)
+        self.path = os.path.join(self.folder, "map.h5")
+        MapFile.write(self.path, Mesh(vertices, self.mesh.faces, vertex_colors=self.colors))
+
+    def start(self, name, **parameters):
+        """Starts a node with these parameters; it ends with the test."""
+        rospy.set_param("/" + name, parameters)
+        executable = roslib.packages.find_node("mesh_map", "mesh_map")[0]
+        node = subprocess.Popen(
+            [executable, "__name:=" + name],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            universal_newlines=True,
+        )
+        self.addCleanup(node.stdout.close)
+        self.addCleanup(node.wait, WAIT)
+        self.addCleanup(node.terminate)
+        return node
+
+    def test_late_subscribers_get_everything(self):
+        layers = [{"name": name, "type": TYPE} for name in NAMES]
+        params = {name: {"radius": 0.1 * i + 0.1} for i, name in enumerate(NAMES)}
+        self.start("late", mesh_file=self.path, global_frame="hall", layers=layers, **params)
+        geometry = rospy.wait_for_message("/late/mesh", arrays.MeshGeometryStamped, WAIT)
+        rospy.wait_for_service("/late/save_map", WAIT)
+        time.sleep(1.0)
+        costs = Costs("/late/vertex_costs")
+        expected = set(NAMES) | {COMBINED_COSTS}
+        self.assertTrue(wait_until(lambda: set(costs.messages) == expected), costs.messages.keys())
+        colors = rospy.wait_for_message("/late/vertex_colors", arrays.MeshVertexColorsStamped, WAIT)
+
+        mesh = self.mesh
+        uuid = geometry_uuid(mesh.vertices, mesh.faces)
+        self.assertEqual(geometry.uuid, uuid)
+        self.assertEqual(colors.uuid, uuid)
+        self.assertEqual({message.uuid for message in costs.messages.values()}, {uuid})
+        messages = [geometry, colors] + list(costs.messages.values())
+        self.assertEqual({message.header.frame_id for message in messages}, {"hall"})
+        np.testing.assert_array_equal(geometry.mesh_geometry.vertices, mesh.vertices)
+        np.testing.assert_array_equal(geometry.mesh_geometry.faces, mesh.faces)
+        lengths = np.linalg.norm(geometry.mesh_geometry.vertex_normals, axis=1)
+        np.testing.assert_allclose(lengths, np.ones(len(mesh.vertices)), atol=1e-6)
+        rgba = colors.mesh_vertex_colors.vertex_colors
+        np.testing.assert_allclose(rgba[:, :3], self.colors / 255.0, atol=1e-6)
+        self.assertTrue((rgba[:, 3] == 1).all())
+        for message in costs.messages.values():
+            self.assertEqual(message.mesh_vertex_costs.costs.shape, (len(mesh.vertices),))
+            self.assertFalse(np.isnan(message.mesh_vertex_costs.costs).any())
+
+    def test_a_bad_layer_does_not_harm_the_others(self):
+        layers = [{"name": "inflation", "type": "mesh_layers/NoLayer"}, "nonsense"]
+        layers += [{"name": "height_diff", "type": TYPE}]
+        node = self.start("partly", mesh_file=self.path, layers=layers)
+        costs = Costs("/partly/vertex_costs")
+        self.assertTrue(wait_until(lambda: COMBINED_COSTS in costs.messages))
+        self.assertEqual(set(costs.messages), {"height_diff", COMBINED_COSTS})
+        node.terminate()
+        output = node.communicate(timeout=WAIT)[0]
+        self.assertEqual(output.count("layer inflation is left out"), 1, output)
+        self.assertIn("known: mesh_layers/HeightDiffLayer", output)
+        self.assertIn("2 components", output)
+
+    def test_saved_layers_are_reused(self):
+        layers = [{"name": "height_diff", "type": TYPE}]
+        server = self.serve("saving", mesh_file=self.path, layers=layers)
+        self.assertEqual(MapFile(self.path).layer_names(), [])
+        save = rospy.ServiceProxy(server.namespace + "/save_map", Trigger)
+        answer = save()
+        self.assertTrue(answer.success, answer.message)
+        saved = MapFile(self.path)
+        self.assertEqual(saved.layer_names(), ["height_diff"])
+        marked = saved.vertex_costs("height_diff") + np.float32(0.01)
+        saved.write_layers({"height_diff": (marked, saved.layer_parameters("height_diff"))})
+        again = server.load()
+        np.testing.assert_array_equal(again.layers["height_diff"].result.costs, marked)
+
+    def serve(self, name, **parameters):
+        """A server in this very node, as the navigation server embeds it."""
+        rospy.set_param("~" + name, parameters)
+        server = MeshMapServer("~" + name)
+        self.addCleanup(server.shutdown)
+        server.load()
+        return server
+
+    def test_embedded_server(self):
+        path = os.path.join(self.folder, "mesh.obj")
+        with open(path, "w") as file:
+            file.write("v 0 0 0\nv 1 0 0\nv 0 1 0.5\nf 1 2 3\n")
+        server = self.serve("mesh_map", mesh_file=path)
+        self.assertEqual(server.namespace, rospy.get_name() + "/mesh_map")
+        server.publish_costs("Potential", np.array([0.0, 1.0, np.inf]))
+        costs = Costs(server.namespace + "/vertex_costs")
+        self.assertTrue(wait_until(lambda: len(costs.messages) == 2))
+        potential = costs.messages["Potential"]
+        self.assertEqual(potential.mesh_vertex_costs.costs.tolist(), [0, 1, np.inf])
+        self.assertEqual(potential.uuid, server.map.uuid)
+        self.assertEqual(costs.messages[COMBINED_COSTS].mesh_vertex_costs.costs.tolist(), [0] * 3)
+        with self.assertRaisesRegex(MeshMapError, r"Potential has \(2,\) costs for 3 vertices"):
+            server.publish_costs("Potential", np.zeros(2))
+        answer = rospy.ServiceProxy(server.namespace + "/save_map", Trigger)()
+        self.assertFalse(answer.success)
+        self.assertIn("is no map file", answer.message)
+
+    def test_a_failed_reload_keeps_the_map(self):
+        server = self.serve("reload", mesh_file=self.path)
+        before = server.map
+        rospy.set_param("~reload", {"mesh_file": os.path.join(self.folder, "none.h5")})
+        with self.assertRaisesRegex(MeshMapError, "none.h5"):
+            server.load()
+        self.assertIs(server.map, before)
+
+    def test_a_map_that_cannot_be_loaded(self):
+        missing = os.path.join(self.folder, "missing.h5")
+        for name, parameters, message in (
+            ("missing", {"mesh_file": missing}, missing),
+            ("directory", {"mesh_file": self.folder}, self.folder),
+            ("unset", {"global_frame": "map"}, "mesh_file is not set"),
+            ("no_part", {"mesh_file": self.path, "mesh_part": "cellar"}, "cellar"),
+        ):
+            node = self.start(name, **parameters)
+            output = node.communicate(timeout=WAIT)[0]
+            self.assertEqual(node.returncode, 1, output)
+            lines = [line for line in output.splitlines() if line.strip()]
+            self.assertEqual(len(lines), 1, output)
+            self.assertIn("the map cannot be loaded: ", lines[0])
+            self.assertIn(message, lines[0])
+
+    def test_before_load(self):
+        server = MeshMapServer("~unloaded")
+        self.addCleanup(server.shutdown)
+        with self.assertRaisesRegex(MeshMapError, "no map is loaded"):
+            server.publish_costs("Potential", np.zeros(3))
+        answer = rospy.ServiceProxy(server.namespace + "/save_map", Trigger)()
+        self.assertEqual((answer.success, answer.message), (False, "no map is loaded"))
+
+
+if __name__ == "__main__":
+    rospy.init_node("mesh_map_node_check")
+    rostest.rosrun("mesh_map", "mesh_map_node_check", MeshMapNode)
