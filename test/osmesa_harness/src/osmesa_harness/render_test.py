@@ -1,0 +1,70 @@
+"""Runs one render test program on one back end, with a ROS master of its own."""
+
+import argparse
+import os
+import sys
+from typing import Dict, List, Optional
+
+from osmesa_harness.back_ends import BackEnd, HeadlessError
+from osmesa_harness.headless import run_headless
+from osmesa_harness.results import label_results
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="render_test",
+        description="Runs a render test, as osmesa_harness_add_render_test says.",
+    )
+    parser.add_argument("--back-end", required=True, choices=[end.value for end in BackEnd])
+    parser.add_argument("--results", required=True, metavar="XML", help="JUnit XML to write")
+    parser.add_argument("--label", required=True, help="prefix of the suites' names in there")
+    parser.add_argument("--out", required=True, metavar="FOLDER", help="where pictures go")
+    parser.add_argument("--reference", metavar="FOLDER", help="pictures of an earlier run")
+    parser.add_argument("--timeout", type=float, default=120.0, metavar="SECONDS")
+    parser.add_argument("--env", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument("program")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER)
+    return parser
+
+
+def _remove_old(results: str, pictures: str) -> None:
+    # What an earlier run left must not be taken for this one's.
+    if os.path.exists(results):
+        os.remove(results)
+    os.makedirs(pictures, exist_ok=True)
+    for name in os.listdir(pictures):
+        if name.endswith(".png"):
+            os.remove(os.path.join(pictures, name))
+
+
+def _environment(options: argparse.Namespace, back_end: BackEnd) -> Dict[str, str]:
+    environment = dict(os.environ)
+    environment["OSMESA_HARNESS_OUT"] = options.out
+    environment["OSMESA_HARNESS_EXPECT_OSMESA"] = "0" if back_end is BackEnd.XVFB else "1"
+    environment.pop("OSMESA_HARNESS_REFERENCE", None)
+    if options.reference:
+        environment["OSMESA_HARNESS_REFERENCE"] = options.reference
+    for setting in options.env:
+        name, equals, value = setting.partition("=")
+        if not name or not equals:
+            raise HeadlessError(f"--env {setting}: expected NAME=VALUE")
+        environment[name] = value
+    return environment
+
+
+def main(arguments: Optional[List[str]] = None) -> int:
+    """The command `render_test`; returns its exit status."""
+    options = _parser().parse_args(arguments)
+    back_end = BackEnd(options.back_end)
+    _remove_old(options.results, options.out)
+    command = [options.program, f"--gtest_output=xml:{options.results}", *options.arguments]
+    try:
+        status = run_headless(
+            command, back_end, True, options.timeout, _environment(options, back_end)
+        )
+    except (HeadlessError, RuntimeError) as error:
+        sys.stderr.write(f"render_test: {error}\n")
+        status = 1
+    program = os.path.basename(options.program)
+    label_results(options.results, options.label, program, status, options.timeout)
+    return status
