@@ -1,0 +1,86 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#ifndef Q_MOC_RUN
+#include <rviz/display.h>
+
+#include "rviz_mesh_plugin/mesh_inbox.h"
+#include "rviz_mesh_plugin/mesh_status.h"
+#include "rviz_mesh_plugin/mesh_store.h"
+#include "rviz_mesh_plugin/mesh_topics.h"
+#endif
+
+namespace rviz_mesh_plugin {
+
+class MeshProperties;
+class MeshVisual;
+
+/// Shows a mesh_msgs/MeshGeometryStamped topic in one color, in the colors of its vertices, or by a
+/// cost layer.
+///
+/// Messages are checked and converted on RViz's thread for callbacks; update() takes the results
+/// over. One status line per concern: Topic, Geometry, Costs, Colors, Textures, Transform.
+class TexturedMeshDisplay : public rviz::Display
+{
+  Q_OBJECT
+
+ public:
+  TexturedMeshDisplay();
+  ~TexturedMeshDisplay() override;
+
+  void setTopic(const QString& topic, const QString& datatype) override;
+  void update(float wall_dt, float ros_dt) override;
+  void reset() override;
+
+  /// What is drawn; null while disabled or without a mesh.
+  const MeshVisual* visual() const { return visual_.get(); }
+
+ protected:
+  void onEnable() override;
+  void onDisable() override;
+
+ private Q_SLOTS:
+  void onGeometryTopic();
+  void onColorsTopic();
+  void onCostsTopic();
+  void onColoring();
+  void onStyle();
+
+ private:
+  void subscribe();
+  void takeMessages();
+  /// Runs what uploads to OGRE; where that fails (memory), the visual goes and the status says why.
+  void draw(const std::function<void()>& upload);
+  void showGeometry();
+  void showColors();
+  bool uploadCosts();
+  bool uploadColors();
+  void updatePose();
+  void updateStatuses();
+  CostsState costsState() const;
+  AttributeState colorsState() const;
+  void report(const char* name, const OptionalStatus& status);
+
+  MeshProperties* properties_;
+  std::shared_ptr<MeshInbox> inbox_;
+  MeshTopics topics_;
+  MeshStore store_;
+  std::unique_ptr<MeshVisual> visual_;
+  CostSummary cost_summary_;  ///< of the layer that is shown
+  CostLimits cost_limits_;    ///< that its colors span
+  bool colors_shown_ = false;
+  Reception geometry_reception_;
+  Reception costs_reception_;
+  Reception colors_reception_;
+  std::string geometry_subscription_error_;
+  std::string costs_subscription_error_;
+  std::string colors_subscription_error_;
+  std::string drawing_error_;                ///< why OGRE could not take the mesh
+  std::map<std::string, StatusLine> lines_;  ///< as shown, so that only changes go to RViz
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,163 @@
+#include "rviz_mesh_plugin/mesh_status.h"
+
+#include <sstream>
+
+#include "rviz_mesh_plugin/validation.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+const char* const GREY = "; until then the mesh is drawn in grey";
+
+template <class... Parts>
+std::string text(const Parts&... parts)
+{
+  std::ostringstream stream;
+  (stream << ... << parts);
+  return stream.str();
+}
+
+std::string join(const std::vector<std::string>& names)
+{
+  std::string joined;
+  for (const std::string& name : names) {
+    joined += (joined.empty() ? "'" : ", '") + name + "'";
+  }
+  return joined;
+}
+
+std::string refusals(const Reception& reception)
+{
+  return reception.refused == 0
+             ? std::string()
+             : text("; ", reception.refused, " of ", reception.received(), " messages refused");
+}
+
+/// What is the same for costs and colors: nullopt where all is well so far.
+OptionalStatus attributeProblem(const AttributeState& state, const char* what,
+                                const char* topic_property,
+                                const std::optional<Finding>& wrong_count)
+{
+  if (!state.subscription_error.empty()) {
+    return StatusLine{StatusLine::ERROR, state.subscription_error};
+  }
+  if (!state.reception.refusal.empty()) {
+    return StatusLine{StatusLine::ERROR, text("message ignored: ", state.reception.refusal)};
+  }
+  if (wrong_count) {
+    return StatusLine{StatusLine::ERROR, wrong_count->sentence() + GREY};
+  }
+  if (!state.chosen || state.size || !state.mesh_shown) {
+    return std::nullopt;
+  }
+  if (state.topic.empty()) {
+    return StatusLine{StatusLine::WARN, text("no topic chosen: set '", topic_property, "'", GREY)};
+  }
+  if (state.reception.received() == 0) {
+    return StatusLine{StatusLine::WARN,
+                      text("no ", what, " received on ", state.topic, " yet", GREY)};
+  }
+  return std::nullopt;
+}
+
+std::string waitingText(std::size_t waiting, const char* what)
+{
+  return text(waiting, " ", what, " wait for a geometry with their uuid");
+}
+
+}  // namespace
+
+StatusLine topicStatus(const std::string& topic, const std::string& subscription_error,
+                       const Reception& reception)
+{
+  if (!subscription_error.empty()) {
+    return {StatusLine::ERROR, text("cannot subscribe to '", topic, "': ", subscription_error)};
+  }
+  if (topic.empty()) {
+    return {StatusLine::WARN,
+            "no topic chosen: set 'Geometry Topic' to one of type mesh_msgs/MeshGeometryStamped"};
+  }
+  if (reception.received() == 0) {
+    return {StatusLine::WARN, text("no message received on ", topic, " yet; is it published?")};
+  }
+  return {StatusLine::OK, text(reception.received(), " messages received", refusals(reception))};
+}
+
+OptionalStatus geometryStatus(const MeshDataConstPtr& mesh, const Reception& reception)
+{
+  if (!reception.refusal.empty()) {
+    return StatusLine{StatusLine::ERROR, text("message ignored: ", reception.refusal,
+                                              mesh ? "; the mesh before it stays" : "")};
+  }
+  if (!mesh) {
+    return std::nullopt;
+  }
+  return StatusLine{StatusLine::OK,
+                    text(mesh->vertexCount(), " vertices, ", mesh->faceCount(), " faces, normals ",
+                         mesh->normals_given ? "given" : "computed", ", uuid '", mesh->uuid, "'")};
+}
+
+OptionalStatus colorsStatus(const AttributeState& state)
+{
+  const auto wrong_count = state.size && state.mesh_shown
+                               ? checkColorCount(*state.size, state.vertex_count)
+                               : std::nullopt;
+  if (auto problem = attributeProblem(state, "colors", "Vertex Colors Topic", wrong_count)) {
+    return problem;
+  }
+  if (state.size) {
+    return StatusLine{StatusLine::OK, text(*state.size, " colors", refusals(state.reception))};
+  }
+  if (state.waiting == 0) {
+    return std::nullopt;
+  }
+  const bool missed = state.chosen && state.mesh_shown;
+  return StatusLine{
+      missed ? StatusLine::WARN : StatusLine::OK,
+      text("colors of ", waitingText(state.waiting, "other meshes"), missed ? GREY : "")};
+}
+
+OptionalStatus costsStatus(const CostsState& state)
+{
+  const auto wrong_count = state.size && state.mesh_shown
+                               ? checkCostCount(*state.size, state.vertex_count)
+                               : std::nullopt;
+  if (auto problem = attributeProblem(state, "costs", "Vertex Costs Topic", wrong_count)) {
+    if (wrong_count && problem->level == StatusLine::ERROR) {
+      problem->text = text("layer '", state.type, "': ", problem->text);
+    }
+    return problem;
+  }
+  const std::string waiting = state.waiting > 0 ? "; " + waitingText(state.waiting, "layers") : "";
+  if (!state.chosen || !state.mesh_shown) {
+    if (state.types.empty() && state.waiting == 0) {
+      return std::nullopt;
+    }
+    return StatusLine{StatusLine::OK, text(state.types.size(), " layers: ", join(state.types),
+                                           waiting, refusals(state.reception))};
+  }
+  if (state.types.empty()) {
+    return StatusLine{StatusLine::WARN, text("no layer of this mesh received", waiting, GREY)};
+  }
+  if (state.type.empty()) {
+    return StatusLine{StatusLine::WARN, text("no layer chosen: set 'Vertex Costs Type' to one of ",
+                                             join(state.types), GREY)};
+  }
+  if (!state.size) {
+    return StatusLine{StatusLine::WARN, text("layer '", state.type, "' has not arrived, but ",
+                                             join(state.types), waiting, GREY)};
+  }
+  const CostSummary& summary = state.summary;
+  std::string line =
+      text("'", state.type, "': ", summary.finite, " costs from ", summary.limits.lower, " to ",
+           summary.limits.upper, ", ", summary.lethal, " lethal, ", summary.unknown, " unknown");
+  if (state.limits.lower > state.limits.upper) {
+    return StatusLine{StatusLine::WARN,
+                      text(line, "; the lower limit ", state.limits.lower, " is above the upper ",
+                           state.limits.upper, ": the scale runs backwards")};
+  }
+  return StatusLine{StatusLine::OK, text(line, "; colors from ", state.limits.lower, " to ",
+                                         state.limits.upper, refusals(state.reception))};
+}
+
+}  // namespace rviz_mesh_plugin

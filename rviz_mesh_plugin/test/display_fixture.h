@@ -1,0 +1,117 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <osmesa_harness/render_fixture.h>
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <rviz/display.h>
+#include <rviz/properties/property.h>
+#include <rviz/properties/status_list.h>
+#include <rviz/properties/status_property.h>
+
+#include "meshes.h"
+#include "rviz_mesh_plugin/mesh_visual.h"
+#include "rviz_mesh_plugin/textured_mesh_display.h"
+
+/// A display on topics of its own, and publishers on them.
+class DisplayFixture : public osmesa_harness::RenderFixture
+{
+ protected:
+  using Display = rviz_mesh_plugin::TexturedMeshDisplay;
+
+  void SetUp() override
+  {
+    osmesa_harness::RenderFixture::SetUp();
+    // Names of their own for each test: nothing latched by another one arrives here.
+    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+    geometry_topic = "/" + name + "/mesh";
+    costs_topic = "/" + name + "/vertex_costs";
+    colors_topic = "/" + name + "/vertex_colors";
+    geometry = node.advertise<mesh_msgs::MeshGeometryStamped>(geometry_topic, 100, true);
+    costs = node.advertise<mesh_msgs::MeshVertexCostsStamped>(costs_topic, 100, true);
+    colors = node.advertise<mesh_msgs::MeshVertexColorsStamped>(colors_topic, 100, true);
+  }
+
+  /// A display without wireframe and normals on the topics above, by the name that it is loaded
+  /// with.
+  Display* createMeshDisplay(const std::string& class_id = "rviz_mesh_plugin/TexturedMesh")
+  {
+    auto* display = createDisplayAs<Display>(class_id);
+    set(display, {"Show Wireframe"}, false);
+    set(display, {"Show Normals"}, false);
+    set(display, {"Display Type", "Vertex Costs Topic"}, costs_topic.c_str());
+    set(display, {"Display Type", "Vertex Colors Topic"}, colors_topic.c_str());
+    set(display, {"Geometry Topic"}, geometry_topic.c_str());
+    return display;
+  }
+
+  static rviz::Property* find(rviz::Property* property, const std::vector<const char*>& path)
+  {
+    for (const char* name : path) {
+      property = property->subProp(name);
+    }
+    return property;
+  }
+
+  static void set(rviz::Property* property, const std::vector<const char*>& path,
+                  const QVariant& value)
+  {
+    find(property, path)->setValue(value);
+  }
+
+  /// "Ok: text" of one line of the status tree; empty where there is none.
+  static std::string status(Display* display, const std::string& name)
+  {
+    for (int i = 0; i < display->numChildren(); ++i) {
+      auto* list = dynamic_cast<rviz::StatusList*>(display->childAt(i));
+      for (int j = 0; list && j < list->numChildren(); ++j) {
+        auto* line = dynamic_cast<rviz::StatusProperty*>(list->childAt(j));
+        if (line && line->getNameStd() == name) {
+          return (rviz::StatusProperty::statusWord(line->getLevel()) + ": " +
+                  line->getValue().toString())
+              .toStdString();
+        }
+      }
+    }
+    return std::string();
+  }
+
+  /// Waits until a status line starts with "Ok", "Warn" or "Error" and contains a text.
+  static testing::AssertionResult waitForStatus(Display* display, const std::string& name,
+                                                const std::string& level, const std::string& text)
+  {
+    const auto matches = [&] {
+      const std::string line = status(display, name);
+      return line.rfind(level + ":", 0) == 0 && line.find(text) != std::string::npos;
+    };
+    if (spinUntil(matches)) {
+      return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure()
+           << "status '" << name << "' is '" << status(display, name) << "'";
+  }
+
+  /// Publishes a mesh and waits until the display has it.
+  testing::AssertionResult show(Display* display, const mesh_msgs::MeshGeometryStamped& message)
+  {
+    const std::size_t uploads = display->visual() ? display->visual()->geometryUploads() : 0;
+    geometry.publish(message);
+    if (spinUntil(
+            [&] { return display->visual() && display->visual()->geometryUploads() > uploads; })) {
+      return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure() << "Topic: " << status(display, "Topic")
+                                       << "\nGeometry: " << status(display, "Geometry");
+  }
+
+  ros::NodeHandle node;
+  std::string geometry_topic;
+  std::string costs_topic;
+  std::string colors_topic;
+  ros::Publisher geometry;
+  ros::Publisher costs;
+  ros::Publisher colors;
+};
