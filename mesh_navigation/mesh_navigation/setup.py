@@ -1,0 +1,9 @@
+from setuptools import setup
+
+from catkin_pkg.python_setup import generate_distutils_setup
+
+setup(
+    **generate_distutils_setup(
+        packages=["mesh_navigation", "mesh_navigation.planners"], package_dir={"": "src"}
+    )
+)

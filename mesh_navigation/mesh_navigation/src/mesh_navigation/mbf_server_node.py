@@ -1,0 +1,117 @@
+"""The Move Base Flex server on a mesh map."""
+
+import threading
+from typing import Any, Dict, Optional, Sequence
+
+import rospy
+from visualization_msgs.msg import Marker
+
+from mesh_map.mesh_map import MeshMap
+from mesh_map.parameter import Parameter
+from mesh_map.ros import MeshMapServer
+
+from mesh_navigation.get_path_node import GetPathServer
+from mesh_navigation.map_gate import MapGate
+from mesh_navigation.parameters import read_parameters
+from mesh_navigation.planner import PlanResult
+from mesh_navigation.planner_list import DEFAULT_PLANNERS, PlannerList
+from mesh_navigation.ros import Transforms, wait_for_master
+from mesh_navigation.vector_field_marker import vector_field_marker
+
+PARAMETERS = (
+    Parameter("planner_patience", 5.0, 0.0, 100.0, "longest time for a plan (s), 0: no limit"),
+    Parameter("planner_max_retries", -1, -1, 1000, "retries of a failed plan, -1: no limit"),
+    Parameter("robot_frame", "base_link", description="the robot's frame in TF"),
+    Parameter("tf_timeout", 3.0, 0.0, None, "wait for a transform, and greatest age of it (s)"),
+    Parameter("tf_cache_time", 10.0, 0.1, None, "how far TF is remembered (s)"),
+    Parameter("wait_for_map", True, description="goals wait for the map; false: they fail"),
+)
+"""Parameters of the node itself, with default and limits."""
+
+
+class MbfServer:
+    """The node: a map below ``~mesh_map``, planners below their names, the action ``~get_path``.
+
+    Actions exist at once, while the map is loaded in a thread.
+    """
+
+    def __init__(self) -> None:
+        self._values, complaints = read_parameters(PARAMETERS, rospy.get_param("~", {}) or {})
+        for complaint in complaints:
+            rospy.logwarn("parameter ~%s", complaint)
+        self._planners = PlannerList(rospy.get_param("~planners", DEFAULT_PLANNERS))
+        for complaint in self._planners.complaints:
+            rospy.logerr("%s", complaint)
+        self._map_server = MeshMapServer("~mesh_map")
+        self._vector_field = rospy.Publisher(
+            "~mesh_map/vector_field", Marker, queue_size=1, latch=True
+        )
+        self._gate = MapGate(self._load, self._values["wait_for_map"])
+        transforms = Transforms(self._values["tf_cache_time"], self._values["tf_timeout"])
+        self._get_path = GetPathServer(
+            self._planners, self._gate, transforms, self._values, self._show
+        )
+        self._shown = threading.Lock()
+        rospy.on_shutdown(self._get_path.stop)
+
+    def start(self) -> None:
+        """Accept goals and begin to load the map."""
+        self._get_path.start()
+        rospy.loginfo(
+            "%s: planners %s; waiting for the map, then for goals on %s/get_path/goal",
+            rospy.get_name(),
+            ", ".join(self._planners.names) or "none",
+            rospy.get_name(),
+        )
+        self._gate.start()
+
+    def _load(self) -> MeshMap:
+        try:
+            self._map_server.load()
+            mesh_map = self._map_server.map
+            given = {name: _dictionary(f"~{name}") for name in self._planners.names}
+            for complaint in self._planners.initialize(mesh_map, given):
+                rospy.logwarn("%s", complaint)
+        except Exception as error:
+            rospy.logerr("no map, goals will fail: %s", error)
+            raise
+        rospy.loginfo(
+            "%s: ready, map of %d vertices and %d faces; waiting for goals, those without a start "
+            "also for TF from '%s' to '%s'",
+            rospy.get_name(),
+            len(mesh_map.vertices),
+            len(mesh_map.faces),
+            self._values["robot_frame"],
+            mesh_map.frame_id,
+        )
+        return mesh_map
+
+    def _show(self, result: PlanResult, mesh_map: MeshMap) -> None:
+        # One at a time: of two slots' potentials, the later one stays.
+        with self._shown:
+            if result.potential is not None:
+                self._map_server.publish_costs("Potential", result.potential)
+            if result.vector_field is not None and result.potential is not None:
+                marker = vector_field_marker(
+                    mesh_map.vertices,
+                    result.vector_field,
+                    result.potential,
+                    mesh_map.frame_id,
+                    rospy.Time.now(),
+                )
+                self._vector_field.publish(marker)
+
+
+def _dictionary(name: str) -> Dict[str, Any]:
+    """The parameters below a name; none if there is a single value of that name."""
+    value = rospy.get_param(name, {})
+    return value if isinstance(value, dict) else {}
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Run the node until it is shut down."""
+    wait_for_master("mbf_mesh_nav")
+    rospy.init_node("mbf_mesh_nav", argv=arguments)
+    server = MbfServer()
+    server.start()
+    rospy.spin()

@@ -1,0 +1,38 @@
+"""ROS messages from and to arrays. No rospy: messages are plain data."""
+
+from typing import Any, Optional
+
+import genpy
+import numpy as np
+from geometry_msgs.msg import Point, PoseStamped, Quaternion
+from nav_msgs.msg import Path
+
+from mesh_navigation.pose import Pose
+
+
+def pose_from_message(message: PoseStamped) -> Pose:
+    """The pose as arrays, in the frame of the message, not checked."""
+    p, q = message.pose.position, message.pose.orientation
+    return Pose(np.array([p.x, p.y, p.z]), np.array([q.x, q.y, q.z, q.w]))
+
+
+def pose_message(
+    pose: np.ndarray, frame_id: str, stamp: Optional[genpy.Time] = None
+) -> PoseStamped:
+    """A message from one (7,) row: position and quaternion x, y, z, w."""
+    message = PoseStamped()
+    message.header.frame_id = frame_id
+    message.header.stamp = stamp or genpy.Time()
+    x, y, z, qx, qy, qz, qw = (float(value) for value in pose)
+    message.pose.position = Point(x, y, z)
+    message.pose.orientation = Quaternion(qx, qy, qz, qw)
+    return message
+
+
+def path_message(poses: np.ndarray, frame_id: str, stamp: Any) -> Path:
+    """A path from (N,7) poses; every pose carries frame and stamp too."""
+    message = Path()
+    message.header.frame_id = frame_id
+    message.header.stamp = stamp
+    message.poses = [pose_message(pose, frame_id, stamp) for pose in poses]
+    return message

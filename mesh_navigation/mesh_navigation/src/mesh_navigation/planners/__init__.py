@@ -1,0 +1,1 @@
+"""The planners of this package, described in planners.xml."""

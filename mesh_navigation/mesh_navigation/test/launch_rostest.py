@@ -1,0 +1,37 @@
+#!/usr/bin/python3
+"""The launch file with its default configuration."""
+
+import unittest
+
+import actionlib
+import rospy
+import rostest
+from mbf_msgs.msg import GetPathAction, GetPathGoal, GetPathResult
+from mesh_msgs.arrays import MeshVertexCostsStamped
+from server_process import TIMEOUT, stamped, wait_until
+
+
+class LaunchTest(unittest.TestCase):
+    def test_a_plan_on_the_floor(self):
+        client = actionlib.SimpleActionClient("/move_base_flex/get_path", GetPathAction)
+        self.assertTrue(client.wait_for_server(TIMEOUT))
+        goal = GetPathGoal(use_start_pose=True, planner="dijkstra_mesh_planner")
+        goal.start_pose, goal.target_pose = stamped((0.1, 0.1, 0)), stamped((1.9, 1.8, 0))
+        client.send_goal_and_wait(goal, TIMEOUT)
+        result = client.get_result()
+        self.assertEqual(result.outcome, GetPathResult.SUCCESS, result.message)
+        self.assertEqual(result.path.poses[-1].pose.position.x, 1.9)
+
+    def test_the_layers_of_the_configuration(self):
+        types = set()
+        rospy.Subscriber(
+            "/move_base_flex/mesh_map/vertex_costs",
+            MeshVertexCostsStamped,
+            lambda message: types.add(message.type),
+        )
+        wait_until(lambda: {"height_diff", "Combined Costs"} <= types, "costs")
+
+
+if __name__ == "__main__":
+    rospy.init_node("launch_test")
+    rostest.rosrun("mesh_navigation", "launch", LaunchTest)

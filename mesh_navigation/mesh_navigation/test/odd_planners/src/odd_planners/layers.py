@@ -1,0 +1,21 @@
+"""Layers that tests steer."""
+
+import os
+import time
+
+import numpy as np
+
+from mesh_map.layer import Layer, LayerResult
+from mesh_map.parameter import Parameter
+
+
+class PatientLayer(Layer):
+    """Waits for a file, so that a test says when the map is ready. One vertex is lethal."""
+
+    PARAMETERS = (Parameter("file", ""), Parameter("lethal_vertex", 0, 0))
+
+    def compute(self, mesh_map, inputs):
+        while not os.path.exists(self.params["file"]):
+            time.sleep(0.01)
+        lethal = np.array([self.params["lethal_vertex"]])
+        return LayerResult(np.zeros(len(mesh_map.vertices), np.float32), lethal)

@@ -1,0 +1,60 @@
+"""Planners that misbehave, each in one way."""
+
+import time
+
+import numpy as np
+
+from mesh_map.parameter import Parameter
+
+from mesh_navigation.planner import MeshPlanner, PlanResult
+
+STRAIGHT = np.array([[0, 0, 0, 0, 0, 0, 1.0], [1, 0, 0, 0, 0, 0, 1.0]])
+
+
+class OutcomePlanner(MeshPlanner):
+    """Ends with the outcome that the goal's x says."""
+
+    def plan(self, start, goal, tolerance, cancellation):
+        outcome = int(goal.position[0])
+        poses = STRAIGHT if outcome == 7 else np.zeros((0, 7))
+        return PlanResult(outcome, f"outcome {outcome}, as asked for", poses)
+
+
+class SlowPlanner(MeshPlanner):
+    """Takes a while; listens to cancels."""
+
+    parameters = (Parameter("seconds", 1.0, 0.0, 1000.0),)
+
+    def plan(self, start, goal, tolerance, cancellation):
+        if cancellation.wait(self.values["seconds"]):
+            return PlanResult(51, "stopped")
+        return PlanResult(0, "slow but sure", STRAIGHT, 1.0)
+
+
+class DeafPlanner(MeshPlanner):
+    """Takes long and does not listen."""
+
+    def plan(self, start, goal, tolerance, cancellation):
+        time.sleep(3)
+        return PlanResult(0, "too late", STRAIGHT)
+
+
+class ThrowingPlanner(MeshPlanner):
+    """Raises what no caller expects."""
+
+    def plan(self, start, goal, tolerance, cancellation):
+        raise ZeroDivisionError("by zero")
+
+
+class NanPlanner(MeshPlanner):
+    """Returns poses that are none."""
+
+    def plan(self, start, goal, tolerance, cancellation):
+        return PlanResult(0, "well", STRAIGHT * np.nan)
+
+
+class LamePlanner(MeshPlanner):
+    """Cannot be initialized."""
+
+    def initialize(self, name, mesh_map, given={}):
+        raise RuntimeError("no legs")

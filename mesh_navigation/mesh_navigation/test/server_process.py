@@ -1,0 +1,115 @@
+"""A navigation server in a process of its own, and a client to talk to it."""
+
+import os
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import actionlib
+import numpy as np
+import rosgraph
+import rospy
+from geometry_msgs.msg import PoseStamped
+from mbf_msgs.msg import GetPathAction, GetPathGoal
+
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.mesh import Mesh
+
+HERE = Path(__file__).resolve().parent
+STATES = ["PENDING", "ACTIVE", "PREEMPTED", "SUCCEEDED", "ABORTED", "REJECTED"]
+STATES += ["PREEMPTING", "RECALLING", "RECALLED", "LOST"]
+TIMEOUT = rospy.Duration(60)
+
+
+def write_map(mesh, folder=None):
+    """A map file of the mesh; returns its path."""
+    path = Path(folder or tempfile.mkdtemp(prefix="mesh_navigation_")) / "map.h5"
+    MapFile.write(str(path), Mesh(vertices=mesh.vertices, faces=mesh.faces))
+    return str(path)
+
+
+class ServerProcess:
+    """The server under a name of its own, with parameters; ``stop`` ends it."""
+
+    def __init__(self, name, package="mesh_navigation", **parameters):
+        self.name = name
+        for key, value in parameters.items():
+            rospy.set_param(f"/{name}/{key}", value)
+        environment = dict(os.environ)
+        odd = HERE / "odd_planners"
+        environment["ROS_PACKAGE_PATH"] = f"{odd}:{environment['ROS_PACKAGE_PATH']}"
+        environment["PYTHONPATH"] = f"{odd / 'src'}:{environment['PYTHONPATH']}"
+        self.log = tempfile.NamedTemporaryFile("r", prefix=name, suffix=".log")
+        with open(self.log.name, "w") as log:
+            self._process = subprocess.Popen(
+                ["rosrun", package, "mbf_mesh_nav", f"__name:={name}"],
+                env=environment,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
+        self.client = actionlib.ActionClient(f"/{name}/get_path", GetPathAction)
+        if not self.client.wait_for_server(TIMEOUT):
+            raise RuntimeError(f"no server: {self.output()}")
+
+    def output(self):
+        """What the process has printed."""
+        self.log.seek(0)
+        return self.log.read()
+
+    def stop(self):
+        """End the process politely; returns its exit status."""
+        self._process.terminate()
+        return self._process.wait(30)
+
+    def kill(self):
+        """End the process if it is still there, for tests that failed half-way."""
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait(30)
+
+    def send(self, start=None, goal=(8.1, 8.1, 0.0), **fields):
+        """Send a goal; start None is the robot's pose. Positions or whole PoseStamped messages."""
+        message = GetPathGoal(target_pose=stamped(goal), **fields)
+        if start is not None:
+            message.use_start_pose, message.start_pose = True, stamped(start)
+        return self.client.send_goal(message)
+
+    def ask(self, *args, **fields):
+        """Send a goal and wait for the answer: (state, result)."""
+        return answer(self.send(*args, **fields))
+
+
+def stamped(pose, frame="map"):
+    if isinstance(pose, PoseStamped):
+        return pose
+    message = PoseStamped()
+    message.header.frame_id = frame
+    position = message.pose.position
+    position.x, position.y, position.z = (float(value) for value in pose)
+    message.pose.orientation.w = 1.0
+    return message
+
+
+def wait_until(condition, what, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(f"{what} not within {seconds} s")
+        time.sleep(0.005)
+
+
+def answer(handle):
+    """(state, result) of a goal, once it is done."""
+    done = actionlib.CommState.DONE
+    wait_until(lambda: handle.get_comm_state() == done, "an answer")
+    return STATES[handle.get_terminal_state()], handle.get_result()
+
+
+def positions(path):
+    return np.array([[p.pose.position.x, p.pose.position.y, p.pose.position.z] for p in path.poses])
+
+
+def published_topics():
+    """Names of all topics with a publisher."""
+    return {name for name, _ in rosgraph.Master("/test").getPublishedTopics("")}
