@@ -82,7 +82,7 @@ def check_python(path, text):
             yield name, node.lineno, "bare except: name the errors that are expected"
         if isinstance(node, ast.Call):
             call = dotted(node.func)
-            if call in BANNED_CALLS:
+            if call in BANNED_CALLS and not (call.startswith("pickle") and "/test/" in name):
                 yield name, node.lineno, f"{call}: {BANNED_CALLS[call]}"
             if any(key.arg == "shell" and getattr(key.value, "value", 0) for key in node.keywords):
                 yield name, node.lineno, "shell=True: give the command as a list"
@@ -133,15 +133,20 @@ def check_lengths(lengths):
             yield "(all files)", 0, f"a tenth of them is over {p90} lines, not {P90_LINES}"
 
 
+def package_folders(files):
+    """Folders of the packages that catkin finds: it never looks inside a package."""
+    folders = {path.parent for path in files if path.name == "package.xml"}
+    return sorted(folder for folder in folders if not folders & set(folder.parents))
+
+
 def check_packages(root, files):
     """Each package has what ROS people expect beside its package.xml."""
-    for path in (path for path in files if path.name == "package.xml"):
-        folder = path.parent
+    for folder in package_folders(files):
         for needed in ("README.md", "CHANGELOG.rst", "CMakeLists.txt"):
             if folder / needed not in files:
                 yield folder.as_posix(), 0, f"a package needs a {needed}"
-        if 'format="3"' not in (root / path).read_text(encoding="utf-8"):
-            yield path.as_posix(), 0, "package.xml must be of format 3"
+        if 'format="3"' not in (root / folder / "package.xml").read_text(encoding="utf-8"):
+            yield folder.as_posix(), 0, "package.xml must be of format 3"
 
 
 def check(root, files):

@@ -66,7 +66,7 @@ def main():
     files = repository_files()
     python = [str(path) for path in files if is_python(path)]
     cpp = [str(path) for path in files if path.suffix in (".cpp", ".h")]
-    packages = [str(path.parent) for path in files if path.name == "package.xml"]
+    packages = [str(folder) for folder in house_rules.package_folders(files)]
     checks = {
         "clang-format": lambda: command(
             "clang-format", ["--dry-run", "--Werror"] + cpp, "correct with: clang-format -i FILE"
