@@ -1,0 +1,40 @@
+"""The one error of this package."""
+import os
+from typing import Union
+
+PathLike = Union[str, bytes, os.PathLike]
+
+
+def one_line(text: str) -> str:
+    """The text without line breaks, control characters and undecodable bytes."""
+    text = text.encode("utf-8", "backslashreplace").decode("utf-8")
+    return "".join(c if c.isprintable() else " " for c in text).strip()
+
+
+class MapFileError(Exception):
+    """A file that cannot be read as a mesh, or a map that cannot be saved.
+
+    Attributes:
+        code: one word for programs:
+            missing, directory, not_regular, permission, name, empty, lfs_pointer, unreadable: the
+                file itself;
+            format, truncated, damaged: its bytes;
+            part, no_mesh, link, external, virtual, filter, size, dtype, shape, layer: what is in an
+                HDF5 file;
+            index, not_finite, no_faces, uuid, frame, value: the values of a mesh;
+            exists, changed, version, save: writing.
+        path: the file (str).
+        message: what is wrong, where (first index) and how many.
+        hint: the way out; may be empty.
+    """
+
+    def __init__(self, code: str, path: PathLike, message: str, hint: str = "") -> None:
+        super().__init__(code, path, message, hint)
+        self.code = code
+        self.path = os.fsdecode(path)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        hint = " (%s)" % self.hint if self.hint else ""
+        return "%s: %s" % (one_line(self.path), one_line(self.message + hint))

@@ -1,0 +1,59 @@
+"""The only place that opens HDF5: a user's file for reading, an image in memory for reading or
+building.
+"""
+import contextlib
+import io
+from typing import Iterator
+
+import h5py
+
+from mesh_msgs_hdf5.hdf5_guard import translated_errors
+from mesh_msgs_hdf5.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.probe import kind_of, read_head
+
+# h5py before 3.5 cannot choose; with it a file on a disk without locks still opens
+_LOCKING = {"locking": "best-effort"} if h5py.version.version_tuple[:2] >= (3, 5) else {}
+
+
+@contextlib.contextmanager
+def reading(path: PathLike) -> Iterator[h5py.File]:
+    """An h5py.File of a user's map, read only; every error inside becomes a MapFileError."""
+    head = read_head(path)
+    kind = kind_of(path, head)
+    if kind in ("ply", "obj", "stl", "dae"):
+        raise MapFileError(
+            "format",
+            path,
+            "it is a %s file, not an HDF5 map" % kind.upper(),
+            "rosrun mesh_msgs_hdf5 mesh_tool import FILE.%s FILE.h5" % kind,
+        )
+    if not h5py.is_hdf5(path) and not head.startswith(b"\x89HDF"):
+        raise MapFileError(
+            "format", path, "it is not an HDF5 file", "maps are made by: mesh_tool import"
+        )
+    with translated_errors(path), h5py.File(path, "r", **_LOCKING) as file:
+        yield file
+
+
+@contextlib.contextmanager
+def reading_image(image: bytes, path: PathLike) -> Iterator[h5py.File]:
+    """An h5py.File over the bytes of a file that is not on disk; path is for the errors."""
+    with translated_errors(path), h5py.File(io.BytesIO(image), "r") as file:
+        yield file
+
+
+@contextlib.contextmanager
+def building(path: PathLike) -> Iterator[h5py.File]:
+    """An empty h5py.File in memory; path is for the errors.
+
+    Take its bytes with image_of before it closes.
+    """
+    with translated_errors(path, building=True):
+        with h5py.File("image", "w", driver="core", backing_store=False) as file:
+            yield file
+
+
+def image_of(file: h5py.File) -> bytes:
+    """The bytes of a file that is being built."""
+    file.flush()
+    return file.id.get_file_image()

@@ -1,0 +1,165 @@
+"""Wavefront OBJ to Mesh: vertex order and count are kept.
+
+Read: v (with colors after the position), vn, f (v, v/vt, v//vn, v/vt/vn, negative numbers,
+polygons).
+"""
+import re
+
+import numpy as np
+
+from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.exact import narrowed
+from mesh_msgs_hdf5.import_ply import colors_or_none, normals_or_none
+from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.numbers_text import numbers
+from mesh_msgs_hdf5.polygons import check_corners, triangulate
+from mesh_msgs_hdf5.report import ImportReport, note_rounding
+
+_SILENT = {b"o", b"g", b"s"}  # names and shading of groups: they change no value of the mesh
+_MEANING = {
+    b"vt": "texture coordinates",
+    b"usemtl": "materials",
+    b"mtllib": "material files",
+    b"l": "lines",
+    b"p": "points",
+}
+
+
+def read_obj(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
+    """A Mesh of an OBJ file's bytes."""
+    lines = _Lines(data)
+    if not lines.vertices:
+        raise MapFileError(
+            "format", path, "the OBJ file has no vertices (v lines)", "is it a mesh?"
+        )
+    positions, colors = _vertices(path, lines.vertices, report)
+    vertices, change = narrowed(positions, path, "vertex")
+    note_rounding(report, change)
+    if not lines.faces:
+        raise MapFileError(
+            "no_faces",
+            path,
+            "the OBJ file has no faces (f lines)",
+            "a map needs triangles: mesh the points first",
+        )
+    counts, corners, normal_numbers = _corners(path, lines, len(vertices))
+    mesh = Mesh(vertices, triangulate(counts, corners, report), vertex_colors=colors)
+    if lines.normals:
+        mesh.vertex_normals = _normals(path, lines, corners, normal_numbers, len(vertices), report)
+    for key, count in sorted(lines.others.items()):
+        name = one_line(key.decode("latin-1"))[:40]
+        report.note("left out: %s (%d %s lines)", _MEANING.get(key, "what is unknown"), count, name)
+    return mesh
+
+
+class _Lines:
+    """The lines of the file by keyword, without it."""
+
+    def __init__(self, data):
+        self.vertices, self.normals, self.faces, self.others = [], [], [], {}
+        # for each face line, how many vertices and normals stood before it: what negative numbers
+        # count from
+        self.before = []
+        for line in data.replace(b"\\\n", b" ").replace(b"\\\r\n", b" ").splitlines():
+            words = line.split(None, 1)
+            if not words:
+                continue
+            key = words[0]
+            text = words[1] if len(words) == 2 else b""
+            if b"#" in line:
+                if key[:1] == b"#":
+                    continue
+                text = text.split(b"#", 1)[0]
+            if key == b"v":
+                self.vertices.append(text)
+            elif key == b"f":
+                self.faces.append(text)
+                self.before.append((len(self.vertices), len(self.normals)))
+            elif key == b"vn":
+                self.normals.append(text)
+            elif key not in _SILENT:
+                self.others[key] = self.others.get(key, 0) + 1
+
+
+def _word_counts(texts):
+    return np.fromiter((len(text.split()) for text in texts), dtype=np.int64, count=len(texts))
+
+
+def _vertices(path, texts, report):
+    """(V, 3) float64 positions and (V, 3) uint8 colors or None."""
+    counts = _word_counts(texts)
+    wrong = np.flatnonzero((counts < 3) | (counts == 5) | (counts > 7))
+    if len(wrong):
+        raise MapFileError(
+            "format",
+            path,
+            "vertex %d has %d values, not 3 (position), 4, 6 (with color) or 7"
+            % (wrong[0], counts[wrong[0]]),
+            "is the file damaged?",
+        )
+    values = numbers(path, b" ".join(texts), "vertices")
+    starts = np.cumsum(counts) - counts
+    positions = values[starts[:, None] + np.arange(3)]
+    if (counts == 4).any():
+        report.note("left out: the weight of %d vertices", np.count_nonzero(counts == 4))
+    if (counts < 6).any():
+        if (counts >= 6).any():
+            report.note("colors left out: only %d vertices have one", np.count_nonzero(counts >= 6))
+        return positions, None
+    if (counts == 7).any():
+        report.note("left out: the alpha of the vertex colors")
+    colors = values[starts[:, None] + np.arange(3, 6)]
+    whole = colors.max() > 1 and (colors == np.rint(colors)).all()  # some programs write bytes
+    return positions, colors_or_none(colors, {"u1"} if whole else {"f8"}, report)
+
+
+def _corners(path, lines, vertex_count):
+    """Number of corners of each face, their vertex indices from 0, and the text of all corners."""
+    counts = _word_counts(lines.faces)
+    text = b" ".join(lines.faces)
+    first = re.sub(rb"/[^\s]*", b"", text) if b"/" in text else text
+    written = numbers(path, first, "faces", np.int64)
+    if len(written) != counts.sum():
+        raise MapFileError("format", path, "a face has a corner without a vertex number", "")
+    corners = _from_zero(written, counts, [before[0] for before in lines.before])
+    check_corners(path, counts, corners, vertex_count, shown=written)
+    return counts, corners, text
+
+
+def _from_zero(written, counts, before):
+    """Indices from 0 of OBJ's numbers: from 1, or negative from the last one before the face.
+
+    0 becomes -1.
+    """
+    if (written > 0).all():
+        return written - 1
+    last = np.repeat(np.array(before, dtype=np.int64), counts)
+    return np.where(written > 0, written - 1, np.where(written < 0, last + written, -1))
+
+
+def _normals(path, lines, corners, text, vertex_count, report):
+    """(V, 3) float32 normals if every corner of a vertex has the same one.
+
+    None with a note otherwise.
+    """
+    found = re.findall(rb"[^\s/]+/[^\s/]*/([^\s/]+)", text)
+    if len(found) != len(corners):
+        report.note("normals left out: %d face corners have none", len(corners) - len(found))
+        return None
+    if not (_word_counts(lines.normals) == 3).all():
+        raise MapFileError("format", path, "a normal (vn line) has not three values", "")
+    normals = numbers(path, b" ".join(lines.normals), "normals").reshape(-1, 3)
+    counts = _word_counts(lines.faces)
+    written = numbers(path, b" ".join(found), "normals of faces", np.int64)
+    index = _from_zero(written, counts, [before[1] for before in lines.before])
+    if ((index < 0) | (index >= len(normals))).any():
+        at = np.flatnonzero((index < 0) | (index >= len(normals)))[0]
+        raise MapFileError(
+            "index", path, "a face refers to normal %d of %d" % (written[at], len(normals)), ""
+        )
+    result = np.zeros((vertex_count, 3))
+    result[corners] = normals[index]
+    if (result[corners] != normals[index]).any():
+        report.note("normals left out: a vertex has different ones in different faces")
+        return None
+    return normals_or_none(result, report)

@@ -1,0 +1,74 @@
+"""STL (binary and ASCII) to Mesh: corners at exactly the same position become one vertex, the
+report says so.
+"""
+import re
+
+import numpy as np
+
+from mesh_msgs_hdf5.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.exact import narrowed
+from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.numbers_text import numbers
+from mesh_msgs_hdf5.polygons import weld
+from mesh_msgs_hdf5.report import ImportReport, note_rounding
+
+_HEADER = 84
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_VERTEX = re.compile(rb"vertex\s+(\S+\s+\S+\s+\S+)")
+
+
+def read_stl(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
+    """A Mesh of an STL file's bytes."""
+    announced = int.from_bytes(data[80:_HEADER], "little") if len(data) >= _HEADER else 0
+    size = _HEADER + announced * _TRIANGLE.itemsize
+    is_text = data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:2048]
+    if len(data) >= _HEADER and (len(data) == size or not is_text):
+        corners = _binary(path, data, announced, size, report)
+    else:
+        corners = _ascii(path, data, report)
+    if not len(corners):
+        raise MapFileError("no_faces", path, "the STL file has no faces", "a map needs triangles")
+    corners, change = narrowed(corners, path, "corner")
+    note_rounding(report, change)
+    vertices, index = weld(corners, report)
+    return Mesh(vertices, index.reshape(-1, 3))
+
+
+def _binary(path, data, announced, size, report):
+    if len(data) < size:
+        raise MapFileError(
+            "truncated",
+            path,
+            "the file is cut off, or no STL: it announces %d triangles, but holds %d"
+            % (announced, (len(data) - _HEADER) // _TRIANGLE.itemsize),
+            "copy or fetch it again",
+        )
+    triangles = np.frombuffer(data, _TRIANGLE, announced, _HEADER)
+    colored = np.count_nonzero(triangles["attribute"])
+    if colored:
+        report.note("left out: the attribute (color) of %d triangles", colored)
+    if len(data) > size:
+        report.note("left out: %d bytes after the last triangle", len(data) - size)
+    return np.ascontiguousarray(triangles["corners"]).reshape(-1, 3)
+
+
+def _ascii(path, data, report):
+    text = data.lower()
+    if not text.lstrip().startswith(b"solid"):
+        raise MapFileError("format", path, "it is no STL file", "check the name")
+    if b"endsolid" not in text[max(text.rfind(b"endfacet"), 0) :]:
+        raise MapFileError(
+            "truncated",
+            path,
+            "the file is cut off: no endsolid at its end",
+            "copy or fetch it again",
+        )
+    facets, words = text.count(b"endfacet"), _VERTEX.findall(text)
+    if len(words) != 3 * facets:
+        raise MapFileError(
+            "format", path, "%d facets have %d corners, not three each" % (facets, len(words)), ""
+        )
+    solids = text.count(b"endsolid")
+    if solids > 1:
+        report.note("%d solids became one mesh", solids)
+    return numbers(path, b" ".join(words), "corners").reshape(-1, 3)

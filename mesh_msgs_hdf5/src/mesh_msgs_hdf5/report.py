@@ -1,0 +1,63 @@
+"""What an import did: counts, and a line for each thing that is not as it was in the file."""
+from dataclasses import dataclass, field
+from typing import List
+
+import numpy as np
+
+from mesh_msgs_hdf5.errors import one_line
+
+
+@dataclass
+class ImportReport:
+    """Counts and notes; nothing is changed without a note.
+
+    format: "PLY", "OBJ", "STL", "DAE" or "HDF5"; vertices, faces: of the mesh; triangulated:
+    polygons of more than three corners in the file; merged: vertices that fell together.
+    """
+
+    path: str
+    format: str
+    vertices: int = 0
+    faces: int = 0
+    triangulated: int = 0
+    merged: int = 0
+    notes: List[str] = field(default_factory=list)
+
+    def note(self, text: str, *values) -> None:
+        """Add a sentence; values are put into it by %."""
+        self.notes.append(text % values if values else text)
+
+    def lines(self) -> List[str]:
+        """The report for a person."""
+        head = "%s: %s, %d vertices, %d faces" % (
+            self.path,
+            self.format,
+            self.vertices,
+            self.faces,
+        )
+        return [one_line(head)] + ["  note: " + one_line(note) for note in self.notes]
+
+
+def note_costs(report: ImportReport, name: str, costs: np.ndarray) -> None:
+    """Say what a layer has that is no cost: negative values, and values that are not finite."""
+    negative = np.flatnonzero(costs < 0)
+    if len(negative):
+        report.note(
+            "layer %s has %d negative values, first %g at vertex %d; costs are >= 0",
+            name,
+            len(negative),
+            costs[negative[0]],
+            negative[0],
+        )
+    unknown, lethal = np.count_nonzero(np.isnan(costs)), np.count_nonzero(costs == np.inf)
+    if unknown or lethal:
+        report.note("layer %s has %d unknown (NaN), %d lethal (inf) values", name, unknown, lethal)
+
+
+def note_rounding(report: ImportReport, change: float) -> None:
+    """Say how much coordinates changed by becoming float32, where one could notice (0.01 mm)."""
+    if change > 1e-5:
+        report.note(
+            "coordinates were rounded to float32, by at most %.3g m (far from the origin?)",
+            change,
+        )

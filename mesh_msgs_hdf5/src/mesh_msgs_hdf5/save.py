@@ -1,0 +1,176 @@
+"""Puts bytes in the place of a file so that the old or the new file is there at every moment."""
+import contextlib
+import errno
+import fcntl
+import os
+import secrets
+import time
+from typing import Optional, Tuple
+
+from mesh_msgs_hdf5.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.probe import check_name
+
+_PREFIX, _SUFFIX = ".", ".mesh_msgs_hdf5.tmp"
+_WRITE_BYTES = 16 << 20
+LOCK_SECONDS = 20
+_HINTS = {
+    errno.ENOSPC: "make room on the disk",
+    errno.EDQUOT: "the quota is used up: make room",
+    errno.EACCES: "choose a folder you may write to",
+    errno.EPERM: "choose a folder you may write to",
+    errno.EROFS: "the disk is read-only: choose another folder",
+    errno.ENOENT: "make the folder first",
+    errno.ENOTDIR: "make the folder first",
+    errno.EIO: "the disk reports an error: save elsewhere",
+}
+
+
+def stamp(path: PathLike) -> Optional[Tuple[int, int, int, int]]:
+    """What changes whenever another file takes this place; None if there is no file."""
+    try:
+        status = os.stat(path)
+    except OSError:
+        return None
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+
+
+def check_target(path: PathLike, overwrite: bool) -> None:
+    """Refuse early, before long work, a place where save_file would fail for a plain reason."""
+    check_name(path)
+    target = os.path.realpath(os.fsdecode(path))
+    folder = os.path.dirname(target)
+    if os.path.isdir(target):
+        raise MapFileError("directory", path, "it is a folder, not a file", "name a file inside it")
+    if not os.path.isdir(folder):
+        raise MapFileError("save", path, "the folder %s does not exist" % folder, "make it first")
+    if os.path.exists(target) and not overwrite:
+        raise MapFileError("exists", path, "the file exists already", "use --force to replace it")
+
+
+def save_file(
+    path: PathLike,
+    data: bytes,
+    expected: Optional[Tuple[int, int, int, int]] = None,
+    overwrite: bool = True,
+) -> None:
+    """Replace the file (or the one that a link leads to) by these bytes, or leave it as it was.
+
+    A temporary file in the same folder gets the bytes and the old file's mode, is synced to the
+    disk and takes the old one's place in one step; then the folder is synced. expected: what
+    stamp() was when the old file was read; another one now means that somebody else saved, and is
+    refused. Raises MapFileError (save, changed, exists).
+    """
+    check_target(path, overwrite)
+    target = os.path.realpath(os.fsdecode(path))
+    try:
+        with _locked_folder(os.path.dirname(target)) as folder:
+            _sweep(target)
+            if expected is not None and stamp(target) != expected:
+                raise MapFileError(
+                    "changed", path, "another program saved it meanwhile", "open it again"
+                )
+            check_target(path, overwrite)
+            _replace(target, data, folder)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        if isinstance(error, _NotSynced):
+            message = "is saved, but may be lost if the power fails now: %s" % reason
+        else:
+            message = "cannot be saved, nothing was changed: %s" % reason
+        raise MapFileError("save", path, message, _HINTS.get(error.errno, "")) from error
+
+
+class _NotSynced(OSError):
+    """The new file is in place, but its folder could not be synced."""
+
+
+def _replace(target, data, folder):
+    descriptor, temporary = _create_temporary(target)
+    try:
+        try:
+            with contextlib.suppress(FileNotFoundError):
+                os.fchmod(descriptor, os.stat(target).st_mode & 0o7777)
+            view = memoryview(data)
+            while view:
+                view = view[os.write(descriptor, view[:_WRITE_BYTES]) :]
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+        os.replace(temporary, target)
+    except BaseException:  # also an interrupt: leave nothing behind
+        with contextlib.suppress(OSError):
+            os.unlink(temporary)
+        raise
+    try:
+        os.fsync(folder)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # a file system that does not sync folders
+            raise _NotSynced(error.errno, error.strerror) from error
+
+
+def _create_temporary(target):
+    """An open, locked, new file beside the target; its lock tells others that it is in use."""
+    folder, name = os.path.split(target)
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
+    while True:
+        token = secrets.token_hex(8)
+        # the name's end is cut so that the temporary name is never longer than a name may be
+        short = os.fsdecode(os.fsencode(name)[:200])
+        temporary = os.path.join(folder, _PREFIX + short + "." + token + _SUFFIX)
+        try:
+            descriptor = os.open(temporary, flags, 0o666)
+        except FileExistsError:
+            continue
+        with contextlib.suppress(OSError):  # no locks on this disk
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return descriptor, temporary
+
+
+@contextlib.contextmanager
+def _locked_folder(folder):
+    """The folder's descriptor; programs of this package save into a folder one after the other."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        _wait_for_lock(descriptor)
+        yield descriptor
+    finally:
+        with contextlib.suppress(OSError):  # nothing was written through it
+            os.close(descriptor)
+
+
+def _wait_for_lock(descriptor):
+    deadline = time.monotonic() + LOCK_SECONDS
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            if time.monotonic() > deadline:
+                raise BlockingIOError(
+                    error.errno, "another program has been saving there for %d s" % LOCK_SECONDS
+                ) from error
+            time.sleep(0.02)
+        except OSError:  # a disk without locks
+            return
+        else:
+            return
+
+
+def _sweep(target):
+    """Remove what killed programs left of saving this file; what is locked is still in use."""
+    folder, name = os.path.split(target)
+    short = os.fsdecode(os.fsencode(name)[:200])
+    with contextlib.suppress(OSError):
+        for entry in os.listdir(folder):
+            if entry.startswith(_PREFIX + short + ".") and entry.endswith(_SUFFIX):
+                stale = os.path.join(folder, entry)
+                with contextlib.suppress(OSError):
+                    _remove_if_unlocked(stale)
+
+
+def _remove_if_unlocked(path):
+    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        os.unlink(path)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,94 @@
+"""Schema S1: the paths, attributes and names of a map file.
+
+Everything about one mesh is in the group of its part (usually /mesh). `channels` holds vertex data
+and the faces, in two dimensions ([V,3], [F,3], [V,1]); LVR2 and mesh_map 1.x read no mesh without
+the variable-length string attributes IO and CLASS on the part's group; the released hdf5_map_io
+expects the other three groups.
+"""
+from typing import List
+
+from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
+
+VERSION = 1
+
+CHANNELS = "channels"
+GROUPS = (CHANNELS, "clustersets", "labels", "textures")
+
+VERTICES = "vertices"
+FACES = "face_indices"
+NORMALS = "vertex_normals"
+COLORS = "vertex_colors"
+
+# channel -> (columns, dtype); a cost layer is any other float channel with one value per vertex
+ARRAYS = {VERTICES: (3, "<f4"), FACES: (3, "<u4"), NORMALS: (3, "<f4"), COLORS: (3, "|u1")}
+COST_DTYPE = "<f4"
+RESERVED = frozenset(ARRAYS) | {
+    "edge_distances",
+    "edge_distances_idx",
+    "face_colors",
+    "face_material_indices",
+    "face_normals",
+    "texture_coordinates",
+    "texture_features",
+}
+
+# string attributes of the part's group: these two are LVR2's (of variable length), the others ours
+# (of fixed length)
+LVR2_ATTRIBUTES = {"IO": "MeshIO", "CLASS": "MeshBuffer"}
+SCHEMA_VERSION = "schema_version"  # int
+FRAME_ID = "frame_id"
+UUID = "uuid"
+SOURCE = "source"  # JSON object: provenance
+PARAMETERS = "parameters"  # of a layer's dataset: JSON object
+
+MAX_NAME_BYTES = 255
+
+
+def part_path(path: PathLike, part: str) -> List[str]:
+    """The components of a part's name; "" or "/" is the root group.
+
+    Refuses what is no plain name.
+    """
+    components = [name for name in part.split("/") if name]
+    for name in components:
+        _check_name(path, "part", name)
+    return components
+
+
+def check_layer_name(path: PathLike, name: str) -> None:
+    """Refuse a layer name that cannot be one name in the group `channels`, or has a meaning of its
+    own there.
+    """
+    _check_name(path, "layer", name)
+    if "/" in name:
+        raise MapFileError("layer", path, "layer name %r contains a slash" % name, "use _ instead")
+    if name in RESERVED or name.endswith("_idx"):
+        raise MapFileError(
+            "layer", path, "layer name %r is kept for mesh data" % name, "choose another name"
+        )
+
+
+def check_frame_id(path: PathLike, frame_id: str) -> None:
+    """Refuse a frame that tf2 would not accept."""
+    if not frame_id or frame_id.startswith("/") or len(frame_id) > MAX_NAME_BYTES:
+        reason = "is empty, starts with a slash or is too long"
+    elif not frame_id.isprintable() or " " in frame_id:
+        reason = "contains a blank or a control character"
+    else:
+        return
+    raise MapFileError("frame", path, "frame %r %s" % (frame_id, reason), "for example: map")
+
+
+def _check_name(path, what, name):
+    try:
+        size = len(name.encode("utf-8"))
+    except UnicodeEncodeError:
+        size = 0
+    if not 0 < size <= MAX_NAME_BYTES or name in (".", "..") or not name.isprintable():
+        raise MapFileError(
+            "layer" if what == "layer" else "part",
+            path,
+            "%s name %r is empty, too long, '.', '..' or not printable UTF-8"
+            % (what, one_line(name)[:80]),
+            "choose another name",
+        )
