@@ -1,0 +1,205 @@
+#!/usr/bin/python3
+"""Times of the kernels of mesh_map on a large mesh, beside NumPy and SciPy in the same run.
+
+    topology_and_dijkstra.py [--faces 2000000] [--repeats 5] [--json FILE]
+
+Prints the median of each and how much longer NumPy or SciPy takes. The mesh is the generated
+outdoor world, of about half as many vertices as faces.
+"""
+
+import argparse
+import json
+import statistics
+import sys
+import time
+from typing import Any, Callable, List, NamedTuple, Tuple
+
+import numpy as np
+from mesh_map import _kernels
+from mesh_map.dijkstra import DijkstraSolver
+from mesh_map.layers.height_diff import HeightDiffLayer
+from mesh_map.mesh_map import MeshMap
+from mesh_map.normals import face_normals, vertex_normals
+from mesh_map.surface import closest_points
+from mesh_map.topology import Topology, edge_lengths
+from mesh_msgs.outdoor_world import outdoor_world
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
+
+
+class Row(NamedTuple):
+    """A line of the table; reference and its time are of another library, None for none."""
+
+    name: str
+    milliseconds: float
+    reference: str = ""
+    reference_milliseconds: float = 0.0
+
+
+def timed(action: Callable[[], Any], repeats: int) -> Tuple[float, Any]:
+    """Median time of an action in milliseconds, and what it returned."""
+    times, result = [], None
+    for _ in range(repeats):
+        start = time.perf_counter()
+        result = action()
+        times.append(time.perf_counter() - start)
+    return 1000.0 * statistics.median(times), result
+
+
+def numpy_edges(faces: np.ndarray) -> np.ndarray:
+    """Unique edges by sorting pairs as 64-bit numbers."""
+    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    sides = np.sort(sides, axis=1).astype(np.uint64)
+    keys = np.unique(sides[:, 0] << np.uint64(32) | sides[:, 1])
+    return np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], 1).astype(np.uint32)
+
+
+def numpy_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Normals of faces and of vertices by bincount, the fastest way in NumPy."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    total = [
+        np.bincount(faces.ravel(), np.repeat(normals[:, k], 3), len(vertices)) for k in range(3)
+    ]
+    total = np.stack(total, 1)
+    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
+
+
+def scipy_height_difference(vertices: np.ndarray, radius: float, share: int) -> np.ndarray:
+    """Every share-th vertex by cKDTree, which knows no edges."""
+    tree = cKDTree(vertices)
+    z = vertices[:, 2]
+    rows = tree.query_ball_point(vertices[::share], radius, workers=2)
+    return np.array([z[row].max() - z[row].min() for row in rows])
+
+
+def measure_mesh(vertices: np.ndarray, faces: np.ndarray, repeats: int) -> List[Row]:
+    """Topology and normals."""
+    count = len(vertices)
+    time_one, _ = timed(lambda: Topology(faces=faces, vertex_count=count, threads=1), repeats)
+    time_all, topology = timed(lambda: Topology(faces=faces, vertex_count=count), repeats)
+    time_edges, edges = timed(lambda: numpy_edges(faces), 1)
+    if not np.array_equal(edges, topology.edges):
+        raise SystemExit("the edges differ from NumPy's")
+    graph = csr_matrix(
+        (np.ones(2 * topology.edge_count, np.int8), topology.neighbors, topology.neighbor_offsets),
+        (count, count),
+    )
+    time_components, _ = timed(lambda: connected_components(graph, False), 1)
+    reference = time_edges + time_components
+    rows = [
+        Row("topology", time_all, "np.unique + SciPy components", reference),
+        Row("topology, one thread", time_one, "np.unique + SciPy components", reference),
+    ]
+    time_lengths, _ = timed(lambda: edge_lengths(vertices, topology.edges), repeats)
+    time_reference, _ = timed(
+        lambda: np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1), 1
+    )
+    rows.append(Row("edge lengths", time_lengths, "NumPy", time_reference))
+    time_normals, _ = timed(
+        lambda: vertex_normals(topology, *face_normals(vertices, faces)), repeats
+    )
+    time_reference, _ = timed(lambda: numpy_normals(vertices, faces), 1)
+    return rows + [Row("normals of faces and vertices", time_normals, "NumPy", time_reference)]
+
+
+def measure_layer(mesh_map: MeshMap, repeats: int) -> List[Row]:
+    """The height difference layer with its default radius."""
+    share = 20
+    layer = HeightDiffLayer("height_diff")
+    radius = layer.params["radius"]
+    time_layer, _ = timed(lambda: layer.evaluate(mesh_map, {}), repeats)
+    vertices = mesh_map.vertices
+    time_reference, _ = timed(lambda: scipy_height_difference(vertices, radius, share), 1)
+    name = "cKDTree (1/%d of the vertices, times %d)" % (share, share)
+    return [Row("height_diff %.1f m" % radius, time_layer, name, share * time_reference)]
+
+
+def measure_dijkstra(mesh_map: MeshMap, repeats: int) -> List[Row]:
+    """The field from the vertex in the middle, and its beginning."""
+    topology = mesh_map.topology
+    lengths = edge_lengths(mesh_map.vertices, topology.edges)
+    center = mesh_map.vertices.mean(axis=0, dtype=np.float64)
+    source = mesh_map.nearest_vertex(center, np.inf)[0]
+    time_graph, solver = timed(
+        lambda: DijkstraSolver(topology=topology, edge_lengths=lengths), repeats
+    )
+    time_full, field = timed(lambda: solver.solve(source), repeats)
+    near = np.abs(field.potential - 17.0)
+    target = int(np.argmin(near))
+    time_near, _ = timed(lambda: solver.solve(source, targets=[target], offset=0.3), repeats)
+    costs = np.zeros(topology.vertex_count, np.float32)
+    time_costs, _ = timed(lambda: solver.solve(source, costs, 1.0), repeats)
+
+    kernel = _kernels._DijkstraGraph(
+        topology.neighbor_offsets, topology.neighbors, topology.neighbor_edges, lengths
+    )
+    arguments = (np.array([source], np.uint32), np.zeros(1, np.float32), None, np.inf)
+    heap = arguments + (np.zeros(0, np.uint32), 0.0, "heap", _kernels._CancelFlag())
+    time_heap, by_heap = timed(lambda: kernel._solve(*heap), repeats)
+    if by_heap[0].tobytes() != field.potential.tobytes():
+        raise SystemExit("the buckets and the heap differ")
+
+    weights = lengths[topology.neighbor_edges].astype(np.float64)
+    shape = (topology.vertex_count, topology.vertex_count)
+    graph = csr_matrix((weights, topology.neighbors, topology.neighbor_offsets), shape)
+    time_scipy, expected = timed(lambda: dijkstra(graph, indices=source), min(repeats, 3))
+    if not np.allclose(field.potential, expected, rtol=1e-4):
+        raise SystemExit("the distances differ from SciPy's")
+    scipy = "SciPy dijkstra"
+    return [
+        Row("Dijkstra, whole field", time_full, scipy, time_scipy),
+        Row("Dijkstra, whole field with costs", time_costs, scipy, time_scipy),
+        Row("Dijkstra, heap instead of buckets", time_heap, scipy, time_scipy),
+        Row("Dijkstra, to a goal 17 m away", time_near, scipy, time_scipy),
+        Row("Dijkstra, preparing the graph", time_graph),
+    ]
+
+
+def measure_closest(mesh_map: MeshMap, repeats: int) -> List[Row]:
+    """A closest point, by looking at every face."""
+    point = mesh_map.vertices.mean(axis=0, dtype=np.float64)[None]
+    time_point, _ = timed(
+        lambda: closest_points(vertices=mesh_map.vertices, faces=mesh_map.faces, points=point),
+        repeats,
+    )
+    return [Row("closest point, all faces", time_point)]
+
+
+def table(rows: List[Row]) -> str:
+    """The rows for people."""
+    lines = ["%-36s %10s %10s  %s" % ("", "ms", "ratio", "beside")]
+    for row in rows:
+        ratio = "%.1f x" % (row.reference_milliseconds / row.milliseconds) if row.reference else ""
+        beside = "%s: %.0f ms" % (row.reference, row.reference_milliseconds)
+        line = (row.name, row.milliseconds, ratio, beside if row.reference else "")
+        lines.append(("%-36s %10.1f %10s  %s" % line).rstrip())
+    return "\n".join(lines)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--faces", type=int, default=2_000_000, help="size of the mesh")
+    parser.add_argument("--repeats", type=int, default=5, help="of which the median is taken")
+    parser.add_argument("--json", help="file for the rows")
+    arguments = parser.parse_args()
+    if arguments.faces < 100 or arguments.repeats < 1:
+        parser.error("at least 100 faces and 1 repeat")
+    world = outdoor_world(faces=arguments.faces)
+    mesh_map = MeshMap(world.vertices, world.faces)
+    print("%s: %s" % (world.name, mesh_map.report()))
+    rows = measure_mesh(mesh_map.vertices, mesh_map.faces, arguments.repeats)
+    rows += measure_dijkstra(mesh_map, arguments.repeats)
+    rows += measure_layer(mesh_map, arguments.repeats)
+    rows += measure_closest(mesh_map, arguments.repeats)
+    print(table(rows))
+    if arguments.json:
+        with open(arguments.json, "w", encoding="utf-8") as file:
+            json.dump([row._asdict() for row in rows], file, indent=2)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

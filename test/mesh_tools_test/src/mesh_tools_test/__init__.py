@@ -1,0 +1,1 @@
+"""System tests, benchmarks and the demo of Mesh Tools."""

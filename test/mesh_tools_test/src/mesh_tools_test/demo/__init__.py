@@ -1,0 +1,1 @@
+"""The main job, from a mesh file to a picture of RViz with a planned path."""

@@ -1,0 +1,112 @@
+"""Command line of the demo."""
+import argparse
+import os
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+
+from mesh_msgs_hdf5.errors import MapFileError
+from osmesa_harness.back_ends import BackEnd, HeadlessError, environment_of
+
+from mesh_tools_test.demo import navigation_node, pipeline
+from mesh_tools_test.demo.processes import (
+    DemoError,
+    free_port,
+    process,
+    roscore,
+    subscribers,
+    wait_until,
+)
+from mesh_tools_test.demo.report import Report
+from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, ROBOT_FRAME, SERVER, rviz_config
+from mesh_tools_test.demo.screenshot import settled_picture
+
+PLANNER = "dijkstra_mesh_planner"
+LAYER, LIMITS = "height_diff", (0.0, 0.3)  # what RViz shows, in meters
+
+
+def arguments(argv):
+    """The parsed command line."""
+    parser = argparse.ArgumentParser(
+        prog="./run demo",
+        description="From a mesh file to RViz and a planned path.",
+        epilog="example: ./run demo forest.ply",
+    )
+    parser.add_argument("file", nargs="?", type=Path, help="PLY, OBJ, STL, DAE or HDF5")
+    parser.add_argument("--output", type=Path, default=Path("demo"), help="folder (%(default)s)")
+    parser.add_argument("--faces", type=int, default=200_000, help="size of the generated world")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the generated world")
+    parser.add_argument("--headless", action="store_true", help="no window, even with a DISPLAY")
+    return parser.parse_args(argv)
+
+
+def show_and_plan(report, stack, output, path, mesh_map, start, goal):
+    """Start map, server and RViz; plan; take the picture. The nodes live as long as the stack."""
+    logs = pipeline.clear_logs(output)
+    config = output / "mesh_tools.rviz"
+    frame = mesh_map.frame_id
+    config.write_text(rviz_config(start, goal, frame, LAYER, LIMITS, PLANNER), encoding="utf-8")
+    with report.step("start roscore") as notes:
+        uri = stack.enter_context(roscore(logs, free_port()))
+        notes.append(uri)
+    with report.step("start map and server") as notes:
+        launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
+        launch += [f"map_file:={path.resolve()}"]
+        server = stack.enter_context(process("mesh_navigation", launch, logs))
+        uuid = navigation_node.wait_for_map(server)
+        notes.append(f"node {SERVER}, mesh {uuid}")
+        navigation_node.place_robot(start, frame, ROBOT_FRAME)
+    with report.step("start RViz") as notes:
+        screen = stack.enter_context(environment_of(BackEnd.OSMESA_X, os.environ))
+        command = ["rviz", "--disable-anti-aliasing", "-d", str(config.resolve())]
+        rviz = stack.enter_context(process("rviz", command, logs, screen))
+        topic = f"{SERVER}/{PLANNER}/path"
+        wait_until(lambda: subscribers(uri, topic), 60, "RViz's subscription", [server, rviz])
+        notes.append("drawn by OSMesa on a virtual screen, for the picture")
+    with report.step("plan") as notes:
+        navigation_node.show_goal(goal, frame, GOAL_TOPIC)
+        result, positions = navigation_node.plan(start, goal, frame, PLANNER)
+        notes.append(f"{len(positions)} poses, {result.cost:.2f} m; {result.message}")
+    with report.step("picture") as notes:
+        picture = settled_picture(screen, rviz)
+        picture.save(output / "rviz.png")
+        notes.append(f"rviz.png, {picture.width} x {picture.height} pixels")
+    return uri, config
+
+
+def main(argv=None):
+    """Run the demo; the exit code is 0 on success, 1 on failure, 2 on wrong usage."""
+    options = arguments(argv)
+    output = options.output
+    report = Report()
+    try:
+        path, mesh_map, start, goal = pipeline.prepare(
+            report, output, options.file, options.faces, options.seed
+        )
+        with ExitStack() as stack:
+            uri, config = show_and_plan(report, stack, output, path, mesh_map, start, goal)
+            (output / "report.md").write_text(report.markdown(), encoding="utf-8")
+            print(
+                f"\nWritten to {output}/: {path.name}, rviz.png, report.md, mesh_tools.rviz, logs/"
+            )
+            if os.environ.get("DISPLAY") and not options.headless:
+                print(f"RViz is on your screen; the demo ends when you close it ({uri}).")
+                on_screen = stack.enter_context(
+                    process(
+                        "rviz_on_screen", ["rviz", "-d", str(config.resolve())], output / "logs"
+                    )
+                )
+                on_screen[1].wait()
+        print(
+            "Go on:\n"
+            f"  ./run exec rosrun mesh_msgs_hdf5 mesh_tool info {path}\n"
+            "  ./run exec roslaunch mesh_navigation mesh_navigation.launch"
+            f" map_file:={path.resolve()}\n"
+            f"  ./run exec rviz -d {config}"
+        )
+        return 0
+    except (DemoError, HeadlessError, MapFileError) as error:
+        print(f"demo: error: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130

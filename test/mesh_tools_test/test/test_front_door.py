@@ -1,0 +1,88 @@
+"""The front door says what it does, and refuses what it does not know."""
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+pytestmark = pytest.mark.skipif(
+    not (ROOT / "build/devel/setup.bash").exists(), reason="built elsewhere, not by ./run build"
+)
+
+
+def run(*arguments, **options):
+    """Run the front door; stdin closed, output captured."""
+    return subprocess.run(
+        [str(ROOT / "run"), *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        universal_newlines=True,
+        timeout=60,
+        **options,
+    )
+
+
+def commands():
+    """The commands that the script dispatches on."""
+    cases = re.findall(r"^  ([a-z]+)\)", (ROOT / "run").read_text(), flags=re.MULTILINE)
+    assert "build" in cases and "demo" in cases
+    return cases
+
+
+def test_help_explains_every_command():
+    text = run("help").stdout
+    for command in commands():
+        assert re.search(rf"^  {command}\b.{{10,}}", text, flags=re.MULTILINE), command
+
+
+def test_no_command_is_a_request_for_help():
+    result = run()
+    assert result.returncode == 0
+    assert result.stdout == run("help").stdout
+
+
+def test_unknown_command_is_refused():
+    result = run("dance")
+    assert result.returncode == 2
+    assert "dance" in result.stderr
+
+
+def test_exec_runs_in_the_workspace_and_passes_the_exit_code():
+    assert run("exec", "rosmsg", "md5", "mesh_msgs/MeshGeometryStamped").stdout.strip() == (
+        "2d62dc21b3d9b8f528e4ee7f76a77fb7"
+    )
+    assert run("exec", "bash", "-c", "exit 7").returncode == 7
+
+
+def test_rviz_finds_the_plugin():
+    plugins = run("exec", "rospack", "plugins", "--attrib=plugin", "rviz").stdout
+    assert re.search(r"^rviz_mesh_plugin .*/plugin_description\.xml$", plugins, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    "file, content, hint",
+    [
+        ("missing.ply", None, "no such file"),
+        ("empty.ply", b"", "empty"),
+        (
+            "pointer.ply",
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n",
+            "lfs",
+        ),
+        ("text.ply", b"hello\n", "ply"),
+    ],
+)
+def test_demo_refuses_bad_files_in_one_line(tmp_path, file, content, hint):
+    if content is not None:
+        (tmp_path / file).write_bytes(content)
+    output = tmp_path / "out"
+    result = run(
+        "exec", "rosrun", "mesh_tools_test", "demo", "--output", str(output), str(tmp_path / file)
+    )
+    assert result.returncode == 1
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1 and lines[0].startswith("demo: error: ")
+    assert hint in lines[0].lower()
+    assert not list(output.glob("*.h5"))
