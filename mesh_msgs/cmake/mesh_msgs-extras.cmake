@@ -18,3 +18,18 @@ function(mesh_msgs_add_pytest path)
   catkin_run_tests_target("pytest" ${name} "pytest-${name}.xml"
     COMMAND "${command}" WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
 endfunction()
+
+# mesh_msgs_add_tests()
+#
+# Registers all tests of a package laid out as ours are: test/test_*.py for pytest, test/*.test for rostest.
+#catkin_lint: ignore_once literal_project_name
+function(mesh_msgs_add_tests)
+  file(GLOB pytests RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS test/test_*.py)
+  foreach(test ${pytests})
+    mesh_msgs_add_pytest(${test})
+  endforeach()
+  file(GLOB rostests RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS test/*.test)
+  foreach(test ${rostests})
+    add_rostest(${test})
+  endforeach()
+endfunction()

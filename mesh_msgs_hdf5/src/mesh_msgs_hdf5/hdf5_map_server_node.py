@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import rospy
 from mesh_msgs import array_services, arrays
+from mesh_msgs.init_node import init_node
 from mesh_msgs.ros import LatchedTopics
 from mesh_msgs.srv import (
     GetUUIDs,
@@ -19,7 +20,6 @@ from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
-from mesh_msgs_hdf5.ros import init_node
 
 # clients of mesh_msgs_hdf5 1.x ask for "mesh"
 _THE_ONLY_ONE = ("", "mesh")

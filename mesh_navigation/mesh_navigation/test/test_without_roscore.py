@@ -19,5 +19,5 @@ def test_it_says_what_it_waits_for():
         still_running = node.poll() is None
         node.terminate()
         rest = node.communicate(timeout=30)[1]
-    assert line == f"mbf_mesh_nav: waiting for a roscore at {uri}\n"
+    assert line == f"mbf_mesh_nav: waiting for roscore at {uri}\n"
     assert still_running and rest == ""

@@ -9,13 +9,14 @@ from visualization_msgs.msg import Marker
 from mesh_map.mesh_map import MeshMap
 from mesh_map.parameter import Parameter
 from mesh_map.ros import MeshMapServer
+from mesh_msgs.init_node import init_node
 
 from mesh_navigation.get_path_node import GetPathServer
 from mesh_navigation.map_gate import MapGate
 from mesh_navigation.parameters import read_parameters
 from mesh_navigation.planner import PlanResult
 from mesh_navigation.planner_list import DEFAULT_PLANNERS, PlannerList
-from mesh_navigation.ros import Transforms, wait_for_master
+from mesh_navigation.ros import Transforms
 from mesh_navigation.vector_field_marker import vector_field_marker
 
 PARAMETERS = (
@@ -110,8 +111,7 @@ def _dictionary(name: str) -> Dict[str, Any]:
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
-    wait_for_master("mbf_mesh_nav")
-    rospy.init_node("mbf_mesh_nav", argv=arguments)
+    init_node("mbf_mesh_nav", argv=arguments)
     server = MbfServer()
     server.start()
     rospy.spin()

@@ -1,11 +1,9 @@
-"""What nodes need of ROS: its master, and poses through TF that no cancel has to wait for."""
+"""Poses through TF that no cancel has to wait for."""
 
-import sys
 import time
 from typing import Any
 
 import numpy as np
-import rosgraph
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped
@@ -18,19 +16,6 @@ from mesh_navigation.pose import Pose, transformed
 
 # Between two looks at TF (s).
 POLL = 0.02
-
-
-def wait_for_master(name: str) -> None:
-    """Wait until there is a roscore, having said so in one line.
-
-    rospy.init_node would wait too, but not when parameters are given on the command line.
-    """
-    if rosgraph.is_master_online():
-        return
-    sys.stderr.write(f"{name}: waiting for a roscore at {rosgraph.get_master_uri()}\n")
-    sys.stderr.flush()
-    while not rosgraph.is_master_online():
-        time.sleep(0.5)
 
 
 class Transforms:
