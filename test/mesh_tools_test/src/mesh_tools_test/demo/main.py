@@ -5,6 +5,8 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
+from mesh_map.errors import MeshMapError
+from mesh_msgs.outdoor_world import LEAST_FACES, MOST_FACES
 from mesh_msgs_hdf5.errors import MapFileError
 from osmesa_harness.back_ends import BackEnd, HeadlessError, environment_of
 
@@ -37,7 +39,10 @@ def arguments(argv):
     parser.add_argument("--faces", type=int, default=200_000, help="size of the generated world")
     parser.add_argument("--seed", type=int, default=0, help="seed of the generated world")
     parser.add_argument("--headless", action="store_true", help="no window, even with a DISPLAY")
-    return parser.parse_args(argv)
+    options = parser.parse_args(argv)
+    if not LEAST_FACES <= options.faces <= MOST_FACES:
+        parser.error(f"--faces must be from {LEAST_FACES} to {MOST_FACES}, not {options.faces}")
+    return options
 
 
 def show_and_plan(report, stack, output, path, mesh_map, start, goal):
@@ -74,6 +79,15 @@ def show_and_plan(report, stack, output, path, mesh_map, start, goal):
     return uri, config
 
 
+def show_on_screen(stack, output, config, uri):
+    """RViz on the user's screen, until the user closes it."""
+    print(f"RViz is on your screen; the demo ends when you close it ({uri}).", flush=True)
+    command = ["rviz", "-d", str(config.resolve())]
+    _, rviz, log = stack.enter_context(process("rviz_on_screen", command, output / "logs"))
+    if rviz.wait() != 0:
+        print(f"RViz ended with code {rviz.returncode} on {os.environ['DISPLAY']}; see {log}")
+
+
 def main(argv=None):
     """Run the demo; the exit code is 0 on success, 1 on failure, 2 on wrong usage."""
     options = arguments(argv)
@@ -89,14 +103,10 @@ def main(argv=None):
             print(
                 f"\nWritten to {output}/: {path.name}, rviz.png, report.md, mesh_tools.rviz, logs/"
             )
-            if os.environ.get("DISPLAY") and not options.headless:
-                print(f"RViz is on your screen; the demo ends when you close it ({uri}).")
-                on_screen = stack.enter_context(
-                    process(
-                        "rviz_on_screen", ["rviz", "-d", str(config.resolve())], output / "logs"
-                    )
-                )
-                on_screen[1].wait()
+            if options.headless or not os.environ.get("DISPLAY"):
+                print("No window was opened: there is no DISPLAY, or --headless was given.")
+            else:
+                show_on_screen(stack, output, config, uri)
         print(
             "Go on:\n"
             f"  ./run exec rosrun mesh_msgs_hdf5 mesh_tool info {path}\n"
@@ -105,7 +115,7 @@ def main(argv=None):
             f"  ./run exec rviz -d {config}"
         )
         return 0
-    except (DemoError, HeadlessError, MapFileError) as error:
+    except (DemoError, HeadlessError, MapFileError, MeshMapError, OSError) as error:
         print(f"demo: error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
