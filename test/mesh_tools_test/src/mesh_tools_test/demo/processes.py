@@ -94,10 +94,15 @@ def subscribers(uri, topic):
 
 @contextmanager
 def roscore(log_folder, port=None):
-    """A master of our own on a free port; yields its URI and sets ROS_MASTER_URI to it."""
+    """A master of our own on a free port; yields its URI and sets ROS_MASTER_URI to it.
+
+    All nodes talk over the loopback interface: a machine's own name need not resolve.
+    """
     port = port or free_port()
     uri = f"http://127.0.0.1:{port}"
-    before = {name: os.environ.get(name) for name in ("ROS_MASTER_URI", "ROS_LOG_DIR")}
+    names = ("ROS_MASTER_URI", "ROS_LOG_DIR", "ROS_IP", "ROS_HOSTNAME")
+    before = {name: os.environ.pop(name, None) for name in names}
+    os.environ["ROS_IP"] = "127.0.0.1"
     os.environ.update(ROS_MASTER_URI=uri, ROS_LOG_DIR=str(Path(log_folder).resolve() / "ros"))
     try:
         with process("roscore", ["roscore", "-p", str(port)], log_folder) as master:
