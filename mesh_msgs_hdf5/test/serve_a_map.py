@@ -3,6 +3,7 @@
 end.
 """
 import os
+import signal
 import subprocess
 import tempfile
 import threading
@@ -17,6 +18,7 @@ from mesh_msgs import msg as stock
 from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers, GetVertexCosts
 from mesh_writers import SQUARE, TWO_FACES, ply, xyz
 
+from mesh_msgs_hdf5.hdf5_map_server_node import ended_by_signals
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
 
@@ -173,15 +175,27 @@ class ServeAMap(unittest.TestCase):
 
     def test_a_bad_file_ends_the_node_with_one_line(self):
         result = subprocess.run(
-            node_command("_inputFile:=/nowhere.h5", name="bad"),
+            node_command("_inputFile:=nowhere.h5", name="bad"),
+            cwd=self.folder.name,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             timeout=60,
             check=False,
         )
         self.assertEqual(result.returncode, 1)
-        line = b"hdf5_map_server: error: /nowhere.h5: there is no such file (check the path)\n"
-        self.assertEqual(result.stderr, line)
+        path = os.path.join(self.folder.name, "nowhere.h5")  # whole: where was it looked for?
+        line = "hdf5_map_server: error: %s: there is no such file (check the path)\n" % path
+        self.assertEqual(result.stderr, line.encode())
+
+    def test_signals_end_the_load(self):
+        before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with self.assertRaises(KeyboardInterrupt), ended_by_signals():
+                os.kill(os.getpid(), number)
+                time.sleep(20)
+        after = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+        self.assertEqual(after, before)
+        self.assertFalse(rospy.is_shutdown())
 
     def test_without_a_roscore_it_says_so_and_can_be_interrupted(self):
         uri = "http://localhost:1"
@@ -195,7 +209,7 @@ class ServeAMap(unittest.TestCase):
         self.assertEqual(line, b"hdf5_map_server: waiting for roscore at %s\n" % uri.encode())
         process.send_signal(2)
         self.assertEqual(process.stderr.read(), b"")
-        self.assertEqual(process.wait(20), 0)
+        self.assertEqual(process.wait(20), 130)
         process.stderr.close()
 
 

@@ -1,14 +1,17 @@
 """Meshes that are refused: one line with the first index and the count, and nothing is written."""
 import os
 import struct
+import warnings
 
 import numpy as np
 import pytest
 from mesh_writers import SQUARE, TWO_FACES, dae, obj, ply, stl, stl_text, xyz
 
+from mesh_msgs_hdf5 import assimp_child
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.mesh_tool import main
+from mesh_msgs_hdf5.numbers_text import numbers
 
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
 
@@ -108,7 +111,7 @@ def test_other_formats_cut_off(tmp_path):
     for length in (60, 100, len(text) - 30):
         assert refusal(tmp_path, "a.stl", text[:length]).code in ("truncated", "format")
     text = dae(SQUARE, TWO_FACES).encode()
-    for length in range(200, len(text) - 20, 100):
+    for length in range(200, len(text) - 20, 300):
         assert refusal(tmp_path, "a.dae", text[:length]).code in ("format", "no_faces")
 
 
@@ -118,6 +121,39 @@ def head(vertices=4, faces=1, kind="list uchar int vertex_indices"):
         "property float y\nproperty float z\nelement face %d\nproperty %s\nend_header\n"
         % (vertices, faces, kind)
     ).encode()
+
+
+def test_ply_names_that_stand_twice(tmp_path):
+    columns = xyz(SQUARE) + [("cost", "f", [1.0] * 4), ("cost", "f", [2.0] * 4)]
+    error = refusal(tmp_path, "a.ply", ply(columns, TWO_FACES))
+    assert "two properties of element vertex named cost" in error.message
+    data = ply(xyz(SQUARE), TWO_FACES).replace(b"element face", b"element vertex 0\nelement face")
+    assert "two elements named vertex" in refusal(tmp_path, "a.ply", data).message
+
+
+def test_ply_triangle_strips(tmp_path):
+    data = ply(xyz(SQUARE), [[0, 1, 2, -1, 0, 2, 3]]).replace(b"element face", b"element tristrips")
+    assert "triangle strips are not read" in refusal(tmp_path, "a.ply", data).hint
+
+
+@pytest.mark.parametrize(
+    "program,code,words",
+    [
+        ("import os; os.abort()", "damaged", "assimp crashed while reading it (SIGABRT)"),
+        ("raise MemoryError('of no use')", "format", "cannot read it: MemoryError: of no use"),
+    ],
+)
+def test_a_crash_of_assimp_is_an_error(tmp_path, monkeypatch, program, code, words):
+    monkeypatch.setattr(assimp_child, "_PROGRAM", program)
+    error = refusal(tmp_path, "a.dae", dae(SQUARE, TWO_FACES))
+    assert error.code == code and words in error.message and "convert" in error.hint
+
+
+def test_assimp_is_not_led_astray_by_the_current_folder(tmp_path, monkeypatch):
+    (tmp_path / "numpy.py").write_text("raise SystemExit('the wrong one')")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.dae").write_text(dae(SQUARE, TWO_FACES))
+    assert np.array_equal(read_mesh("a.dae")[0].vertices, SQUARE)
 
 
 def test_announced_sizes_are_not_believed(tmp_path):
@@ -161,6 +197,15 @@ def test_words_instead_of_numbers(tmp_path, name):
     data = ply(xyz(SQUARE), TWO_FACES, "ascii") if name == "a.ply" else written[name]
     error = refusal(tmp_path, name, data.replace(b"2.0", b"2,0"))  # a decimal comma
     assert error.code == "format" and "2,0" in error.message
+
+
+def test_the_warnings_of_other_threads_are_no_errors(monkeypatch):
+    def fromstring(text, **_more):
+        warnings.warn("of somebody else", DeprecationWarning)
+        return np.array(text.split(), float)
+
+    monkeypatch.setattr(np, "fromstring", fromstring)
+    assert numbers("a", b"1 2", "data").tolist() == [1, 2]
 
 
 def test_obj_lines_of_a_wrong_length(tmp_path):

@@ -48,6 +48,8 @@ def test_import_then_info(square, tmp_path, capsys):
         "  uuid       " + uuid,
         "  parts      mesh",
         "  layer      cost: 0.5 .. 2, 1 lethal, 1 unknown",
+        '  source     {"file": "square.ply", "format": "PLY"}',
+        "  note       1 faces of more than three corners were cut into triangles (fans)",
     ):
         assert line in text.splitlines(), line
 
@@ -87,6 +89,21 @@ def test_info_for_programs(square, tmp_path, capsys):
     other = json.loads(capsys.readouterr().out)
     same = ("uuid", "vertices", "faces", "bounds", "frame_id")
     assert [other[key] for key in same] == [found[key] for key in same] and other["notes"]
+
+
+def test_the_output_for_programs_is_strict_json(square, tmp_path, capsys):
+    out = tmp_path / "square.h5"
+    main(["import", str(square), str(out)])
+    parameters = {"max": np.inf, "deep": [np.nan]}
+    MapFile(out).write_layers({"new": (np.ones(4, "f4"), parameters)})
+    capsys.readouterr()
+    assert main(["info", "--json", str(out)]) == 0
+
+    def refuse(name):
+        raise AssertionError(name)
+
+    found = json.loads(capsys.readouterr().out, parse_constant=refuse)
+    assert found["layers"][1]["parameters"] == {"max": "Infinity", "deep": ["NaN"]}
 
 
 def test_an_existing_map_is_not_replaced_unless_forced(square, tmp_path, capsys):
@@ -188,3 +205,12 @@ def test_a_reader_that_goes_away_is_no_crash(square):
     )
     os.close(write)
     assert result.stderr == b"" and result.returncode == 1
+
+
+def test_a_full_disk_behind_the_output_is_one_line(square):
+    with open("/dev/full", "wb") as full:
+        result = subprocess.run(
+            [PROGRAM, "info", square], stdout=full, stderr=subprocess.PIPE, timeout=60, check=False
+        )
+    expected = b"mesh_tool: error: cannot write the output: No space left on device\n"
+    assert (result.stderr, result.returncode) == (expected, 1)

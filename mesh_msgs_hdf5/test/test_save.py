@@ -147,6 +147,33 @@ def test_mode_and_links_stay(tmp_path):
     assert stat.S_IMODE(target.stat().st_mode) == 0o604
 
 
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may give files away")
+def test_the_owner_stays(tmp_path):
+    path = tmp_path / "a.h5"
+    path.write_bytes(b"old")
+    os.chown(path, 12345, 23456)
+    save.save_file(path, b"new")
+    assert (path.stat().st_uid, path.stat().st_gid) == (12345, 23456)
+
+
+@pytest.mark.parametrize("place,words", [("a.h5", "file is read-only"), ("", "no permission")])
+def test_what_may_not_be_written_is_refused_before_the_work(tmp_path, monkeypatch, place, words):
+    path = tmp_path / "a.h5"
+    path.write_bytes(b"old")
+    forbidden = os.path.realpath(tmp_path / place)
+    monkeypatch.setattr(save.os, "access", lambda path, _mode: path != forbidden)
+    with pytest.raises(MapFileError, match=words) as refused:
+        save.check_target(path, overwrite=True)
+    assert refused.value.code == "save"
+
+
+def test_a_pipe_is_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "a.h5")
+    with pytest.raises(MapFileError) as refused:
+        save.save_file(tmp_path / "a.h5", b"new")
+    assert refused.value.code == "not_regular"
+
+
 def test_a_new_file_has_the_usual_mode(tmp_path):
     old = os.umask(0o027)
     try:
@@ -278,7 +305,10 @@ def test_a_kill_during_a_save_leaves_the_old_or_the_new_file(tmp_path):
     seen = set()
     for attempt in range(12):
         writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE)
+        before = save.stamp(path)
         writer.stdout.readline()
+        while attempt % 2 and save.stamp(path) == before:
+            time.sleep(0.001)
         time.sleep(0.03 + 0.011 * attempt)
         writer.send_signal(signal.SIGKILL)
         writer.wait()

@@ -1,3 +1,2 @@
-"""The map file of Mesh Tools: safe reading and saving of triangle meshes with attributes, import
-from other formats.
+"""The map file of annotated triangle meshes: safe reading and saving, import of other formats.
 """

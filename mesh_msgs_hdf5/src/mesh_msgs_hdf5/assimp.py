@@ -85,8 +85,7 @@ def _library(path):
 
 
 def read_corners(path: PathLike, report: ImportReport) -> np.ndarray:
-    """(N, 3) float64 positions of the corners of all triangles of a scene, three after three, in
-    assimp's axes.
+    """(N, 3) float64 positions of the corners of all triangles of a scene, three after three.
 
     Every instance of a mesh counts, moved by the transforms above it; where they mirror, the
     corners' order is turned so that outside stays outside. Axes: x right, y up, z to the viewer;

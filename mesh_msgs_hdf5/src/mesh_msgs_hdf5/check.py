@@ -83,8 +83,9 @@ def shaped(
 
 
 def check_costs(path: PathLike, name: str, costs: np.ndarray) -> None:
-    """Refuse -inf in a layer; NaN is unknown, +inf lethal, and a negative cost is its maker's
-    business.
+    """Refuse -inf in a layer.
+
+    NaN is unknown, +inf lethal, and a negative cost is its maker's business.
     """
     wrong = costs == -np.inf
     if wrong.any():

@@ -58,8 +58,7 @@ def place(index: Sequence[int]) -> str:
 
 
 def narrowed(array: np.ndarray, path: PathLike, name: str) -> Tuple[np.ndarray, float]:
-    """float32 (N, C) of float coordinates that may be wider, refused where not finite after
-    narrowing.
+    """float32 (N, C) of float coordinates that may be wider, refused where not finite in float32.
 
     Returns (array, largest change in the array's unit). MapFileError not_finite names first row and
     count.

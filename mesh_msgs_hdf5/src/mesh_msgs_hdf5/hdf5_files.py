@@ -1,5 +1,4 @@
-"""The only place that opens HDF5: a user's file for reading, an image in memory for reading or
-building.
+"""The only place that opens HDF5: a user's file, or an image in memory.
 """
 import contextlib
 import io

@@ -1,5 +1,6 @@
-"""Guarded access to the objects of an open HDF5 file: nothing outside the file is read, no declared
-size is believed.
+"""Guarded access to the objects of an open HDF5 file.
+
+Nothing outside the file is read, no declared size is believed.
 
 Every function takes the name of the file for its errors. HDF5 follows external links, external
 storage and virtual datasets to any file that the process may read; so each step on the way to an

@@ -59,8 +59,9 @@ def image_with_layers(
     part: str,
     layers: Dict[str, Tuple[np.ndarray, Optional[dict]]],
 ) -> bytes:
-    """The bytes of the open file `source` with these layers added or replaced: {name: ((V,)
-    float32, parameters)}.
+    """The bytes of the open file `source` with these layers added or replaced.
+
+    layers: {name: ((V,) float32, parameters)}.
 
     Everything else is copied as it is stored: unknown groups, attributes, compressed chunks, links
     (not followed).
@@ -99,8 +100,9 @@ def _store_layer(path, channels, name, costs, parameters):
 
 
 def _store_text(owner, name, text):
-    """An attribute of fixed length, UTF-8: variable ones lie in a heap, on whose damage HDF5 1.10
-    loops for ever.
+    """Store an attribute of fixed length, UTF-8.
+
+    Those of variable length lie in a heap, on whose damage HDF5 1.10 loops for ever.
     """
     data = text.encode("utf-8")
     if len(data) > _MAX_FIXED_BYTES:
@@ -144,9 +146,7 @@ def _texts(path, parameters):
 
 
 def _verify(path, image, part, mesh, source=None):
-    """Read an image again; MapFileError if it does not hold exactly this mesh and all names of
-    source.
-    """
+    """Read an image again; refuse it unless it holds exactly this mesh and all names of source."""
     with reading_image(image, path) as file:
         reader = MapReader(file, path, part)
         found = reader.mesh()

@@ -1,7 +1,10 @@
-"""Node hdf5_map_server: publishes a mesh with its colors and cost layers, and answers requests for
-them.
+"""Node hdf5_map_server: publishes a mesh with its colors and cost layers, and offers services.
 """
+import contextlib
+import os
+import signal
 import sys
+from typing import Iterator
 
 import numpy as np
 import rospy
@@ -157,16 +160,36 @@ def load(path: str, part: str) -> MapMessages:
     return MapMessages(mesh, uuid, rospy.Time.now())
 
 
+@contextlib.contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Within it SIGINT and SIGTERM end the work at once by a KeyboardInterrupt.
+
+    rospy's own handlers only note the end, which long work does not look at.
+    """
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.signal(number, signal.default_int_handler) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before):
+            signal.signal(number, handler)
+
+
 def main() -> int:
     """Run the node; returns the exit code."""
     try:
         init_node("hdf5_map_server")
-        path = str(rospy.get_param("~inputFile", "/tmp/map.h5"))
-        MapServer(load(path, str(rospy.get_param("~mesh_part", "mesh"))))
+        # absolute: a relative one counts from where the node runs, with roslaunch ~/.ros
+        path = os.path.abspath(str(rospy.get_param("~inputFile", "/tmp/map.h5")))
+        with ended_by_signals():
+            messages = load(path, str(rospy.get_param("~mesh_part", "mesh")))
+        MapServer(messages)
         rospy.spin()
     except MapFileError as error:
         sys.stderr.write("hdf5_map_server: error: %s\n" % error)
         return 1
-    except (rospy.ROSInterruptException, KeyboardInterrupt):
+    except KeyboardInterrupt:
+        return 130  # as shells say it: ended by a signal before it served anything
+    except rospy.ROSInterruptException:
         pass
     return 0

@@ -4,7 +4,7 @@ Corners at exactly the same position become one vertex, the report says so.
 """
 import numpy as np
 
-from mesh_msgs_hdf5.assimp import read_corners
+from mesh_msgs_hdf5.assimp_child import corners_of_scene
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.exact import narrowed
 from mesh_msgs_hdf5.mesh import Mesh
@@ -19,7 +19,7 @@ def read_dae(path: PathLike, report: ImportReport) -> Mesh:
     a Z_UP file and makes (x, -z, y) of a Y_UP file's (x, y, z). assimp's own reading of decimal
     numbers is exact to the last bit but one.
     """
-    corners = read_corners(path, report)
+    corners = corners_of_scene(path, report)
     if not len(corners):
         raise MapFileError("no_faces", path, "the COLLADA file has no faces in its scene", "")
     corners = np.stack([corners[:, 0], -corners[:, 2], corners[:, 1]], axis=1)

@@ -14,6 +14,8 @@ from mesh_msgs_hdf5.report import ImportReport, note_costs, note_rounding
 _POSITION, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
 _COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
 _TEXTURE = {"s", "t", "u", "v", "texture_u", "texture_v"}
+# floats that are no costs, even where they stand alone
+_NO_LAYERS = _TEXTURE.union(_NORMAL, *_COLORS, ["alpha", "diffuse_alpha"])
 _CORNERS = ("vertex_indices", "vertex_index")
 
 
@@ -30,7 +32,8 @@ def read_ply(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
     floats = {p.name for p in vertex.properties if p.type[0] == "f" and not p.count}
     vertices, change = narrowed(_columns(vertex, _POSITION), path, "vertex")
     note_rounding(report, change)
-    mesh = Mesh(vertices, _faces(path, face, len(vertices), report))
+    strips = "tristrips" in elements
+    mesh = Mesh(vertices, _faces(path, face, len(vertices), strips, report))
     used = set(_POSITION)
     if set(_NORMAL) <= floats:
         used |= set(_NORMAL)
@@ -41,7 +44,7 @@ def read_ply(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
             kinds = {p.type for p in vertex.properties if p.name in names}
             mesh.vertex_colors = colors_or_none(_columns(vertex, names), kinds, report)
     for name, values in vertex.values.items():
-        if name in floats - used - _TEXTURE:
+        if name in floats - used - _NO_LAYERS:
             used.add(name)
             _add_layer(path, mesh, name, values, report)
     _note_left_out(vertex, used | _opaque_alpha(vertex), elements, left_over, report)
@@ -53,14 +56,16 @@ def _columns(element, names):
     return np.stack(columns, axis=1).astype(np.result_type(*columns).newbyteorder("="), copy=False)
 
 
-def _faces(path, face, vertex_count, report):
+def _faces(path, face, vertex_count, strips, report):
     found = [name for name in _CORNERS if face is not None and name in face.lists]
     if not found:
         raise MapFileError(
             "no_faces",
             path,
             "the PLY file has no faces (element face with a list vertex_indices)",
-            "a map needs triangles: mesh the points first",
+            "triangle strips are not read: save it as triangles, with MeshLab for example"
+            if strips
+            else "a map needs triangles: mesh the points first",
         )
     counts, corners = face.lists[found[0]]
     if corners.dtype.kind == "f":
@@ -152,7 +157,11 @@ def _note_left_out(vertex, used, elements, left_over, report):
         if element.name == "face":
             for p in element.properties:
                 if p.name not in _CORNERS:
-                    report.note("left out: property %s of the faces", p.name)
+                    report.note(
+                        "left out: %s of the faces (property %s); only corners of faces are read",
+                        "texture coordinates" if p.name == "texcoord" else "values",
+                        p.name,
+                    )
         elif element.name != "vertex" and element.rows:
             report.note("left out: element %s (%d rows)", element.name, element.rows)
     if left_over:

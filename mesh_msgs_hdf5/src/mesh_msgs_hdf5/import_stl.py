@@ -1,5 +1,6 @@
-"""STL (binary and ASCII) to Mesh: corners at exactly the same position become one vertex, the
-report says so.
+"""STL (binary and ASCII) to Mesh.
+
+Corners at exactly the same position become one vertex, the report says so.
 """
 import re
 
@@ -13,6 +14,7 @@ from mesh_msgs_hdf5.polygons import weld
 from mesh_msgs_hdf5.report import ImportReport, note_rounding
 
 _HEADER = 84
+_LOOK = 4096
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"vertex\s+(\S+\s+\S+\s+\S+)")
 
@@ -21,7 +23,8 @@ def read_stl(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
     """A Mesh of an STL file's bytes."""
     announced = int.from_bytes(data[80:_HEADER], "little") if len(data) >= _HEADER else 0
     size = _HEADER + announced * _TRIANGLE.itemsize
-    is_text = data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:2048]
+    # the header of a binary file may begin like text too, but what follows has zero bytes
+    is_text = data.lstrip()[:5].lower() == b"solid" and b"\0" not in data[:_LOOK]
     if len(data) >= _HEADER and (len(data) == size or not is_text):
         corners = _binary(path, data, announced, size, report)
     else:

@@ -1,5 +1,4 @@
-"""Reads a mesh from any file format that is known: PLY, OBJ, STL, DAE (COLLADA), and map files
-themselves.
+"""Reads a mesh from any known format: PLY, OBJ, STL, DAE (COLLADA), and map files themselves.
 """
 import os
 from typing import Tuple

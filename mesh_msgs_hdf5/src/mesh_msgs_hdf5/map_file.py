@@ -20,8 +20,9 @@ _KNOWN_CHANNELS = frozenset(schema.ARRAYS)
 
 
 class MapFile:
-    """One part of a map file. Opening reads names and shapes; each array is read when it is asked
-    for, and not kept.
+    """One part of a map file.
+
+    Opening reads names and shapes; each array is read when it is asked for, and not kept.
 
     The file is open only during a call. If its geometry is replaced meanwhile, the next call is
     refused (code changed), so that arrays of two meshes never mix. Every method raises MapFileError
@@ -116,9 +117,7 @@ class MapFile:
 
     @property
     def uuid(self) -> str:
-        """The UUID in the file; for a file that has none, that of its geometry (which is then
-        read).
-        """
+        """The UUID in the file; if it has none, that of its geometry (which is then read)."""
         with self._reader() as reader:
             stored = reader.text(schema.UUID)
             if stored:
@@ -190,8 +189,9 @@ class MapFile:
     def write(
         cls, path: PathLike, mesh: Mesh, part: str = "mesh", overwrite: bool = True
     ) -> "MapFile":
-        """Save a Mesh as a new map file with this one part, in one step (see save.py); returns its
-        MapFile.
+        """Save a Mesh as a new map file with this one part; returns its MapFile.
+
+        It takes the place of a file that is there in one step (see save.py).
 
         Raises MapFileError; then a file that was there before is untouched.
         """

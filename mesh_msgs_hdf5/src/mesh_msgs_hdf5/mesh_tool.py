@@ -57,6 +57,9 @@ def main(argv: Optional[List[str]] = None) -> int:
         _say("there is not enough memory for this mesh (use a machine with more)")
     except BrokenPipeError:  # the reader of our output has gone, as head does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:  # what concerns the files is a MapFileError
+        _say("cannot write the output: %s" % (error.strerror or error))
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
         _say("interrupted, nothing was saved")
         return 130

@@ -2,6 +2,7 @@
 
 Format: G. Turk, The PLY Polygon File Format, 1994.
 """
+import re
 from dataclasses import dataclass, field
 from typing import Dict, List, Optional, Tuple
 
@@ -32,6 +33,7 @@ _TYPES = {
 }
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _MAX_HEADER = 1 << 20
+_END = re.compile(rb"[\r\n]end_header[ \t]*(\r\n|\n|\r)")
 
 
 @dataclass
@@ -48,8 +50,9 @@ class Property:
 
 @dataclass
 class Element:
-    """rows of one kind. After reading, values has (N,) for a plain property, lists (counts (N,),
-    all items) for a list.
+    """Rows of one kind.
+
+    After reading, values has (N,) for a plain property, lists (counts (N,), all items) for a list.
     """
 
     name: str
@@ -76,17 +79,16 @@ def read_elements(path: PathLike, data: bytes) -> Tuple[Dict[str, Element], int]
 
 
 def _header(path, data):
-    end = data.find(b"end_header", 0, _MAX_HEADER)
-    line_end = data.find(b"\n", end) if end >= 0 else -1
-    if line_end < 0:
+    end = _END.search(data, 0, _MAX_HEADER)
+    if end is None:
         raise MapFileError(
             "truncated", path, "the PLY header has no end_header line", "copy or fetch it again"
         )
     order, elements = None, []
-    for line in data[:line_end].decode("latin-1").splitlines()[1:]:
+    for line in re.split("\r\n|\n|\r", data[: end.start()].decode("latin-1"))[1:]:
         words = line.split()
         try:
-            if not words or words[0] in ("comment", "obj_info", "end_header"):
+            if not words or words[0] in ("comment", "obj_info"):
                 continue
             if words[0] == "format":
                 order = _ORDERS[words[1]]
@@ -107,7 +109,19 @@ def _header(path, data):
             ) from error
     if order is None:
         raise MapFileError("format", path, "the PLY header has no format line", "")
-    return order, elements, line_end + 1
+    _check_names(path, "elements", elements)
+    for element in elements:
+        _check_names(path, "properties of element %s" % element.name, element.properties)
+    return order, elements, end.end()
+
+
+def _check_names(path, what, items):
+    names = [item.name for item in items]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise MapFileError(
+            "format", path, "the PLY header has two %s named %s" % (what, twice[0]), "rename one"
+        )
 
 
 class _Rows:
@@ -192,9 +206,7 @@ class _Rows:
         return block.view(self.order + kind)
 
     def _walk(self):
-        """Rows of different lengths: find where each value lies, row by row, then gather them
-        all at once.
-        """
+        """Rows of different lengths: find the places row by row, then gather all at once."""
         properties = self.element.properties
         steps = [(p.count, self.size(p.count or p.type), self.size(p.type)) for p in properties]
         places = [[] for _ in properties]

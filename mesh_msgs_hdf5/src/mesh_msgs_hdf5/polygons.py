@@ -70,8 +70,7 @@ def triangulate(counts: np.ndarray, corners: np.ndarray, report: ImportReport) -
 
 
 def weld(corners: np.ndarray, report: ImportReport) -> Tuple[np.ndarray, np.ndarray]:
-    """Vertices and faces of a triangle soup: corners at exactly the same position become one
-    vertex.
+    """Vertices and faces of a triangle soup: corners at the same position become one vertex.
 
     corners: (N, 3) float32 positions. Returns (vertices (V, 3) float32 in the order in which they
     come first, index (N,) uint32 of each corner's vertex).

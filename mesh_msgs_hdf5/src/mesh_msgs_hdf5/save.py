@@ -43,8 +43,21 @@ def check_target(path: PathLike, overwrite: bool) -> None:
         raise MapFileError("directory", path, "it is a folder, not a file", "name a file inside it")
     if not os.path.isdir(folder):
         raise MapFileError("save", path, "the folder %s does not exist" % folder, "make it first")
-    if os.path.exists(target) and not overwrite:
-        raise MapFileError("exists", path, "the file exists already", "use --force to replace it")
+    if os.path.exists(target):
+        if not overwrite:
+            raise MapFileError(
+                "exists", path, "the file exists already", "use --force to replace it"
+            )
+        if not os.path.isfile(target):
+            raise MapFileError("not_regular", path, "it is no regular file", "name another one")
+        if not os.access(target, os.W_OK):
+            raise MapFileError(
+                "save", path, "the file is read-only", "chmod u+w, or name another one"
+            )
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise MapFileError(
+            "save", path, "no permission to write to the folder %s" % folder, _HINTS[errno.EACCES]
+        )
 
 
 def save_file(
@@ -55,8 +68,8 @@ def save_file(
 ) -> None:
     """Replace the file (or the one that a link leads to) by these bytes, or leave it as it was.
 
-    A temporary file in the same folder gets the bytes and the old file's mode, is synced to the
-    disk and takes the old one's place in one step; then the folder is synced. expected: what
+    A temporary file in the same folder gets the bytes and the old file's mode and owner, is synced
+    to the disk and takes the old one's place in one step; then the folder is synced. expected: what
     stamp() was when the old file was read; another one now means that somebody else saved, and is
     refused. Raises MapFileError (save, changed, exists).
     """
@@ -89,7 +102,10 @@ def _replace(target, data, folder):
     try:
         try:
             with contextlib.suppress(FileNotFoundError):
-                os.fchmod(descriptor, os.stat(target).st_mode & 0o7777)
+                old = os.stat(target)
+                with contextlib.suppress(PermissionError):  # root keeps the owner, others own it
+                    os.fchown(descriptor, old.st_uid, old.st_gid)
+                os.fchmod(descriptor, old.st_mode & 0o7777)
             view = memoryview(data)
             while view:
                 view = view[os.write(descriptor, view[:_WRITE_BYTES]) :]

@@ -56,9 +56,7 @@ def part_path(path: PathLike, part: str) -> List[str]:
 
 
 def check_layer_name(path: PathLike, name: str) -> None:
-    """Refuse a layer name that cannot be one name in the group `channels`, or has a meaning of its
-    own there.
-    """
+    """Refuse a layer name that cannot be one in the group `channels`, or has a meaning there."""
     _check_name(path, "layer", name)
     if "/" in name:
         raise MapFileError("layer", path, "layer name %r contains a slash" % name, "use _ instead")

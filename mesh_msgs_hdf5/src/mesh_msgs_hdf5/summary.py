@@ -10,10 +10,10 @@ from mesh_msgs_hdf5.probe import kind_of, read_head
 
 
 def summarize(path: str, part: str = "mesh") -> Dict[str, Any]:
-    """A dict of what a file holds: counts, bounds in meters, layers, frame, UUID, parts,
-    provenance.
+    """What a file holds: counts, bounds in meters, layers, frame, UUID, parts, provenance.
 
-    Reads and checks all of it. Everything in it can be written as JSON. Raises MapFileError.
+    Reads and checks all of it. The result is made of dicts, lists, texts and numbers. Raises
+    MapFileError.
     """
     summary: Dict[str, Any] = {"path": os.fsdecode(path)}
     mesh, report = read_mesh(path, part)
@@ -50,8 +50,9 @@ def summarize(path: str, part: str = "mesh") -> Dict[str, Any]:
 
 
 def costs_summary(costs: np.ndarray) -> Dict[str, Any]:
-    """min and max of the finite values (None if there are none), counts of lethal, unknown and
-    negative ones.
+    """Range of the finite values, and counts of lethal, unknown and negative ones.
+
+    min and max are None if no value is finite.
     """
     finite = costs[np.isfinite(costs)]
     return {

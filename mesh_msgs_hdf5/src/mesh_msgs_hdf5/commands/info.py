@@ -19,7 +19,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     summary = summarize(arguments.file, arguments.part)
     if arguments.json:
-        print(json.dumps(summary, indent=2))
+        # parameters in a file may hold NaN and Infinity, which JSON has no numbers for
+        text = json.dumps(json.loads(json.dumps(summary), parse_constant=str), indent=2)
+        print(text)
     else:
         print("\n".join(_lines(summary)))
     return 0
@@ -50,9 +52,11 @@ def _rows(summary):
         yield "layers", "none"
     for other in summary.get("other_contents", ()):
         yield "also", other
-    if summary["source"]:
-        yield "source", json.dumps(summary["source"], sort_keys=True)
-    for note in summary.get("notes", ()):
+    source = dict(summary["source"])
+    notes = source.pop("notes", [])
+    if source:
+        yield "source", json.dumps(source, sort_keys=True)
+    for note in notes if isinstance(notes, list) else [notes]:
         yield "note", note
 
 

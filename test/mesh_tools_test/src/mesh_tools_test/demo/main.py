@@ -108,11 +108,10 @@ def main(argv=None):
             else:
                 show_on_screen(stack, output, config, uri)
         print(
-            "Go on:\n"
-            f"  ./run exec rosrun mesh_msgs_hdf5 mesh_tool info {path}\n"
-            "  ./run exec roslaunch mesh_navigation mesh_navigation.launch"
-            f" map_file:={path.resolve()}\n"
-            f"  ./run exec rviz -d {config}"
+            "Go on, in ./run shell or wherever the workspace is sourced:\n"
+            f"  rosrun mesh_msgs_hdf5 mesh_tool info {path}\n"
+            f"  roslaunch mesh_navigation mesh_navigation.launch map_file:={path.resolve()}\n"
+            f"  rviz -d {config}"
         )
         return 0
     except (DemoError, HeadlessError, MapFileError, MeshMapError, OSError) as error:
