@@ -138,17 +138,15 @@ def is_planar(mesh):
 
 def levels_above(mesh, x, y):
     """Return the heights at which the vertical line through (x, y) crosses faces that look up."""
-    found = []
-    for (a, b, c), normal in zip(corners(mesh), normals(mesh)):
-        if normal[2] <= 1e-12:
-            continue
-        weights = [
-            (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])
-            for p, q in ((b, c), (c, a), (a, b))
-        ]
-        if min(weights) > 1e-12:
-            found.append(np.dot(weights, [a[2], b[2], c[2]]) / sum(weights))
-    return found
+    points = corners(mesh)[normals(mesh)[:, 2] > 1e-12]
+    a, b, c = points[:, :, :2].transpose(1, 0, 2) - [x, y]
+    # Each corner's weight is the area between the point and the opposite side.
+    weights = np.stack(
+        [p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((b, c), (c, a), (a, b))], axis=1
+    )
+    hit = weights.min(axis=1) > 1e-12
+    weights = weights[hit]
+    return ((weights * points[hit, :, 2]).sum(axis=1) / weights.sum(axis=1)).tolist()
 
 
 def is_multi_level(mesh):
