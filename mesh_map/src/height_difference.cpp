@@ -6,15 +6,6 @@
 
 namespace mesh_map {
 
-std::vector<PackedPosition> packPositions(ArrayView<float> positions)
-{
-  std::vector<PackedPosition> packed(positions.size() / 3);
-  for (std::size_t v = 0; v < packed.size(); ++v) {
-    packed[v] = {positions[3 * v], positions[3 * v + 1], positions[3 * v + 2], 0.0f};
-  }
-  return packed;
-}
-
 std::vector<float> heightDifference(ArrayView<float> positions, const RowsView& neighbors,
                                     double radius, unsigned threads)
 {
@@ -22,15 +13,14 @@ std::vector<float> heightDifference(ArrayView<float> positions, const RowsView& 
   const std::vector<PackedPosition> packed = packPositions(positions);
   std::vector<float> differences(packed.size());
   parallelFor(packed.size(), vertices_per_chunk, threads, [&]() -> RangeBody {
-    return [neighborhood = RadiusNeighborhood(packed, neighbors), radius, center = packed.data(),
+    return [neighborhood = RadiusNeighborhood(packed, neighbors), radius, vertices = packed.data(),
             out = differences.data()](std::size_t begin, std::size_t end) mutable {
       for (std::size_t v = begin; v < end; ++v) {
-        float lowest = center[v].z, highest = center[v].z;
-        neighborhood.visit(static_cast<std::uint32_t>(v), radius,
-                           [&](std::uint32_t, const PackedPosition& position) {
-                             lowest = std::min(lowest, position.z);
-                             highest = std::max(highest, position.z);
-                           });
+        float lowest = vertices[v].z, highest = lowest;
+        for (const std::uint32_t u : neighborhood.find(static_cast<std::uint32_t>(v), radius)) {
+          lowest = std::min(lowest, vertices[u].z);
+          highest = std::max(highest, vertices[u].z);
+        }
         out[v] = highest - lowest;
       }
     };

@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 import time
 import unittest
+from unittest import mock
 
 import numpy as np
 import roslib.packages
@@ -162,6 +163,27 @@ class MeshMapNode(unittest.TestCase):
         with self.assertRaisesRegex(MeshMapError, "none.h5"):
             server.load()
         self.assertIs(server.map, before)
+
+    def test_shutdown_ends_loading(self):
+        layers = [{"name": "height_diff", "type": TYPE}]
+        server = self.serve("ending", mesh_file=self.path, layers=layers)
+        before = server.map
+        for stage in range(3):  # after the file, before the layer, before publishing
+            answers = [False] * stage + [True]
+            fake = mock.Mock(wraps=rospy)
+            fake.is_shutdown.side_effect = answers
+            with mock.patch("mesh_map.ros.rospy", fake):
+                with self.assertRaisesRegex(MeshMapError, "the node is shut down"):
+                    server.load()
+            self.assertIs(server.map, before)
+
+    def test_colors_of_another_map_do_not_stay(self):
+        server = self.serve("colors", mesh_file=self.path)
+        topic = server.namespace + "/vertex_colors"
+        self.assertIn(topic, dict(rospy.get_published_topics()))
+        MapFile.write(self.path, Mesh(self.mesh.vertices, self.mesh.faces))
+        server.load()
+        self.assertNotIn(topic, dict(rospy.get_published_topics()))
 
     def test_a_map_that_cannot_be_loaded(self):
         missing = os.path.join(self.folder, "missing.h5")

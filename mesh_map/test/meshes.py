@@ -1,6 +1,4 @@
-"""Meshes for the tests: the zoo, random soups of triangles, and the real ones where they are
-present.
-"""
+"""Meshes for the tests: the zoo, random soups of triangles, and real ones where present."""
 
 import os
 from pathlib import Path

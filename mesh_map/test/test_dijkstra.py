@@ -208,6 +208,9 @@ def test_a_blocked_source_starts_nothing():
     costs[3] = np.inf
     result = graph.solver.solve(3, costs)
     assert np.isinf(result.potential).all() and len(result.way_from(3)) == 0
+    for vertex in (-1, 25):
+        with pytest.raises(ValueError, match="vertex %d does not exist" % vertex):
+            result.way_from(vertex)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.2, 1.0, np.inf])

@@ -53,9 +53,7 @@ def test_equals_plain_python_on_terrain(radius):
 
 
 def test_tray():
-    """Mean edge 0.51 m: as released, only 88 vertices have neighbors within 0.3 m; the others have
-    0 here.
-    """
+    """Mean edge 0.51 m: as released, only 88 vertices have neighbors; the others have 0 here."""
     mesh = data_mesh(TRAY)
     costs = height_diff(mesh).costs
     assert np.array_equal(costs, expected(mesh, 0.3))
@@ -64,9 +62,7 @@ def test_tray():
 
 
 def test_botanical_garden():
-    """The released formula leaves out the vertex itself; with that, our neighborhoods give its
-    numbers.
-    """
+    """Without the vertex itself, as released, our neighborhoods give the released numbers."""
     mesh = data_mesh(BOTANICAL)
     z = mesh.vertices[:, 2]
     rows = neighborhoods(mesh, 0.3)

@@ -78,6 +78,7 @@ def test_results_are_checked():
     result = checked_result(costs, [1], 4)
     assert result.costs.dtype == np.float32 and np.array_equal(result.costs, costs, equal_nan=True)
     assert result.lethal.tolist() == [False, True, True, False]
+    assert checked_result([1e60, 0, 0, 0], [], 4).lethal.tolist() == [True, False, False, False]
     mask = np.array([True, False, False, False])
     assert checked_result(costs, mask, 4).lethal.tolist() == [True, False, True, False]
     assert mask.tolist() == [True, False, False, False]
@@ -89,6 +90,8 @@ def test_results_are_checked():
         (costs, [-1], "a lethal vertex does not exist"),
         (costs, mask[:3], "the lethal vertices have to be 4 booleans or indices"),
         (costs, [0.5], "the lethal vertices have to be"),
+        ([0, -1, -2, 0], [], r"the cost of vertex 1 is -1 \(2 negative ones in all\)"),
+        ([0, 0, 0, -INF], [3], r"the cost of vertex 3 is -inf \(1 negative"),
     ):
         with pytest.raises(MeshMapError, match=message):
             checked_result(bad_costs, bad_lethal, 4)

@@ -43,7 +43,7 @@ def test_faces_without_area_are_reported():
     vertices = CORNERS + [[2, 0, 0]]
     mesh_map = MeshMap(vertices, [[0, 1, 2], [0, 1, 3]])
     assert mesh_map.faces_without_area.tolist() == [False, True]
-    assert mesh_map.report().endswith("4 border edges, 1 inconsistent edges, 1 faces without area")
+    assert mesh_map.report().endswith("4 border edges, 1 inconsistent edge, 1 face without area")
     assert mesh_map.face_normals.tolist() == [[0, 0, 1], [0, 0, 1]]
     assert np.array_equal(mesh_map.face_normals, face_normals(vertices, [[0, 1, 2], [0, 1, 3]])[0])
 
@@ -143,6 +143,20 @@ def test_progress():
     second = dict(HEIGHT_DIFF, name="second")
     mesh_map.compute_layers([HEIGHT_DIFF, second], progress=lambda *call: calls.append(call))
     assert calls == [(0.0, "layer height_diff"), (0.5, "layer second"), (1.0, "done")]
+
+
+def test_progress_can_end_the_computation():
+    mesh_map = MeshMap(CORNERS, [[0, 1, 2]])
+
+    for last in (0.5, 1.0):
+
+        def stop(share, _next):
+            if share == last:
+                raise MeshMapError("enough")
+
+        with pytest.raises(MeshMapError, match="enough"):
+            mesh_map.compute_layers([HEIGHT_DIFF, "bad"], progress=stop)
+        assert not mesh_map.layers and not mesh_map.layer_errors
 
 
 def test_stored_costs_are_taken():

@@ -152,9 +152,7 @@ def test_isolated_vertices_are_not_near():
 
 
 def test_barycentric_coordinates():
-    """The projection is the point of the plane that is nearest; inside means all weights in [0,
-    1].
-    """
+    """The projection is the nearest point of the plane; inside means all weights in [0, 1]."""
     random = np.random.default_rng(0)
     a, b, c, points = random.normal(size=(4, 200, 3))
     weights = barycentric_coordinates(points, a, b, c)

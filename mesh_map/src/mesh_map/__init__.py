@@ -1,6 +1,4 @@
-"""The layered mesh map: a triangle mesh, what is next to what in it, cost layers, and queries on
-its surface.
-"""
+"""The layered mesh map: a triangle mesh, its topology, cost layers, and queries on its surface."""
 
 from mesh_map.errors import MeshMapError
 from mesh_map.mesh_map import MeshMap

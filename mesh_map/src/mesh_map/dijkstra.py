@@ -14,9 +14,7 @@ Source = Union[int, Iterable[Tuple[int, float]]]
 
 
 class CancelFlag:
-    """Ends the solve() it is given to, whether it is set before or while that runs, from any
-    thread.
-    """
+    """Ends the solve() it is given to; may be set before or while that runs, by any thread."""
 
     def __init__(self) -> None:
         self._kernel = _kernels._CancelFlag()
@@ -45,10 +43,18 @@ class DijkstraResult:
     cancelled: bool = False
 
     def way_from(self, vertex: int) -> np.ndarray:
-        """The vertices from this one to the source that it is nearest to, (N,) uint32; empty if it
-        was not reached.
+        """The vertices from this one to the source that it is nearest to, (N,) uint32.
+
+        Empty if it was not reached.
+
+        Raises:
+            ValueError: a vertex that does not exist.
         """
         vertex = operator.index(vertex)
+        if not 0 <= vertex < len(self.potential):
+            raise ValueError(
+                "vertex %d does not exist: there are %d vertices" % (vertex, len(self.potential))
+            )
         if not np.isfinite(self.potential[vertex]):
             return np.zeros(0, np.uint32)
         way: List[int] = [vertex]
@@ -137,9 +143,7 @@ class DijkstraSolver:
         return DijkstraResult(potential, predecessors, cancelled)
 
     def cancel(self) -> None:
-        """Ends every solve that runs now; later ones are not affected (for those, see
-        CancelFlag).
-        """
+        """Ends every solve that runs now, by setting its flag; later ones without it go on."""
         with self._lock:
             for flag in self._running:
                 flag.set()

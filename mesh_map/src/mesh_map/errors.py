@@ -7,8 +7,9 @@ def one_line(text: object) -> str:
 
 
 class MeshMapError(Exception):
-    """A map, layer or parameter that cannot be used. str() is one line: what is wrong, and the way
-    out if there is one.
+    """A map, layer or parameter that cannot be used.
+
+    str() is one line: what is wrong, and the way out if there is one.
 
     Attributes: message, hint (may be empty).
     """

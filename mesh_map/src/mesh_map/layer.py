@@ -19,8 +19,10 @@ FACTOR = Parameter(
 
 
 class LayerResult(NamedTuple):
-    """costs: (V,) float32; finite >= 0 is a cost, +inf is lethal, NaN is unknown. lethal: (V,)
-    bool.
+    """What a layer gives.
+
+    costs: (V,) float32; finite >= 0 is a cost, +inf is lethal, NaN is unknown.
+    lethal: (V,) bool.
     """
 
     costs: np.ndarray
@@ -28,8 +30,9 @@ class LayerResult(NamedTuple):
 
 
 class Layer(abc.ABC):
-    """A cost for each vertex of a map, and which vertices are lethal. The contract of a layer
-    plugin:
+    """A cost for each vertex of a map, and which vertices are lethal.
+
+    The contract of a layer plugin:
 
     * It is described in an XML file that its package.xml exports (see mesh_map.plugins), and
       constructed with its name and parameters, which are checked against PARAMETERS; a plugin need
@@ -102,9 +105,7 @@ class Layer(abc.ABC):
         return None
 
     def stored_parameters(self) -> Dict[str, Value]:
-        """What is stored with the costs: they may be reused by a layer for which this is the
-        same.
-        """
+        """What is stored with the costs: they may be reused where this is the same."""
         affecting = {p.name: self.params[p.name] for p in self.all_parameters() if p.affects_costs}
         return dict(affecting, type=self.type_name)
 
@@ -112,7 +113,7 @@ class Layer(abc.ABC):
         """compute(), with what it returns checked and brought into the form of LayerResult.
 
         Raises:
-            MeshMapError: arrays of a wrong length or kind.
+            MeshMapError: arrays of a wrong length or kind, or a negative cost.
         """
         returned = self.compute(mesh_map, inputs)
         try:
@@ -126,7 +127,7 @@ def checked_result(costs: Any, lethal: Any, vertex_count: int) -> LayerResult:
     """A LayerResult of V costs, and V booleans or any number of vertex indices.
 
     Raises:
-        MeshMapError: arrays of a wrong length or kind.
+        MeshMapError: arrays of a wrong length or kind, or a negative cost.
     """
     costs, lethal = np.asarray(costs), np.asarray(lethal)
     if costs.dtype.kind not in "fiu" or costs.shape != (vertex_count,):
@@ -144,5 +145,13 @@ def checked_result(costs: Any, lethal: Any, vertex_count: int) -> LayerResult:
         mask[indices] = True
     else:
         raise MeshMapError("the lethal vertices have to be %d booleans or indices" % vertex_count)
-    costs = np.ascontiguousarray(costs, np.float32)
+    with np.errstate(over="ignore"):  # what does not fit is lethal
+        costs = np.ascontiguousarray(costs, np.float32)
+    negative = np.flatnonzero(costs < 0)
+    if len(negative):
+        raise MeshMapError(
+            "the cost of vertex %d is %g (%d negative ones in all)"
+            % (negative[0], costs[negative[0]], len(negative)),
+            "costs have to be 0 or more, +inf for lethal, NaN for unknown",
+        )
     return LayerResult(costs, mask | np.isposinf(costs))

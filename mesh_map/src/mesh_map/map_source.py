@@ -1,6 +1,4 @@
-"""Where a mesh map comes from: a map file or any mesh file, and parameters in a plain
-dictionary.
-"""
+"""Where a mesh map comes from: a map file or a mesh file, and parameters in a dictionary."""
 
 import logging
 from dataclasses import dataclass
@@ -21,8 +19,10 @@ _LOG = logging.getLogger("mesh_map")
 
 @dataclass(frozen=True)
 class MapParameters:
-    """mesh_file, mesh_part, global_frame: as in the README; layers: the list for
-    MeshMap.compute_layers().
+    """Parameters that have been checked.
+
+    mesh_file, mesh_part, global_frame: as in the README.
+    layers: the list for MeshMap.compute_layers().
     """
 
     mesh_file: str
@@ -97,8 +97,7 @@ class MapSource:
         )
 
     def stored_costs(self, layer: Layer) -> Optional[np.ndarray]:
-        """The costs in the file under the name of this layer, if they were made with the same
-        parameters.
+        """The costs in the file under the name of this layer, if its parameters are the same.
 
         A file that does not say how its costs were made may hold those of another radius: they are
         not used.

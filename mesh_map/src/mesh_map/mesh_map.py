@@ -18,7 +18,7 @@ from mesh_map.layer import BASE_CLASS_TYPE, Layer, LayerResult, checked_result
 from mesh_map.normals import face_normals, vertex_normals
 from mesh_map.plugins import find_class
 from mesh_map.surface import NO_FACE, SurfacePoint, closest_points
-from mesh_map.topology import Topology
+from mesh_map.topology import Topology, quantity
 
 _LOG = logging.getLogger("mesh_map")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -28,10 +28,10 @@ StoredCosts = Callable[[Layer], Optional[np.ndarray]]
 
 
 class MeshMap:
-    """A triangle mesh with cost layers. Any triangle soup will do: nothing is repaired, all
-    oddities are counted.
+    """A triangle mesh with cost layers.
 
-    What follows from the geometry is computed when it is first asked for. All arrays are read-only.
+    Any triangle soup will do: nothing is repaired, all oddities are counted. What follows from the
+    geometry is computed when it is first asked for. All arrays are read-only.
 
     Attributes:
         vertices: (V, 3) float32, meters in frame_id.
@@ -105,20 +105,19 @@ class MeshMap:
 
     @cached_property
     def vertex_normals(self) -> np.ndarray:
-        """(V, 3) float32: those that were given, or the mean of the face normals around (see
-        mesh_map.normals).
-        """
+        """(V, 3) float32: those that were given, or those of mesh_map.normals."""
         return read_only(vertex_normals(self.topology, *self._face_normals))
 
     def report(self) -> str:
         """One line for people: what the mesh consists of, and its oddities."""
         without_area = int(self.faces_without_area.sum())
-        suffix = ", %d faces without area" % without_area if without_area else ""
+        suffix = ", " + quantity(without_area, "faces without area") if without_area else ""
         return self.topology.report() + suffix
 
     def closest_face(self, point: Any, max_distance: float) -> Optional[SurfacePoint]:
-        """The nearest point of the surface, exact over all faces; None if there is none within the
-        distance.
+        """The nearest point of the surface, exact over all faces.
+
+        None if there is none within the distance.
 
         Args:
             point: (3,) meters in frame_id; one that is not finite finds nothing.
@@ -165,7 +164,8 @@ class MeshMap:
 
         Args:
             config: list of {"name": ..., "type": ..., "params": {...}}; params may be missing.
-            progress: called with the share that is done (0 to 1) and what comes next.
+            progress: called with the share that is done (0 to 1) and what comes next. What it
+                raises ends the computation and leaves everything as it was.
             stored: gives costs (V,) that a layer had before with the same stored_parameters(), or
                 None.
         """
@@ -177,10 +177,11 @@ class MeshMap:
             config = []
         for number, entry in enumerate(config):
             name = "layer %d" % number
+            if progress:
+                shown = entry.get("name", number) if isinstance(entry, Mapping) else number
+                progress(number / len(config), "layer %s" % (shown,))
             try:
                 name, type_name, params = _checked_entry(entry, layers, errors)
-                if progress:
-                    progress(number / len(config), "layer " + name)
                 layers[name] = self._evaluated(name, type_name, params, layers, stored)
             except MeshMapError as error:
                 errors.setdefault(name, str(error))
@@ -190,9 +191,9 @@ class MeshMap:
                 _LOG.error("layer %s is left out: it failed with %s", name, errors[name])
         results = [(layer.result, layer.params["factor"]) for layer in layers.values()]
         costs = read_only(combine(results, len(self.vertices)))
-        self.layers, self.layer_errors, self.costs = layers, errors, costs
         if progress:
             progress(1.0, "done")
+        self.layers, self.layer_errors, self.costs = layers, errors, costs
 
     def _evaluated(
         self,

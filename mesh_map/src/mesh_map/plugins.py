@@ -8,7 +8,7 @@ layers.xml:
 
     <library path="my_package">
       <class name="my_layers/SlopeLayer" type="my_package.slope.SlopeLayer"
-      base_class_type="mesh_map::Layer">
+             base_class_type="mesh_map::Layer">
         <description>What it does.</description>
       </class>
     </library>
@@ -32,8 +32,12 @@ _MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
 
 
 class Plugin(NamedTuple):
-    """name: as users write it; type: module and class; package: where it is described; description:
-    for users.
+    """What is said about a plugin.
+
+    name: as users write it.
+    type: module and class.
+    package: where it is described.
+    description: for users.
     """
 
     name: str
@@ -43,8 +47,9 @@ class Plugin(NamedTuple):
 
 
 def find_plugins(package: str, base_class_type: str) -> Dict[str, Plugin]:
-    """All plugins of a base class that packages on ROS_PACKAGE_PATH export for `package`, by their
-    names.
+    """All plugins of a base class that packages export for `package`, by their names.
+
+    Packages are those on ROS_PACKAGE_PATH.
 
     A description that cannot be read is logged and left out; of two plugins of one name, the first
     package counts (its own package before others, then in alphabetical order).
@@ -111,8 +116,8 @@ def _scan(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[s
 
 def _descriptions(packages: rospkg.RosPack, name: str, tag: str) -> List[str]:
     """Paths of the XML files that a package exports under this tag."""
-    # Most packages export nothing of ours; reading a manifest properly takes far longer than this
-    # look.
+    # Most packages export nothing of ours, and reading a manifest properly takes far longer than
+    # this look at it.
     with open(os.path.join(packages.get_path(name), "package.xml"), "rb") as manifest:
         if b"<" + tag.encode() not in manifest.read(_MAX_BYTES):
             return []

@@ -15,6 +15,7 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from mesh_map.errors import MeshMapError, one_line
 from mesh_map.map_source import MapSource, map_parameters
 from mesh_map.mesh_map import MeshMap
+from mesh_map.topology import quantity
 
 COMBINED_COSTS = "Combined Costs"
 
@@ -42,12 +43,16 @@ def forward_log() -> None:
         _LOG.propagate = False
 
 
+def _stop_at_shutdown(*_progress: Any) -> None:
+    if rospy.is_shutdown():
+        raise MeshMapError("the node is shut down")
+
+
 class MeshMapServer:
     """Loads a map as the parameters below a namespace say, and publishes it there.
 
     Parameters, topics and services: see the README of this package. All names are below the
-        namespace, so the map of
-    the node move_base_flex with the default namespace is published on
+    namespace, so the map of the node move_base_flex with the default namespace is published on
     /move_base_flex/mesh_map/mesh.
     """
 
@@ -89,15 +94,17 @@ class MeshMapServer:
         stays.
 
         Raises:
-            MeshMapError: the map cannot be loaded; one line for users.
+            MeshMapError: the map cannot be loaded, or ROS is shut down meanwhile; one line for
+                users.
         """
         with self._lock:
             parameters = map_parameters(rospy.get_param(self.namespace, {}))
             start = time.monotonic()
             source = MapSource(parameters.mesh_file, parameters.mesh_part)
+            _stop_at_shutdown()
             mesh_map = source.make_map(parameters.global_frame)
             _LOG.info("%s: %s", parameters.mesh_file, mesh_map.report())
-            mesh_map.compute_layers(parameters.layers, stored=source.stored_costs)
+            mesh_map.compute_layers(parameters.layers, _stop_at_shutdown, source.stored_costs)
             if not mesh_map.layers:
                 _LOG.warning("the map has no layers: every vertex is free")
             for old in list(self._costs_topic.keys()):
@@ -105,16 +112,17 @@ class MeshMapServer:
             self._map, self._source = mesh_map, source
             self._publish_all()
             _LOG.info(
-                "map %s with %d layers is ready after %.2f s",
+                "map %s with %s is ready after %.2f s",
                 mesh_map.uuid,
-                len(mesh_map.layers),
+                quantity(len(mesh_map.layers), "layers"),
                 time.monotonic() - start,
             )
             return mesh_map
 
     def publish_costs(self, type_name: str, costs: np.ndarray) -> None:
-        """Publishes costs of all vertices, such as those of a layer or the "Potential" of a plan;
-        late subscribers get the last ones of each type.
+        """Publishes costs of all vertices, such as the "Potential" of a plan.
+
+        Late subscribers get the last ones of each type.
 
         Args:
             type_name: what RViz offers in its list of vertex costs.
@@ -122,14 +130,15 @@ class MeshMapServer:
         Raises:
             MeshMapError: a wrong number of costs, or no map.
         """
+        mesh_map = self.map
         costs = np.asarray(costs, np.float32)
-        if costs.shape != (len(self.map.vertices),):
+        if costs.shape != (len(mesh_map.vertices),):
             raise MeshMapError(
-                "%s has %s costs for %d vertices" % (type_name, costs.shape, len(self.map.vertices))
+                "%s has %s costs for %d vertices" % (type_name, costs.shape, len(mesh_map.vertices))
             )
         message = arrays.MeshVertexCostsStamped(
             header=self._header(),
-            uuid=self.map.uuid,
+            uuid=mesh_map.uuid,
             type=type_name,
             mesh_vertex_costs=arrays.MeshVertexCosts(costs=costs),
         )
@@ -169,6 +178,9 @@ class MeshMapServer:
 
     def _publish_colors(self, colors: Optional[np.ndarray]) -> None:
         if colors is None:
+            if self._colors_topic is not None:  # those of another map
+                self._colors_topic.unregister()
+                self._colors_topic = None
             return
         if self._colors_topic is None:
             self._colors_topic = rospy.Publisher(

@@ -13,9 +13,10 @@ NO_FACE = int(_kernels._NO_INDEX)
 class SurfacePoint(NamedTuple):
     """A point of a mesh.
 
-    face: index; position: (3,) float64 meters; barycentric: (3,) float64, weights of the corners of
-        the face, which
-    sum up to 1; distance: meters from the point that was asked for, on either side of the surface.
+    face: index.
+    position: (3,) float64, meters.
+    barycentric: (3,) float64, weights of the corners of the face, which sum up to 1.
+    distance: meters from the point that was asked for, on either side of the surface.
     """
 
     face: int
@@ -25,8 +26,12 @@ class SurfacePoint(NamedTuple):
 
 
 class SurfacePoints(NamedTuple):
-    """N of them as arrays: faces (N,) uint32 with NO_FACE where there is none, positions and
-    barycentric (N, 3) float64, distances (N,) float64."""
+    """N points of a mesh as arrays.
+
+    faces: (N,) uint32, NO_FACE where there is none.
+    positions, barycentric: (N, 3) float64.
+    distances: (N,) float64.
+    """
 
     faces: np.ndarray
     positions: np.ndarray
@@ -55,8 +60,9 @@ def barycentric_coordinates(points: Any, a: Any, b: Any, c: Any) -> np.ndarray:
 
 
 def is_inside(barycentric: Any, tolerance: float = 0.0) -> np.ndarray:
-    """Whether projections lie inside their triangles: equation 2 of the paper, widened by the
-    tolerance.
+    """Whether projections lie inside their triangles.
+
+    Equation 2 of the paper, widened by the tolerance.
 
     Args:
         barycentric: (..., 3), from barycentric_coordinates(). NaN is outside.
@@ -71,11 +77,10 @@ def is_inside(barycentric: Any, tolerance: float = 0.0) -> np.ndarray:
 def closest_points(
     *, vertices: Any, faces: Any, points: Any, max_distance: float = float("inf")
 ) -> SurfacePoints:
-    """The nearest point of a mesh for each of N points, exact: every face is looked at, in double
-    precision.
+    """The nearest point of a mesh for each of N points.
 
-    Of several faces as near, the one of lowest index is named. A point that is not finite finds
-    nothing.
+    Exact: every face is looked at, in double precision. Of several faces as near, the one of
+    lowest index is named. A point that is not finite finds nothing.
 
     Args:
         vertices: (V, 3) meters.

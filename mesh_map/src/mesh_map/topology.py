@@ -1,5 +1,6 @@
 """What is next to what in a triangle mesh."""
 
+import re
 from typing import Any, Dict
 
 import numpy as np
@@ -16,8 +17,9 @@ _VERTEX_NON_MANIFOLD, _VERTEX_ISOLATED = 1, 2
 
 
 class Topology:
-    """Adjacency of any triangle soup. Nothing is repaired or left out; oddities are counted. Arrays
-    are read-only.
+    """Adjacency of any triangle soup.
+
+    Nothing is repaired or left out; oddities are counted. Arrays are read-only.
 
     An edge is a pair of different vertices (a < b) that follow each other in some face. A
     degenerate face (one that names a vertex twice) has its edges too, but does not count as a face
@@ -135,13 +137,17 @@ class Topology:
 
     def report(self) -> str:
         """One line for people: sizes, and whichever oddities there are."""
-        counts = self.counts()
-        always = ("vertices", "faces", "edges", "components")
         return ", ".join(
-            "%s %s" % (format(count, ","), name.replace("_", " "))
-            for name, count in counts.items()
-            if count or name in always
+            quantity(count, name.replace("non_", "non-").replace("_", " "))
+            for name, count in self.counts().items()
+            if count or name in ("vertices", "faces", "edges", "components")
         )
+
+
+def quantity(count: int, plural: str) -> str:
+    """A number of things of a mesh for people, such as "1 face" or "2,416 faces"."""
+    singular = re.sub(r"s\b", "", plural.replace("vertices", "vertexs"))
+    return "%s %s" % (format(count, ","), singular if count == 1 else plural)
 
 
 def edge_lengths(vertices: Any, edges: np.ndarray) -> np.ndarray:

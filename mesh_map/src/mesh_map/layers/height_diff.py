@@ -15,10 +15,9 @@ if TYPE_CHECKING:
 class HeightDiffLayer(ThresholdLayer):
     """max z - min z, in meters, over a vertex and those around it within a radius.
 
-    Around means: reached over edges through vertices whose Euclidean distance from the vertex is
-        below the radius. The
-    vertex itself counts; in the released mesh_map it did not, and a vertex without neighbors in
-    reach had -inf.
+    "Around" means: reached over edges through vertices whose Euclidean distance from the vertex is
+    below the radius. The vertex itself counts; in the released mesh_map it did not, and a vertex
+    without neighbors in reach had -inf.
     """
 
     PARAMETERS = (
