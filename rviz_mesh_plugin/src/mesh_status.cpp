@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "rviz_mesh_plugin/mesh_style.h"
 #include "rviz_mesh_plugin/validation.h"
 
 namespace rviz_mesh_plugin {
@@ -26,11 +27,18 @@ std::string join(const std::vector<std::string>& names)
   return joined;
 }
 
+/// "1 layer", "2 layers"
+std::string counted(std::size_t count, const char* one, const char* many)
+{
+  return text(count, " ", count == 1 ? one : many);
+}
+
 std::string refusals(const Reception& reception)
 {
   return reception.refused == 0
              ? std::string()
-             : text("; ", reception.refused, " of ", reception.received(), " messages refused");
+             : text("; ", reception.refused, " of ",
+                    counted(reception.received(), "message", "messages"), " refused");
 }
 
 /// What is the same for costs and colors: nullopt where all is well so far.
@@ -60,9 +68,10 @@ OptionalStatus attributeProblem(const AttributeState& state, const char* what,
   return std::nullopt;
 }
 
-std::string waitingText(std::size_t waiting, const char* what)
+std::string waitingText(std::size_t waiting, const char* one, const char* many)
 {
-  return text(waiting, " ", what, " wait for a geometry with their uuid");
+  return counted(waiting, one, many) + (waiting == 1 ? " waits for a geometry with its uuid"
+                                                     : " wait for a geometry with their uuid");
 }
 
 }  // namespace
@@ -80,10 +89,12 @@ StatusLine topicStatus(const std::string& topic, const std::string& subscription
   if (reception.received() == 0) {
     return {StatusLine::WARN, text("no message received on ", topic, " yet; is it published?")};
   }
-  return {StatusLine::OK, text(reception.received(), " messages received", refusals(reception))};
+  return {StatusLine::OK,
+          counted(reception.received(), "message", "messages") + " received" + refusals(reception)};
 }
 
-OptionalStatus geometryStatus(const MeshDataConstPtr& mesh, const Reception& reception)
+OptionalStatus geometryStatus(const MeshDataConstPtr& mesh, const Reception& reception,
+                              bool normals_shown)
 {
   if (!reception.refusal.empty()) {
     return StatusLine{StatusLine::ERROR, text("message ignored: ", reception.refusal,
@@ -92,9 +103,13 @@ OptionalStatus geometryStatus(const MeshDataConstPtr& mesh, const Reception& rec
   if (!mesh) {
     return std::nullopt;
   }
-  return StatusLine{StatusLine::OK,
-                    text(mesh->vertexCount(), " vertices, ", mesh->faceCount(), " faces, normals ",
-                         mesh->normals_given ? "given" : "computed", ", uuid '", mesh->uuid, "'")};
+  const std::size_t stride = normalStride(mesh->vertexCount());
+  return StatusLine{
+      StatusLine::OK,
+      text(mesh->vertexCount(), " vertices, ", counted(mesh->faceCount(), "face", "faces"),
+           ", normals ", mesh->normals_given ? "given" : "computed",
+           normals_shown && stride > 1 ? text(" (one in ", stride, " is drawn)") : "", ", uuid '",
+           mesh->uuid, "'")};
 }
 
 OptionalStatus colorsStatus(const AttributeState& state)
@@ -106,7 +121,8 @@ OptionalStatus colorsStatus(const AttributeState& state)
     return problem;
   }
   if (state.size) {
-    return StatusLine{StatusLine::OK, text(*state.size, " colors", refusals(state.reception))};
+    return StatusLine{StatusLine::OK,
+                      text(counted(*state.size, "color", "colors"), refusals(state.reception))};
   }
   if (state.waiting == 0) {
     return std::nullopt;
@@ -114,7 +130,7 @@ OptionalStatus colorsStatus(const AttributeState& state)
   const bool missed = state.chosen && state.mesh_shown;
   return StatusLine{
       missed ? StatusLine::WARN : StatusLine::OK,
-      text("colors of ", waitingText(state.waiting, "other meshes"), missed ? GREY : "")};
+      waitingText(state.waiting, "set of colors", "sets of colors") + (missed ? GREY : "")};
 }
 
 OptionalStatus costsStatus(const CostsState& state)
@@ -128,12 +144,14 @@ OptionalStatus costsStatus(const CostsState& state)
     }
     return problem;
   }
-  const std::string waiting = state.waiting > 0 ? "; " + waitingText(state.waiting, "layers") : "";
+  const std::string waiting =
+      state.waiting > 0 ? "; " + waitingText(state.waiting, "layer", "layers") : "";
   if (!state.chosen || !state.mesh_shown) {
     if (state.types.empty() && state.waiting == 0) {
       return std::nullopt;
     }
-    return StatusLine{StatusLine::OK, text(state.types.size(), " layers: ", join(state.types),
+    return StatusLine{StatusLine::OK, text(counted(state.types.size(), "layer", "layers"),
+                                           state.types.empty() ? "" : ": ", join(state.types),
                                            waiting, refusals(state.reception))};
   }
   if (state.types.empty()) {

@@ -22,14 +22,15 @@ Ogre::AxisAlignedBox bounds(const MeshData& mesh, float margin)
           mesh.upper[0] + margin, mesh.upper[1] + margin, mesh.upper[2] + margin};
 }
 
-/// Two ends per vertex: itself, and @a length along its normal.
+/// Two ends per line: the vertex, and @a length along its normal.
 std::vector<std::array<float, 3>> normalLines(const MeshData& mesh, float length)
 {
+  const std::size_t stride = normalStride(mesh.vertexCount());
   std::vector<std::array<float, 3>> ends;
-  ends.reserve(2 * mesh.vertices.size());
-  for (const MeshVertex& vertex : mesh.vertices) {
-    const auto& p = vertex.position;
-    const auto& n = vertex.normal;
+  ends.reserve(2 * (mesh.vertexCount() / stride + 1));
+  for (std::size_t i = 0; i < mesh.vertexCount(); i += stride) {
+    const auto& p = mesh.vertices[i].position;
+    const auto& n = mesh.vertices[i].normal;
     ends.push_back(p);
     ends.push_back({p[0] + length * n[0], p[1] + length * n[1], p[2] + length * n[2]});
   }

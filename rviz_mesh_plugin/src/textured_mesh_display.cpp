@@ -1,7 +1,5 @@
 #include "rviz_mesh_plugin/textured_mesh_display.h"
 
-#include <exception>
-
 #include <OgreQuaternion.h>
 #include <OgreSceneNode.h>
 
@@ -9,6 +7,7 @@
 #include <rviz/frame_manager.h>
 #include <rviz/validate_floats.h>
 
+#include "rviz_mesh_plugin/mesh_painter.h"
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_visual.h"
 
@@ -17,6 +16,16 @@ namespace rviz_mesh_plugin {
 TexturedMeshDisplay::TexturedMeshDisplay()
     : properties_(new MeshProperties(this)), inbox_(std::make_shared<MeshInbox>()), topics_(inbox_)
 {
+}
+
+TexturedMeshDisplay::~TexturedMeshDisplay()
+{
+  topics_.unsubscribe();
+}
+
+void TexturedMeshDisplay::onInitialize()
+{
+  painter_ = std::make_unique<MeshPainter>(store_, *properties_, scene_manager_, scene_node_);
   connect(properties_, SIGNAL(geometryTopicChanged()), SLOT(onGeometryTopic()));
   connect(properties_, SIGNAL(colorsTopicChanged()), SLOT(onColorsTopic()));
   connect(properties_, SIGNAL(costsTopicChanged()), SLOT(onCostsTopic()));
@@ -24,9 +33,9 @@ TexturedMeshDisplay::TexturedMeshDisplay()
   connect(properties_, SIGNAL(styleChanged()), SLOT(onStyle()));
 }
 
-TexturedMeshDisplay::~TexturedMeshDisplay()
+const MeshVisual* TexturedMeshDisplay::visual() const
 {
-  topics_.unsubscribe();
+  return painter_ ? painter_->visual() : nullptr;
 }
 
 void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*datatype*/)
@@ -43,7 +52,7 @@ void TexturedMeshDisplay::onEnable()
 void TexturedMeshDisplay::onDisable()
 {
   topics_.unsubscribe();
-  visual_.reset();
+  painter_->clear();
   clearStatuses();
   lines_.clear();
 }
@@ -58,8 +67,7 @@ void TexturedMeshDisplay::reset()
   inbox_->clearColors();
   store_.clear();
   properties_->setCostsTypes({});
-  visual_.reset();
-  drawing_error_.clear();
+  painter_->clear();
   if (isEnabled()) {
     subscribe();
   }
@@ -91,7 +99,7 @@ void TexturedMeshDisplay::onCostsTopic()
   inbox_->clearCosts();
   store_.clearCosts();
   properties_->setCostsTypes({});
-  showColors();
+  onColoring();
   if (isEnabled()) {
     costs_subscription_error_ = topics_.subscribeCosts(threaded_nh_, properties_->costsTopic());
   }
@@ -102,7 +110,7 @@ void TexturedMeshDisplay::onColorsTopic()
   topics_.subscribeColors(threaded_nh_, "");
   inbox_->clearColors();
   store_.clearColors();
-  showColors();
+  onColoring();
   if (isEnabled()) {
     colors_subscription_error_ = topics_.subscribeColors(threaded_nh_, properties_->colorsTopic());
   }
@@ -110,14 +118,14 @@ void TexturedMeshDisplay::onColorsTopic()
 
 void TexturedMeshDisplay::onColoring()
 {
-  showColors();
+  painter_->paintColors();
+  objectsChanged();
 }
 
 void TexturedMeshDisplay::onStyle()
 {
-  if (visual_) {
-    draw([this] { visual_->setStyle(properties_->style(colors_shown_)); });
-  }
+  painter_->paintStyle();
+  objectsChanged();
 }
 
 void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
@@ -133,17 +141,20 @@ void TexturedMeshDisplay::takeMessages()
   geometry_reception_ = content.geometry_reception;
   costs_reception_ = content.costs_reception;
   colors_reception_ = content.colors_reception;
+  if (content.geometry) {
+    store_.setGeometry(content.geometry);
+  }
+  const std::string shown = store_.geometry() ? store_.geometry()->uuid : std::string();
+  const DisplayType type = properties_->displayType();
   bool recolor = false;
   for (const CostLayerConstPtr& layer : content.costs) {
     store_.addCosts(layer);
-    recolor |= layer->type == properties_->costsType();
+    recolor |= type == DisplayType::VERTEX_COSTS && layer->uuid == shown &&
+               layer->type == properties_->costsType();
   }
   for (const ColorLayerConstPtr& layer : content.colors) {
     store_.addColors(layer);
-    recolor = true;
-  }
-  if (content.geometry) {
-    store_.setGeometry(content.geometry);
+    recolor |= type == DisplayType::VERTEX_COLOR && layer->uuid == shown;
   }
   if (content.geometry || !content.costs.empty()) {
     properties_->setCostsTypes(store_.costTypes());
@@ -151,81 +162,30 @@ void TexturedMeshDisplay::takeMessages()
   if (content.geometry) {
     showGeometry();
   } else if (recolor) {
-    showColors();
+    onColoring();
   }
 }
 
 void TexturedMeshDisplay::showGeometry()
 {
-  const MeshDataConstPtr& mesh = store_.geometry();
-  if (!mesh || !isEnabled()) {
-    visual_.reset();
-    return;
+  if (isEnabled()) {
+    painter_->paintGeometry();
+  } else {
+    painter_->clear();
   }
-  draw([&] {
-    if (!visual_) {
-      visual_ = std::make_unique<MeshVisual>(scene_manager_, scene_node_);
-      visual_->setVisible(false);  // until its pose is known
-    }
-    drawing_error_.clear();
-    visual_->setGeometry(mesh);
-  });
-  showColors();
+  objectsChanged();
 }
 
-void TexturedMeshDisplay::showColors()
+void TexturedMeshDisplay::objectsChanged()
 {
-  if (!visual_) {
-    return;
-  }
-  draw([this] {
-    const DisplayType type = properties_->displayType();
-    colors_shown_ = (type == DisplayType::VERTEX_COSTS && uploadCosts()) ||
-                    (type == DisplayType::VERTEX_COLOR && uploadColors());
-    if (!colors_shown_) {
-      visual_->clearColors();
-    }
-    visual_->setStyle(properties_->style(colors_shown_));
-  });
   setVisibilityBits(getVisibilityBits());  // for the objects that are new
-}
-
-void TexturedMeshDisplay::draw(const std::function<void()>& upload)
-{
-  try {
-    upload();
-  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-    visual_.reset();
-    drawing_error_ = error.what();
-  }
   queueRender();
-}
-
-bool TexturedMeshDisplay::uploadCosts()
-{
-  const CostLayerConstPtr layer = store_.costs(properties_->costsType());
-  if (!layer || layer->costs.size() != store_.geometry()->vertexCount()) {
-    return false;
-  }
-  cost_summary_ = summarizeCosts(layer->costs);
-  cost_limits_ = properties_->customLimits() ? properties_->limits() : cost_summary_.limits;
-  visual_->setColors(costColors(properties_->colorScale(), cost_limits_, layer->costs));
-  return true;
-}
-
-bool TexturedMeshDisplay::uploadColors()
-{
-  const ColorLayerConstPtr layer = store_.colors();
-  if (!layer || layer->colors.size() != store_.geometry()->vertexCount()) {
-    return false;
-  }
-  visual_->setColors(layer->colors);
-  return true;
 }
 
 void TexturedMeshDisplay::updatePose()
 {
-  if (!visual_) {
+  MeshVisual* visual = painter_->visual();
+  if (!visual) {
     report("Transform", std::nullopt);
     return;
   }
@@ -236,10 +196,10 @@ void TexturedMeshDisplay::updatePose()
   // The newest transform: a mesh is a map, its stamp tells when it was made.
   const bool known = frames->getTransform(frame, ros::Time(), position, orientation);
   const bool finite = known && rviz::validateFloats(position) && rviz::validateFloats(orientation);
-  visual_->setVisible(finite);
+  visual->setVisible(finite);
   if (finite) {
     orientation.normalise();
-    visual_->setPose(position, orientation);
+    visual->setPose(position, orientation);
     report("Transform",
            StatusLine{StatusLine::OK, "frame '" + frame + "' is known in the fixed frame '" +
                                           frames->getFixedFrame() + "'"});
@@ -247,22 +207,24 @@ void TexturedMeshDisplay::updatePose()
   }
   std::string reason = "the transform contains NaN or infinity";
   if (!known && !frames->transformHasProblems(frame, ros::Time(), reason)) {
-    reason = "no transform yet";
+    reason = "nobody publishes it yet";
   }
-  report("Transform", StatusLine{StatusLine::ERROR, "the mesh is hidden until frame '" + frame +
-                                                        "' is known in the fixed frame '" +
-                                                        frames->getFixedFrame() + "': " + reason});
+  report("Transform",
+         StatusLine{StatusLine::ERROR, "no transform from frame '" + frame +
+                                           "' to the fixed frame '" + frames->getFixedFrame() +
+                                           "', the mesh is hidden until then: " + reason});
 }
 
 void TexturedMeshDisplay::updateStatuses()
 {
   report("Topic", topicStatus(properties_->geometryTopic(), geometry_subscription_error_,
                               geometry_reception_));
-  if (drawing_error_.empty()) {
-    report("Geometry", geometryStatus(store_.geometry(), geometry_reception_));
+  if (painter_->error().empty()) {
+    report("Geometry", geometryStatus(store_.geometry(), geometry_reception_,
+                                      properties_->style(false).show_normals));
   } else {
     report("Geometry",
-           StatusLine{StatusLine::ERROR, "the mesh cannot be drawn: " + drawing_error_});
+           StatusLine{StatusLine::ERROR, "the mesh cannot be drawn: " + painter_->error()});
   }
   report("Costs", costsStatus(costsState()));
   report("Colors", colorsStatus(colorsState()));
@@ -288,8 +250,8 @@ CostsState TexturedMeshDisplay::costsState() const
   state.waiting = store_.waitingCosts();
   state.type = properties_->costsType();
   state.types = store_.costTypes();
-  state.summary = cost_summary_;
-  state.limits = cost_limits_;
+  state.summary = painter_->costSummary();
+  state.limits = painter_->costLimits();
   if (const CostLayerConstPtr layer = store_.costs(state.type)) {
     state.size = layer->costs.size();
   }

@@ -152,7 +152,8 @@ TEST_F(LinesTest, follows_its_frame_and_hides_while_that_is_unknown)
   auto message = test_meshes::square();
   message.header.frame_id = "moving";
   ASSERT_TRUE(show(display, message));
-  EXPECT_TRUE(waitForStatus(display, "Transform", "Error", "hidden until frame 'moving' is known"));
+  EXPECT_TRUE(waitForStatus(display, "Transform", "Error",
+                            "no transform from frame 'moving' to the fixed frame 'map'"));
   viewFromAbove(0.0, 0.0, 100.0);
   EXPECT_EQ(grab().count(GREEN), 0u);
   tf2_ros::TransformBroadcaster broadcaster;

@@ -54,12 +54,12 @@ TEST(TopicStatus, tells_what_is_missing)
 TEST(GeometryStatus, gives_the_numbers_or_the_reason)
 {
   const auto mesh = rviz_mesh_plugin::convert(test_meshes::square());
-  EXPECT_FALSE(geometryStatus(nullptr, Reception()));
-  EXPECT_TRUE(says(geometryStatus(mesh, {1, 0, ""}), StatusLine::OK,
+  EXPECT_FALSE(geometryStatus(nullptr, Reception(), true));
+  EXPECT_TRUE(says(geometryStatus(mesh, {1, 0, ""}, true), StatusLine::OK,
                    "4 vertices, 2 faces, normals computed, uuid 'mesh'"));
-  EXPECT_TRUE(says(geometryStatus(nullptr, {0, 1, "face 1 is bad"}), StatusLine::ERROR,
+  EXPECT_TRUE(says(geometryStatus(nullptr, {0, 1, "face 1 is bad"}, true), StatusLine::ERROR,
                    "message ignored: face 1 is bad"));
-  EXPECT_TRUE(says(geometryStatus(mesh, {1, 1, "face 1 is bad"}), StatusLine::ERROR,
+  EXPECT_TRUE(says(geometryStatus(mesh, {1, 1, "face 1 is bad"}, true), StatusLine::ERROR,
                    "the mesh before it stays"));
 }
 
@@ -70,7 +70,7 @@ TEST(CostsStatus, is_silent_while_nobody_asks_and_nothing_came)
   EXPECT_FALSE(costsStatus(state));
   state.types = {"a", "b"};
   state.waiting = 1;
-  EXPECT_TRUE(says(costsStatus(state), StatusLine::OK, "2 layers: 'a', 'b'; 1 layers wait"));
+  EXPECT_TRUE(says(costsStatus(state), StatusLine::OK, "2 layers: 'a', 'b'; 1 layer waits"));
 }
 
 TEST(CostsStatus, leads_from_nothing_to_the_layer_step_by_step)
@@ -83,7 +83,7 @@ TEST(CostsStatus, leads_from_nothing_to_the_layer_step_by_step)
   state.reception.accepted = 1;
   state.waiting = 1;
   EXPECT_TRUE(
-      says(costsStatus(state), StatusLine::WARN, "1 layers wait for a geometry with their uuid"));
+      says(costsStatus(state), StatusLine::WARN, "1 layer waits for a geometry with its uuid"));
   state.waiting = 0;
   state.types = {"a", "b"};
   EXPECT_TRUE(
@@ -127,7 +127,7 @@ TEST(ColorsStatus, leads_to_the_colors)
   EXPECT_TRUE(says(colorsStatus(state), StatusLine::WARN, "no colors received on /colors yet"));
   state.reception.accepted = 1;
   state.waiting = 1;
-  EXPECT_TRUE(says(colorsStatus(state), StatusLine::WARN, "wait for a geometry with their uuid"));
+  EXPECT_TRUE(says(colorsStatus(state), StatusLine::WARN, "waits for a geometry with its uuid"));
   state.size = 5;
   EXPECT_TRUE(says(colorsStatus(state), StatusLine::ERROR, "there are 5 colors for 4 vertices"));
   state.size = 4;

@@ -95,7 +95,8 @@ TEST_F(MessagesTest, costs_and_colors_before_their_geometry_are_applied_when_it_
       test_meshes::colors(std::vector<std_msgs::ColorRGBA>(4, test_meshes::color(1, 0, 0))));
   EXPECT_TRUE(
       waitForStatus(display, "Costs", "Ok", "2 layers wait for a geometry with their uuid"));
-  EXPECT_TRUE(waitForStatus(display, "Colors", "Ok", "colors of 1 other meshes wait"));
+  EXPECT_TRUE(
+      waitForStatus(display, "Colors", "Ok", "1 set of colors waits for a geometry with its uuid"));
   ASSERT_TRUE(show(display, grid(1)));
   EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'a': 4 costs from 0 to 3"));
   EXPECT_EQ(display->visual()->colorUploads(), 1u);

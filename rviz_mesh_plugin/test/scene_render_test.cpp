@@ -35,6 +35,9 @@ class SceneTest : public DisplayFixture
     ASSERT_TRUE(show(warm_up, grid(1)));
     warm_up->setEnabled(false);
     delete warm_up;
+    // What it latched would be the first mesh of the test's own display.
+    geometry.shutdown();
+    geometry = node.advertise<mesh_msgs::MeshGeometryStamped>(geometry_topic, 100, true);
     spinFrames();
     empty = counts();
   }
@@ -123,6 +126,36 @@ TEST_F(SceneTest, normals_are_built_only_while_shown)
   EXPECT_EQ(counts().movable("Entity"), before.movable("Entity") + 1);
   set(display, {"Show Normals"}, false);
   EXPECT_EQ(counts(), before);
+}
+
+TEST_F(SceneTest, normals_of_a_large_mesh_are_thinned_out)
+{
+  auto* display = createMeshDisplay();
+  ASSERT_TRUE(show(display, grid(400)));
+  const auto before = counts();
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "normals computed, uuid"));
+  set(display, {"Show Normals"}, true);
+  const std::size_t lines = (401 * 401 + 1) / 2;
+  EXPECT_EQ(counts().vertex_buffer_bytes, before.vertex_buffer_bytes + 2 * 12 * lines);
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "normals computed (one in 2 is drawn)"));
+}
+
+TEST_F(SceneTest, only_the_colors_that_are_shown_are_uploaded)
+{
+  auto* display = createMeshDisplay();
+  set(display, {"Display Type"}, "Vertex Costs");
+  set(display, {"Display Type", "Vertex Costs Type"}, "a");
+  ASSERT_TRUE(show(display, grid(20)));
+  costs.publish(test_meshes::costs("a", ramp(441)));
+  ASSERT_TRUE(waitForStatus(display, "Costs", "Ok", "'a'"));
+  EXPECT_EQ(display->visual()->colorUploads(), 1u);
+  costs.publish(test_meshes::costs("a", ramp(441), "another mesh"));
+  costs.publish(test_meshes::costs("b", ramp(441)));
+  colors.publish(
+      test_meshes::colors(std::vector<std_msgs::ColorRGBA>(441, test_meshes::color(1, 0, 0))));
+  ASSERT_TRUE(waitForStatus(display, "Costs", "Ok", "'a'"));
+  ASSERT_TRUE(waitForStatus(display, "Colors", "Ok", "441 colors"));
+  EXPECT_EQ(display->visual()->colorUploads(), 1u);
 }
 
 TEST_F(SceneTest, nothing_grows_with_updates_and_nothing_is_left_after_reset_disable_and_removal)

@@ -37,8 +37,8 @@ struct AttributeState
   bool mesh_shown = false;       ///< there is a geometry
   std::size_t vertex_count = 0;  ///< of the geometry
   std::size_t waiting = 0;       ///< layers of other geometries
-  std::optional<std::size_t>
-      size;  ///< number of values of the layer in question, if it has arrived
+  /// Number of values of the layer in question, if it has arrived.
+  std::optional<std::size_t> size;
 };
 
 struct CostsState : AttributeState
@@ -51,7 +51,9 @@ struct CostsState : AttributeState
 
 StatusLine topicStatus(const std::string& topic, const std::string& subscription_error,
                        const Reception& reception);
-OptionalStatus geometryStatus(const MeshDataConstPtr& mesh, const Reception& reception);
+/// @param normals_shown whether they are drawn, which large meshes have thinned out
+OptionalStatus geometryStatus(const MeshDataConstPtr& mesh, const Reception& reception,
+                              bool normals_shown);
 OptionalStatus colorsStatus(const AttributeState& state);
 OptionalStatus costsStatus(const CostsState& state);
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include <OgreColourValue.h>
 
 namespace rviz_mesh_plugin {
@@ -22,5 +24,14 @@ struct MeshStyle
   Ogre::ColourValue normals_color{1.0f, 0.0f, 1.0f, 1.0f};
   float normals_length = 0.1f;  ///< in meters
 };
+
+/// More lines than this are neither told apart nor drawn without delay by software.
+constexpr std::size_t MAX_NORMALS = 100000;
+
+/// Normals are drawn for one vertex in this many.
+constexpr std::size_t normalStride(std::size_t vertex_count)
+{
+  return vertex_count <= MAX_NORMALS ? 1 : (vertex_count + MAX_NORMALS - 1) / MAX_NORMALS;
+}
 
 }  // namespace rviz_mesh_plugin

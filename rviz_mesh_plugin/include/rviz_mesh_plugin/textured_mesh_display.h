@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -16,6 +15,7 @@
 
 namespace rviz_mesh_plugin {
 
+class MeshPainter;
 class MeshProperties;
 class MeshVisual;
 
@@ -37,9 +37,10 @@ class TexturedMeshDisplay : public rviz::Display
   void reset() override;
 
   /// What is drawn; null while disabled or without a mesh.
-  const MeshVisual* visual() const { return visual_.get(); }
+  const MeshVisual* visual() const;
 
  protected:
+  void onInitialize() override;
   void onEnable() override;
   void onDisable() override;
 
@@ -53,12 +54,8 @@ class TexturedMeshDisplay : public rviz::Display
  private:
   void subscribe();
   void takeMessages();
-  /// Runs what uploads to OGRE; where that fails (memory), the visual goes and the status says why.
-  void draw(const std::function<void()>& upload);
   void showGeometry();
-  void showColors();
-  bool uploadCosts();
-  bool uploadColors();
+  void objectsChanged();
   void updatePose();
   void updateStatuses();
   CostsState costsState() const;
@@ -69,17 +66,13 @@ class TexturedMeshDisplay : public rviz::Display
   std::shared_ptr<MeshInbox> inbox_;
   MeshTopics topics_;
   MeshStore store_;
-  std::unique_ptr<MeshVisual> visual_;
-  CostSummary cost_summary_;  ///< of the layer that is shown
-  CostLimits cost_limits_;    ///< that its colors span
-  bool colors_shown_ = false;
+  std::unique_ptr<MeshPainter> painter_;
   Reception geometry_reception_;
   Reception costs_reception_;
   Reception colors_reception_;
   std::string geometry_subscription_error_;
   std::string costs_subscription_error_;
   std::string colors_subscription_error_;
-  std::string drawing_error_;                ///< why OGRE could not take the mesh
   std::map<std::string, StatusLine> lines_;  ///< as shown, so that only changes go to RViz
 };
 
