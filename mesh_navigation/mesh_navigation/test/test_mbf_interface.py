@@ -3,6 +3,7 @@
 import subprocess
 
 import pytest
+import rosmsg
 
 from mbf_msgs import msg, srv
 
@@ -203,13 +204,13 @@ def types_listed_by(command):
 def test_rosmsg_knows_every_type_with_its_md5():
     assert types_listed_by("rosmsg") == {f"mbf_msgs/{name}" for name in MESSAGE_MD5}
     for name, md5 in MESSAGE_MD5.items():
-        assert output_of("rosmsg", "md5", f"mbf_msgs/{name}").split()[-1] == md5, name
+        assert rosmsg.rosmsg_md5(rosmsg.MODE_MSG, f"mbf_msgs/{name}") == md5, name
 
 
 def test_rossrv_knows_every_type_with_its_md5():
     assert types_listed_by("rossrv") == {f"mbf_msgs/{name}" for name in SERVICE_MD5}
     for name, (md5, _, _) in SERVICE_MD5.items():
-        assert output_of("rossrv", "md5", f"mbf_msgs/{name}").split()[-1] == md5, name
+        assert rosmsg.rosmsg_md5(rosmsg.MODE_SRV, f"mbf_msgs/{name}") == md5, name
 
 
 @pytest.mark.parametrize("cls", FIELDS, ids=lambda cls: cls.__name__)

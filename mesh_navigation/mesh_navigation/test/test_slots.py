@@ -44,7 +44,7 @@ def test_other_slots_go_on():
     assert set(slots.cancel_all("over")) == set(jobs)
     for job in jobs:
         job.join(10)
-        assert job.ended
+    assert set(recorder.log[3:]) == {f"end {slot}: over" for slot in (0, 1, 255)}
 
 
 def test_starting_does_not_wait_for_a_job_that_will_not_end():

@@ -26,8 +26,6 @@ class Anchor(NamedTuple):
     """(3,) vertices of that face, the nearest first."""
     distances: np.ndarray
     """(3,) float64, m: straight ways within the face from the point to these corners."""
-    snapped: float
-    """How far the pose was from the surface (m)."""
 
 
 def find_anchor(mesh_map: MeshMap, position: np.ndarray, what: str, outcome: int) -> Anchor:
@@ -50,9 +48,7 @@ def find_anchor(mesh_map: MeshMap, position: np.ndarray, what: str, outcome: int
     distances = np.linalg.norm(offsets, axis=1)
     order = np.argsort(distances, kind="stable")
     surface_position = np.asarray(found.position, dtype=np.float64)
-    return Anchor(
-        surface_position, int(found.face), corners[order], distances[order], float(found.distance)
-    )
+    return Anchor(surface_position, int(found.face), corners[order], distances[order])
 
 
 def _off_map(mesh_map: MeshMap, position: np.ndarray, what: str) -> str:

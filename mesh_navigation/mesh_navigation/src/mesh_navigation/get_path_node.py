@@ -1,6 +1,7 @@
 """The action get_path."""
 
 import threading
+import time
 from typing import Any, Callable, Dict
 
 import actionlib
@@ -79,8 +80,9 @@ class GetPathServer:
     def stop(self) -> None:
         """Answer all goals with STOPPED; returns after a second at most."""
         self._stopping = True
+        end = time.monotonic() + 1.0
         for job in self._slots.cancel_all("the server is shut down"):
-            job.join(1.0)
+            job.join(max(0.0, end - time.monotonic()))
 
     def _on_goal(self, handle: Any) -> None:
         goal = handle.get_goal()

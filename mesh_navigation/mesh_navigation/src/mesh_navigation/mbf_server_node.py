@@ -1,5 +1,6 @@
 """The Move Base Flex server on a mesh map."""
 
+import signal
 import threading
 from typing import Any, Dict, Optional, Sequence
 
@@ -52,7 +53,8 @@ class MbfServer:
         self._get_path = GetPathServer(
             self._planners, self._gate, transforms, self._values, self._show
         )
-        self._shown = threading.Lock()
+        self._to_show: Optional[PlanResult] = None
+        self._showing = threading.Lock()
         rospy.on_shutdown(self._get_path.stop)
 
     def start(self) -> None:
@@ -88,11 +90,16 @@ class MbfServer:
         return mesh_map
 
     def _show(self, result: PlanResult, mesh_map: MeshMap) -> None:
-        # One at a time: of two slots' potentials, the later one stays.
-        with self._shown:
-            if result.potential is not None:
-                self._map_server.publish_costs("Potential", result.potential)
-            if result.vector_field is not None and result.potential is not None:
+        if result.potential is None:
+            return
+        # One at a time; of plans that wait for their turn (other slots'), only the last is shown.
+        self._to_show = result
+        with self._showing:
+            result, self._to_show = self._to_show, None
+            if result is None:
+                return
+            self._map_server.publish_costs("Potential", result.potential)
+            if result.vector_field is not None:
                 marker = vector_field_marker(
                     mesh_map.vertices,
                     result.vector_field,
@@ -109,9 +116,21 @@ def _dictionary(name: str) -> Dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
+def _shut_down(number: int, _frame: Any) -> None:
+    """Handles a signal. rospy's own handler works in the main thread: where it interrupts a call to
+    roscore there, it waits forever for that call to end."""
+    threading.Thread(target=rospy.signal_shutdown, args=(f"signal {number}",)).start()
+
+
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
     init_node("mbf_mesh_nav", argv=arguments)
-    server = MbfServer()
-    server.start()
-    rospy.spin()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _shut_down)
+    try:
+        server = MbfServer()
+        server.start()
+        rospy.spin()
+    except rospy.ROSException:  # A signal during the start leaves parts undone: no error then.
+        if not rospy.is_shutdown():
+            raise

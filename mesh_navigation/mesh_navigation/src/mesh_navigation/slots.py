@@ -22,10 +22,6 @@ class Job:
         """Wait until the job has ended."""
         self._thread.join(timeout)
 
-    @property
-    def ended(self) -> bool:
-        return not self._thread.is_alive()
-
     def _work(self) -> None:
         # The job that was replaced answers first; here, because no callback may wait for it.
         if self._previous is not None:

@@ -224,8 +224,10 @@ class DijkstraMeshPlanner(MeshPlanner):
         """(V,3) float32 directions to the predecessors, None unless asked for."""
         if not self.values["publish_vector_field"]:
             return None
-        steps = self.map.vertices[solution.predecessors] - self.map.vertices
+        vertices, predecessors = self.map.vertices, solution.predecessors
+        moving = np.flatnonzero(predecessors != np.arange(len(vertices)))
+        steps = vertices[predecessors[moving]] - vertices[moving]
         lengths = np.linalg.norm(steps, axis=1, keepdims=True)
-        return np.where(lengths > 0, steps / np.where(lengths > 0, lengths, 1), 0).astype(
-            np.float32
-        )
+        field = np.zeros((len(vertices), 3), dtype=np.float32)
+        field[moving] = steps / np.where(lengths > 0, lengths, 1)
+        return field

@@ -1,0 +1,29 @@
+"""Signals end the node from another thread than the one they interrupt."""
+
+import signal
+import threading
+
+import rospy
+
+from mesh_navigation import mbf_server_node
+
+
+def test_shutdown_is_not_run_in_the_interrupted_thread(monkeypatch):
+    """It would wait for ever for a lock that the interrupted call to roscore holds."""
+    lock, ended = threading.Lock(), threading.Event()
+
+    def signal_shutdown(reason):
+        with lock:
+            ended.reason = reason
+            ended.set()
+
+    monkeypatch.setattr(rospy, "signal_shutdown", signal_shutdown)
+    before = signal.signal(signal.SIGUSR1, mbf_server_node._shut_down)
+    try:
+        with lock:
+            signal.raise_signal(signal.SIGUSR1)
+            assert not ended.is_set()
+        assert ended.wait(10)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    assert ended.reason == f"signal {int(signal.SIGUSR1)}"
