@@ -1,39 +1,65 @@
 """The start of every node of ours."""
 
+import signal
 import sys
+import threading
 import time
-from typing import Optional, Sequence
+from typing import Any, Callable, List, Optional, Sequence
 
 import rosgraph
 import rospy
 
-_INTERRUPTED = 130  # the exit code of shells for a program that SIGINT has ended
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 def init_node(name: str, argv: Optional[Sequence[str]] = None) -> None:
     """rospy.init_node, but without a roscore it says in one line that it waits, and for which one.
 
     rospy itself says so only in its log, which is not there before the node is; and with parameters
-    on the command line it ends instead of waiting.
+    on the command line it ends instead of waiting. SIGINT and SIGTERM shut the node down as ever,
+    but cannot hang it. To be called in the main thread.
 
     Raises:
-        SystemExit: Ctrl-C before the node is there (code 130), or a ROS_MASTER_URI that is no
-            address (code 1, with a line that says so).
+        SystemExit: a signal before the node is there (code 128 + its number, as shells say it), or
+            a ROS_MASTER_URI that is no address (code 1, with a line that says so).
     """
+    received: List[int] = []
+    _handle_signals(lambda number, _frame: received.append(number))
     try:
-        if not rosgraph.is_master_online():
-            sys.stderr.write("%s: waiting for roscore at %s\n" % (name, rosgraph.get_master_uri()))
-            sys.stderr.flush()
-            while not rosgraph.is_master_online():
-                time.sleep(0.5)
-    except KeyboardInterrupt:
-        raise SystemExit(_INTERRUPTED) from None
+        _wait_for_master(name, received)
     except ValueError as error:
         hint = "set ROS_MASTER_URI to an address such as http://localhost:11311"
         raise SystemExit("%s: error: %s; %s" % (name, error, hint)) from None
-    try:
-        rospy.init_node(name, argv=argv)
-    except rospy.ROSInitException:
-        if not rospy.is_shutdown():
-            raise
-        raise SystemExit(_INTERRUPTED) from None
+    _handle_signals(lambda number, _frame: (received.append(number), _shut_down(number)))
+    if not received:
+        try:
+            rospy.init_node(name, argv=argv, disable_signals=True)
+        except rospy.ROSInitException:
+            if not received:
+                raise
+    if received:
+        raise SystemExit(128 + received[0])
+
+
+def _wait_for_master(name: str, received: List[int]) -> None:
+    """Wait until there is a roscore, or a signal; rosgraph itself swallows KeyboardInterrupt."""
+    if rosgraph.is_master_online():
+        return
+    sys.stderr.write("%s: waiting for roscore at %s\n" % (name, rosgraph.get_master_uri()))
+    sys.stderr.flush()
+    while not received and not rosgraph.is_master_online():
+        time.sleep(0.2)
+
+
+def _handle_signals(handler: Callable[[int, Any], Any]) -> None:
+    for number in _SIGNALS:
+        signal.signal(number, handler)
+
+
+def _shut_down(number: int) -> None:
+    """Shut the node down in a thread of its own.
+
+    rospy's own handler works in the main thread: where it interrupts a call to roscore there, it
+    waits forever for a lock that the call holds.
+    """
+    threading.Thread(target=rospy.signal_shutdown, args=("signal %d" % number,)).start()

@@ -1,6 +1,5 @@
 """The Move Base Flex server on a mesh map."""
 
-import signal
 import threading
 from typing import Any, Dict, Optional, Sequence
 
@@ -116,17 +115,9 @@ def _dictionary(name: str) -> Dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _shut_down(number: int, _frame: Any) -> None:
-    """Handles a signal. rospy's own handler works in the main thread: where it interrupts a call to
-    roscore there, it waits forever for that call to end."""
-    threading.Thread(target=rospy.signal_shutdown, args=(f"signal {number}",)).start()
-
-
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
     init_node("mbf_mesh_nav", argv=arguments)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _shut_down)
     try:
         server = MbfServer()
         server.start()

@@ -5,7 +5,7 @@ import threading
 
 import rospy
 
-from mesh_navigation import mbf_server_node
+from mesh_msgs import init_node
 
 
 def test_shutdown_is_not_run_in_the_interrupted_thread(monkeypatch):
@@ -18,7 +18,7 @@ def test_shutdown_is_not_run_in_the_interrupted_thread(monkeypatch):
             ended.set()
 
     monkeypatch.setattr(rospy, "signal_shutdown", signal_shutdown)
-    before = signal.signal(signal.SIGUSR1, mbf_server_node._shut_down)
+    before = signal.signal(signal.SIGUSR1, lambda number, _: init_node._shut_down(number))
     try:
         with lock:
             signal.raise_signal(signal.SIGUSR1)
