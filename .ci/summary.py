@@ -12,14 +12,20 @@ from pathlib import Path
 Case = namedtuple("Case", "suite name seconds verdict message")
 
 
+def failure(path, message):
+    """The case that stands for a whole file of results."""
+    return Case(path.parent.name, path.stem, 0.0, "failed", message)
+
+
 def read_cases(path):
-    """All test cases of a JUnit file, as Case tuples; a broken file counts as one failure."""
+    """All test cases of a JUnit file, as Case tuples.
+
+    A file that is broken, has no case, or counts failures that no case tells of is a failure.
+    """
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:
-        return [
-            Case(path.parent.name, path.stem, 0.0, "failed", "results cannot be read: %s" % error)
-        ]
+        return [failure(path, "results cannot be read: %s" % error)]
     cases = []
     for case in root.iter("testcase"):
         problem = case.find("failure")
@@ -35,30 +41,37 @@ def read_cases(path):
             message = "" if skipped is None else (skipped.get("message") or "")
         name = ".".join(part for part in (case.get("classname"), case.get("name")) if part)
         cases.append(Case(path.parent.name, name, float(case.get("time") or 0.0), verdict, message))
+    counted = max(
+        int(suite.get("failures") or 0) + int(suite.get("errors") or 0)
+        for suite in [root] + list(root.iter("testsuite"))
+    )
+    if not cases:
+        cases.append(failure(path, "no test ran"))
+    elif counted and not any(case.verdict == "failed" for case in cases):
+        cases.append(failure(path, "%d failures are counted, but no test tells of them" % counted))
     return cases
 
 
 def collect(folder):
     """Cases of all files below the folder.
 
-    rostest writes each result twice (rostest-* sums up rosunit-*): the sum is read only for what
-    no rosunit file has, such as a test node that died.
+    rostest writes rosunit-NAME.xml for each test node, and rostest-*.xml with one case testNAME for
+    the node as a whole: that one is read only where the node left no results or ended otherwise.
     """
     cases = []
     for package in sorted(path for path in folder.iterdir() if path.is_dir()):
-        files = sorted(package.rglob("*.xml"))
-        detailed = [
-            case
-            for path in files
-            if not path.name.startswith("rostest-")
-            for case in read_cases(path)
-        ]
-        known = {case.name.split(".")[-1] for case in detailed}
-        sums = [
-            case for path in files if path.name.startswith("rostest-") for case in read_cases(path)
-        ]
-        extra = [case for case in sums if case.name.split(".")[-1] not in known]
-        cases += [case._replace(suite=package.name) for case in detailed + extra]
+        nodes, own, told = [], [], set()
+        for path in sorted(package.rglob("*.xml")):
+            found = read_cases(path)
+            if path.name.startswith("rostest-"):
+                nodes += found
+                continue
+            own += found
+            if path.name.startswith("rosunit-"):
+                failed = any(case.verdict == "failed" for case in found)
+                told.add(("test" + path.stem[len("rosunit-") :], failed))
+        own += [c for c in nodes if (c.name.split(".")[-1], c.verdict == "failed") not in told]
+        cases += [case._replace(suite=package.name) for case in own]
     return cases
 
 

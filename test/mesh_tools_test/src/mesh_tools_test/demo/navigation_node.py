@@ -13,14 +13,20 @@ SERVER = "/move_base_flex"
 _latched = []  # rospy ends a topic when its publisher is garbage
 
 
-def pose(point, frame):
-    """An upright pose at a point [m]."""
+def heading(start, goal):
+    """Yaw [rad] of the straight way from start to goal; 0 where one lies above the other."""
+    return float(np.arctan2(goal[1] - start[1], goal[0] - start[0]))
+
+
+def pose(point, frame, yaw=0.0):
+    """An upright pose at a point [m] with a heading [rad]."""
     stamped = PoseStamped()
     stamped.header.frame_id = frame
     stamped.header.stamp = rospy.Time.now()
     position = stamped.pose.position
     position.x, position.y, position.z = map(float, point)
-    stamped.pose.orientation.w = 1.0
+    stamped.pose.orientation.z = float(np.sin(yaw / 2))
+    stamped.pose.orientation.w = float(np.cos(yaw / 2))
     return stamped
 
 
@@ -53,24 +59,26 @@ def latch(topic, message):
     _latched.append(publisher)
 
 
-def place_robot(point, frame, robot_frame):
-    """Say in TF that the robot stands upright at a point [m]."""
+def place_robot(start, goal, frame, robot_frame):
+    """Say in TF that the robot stands upright at the start [m], facing the goal."""
+    stamped = pose(start, frame, heading(start, goal))
     transform = TransformStamped()
-    transform.header.frame_id, transform.child_frame_id = frame, robot_frame
-    transform.header.stamp = rospy.Time.now()
+    transform.header, transform.child_frame_id = stamped.header, robot_frame
     translation = transform.transform.translation
-    translation.x, translation.y, translation.z = map(float, point)
-    transform.transform.rotation.w = 1.0
+    translation.x, translation.y, translation.z = map(float, start)
+    transform.transform.rotation = stamped.pose.orientation
     latch("/tf_static", TFMessage(transforms=[transform]))
 
 
-def show_goal(point, frame, topic):
-    """Publish the goal for RViz."""
-    latch(topic, pose(point, frame))
+def show_goal(start, goal, frame, topic):
+    """Publish the goal for RViz, the pose that plan() asks for."""
+    latch(topic, pose(goal, frame, heading(start, goal)))
 
 
 def plan(start, goal, frame, planner, timeout=60.0):
     """Ask `get_path` for a plan, as any client of Move Base Flex does.
+
+    Both poses head along the straight way from start to goal.
 
     :returns: the GetPathResult and the path's positions (N,3) [m]
     :raises DemoError: with the server's outcome and message when there is no path
@@ -79,10 +87,9 @@ def plan(start, goal, frame, planner, timeout=60.0):
     client = actionlib.SimpleActionClient(f"{SERVER}/get_path", GetPathAction)
     if not client.wait_for_server(rospy.Duration(timeout)):
         raise DemoError(f"no action server at {SERVER}/get_path within {timeout:.0f} s")
-    request = GetPathGoal(
-        use_start_pose=True, start_pose=pose(start, frame), target_pose=pose(goal, frame)
-    )
-    request.planner = planner
+    yaw = heading(start, goal)
+    request = GetPathGoal(use_start_pose=True, planner=planner)
+    request.start_pose, request.target_pose = pose(start, frame, yaw), pose(goal, frame, yaw)
     client.send_goal(request)
     if not client.wait_for_result(rospy.Duration(timeout)):
         client.cancel_goal()

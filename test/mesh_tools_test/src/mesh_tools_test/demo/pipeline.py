@@ -1,5 +1,7 @@
-"""The steps of the demo, each a function; `run` puts them in order."""
-import shutil
+"""The steps of the demo before ROS, each a function; `prepare` puts them in order."""
+import fcntl
+import os
+from contextlib import contextmanager
 
 import meshio
 import numpy as np
@@ -94,12 +96,38 @@ def format_point(point):
     return "({:.2f}, {:.2f}, {:.2f})".format(*point)
 
 
+@contextmanager
+def output_folder(output):
+    """The folder for all results, made if need be; no other demo writes there meanwhile.
+
+    What an earlier run says of its success is removed.
+    """
+    try:
+        (output / "logs").mkdir(parents=True, exist_ok=True)
+        # not the folder of the map: MapFile locks that one itself while it saves
+        folder = os.open(output / "logs", os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        reason = error.strerror.lower()
+        raise DemoError(
+            f"{output}: not usable as folder ({reason}); choose another --output"
+        ) from error
+    try:
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise DemoError(f"another demo is writing to {output}; choose another --output")
+        for name in ("rviz.png", "report.md"):
+            (output / name).unlink(missing_ok=True)
+        yield
+    finally:
+        os.close(folder)
+
+
 def prepare(report, output, file, faces, seed):
     """Everything before ROS: mesh, layers, map file, poses.
 
     :returns: map file, mesh map, start (3,), goal (3,)
     """
-    output.mkdir(parents=True, exist_ok=True)
     places = None
     if file is None:
         file = output / "outdoor_world.ply"
@@ -112,11 +140,3 @@ def prepare(report, output, file, faces, seed):
     save_map(report, mesh, mesh_map, path)
     start, goal = choose_poses(report, mesh_map, places)
     return path, mesh_map, start, goal
-
-
-def clear_logs(output):
-    """An empty folder for the logs of this run."""
-    logs = output / "logs"
-    shutil.rmtree(logs, ignore_errors=True)
-    logs.mkdir(parents=True)
-    return logs

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
+from osmesa_harness.processes import tied
+
 
 class DemoError(Exception):
     """A step of the demo did not succeed; the text is one line with the way out."""
@@ -41,12 +43,15 @@ def wait_until(condition, timeout, what, processes=()):
 
 @contextmanager
 def process(name, command, log_folder, environment=None):
-    """A command as a child, ended with SIGINT, then SIGKILL; yields (name, process, log file)."""
+    """A command as a child, ended with SIGINT, then SIGKILL; yields (name, process, log file).
+
+    The child also gets SIGINT when this process is killed.
+    """
     log = Path(log_folder) / f"{name}.log"
     log.parent.mkdir(parents=True, exist_ok=True)
     with open(log, "wb") as stream:
         child = subprocess.Popen(
-            command,
+            tied(command, "INT"),
             stdin=subprocess.DEVNULL,
             stdout=stream,
             stderr=subprocess.STDOUT,

@@ -25,6 +25,8 @@ class Report:
     def markdown(self):
         """The table as Markdown text."""
         lines = ["| step | seconds | result |", "|---|---:|---|"]
-        lines += [f"| {name} | {seconds:.2f} | {notes} |" for name, seconds, notes in self.rows]
+        for name, seconds, notes in self.rows:
+            notes = notes.replace("|", "\\|")
+            lines.append(f"| {name} | {seconds:.2f} | {notes} |")
         total = sum(seconds for _, seconds, _ in self.rows)
         return "\n".join(lines + [f"| all | {total:.2f} | |", ""])

@@ -7,6 +7,8 @@ from PIL import ImageGrab
 from mesh_tools_test.demo.processes import wait_until
 
 STATUS_BAR = 32  # pixels at the lower edge of RViz's window
+RIGHT_EDGE = 32  # pixels of a closed dock
+COVERED = 0.02  # of the scene; path, goal and robot alone draw less
 
 
 def grab(environment):
@@ -16,14 +18,22 @@ def grab(environment):
 
 def scene(picture):
     """The right half of RViz's window: 3D view only, without the tree of displays."""
-    return picture[picture.shape[0] // 4 :, picture.shape[1] // 2 :]
+    return picture[picture.shape[0] // 4 :, picture.shape[1] // 2 : -RIGHT_EDGE]
 
 
-def settled_picture(environment, rviz, timeout=90.0, still=1.5):
+def drawn_share(pixels):
+    """The share of the pixels (H,W,3) that are not of the most frequent color, 0 to 1."""
+    packed = pixels.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], dtype=np.uint32)
+    _, counts = np.unique(packed, return_counts=True)
+    return 1.0 - counts.max() / packed.size
+
+
+def settled_picture(environment, rviz, timeout=90.0, still=1.5, still_when_small=10.0):
     """Wait until RViz draws something and its picture stays the same; return it as an image.
 
     :param rviz: (name, process, log file) of the program
     :param still: how long the picture must not change [s]
+    :param still_when_small: the same where so little is drawn that the mesh may yet come [s]
     """
     last, since = None, time.monotonic()
 
@@ -32,8 +42,9 @@ def settled_picture(environment, rviz, timeout=90.0, still=1.5):
         picture = np.asarray(grab(environment))[:-STATUS_BAR]  # without the frame rate
         if last is None or not np.array_equal(picture, last):
             last, since = picture, time.monotonic()
-        blank = len(np.unique(scene(picture)[::4, ::4].reshape(-1, 3), axis=0)) < 64
-        return not blank and time.monotonic() - since > still
+        share = drawn_share(scene(picture))
+        wanted = still if share > COVERED else still_when_small
+        return share > 0 and time.monotonic() - since > wanted
 
     wait_until(unchanged, timeout, "a finished picture in RViz", [rviz])
     return grab(environment)

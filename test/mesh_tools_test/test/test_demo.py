@@ -1,0 +1,61 @@
+"""Parts of the demo that need no ROS master."""
+import numpy as np
+import pytest
+
+from mesh_tools_test.demo import navigation_node, pipeline, screenshot
+from mesh_tools_test.demo.processes import DemoError
+
+
+def scene(share, rows=100, columns=200):
+    """A picture whose first rows, that share of all, have another color."""
+    picture = np.full((rows, columns, 3), (64, 66, 72), dtype=np.uint8)
+    picture[: round(share * rows)] = (205, 0, 205)
+    return picture
+
+
+def test_a_flat_mesh_of_one_color_is_a_finished_picture():
+    assert screenshot.drawn_share(scene(0.0)) == 0.0
+    assert screenshot.drawn_share(scene(0.3)) == pytest.approx(0.3)
+    assert screenshot.drawn_share(scene(0.3)) > screenshot.COVERED > 0.0
+
+
+def test_colors_that_differ_in_one_channel_only_are_different():
+    picture = scene(0.0)
+    for channel in range(3):
+        picture[channel, 0, channel] += 1
+    assert screenshot.drawn_share(picture) == pytest.approx(3 / 20000)
+
+
+@pytest.mark.parametrize(
+    "goal, yaw", [((3, 0, 0), 0.0), ((0, 2, 5), np.pi / 2), ((-1, 0, 0), np.pi), ((0, 0, 4), 0.0)]
+)
+def test_the_heading_is_that_of_the_way(goal, yaw):
+    assert navigation_node.heading((0, 0, 0), goal) == pytest.approx(yaw)
+
+
+def test_two_demos_do_not_write_to_one_folder(tmp_path):
+    output = tmp_path / "out"
+    with pipeline.output_folder(output):
+        with pytest.raises(DemoError, match="another demo is writing"):
+            with pipeline.output_folder(output):
+                pass
+        with pipeline.output_folder(tmp_path / "other"):
+            pass
+    with pipeline.output_folder(output):
+        pass
+
+
+def test_results_of_an_earlier_run_do_not_stay_but_files_of_the_user_do(tmp_path):
+    (tmp_path / "logs").mkdir()
+    for name in ("rviz.png", "report.md", "forest.h5", "logs/mine.log"):
+        (tmp_path / name).write_text("old")
+    with pipeline.output_folder(tmp_path):
+        left = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.*"))
+    assert left == ["forest.h5", "logs/mine.log"]
+
+
+def test_an_output_that_is_a_file_is_refused_in_one_line(tmp_path):
+    (tmp_path / "out").write_text("")
+    with pytest.raises(DemoError, match="choose another --output"):
+        with pipeline.output_folder(tmp_path / "out"):
+            pass
