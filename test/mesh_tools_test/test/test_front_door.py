@@ -1,4 +1,5 @@
 """The front door says what it does, and refuses what it does not know."""
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -86,3 +87,23 @@ def test_demo_refuses_bad_files_in_one_line(tmp_path, file, content, hint):
     assert len(lines) == 1 and lines[0].startswith("demo: error: ")
     assert hint in lines[0].lower()
     assert not list(output.glob("*.h5"))
+
+
+@pytest.mark.skipif("ID=debian" not in Path("/etc/os-release").read_text(), reason="not Debian")
+@pytest.mark.parametrize("command", ["setup", "build", "demo", "test", "lint"])
+def test_nothing_goes_on_after_a_failed_installation(tmp_path, command):
+    programs = {
+        "dpkg-query": "exit 0",  # knows no package
+        "apt-get": "exit 100",
+        "sudo": 'exec "$@"',
+        "cmake": f"touch {tmp_path}/went_on",
+    }
+    for name, text in programs.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    environment = dict(os.environ, PATH=f"{tmp_path}:{os.environ['PATH']}")
+    result = run(command, env=environment)
+    assert result.returncode == 1
+    assert "run: apt-get update failed" in result.stderr
+    assert result.stdout == ""
+    assert not (tmp_path / "went_on").exists()
