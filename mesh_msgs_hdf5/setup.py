@@ -3,6 +3,7 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["mesh_msgs_hdf5", "mesh_msgs_hdf5.commands"], package_dir={"": "src"}
+        packages=["mesh_msgs_hdf5", "mesh_msgs_hdf5.commands", "mesh_msgs_hdf5.formats"],
+        package_dir={"": "src"},
     )
 )

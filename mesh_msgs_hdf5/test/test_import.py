@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 from mesh_msgs import zoo
 from mesh_writers import SQUARE, TWO_FACES, dae, obj, ply, stl, stl_text, xyz
 
-from mesh_msgs_hdf5 import import_obj
+from mesh_msgs_hdf5.formats import import_obj
 from mesh_msgs_hdf5.importer import read_mesh
 
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")

@@ -5,10 +5,10 @@ from typing import Tuple
 
 from mesh_msgs_hdf5.check import checked_mesh
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.import_dae import read_dae
-from mesh_msgs_hdf5.import_obj import read_obj
-from mesh_msgs_hdf5.import_ply import read_ply
-from mesh_msgs_hdf5.import_stl import read_stl
+from mesh_msgs_hdf5.formats.import_dae import read_dae
+from mesh_msgs_hdf5.formats.import_obj import read_obj
+from mesh_msgs_hdf5.formats.import_ply import read_ply
+from mesh_msgs_hdf5.formats.import_stl import read_stl
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
 from mesh_msgs_hdf5.probe import kind_of, read_file, read_head

@@ -7,8 +7,8 @@ from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.exact import narrowed
 from mesh_msgs_hdf5.mesh import Mesh
-from mesh_msgs_hdf5.ply import read_elements
-from mesh_msgs_hdf5.polygons import check_corners, triangulate
+from mesh_msgs_hdf5.formats.ply import read_elements
+from mesh_msgs_hdf5.formats.polygons import check_corners, triangulate
 from mesh_msgs_hdf5.report import ImportReport, note_costs, note_rounding
 
 _POSITION, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 
-from mesh_msgs_hdf5.assimp import read_corners
+from mesh_msgs_hdf5.formats.assimp import read_corners
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.report import ImportReport
 
@@ -15,7 +15,7 @@ from mesh_msgs_hdf5.report import ImportReport
 _PROGRAM = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])
-from mesh_msgs_hdf5.assimp_child import answer
+from mesh_msgs_hdf5.formats.assimp_child import answer
 answer(sys.argv[2])
 """
 _CONVERT = "convert it to PLY or OBJ where it was made"

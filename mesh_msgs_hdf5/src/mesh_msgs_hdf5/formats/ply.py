@@ -9,7 +9,7 @@ from typing import Dict, List, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
-from mesh_msgs_hdf5.numbers_text import numbers
+from mesh_msgs_hdf5.formats.numbers_text import numbers
 
 _TYPES = {
     "char": "i1",

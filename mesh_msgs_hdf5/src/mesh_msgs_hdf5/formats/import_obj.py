@@ -10,10 +10,10 @@ import numpy as np
 
 from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 from mesh_msgs_hdf5.exact import narrowed
-from mesh_msgs_hdf5.import_ply import colors_or_none, normals_or_none
+from mesh_msgs_hdf5.formats.import_ply import colors_or_none, normals_or_none
 from mesh_msgs_hdf5.mesh import Mesh
-from mesh_msgs_hdf5.numbers_text import numbers
-from mesh_msgs_hdf5.polygons import check_corners, triangulate
+from mesh_msgs_hdf5.formats.numbers_text import numbers
+from mesh_msgs_hdf5.formats.polygons import check_corners, triangulate
 from mesh_msgs_hdf5.report import ImportReport, note_rounding
 
 _BLOCK_BYTES = 8 << 20

@@ -9,8 +9,8 @@ import numpy as np
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.exact import narrowed
 from mesh_msgs_hdf5.mesh import Mesh
-from mesh_msgs_hdf5.numbers_text import numbers
-from mesh_msgs_hdf5.polygons import weld
+from mesh_msgs_hdf5.formats.numbers_text import numbers
+from mesh_msgs_hdf5.formats.polygons import weld
 from mesh_msgs_hdf5.report import ImportReport, note_rounding
 
 _HEADER = 84

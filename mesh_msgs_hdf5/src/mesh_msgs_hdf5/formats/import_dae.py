@@ -4,11 +4,11 @@ Corners at exactly the same position become one vertex, the report says so.
 """
 import numpy as np
 
-from mesh_msgs_hdf5.assimp_child import corners_of_scene
+from mesh_msgs_hdf5.formats.assimp_child import corners_of_scene
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.exact import narrowed
 from mesh_msgs_hdf5.mesh import Mesh
-from mesh_msgs_hdf5.polygons import weld
+from mesh_msgs_hdf5.formats.polygons import weld
 from mesh_msgs_hdf5.report import ImportReport
 
 
