@@ -3,16 +3,21 @@
 Everything about one mesh is in the group of its part (usually /mesh). `channels` holds vertex data
 and the faces, in two dimensions ([V,3], [F,3], [V,1]); LVR2 and mesh_map 1.x read no mesh without
 the variable-length string attributes IO and CLASS on the part's group; the released hdf5_map_io
-expects the other three groups.
+expects the other three groups, and textures, materials and labels in one dimension.
 """
 from typing import List
+
+import numpy as np
 
 from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 
 VERSION = 1
 
 CHANNELS = "channels"
-GROUPS = (CHANNELS, "clustersets", "labels", "textures")
+LABELS = "labels"
+TEXTURES = "textures"
+GROUPS = (CHANNELS, "clustersets", LABELS, TEXTURES)
+FACE_ATTRIBUTES = "face_attributes"  # a group of our own: name -> [F] or [F,C]
 
 VERTICES = "vertices"
 FACES = "face_indices"
@@ -22,6 +27,22 @@ COLORS = "vertex_colors"
 # channel -> (columns, dtype); a cost layer is any other float channel with one value per vertex
 ARRAYS = {VERTICES: (3, "<f4"), FACES: (3, "<u4"), NORMALS: (3, "<f4"), COLORS: (3, "|u1")}
 COST_DTYPE = "<f4"
+# in channels: a group with a dataset [D] for each feature, whose attribute is the place [3]
+FEATURES = "texture_features"
+FEATURE_LOCATION = "vector"
+# in textures
+TEXTURE_COORDINATES = "coords"  # <f4 [3V]: u, v, 0 of each vertex
+MATERIALS = "materials"  # MATERIAL_DTYPE [M]
+FACE_MATERIALS = "mat_face_indices"  # <u4 [F]
+IMAGES = "images"  # a group: index -> |u1 [height,width,3], an image of the HDF5 Image spec
+MATERIAL_DTYPE = np.dtype(
+    {
+        "names": ["textureIndex", "r", "g", "b"],
+        "formats": ["<i4", "|u1", "|u1", "|u1"],
+        "offsets": [0, 4, 5, 6],
+        "itemsize": 8,
+    }
+)
 RESERVED = frozenset(ARRAYS) | {
     "edge_distances",
     "edge_distances_idx",
@@ -29,7 +50,7 @@ RESERVED = frozenset(ARRAYS) | {
     "face_material_indices",
     "face_normals",
     "texture_coordinates",
-    "texture_features",
+    FEATURES,
 }
 
 # string attributes of the part's group: these two are LVR2's (of variable length), the others ours
@@ -39,7 +60,10 @@ SCHEMA_VERSION = "schema_version"  # int
 FRAME_ID = "frame_id"
 UUID = "uuid"
 SOURCE = "source"  # JSON object: provenance
-PARAMETERS = "parameters"  # of a layer's dataset: JSON object
+ORIGIN = "origin"  # <f8 [3]: vertices + origin are coordinates in CRS
+CRS = "crs"  # text, e.g. EPSG:25832
+PARAMETERS = "parameters"  # of the dataset of a layer or face attribute: JSON object
+LABEL_COLOR = "color"  # of a label's dataset: |u1 [3]
 
 MAX_NAME_BYTES = 255
 
