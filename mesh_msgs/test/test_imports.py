@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-LIBRARIES = ["arrays", "array_services", "identity", "outdoor_world", "validation", "zoo"]
+LIBRARIES = ["arrays", "array_services", "identity", "outdoor_world", "transform", "validation", "zoo"]
 
 
 @pytest.mark.parametrize("name", LIBRARIES)
