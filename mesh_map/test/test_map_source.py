@@ -54,6 +54,29 @@ def test_layers_of_other_parameters_are_computed(map_file, parameters):
     assert fresh.any() and np.array_equal(costs_of(map_file.path), fresh)
 
 
+def test_layers_of_a_replaced_file_are_computed_anew(map_file, caplog):
+    fresh = costs_of(map_file.path)
+    map_file.write_layers({"height_diff": (np.full(144, 0.5, np.float32), STORED)})
+    source = MapSource(map_file.path)
+    MapFile.write(map_file.path, Mesh(np.ones((3, 3), np.float32), np.array([[0, 1, 2]])))
+    mesh_map = source.make_map()
+    mesh_map.compute_layers([HEIGHT_DIFF], stored=source.stored_costs)
+    assert np.array_equal(mesh_map.layers["height_diff"].result.costs, fresh)
+    assert "layer height_diff is computed anew" in caplog.text and "replaced" in caplog.text
+
+
+def test_only_what_is_needed_is_read(map_file, monkeypatch):
+    """A map may hold textures of gigabytes."""
+    seen = []
+    monkeypatch.setattr(
+        type(MapSource(map_file.path)._members),
+        "read",
+        lambda self, members=None: seen.append(members) or map_file.read(members),
+    )
+    MapSource(map_file.path)
+    assert seen == [("vertex_normals", "vertex_colors")]
+
+
 def test_save_and_load(map_file):
     before = map_file.layer_names()
     source = MapSource(map_file.path)
@@ -125,7 +148,7 @@ def test_parameters_as_ros_users_write_them():
         {"name": "inflation", "type": "mesh_layers/InflationLayer", "params": {}},
     ]
     least = map_parameters({"mesh_file": "a.ply"})
-    assert (least.mesh_part, least.global_frame, least.layers) == ("mesh", "", [])
+    assert (least.mesh_part, least.global_frame, least.layers) == (None, "", [])
 
 
 def test_layers_of_a_wrong_shape_are_passed_on_to_be_named():

@@ -5,7 +5,15 @@ import sys
 
 import pytest
 
-LIBRARIES = ["arrays", "array_services", "identity", "outdoor_world", "transform", "validation", "zoo"]
+LIBRARIES = [
+    "arrays",
+    "array_services",
+    "identity",
+    "outdoor_world",
+    "transform",
+    "validation",
+    "zoo",
+]
 
 
 @pytest.mark.parametrize("name", LIBRARIES)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
 
 
 @pytest.fixture
@@ -24,6 +24,47 @@ def full_mesh():
         source={"file": "x.ply", "notes": ["ä"]},
         layer_parameters={"height_diff": {"radius": 0.3, "type": "mesh_layers/HeightDiffLayer"}},
     )
+
+
+@pytest.fixture
+def rich_mesh(full_mesh):
+    """full_mesh with textures, materials, labels, features, face attributes and origin too."""
+    rng = np.random.default_rng(8)
+    mesh = full_mesh
+    mesh.face_attributes = {
+        "cost": rng.random(60).astype(np.float32),
+        "segment": rng.integers(-(2**62), 2**62, 60),
+        "face_normals": rng.normal(size=(60, 3)),
+        "Fläche m²": rng.integers(0, 9, (60, 2)).astype(np.uint16),
+    }
+    mesh.face_parameters = {"cost": {"radius": 0.5}}
+    mesh.texture_coordinates = rng.random((40, 2)).astype(np.float32)
+    mesh.textures = {
+        index: rng.integers(0, 256, shape).astype(np.uint8)
+        for index, shape in ((0, (5, 7, 3)), (2, (1, 1, 4)), (10, (33, 40, 3)))
+    }
+    mesh.materials = Materials(
+        colors=rng.integers(0, 256, (4, 3)).astype(np.uint8),
+        texture_indices=np.array([0, -1, 10, 2], np.int32),
+        face_materials=rng.integers(0, 4, 60).astype(np.uint32),
+    )
+    mesh.labels = {
+        "tree_1": Label(np.array([5, 3, 4], np.uint32), (0, 128, 255)),
+        "tree_2": Label(np.arange(60, dtype=np.uint32)),
+        "house_2_b": Label(np.array([59], np.uint32), (1, 2, 3)),
+        "a free text": Label(np.array([7, 8], np.uint32)),
+        "grass": Label(np.zeros(0, np.uint32), (9, 9, 9)),
+        "grass_": Label(np.array([1], np.uint32)),
+        "_x": Label(np.array([2], np.uint32)),
+        "a_..": Label(np.array([2], np.uint32)),
+        "%_é": Label(np.array([6], np.uint32), (0, 0, 0)),
+    }
+    mesh.features = Features(
+        rng.normal(size=(12, 3)).astype(np.float32), rng.random((12, 64)).astype(np.float32)
+    )
+    mesh.origin = (4.3e5, 5.79e6, -0.1)
+    mesh.crs = "EPSG:25832"
+    return mesh
 
 
 def data_folder():

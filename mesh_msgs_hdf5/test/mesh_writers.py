@@ -1,9 +1,12 @@
 """Small writers of mesh files for the tests, written from the formats' descriptions and not from
 our readers.
 """
+import io
+import json
 import struct
 
 import numpy as np
+from PIL import Image
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 3]], dtype=np.float32)
 TWO_FACES = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32)
@@ -103,4 +106,88 @@ semantic="VERTEX" source="#v" offset="0"/><vcount>%s</vcount><p>%s</p></polylist
         " ".join(str(len(p)) for p in polygons),
         " ".join(str(int(i)) for p in polygons for i in p),
         nodes,
+    )
+
+
+def image_bytes(pixels, form="PNG"):
+    """The bytes of an image file of (height, width, 3 or 4) uint8."""
+    stream = io.BytesIO()
+    Image.fromarray(np.asarray(pixels, np.uint8)).save(stream, form)
+    return stream.getvalue()
+
+
+def pixels(seed, height=3, width=2, bands=3):
+    """A small image of noise."""
+    return np.random.default_rng(seed).integers(0, 256, (height, width, bands)).astype(np.uint8)
+
+
+class Gltf:
+    """Puts a glTF document together; json may be changed before data() or files() are asked for."""
+
+    CODES = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
+    SHAPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+
+    def __init__(self):
+        self.binary = b""
+        self.json = {
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": []}],
+            "nodes": [],
+            "meshes": [],
+            "accessors": [],
+            "bufferViews": [],
+        }
+
+    def view(self, data, **more):
+        self.binary += bytes(-len(self.binary) % 4)
+        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)}
+        self.json["bufferViews"].append(dict(view, **more))
+        self.binary += data
+        return len(self.json["bufferViews"]) - 1
+
+    def accessor(self, values, kind, **more):
+        values = np.asarray(values, "<" + kind)
+        values = values.reshape(len(values), -1)
+        accessor = {
+            "bufferView": self.view(values.tobytes()),
+            "componentType": self.CODES[kind],
+            "count": len(values),
+            "type": self.SHAPES[values.shape[1]],
+        }
+        self.json["accessors"].append(dict(accessor, **more))
+        return len(self.json["accessors"]) - 1
+
+    def mesh(self, vertices, faces, kind="u2", attributes=(), **more):
+        """A mesh of one primitive in a node of its own; returns the primitive."""
+        primitive = {"attributes": {"POSITION": self.accessor(vertices, "f4")}}
+        primitive["attributes"].update(attributes)
+        if faces is not None:
+            primitive["indices"] = self.accessor(np.asarray(faces).reshape(-1), kind)
+        primitive.update(more)
+        self.json["meshes"].append({"primitives": [primitive]})
+        self.json["scenes"][0]["nodes"].append(len(self.json["nodes"]))
+        self.json["nodes"].append({"mesh": len(self.json["meshes"]) - 1})
+        return primitive
+
+    def data(self):
+        """The bytes of a GLB file."""
+        self.json["buffers"] = [{"byteLength": len(self.binary)}]
+        return glb(json.dumps(self.json).encode(), self.binary)
+
+    def files(self, buffer):
+        """The bytes of a .gltf file, whose binary data is in the file of that name."""
+        self.json["buffers"] = [{"byteLength": len(self.binary), "uri": buffer}]
+        return json.dumps(self.json).encode()
+
+
+def glb(text, binary):
+    text += b" " * (-len(text) % 4)
+    binary += bytes(-len(binary) % 4)
+    size = 12 + 8 + len(text) + 8 + len(binary)
+    return (
+        struct.pack("<4s2I2I", b"glTF", 2, size, len(text), 0x4E4F534A)
+        + text
+        + struct.pack("<2I", len(binary), 0x004E4942)
+        + binary
     )

@@ -18,7 +18,7 @@ from mesh_msgs import msg as stock
 from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers, GetVertexCosts
 from mesh_writers import SQUARE, TWO_FACES, ply, xyz
 
-from mesh_msgs_hdf5.hdf5_map_server_node import ended_by_signals
+from mesh_msgs_hdf5.server.hdf5_map_server_node import ended_by_signals
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
 
@@ -152,7 +152,7 @@ class ServeAMap(unittest.TestCase):
         self.assertIsNone(self.server.process.poll())
 
     def test_a_mesh_without_colors_and_layers_from_a_ply_file(self):
-        path = os.path.join(self.folder.name, "a.ply")
+        path = os.path.join(self.folder.name, "b.ply")
         with open(path, "wb") as stream:
             stream.write(ply(xyz(SQUARE), TWO_FACES))
         server = Server("/two", path)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from mesh_msgs_hdf5.errors import MapFileError, one_line
-from mesh_msgs_hdf5.exact import to_exact
-from mesh_msgs_hdf5.hdf5_guard import default_budget
+from mesh_msgs_hdf5.checks.exact import to_exact
+from mesh_msgs_hdf5.reading.hdf5_guard import default_budget
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 
@@ -265,7 +265,7 @@ def test_the_budget_of_memory_is_kept(tmp_path, full_mesh, monkeypatch):
     """Even for an array that is all there."""
     path = tmp_path / "a.h5"
     MapFile.write(path, full_mesh)
-    monkeypatch.setattr("mesh_msgs_hdf5.map_reader.default_budget", lambda: 719)
+    monkeypatch.setattr("mesh_msgs_hdf5.reading.guarded_group.default_budget", lambda: 719)
     error = refusal(path)  # the faces take 720 bytes
     assert error.code == "size" and "face_indices declares 720 bytes, more than" in error.message
     assert 1 << 20 < default_budget() <= 8 << 30
@@ -284,6 +284,21 @@ def test_conversion_to_unsigned_is_never_a_wrap(kind):
             else:
                 with pytest.raises(MapFileError):
                     to_exact(array, dtype, "a", "b")
+
+
+@pytest.mark.parametrize("kind", ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"])
+@pytest.mark.parametrize("floats", ["f4", "f8"])
+def test_integers_become_floats_only_where_they_stay_the_same(kind, floats):
+    limits = np.iinfo(kind)
+    values = {int(limits.min), int(limits.max), int(limits.max) - 1, int(limits.max) // 2 + 1, 0}
+    values |= {2**e + d for e in range(limits.bits - 1) for d in (0, 1)}
+    for value in values:
+        array = np.array([value], kind)
+        if int(np.dtype(floats).type(value)) == value:
+            assert int(to_exact(array, floats, "a", "b")[0]) == value
+        else:
+            with pytest.raises(MapFileError, match="1 values do not fit"):
+                to_exact(array, floats, "a", "b")
 
 
 def test_a_half_written_array_is_not_read_as_zeros(tmp_path, full_mesh):

@@ -2,7 +2,11 @@
 
 The surface of STL and COLLADA.
 """
+import datetime
+import hashlib
 import struct
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +16,8 @@ from hypothesis.extra import numpy as hnp
 from mesh_msgs import zoo
 from mesh_writers import SQUARE, TWO_FACES, dae, obj, ply, stl, stl_text, xyz
 
-from mesh_msgs_hdf5.formats import import_obj
+from mesh_msgs_hdf5 import __version__
+from mesh_msgs_hdf5.formats import obj_lines
 from mesh_msgs_hdf5.importer import read_mesh
 
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
@@ -133,19 +138,19 @@ def test_the_tray_equals_its_bytes(real_mesh):
     at = data.index(b"end_header\n") + 11
     vertices = np.frombuffer(data, "<f4", 4 * 1257, at).reshape(-1, 4)
     at += 16 * 1257
-    faces = []
+    faces, qualities = [], []
     for _ in range(2416):
         assert data[at] == 3 and data[at + 13] == 6
         faces.append(struct.unpack_from("<3i", data, at + 1))
+        assert struct.unpack_from("<6f", data, at + 14) == (0,) * 6
+        qualities += struct.unpack_from("<f", data, at + 38)
         at += 1 + 12 + 1 + 24 + 4
     assert at == len(data)
     assert np.array_equal(mesh.vertices, vertices[:, :3]) and np.array_equal(mesh.faces, faces)
     assert np.array_equal(mesh.vertex_costs["quality"], vertices[:, 3])
-    assert report.notes == [
-        "left out: texture coordinates of the faces (property texcoord); only corners of faces are "
-        "read",
-        "left out: values of the faces (property quality); only corners of faces are read",
-    ]
+    assert mesh.face_attributes["quality"].tolist() == qualities
+    assert mesh.texture_coordinates is None and mesh.materials is None
+    assert report.notes == ["texture coordinates left out: all of them are 0"]
 
 
 def test_a_mesh_that_meshio_wrote(tmp_path):
@@ -185,13 +190,11 @@ def test_ply_properties_become_attributes(read, form):
     mesh, report = read("a.ply", ply(columns, TWO_FACES, form))
     assert mesh.vertex_normals.tolist() == [[0, 0, 1]] * 4
     assert mesh.vertex_colors.tolist() == [[0, 7, 9], [1, 7, 9], [254, 7, 9], [255, 7, 9]]
-    assert sorted(mesh.vertex_costs) == ["quality", "scalar_slope"]
+    assert sorted(mesh.vertex_costs) == ["label", "quality", "scalar_slope"]
+    assert mesh.vertex_costs["label"].tolist() == [1, 2, 3, 4]
     assert mesh.vertex_costs["quality"].tolist() == np.float32([0, 1.5, 2.5, 1e30]).tolist()
     assert mesh.vertex_costs["scalar_slope"].tolist() == [0.25, 0.5, 1, 2]
-    assert report.notes == [
-        "left out: property label of the vertices (i4)",
-        "left out: property s of the vertices (f4)",
-    ]
+    assert report.notes == ["left out: property s of the vertices (f4)"]
 
 
 def test_ply_colors_may_be_floats(read):
@@ -234,7 +237,8 @@ def test_ply_doubles_are_rounded_and_the_report_says_so(read):
     assert np.array_equal(mesh.vertices, vertices.astype("f4"))
     change = np.abs(mesh.vertices - vertices).max()
     assert report.notes == [
-        "coordinates were rounded to float32, by at most %.3g m (far from the origin?)" % change
+        "coordinates were rounded to float32, by at most %.3g m (far from the origin?); "
+        "--origin auto keeps them" % change
     ]
     _, report = read("a.obj", obj(vertices, TWO_FACES))
     assert report.notes and report.notes[0].startswith("coordinates were rounded")
@@ -304,7 +308,7 @@ o square
 v 0 0 0 1 0 0   # red
 v\t1 0 0  0 1 0
 vn 0 0 1
-vt 0 0
+vt 0.25 0.75
 v 1 2 0 0 0 1
  v 0 2 3 1 1 1
 usemtl stone
@@ -324,16 +328,18 @@ def test_obj_with_everything_in_blocks_of_any_size(read, monkeypatch):
         (8 << 20, OBJ.replace("\n", "\r")),
         *((block, OBJ.replace("\n", "\r\n")) for block in range(1, 60)),
     ):
-        monkeypatch.setattr(import_obj, "_BLOCK_BYTES", block)
+        monkeypatch.setattr(obj_lines, "_BLOCK_BYTES", block)
         mesh, report = read("a.obj", text)
         assert np.array_equal(mesh.vertices, SQUARE) and np.array_equal(mesh.faces, TWO_FACES)
         assert mesh.vertex_normals.tolist() == [[0, 0, 1]] * 4
         assert mesh.vertex_colors.tolist() == [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255] * 3]
+        uv = [0.25, 0.75]
+        assert mesh.texture_coordinates.tolist() == [uv, [0, 0], uv, uv] and mesh.materials is None
         assert report.notes == [
+            "3 face corners have no texture coordinates",
+            "left out: materials of a.mtl, which is not there",
+            "1 materials are in no file, and white: stone",
             "left out: lines (1 l lines)",
-            "left out: material files (1 mtllib lines)",
-            "left out: materials (1 usemtl lines)",
-            "left out: texture coordinates (1 vt lines)",
         ]
 
 
@@ -425,4 +431,20 @@ def test_the_content_decides_before_the_suffix(read):
 
 def test_the_source_is_remembered(read):
     mesh, report = read("a.ply", ply(xyz(SQUARE), [[0, 1, 2, 3]]))
-    assert mesh.source == {"file": "a.ply", "format": "PLY", "notes": report.notes}
+    source = dict(mesh.source)
+    date = datetime.datetime.fromisoformat(source.pop("file_date"))
+    data = ply(xyz(SQUARE), [[0, 1, 2, 3]])
+    assert abs(date.timestamp() - time.time()) < 3600 and date.utcoffset() == datetime.timedelta(0)
+    assert source == {
+        "file": "a.ply",
+        "format": "PLY",
+        "bytes": len(data),
+        "sha256": hashlib.sha256(data).hexdigest(),
+        "tool": "mesh_msgs_hdf5 " + __version__,
+        "notes": report.notes,
+    }
+
+
+def test_the_version_is_that_of_the_package():
+    text = (Path(__file__).parents[1] / "package.xml").read_text()
+    assert "<version>%s</version>" % __version__ in text

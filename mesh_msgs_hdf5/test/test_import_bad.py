@@ -1,4 +1,5 @@
 """Meshes that are refused: one line with the first index and the count, and nothing is written."""
+import json
 import os
 import struct
 import warnings
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from mesh_writers import SQUARE, TWO_FACES, dae, obj, ply, stl, stl_text, xyz
 
+from mesh_msgs_hdf5.exporter import write_mesh
 from mesh_msgs_hdf5.formats import assimp_child
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.importer import read_mesh
@@ -262,3 +264,78 @@ def test_the_command_says_one_line_and_writes_nothing(tmp_path, capsys, name):
     assert output.out == "" and output.err.count("\n") == 1
     assert output.err.startswith("mesh_tool: error: %s: " % (tmp_path / name))
     assert sorted(os.listdir(tmp_path)) == before
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj"])
+def test_changed_bytes_of_our_own_exports(tmp_path, rich_mesh, suffix):
+    """Remarks among them: whatever is changed, a good mesh or one MapFileError."""
+    path = tmp_path / ("a" + suffix)
+    write_mesh(path, rich_mesh)
+    data = path.read_bytes()
+    head = data.index(b"end_header") if suffix == ".ply" else data.index(b"\nv ")
+    rng = np.random.default_rng(13)
+    ends = {"mesh": 0, "error": 0}
+    for i in range(300):
+        changed = bytearray(data)
+        for at in rng.integers(0, head if i % 3 else len(data), rng.integers(1, 4)):
+            changed[at] = rng.integers(32, 127)
+        path.write_bytes(changed)
+        try:
+            mesh, _ = read_mesh(path)
+            assert len(mesh.faces) and (mesh.faces < len(mesh.vertices)).all()
+            ends["mesh"] += 1
+        except MapFileError as error:
+            assert "\n" not in str(error)
+            ends["error"] += 1
+    assert min(ends.values()) > 10
+
+
+REMARKS = [
+    {"layer": "a", "property": ["x"]},
+    {"layer": "x/y", "property": "cost", "parameters": 7},
+    {"layer": "", "property": "cost"},
+    {"label": "a/b", "property": "area", "value": 1},
+    {"label": "a_1", "property": "area", "value": 10**400},
+    {"label": "a_1", "property": {"area": 1}, "value": 1, "color": [1, 2]},
+    {"label": "a_1", "property": "area", "value": 1, "color": [1, 2, 256]},
+    {"label": "a_1", "property": "area", "value": True, "color": "red"},
+    {"label": ["a_1"], "property": "area", "value": 1},
+    {"face_attribute": "a", "properties": ["area", "area"], "type": "f8", "rank": 2},
+    {"face_attribute": "a", "properties": ["area"], "type": "i8", "rank": 1},
+    {"face_attribute": "a", "properties": ["area"], "type": ["f8"], "rank": "1"},
+    {"face_attribute": "a", "properties": [["area"]], "type": "f8"},
+    {"face_attribute": "a", "properties": [], "type": "f8"},
+    {"face_attribute": "..", "properties": ["area"], "type": "f4", "rank": 1},
+    {"material": 0, "color": [1, 2, 3]},
+    {"material": 5, "color": [1, 2, 3], "texture": 10**400},
+    {"material": -1, "color": None, "texture": "x"},
+    {"texture": 10**400, "file": "a.png"},
+    {"texture": -1, "file": "a.png"},
+    {"texture": 0, "file": ["a.png"]},
+    {"mesh": {"origin": [1, 2]}},
+    {"mesh": {"origin": [1e400, 2, 3], "frame_id": "a b", "crs": 5, "source": []}},
+    {"mesh": {"frame_id": ["map"], "crs": "x" * 5000}},
+    {"mesh": 5},
+    {},
+]
+
+
+@pytest.mark.parametrize("remark", REMARKS, ids=range(len(REMARKS)))
+def test_remarks_that_are_none(tmp_path, remark):
+    """The mesh is read; what a wrong remark speaks of is a number of the file or left out."""
+    columns = xyz(SQUARE) + [("cost", "f", [0.0, 1, 2, 3])]
+    data = ply(columns, TWO_FACES, after=[("area", "d", [0.5, 1.5])])
+    line = b"comment mesh_tools " + json.dumps(remark).encode() + b"\ncomment made"
+    (tmp_path / "a.ply").write_bytes(data.replace(b"comment made", line))
+    mesh, report = read_mesh(tmp_path / "a.ply")
+    assert np.array_equal(mesh.vertices, SQUARE) and np.array_equal(mesh.faces, TWO_FACES)
+    assert mesh.frame_id == "map" and mesh.origin == (0, 0, 0) and mesh.materials is None
+    for label in mesh.labels.values():
+        assert label.color is None
+
+
+def test_a_header_of_many_properties(tmp_path):
+    """Names are compared in one go: this is quick."""
+    columns = xyz(SQUARE) + [("p%d" % i, "f", [0.0] * 4) for i in range(20_000)]
+    (tmp_path / "a.ply").write_bytes(ply(columns, TWO_FACES))
+    assert len(read_mesh(tmp_path / "a.ply")[0].vertex_costs) == 20_000

@@ -1,4 +1,5 @@
-"""The library is ROS-free: only ros.py and *_node.py import rospy."""
+"""The library is ROS-free: only ros.py, *_ros.py and *_node.py import rospy."""
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src"
 MODULES = sorted(
     ".".join(path.relative_to(SOURCE).with_suffix("").parts)
     for path in SOURCE.rglob("*.py")
-    if path.name not in ("ros.py", "__init__.py") and not path.name.endswith("_node.py")
+    if path.name != "__init__.py" and not re.fullmatch(r"ros|\w+_(node|ros)", path.stem)
 )
 
 

@@ -1,9 +1,8 @@
-"""The command, as a user runs it."""
+"""The command mesh_tool: import and info."""
 import json
 import os
-import subprocess
-from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from mesh_writers import SQUARE, TWO_FACES, ply, xyz
@@ -11,9 +10,7 @@ from mesh_writers import SQUARE, TWO_FACES, ply, xyz
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
-from mesh_msgs_hdf5.mesh_tool import COMMANDS, main
-
-PROGRAM = Path(__file__).resolve().parents[1] / "nodes" / "mesh_tool"
+from mesh_msgs_hdf5.mesh_tool import main
 
 
 @pytest.fixture
@@ -29,7 +26,7 @@ def test_import_then_info(square, tmp_path, capsys):
     assert main(["import", str(square), str(out), "--frame", "odom"]) == 0
     uuid = MapFile(out).uuid
     assert capsys.readouterr().out.splitlines() == [
-        "%s: PLY, 4 vertices, 2 faces" % square,
+        "%s: PLY, 4 vertices, 2 faces, 1 layers" % square,
         "  note: 1 faces of more than three corners were cut into triangles (fans)",
         "  note: layer cost has 1 unknown (NaN), 1 lethal (inf) values",
         "%s: saved, %d bytes, frame odom, uuid %s" % (out, out.stat().st_size, uuid),
@@ -39,6 +36,7 @@ def test_import_then_info(square, tmp_path, capsys):
     assert mesh.frame_id == "odom" and mesh.source["file"] == "square.ply"
     assert main(["info", str(out)]) == 0
     text = capsys.readouterr().out
+    assert '"file": "square.ply"' in text and '"format": "PLY"' in text
     for line in (
         "%s: HDF5 map, schema S1 version 1, %d bytes" % (out, out.stat().st_size),
         "  vertices   4",
@@ -46,9 +44,8 @@ def test_import_then_info(square, tmp_path, capsys):
         "  z          0 .. 3 m",
         "  frame      odom",
         "  uuid       " + uuid,
-        "  parts      mesh",
-        "  layer      cost: 0.5 .. 2, 1 lethal, 1 unknown",
-        '  source     {"file": "square.ply", "format": "PLY"}',
+        "  parts      mesh (this is mesh)",
+        "  layer      cost: 0.5 .. 2, 1 lethal, 1 unknown, parameters unknown",
         "  note       1 faces of more than three corners were cut into triangles (fans)",
     ):
         assert line in text.splitlines(), line
@@ -74,21 +71,104 @@ def test_info_for_programs(square, tmp_path, capsys):
         "uuid": file.uuid,
         "other_contents": [],
         "frame_id": "map",
+        "origin": [0, 0, 0],
+        "crs": "",
         "vertices": 4,
         "faces": 2,
         "bounds": {"min": [0, 0, 0], "max": [1, 2, 3]},
+        "georeferenced": None,
         "normals": False,
         "colors": False,
         "layers": [
             dict(layer, name="cost", min=0.5, max=2, lethal=1, unknown=1),
             dict(layer, name="none", min=None, max=None, unknown=4, parameters={"radius": 0.3}),
         ],
+        "face_attributes": [],
+        "texture_coordinates": False,
+        "textures": [],
+        "materials": None,
+        "labels": {"count": 0, "classes": {}},
+        "features": None,
         "source": file.source,
+        "notes": [],
+        "arrays_read": ["vertices", "layer cost", "layer none"],
     }
     assert main(["info", "--json", str(square)]) == 0
     other = json.loads(capsys.readouterr().out)
     same = ("uuid", "vertices", "faces", "bounds", "frame_id")
     assert [other[key] for key in same] == [found[key] for key in same] and other["notes"]
+
+
+def test_info_about_everything(rich_mesh, tmp_path, capsys):
+    path = tmp_path / "rich.h5"
+    MapFile.write(path, rich_mesh)
+    assert main(["info", "--json", str(path)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    low, high = (np.array(found["bounds"][key]) for key in ("min", "max"))
+    assert np.array_equal(low, rich_mesh.vertices.min(axis=0).astype(float))
+    placed = {"min": (low + rich_mesh.origin).tolist(), "max": (high + rich_mesh.origin).tolist()}
+    assert found["georeferenced"] == placed and found["crs"] == "EPSG:25832"
+    assert [t["index"] for t in found["textures"]] == [0, 2, 10]
+    assert found["textures"][0] == {"index": 0, "width": 7, "height": 5, "channels": 3}
+    assert found["materials"] == {"count": 4, "textured": 3}
+    assert found["labels"]["count"] == len(rich_mesh.labels)
+    assert found["labels"]["classes"]["tree"] == {"labels": 2, "faces": 63}
+    assert found["features"] == {"count": 12, "dimensions": 64}
+    types = {entry["name"]: entry["type"] for entry in found["face_attributes"]}
+    assert types["face_normals"] == "float64 x 3" and types["segment"] == "int64"
+    assert main(["info", str(path)]) == 0
+    text = capsys.readouterr().out
+    for words in ("430000 5790000 -0.1 m (EPSG:25832)", "tree (2 labels, 63 faces)", "12 with 64"):
+        assert words in text
+    assert main(["info", "--fast", "--json", str(path)]) == 0
+    fast = json.loads(capsys.readouterr().out)
+    assert fast["arrays_read"] == [] and fast["bounds"] is None and fast["uuid"] == found["uuid"]
+    for key in ("vertices", "faces", "origin", "frame_id", "source", "parts"):
+        assert fast[key] == found[key]
+    assert fast["labels"]["classes"]["tree"] == {"labels": 2, "faces": None}
+    names = [entry["name"] for entry in fast["layers"]]
+    assert names == [entry["name"] for entry in found["layers"]]
+    assert main(["info", "--fast", str(path)]) == 0
+    assert "no arrays" in capsys.readouterr().out
+
+
+def test_fast_info_reads_no_array(rich_mesh, tmp_path, monkeypatch, capsys):
+    path = tmp_path / "rich.h5"
+    MapFile.write(path, rich_mesh)
+    monkeypatch.setattr("mesh_msgs_hdf5.any_mesh.IsolatedMapFile", MapFile)
+
+    def refuse(dataset):
+        raise AssertionError(dataset.name)
+
+    monkeypatch.setattr("mesh_msgs_hdf5.chunks.load", refuse)
+    assert main(["info", "--fast", str(path)]) == 0
+    with pytest.raises(AssertionError, match="vertices"):
+        main(["info", str(path)])
+
+
+def test_the_options_of_import(tmp_path, capsys):
+    vertices = np.concatenate([SQUARE, SQUARE[:1] + np.float32(0.001)]) + np.float32(
+        [1000, 2000, 0]
+    )
+    path = tmp_path / "a.ply"
+    path.write_bytes(ply(xyz(vertices), [[0, 1, 2], [4, 2, 3], [0, 0, 1]]))
+    out = tmp_path / "a.h5"
+    options = ["--origin", "1000,2000,-3", "--crs", "EPSG:25832", "--merge-vertices", "0.01"]
+    options += ["--repair", "--compression", "none", "--force", "--json"]
+    for _ in range(2):
+        assert main(["import", str(path), str(out)] + options) == 0
+    said = capsys.readouterr().out
+    mesh = MapFile(out).read()
+    assert mesh.origin == (1000, 2000, -3) and mesh.crs == "EPSG:25832"
+    assert len(mesh.vertices) == 4 and len(mesh.faces) == 2
+    found = json.loads(said[: said.index("\n}") + 2])
+    assert (
+        found["vertices"] == 4 and found["origin"] == [1000, 2000, -3] and len(found["notes"]) >= 2
+    )
+    assert main(["import", str(path), str(out), "--force", "--origin", "-1,-2,-3", "--quiet"]) == 0
+    assert MapFile(out).origin == (-1, -2, -3) and capsys.readouterr() == ("", "")
+    assert main(["import", str(path), str(out), "--force", "--merge-vertices", "-q"]) == 0
+    assert MapFile(out).vertex_count == 5
 
 
 def test_the_output_for_programs_is_strict_json(square, tmp_path, capsys):
@@ -126,9 +206,9 @@ def test_an_existing_map_is_not_replaced_unless_forced(square, tmp_path, capsys)
 def test_a_map_that_appears_meanwhile_is_not_replaced(square, tmp_path, capsys, monkeypatch):
     out = tmp_path / "out.h5"
 
-    def slow(path, part):
+    def slow(path, part, **options):
         out.write_bytes(b"precious")
-        return read_mesh(path, part)
+        return read_mesh(path, part, **options)
 
     monkeypatch.setattr("mesh_msgs_hdf5.commands.import_mesh.read_mesh", slow)
     assert main(["import", str(square), str(out)]) == 1
@@ -136,25 +216,24 @@ def test_a_map_that_appears_meanwhile_is_not_replaced(square, tmp_path, capsys, 
 
 
 def test_another_part(tmp_path, capsys):
-    MapFile.write(tmp_path / "a.h5", Mesh(SQUARE, TWO_FACES, frame_id="floor"), part="upper")
-    assert main(["info", str(tmp_path / "a.h5")]) == 1
-    assert "parts of this file: upper" in capsys.readouterr().err
-    assert main(["info", str(tmp_path / "a.h5"), "--part", "upper"]) == 0
-    assert main(["import", str(tmp_path / "a.h5"), str(tmp_path / "b.h5"), "--part", "upper"]) == 0
+    path = tmp_path / "a.h5"
+    MapFile.write(path, Mesh(SQUARE, TWO_FACES, frame_id="floor"), part="upper")
+    assert main(["info", str(path)]) == 0  # the only one
+    assert "parts      upper" in capsys.readouterr().out
+    with h5py.File(path, "r+") as file:
+        file.copy("upper", "lower")
+        file["lower"].attrs["frame_id"] = "cellar"
+    assert main(["info", str(path)]) == 1
+    error = capsys.readouterr().err
+    assert "lower" in error and "upper" in error and error.count("\n") == 1
+    assert main(["info", str(path), "--part", "upper"]) == 0
+    assert main(["import", str(path), str(tmp_path / "b.h5"), "--part", "upper"]) == 0
     assert MapFile(tmp_path / "b.h5").frame_id == "floor"
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [[], ["wash"], ["import"], ["import", "a"], ["info"], ["info", "a", "b"], ["info", "--x"]],
-)
-def test_wrong_usage_is_one_line_and_code_2(capsys, arguments):
-    with pytest.raises(SystemExit) as ended:
-        main(arguments)
-    output = capsys.readouterr()
-    assert ended.value.code == 2 and output.out == ""
-    assert output.err.startswith("mesh_tool: error: ") and output.err.count("\n") == 1
-    assert "--help" in output.err
+    assert main(["diff", str(path), str(path), "--part", "upper", "--other-part", "lower"]) == 1
+    assert "frame_id" in capsys.readouterr().out
+    assert main(["validate", str(path)]) == 0
+    out = capsys.readouterr().out
+    assert "upper: faces [boundary]" in out and "lower: faces [boundary]" in out
 
 
 @pytest.mark.parametrize(
@@ -171,46 +250,3 @@ def test_a_wrong_target_is_refused_before_the_work(square, tmp_path, capsys, arg
     assert main(["import", "missing.ply"] + arguments) == 1
     assert words in capsys.readouterr().err
     assert os.listdir(tmp_path) == ["square.ply"]
-
-
-def test_help_names_every_verb_and_an_example(capsys):
-    for arguments in (["--help"], *([command.NAME, "--help"] for command in COMMANDS)):
-        with pytest.raises(SystemExit) as ended:
-            main(arguments)
-        assert ended.value.code == 0
-    text = capsys.readouterr().out
-    for command in COMMANDS:
-        assert command.NAME in text and command.HELP.split()[0] in text
-        assert command.EXAMPLE.split()[1] in text
-
-
-def test_the_executable_needs_no_roscore(square):
-    environment = dict(os.environ, ROS_MASTER_URI="http://localhost:1")
-    result = subprocess.run(
-        [PROGRAM, "info", square], env=environment, stdout=subprocess.PIPE, check=True, timeout=60
-    )
-    assert b"4" in result.stdout
-    missing = subprocess.run(
-        [PROGRAM, "info", "none"], stderr=subprocess.PIPE, timeout=60, check=False
-    )
-    assert missing.returncode == 1
-    assert missing.stderr == b"mesh_tool: error: none: there is no such file (check the path)\n"
-
-
-def test_a_reader_that_goes_away_is_no_crash(square):
-    read, write = os.pipe()
-    os.close(read)
-    result = subprocess.run(
-        [PROGRAM, "info", square], stdout=write, stderr=subprocess.PIPE, timeout=60, check=False
-    )
-    os.close(write)
-    assert result.stderr == b"" and result.returncode == 1
-
-
-def test_a_full_disk_behind_the_output_is_one_line(square):
-    with open("/dev/full", "wb") as full:
-        result = subprocess.run(
-            [PROGRAM, "info", square], stdout=full, stderr=subprocess.PIPE, timeout=60, check=False
-        )
-    expected = b"mesh_tool: error: cannot write the output: No space left on device\n"
-    assert (result.stderr, result.returncode) == (expected, 1)

@@ -1,4 +1,5 @@
 """Saving: the old or the new file at every moment, and nothing beside it."""
+import contextlib
 import errno
 import fcntl
 import os
@@ -8,10 +9,13 @@ import subprocess
 import sys
 import time
 
+import h5py
 import numpy as np
 import pytest
+from raw_contents import add_strange_things
 
-from mesh_msgs_hdf5 import save
+from mesh_msgs_hdf5.writing import map_saving, save
+from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
@@ -52,7 +56,7 @@ def calls_of_a_save(path, data, monkeypatch):
 
 @pytest.fixture
 def small_writes(monkeypatch):
-    monkeypatch.setattr(save, "_WRITE_BYTES", 1000)
+    monkeypatch.setattr(save, "WRITE_BYTES", 1000)
 
 
 @pytest.mark.parametrize("exists", [True, False])
@@ -62,7 +66,8 @@ def test_whichever_call_fails_the_old_file_stays(
 ):
     path = tmp_path / "a.h5"
     calls = calls_of_a_save(tmp_path / "rehearsal", b"n" * 3500, monkeypatch)
-    assert calls == "open open write write write write fsync close replace fsync close".split()
+    create, write = "open open close", "write write write write fsync"
+    assert calls == (create + " " + write + " open close replace fsync close").split()
     os.unlink(tmp_path / "rehearsal")
     count = len(calls) + exists  # one more: fchmod
     outcomes = []
@@ -87,8 +92,9 @@ def test_whichever_call_fails_the_old_file_stays(
         assert os.listdir(tmp_path) == (["a.h5"] if path.exists() else [])
         if path.exists():
             os.unlink(path)
-    # the last two calls, after the new file is in place: sync and close of the folder
-    assert outcomes == ["old"] * (count - 2) + ["not synced", ""]
+    # after its lock has done its work, it does not matter if the folder is closed well; and at the
+    # end the new file is in place already
+    assert outcomes == ["old"] * 2 + [""] + ["old"] * (count - 5) + ["not synced", ""]
 
 
 def test_an_interrupt_leaves_nothing(tmp_path, monkeypatch):
@@ -243,7 +249,7 @@ def test_a_lost_update_is_refused(tmp_path, full_mesh, monkeypatch):
         other.write_layers({"theirs": (np.ones(40, "f4"), None)})
         original(path, data, **more)
 
-    monkeypatch.setattr("mesh_msgs_hdf5.map_file.save_file", late)
+    monkeypatch.setattr(map_saving, "save_file", late)
     with pytest.raises(MapFileError) as refused:
         file.write_layers({"ours": (np.ones(40, "f4"), None)})
     assert refused.value.code == "changed"
@@ -262,32 +268,87 @@ def test_a_writer_waits_for_another_but_not_for_ever(tmp_path, monkeypatch):
     save.save_file(tmp_path / "a.h5", b"new")
 
 
-def test_a_wrong_image_is_never_saved(tmp_path, full_mesh, monkeypatch):
-    """The image is read again before it takes the old file's place."""
+def set_attribute(place, name, value):
+    return lambda file: file[place].attrs.__setitem__(name, value)
+
+
+def put(place, rows, value):
+    return lambda file: file[place].__setitem__(rows, value)
+
+
+# what may go wrong in building a file -> what the refusal names
+DAMAGES = {
+    "geometry": (put("mesh/channels/vertices", 5, 1), "/mesh/channels/vertices"),
+    "new layer": (put("mesh/channels/new", 5, 1), "/mesh/channels/new"),
+    "frame": (set_attribute("mesh", "frame_id", "x"), "/mesh"),
+    "vector": (set_attribute("mesh", "uuid", np.arange(3)), "/mesh"),
+    "attribute gone": (lambda file: file["mesh"].attrs.__delitem__("operator"), "/mesh"),
+    "attribute more": (set_attribute("raw/scans", "more", 1), "/raw/scans (attributes)"),
+    "root": (set_attribute("/", "made by", ["a", "b"]), "attribute made by"),
+    "dataset gone": (lambda file: file.__delitem__("raw/scans/z"), "/raw/scans"),
+    "dataset more": (lambda file: file.__setitem__("more", 1), "names more"),
+    "chunks": (put("raw/scans/z", 4999, 1), "/raw/scans/z (values)"),
+    "chunk more": (put("raw/scans/holes", 0, 7), "/raw/scans/holes (values)"),
+    "contiguous": (put("raw/scans/grows", (2, 3), 2), "/raw/scans/grows (values)"),
+    "strings": (put("raw/scans/text", 1, "c"), "/raw/scans/text (values)"),
+    "ragged": (put("raw/scans/ragged", 1, [1]), "/raw/scans/ragged (values)"),
+    "not a number": (put("mesh/clustersets/mine", 0, np.nan), "/mesh/clustersets/mine (values)"),
+    "size": (lambda file: file["raw/scans/grows"].resize(4, 0), "/raw/scans/grows (shape)"),
+    "label": (put("mesh/labels/tree/1", 0, 7), "/mesh/labels/tree/1"),
+    "link": (
+        lambda file: (
+            file["mesh"].__delitem__("soft"),
+            file["mesh"].__setitem__("soft", h5py.SoftLink("/x")),
+        ),
+        "/mesh/soft (link)",
+    ),
+    "hard link": (
+        lambda file: (
+            file["raw/scans"].__delitem__("again"),
+            file["raw/scans"].copy("z", "again"),
+        ),
+        "/raw/scans/",
+    ),
+    "type": (
+        lambda file: (file.__delitem__("raw/typed"), file.__setitem__("raw/typed", np.arange(3))),
+        "/raw/typed (type)",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_a_wrong_file_is_never_saved(tmp_path, rich_mesh, monkeypatch, name):
+    """What was built is read again before it takes the old file's place."""
     path = tmp_path / "a.h5"
-    MapFile.write(path, full_mesh)
+    MapFile.write(path, rich_mesh)
+    add_strange_things(path)
     old = path.read_bytes()
-    from mesh_msgs_hdf5 import hdf5_image
+    original = map_saving.building
+    damage, words = DAMAGES[name]
 
-    def damaged(file):
-        file["mesh/channels/vertices"][5] += np.float32(1)
-        file.flush()
-        return file.id.get_file_image()
+    @contextlib.contextmanager
+    def damaged(*arguments):
+        with original(*arguments) as file:
+            yield file
+            damage(file)
 
-    monkeypatch.setattr(hdf5_image, "image_of", damaged)
-    for action in (
-        lambda: MapFile.write(path, full_mesh),
-        lambda: MapFile(path).write_layers({"new": (np.ones(40, "f4"), None)}),
-    ):
+    monkeypatch.setattr(map_saving, "building", damaged)
+    with pytest.raises(MapFileError, match="does not read back") as refused:
+        MapFile(path).update(Edit(vertex_costs={"new": np.zeros(40)}))
+    assert refused.value.code == "save" and words in str(refused.value)
+    if name in ("geometry", "frame", "label"):
         with pytest.raises(MapFileError, match="does not read back"):
-            action()
-        assert path.read_bytes() == old and os.listdir(tmp_path) == ["a.h5"]
+            rich_mesh.vertex_costs["new"] = np.zeros(40)
+            MapFile.write(path, rich_mesh)
+    assert path.read_bytes() == old and os.listdir(tmp_path) == ["a.h5"]
 
 
 WRITER = """
 import sys
 import numpy as np
+from mesh_msgs_hdf5.writing import map_saving
 from mesh_msgs_hdf5.map_file import MapFile
+map_saving.MEMORY_BUDGET = int(sys.argv[2])
 file = MapFile(sys.argv[1])
 print("ready", flush=True)
 for i in range(1, 10000):
@@ -295,7 +356,8 @@ for i in range(1, 10000):
 """
 
 
-def test_a_kill_during_a_save_leaves_the_old_or_the_new_file(tmp_path):
+@pytest.mark.parametrize("budget", [1 << 40, 0], ids=["in memory", "on disk"])
+def test_a_kill_during_a_save_leaves_the_old_or_the_new_file(tmp_path, budget):
     path = tmp_path / "a.h5"
     rng = np.random.default_rng(1)
     vertices = rng.random((3000, 3)).astype("f4")
@@ -303,11 +365,14 @@ def test_a_kill_during_a_save_leaves_the_old_or_the_new_file(tmp_path):
     mesh = Mesh(vertices, faces, vertex_costs={"count": np.zeros(3000, "f4")})
     file = MapFile.write(path, mesh)
     seen = set()
-    for attempt in range(12):
-        writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE)
+    for attempt in range(8):
+        writer = subprocess.Popen(
+            [sys.executable, "-c", WRITER, str(path), str(budget)], stdout=subprocess.PIPE
+        )
         before = save.stamp(path)
-        writer.stdout.readline()
+        assert writer.stdout.readline() == b"ready\n"
         while attempt % 2 and save.stamp(path) == before:
+            assert writer.poll() is None
             time.sleep(0.001)
         time.sleep(0.03 + 0.011 * attempt)
         writer.send_signal(signal.SIGKILL)

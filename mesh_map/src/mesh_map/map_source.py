@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping, Optional
 
 import numpy as np
+from mesh_msgs_hdf5.any_mesh import open_members
 from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.importer import read_mesh
-from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.mesh import Mesh
 
 from mesh_map.errors import MeshMapError
 from mesh_map.layer import Layer
@@ -26,7 +24,7 @@ class MapParameters:
     """
 
     mesh_file: str
-    mesh_part: str
+    mesh_part: Optional[str]
     global_frame: str
     layers: Any
 
@@ -52,7 +50,7 @@ def map_parameters(values: Any) -> MapParameters:
     if isinstance(layers, list):
         layers = [_with_params(entry, values) for entry in layers]
     return MapParameters(
-        strings["mesh_file"], strings["mesh_part"] or "mesh", strings["global_frame"], layers
+        strings["mesh_file"], strings["mesh_part"] or None, strings["global_frame"], layers
     )
 
 
@@ -63,26 +61,30 @@ def _with_params(entry: Any, values: Mapping[str, Any]) -> Any:
 
 
 class MapSource:
-    """A mesh that has been read, and the layers stored with it.
+    """A mesh that has been read, and the layers stored with it, which are read when needed.
 
-    Attributes: path, part, is_map_file (HDF5: layers can be saved), mesh (mesh_msgs_hdf5), uuid.
+    Attributes: path, is_map_file (HDF5: layers can be saved), mesh (mesh_msgs_hdf5; geometry,
+    normals and colors), uuid.
     """
 
-    def __init__(self, path: str, part: str = "mesh") -> None:
-        """Reads a .h5, .ply, .obj, .stl or .dae file.
+    def __init__(self, path: str, part: Optional[str] = None) -> None:
+        """Reads a map file, or a mesh in any format that mesh_msgs_hdf5 knows.
+
+        part: which mesh of a map file; None is "mesh" if there is one, else the only one.
 
         Raises:
             MeshMapError: a file that cannot be read as a mesh.
         """
         self.path = path
-        self.part = part
         try:
-            self.mesh, report = read_mesh(path, part=part)
-            self.is_map_file = report.format == "HDF5"
-            self.uuid = MapFile(path, part).uuid if self.is_map_file else self.mesh.uuid
+            opened = open_members(path, part)
+            self._members = opened.members
+            self.mesh = self._members.read(("vertex_normals", "vertex_colors"))
+            self.uuid: str = self._members.uuid
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
-        for note in report.notes:
+        self.is_map_file = opened.is_map
+        for note in opened.notes:
             _LOG.warning("%s: %s", path, note)
 
     def make_map(self, frame_id: str = "") -> MeshMap:
@@ -91,7 +93,7 @@ class MapSource:
         Raises:
             MeshMapError: no usable mesh.
         """
-        mesh: Mesh = self.mesh
+        mesh = self.mesh
         return MeshMap(
             mesh.vertices, mesh.faces, mesh.vertex_normals, frame_id or mesh.frame_id, self.uuid
         )
@@ -100,11 +102,18 @@ class MapSource:
         """The costs in the file under the name of this layer, if its parameters are the same.
 
         A file that does not say how its costs were made may hold those of another radius: they are
-        not used.
+        not used, nor are those of a damaged or meanwhile replaced file; that is logged.
         """
-        if self.mesh.layer_parameters.get(layer.name) != layer.stored_parameters():
+        members = self._members
+        try:
+            if layer.name not in members.layer_names():
+                return None
+            if members.layer_parameters(layer.name) != layer.stored_parameters():
+                return None
+            return members.vertex_costs(layer.name)
+        except MapFileError as error:
+            _LOG.warning("layer %s is computed anew: %s", layer.name, error)
             return None
-        return self.mesh.vertex_costs.get(layer.name)
 
     def save_layers(self, layers: Mapping[str, Layer]) -> List[str]:
         """Writes layers with their parameters to the map file; returns their names.
@@ -125,7 +134,7 @@ class MapSource:
         if not computed:
             raise MeshMapError("there are no layers to store")
         try:
-            MapFile(self.path, self.part).write_layers(computed)
+            self._members.write_layers(computed)
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
         return list(computed)

@@ -1,12 +1,15 @@
 """Latched topics that carry several messages."""
 
 import io
+import struct
 import threading
 import time
 from collections import OrderedDict
 from typing import Any, Dict, Hashable, List, Optional, Type
 
 import rospy
+
+_LENGTH = struct.Struct("<I")
 
 
 class LatchedTopics:
@@ -34,7 +37,7 @@ class LatchedTopics:
 
     def __init__(self, name: str, data_class: Type[Any], interval: float = 0.25) -> None:
         self._interval = interval
-        self._messages: "OrderedDict[Hashable, rospy.AnyMsg]" = OrderedDict()
+        self._messages: "OrderedDict[Hashable, bytes]" = OrderedDict()
         self._recipients: Dict[Any, _Recipient] = {}
         self._condition = threading.Condition()
         self._sequence = 0
@@ -100,15 +103,18 @@ class LatchedTopics:
             self._thread.join()
         self._publisher.unregister()
 
-    def _frozen(self, message: Any) -> rospy.AnyMsg:
+    def _frozen(self, message: Any) -> bytes:
+        """The message as it goes over the wire, its length in front."""
         if message._has_header:
             self._sequence += 1
             message.header.seq = self._sequence
         buffer = io.BytesIO()
+        buffer.seek(_LENGTH.size)
         message.serialize(buffer)
-        frozen = rospy.AnyMsg()
-        frozen._buff = buffer.getvalue()
-        return frozen
+        size = buffer.tell() - _LENGTH.size
+        buffer.seek(0)
+        buffer.write(_LENGTH.pack(size))
+        return buffer.getvalue()
 
     def _wake(self) -> None:
         with self._condition:
@@ -145,13 +151,18 @@ class LatchedTopics:
                 wait = min(wait, self._interval)
         return wait
 
-    def _send(self, connection: Any, message: rospy.AnyMsg) -> None:
-        impl = self._publisher.impl
-        impl.acquire()
+    @staticmethod
+    def _send(connection: Any, message: bytes) -> None:
+        """Hands the kept bytes themselves to the connection, as rospy's publish() does a copy.
+
+        A connection holds on to the last message it has sent: with a copy, each subscriber of a
+        large mesh would cost as much memory as the mesh.
+        """
         try:
-            impl.publish(message, connection_override=connection)
-        finally:
-            impl.release()
+            connection.write_data(message)
+        except Exception as error:  # whatever the transport met, as rospy's publish()
+            rospy.logdebug("connection to %s ended: %s", connection.endpoint_id, error)
+            connection.close()
 
 
 class _Waker(rospy.SubscribeListener):

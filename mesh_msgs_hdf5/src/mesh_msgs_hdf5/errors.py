@@ -19,10 +19,12 @@ class MapFileError(Exception):
             missing, directory, not_regular, permission, name, empty, lfs_pointer, unreadable: the
                 file itself;
             format, truncated, damaged: its bytes;
-            part, no_mesh, link, external, virtual, filter, size, dtype, shape, layer: what is in an
-                HDF5 file;
+            part, no_mesh, link, external, virtual, filter, size, dtype, shape, layer, label: what
+                is in an HDF5 file;
             index, not_finite, no_faces, uuid, frame, value: the values of a mesh;
-            exists, changed, version, save: writing.
+            exists, changed, version, schema (only read), save: writing.
+            crashed, timeout: the process in which a file was read.
+            journal, owned: the labels beside a map.
         path: the file (str).
         message: what is wrong, where (first index) and how many.
         hint: the way out; may be empty.

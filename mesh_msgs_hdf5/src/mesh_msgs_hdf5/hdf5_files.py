@@ -1,12 +1,10 @@
-"""The only place that opens HDF5: a user's file, or an image in memory.
-"""
+"""The only place that opens a user's HDF5 file; see hdf5_stream for those that are being built."""
 import contextlib
-import io
 from typing import Iterator
 
 import h5py
 
-from mesh_msgs_hdf5.hdf5_guard import translated_errors
+from mesh_msgs_hdf5.reading.hdf5_guard import translated_errors
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.probe import kind_of, read_head
 
@@ -19,7 +17,7 @@ def reading(path: PathLike) -> Iterator[h5py.File]:
     """An h5py.File of a user's map, read only; every error inside becomes a MapFileError."""
     head = read_head(path)
     kind = kind_of(path, head)
-    if kind in ("ply", "obj", "stl", "dae"):
+    if kind in ("ply", "obj", "stl", "dae", "glb", "gltf"):
         raise MapFileError(
             "format",
             path,
@@ -32,27 +30,3 @@ def reading(path: PathLike) -> Iterator[h5py.File]:
         )
     with translated_errors(path), h5py.File(path, "r", **_LOCKING) as file:
         yield file
-
-
-@contextlib.contextmanager
-def reading_image(image: bytes, path: PathLike) -> Iterator[h5py.File]:
-    """An h5py.File over the bytes of a file that is not on disk; path is for the errors."""
-    with translated_errors(path), h5py.File(io.BytesIO(image), "r") as file:
-        yield file
-
-
-@contextlib.contextmanager
-def building(path: PathLike) -> Iterator[h5py.File]:
-    """An empty h5py.File in memory; path is for the errors.
-
-    Take its bytes with image_of before it closes.
-    """
-    with translated_errors(path, building=True):
-        with h5py.File("image", "w", driver="core", backing_store=False) as file:
-            yield file
-
-
-def image_of(file: h5py.File) -> bytes:
-    """The bytes of a file that is being built."""
-    file.flush()
-    return file.id.get_file_image()

@@ -80,7 +80,7 @@ def read_file(path: PathLike) -> bytes:
 
 
 def kind_of(path: PathLike, head: bytes) -> str:
-    """ "h5", "ply", "obj", "stl" or "dae" from the first bytes, or else from the suffix.
+    """ "h5", "ply", "obj", "stl", "dae", "glb" or "gltf" from the first bytes, or else the suffix.
 
     "" if neither tells.
     """
@@ -88,9 +88,10 @@ def kind_of(path: PathLike, head: bytes) -> str:
         return "h5"
     if head[:4] in (b"ply\n", b"ply\r"):
         return "ply"
+    if head[:4] == b"glTF":
+        return "glb"
     if b"<COLLADA" in head:
         return "dae"
     suffix = os.path.splitext(os.fsdecode(path))[1].lower().lstrip(".")
-    return {"hdf5": "h5"}.get(
-        suffix, suffix if suffix in ("h5", "ply", "obj", "stl", "dae") else ""
-    )
+    known = ("h5", "ply", "obj", "stl", "dae", "glb", "gltf")
+    return {"hdf5": "h5"}.get(suffix, suffix if suffix in known else "")

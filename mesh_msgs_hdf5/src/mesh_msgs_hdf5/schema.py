@@ -66,6 +66,7 @@ PARAMETERS = "parameters"  # of the dataset of a layer or face attribute: JSON o
 LABEL_COLOR = "color"  # of a label's dataset: |u1 [3]
 
 MAX_NAME_BYTES = 255
+MAX_CRS = 4096  # bytes; a WKT description may be long
 
 
 def part_path(path: PathLike, part: str) -> List[str]:
@@ -90,6 +91,19 @@ def check_layer_name(path: PathLike, name: str) -> None:
         )
 
 
+def check_face_attribute_name(path: PathLike, name: str) -> None:
+    """Refuse a name that cannot be one in the group `face_attributes`."""
+    _check_name(path, "face attribute", name)
+    if "/" in name:
+        raise MapFileError(
+            "layer", path, "face attribute name %r contains a slash" % name, "use _ instead"
+        )
+    if name.endswith("_idx"):
+        raise MapFileError(
+            "layer", path, "face attribute name %r is kept for mesh data" % name, "choose another"
+        )
+
+
 def check_frame_id(path: PathLike, frame_id: str) -> None:
     """Refuse a frame that tf2 would not accept."""
     if not frame_id or frame_id.startswith("/") or len(frame_id) > MAX_NAME_BYTES:
@@ -108,7 +122,7 @@ def _check_name(path, what, name):
         size = 0
     if not 0 < size <= MAX_NAME_BYTES or name in (".", "..") or not name.isprintable():
         raise MapFileError(
-            "layer" if what == "layer" else "part",
+            "part" if what == "part" else "layer",
             path,
             "%s name %r is empty, too long, '.', '..' or not printable UTF-8"
             % (what, one_line(name)[:80]),

@@ -1,4 +1,30 @@
-"""The verbs of mesh_tool, one module each.
+"""The verbs of mesh_tool, one module each; what they share is in _common.py.
 
-Each has NAME, HELP, EXAMPLE, add_arguments(parser), run(arguments) -> exit code.
+Each has NAME, HELP, EXAMPLE, add_arguments(parser), run(arguments) -> exit code. It may have
+ACTIONS, the words that may come behind the verb (the first of them is meant if none does), and
+TROUBLE, the exit code for a MapFileError if that is not 1. A module is imported when its verb is
+used, so that a command starts quickly.
 """
+import importlib
+from types import ModuleType
+from typing import Dict
+
+# verb -> module
+VERBS: Dict[str, str] = {
+    "info": "info",
+    "validate": "validate",
+    "import": "import_mesh",
+    "export": "export_mesh",
+    "convert": "convert",
+    "diff": "diff",
+    "layers": "layers",
+    "labels": "labels",
+    "repack": "repack",
+    "render": "render",
+    "completion": "completion",
+}
+
+
+def command(verb: str) -> ModuleType:
+    """The module of a verb."""
+    return importlib.import_module("mesh_msgs_hdf5.commands." + VERBS[verb])

@@ -1,55 +1,108 @@
 """mesh_tool import: any mesh file to a map file."""
 import argparse
-import os
 
-from mesh_msgs_hdf5.errors import MapFileError, one_line
+from mesh_msgs_hdf5.commands._common import (
+    add_output_options,
+    add_part,
+    check_output,
+    file_bytes,
+    say,
+)
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.save import check_target
+from mesh_msgs_hdf5.progress import Progress
 from mesh_msgs_hdf5.schema import check_frame_id
 
 NAME = "import"
-HELP = "make a map file (.h5) of a mesh (.ply .obj .stl .dae .h5)"
-EXAMPLE = "mesh_tool import garden.ply garden.h5 --frame map"
+HELP = "make a map file (.h5) of a mesh (.ply .obj .stl .dae .glb .gltf .h5)"
+EXAMPLE = "mesh_tool import garden.ply garden.h5 --frame map --origin auto"
+_EXACT = 0.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("input", metavar="IN", help="the mesh")
-    parser.add_argument("output", metavar="OUT.h5", help="the map file to make")
-    parser.add_argument(
-        "--frame", help="coordinate frame (default: that of IN if it is a map, else map)"
+    add = parser.add_argument
+    add("input", metavar="IN", help="the mesh")
+    add("output", metavar="OUT.h5", help="the map file to make")
+    add("--frame", help="coordinate frame (default: that of IN if it is a map, else map)")
+    add("--force", action="store_true", help="replace OUT.h5 if it exists")
+    text = "move the mesh near zero and store where it was: the middle of the mesh, or a place in m"
+    add("--origin", metavar="auto|X,Y,Z", type=_origin, help=text)
+    add("--crs", metavar="NAME", help="coordinate reference system of IN, for example EPSG:25832")
+    text = "give vertices with several texture coordinates or normals a copy for each"
+    add("--split-seams", action="store_true", help=text)
+    add(
+        "--merge-vertices",
+        metavar="TOL",
+        type=_tolerance,
+        nargs="?",
+        const=_EXACT,
+        help="make one vertex of those that are within TOL meters (default: at the same place)",
     )
-    parser.add_argument(
-        "--part", default="mesh", help="which mesh of IN, if it is a map (default: mesh)"
-    )
-    parser.add_argument("--force", action="store_true", help="replace OUT.h5 if it exists")
+    text = "remove faces without area, double faces and unused vertices, turn faces the same way"
+    add("--repair", action="store_true", help=text + "; the report says what was changed")
+    text = "gzip (default), or none: larger and faster"
+    add("--compression", choices=("gzip", "none"), default="gzip", help=text)
+    add_part(parser, "IN, if it is a map with several")
+    add_output_options(parser, "say nothing")
+
+
+def _origin(text):
+    if text == "auto":
+        return text
+    values = [float(value) for value in text.split(",")]
+    if len(values) != 3 or not all(abs(value) < 1e12 for value in values):
+        raise ValueError(text)
+    return tuple(values)
+
+
+def _tolerance(text):
+    value = float(text)
+    if not 0 <= value < 1e12:
+        raise ValueError(text)
+    return value
+
+
+_origin.__name__, _tolerance.__name__ = "origin (auto, or X,Y,Z)", "tolerance in meters"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    if not arguments.output.endswith((".h5", ".hdf5")):
-        raise MapFileError(
-            "name",
-            arguments.output,
-            "the name of a map file ends with .h5",
-            "IN OUT.h5, in this order",
-        )
     if arguments.frame is not None:
         check_frame_id(arguments.output, arguments.frame)
-    check_target(arguments.output, arguments.force)
-    if os.path.exists(arguments.output) and os.path.samefile(*_paths(arguments)):
-        raise MapFileError("exists", arguments.output, "IN and OUT are the same file", "")
-    mesh, report = read_mesh(arguments.input, arguments.part)
-    if arguments.frame is not None:
-        mesh.frame_id = arguments.frame
-    MapFile.write(arguments.output, mesh, overwrite=arguments.force)
-    print("\n".join(report.lines()))
-    size = os.stat(arguments.output).st_size
+    check_output(arguments.input, arguments.output, arguments.force)
+    with Progress(arguments.quiet) as progress:
+        progress.stage("reading " + arguments.input)
+        mesh, report = read_mesh(
+            arguments.input,
+            arguments.part,
+            origin=arguments.origin,
+            split_seams=arguments.split_seams,
+            merge_vertices=arguments.merge_vertices,
+            repair=arguments.repair,
+        )
+        mesh.frame_id = arguments.frame or mesh.frame_id
+        mesh.crs = mesh.crs if arguments.crs is None else arguments.crs
+        progress.stage("saving " + arguments.output)
+        MapFile.write(
+            arguments.output,
+            mesh,
+            overwrite=arguments.force,
+            compression=arguments.compression,
+        )
+    size, uuid = file_bytes(arguments.output), mesh.uuid
+    value = {
+        "input": arguments.input,
+        "output": arguments.output,
+        "format": report.format,
+        "vertices": report.vertices,
+        "faces": report.faces,
+        "notes": report.notes,
+        "file_bytes": size,
+        "frame_id": mesh.frame_id,
+        "origin": mesh.origin,
+        "crs": mesh.crs,
+        "uuid": uuid,
+    }
     saved = "%s: saved, %d bytes, frame %s, uuid %s"
-    print(one_line(saved % (arguments.output, size, mesh.frame_id, mesh.uuid)))
+    lines = report.lines() + [saved % (arguments.output, size, mesh.frame_id, uuid)]
+    say(arguments, value, lines)
     return 0
-
-
-def _paths(arguments):
-    if not os.path.exists(arguments.input):
-        raise MapFileError("missing", arguments.input, "there is no such file", "check the path")
-    return arguments.input, arguments.output

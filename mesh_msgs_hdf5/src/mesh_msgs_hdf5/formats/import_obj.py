@@ -1,137 +1,83 @@
 """Wavefront OBJ to Mesh: vertex order and count are kept.
 
-Read: v (with colors after the position), vn, f (v, v/vt, v//vn, v/vt/vn, negative numbers,
-polygons).
+Read: v (with colors behind the position), vn, vt, f (v, v/vt, v//vn, v/vt/vn, negative numbers,
+polygons), mtllib, usemtl; g where our export has written labels as groups.
 """
-import re
-from array import array
+from typing import Dict, List
 
 import numpy as np
 
 from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
-from mesh_msgs_hdf5.exact import narrowed
-from mesh_msgs_hdf5.formats.import_ply import colors_or_none, normals_or_none
+from mesh_msgs_hdf5.formats.beside import Folder
+from mesh_msgs_hdf5.formats.corners import agreed, note_missing, texture_vertices
+from mesh_msgs_hdf5.formats.material_list import Textures, give_materials
+from mesh_msgs_hdf5.formats.obj_corners import from_zero
+from mesh_msgs_hdf5.formats.obj_lines import ObjLines, read_lines
+from mesh_msgs_hdf5.formats.obj_materials import face_materials, read_mtl_files
+from mesh_msgs_hdf5.formats.options import Options, placed
+from mesh_msgs_hdf5.formats.polygons import Triangles, check_corners, triangulate
+from mesh_msgs_hdf5.formats.remarks import (
+    Remark,
+    about,
+    add_label,
+    parsed_remarks,
+    remarked_origin,
+    take_mesh_remark,
+)
+from mesh_msgs_hdf5.formats.values import colors_or_none, coordinates_or_none, normals_or_none
 from mesh_msgs_hdf5.mesh import Mesh
-from mesh_msgs_hdf5.formats.numbers_text import numbers
-from mesh_msgs_hdf5.formats.polygons import check_corners, triangulate
-from mesh_msgs_hdf5.report import ImportReport, note_rounding
+from mesh_msgs_hdf5.repairs.remap import take_vertices
+from mesh_msgs_hdf5.report import ImportReport
 
-_BLOCK_BYTES = 8 << 20
-_CONTINUED = re.compile(rb"\\[ \t]*(?:\r\n|\n|\r)")
-_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-_NORMAL_NUMBER = re.compile(rb"[^\s/]+/[^\s/]*/([^\s/]+)")
-_SILENT = {b"o", b"g", b"s"}  # names and shading of groups: they change no value of the mesh
-_MEANING = {
-    b"vt": "texture coordinates",
-    b"usemtl": "materials",
-    b"mtllib": "material files",
-    b"l": "lines",
-    b"p": "points",
-}
+_MEANING = {b"l": "lines", b"p": "points"}
 
 
-def read_obj(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
-    """A Mesh of an OBJ file's bytes."""
-    lines = _Lines(data)
-    if not len(lines.vertices.counts):
+def read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    """A Mesh of an OBJ file's bytes; materials and textures are read from its folder."""
+    lines = read_lines(path, data)
+    if not lines.vertices.rows:
         raise MapFileError(
             "format", path, "the OBJ file has no vertices (v lines)", "is it a mesh?"
         )
-    positions, colors = _vertices(path, lines.vertices, report)
-    vertices, change = narrowed(positions, path, "vertex")
-    note_rounding(report, change)
-    if not len(lines.faces.counts):
+    remarks = parsed_remarks(lines.remarks, report)
+    positions, colors = _vertices(path, lines, report)
+    vertices, origin = placed(path, positions, "vertex", options, report, remarked_origin(remarks))
+    if not lines.faces.rows:
         raise MapFileError(
             "no_faces",
             path,
             "the OBJ file has no faces (f lines)",
             "a map needs triangles: mesh the points first",
         )
-    corners = _corners(path, lines, len(vertices))
-    faces = triangulate(lines.faces.counts, corners, report)
-    mesh = Mesh(vertices, faces, vertex_colors=colors)
-    if len(lines.normals.counts):
-        mesh.vertex_normals = _normals(path, lines, corners, len(vertices), report)
+    written, counts = lines.faces.joined()
+    if lines.before:
+        last = np.repeat(np.concatenate(lines.before), counts, axis=0)
+    else:  # no number is negative: it is not asked for
+        last = np.broadcast_to(0, written.shape)
+    corners = from_zero(written[:, 0], last[:, 0])
+    check_corners(path, counts, corners, len(vertices), shown=written[:, 0])
+    triangles = triangulate(counts, corners, report)
+    mesh = Mesh(vertices, triangles.faces, vertex_colors=colors, origin=origin)
+    take_mesh_remark(path, mesh, remarks, report)
+    if lines.normals.rows:
+        index = _checked(path, written[:, 2], last[:, 2], lines.normals.rows, "normal")
+        mesh.vertex_normals = _normals(path, lines, corners, index, len(vertices), report)
+    if lines.coordinates.rows:
+        index = _checked(
+            path, written[:, 1], last[:, 1], lines.coordinates.rows, "texture coordinates"
+        )
+        mesh = _with_coordinates(path, lines, mesh, triangles, corners, index, options, report)
+    _take_materials(path, lines, mesh, triangles, remarks, report)
+    _take_labels(path, lines, mesh, triangles, remarks, report)
     for key, count in sorted(lines.others.items()):
         name = one_line(key.decode("latin-1"))[:40]
         report.note("left out: %s (%d %s lines)", _MEANING.get(key, "what is unknown"), count, name)
     return mesh
 
 
-class _Texts:
-    """What stands behind one keyword: a text for each block of the file, and words per line (N,).
-
-    One text for a block and not for a line, which would take ten times the memory of the file.
-    """
-
-    def __init__(self):
-        self.texts, self.counts = [], array("q")
-
-    def take(self, lines):
-        """Move the lines of a block here."""
-        self.counts.extend([len(line.split()) for line in lines])
-        self.texts.append(b" ".join(lines))
-        lines.clear()
-
-
-class _Lines:
-    """The lines of the file by keyword, without it."""
-
-    def __init__(self, data):
-        self.vertices, self.normals, self.faces, self.others = _Texts(), _Texts(), _Texts(), {}
-        # for each face line, how many vertices and normals stood before it: what negative numbers
-        # count from
-        self.vertices_before, self.normals_before = array("q"), array("q")
-        for block in _blocks(data):
-            self._read(_CONTINUED.sub(b" ", block).splitlines())
-        for kept in (self.vertices, self.normals, self.faces):
-            kept.counts = np.array(kept.counts, dtype=np.int64)
-
-    def _read(self, lines):
-        vertices, normals, faces = [], [], []
-        first_vertex, first_normal = len(self.vertices.counts), len(self.normals.counts)
-        for line in lines:
-            words = line.split(None, 1)
-            if not words:
-                continue
-            key = words[0]
-            text = words[1] if len(words) == 2 else b""
-            if b"#" in line:
-                if key[:1] == b"#":
-                    continue
-                text = text.split(b"#", 1)[0]
-            if key == b"v":
-                vertices.append(text)
-            elif key == b"f":
-                faces.append(text)
-                self.vertices_before.append(first_vertex + len(vertices))
-                self.normals_before.append(first_normal + len(normals))
-            elif key == b"vn":
-                normals.append(text)
-            elif key not in _SILENT:
-                self.others[key] = self.others.get(key, 0) + 1
-        self.vertices.take(vertices)
-        self.normals.take(normals)
-        self.faces.take(faces)
-
-
-def _blocks(data):
-    """The data in pieces that end where a line ends that is not continued."""
-    start = len(_BYTE_ORDER_MARK) if data.startswith(_BYTE_ORDER_MARK) else 0
-    while start < len(data):
-        end = start + _BLOCK_BYTES
-        while True:
-            end = data.find(b"\n", end) + 1
-            line = data[max(start, end - 100) : end].rstrip()
-            if not end or not line.endswith(b"\\"):
-                break
-        yield data[start : end or len(data)]
-        start = end or len(data)
-
-
 def _vertices(path, lines, report):
     """(V, 3) float64 positions and (V, 3) uint8 colors or None."""
-    counts = lines.counts
+    values, counts = lines.vertices.joined()
     wrong = np.flatnonzero((counts < 3) | (counts == 5) | (counts > 7))
     if len(wrong):
         raise MapFileError(
@@ -141,9 +87,8 @@ def _vertices(path, lines, report):
             % (wrong[0], counts[wrong[0]]),
             "is the file damaged?",
         )
-    values = numbers(path, b" ".join(lines.texts), "vertices")
-    starts = np.cumsum(counts) - counts
-    positions = values[starts[:, None] + np.arange(3)]
+    table = _rows(values, counts)
+    positions = table[:, :3]
     if (counts == 4).any():
         report.note("left out: the weight of %d vertices", np.count_nonzero(counts == 4))
     if (counts < 6).any():
@@ -152,56 +97,122 @@ def _vertices(path, lines, report):
         return positions, None
     if (counts == 7).any():
         report.note("left out: the alpha of the vertex colors")
-    colors = values[starts[:, None] + np.arange(3, 6)]
+    colors = table[:, 3:6]
     whole = colors.max() > 1 and (colors == np.rint(colors)).all()  # some programs write bytes
     return positions, colors_or_none(colors, {"u1"} if whole else {"f8"}, report)
 
 
-def _corners(path, lines, vertex_count):
-    """The vertex index from 0 of each corner of all faces."""
-    first = [re.sub(rb"/[^\s]*", b"", text) if b"/" in text else text for text in lines.faces.texts]
-    written = numbers(path, b" ".join(first), "faces", np.int64)
-    counts = lines.faces.counts
-    if len(written) != counts.sum():
-        raise MapFileError("format", path, "a face has a corner without a vertex number", "")
-    corners = _from_zero(written, counts, lines.vertices_before)
-    check_corners(path, counts, corners, vertex_count, shown=written)
-    return corners
+def _rows(values, counts):
+    """(N, C) of lines of C numbers, or of at most C: then 0 stands in for what is missing."""
+    width = int(counts.max())
+    if (counts == width).all():
+        return values.reshape(-1, width)
+    table = np.zeros((len(counts), width))
+    table[np.arange(width) < counts[:, None]] = values
+    return table
 
 
-def _from_zero(written, counts, before):
-    """Indices from 0 of OBJ's numbers: from 1, or negative from the last one before the face.
-
-    0 becomes -1.
-    """
-    if (written > 0).all():
-        return written - 1
-    last = np.repeat(np.array(before, dtype=np.int64), counts)
-    return np.where(written > 0, written - 1, np.where(written < 0, last + written, -1))
-
-
-def _normals(path, lines, corners, vertex_count, report):
-    """(V, 3) float32 normals if every corner of a vertex has the same one.
-
-    None with a note otherwise.
-    """
-    found = [b" ".join(_NORMAL_NUMBER.findall(text)) for text in lines.faces.texts]
-    written = numbers(path, b" ".join(found), "normals of faces", np.int64)
-    if len(written) != len(corners):
-        report.note("normals left out: %d face corners have none", len(corners) - len(written))
-        return None
-    if not (lines.normals.counts == 3).all():
-        raise MapFileError("format", path, "a normal (vn line) has not three values", "")
-    normals = numbers(path, b" ".join(lines.normals.texts), "normals").reshape(-1, 3)
-    index = _from_zero(written, lines.faces.counts, lines.normals_before)
-    if ((index < 0) | (index >= len(normals))).any():
-        at = np.flatnonzero((index < 0) | (index >= len(normals)))[0]
+def _checked(path, written, last, count, what):
+    """The indices (N,) of what corners refer to; -1 for none."""
+    index = from_zero(written, last)
+    wrong = np.flatnonzero((written != 0) & ((index < 0) | (index >= count)))
+    if len(wrong):
         raise MapFileError(
-            "index", path, "a face refers to normal %d of %d" % (written[at], len(normals)), ""
+            "index",
+            path,
+            "a face refers to %s %d, but the file has %d; %d corners do so"
+            % (what, written[wrong[0]], count, len(wrong)),
+            "repair the mesh where it was made",
         )
-    result = np.zeros((vertex_count, 3))
-    result[corners] = normals[index]
-    if (result[corners] != normals[index]).any():
+    return index
+
+
+def _is_own(corners, index, rows, vertex_count):
+    """True if each vertex has the value of its own number."""
+    return rows == vertex_count and bool(((index == corners) | (index < 0)).all())
+
+
+def _normals(path, lines, corners, index, vertex_count, report):
+    """(V, 3) float32 normals if every corner of a vertex has the same one, else None and a note."""
+    values, counts = lines.normals.joined()
+    if not (counts == 3).all():
+        raise MapFileError("format", path, "a normal (vn line) has not three values", "")
+    normals = values.reshape(-1, 3)
+    missing = np.count_nonzero(index < 0)
+    if missing:
+        report.note("normals left out: %d face corners have none", missing)
+        return None
+    if _is_own(corners, index, len(normals), vertex_count):
+        return normals_or_none(normals, report)
+    result = agreed(corners, normals[index], vertex_count)
+    if result is None:
         report.note("normals left out: a vertex has different ones in different faces")
         return None
     return normals_or_none(result, report)
+
+
+def _with_coordinates(path, lines, mesh, triangles, corners, index, options, report):
+    """The mesh with texture coordinates; where asked for, with split seams."""
+    values, counts = lines.coordinates.joined()
+    if (counts > 3).any():
+        raise MapFileError("format", path, "a texture coordinate (vt line) has four values", "")
+    table = np.zeros((len(counts), 2))
+    width = min(int(counts.max()), 2)
+    table[:, :width] = _rows(values, counts)[:, :width]
+    if _is_own(corners, index, len(table), len(mesh.vertices)):
+        note_missing(np.count_nonzero(index < 0), report)
+        mesh.texture_coordinates = coordinates_or_none(table, report)
+        return mesh
+    with np.errstate(over="ignore"):
+        found = table.astype(np.float32)[np.maximum(index, 0)]
+    known = index >= 0
+    seams = texture_vertices(
+        mesh.faces.reshape(-1),
+        triangles.of_corners(found),
+        None if known.all() else triangles.of_corners(known),
+        len(mesh.vertices),
+        options.split_seams,
+        report,
+    )
+    if len(seams.sources):
+        mesh = take_vertices(mesh, np.append(np.arange(len(mesh.vertices)), seams.sources))
+        mesh.faces = seams.index.astype(np.uint32).reshape(-1, 3)
+    mesh.texture_coordinates = seams.coordinates
+    return mesh
+
+
+def _take_materials(path, lines, mesh, triangles: Triangles, remarks: List[Remark], report):
+    uses = [(face, text) for face, key, text in lines.names if key == b"usemtl"]
+    files = [text for _, key, text in lines.names if key == b"mtllib"]
+    own = about(remarks, "materials", int)
+    if not uses and not files and not own:
+        return
+    folder = Folder(path)
+    textures = Textures(folder, report, wanted=mesh.texture_coordinates is not None or bool(own))
+    for remark in about(remarks, "texture", int):
+        if isinstance(remark.get("file"), str) and 0 <= remark["texture"] < 1 << 31:
+            textures.add_file(remark["file"], wanted=remark["texture"])
+    known = read_mtl_files(folder, files, report)
+    found = face_materials(uses, lines.faces.rows, known, textures, bool(own), report)
+    give_materials(
+        mesh, found.materials, triangles.of_polygons(found.polygons), textures, exact=bool(own)
+    )
+
+
+def _take_labels(path, lines: ObjLines, mesh, triangles: Triangles, remarks, report):
+    """Groups are labels only where a remark of our export says so."""
+    labels = [r for r in about(remarks, "label") if isinstance(r.get("group"), str)]
+    if not labels:
+        return
+    ranges: Dict[bytes, List[np.ndarray]] = {}
+    groups = [(face, text) for face, key, text in lines.names if key == b"g"]
+    for i, (start, text) in enumerate(groups):
+        end = groups[i + 1][0] if i + 1 < len(groups) else lines.faces.rows
+        for name in text.split():
+            ranges.setdefault(name, []).append(np.arange(start, end))
+    for remark in labels:
+        parts = ranges.get(remark["group"].encode(), [])
+        faces = np.concatenate(parts) if parts else np.zeros(0, np.int64)
+        if triangles.polygons is not None:
+            faces = np.flatnonzero(np.isin(triangles.polygons, faces))
+        add_label(path, mesh, remark, faces, report)

@@ -1,63 +1,62 @@
 """PLY to Mesh: vertex order and count are kept."""
-from typing import Optional, Set
-
 import numpy as np
 
-from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.exact import narrowed
-from mesh_msgs_hdf5.mesh import Mesh
-from mesh_msgs_hdf5.formats.ply import read_elements
+from mesh_msgs_hdf5.formats.options import Options, placed
+from mesh_msgs_hdf5.formats.ply import PlyFile, columns, read_elements
+from mesh_msgs_hdf5.formats.ply_faces import CORNERS, FaceReader
 from mesh_msgs_hdf5.formats.polygons import check_corners, triangulate
-from mesh_msgs_hdf5.report import ImportReport, note_costs, note_rounding
+from mesh_msgs_hdf5.formats.remarks import (
+    about,
+    parameters_of,
+    parsed_remarks,
+    remarked_origin,
+    take_mesh_remark,
+)
+from mesh_msgs_hdf5.formats.values import (
+    add_layer,
+    colors_or_none,
+    coordinates_or_none,
+    normals_or_none,
+)
+from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.report import ImportReport
 
-_POSITION, _NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
-_COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
-_TEXTURE = {"s", "t", "u", "v", "texture_u", "texture_v"}
-# floats that are no costs, even where they stand alone
-_NO_LAYERS = _TEXTURE.union(_NORMAL, *_COLORS, ["alpha", "diffuse_alpha"])
-_CORNERS = ("vertex_indices", "vertex_index")
+POSITION, NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
+COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
+TEXTURE = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
+# numbers that are no costs, even where they stand alone; flags are MeshLab's marks of its own
+NO_LAYERS = frozenset(["alpha", "diffuse_alpha", "flags"]).union(NORMAL, *COLORS, *TEXTURE)
 
 
-def read_ply(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
+def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
     """A Mesh of a PLY file's bytes.
 
-    Float properties of the vertices become layers, red, green and blue become colors (bytes, or
-    floats from 0 to 1).
+    Properties of the vertices become colors (red, green, blue: bytes, or floats from 0 to 1),
+    normals, texture coordinates and layers; those of the faces, see ply_faces. What our export
+    wrote into comments comes back.
     """
-    elements, left_over = read_elements(path, data)
-    vertex, face = elements.get("vertex"), elements.get("face")
-    if vertex is None or not set(_POSITION) <= set(vertex.values):
+    file = read_elements(path, data)
+    vertex, face = file.elements.get("vertex"), file.elements.get("face")
+    if vertex is None or not set(POSITION) <= set(vertex.values):
         raise MapFileError("format", path, "the PLY file has no vertices with x, y and z", "")
-    floats = {p.name for p in vertex.properties if p.type[0] == "f" and not p.count}
-    vertices, change = narrowed(_columns(vertex, _POSITION), path, "vertex")
-    note_rounding(report, change)
-    strips = "tristrips" in elements
-    mesh = Mesh(vertices, _faces(path, face, len(vertices), strips, report))
-    used = set(_POSITION)
-    if set(_NORMAL) <= floats:
-        used |= set(_NORMAL)
-        mesh.vertex_normals = normals_or_none(_columns(vertex, _NORMAL), report)
-    for names in _COLORS:
-        if mesh.vertex_colors is None and set(names) <= set(vertex.values):
-            used |= set(names)
-            kinds = {p.type for p in vertex.properties if p.name in names}
-            mesh.vertex_colors = colors_or_none(_columns(vertex, names), kinds, report)
-    for name, values in vertex.values.items():
-        if name in floats - used - _NO_LAYERS:
-            used.add(name)
-            _add_layer(path, mesh, name, values, report)
-    _note_left_out(vertex, used | _opaque_alpha(vertex), elements, left_over, report)
+    remarks = parsed_remarks(file.comments, report)
+    positions = columns(vertex, POSITION)
+    vertices, origin = placed(path, positions, "vertex", options, report, remarked_origin(remarks))
+    counts, corners = _polygons(path, face, len(vertices), "tristrips" in file.elements)
+    triangles = triangulate(counts, corners, report)
+    mesh = Mesh(vertices, triangles.faces, origin=origin)
+    take_mesh_remark(path, mesh, remarks, report)
+    used = _take_vertex_properties(path, mesh, vertex, remarks, report)
+    reader = FaceReader(path, file, triangles, remarks, options, report)
+    mesh = reader.take(mesh)
+    _note_left_out(file, used, reader.used, report)
     return mesh
 
 
-def _columns(element, names):
-    columns = [element.values[name] for name in names]
-    return np.stack(columns, axis=1).astype(np.result_type(*columns).newbyteorder("="), copy=False)
-
-
-def _faces(path, face, vertex_count, strips, report):
-    found = [name for name in _CORNERS if face is not None and name in face.lists]
+def _polygons(path, face, vertex_count, strips):
+    """(corners of each polygon (N,), the vertices of all corners)."""
+    found = [name for name in CORNERS if face is not None and name in face.lists]
     if not found:
         raise MapFileError(
             "no_faces",
@@ -77,66 +76,41 @@ def _faces(path, face, vertex_count, strips, report):
             )
         corners = corners.astype(np.int64)
     check_corners(path, counts, corners, vertex_count)
-    return triangulate(counts, corners, report)
+    return counts, corners
 
 
-def normals_or_none(normals: np.ndarray, report: ImportReport) -> Optional[np.ndarray]:
-    """(V, 3) float32 normals, or None with a note if one is not finite."""
-    with np.errstate(over="ignore"):
-        normals = np.ascontiguousarray(normals, dtype=np.float32)
-    wrong = np.flatnonzero(~np.isfinite(normals).all(axis=1))
-    if not len(wrong):
-        return normals
-    report.note(
-        "normals left out: %d of them are not finite, first at vertex %d", len(wrong), wrong[0]
-    )
-    return None
-
-
-def colors_or_none(
-    colors: np.ndarray, kinds: Set[str], report: ImportReport
-) -> Optional[np.ndarray]:
-    """(V, 3) uint8 colors of bytes, or of floats from 0 to 1; None with a note if they are neither.
-
-    kinds: the types in the file ({"u1"}, {"f4"}, ...).
-    """
-    is_float = any(kind[0] == "f" for kind in kinds)
-    scale = 255 if is_float else 1
-    wrong = ~((colors >= 0) & (colors <= 255 / scale)).all(axis=1)
-    if wrong.any():
-        report.note(
-            "colors left out: %d of them are not within 0..%d, first at vertex %d",
-            np.count_nonzero(wrong),
-            255 // scale,
-            np.flatnonzero(wrong)[0],
-        )
-        return None
-    return np.ascontiguousarray(np.rint(colors * scale) if is_float else colors, dtype=np.uint8)
-
-
-def _add_layer(path, mesh, name, values, report):
-    stored = name.replace("/", "_")
-    try:
-        schema.check_layer_name(path, stored)
-    except MapFileError as error:
-        report.note("property %s left out: %s", name, error.message)
-        return
-    if stored in mesh.vertex_costs:
-        report.note("property %s left out: there is a layer of that name already", name)
-        return
-    with np.errstate(over="ignore"):
-        costs = np.ascontiguousarray(values, dtype=np.float32)
-    overflow = np.flatnonzero(np.isinf(costs) & ~np.isinf(values))
-    if len(overflow):
-        raise MapFileError(
-            "not_finite",
-            path,
-            "property %s of vertex %d is too large for float32 (%g), %d in all"
-            % (name, overflow[0], values[overflow[0]], len(overflow)),
-            "repair it where it was made; inf means lethal",
-        )
-    mesh.vertex_costs[stored] = costs
-    note_costs(report, stored, costs)
+def _take_vertex_properties(path, mesh, vertex, remarks, report):
+    """Fill the mesh; returns the names of the properties that are done with."""
+    types = {p.name: p.type for p in vertex.properties if not p.count}
+    floats = {name for name in types if types[name][0] == "f"}
+    used = set(POSITION)
+    if set(NORMAL) <= floats:
+        used |= set(NORMAL)
+        mesh.vertex_normals = normals_or_none(columns(vertex, NORMAL), report)
+    for names in COLORS:
+        if mesh.vertex_colors is None and set(names) <= set(types):
+            used |= set(names)
+            kinds = {types[name] for name in names}
+            mesh.vertex_colors = colors_or_none(columns(vertex, names), kinds, report)
+    for names in TEXTURE:
+        if mesh.texture_coordinates is None and set(names) <= floats:
+            used |= set(names)
+            mesh.texture_coordinates = coordinates_or_none(columns(vertex, names), report)
+    named = {
+        remark["property"]: remark
+        for remark in about(remarks, "layer")
+        if isinstance(remark.get("property"), str)
+    }
+    for name, values in vertex.values.items():
+        remark = named.get(name)
+        if name in used or remark is None and name in NO_LAYERS:
+            continue
+        used.add(name)
+        if remark is None:
+            add_layer(path, mesh, name, vertex.typed(name), report)
+        else:
+            add_layer(path, mesh, remark["layer"], values, report, parameters_of(remark))
+    return used | _opaque_alpha(vertex)
 
 
 def _opaque_alpha(vertex):
@@ -147,22 +121,14 @@ def _opaque_alpha(vertex):
     return {"alpha"} if opaque else set()
 
 
-def _note_left_out(vertex, used, elements, left_over, report):
-    for p in vertex.properties:
-        if p.name not in used:
-            report.note(
-                "left out: property %s of the vertices (%s)", p.name, "list" if p.count else p.type
-            )
-    for element in elements.values():
-        if element.name == "face":
-            for p in element.properties:
-                if p.name not in _CORNERS:
-                    report.note(
-                        "left out: %s of the faces (property %s); only corners of faces are read",
-                        "texture coordinates" if p.name == "texcoord" else "values",
-                        p.name,
-                    )
-        elif element.name != "vertex" and element.rows:
+def _note_left_out(file: PlyFile, of_vertices, of_faces, report):
+    for name, used, whose in (("vertex", of_vertices, "vertices"), ("face", of_faces, "faces")):
+        for p in file.elements[name].properties:
+            if p.name not in used:
+                kind = "list" if p.count else p.type
+                report.note("left out: property %s of the %s (%s)", p.name, whose, kind)
+    for element in file.elements.values():
+        if element.name not in ("vertex", "face") and element.rows:
             report.note("left out: element %s (%d rows)", element.name, element.rows)
-    if left_over:
-        report.note("left out: %d values after the last element", left_over)
+    if file.left_over:
+        report.note("left out: %d values after the last element", file.left_over)

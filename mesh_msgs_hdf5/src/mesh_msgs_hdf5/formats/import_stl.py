@@ -7,22 +7,22 @@ import re
 import numpy as np
 
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.exact import narrowed
 from mesh_msgs_hdf5.mesh import Mesh
 from mesh_msgs_hdf5.formats.numbers_text import numbers
+from mesh_msgs_hdf5.formats.options import Options, placed
 from mesh_msgs_hdf5.formats.polygons import weld
-from mesh_msgs_hdf5.report import ImportReport, note_rounding
+from mesh_msgs_hdf5.report import ImportReport
 
 _HEADER = 84
 _LOOK = 4096
-_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"vertex\s+(\S+\s+\S+\s+\S+)")
 
 
-def read_stl(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
+def read_stl(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
     """A Mesh of an STL file's bytes."""
     announced = int.from_bytes(data[80:_HEADER], "little") if len(data) >= _HEADER else 0
-    size = _HEADER + announced * _TRIANGLE.itemsize
+    size = _HEADER + announced * TRIANGLE.itemsize
     # the header of a binary file may begin like text too, but what follows has zero bytes
     is_text = data.lstrip()[:5].lower() == b"solid" and b"\0" not in data[:_LOOK]
     if len(data) >= _HEADER and (len(data) == size or not is_text):
@@ -31,10 +31,9 @@ def read_stl(path: PathLike, data: bytes, report: ImportReport) -> Mesh:
         corners = _ascii(path, data, report)
     if not len(corners):
         raise MapFileError("no_faces", path, "the STL file has no faces", "a map needs triangles")
-    corners, change = narrowed(corners, path, "corner")
-    note_rounding(report, change)
+    corners, origin = placed(path, corners, "corner", options, report)
     vertices, index = weld(corners, report)
-    return Mesh(vertices, index.reshape(-1, 3))
+    return Mesh(vertices, index.reshape(-1, 3), origin=origin)
 
 
 def _binary(path, data, announced, size, report):
@@ -43,10 +42,10 @@ def _binary(path, data, announced, size, report):
             "truncated",
             path,
             "the file is cut off, or no STL: it announces %d triangles, but holds %d"
-            % (announced, (len(data) - _HEADER) // _TRIANGLE.itemsize),
+            % (announced, (len(data) - _HEADER) // TRIANGLE.itemsize),
             "copy or fetch it again",
         )
-    triangles = np.frombuffer(data, _TRIANGLE, announced, _HEADER)
+    triangles = np.frombuffer(data, TRIANGLE, announced, _HEADER)
     colored = np.count_nonzero(triangles["attribute"])
     if colored:
         report.note("left out: the attribute (color) of %d triangles", colored)

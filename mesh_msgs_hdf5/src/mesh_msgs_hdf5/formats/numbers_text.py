@@ -7,10 +7,12 @@ import numpy as np
 from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 
 
-def numbers(path: PathLike, text: bytes, what: str, dtype: Any = np.float64) -> np.ndarray:
+def numbers(
+    path: PathLike, text: bytes, what: str, dtype: Any = np.float64, before: int = 0
+) -> np.ndarray:
     """All numbers of a bytes text with blanks between.
 
-    MapFileError format names the first word that is none.
+    MapFileError format names the first word that is none; before: how many stood before the text.
     """
     if not text.strip():
         return np.zeros(0, dtype)
@@ -32,6 +34,6 @@ def numbers(path: PathLike, text: bytes, what: str, dtype: Any = np.float64) -> 
     raise MapFileError(
         "format",
         path,
-        "%s: value %d is no number: %s" % (what, index, one_line(repr(word[:40])[1:])),
+        "%s: value %d is no number: %s" % (what, before + index, one_line(repr(word[:40])[1:])),
         "is the file damaged?",
     )

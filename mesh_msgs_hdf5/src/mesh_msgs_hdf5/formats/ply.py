@@ -3,8 +3,9 @@
 Format: G. Turk, The PLY Polygon File Format, 1994.
 """
 import re
+from collections import Counter
 from dataclasses import dataclass, field
-from typing import Dict, List, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -32,7 +33,7 @@ _TYPES = {
     "float64": "f8",
 }
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-_MAX_HEADER = 1 << 20
+_MAX_HEADER = 1 << 24  # remarks of our exports (a label, a layer) are lines of it
 _END = re.compile(rb"[\r\n]end_header[ \t]*(\r\n|\n|\r)")
 
 
@@ -60,14 +61,47 @@ class Element:
     properties: List[Property] = field(default_factory=list)
     values: Dict[str, np.ndarray] = field(default_factory=dict)
     lists: Dict[str, Tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    _types: Dict[str, np.dtype] = field(default_factory=dict, repr=False)
+
+    def typed(self, name: str) -> np.ndarray:
+        """(N,) of a plain property in the type that the header says, in native byte order.
+
+        The numbers of an ASCII file that do not fit that type stay float64.
+        """
+        values = self.values[name]
+        if len(self._types) < len(self.properties):
+            self._types = {p.name: np.dtype(p.type) for p in self.properties}
+        kind = self._types[name]
+        if values.dtype.newbyteorder("=") == kind:
+            return values.astype(kind, copy=False)
+        with np.errstate(all="ignore"):
+            result = values.astype(kind)
+            fits = kind.kind == "f" or (result == values).all()
+        return result if fits else values
 
 
-def read_elements(path: PathLike, data: bytes) -> Tuple[Dict[str, Element], int]:
-    """(elements by name, bytes left over) of a PLY file's bytes.
+def columns(element: Element, names: Sequence[str]) -> np.ndarray:
+    """(N, C) of plain properties, in the type that holds them all, in native byte order."""
+    found = [element.values[name] for name in names]
+    return np.stack(found, axis=1).astype(np.result_type(*found).newbyteorder("="), copy=False)
+
+
+class PlyFile(NamedTuple):
+    """elements: by name; comments: of the header; left_over: values (ASCII) or bytes behind the
+    last element.
+    """
+
+    elements: Dict[str, Element]
+    comments: List[str]
+    left_over: int
+
+
+def read_elements(path: PathLike, data: bytes) -> PlyFile:
+    """Everything in a PLY file's bytes.
 
     MapFileError (format, truncated).
     """
-    order, elements, offset = _header(path, data)
+    order, elements, comments, offset = _header(path, data)
     if order:
         items = np.frombuffer(data, np.uint8)[offset:]
     else:
@@ -75,7 +109,7 @@ def read_elements(path: PathLike, data: bytes) -> Tuple[Dict[str, Element], int]
     for element in elements:
         reader = _Rows(path, items, element, order)
         items = items[reader.read() :]
-    return {element.name: element for element in elements}, len(items)
+    return PlyFile({element.name: element for element in elements}, comments, len(items))
 
 
 def _header(path, data):
@@ -84,11 +118,14 @@ def _header(path, data):
         raise MapFileError(
             "truncated", path, "the PLY header has no end_header line", "copy or fetch it again"
         )
-    order, elements = None, []
+    order, elements, comments = None, [], []
     for line in re.split("\r\n|\n|\r", data[: end.start()].decode("latin-1"))[1:]:
         words = line.split()
         try:
-            if not words or words[0] in ("comment", "obj_info"):
+            if not words or words[0] == "obj_info":
+                continue
+            if words[0] == "comment":
+                comments.append(line.strip()[len("comment") :].strip())
                 continue
             if words[0] == "format":
                 order = _ORDERS[words[1]]
@@ -112,12 +149,12 @@ def _header(path, data):
     _check_names(path, "elements", elements)
     for element in elements:
         _check_names(path, "properties of element %s" % element.name, element.properties)
-    return order, elements, end.end()
+    return order, elements, comments, end.end()
 
 
 def _check_names(path, what, items):
-    names = [item.name for item in items]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    number = Counter(item.name for item in items)
+    twice = sorted(name for name in number if number[name] > 1)
     if twice:
         raise MapFileError(
             "format", path, "the PLY header has two %s named %s" % (what, twice[0]), "rename one"

@@ -1,5 +1,5 @@
 """Polygons and triangle soups to indexed triangles, vectorized."""
-from typing import Optional, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -41,11 +41,29 @@ def check_corners(
     )
 
 
-def triangulate(counts: np.ndarray, corners: np.ndarray, report: ImportReport) -> np.ndarray:
-    """(F, 3) uint32 triangles of polygons in their order, each cut as a fan from its first corner.
+class Triangles(NamedTuple):
+    """faces: (F, 3) uint32; polygons: (F,) from which polygon each comes, places: (F, 3) from which
+    place in the list of all corners; both None if every polygon is a triangle.
+    """
 
-    Polygons of more than three corners are counted, those of fewer are left out; the report says
-    both.
+    faces: np.ndarray
+    polygons: Optional[np.ndarray] = None
+    places: Optional[np.ndarray] = None
+
+    def of_polygons(self, values: np.ndarray) -> np.ndarray:
+        """Values (F, ...) of the triangles from values of the polygons."""
+        return values if self.polygons is None else values[self.polygons]
+
+    def of_corners(self, values: np.ndarray) -> np.ndarray:
+        """Values (3 F, ...) of the triangles' corners from values of the polygons' corners."""
+        return values if self.places is None else values[self.places.reshape(-1)]
+
+
+def triangulate(counts: np.ndarray, corners: np.ndarray, report: ImportReport) -> Triangles:
+    """The triangles of polygons in their order, each cut as a fan from its first corner.
+
+    counts: (N,) corners of each polygon; corners: all their vertices, one after the other. Polygons
+    of more than three corners are counted, those of fewer are left out; the report says both.
     """
     counts = np.asarray(counts, dtype=np.int64)
     large, small = np.count_nonzero(counts > 3), np.flatnonzero(counts < 3)
@@ -59,14 +77,13 @@ def triangulate(counts: np.ndarray, corners: np.ndarray, report: ImportReport) -
             small[0],
         )
     if not large and not len(small):
-        return np.ascontiguousarray(corners, dtype="<u4").reshape(-1, 3)
+        return Triangles(np.ascontiguousarray(corners, dtype="<u4").reshape(-1, 3))
     triangles = np.maximum(counts - 2, 0)
     starts = np.repeat(np.cumsum(counts) - counts, triangles)
     step = np.arange(triangles.sum()) - np.repeat(np.cumsum(triangles) - triangles, triangles)
-    faces = np.stack(
-        [corners[starts], corners[starts + step + 1], corners[starts + step + 2]], axis=1
-    )
-    return np.ascontiguousarray(faces, dtype="<u4")
+    places = np.stack([starts, starts + step + 1, starts + step + 2], axis=1)
+    polygons = np.repeat(np.arange(len(counts)), triangles)
+    return Triangles(np.ascontiguousarray(corners[places], dtype="<u4"), polygons, places)
 
 
 def weld(corners: np.ndarray, report: ImportReport) -> Tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,1 @@
+"""The values of meshes and edits, checked when they enter."""

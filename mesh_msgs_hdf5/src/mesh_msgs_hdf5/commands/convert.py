@@ -1,0 +1,46 @@
+"""mesh_tool convert: a map file of any schema to schema S1, or to the form that LVR2 reads."""
+import argparse
+
+from mesh_msgs_hdf5.commands._common import (
+    add_output_options,
+    add_part,
+    check_output,
+    file_bytes,
+    say,
+)
+from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.progress import Progress
+
+NAME = "convert"
+HELP = "make a map file of schema S1 of one of any schema (S0, S1, S2, LVR2's); keeps all groups"
+EXAMPLE = "mesh_tool convert old.h5 new.h5 --for lvr2"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("input", metavar="IN.h5", help="the map file to read")
+    parser.add_argument("output", metavar="OUT.h5", help="the map file to make")
+    text = "lvr2: textures and materials as LVR2's MeshIO reads them (default: s1)"
+    parser.add_argument("--for", dest="profile", choices=("s1", "lvr2"), default="s1", help=text)
+    parser.add_argument("--force", action="store_true", help="replace OUT.h5 if it exists")
+    add_part(parser, "IN.h5, if it has several")
+    add_output_options(parser, "say nothing")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    check_output(arguments.input, arguments.output, arguments.force)
+    with Progress(arguments.quiet) as progress:
+        progress.stage("converting " + arguments.input)
+        notes = isolated(
+            "convert",
+            arguments.input,
+            arguments.output,
+            part=arguments.part,
+            profile=arguments.profile,
+            overwrite=arguments.force,
+        )
+    size = file_bytes(arguments.output)
+    value = {"input": arguments.input, "output": arguments.output, "profile": arguments.profile}
+    value.update(notes=notes, file_bytes=size)
+    lines = ["  note: " + note for note in notes]
+    say(arguments, value, lines + ["%s: saved, %d bytes" % (arguments.output, size)])
+    return 0

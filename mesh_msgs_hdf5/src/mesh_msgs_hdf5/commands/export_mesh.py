@@ -1,0 +1,52 @@
+"""mesh_tool export: a map (or any mesh) to a file for other programs."""
+import argparse
+
+from mesh_msgs_hdf5.commands._common import (
+    add_output_options,
+    add_part,
+    check_output,
+    file_bytes,
+    say,
+)
+from mesh_msgs_hdf5.exporter import write_mesh
+from mesh_msgs_hdf5.importer import read_mesh
+from mesh_msgs_hdf5.progress import Progress
+
+NAME = "export"
+HELP = "write a mesh for other programs (.ply .obj .stl .glb); says what the format cannot hold"
+EXAMPLE = "mesh_tool export garden.h5 garden.ply"
+SUFFIXES = (".ply", ".obj", ".stl", ".glb")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("input", metavar="IN", help="a map file, or any mesh that import reads")
+    parser.add_argument(
+        "output", metavar="OUT", help="the suffix is the format: .ply .obj .stl .glb"
+    )
+    text = "paint this layer into the colors of the vertices"
+    parser.add_argument("--layer", metavar="NAME", help=text)
+    parser.add_argument("--force", action="store_true", help="replace OUT if it exists")
+    add_part(parser, "IN, if it is a map with several")
+    add_output_options(parser, "say nothing")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    check_output(arguments.input, arguments.output, arguments.force, SUFFIXES)
+    with Progress(arguments.quiet) as progress:
+        progress.stage("reading " + arguments.input)
+        mesh, report = read_mesh(arguments.input, arguments.part)
+        progress.stage("writing " + arguments.output)
+        notes = write_mesh(arguments.output, mesh, arguments.force, arguments.layer)
+    notes = report.notes + notes
+    value = {
+        "input": arguments.input,
+        "output": arguments.output,
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "notes": notes,
+        "file_bytes": file_bytes(arguments.output),
+    }
+    lines = ["  note: " + note for note in notes]
+    saved = "{output}: written, {vertices} vertices, {faces} faces, {file_bytes} bytes"
+    say(arguments, value, lines + [saved.format(**value)])
+    return 0

@@ -1,0 +1,124 @@
+"""mesh_tool render: a picture of a mesh."""
+import argparse
+import os
+
+from mesh_msgs_hdf5.any_mesh import open_members
+from mesh_msgs_hdf5.commands._common import (
+    add_output_options,
+    add_part,
+    check_output,
+    file_bytes,
+    say,
+)
+from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.progress import Progress
+from mesh_msgs_hdf5.rendering.render import choose_paint
+from mesh_msgs_hdf5.rendering.render_camera import VIEWS
+from mesh_msgs_hdf5.rendering.render_figure import LARGEST, SMALLEST, picture_png
+from mesh_msgs_hdf5.rendering.render_scale import SCALES
+from mesh_msgs_hdf5.writing.save import save_file
+
+NAME = "render"
+HELP = "draw a mesh into a PNG, with scale, color bar and legend; needs no display"
+EXAMPLE = "mesh_tool render garden.h5 garden.png --layer height_diff --limits 0,0.5 --view iso"
+# what is read for each way to color, besides vertices and faces
+_NEEDED = {
+    "labels": ("labels",),
+    "colors": ("vertex_colors",),
+    "textures": ("textures", "materials", "texture_coordinates"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="a map file, or any mesh that import reads")
+    parser.add_argument("output", metavar="OUT.png")
+    what = parser.add_mutually_exclusive_group()
+    text = "color by a cost layer (or face attribute); default: textures, else colors, else height"
+    what.add_argument("--layer", metavar="NAME", help=text)
+    what.add_argument("--face", metavar="NAME", help="color by an attribute of the faces")
+    for name in ("labels", "colors", "textures", "height"):
+        what.add_argument("--" + name, dest="what", action="store_const", const=name)
+    text = "%s, or AZIMUTH,ELEVATION in degrees of the place to look from (default: top)"
+    text = text % ", ".join(VIEWS)
+    parser.add_argument("--view", type=_view, default="top", help=text)
+    text = "of the picture in pixels (default: 1200x900)"
+    parser.add_argument("--size", type=_size, default="1200x900", metavar="WxH", help=text)
+    text = "of the color bar (default: the least and greatest finite value)"
+    parser.add_argument("--limits", type=_limits, metavar="LO,HI", help=text)
+    parser.add_argument("--scale", choices=sorted(SCALES), default="rainbow", help="as in RViz")
+    parser.add_argument("--title", help="default: the name of FILE, and what is shown")
+    parser.add_argument("--force", action="store_true", help="replace OUT.png if it exists")
+    add_part(parser)
+    add_output_options(parser, "say nothing")
+
+
+def _view(text):
+    if text in VIEWS:
+        return VIEWS[text]
+    azimuth, elevation = (float(value) for value in text.split(","))
+    if not (abs(azimuth) <= 360 and abs(elevation) <= 90):
+        raise ValueError(text)
+    return azimuth, elevation
+
+
+def _size(text):
+    width, height = (int(value) for value in text.lower().split("x"))
+    if not all(SMALLEST <= side <= LARGEST for side in (width, height)):
+        text = "%s: each side has %d to %d pixels" % (text, SMALLEST, LARGEST)
+        raise argparse.ArgumentTypeError(text)
+    return width, height
+
+
+def _limits(text):
+    low, high = (float(value) for value in text.split(","))
+    if not -1e38 < low < high < 1e38:
+        raise ValueError(text)
+    return low, high
+
+
+_view.__name__, _size.__name__, _limits.__name__ = "view", "size (WxH)", "limits (LO,HI)"
+
+
+def run(arguments: argparse.Namespace) -> int:
+    check_output(arguments.file, arguments.output, arguments.force, (".png",))
+    with Progress(arguments.quiet) as progress:
+        progress.stage("reading " + arguments.file)
+        file = open_members(arguments.file, arguments.part).members
+        if not file.face_count:
+            raise MapFileError("no_faces", arguments.file, "the mesh has no faces to draw", "")
+        mesh, what, name = _mesh(file, arguments)
+        paint = choose_paint(arguments.file, mesh, what, name, arguments.limits, arguments.scale)
+        title = arguments.title
+        if title is None:
+            shown = {"layer": name, "face": name}.get(what, "" if what == "auto" else what)
+            title = os.path.basename(arguments.file) + (": " + shown if shown else "")
+        progress.stage("drawing")
+        png = picture_png(mesh, paint, arguments.view, arguments.size, title, progress.part)
+        save_file(arguments.output, png, overwrite=arguments.force)
+    width, height = arguments.size
+    value = {"input": arguments.file, "output": arguments.output, "width": width, "height": height}
+    value.update(file_bytes=file_bytes(arguments.output))
+    text = "{output}: written, {width} x {height} pixels, {file_bytes} bytes"
+    say(arguments, value, [text.format(**value)])
+    return 0
+
+
+def _mesh(file, arguments):
+    """A mesh with what is to be drawn, which kind that is, and the name of the values."""
+    for what in ("layer", "face"):
+        name = getattr(arguments, what)
+        if name is not None:
+            mesh = file.read(())
+            if what == "layer" and name not in file.layer_names():
+                if name in file.face_attribute_names():
+                    what = "face"
+            if what == "layer":
+                mesh.vertex_costs[name] = file.vertex_costs(name)
+            else:
+                mesh.face_attributes[name] = file.face_attribute(name)
+            return mesh, what, name
+    what = arguments.what
+    if what is None:
+        textured = file.texture_indices() and file.materials is not None
+        what = "textures" if textured else "colors" if file.has_colors else "height"
+    return file.read(_NEEDED.get(what, ())), what, None

@@ -1,0 +1,40 @@
+"""mesh_tool repack: the same map file, written anew."""
+import argparse
+
+from mesh_msgs_hdf5.commands._common import add_output_options, check_output, file_bytes, say
+from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.probe import read_head
+from mesh_msgs_hdf5.progress import Progress
+
+NAME = "repack"
+HELP = "write a map file anew: without the gaps that other programs left, compressed or not"
+EXAMPLE = "mesh_tool repack garden.h5 --compression none"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("input", metavar="FILE", help="the map file")
+    text = "where to (default: FILE itself, replaced in one step)"
+    parser.add_argument("output", metavar="OUT.h5", nargs="?", help=text)
+    text = "gzip (default), or none: larger and faster"
+    parser.add_argument("--compression", choices=("gzip", "none"), default="gzip", help=text)
+    parser.add_argument("--force", action="store_true", help="replace OUT.h5 if it exists")
+    add_output_options(parser, "say nothing")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    output = arguments.output
+    if output is None:
+        output, arguments.force = arguments.input, True
+        read_head(output)
+        check_output(None, output, True)
+    else:
+        check_output(arguments.input, output, arguments.force)
+    before = file_bytes(arguments.input)
+    with Progress(arguments.quiet) as progress:
+        progress.stage("repacking " + arguments.input)
+        isolated("repack", arguments.input, output, arguments.compression, arguments.force)
+    after = file_bytes(output)
+    value = {"input": arguments.input, "output": output, "compression": arguments.compression}
+    value.update(bytes_before=before, file_bytes=after)
+    say(arguments, value, ["%s: saved, %d bytes (before: %d)" % (output, after, before)])
+    return 0

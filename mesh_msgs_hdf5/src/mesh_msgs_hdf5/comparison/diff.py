@@ -1,0 +1,231 @@
+"""What differs between two meshes, member by member."""
+import json
+from typing import Any, Callable, Dict, Iterator, List
+
+import numpy as np
+
+from mesh_msgs_hdf5.any_mesh import Members
+from mesh_msgs_hdf5.comparison.diff_geometry import compare_geometry, moved
+from mesh_msgs_hdf5.comparison.difference import Difference
+from mesh_msgs_hdf5.errors import one_line
+from mesh_msgs_hdf5.reading.label_reader import natural_order
+
+MEMBERS = ("geometry", "normals", "colors", "layers", "faces", "labels", "textures", "features")
+MEMBERS += ("frame", "origin", "source", "other")
+
+
+def compare(
+    one: Members,
+    other: Members,
+    tolerance: float = 0.0,
+    ignore=(),
+    progress: Callable[[str], None] = lambda stage: None,
+) -> List[Difference]:
+    """The differences between two meshes; no difference: they are the same.
+
+    tolerance: numbers (coordinates in meters, costs, normals, ...) that differ by no more are the
+    same; NaN is the same as NaN. ignore: names of MEMBERS. progress: is told each stage. Raises
+    MapFileError for a file that cannot be read.
+    """
+    found: List[Difference] = []
+    progress("geometry")
+    geometry, vertices, faces = compare_geometry(one, other, tolerance)
+    found += geometry if "geometry" not in ignore else []
+    parts = {
+        "normals": lambda: _normals(one, other, vertices, tolerance),
+        "colors": lambda: _colors(one, other, vertices),
+        "layers": lambda: _layers(one, other, vertices, tolerance),
+        "faces": lambda: _face_attributes(one, other, faces, tolerance),
+        "labels": lambda: _labels(one, other, faces),
+        "textures": lambda: _textures(one, other, vertices, faces, tolerance),
+        "features": lambda: _features(one, other, tolerance),
+        "frame": lambda: _texts(one, other, ("frame_id", "crs")),
+        "origin": lambda: _origins(one, other),
+        "source": lambda: _texts(one, other, ("source",)),
+        "other": lambda: _only("other", one.other_contents(), other.other_contents()),
+    }
+    for name, differences in parts.items():
+        if name not in ignore:
+            progress(name)
+            found += differences()
+    return found
+
+
+def _only(member, ours, theirs) -> Iterator[Difference]:
+    for name in _sorted(set(ours) - set(theirs)):
+        yield Difference(_place(member, name), "only in one", "only in one", {})
+    for name in _sorted(set(theirs) - set(ours)):
+        place = _place(member, name)
+        yield Difference(place, "only in other", "only in the other", {})
+
+
+def _place(member, name):
+    return "%s/%s" % (member, one_line(str(name)).lstrip("/"))
+
+
+def _both(member, one, other) -> Iterator[Difference]:
+    """For members that may be None; nothing if both are there or neither is."""
+    if (one is None) != (other is None):
+        kind = "only in one" if other is None else "only in other"
+        text = "only in one" if other is None else "only in the other"
+        yield Difference(member, kind, text, {})
+
+
+def _incomparable(member, comparable) -> Iterator[Difference]:
+    if not comparable:
+        yield Difference(member, "count", "cannot be compared: their numbers differ", {})
+
+
+def _normals(one, other, comparable, tolerance):
+    a, b = one.vertex_normals, other.vertex_normals
+    yield from _both("normals", a, b)
+    if a is not None and b is not None:
+        yield from _incomparable("normals", comparable)
+        yield from moved("normals", "normals", a, b, tolerance) if comparable else ()
+
+
+def _colors(one, other, comparable):
+    a, b = one.vertex_colors, other.vertex_colors
+    yield from _both("colors", a, b)
+    if a is not None and b is not None:
+        yield from _incomparable("colors", comparable)
+        yield from numbers("colors", a, b, 0.0) if comparable else ()
+
+
+def numbers(member: str, one, other, tolerance: float) -> Iterator[Difference]:
+    """The difference between arrays of one length; each row counts once.
+
+    NaN and inf are only the same as themselves.
+    """
+    if one.shape != other.shape:
+        text = "shape %s in one, %s in the other" % (one.shape, other.shape)
+        yield Difference(member, "changed", text, {"one": one.shape, "other": other.shape})
+        return
+    if one.dtype != other.dtype:
+        text = "%s in one, %s in the other" % (one.dtype, other.dtype)
+        yield Difference(
+            member, "changed", text, {"one": str(one.dtype), "other": str(other.dtype)}
+        )
+    a, b = (values.reshape(len(values), -1) for values in (one, other))
+    same = (a == b) | ((a != a) & (b != b))
+    rest = np.flatnonzero(~same.all(axis=1))
+    wide = np.longdouble if a.dtype.kind in "iu" and a.dtype.itemsize == 8 else np.float64
+    with np.errstate(invalid="ignore"):
+        gap = np.where(same[rest], 0, np.abs(a[rest].astype(wide) - b[rest].astype(wide)))
+    kind = ~np.isfinite(gap)  # lethal or unknown in one of them only
+    beyond = (kind | (gap > tolerance)).any(axis=1)
+    if not beyond.any():
+        return
+    finite = np.where(kind, 0, gap)
+    details: Dict[str, Any] = {
+        "count": int(np.count_nonzero(beyond)),
+        "first": int(rest[beyond.argmax()]),
+        "max": float(finite.max()),
+        "mean": float(finite.sum() / a.size),
+        "not_finite": int(np.count_nonzero(kind.any(axis=1))),
+    }
+    text = "{count} of %d differ by up to {max:.6g} (mean {mean:.6g}), first {first}" % len(a)
+    if details["not_finite"]:
+        text += "; {not_finite} are lethal or unknown in one only, or another of the two"
+    yield Difference(member, "changed", text.format(**details), details)
+
+
+def _layers(one, other, comparable, tolerance):
+    names = [file.layer_names() for file in (one, other)]
+    yield from _only("layers", *names)
+    for name in sorted(set(names[0]) & set(names[1])):
+        member = "layers/" + one_line(name)
+        yield from _incomparable(member, comparable)
+        if comparable:
+            yield from numbers(member, one.vertex_costs(name), other.vertex_costs(name), tolerance)
+        texts = one.layer_parameters(name), other.layer_parameters(name)
+        yield from _parameters(member, *texts)
+
+
+def _face_attributes(one, other, comparable, tolerance):
+    names = [file.face_attribute_names() for file in (one, other)]
+    yield from _only("faces", *names)
+    for name in sorted(set(names[0]) & set(names[1])):
+        member = "faces/" + one_line(name)
+        yield from _incomparable(member, comparable)
+        if comparable:
+            a, b = one.face_attribute(name), other.face_attribute(name)
+            yield from numbers(member, a, b, tolerance)
+        yield from _parameters(member, one.face_parameters(name), other.face_parameters(name))
+
+
+def _parameters(member, a, b):
+    if json_of(a) != json_of(b):
+        text = "parameters %s in one, %s in the other" % (json_of(a), json_of(b))
+        yield Difference(member + "/parameters", "changed", text, {"one": a, "other": b})
+
+
+def json_of(value) -> str:
+    """A text that is the same for the same parameters."""
+    return json.dumps(value, sort_keys=True, ensure_ascii=False)
+
+
+def _labels(one, other, comparable):
+    ours, theirs = one.labels(), other.labels()
+    yield from _only("labels", ours, theirs)
+    for text in _sorted(set(ours) & set(theirs)):
+        member, a, b = "labels/" + one_line(text), ours[text], theirs[text]
+        yield from _incomparable(member, comparable)
+        if comparable:
+            removed = np.setdiff1d(a.faces, b.faces)
+            added = np.setdiff1d(b.faces, a.faces)
+            if len(added) or len(removed):
+                numbers_of = {"added": len(added), "removed": len(removed)}
+                changes = "the other has {added} faces more and lacks {removed}"
+                yield Difference(member, "changed", changes.format(**numbers_of), numbers_of)
+        if a.color != b.color:
+            colors = "color %s in one, %s in the other" % (a.color, b.color)
+            yield Difference(member, "changed", colors, {"one": a.color, "other": b.color})
+
+
+def _textures(one, other, vertices, faces, tolerance):
+    indices = [file.texture_indices() for file in (one, other)]
+    yield from _only("textures", *indices)
+    for index in sorted(set(indices[0]) & set(indices[1])):
+        a, b = one.texture(index), other.texture(index)
+        if a.shape == b.shape:
+            a, b = (image.reshape(-1, image.shape[2]) for image in (a, b))
+        yield from numbers("textures/%d" % index, a, b, 0.0)
+    a, b = one.texture_coordinates, other.texture_coordinates
+    yield from _both("texture_coordinates", a, b)
+    if a is not None and b is not None and vertices:
+        yield from numbers("texture_coordinates", a, b, tolerance)
+    a, b = one.materials, other.materials
+    yield from _both("materials", a, b)
+    if a is not None and b is not None:
+        yield from numbers("materials/colors", a.colors, b.colors, 0.0)
+        yield from numbers("materials/textures", a.texture_indices, b.texture_indices, 0.0)
+        if faces:
+            yield from numbers("materials/faces", a.face_materials, b.face_materials, 0.0)
+
+
+def _features(one, other, tolerance):
+    a, b = one.features, other.features
+    yield from _both("features", a, b)
+    if a is not None and b is not None:
+        yield from numbers("features/locations", a.locations, b.locations, tolerance)
+        yield from numbers("features/descriptors", a.descriptors, b.descriptors, tolerance)
+
+
+def _origins(one, other):
+    a, b = ([float(value) for value in file.origin] for file in (one, other))
+    if a != b:
+        text = "%s in one, %s in the other" % (a, b)
+        yield Difference("origin", "changed", text, {"one": a, "other": b})
+
+
+def _texts(one, other, names):
+    for name in names:
+        a, b = getattr(one, name), getattr(other, name)
+        if json_of(a) != json_of(b):
+            text = "%s in one, %s in the other" % (json_of(a), json_of(b))
+            yield Difference(name, "changed", text, {"one": a, "other": b})
+
+
+def _sorted(names):
+    return sorted(names, key=lambda name: natural_order(str(name)))

@@ -1,0 +1,113 @@
+"""Completion of mesh_tool's arguments in bash, through argcomplete.
+
+The shell calls mesh_tool itself (a variable of the environment says that it does), which answers
+with what could come next: verbs, options, choices, and names that are in the map file at hand.
+"""
+import argparse
+import os
+import shlex
+import sys
+from typing import Any, List
+
+from mesh_msgs_hdf5.errors import MapFileError
+
+_VARIABLE = "_ARGCOMPLETE"  # which of the shell's words is mesh_tool, from 1
+
+_BASH = """# completion for mesh_tool, on its own and behind rosrun mesh_msgs_hdf5
+_mesh_tool_words() {
+    local IFS=$'\\013'
+    COMPREPLY=($(IFS="$IFS" COMP_LINE="$COMP_LINE" COMP_POINT="$COMP_POINT" \\
+        COMP_TYPE="$COMP_TYPE" _ARGCOMPLETE_COMP_WORDBREAKS="$COMP_WORDBREAKS" \\
+        _ARGCOMPLETE="$1" _ARGCOMPLETE_SHELL=bash _ARGCOMPLETE_SUPPRESS_SPACE=1 \\
+        %(executable)s 8>&1 9>/dev/null 1>/dev/null 2>/dev/null))
+    if [[ $? != 0 ]]; then
+        COMPREPLY=()
+    elif [[ ${#COMPREPLY[@]} == 1 && ${COMPREPLY[0]} =~ [=/:]$ ]]; then
+        compopt -o nospace
+    fi
+}
+_mesh_tool() { _mesh_tool_words 1; }
+_mesh_tool_rosrun() {
+    if [[ $COMP_CWORD -gt 2 && ${COMP_WORDS[1]} == mesh_msgs_hdf5 \\
+          && ${COMP_WORDS[2]} == mesh_tool ]]; then
+        compopt -o default
+        _mesh_tool_words 3
+    elif declare -F "$_mesh_tool_rosrun_before" >/dev/null; then
+        "$_mesh_tool_rosrun_before" "$@"
+    fi
+}
+complete -o default -F _mesh_tool mesh_tool
+if [[ -z ${_mesh_tool_rosrun_before:-} ]]; then
+    _mesh_tool_rosrun_before=$(complete -p rosrun 2>/dev/null | sed -n 's/.*-F \\([^ ]*\\).*/\\1/p')
+    _mesh_tool_rosrun_before=${_mesh_tool_rosrun_before//\\"/}
+    _mesh_tool_rosrun_before=${_mesh_tool_rosrun_before:-_roscomplete_exe}
+fi
+complete -F _mesh_tool_rosrun rosrun
+"""
+_FILES = ("file", "files", "input", "one", "other", "origin")
+_SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "dae", "glb", "gltf", "json", "csv")
+
+
+def bash_script() -> str:
+    """What bash has to evaluate so that it completes mesh_tool's arguments."""
+    executable = shlex.quote(os.path.realpath(sys.argv[0]))
+    return _BASH % {"executable": executable}
+
+
+def wanted() -> bool:
+    """True if the shell asks for what could come next."""
+    return _VARIABLE in os.environ
+
+
+def words() -> List[str]:
+    """The words behind mesh_tool in the line that is being completed, as far as they are whole."""
+    line = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0"))]
+    before = line.split()[int(os.environ[_VARIABLE]) :]
+    return before if line[-1:].isspace() else before[:-1]
+
+
+def answer(parser: argparse.ArgumentParser) -> None:
+    """Tell the shell what could come next, and end the process; without argcomplete: nothing."""
+    try:
+        import argcomplete
+    except ImportError:
+        sys.exit(1)
+    _set_completers(parser, argcomplete.FilesCompleter(_SUFFIXES))
+    argcomplete.autocomplete(parser, always_complete_options="long")
+
+
+def _set_completers(parser, files):
+    """Give the arguments that are files, or names in a map file, what completes them."""
+    kind = "label" if " labels " in parser.prog else "layer"
+    for action in parser._actions:
+        if isinstance(action.choices, dict):
+            for below in action.choices.values():
+                _set_completers(below, files)
+        elif action.dest in _FILES and action.type is None:
+            action.completer = files
+        elif action.nargs != 0 and action.dest in ("layer", "face", "name", "names", "old"):
+            action.completer = _Names("face" if action.dest == "face" else kind)
+
+
+class _Names:
+    """Completes names of one kind from the file that was named before."""
+
+    def __init__(self, kind: str) -> None:
+        self._kind = kind
+
+    def __call__(self, prefix: str, parsed_args: argparse.Namespace, **others: Any) -> List[str]:
+        # in this process: it ends right after, however hostile the file is
+        from mesh_msgs_hdf5.map_file import MapFile
+
+        given = vars(parsed_args)
+        path = given.get("origin") or given.get("file") or given.get("input")
+        kind = "face" if given.get("face") is True else self._kind
+        if not path:
+            return []
+        try:
+            file = MapFile(path, given.get("part"))
+            if kind == "label":
+                return file.label_names()
+            return file.face_attribute_names() if kind == "face" else file.layer_names()
+        except MapFileError:  # there is no name to offer
+            return []

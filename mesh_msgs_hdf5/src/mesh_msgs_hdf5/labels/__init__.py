@@ -1,0 +1,1 @@
+"""Labels with a journal, and the node label_manager."""

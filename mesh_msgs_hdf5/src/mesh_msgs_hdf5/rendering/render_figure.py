@@ -1,0 +1,173 @@
+"""The picture with all that explains it, as PNG: title, axes in meters, scale, bar, legend."""
+import io
+import logging
+import math
+import warnings
+from typing import Callable, Sequence, Tuple
+
+import numpy as np
+
+from mesh_msgs_hdf5.errors import one_line
+from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.rendering.render import paint_mesh
+from mesh_msgs_hdf5.rendering.render_camera import Camera, axis_names, look_at, view_axes
+from mesh_msgs_hdf5.rendering.render_scale import scale_colors
+
+SMALLEST, LARGEST = 200, 8000  # pixels along a side of the picture
+_DPI = 100
+_LEFT, _BOTTOM, _TOP, _RIGHT, _BAR, _LEGEND = 75, 62, 40, 20, 110, 230  # margins in pixels
+_ENTRIES = 24
+
+
+def picture_png(
+    mesh: Mesh,
+    paint,
+    view: Tuple[float, float],
+    size: Tuple[int, int],
+    title: str,
+    progress: Callable[[float], None] = lambda part: None,
+) -> bytes:
+    """A PNG of size (width, height) pixels of a mesh in a paint, seen from a view (see look_at)."""
+    inner = _inner(size, paint.legend, axis_names(view_axes(*view))[0] != "")
+    camera = look_at(mesh.vertices, view, inner[2], inner[3])
+    picture = paint_mesh(mesh, camera, paint, progress)
+    # only now: this takes longer than painting a small mesh
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    width, height = size
+    figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, facecolor="white")
+    canvas = FigureCanvasAgg(figure)
+    box = [inner[0] / width, inner[1] / height, inner[2] / width, inner[3] / height]
+    axes = figure.add_axes(box)
+    axes.imshow(picture, extent=camera.extent, interpolation="nearest", aspect="auto")
+    _axes(axes, camera)
+    _scale_bar(axes, camera)
+    axes.set_title(_plain(title, 100), fontsize=11)
+    _legend(figure, axes, paint.legend, inner, size)
+    figure.text(8 / width, 8 / height, _plain(_footer(mesh), 160), fontsize=7.5, color="0.35")
+    out = io.BytesIO()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # characters that the font does not have
+        canvas.print_png(out)
+    return out.getvalue()
+
+
+def _inner(size: Sequence[int], legend, numbered: bool) -> Tuple[int, int, int, int]:
+    """Left, bottom, width and height of the mesh's place in pixels."""
+    left, bottom = (_LEFT, _BOTTOM) if numbered else (_RIGHT, _RIGHT + 10)
+    right = _LEGEND if len(legend.entries) > 2 else _BAR if _explains(legend) else _RIGHT
+    if right == _BAR and legend.entries:
+        right += 40
+    width, height = size
+    return left, bottom, max(40, width - left - right), max(40, height - bottom - _TOP)
+
+
+def _explains(legend):
+    return legend.limits is not None or legend.entries
+
+
+def _plain(text, most):
+    """Text as it is: matplotlib would take $ for a formula."""
+    text = one_line(text)
+    return (text if len(text) <= most else text[: most - 3] + "...").replace("$", r"\$")
+
+
+def _footer(mesh):
+    text = "%d vertices, %d faces, frame %s" % (len(mesh.vertices), len(mesh.faces), mesh.frame_id)
+    if any(mesh.origin) or mesh.crs:
+        text += ", origin %s %s" % (" ".join("%.12g" % value for value in mesh.origin), mesh.crs)
+    return text
+
+
+def _axes(axes, camera: Camera):
+    names = camera.axis_names
+    if names[0]:
+        axes.set_xlabel(names[0] + " [m]", fontsize=9)
+        axes.set_ylabel(names[1] + " [m]", fontsize=9)
+        axes.tick_params(labelsize=8)
+        axes.ticklabel_format(useOffset=False, style="plain")
+        axes.grid(True, linewidth=0.4, alpha=0.35)
+        axes.set_axisbelow(True)
+        return
+    axes.set_xticks([])
+    axes.set_yticks([])
+    # where the axes of the frame point to, in the upper left corner
+    left, right, bottom, top = camera.extent
+    length = 0.06 * min(right - left, top - bottom)
+    at = np.array([left + 2 * length, top - 2 * length])
+    for i, color in enumerate(("red", "green", "blue")):
+        tip = at + length * camera.axes[:2, i]
+        axes.annotate("", tip, at, arrowprops={"arrowstyle": "->", "color": color, "lw": 1.5})
+        axes.text(*(at + 1.35 * length * camera.axes[:2, i]), "xyz"[i], **_text(9, color))
+
+
+def _text(size, color="black"):
+    return {"fontsize": size, "color": color, "ha": "center", "va": "center"}
+
+
+def _scale_bar(axes, camera: Camera):
+    left, right, bottom, top = camera.extent
+    length = _round_length((right - left) / 4)
+    x, y = left + 0.03 * (right - left), bottom + 0.03 * (top - bottom)
+    for color, thickness in (("white", 6), ("black", 3)):  # also over the mesh
+        ends = [x, x + length], [y, y]
+        axes.plot(*ends, color=color, linewidth=thickness, solid_capstyle="butt")
+    name = "%g km" % (length / 1000) if length >= 1000 else "%g m" % length
+    middle = x + length / 2, y + 0.01 * (top - bottom)
+    plate = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1}
+    axes.annotate(name, middle, **dict(_text(9), va="bottom"), bbox=plate)
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+
+
+def _round_length(most):
+    """The greatest 1, 2 or 5 times a power of ten that is not above most."""
+    power = 10.0 ** math.floor(math.log10(most))
+    return next(power * step for step in (5, 2, 1) if power * step <= most or step == 1)
+
+
+def _legend(figure, axes, legend, inner, size):
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+    from matplotlib.patches import Patch
+
+    width, height = size
+    below = 0
+    if legend.entries:
+        shown = list(legend.entries)
+        if len(shown) > _ENTRIES:
+            shown = shown[: _ENTRIES - 1] + [
+                ("and %d more" % (len(shown) - _ENTRIES + 1), (1.0, 1.0, 1.0))
+            ]
+        below = 18 * len(shown) + 20
+        axes.legend(
+            handles=[Patch(color=color, label=_plain(text, 28)) for text, color in shown],
+            title=None if legend.limits else _plain(legend.title, 34),
+            loc="lower left" if legend.limits else "upper left",
+            bbox_to_anchor=(1.0 + 8 / inner[2], 0 if legend.limits else 1),
+            borderaxespad=0,
+            fontsize=8,
+            title_fontsize=8,
+            frameon=False,
+            handlelength=1.2,
+        )
+    if legend.limits is None:
+        return
+    low, high = legend.limits
+    if low == high:  # a bar needs a length
+        high = low + (abs(low) or 1.0) * 1e-6
+    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}
+    colors = ListedColormap(scale_colors(legend.stops, np.linspace(0, 1, 256)))
+    box = [inner[0] + inner[2] + 16, inner[1] + below, 16, max(30, inner[3] - below)]
+    bar = figure.colorbar(
+        ScalarMappable(Normalize(low, high), colors),
+        cax=figure.add_axes([box[0] / width, box[1] / height, box[2] / width, box[3] / height]),
+        extend=extend[tuple(map(int, legend.beyond))],
+    )
+    bar.ax.tick_params(labelsize=8)
+    bar.set_label(_plain(legend.title, 60), fontsize=9)
+    if legend.limits[0] == legend.limits[1]:
+        bar.set_ticks([low])
+        bar.set_ticklabels(["%g" % low])

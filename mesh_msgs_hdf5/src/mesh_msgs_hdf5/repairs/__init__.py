@@ -1,0 +1,1 @@
+"""Meshes with other vertices and faces, everything that they have following."""

@@ -1,0 +1,1 @@
+"""The node hdf5_map_server."""

@@ -1,0 +1,70 @@
+"""Opens the maps that a server was asked for."""
+import os
+from typing import Any, Dict, List, Tuple
+
+import genpy
+
+from mesh_msgs_hdf5.any_mesh import MeshMembers
+from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
+from mesh_msgs_hdf5.importer import read_mesh
+from mesh_msgs_hdf5.labels.journal_reading import owner_text
+from mesh_msgs_hdf5.labels.label_store import LabelStore, label_target
+from mesh_msgs_hdf5.map_access import list_parts, open_map
+from mesh_msgs_hdf5.server.map_overlay import MapOverlay
+from mesh_msgs_hdf5.probe import kind_of, read_head
+from mesh_msgs_hdf5.server.served_map import ServedMap
+from mesh_msgs_hdf5.server.server_options import ALL_PARTS, MapRequest
+
+
+def load(
+    request: MapRequest, stamp: genpy.Time, owner_info: Dict[str, Any], read_only: bool
+) -> Tuple[List[ServedMap], List[str]]:
+    """The maps of one request, without their arrays, and sentences about them for the log.
+
+    An imported mesh, or a map of another schema than ours, is taken from the map file beside it if
+    changes of it were stored there before. owner_info: what other servers shall know of this one.
+    Raises MapFileError.
+    """
+    path = request.path
+    if kind_of(path, read_head(path)) != "h5":
+        mesh, report = read_mesh(path)
+        sources: List[Any] = [MeshMembers(path, mesh)]
+        notes = ["%s: %s" % (path, note) for note in report.notes]
+    else:
+        parts = list_parts(path) if request.part == ALL_PARTS else []
+        sources = [open_map(path, part) for part in parts or [request.part or None]]
+        notes = []
+    found = [_served(path, source, stamp, owner_info, read_only) for source in sources]
+    for served in found:
+        if served.overlay.path != path:
+            notes.append("%s is served from %s, with what was stored there" % (path, served.target))
+        notes += ["%s: %s" % (served.name, note) for note in served.labels.notes]
+        owner = served.labels.owner
+        if owner is not None and not read_only:
+            text = "%s: its labels belong to %s; edits of labels are sent there"
+            notes.append(text % (served.name, owner_text(owner)))
+    return found, notes
+
+
+def _served(path, source, stamp, owner_info, read_only):
+    locked = "nothing is stored: the server was started with ~read_only" if read_only else ""
+    overlay = MapOverlay(source)
+    identity = (overlay.uuid, overlay.face_count)
+    part = None if isinstance(source, MeshMembers) else source.part
+    target = label_target(path, part)
+    if target != os.path.realpath(path) and os.path.exists(target):
+        try:
+            stored = open_map(target)
+            if stored.uuid != overlay.uuid:
+                text = "it holds another mesh than %s" % path
+                raise MapFileError("exists", target, text, "rename one of them to store changes")
+            overlay = MapOverlay(stored)
+        except MapFileError as error:  # the mesh can be looked at all the same
+            locked = "nothing is stored: %s" % error
+            return ServedMap(path, overlay, FixedLabels(overlay, target, error), stamp, locked)
+    try:
+        labels: Any = LabelStore(path, part, owner_info, read_only, identity)
+    except MapFileError as error:
+        labels = FixedLabels(overlay, target, error)
+    return ServedMap(path, overlay, labels, stamp, locked)

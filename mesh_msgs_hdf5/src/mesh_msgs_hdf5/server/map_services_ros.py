@@ -1,0 +1,152 @@
+"""The services of hdf5_map_server."""
+from typing import Any, Callable, List
+
+import rospy
+from mesh_msgs import array_services
+from mesh_msgs.srv import (
+    GetLabelGroups,
+    GetLabelGroupsResponse,
+    GetTexture,
+    GetTextureResponse,
+    GetUUID,
+    GetUUIDResponse,
+    GetUUIDs,
+    GetUUIDsResponse,
+    GetVertexCostLayers,
+    GetVertexCostLayersResponse,
+)
+
+from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder
+from mesh_msgs_hdf5.server.map_messages import FACES, NORMALS, VERTICES, cluster, clusters
+from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
+from mesh_msgs_hdf5.server.received import Refused
+from mesh_msgs_hdf5.server.served_map import ServedMap
+
+# names that the layers of the two services of release 1.0 have in files
+_ROUGHNESS = ("roughness",)
+_HEIGHT_DIFFERENCE = ("height_diff", "height_difference")
+
+
+class MapServices:
+    """Each answers for the map whose uuid is asked for, or with an error that names the known ones.
+
+    Handlers run in threads of their own; the maps see to it that one at a time reads a file.
+    """
+
+    def __init__(self, maps: MapRegistry, forwarder: LabelForwarder) -> None:
+        self._maps = maps
+        self._forwarder = forwarder
+        self._services: List[rospy.Service] = [
+            rospy.Service("get_uuids", GetUUIDs, self._get_uuids),
+            rospy.Service("get_uuid", GetUUID, self._get_uuid),
+        ]
+        for name, kind, handler in (
+            ("get_geometry", array_services.GetGeometry, _geometry(VERTICES, FACES, NORMALS)),
+            ("get_geometry_vertices", array_services.GetGeometry, _geometry(VERTICES)),
+            ("get_geometry_faces", array_services.GetGeometry, _geometry(FACES)),
+            ("get_geometry_vertexnormals", array_services.GetGeometry, _geometry(NORMALS)),
+            ("get_vertex_colors", array_services.GetVertexColors, _get_colors),
+            ("get_vertex_cost_layers", GetVertexCostLayers, _get_layers),
+            ("get_vertex_costs", array_services.GetVertexCosts, _get_costs),
+            ("get_roughness", array_services.GetVertexCosts, _layer(_ROUGHNESS)),
+            ("get_height_difference", array_services.GetVertexCosts, _layer(_HEIGHT_DIFFERENCE)),
+            ("get_materials", array_services.GetMaterials, _get_materials),
+            ("get_texture", GetTexture, _get_texture),
+            ("get_labeled_clusters", array_services.GetLabeledClusters, _get_labels),
+            ("get_label_groups", GetLabelGroups, _get_groups),
+            ("get_labeled_cluster_group", array_services.GetLabeledClusterGroup, _get_group),
+            ("delete_label", array_services.DeleteLabel, self._delete_label),
+        ):
+            self._services.append(rospy.Service(name, kind, self._answering(handler)))
+
+    def _answering(self, handler: Callable[[ServedMap, Any], Any]) -> Callable[[Any], Any]:
+        def answer(request: Any) -> Any:
+            try:
+                return handler(self._maps.find(request.uuid), request)
+            except (MapFileError, UnknownMap, Refused) as error:
+                raise rospy.ServiceException(str(error)) from error
+            except MemoryError as error:
+                raise rospy.ServiceException("there is not enough memory to answer") from error
+
+        return answer
+
+    def _get_uuids(self, _request: Any) -> GetUUIDsResponse:
+        return GetUUIDsResponse(uuids=self._maps.uuids())
+
+    def _get_uuid(self, _request: Any) -> GetUUIDResponse:
+        return GetUUIDResponse(uuid=self._maps.uuids()[0])
+
+    def _delete_label(self, served: ServedMap, request: Any) -> array_services.DeleteLabelResponse:
+        try:
+            deleted = cluster(request.label, served.labels.delete(request.label))
+        except MapFileError as error:
+            if error.code != "owned":
+                raise
+            deleted = self._forwarder.delete(served.labels, request.label)
+        return array_services.DeleteLabelResponse(cluster=deleted)
+
+
+def _geometry(*parts):
+    def handler(served, _request):
+        message = served.messages.geometry(parts)
+        return array_services.GetGeometryResponse(mesh_geometry_stamped=message)
+
+    return handler
+
+
+def _get_colors(served, _request):
+    message = served.messages.vertex_colors()
+    return array_services.GetVertexColorsResponse(mesh_vertex_colors_stamped=message)
+
+
+def _get_layers(served, _request):
+    return GetVertexCostLayersResponse(layers=served.overlay.layer_names())
+
+
+def _get_costs(served, request):
+    return _costs(served, (request.layer,))
+
+
+def _layer(names):
+    """A service that is for one layer; the layer of the request does not matter."""
+    return lambda served, _request: _costs(served, names)
+
+
+def _costs(served, names):
+    known = served.overlay.layer_names()
+    for name in names:
+        if name in known:
+            message = served.messages.vertex_costs(name)
+            return array_services.GetVertexCostsResponse(mesh_vertex_costs_stamped=message)
+    raise rospy.ServiceException(
+        "there is no layer %r; known: %s" % (names[0][:80], ", ".join(known) or "none")
+    )
+
+
+def _get_materials(served, _request):
+    message = served.messages.materials()
+    return array_services.GetMaterialsResponse(mesh_materials_stamped=message)
+
+
+def _get_texture(served, request):
+    known = served.overlay.texture_indices()
+    if request.texture_index not in known:
+        raise rospy.ServiceException(
+            "there is no texture %d; known: %s"
+            % (request.texture_index, ", ".join(map(str, known)) or "none")
+        )
+    return GetTextureResponse(texture=served.messages.texture(request.texture_index))
+
+
+def _get_labels(served, _request):
+    return array_services.GetLabeledClustersResponse(clusters=clusters(served.labels.all()))
+
+
+def _get_groups(served, _request):
+    return GetLabelGroupsResponse(labels=served.labels.groups())
+
+
+def _get_group(served, request):
+    found = served.labels.group(request.labelGroup)
+    return array_services.GetLabeledClusterGroupResponse(clusters=clusters(found))

@@ -1,0 +1,195 @@
+"""What hdf5_map_server receives: topics, and the saving of what came on them."""
+import threading
+import time
+from typing import Any, Callable, Dict, List, Optional, Tuple
+
+import rospy
+from mesh_msgs import arrays
+from mesh_msgs.msg import MeshFeatures, MeshTexture
+from std_srvs.srv import Trigger, TriggerResponse
+
+from mesh_msgs_hdf5.server import received
+from mesh_msgs_hdf5.errors import MapFileError, one_line
+from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder
+from mesh_msgs_hdf5.server.map_messages import cluster
+from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
+from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
+from mesh_msgs_hdf5.mesh import Label
+from mesh_msgs_hdf5.server.received import Refused
+from mesh_msgs_hdf5.server.served_map import ServedMap
+
+_LABELS = "cluster_label"
+_QUEUE = 10
+_POLL = 0.5  # seconds between two looks at what is to be done
+_LATEST = 10  # with an endless stream of messages, it is saved after so many save_delays
+_AGAIN = 60.0  # seconds until the same warning is logged once more
+_WARNINGS = 1000  # different ones that are remembered
+_TOPICS = (
+    ("store/vertex_costs", arrays.MeshVertexCostsStamped, received.vertex_costs),
+    (
+        "store/vertex_costs_update",
+        arrays.MeshVertexCostsSparseStamped,
+        received.vertex_costs_update,
+    ),
+    ("store/face_costs", arrays.MeshFaceCostsStamped, received.face_costs),
+    ("store/vertex_colors", arrays.MeshVertexColorsStamped, received.vertex_colors),
+    ("store/materials", arrays.MeshMaterialsStamped, received.materials),
+    ("store/texture", MeshTexture, received.texture),
+    ("store/features", MeshFeatures, received.features),
+)
+
+
+class MapStore:
+    """Receives, publishes and saves.
+
+    What was received is saved when nothing more has come for save_delay seconds, by save_map and
+    by close(). What cannot be saved is one log line and is tried again at the next of these.
+    """
+
+    def __init__(
+        self, maps: MapRegistry, topics: MapTopics, forwarder: LabelForwarder, save_delay: float
+    ) -> None:
+        self._maps = maps
+        self._topics = topics
+        self._forwarder = forwarder
+        self._delay = save_delay
+        self._due: Optional[float] = None
+        self._latest: Optional[float] = None
+        self._wake = threading.Condition()
+        self._warned: Dict[str, float] = {}
+        self._closed = False
+        self._subscribers: List[rospy.Subscriber] = [
+            rospy.Subscriber(name, kind, self._receiver(name, read), queue_size=_QUEUE)
+            for name, kind, read in _TOPICS
+        ]
+        self._subscribers.append(
+            rospy.Subscriber(_LABELS, arrays.MeshFaceClusterStamped, self._label, queue_size=_QUEUE)
+        )
+        self._service = rospy.Service("save_map", Trigger, self._save_map)
+        self._thread = threading.Thread(target=self._run, name="save", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Save everything; nothing is received any more."""
+        with self._wake:
+            self._closed = True
+            self._wake.notify_all()
+        self._thread.join()
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._save(fold_labels=True)
+        for served in self._maps:
+            served.labels.close()
+
+    def _receiver(self, name: str, read: Callable[[Any, Any], received.Received]) -> Any:
+        def receive(message: Any) -> None:
+            try:
+                uuid = message.map_uuid if name == "store/features" else message.uuid
+                served = self._maps.find(uuid)
+                change = served.store(read, message, rospy.Time.now())
+            except (Refused, UnknownMap, MapFileError, MemoryError) as error:
+                self._warn("%s: refused: %s" % (name, str(error) or "there is not enough memory"))
+                return
+            for note in change.notes:
+                self._warn("%s: %s" % (name, note))
+            self._topics.publish_change(served, change.member, change.key)
+            self._expect_more()
+
+        return receive
+
+    def _label(self, message: Any) -> None:
+        try:
+            served = self._maps.find(message.uuid)
+            label = received.label(message, served.overlay)
+            stored = self._set_label(served, message, label)
+        except (Refused, UnknownMap, MapFileError) as error:
+            self._warn("%s: refused: %s" % (_LABELS, error))
+            return
+        self._topics.publish_label(cluster(message.cluster.label, stored))
+
+    def _set_label(self, served: ServedMap, message: Any, label: Label) -> Label:
+        """The label as it is now; another process that owns the labels is sent the message."""
+        text = message.cluster.label
+        try:
+            return served.labels.set(text, label.faces, override=bool(message.override))
+        except MapFileError as error:
+            if error.code != "owned":
+                raise
+            self._forwarder.store(served.labels, message, _LABELS)
+            return served.labels.get(text) if text in served.labels.names() else label
+
+    def _warn(self, text: str) -> None:
+        """Log a warning, but not the same one for every message of a stream."""
+        now = time.monotonic()
+        with self._wake:
+            again = now < self._warned.get(text, now)
+            if not again:
+                if len(self._warned) >= _WARNINGS:
+                    self._warned.clear()
+                self._warned[text] = now + _AGAIN
+        if not again:
+            rospy.logwarn("%s", one_line(text))
+
+    def _expect_more(self) -> None:
+        now = time.monotonic()
+        with self._wake:
+            if self._latest is None:
+                self._latest = now + _LATEST * self._delay
+            self._due = min(now + self._delay, self._latest)
+            self._wake.notify_all()
+
+    def _run(self) -> None:
+        while True:
+            with self._wake:
+                if self._closed:
+                    return
+                now = time.monotonic()
+                due = self._due is not None and now >= self._due
+                if due:
+                    self._due = self._latest = None
+                else:
+                    wait = _POLL if self._due is None else min(_POLL, self._due - now)
+                    self._wake.wait(wait)
+            try:
+                if due:
+                    self._save()
+                self._topics.publish_wanted()
+            except Exception as error:  # whatever it is, the next save must come
+                if not rospy.is_shutdown():
+                    rospy.logerr("saving or publishing failed: %r", error)
+
+    def _save_map(self, _request: Any) -> TriggerResponse:
+        done, failed = self._save(fold_labels=True)
+        return TriggerResponse(success=not failed, message="; ".join(failed + done) or "no changes")
+
+    def _save(self, fold_labels: bool = False) -> Tuple[List[str], List[str]]:
+        """Save all maps; returns (what was saved, what was not) as sentences, which are logged."""
+        saved, failed = [], []
+        for served in self._maps:
+            for save in [self._save_changes] + ([self._fold_labels] if fold_labels else []):
+                started = time.monotonic()
+                try:
+                    done, waits = save(served)
+                except MapFileError as error:
+                    done, waits = "", "not saved: %s" % error
+                except MemoryError:
+                    done, waits = "", "not saved: %s: there is not enough memory" % served.target
+                if done:
+                    seconds = time.monotonic() - started
+                    saved.append("saved %s to %s in %.2f s" % (done, served.target, seconds))
+                if waits:
+                    failed.append(waits)
+        for line in saved:
+            rospy.loginfo("%s", one_line(line))
+        for line in failed:
+            rospy.logerr("%s", one_line(line))
+        return saved, failed
+
+    @staticmethod
+    def _save_changes(served: ServedMap) -> Tuple[str, str]:
+        done, waits = served.save()
+        return done, "%s: %s" % (served.target, waits) if waits else ""
+
+    @staticmethod
+    def _fold_labels(served: ServedMap) -> Tuple[str, str]:
+        return served.fold_labels(), ""

@@ -1,0 +1,166 @@
+"""One map of a server: its file, what was received since, its labels."""
+import dataclasses
+import os
+import threading
+from typing import Any, Callable, List, Tuple, Union
+
+import genpy
+
+from mesh_msgs_hdf5.any_mesh import MeshMembers
+from mesh_msgs_hdf5.edit import Edit
+from mesh_msgs_hdf5.server.edits import is_empty
+from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
+from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.labels.journal_reading import owner_text
+from mesh_msgs_hdf5.labels.label_store import LabelStore
+from mesh_msgs_hdf5.map_access import open_map
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.server.map_messages import MapMessages
+from mesh_msgs_hdf5.server.map_overlay import MapOverlay
+from mesh_msgs_hdf5.server.received import Received, Refused
+
+_PLURALS = {
+    "vertex_costs": "layers",
+    "face_attributes": "face cost layers",
+    "textures": "textures",
+}
+
+# in what the owner of the labels of a map says of itself: it stores all else of the map, too
+STORES_ALL = "stores_all"
+
+
+class ServedMap:
+    """A map that is served and to which changes are made.
+
+    Changes are served at once and kept in memory until save() has put them into the file.
+
+    Attributes: overlay (the map with its changes), messages (made of it), labels, uuid, path,
+    target (the map file that changes go to: the map itself, or one beside it; see label_target).
+
+    Args:
+        path: the file that was asked for; that of the overlay is the target where that is there.
+        stamp: for the headers of its messages.
+        locked: why nothing may be stored; "" if it may.
+    """
+
+    def __init__(
+        self,
+        path: str,
+        overlay: MapOverlay,
+        labels: Union[LabelStore, FixedLabels],
+        stamp: genpy.Time,
+        locked: str = "",
+    ) -> None:
+        self.path = path
+        self.overlay = overlay
+        self.labels = labels
+        self.messages = MapMessages(overlay, overlay.uuid, stamp)
+        self.uuid = overlay.uuid
+        self.target = labels.path
+        self._locked = locked
+        self._saving = threading.Lock()
+        self._changing = threading.Lock()
+
+    @property
+    def name(self) -> str:
+        """For log lines: the file, and its part where that is not "mesh"."""
+        part = self.overlay.part
+        return self.path if part in ("mesh", "") else "%s, part %s" % (self.path, part)
+
+    def store(
+        self, read: Callable[[Any, Any], Received], message: Any, stamp: genpy.Time
+    ) -> Received:
+        """Make the change that a function of module received reads from a message.
+
+        Raises Refused where the message is wrong or nothing may be stored, and MapFileError.
+        """
+        self.check_open()
+        with self._changing:  # an update of a layer reads what it changes
+            received = read(message, self.overlay)
+            self.overlay.change(received.edit)
+        self.messages.touch(received.member, received.key, stamp)
+        return received
+
+    def check_open(self) -> None:
+        """Raises Refused where nothing may be stored."""
+        if self._locked:
+            raise Refused(self._locked)
+        owner = self.labels.owner
+        if owner is not None and owner.get(STORES_ALL):
+            raise Refused("%s belongs to %s: store it there" % (self.name, owner_text(owner)))
+
+    @property
+    def is_saved(self) -> bool:
+        """True if everything received, labels apart, is in the file."""
+        return is_empty(self.overlay.unsaved)
+
+    def save(self) -> Tuple[str, str]:
+        """Put what was received, labels apart, into the file, in one step.
+
+        Returns what has been saved ("2 layers, materials"; "" if there was nothing), and what has
+        to wait and why ("" if nothing). Raises MapFileError; then the file is as before, and
+        everything is kept for the next time.
+        """
+        with self._saving:
+            ready, waits = self._ready()
+            if is_empty(ready):
+                return "", waits
+            self._write(ready)
+            self.overlay.saved(ready)
+            return summary(ready), waits
+
+    def fold_labels(self) -> str:
+        """Put the label edits into the file; returns what that was ("3 labels"), or ""."""
+        with self._saving:
+            count = self.labels.save() if self.labels.dirty else 0
+        return "%d label%s" % (count, "" if count == 1 else "s") if count else ""
+
+    def _ready(self):
+        """What can be saved now: a file refuses materials whose textures it does not have."""
+        edit = self.overlay.unsaved
+        if edit.materials is None:
+            return edit, ""
+        used = {int(index) for index in edit.materials.texture_indices if index >= 0}
+        missing = sorted(used - set(self.overlay.texture_indices()))
+        if not missing:
+            return edit, ""
+        shown = ", ".join(map(str, missing[:10])) + (", ..." if len(missing) > 10 else "")
+        waits = "materials wait for the textures %s: send them on store/texture" % shown
+        return dataclasses.replace(edit, materials=None), waits
+
+    def _write(self, edit):
+        with self.overlay.lock:
+            if os.path.realpath(self.overlay.source.path) != self.target:
+                self._make_target(edit)
+            self.overlay.source.update(edit)
+
+    def _make_target(self, edit):
+        source = self.overlay.source
+        if not os.path.exists(self.target):
+            if isinstance(source, MeshMembers):
+                MapFile.write(self.target, source.read(), overwrite=False)
+            else:
+                isolated("convert", source.path, self.target, part=source.part)
+        target = open_map(self.target)
+        if target.uuid != self.uuid:
+            raise MapFileError(
+                "exists",
+                self.target,
+                "changes of %s belong here, but it holds another mesh" % self.path,
+                "rename one of them",
+            )
+        self.overlay.source = target
+
+
+def summary(edit: Edit) -> str:
+    """What a change is of, for a log line: "2 layers, vertex colors"."""
+    words: List[str] = []
+    for name, value in vars(edit).items():
+        if name in _PLURALS and value:
+            plural = _PLURALS[name]
+            words.append("%d %s" % (len(value), plural[:-1] if len(value) == 1 else plural))
+        elif value is not None and not isinstance(value, (dict, frozenset)):
+            words.append(name.replace("_", " "))
+    words += ["no " + name.replace("_", " ") for name in sorted(edit.remove)]
+    return ", ".join(words)

@@ -1,0 +1,129 @@
+"""Everything that is wrong or odd about a mesh file, as findings."""
+from typing import Any, Callable, Dict, List, Optional
+
+import numpy as np
+from mesh_msgs.identity import geometry_uuid
+
+from mesh_msgs_hdf5.any_mesh import Members, is_map_file, open_members
+from mesh_msgs_hdf5.errors import MapFileError, one_line
+from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, WARNING, Finding
+from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.validation.validate_beside import check_journal, check_temporaries
+from mesh_msgs_hdf5.validation.validate_shape import check_shape
+from mesh_msgs_hdf5.validation.validate_topology import check_topology
+from mesh_msgs_hdf5.validation.validate_values import (
+    check_face_attribute,
+    check_labels,
+    check_layer,
+    check_textures,
+)
+
+_SINGLE = ("frame_id", "origin", "crs", "source", "vertices", "faces", "vertex_normals")
+_SINGLE += ("vertex_colors", "texture_coordinates", "materials", "features")
+
+
+def validate(
+    path: str, part: Optional[str] = None, progress: Callable[[str], None] = lambda stage: None
+) -> List[Finding]:
+    """Findings about a file of any known format; never raises for what is in the file.
+
+    Every member is read, a map file in a process of its own. part: of a map; None: all its parts.
+    progress: is told each stage.
+    """
+    progress("reading")
+    try:
+        is_map = is_map_file(path)
+        parts = isolated("parts", path) if is_map and part is None else [part]
+    except MapFileError as error:
+        return [_error("file", error)]
+    findings = list(check_temporaries(path)) if is_map else []
+    if not parts:
+        parts = [None]  # the error says what it lacks
+    for name in parts:
+        found = _validate_part(path, name, progress)
+        if len(parts) > 1:
+            place = one_line(name or "/") + ": "
+            found = [finding._replace(where=place + finding.where) for finding in found]
+        findings += found
+    return sorted(findings, key=lambda finding: (ERROR, WARNING, NOTE).index(finding.level))
+
+
+def _validate_part(path, part, progress) -> List[Finding]:
+    try:
+        file, form, notes = open_members(path, part)
+    except MapFileError as error:
+        return [_error("file", error)]
+    findings = [Finding("import", NOTE, "file", note) for note in notes]
+    members = _read_all(file, findings, progress)
+    vertices, faces = members.get("vertices"), members.get("faces")
+    if vertices is not None and faces is not None:
+        if form == "HDF5":
+            progress("checking the uuid")
+            findings += _uuid(file, vertices, faces)
+            findings += check_journal(file)
+        progress("checking the faces")
+        findings += check_topology(len(vertices), faces)
+        progress("checking the shape")
+        findings += check_shape(vertices, faces, members.get("vertex_normals"))
+    coordinates, materials = (members.get(key) for key in ("texture_coordinates", "materials"))
+    findings += check_textures(members.get("textures", ()), materials, coordinates)
+    return findings
+
+
+def _error(where, error: MapFileError) -> Finding:
+    hint = " (%s)" % error.hint if error.hint else ""
+    return Finding(error.code, ERROR, where, one_line(error.message + hint))
+
+
+def _read_all(file: Members, findings, progress) -> Dict[str, Any]:
+    """What could be read of the members that later checks need; the rest became findings."""
+    members: Dict[str, Any] = {}
+
+    def read(where, call, *arguments):
+        progress("reading " + where)
+        try:
+            return call(*arguments)
+        except MapFileError as error:
+            findings.append(_error(where, error))
+            return None
+
+    for name in _SINGLE:
+        members[name] = read(name, getattr, file, name)
+    for name in read("layers", file.layer_names) or ():
+        where = "layer " + one_line(name)
+        costs = read(where, file.vertex_costs, name)
+        read(where, file.layer_parameters, name)
+        findings += check_layer(name, costs) if costs is not None else ()
+    for name in read("face attributes", file.face_attribute_names) or ():
+        where = "face attribute " + one_line(name)
+        values = read(where, file.face_attribute, name)
+        read(where, file.face_parameters, name)
+        findings += check_face_attribute(name, values) if values is not None else ()
+    members["textures"] = read("textures", file.texture_indices) or ()
+    for index in members["textures"]:
+        read("texture %d" % index, file.texture, index)
+    labels = {}
+    for text in read("labels", file.label_names) or ():
+        label = read("label " + one_line(text), file.label, text)
+        if label is not None:
+            labels[text] = label
+    findings += check_labels(labels, file.face_count)
+    read("other contents", file.other_contents)
+    return members
+
+
+def _uuid(file: Members, vertices: np.ndarray, faces: np.ndarray) -> List[Finding]:
+    try:
+        stored = file.stored_uuid
+    except MapFileError as error:
+        return [_error("uuid", error)]
+    if stored is None:
+        text = "the file does not say its UUID (mesh_tool repack adds it)"
+        return [Finding("uuid_missing", WARNING, "uuid", text)]
+    actual = geometry_uuid(vertices, faces)
+    if stored == actual:
+        return []
+    text = "it is %s, but vertices and faces are those of %s" % (one_line(stored), actual)
+    # a UUID of other people need not be made from the geometry
+    level = ERROR if file.schema_version else WARNING
+    return [Finding("uuid_mismatch", level, "uuid", text)]

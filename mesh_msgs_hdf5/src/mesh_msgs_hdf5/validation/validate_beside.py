@@ -1,0 +1,45 @@
+"""What lies beside a map file: its journal, and what killed programs left; as findings."""
+import contextlib
+import fcntl
+import os
+from typing import Iterator
+
+from mesh_msgs_hdf5.any_mesh import Members
+from mesh_msgs_hdf5.errors import MapFileError, one_line
+from mesh_msgs_hdf5.validation.findings import WARNING, Finding
+from mesh_msgs_hdf5.labels.journal_reading import read_journal
+from mesh_msgs_hdf5.labels.label_store import journal_path
+
+_TEMPORARY = ".mesh_msgs_hdf5.tmp"  # how save.py names them: .garden.h5.<token> and this
+
+
+def check_journal(file: Members) -> Iterator[Finding]:
+    """A finding if edits of labels have not been saved in the map."""
+    try:
+        journal = journal_path(file.path, file.part)
+        edits = read_journal(journal, file.uuid, file.face_count).edits
+    except MapFileError as error:
+        text = one_line("%s: %s" % (os.path.basename(error.path), error.message))
+        yield Finding("journal", WARNING, "labels", text)
+        return
+    if edits:
+        text = "edits of labels are in %s but not in the map yet (the node that owns it saves them)"
+        name = one_line(os.path.basename(journal))
+        yield Finding("journal", WARNING, "labels", text % name, None, len(edits))
+
+
+def check_temporaries(path: str) -> Iterator[Finding]:
+    """A finding if temporary files of saving this map are left that no program has open."""
+    folder, name = os.path.split(os.path.realpath(os.fsdecode(path)))
+    prefix = ".%s." % os.fsdecode(os.fsencode(name)[:200])
+    stale = []
+    with contextlib.suppress(OSError):
+        for entry in sorted(os.listdir(folder)):
+            if entry.startswith(prefix) and entry.endswith(_TEMPORARY):
+                with contextlib.suppress(OSError), open(os.path.join(folder, entry), "rb") as file:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails while one saves
+                    stale.append(entry)
+    if stale:
+        text = "a program was killed while it saved: %s (the next save removes it)"
+        text = text % one_line(stale[0])
+        yield Finding("stale_temporary", WARNING, "file", text, None, len(stale))

@@ -1,0 +1,134 @@
+"""How the faces of a mesh hang together, as findings; NumPy and SciPy only."""
+from typing import Iterator, NamedTuple
+
+import numpy as np
+
+from mesh_msgs_hdf5.validation.findings import NOTE, WARNING, Finding
+
+
+class Edges(NamedTuple):
+    """The three sides of each face, sorted so that the sides at one edge are beside each other.
+
+    low, high: (3N,) int64 vertices, low < high; forward: (3N,) the face runs from low to high;
+    side: (3N,) 3 * face + number; start: (E,) first of each edge; count: (E,) sides of each edge.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    forward: np.ndarray
+    side: np.ndarray
+    start: np.ndarray
+    count: np.ndarray
+
+
+def edges_of(faces: np.ndarray, kept: np.ndarray) -> Edges:
+    """The edges of the kept faces (indices) of faces (F, 3)."""
+    tail = faces[kept].astype(np.int64)
+    head = np.roll(tail, -1, axis=1).ravel()
+    tail = tail.ravel()
+    side = (3 * kept[:, None] + np.arange(3)).ravel()
+    low, high = np.minimum(tail, head), np.maximum(tail, head)
+    key = (low.astype(np.uint64) << np.uint64(32)) | high.astype(np.uint64)
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])) if len(key) else order
+    count = np.diff(np.concatenate([start, [len(key)]]))
+    return Edges(low[order], high[order], (tail < head)[order], side[order], start, count)
+
+
+def check_topology(vertex_count: int, faces: np.ndarray) -> Iterator[Finding]:
+    """Findings about faces (F, 3), each index below vertex_count."""
+    repeated = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
+    yield from found("repeated_vertex", "faces", "faces name a vertex twice", repeated)
+    yield from found(
+        "duplicate_faces", "faces", "faces have the vertices of an earlier one", _again(faces)
+    )
+    used = np.zeros(vertex_count, dtype=bool)
+    used[faces.ravel()] = True
+    yield from found("isolated_vertices", "vertices", "vertices belong to no face", ~used)
+    kept = np.flatnonzero(~repeated)
+    if len(kept):
+        edges = edges_of(faces, kept)
+        yield from _edge_findings(edges)
+        yield from _fan_findings(edges, faces, kept, vertex_count)
+        yield from _component_findings(edges, used, vertex_count)
+
+
+def found(rule, where, message, bad, level=WARNING) -> Iterator[Finding]:
+    """A finding if any of bad (N,) is set."""
+    if bad.any():
+        yield Finding(rule, level, where, message, int(bad.argmax()), int(np.count_nonzero(bad)))
+
+
+def _again(faces):
+    """(F,): which faces have the three vertices of one before."""
+    rows = np.sort(faces, axis=1)
+    order = np.lexsort(rows.T[::-1])  # stable: of equal ones the first comes first
+    same = (rows[order[1:]] == rows[order[:-1]]).all(axis=1)
+    again = np.zeros(len(faces), dtype=bool)
+    again[order[1:][same]] = True
+    return again
+
+
+def _edge_findings(edges):
+    for rule, bad, text, level in (
+        ("nonmanifold_edges", edges.count > 2, "edges belong to more than two faces", WARNING),
+        ("boundary", edges.count == 1, "edges belong to one face only", NOTE),
+    ):
+        yield from _at_edges(rule, bad, text, level, edges)
+    pair = edges.start[edges.count == 2]
+    against = np.zeros(len(edges.start), dtype=bool)
+    against[edges.count == 2] = edges.forward[pair] == edges.forward[pair + 1]
+    text = "edges have two faces that are oriented against each other"
+    yield from _at_edges("flipped_neighbors", against, text, WARNING, edges)
+
+
+def _at_edges(rule, bad, text, level, edges):
+    if bad.any():
+        # the face that comes first in the mesh, and the vertices of that edge
+        first = np.flatnonzero(bad)
+        first = edges.start[first[edges.side[edges.start[first]].argmin()]]
+        where = "%s, such as %d-%d of that face" % (text, edges.low[first], edges.high[first])
+        number = int(np.count_nonzero(bad))
+        yield Finding(rule, level, "faces", where, int(edges.side[first] // 3), number)
+
+
+def _fan_findings(edges, faces, kept, vertex_count):
+    """Corners at a vertex hang together across the edges there; more than one bunch is no fan."""
+    inner = np.ones(len(edges.side), dtype=bool)
+    inner[edges.start] = False
+    after = np.flatnonzero(inner)
+    ends = []
+    for at in (after - 1, after):
+        face, number = edges.side[at] // 3, edges.side[at] % 3
+        following = 3 * face + (number + 1) % 3
+        low = np.where(edges.forward[at], edges.side[at], following)
+        high = np.where(edges.forward[at], following, edges.side[at])
+        ends.append(np.concatenate([low, high]))
+    bunches, bunch = _components(ends[0], ends[1], 3 * len(faces))
+    vertex_of = np.full(bunches, -1, dtype=np.int64)
+    corners = (3 * kept[:, None] + np.arange(3)).ravel()
+    vertex_of[bunch[corners]] = faces[kept].ravel()
+    fans = np.bincount(vertex_of[vertex_of >= 0], minlength=vertex_count)
+    text = "vertices join faces that have no edge there in common"
+    yield from found("nonmanifold_vertices", "vertices", text, fans > 1)
+
+
+def _component_findings(edges, used, vertex_count):
+    _, label = _components(edges.low[edges.start], edges.high[edges.start], vertex_count)
+    sizes = np.bincount(label[used])
+    sizes = sizes[sizes > 0]
+    if len(sizes) > 1:
+        text = "parts of the surface, not connected; the largest has %d of %d vertices" % (
+            sizes.max(),
+            sizes.sum(),
+        )
+        yield Finding("components", WARNING, "faces", text, None, len(sizes))
+
+
+def _components(a, b, count):
+    from scipy.sparse import coo_matrix  # only here: nodes need not load it
+    from scipy.sparse.csgraph import connected_components
+
+    ones = np.ones(len(a), dtype=np.int8)
+    return connected_components(coo_matrix((ones, (a, b)), (count, count)), directed=False)

@@ -1,0 +1,1 @@
+"""Builds map files, verifies them and puts them in their place."""

@@ -1,0 +1,64 @@
+"""The parameters of hdf5_map_server."""
+import pytest
+
+from mesh_msgs_hdf5.server.server_options import ALL_PARTS, MapRequest, ServerOptions, parse
+
+
+@pytest.mark.parametrize(
+    "parameters, maps",
+    [
+        ({}, [("/tmp/map.h5", None)]),
+        ({"inputFile": "/a.h5"}, [("/a.h5", None)]),
+        ({"inputFile": 5, "mesh_part": 7}, [("/folder/5", "7")]),
+        ({"inputFile": "b.h5", "mesh_part": "mesh"}, [("/folder/b.h5", "mesh")]),
+        ({"inputFile": "/a.h5", "mesh_part": ""}, [("/a.h5", ALL_PARTS)]),
+        ({"inputFile": "/a.h5", "mesh_part": "/"}, [("/a.h5", "/")]),
+        ({"inputFile": "/a.h5", "mesh_part": ["x", "y"]}, [("/a.h5", "x"), ("/a.h5", "y")]),
+        ({"inputFile": "/a.h5", "mesh_part": []}, [("/a.h5", None)]),
+        ({"inputFile": ["/a.h5", "/b.h5", "/a.h5"]}, [("/a.h5", None), ("/b.h5", None)]),
+        ({"maps": [{"file": "/a.h5"}]}, [("/a.h5", None)]),
+        (
+            {"maps": [{"file": "/a.h5", "part": ["x", ""]}], "inputFile": "/b.h5"},
+            [("/a.h5", "x"), ("/a.h5", ALL_PARTS), ("/b.h5", None)],
+        ),
+        ({"maps": [], "somebody_elses": object()}, [("/tmp/map.h5", None)]),
+    ],
+)
+def test_maps(parameters, maps, monkeypatch):
+    monkeypatch.setattr("os.getcwd", lambda: "/folder")
+    assert parse(parameters) == ServerOptions([MapRequest(*map) for map in maps], False, 2.0)
+
+
+def test_the_others():
+    options = parse({"read_only": True, "save_delay": 0})
+    assert (options.read_only, options.save_delay) == (True, 0.0)
+
+
+@pytest.mark.parametrize(
+    "parameters, words",
+    [
+        ({"inputFile": ""}, "~inputFile is ''"),
+        ({"inputFile": {"a": 1}}, "~inputFile is {'a': 1}"),
+        ({"inputFile": []}, r"~inputFile is \[\]"),
+        ({"inputFile": ["/a", None]}, "~inputFile is None"),
+        ({"inputFile": "a\0b"}, "~inputFile"),
+        ({"inputFile": True}, "~inputFile is True"),
+        ({"mesh_part": {"a": 1}}, "~mesh_part is {'a': 1}"),
+        ({"mesh_part": [False]}, r"~mesh_part is \[False\]"),
+        ({"maps": "/a.h5"}, "~maps is '/a.h5'; give a list"),
+        ({"maps": ["/a.h5"]}, r"~maps\[0\] is '/a.h5'"),
+        ({"maps": [{"file": "/a"}, {"part": "x"}]}, r"~maps\[1\]"),
+        ({"maps": [{"file": "/a", "name": "x"}]}, r"~maps\[0\]"),
+        ({"maps": [{"file": 1.5}, {"file": ""}]}, r"~maps\[1\].file is ''"),
+        ({"read_only": "yes"}, "~read_only is 'yes'"),
+        ({"save_delay": -1}, "~save_delay is -1"),
+        ({"save_delay": float("nan")}, "~save_delay is nan"),
+        ({"save_delay": "2"}, "~save_delay is '2'"),
+        ({"save_delay": True}, "~save_delay is True"),
+        ({"save_delay": 1e9}, "~save_delay"),
+    ],
+)
+def test_what_cannot_be_meant_is_one_sentence(parameters, words):
+    with pytest.raises(ValueError, match=words) as refused:
+        parse(parameters)
+    assert "\n" not in str(refused.value) and ";" in str(refused.value)
