@@ -18,7 +18,7 @@ from mesh_msgs import msg as stock
 from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers, GetVertexCosts
 from mesh_writers import SQUARE, TWO_FACES, ply, xyz
 
-from mesh_msgs_hdf5.server.hdf5_map_server_node import ended_by_signals
+from mesh_msgs_hdf5.server.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
 

@@ -323,7 +323,7 @@ class StoreInAMap(unittest.TestCase):
         self.assertEqual(os.stat(self.path), before)
         self.assertEqual(os.listdir(self.folder), ["a.h5"])
 
-    def test_a_file_that_is_replaced_under_the_server(self):
+    def test_a_replaced_file_is_not_loaded_while_changes_wait(self):
         MapFile.write(self.path, MAP)
         server = self.serve("_save_delay:=1000")
         MapFile(self.path).write_layers({"new": (np.ones(12, np.float32), None)})
@@ -332,6 +332,7 @@ class StoreInAMap(unittest.TestCase):
         self.send("store/vertex_costs", layer("mine", np.zeros(12)))
         received(server.namespace + "/mesh/vertex_costs", arrays.MeshVertexCostsStamped, 3)
         MapFile.write(self.path, everything(2))
+        server.wait_for("replaced the mesh, but what was stored in the old one is not saved")
         with self.assertRaisesRegex(rospy.ServiceException, "replaced the mesh"):
             server.call("get_geometry", srv.GetGeometry, "")
         answer = server.call("save_map", Trigger)
@@ -340,6 +341,43 @@ class StoreInAMap(unittest.TestCase):
         server.stop()
         self.assertEqual(MapFile(self.path).uuid, everything(2).uuid)
         self.assertEqual(MapFile(self.path).layer_names(), ["height_diff", "roughness"])
+
+    def test_a_file_that_is_replaced_under_the_server_is_loaded(self):
+        MapFile.write(self.path, MAP)
+        server = self.serve("_save_delay:=0.2")
+        self.store_label(server, labeled("old_1", [0]))
+        self.assertTrue(server.call("save_map", Trigger).success)
+        new = everything(2)
+        MapFile.write(self.path + ".new", new)
+        MapFile(self.path + ".new").write_layers({"mine": (np.ones(12, np.float32), None)})
+        with open(self.path, "wb") as stream:  # as cp does it, with time to be looked at
+            stream.write(b"half a file")
+        server.wait_for("the new file is not served: ")
+        os.rename(self.path + ".new", self.path)
+        server.wait_for("replaced the mesh: now serving")
+        self.assertEqual(server.call("get_uuids", srv.GetUUIDs).uuids, [new.uuid])
+        geometry = server.call("get_geometry", srv.GetGeometry, "").mesh_geometry_stamped
+        self.assertEqual((geometry.uuid, geometry.header.frame_id), (new.uuid, "floor"))
+        topic = server.namespace + "/mesh/vertex_costs"
+        found = received(topic, arrays.MeshVertexCostsStamped, 3)
+        self.assertEqual([m.type for m in found], ["height_diff", "mine", "roughness"])
+        self.assertEqual({m.uuid for m in found}, {new.uuid})
+        for name, kind in (
+            ("geometry", msg.MeshGeometryStamped),
+            ("vertex_colors", msg.MeshVertexColorsStamped),
+            ("face_costs", msg.MeshFaceCostsStamped),
+        ):
+            found = received("%s/mesh/%s" % (server.namespace, name), kind, 1)
+            self.assertEqual([m.uuid for m in found], [new.uuid])
+        self.assertEqual(sorted(self.labels_of(server)), sorted(new.labels))
+        self.store_label(server, labeled("new_1", [0], uuid=new.uuid))
+        self.send("store/vertex_costs", layer("late", np.zeros(12), new.uuid))
+        received(topic, arrays.MeshVertexCostsStamped, 4)
+        self.assertEqual(server.stop(), 0)
+        self.assertEqual(len(server.logged("replaced the mesh")), 1)
+        self.assertIn("late", MapFile(self.path).layer_names())
+        self.assertEqual(sorted(MapFile(self.path).labels()), sorted([*new.labels, "new_1"]))
+        self.assertEqual(os.listdir(self.folder), ["a.h5"])
 
 
 class _Members:

@@ -20,6 +20,7 @@ from mesh_msgs_hdf5.convert import convert, repack
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.mesh import Mesh
 
 # name -> (writer, part of the result)
 LAYOUTS = {
@@ -127,6 +128,20 @@ def test_what_is_in_the_way_gets_another_name(tmp_path, rich_mesh):
         assert file["mesh/channels/vertices (2)"][()].tolist() == [0, 1, 2]
         assert file["mesh/channels"].get(layer + " (2)", getlink=True).path == "/x"
         assert file["mesh/clustersets (2)"][()] == 5
+
+
+def test_a_link_to_nowhere_in_the_way_gets_another_name(tmp_path, rich_mesh):
+    path = tmp_path / "a.h5"
+    MapFile.write(path, rich_mesh)
+    with h5py.File(path, "r+") as file:
+        del file["mesh/clustersets"]
+        file["mesh/clustersets"] = h5py.SoftLink("/nowhere")
+    notes = convert(path, tmp_path / "b.h5")
+    assert notes == ["/mesh/clustersets was renamed /mesh/clustersets (2)"]
+    with h5py.File(tmp_path / "b.h5", "r") as file:
+        assert isinstance(file["mesh/clustersets"], h5py.Group)
+        assert file["mesh"].get("clustersets (2)", getlink=True).path == "/nowhere"
+    assert_same_mesh(MapFile(tmp_path / "b.h5").read(), rich_mesh)
 
 
 def test_nothing_but_images_is_in_textures_for_lvr2(tmp_path, rich_mesh):
@@ -258,6 +273,26 @@ def test_repack_in_place(tmp_path, rich_mesh, budget):
     with pytest.raises(MapFileError) as refused:
         repack(path, tmp_path / "b.h5", "lzf")
     assert refused.value.code == "value" and os.listdir(tmp_path) == ["a.h5"]
+
+
+@pytest.mark.parametrize("compression", ["gzip", "none"])
+def test_repack_keeps_what_has_several_names(tmp_path, compression):
+    rng = np.random.default_rng(1)
+    vertices = rng.normal(size=(3000, 3)).astype("f4")
+    faces = rng.integers(0, 3000, (5000, 3)).astype("u4")
+    mesh = Mesh(vertices, faces, vertex_costs={"height_diff": vertices[:, 0] ** 2})
+    path = tmp_path / "a.h5"
+    MapFile.write(path, mesh, compression="none" if compression == "gzip" else "gzip")
+    with h5py.File(path, "r+") as raw:
+        raw["a"] = raw["z/mesh"] = raw["mesh"]
+        raw["mesh/channels/again"] = raw["mesh/channels/height_diff"]
+    repack(path, path, compression, overwrite=True)
+    with h5py.File(path, "r") as raw:
+        assert raw["a"] == raw["z/mesh"] == raw["mesh"]
+        assert raw["mesh/channels/again"] == raw["mesh/channels/height_diff"]
+        assert bool(raw["mesh/channels/vertices"].chunks) == (compression == "gzip")
+    mesh.vertex_costs["again"] = mesh.vertex_costs["height_diff"]
+    assert_same_mesh(MapFile(path, "mesh").read(), mesh)
 
 
 def test_repack_of_other_schemas_and_several_parts(tmp_path, rich_mesh):

@@ -17,6 +17,8 @@ from mesh_msgs_hdf5.mesh import Label, Materials, Mesh
 
 ANIMALS = [mesh for mesh in zoo.all_meshes() if len(mesh.faces)]
 EXACT = (".ply", ".obj", ".glb")
+# of rich_mesh
+ORIGIN = "coordinates are without the origin 430000.0, 5790000.0, -0.1"
 ARRAYS = ("vertices", "faces", "vertex_normals", "vertex_colors", "texture_coordinates")
 LARGEST, TINIEST = float(np.finfo(np.float32).max), float(np.float32(1e-45))
 NUMBERS = st.floats(width=32, allow_nan=False, allow_infinity=False)
@@ -79,7 +81,7 @@ def test_everything_comes_back_from_ply(tmp_path, rich_mesh):
     members = set(vars(rich_mesh)) - {"features", "source"}
     assert_same(found, rich_mesh, members)
     assert found.source["before"] == rich_mesh.source
-    assert notes == ["left out: 12 texture features, which PLY does not have"]
+    assert notes == ["left out: 12 texture features, which PLY does not have", ORIGIN]
     assert report.notes == [
         "layer %s has 1 unknown (NaN), 1 lethal (inf) values" % name
         for name in rich_mesh.vertex_costs
@@ -93,8 +95,9 @@ def test_everything_comes_back_from_ply(tmp_path, rich_mesh):
 def test_everything_comes_back_from_glb(tmp_path, rich_mesh):
     found, notes, _ = again(tmp_path, rich_mesh, ".glb")
     assert_same(found, rich_mesh, set(vars(rich_mesh)) - {"features", "source"})
-    assert len(notes) == 4 and "12 texture features" in notes[-1]
+    assert len(notes) == 5 and "12 texture features" in notes[-2]
     assert notes[0].startswith("vertex colors are attribute _VERTEX_COLOR")
+    assert notes[-1] == ORIGIN
 
 
 def test_what_obj_takes_comes_back(tmp_path, rich_mesh):
@@ -106,6 +109,7 @@ def test_what_obj_takes_comes_back(tmp_path, rich_mesh):
         "left out: 2 layers, which OBJ does not have; --layer NAME paints one into the colors",
         "left out: 4 face attributes, which OBJ does not have",
         "left out: 12 texture features, which OBJ does not have",
+        ORIGIN,
     ]
 
 

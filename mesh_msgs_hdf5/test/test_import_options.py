@@ -191,6 +191,13 @@ def test_a_distance_that_joins_everything():
         merged(mesh, 10.0)
 
 
+def test_a_distance_that_leaves_no_face():
+    mesh = annotated(np.eye(3), [[0, 1, 2]])
+    with pytest.raises(MapFileError, match="within 2 m leaves no face .*length of the edges") as at:
+        merged(mesh, 2.0)
+    assert at.value.code == "value"
+
+
 def repaired(mesh):
     report = ImportReport("a", "PLY")
     return repair("a", mesh, report), report

@@ -113,7 +113,8 @@ def test_seams_leave_coordinates_out(read):
     assert mesh.materials.texture_indices.tolist() == [-1]
     assert len(mesh.vertices) == 4
     assert report.notes == [
-        "texture coordinates left out: 2 vertices have several (seams); --split-seams splits them"
+        "texture coordinates left out: 2 vertices have several (seams); --split-seams splits them",
+        "left out: 1 textures, for want of coordinates",
     ]
 
 

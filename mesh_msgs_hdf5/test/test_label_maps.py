@@ -198,6 +198,17 @@ def test_what_cannot_be_saved_is_said_and_the_rest_is_saved(folder, path, other_
     maps.close()
 
 
+def test_a_replaced_map_without_edits_is_nothing_to_save(folder, path, full_mesh):
+    maps = LabelMaps(folder)
+    store = maps.add(path)
+    full_mesh.vertices[0] += 1
+    MapFile.write(path, full_mesh)
+    assert maps.save() == ([], [])
+    with pytest.raises(MapFileError, match="replaced the mesh"):
+        store.set("tree_2", [1])
+    maps.close()
+
+
 def test_parameters(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert parse({}) == LabelOptions("/tmp/label_manager", [], None, "/tmp/label_manager", False)

@@ -1,11 +1,13 @@
 """Opening a map reads no array, and reading one thing reads nothing else of it."""
 import h5py
+import numpy as np
 import pytest
 from map_samples import SAMPLES, assert_same, write_hdf5_map_io, write_lvr2_l1
 
 from mesh_msgs_hdf5.reading import guarded_group
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.reading.label_reader import LabelReader
 
 
 @pytest.fixture
@@ -227,3 +229,62 @@ def test_a_member_that_no_mesh_has(tmp_path, rich_mesh):
     with pytest.raises(MapFileError, match="a mesh has no member 'roughness'") as error:
         MapFile(tmp_path / "a.h5").read(("roughness",))
     assert error.value.code == "value"
+
+
+def test_the_file_is_looked_through_once_however_much_is_in_it(tmp_path, monkeypatch):
+    """Not once for each layer, face attribute and texture: thousands would take minutes."""
+    looked = []
+    original = guarded_group.children
+    monkeypatch.setattr(
+        guarded_group, "children", lambda *args: looked.append(args[1].name) or original(*args)
+    )
+    counts = []
+    for number in (2, 30):
+        path = tmp_path / ("%d.h5" % number)
+        with h5py.File(path, "w") as file:
+            part = file.create_group("mesh")
+            part["channels/vertices"] = np.eye(3, dtype="f4")
+            part["channels/face_indices"] = np.array([[0, 1, 2]], "u4")
+            for i in range(number):
+                part["channels/layer_%d" % i] = np.zeros(3, "f4")
+                part["face_attributes/%d" % i] = np.zeros(1, "f4")
+                part["textures/images/%d" % i] = np.zeros((1, 1, 3), "u1")
+        del looked[:]
+        mesh = MapFile(path).read()
+        assert len(mesh.vertex_costs) == len(mesh.face_attributes) == len(mesh.textures) == number
+        counts.append(len(looked))
+    assert counts[0] == counts[1], looked
+
+
+def test_a_label_is_found_without_looking_at_the_others(tmp_path, rich_mesh, monkeypatch):
+    del rich_mesh.labels["grass_"]  # has the place of grass
+    file = MapFile.write(tmp_path / "a.h5", rich_mesh)
+    original, looks = LabelReader.paths, []
+    monkeypatch.setattr(LabelReader, "paths", lambda self: looks.append(1) or original(self))
+    for text, label in rich_mesh.labels.items():
+        assert_same(file.label(text), label, text)
+    assert not looks
+    for text in (
+        "tree/1",
+        "tree/1_2",
+        "tree\0_1",
+        "tree_1\0",
+        "\udcff_1",
+        "",
+        "_",
+        ".._.",
+        5,
+        None,
+    ):
+        with pytest.raises(MapFileError) as refused:
+            file.label(text)
+        assert refused.value.code == "label" and "there is no label" in str(refused.value), text
+    with h5py.File(file.path, "r+") as raw:
+        labels = raw["mesh/labels"]
+        labels["tree/1"].attrs["label"] = "oak_7"
+        labels["tree/3"] = h5py.SoftLink("/mesh/labels/tree/2")
+        labels["elm"] = h5py.SoftLink("/mesh/labels/tree")
+    assert_same(file.label("oak_7"), rich_mesh.labels["tree_1"], "oak_7")  # not at its own place
+    for text in ("tree_1", "tree_3", "elm_2"):
+        with pytest.raises(MapFileError, match="there is no label"):
+            file.label(text)

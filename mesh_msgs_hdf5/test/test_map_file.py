@@ -10,14 +10,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from map_samples import assert_same_mesh
+from map_samples import SAMPLES, assert_same_mesh
 from mesh_msgs import zoo
 from mesh_msgs.identity import geometry_uuid
 
 from mesh_msgs_hdf5.checks.check import identical
+from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.mesh import Label, Mesh
 
 FINITE = st.floats(width=32, allow_nan=False, allow_infinity=False)
 COSTS = st.floats(width=32).filter(lambda x: x != -np.inf)
@@ -355,6 +357,17 @@ def test_what_has_no_uuid_is_saved_again_and_again(tmp_path, rich_mesh, layout, 
         with pytest.raises(MapFileError) as refused:
             access()
         assert refused.value.code == "changed"
+
+    known = kind(path)
+    assert known.uuid == rich_mesh.uuid
+    MapFile(path).write_layers({"third": (np.ones(40, "f4"), None)})
+    assert "third" in known.layer_names()  # now it can tell
+    with h5py.File(path, "r+") as raw:
+        vertices = raw["mesh/channels/vertices"]
+        vertices[...] = vertices[()] + np.float32(1)
+    with pytest.raises(MapFileError) as refused:
+        known.layer_names()
+    assert refused.value.code == "changed"
 
 
 @pytest.mark.parametrize("kind", [MapFile, IsolatedMapFile])

@@ -194,12 +194,20 @@ def test_without_streams_and_home(triangle, tmp_path):
         "render", triangle, tmp_path / "a.png", env=environment, stdin=subprocess.DEVNULL
     )
     assert (result.returncode, result.stderr) == (0, b"")
-    closed = subprocess.run(
-        ["bash", "-c", '"$0" info "$1" >&- 2>&-', str(PROGRAM), str(triangle)],
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "<&- >&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_closed_streams(triangle, closed):
+    command = '"$0" layers copy "$1" slope again %s' % closed
+    result = subprocess.run(
+        ["bash", "-c", command, str(PROGRAM), str(triangle)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         timeout=60,
         check=False,
     )
-    assert closed.returncode in (0, 1)
+    assert (result.returncode, result.stderr) == (0, b"")
+    assert "again" in MapFile(triangle).layer_names()
 
 
 def on_a_terminal(*arguments, seconds=60):
@@ -300,6 +308,7 @@ complete -p mesh_tool rosrun >&2
         ("mesh_tool l", ["labels", "layers"]),
         ("mesh_tool layers d", ["delete"]),
         ("mesh_tool import --compression ", ["gzip", "none"]),
+        ("mesh_tool render triangle.h5 a.png --view ", ["front", "iso", "side", "top"]),
         ("mesh_tool render a b --lab", ["--labels"]),
         ("mesh_tool info tri", ["triangle.h5"]),
         ("mesh_tool layers delete triangle.h5 s", ["slope"]),

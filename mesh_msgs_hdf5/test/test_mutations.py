@@ -21,6 +21,10 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
 
 GEOMETRY = ("vertices", "faces")
+# what reading all asks the same reader for: where that is good, these are good one by one too
+IN_ALL = {field.name for field in dataclasses.fields(Mesh)}
+IN_ALL |= {"layer_names", "face_attribute_names", "face_attribute", "label_names", "stored_uuid"}
+IN_ALL |= {"texture_indices", "texture"}
 COUNT, BATCHES, SAMPLES_COUNT = 2000, 4, 60
 
 
@@ -63,17 +67,18 @@ class Reader:
         return code, wrong, strange
 
     def _read(self, path, wrong, strange):
-        code = "good"
         try:
             file = MapFile(path)
-            for name, member in reading_members(file):
-                code = self._use(name, member, wrong, strange) if name == "read" else code
-                if name != "read":
+            members = dict(reading_members(file))
+            code = self._use("read", members.pop("read"), wrong, strange)
+            for name, member in members.items():
+                if code != "good" or name not in IN_ALL:
                     self._use(name, member, [], strange)
         except MapFileError as error:
             return error.code
         except Exception as error:
             strange.append(repr(error)[:200])
+            return "strange"
         return code
 
     def _use(self, name, member, wrong, strange):

@@ -200,3 +200,20 @@ def test_many_labels_and_tiny_pictures():
     for size in ((200, 200), (1200, 300)):
         png = picture_png(mesh, paint, VIEWS["top"], size, "x" * 300)
         assert matplotlib.image.imread(io.BytesIO(png), "png").shape[1::-1] == size
+
+
+@pytest.mark.parametrize("size", [(300, 200), (400, 300), (1200, 900)])
+@pytest.mark.parametrize("what", ["labels", "layer"])
+def test_nothing_is_cut_off_at_the_edges_of_a_picture(size, what):
+    name = "slope of the ground as the long wheelbase of a large robot feels it when driving"
+    vertices = np.array([[0, 0, 0], [4, 0, 0], [0, 2, 0]], np.float32)
+    mesh = Mesh(vertices, np.array([[0, 1, 2]], np.uint32), crs="EPSG:25832")
+    mesh.vertex_costs[name] = np.array([0, 1, 2], np.float32)
+    mesh.labels = {"class_%d" % i: Label(np.array([0], np.uint32)) for i in range(40)}
+    mesh.origin = (431235.0, 5791235.0, 63.0)
+    paint = choose_paint("a", mesh, what, name)
+    png = picture_png(mesh, paint, VIEWS["top"], size, name)
+    pixels = matplotlib.image.imread(io.BytesIO(png))[:, :, :3]
+    assert pixels.shape == (size[1], size[0], 3)
+    edges = [pixels[:2], pixels[-2:], pixels[:, :2], pixels[:, -2:]]
+    assert [bool((edge == 1).all()) for edge in edges] == [True] * 4

@@ -5,6 +5,7 @@ import fcntl
 import os
 import signal
 import stat
+import struct
 import subprocess
 import sys
 import time
@@ -14,12 +15,30 @@ import numpy as np
 import pytest
 from raw_contents import add_strange_things
 
-from mesh_msgs_hdf5.writing import map_saving, save
+from mesh_msgs_hdf5.writing import hdf5_stream, map_saving, save
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
 
+# an access control list: (tag, rights, user) of the owner, user 4321, the group, the mask, others
+_ACCESS = [
+    1,
+    6,
+    -1 % 2**32,
+    2,
+    6,
+    4321,
+    4,
+    4,
+    -1 % 2**32,
+    16,
+    6,
+    -1 % 2**32,
+    32,
+    0,
+    -1 % 2**32,
+]
 CALLS = ("open", "fchmod", "write", "fsync", "close", "replace")
 
 
@@ -153,6 +172,35 @@ def test_mode_and_links_stay(tmp_path):
     assert stat.S_IMODE(target.stat().st_mode) == 0o604
 
 
+def test_extended_attributes_stay(tmp_path):
+    """Access control lists are such; without them the mode means something else."""
+    path = tmp_path / "a.h5"
+    path.write_bytes(b"old")
+    acl = struct.pack("<I" + 5 * "HHI", 2, *_ACCESS)
+    try:
+        os.setxattr(path, "user.note", b"mine")
+        os.setxattr(path, "system.posix_acl_access", acl)
+    except OSError as error:
+        pytest.skip("this disk has no such attributes: %s" % error)
+    save.save_file(path, b"new")
+    assert os.getxattr(path, "user.note") == b"mine"
+    assert os.getxattr(path, "system.posix_acl_access") == acl
+
+
+def test_a_disk_without_extended_attributes_is_fine(tmp_path, monkeypatch):
+    def refuse(*_arguments):
+        raise OSError(errno.ENOTSUP, os.strerror(errno.ENOTSUP))
+
+    (tmp_path / "a.h5").write_bytes(b"old")
+    monkeypatch.setattr(save.os, "setxattr", refuse)
+    monkeypatch.setattr(save.os, "listxattr", lambda _path: ["user.note"])
+    monkeypatch.setattr(save.os, "getxattr", lambda *_arguments: b"mine")
+    save.save_file(tmp_path / "a.h5", b"new")
+    monkeypatch.setattr(save.os, "listxattr", refuse)
+    save.save_file(tmp_path / "a.h5", b"newer")
+    assert (tmp_path / "a.h5").read_bytes() == b"newer"
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root may give files away")
 def test_the_owner_stays(tmp_path):
     path = tmp_path / "a.h5"
@@ -171,6 +219,24 @@ def test_what_may_not_be_written_is_refused_before_the_work(tmp_path, monkeypatc
     with pytest.raises(MapFileError, match=words) as refused:
         save.check_target(path, overwrite=True)
     assert refused.value.code == "save"
+
+
+@pytest.mark.parametrize("name", ["a.h5", "b.h5"])
+def test_a_read_only_disk_is_named(tmp_path, monkeypatch, name):
+    (tmp_path / "a.h5").write_bytes(b"old")
+    monkeypatch.setattr(save.os, "access", lambda _path, mode: not mode & os.W_OK)
+    flags = type("Flags", (), {"f_flag": os.ST_RDONLY})
+    monkeypatch.setattr(save.os, "statvfs", lambda _path: flags)
+    with pytest.raises(MapFileError, match="the disk is read-only") as refused:
+        save.check_target(tmp_path / name, overwrite=True)
+    assert refused.value.code == "save" and "chmod" not in refused.value.hint
+
+
+def test_without_proc_the_error_says_so(tmp_path, full_mesh, monkeypatch):
+    monkeypatch.setattr(hdf5_stream, "_OPEN_FILES", str(tmp_path / "none"))
+    with pytest.raises(MapFileError, match="mount") as refused:
+        MapFile.write(tmp_path / "a.h5", full_mesh)
+    assert refused.value.code == "save" and not os.listdir(tmp_path)
 
 
 def test_a_pipe_is_not_replaced(tmp_path):
@@ -223,7 +289,14 @@ def test_a_long_name(tmp_path):
 
 @pytest.mark.parametrize(
     "place,code",
-    [("no/a.h5", "save"), ("folder", "directory"), ("a\0.h5", "name"), ("taken.h5", "exists")],
+    [
+        ("no/a.h5", "save"),
+        ("folder", "directory"),
+        ("a.h5/", "directory"),
+        ("taken.h5/", "directory"),
+        ("a\0.h5", "name"),
+        ("taken.h5", "exists"),
+    ],
 )
 def test_a_place_where_nothing_can_be_saved(tmp_path, full_mesh, place, code):
     (tmp_path / "folder").mkdir()

@@ -1,5 +1,6 @@
 """A map of a server: its changes are served at once and saved later, and none is lost."""
 import os
+import threading
 
 import genpy
 import h5py
@@ -125,6 +126,23 @@ def test_what_cannot_be_saved_stays_and_is_tried_again(opened, path):
             served.save()
     os.rename(away, path)
     store_layer(served, "newer")
+    assert served.save() == ("2 layers", "")
+
+
+def test_what_was_stored_before_the_end_is_saved(opened, path):
+    served, _ = opened(path)
+    store_layer(served, "new")
+
+    def read(message, overlay):  # the end comes while a message is read
+        ender.start()
+        return received.vertex_costs(message, overlay)
+
+    ender = threading.Thread(target=served.end, args=("the server is ending",))
+    served.store(read, layer("newer"), genpy.Time(5))
+    ender.join()
+    assert served.is_ended
+    with pytest.raises(Refused, match="^the server is ending$"):
+        store_layer(served, "newest")
     assert served.save() == ("2 layers", "")
 
 
@@ -274,3 +292,12 @@ def test_registry(opened, path, tmp_path):
     for uuid in ("", "mesh"):
         with pytest.raises(UnknownMap, match="several.*%s, %s" % (one.uuid, other.uuid)):
             maps.find(uuid)
+    MapFile.write(tmp_path / "c.h5", everything(3))
+    new = opened(tmp_path / "c.h5")[0]
+    maps.replace(one, new)
+    assert list(maps) == [new, other] and maps.find(new.uuid) is new
+    with pytest.raises(UnknownMap):
+        maps.find(one.uuid)
+    with pytest.raises(ValueError, match="a UUID stands for one map"):
+        maps.replace(new, other)
+    assert list(maps) == [new, other]

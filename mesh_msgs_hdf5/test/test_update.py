@@ -287,6 +287,13 @@ def test_to_remove_what_is_not_there_is_no_error(tmp_path, full_mesh):
         (Edit(vertex_colors=np.full((40, 3), 256)), "dtype", "vertex_colors"),
         (Edit(texture_coordinates=np.full((40, 2), np.nan)), "not_finite", "row 0"),
         (Edit(features=Features(np.ones((1, 2)), np.ones((1, 2)))), "shape", "locations"),
+        (Edit(vertex_costs=[1]), "value", "vertex_costs of the edit is a list, not a dict"),
+        (Edit(vertex_costs={1: np.ones(40)}), "value", "vertex_costs of the edit has the key 1"),
+        (Edit(textures={"1": IMAGE}), "value", "textures of the edit has the key '1'"),
+        (Edit(labels={"tree_1": [1]}), "value", "label 'tree_1' is a list, not a Label"),
+        (Edit(materials=(1, 2, 3)), "value", "materials of the edit is a tuple, not a Materials"),
+        (Edit(features=[1]), "value", "features of the edit is a list, not a Features"),
+        (Edit(frame_id=3), "value", "frame_id of the edit is a int, not a str"),
         (Edit(frame_id="/x"), "frame", "slash"),
         (Edit(origin=(1, 2)), "value", "origin"),
         (Edit(crs="\n"), "value", "crs"),
@@ -459,6 +466,33 @@ def test_what_is_stored_elsewhere_stays_there(tmp_path, full_mesh):
     assert "new" not in file.layer_names()
     with h5py.File(path, "r") as raw:
         assert raw["virtual"].is_virtual and raw["outside"].external
+
+
+@pytest.mark.parametrize("budget", [IN_MEMORY, ON_DISK])
+def test_what_has_several_names_keeps_them(tmp_path, full_mesh, monkeypatch, budget):
+    """Names that come before and after those that the edit uses; of the part and in it."""
+    monkeypatch.setattr(map_saving, "MEMORY_BUDGET", budget)
+    path = tmp_path / "a.h5"
+    file = MapFile.write(path, full_mesh)
+    with h5py.File(path, "r+") as raw:
+        part = raw["mesh"]
+        raw["a mesh"] = raw["z/mesh"] = part
+        part["a channels"] = part["channels"]
+        part["channels/a"] = part["channels/zz"] = part["channels/height_diff"]
+        link = raw.create_dataset("link", (1,), dtype=h5py.ref_dtype)
+        link[0] = raw["a mesh/channels/height_diff"].ref
+    costs = file.vertex_costs("height_diff")
+    file.update(Edit(frame_id="odom", vertex_costs={"height_diff": NEW_COSTS}))
+    with h5py.File(path, "r") as raw:
+        part = raw["mesh"]
+        assert raw["a mesh"] == raw["z/mesh"] == part and part.attrs["frame_id"] == b"odom"
+        assert part["a channels"] == part["channels"]
+        assert part["channels/a"] == part["channels/zz"] != part["channels/height_diff"]
+        assert raw[raw["link"][0]] == part["channels/a"]
+        np.testing.assert_array_equal(part["channels/height_diff"][:, 0], NEW_COSTS)
+        np.testing.assert_array_equal(part["channels/a"][:, 0], costs)
+    mesh = file.read()
+    assert mesh.frame_id == "odom" and {"a", "height_diff", "zz"} <= set(mesh.vertex_costs)
 
 
 def test_groups_that_lead_back_or_are_too_deep_are_refused(tmp_path, full_mesh):

@@ -9,6 +9,7 @@ from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.mesh import Label, Mesh
 from mesh_msgs_hdf5.probe import kind_of, read_head
+from mesh_msgs_hdf5.reading.label_reader import natural_order
 
 
 class MeshMembers:
@@ -29,37 +30,39 @@ class MeshMembers:
         return getattr(self._mesh, name)  # vertices, frame_id, origin, uuid, ...
 
     def layer_names(self) -> List[str]:
-        return list(self._mesh.vertex_costs)
+        return sorted(self._mesh.vertex_costs)
 
     def vertex_costs(self, name: str) -> np.ndarray:
         return self._of("layer", self._mesh.vertex_costs, name)
 
     def layer_parameters(self, name: str) -> Dict[str, Any]:
+        self.vertex_costs(name)
         return self._mesh.layer_parameters.get(name, {})
 
     def face_attribute_names(self) -> List[str]:
-        return list(self._mesh.face_attributes)
+        return sorted(self._mesh.face_attributes)
 
     def face_attribute(self, name: str) -> np.ndarray:
         return self._of("face attribute", self._mesh.face_attributes, name)
 
     def face_parameters(self, name: str) -> Dict[str, Any]:
+        self.face_attribute(name)
         return self._mesh.face_parameters.get(name, {})
 
     def texture_indices(self) -> List[int]:
-        return list(self._mesh.textures)
+        return sorted(self._mesh.textures)
 
     def texture(self, index: int) -> np.ndarray:
-        return self._of("texture", self._mesh.textures, index)
+        return self._of("texture", self._mesh.textures, index, "index")
 
     def label_names(self) -> List[str]:
-        return list(self._mesh.labels)
+        return sorted(self._mesh.labels, key=natural_order)
 
     def label(self, text: str) -> Label:
-        return self._of("label", self._mesh.labels, text)
+        return self._of("label", self._mesh.labels, text, "label")
 
     def labels(self) -> Dict[str, Label]:
-        return dict(self._mesh.labels)
+        return {text: self._mesh.labels[text] for text in self.label_names()}
 
     def other_contents(self) -> List[str]:
         return []
@@ -67,11 +70,11 @@ class MeshMembers:
     def read(self, members: Optional[Iterable[str]] = None) -> Mesh:
         return self._mesh
 
-    def _of(self, what, members, name):
+    def _of(self, what, members, name, code="layer"):
         if name not in members:
             known = ", ".join(map(str, members))
             hint = "there are: " + known if known else "the mesh has none"
-            raise MapFileError("layer", self.path, "there is no %s %r" % (what, name), hint)
+            raise MapFileError(code, self.path, "there is no %s %r" % (what, name), hint)
         return members[name]
 
 

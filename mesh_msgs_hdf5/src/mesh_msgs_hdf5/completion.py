@@ -85,8 +85,16 @@ def _set_completers(parser, files):
                 _set_completers(below, files)
         elif action.dest in _FILES and action.type is None:
             action.completer = files
+        elif action.dest == "view":
+            action.completer = _views
         elif action.nargs != 0 and action.dest in ("layer", "face", "name", "names", "old"):
             action.completer = _Names("face" if action.dest == "face" else kind)
+
+
+def _views(**_others: Any) -> List[str]:
+    from mesh_msgs_hdf5.rendering.render_camera import VIEWS
+
+    return list(VIEWS)
 
 
 class _Names:

@@ -186,6 +186,8 @@ def _clear_textures(writer, part):
 def _is_worth_recoding(found):
     if not isinstance(found, h5py.Dataset):
         return False
+    if h5py.h5o.get_info(found.id).rc > 1:
+        return False  # its other names would still lead to the old one
     return found.size * found.dtype.itemsize >= SMALL_BYTES
 
 

@@ -67,7 +67,10 @@ def write_mesh(
             with contextlib.suppress(OSError):
                 os.unlink(name)
         raise
-    return notes + export.notes
+    notes += export.notes
+    if any(mesh.origin) and suffix != ".stl":  # where the origin is left out, which is said already
+        notes.append("coordinates are without the origin %s, %s, %s" % tuple(mesh.origin))
+    return notes
 
 
 def _holds(name: str, data: bytes) -> bool:

@@ -22,8 +22,9 @@ class MapFile:
     Opening reads names and shapes; each array is read when it is asked for, and not kept.
 
     The file is open only during a call. If its geometry is replaced meanwhile, the next call is
-    refused (code changed), so that arrays of two meshes never mix. Every member raises MapFileError
-    and nothing else for a file that is not sound; nothing outside the file is ever read.
+    refused (code changed), so that arrays of two meshes never mix; where the file has no UUID, so
+    is any change by others, unless uuid was asked for before. Every member raises MapFileError and
+    nothing else for a file that is not sound; nothing outside the file is ever read.
 
     part: its name; "" or "/" is the root group; None stands for mesh if there is one, else for the
     only one (code part if there are several).
@@ -37,22 +38,27 @@ class MapFile:
         self.path = os.fsdecode(path)
         self.part = part
         self._stamp = None
+        self._computed_uuid: Optional[str] = None
         with self._reader():
             pass
 
     @contextlib.contextmanager
-    def _reader(self) -> Iterator[MapReader]:
-        """A MapReader on the file as it is now."""
+    def _reader(self, saved: bool = False) -> Iterator[MapReader]:
+        """A MapReader on the file as it is now. saved: this object has just saved it."""
         now = stamp(self.path)
         with reading(self.path) as file:
             reader = MapReader(file, self.path, self.part)
             if now != self._stamp:
-                self._take_header(reader, now)
+                self._take_header(reader, now, saved)
             yield reader
 
-    def _take_header(self, reader, now):
+    def _take_header(self, reader, now, saved):
         identity = (reader.vertex_count, reader.face_count, reader.stored_uuid)
-        if self._stamp is not None and (identity != self._identity or identity[2] is None):
+        if self._stamp is not None and (
+            identity != self._identity
+            or identity[2] is None  # of the same size, but is it the same mesh?
+            and not (saved or self._is_computed_uuid(reader))
+        ):
             raise MapFileError(
                 "changed", self.path, "another program has replaced the mesh", "open it again"
             )
@@ -65,6 +71,10 @@ class MapFile:
         self.has_colors = reader.has_colors
         self._identity = identity
         self._stamp = now
+
+    def _is_computed_uuid(self, reader):
+        known = self._computed_uuid
+        return known is not None and known == geometry_uuid(reader.vertices, reader.faces)
 
     @property
     def vertices(self) -> np.ndarray:
@@ -194,7 +204,10 @@ class MapFile:
     def uuid(self) -> str:
         """The UUID in the file; if it has none, that of its geometry (which is then read)."""
         with self._reader() as reader:
-            return reader.stored_uuid or geometry_uuid(reader.vertices, reader.faces)
+            uuid = reader.stored_uuid
+            if not uuid:
+                uuid = self._computed_uuid = geometry_uuid(reader.vertices, reader.faces)
+            return uuid
 
     @property
     def stored_uuid(self) -> Optional[str]:
@@ -230,6 +243,8 @@ class MapFile:
         now = stamp(self.path)
         with self._reader() as reader:
             save_edit(reader, reader.group.file, edit, now)
+        with self._reader(saved=True):  # takes the new header
+            pass
 
     def write_layers(self, layers: Dict[str, Tuple[np.ndarray, Optional[Dict[str, Any]]]]) -> None:
         """Add or replace layers: {name: (costs (V,) float, parameters dict or None)}; as update."""

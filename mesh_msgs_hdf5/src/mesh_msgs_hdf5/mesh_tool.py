@@ -122,8 +122,23 @@ def options_of(parser: argparse.ArgumentParser) -> Set[str]:
     return options
 
 
+def _open_streams():
+    """Open what is closed of standard input, output and error: else the next file, such as a map,
+    would have that number, and what a library prints would go into it.
+    """
+    number = 0
+    while number <= 2:
+        number = os.open(os.devnull, os.O_RDWR)
+        os.set_inheritable(number, number <= 2)
+    os.close(number)
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w", encoding="utf-8", closefd=False))
+
+
 def main(argv: Optional[List[str]] = None) -> int:
     """Run the command; returns the exit code."""
+    _open_streams()
     for stream in (sys.stdout, sys.stderr):  # what the locale has no characters for is escaped
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")

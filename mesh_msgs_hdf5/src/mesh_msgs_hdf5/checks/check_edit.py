@@ -2,6 +2,8 @@
 import dataclasses
 from typing import Any, Dict
 
+import numpy as np
+
 from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check import (
     checked_channel,
@@ -19,8 +21,10 @@ from mesh_msgs_hdf5.checks.check_arrays import checked_costs
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 from mesh_msgs_hdf5.label_names import check_label
+from mesh_msgs_hdf5.mesh import Features, Label, Materials
 from mesh_msgs_hdf5.reading.map_reader import MapReader
 
+_KINDS = {"materials": Materials, "features": Features, "frame_id": str}
 REMOVABLE = ("features", "materials", "texture_coordinates", "vertex_colors", "vertex_normals")
 
 
@@ -40,6 +44,7 @@ def checked_edit(edit: Edit, reader: MapReader) -> Edit:
     Features of which there are none become a removal. Raises MapFileError with the path of reader.
     """
     path, vertices, faces = reader.path, reader.vertex_count, reader.face_count
+    _check_kinds(path, edit)
     _check_removals(path, edit)
     checked = dataclasses.replace(edit, remove=frozenset(edit.remove))
     for name, kind in (("vertex_normals", schema.NORMALS), ("vertex_colors", schema.COLORS)):
@@ -50,7 +55,7 @@ def checked_edit(edit: Edit, reader: MapReader) -> Edit:
     for check, changes, present in (
         (schema.check_layer_name, edit.vertex_costs, layers),
         (schema.check_face_attribute_name, edit.face_attributes, attributes),
-        (check_label, edit.labels, reader.label_names()),
+        (check_label, edit.labels, reader.label_names() if edit.labels else ()),
     ):
         for name in set(changes).difference(present):
             check(path, name)
@@ -78,6 +83,27 @@ def checked_edit(edit: Edit, reader: MapReader) -> Edit:
     ):
         _check_parameters(path, what, parameters, changes, present)
     return checked
+
+
+def _check_kinds(path, edit):
+    """Refuse what is no Edit as its class describes it, before it looks like a damaged file."""
+    for field in dataclasses.fields(edit):
+        name, value = field.name, getattr(edit, field.name)
+        kind = dict if field.default is dataclasses.MISSING else _KINDS.get(name)
+        if kind is not None and value is not None and not isinstance(value, kind):
+            _refuse_kind(path, "%s of the edit" % name, value, kind)
+        for key in value if kind is dict else ():
+            if not isinstance(key, (int, np.integer) if name == "textures" else str):
+                message = "%s of the edit has the key %s" % (name, one_line(repr(key))[:80])
+                raise MapFileError("value", path, message, "see the class Edit")
+    for text, label in edit.labels.items():
+        if label is not None and not isinstance(label, Label):
+            _refuse_kind(path, "label %r" % text, label, Label)
+
+
+def _refuse_kind(path, what, value, kind):
+    message = "%s is a %s, not a %s" % (what, type(value).__name__, kind.__name__)
+    raise MapFileError("value", path, message, "see the class Edit")
 
 
 def _each(values: Dict[Any, Any], check) -> Dict[Any, Any]:

@@ -1,5 +1,5 @@
 """Collects the materials and textures of a mesh file while it is read."""
-from typing import Any, Callable, Dict, Hashable, List, Optional, Tuple
+from typing import Any, Callable, Dict, Hashable, List, Optional, Set, Tuple
 
 import numpy as np
 
@@ -22,6 +22,7 @@ class Textures:
         self._folder, self._report, self._wanted = folder, report, wanted
         self.images: Dict[int, np.ndarray] = {}
         self._index: Dict[Hashable, int] = {}
+        self._unwanted: Set[Hashable] = set()
         self._pixels = 0
 
     def add_file(self, name: str, wanted: Optional[int] = None) -> int:
@@ -46,6 +47,7 @@ class Textures:
         read: its bytes, or (None, why not); wanted: the index it is to have.
         """
         if not self._wanted:
+            self._unwanted.add(key)
             return NO_TEXTURE
         if key not in self._index:
             image = self._image(what, read)
@@ -56,6 +58,11 @@ class Textures:
                 self.images[index] = image
             self._index[key] = index
         return self._index[key]
+
+    def note_unwanted(self) -> None:
+        """Say how many images were left out because there is no place on them for the faces."""
+        if self._unwanted:
+            self._report.note("left out: %d textures, for want of coordinates", len(self._unwanted))
 
     def _image(self, what, read):
         data, reason = read()
@@ -84,6 +91,7 @@ def give_materials(
     exact: also those that say nothing, white ones without textures.
     """
     mesh.textures = textures.images
+    textures.note_unwanted()
     if not exact and all(material == (WHITE, NO_TEXTURE) for material in materials):
         return
     mesh.materials = Materials(

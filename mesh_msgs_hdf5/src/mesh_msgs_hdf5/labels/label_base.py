@@ -133,7 +133,7 @@ class LabelBase:
                 "changed",
                 self.source,
                 "another program has replaced the mesh (UUID %s, now %s)" % (self.uuid, file.uuid),
-                "open it again",
+                "open it again: a node is to be started again",
             )
         raise MapFileError(
             "exists",

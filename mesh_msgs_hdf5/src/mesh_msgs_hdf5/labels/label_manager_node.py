@@ -13,6 +13,7 @@ from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.labels.label_manager_options import LabelOptions, parse
 from mesh_msgs_hdf5.labels.label_maps import LabelMaps
+from mesh_msgs_hdf5.server.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.server.map_messages import cluster, clusters
 
 _OWN, _SHARED = "~cluster_label", "cluster_label"
@@ -194,11 +195,15 @@ def main() -> int:
     try:
         init_node("label_manager")
         options = parse(rospy.get_param("~", {}))
-        manager = LabelManager(load_maps(options), options.import_folder)
+        with ended_by_signals():
+            maps = load_maps(options)
+        manager = LabelManager(maps, options.import_folder)
         rospy.spin()
     except (MapFileError, ValueError) as error:
         sys.stderr.write("label_manager: error: %s\n" % one_line(str(error)))
         return 1
+    except KeyboardInterrupt:
+        return 130  # as shells say it: ended by a signal before it answered anything
     except rospy.ROSInterruptException:
         pass
     finally:

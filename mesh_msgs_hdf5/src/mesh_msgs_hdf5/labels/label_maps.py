@@ -141,7 +141,7 @@ class LabelMaps:
         saved, failed = [], []
         for store in stores:
             try:
-                count = store.save() if store.is_owner else 0
+                count = store.save() if store.dirty else 0
             except MapFileError as error:
                 failed.append(str(error))
                 continue

@@ -39,6 +39,7 @@ class GuardedGroup:
         self.group = group
         self.budget = budget or default_budget()
         self._taken = 0
+        self._file_bytes = group.file.id.get_filesize()
         self._subgroups: Dict[str, Optional[h5py.Group]] = {}
 
     def subgroup(self, place: str) -> Optional[h5py.Group]:
@@ -105,7 +106,7 @@ class GuardedGroup:
                 "its arrays declare %d bytes, more than the %d allowed" % (declared, self.budget),
                 "read them one by one, on a machine with more memory",
             )
-        check_ratio(self.path, "all of it", declared, self.group.file.id.get_filesize())
+        check_ratio(self.path, "all of it", declared, self._file_bytes)
 
 
 def check_shape(

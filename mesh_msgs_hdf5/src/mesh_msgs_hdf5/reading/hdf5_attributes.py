@@ -69,8 +69,13 @@ def _value(path, owner, name):
     found = h5py.h5a.open(owner.id, key)
     if found.get_storage_size() > MAX_ATTRIBUTE_BYTES:
         raise MapFileError("size", path, "attribute %s of %s is too big" % (name, owner.name), "")
-    if found.get_type().get_class() not in _CLASSES:  # references and the like are not looked at
+    kind = found.get_type().get_class()
+    if kind not in _CLASSES:  # references and the like are not looked at
         raise MapFileError(
             "value", path, "attribute %s of %s is neither text nor number" % (name, owner.name), ""
         )
+    if kind != h5py.h5t.STRING and found.get_space().get_simple_extent_type() != h5py.h5s.NULL:
+        value = np.zeros(found.shape, found.dtype)  # owner.attrs takes twice as long
+        found.read(value)
+        return value[()]
     return owner.attrs[name]

@@ -1,6 +1,6 @@
 """Reads labels: labels/<class>/<instance> holds the faces of the label class_instance."""
 import re
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import h5py
 
@@ -11,10 +11,10 @@ from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup, check_shape
 from mesh_msgs_hdf5.reading.hdf5_attributes import row_attribute, text_attribute
 from mesh_msgs_hdf5.reading.hdf5_guard import (
     children,
-    is_dataset_of_this_file,
+    hard_object,
     is_group_of_this_file,
 )
-from mesh_msgs_hdf5.label_names import TEXT, check_label, join_label
+from mesh_msgs_hdf5.label_names import TEXT, check_label, join_label, label_path
 from mesh_msgs_hdf5.mesh import Label
 
 MAX_LABELS = 50_000
@@ -58,9 +58,9 @@ class LabelReader:
         for class_name in classes:
             group = labels[class_name]
             for name in names[class_name]:
-                if not is_dataset_of_this_file(group, name):
-                    continue
                 text = self._text(group, class_name, name)
+                if text is None:
+                    continue
                 check_label(path, text)
                 if text in found:
                     raise MapFileError(
@@ -73,13 +73,20 @@ class LabelReader:
                 found[text] = class_name, name
         return {text: found[text] for text in sorted(found, key=natural_order)}
 
-    def _text(self, group, class_name, name):
-        if h5py.h5a.exists(group.id, TEXT.encode("utf-8"), obj_name=name.encode("utf-8")):
-            return text_attribute(self._part.path, group[name], TEXT)
+    def _text(self, group, class_name, name) -> Optional[str]:
+        """The text of a label; None if it is none."""
+        found = hard_object(group, name)
+        if not isinstance(found, h5py.h5d.DatasetID):
+            return None
+        if h5py.h5a.exists(found, TEXT.encode("utf-8")):
+            return text_attribute(self._part.path, h5py.Dataset(found), TEXT)
         return join_label(class_name, name)
 
     def label(self, text: str) -> Label:
-        """One label, checked."""
+        """One label, checked. Only if it is not at its own place, all are looked at."""
+        place = self._own_place(text)
+        if place is not None:
+            return self._read(text, *place)
         known = self.paths()
         if text not in known:
             shown = ", ".join(list(known)[:20]) + (", ..." if len(known) > 20 else "")
@@ -90,6 +97,17 @@ class LabelReader:
                 "labels of this file: %s" % (shown or "none"),
             )
         return self._read(text, *known[text])
+
+    def _own_place(self, text) -> Optional[Tuple[str, str]]:
+        """The place that label_path gives, if a label of this text is there."""
+        labels = self._part.subgroup(self._place) if self._place else None
+        if labels is None or not isinstance(text, str) or not text.isprintable() or "/" in text:
+            return None
+        class_name, name, _ = label_path(text)
+        if not is_group_of_this_file(labels, class_name):
+            return None
+        there = self._text(labels[class_name], class_name, name) == text
+        return (class_name, name) if there else None
 
     def labels(self) -> Dict[str, Label]:
         """All labels, in natural order of the texts."""

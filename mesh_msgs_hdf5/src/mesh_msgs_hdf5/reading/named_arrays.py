@@ -1,5 +1,5 @@
 """Reads what a part has under names of its own: cost layers and face attributes."""
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Optional
 
 import h5py
 import numpy as np
@@ -32,9 +32,16 @@ class NamedArrays:
         self._part = part
         self._layout = layout
         self._count = count
+        self._known: Optional[Dict[str, str]] = None
 
     def places(self) -> Dict[str, str]:
-        """Name -> place in the part, sorted by name."""
+        """Name -> place in the part, sorted by name. The file is looked through once."""
+        if self._known is None:
+            self._known = dict(sorted(self._found().items()))
+        return self._known
+
+    def _found(self) -> Dict[str, str]:
+        """Name -> place in the part."""
         raise NotImplementedError
 
     def names(self) -> List[str]:
@@ -68,7 +75,7 @@ class LayerReader(NamedArrays):
 
     what = "layer"
 
-    def places(self) -> Dict[str, str]:
+    def _found(self) -> Dict[str, str]:
         found: Dict[str, str] = {}
         for group_place in self._layout.layers:
             group = self._part.subgroup(group_place)
@@ -78,7 +85,7 @@ class LayerReader(NamedArrays):
                     continue
                 if self._is_layer(group, name):
                     found[name] = place
-        return dict(sorted(found.items()))
+        return found
 
     def _is_layer(self, group, name):
         key = name.encode("utf-8")
@@ -102,7 +109,7 @@ class FaceAttributeReader(NamedArrays):
 
     what = "face attribute"
 
-    def places(self) -> Dict[str, str]:
+    def _found(self) -> Dict[str, str]:
         group_place = self._layout.face_attributes
         names = _dense(self._part.dataset_names(group_place, MAX_ARRAYS)) if group_place else ()
         found = {name: "%s/%s" % (group_place, name) for name in names}
@@ -110,7 +117,7 @@ class FaceAttributeReader(NamedArrays):
             name = place.rpartition("/")[2]
             if name not in found and exists(self._part.group, place):
                 found[name] = place
-        return dict(sorted(found.items()))
+        return found
 
     def values(self, name: str) -> np.ndarray:
         """(F,) or (F, C) numbers in their own type."""

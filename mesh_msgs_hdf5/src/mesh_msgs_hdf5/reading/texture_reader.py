@@ -27,6 +27,7 @@ class TextureReader:
         self._part = part
         self._layout = layout
         self._vertex_count = vertex_count
+        self._indices: Optional[List[int]] = None
 
     def places(self) -> List[str]:
         """Where texture coordinates and textures are."""
@@ -44,13 +45,15 @@ class TextureReader:
         return checked_texture_coordinates(self._part.path, values, self._vertex_count)
 
     def indices(self) -> List[int]:
-        """The indices of the textures, ascending.
+        """The indices of the textures, ascending. The file is looked through once.
 
         They are decimal numbers without leading zeros; what has another name is no texture.
         """
-        place = self._place()
-        names = self._part.dataset_names(place, MAX_TEXTURES) if place else []
-        return sorted(int(name) for name in names if _is_index(name))
+        if self._indices is None:
+            place = self._place()
+            names = self._part.dataset_names(place, MAX_TEXTURES) if place else []
+            self._indices = sorted(int(name) for name in names if _is_index(name))
+        return list(self._indices)
 
     def texture(self, index: int) -> np.ndarray:
         """(height, width, 3 or 4) uint8; gray images become red, green and blue."""

@@ -44,9 +44,16 @@ def picture_png(
     axes.imshow(picture, extent=camera.extent, interpolation="nearest", aspect="auto")
     _axes(axes, camera)
     _scale_bar(axes, camera)
-    axes.set_title(_plain(title, 100), fontsize=11)
+    middle = inner[0] + inner[2] // 2
+    axes.set_title(_plain(title, min(100, 2 * min(middle, width - middle) // 9)), fontsize=11)
     _legend(figure, axes, paint.legend, inner, size)
-    figure.text(8 / width, 8 / height, _plain(_footer(mesh), 160), fontsize=7.5, color="0.35")
+    figure.text(
+        8 / width,
+        8 / height,
+        _plain(_footer(mesh), min(160, width // 7)),
+        fontsize=7.5,
+        color="0.35",
+    )
     out = io.BytesIO()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # characters that the font does not have
@@ -137,10 +144,10 @@ def _legend(figure, axes, legend, inner, size):
     below = 0
     if legend.entries:
         shown = list(legend.entries)
-        if len(shown) > _ENTRIES:
-            shown = shown[: _ENTRIES - 1] + [
-                ("and %d more" % (len(shown) - _ENTRIES + 1), (1.0, 1.0, 1.0))
-            ]
+        rows = min(_ENTRIES, max(2, inner[3] // 18 - 1))
+        if len(shown) > rows:
+            more = "and %d more" % (len(shown) - rows + 1)
+            shown = shown[: rows - 1] + [(more, (1.0, 1.0, 1.0))]
         below = 18 * len(shown) + 20
         axes.legend(
             handles=[Patch(color=color, label=_plain(text, 28)) for text, color in shown],
@@ -167,7 +174,7 @@ def _legend(figure, axes, legend, inner, size):
         extend=extend[tuple(map(int, legend.beyond))],
     )
     bar.ax.tick_params(labelsize=8)
-    bar.set_label(_plain(legend.title, 60), fontsize=9)
+    bar.set_label(_plain(legend.title, max(4, min(60, int(box[3]) // 8))), fontsize=9)
     if legend.limits[0] == legend.limits[1]:
         bar.set_ticks([low])
         bar.set_ticklabels(["%g" % low])

@@ -10,6 +10,7 @@ from mesh_msgs_hdf5.report import ImportReport
 
 # more pairs of neighbors than this are a distance in the size of the faces, or a mistake
 MAX_PAIRS = 50_000_000
+_SMALLER = "choose a distance far below the length of the edges"
 
 
 def merge_vertices(path: PathLike, mesh: Mesh, tolerance: float, report: ImportReport) -> Mesh:
@@ -36,6 +37,13 @@ def merge_vertices(path: PathLike, mesh: Mesh, tolerance: float, report: ImportR
     result = take_vertices(mesh, first[order])
     result.faces = faces
     gone = sound & ~_distinct(faces)
+    if gone.any() and gone.all():
+        raise MapFileError(
+            "value",
+            path,
+            "merging within %g m leaves no face of %d" % (tolerance, len(faces)),
+            _SMALLER,
+        )
     if gone.any():
         report.dropped_faces += int(np.count_nonzero(gone))
         report.note(
@@ -97,7 +105,7 @@ def _near_groups(path, positions, tolerance, more_keys, rows):
             path,
             "merging within %g m joins %d pairs of vertices, more than %d"
             % (tolerance, pairs, MAX_PAIRS),
-            "choose a distance far below the length of the edges",
+            _SMALLER,
         )
     near = tree.query_pairs(tolerance, output_type="ndarray")
     for key in more_keys:

@@ -1,20 +1,20 @@
 """Node hdf5_map_server: serves meshes with all that is known of them, and stores what it gets."""
-import contextlib
-import signal
 import sys
-from typing import Iterator, Optional
+from typing import Optional
 
 import rospy
 from mesh_msgs.init_node import init_node
 
 from mesh_msgs_hdf5.errors import MapFileError, one_line
 from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder, owner_info
+from mesh_msgs_hdf5.server.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.server.map_loading import load
 from mesh_msgs_hdf5.server.map_registry import MapRegistry
+from mesh_msgs_hdf5.server.map_reload_ros import MapReload
 from mesh_msgs_hdf5.server.map_services_ros import MapServices
 from mesh_msgs_hdf5.server.map_store_ros import MapStore
 from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
-from mesh_msgs_hdf5.server.served_map import STORES_ALL, ServedMap
+from mesh_msgs_hdf5.server.served_map import STORES_ALL
 from mesh_msgs_hdf5.server.server_options import ServerOptions, parse
 
 
@@ -27,7 +27,8 @@ class MapServer:
         self._services = MapServices(maps, forwarder)
         for served in maps:
             self._topics.publish_map(served)
-        self._store = MapStore(maps, self._topics, forwarder, options.save_delay)
+        self._reload = MapReload(maps, self._topics, _owner_info(), options.read_only)
+        self._store = MapStore(maps, self._topics, forwarder, options.save_delay, self._reload.look)
 
     def close(self) -> None:
         """Save what was received."""
@@ -40,7 +41,7 @@ def load_maps(options: ServerOptions) -> MapRegistry:
     Raises MapFileError if there is none: that of the first.
     """
     maps = MapRegistry()
-    info = {**owner_info("cluster_label", "delete_label"), STORES_ALL: True}
+    info = _owner_info()
     first: Optional[MapFileError] = None
     for request in options.maps:
         try:
@@ -63,32 +64,8 @@ def load_maps(options: ServerOptions) -> MapRegistry:
     return maps
 
 
-def describe(served: ServedMap) -> str:
-    """What is served, in one line."""
-    overlay = served.overlay
-    return "serving %s: %d vertices, %d faces, layers: %s, frame %s, uuid %s" % (
-        served.name,
-        overlay.vertex_count,
-        overlay.face_count,
-        ", ".join(overlay.layer_names()) or "none",
-        overlay.frame_id,
-        overlay.uuid,
-    )
-
-
-@contextlib.contextmanager
-def ended_by_signals() -> Iterator[None]:
-    """Within it SIGINT and SIGTERM end the work at once by a KeyboardInterrupt.
-
-    rospy's own handlers only note the end, which long work does not look at.
-    """
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = [signal.signal(number, signal.default_int_handler) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before):
-            signal.signal(number, handler)
+def _owner_info():
+    return {**owner_info("cluster_label", "delete_label"), STORES_ALL: True}
 
 
 def main(name: str = "hdf5_map_server") -> int:
@@ -101,7 +78,7 @@ def main(name: str = "hdf5_map_server") -> int:
             maps = load_maps(options)
         server = MapServer(maps, options)
         for served in maps:
-            rospy.loginfo("%s", one_line(describe(served)))
+            rospy.loginfo("%s", one_line(served.describe()))
         rospy.spin()
     except (MapFileError, ValueError) as error:
         sys.stderr.write("%s: error: %s\n" % (name, one_line(str(error))))

@@ -14,7 +14,7 @@ from mesh_msgs_hdf5.map_access import list_parts, open_map
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.probe import kind_of, read_head
 from mesh_msgs_hdf5.server.served_map import ServedMap
-from mesh_msgs_hdf5.server.server_options import ALL_PARTS, MapRequest
+from mesh_msgs_hdf5.server.server_options import ALL_PARTS, ROOT, MapRequest
 
 
 def load(
@@ -29,13 +29,15 @@ def load(
     path = request.path
     if kind_of(path, read_head(path)) != "h5":
         mesh, report = read_mesh(path)
-        sources: List[Any] = [MeshMembers(path, mesh)]
+        asked, sources = [request], [MeshMembers(path, mesh)]
         notes = ["%s: %s" % (path, note) for note in report.notes]
     else:
-        parts = list_parts(path) if request.part == ALL_PARTS else []
-        sources = [open_map(path, part) for part in parts or [request.part or None]]
+        parts: List[Any] = list_parts(path) if request.part == ALL_PARTS else []
+        parts = [part or ROOT for part in parts] or [request.part or None]
+        asked = [MapRequest(path, part) for part in parts]
+        sources = [open_map(path, one.part) for one in asked]
         notes = []
-    found = [_served(path, source, stamp, owner_info, read_only) for source in sources]
+    found = [_served(*pair, stamp, owner_info, read_only) for pair in zip(asked, sources)]
     for served in found:
         if served.overlay.path != path:
             notes.append("%s is served from %s, with what was stored there" % (path, served.target))
@@ -47,7 +49,15 @@ def load(
     return found, notes
 
 
-def _served(path, source, stamp, owner_info, read_only):
+def uuid_now(request: MapRequest) -> str:
+    """The UUID of what would be loaded. Raises MapFileError."""
+    if kind_of(request.path, read_head(request.path)) != "h5":
+        return read_mesh(request.path)[0].uuid
+    return open_map(request.path, request.part).uuid
+
+
+def _served(request, source, stamp, owner_info, read_only):
+    path = request.path
     locked = "nothing is stored: the server was started with ~read_only" if read_only else ""
     overlay = MapOverlay(source)
     identity = (overlay.uuid, overlay.face_count)
@@ -62,9 +72,9 @@ def _served(path, source, stamp, owner_info, read_only):
             overlay = MapOverlay(stored)
         except MapFileError as error:  # the mesh can be looked at all the same
             locked = "nothing is stored: %s" % error
-            return ServedMap(path, overlay, FixedLabels(overlay, target, error), stamp, locked)
+            return ServedMap(request, overlay, FixedLabels(overlay, target, error), stamp, locked)
     try:
         labels: Any = LabelStore(path, part, owner_info, read_only, identity)
     except MapFileError as error:
         labels = FixedLabels(overlay, target, error)
-    return ServedMap(path, overlay, labels, stamp, locked)
+    return ServedMap(request, overlay, labels, stamp, locked)

@@ -19,12 +19,18 @@ class MapRegistry:
 
     def add(self, served: ServedMap) -> None:
         """Raises ValueError if a map of the same geometry is there already."""
-        if served.uuid in self._maps:
-            raise ValueError(
-                "%s is not served: its geometry is that of %s, and a UUID stands for one map"
-                % (served.name, self._maps[served.uuid].name)
-            )
+        _check_other(served, self._maps)
         self._maps[served.uuid] = served
+
+    def replace(self, old: ServedMap, new: ServedMap) -> None:
+        """Put a map in the place of another one. Raises ValueError as add()."""
+        others = {uuid: served for uuid, served in self._maps.items() if served is not old}
+        _check_other(new, others)
+        # in one step: other threads use the old dict meanwhile
+        self._maps = {
+            served.uuid: served
+            for served in (new if served is old else served for served in self._maps.values())
+        }
 
     def find(self, uuid: str) -> ServedMap:
         """The map of that UUID; "" and "mesh" are the only one. Raises UnknownMap."""
@@ -46,3 +52,11 @@ class MapRegistry:
 
     def __len__(self) -> int:
         return len(self._maps)
+
+
+def _check_other(served, maps):
+    if served.uuid in maps:
+        raise ValueError(
+            "%s is not served: its geometry is that of %s, and a UUID stands for one map"
+            % (served.name, maps[served.uuid].name)
+        )

@@ -47,12 +47,19 @@ class MapStore:
     """
 
     def __init__(
-        self, maps: MapRegistry, topics: MapTopics, forwarder: LabelForwarder, save_delay: float
+        self,
+        maps: MapRegistry,
+        topics: MapTopics,
+        forwarder: LabelForwarder,
+        save_delay: float,
+        look: Callable[[], None],
     ) -> None:
+        """look: called about twice a second, in the thread that saves."""
         self._maps = maps
         self._topics = topics
         self._forwarder = forwarder
         self._delay = save_delay
+        self._look = look
         self._due: Optional[float] = None
         self._latest: Optional[float] = None
         self._wake = threading.Condition()
@@ -77,6 +84,8 @@ class MapStore:
         self._thread.join()
         for subscriber in self._subscribers:
             subscriber.unregister()
+        for served in self._maps:  # a message that is being received is saved, or refused
+            served.end("nothing is stored: the server is ending")
         self._save(fold_labels=True)
         for served in self._maps:
             served.labels.close()
@@ -153,6 +162,7 @@ class MapStore:
             try:
                 if due:
                     self._save()
+                self._look()
                 self._topics.publish_wanted()
             except Exception as error:  # whatever it is, the next save must come
                 if not rospy.is_shutdown():

@@ -37,6 +37,21 @@ class MapTopics:
             self._publish_face_costs(served, name)
         self._featureless.append(served)
 
+    def forget_map(self, served: ServedMap) -> None:
+        """Nothing of it is sent to later subscribers."""
+        with self._publishing:
+            for topics in (
+                self._geometry,
+                self._colors,
+                self._vertex_costs,
+                self._face_costs,
+                self._features,
+            ):
+                for uuid, key in topics.keys():
+                    if uuid == served.uuid:
+                        topics.remove((uuid, key))
+        self._featureless = [waiting for waiting in self._featureless if waiting is not served]
+
     def publish_change(self, served: ServedMap, member: str, key: Any) -> None:
         """What a received message has changed (see Received)."""
         if member == "vertex_colors":

@@ -19,6 +19,7 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.server.map_messages import MapMessages
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.received import Received, Refused
+from mesh_msgs_hdf5.server.server_options import MapRequest
 
 _PLURALS = {
     "vertex_costs": "layers",
@@ -36,29 +37,32 @@ class ServedMap:
     Changes are served at once and kept in memory until save() has put them into the file.
 
     Attributes: overlay (the map with its changes), messages (made of it), labels, uuid, path,
-    target (the map file that changes go to: the map itself, or one beside it; see label_target).
+    request (loads it once more), target (the map file that changes go to: the map itself, or one
+    beside it; see label_target), is_ended (nothing is stored any more).
 
     Args:
-        path: the file that was asked for; that of the overlay is the target where that is there.
+        request: the file that was asked for (its path is that of the map; that of the overlay is
+            the target where that is there), and the one part of it.
         stamp: for the headers of its messages.
         locked: why nothing may be stored; "" if it may.
     """
 
     def __init__(
         self,
-        path: str,
+        request: MapRequest,
         overlay: MapOverlay,
         labels: Union[LabelStore, FixedLabels],
         stamp: genpy.Time,
         locked: str = "",
     ) -> None:
-        self.path = path
+        self.request, self.path = request, request.path
         self.overlay = overlay
         self.labels = labels
         self.messages = MapMessages(overlay, overlay.uuid, stamp)
         self.uuid = overlay.uuid
         self.target = labels.path
         self._locked = locked
+        self.is_ended = False
         self._saving = threading.Lock()
         self._changing = threading.Lock()
 
@@ -68,6 +72,18 @@ class ServedMap:
         part = self.overlay.part
         return self.path if part in ("mesh", "") else "%s, part %s" % (self.path, part)
 
+    def describe(self) -> str:
+        """What is served, in one line."""
+        overlay = self.overlay
+        return "serving %s: %d vertices, %d faces, layers: %s, frame %s, uuid %s" % (
+            self.name,
+            overlay.vertex_count,
+            overlay.face_count,
+            ", ".join(overlay.layer_names()) or "none",
+            overlay.frame_id,
+            overlay.uuid,
+        )
+
     def store(
         self, read: Callable[[Any, Any], Received], message: Any, stamp: genpy.Time
     ) -> Received:
@@ -75,8 +91,8 @@ class ServedMap:
 
         Raises Refused where the message is wrong or nothing may be stored, and MapFileError.
         """
-        self.check_open()
         with self._changing:  # an update of a layer reads what it changes
+            self.check_open()
             received = read(message, self.overlay)
             self.overlay.change(received.edit)
         self.messages.touch(received.member, received.key, stamp)
@@ -89,6 +105,11 @@ class ServedMap:
         owner = self.labels.owner
         if owner is not None and owner.get(STORES_ALL):
             raise Refused("%s belongs to %s: store it there" % (self.name, owner_text(owner)))
+
+    def end(self, why: str) -> None:
+        """Store nothing any more; why is for the senders. What was stored can be saved."""
+        with self._changing:
+            self._locked, self.is_ended = self._locked or why, True
 
     @property
     def is_saved(self) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Dict, List, Optional
 
 DEFAULT_FILE = "/tmp/map.h5"
-ALL_PARTS = ""
+ALL_PARTS, ROOT = "", "/"
 _MAX_DELAY = 3600.0
 
 

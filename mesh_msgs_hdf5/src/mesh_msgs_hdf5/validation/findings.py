@@ -36,7 +36,7 @@ RULES: Dict[str, str] = {
     "nonmanifold_vertices": "the faces at a vertex form more than one fan",
     "flipped_neighbors": "two neighbors are oriented against each other",
     "boundary": "an edge belongs to one face only",
-    "components": "the surface has several parts that no edge connects",
+    "components": "the surface has several parts that have no vertex in common",
     "faces_down": "more faces look down than up",
     "far_from_origin": "float32 is coarser than 1 mm at these coordinates",
     "normal_zero": "a normal has no direction",

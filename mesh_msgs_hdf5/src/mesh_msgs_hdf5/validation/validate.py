@@ -118,7 +118,7 @@ def _uuid(file: Members, vertices: np.ndarray, faces: np.ndarray) -> List[Findin
     except MapFileError as error:
         return [_error("uuid", error)]
     if stored is None:
-        text = "the file does not say its UUID (mesh_tool repack adds it)"
+        text = "the file does not say its UUID (mesh_tool convert adds it)"
         return [Finding("uuid_missing", WARNING, "uuid", text)]
     actual = geometry_uuid(vertices, faces)
     if stored == actual:

@@ -22,7 +22,8 @@ def check_shape(
     if step > _COARSE:
         text = "coordinates up to %g m have steps of %g m in float32 (import with --origin auto)"
         yield Finding("far_from_origin", WARNING, "vertices", text % (largest, step))
-    text = "vertices have the position of an earlier one (import with --merge-vertices)"
+    text = "vertices have the position of an earlier one (import with --merge-vertices"
+    text += ", which keeps those of texture seams)"
     yield from found("duplicate_vertices", "vertices", text, _again(vertices))
     crosses, longest = _crosses(vertices, faces)
     areas = np.linalg.norm(crosses, axis=1)

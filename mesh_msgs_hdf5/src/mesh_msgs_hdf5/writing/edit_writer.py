@@ -24,7 +24,8 @@ def apply_edit(writer: ObjectWriter, part: h5py.Group, reader: MapReader, edit: 
     _edit_layers(writer, channels, members, reader, edit)
     _edit_face_attributes(writer, part, members, reader, edit)
     _edit_textures(members, edit)
-    _edit_labels(writer, part, members, reader.label_paths(), edit)
+    if edit.labels:
+        _edit_labels(writer, part, members, reader.label_paths(), edit)
     if _is_edited(edit, "features"):
         _remove_features(writer, channels, reader.own_paths())
     if edit.features is not None:

@@ -12,13 +12,14 @@ from typing import Any, Callable, Dict, Iterator, Optional
 
 import h5py
 
-from mesh_msgs_hdf5.errors import PathLike
+from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.reading.hdf5_guard import translated_errors
 from mesh_msgs_hdf5.writing.save import write_all
 
 # the temporary file has a lock of ours, which HDF5's own would wait for; h5py before 3.5 cannot
 # choose, and HDF5's lock takes the place of ours then
 _CAN_CHOOSE_LOCKS = h5py.version.version_tuple[:2] >= (3, 5)
+_OPEN_FILES = "/proc/self/fd"
 _EMPTY_BYTES = 1 << 16
 _COPY_BYTES = 4 << 20  # at a time
 # this driver takes a path that leads to a file without a name
@@ -36,7 +37,7 @@ class Stream:
 
     def __init__(self, descriptor: int, room: int = 0) -> None:
         self.descriptor = descriptor
-        self.name = "/proc/self/fd/%d" % descriptor
+        self.name = "%s/%d" % (_OPEN_FILES, descriptor)
         self.room = room
 
     def fill(self, data: bytes) -> None:
@@ -87,6 +88,13 @@ def building(
     like: a file whose generation of the format, order of names and user block the new one gets.
     Raises OSError where there is no room for it.
     """
+    if not os.path.isdir(_OPEN_FILES):
+        raise MapFileError(
+            "save",
+            path,
+            "cannot be saved, nothing was changed: %s is not there" % _OPEN_FILES,
+            "mount -t proc proc /proc",
+        )
     manner = _manner(like)
     mode = "w"
     if stream.room:

@@ -48,12 +48,12 @@ class ObjectWriter:
 
     def group(self, parent: h5py.Group, name: str) -> h5py.Group:
         """The group of that name, which is made if there is none."""
-        if name in parent and not self._is_group(parent, name):
+        if parent.id.links.exists(name.encode("utf-8")):
+            if self._is_group(parent, name):
+                return parent[name]
             self._make_room(parent, name)
-        if name not in parent:
-            parent.create_group(name)
-            self.created.add(join(parent, name))
-        return parent[name]
+        self.created.add(join(parent, name))
+        return parent.create_group(name)
 
     def array(
         self,

@@ -1,5 +1,5 @@
 """Compares two HDF5 files object by object as they are stored: nothing is decompressed."""
-from typing import Any, Collection, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Collection, Dict, Iterable, Iterator, List, Optional, Tuple
 
 import h5py
 import numpy as np
@@ -24,6 +24,8 @@ class RawComparison:
     removed: absolute paths in the old file, created: in the new file, that are not compared, nor
     what is below them. moved: old path -> new path. changed: (path, name) of attributes that are
     not compared. recoded: paths of datasets that may be stored in another way.
+
+    Groups may have several names; so a path stands for (address of its group, last name).
     """
 
     def __init__(
@@ -45,16 +47,28 @@ class RawComparison:
     def check(self, old: h5py.File, new: h5py.File) -> None:
         """Raise MapFileError (save) with the first path at which the files differ."""
         self._new = new
+        self._removed_links = _links(old, self._removed)
+        self._created_links = _links(new, self._created)
+        self._moved_links = _links(old, self._moved)
+        self._recoded_objects = {_address(old[place]) for place in self._recoded}
+        changed = [
+            "%s/%s" % (place.rstrip("/"), name)
+            for place, name in self._changed
+            if place not in self._created
+        ]
+        self._changed_of_old, self._changed_of_new = _links(old, changed), _links(new, changed)
         pairs = [("", old["/"], new["/"])]
         self._is_known(old["/"], new["/"])
         while pairs:
             place, one, other = pairs.pop()
             self._check_attributes(place or "/", one, other)
+            address = _address(one)
             for name, key in _names(one):
-                below = "%s/%s" % (place, name)
-                if below in self._removed and below not in self._moved:
+                link = address, name
+                if link in self._removed_links and link not in self._moved_links:
                     continue
-                found = self._partner(below, one, other, key)
+                below = "%s/%s" % (place, name)
+                found = self._partner(below, self._moved_links.get(link), one, other, key)
                 if found is None:
                     continue
                 item, partner = found
@@ -68,23 +82,23 @@ class RawComparison:
         self._check_references(old, new)
 
     def _check_names(self, place, one, other):
+        address, new_address = _address(one), _address(other)
         expected = {
             name
             for name, _ in _names(one)
-            if "%s/%s" % (place, name) not in self._removed
-            and "%s/%s" % (place, name) not in self._moved
+            if (address, name) not in self._removed_links
+            and (address, name) not in self._moved_links
         }
-        new_place = other.name.rstrip("/")
         found = {
-            name for name, _ in _names(other) if "%s/%s" % (new_place, name) not in self._created
+            name for name, _ in _names(other) if (new_address, name) not in self._created_links
         }
         if expected != found:
             raise self._differ(place or "/", "names " + ", ".join(sorted(expected ^ found)[:3]))
 
-    def _partner(self, place, one, other, key):
+    def _partner(self, place, moved_from, one, other, key):
         """(object, its partner) behind a link; None for what is no object or was compared."""
-        if place in self._moved:
-            way, _, name = self._moved[place].rpartition("/")
+        if moved_from is not None:
+            way, _, name = self._moved[moved_from].rpartition("/")
             other, new_key = self._new[way or "/"], name.encode("utf-8", "surrogateescape")
         else:
             new_key = key
@@ -119,11 +133,8 @@ class RawComparison:
     def _check_attributes(self, place, one, other):
         if not h5py.h5a.get_num_attrs(one.id) and not h5py.h5a.get_num_attrs(other.id):
             return
-        names = {
-            name for name in _attribute_names(one) if (place, _text(name)) not in self._changed
-        }
-        found = {name for name in _attribute_names(other)}
-        found = {name for name in found if (other.name, _text(name)) not in self._changed}
+        names = _attribute_names(one, self._changed_of_old)
+        found = _attribute_names(other, self._changed_of_new)
         if names != found:
             raise self._differ(place, "attributes")
         for name in names:
@@ -147,7 +158,7 @@ class RawComparison:
             raise self._differ(place, "type")
         if one.id.get_space().encode() != other.id.get_space().encode():
             raise self._differ(place, "shape")
-        if place in self._recoded:
+        if _address(one) in self._recoded_objects:
             if not identical(chunks.load(one), chunks.load(other)):
                 raise self._differ(place, "values")
             return
@@ -156,7 +167,7 @@ class RawComparison:
             raise self._differ(place, "storage")
         if one.shape is None or a.get_external_count() or a.get_layout() == h5py.h5d.VIRTUAL:
             return  # nothing outside the file is read
-        if not one.size:
+        if 0 in one.shape:
             return
         if not is_plain(kind):
             same = all(self._same(one[rows], other[rows]) for rows in slices(one))
@@ -195,7 +206,8 @@ class RawComparison:
             name = _text(h5py.h5r.get_name(other, new.id) or b"")
             wanted = self._partners.get(h5py.h5o.get_info(item).addr)
             found = h5py.h5o.get_info(partner).addr
-            same = name in self._created if wanted is None else wanted == found
+            anew = _links(new, [name]).keys() & self._created_links.keys()
+            same = bool(anew) if wanted is None else wanted == found
             if isinstance(one, h5py.RegionReference):
                 regions = h5py.h5r.get_region(one, old.id), h5py.h5r.get_region(other, new.id)
                 a, b = ((r.get_select_npoints(), r.get_select_bounds()) for r in regions)
@@ -205,6 +217,32 @@ class RawComparison:
 
     def _differ(self, place, what):
         return not_the_same(self._path, "%s (%s)" % (place, what))
+
+
+def _links(file: h5py.File, places: Iterable[str]) -> Dict[Tuple[int, str], str]:
+    """(address of the group or dataset, last name) -> path; without those that are not there."""
+    owners: Dict[str, Any] = {}
+    found = {}
+    for place in places:
+        way, _, name = place.rpartition("/")
+        if way not in owners:
+            owners[way] = _reached(file, way)
+        if owners[way] is not None:
+            found[_address(owners[way]), name] = place
+    return found
+
+
+def _reached(file, way):
+    """The object of that path, without following links; None if there is none."""
+    item = file["/"]
+    for name in way.split("/")[1:]:
+        key = name.encode("utf-8", "surrogateescape")
+        if not isinstance(item, h5py.Group) or not item.id.links.exists(key):
+            return None
+        if item.id.links.get_info(key).type != h5py.h5l.TYPE_HARD:
+            return None
+        item = _opened(item, key)
+    return item
 
 
 def _names(group: h5py.Group) -> Iterator[Tuple[str, bytes]]:
@@ -228,9 +266,11 @@ def _address(item):
     return h5py.h5o.get_info(item.id).addr
 
 
-def _attribute_names(owner):
-    count = h5py.h5a.get_num_attrs(owner.id)
-    return [h5py.h5a.open(owner.id, index=index).name for index in range(count)]
+def _attribute_names(owner, but):
+    """The names of attributes, without those of which (address of the owner, name) is in but."""
+    address, count = _address(owner), h5py.h5a.get_num_attrs(owner.id)
+    names = {h5py.h5a.open(owner.id, index=index).name for index in range(count)}
+    return {name for name in names if (address, _text(name)) not in but}
 
 
 def _extent(item):

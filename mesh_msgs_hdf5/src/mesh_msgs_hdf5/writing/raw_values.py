@@ -1,4 +1,5 @@
 """The values of HDF5 objects as they are stored, in pieces that take little memory."""
+import math
 from typing import Any, Iterator, Tuple
 
 import h5py
@@ -34,13 +35,14 @@ def storage(properties: h5py.h5p.PropDCID) -> Tuple[Any, ...]:
 
 def slices(dataset: h5py.Dataset) -> Iterator[Any]:
     """Indices that together are the whole dataset, in pieces of some 4 MB of it."""
-    if not dataset.size:
+    shape = dataset.shape
+    if 0 in shape:
         return
-    if not dataset.shape:
+    if not shape:
         yield ()
         return
-    rows = dataset.shape[0]
-    row_bytes = dataset.size // rows * dataset.id.get_type().get_size()
+    rows = shape[0]
+    row_bytes = math.prod(shape[1:]) * dataset.id.get_type().get_size()
     step = max(1, _SLICE_BYTES // max(1, row_bytes))
     for start in range(0, rows, step):
         yield slice(start, min(start + step, rows))
@@ -49,10 +51,9 @@ def slices(dataset: h5py.Dataset) -> Iterator[Any]:
 def raw_rows(dataset: h5py.Dataset, rows: Any) -> bytes:
     """The bytes of some rows, in the type that they have in the file."""
     kind = dataset.id.get_type()
-    if rows == ():
-        shape, memory, stored = (), h5py.h5s.ALL, h5py.h5s.ALL
-    else:
-        shape = (rows.stop - rows.start,) + dataset.shape[1:]
+    shape, memory, stored = dataset.shape, h5py.h5s.ALL, h5py.h5s.ALL
+    if rows != () and rows != slice(0, shape[0]):
+        shape = (rows.stop - rows.start,) + shape[1:]
         memory, stored = h5py.h5s.create_simple(shape), dataset.id.get_space()
         stored.select_hyperslab((rows.start,) + (0,) * (len(shape) - 1), shape)
     values = np.zeros(shape, dtype="V%d" % kind.get_size())

@@ -48,7 +48,7 @@ def check_target(path: PathLike, overwrite: bool) -> None:
     check_name(path)
     target = os.path.realpath(os.fsdecode(path))
     folder = os.path.dirname(target)
-    if os.path.isdir(target):
+    if os.path.isdir(target) or os.fsdecode(path).endswith("/"):
         raise MapFileError("directory", path, "it is a folder, not a file", "name a file inside it")
     if not os.path.isdir(folder):
         raise MapFileError("save", path, "the folder %s does not exist" % folder, "make it first")
@@ -60,13 +60,23 @@ def check_target(path: PathLike, overwrite: bool) -> None:
         if not os.path.isfile(target):
             raise MapFileError("not_regular", path, "it is no regular file", "name another one")
         if not os.access(target, os.W_OK):
+            _check_disk(path, folder)
             raise MapFileError(
                 "save", path, "the file is read-only", "chmod u+w, or name another one"
             )
     if not os.access(folder, os.W_OK | os.X_OK):
+        _check_disk(path, folder)
         raise MapFileError(
             "save", path, "no permission to write to the folder %s" % folder, _HINTS[errno.EACCES]
         )
+
+
+def _check_disk(path, folder):
+    """Refuse a disk on which nobody may write, whatever the permissions."""
+    with contextlib.suppress(OSError):  # then permissions are the reason
+        if os.statvfs(folder).f_flag & os.ST_RDONLY:
+            hint = "choose a folder on another one"
+            raise MapFileError("save", path, "the disk is read-only", hint)
 
 
 def save_file(
@@ -77,11 +87,11 @@ def save_file(
 ) -> None:
     """Replace the file (or the one that a link leads to) by new content, or leave it as it was.
 
-    A temporary file in the same folder gets the old file's mode and owner and the content (bytes,
-    or a function that fills the file of an open descriptor), is synced to the disk and takes the
-    old one's place in one step; then the folder is synced. expected: what stamp() was when the old
-    file was read; another one now means that somebody else saved, and is refused. Raises
-    MapFileError (save, changed, exists, and what content raises).
+    A temporary file in the same folder gets the old file's mode, owner and extended attributes and
+    the content (bytes, or a function that fills the file of an open descriptor), is synced to the
+    disk and takes the old one's place in one step; then the folder is synced. expected: what
+    stamp() was when the old file was read; another one now means that somebody else saved, and is
+    refused. Raises MapFileError (save, changed, exists, and what content raises).
     """
     check_target(path, overwrite)
     target = os.path.realpath(os.fsdecode(path))
@@ -156,11 +166,20 @@ def _fill(descriptor, target, content):
         with contextlib.suppress(PermissionError):  # root keeps the owner, others own it
             os.fchown(descriptor, old.st_uid, old.st_gid)
         os.fchmod(descriptor, old.st_mode & 0o7777)
+        _copy_extended_attributes(target, descriptor)
     if callable(content):
         content(descriptor)
     else:
         write_all(descriptor, content)
     os.fsync(descriptor)
+
+
+def _copy_extended_attributes(target, descriptor):
+    """Notes of the user and access control lists, as far as this disk and user may have them."""
+    with contextlib.suppress(OSError):
+        for name in os.listxattr(target):
+            with contextlib.suppress(OSError):
+                os.setxattr(descriptor, name, os.getxattr(target, name))
 
 
 def _sync_folder(folder):
