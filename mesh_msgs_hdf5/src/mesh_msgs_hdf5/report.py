@@ -58,8 +58,9 @@ class ImportReport:
             self.faces,
         )
         for name in ("layers", "face_attributes", "materials", "textures", "labels"):
-            if getattr(self, name):
-                head += ", %d %s" % (getattr(self, name), name.replace("_", " "))
+            count, noun = getattr(self, name), name.replace("_", " ")
+            if count:
+                head += ", %d %s" % (count, noun if count != 1 else noun[:-1])
         return [one_line(head)] + ["  note: " + one_line(note) for note in self.notes]
 
 
