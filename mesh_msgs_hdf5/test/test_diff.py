@@ -172,3 +172,13 @@ def test_numbers_against_a_loop(dtype):
 
 def test_names_of_members_are_all_there():
     assert len(set(MEMBERS)) == 12 and {case[2] for case in CHANGES} == set(MEMBERS) - {"other"}
+
+
+@pytest.mark.parametrize("side", ["A", "B"])
+def test_the_sentence_says_on_which_side_a_layer_is(side):
+    whole, less = one_of_everything(), one_of_everything()
+    less.vertex_costs = {}
+    pair = (whole, less) if side == "A" else (less, whole)
+    lines = [difference.line() for difference in found(*pair)]
+    for layer in ("slope", "rough"):
+        assert "layers/%s: only in %s" % (layer, side) in lines

@@ -53,10 +53,10 @@ def compare(
 
 def _only(member, ours, theirs) -> Iterator[Difference]:
     for name in _sorted(set(ours) - set(theirs)):
-        yield Difference(_place(member, name), "only in one", "only in one", {})
+        yield Difference(_place(member, name), "only in one", "only in A", {})
     for name in _sorted(set(theirs) - set(ours)):
         place = _place(member, name)
-        yield Difference(place, "only in other", "only in the other", {})
+        yield Difference(place, "only in other", "only in B", {})
 
 
 def _place(member, name):
@@ -67,7 +67,7 @@ def _both(member, one, other) -> Iterator[Difference]:
     """For members that may be None; nothing if both are there or neither is."""
     if (one is None) != (other is None):
         kind = "only in one" if other is None else "only in other"
-        text = "only in one" if other is None else "only in the other"
+        text = "only in A" if other is None else "only in B"
         yield Difference(member, kind, text, {})
 
 

@@ -71,5 +71,5 @@ def _triangles(vertices, faces):
     if not any(only):
         text = "every triangle is in both, at the same place: only numbers or order differ"
     else:
-        text = "%d are only in one, %d only in the other (by their places)" % tuple(only)
+        text = "%d are only in A, %d only in B (by their places)" % tuple(only)
     return Difference("triangles", "same" if not any(only) else "changed", text, details)
