@@ -18,9 +18,9 @@ from mesh_msgs import msg as stock
 from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers, GetVertexCosts
 from mesh_writers import SQUARE, TWO_FACES, ply, xyz
 
-from mesh_msgs_hdf5.server.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.server.loading_signals import ended_by_signals
 
 LAYERS = {"layer_%d" % i: np.float32([i, np.inf, np.nan, 0.5]) for i in range(10)}
 MESH = Mesh(

@@ -17,8 +17,8 @@ from server_samples import everything
 from std_srvs.srv import Trigger
 
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.server.map_messages import MapMessages
 from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.server.map_messages import MapMessages
 
 MAP = everything(1)
 FACES = len(MAP.faces)

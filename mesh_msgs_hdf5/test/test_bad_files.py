@@ -10,11 +10,11 @@ import h5py
 import numpy as np
 import pytest
 
-from mesh_msgs_hdf5.errors import MapFileError, one_line
 from mesh_msgs_hdf5.checks.exact import to_exact
-from mesh_msgs_hdf5.reading.hdf5_guard import default_budget
+from mesh_msgs_hdf5.errors import MapFileError, one_line
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.reading.hdf5_guard import default_budget
 
 
 def refusal(path, **arguments):

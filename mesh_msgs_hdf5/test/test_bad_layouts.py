@@ -13,10 +13,10 @@ from map_samples import (
     write_s2,
 )
 
-from mesh_msgs_hdf5.reading import guarded_group
 from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.reading.hdf5_storage import MAX_RATIO, RATIO_FREE_BYTES, check_ratio
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.reading import guarded_group
+from mesh_msgs_hdf5.reading.hdf5_storage import MAX_RATIO, RATIO_FREE_BYTES, check_ratio
 
 ONES = np.ones(60, "u4")
 

@@ -13,9 +13,9 @@ from every_member import reading_members
 from forked import outcomes
 
 from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.reading.hdf5_storage import RATIO_FREE_BYTES
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.reading.hdf5_storage import RATIO_FREE_BYTES
 
 MEMORY = 1 << 30
 MOST = 200 << 20

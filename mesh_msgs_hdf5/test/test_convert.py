@@ -15,12 +15,12 @@ from map_samples import (
 )
 from raw_contents import add_strange_things, raw_contents
 
-from mesh_msgs_hdf5.writing import map_saving
 from mesh_msgs_hdf5.convert import convert, repack
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.writing import map_saving
 
 # name -> (writer, part of the result)
 LAYOUTS = {

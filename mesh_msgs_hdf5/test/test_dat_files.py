@@ -4,8 +4,8 @@ import os
 import numpy as np
 import pytest
 
-from mesh_msgs_hdf5.labels.dat_files import dat_uuids, parsed, read_dat_folder
 from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.labels.dat_files import dat_uuids, parsed, read_dat_folder
 
 UUID = "7f3c1f1e-1111-4222-8333-444455556666"
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from mesh_writers import SQUARE, TWO_FACES, dae, obj, ply, stl, stl_text, xyz
 
+from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.exporter import write_mesh
 from mesh_msgs_hdf5.formats import assimp_child
-from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.formats.numbers_text import numbers
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.mesh_tool import main
-from mesh_msgs_hdf5.formats.numbers_text import numbers
 
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
 

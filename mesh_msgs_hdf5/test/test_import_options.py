@@ -7,8 +7,8 @@ from mesh_writers import SQUARE, TWO_FACES, obj, ply, stl, xyz
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.repairs.merge import merge_vertices
 from mesh_msgs_hdf5.mesh import Label, Materials, Mesh
+from mesh_msgs_hdf5.repairs.merge import merge_vertices
 from mesh_msgs_hdf5.repairs.orientation import faces_to_flip
 from mesh_msgs_hdf5.repairs.repair import repair
 from mesh_msgs_hdf5.report import ImportReport

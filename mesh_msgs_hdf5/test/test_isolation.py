@@ -15,9 +15,9 @@ from every_member import ARGUMENTS, WRITING, public_names
 from mesh_msgs_hdf5 import isolation
 from mesh_msgs_hdf5.checks.check import identical
 from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.isolated.zygote import OUT_OF_MEMORY
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated, zygote_pid
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.isolated.zygote import OUT_OF_MEMORY
 
 
 @pytest.fixture

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mesh_msgs_hdf5.labels import journal_content, journal_files, journal_lines
 from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.labels import journal_content, journal_files, journal_lines
 from mesh_msgs_hdf5.labels.journal import Journal
 from mesh_msgs_hdf5.labels.journal_reading import OwnedError, is_owned, read_journal
 from mesh_msgs_hdf5.mesh import Label

@@ -12,12 +12,12 @@ import pytest
 
 from mesh_msgs_hdf5.labels import label_edits
 
-from mesh_msgs_hdf5.reading import label_reader
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.labels.label_store import LabelStore, journal_path, label_target
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Label, Mesh
+from mesh_msgs_hdf5.reading import label_reader
 
 FACES = 60
 

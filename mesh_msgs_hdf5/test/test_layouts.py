@@ -19,8 +19,8 @@ from map_samples import (
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.hdf5_files import reading
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.reading.map_reader import MapReader
 from mesh_msgs_hdf5.mesh import Label
+from mesh_msgs_hdf5.reading.map_reader import MapReader
 
 
 def own_paths(path, part=None):

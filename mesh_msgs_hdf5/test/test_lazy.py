@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from map_samples import SAMPLES, assert_same, write_hdf5_map_io, write_lvr2_l1
 
-from mesh_msgs_hdf5.reading import guarded_group
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.reading import guarded_group
 from mesh_msgs_hdf5.reading.label_reader import LabelReader
 
 

@@ -8,10 +8,10 @@ import pytest
 from mesh_msgs import validation
 from server_samples import everything
 
+from mesh_msgs_hdf5.any_mesh import MeshMembers
+from mesh_msgs_hdf5.mesh import Materials, Mesh
 from mesh_msgs_hdf5.server.map_messages import FACES, NORMALS, VERTICES, MapMessages, clusters
 from mesh_msgs_hdf5.server.map_messages import materials_message
-from mesh_msgs_hdf5.mesh import Materials, Mesh
-from mesh_msgs_hdf5.any_mesh import MeshMembers
 
 STAMP = genpy.Time(7, 5)
 

@@ -9,10 +9,10 @@ import pytest
 from map_samples import assert_same_mesh, write_s0, write_s2
 from mesh_msgs import zoo
 
-from mesh_msgs_hdf5.validation.findings import RULES
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Label, Mesh
 from mesh_msgs_hdf5.mesh_tool import main
+from mesh_msgs_hdf5.validation.findings import RULES
 
 REAL = ["botanical_garden_gazebo.ply", "tray.ply"]
 

@@ -15,11 +15,11 @@ from sensor_msgs.msg import Image
 from server_samples import everything
 from std_msgs.msg import ColorRGBA, Float32
 
+from mesh_msgs_hdf5.any_mesh import MeshMembers
+from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
 from mesh_msgs_hdf5.server import received
 from mesh_msgs_hdf5.server.map_messages import MapMessages, cluster, materials_message
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
-from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
-from mesh_msgs_hdf5.any_mesh import MeshMembers
 from mesh_msgs_hdf5.server.received import Refused
 
 VERTICES, FACES = 12, 9

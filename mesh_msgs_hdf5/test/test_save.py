@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from raw_contents import add_strange_things
 
-from mesh_msgs_hdf5.writing import hdf5_stream, map_saving, save
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.writing import hdf5_stream, map_saving, save
 
 # an access control list: (tag, rights, user) of the owner, user 4321, the group, the mask, others
 _ACCESS = [
@@ -419,8 +419,8 @@ def test_a_wrong_file_is_never_saved(tmp_path, rich_mesh, monkeypatch, name):
 WRITER = """
 import sys
 import numpy as np
-from mesh_msgs_hdf5.writing import map_saving
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.writing import map_saving
 map_saving.MEMORY_BUDGET = int(sys.argv[2])
 file = MapFile(sys.argv[1])
 print("ready", flush=True)

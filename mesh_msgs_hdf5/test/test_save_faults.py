@@ -19,10 +19,10 @@ import pytest
 from map_samples import assert_same_mesh
 from raw_contents import add_strange_things, raw_contents
 
-from mesh_msgs_hdf5.writing import map_saving, save
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.writing import map_saving, save
 
 CALLS = ("open", "memfd_create", "posix_fallocate", "fchown", "fchmod", "pread", "write") + (
     "fsync",
@@ -193,10 +193,10 @@ def test_a_full_disk(tmp_path, rich_map, budget):
 FULL = """
 import resource, sys
 import numpy as np
-from mesh_msgs_hdf5.writing import map_saving
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.writing import map_saving
 
 path, budget, limit = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
 map_saving.MEMORY_BUDGET = budget
@@ -313,11 +313,11 @@ def test_readers_during_a_save_see_the_old_or_the_new_mesh(rich_map, rich_mesh, 
 WRITER = """
 import sys
 import numpy as np
-from mesh_msgs_hdf5.writing import map_saving
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Label
+from mesh_msgs_hdf5.writing import map_saving
 
 path, name, map_saving.MEMORY_BUDGET = sys.argv[1], sys.argv[2], int(sys.argv[3])
 done = 0
@@ -346,10 +346,10 @@ def test_several_writers_lose_nothing(rich_map, rich_mesh, budget):
 MEMORY = """
 import sys
 import numpy as np
-from mesh_msgs_hdf5.writing import map_saving
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.writing import map_saving
 
 map_saving.MEMORY_BUDGET = 1 << 20
 MapFile(sys.argv[1]).layer_names()

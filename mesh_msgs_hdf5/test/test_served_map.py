@@ -10,16 +10,16 @@ import pytest
 from mesh_msgs import arrays
 from server_samples import everything
 
-from mesh_msgs_hdf5.server import received
 from mesh_msgs_hdf5.any_mesh import MeshMembers
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.server import received
 from mesh_msgs_hdf5.server.map_loading import load
 from mesh_msgs_hdf5.server.map_messages import MapMessages
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
-from mesh_msgs_hdf5.mesh import Mesh
 from mesh_msgs_hdf5.server.received import Refused
 from mesh_msgs_hdf5.server.served_map import STORES_ALL
 from mesh_msgs_hdf5.server.server_options import ALL_PARTS, MapRequest

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from map_samples import assert_same_mesh
 from raw_contents import add_strange_things, raw_contents
 
-from mesh_msgs_hdf5.writing import map_saving
 from mesh_msgs_hdf5.convert import convert
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
+from mesh_msgs_hdf5.writing import map_saving
 
 IN_MEMORY, ON_DISK = 1 << 40, 0
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from mesh_msgs import zoo
 
-from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, RULES, WARNING, counts
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Label, Materials, Mesh
+from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, RULES, WARNING, counts
 from mesh_msgs_hdf5.validation.validate import validate
 from mesh_msgs_hdf5.validation.validate_shape import check_shape
 from mesh_msgs_hdf5.validation.validate_topology import check_topology

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 
 from mesh_msgs_hdf5.checks.check import identical
 from mesh_msgs_hdf5.edit import Edit
-from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
-from mesh_msgs_hdf5.schema import MATERIAL_DTYPE
 from mesh_msgs_hdf5.isolated.typed import fits
 from mesh_msgs_hdf5.isolated.wire import MAX_DEPTH, MAX_HEADER_BYTES, Wire, WireError
+from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
+from mesh_msgs_hdf5.schema import MATERIAL_DTYPE
 
 
 def carried(value, limit=1 << 40):

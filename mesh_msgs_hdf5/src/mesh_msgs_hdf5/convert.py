@@ -7,9 +7,9 @@ import h5py
 from mesh_msgs_hdf5 import chunks, schema
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.hdf5_files import reading
-from mesh_msgs_hdf5.writing.hdf5_stream import Stream, building, reading_stream
 from mesh_msgs_hdf5.label_names import TEXT
 from mesh_msgs_hdf5.reading.map_reader import MapReader
+from mesh_msgs_hdf5.writing.hdf5_stream import Stream, building, reading_stream
 from mesh_msgs_hdf5.writing.map_saving import bytes_of, part_group, save_built, verify
 from mesh_msgs_hdf5.writing.object_writer import SMALL_BYTES, ObjectWriter, check_compression, free
 from mesh_msgs_hdf5.writing.part_names import PartNames

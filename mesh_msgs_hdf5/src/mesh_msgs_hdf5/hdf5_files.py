@@ -4,9 +4,9 @@ from typing import Iterator
 
 import h5py
 
-from mesh_msgs_hdf5.reading.hdf5_guard import translated_errors
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.probe import kind_of, read_head
+from mesh_msgs_hdf5.reading.hdf5_guard import translated_errors
 
 # h5py before 3.5 cannot choose; with it a file on a disk without locks still opens
 _LOCKING = {"locking": "best-effort"} if h5py.version.version_tuple[:2] >= (3, 5) else {}

@@ -15,9 +15,9 @@ from mesh_msgs_hdf5.formats.import_ply import read_ply
 from mesh_msgs_hdf5.formats.import_stl import read_stl
 from mesh_msgs_hdf5.formats.options import Options, checked_options, placed
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
-from mesh_msgs_hdf5.repairs.merge import merge_vertices
 from mesh_msgs_hdf5.mesh import Mesh
 from mesh_msgs_hdf5.probe import kind_of, read_file, read_head
+from mesh_msgs_hdf5.repairs.merge import merge_vertices
 from mesh_msgs_hdf5.repairs.repair import repair
 from mesh_msgs_hdf5.report import ImportReport
 

@@ -12,12 +12,12 @@ import time
 from typing import Any, Dict, Optional, Tuple
 
 from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
-from mesh_msgs_hdf5.reading.hdf5_guard import default_budget
-from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.mesh import Mesh
 from mesh_msgs_hdf5.isolated.typed import fits, hints_of
 from mesh_msgs_hdf5.isolated.wire import Wire, WireError
 from mesh_msgs_hdf5.isolated.zygote import OUT_OF_MEMORY, Zygote, ZygoteEnded
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.reading.hdf5_guard import default_budget
 
 DEFAULT_TIMEOUT = 600.0
 

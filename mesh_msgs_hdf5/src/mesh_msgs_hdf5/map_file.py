@@ -9,10 +9,10 @@ from mesh_msgs_hdf5.checks.check_edit import is_empty
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.hdf5_files import reading
-from mesh_msgs_hdf5.reading.map_reader import MapReader
-from mesh_msgs_hdf5.writing.map_saving import save_edit, save_mesh
 from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh, geometry_uuid
 from mesh_msgs_hdf5.probe import check_name
+from mesh_msgs_hdf5.reading.map_reader import MapReader
+from mesh_msgs_hdf5.writing.map_saving import save_edit, save_mesh
 from mesh_msgs_hdf5.writing.save import check_target, stamp
 
 

@@ -17,8 +17,8 @@ from mesh_msgs_hdf5.checks.check_annotations import (
     checked_texture_coordinates,
 )
 from mesh_msgs_hdf5.checks.check_arrays import check_faces, check_finite, checked_costs, shaped
-from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 from mesh_msgs_hdf5.checks.exact import to_exact
+from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 from mesh_msgs_hdf5.mesh import Mesh
 
 

@@ -5,8 +5,8 @@ import numpy as np
 
 from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check_arrays import check_costs, check_finite, check_indices, shaped
-from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 from mesh_msgs_hdf5.checks.exact import to_exact
+from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 from mesh_msgs_hdf5.label_names import check_label
 from mesh_msgs_hdf5.mesh import Color, Features, Label, Materials
 

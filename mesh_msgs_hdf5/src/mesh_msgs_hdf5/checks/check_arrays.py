@@ -4,8 +4,8 @@ from typing import Optional
 import numpy as np
 
 from mesh_msgs_hdf5 import schema
-from mesh_msgs_hdf5.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.checks.exact import to_exact
+from mesh_msgs_hdf5.errors import MapFileError, PathLike
 
 REPAIR = "repair the mesh where it was made"
 

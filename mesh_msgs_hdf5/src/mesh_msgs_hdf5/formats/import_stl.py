@@ -7,10 +7,10 @@ import re
 import numpy as np
 
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.mesh import Mesh
 from mesh_msgs_hdf5.formats.numbers_text import numbers
 from mesh_msgs_hdf5.formats.options import Options, placed
 from mesh_msgs_hdf5.formats.polygons import weld
+from mesh_msgs_hdf5.mesh import Mesh
 from mesh_msgs_hdf5.report import ImportReport
 
 _HEADER = 84

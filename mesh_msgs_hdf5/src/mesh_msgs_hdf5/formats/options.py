@@ -4,8 +4,8 @@ from typing import Any, Dict, Optional, Tuple, Union
 
 import numpy as np
 
-from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 from mesh_msgs_hdf5.checks.exact import narrowed
+from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
 from mesh_msgs_hdf5.report import ImportReport, is_noticed, note_rounding
 
 Origin = Tuple[float, float, float]

@@ -19,8 +19,8 @@ from typing import Any, Iterator, List, Optional
 import numpy as np
 
 from mesh_msgs_hdf5.edit import Edit
-from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
 from mesh_msgs_hdf5.isolated.typed import fits, hints_of
+from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
 
 MAX_HEADER_BYTES = 64 << 20
 MAX_DEPTH = 100

@@ -3,8 +3,8 @@ from typing import Any, Dict, List, NoReturn, Optional
 
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.label_names import split_label
-from mesh_msgs_hdf5.reading.label_reader import natural_order
 from mesh_msgs_hdf5.mesh import Label
+from mesh_msgs_hdf5.reading.label_reader import natural_order
 
 
 class FixedLabels:

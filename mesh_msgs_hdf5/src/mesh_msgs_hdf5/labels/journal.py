@@ -11,8 +11,8 @@ import os
 import time
 from typing import Any, Mapping, Optional
 
-from mesh_msgs_hdf5.labels import journal_lines
 from mesh_msgs_hdf5.errors import PathLike
+from mesh_msgs_hdf5.labels import journal_lines
 from mesh_msgs_hdf5.labels.journal_files import (
     create,
     cut,

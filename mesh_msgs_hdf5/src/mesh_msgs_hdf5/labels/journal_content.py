@@ -2,8 +2,8 @@
 from dataclasses import dataclass, field
 from typing import Any, BinaryIO, Dict, List, Optional
 
-from mesh_msgs_hdf5.labels import journal_lines
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.labels import journal_lines
 from mesh_msgs_hdf5.mesh import Label
 
 _MAX_LINE = 256 << 20  # bytes; nothing that a program of ours writes

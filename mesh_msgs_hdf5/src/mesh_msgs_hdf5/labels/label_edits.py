@@ -12,9 +12,9 @@ from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.labels.journal import Journal
 from mesh_msgs_hdf5.labels.journal_reading import OwnedError
 from mesh_msgs_hdf5.labels.label_base import frozen
-from mesh_msgs_hdf5.reading.label_reader import MAX_LABELS
 from mesh_msgs_hdf5.labels.label_view import LabelView
 from mesh_msgs_hdf5.mesh import Color, Label
+from mesh_msgs_hdf5.reading.label_reader import MAX_LABELS
 
 _SMALL = 16 << 20  # bytes of a journal that are not worth writing it anew
 _TRIES = 5

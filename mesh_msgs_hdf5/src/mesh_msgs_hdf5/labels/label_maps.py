@@ -3,8 +3,8 @@ import os
 import threading
 from typing import Any, Dict, List, Mapping, Optional, Tuple
 
-from mesh_msgs_hdf5.labels.dat_files import dat_uuids, read_dat_folder
 from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.labels.dat_files import dat_uuids, read_dat_folder
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.labels.loose_labels import LooseLabels, loose_uuids

@@ -4,10 +4,10 @@ import threading
 from typing import Any, Dict, List, Optional
 
 from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.labels.journal_reading import is_owned, read_journal
 from mesh_msgs_hdf5.label_names import split_label
-from mesh_msgs_hdf5.mesh import Label
+from mesh_msgs_hdf5.labels.journal_reading import is_owned, read_journal
 from mesh_msgs_hdf5.labels.natural_names import NaturalNames
+from mesh_msgs_hdf5.mesh import Label
 from mesh_msgs_hdf5.writing.save import stamp
 
 _TRIES = 5

@@ -6,13 +6,13 @@ import numpy as np
 from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check import checked_features
 from mesh_msgs_hdf5.checks.check_annotations import MAX_FEATURES
-from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.checks.exact import to_exact
+from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.mesh import Features
 from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup, check_shape
 from mesh_msgs_hdf5.reading.hdf5_attributes import row_attribute
 from mesh_msgs_hdf5.reading.hdf5_guard import join
 from mesh_msgs_hdf5.reading.label_reader import natural_order
-from mesh_msgs_hdf5.mesh import Features
 
 
 class FeatureReader:

@@ -4,10 +4,10 @@ from typing import List, Optional
 import numpy as np
 
 from mesh_msgs_hdf5.checks.check import check_faces, check_finite
-from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.checks.exact import to_exact
-from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup, check_shape
+from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.layouts import Layout
+from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup, check_shape
 
 
 class GeometryReader:

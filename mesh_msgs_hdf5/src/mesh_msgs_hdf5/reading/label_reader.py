@@ -7,6 +7,8 @@ import h5py
 from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check import checked_label
 from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.label_names import TEXT, check_label, join_label, label_path
+from mesh_msgs_hdf5.mesh import Label
 from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup, check_shape
 from mesh_msgs_hdf5.reading.hdf5_attributes import row_attribute, text_attribute
 from mesh_msgs_hdf5.reading.hdf5_guard import (
@@ -14,8 +16,6 @@ from mesh_msgs_hdf5.reading.hdf5_guard import (
     hard_object,
     is_group_of_this_file,
 )
-from mesh_msgs_hdf5.label_names import TEXT, check_label, join_label, label_path
-from mesh_msgs_hdf5.mesh import Label
 
 MAX_LABELS = 50_000
 

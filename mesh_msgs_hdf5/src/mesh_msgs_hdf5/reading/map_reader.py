@@ -8,18 +8,18 @@ import numpy as np
 
 from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check import checked_crs, checked_origin, from_json
-from mesh_msgs_hdf5.reading.contents import other_contents
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.layouts import ROOT, default_part, find_parts, layout_of
+from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh, geometry_uuid
+from mesh_msgs_hdf5.reading.contents import other_contents
 from mesh_msgs_hdf5.reading.feature_reader import FeatureReader
 from mesh_msgs_hdf5.reading.geometry_reader import GeometryReader
 from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup
 from mesh_msgs_hdf5.reading.hdf5_attributes import attribute, row_attribute, text_attribute
-from mesh_msgs_hdf5.reading.hdf5_storage import declared_bytes
 from mesh_msgs_hdf5.reading.hdf5_guard import subgroup
+from mesh_msgs_hdf5.reading.hdf5_storage import declared_bytes
 from mesh_msgs_hdf5.reading.label_reader import LabelReader
-from mesh_msgs_hdf5.layouts import ROOT, default_part, find_parts, layout_of
 from mesh_msgs_hdf5.reading.material_reader import MaterialReader
-from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh, geometry_uuid
 from mesh_msgs_hdf5.reading.named_arrays import FaceAttributeReader, LayerReader
 from mesh_msgs_hdf5.reading.texture_reader import TextureReader
 

@@ -5,12 +5,12 @@ import numpy as np
 
 from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check import checked_materials
-from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.checks.exact import to_exact
-from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup, check_shape
-from mesh_msgs_hdf5.reading.hdf5_guard import exists
+from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.layouts import Layout
 from mesh_msgs_hdf5.mesh import Materials
+from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup, check_shape
+from mesh_msgs_hdf5.reading.hdf5_guard import exists
 
 MAX_MATERIALS = 1 << 20
 LVR2_TEXTURES = "texture_handles"  # <i4 [M], -1 for none

@@ -7,10 +7,10 @@ import numpy as np
 from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check import checked_costs, checked_face_attribute, from_json
 from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.layouts import Layout
 from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup
 from mesh_msgs_hdf5.reading.hdf5_attributes import text_attribute
 from mesh_msgs_hdf5.reading.hdf5_guard import exists
-from mesh_msgs_hdf5.layouts import Layout
 
 MAX_ARRAYS = 4096  # names in a group of layers or face attributes
 _INDICES = "_idx"  # LVR2 stores a sparse map as <name> and <name>_idx

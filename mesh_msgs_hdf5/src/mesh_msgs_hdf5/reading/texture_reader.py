@@ -7,10 +7,10 @@ import numpy as np
 from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check import checked_image, checked_texture_coordinates
 from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.layouts import Layout
 from mesh_msgs_hdf5.reading.guarded_group import GuardedGroup, check_shape
 from mesh_msgs_hdf5.reading.hdf5_attributes import attribute
 from mesh_msgs_hdf5.reading.hdf5_guard import is_group_of_this_file
-from mesh_msgs_hdf5.layouts import Layout
 
 MAX_TEXTURES = 10_000
 _MAX_INDEX = (1 << 31) - 1

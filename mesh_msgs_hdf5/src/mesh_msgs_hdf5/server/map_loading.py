@@ -6,13 +6,13 @@ import genpy
 
 from mesh_msgs_hdf5.any_mesh import MeshMembers
 from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.importer import read_mesh
+from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
 from mesh_msgs_hdf5.labels.label_store import LabelStore, label_target
 from mesh_msgs_hdf5.map_access import list_parts, open_map
-from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.probe import kind_of, read_head
+from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.served_map import ServedMap
 from mesh_msgs_hdf5.server.server_options import ALL_PARTS, ROOT, MapRequest
 

@@ -5,8 +5,8 @@ from typing import Any, Dict, List, Optional
 import numpy as np
 
 from mesh_msgs_hdf5.edit import Edit
-from mesh_msgs_hdf5.server.edits import merged, without
 from mesh_msgs_hdf5.mesh import Features, Label, Materials
+from mesh_msgs_hdf5.server.edits import merged, without
 
 
 class MapOverlay:

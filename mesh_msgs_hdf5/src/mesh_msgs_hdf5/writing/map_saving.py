@@ -16,8 +16,10 @@ from mesh_msgs_hdf5 import schema
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.checks.check_edit import checked_edit
 from mesh_msgs_hdf5.edit import Edit
-from mesh_msgs_hdf5.writing.edit_writer import apply_edit
 from mesh_msgs_hdf5.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.mesh import Features, Mesh
+from mesh_msgs_hdf5.reading.map_reader import MapReader
+from mesh_msgs_hdf5.writing.edit_writer import apply_edit
 from mesh_msgs_hdf5.writing.hdf5_stream import (
     Stream,
     building,
@@ -25,8 +27,6 @@ from mesh_msgs_hdf5.writing.hdf5_stream import (
     memory_stream,
     reading_stream,
 )
-from mesh_msgs_hdf5.reading.map_reader import MapReader
-from mesh_msgs_hdf5.mesh import Features, Mesh
 from mesh_msgs_hdf5.writing.object_writer import ObjectWriter, not_the_same
 from mesh_msgs_hdf5.writing.part_names import PartNames
 from mesh_msgs_hdf5.writing.part_writer import PartWriter

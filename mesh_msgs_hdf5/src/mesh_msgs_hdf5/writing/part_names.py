@@ -3,8 +3,8 @@ from dataclasses import dataclass, fields, replace
 from typing import FrozenSet
 
 from mesh_msgs_hdf5.edit import Edit
-from mesh_msgs_hdf5.reading.map_reader import MapReader
 from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.reading.map_reader import MapReader
 
 
 @dataclass(frozen=True)
