@@ -1,0 +1,51 @@
+#ifndef MESH_MAP_BVH_CLOSEST_H
+#define MESH_MAP_BVH_CLOSEST_H
+
+#include <mesh_map/bvh.h>
+#include <mesh_map/closest_point.h>
+
+#include <array>
+#include <limits>
+#include <vector>
+
+namespace mesh_map {
+
+/// Which faces count for a closest point.
+struct ClosestOptions
+{
+  double max_distance = std::numeric_limits<double>::infinity();
+
+  /// Only faces whose normal is within max_angle (radians, 0 to pi) of this direction (any length
+  /// but 0); a maximum angle of pi or more lets all faces count, those without area too, which have
+  /// no normal and else do not. Per point, or one for all, or none (empty).
+  ArrayView<double> normals;
+  double max_angle = 3.141592653589793;
+
+  ArrayView<std::uint8_t> mask;  ///< per face: 0 = does not count; empty: all count
+};
+
+/// Answers for many points: one entry (three of the last two) per point, as in SurfaceHit.
+struct SurfaceHits
+{
+  std::vector<std::uint32_t> faces;
+  std::vector<double> distances;
+  std::vector<double> positions;
+  std::vector<double> barycentric;
+};
+
+/// Whether the normal of a triangle (9 floats) is within an angle of a unit direction, in double
+/// precision.
+bool normalWithin(const float* corners, const std::array<double, 3>& direction, double max_angle);
+
+/// The nearest point of the mesh. Of faces as near, the one of lowest index. A point, normal or
+/// distance that is not finite (a maximum distance of +inf excepted), or a normal of 0, finds
+/// nothing. `options.normals` has 3 numbers or none.
+SurfaceHit closestPoint(const Bvh& bvh, const double* point, const ClosestOptions& options = {});
+
+/// closestPoint() for each point, 3 doubles each. Throws Cancelled, or std::bad_alloc.
+SurfaceHits closestPoints(const Bvh& bvh, ArrayView<double> points,
+                          const ClosestOptions& options = {}, const BvhOptions& run = {});
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_BVH_CLOSEST_H
