@@ -3,7 +3,7 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["mesh_map", "mesh_map.layers"],
+        packages=["mesh_map", "mesh_map.layers", "mesh_map.opencl"],
         package_dir={"": "src"},
     )
 )

@@ -8,12 +8,13 @@
 #include <mesh_map/normals.h>
 #include <mesh_map/topology.h>
 
-#include <atomic>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
 #include "array_checks.h"
+#include "cancel_flag.h"
+#include "spatial_bindings.h"
 
 namespace mesh_map {
 namespace {
@@ -103,29 +104,6 @@ py::array computeHeightDifference(Array vertices, Array offsets, Array neighbors
   return toArray(std::move(result));
 }
 
-py::tuple findClosestPoints(Array vertices, Array faces, Array points, double max_distance,
-                            unsigned threads)
-{
-  const MeshView mesh = meshView(vertices, faces);
-  const auto queries = view<double>(points, "points", {ANY, 3});
-  requireValue(max_distance >= 0.0, "the maximum distance has to be 0 or more");
-  std::vector<SurfaceHit> hits;
-  {
-    const py::gil_scoped_release release;
-    hits = closestPoints(mesh, queries, max_distance, threads);
-  }
-  std::vector<std::uint32_t> hit_faces;
-  std::vector<double> barycentric, positions, distances;
-  for (const SurfaceHit& hit : hits) {
-    hit_faces.push_back(hit.face);
-    barycentric.insert(barycentric.end(), hit.barycentric.begin(), hit.barycentric.end());
-    positions.insert(positions.end(), hit.position.begin(), hit.position.end());
-    distances.push_back(hit.distance);
-  }
-  return py::make_tuple(toArray(std::move(hit_faces)), toRows(std::move(barycentric), 3),
-                        toRows(std::move(positions), 3), toArray(std::move(distances)));
-}
-
 py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double max_distance)
 {
   const auto positions = view<float>(vertices, "vertices", {ANY, 3});
@@ -139,12 +117,6 @@ py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double 
   }
   return py::make_tuple(hit.vertex, hit.distance);
 }
-
-/// May be set from any thread, before or while the kernel that it is given to runs.
-struct CancelFlag
-{
-  std::atomic<bool> flag{false};
-};
 
 class DijkstraKernel
 {
@@ -222,8 +194,6 @@ PYBIND11_MODULE(_kernels, module)
              arg("vertex_faces"), arg("ignored"), arg("threads") = 0u);
   module.def("_height_difference", &computeHeightDifference, arg("vertices"), arg("offsets"),
              arg("neighbors"), arg("radius"), arg("threads") = 0u);
-  module.def("_closest_points", &findClosestPoints, arg("vertices"), arg("faces"), arg("points"),
-             arg("max_distance"), arg("threads") = 0u);
   module.def("_closest_vertex", &findClosestVertex, arg("vertices"), arg("eligible"), arg("point"),
              arg("max_distance"));
   py::class_<CancelFlag>(module, "_CancelFlag", py::module_local())
@@ -236,4 +206,5 @@ PYBIND11_MODULE(_kernels, module)
       .def("_solve", &DijkstraKernel::solve, arg("sources"), arg("source_distances"),
            arg("vertex_costs"), arg("cost_limit"), arg("targets"), arg("offset"), arg("queue"),
            arg("cancel"));
+  bindSpatial(module);
 }

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
-#include <system_error>
 #include <thread>
 
 namespace mesh_map {
@@ -46,8 +45,9 @@ void parallelFor(std::size_t count, std::size_t chunk, unsigned threads,
     while (others.size() + 1 < workers) {
       others.emplace_back(work);
     }
-  } catch (const std::system_error&) {
-    // The system gives no more threads: those that run, and this one, take all chunks.
+  } catch (const std::exception&) {
+    // No more threads (std::system_error) or no memory for them (std::bad_alloc): those that run,
+    // and this one, take all chunks.
   }
   work();
   for (std::thread& thread : others) {

@@ -3,6 +3,7 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["mesh_tools_test", "mesh_tools_test.demo"], package_dir={"": "src"}
+        packages=["mesh_tools_test", "mesh_tools_test.demo", "mesh_tools_test.spatial"],
+        package_dir={"": "src"},
     )
 )

@@ -3,6 +3,7 @@
 
 #include <mesh_map/array_view.h>
 #include <mesh_map/bvh_node.h>
+#include <mesh_map/large_array.h>
 
 #include <array>
 #include <atomic>
@@ -55,7 +56,7 @@ class Bvh
   static Bvh deserialize(ArrayView<std::uint8_t> bytes, const MeshView& mesh);
 
   /// Node 0 is the root.
-  ArrayView<BvhNode> nodes() const { return nodes_; }
+  ArrayView<BvhNode> nodes() const { return {nodes_.data(), nodes_.size()}; }
 
   /// Per triangle, in the order of the leaves: x, y, z of its three corners, as in the mesh. Some
   /// floats more may be read behind the end (TAIL of them).
@@ -63,7 +64,7 @@ class Bvh
   static constexpr std::size_t TAIL = 32;
 
   /// Per triangle: its index in the mesh.
-  ArrayView<std::uint32_t> faces() const { return faces_; }
+  ArrayView<std::uint32_t> faces() const { return {faces_.data(), faces_.size()}; }
   std::size_t faceCount() const { return faces_.size(); }
 
   /// Origin of the local coordinates of the boxes. It lies among the triangles, so that boxes are
@@ -80,10 +81,11 @@ class Bvh
  private:
   Bvh() = default;
   friend class BvhBuilder;
+  void setBox();
 
-  std::vector<BvhNode> nodes_;
-  std::vector<float> corners_;
-  std::vector<std::uint32_t> faces_;
+  LargeArray<BvhNode> nodes_;
+  LargeArray<float> corners_;
+  LargeArray<std::uint32_t> faces_;
   std::array<float, 3> center_{}, lower_{}, upper_{};
 };
 

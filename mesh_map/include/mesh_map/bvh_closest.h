@@ -34,15 +34,22 @@ struct SurfaceHits
 };
 
 /// Whether the normal of a triangle (9 floats) is within an angle of a unit direction, in double
-/// precision.
+/// precision; 1e-12 radians more count as rounding. False for an angle or a direction that
+/// finds nothing below.
 bool normalWithin(const float* corners, const std::array<double, 3>& direction, double max_angle);
 
 /// The nearest point of the mesh. Of faces as near, the one of lowest index. A point, normal or
 /// distance that is not finite (a maximum distance of +inf excepted), or a normal of 0, finds
-/// nothing. `options.normals` has 3 numbers or none.
+/// nothing, nor does a distance or angle that is negative or NaN. `options.normals` has 3 numbers
+/// or none. Throws std::invalid_argument for arrays of other sizes.
+///
+/// It takes microseconds, but looks at much of the mesh where much is as near (as from the middle
+/// of a ball), or where few faces count.
 SurfaceHit closestPoint(const Bvh& bvh, const double* point, const ClosestOptions& options = {});
 
-/// closestPoint() for each point, 3 doubles each. Throws Cancelled, or std::bad_alloc.
+/// closestPoint() for each point, 3 doubles each. Points that follow each other had better be near
+/// each other. Throws Cancelled, std::bad_alloc, or std::invalid_argument for arrays that do not
+/// fit each other.
 SurfaceHits closestPoints(const Bvh& bvh, ArrayView<double> points,
                           const ClosestOptions& options = {}, const BvhOptions& run = {});
 

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <limits>
-#include <optional>
 #include <vector>
 
 namespace mesh_map {
@@ -40,7 +39,12 @@ struct RayBatch
   ArrayView<double> max_distances;  ///< one per ray, or one for all, or none
 
   std::size_t size() const { return directions.size() / 3; }
+
+  /// A ray below size(), of arrays that have the sizes above.
   Ray operator[](std::size_t index) const;
+
+  /// Throws std::invalid_argument where the arrays do not have the sizes above.
+  void check() const;
 };
 
 /// One entry (three of barycentric) per ray, as in RayHit.
@@ -63,6 +67,10 @@ struct RayHits
 class RayTest
 {
  public:
+  /// Hits nothing.
+  RayTest() = default;
+
+  /// Parts of the origin below 1e-60 m, and slopes below 1e-40, count as 0.
   explicit RayTest(const Ray& ray);
 
   bool valid() const { return valid_; }
@@ -72,21 +80,30 @@ class RayTest
   const std::array<double, 3>& direction() const { return direction_; }  ///< of length 1
   double maxDistance() const { return max_distance_; }
 
+  /// The axes, the one that the ray runs along the most being the last, in such an order that
+  /// triangles that are counter-clockwise seen from the origin are so in the first two.
+  const std::array<unsigned, 3>& axes() const { return axes_; }
+
+  /// What the ray goes along the first two of axes() per meter along the last: from -1 to 1.
+  const std::array<double, 2>& shear() const { return shear_; }
+
  private:
   bool valid_ = false;
   std::array<double, 3> origin_{}, direction_{};
-  double max_distance_ = 0.0;
-  std::array<unsigned, 3> axes_{};  // the last is the one that the ray runs along the most
-  std::array<double, 3> shear_{};
+  double max_distance_ = -1.0;
+  std::array<unsigned, 3> axes_{0, 1, 2};
+  std::array<double, 2> shear_{};
 };
 
-/// The nearest hit: of faces as near (equal in double precision), the one of lowest index.
+/// The nearest hit: of faces as near (equal in double precision), the one of lowest index. Throws
+/// std::invalid_argument for a mask of another size than one per face, as all below do.
 RayHit castRay(const Bvh& bvh, const Ray& ray, const RayOptions& options = {});
 
 /// Whether there is any hit.
 bool rayHitsAny(const Bvh& bvh, const Ray& ray, const RayOptions& options = {});
 
-/// castRay() for each ray. Throws Cancelled, or std::bad_alloc.
+/// castRay() for each ray. Throws Cancelled, std::bad_alloc, or std::invalid_argument for arrays
+/// that do not fit each other.
 RayHits castRays(const Bvh& bvh, const RayBatch& rays, const RayOptions& options = {},
                  const BvhOptions& run = {});
 

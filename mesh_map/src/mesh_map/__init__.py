@@ -2,5 +2,6 @@
 
 from mesh_map.errors import MeshMapError
 from mesh_map.mesh_map import MeshMap
+from mesh_map.spatial_index import SpatialIndex
 
-__all__ = ["MeshMap", "MeshMapError"]
+__all__ = ["MeshMap", "MeshMapError", "SpatialIndex"]

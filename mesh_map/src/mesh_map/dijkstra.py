@@ -8,22 +8,10 @@ from typing import Any, Iterable, List, Optional, Tuple, Union
 import numpy as np
 
 from mesh_map import _kernels
+from mesh_map.cancel import CancelFlag
 from mesh_map.topology import Topology
 
 Source = Union[int, Iterable[Tuple[int, float]]]
-
-
-class CancelFlag:
-    """Ends the solve() it is given to; may be set before or while that runs, by any thread."""
-
-    def __init__(self) -> None:
-        self._kernel = _kernels._CancelFlag()
-
-    def set(self) -> None:
-        self._kernel._set()
-
-    def is_set(self) -> bool:
-        return self._kernel._is_set()
 
 
 @dataclass(frozen=True, eq=False)

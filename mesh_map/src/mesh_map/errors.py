@@ -25,3 +25,7 @@ class MeshMapError(Exception):
 
 class PluginError(MeshMapError):
     """A plugin that is not known, or cannot be loaded."""
+
+
+class Cancelled(Exception):
+    """Something long was ended by its CancelFlag; nothing has changed."""

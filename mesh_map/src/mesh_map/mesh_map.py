@@ -2,6 +2,7 @@
 
 import logging
 import re
+import threading
 import time
 from functools import cached_property
 from typing import Any, Callable, Dict, Mapping, Optional, Tuple
@@ -14,10 +15,12 @@ from mesh_map import _kernels
 from mesh_map.array_checks import as_faces, as_vertices, read_only
 from mesh_map.combination import combine
 from mesh_map.errors import MeshMapError, one_line
+from mesh_map.hits import NO_FACE, SurfacePoint
 from mesh_map.layer import BASE_CLASS_TYPE, Layer, LayerResult, checked_result
 from mesh_map.normals import face_normals, vertex_normals
 from mesh_map.plugins import find_class
-from mesh_map.surface import NO_FACE, SurfacePoint, closest_points
+from mesh_map.query_arguments import checked_distance
+from mesh_map.spatial_index import SpatialIndex
 from mesh_map.topology import Topology, quantity
 
 _LOG = logging.getLogger("mesh_map")
@@ -73,6 +76,8 @@ class MeshMap:
         self.faces = read_only(as_faces(faces))
         self.frame_id = frame_id
         self._uuid = uuid
+        self._index: Optional[SpatialIndex] = None
+        self._index_lock = threading.Lock()
         if vertex_normals is not None:
             self.__dict__["vertex_normals"] = read_only(as_vertices(vertex_normals))
         self.layers: Dict[str, Layer] = {}
@@ -114,7 +119,22 @@ class MeshMap:
         suffix = ", " + quantity(without_area, "faces without area") if without_area else ""
         return self.topology.report() + suffix
 
-    def closest_face(self, point: Any, max_distance: float) -> Optional[SurfacePoint]:
+    @property
+    def spatial_index(self) -> SpatialIndex:
+        """Rays, closest points and selections of faces; built when it is first asked for."""
+        if self._index is None:
+            with self._index_lock:  # for other threads that ask meanwhile
+                if self._index is None:
+                    self._index = SpatialIndex(self.vertices, self.faces)
+        return self._index
+
+    def closest_face(
+        self,
+        point: Any,
+        max_distance: float,
+        normal: Optional[Any] = None,
+        max_angle: Optional[float] = None,
+    ) -> Optional[SurfacePoint]:
         """The nearest point of the surface, exact over all faces.
 
         None if there is none within the distance.
@@ -122,20 +142,16 @@ class MeshMap:
         Args:
             point: (3,) meters in frame_id; one that is not finite finds nothing.
             max_distance: meters, on both sides of the surface.
+            normal, max_angle: both or none: only faces count whose normal is within this angle
+                (radians, 0 to pi) of this direction (3,), such as the upper of two storeys.
+        Raises:
+            ValueError: a distance that is negative or NaN, or a wrong shape or angle.
         """
-        found = closest_points(
-            vertices=self.vertices,
-            faces=self.faces,
-            points=np.reshape(np.asarray(point, np.float64), (1, 3)),
-            max_distance=max_distance,
-        )
-        if found.faces[0] == NO_FACE:
-            return None
-        return SurfacePoint(
-            int(found.faces[0]),
-            found.positions[0],
-            found.barycentric[0],
-            float(found.distances[0]),
+        return self.spatial_index.closest(
+            point=point,
+            max_distance=checked_distance(max_distance),
+            normal=normal,
+            max_angle=max_angle,
         )
 
     def nearest_vertex(self, point: Any, max_distance: float) -> Optional[Tuple[int, float]]:

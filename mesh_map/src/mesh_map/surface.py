@@ -1,42 +1,22 @@
 """Points on and near the surface of a mesh."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from mesh_map import _kernels
 from mesh_map.array_checks import as_faces, as_vertices
+from mesh_map.hits import NO_FACE, SurfacePoint, SurfacePoints
+from mesh_map.query_arguments import checked_distance, points_array
+from mesh_map.spatial_index import SpatialIndex
 
-NO_FACE = int(_kernels._NO_INDEX)
-
-
-class SurfacePoint(NamedTuple):
-    """A point of a mesh.
-
-    face: index.
-    position: (3,) float64, meters.
-    barycentric: (3,) float64, weights of the corners of the face, which sum up to 1.
-    distance: meters from the point that was asked for, on either side of the surface.
-    """
-
-    face: int
-    position: np.ndarray
-    barycentric: np.ndarray
-    distance: float
-
-
-class SurfacePoints(NamedTuple):
-    """N points of a mesh as arrays.
-
-    faces: (N,) uint32, NO_FACE where there is none.
-    positions, barycentric: (N, 3) float64.
-    distances: (N,) float64.
-    """
-
-    faces: np.ndarray
-    positions: np.ndarray
-    barycentric: np.ndarray
-    distances: np.ndarray
+__all__ = [
+    "NO_FACE",
+    "SurfacePoint",
+    "SurfacePoints",
+    "barycentric_coordinates",
+    "closest_points",
+    "is_inside",
+]
 
 
 def barycentric_coordinates(points: Any, a: Any, b: Any, c: Any) -> np.ndarray:
@@ -79,20 +59,28 @@ def closest_points(
 ) -> SurfacePoints:
     """The nearest point of a mesh for each of N points.
 
-    Exact: every face is looked at, in double precision. Of several faces as near, the one of
-    lowest index is named. A point that is not finite finds nothing.
+    As SpatialIndex.closest_batch(), which is for more than one call about the same mesh: here the
+    index is built anew each time. A mesh without faces has no nearest points.
 
     Args:
         vertices: (V, 3) meters.
         faces: (F, 3) vertex indices.
-        points: (N, 3) meters.
+        points: (N, 3) meters; one that is not finite finds nothing.
         max_distance: meters, >= 0; counts on both sides of the surface.
     Raises:
-        ValueError: wrong shapes, a face that refers to no vertex, or a distance that is negative or
-            NaN.
+        ValueError: wrong shapes, a face that refers to no vertex, a vertex of a face that is not
+            finite, or a distance that is negative or NaN.
     """
-    queries = np.ascontiguousarray(points, np.float64)
-    found, barycentric, positions, distances = _kernels._closest_points(
-        as_vertices(vertices), as_faces(faces), queries, float(max_distance)
-    )
-    return SurfacePoints(found, positions, barycentric, distances)
+    corners, triangles = as_vertices(vertices), as_faces(faces)
+    queries = points_array(points, "points")
+    distance = checked_distance(max_distance)
+    if not len(triangles):
+        count = len(queries)
+        return SurfacePoints(
+            np.full(count, NO_FACE, np.uint32),
+            np.zeros((count, 3)),
+            np.zeros((count, 3)),
+            np.full(count, np.inf),
+        )
+    index = SpatialIndex(corners, triangles)
+    return index.closest_batch(points=queries, max_distance=distance)

@@ -56,6 +56,14 @@ def compute_layers(report, mesh):
     return mesh_map
 
 
+def index_faces(report, mesh_map):
+    """Build the spatial index, and say which back end answers batches of queries."""
+    with report.step("spatial index") as notes:
+        index = mesh_map.spatial_index
+        index.wait_for_device()
+        notes.append(f"{index.memory / 1e6:.1f} MB; {index.device}")
+
+
 def save_map(report, mesh, mesh_map, path):
     """Write geometry, colors and layers with their parameters to one HDF5 file."""
     with report.step("save") as notes:
@@ -137,6 +145,7 @@ def prepare(report, output, file, faces, seed):
         raise DemoError(f"{file} is the demo's own output; choose another --output folder")
     mesh = import_file(report, file)
     mesh_map = compute_layers(report, mesh)
+    index_faces(report, mesh_map)
     save_map(report, mesh, mesh_map, path)
     start, goal = choose_poses(report, mesh_map, places)
     return path, mesh_map, start, goal
