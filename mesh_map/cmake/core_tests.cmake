@@ -39,7 +39,7 @@ function(add_sanitized_core target sanitizers)
   set_target_properties(${target} PROPERTIES ARCHIVE_OUTPUT_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
   target_compile_options(${target} PRIVATE -Wall -Wextra -Werror -ffp-contract=off)
   target_compile_options(${target} PUBLIC
-    -fsanitize=${sanitizers} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -UNDEBUG)
+    -fsanitize=${sanitizers} -fno-sanitize-recover=all -fno-omit-frame-pointer -O1 -g1 -UNDEBUG)
   target_link_libraries(${target} PUBLIC Threads::Threads -fsanitize=${sanitizers})
 endfunction()
 

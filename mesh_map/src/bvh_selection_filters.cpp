@@ -91,8 +91,9 @@ SphereFilter::SphereFilter(const Bvh& bvh, const SphereRegion& sphere) : sphere_
     shift += std::abs(local - center_[axis]);
     reach += size[axis] + std::abs(local);
   }
-  // What triangle() rounds is less than 1e-14 of the distances in play.
-  const double rounding = shift + 1e-14 * reach;
+  // What triangle() rounds is less than 1e-14 of the distances in play. Squares of what is smaller
+  // than the last number lose digits.
+  const double rounding = shift + 1e-14 * reach + 1e-18;
   const double beyond = (sphere.radius() + rounding) * (1.0 + FLOAT_ROUNDING);
   const double within = (sphere.radius() - rounding) * (1.0 - FLOAT_ROUNDING);
   outside_ = near ? roundUp(beyond * beyond) : std::numeric_limits<float>::infinity();
@@ -135,9 +136,11 @@ ConvexFilter::ConvexFilter(const Bvh& bvh, const ConvexRegion& region) : region_
       made.plane[i] = static_cast<float>(plane[i]);
     }
     made.plane[3] = static_cast<float>(limited);
-    // Of `local`, and of triangle(); small floats round by more than their share.
+    // Of `local`, and of triangle(); floats below 1e-37 (numbers, or parts of a normal) round by
+    // more than their share.
     made.rounding = large ? std::numeric_limits<float>::infinity()
-                          : roundUp(2.0 * HEIGHT_ROUNDING * heightTerms(plane, largest) + 1e-37);
+                          : roundUp(2.0 * HEIGHT_ROUNDING * heightTerms(plane, largest) +
+                                    1e-37 * (1.0 + size[0] + size[1] + size[2]));
     planes_.push_back(made);
   }
 }

@@ -14,6 +14,9 @@ constexpr double LARGEST = 1e18;
 /// Rounding of double precision, some times over: a bound of the error of a few operations.
 constexpr double ROUNDING = 0x1p-48;
 
+/// More than what floats round that have few digits, since they are so small.
+constexpr double TINY = 1e-37;
+
 constexpr double SMALLEST_SLOPE = 0x1p-40;
 
 /// Whether all corners are the same to RayTest, so far away is the ray's origin. (Rounded
@@ -50,7 +53,7 @@ Beam::Beam(const Bvh& bvh, const RayTest& ray)
   // How far corners may be from the origin along z, and from the center of the mesh.
   const double reach_z = std::max(std::abs(lower), std::abs(upper));
   const double away_z = std::abs(origin_z) + reach_z + std::abs(bvh.center()[z]);
-  depth_error = 0x1p-29 * extent + ROUNDING * away_z;
+  depth_error = 0x1p-29 * extent + ROUNDING * away_z + TINY;
   if (room < -depth_error) {
     return;
   }
@@ -82,7 +85,7 @@ Beam::Beam(const Bvh& bvh, const RayTest& ray)
   const Doubles2 start = origin + (sign * skipped_depth) * slope;
   const Doubles2 error = ROUNDING * absolute(origin) + ROUNDING * absolute(slope) * away_z +
                          ROUNDING * (corners_reach + absolute(center)) +
-                         (2.0 * SMALLEST_SLOPE * extent + behind);
+                         (2.0 * SMALLEST_SLOPE * extent + behind + TINY);
   if (!both(absolute(start) - error <= corners_reach + 2.0 * extent)) {
     reach = Reach::NOTHING;  // it leaves the slab before it gets there
     return;

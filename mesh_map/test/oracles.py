@@ -121,6 +121,17 @@ def distances_to_faces(mesh, point):
     return np.where(above, np.minimum(best, np.abs(height)), best)
 
 
+def needle_doubts(mesh):
+    """How far the foot on a face may be wrong: on a needle, whose normal is rounded away, by up to
+    its width.
+    """
+    a, b, c = corners_of(mesh)
+    longest = np.max([np.linalg.norm(q - p, axis=1) for p, q in ((a, b), (b, c), (c, a))], 0)
+    twice_area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    width = twice_area / np.where(longest > 0, longest, 1)
+    return np.minimum(width, 1e-14 * longest**2 / np.where(width > 0, width, 1))
+
+
 def normals_within(mesh, direction, max_angle):
     """Faces whose normal is within an angle of a direction."""
     a, b, c = corners_of(mesh)

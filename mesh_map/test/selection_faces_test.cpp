@@ -64,6 +64,45 @@ TEST(SelectFaces, isALoopOverAllFaces)
   EXPECT_GT(partly, 300u);
 }
 
+TEST(SelectFaces, isExactForNumbersThatAreNoFloats)
+{
+  std::mt19937 random(5);
+  std::normal_distribution<double> any(0.0, 1.0);
+  const auto expectExact = [](const TestMesh& mesh, const Bvh& bvh, const Region& region) {
+    const Faces faces = bruteForce(mesh, region, SelectionMode::TOUCHING);
+    EXPECT_EQ(selectFaces(bvh, region), faces) << mesh.name;
+    return !faces.empty() && faces.size() < mesh.faceCount();
+  };
+  // planes of a mesh with a long and two short sides: normals that are too small for floats
+  TestMesh stretched = soup(100);
+  const double scale[3] = {1e31, 1e-22, 1e-32};
+  for (std::size_t i = 0; i < stretched.positions.size(); ++i) {
+    stretched.positions[i] *= static_cast<float>(scale[i % 3]);
+  }
+  // balls so small that their squares are
+  TestMesh tiny = soup(100);
+  for (float& position : tiny.positions) {
+    position *= 1e-22f;
+  }
+  const Bvh bvh = Bvh::build(stretched.view()), tiny_bvh = Bvh::build(tiny.view());
+  int planes = 0, balls = 0;
+  for (std::size_t i = 0; i < 300; ++i) {
+    Plane plane{};
+    Vector center;
+    double squared = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      plane[axis] = any(random) / scale[axis];
+      plane[3] -= plane[axis] * stretched.positions[3 * i + axis];
+      center[axis] = 1e-22 * any(random);
+      squared += std::pow(center[axis] - tiny.positions[3 * i + axis], 2);
+    }
+    planes += expectExact(stretched, bvh, ConvexRegion({plane})) ? 1 : 0;
+    balls += expectExact(tiny, tiny_bvh, SphereRegion(center, std::sqrt(squared))) ? 1 : 0;
+  }
+  EXPECT_GT(planes, 100);
+  EXPECT_GT(balls, 100);
+}
+
 TEST(SelectFaces, passesWhatTheMaskHasNot)
 {
   std::mt19937 random(2);

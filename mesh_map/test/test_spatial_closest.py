@@ -12,7 +12,7 @@ from mesh_map.closest_point import ClosestPointFinder
 from mesh_map.hits import NO_FACE
 from mesh_map.spatial_index import SpatialIndex, query_counts
 from mesh_msgs import zoo
-from oracles import distances_to_faces, normals_within
+from oracles import distances_to_faces, needle_doubts, normals_within
 from spatial_samples import (
     ADVERSARIAL,
     BACK_ENDS,
@@ -29,10 +29,12 @@ def check_points(mesh, index, points, back_end, limit=np.inf, mask=None, step=1)
     asked = {"max_distance": limit, "mask": mask}
     found = index.closest_batch(points=points, **asked, back_end=back_end)
     counts = np.ones(len(mesh.faces), bool) if mask is None else mask
+    needles = needle_doubts(mesh)
     for i in range(0, len(points), step):
         point, face = points[i], found.faces[i]
         distances = np.where(counts, distances_to_faces(mesh, point), np.inf)
         doubt = 1e-11 * (1 + np.abs(mesh.vertices[mesh.faces]).max() + np.abs(point).max())
+        doubt += needles[np.argmin(distances)] + (0 if face == NO_FACE else needles[face])
         one = index.closest(point=point, **asked)
         if face == NO_FACE:
             assert distances.min() > limit - doubt and one is None
@@ -92,7 +94,7 @@ def test_limited_normals_equal_numpy(mesh, seed):
     index = SpatialIndex(mesh.vertices, mesh.faces)
     random = np.random.default_rng(seed)
     points, angle = some_points(mesh, random, 4), random.uniform(0, math.pi)
-    normals = random.normal(size=points.shape)
+    normals, needles = random.normal(size=points.shape), needle_doubts(mesh)
     found = index.closest_batch(points=points, normals=normals, max_angle=angle)
     for i, point in enumerate(points):
         within = normals_within(mesh, normals[i], angle)
@@ -104,7 +106,8 @@ def test_limited_normals_equal_numpy(mesh, seed):
             continue
         assert (one.face, one.distance) == (found.faces[i], found.distances[i])
         assert within.perhaps[one.face]
-        assert one.distance <= np.where(within.surely, distances, np.inf).min() + doubt
+        doubt += needles[one.face]
+        assert one.distance <= np.where(within.surely, distances + needles, np.inf).min() + doubt
         assert abs(one.distance - distances[one.face]) <= doubt
     alike = index.closest_batch(points=points, normals=[0.0, 0.0, 2.0], max_angle=angle)
     rows = np.tile([0.0, 0.0, 2.0], (len(points), 1))

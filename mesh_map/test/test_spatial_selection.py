@@ -158,12 +158,12 @@ def test_what_is_seen_equals_numpy(mesh, back_end):
     index = index_of(mesh, back_end)
     random = np.random.default_rng(5)
     used = mesh.vertices[mesh.faces].astype(np.float64)
-    size = np.linalg.norm(np.ptp(used, axis=(0, 1)))
     middle = np.median(used, axis=(0, 1))
+    size = 3 * np.median(np.abs(used - middle)) + 0.05
     center = used[random.integers(0, len(used))].mean(0)
-    eye = middle + min(size, 10) * np.array([0.4, -0.5, 0.7])
+    eye = middle + size * np.array([0.4, -0.5, 0.7])
     asked = {"mode": "visible", "eye": eye, "back_end": back_end}
-    radius = 0.15 * min(size, 10)
+    radius = 0.12 * size
     touching = index.in_sphere(center=center, radius=radius)
 
     def in_sphere(points):

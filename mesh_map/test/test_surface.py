@@ -5,6 +5,7 @@ import pytest
 from meshes import data_mesh, real, small, terrain
 from mesh_map.mesh_map import MeshMap
 from mesh_map.surface import NO_FACE, barycentric_coordinates, closest_points, is_inside
+from oracles import distances_to_faces
 from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 
@@ -23,26 +24,6 @@ def queries(mesh, count, seed=0):
     weights /= np.maximum(weights.sum(1, keepdims=True), 1e-9)
     corners = vertices[mesh.faces[random.integers(0, len(mesh.faces), count)]]
     return np.concatenate([around, np.einsum("nk,nkd->nd", weights, corners), vertices[:count]])
-
-
-def distances_to_faces(mesh, point):
-    """Distance to every face, by the regions of the triangle; another way than the kernel's."""
-    a, b, c = np.swapaxes(mesh.vertices.astype(np.float64)[mesh.faces], 0, 1)
-    best = np.full(len(mesh.faces), np.inf)
-    for p, q in ((a, b), (b, c), (c, a)):
-        side = q - p
-        length = np.sum(side * side, 1)
-        t = np.sum((point - p) * side, 1) / np.where(length > 0, length, 1)
-        foot = p + np.clip(t, 0, 1)[:, None] * side
-        best = np.minimum(best, np.linalg.norm(point - foot, axis=1))
-    normal = np.cross(b - a, c - a)
-    norm = np.linalg.norm(normal, axis=1)
-    unit = normal / np.where(norm > 0, norm, 1)[:, None]
-    height = np.sum((point - a) * unit, 1)
-    foot = point - height[:, None] * unit
-    turns = [np.sum(np.cross(q - p, foot - p) * unit, 1) for p, q in ((a, b), (b, c), (c, a))]
-    above = (norm > 0) & (np.min(turns, 0) >= 0)
-    return np.where(above, np.minimum(best, np.abs(height)), best)
 
 
 def check(mesh, count):
@@ -72,7 +53,7 @@ def test_closest_points_on_real_meshes(name):
 
 
 def test_one_point_and_many_find_the_same():
-    mesh = terrain(260)  # over 65,536 faces: threads share the faces of a single point
+    mesh = terrain(260)  # over 65,536 faces
     points = queries(mesh, 20)
     many = closest_points(vertices=mesh.vertices, faces=mesh.faces, points=points)
     for i, point in enumerate(points):

@@ -28,7 +28,8 @@ constexpr std::uint32_t BVH_NO_CHILD = 0xFFFFFFFFu;
 /// tested side by side. OpenCL reads it verbatim as eight float4 (the last two are uint4).
 ///
 /// Boxes are in local coordinates: relative to Bvh::center(), rounded outwards. They touch or
-/// contain their triangles, and no box has a NaN.
+/// contain their triangles, and no box has a NaN (but an infinite side where a coordinate is next
+/// to the largest float).
 ///
 /// Triangles lie in the order of the leaves: those below child k are the count[k] ones after those
 /// of the children before k.

@@ -71,11 +71,11 @@ class RayHits(NamedTuple):
         Args:
             origins, directions: those of the rays.
         """
-        origins = np.atleast_2d(np.asarray(origins, np.float64))
-        directions = np.atleast_2d(np.asarray(directions, np.float64))
+        origins = np.asarray(origins, np.float64).reshape(-1, 3)
+        directions = np.asarray(directions, np.float64).reshape(-1, 3)
         result = np.full((len(self.faces), 3), np.nan)
         hit = self.faces != NO_FACE
-        if len(origins) > 1:
+        if len(origins) == len(hit):
             origins = origins[hit]
         directions = directions[hit]
         largest = np.abs(directions).max(axis=1, keepdims=True, initial=0.0)

@@ -14,6 +14,7 @@ from mesh_map.errors import Cancelled
 from mesh_map.hits import NO_FACE, RayHit, RayHits, SurfacePoint, SurfacePoints
 from mesh_map.opencl.device import device_wish
 from mesh_map.query_arguments import mask_array, normal_limit
+from mesh_map.ray_queries import RayQueries
 from mesh_map.raycast import RayCaster
 from mesh_map.spatial_selection import FaceSelections
 
@@ -31,7 +32,7 @@ __all__ = [
 Progress = Callable[[float], None]
 
 
-class SpatialIndex(FaceSelections):
+class SpatialIndex(RayQueries, FaceSelections):
     """A bounding volume hierarchy over the faces of a mesh.
 
     Every query answers as if it had looked at every face in double precision, whichever back end
@@ -45,6 +46,11 @@ class SpatialIndex(FaceSelections):
 
     Numbers that are not finite, a direction or normal of length 0 and negative distances are no
     mistake: such a query finds nothing.
+
+    Attributes:
+        face_count: F.
+        threads: for batches; 0 for all cores.
+        native: the kernel of the hierarchy, for the modules of this package.
 
     Arguments of all batches and selections:
         mask: (F,) bool, True for each face that counts; None for all. Faces that do not count are
@@ -165,99 +171,6 @@ class SpatialIndex(FaceSelections):
         bvh = _kernels._Bvh._deserialize(bytes(data), as_vertices(vertices), triangles)
         index._set_up(bvh, triangles, threads, wish)
         return index
-
-    def cast(
-        self,
-        *,
-        origin: Any,
-        direction: Any,
-        max_distance: float = math.inf,
-        cull_back_faces: bool = False,
-        mask: Optional[Any] = None,
-    ) -> Optional[RayHit]:
-        """Where a ray first meets the mesh, or None.
-
-        Args:
-            origin, direction: (3,); the direction has any length but 0.
-            max_distance: meters.
-            cull_back_faces: True to pass faces that are seen from behind (clockwise).
-            mask: see the class.
-        Raises:
-            ValueError: another shape.
-        """
-        if mask is not None:
-            mask = mask_array(mask, self.face_count)
-        found = self.native._cast(origin, direction, max_distance, not cull_back_faces, mask)
-        return None if found is None else RayHit(*found)
-
-    def cast_batch(
-        self,
-        *,
-        origins: Any,
-        directions: Any,
-        max_distance: Any = math.inf,
-        cull_back_faces: bool = False,
-        mask: Optional[Any] = None,
-        cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
-    ) -> RayHits:
-        """Where each of N rays first meets the mesh.
-
-        Args:
-            origins: (N, 3), or (3,) for all.
-            directions: (N, 3).
-            max_distance: (N,) meters, or a number for all.
-            cull_back_faces: as in cast().
-            mask, cancel, back_end: see the class.
-        Raises:
-            ValueError: another shape.
-            Cancelled: by `cancel`.
-        """
-        return self._rays.cast_batch(
-            origins=origins,
-            directions=directions,
-            max_distance=max_distance,
-            cull_back_faces=cull_back_faces,
-            mask=mask,
-            cancel=cancel,
-            back_end=back_end,
-        )
-
-    def any_hit(
-        self,
-        *,
-        origin: Any,
-        direction: Any,
-        max_distance: float = math.inf,
-        cull_back_faces: bool = False,
-        mask: Optional[Any] = None,
-    ) -> bool:
-        """Whether a ray meets the mesh; quicker than cast(), of which it has the arguments."""
-        if mask is not None:
-            mask = mask_array(mask, self.face_count)
-        return self.native._any_hit(origin, direction, max_distance, not cull_back_faces, mask)
-
-    def any_hit_batch(
-        self,
-        *,
-        origins: Any,
-        directions: Any,
-        max_distance: Any = math.inf,
-        cull_back_faces: bool = False,
-        mask: Optional[Any] = None,
-        cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
-    ) -> np.ndarray:
-        """Whether each of N rays meets the mesh, (N,) bool; as cast_batch()."""
-        return self._rays.any_hit_batch(
-            origins=origins,
-            directions=directions,
-            max_distance=max_distance,
-            cull_back_faces=cull_back_faces,
-            mask=mask,
-            cancel=cancel,
-            back_end=back_end,
-        )
 
     def closest(
         self,
