@@ -145,9 +145,10 @@ bool castAtLeaf(global const float* corners, global const uchar* mask, uint flag
   const float4 a = t.a.z * sign, b = t.b.z * sign, c = t.c.z * sign;
   const float4 error = ray->errors.y + 0x1p-22f * away;
   const float4 nearest = smallest(a, b, c) - error, farthest = largest(a, b, c) + error;
-  const float4 divisor = sure ? u + v + w : (float4)(1.0f);
-  const float4 depth = a + (v * (b - a) + w * (c - a)) / divisor;
-  const float4 inexact = (farthest - nearest) * (4.0f * bound / fabs(divisor) + 0x1p-19f) + error;
+  // Divided first: the cube of a size may be no float.
+  const float4 inverse = 1.0f / (sure ? u + v + w : (float4)(1.0f));
+  const float4 depth = a + (v * inverse * (b - a) + w * inverse * (c - a));
+  const float4 inexact = (farthest - nearest) * (4.0f * bound * fabs(inverse) + 0x1p-19f) + error;
   const float4 low = sure ? max(depth - inexact, nearest) : nearest;
   const float4 high = sure ? min(depth + inexact, farthest) : farthest;
   bool enough = false;
@@ -215,7 +216,7 @@ kernel void cast_rays(global const Node* nodes, global const float* corners,
     const float4 leave = smallest((node->bounds[far.x] - far_start.x) * far_inverse.x,
                                   (node->bounds[far.y] - far_start.y) * far_inverse.y,
                                   min((node->bounds[far.z] - far_start.z) * far_inverse.z, limit));
-    size = pushChildren(stack, size, node, enter, enter <= leave);
+    size = pushChildren(stack, size, node, enter, (enter <= leave) & (node->count != 0));
   }
   writeCandidates(found, RAY_ANSWERS, limit, answers + RAY_ANSWERS * (size_t)item);
 }
@@ -261,10 +262,13 @@ void distanceBounds(Corners t, float error, float4* low, float4* high) {
   const float4 b = dot4(cross4(t.c, t.a), n);
   const float4 c = dot4(cross4(t.a, t.b), n);
   const float4 sum = a + b + c;
-  const int4 inside = (a >= 0.0f) & (b >= 0.0f) & (c >= 0.0f) & (sum > 1e-30f);
-  const Vectors means = {a * t.a.x + b * t.b.x + c * t.c.x, a * t.a.y + b * t.b.y + c * t.c.y,
-                         a * t.a.z + b * t.b.z + c * t.c.z};
-  const Vectors foot = times4(means, 1.0f / (inside ? sum : (float4)(1.0f)));
+  const int4 inside = (a >= 0.0f) & (b >= 0.0f) & (c >= 0.0f) & (sum > 1e-30f) & (sum < 1e37f);
+  // Divided first: areas times coordinates may be no floats, or vanish.
+  const float4 inverse = 1.0f / (inside ? sum : (float4)(1.0f));
+  const Vectors on_a = times4(t.a, a * inverse), on_b = times4(t.b, b * inverse);
+  const Vectors on_c = times4(t.c, c * inverse);
+  const Vectors foot = {on_a.x + on_b.x + on_c.x, on_a.y + on_b.y + on_c.y,
+                        on_a.z + on_b.z + on_c.z};
   squared = inside ? min(squared, dot4(foot, foot)) : squared;
   const float4 rounding = sqrt(far_squared) * 0x1p-20f + error;
   *low = max(lower * (1.0f - 0x1p-18f) - rounding, 0.0f);

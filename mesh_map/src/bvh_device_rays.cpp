@@ -30,16 +30,14 @@ void packCode(std::uint32_t code, float* packed)
 /// and y, and `depth_error` along z. What the kernel rounds:
 ///
 /// * Boxes: near planes come nearer and far ones go farther by the error, the rounding of the
-/// start,
-///   and 2^-21 for those of the difference, the inverse and the product.
+///   start, and 2^-21 for those of the difference, the inverse and the product.
 /// * Triangles: a corner is sheared to x = dx - shear * dz, the differences to the start. These are
 ///   wrong by 2^-23 of themselves; shear, product and difference are rounded: in all 2^-24 (3 |dx|
 ///   + 5 |dz|). With |dx| <= m + |dz|, m being the largest sheared coordinate, that is less than e
 ///   = 2^-22 m + 2^-21 |dz|, to which the error is added. Edge functions are then wrong by less
 ///   than 4 e m + 2 e^2 (products of numbers that are wrong by e) + 2^-22 m^2 (three roundings).
 /// * Depths: that of a hit is a mean of those of the corners, each of which is wrong by less than
-/// the
-///   depth error + 2^-22 |dz|. Where edge functions are wrong by a bound b, and their sum is s,
+///   the depth error + 2^-22 |dz|. Where edge functions are wrong by a bound b, and their sum is s,
 ///   weights are wrong by less than 6 b / s in all, hence depths by less than 3 b / s of their
 ///   range, and by some roundings of it.
 ///

@@ -1,6 +1,7 @@
 #include <mesh_map/back_end.h>
 #include <mesh_map/bvh_selection.h>
 
+#include "bvh_run.h"
 #include "bvh_selection_filters.h"
 #include "bvh_selection_sort.h"
 
@@ -25,9 +26,13 @@ void append(std::vector<TriangleRange>& ranges, std::uint32_t begin, std::uint32
   }
 }
 
+/// Subtrees after which a selection looks whether it is cancelled.
+constexpr std::size_t PATIENCE = 1024;
+
 /// The triangles that the region of the filter selects.
 template <class Filter>
-std::vector<TriangleRange> select(const Bvh& bvh, const Filter& filter, SelectionMode mode)
+std::vector<TriangleRange> select(const Bvh& bvh, const Filter& filter, SelectionMode mode,
+                                  const Run& run)
 {
   const auto isSelected = [mode](Side side) {
     return side == Side::INSIDE || (side == Side::TOUCHING && mode == SelectionMode::TOUCHING);
@@ -37,7 +42,10 @@ std::vector<TriangleRange> select(const Bvh& bvh, const Filter& filter, Selectio
   std::array<Subtree, BVH_STACK> stack;
   std::size_t size = 0;
   stack[size++] = {0, 0, static_cast<std::uint32_t>(bvh.faceCount()), filter.cutting(), false};
-  while (size > 0) {
+  for (std::size_t taken = 0; size > 0; ++taken) {
+    if (taken % PATIENCE == 0) {
+      run.check();
+    }
     const Subtree tree = stack[--size];
     if (tree.inside) {
       append(ranges, tree.first, tree.first + tree.count);
@@ -68,26 +76,27 @@ std::vector<TriangleRange> select(const Bvh& bvh, const Filter& filter, Selectio
 }  // namespace
 
 std::vector<std::uint32_t> selectFaces(const Bvh& bvh, const Region& region, SelectionMode mode,
-                                       ArrayView<std::uint8_t> mask)
+                                       ArrayView<std::uint8_t> mask, const BvhOptions& options)
 {
+  const Run run(options);
   std::vector<TriangleRange> ranges;
   if (const auto* const sphere = dynamic_cast<const SphereRegion*>(&region)) {
     if (sphere->valid()) {
-      ranges = select(bvh, SphereFilter(bvh, *sphere), mode);
+      ranges = select(bvh, SphereFilter(bvh, *sphere), mode, run);
     }
     countQueries(BackEnd::NATIVE, Query::SPHERE, 1);
   } else if (const auto* const convex = dynamic_cast<const ConvexRegion*>(&region)) {
     if (convex->valid()) {
-      ranges = select(bvh, ConvexFilter(bvh, *convex), mode);
+      ranges = select(bvh, ConvexFilter(bvh, *convex), mode, run);
     }
     countQueries(BackEnd::NATIVE, Query::FRUSTUM, 1);
   } else if (const auto* const lasso = dynamic_cast<const LassoRegion*>(&region)) {
     if (lasso->valid()) {
-      ranges = select(bvh, LassoFilter(bvh, *lasso), mode);
+      ranges = select(bvh, LassoFilter(bvh, *lasso), mode, run);
     }
     countQueries(BackEnd::NATIVE, Query::LASSO, 1);
   } else {
-    ranges = select(bvh, RegionFilter(bvh, region), mode);
+    ranges = select(bvh, RegionFilter(bvh, region), mode, run);
   }
   return facesOf(bvh.faces(), ranges, mask);
 }

@@ -146,13 +146,25 @@ py::tuple toTuple(PixelRays&& rays)
 
 py::tuple pixelsOfFrustum(const Region& region, Object eye, std::size_t columns, std::size_t rows)
 {
-  return toTuple(
-      frustumPixels(kind<ConvexRegion>(region, "frustum"), vector3(eye, "eye"), columns, rows));
+  const auto& frustum = kind<ConvexRegion>(region, "frustum");
+  const std::array<double, 3> from = vector3(eye, "eye");
+  PixelRays rays;
+  {
+    const py::gil_scoped_release release;
+    rays = frustumPixels(frustum, from, columns, rows);
+  }
+  return toTuple(std::move(rays));
 }
 
 py::tuple pixelsOfLasso(const Region& region, std::size_t columns, std::size_t rows)
 {
-  return toTuple(lassoPixels(kind<LassoRegion>(region, "lasso"), columns, rows));
+  const auto& lasso = kind<LassoRegion>(region, "lasso");
+  PixelRays rays;
+  {
+    const py::gil_scoped_release release;
+    rays = lassoPixels(lasso, columns, rows);
+  }
+  return toTuple(std::move(rays));
 }
 
 }  // namespace

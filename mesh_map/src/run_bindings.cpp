@@ -95,6 +95,13 @@ class PythonError
   std::exception_ptr error_;
 };
 
+/// A value in one line of an error, not too long.
+std::string shown(const py::object& value)
+{
+  const py::object words = py::str(" ").attr("join")(py::repr(value).attr("split")());
+  return py::cast<std::string>(words[py::slice(0, 100, 1)]);
+}
+
 }  // namespace
 
 void runLong(const RunArguments& arguments, std::size_t items,
@@ -159,13 +166,12 @@ void runLong(const RunArguments& arguments, std::size_t items,
 
 std::array<double, 3> vector3(const py::object& values, const char* name)
 {
-  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(values);
-  if (!array) {
-    PyErr_Clear();
-  }
-  if (!array || array.ndim() != 1 || array.size() != 3) {
-    throw py::value_error(std::string(name) + " has to be 3 numbers, not " +
-                          py::cast<std::string>(py::repr(values)).substr(0, 200));
+  using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+  const auto given = py::array::ensure(values);
+  const bool numbers = given && std::string("fiu").find(given.dtype().kind()) != std::string::npos;
+  const auto array = numbers ? Doubles::ensure(given) : Doubles();
+  if (!numbers || !array || array.ndim() != 1 || array.size() != 3) {
+    throw py::value_error(std::string(name) + " has to be 3 numbers, not " + shown(values));
   }
   return {array.data()[0], array.data()[1], array.data()[2]};
 }

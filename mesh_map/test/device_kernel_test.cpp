@@ -132,6 +132,39 @@ TEST(DeviceKernel, SelectionsEqualNativeOnes)
   }
 }
 
+/// Products neither grow beyond floats nor vanish below them.
+TEST(DeviceKernel, MeshesOfAnySizeEqualNativeOnes)
+{
+  DEVICE_OR_SKIP(device);
+  const auto flushing = device->withoutDenormals();
+  for (const TestMesh& unit : {terrain(5, 1.0f), cube(4), soup(300), withGiant(soup(300))}) {
+    for (float scale = 1e-9f; scale < 1e17f; scale *= 4.7f) {
+      TestMesh mesh = unit;
+      for (float& x : mesh.positions) {
+        x *= scale;
+      }
+      SCOPED_TRACE(mesh.name + ", times " + std::to_string(scale));
+      std::mt19937 random(4);
+      std::uniform_real_distribution<double> place(-1.0, 2.0);
+      std::vector<double> points, directions;
+      for (unsigned i = 0; i < 300; ++i) {
+        const double height = i % 2 == 0 ? place(random) : 0.002 * place(random);
+        points.insert(points.end(), {scale * place(random), scale * place(random), scale * height});
+        directions.insert(directions.end(), {place(random), place(random), place(random) - 2.0});
+      }
+      const Bvh bvh = Bvh::build(mesh.view());
+      const RayBatch rays{points, directions, {}};
+      const RayHits hits = castRays(bvh, rays);
+      const SurfaceHits closest = closestPoints(bvh, points);
+      for (const auto& which : {device, flushing}) {
+        const DeviceMesh on_device(which, bvh);
+        expectSame(finishRays(bvh, rays, {}, on_device.castRays(rays, {})), hits);
+        expectSame(finishPoints(bvh, points, {}, on_device.closestPoints(points, {})), closest);
+      }
+    }
+  }
+}
+
 /// The kernels do the work: on ordinary meshes hardly anything is left to the host.
 TEST(DeviceKernel, DoubtsAreRare)
 {

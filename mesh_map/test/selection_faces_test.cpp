@@ -201,6 +201,20 @@ TEST(SelectFaces, findsTheBigTriangleAroundAFrustum)
   EXPECT_EQ(selectFaces(bvh, SphereRegion({40, 40, 0}, 1.999)), Faces());
 }
 
+TEST(SelectFaces, endWhereCancelled)
+{
+  const TestMesh mesh = terrain(40);
+  const Bvh bvh = Bvh::build(mesh.view());
+  const SphereRegion sphere({5.0, 5.0, 0.0}, 2.0);
+  std::atomic<bool> cancel{true};
+  BvhOptions run;
+  run.cancel = &cancel;
+  EXPECT_THROW(selectFaces(bvh, sphere, SelectionMode::TOUCHING, {}, run), Cancelled);
+  EXPECT_THROW(selectFaces(bvh, Other(sphere), SelectionMode::TOUCHING, {}, run), Cancelled);
+  cancel = false;
+  EXPECT_EQ(selectFaces(bvh, sphere, SelectionMode::TOUCHING, {}, run), selectFaces(bvh, sphere));
+}
+
 TEST(SelectFaces, areCounted)
 {
   const TestMesh mesh = terrain(5);

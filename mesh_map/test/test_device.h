@@ -29,12 +29,19 @@ class TestDevice
     return device;
   }
 
-  explicit TestDevice(const cl::Device& device)
-      : context_(device),
+  explicit TestDevice(const cl::Device& device, const std::string& more_options = "")
+      : device_(device),
+        context_(device),
         queue_(context_, device),
         program_(context_, std::string(mesh_map::BVH_KERNELS))
   {
-    program_.build({device}, mesh_map::BVH_KERNEL_OPTIONS);
+    program_.build({device}, (mesh_map::BVH_KERNEL_OPTIONS + more_options).c_str());
+  }
+
+  /// The same device, as one on which numbers below 2^-126 are 0, if it can be that.
+  std::shared_ptr<const TestDevice> withoutDenormals() const
+  {
+    return std::make_shared<const TestDevice>(device_, " -cl-denorms-are-zero");
   }
 
   template <class T>
@@ -93,6 +100,7 @@ class TestDevice
     setArguments(kernel, index + 1, others...);
   }
 
+  cl::Device device_;
   cl::Context context_;
   cl::CommandQueue queue_;
   cl::Program program_;

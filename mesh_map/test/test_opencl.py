@@ -165,7 +165,7 @@ def test_a_forked_process_answers_natively():
         "    for asked in (index, other):\n"
         "        rays = {'origins': (1, 1, 1), 'directions': -np.ones((5000, 3))}\n"
         "        assert (asked.cast_batch(**rays, back_end='opencl').faces == 0).all()\n"
-        "        assert not asked.wait_for_device()\n"
+        "        assert not asked.wait_for_device() and 'forked' in asked.device\n"
         "    os._exit(query_counts()['opencl']['ray'])\n"
         "child = multiprocessing.get_context('fork').Process(target=ask)\n"
         "child.start()\n"

@@ -70,6 +70,24 @@ def test_a_vertex_without_faces_may_be_anything():
         ("cast", {"origin": (0, 0), "direction": (0, 0, 1)}, "origin has to be 3 numbers"),
         ("cast", {"origin": "abc", "direction": (0, 0, 1)}, "origin has to be 3 numbers"),
         ("any_hit", {"origin": (0, 0, 0), "direction": None}, "direction has to be 3 numbers"),
+        ("cast", {"origin": "\u00e9" * 300, "direction": (0, 0, 1)}, "origin has to be 3 numbers"),
+        ("cast", {"origin": [None, 1, 2], "direction": (0, 0, 1)}, "origin has to be 3 numbers"),
+        ("cast", {"origin": ["1", "2", "3"], "direction": (0, 0, 1)}, "origin has to be 3 numbers"),
+        ("closest", {"point": np.zeros((5, 3))}, "point has to be 3 numbers"),
+        ("cast", {"origin": (0, 0, 0), "direction": (0, 0, 1), "max_distance": None},
+         "max_distance has to be a number, not None"),
+        ("any_hit", {"origin": (0, 0, 0), "direction": (0, 0, 1), "max_distance": [1, 2]},
+         "max_distance has to be a number"),
+        ("closest", {"point": (0, 0, 0), "max_distance": "3"},
+         "max_distance has to be a number, not '3'"),
+        ("closest_batch", {"points": [[0, 0, 0]], "max_distance": None},
+         "max_distance has to be a number"),
+        ("closest_batch", {"points": [[0, 0, 0]], "cancel": threading.Event()},
+         "cancel has to be a mesh_map.cancel.CancelFlag, not a Event"),
+        ("cast_batch",
+         {"origins": (0, 0, 0), "directions": [[0, 0, 1]], "cancel": threading.Event()},
+         "cancel has to be a mesh_map.cancel.CancelFlag, not a Event"),
+        ("in_sphere", {"center": (0, 0, 0), "radius": None}, "radius has to be a number"),
         ("closest", {"point": [[0, 0, 0]]}, "point has to be 3 numbers"),
         ("closest", {"point": (0, 0, 0), "normal": (0, 0, 1)}, "belong together"),
         ("closest", {"point": (0, 0, 0), "max_angle": 1}, "belong together"),
@@ -159,6 +177,13 @@ def test_bad_back_ends_and_devices_are_refused():
         index.closest_batch(points=[[0, 0, 1]], **normal)
     with pytest.raises(ValueError, match="device has to be auto, off, gpu, cpu or part"):
         SpatialIndex(CORNERS, [[0, 1, 2]], device=3)
+    for threads in (-1, None, 1.5, 1 << 40):
+        with pytest.raises(ValueError, match="threads has to be a whole number, 0 .all cores. to"):
+            SpatialIndex(CORNERS, [[0, 1, 2]], threads=threads)
+        with pytest.raises(ValueError, match="threads has to be a whole number"):
+            SpatialIndex.from_bytes(index.to_bytes(), CORNERS, [[0, 1, 2]], threads=threads)
+    with pytest.raises(ValueError, match="cancel has to be a mesh_map.cancel.CancelFlag"):
+        SpatialIndex(CORNERS, [[0, 1, 2]], cancel=threading.Event())
 
 
 @small

@@ -32,8 +32,13 @@ std::string keyOf(const DeviceInfo& info, const std::string& source, const std::
   return key;
 }
 
+/// Whether a device compiles the kernels, which are written in OpenCL C 1.2.
 bool usable(const cl::Device& device)
 {
+  const std::string version = device.getInfo<CL_DEVICE_VERSION>();  // "OpenCL 1.2 ..."
+  if (version.rfind("OpenCL 1.0", 0) == 0 || version.rfind("OpenCL 1.1", 0) == 0) {
+    return false;
+  }
   const std::uint16_t one = 1;
   const bool little_endian = *reinterpret_cast<const unsigned char*>(&one) == 1;
   return device.getInfo<CL_DEVICE_AVAILABLE>() && device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>() &&

@@ -205,7 +205,7 @@ void OpenClSession::log(LogLevel level, const std::string& line) const
   if (log_) {
     try {
       log_(level, line);
-    } catch (const std::exception&) {
+    } catch (...) {
       return;  // a log that is full is no reason to answer less
     }
   }

@@ -88,21 +88,31 @@ std::shared_ptr<const DeviceQueries> SpatialQueries::device(Query query, std::si
                                                        mesh_map::deviceThreshold(query, is_gpu)))) {
     return nullptr;
   }
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!device_ && refusal_.empty()) {
-    const std::string refusal = DeviceQueries::refusal(*program, *bvh_);
-    if (refusal.empty()) {
-      try {
-        device_ = std::make_shared<const DeviceQueries>(program, *bvh_);
-      } catch (const cl::Error& error) {
-        session_->fail(describe(error));
+  std::shared_ptr<const DeviceQueries> device;
+  std::string failure, warning;  // for the log, which may ask back
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!device_ && refusal_.empty()) {
+      const std::string refusal = DeviceQueries::refusal(*program, *bvh_);
+      if (refusal.empty()) {
+        try {
+          device_ = std::make_shared<const DeviceQueries>(program, *bvh_);
+        } catch (const cl::Error& error) {
+          failure = describe(error);
+        }
+      } else {
+        warning = refusal_ = "OpenCL: " + refusal + "; queries are answered natively";
       }
-    } else {
-      refusal_ = "OpenCL: " + refusal + "; queries are answered natively";
-      session_->warn(refusal_);
     }
+    device = device_;
   }
-  return device_;
+  if (!failure.empty()) {
+    session_->fail(failure);
+  }
+  if (!warning.empty()) {
+    session_->warn(warning);
+  }
+  return device;
 }
 
 /// Lets the device answer, or begin to. Where it fails, that was it.
@@ -219,7 +229,7 @@ std::vector<std::uint32_t> SpatialQueries::selectFaces(const mesh_map::Region& r
     });
   }
   if (!answered) {
-    return mesh_map::selectFaces(*bvh_, region, mode, mask);
+    return mesh_map::selectFaces(*bvh_, region, mode, mask, run);
   }
   mesh_map::countQueries(BackEnd::OPENCL, query, 1);
   return faces;

@@ -159,6 +159,25 @@ TEST_F(OpenClFailureTest, a_mesh_too_large_for_the_device_is_one_warning_and_oth
   }
 }
 
+TEST_F(OpenClFailureTest, a_log_may_ask_back_and_throw_anything)
+{
+  failing_opencl::claimMemory(180000, 1ul << 34);
+  auto options = this->options();
+  const SpatialQueries* asked = nullptr;
+  std::vector<std::string> texts;  // of the second line, in this thread
+  options.log = [&](rviz_mesh_plugin::LogLevel level, const std::string&) {
+    if (level == rviz_mesh_plugin::LogLevel::WARNING) {
+      texts.push_back(asked->deviceText());
+    }
+    throw 1;
+  };
+  const SpatialQueries queries(waves(70), options);
+  asked = &queries;
+  EXPECT_FALSE(queries.waitForDevice());
+  ASSERT_EQ(texts.size(), 1u);
+  EXPECT_EQ(texts[0], queries.deviceText());
+}
+
 TEST_F(OpenClFailureTest, answers_natively_until_the_device_is_ready)
 {
   failing_opencl::holdBuilds(true);

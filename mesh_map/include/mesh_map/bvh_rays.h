@@ -60,7 +60,8 @@ struct RayHits
 /// Watertight (S. Woop, C. Benthin, I. Wald: Watertight Ray/Triangle Intersection, 2013): corners
 /// are sheared so that the ray is an axis, edges count as hit, and an edge that two triangles share
 /// is seen alike from both, so no ray slips through. A triangle without area, or whose plane
-/// contains the ray, is not hit. The hit has the face NO_INDEX if there is none, else 0.
+/// contains the ray, is not hit, unless rounding gives it an area (of some 1e-16 of its size). The
+/// hit has the face NO_INDEX if there is none, else 0.
 ///
 /// A ray that is not finite, has the direction 0, or a maximum distance that is negative or NaN,
 /// hits nothing.

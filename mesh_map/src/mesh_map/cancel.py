@@ -1,5 +1,7 @@
 """How to end something long from another thread."""
 
+from typing import Any, Optional
+
 from mesh_map import _kernels
 
 
@@ -14,3 +16,18 @@ class CancelFlag:
 
     def is_set(self) -> bool:
         return self._kernel._is_set()
+
+
+def kernel_flag(cancel: Optional[CancelFlag]) -> Any:
+    """What the kernels look at.
+
+    Raises:
+        ValueError: neither a CancelFlag nor None.
+    """
+    if cancel is None:
+        return None
+    if not isinstance(cancel, CancelFlag):
+        raise ValueError(
+            "cancel has to be a mesh_map.cancel.CancelFlag, not a %s" % type(cancel).__name__
+        )
+    return cancel._kernel

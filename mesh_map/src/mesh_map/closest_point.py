@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any, Iterator, Optional
 import numpy as np
 
 from mesh_map.back_end import AUTO, NATIVE, OPENCL, Arrays
-from mesh_map.cancel import CancelFlag
+from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.hits import SurfacePoints
-from mesh_map.query_arguments import choice, mask_array, normal_limit, points_array
+from mesh_map.query_arguments import choice, mask_array, normal_limit, number, points_array
 
 if TYPE_CHECKING:
     from mesh_map.opencl.device_queries import DeviceQueries
@@ -46,11 +46,10 @@ class ClosestPointFinder:
         bvh, threads = index.native, index.threads
         queries = points_array(points, "points")
         limit = normal_limit(normals, max_angle, len(queries), "normals")
-        checked = mask_array(mask, index.face_count)
-        distance = float(max_distance)
+        checked, flag = mask_array(mask, index.face_count), kernel_flag(cancel)
+        distance = number(max_distance, "max_distance")
 
         def natively(begin: int) -> Arrays:
-            flag = None if cancel is None else cancel._kernel
             rest = queries[begin:]
             return bvh._closest_batch(rest, distance, *limit, checked, threads, flag)
 

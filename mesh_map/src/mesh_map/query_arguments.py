@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Optional, Sequence
 import numpy as np
 
 _SHOWN = 100  # characters of a value in an error
+_MAX_THREADS = 0xFFFFFFFF
 
 
 def _shown(value: Any) -> str:
@@ -44,6 +45,26 @@ def float_array(values: Any, name: str, shape: Sequence[Optional[int]]) -> np.nd
     return np.ascontiguousarray(array, np.float64)
 
 
+def number(value: Any, name: str) -> float:
+    """ValueError for anything but a number."""
+    if not isinstance(value, (str, bytes)):
+        try:
+            return float(value)
+        except (TypeError, ValueError, OverflowError):
+            pass
+    raise ValueError("%s has to be a number, not %s" % (name, _shown(value)))
+
+
+def thread_count(value: Any) -> int:
+    """ValueError for anything but a number of threads."""
+    if not isinstance(value, (int, np.integer)) or not 0 <= value <= _MAX_THREADS:
+        raise ValueError(
+            "threads has to be a whole number, 0 (all cores) to %d, not %s"
+            % (_MAX_THREADS, _shown(value))
+        )
+    return int(value)
+
+
 def points_array(values: Any, name: str) -> np.ndarray:
     """(N, 3) float64."""
     return float_array(values, name, (None, 3))
@@ -74,9 +95,9 @@ def checked_distance(value: Any) -> float:
     """A maximum distance that is not negative.
 
     Raises:
-        ValueError: it is negative or NaN.
+        ValueError: it is negative, NaN or no number.
     """
-    distance = float(value)
+    distance = number(value, "the maximum distance")
     if not distance >= 0.0:
         raise ValueError("the maximum distance has to be 0 or more, not %g" % distance)
     return distance
@@ -131,7 +152,7 @@ def normal_limit(normal: Any, max_angle: Any, count: int, name: str) -> NormalLi
         raise ValueError("%s and max_angle belong together: give both or none" % name)
     if normal is None:
         return NormalLimit(None, math.pi)
-    angle = float(max_angle)
+    angle = number(max_angle, "max_angle")
     if not 0.0 <= angle <= math.pi:
         raise ValueError("max_angle has to be 0 to pi radians, not %g" % angle)
     return NormalLimit(per_item(normal, name, count), angle)

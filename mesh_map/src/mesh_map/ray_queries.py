@@ -8,7 +8,7 @@ import numpy as np
 from mesh_map.back_end import AUTO
 from mesh_map.cancel import CancelFlag
 from mesh_map.hits import RayHit, RayHits
-from mesh_map.query_arguments import mask_array
+from mesh_map.query_arguments import mask_array, number
 from mesh_map.raycast import RayCaster
 
 
@@ -40,7 +40,8 @@ class RayQueries:
         """
         if mask is not None:
             mask = mask_array(mask, self.face_count)
-        found = self.native._cast(origin, direction, max_distance, not cull_back_faces, mask)
+        limit = number(max_distance, "max_distance")
+        found = self.native._cast(origin, direction, limit, not cull_back_faces, mask)
         return None if found is None else RayHit(*found)
 
     def cast_batch(
@@ -88,7 +89,8 @@ class RayQueries:
         """Whether a ray meets the mesh; quicker than cast(), of which it has the arguments."""
         if mask is not None:
             mask = mask_array(mask, self.face_count)
-        return self.native._any_hit(origin, direction, max_distance, not cull_back_faces, mask)
+        limit = number(max_distance, "max_distance")
+        return self.native._any_hit(origin, direction, limit, not cull_back_faces, mask)
 
     def any_hit_batch(
         self,

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, Iterator, Optional
 import numpy as np
 
 from mesh_map.back_end import OPENCL, Arrays
-from mesh_map.cancel import CancelFlag
+from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.hits import RayHits
 from mesh_map.query_arguments import Rays, checked_rays, mask_array
 
@@ -74,10 +74,9 @@ class RayCaster:
         """(faces, distances, barycentric), or (hits,) as uint8."""
         index = self._index
         bvh, threads = index.native, index.threads
-        checked = mask_array(mask, index.face_count)
+        checked, flag = mask_array(mask, index.face_count), kernel_flag(cancel)
 
         def natively(begin: int) -> Arrays:
-            flag = None if cancel is None else cancel._kernel
             asked = (*rays.part(begin), back_faces, checked, threads, flag)
             return (bvh._any_hit_batch(*asked),) if any_hit else bvh._cast_batch(*asked)
 

@@ -8,12 +8,12 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.array_checks import as_faces, as_vertices, read_only
 from mesh_map.back_end import AUTO, MeshDevice, query_counts
-from mesh_map.cancel import CancelFlag
+from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.closest_point import ClosestPointFinder
 from mesh_map.errors import Cancelled
 from mesh_map.hits import NO_FACE, RayHit, RayHits, SurfacePoint, SurfacePoints
 from mesh_map.opencl.device import device_wish
-from mesh_map.query_arguments import mask_array, normal_limit
+from mesh_map.query_arguments import mask_array, normal_limit, number, thread_count
 from mesh_map.ray_queries import RayQueries
 from mesh_map.raycast import RayCaster
 from mesh_map.spatial_selection import FaceSelections
@@ -42,7 +42,7 @@ class SpatialIndex(RayQueries, FaceSelections):
 
     Ties: of faces as near (equal in double precision), the one of lowest index is named. A ray hits
     the edges and corners of a face, too, but no face without area, nor one whose plane contains the
-    ray. A closest point may be on a face without area, unless normals are limited.
+    ray (unless rounding gives it an area). A closest point may be on a face without area, unless normals are limited.
 
     Numbers that are not finite, a direction or normal of length 0 and negative distances are no
     mistake: such a query finds nothing.
@@ -87,9 +87,9 @@ class SpatialIndex(RayQueries, FaceSelections):
                 not finite (the first is named).
             Cancelled: by `cancel`.
         """
-        wish = device_wish(device)
+        wish, threads = device_wish(device), thread_count(threads)
         corners, triangles = as_vertices(vertices), as_faces(faces)
-        flag = None if cancel is None else cancel._kernel
+        flag = kernel_flag(cancel)
         bvh = _kernels._Bvh._build(corners, triangles, threads, flag, progress)
         self._set_up(bvh, triangles, threads, wish)
 
@@ -139,7 +139,7 @@ class SpatialIndex(RayQueries, FaceSelections):
         Raises:
             ValueError, Cancelled: as for the index; then nothing has changed.
         """
-        flag = None if cancel is None else cancel._kernel
+        flag = kernel_flag(cancel)
         corners = as_vertices(vertices)
         self.native = self.native._refitted(corners, self._faces, self.threads, flag, progress)
 
@@ -165,7 +165,7 @@ class SpatialIndex(RayQueries, FaceSelections):
         Raises:
             ValueError: data that is damaged, of another version, or of another mesh.
         """
-        wish = device_wish(device)
+        wish, threads = device_wish(device), thread_count(threads)
         triangles = as_faces(faces)
         index = cls.__new__(cls)
         bvh = _kernels._Bvh._deserialize(bytes(data), as_vertices(vertices), triangles)
@@ -198,7 +198,8 @@ class SpatialIndex(RayQueries, FaceSelections):
             angle = normal_limit(normal, max_angle, 1, "normal").max_angle
         if mask is not None:
             mask = mask_array(mask, self.face_count)
-        found = self.native._closest(point, max_distance, normal, angle, mask)
+        distance = number(max_distance, "max_distance")
+        found = self.native._closest(point, distance, normal, angle, mask)
         return None if found is None else SurfacePoint(*found)
 
     def closest_batch(

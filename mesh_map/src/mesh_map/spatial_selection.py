@@ -7,7 +7,7 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.back_end import AUTO, Arrays, MeshDevice
 from mesh_map.cancel import CancelFlag
-from mesh_map.query_arguments import Rays, choice, float_array, mask_array, vector
+from mesh_map.query_arguments import Rays, choice, float_array, mask_array, number, vector
 
 if TYPE_CHECKING:
     from mesh_map.raycast import RayCaster
@@ -59,7 +59,7 @@ class FaceSelections:
             ValueError: another shape or mode, or an eye that is missing.
             Cancelled: by `cancel`.
         """
-        region = _kernels._sphere(center, float(radius))
+        region = _kernels._sphere(center, number(radius, "radius"))
         return self._faces_in(region, "sphere", mode, mask, eye, cancel, back_end)
 
     def in_frustum(

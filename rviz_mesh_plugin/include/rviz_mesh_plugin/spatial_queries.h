@@ -40,7 +40,8 @@ struct SpatialQueriesOptions
 /// rest of the query it happened in, answers are native. A device that did not start is not asked
 /// again in this process; one that failed later is started anew for the next SpatialQueries.
 ///
-/// One object per mesh, which all share: several threads may query at once.
+/// One object per mesh, which all share: several threads may query at once, but not a child process
+/// after fork(), in which drivers of OpenCL do not work.
 class SpatialQueries
 {
  public:

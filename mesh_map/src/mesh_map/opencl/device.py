@@ -72,7 +72,8 @@ def list_devices() -> Tuple[List[Any], List[DeviceInfo]]:
             found = []
         for device in found:
             little = bool(device.endian_little) == (sys.byteorder == "little")
-            if device.available and device.compiler_available and little:
+            old = device.version.startswith(("OpenCL 1.0", "OpenCL 1.1"))  # kernels need 1.2
+            if device.available and device.compiler_available and little and not old:
                 devices.append(device)
                 infos.append(_describe(cl, platform, device))
     return devices, infos

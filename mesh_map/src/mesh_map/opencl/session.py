@@ -16,19 +16,25 @@ from mesh_map.opencl.program_cache import ProgramCache
 
 _LOG = logging.getLogger("mesh_map")
 _NATIVE = "OpenCL: %s; queries are answered natively"
+_FORKED = "this process was forked from one that uses OpenCL"
 
 
 class Session:
     """The device of a wish (see device_wish()), and its program once that is ready."""
 
     def __init__(self, wish: str) -> None:
-        self.text = _NATIVE % "the device is starting"
+        self._text = _NATIVE % "the device is starting"
         self._wish = wish
         self._program: Optional[DeviceProgram] = None
         self._failed = False
         self._ended = threading.Event()
         self._process = os.getpid()
         self._lock = threading.Lock()
+
+    @property
+    def text(self) -> str:
+        """One line: the device, or why there is none."""
+        return self._text if self._process == os.getpid() else _NATIVE % _FORKED
 
     @property
     def program(self) -> Optional[DeviceProgram]:
@@ -58,7 +64,7 @@ class Session:
 
     def refuse(self, why: str) -> None:
         """Ends it without a word."""
-        self.text, self._failed = _NATIVE % why, True
+        self._text, self._failed = _NATIVE % why, True
         self._ended.set()
 
     def _run(self) -> None:
@@ -66,9 +72,9 @@ class Session:
             program = self._started()
             how = "from the cache" if program.from_cache else "compiled"
             text = "OpenCL: batches of queries are answered by %s, program %s"
-            self.text = text % (program.info.text(), how)
+            self._text = text % (program.info.text(), how)
             self._program = program
-            _LOG.info("%s", self.text)
+            _LOG.info("%s", self._text)
         except Exception as error:  # drivers, compilers and files fail in any way
             self.fail(error)
         finally:
@@ -94,7 +100,7 @@ class Session:
         with self._lock:
             if self._failed:
                 return
-            self.text, self._failed = text, True
+            self._text, self._failed = text, True
         self._program = None
         _LOG.warning("%s", text)
 
@@ -139,7 +145,7 @@ def shared_session(wish: str) -> Optional[Session]:
         if session is None:
             session = _REGISTRY.sessions[wish] = Session(wish)
             if _REGISTRY.forked:
-                session.refuse("this process was forked from one that uses OpenCL")
+                session.refuse(_FORKED)
             else:
                 session.start()
         return session
