@@ -20,7 +20,6 @@ from mesh_map.dijkstra import DijkstraSolver
 from mesh_map.layers.height_diff import HeightDiffLayer
 from mesh_map.mesh_map import MeshMap
 from mesh_map.normals import face_normals, vertex_normals
-from mesh_map.surface import closest_points
 from mesh_map.topology import Topology, edge_lengths
 from mesh_msgs.outdoor_world import outdoor_world
 from scipy.sparse import csr_matrix
@@ -158,16 +157,6 @@ def measure_dijkstra(mesh_map: MeshMap, repeats: int) -> List[Row]:
     ]
 
 
-def measure_closest(mesh_map: MeshMap, repeats: int) -> List[Row]:
-    """A closest point, by looking at every face."""
-    point = mesh_map.vertices.mean(axis=0, dtype=np.float64)[None]
-    time_point, _ = timed(
-        lambda: closest_points(vertices=mesh_map.vertices, faces=mesh_map.faces, points=point),
-        repeats,
-    )
-    return [Row("closest point, all faces", time_point)]
-
-
 def table(rows: List[Row]) -> str:
     """The rows for people."""
     lines = ["%-36s %10s %10s  %s" % ("", "ms", "ratio", "beside")]
@@ -193,7 +182,6 @@ def main() -> int:
     rows = measure_mesh(mesh_map.vertices, mesh_map.faces, arguments.repeats)
     rows += measure_dijkstra(mesh_map, arguments.repeats)
     rows += measure_layer(mesh_map, arguments.repeats)
-    rows += measure_closest(mesh_map, arguments.repeats)
     print(table(rows))
     if arguments.json:
         with open(arguments.json, "w", encoding="utf-8") as file:
