@@ -11,9 +11,7 @@
 #define LEAF 0x80000000u
 #define NONE 0xFFFFFFFFu
 #define DOUBT 0xFFFFFFFEu
-#define BACK_FACES 1u  // flags
-#define MASKED 2u
-#define ANY_HIT 4u
+enum { BACK_FACES = 1, MASKED = 2, ANY_HIT = 4 };  // flags
 
 // mesh_map/bvh_node.h: the bounds of four boxes, lower ones of x, y, z, then (from UPPER on) upper
 // ones, and what is in them.
@@ -25,7 +23,6 @@ typedef struct { float4 x, y, z; } Vectors;
 typedef struct { Vectors a, b, c; } Corners;
 
 float4 dot4(Vectors a, Vectors b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 Vectors cross4(Vectors a, Vectors b) {
   return (Vectors){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
@@ -118,8 +115,7 @@ typedef struct { float4 head, tail, slopes, errors; } PackedRay;
 // Axes x, y, z, and 1 where the ray runs against the last.
 uint4 axesOf(uint code) { return ((uint4)(code) >> (uint4)(0, 2, 4, 6)) & 3; }
 
-// Bounds are derived where their constants are packed: src/bvh_device_rays.cpp.
-// Returns whether there is a hit for sure.
+// Returns whether there is a hit for sure. Its bounds are derived in src/bvh_device_rays.cpp.
 bool castAtLeaf(global const float* corners, global const uchar* mask, uint flags, uint first,
                 uint count, const PackedRay* ray, float* limit, ulong* found) {
   const uint4 axes = axesOf(as_uint(ray->tail.w));

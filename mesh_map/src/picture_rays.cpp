@@ -111,6 +111,28 @@ Vector4 times(const Matrix& matrix, const Vector4& vector)
   return result;
 }
 
+/// The pixels [begin, end) of one axis of a picture.
+struct PixelSpan
+{
+  std::size_t begin, end;
+};
+
+/// Those among which all are whose centers the polygon may contain.
+PixelSpan pixelsOf(const LassoRegion& lasso, std::size_t axis, std::size_t count)
+{
+  double lowest = 1.0, highest = -1.0;
+  for (const LassoRegion::Point& corner : lasso.polygon()) {
+    lowest = std::min(lowest, corner[axis]);
+    highest = std::max(highest, corner[axis]);
+  }
+  const auto size = static_cast<double>(count);
+  const auto pixel = [size](double at) {
+    return static_cast<std::size_t>(std::min(std::max(0.5 * (at + 1.0) * size, 0.0), size));
+  };
+  const std::size_t begin = pixel(lowest), end = pixel(highest);
+  return {begin - std::min<std::size_t>(begin, 1), std::min(end + 2, count)};
+}
+
 }  // namespace
 
 PixelRays frustumPixels(const ConvexRegion& frustum, const std::array<double, 3>& eye,
@@ -152,9 +174,10 @@ PixelRays frustumPixels(const ConvexRegion& frustum, const std::array<double, 3>
 PixelRays lassoPixels(const LassoRegion& lasso, std::size_t columns, std::size_t rows)
 {
   const Matrix matrix = inverse(lasso.viewProjection());
+  const PixelSpan across = pixelsOf(lasso, 0, columns), up = pixelsOf(lasso, 1, rows);
   PixelRays rays;
-  for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t column = 0; column < columns; ++column) {
+  for (std::size_t row = up.begin; row < up.end; ++row) {
+    for (std::size_t column = across.begin; column < across.end; ++column) {
       const double x = (2.0 * static_cast<double>(column) + 1.0) / static_cast<double>(columns);
       const double y = (2.0 * static_cast<double>(row) + 1.0) / static_cast<double>(rows);
       if (!lasso.polygonContains({x - 1.0, y - 1.0})) {

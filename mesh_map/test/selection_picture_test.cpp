@@ -170,6 +170,18 @@ TEST(LassoPixels, areThoseInThePolygon)
             30u);
 }
 
+TEST(LassoPixels, areFoundInAHugePicture)
+{
+  // Pixels 10 to 12 of a million, and rows 20 to 23: looking at all would take hours.
+  constexpr std::size_t SIZE = 1000000;
+  const auto at = [](double pixel) { return 2.0 * pixel / SIZE - 1.0; };
+  const LassoRegion lasso({{at(10), at(20)}, {at(13), at(20)}, {at(13), at(24)}, {at(10), at(24)}},
+                          CAMERA);
+  EXPECT_EQ(lassoPixels(lasso, SIZE, SIZE).batch().size(), 12u);
+  const LassoRegion beside({{-9, -9}, {-8, -9}, {-8, -8}}, CAMERA);
+  EXPECT_EQ(lassoPixels(beside, SIZE, SIZE).batch().size(), 0u);
+}
+
 TEST(LassoPixels, refuseAMatrixWithoutAnInverse)
 {
   Matrix flat = CAMERA;

@@ -116,6 +116,9 @@ def test_a_vertex_without_faces_may_be_anything():
         ("in_frustum",
          {"planes": np.eye(4), "mode": "visible", "eye": (5, 6, 7), "pixels": (9, 0)},
          "pixels has to be two whole numbers above 0"),
+        ("in_frustum",
+         {"planes": np.eye(4), "mode": "visible", "eye": (5, 6, 7), "pixels": (1 << 20, 1 << 20)},
+         "pixels has 1048576 x 1048576 pixels, more than 268435456; ask for a part"),
         ("in_box", {"center": (0, 0, 0), "axes": 2 * np.eye(3), "half_size": (1, 1, 1)},
          "axes have to be unit vectors at right angles"),
         ("in_box", {"center": (0, 0, 0), "axes": np.eye(2), "half_size": (1, 1, 1)},
@@ -453,3 +456,23 @@ def test_kernels_refuse_arrays_of_another_type():
     with pytest.raises(ValueError, match="index 7"):
         region = _kernels._sphere((0, 0, 0), 1.0)
         bvh._seen(region, np.array([7], np.uint32), (0, 0, 0), lambda *rays: None)
+
+
+def test_a_process_that_is_spawned_finds_the_kernels(tmp_path):
+    script = tmp_path / "spawn.py"
+    script.write_text(
+        "import multiprocessing\n"
+        "from mesh_map import SpatialIndex\n"
+        "def ask():\n"
+        "    index = SpatialIndex([[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2]])\n"
+        "    assert index.cast(origin=(1, 1, 1), direction=(-1, -1, -1)).face == 0\n"
+        "if __name__ == '__main__':\n"
+        "    child = multiprocessing.get_context('spawn').Process(target=ask)\n"
+        "    child.start()\n"
+        "    child.join(60)\n"
+        "    print(child.exitcode)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.stdout.split() == ["0"], done.stderr

@@ -42,7 +42,8 @@ class SpatialIndex(RayQueries, FaceSelections):
 
     Ties: of faces as near (equal in double precision), the one of lowest index is named. A ray hits
     the edges and corners of a face, too, but no face without area, nor one whose plane contains the
-    ray (unless rounding gives it an area). A closest point may be on a face without area, unless normals are limited.
+    ray (unless rounding gives it an area). A closest point may be on a face without area, unless
+    normals are limited.
 
     Numbers that are not finite, a direction or normal of length 0 and negative distances are no
     mistake: such a query finds nothing.

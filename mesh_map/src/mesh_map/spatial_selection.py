@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from mesh_map.raycast import RayCaster
 
 TOUCHING, INSIDE, VISIBLE = "touching", "inside", "visible"
+_MOST_PIXELS = 1 << 28  # a ray of 24 bytes is cast through each
 _NOWHERE = np.zeros(0, np.uint32)
 
 
@@ -258,4 +259,10 @@ def _picture_size(size: Any, name: str) -> Tuple[int, int]:
     numbers = np.asarray(size)
     if numbers.shape != (2,) or numbers.dtype.kind not in "iu" or not (numbers > 0).all():
         raise ValueError("%s has to be two whole numbers above 0, not %r" % (name, size))
-    return int(numbers[0]), int(numbers[1])
+    columns, rows = (int(number) for number in numbers)
+    if columns * rows > _MOST_PIXELS:
+        raise ValueError(
+            "%s has %d x %d pixels, more than %d; ask for a part of the picture, or for fewer"
+            % (name, columns, rows, _MOST_PIXELS)
+        )
+    return columns, rows
