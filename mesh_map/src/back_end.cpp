@@ -24,7 +24,8 @@ struct Thresholds
 /// In the order of Query. A device that is a CPU runs on the cores that the native queries have, so
 /// it shall only get what costs more than its start. A picture of 100 x 80 rays, as of a
 /// visible-first selection, goes to any device. A GPU has to bring a verdict per face back over the
-/// bus, which pays for large selections alone. A lasso has no kernel.
+/// bus, which pays for large selections alone. A lasso has no kernel. The numbers of CPUs are
+/// measured (PoCL), those of GPUs estimated.
 constexpr Thresholds THRESHOLDS[] = {
     {4096, 4096},      // RAY
     {4096, 4096},      // CLOSEST_POINT
