@@ -11,7 +11,9 @@
 #define LEAF 0x80000000u
 #define NONE 0xFFFFFFFFu
 #define DOUBT 0xFFFFFFFEu
-enum { BACK_FACES = 1, MASKED = 2, ANY_HIT = 4 };  // flags
+#define BACK_FACES 1u  // flags
+#define MASKED 2u
+#define ANY_HIT 4u
 
 // mesh_map/bvh_node.h: the bounds of four boxes, lower ones of x, y, z, then (from UPPER on) upper
 // ones, and what is in them.
@@ -435,9 +437,7 @@ kernel void select_planes(global const Node* nodes, global const float* corners,
       const float4 a = height(plane, t.a), b = height(plane, t.b), c = height(plane, t.c);
       outside |= largest(a, b, c) < -error;
       cut |= smallest(a, b, c) < -error;
-      a_inside &= a > error;
-      b_inside &= b > error;
-      c_inside &= c > error;
+      a_inside &= a > error, b_inside &= b > error, c_inside &= c > error;
     }
     const int4 inside = a_inside & b_inside & c_inside;
     if (leaf) {
