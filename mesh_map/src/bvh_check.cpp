@@ -19,9 +19,13 @@ std::string numbered(const char* what, std::size_t index)
   return std::string(what) + " " + std::to_string(index);
 }
 
-std::string others(std::size_t count, const char* what)
+/// The faces beside the one that is named.
+std::string others(std::size_t count)
 {
-  return count > 1 ? " (and " + std::to_string(count - 1) + " " + what + " more)" : "";
+  if (count < 2) {
+    return "";
+  }
+  return " (and " + std::to_string(count - 1) + (count == 2 ? " face" : " faces") + " more)";
 }
 
 bool isFinite(const float* position)
@@ -80,7 +84,7 @@ void refuseFaces(const MeshView& mesh)
   if (out_of_range > 0) {
     const std::uint32_t* const corners = mesh.faces.data() + 3 * first_out_of_range;
     throw std::invalid_argument(
-        numbered("face", first_out_of_range) + others(out_of_range, "faces") + " refers to " +
+        numbered("face", first_out_of_range) + others(out_of_range) + " refers to " +
         numbered("vertex",
                  *std::find_if(corners, corners + 3, [=](auto v) { return v >= vertices; })) +
         ", but the mesh has " + std::to_string(vertices) +
@@ -92,9 +96,9 @@ void refuseFaces(const MeshView& mesh)
   });
   const float* const position = mesh.positions.data() + 3 * std::size_t{vertex};
   throw std::invalid_argument(
-      numbered("face", first_infinite) + others(infinite, "faces") + " has " +
-      numbered("vertex", vertex) + " at (" + std::to_string(position[0]) + ", " +
-      std::to_string(position[1]) + ", " + std::to_string(position[2]) +
+      numbered("face", first_infinite) + others(infinite) + " has " + numbered("vertex", vertex) +
+      " at (" + std::to_string(position[0]) + ", " + std::to_string(position[1]) + ", " +
+      std::to_string(position[2]) +
       "), which is not finite: remove such faces, or repair their vertices");
 }
 

@@ -340,7 +340,7 @@ TEST(BvhBuild, RefusesMeshesThatAreNotSound)
         mesh.positions[9 * 123 + 3 * corner + axis] = value;
         mesh.positions[9 * 200] = value;
         const std::string vertex = std::to_string(3 * 123 + corner);
-        EXPECT_EQ(refusal(mesh).find("face 123 (and 1 faces more) has vertex " + vertex + " at ("),
+        EXPECT_EQ(refusal(mesh).find("face 123 (and 1 face more) has vertex " + vertex + " at ("),
                   0u)
             << refusal(mesh);
       }

@@ -42,7 +42,7 @@ def answers(index, mesh):
     [
         (CORNERS, np.zeros((0, 3)), "without faces"),
         (np.zeros((0, 3)), np.zeros((0, 3)), "without faces"),
-        (CORNERS, [[0, 1, 2], [0, 1, 3], [0, 9, 1]], r"face 1 \(and 1 faces more\).* vertex 3"),
+        (CORNERS, [[0, 1, 2], [0, 1, 3], [0, 9, 1]], r"face 1 \(and 1 face more\).* vertex 3"),
         (CORNERS, [[0, 1, -1]], "face 0 refers to vertex -1"),
         (CORNERS + [[0, NAN, 0]], [[0, 1, 2], [0, 1, 3]], "face 1 has vertex 3 .*not finite"),
         (CORNERS + [[0, 0, -INF]], [[0, 1, 2], [0, 1, 3]], "face 1 has vertex 3 .*not finite"),
