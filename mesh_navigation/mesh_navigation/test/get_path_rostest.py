@@ -288,6 +288,38 @@ class GetPathTest(unittest.TestCase):
         self.assertEqual(answered.result.outcome, GetPathResult.CANCELED)
         self.assertIn("canceled before planning", answered.result.message)
 
+    def test_results_reach_a_client_that_connects_late(self):
+        """As actionlib's clients do: their wait_for_server() does not wait for the result topic."""
+        topic = "/late_server/get_path"
+        server = ServerProcess("late_server", mesh_map=mesh_map_parameters())
+        self.addCleanup(server.kill)
+        publisher = rospy.Publisher(f"{topic}/goal", GetPathActionGoal, queue_size=1)
+        server.client.stop()
+        self.addCleanup(publisher.unregister)
+        wait_until(publisher.get_num_connections, "the server")
+        goal = slow_goal("late")
+        goal.goal.planner = "unknown"
+        ended = set()
+        status = rospy.Subscriber(
+            f"{topic}/status",
+            GoalStatusArray,
+            lambda message: ended.update(
+                item.goal_id.id for item in message.status_list if item.status == 5
+            ),
+        )
+        publisher.publish(goal)
+        wait_until(lambda: "late" in ended, "the end of the goal")
+        results = []
+        late = rospy.Subscriber(f"{topic}/result", GetPathActionResult, results.append)
+        wait_until(lambda: results, "the result")
+        command = ["rostopic", "echo", "-n1", f"{topic}/result"]
+        later = subprocess.run(command, check=True, timeout=60, stdout=subprocess.PIPE, text=True)
+        self.assertIn('id: "late"', later.stdout)
+        for subscriber in (status, late):
+            subscriber.unregister()
+        self.assertEqual([result.status.goal_id.id for result in results], ["late"])
+        self.assertEqual(results[0].result.outcome, GetPathResult.INVALID_PLUGIN)
+
     def test_a_new_goal_takes_the_slot(self):
         old = self.odd.send(START, GOAL, planner="slow", concurrency_slot=1)
         wait_until(lambda: old.get_goal_status() == 1, "the goal's start")

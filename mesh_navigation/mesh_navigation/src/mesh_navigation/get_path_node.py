@@ -4,7 +4,6 @@ import threading
 import time
 from typing import Any, Callable, Dict
 
-import actionlib
 import rospy
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import GetPathAction, GetPathResult
@@ -12,6 +11,7 @@ from nav_msgs.msg import Path
 
 from mesh_map.mesh_map import MeshMap
 
+from mesh_navigation.action_server_node import ActionServer
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.map_gate import MapGate
 from mesh_navigation.messages import path_message
@@ -66,7 +66,7 @@ class GetPathServer:
             name: rospy.Publisher(f"~{name}/path", Path, queue_size=1, latch=True)
             for name in planners.names
         }
-        self._server = actionlib.ActionServer(
+        self._server = ActionServer(
             rospy.resolve_name("~get_path"), GetPathAction, self._on_goal, self._on_cancel, False
         )
         # actionlib makes the result of a goal that is canceled before it comes; its outcome 0 would
