@@ -14,6 +14,9 @@
 
 #include "array_checks.h"
 #include "cancel_flag.h"
+#include "front_bindings.h"
+#include "layer_bindings.h"
+#include "query_bindings.h"
 #include "spatial_bindings.h"
 
 namespace mesh_map {
@@ -206,5 +209,8 @@ PYBIND11_MODULE(_kernels, module)
       .def("_solve", &DijkstraKernel::solve, arg("sources"), arg("source_distances"),
            arg("vertex_costs"), arg("cost_limit"), arg("targets"), arg("offset"), arg("queue"),
            arg("cancel"));
+  bindFrontKernels(module);
+  bindLayerKernels(module);
+  bindQueryKernels(module);
   bindSpatial(module);
 }

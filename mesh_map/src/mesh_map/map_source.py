@@ -98,21 +98,21 @@ class MapSource:
             mesh.vertices, mesh.faces, mesh.vertex_normals, frame_id or mesh.frame_id, self.uuid
         )
 
-    def stored_costs(self, layer: Layer) -> Optional[np.ndarray]:
-        """The costs in the file under the name of this layer, if its parameters are the same.
+    def stored_costs(self, name: str, fingerprint: Mapping[str, Any]) -> Optional[np.ndarray]:
+        """The costs in the file of the layer of this name, if the same fingerprint is with them.
 
         A file that does not say how its costs were made may hold those of another radius: they are
         not used, nor are those of a damaged or meanwhile replaced file; that is logged.
         """
         members = self._members
         try:
-            if layer.name not in members.layer_names():
+            if name not in members.layer_names():
                 return None
-            if members.layer_parameters(layer.name) != layer.stored_parameters():
+            if members.layer_parameters(name) != dict(fingerprint):
                 return None
-            return members.vertex_costs(layer.name)
+            return members.vertex_costs(name)
         except MapFileError as error:
-            _LOG.warning("layer %s is computed anew: %s", layer.name, error)
+            _LOG.warning("layer %s is computed anew: %s", name, error)
             return None
 
     def save_layers(self, layers: Mapping[str, Layer]) -> List[str]:
@@ -127,7 +127,7 @@ class MapSource:
                 "rosrun mesh_msgs_hdf5 mesh_tool import IN OUT.h5",
             )
         computed: Dict[str, Any] = {
-            name: (layer.result.costs, layer.stored_parameters())
+            name: (layer.result.costs, layer.identity)
             for name, layer in layers.items()
             if layer.result is not None
         }

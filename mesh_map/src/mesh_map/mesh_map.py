@@ -2,44 +2,32 @@
 
 import logging
 import re
-import threading
 import time
-from functools import cached_property
 from typing import Any, Callable, Dict, Mapping, Optional, Tuple
 
 import numpy as np
-from mesh_msgs.identity import geometry_uuid
-from mesh_msgs.validation import check_geometry
 
-from mesh_map import _kernels
-from mesh_map.array_checks import as_faces, as_vertices, read_only
+from mesh_map.array_checks import read_only
 from mesh_map.combination import combine
 from mesh_map.errors import MeshMapError, one_line
-from mesh_map.hits import NO_FACE, SurfacePoint
-from mesh_map.layer import BASE_CLASS_TYPE, Layer, LayerResult, checked_result
-from mesh_map.normals import face_normals, vertex_normals
+from mesh_map.geometry import MeshGeometry
+from mesh_map.layer import BASE_CLASS_TYPE, Layer, LayerInput, checked_result
 from mesh_map.plugins import find_class
-from mesh_map.query_arguments import checked_distance
-from mesh_map.spatial_index import SpatialIndex
-from mesh_map.topology import Topology, quantity
 
 _LOG = logging.getLogger("mesh_map")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 Progress = Callable[[float, str], None]
-StoredCosts = Callable[[Layer], Optional[np.ndarray]]
+StoredCosts = Callable[[str, Mapping[str, Any]], Optional[np.ndarray]]
 
 
 class MeshMap:
-    """A triangle mesh with cost layers.
-
-    Any triangle soup will do: nothing is repaired, all oddities are counted. What follows from the
-    geometry is computed when it is first asked for. All arrays are read-only.
+    """A triangle mesh with cost layers. All arrays are read-only.
 
     Attributes:
-        vertices: (V, 3) float32, meters in frame_id.
-        faces: (F, 3) uint32.
-        frame_id: coordinate frame.
+        geometry: the mesh; may be shared with other maps.
+        contents: what else is in the map file (labels, stored layers, face attributes): a
+            mesh_msgs_hdf5 MapFile or what has its methods; None where there is none.
         layers: name -> Layer, in the order of evaluation; only those that have a result.
         layer_errors: name -> one line, for the layers of the last compute_layers() that could not
             be used.
@@ -55,117 +43,36 @@ class MeshMap:
         frame_id: str = "map",
         uuid: str = "",
     ) -> None:
-        """Checks the geometry.
+        """A map of a mesh of its own; arguments and errors are those of MeshGeometry."""
+        self._begin(MeshGeometry(vertices, faces, vertex_normals, frame_id, uuid))
 
-        Args:
-            vertices: (V, 3) finite numbers.
-            faces: (F, 3) vertex indices; at least one face.
-            vertex_normals: (V, 3) finite numbers; None to compute them.
-            frame_id: coordinate frame.
-            uuid: identity that the geometry already has; "" for that of its content.
-        Raises:
-            MeshMapError: what is wrong with it.
-        """
-        if vertex_normals is not None and not len(vertex_normals):
-            vertex_normals = None
-        findings = check_geometry(vertices, faces, vertex_normals)
-        if findings:
-            more = " (and %d more faults)" % (len(findings) - 1) if len(findings) > 1 else ""
-            raise MeshMapError("no usable mesh: %s%s" % (findings[0], more))
-        self.vertices = read_only(as_vertices(vertices))
-        self.faces = read_only(as_faces(faces))
-        self.frame_id = frame_id
-        self._uuid = uuid
-        self._index: Optional[SpatialIndex] = None
-        self._index_lock = threading.Lock()
-        if vertex_normals is not None:
-            self.__dict__["vertex_normals"] = read_only(as_vertices(vertex_normals))
+    @classmethod
+    def of(cls, geometry: MeshGeometry, contents: Any = None) -> "MeshMap":
+        """A map without layers of a mesh that may be shared: nothing of it is computed again."""
+        made = cls.__new__(cls)
+        made._begin(geometry, contents)
+        return made
+
+    def _begin(self, geometry: MeshGeometry, contents: Any = None) -> None:
+        self.geometry = geometry
+        self.contents = contents
         self.layers: Dict[str, Layer] = {}
         self.layer_errors: Dict[str, str] = {}
-        self.costs = read_only(np.zeros(len(self.vertices), np.float32))
+        self.costs = read_only(np.zeros(len(geometry.vertices), np.float32))
 
-    @cached_property
-    def topology(self) -> Topology:
-        """What is next to what."""
-        return Topology(faces=self.faces, vertex_count=len(self.vertices))
-
-    @cached_property
-    def uuid(self) -> str:
-        """Identity: the one that was given, or the version 5 UUID of vertices and faces."""
-        return self._uuid or geometry_uuid(self.vertices, self.faces)
-
-    @cached_property
-    def _face_normals(self) -> Tuple[np.ndarray, np.ndarray]:
-        return face_normals(self.vertices, self.faces)
-
-    @property
-    def face_normals(self) -> np.ndarray:
-        """(F, 3) float32 of length 1; (0, 0, 1) for faces without area."""
-        return read_only(self._face_normals[0])
-
-    @property
-    def faces_without_area(self) -> np.ndarray:
-        """(F,) bool."""
-        return read_only(self._face_normals[1])
-
-    @cached_property
-    def vertex_normals(self) -> np.ndarray:
-        """(V, 3) float32: those that were given, or those of mesh_map.normals."""
-        return read_only(vertex_normals(self.topology, *self._face_normals))
-
-    def report(self) -> str:
-        """One line for people: what the mesh consists of, and its oddities."""
-        without_area = int(self.faces_without_area.sum())
-        suffix = ", " + quantity(without_area, "faces without area") if without_area else ""
-        return self.topology.report() + suffix
-
-    @property
-    def spatial_index(self) -> SpatialIndex:
-        """Rays, closest points and selections of faces; built when it is first asked for."""
-        if self._index is None:
-            with self._index_lock:  # for other threads that ask meanwhile
-                if self._index is None:
-                    self._index = SpatialIndex(self.vertices, self.faces)
-        return self._index
-
-    def closest_face(
-        self,
-        point: Any,
-        max_distance: float,
-        normal: Optional[Any] = None,
-        max_angle: Optional[float] = None,
-    ) -> Optional[SurfacePoint]:
-        """The nearest point of the surface, exact over all faces.
-
-        None if there is none within the distance.
-
-        Args:
-            point: (3,) meters in frame_id; one that is not finite finds nothing.
-            max_distance: meters, on both sides of the surface.
-            normal, max_angle: both or none: only faces count whose normal is within this angle
-                (radians, 0 to pi) of this direction (3,), such as the upper of two storeys.
-        Raises:
-            ValueError: a distance that is negative or NaN, or a wrong shape or angle.
-        """
-        return self.spatial_index.closest(
-            point=point,
-            max_distance=checked_distance(max_distance),
-            normal=normal,
-            max_angle=max_angle,
-        )
-
-    def nearest_vertex(self, point: Any, max_distance: float) -> Optional[Tuple[int, float]]:
-        """The nearest vertex and its distance; None if there is none within the distance (meters).
-
-        Vertices without an edge do not count: no way leads there.
-        """
-        vertex, distance = _kernels._closest_vertex(
-            self.vertices,
-            (~self.topology.isolated_vertices).view(np.uint8),
-            np.ascontiguousarray(point, np.float64),
-            float(max_distance),
-        )
-        return None if vertex == NO_FACE else (int(vertex), float(distance))
+    # What is asked for most, so that callers need not reach through.
+    vertices = property(lambda self: self.geometry.vertices)
+    faces = property(lambda self: self.geometry.faces)
+    frame_id = property(lambda self: self.geometry.frame_id)
+    uuid = property(lambda self: self.geometry.uuid)
+    topology = property(lambda self: self.geometry.topology)
+    face_normals = property(lambda self: self.geometry.face_normals)
+    faces_without_area = property(lambda self: self.geometry.faces_without_area)
+    vertex_normals = property(lambda self: self.geometry.vertex_normals)
+    spatial_index = property(lambda self: self.geometry.spatial_index)
+    report = property(lambda self: self.geometry.report)
+    closest_face = property(lambda self: self.geometry.closest_face)
+    nearest_vertex = property(lambda self: self.geometry.nearest_vertex)
 
     def compute_layers(
         self,
@@ -182,8 +89,8 @@ class MeshMap:
             config: list of {"name": ..., "type": ..., "params": {...}}; params may be missing.
             progress: called with the share that is done (0 to 1) and what comes next. What it
                 raises ends the computation and leaves everything as it was.
-            stored: gives costs (V,) that a layer had before with the same stored_parameters(), or
-                None.
+            stored: gives costs (V,) that a layer (of a name) had before with the same
+                fingerprint(), or None.
         """
         layers: Dict[str, Layer] = {}
         errors: Dict[str, str] = {}
@@ -226,14 +133,19 @@ class MeshMap:
         for warning in layer.warnings:
             _LOG.warning("layer %s: %s", name, warning)
         start = time.monotonic()
-        costs = stored(layer) if stored else None
+        inputs = (
+            {other.name: _as_input(other) for other in before.values()}
+            if layer.READS_LAYERS
+            else {}
+        )
+        layer.identity = layer.fingerprint(self, inputs)
+        costs = stored(name, layer.identity) if stored else None
         reused = layer.reuse(costs) if costs is not None else None
         if reused is not None:
             layer.result = checked_result(reused.costs, reused.lethal, len(self.vertices))
         else:
-            inputs = {other.name: other.result for other in before.values()}
             layer.result = layer.evaluate(self, inputs)
-        layer.result = LayerResult(*map(read_only, layer.result))
+        layer.result = layer.result.read_only()
         _LOG.info(
             "layer %s: %s lethal vertices, %s in %.2f s",
             name,
@@ -242,6 +154,10 @@ class MeshMap:
             time.monotonic() - start,
         )
         return layer
+
+
+def _as_input(layer: Layer) -> LayerInput:
+    return LayerInput(*layer.result, layer.params["combination_weight"])
 
 
 def _checked_entry(

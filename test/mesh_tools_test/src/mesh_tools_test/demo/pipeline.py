@@ -69,7 +69,7 @@ def save_map(report, mesh, mesh_map, path):
     with report.step("save") as notes:
         MapFile.write(path, mesh)
         layers = {
-            name: (layer.result.costs, layer.stored_parameters())
+            name: (layer.result.costs, layer.identity)
             for name, layer in mesh_map.layers.items()
         }
         MapFile(path).write_layers(layers)
