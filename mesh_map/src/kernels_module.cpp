@@ -4,8 +4,6 @@
 
 #include <mesh_map/closest_point.h>
 #include <mesh_map/dijkstra.h>
-#include <mesh_map/height_difference.h>
-#include <mesh_map/normals.h>
 #include <mesh_map/topology.h>
 
 #include <memory>
@@ -60,51 +58,6 @@ py::array computeEdgeLengths(Array vertices, Array edges, unsigned threads)
     lengths = edgeLengths(positions, edge_view, threads);
   }
   return toArray(std::move(lengths));
-}
-
-py::tuple computeFaceNormals(Array vertices, Array faces, unsigned threads)
-{
-  const MeshView mesh = meshView(vertices, faces);
-  std::vector<float> normals;
-  std::vector<std::uint8_t> without_area;
-  {
-    const py::gil_scoped_release release;
-    normals = faceNormals(mesh, threads);
-    without_area = facesWithoutArea(mesh, threads);
-  }
-  return py::make_tuple(toRows(std::move(normals), 3), toArray(std::move(without_area)));
-}
-
-py::array computeVertexNormals(Array face_normals, Array offsets, Array vertex_faces, Array ignored,
-                               unsigned threads)
-{
-  const auto normals = view<float>(face_normals, "face_normals", {ANY, 3});
-  const py::ssize_t face_count = face_normals.shape(0);
-  const auto ignored_view = view<std::uint8_t>(ignored, "ignored", {face_count});
-  const RowsView rows =
-      rowsView(offsets, vertex_faces, static_cast<std::size_t>(face_count), "vertex_faces");
-  std::vector<float> result;
-  {
-    const py::gil_scoped_release release;
-    result = vertexNormals(normals, rows, ignored_view, threads);
-  }
-  return toRows(std::move(result), 3);
-}
-
-py::array computeHeightDifference(Array vertices, Array offsets, Array neighbors, double radius,
-                                  unsigned threads)
-{
-  const auto positions = view<float>(vertices, "vertices", {ANY, 3});
-  const auto vertex_count = static_cast<std::size_t>(vertices.shape(0));
-  const RowsView rows = rowsView(offsets, neighbors, vertex_count, "neighbors");
-  requireValue(rows.rowCount() == vertex_count, "offsets need one row per vertex");
-  requireValue(radius > 0.0, "the radius has to be above 0");
-  std::vector<float> result;
-  {
-    const py::gil_scoped_release release;
-    result = heightDifference(positions, rows, radius, threads);
-  }
-  return toArray(std::move(result));
 }
 
 py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double max_distance)
@@ -191,12 +144,6 @@ PYBIND11_MODULE(_kernels, module)
   module.def("_topology", &topology, arg("faces"), arg("vertex_count"), arg("threads") = 0u);
   module.def("_edge_lengths", &computeEdgeLengths, arg("vertices"), arg("edges"),
              arg("threads") = 0u);
-  module.def("_face_normals", &computeFaceNormals, arg("vertices"), arg("faces"),
-             arg("threads") = 0u);
-  module.def("_vertex_normals", &computeVertexNormals, arg("face_normals"), arg("offsets"),
-             arg("vertex_faces"), arg("ignored"), arg("threads") = 0u);
-  module.def("_height_difference", &computeHeightDifference, arg("vertices"), arg("offsets"),
-             arg("neighbors"), arg("radius"), arg("threads") = 0u);
   module.def("_closest_vertex", &findClosestVertex, arg("vertices"), arg("eligible"), arg("point"),
              arg("max_distance"));
   py::class_<CancelFlag>(module, "_CancelFlag", py::module_local())

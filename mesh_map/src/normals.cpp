@@ -1,98 +1,116 @@
 #include <mesh_map/normals.h>
 #include <mesh_map/parallel.h>
 
+#include <algorithm>
 #include <cmath>
+
+#include "vector3.h"
 
 namespace mesh_map {
 namespace {
 
 constexpr std::size_t ITEMS_PER_CHUNK = 32768;
+constexpr double PI = 3.14159265358979323846;
 
-struct Vector
+/// Two sides of a face. Differences of floats and their products are exact enough in double that a
+/// face far from the origin has the same normal as near it.
+struct Sides
 {
-  double x, y, z;
+  Sides(const MeshView& mesh, std::size_t face)
+  {
+    const auto corner = [&mesh, face](std::size_t k) {
+      return mesh.positions.data() + 3 * std::size_t{mesh.faces[3 * face + k]};
+    };
+    ab = difference(corner(1), corner(0));
+    ac = difference(corner(2), corner(0));
+  }
 
-  double norm() const { return std::sqrt(x * x + y * y + z * z); }
+  Vector3 ab, ac;
 };
 
-/// Twice the area of a face along its normal. Differences of floats and their products are exact
-/// enough in double that a face far from the origin has the same normal as near it.
-Vector areaVector(const MeshView& mesh, std::size_t face)
+/// False where there is no direction: that of the fallback is stored.
+bool store(const Vector3& vector, const std::array<float, 3>& fallback, float* normal)
 {
-  const std::uint32_t* const corners = mesh.faces.data() + 3 * face;
-  const float* const a = mesh.positions.data() + 3 * std::size_t{corners[0]};
-  const float* const b = mesh.positions.data() + 3 * std::size_t{corners[1]};
-  const float* const c = mesh.positions.data() + 3 * std::size_t{corners[2]};
-  const double ux = double{b[0]} - a[0], uy = double{b[1]} - a[1], uz = double{b[2]} - a[2];
-  const double vx = double{c[0]} - a[0], vy = double{c[1]} - a[1], vz = double{c[2]} - a[2];
-  return {uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx};
+  const double norm = std::sqrt(dot(vector, vector));
+  const bool good = norm > 0.0 && std::isfinite(norm);
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    normal[axis] = good ? static_cast<float>(vector[axis] / norm) : fallback[axis];
+  }
+  return good;
 }
 
-void store(const Vector& vector, float* normal)
+double cornerAngle(const Vector3& a, const Vector3& b)
 {
-  const double norm = vector.norm();
-  if (norm > 0.0 && std::isfinite(norm)) {
-    normal[0] = static_cast<float>(vector.x / norm);
-    normal[1] = static_cast<float>(vector.y / norm);
-    normal[2] = static_cast<float>(vector.z / norm);
-  } else {
-    normal[0] = normal[1] = 0.0f;
-    normal[2] = 1.0f;
-  }
+  const Vector3 normal = cross(a, b);
+  return std::atan2(std::sqrt(dot(normal, normal)), dot(a, b));
 }
 
 }  // namespace
 
-std::vector<float> faceNormals(const MeshView& mesh, unsigned threads)
+FaceNormals faceNormals(const MeshView& mesh, const std::array<float, 3>& fallback,
+                        unsigned threads)
 {
-  std::vector<float> normals(3 * mesh.faceCount());
-  parallelFor(mesh.faceCount(), ITEMS_PER_CHUNK, threads, [&mesh, &normals]() -> RangeBody {
-    return [mesh, out = normals.data()](std::size_t begin, std::size_t end) {
+  FaceNormals result;
+  result.normals.resize(3 * mesh.faceCount());
+  result.without_area.resize(mesh.faceCount());
+  parallelFor(mesh.faceCount(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
+    return [mesh, fallback, out = result.normals.data(), flags = result.without_area.data()](
+               std::size_t begin, std::size_t end) {
       for (std::size_t f = begin; f < end; ++f) {
-        store(areaVector(mesh, f), out + 3 * f);
+        const Sides sides(mesh, f);
+        flags[f] = !store(cross(sides.ab, sides.ac), fallback, out + 3 * f);
       }
     };
   });
-  return normals;
+  return result;
 }
 
-std::vector<std::uint8_t> facesWithoutArea(const MeshView& mesh, unsigned threads)
+std::vector<float> cornerAngles(const MeshView& mesh, unsigned threads)
 {
-  std::vector<std::uint8_t> flags(mesh.faceCount());
-  parallelFor(mesh.faceCount(), ITEMS_PER_CHUNK, threads, [&mesh, &flags]() -> RangeBody {
-    return [mesh, out = flags.data()](std::size_t begin, std::size_t end) {
+  std::vector<float> angles(3 * mesh.faceCount());
+  parallelFor(mesh.faceCount(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
+    return [mesh, out = angles.data()](std::size_t begin, std::size_t end) {
       for (std::size_t f = begin; f < end; ++f) {
-        const double norm = areaVector(mesh, f).norm();
-        out[f] = !(norm > 0.0 && std::isfinite(norm));
+        const Sides sides(mesh, f);
+        const Vector3 bc = sides.ac - sides.ab;
+        const Vector3 ba = {-sides.ab[0], -sides.ab[1], -sides.ab[2]};
+        const double a = cornerAngle(sides.ab, sides.ac), b = cornerAngle(ba, bc);
+        out[3 * f] = static_cast<float>(a);
+        out[3 * f + 1] = static_cast<float>(b);
+        out[3 * f + 2] = static_cast<float>(std::max(0.0, PI - a - b));
       }
     };
   });
-  return flags;
+  return angles;
 }
 
-std::vector<float> vertexNormals(ArrayView<float> face_normals, const RowsView& vertex_faces,
-                                 ArrayView<std::uint8_t> ignored, unsigned threads)
+std::vector<float> vertexNormals(const VertexNormalsInput& input, unsigned threads)
 {
-  std::vector<float> normals(3 * vertex_faces.rowCount());
-  const auto make_worker = [&]() -> RangeBody {
-    return [=, out = normals.data()](std::size_t begin, std::size_t end) {
+  std::vector<float> normals(3 * input.vertex_faces.rowCount());
+  parallelFor(input.vertex_faces.rowCount(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
+    return [in = input, out = normals.data()](std::size_t begin, std::size_t end) {
+      const std::uint32_t* const offsets = in.vertex_faces.offsets.data();
       for (std::size_t v = begin; v < end; ++v) {
-        Vector sum = {0.0, 0.0, 0.0};
-        for (std::uint32_t i = vertex_faces.offsets[v]; i < vertex_faces.offsets[v + 1]; ++i) {
-          const std::uint32_t face = vertex_faces.values[i];
-          if (!ignored.empty() && ignored[face]) {
+        Vector3 sum = {0.0, 0.0, 0.0};
+        for (std::uint32_t i = offsets[v]; i < offsets[v + 1]; ++i) {
+          const std::size_t face = in.vertex_faces.values[i];
+          if (in.ignored[face]) {
             continue;
           }
-          const float* const normal = face_normals.data() + 3 * std::size_t{face};
-          sum.x += normal[0];
-          sum.y += normal[1];
-          sum.z += normal[2];
+          double weight = 1.0;
+          if (!in.corner_angles.empty()) {
+            const std::uint32_t* const corners = in.faces.data() + 3 * face;
+            const unsigned k = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
+            weight = in.corner_angles[3 * face + k];
+          }
+          for (unsigned axis = 0; axis < 3; ++axis) {
+            sum[axis] += weight * in.face_normals[3 * face + axis];
+          }
         }
-        store(sum, out + 3 * v);
+        store(sum, in.fallback, out + 3 * v);
       }
     };
-  };
-  parallelFor(vertex_faces.rowCount(), ITEMS_PER_CHUNK, threads, make_worker);
+  });
   return normals;
 }
 

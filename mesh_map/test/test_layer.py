@@ -1,12 +1,12 @@
-"""Parameters, the contract of a layer, and the combination of layers."""
+"""Parameters, and the contract of a layer."""
 
 import math
 
 import numpy as np
 import pytest
-from mesh_map.combination import combine
+from mesh_map import MeshMap
 from mesh_map.errors import MeshMapError
-from mesh_map.layer import Layer, LayerResult, checked_result
+from mesh_map.layer import Layer, LayerInput, checked, checked_result
 from mesh_map.layers.height_diff import HeightDiffLayer
 from mesh_map.parameter import Parameter
 
@@ -19,16 +19,19 @@ def test_declared_parameters_of_height_diff():
         "threshold": (0.185, 0.05, 1.0),
         "radius": (0.3, 0.02, 1.0),
         "factor": (1.0, 0.0, 1.0),
+        "combination_weight": (1.0, 0.0, 1.0),
     }
     layer = HeightDiffLayer("height_diff")
-    assert layer.params == {"threshold": 0.185, "radius": 0.3, "factor": 1.0}
+    defaults = {"threshold": 0.185, "radius": 0.3, "factor": 1.0, "combination_weight": 1.0}
+    assert layer.params == defaults
     assert not layer.warnings and layer.result is None
 
 
 def test_values_out_of_range_are_limited_with_a_warning():
     """As dynamic_reconfigure does; a configuration in the field has a radius of 0."""
     layer = HeightDiffLayer("h", {"radius": 0.0, "threshold": INF, "factor": 0.7})
-    assert layer.params == {"radius": 0.02, "threshold": 1.0, "factor": 0.7}
+    limited = {"radius": 0.02, "threshold": 1.0, "factor": 0.7, "combination_weight": 1.0}
+    assert layer.params == limited
     assert layer.warnings == [
         "threshold is inf, outside of [0.05, 1.0]: 1.0 is used",
         "radius is 0.0, outside of [0.02, 1.0]: 0.02 is used",
@@ -42,7 +45,9 @@ def test_whole_numbers_are_numbers():
 
 def test_unknown_parameters_are_named():
     layer = HeightDiffLayer("h", {"treshold": 0.2})
-    assert layer.warnings == ["unknown parameters: treshold (known: factor, radius, threshold)"]
+    assert layer.warnings == [
+        "unknown parameters: treshold (known: combination_weight, factor, radius, threshold)"
+    ]
 
 
 @pytest.mark.parametrize("value", [NAN, "0.3", True, None, [0.3]])
@@ -66,11 +71,117 @@ def test_parameters_of_other_types():
             parameter.checked(value)
 
 
-def test_stored_parameters_are_those_that_costs_depend_on():
+def test_limits_may_be_infinite():
+    assert Parameter("height", INF, 0.0, INF).checked(INF) == (INF, "")
+    assert Parameter("height", 1.0, 0.0, INF).checked(3) == (3.0, "")
+    assert Parameter("value", 0.0, -INF, 5.0).checked(-INF) == (-INF, "")
+    assert Parameter("value", 0.0, -INF, 5.0).checked(INF)[0] == 5.0
+    for parameter, value in (
+        (Parameter("height", 1.0), INF),
+        (Parameter("height", 1.0, 0.0), INF),
+        (Parameter("height", 1.0, maximum=5.0), -INF),
+    ):
+        with pytest.raises(MeshMapError, match="height is -?inf, but .* a finite number"):
+            parameter.checked(value)
+
+
+def test_choices_lists_and_dictionaries():
+    fading = Parameter("fading", "cosine", choices=("cosine", "exponential"))
+    assert fading.checked("exponential") == ("exponential", "")
+    with pytest.raises(MeshMapError, match="fading is 'linear', .* one of cosine, exponential"):
+        fading.checked("linear")
+    axis = Parameter("axis", (0.0, 0.0, -1.0))
+    assert axis.checked([1, 2]) == ((1, 2), "")
+    costs = Parameter("costs", {})
+    given = {"grass": 1.0}
+    accepted, _ = costs.checked(given)
+    given["grass"] = 2.0
+    assert accepted == {"grass": 1.0}
+    for parameter, value, message in ((axis, "abc", "a list"), (costs, [1], "a dictionary")):
+        with pytest.raises(MeshMapError, match=message):
+            parameter.checked(value)
+
+
+def test_the_fingerprint_is_of_all_that_costs_depend_on():
+    mesh_map = MeshMap([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     layer = HeightDiffLayer("h", {"radius": 0.5, "threshold": 0.4}, "mesh_layers/HeightDiffLayer")
-    assert layer.stored_parameters() == {"radius": 0.5, "type": "mesh_layers/HeightDiffLayer"}
+    expected = {
+        "radius": 0.5,
+        "type": "mesh_layers/HeightDiffLayer",
+        "geometry": mesh_map.geometry.content_uuid,
+    }
+    assert layer.fingerprint(mesh_map, {}) == expected
+    assert layer.identity == {}
+    layer.evaluated(layer.evaluate(mesh_map, {}), mesh_map, {})
+    assert layer.identity == expected
     costs = np.array([0.3, 0.5, NAN, INF], np.float32)
     assert layer.reuse(costs).lethal.tolist() == [False, True, False, True]
+
+
+class ReadingLayer(Layer):
+    READS_LAYERS = True
+    PARAMETERS = (Parameter("classes", ()), Parameter("speeds", {}))
+
+    def compute(self, mesh_map, inputs):
+        return np.zeros(len(mesh_map.vertices)), []
+
+
+def test_the_fingerprint_of_a_layer_that_reads_layers():
+    mesh_map = MeshMap([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    base = LayerInput(np.zeros(3, np.float32), np.zeros(3, np.bool_), None, 1.0)
+    layer = ReadingLayer("r", {"classes": ["b", "a"], "speeds": {"y": 1, "x": 2}})
+    found = layer.fingerprint(mesh_map, {"a": base})
+    assert (found["classes"], found["speeds"]) == ('["b", "a"]', '{"x": 2, "y": 1}')
+    others = [
+        {"a": base._replace(costs=np.ones(3, np.float32))},
+        {"a": base._replace(lethal=np.ones(3, np.bool_))},
+        {"a": base._replace(vectors=np.zeros((3, 3), np.float32))},
+        {"a": base._replace(weight=0.5)},
+        {"b": base},
+        {"a": base, "b": base},
+        {},
+    ]
+    digests = [layer.fingerprint(mesh_map, inputs)["inputs"] for inputs in others]
+    assert len(set(digests + [found["inputs"]])) == len(others) + 1
+    assert layer.fingerprint(mesh_map, {"a": base}) == found
+    layer.READS_WEIGHTS = False
+    assert layer.fingerprint(mesh_map, others[3]) == layer.fingerprint(mesh_map, {"a": base})
+
+
+@pytest.mark.parametrize(
+    "inputs, message",
+    [
+        ("a", "inputs is 'a', but it has to be a list of names of layers"),
+        ([1], "inputs is \\[1\\]"),
+        (["a", "b", "a"], "inputs names a layer twice: a, b, a"),
+    ],
+)
+def test_inputs_are_a_list_of_names(inputs, message):
+    with pytest.raises(MeshMapError, match=message):
+        ReadingLayer("r", {"inputs": inputs})
+
+
+def test_inputs_of_layers():
+    assert ReadingLayer("r").inputs is None
+    assert ReadingLayer("r", {"inputs": []}).inputs == ()
+    assert ReadingLayer("r", {"inputs": ["b", "a"]}).inputs == ("b", "a")
+    other = HeightDiffLayer("h", {"inputs": ["b"]})
+    assert other.inputs is None and other.warnings[0].startswith("unknown parameters: inputs")
+
+
+def test_changes_of_parameters_are_checked_first():
+    layer = HeightDiffLayer("h")
+    before = dict(layer.params)
+    params, warnings = layer.checked_changes({"radius": 7, "speed": 1})
+    assert params == dict(before, radius=1.0) and layer.params == before
+    assert [warning.split(",")[0] for warning in warnings] == [
+        "radius is 7",
+        "unknown parameters: speed (known: combination_weight",
+    ]
+    with pytest.raises(MeshMapError, match="radius is nan"):
+        layer.checked_changes({"threshold": 0.3, "radius": NAN})
+    with pytest.raises(MeshMapError, match="inputs cannot be changed"):
+        ReadingLayer("r").checked_changes({"inputs": ["a"]})
 
 
 def test_results_are_checked():
@@ -97,40 +208,31 @@ def test_results_are_checked():
             checked_result(bad_costs, bad_lethal, 4)
 
 
+def test_vectors_are_checked():
+    vectors = np.ones((2, 3))
+    assert checked_result([0, 0], [], 2).vectors is None
+    assert checked_result([0, 0], [], 2, vectors).vectors.dtype == np.float32
+    for bad in (vectors[:1], vectors[:, :2], np.full((2, 3), NAN)):
+        with pytest.raises(MeshMapError, match=r"the vectors have to be \(2, 3\) finite numbers"):
+            checked_result([0, 0], [], 2, bad)
+    with pytest.raises(MeshMapError, match="did not return costs and lethal vertices"):
+        checked(None, 2)
+
+
+def test_results_are_not_those_that_a_layer_writes_to_later():
+    costs, vectors = np.zeros(2, np.float32), np.zeros((2, 3), np.float32)
+    lethal = np.zeros(2, np.bool_)
+    result = checked((costs, lethal, vectors), 2)
+    costs[0], lethal[0], vectors[0] = 1, True, 1
+    assert not result.costs.any() and not result.lethal.any() and not result.vectors.any()
+    for array in result:
+        with pytest.raises(ValueError):
+            array[0] = 1
+    again = checked(result, 2)
+    assert np.shares_memory(again.costs, result.costs)
+    assert np.shares_memory(again.vectors, result.vectors)
+
+
 def test_a_layer_needs_compute():
     with pytest.raises(TypeError):
         Layer("nothing")
-
-
-def result_of(costs, lethal=()):
-    return checked_result(np.array(costs, np.float32), np.array(lethal, np.int64), len(costs))
-
-
-def test_combination_is_the_released_sum():
-    first = result_of([0, 1, 2, 3], lethal=[3])
-    second = result_of([10, 20, NAN, NAN])
-    combined = combine([(first, 1.0), (second, 0.5)], 4)
-    assert combined.dtype == np.float32
-    assert np.array_equal(combined, [5, 11, NAN, INF], equal_nan=True)
-
-
-def test_lethal_stays_lethal_whatever_the_factor():
-    combined = combine([(result_of([INF, 1, 2], lethal=[1]), 0.0)], 3)
-    assert combined.tolist() == [INF, INF, 0]
-    unknown = combine([(result_of([NAN, 0, 0]), 0.0)], 3)
-    assert np.array_equal(unknown, [NAN, 0, 0], equal_nan=True)
-
-
-def test_combination_of_nothing_is_free():
-    assert combine([], 3).tolist() == [0, 0, 0]
-
-
-def test_combination_equals_numpy():
-    random = np.random.default_rng(0)
-    results, total = [], np.zeros(1000)
-    for factor in (0.3, 1.0, 0.0, 0.7):
-        costs = random.uniform(0, 2, 1000).astype(np.float32)
-        results.append((LayerResult(costs, costs > 1.9), factor))
-        total += np.where(costs > np.float32(1.9), np.inf, factor * costs.astype(np.float64))
-    assert np.array_equal(combine(results, 1000), total.astype(np.float32))
-    assert 0 < np.isinf(total).sum() < 1000

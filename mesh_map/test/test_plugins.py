@@ -44,6 +44,8 @@ class VandalLayer(Layer):
 
 
 class CountingLayer(Layer):
+    READS_LAYERS = True
+
     def compute(self, mesh_map, inputs):
         total = sum(result.lethal.astype(float) for result in inputs.values())
         return total + len(inputs), []

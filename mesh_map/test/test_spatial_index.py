@@ -262,7 +262,7 @@ def test_memory_and_arrays():
 def test_the_mesh_map_builds_one_index_when_it_is_asked():
     mesh = terrain(150)
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
-    assert mesh_map._index is None
+    assert mesh_map.geometry._index is None
     found = []
     threads = [
         threading.Thread(target=lambda: found.append(mesh_map.spatial_index)) for _ in range(6)

@@ -151,6 +151,92 @@ class LatchedTopicsTest(unittest.TestCase):
         self.assertTrue(peer.wait_for(KEYS[-1] + " 1"), peer.lines)
         self.assertEqual(peer.lines, [key + " 1" for key in KEYS if key != KEYS[2]])
 
+    def test_what_is_kept_goes_to_later_subscribers_only(self):
+        early = self.peer()
+        self.wait_for_connections(1)
+        self.publish_all(1)
+        self.assertTrue(early.wait_for(*[key + " 1" for key in KEYS]), early.lines)
+        made = []
+
+        def make():
+            made.append(threading.current_thread())
+            return costs(KEYS[3], 2)
+
+        for _ in range(5):
+            self.latched.keep(KEYS[3], make)
+        self.assertEqual(self.latched.keys(), KEYS)
+        late = self.peer()
+        self.assertTrue(late.wait_for(KEYS[-1] + " 1"), late.lines)
+        expected = [key + (" 2" if key == KEYS[3] else " 1") for key in KEYS]
+        self.assertEqual(late.lines, expected)
+        self.assertEqual(len(early.lines), len(KEYS))
+        self.latched.send(KEYS[3])
+        self.latched.send("unknown")
+        self.assertTrue(early.wait_for(KEYS[3] + " 2"), early.lines)
+        self.assertEqual(len(made), 1)
+        self.assertIsNot(made[0], threading.current_thread())
+
+    def test_what_is_sent_later_is_sent_once_with_the_newest(self):
+        peer = self.peer()
+        self.wait_for_connections(1)
+        begin = time.monotonic()
+        for value in range(100):
+            self.latched.keep("a", lambda value=value: costs("a", value))
+            self.latched.send("a", 1.0)
+        self.assertTrue(peer.wait_for("a 99"), peer.lines)
+        self.assertGreaterEqual(time.monotonic() - begin, 1.0)
+        self.latched.publish("b", costs("b", 1))
+        self.assertTrue(peer.wait_for("b 1"), peer.lines)
+        self.assertEqual(peer.lines, ["a 99", "b 1"])
+        self.latched.keep("a", lambda: costs("a", 100))
+        self.latched.send("a", 3600.0)
+        self.latched.send("a")
+        self.assertTrue(peer.wait_for("a 100"), peer.lines)
+
+    def test_messages_replaced_faster_than_they_are_made(self):
+        peer = self.peer()
+        self.wait_for_connections(1)
+
+        def make(value):
+            time.sleep(0.05)
+            return costs("a", value)
+
+        end, value = time.monotonic() + TIMEOUT, 0
+        while not peer.lines and time.monotonic() < end:
+            self.latched.keep("a", lambda value=value: make(value))
+            self.latched.send("a")
+            value += 1
+            time.sleep(0.01)
+        self.assertTrue(peer.lines)
+        self.assertTrue(peer.wait_for("a %d" % (value - 1)), peer.lines)
+
+    def test_a_message_that_cannot_be_made_harms_no_other(self):
+        self.publish_all(1)
+        self.latched.keep(KEYS[0], lambda: 1 / 0)
+        self.latched.keep(KEYS[1], arrays.MeshVertexCosts)
+        self.latched.keep(KEYS[2], lambda: None)
+        peer = self.peer()
+        self.assertTrue(peer.wait_for(*[key + " 1" for key in KEYS[3:]]), peer.lines)
+        self.assertEqual(len(peer.lines), len(KEYS) - 3)
+        self.assertEqual(self.latched.keys(), KEYS[3:])
+
+    def test_making_a_message_holds_up_nobody(self):
+        peer = self.peer()
+        self.wait_for_connections(1)
+        go = threading.Event()
+
+        def make():
+            go.wait(TIMEOUT)
+            return costs("slow", 1)
+
+        self.latched.keep("slow", make)
+        self.latched.send("slow")
+        begin = time.monotonic()
+        self.publish_all(1)
+        self.assertLess(time.monotonic() - begin, TIMEOUT / 2)
+        go.set()
+        self.assertTrue(peer.wait_for("slow 1", *[key + " 1" for key in KEYS]), peer.lines)
+
     def test_a_subscriber_that_leaves_or_stops_reading_holds_up_nobody(self):
         self.publish_all(1, size=5_000_000)
         leaving, stopped, staying = self.peer(), self.peer(), self.peer()
@@ -170,6 +256,10 @@ class LatchedTopicsTest(unittest.TestCase):
         self.assertEqual((self.latched.keys(), self.latched.get_num_connections()), ([], 0))
         with self.assertRaisesRegex(rospy.ROSException, "after unregister"):
             self.latched.publish("a", costs("a", 1))
+        with self.assertRaisesRegex(rospy.ROSException, "after unregister"):
+            self.latched.keep("a", lambda: costs("a", 1))
+        with self.assertRaisesRegex(rospy.ROSException, "after unregister"):
+            self.latched.send("a")
         self.assertNotIn(self.topic, [name for name, _ in rospy.get_published_topics()])
         self.assertFalse([t for t in threading.enumerate() if t.name.startswith("latched")])
         again = LatchedTopics(self.topic, arrays.MeshVertexCostsStamped)

@@ -44,6 +44,7 @@ def look(file):
     file.frame_id, file.origin, file.crs, file.source, file.parts, file.other_contents()
     for name in file.layer_names():
         file.layer_parameters(name)
+    file.all_layer_parameters()
 
 
 @pytest.mark.parametrize("name", SAMPLES)

@@ -110,6 +110,8 @@ def test_single_arrays_equal_those_of_read(tmp_path, rich_mesh):
     assert_same_mesh(single, rich_mesh)
     assert_same_mesh(file.read(), rich_mesh)
     assert file.layer_parameters("Grün und weich") == file.face_parameters("segment") == {}
+    parameters = rich_mesh.layer_parameters["height_diff"]
+    assert file.all_layer_parameters() == {"Grün und weich": {}, "height_diff": parameters}
     assert file.other_contents() == []
 
 

@@ -2,7 +2,7 @@
 
 import threading
 from functools import cached_property
-from typing import Any, Optional, Tuple
+from typing import Any, Dict, Optional, Tuple
 
 import numpy as np
 from mesh_msgs.identity import geometry_uuid
@@ -14,8 +14,10 @@ from mesh_map.errors import MeshMapError
 from mesh_map.hits import NO_FACE, SurfacePoint
 from mesh_map.normals import face_normals, vertex_normals
 from mesh_map.query_arguments import checked_distance
+from mesh_map.radius_pass import RadiusPass
 from mesh_map.spatial_index import SpatialIndex
 from mesh_map.topology import Topology, edge_lengths, quantity
+from mesh_map.walk import SurfaceWalker
 
 
 class MeshGeometry:
@@ -28,6 +30,7 @@ class MeshGeometry:
         vertices: (V, 3) float32, meters in frame_id.
         faces: (F, 3) uint32.
         frame_id: coordinate frame.
+        up: (3,) float64 of length 1.
     """
 
     def __init__(
@@ -37,6 +40,10 @@ class MeshGeometry:
         vertex_normals: Optional[Any] = None,
         frame_id: str = "map",
         uuid: str = "",
+        *,
+        up_direction: Any = (0.0, 0.0, 1.0),
+        orient: bool = False,
+        normals: str = "mean",
     ) -> None:
         """Checks the geometry.
 
@@ -46,6 +53,11 @@ class MeshGeometry:
             vertex_normals: (V, 3) finite numbers; None to compute them.
             frame_id: coordinate frame.
             uuid: identity that the geometry already has; "" for that of its content.
+            up_direction: (3,) any length; against it heights and steepness are measured.
+            orient: turn faces (none is left out) so that neighbors agree and most area of each
+                patch faces up; then vertex_normals are computed, not taken.
+            normals: how normals of vertices are computed: "mean" of the faces around, as released,
+                or weighted by "angle"; then they are computed, not taken.
         Raises:
             MeshMapError: what is wrong with it.
         """
@@ -58,16 +70,29 @@ class MeshGeometry:
         self.vertices = read_only(as_vertices(vertices))
         self.faces = read_only(as_faces(faces))
         self.frame_id = frame_id
+        self.up = read_only(checked_direction(up_direction))
+        if normals not in ("mean", "angle"):
+            raise MeshMapError("normals is %r, but it has to be mean or angle" % (normals,))
         self._uuid = uuid
+        self._passes: Dict[float, RadiusPass] = {}
         self._index: Optional[SpatialIndex] = None
         self._index_lock = threading.Lock()
         if vertex_normals is not None:
             self.__dict__["vertex_normals"] = read_only(as_vertices(vertex_normals))
 
+    def radius_pass(self, radius: float) -> RadiusPass:
+        """Statistics of the surroundings of each vertex; one pass for each radius."""
+        return self._passes.setdefault(float(radius), RadiusPass(self, radius))
+
     @cached_property
     def topology(self) -> Topology:
         """What is next to what."""
         return Topology(faces=self.faces, vertex_count=len(self.vertices))
+
+    @cached_property
+    def walker(self) -> SurfaceWalker:
+        """Walks over the surface."""
+        return SurfaceWalker(vertices=self.vertices, faces=self.faces, topology=self.topology)
 
     @cached_property
     def edge_lengths(self) -> np.ndarray:
@@ -156,3 +181,21 @@ class MeshGeometry:
             float(max_distance),
         )
         return None if vertex == NO_FACE else (int(vertex), float(distance))
+
+
+def checked_direction(direction: Any) -> np.ndarray:
+    """(3,) float64 of length 1.
+
+    Raises:
+        MeshMapError: not three finite numbers, or all zero.
+    """
+    try:
+        checked = np.array(direction, np.float64)
+    except (TypeError, ValueError):
+        checked = np.zeros(0)
+    length = np.linalg.norm(checked) if checked.shape == (3,) else 0.0
+    if not 0.0 < length < np.inf:
+        raise MeshMapError(
+            "up_direction is %r, but it has to be a direction (3 numbers)" % (direction,)
+        )
+    return checked / length

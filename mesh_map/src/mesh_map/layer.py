@@ -1,17 +1,27 @@
-"""The base class of all layers, and what a layer gives."""
+"""The base class of all layers."""
 
 import abc
-from typing import TYPE_CHECKING, Any, ClassVar, Dict, List, Mapping, NamedTuple, Optional, Tuple
+import json
+from typing import TYPE_CHECKING, Any, ClassVar, Dict, Iterable, List, Mapping, Optional, Tuple
 
 import numpy as np
 
-from mesh_map.array_checks import read_only
 from mesh_map.errors import MeshMapError
+from mesh_map.layer_result import (
+    LayerInput,
+    LayerResult,
+    checked,
+    checked_result,
+    digest_of_inputs,
+)
 from mesh_map.parameter import Parameter, Value
 
 if TYPE_CHECKING:
     from mesh_map.geometry import MeshGeometry
     from mesh_map.mesh_map import MeshMap
+
+__all__ = ["BASE_CLASS_TYPE", "COMBINATION_WEIGHT", "FACTOR"]
+__all__ += ["Layer", "LayerInput", "LayerResult", "checked", "checked_result"]
 
 BASE_CLASS_TYPE = "mesh_map::Layer"
 
@@ -28,34 +38,6 @@ COMBINATION_WEIGHT = Parameter(
 )
 
 
-class LayerResult(NamedTuple):
-    """What a layer gives.
-
-    costs: (V,) float32; finite >= 0 is a cost, +inf is lethal, NaN is unknown.
-    lethal: (V,) bool; True wherever the cost is +inf, and where the layer says so.
-    vectors: (V, 3) float32, a direction in which to be drawn at each vertex, zero where there is
-        none, such as away from obstacles; None for a layer without.
-    """
-
-    costs: np.ndarray
-    lethal: np.ndarray
-    vectors: Optional[np.ndarray] = None
-
-    def read_only(self) -> "LayerResult":
-        """The same with arrays that cannot be written through."""
-        vectors = None if self.vectors is None else read_only(self.vectors)
-        return LayerResult(read_only(self.costs), read_only(self.lethal), vectors)
-
-
-class LayerInput(NamedTuple):
-    """What a layer reads of another one: its result, and its combination_weight."""
-
-    costs: np.ndarray
-    lethal: np.ndarray
-    vectors: Optional[np.ndarray]
-    weight: float
-
-
 class Layer(abc.ABC):
     """A cost for each vertex of a map, and which vertices are lethal.
 
@@ -68,9 +50,13 @@ class Layer(abc.ABC):
       It must not change the map or the inputs, and may be called again at any time, after
       parameters have changed. It may raise MeshMapError with one line for users.
     * A layer that sets READS_LAYERS has inputs: the layers that its parameter "inputs" (a list of
-      names) says, or all layers before it in the list.
+      names) says, or all layers before it in the list that have a result. It is evaluated again
+      when one of them changes; when only their combination_weight does, unless it says that it does
+      not look at weights with READS_WEIGHTS = False.
     * It does not import rospy and knows nothing of ROS. One that needs data from topics names a
       class for that in ROS_ADAPTER (see mesh_map.ros_adapter).
+    * Its costs are stored with the map and reused, unless it says STORABLE = False, because they
+      are made quickly from what is in the file, or are of the moment only.
 
     The same type may be used several times in a map under different names. The map calls one method
     of a layer at a time.
@@ -82,13 +68,15 @@ class Layer(abc.ABC):
         params: parameter name -> value, all of them.
         inputs: names from the parameter "inputs"; None if it was not given.
         warnings: what was odd about the parameters, one line each.
-        result: set by the map after compute(); None before.
-        identity: fingerprint() at that time.
+        result: set by the map after compute(); None before. Its arrays are read-only; those that
+            compute() returned are copied, unless they are read-only themselves.
     """
 
     PARAMETERS: ClassVar[Tuple[Parameter, ...]] = ()
     READS_LAYERS: ClassVar[bool] = False
+    READS_WEIGHTS: ClassVar[bool] = True
     ROS_ADAPTER: ClassVar[str] = ""
+    STORABLE: ClassVar[bool] = True
 
     def __init__(
         self, name: str, params: Optional[Mapping[str, Any]] = None, type_name: str = ""
@@ -104,7 +92,8 @@ class Layer(abc.ABC):
         self.inputs: Optional[Tuple[str, ...]] = None
         self.warnings: List[str] = []
         self.result: Optional[LayerResult] = None
-        self.identity: Dict[str, Value] = {}
+        self._identity: Optional[Dict[str, Value]] = {}
+        self._evaluated_with: Tuple[Any, ...] = ()
         given = dict(params or {})
         if self.READS_LAYERS:
             self.inputs = _checked_inputs(given.pop("inputs", None))
@@ -114,9 +103,45 @@ class Layer(abc.ABC):
             if warning:
                 self.warnings.append(warning)
         if given:
-            known = ", ".join(sorted(self.params))
-            unknown = ", ".join(sorted(map(str, given)))
-            self.warnings.append("unknown parameters: %s (known: %s)" % (unknown, known))
+            self.warnings.append(_unknown(given, self.params))
+
+    @property
+    def identity(self) -> Dict[str, Value]:
+        """fingerprint() of the result; empty before there is one. Computed when asked for."""
+        if self._identity is None:
+            self._identity = self.fingerprint(*self._evaluated_with)
+        return self._identity
+
+    @identity.setter
+    def identity(self, fingerprint: Dict[str, Value]) -> None:
+        self._identity = fingerprint
+
+    def evaluated(
+        self, result: LayerResult, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+    ) -> None:
+        """Called by the map: the layer has a new result, of these inputs."""
+        self.result = result
+        self._identity, self._evaluated_with = None, (mesh_map, inputs)
+
+    def checked_changes(self, values: Mapping[str, Any]) -> Tuple[Dict[str, Value], List[str]]:
+        """All parameters with other values of some, and warnings; nothing is changed by this.
+
+        Raises:
+            MeshMapError: one that is NaN or of another type, or "inputs", which stay as they are.
+        """
+        if "inputs" in values and self.READS_LAYERS:
+            raise MeshMapError("inputs cannot be changed while the layer is in use")
+        known = {parameter.name: parameter for parameter in self.all_parameters()}
+        params, warnings = dict(self.params), []
+        for name, value in values.items():
+            if name in known:
+                params[name], warning = known[name].checked(value)
+                if warning:
+                    warnings.append(warning)
+        unknown = [name for name in values if name not in known]
+        if unknown:
+            warnings.append(_unknown(unknown, known))
+        return params, warnings
 
     @classmethod
     def all_parameters(cls) -> Tuple[Parameter, ...]:
@@ -175,11 +200,18 @@ class Layer(abc.ABC):
     ) -> Dict[str, Value]:
         """What is stored with the costs: they may be reused where this is the same.
 
-        By default the type, the parameters that affect costs, and the geometry. Layers that read
-        layers or contents of the map file add a digest of what they read.
+        By default the type, the parameters that affect costs (lists and dictionaries as JSON), the
+        geometry, and of a layer that reads layers a digest of all that it reads. Layers that read
+        contents of the map file add a digest of these.
         """
-        affecting = {p.name: self.params[p.name] for p in self.all_parameters() if p.affects_costs}
-        return dict(affecting, type=self.type_name, geometry=mesh_map.geometry.content_uuid)
+        found = {p.name: self.params[p.name] for p in self.all_parameters() if p.affects_costs}
+        for name, value in found.items():
+            if isinstance(value, (tuple, dict)):
+                found[name] = json.dumps(value, sort_keys=True)
+        found.update(type=self.type_name, geometry=mesh_map.geometry.content_uuid)
+        if self.READS_LAYERS:
+            found["inputs"] = digest_of_inputs(inputs, self.READS_WEIGHTS)
+        return found
 
     def evaluate(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
         """compute(), with what it returns checked and brought into the form of LayerResult.
@@ -190,57 +222,11 @@ class Layer(abc.ABC):
         return checked(self.compute(mesh_map, inputs), len(mesh_map.vertices))
 
 
-def checked(returned: Any, vertex_count: int) -> LayerResult:
-    """What compute() or update() returned, in the form of LayerResult.
-
-    Raises:
-        MeshMapError: arrays of a wrong length or kind, or a negative cost.
-    """
-    try:
-        costs, lethal, *vectors = returned
-    except (TypeError, ValueError) as error:
-        raise MeshMapError("compute() did not return costs and lethal vertices") from error
-    return checked_result(costs, lethal, vertex_count, *vectors)
-
-
-def checked_result(
-    costs: Any, lethal: Any, vertex_count: int, vectors: Optional[Any] = None
-) -> LayerResult:
-    """A LayerResult of V costs, V booleans or any number of vertex indices, and (V, 3) vectors.
-
-    Raises:
-        MeshMapError: arrays of a wrong length or kind, or a negative cost.
-    """
-    costs, lethal = np.asarray(costs), np.asarray(lethal)
-    if costs.dtype.kind not in "fiu" or costs.shape != (vertex_count,):
-        raise MeshMapError(
-            "the costs are of shape %s and type %s, but %d numbers are needed, one for each vertex"
-            % (costs.shape, costs.dtype, vertex_count)
-        )
-    if lethal.dtype.kind == "b" and lethal.shape == (vertex_count,):
-        mask = lethal
-    elif lethal.ndim == 1 and (lethal.dtype.kind in "iu" or not len(lethal)):
-        indices = lethal.astype(np.int64)
-        if len(indices) and not 0 <= indices.min() <= indices.max() < vertex_count:
-            raise MeshMapError("a lethal vertex does not exist: there are %d" % vertex_count)
-        mask = np.zeros(vertex_count, np.bool_)
-        mask[indices] = True
-    else:
-        raise MeshMapError("the lethal vertices have to be %d booleans or indices" % vertex_count)
-    with np.errstate(over="ignore"):  # what does not fit is lethal
-        costs = np.ascontiguousarray(costs, np.float32)
-    negative = np.flatnonzero(costs < 0)
-    if len(negative):
-        raise MeshMapError(
-            "the cost of vertex %d is %g (%d negative ones in all)"
-            % (negative[0], costs[negative[0]], len(negative)),
-            "costs have to be 0 or more, +inf for lethal, NaN for unknown",
-        )
-    if vectors is not None:
-        vectors = np.ascontiguousarray(vectors, np.float32)
-        if vectors.shape != (vertex_count, 3) or not np.isfinite(vectors).all():
-            raise MeshMapError("the vectors have to be (%d, 3) finite numbers" % vertex_count)
-    return LayerResult(costs, mask | np.isposinf(costs), vectors)
+def _unknown(names: Iterable[Any], known: Iterable[str]) -> str:
+    return "unknown parameters: %s (known: %s)" % (
+        ", ".join(sorted(map(str, names))),
+        ", ".join(sorted(known)),
+    )
 
 
 def _checked_inputs(value: Any) -> Optional[Tuple[str, ...]]:

@@ -1,18 +1,43 @@
 """Where a mesh map comes from: a map file or a mesh file, and parameters in a dictionary."""
 
+import json
 import logging
+import math
+import threading
+import weakref
 from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping, Optional
 
 import numpy as np
 from mesh_msgs_hdf5.any_mesh import open_members
+from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
 
+from mesh_map.digest import digest
 from mesh_map.errors import MeshMapError
+from mesh_map.geometry import MeshGeometry
 from mesh_map.layer import Layer
+from mesh_map.map_contents import MapContents
 from mesh_map.mesh_map import MeshMap
+from mesh_map.parameter import Parameter
 
 _LOG = logging.getLogger("mesh_map")
+
+_STRINGS = (
+    Parameter("mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .dae)"),
+    Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
+    Parameter("global_frame", "", description="frame of all messages; empty: that of the file"),
+)
+GEOMETRY_PARAMETERS = (
+    Parameter("up_direction", (0.0, 0.0, 1.0), description="against which heights are measured"),
+    Parameter("orient", False, description="turn faces so that neighbors agree, and most face up"),
+    Parameter(
+        "normals",
+        "mean",
+        description="normals of vertices: mean of the faces around, or weighted by their angle",
+        choices=("mean", "angle"),
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -21,50 +46,86 @@ class MapParameters:
 
     mesh_file, mesh_part, global_frame: as in the README.
     layers: the list for MeshMap.compute_layers().
+    geometry: up_direction, orient and normals, for MapSource.make_map().
     """
 
     mesh_file: str
     mesh_part: Optional[str]
     global_frame: str
     layers: Any
+    geometry: Mapping[str, Any]
 
 
 def map_parameters(values: Any) -> MapParameters:
     """Reads parameters as ROS users write them: each layer has its own in a dictionary of its name.
+
+    The layers are a list of {name, type}, or as for ROS 2 a list of names, with the type among the
+    parameters of the layer.
 
     Raises:
         MeshMapError: no mesh_file, or a value of the wrong type.
     """
     if not isinstance(values, Mapping):
         raise MeshMapError("the parameters are %r, not a dictionary" % (values,))
-    strings = {}
-    for name, default in (("mesh_file", ""), ("mesh_part", ""), ("global_frame", "")):
-        strings[name] = values.get(name, default)
-        if not isinstance(strings[name], str):
-            raise MeshMapError("%s is %r, but it has to be a string" % (name, strings[name]))
-    if values.get("server_url") and not strings["mesh_file"]:
+    known = _STRINGS + GEOMETRY_PARAMETERS
+    checked = {p.name: p.checked(values.get(p.name, p.default))[0] for p in known}
+    if values.get("server_url") and not checked["mesh_file"]:
         raise MeshMapError("maps of a mesh server (server_url) are not supported", "set mesh_file")
-    if not strings["mesh_file"]:
+    if not checked["mesh_file"]:
         raise MeshMapError("mesh_file is not set", "name a map file (.h5) or a mesh (.ply .obj …)")
     layers = values.get("layers", [])
     if isinstance(layers, list):
         layers = [_with_params(entry, values) for entry in layers]
     return MapParameters(
-        strings["mesh_file"], strings["mesh_part"] or None, strings["global_frame"], layers
+        checked["mesh_file"],
+        checked["mesh_part"] or None,
+        checked["global_frame"],
+        layers,
+        {p.name: checked[p.name] for p in GEOMETRY_PARAMETERS},
     )
 
 
 def _with_params(entry: Any, values: Mapping[str, Any]) -> Any:
+    if isinstance(entry, str) and isinstance(values.get(entry), Mapping):
+        params = dict(values[entry])
+        named = {"type": params.pop("type")} if "type" in params else {}
+        return dict(named, name=entry, params=params)
     if not isinstance(entry, Mapping) or not isinstance(entry.get("name"), str):
         return entry  # MeshMap says what is wrong with it
     return dict(entry, params=values.get(entry["name"], entry.get("params", {})))
+
+
+class SharedGeometries:
+    """The geometries that maps of this process use now: equal ones are there once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._known: "weakref.WeakValueDictionary[Any, MeshGeometry]"
+        self._known = weakref.WeakValueDictionary()
+
+    def of(
+        self, made: MeshGeometry, given_normals: str, options: Mapping[str, Any]
+    ) -> MeshGeometry:
+        """`made`, or one that was here before and is the same with all that follows from it.
+
+        Args:
+            given_normals: digest of the normals that it was made with; "" for none.
+            options: of MeshGeometry that change what follows from it.
+        """
+        shown = repr(sorted(options.items()))
+        key = (made.content_uuid, made.uuid, made.frame_id, given_normals, shown)
+        with self._lock:
+            return self._known.setdefault(key, made)
+
+
+_GEOMETRIES = SharedGeometries()
 
 
 class MapSource:
     """A mesh that has been read, and the layers stored with it, which are read when needed.
 
     Attributes: path, is_map_file (HDF5: layers can be saved), mesh (mesh_msgs_hdf5; geometry,
-    normals and colors), uuid.
+    normals and colors), uuid, contents (MapContents).
     """
 
     def __init__(self, path: str, part: Optional[str] = None) -> None:
@@ -84,39 +145,68 @@ class MapSource:
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
         self.is_map_file = opened.is_map
+        self.contents = MapContents(self._members, opened.is_map)
+        self._geometry: Optional[MeshGeometry] = None
+        self._options: Dict[str, Any] = {}
+        self._identity: Dict[str, Any] = {}
+        self._stored: Optional[Dict[str, Dict[str, Any]]] = None
         for note in opened.notes:
             _LOG.warning("%s: %s", path, note)
 
-    def make_map(self, frame_id: str = "") -> MeshMap:
-        """A map without layers; its frame is that of the file unless one is given.
+    def make_map(self, frame_id: str = "", **options: Any) -> MeshMap:
+        """A map without layers. All maps of this process with this mesh share what follows from it.
 
+        Args:
+            frame_id: instead of that of the file.
+            options: up_direction, orient and normals of MeshGeometry.
         Raises:
-            MeshMapError: no usable mesh.
+            MeshMapError: no usable mesh, or a wrong option.
         """
         mesh = self.mesh
-        return MeshMap(
-            mesh.vertices, mesh.faces, mesh.vertex_normals, frame_id or mesh.frame_id, self.uuid
+        made = MeshGeometry(
+            mesh.vertices,
+            mesh.faces,
+            mesh.vertex_normals,
+            frame_id or mesh.frame_id,
+            self.uuid,
+            **options,
         )
+        if self._members.schema_version and not options.get("orient"):
+            made.content_uuid = self.uuid  # files of ours are checked for that while they are read
+        given = "" if mesh.vertex_normals is None else digest(mesh.vertex_normals)
+        self._geometry = _GEOMETRIES.of(made, given, options)
+        self._options, self._identity = options, {}
+        return MeshMap.of(self._geometry, self.contents)
 
     def stored_costs(self, name: str, fingerprint: Mapping[str, Any]) -> Optional[np.ndarray]:
-        """The costs in the file of the layer of this name, if the same fingerprint is with them.
+        """The costs in the file of a layer that was computed with this fingerprint, if there are.
 
-        A file that does not say how its costs were made may hold those of another radius: they are
-        not used, nor are those of a damaged or meanwhile replaced file; that is logged.
+        Those under the name of the layer count first, then others: another robot may have stored
+        them. A file that does not say how, or for which geometry, its costs were made may hold
+        those of another radius: they are not used, nor are those of a damaged or meanwhile replaced
+        file; that is logged.
         """
-        members = self._members
+        wanted = self._storable(fingerprint)
         try:
-            if name not in members.layer_names():
-                return None
-            if members.layer_parameters(name) != dict(fingerprint):
-                return None
-            return members.vertex_costs(name)
+            if self._stored is None:
+                self._stored = self._members.all_layer_parameters()
+            stored = self._stored
+            for other in [name] * (name in stored) + sorted(set(stored) - {name}):
+                if stored[other] == wanted:
+                    return self._members.vertex_costs(other)
         except MapFileError as error:
+            self._stored = None
             _LOG.warning("layer %s is computed anew: %s", name, error)
             return None
+        if name in stored:
+            _LOG.info("layer %s is computed anew: %s", name, _difference(stored[name], wanted))
+        return None
 
     def save_layers(self, layers: Mapping[str, Layer]) -> List[str]:
         """Writes layers with their parameters to the map file; returns their names.
+
+        Normals of vertices are stored too where the file has none, so that nobody computes them
+        again. Layers that say so (STORABLE) are left out.
 
         Raises:
             MeshMapError: no map file, no layers, or a file that cannot be written.
@@ -126,15 +216,53 @@ class MapSource:
                 "%s is no map file, so layers cannot be stored in it" % self.path,
                 "rosrun mesh_msgs_hdf5 mesh_tool import IN OUT.h5",
             )
-        computed: Dict[str, Any] = {
-            name: (layer.result.costs, layer.identity)
-            for name, layer in layers.items()
-            if layer.result is not None
-        }
-        if not computed:
+        edit = Edit()
+        for name, layer in layers.items():
+            if layer.result is not None and layer.STORABLE:
+                edit.vertex_costs[name] = layer.result.costs
+                edit.layer_parameters[name] = self._storable(layer.identity)
+        if not edit.vertex_costs:
             raise MeshMapError("there are no layers to store")
         try:
-            self._members.write_layers(computed)
+            if self._has_usual_normals() and not self._members.has_normals:
+                edit.vertex_normals = self._geometry.vertex_normals
+            self._members.update(edit)
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
-        return list(computed)
+        self._stored = None
+        return list(edit.vertex_costs)
+
+    def _has_usual_normals(self) -> bool:
+        options = self._options
+        usual = not options.get("orient") and options.get("normals", "mean") == "mean"
+        return self._geometry is not None and usual
+
+    def _storable(self, fingerprint: Mapping[str, Any]) -> Dict[str, Any]:
+        """The fingerprint as it comes back from the file, with what else costs may follow from."""
+        geometry = self._geometry
+        if geometry is not None and not self._identity:
+            self._identity = {"vertex_normals": digest(geometry.vertex_normals)}
+            if tuple(geometry.up) != (0.0, 0.0, 1.0):
+                self._identity["up_direction"] = geometry.up.tolist()
+        return json.loads(json.dumps(_finite(dict(fingerprint, **self._identity))))
+
+
+def _finite(value: Any) -> Any:
+    """Infinite numbers as texts: JSON has none."""
+    if isinstance(value, Mapping):
+        return {str(key): _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    return str(value) if isinstance(value, float) and math.isinf(value) else value
+
+
+def _difference(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """Why costs are not used, for users."""
+    if "geometry" not in stored:
+        return "the file does not say for which geometry its costs were computed"
+    names = sorted(
+        name
+        for name in set(stored) | set(wanted)
+        if name not in stored or name not in wanted or stored[name] != wanted[name]
+    )
+    return "its costs in the file were computed with other values of " + ", ".join(names)

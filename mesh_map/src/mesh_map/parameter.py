@@ -2,11 +2,18 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, Optional, Tuple, Union
+from typing import Any, Mapping, Optional, Tuple, Union
 
 from mesh_map.errors import MeshMapError
 
-Value = Union[bool, int, float, str]
+Value = Union[bool, int, float, str, Tuple[Any, ...], Mapping[str, Any]]
+
+_OTHER_KINDS = (
+    (bool, bool, "a boolean"),
+    (str, str, "a string"),
+    (tuple, (tuple, list), "a list"),
+    (dict, Mapping, "a dictionary"),
+)
 
 
 @dataclass(frozen=True)
@@ -14,11 +21,15 @@ class Parameter:
     """One parameter: its type is that of its default.
 
     Attributes:
-        name, default, description: for users; units belong in the description.
+        name, default, description: for users; units belong in the description. A default that is a
+            tuple or a dictionary makes a parameter that is a list (given to the layer as a tuple)
+            or a dictionary; what is in it is for the layer to check.
         minimum, maximum: the range of a number, None for no limit. A value outside is moved to the
-            limit with a warning, as dynamic_reconfigure does.
+            limit with a warning, as dynamic_reconfigure does. Infinite values are refused, unless
+            the limit on their side is infinite itself.
         affects_costs: False for one that is applied to costs afterwards (a threshold, a factor), so
             that stored costs stay good when it changes.
+        choices: of a string, all values that it may have; empty for any.
     """
 
     name: str
@@ -27,18 +38,22 @@ class Parameter:
     maximum: Optional[float] = None
     description: str = ""
     affects_costs: bool = True
+    choices: Tuple[str, ...] = ()
 
     def checked(self, value: Any) -> Tuple[Value, str]:
         """The value in the right type and range, and a warning ("" for none).
 
         Raises:
-            MeshMapError: another type, or NaN.
+            MeshMapError: another type, NaN, or none of the choices.
         """
         kind = type(self.default)
-        if kind in (bool, str):
-            if not isinstance(value, kind):
-                raise self._wrong(value, "a " + {bool: "boolean", str: "string"}[kind])
-            return value, ""
+        for known, accepted, text in _OTHER_KINDS:
+            if kind is known:
+                if not isinstance(value, accepted):
+                    raise self._wrong(value, text)
+                if self.choices and value not in self.choices:
+                    raise self._wrong(value, "one of " + ", ".join(self.choices))
+                return kind(value), ""
         if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
             raise self._wrong(value, "a number")
         limited = self._limited(value)
@@ -64,7 +79,7 @@ class Parameter:
             value = self.minimum
         if self.maximum is not None and value > self.maximum:
             value = self.maximum
-        if math.isinf(value):
+        if math.isinf(value) and value not in (self.minimum, self.maximum):
             raise self._wrong(value, "a finite number")
         return value
 

@@ -1,59 +1,42 @@
-"""The mesh map on ROS: parameters, topics and the service of one map below a namespace."""
+"""The mesh map on ROS: one map below a namespace, with all that is said about it in the README."""
 
 import logging
 import threading
 import time
-from typing import Any, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 import numpy as np
 import rospy
-from mesh_msgs import arrays
-from mesh_msgs.ros import LatchedTopics
-from std_msgs.msg import Header
-from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
+from visualization_msgs.msg import Marker
 
-from mesh_map.errors import MeshMapError, one_line
+from mesh_map.combination import COMBINED_COSTS
+from mesh_map.errors import MeshMapError
+from mesh_map.layer import Layer
+from mesh_map.layer_adapters_ros import LayerAdapters
+from mesh_map.log_ros import forward_log
+from mesh_map.map_services_ros import MapServices
 from mesh_map.map_source import MapSource, map_parameters
+from mesh_map.map_topics_ros import MapTopics
 from mesh_map.mesh_map import MeshMap
+from mesh_map.parameter import Parameter, Value
+from mesh_map.reconfigure_ros import MAP_PARAMETERS, MapReconfigure
+from mesh_map.settings import SETTINGS
 from mesh_map.topology import quantity
 
-COMBINED_COSTS = "Combined Costs"
+__all__ = ["COMBINED_COSTS", "MeshMapServer", "forward_log"]
+
+COSTS_PERIOD = Parameter(
+    "costs_period", 1.0, 0.0, 3600.0, "shortest time between whole messages of a layer (s)"
+)
 
 _LOG = logging.getLogger("mesh_map")
-
-
-class _ToRosLog(logging.Handler):
-    """Passes what the library logs on to rosout."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        text = one_line(record.getMessage())
-        if record.levelno >= logging.ERROR:
-            rospy.logerr("%s", text)
-        elif record.levelno >= logging.WARNING:
-            rospy.logwarn("%s", text)
-        elif record.levelno >= logging.INFO:
-            rospy.loginfo("%s", text)
-
-
-def forward_log() -> None:
-    """Sends the log of the library to rosout, once per process."""
-    if not any(isinstance(handler, _ToRosLog) for handler in _LOG.handlers):
-        _LOG.addHandler(_ToRosLog())
-        _LOG.setLevel(logging.INFO)
-        _LOG.propagate = False
-
-
-def _stop_at_shutdown(*_progress: Any) -> None:
-    if rospy.is_shutdown():
-        raise MeshMapError("the node is shut down")
 
 
 class MeshMapServer:
     """Loads a map as the parameters below a namespace say, and publishes it there.
 
-    Parameters, topics and services: see the README of this package. All names are below the
-    namespace, so the map of the node move_base_flex with the default namespace is published on
-    /move_base_flex/mesh_map/mesh.
+    All names are below the namespace, so the map of the node move_base_flex with the default
+    namespace is published on /move_base_flex/mesh_map/mesh.
     """
 
     def __init__(self, namespace: str = "~mesh_map") -> None:
@@ -69,12 +52,16 @@ class MeshMapServer:
         self._lock = threading.RLock()
         self._map: Optional[MeshMap] = None
         self._source: Optional[MapSource] = None
-        self._mesh_topic = rospy.Publisher(
-            self._name("mesh"), arrays.MeshGeometryStamped, latch=True, queue_size=1
+        self._why_not = "no map is loaded"
+        self._in_use: List[Callable[[], None]] = []
+        self._topics = MapTopics(self.namespace)
+        self._services = MapServices(
+            self.namespace,
+            lambda: self.map,
+            lambda: self._topics.costs,
+            lambda: self._source.mesh.vertex_colors if self._source else None,
+            self._save,
         )
-        self._colors_topic: Optional[rospy.Publisher] = None
-        self._costs_topic = LatchedTopics(self._name("vertex_costs"), arrays.MeshVertexCostsStamped)
-        self._save_service = rospy.Service(self._name("save_map"), Trigger, self._save_map)
 
     @property
     def map(self) -> MeshMap:
@@ -84,40 +71,29 @@ class MeshMapServer:
             MeshMapError: before load() has succeeded.
         """
         if self._map is None:
-            raise MeshMapError("no map is loaded")
+            raise MeshMapError(self._why_not)
         return self._map
 
     def load(self) -> MeshMap:
         """Reads the parameters and the file, computes the layers, and publishes everything.
 
-        A layer that cannot be used is logged, and the others go on. After an error, the map before
-        stays.
+        The geometry is published first, each layer as soon as it is there, and the combination
+        last. A layer that cannot be used is logged, and the others go on. After an error, the map
+        before stays.
 
         Raises:
             MeshMapError: the map cannot be loaded, or ROS is shut down meanwhile; one line for
                 users.
         """
         with self._lock:
-            parameters = map_parameters(rospy.get_param(self.namespace, {}))
-            start = time.monotonic()
-            source = MapSource(parameters.mesh_file, parameters.mesh_part)
-            _stop_at_shutdown()
-            mesh_map = source.make_map(parameters.global_frame)
-            _LOG.info("%s: %s", parameters.mesh_file, mesh_map.report())
-            mesh_map.compute_layers(parameters.layers, _stop_at_shutdown, source.stored_costs)
-            if not mesh_map.layers:
-                _LOG.warning("the map has no layers: every vertex is free")
-            for old in list(self._costs_topic.keys()):
-                self._costs_topic.remove(old)
-            self._map, self._source = mesh_map, source
-            self._publish_all()
-            _LOG.info(
-                "map %s with %s is ready after %.2f s",
-                mesh_map.uuid,
-                quantity(len(mesh_map.layers), "layers"),
-                time.monotonic() - start,
-            )
-            return mesh_map
+            self._why_not = "the map is being loaded"
+            try:
+                return self._load()
+            except MeshMapError as error:
+                self._why_not = "there is no map: %s" % error
+                if not rospy.is_shutdown():
+                    self._topics.publish_progress("failed: %s" % error)
+                raise
 
     def publish_costs(self, type_name: str, costs: np.ndarray) -> None:
         """Publishes costs of all vertices, such as the "Potential" of a plan.
@@ -130,84 +106,151 @@ class MeshMapServer:
         Raises:
             MeshMapError: a wrong number of costs, or no map.
         """
-        mesh_map = self.map
-        costs = np.asarray(costs, np.float32)
-        if costs.shape != (len(mesh_map.vertices),):
-            raise MeshMapError(
-                "%s has %s costs for %d vertices" % (type_name, costs.shape, len(mesh_map.vertices))
-            )
-        message = arrays.MeshVertexCostsStamped(
-            header=self._header(),
-            uuid=mesh_map.uuid,
-            type=type_name,
-            mesh_vertex_costs=arrays.MeshVertexCosts(costs=costs),
-        )
-        self._costs_topic.publish(type_name, message)
+        costs = np.array(costs, np.float32)
+        self._check_count(costs, (len(self.map.vertices),), type_name)
+        self._topics.publish_costs(type_name, costs)
+
+    def publish_face_costs(self, type_name: str, costs: np.ndarray) -> None:
+        """Publishes costs of all faces. Late subscribers get the last ones of each type.
+
+        Args:
+            type_name: what RViz offers in its list of face costs.
+            costs: (F,) numbers.
+        Raises:
+            MeshMapError: a wrong number of costs, or no map.
+        """
+        costs = np.array(costs, np.float32)
+        self._check_count(costs, (len(self.map.faces),), type_name, "faces")
+        self._topics.publish_face_costs(type_name, lambda: costs)
+
+    def publish_vector_field(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
+        """Publishes directions at the vertices as a marker, such as those of a plan.
+
+        Args:
+            namespace: of the marker, under which RViz lists it; a later one replaces it.
+            vectors: (V, 3), of length 1 or zero.
+            values: (V,), by which the lines are colored.
+        Raises:
+            MeshMapError: a wrong number of vectors or values, or no map.
+        """
+        count = len(self.map.vertices)
+        vectors, values = np.array(vectors, np.float32), np.array(values, np.float32)
+        self._check_count(vectors, (count, 3), namespace)
+        self._check_count(values, (count,), namespace)
+        self._topics.publish_vectors(namespace, vectors, values)
+
+    def publish_marker(self, namespace: str, make_marker: Callable[[], Marker]) -> None:
+        """Publishes a marker for debugging.
+
+        Args:
+            namespace: of the marker; a later one replaces it.
+            make_marker: gives it; not called where nobody looks.
+        """
+        self._topics.publish_marker(namespace, make_marker)
 
     def shutdown(self) -> None:
-        """Ends topics and services."""
-        self._save_service.shutdown()
-        self._costs_topic.unregister()
-        self._mesh_topic.unregister()
-        if self._colors_topic is not None:
-            self._colors_topic.unregister()
+        """Ends topics, services and what layers do on ROS."""
+        self._release()
+        self._services.shutdown()
+        self._topics.shutdown()
 
-    def _name(self, name: str) -> str:
-        return self.namespace.rstrip("/") + "/" + name
-
-    def _header(self) -> Header:
-        # A map does not age: with the stamp 0, transforms are looked up as they are now.
-        return Header(frame_id=self.map.frame_id)
-
-    def _publish_all(self) -> None:
-        self._mesh_topic.publish(
-            arrays.MeshGeometryStamped(
-                header=self._header(),
-                uuid=self.map.uuid,
-                mesh_geometry=arrays.MeshGeometry(
-                    vertices=self.map.vertices,
-                    vertex_normals=self.map.vertex_normals,
-                    faces=self.map.faces,
-                ),
-            )
+    def _load(self) -> MeshMap:
+        given = rospy.get_param(self.namespace, {})
+        parameters = map_parameters(given)
+        values = _checked_values(given)
+        start = time.monotonic()
+        self._topics.publish_progress("reading %s" % parameters.mesh_file)
+        source = MapSource(parameters.mesh_file, parameters.mesh_part)
+        _stop_at_shutdown()
+        mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
+        mesh_map.set_settings(**{p.name: values[p.name] for p in SETTINGS})
+        self._release()
+        self._topics.set_period(values[COSTS_PERIOD.name])
+        self._topics.begin(mesh_map, source.mesh.vertex_colors)
+        mesh_map.compute_layers(
+            parameters.layers, self._progress, source.stored_costs, self._publish_layer
         )
-        for name, layer in self.map.layers.items():
-            self.publish_costs(name, layer.result.costs)
-        self.publish_costs(COMBINED_COSTS, self.map.costs)
-        self._publish_colors(self._source.mesh.vertex_colors)
-
-    def _publish_colors(self, colors: Optional[np.ndarray]) -> None:
-        if colors is None:
-            if self._colors_topic is not None:  # those of another map
-                self._colors_topic.unregister()
-                self._colors_topic = None
-            return
-        if self._colors_topic is None:
-            self._colors_topic = rospy.Publisher(
-                self._name("vertex_colors"),
-                arrays.MeshVertexColorsStamped,
-                latch=True,
-                queue_size=1,
-            )
-        rgba = np.ones((len(colors), 4), np.float32)
-        rgba[:, :3] = colors[:, :3] / np.float32(255)
-        self._colors_topic.publish(
-            arrays.MeshVertexColorsStamped(
-                header=self._header(),
-                uuid=self.map.uuid,
-                mesh_vertex_colors=arrays.MeshVertexColors(vertex_colors=rgba),
-            )
+        if not mesh_map.layers:
+            _LOG.warning("the map has no layers: every vertex is free")
+        self._topics.publish_costs(COMBINED_COSTS, mesh_map.planning_costs().costs)
+        self._topics.publish_layer_vectors(mesh_map.layers.values())
+        self._map, self._source = mesh_map, source
+        self._publish_face_costs(mesh_map)
+        mesh_map.add_listener(self._publish_changes)
+        self._in_use.append(lambda: mesh_map.remove_listener(self._publish_changes))
+        adapters = LayerAdapters(self.namespace, mesh_map)
+        self._in_use.append(adapters.shutdown)
+        reconfigure = MapReconfigure(self.namespace, mesh_map, values)
+        self._in_use.append(reconfigure.shutdown)
+        text = "map %s with %s is ready after %.2f s" % (
+            mesh_map.uuid,
+            quantity(len(mesh_map.layers), "layers"),
+            time.monotonic() - start,
         )
+        self._topics.publish_progress("ready: " + text)
+        _LOG.info("%s", text)
+        _LOG.info("%s: %s", parameters.mesh_file, mesh_map.report())
+        return mesh_map
 
-    def _save_map(self, _request: TriggerRequest) -> Any:
-        try:
-            with self._lock:
-                names = self._source.save_layers(self.map.layers) if self._source else []
-            if not names:
-                raise MeshMapError("no map is loaded")
-        except MeshMapError as error:
-            _LOG.error("save_map: %s", error)
-            return TriggerResponse(success=False, message=str(error))
+    def _release(self) -> None:
+        """Ends what works for the map of before."""
+        while self._in_use:
+            self._in_use.pop()()
+
+    def _progress(self, share: float, what: str) -> None:
+        _stop_at_shutdown()
+        self._topics.publish_progress("%.0f %%: %s" % (100 * share, what))
+
+    def _publish_layer(self, layer: Layer) -> None:
+        self._topics.publish_costs(layer.name, layer.result.costs)
+
+    def _publish_changes(self, changes: Any) -> None:
+        self._topics.publish_changes(changes)
+        self._topics.publish_layer_vectors(self.map.layers.values())
+
+    def _publish_face_costs(self, mesh_map: MeshMap) -> None:
+        contents = mesh_map.contents
+        for name in contents.face_attribute_names() if contents is not None else ():
+            self._topics.publish_face_costs(name, lambda name=name: _face_costs(mesh_map, name))
+
+    @staticmethod
+    def _check_count(values: np.ndarray, shape: Any, what: str, of: str = "vertices") -> None:
+        if values.shape != shape:
+            kind = "costs" if len(shape) == 1 else "vectors"
+            raise MeshMapError("%s has %s %s for %d %s" % (what, values.shape, kind, shape[0], of))
+
+    def _save(self) -> str:
+        with self._lock:
+            mesh_map = self.map
+            names = self._source.save_layers(mesh_map.layers)
         message = "stored in %s: %s" % (self._source.path, ", ".join(names))
         _LOG.info("%s", message)
-        return TriggerResponse(success=True, message=message)
+        return message
+
+
+def _face_costs(mesh_map: MeshMap, name: str) -> Optional[np.ndarray]:
+    """A face attribute of the file that is a cost (one float32 for each face); None for others."""
+    costs = mesh_map.contents.face_attribute(name)
+    count = len(mesh_map.faces)
+    is_cost = costs.dtype == np.float32 and costs.shape in ((count,), (count, 1))
+    return costs.reshape(-1) if is_cost else None
+
+
+def _stop_at_shutdown() -> None:
+    if rospy.is_shutdown():
+        raise MeshMapError("the node is shut down")
+
+
+def _checked_values(given: Any) -> Dict[str, Value]:
+    """The parameters of the map itself; what cannot be used is logged, the default counts."""
+    values = {}
+    for parameter in MAP_PARAMETERS + (COSTS_PERIOD,):
+        try:
+            value, warning = parameter.checked(given.get(parameter.name, parameter.default))
+        except MeshMapError as error:
+            value, warning = parameter.default, ""
+            _LOG.error("%s: the default %r is used", error, value)
+        if warning:
+            _LOG.warning("%s", warning)
+        values[parameter.name] = value
+    return values

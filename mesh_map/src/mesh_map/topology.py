@@ -1,7 +1,8 @@
 """What is next to what in a triangle mesh."""
 
 import re
-from typing import Any, Dict
+from functools import cached_property
+from typing import Any, Dict, Tuple
 
 import numpy as np
 
@@ -37,6 +38,8 @@ class Topology:
         neighbor_edges: (2 E,) uint32, the edges to them.
         vertex_face_offsets, vertex_faces: (V + 1,) and (N,) uint32, the faces around each vertex in
             the same form.
+        edge_face_offsets, edge_faces: (E + 1,) and (N,) uint32, the (not degenerate) faces at each
+            edge in the same form; made when they are first asked for.
         components: (V,) int32, connected over edges; numbered from 0 in the order of their lowest
             vertices.
         border_edges: (E,) bool, edges of one face.
@@ -108,6 +111,24 @@ class Topology:
     @property
     def duplicate_faces(self) -> np.ndarray:
         return (self._face_flags & _FACE_DUPLICATE) != 0
+
+    @cached_property
+    def _edge_face_rows(self) -> Tuple[np.ndarray, np.ndarray]:
+        offsets, faces = _kernels._edge_faces(self.face_edges, self.edge_count)
+        return read_only(offsets), read_only(faces)
+
+    @property
+    def edge_face_offsets(self) -> np.ndarray:
+        return self._edge_face_rows[0]
+
+    @property
+    def edge_faces(self) -> np.ndarray:
+        return self._edge_face_rows[1]
+
+    @property
+    def face_flags(self) -> np.ndarray:
+        """(F,) uint8, the flags of faces in the form that kernels take (mesh_map/topology.h)."""
+        return read_only(self._face_flags)
 
     def neighbors_of(self, vertex: int) -> np.ndarray:
         """The vertices that an edge connects with this one, ascending."""

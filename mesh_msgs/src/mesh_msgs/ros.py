@@ -1,13 +1,16 @@
 """Latched topics that carry several messages."""
 
 import io
+import itertools
 import struct
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, Dict, Hashable, List, Optional, Type
+from typing import Any, Callable, Dict, Hashable, List, Type
 
 import rospy
+
+from mesh_msgs._latched_messages import Kept, Recipient
 
 _LENGTH = struct.Struct("<I")
 
@@ -25,7 +28,9 @@ class LatchedTopics:
     message. A message to an idle subscriber is sent at once.
 
     Messages are serialized by publish(), in the thread of the caller, who also gets the errors;
-    later changes to the message have no effect. All methods may be called from any thread.
+    later changes to the message have no effect. `keep("roughness", make_message)` replaces what
+    later subscribers get without sending anything now, and without making the message before a
+    subscriber needs it; send() sends what is kept. All methods may be called from any thread.
 
     Two subscribers to a topic in one process share a connection; only the first gets everything.
 
@@ -37,10 +42,11 @@ class LatchedTopics:
 
     def __init__(self, name: str, data_class: Type[Any], interval: float = 0.25) -> None:
         self._interval = interval
-        self._messages: "OrderedDict[Hashable, bytes]" = OrderedDict()
-        self._recipients: Dict[Any, _Recipient] = {}
+        self._messages: "OrderedDict[Hashable, Kept]" = OrderedDict()
+        self._scheduled: Dict[Hashable, float] = {}
+        self._recipients: Dict[Any, Recipient] = {}
         self._condition = threading.Condition()
-        self._sequence = 0
+        self._sequence = itertools.count(1)
         self._closed = False
         # queue_size=0: each connection has a thread and an unlimited queue of its own, so that one
         # that has stopped reading holds up no other. The pacing puts one message at a time in it.
@@ -63,22 +69,51 @@ class LatchedTopics:
             genpy.SerializationError: a message that cannot be written; what was kept stays.
             rospy.ROSException: after unregister().
         """
-        if getattr(message, "_md5sum", None) != self._data_class._md5sum:
-            shown = getattr(message, "_type", type(message).__name__)
-            raise TypeError("expected a %s, got %s" % (self._data_class._type, shown))
+        self._check_open("publish()")
+        kept = Kept(data=self._frozen(message))
         with self._condition:
-            if self._closed:
-                raise rospy.ROSException("publish() after unregister()")
-            self._messages[key] = self._frozen(message)
+            self._check_open("publish()")
+            self._messages[key] = kept
             self._find_recipients()
-            for recipient in self._recipients.values():
-                recipient.want(key)
+            self._want(key)
+            self._condition.notify_all()
+
+    def keep(self, key: Hashable, make_message: Callable[[], Any]) -> None:
+        """Keeps a message for later subscribers under `key`, without sending it now.
+
+        Args:
+            make_message: gives the message; called once, in a thread of its own, when the message
+                is to be sent for the first time, so perhaps never. Where it gives None, nothing is
+                kept under `key`; neither where it fails or gives what cannot be written, which is
+                logged.
+        Raises:
+            rospy.ROSException: after unregister().
+        """
+        with self._condition:
+            self._check_open("keep()")
+            self._messages[key] = Kept(make_message=make_message)
+            self._condition.notify_all()
+
+    def send(self, key: Hashable, delay: float = 0.0) -> None:
+        """Sends what is kept under `key` by then to all subscribers, `delay` seconds from now.
+
+        A key that is to be sent earlier already is sent once, then. Without anything kept there is
+        nothing to send.
+
+        Raises:
+            rospy.ROSException: after unregister().
+        """
+        with self._condition:
+            self._check_open("send()")
+            due = time.monotonic() + delay
+            self._scheduled[key] = min(due, self._scheduled.get(key, due))
             self._condition.notify_all()
 
     def remove(self, key: Hashable) -> None:
         """Forgets the message of `key`, if there is one; subscribers are not told."""
         with self._condition:
             self._messages.pop(key, None)
+            self._scheduled.pop(key, None)
 
     def keys(self) -> List[Hashable]:
         """Keys with a message, in the order in which they are sent to a new subscriber."""
@@ -97,17 +132,24 @@ class LatchedTopics:
                 return
             self._closed = True
             self._messages.clear()
+            self._scheduled.clear()
             self._recipients.clear()
             self._condition.notify_all()
         if threading.current_thread() is not self._thread:
             self._thread.join()
         self._publisher.unregister()
 
+    def _check_open(self, what: str) -> None:
+        if self._closed:
+            raise rospy.ROSException(what + " after unregister()")
+
     def _frozen(self, message: Any) -> bytes:
         """The message as it goes over the wire, its length in front."""
+        if getattr(message, "_md5sum", None) != self._data_class._md5sum:
+            shown = getattr(message, "_type", type(message).__name__)
+            raise TypeError("expected a %s, got %s" % (self._data_class._type, shown))
         if message._has_header:
-            self._sequence += 1
-            message.header.seq = self._sequence
+            message.header.seq = next(self._sequence)
         buffer = io.BytesIO()
         buffer.seek(_LENGTH.size)
         message.serialize(buffer)
@@ -126,17 +168,53 @@ class LatchedTopics:
                 if self._closed:
                     return
                 self._find_recipients()
-                self._condition.wait(self._send_due(time.monotonic()))
+                needed: Dict[Hashable, Kept] = {}
+                wait = self._send_due(time.monotonic(), needed)
+                if not needed:
+                    self._condition.wait(wait)
+            for key, kept in needed.items():  # may take long: nobody who publishes waits for it
+                self._make(key, kept)
+
+    def _make(self, key: Hashable, kept: Kept) -> None:
+        data = None
+        try:
+            message = kept.make_message()
+            data = None if message is None else self._frozen(message)
+        except Exception as error:  # of a stranger's function; the other messages go on
+            shown = " ".join(str(error).split())
+            rospy.logerr("%s: no message of %s: %s", self._publisher.name, key, shown)
+        with self._condition:
+            current = self._messages.get(key)
+            if current is not kept:
+                if current is not None and current.data is None:
+                    current.spare = data
+            elif data is None:
+                del self._messages[key]
+            else:
+                kept.data, kept.make_message = data, None
 
     def _find_recipients(self) -> None:
         """Compares the connections with those known: new ones want every key."""
         connections = list(self._publisher.impl.connections)
         known = self._recipients
-        self._recipients = {c: known.get(c) or _Recipient(c, self._messages) for c in connections}
+        self._recipients = {c: known.get(c) or Recipient(c, self._messages) for c in connections}
 
-    def _send_due(self, now: float) -> float:
-        """Sends what is due and returns the number of seconds until there may be more to do."""
+    def _want(self, key: Hashable) -> None:
+        for recipient in self._recipients.values():
+            recipient.want(key)
+
+    def _send_due(self, now: float, needed: Dict[Hashable, Kept]) -> float:
+        """Sends what is due and returns the number of seconds until there may be more to do.
+
+        What is due but has to be made first is noted in `needed`.
+        """
         wait = 1.0  # also the longest time that the end of the node goes unnoticed
+        for key, due in list(self._scheduled.items()):
+            if due <= now:
+                del self._scheduled[key]
+                self._want(key)
+            else:
+                wait = min(wait, due - now)
         for connection, recipient in self._recipients.items():
             pause = recipient.pause(now)
             if pause is None:
@@ -144,11 +222,19 @@ class LatchedTopics:
             if pause > 0.0:
                 wait = min(wait, pause)
                 continue
-            message = recipient.next_message(self._messages)
-            if message is not None:
-                recipient.expect_one(now + self._interval)
-                self._send(connection, message)
-                wait = min(wait, self._interval)
+            key, kept = recipient.first(self._messages)
+            if kept is None:
+                continue
+            data = kept.data or kept.spare
+            if data is None:
+                needed[key] = kept
+                continue
+            recipient.expect_one(key, now + self._interval)
+            if kept.data is None:
+                kept.spare = None
+                recipient.want(key)
+            self._send(connection, data)
+            wait = min(wait, self._interval)
         return wait
 
     @staticmethod
@@ -174,39 +260,3 @@ class _Waker(rospy.SubscribeListener):
 
     def peer_subscribe(self, topic_name: str, topic_publish: Any, peer_publish: Any) -> None:
         self._wake()
-
-
-class _Recipient:
-    """What one subscriber is still to get, and when."""
-
-    _POLL = 0.02  # seconds between two looks at a connection that is still writing
-
-    def __init__(self, connection: Any, keys: Any) -> None:
-        self._connection = connection
-        self._keys: "OrderedDict[Hashable, None]" = OrderedDict.fromkeys(keys)
-        self._written = connection.stat_num_msg
-        self._not_before = 0.0
-
-    def want(self, key: Hashable) -> None:
-        """Adds a key; one that waits already keeps its place."""
-        self._keys[key] = None
-
-    def pause(self, now: float) -> Optional[float]:
-        """Seconds until the next message may be sent, None if there is none."""
-        if not self._keys:
-            return None
-        at_least = self._POLL if self._connection.stat_num_msg < self._written else 0.0
-        return max(at_least, self._not_before - now)
-
-    def next_message(self, messages: Dict[Hashable, Any]) -> Optional[Any]:
-        """The message of the first key that still has one."""
-        while self._keys:
-            key, _ = self._keys.popitem(last=False)
-            if key in messages:
-                return messages[key]
-        return None
-
-    def expect_one(self, not_before: float) -> None:
-        """Notes, before a message is handed to the connection, when the next one may follow."""
-        self._written = self._connection.stat_num_msg + 1
-        self._not_before = not_before

@@ -39,6 +39,9 @@ class MeshMembers:
         self.vertex_costs(name)
         return self._mesh.layer_parameters.get(name, {})
 
+    def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
+        return {name: self.layer_parameters(name) for name in self.layer_names()}
+
     def face_attribute_names(self) -> List[str]:
         return sorted(self._mesh.face_attributes)
 

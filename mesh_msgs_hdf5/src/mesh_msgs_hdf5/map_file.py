@@ -115,6 +115,11 @@ class MapFile:
         with self._reader() as reader:
             return reader.layer_parameters(name)
 
+    def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
+        """Layer name -> its parameters, of all layers, sorted; no costs are read."""
+        with self._reader() as reader:
+            return reader.all_layer_parameters()
+
     def face_attribute_names(self) -> List[str]:
         """The names of the face attributes, sorted."""
         with self._reader() as reader:

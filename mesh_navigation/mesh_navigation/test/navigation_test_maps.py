@@ -7,15 +7,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mesh_map.edge_weights import PlanningCosts
 from mesh_map.layer import LayerResult
 from mesh_map.mesh_map import MeshMap
+from mesh_map.settings import MapSettings
 from mesh_navigation.planners.dijkstra import DijkstraMeshPlanner
 
 
 class MapWithCosts:
     """A mesh map whose costs are given instead of computed."""
 
-    def __init__(self, mesh, costs=None, layers=None):
+    def __init__(self, mesh, costs=None, layers=None, settings=MapSettings()):
         self._map = MeshMap(mesh.vertices, mesh.faces)
         count = len(mesh.vertices)
         self.costs = np.zeros(count, np.float32) if costs is None else np.float32(costs)
@@ -23,6 +25,12 @@ class MapWithCosts:
             name: SimpleNamespace(result=LayerResult(costs, np.isposinf(costs)))
             for name, costs in (layers or {}).items()
         }
+        self._settings, self._version = settings, 0
+
+    def planning_costs(self):
+        self._version += 1
+        costs = np.float32(self.costs)
+        return PlanningCosts(self._version, costs, self._map.geometry, self._settings)
 
     def __getattr__(self, name):
         return getattr(self._map, name)

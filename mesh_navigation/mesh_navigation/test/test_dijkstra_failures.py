@@ -2,6 +2,7 @@
 
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -176,7 +177,8 @@ def test_cancel_ends_the_search_itself():
                 time.sleep(0.001)
             ended.set()
 
-    planner._solver = EndlessSolver()
+    found = planner._solvers.newest()._replace(solver=EndlessSolver())
+    planner._solvers = SimpleNamespace(newest=lambda: found)
     thread = threading.Thread(target=planner.make_plan, args=(HERE, THERE, 0.0, cancellation))
     thread.start()
     assert begun.wait(60) and not ended.is_set()

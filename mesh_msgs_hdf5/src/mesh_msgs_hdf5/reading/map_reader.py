@@ -146,6 +146,9 @@ class MapReader:
     def layer_parameters(self, name: str) -> Dict[str, Any]:
         return self._layers.parameters(name)
 
+    def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
+        return {name: self.layer_parameters(name) for name in self.layer_names()}
+
     def face_attribute_names(self) -> List[str]:
         return self._face_attributes.names()
 

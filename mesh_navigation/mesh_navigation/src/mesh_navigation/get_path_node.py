@@ -2,7 +2,7 @@
 
 import threading
 import time
-from typing import Any, Callable, Dict
+from typing import Any, Callable, Dict, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -19,10 +19,12 @@ from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.plan_execution import PlanExecution
 from mesh_navigation.planner import PlanFailure, PlanResult
 from mesh_navigation.planner_list import PlannerList
+from mesh_navigation.pose import Pose
 from mesh_navigation.ros import Transforms
 from mesh_navigation.slots import ConcurrencySlots, Job
 
-Show = Callable[[PlanResult, MeshMap], None]
+Ends = Tuple[Pose, Pose]
+Show = Callable[[PlanResult, MeshMap, Optional[Ends]], None]
 
 
 def _canceled_before_start() -> GetPathResult:
@@ -50,7 +52,8 @@ class GetPathServer:
             gate: where the map comes from.
             transforms: for poses in other frames and the robot's.
             values: of the parameters planner_patience, planner_max_retries and robot_frame.
-            show: called with each plan's result, after the client has its answer.
+            show: called with each plan's result, after the client has its answer; with the map, and
+                with start and goal in its frame, None if these are not known.
         """
         self._planners = planners
         self._gate = gate
@@ -115,11 +118,15 @@ class GetPathServer:
 
     def _execute(self, handle: Any, name: str, cancellation: Cancellation) -> None:
         goal = handle.get_goal()
-        mesh_map = None
+        mesh_map, ends = None, None
         try:
             self._current_goal.publish(goal.target_pose)
             mesh_map = self._gate.wait_for_map(cancellation)
-            result = self._plan(goal, name, mesh_map, cancellation)
+            fault = self._planners.fault(name)
+            if fault:
+                raise PlanFailure(GetPathOutcome.NOT_INITIALIZED, fault)
+            ends = self._ends(goal, mesh_map.frame_id, cancellation)
+            result = self._plan(name, ends, goal.tolerance, cancellation)
         except PlanFailure as failure:
             result = failure.as_result()
         except Exception as error:  # A goal must get its answer, whatever is wrong in here.
@@ -130,26 +137,24 @@ class GetPathServer:
         if mesh_map is not None and not rospy.is_shutdown():
             self._paths[name].publish(path)
             try:
-                self._show(result, mesh_map)
+                self._show(result, mesh_map, ends)
             except Exception as error:  # The goal is answered; a plugin's odd array ends no thread.
                 rospy.logerr("get_path: the plan of %s cannot be shown: %s", name, error)
 
-    def _plan(
-        self, goal: Any, name: str, mesh_map: MeshMap, cancellation: Cancellation
-    ) -> PlanResult:
-        fault = self._planners.fault(name)
-        if fault:
-            return PlanResult(GetPathOutcome.NOT_INITIALIZED, fault)
-        frame = mesh_map.frame_id
+    def _ends(self, goal: Any, frame: str, cancellation: Cancellation) -> Ends:
         if goal.use_start_pose:
             start = self._transforms.pose_in(frame, goal.start_pose, "start", cancellation)
         else:
             robot_frame = self._values["robot_frame"]
             start = self._transforms.robot_pose(frame, robot_frame, cancellation)
-        target = self._transforms.pose_in(frame, goal.target_pose, "goal", cancellation)
+        return start, self._transforms.pose_in(frame, goal.target_pose, "goal", cancellation)
+
+    def _plan(
+        self, name: str, ends: Ends, tolerance: float, cancellation: Cancellation
+    ) -> PlanResult:
         planner = self._planners[name]
         execution = PlanExecution(
-            lambda attempt: planner.make_plan(start, target, goal.tolerance, attempt),
+            lambda attempt: planner.make_plan(*ends, tolerance, attempt),
             self._values["planner_patience"],
             self._values["planner_max_retries"],
         )

@@ -1,23 +1,22 @@
 """The Move Base Flex server on a mesh map."""
 
 import threading
-from typing import Any, Dict, Optional, Sequence
+from typing import Any, Dict, Optional, Sequence, Tuple
 
 import rospy
-from visualization_msgs.msg import Marker
 
 from mesh_map.mesh_map import MeshMap
 from mesh_map.parameter import Parameter
 from mesh_map.ros import MeshMapServer
 from mesh_msgs.init_node import init_node
 
-from mesh_navigation.get_path_node import GetPathServer
+from mesh_navigation.get_path_node import Ends, GetPathServer
 from mesh_navigation.map_gate import MapGate
 from mesh_navigation.parameters import read_parameters
+from mesh_navigation.plan_markers import plan_markers
 from mesh_navigation.planner import PlanResult
 from mesh_navigation.planner_list import DEFAULT_PLANNERS, PlannerList
 from mesh_navigation.ros import Transforms
-from mesh_navigation.vector_field_marker import vector_field_marker
 
 PARAMETERS = (
     Parameter("planner_patience", 5.0, 0.0, 100.0, "longest time for a plan (s), 0: no limit"),
@@ -44,15 +43,12 @@ class MbfServer:
         for complaint in self._planners.complaints:
             rospy.logerr("%s", complaint)
         self._map_server = MeshMapServer("~mesh_map")
-        self._vector_field = rospy.Publisher(
-            "~mesh_map/vector_field", Marker, queue_size=1, latch=True
-        )
         self._gate = MapGate(self._load, self._values["wait_for_map"])
         transforms = Transforms(self._values["tf_cache_time"], self._values["tf_timeout"])
         self._get_path = GetPathServer(
             self._planners, self._gate, transforms, self._values, self._show
         )
-        self._to_show: Optional[PlanResult] = None
+        self._to_show: Optional[Tuple[PlanResult, Optional[Ends]]] = None
         self._showing = threading.Lock()
         rospy.on_shutdown(self._get_path.stop)
 
@@ -88,25 +84,23 @@ class MbfServer:
         )
         return mesh_map
 
-    def _show(self, result: PlanResult, mesh_map: MeshMap) -> None:
-        if result.potential is None:
-            return
+    def _show(self, result: PlanResult, mesh_map: MeshMap, ends: Optional[Ends]) -> None:
         # One at a time; of plans that wait for their turn (other slots'), only the last is shown.
-        self._to_show = result
+        self._to_show = result, ends
         with self._showing:
-            result, self._to_show = self._to_show, None
-            if result is None:
+            waiting, self._to_show = self._to_show, None
+            if waiting is None:
+                return
+            result, ends = waiting
+            for namespace, make in plan_markers(mesh_map, ends, result, rospy.Time.now()).items():
+                self._map_server.publish_marker(namespace, make)
+            if result.potential is None:
                 return
             self._map_server.publish_costs("Potential", result.potential)
             if result.vector_field is not None:
-                marker = vector_field_marker(
-                    mesh_map.vertices,
-                    result.vector_field,
-                    result.potential,
-                    mesh_map.frame_id,
-                    rospy.Time.now(),
+                self._map_server.publish_vector_field(
+                    "vector_field", result.vector_field, result.potential
                 )
-                self._vector_field.publish(marker)
 
 
 def _dictionary(name: str) -> Dict[str, Any]:

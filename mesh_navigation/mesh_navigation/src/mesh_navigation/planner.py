@@ -72,7 +72,8 @@ class MeshPlanner:
       map, before the first plan; it may take its time.
     * ``plan`` is the one method to override. **It may run several times at once**, in different
       threads (one per concurrency slot), so what belongs to one plan stays in local variables.
-    * The map may get new costs while plans run: read ``self.map.costs`` once per plan.
+    * The map may get new costs while plans run: take one ``self.map.planning_costs()`` per plan,
+      whose costs and edge weights are of the same moment.
     * Cancel: every plan has its own `Cancellation`, which any thread may trigger at any time, also
       before the plan starts. Look at it at least every 0.1 s, or hand a function that stops the
       work to ``cancellation.calling``; then raise `PlanFailure` with outcome CANCELED. The server

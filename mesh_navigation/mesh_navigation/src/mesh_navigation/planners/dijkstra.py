@@ -4,13 +4,13 @@ from typing import Any, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from mesh_map.dijkstra import CancelFlag, DijkstraResult, DijkstraSolver
+from mesh_map.dijkstra import CancelFlag, DijkstraResult
 from mesh_map.mesh_map import MeshMap
 from mesh_map.parameter import Parameter
-from mesh_map.topology import edge_lengths
 
 from mesh_navigation.anchors import Anchor, check_passable, find_anchor, passable, up_normal
 from mesh_navigation.cancellation import Cancellation
+from mesh_navigation.edge_solver import EdgeSolver, EdgeSolvers
 from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.path import path_length, path_poses, without_repeats
 from mesh_navigation.planner import MeshPlanner, PlanFailure, PlanResult, stop_if_canceled
@@ -36,45 +36,49 @@ class Goal(NamedTuple):
 
 
 class DijkstraMeshPlanner(MeshPlanner):
-    """Dijkstra's algorithm over the lengths of the edges, from the goal, around blocked vertices.
+    """Dijkstra's algorithm over the weights of the edges, from the goal, around blocked vertices.
 
     From the start and to the goal the path crosses the face they lie in; between them it follows
-    edges. Costs only say where not to go: vertices that are lethal, unknown or over the cost limit.
+    edges. Vertices that are lethal, unknown or over the cost limit are never passed. What an edge
+    weighs is the map's to say (mesh_map.edge_weights): its length, or more where costs are high.
     """
 
     parameters = (
         Parameter("cost_limit", 1.0, 0.0, 10.0, "highest cost of a vertex that may be passed"),
-        Parameter("goal_dist_offset", 0.3, 0.0, None, "search this far beyond the start (m)"),
+        Parameter(
+            "goal_dist_offset", 0.3, 0.0, None, "search this far beyond the start (m, weighted)"
+        ),
         Parameter("publish_vector_field", False, description="compute and publish the field"),
     )
 
     def initialize(self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}) -> list:
         complaints = super().initialize(name, mesh_map, given)
-        topology = mesh_map.topology
-        lengths = edge_lengths(mesh_map.vertices, topology.edges)
-        self._solver = DijkstraSolver(topology=topology, edge_lengths=lengths)
+        self._solvers = EdgeSolvers(mesh_map)
+        self._solvers.newest()  # now rather than during the first plan
         self._normals = vertex_up_normals(mesh_map.vertices, mesh_map.faces)
         return complaints
 
     def plan(
         self, start: Pose, goal: Pose, tolerance: float, cancellation: Cancellation
     ) -> PlanResult:
-        costs = self.map.costs
+        edges = self._solvers.newest()
+        costs = edges.costs
         origin = find_anchor(self.map, start.position, "start", GetPathOutcome.INVALID_START)
         self._check(origin, costs, "start", GetPathOutcome.INVALID_START)
         seeds = self._passable_corners(origin, costs)
         try:
             target = self._goal_at(goal.position, costs)
-            solution = self._solve(origin, target, costs, cancellation)
+            solution = self._solve(origin, target, edges, cancellation)
         except PlanFailure as failure:
             replaceable = (GetPathOutcome.INVALID_GOAL, GetPathOutcome.NO_PATH_FOUND)
             if tolerance == 0.0 or failure.outcome not in replaceable:
                 raise
             target = self._goal_nearby(
-                goal.position, tolerance, seeds, costs, cancellation, failure
+                goal.position, tolerance, seeds, edges, cancellation, failure
             )
-            solution = self._solve(origin, target, costs, cancellation)
-        points, normals = self._polyline(origin, seeds, target, solution)
+            solution = self._solve(origin, target, edges, cancellation)
+        way = _way(origin, seeds, target, solution)
+        points, normals = self._polyline(origin, way, target)
         length = path_length(points)
         straight = float(np.linalg.norm(points[-1] - points[0]))
         return PlanResult(
@@ -82,7 +86,7 @@ class DijkstraMeshPlanner(MeshPlanner):
             message=f"path of {length:.2f} m with {len(points)} poses, straight it would be "
             f"{straight:.2f} m{target.remark}",
             poses=path_poses(points, normals, goal.heading),
-            cost=length,
+            cost=_least_cost(seeds, solution) if edges.weighted and len(way) else length,
             potential=solution.potential,
             vector_field=self._vector_field(solution),
         )
@@ -113,7 +117,7 @@ class DijkstraMeshPlanner(MeshPlanner):
         position: np.ndarray,
         tolerance: float,
         start: List[Tuple[int, float]],
-        costs: np.ndarray,
+        edges: EdgeSolver,
         cancellation: Cancellation,
         failure: PlanFailure,
     ) -> Goal:
@@ -122,7 +126,7 @@ class DijkstraMeshPlanner(MeshPlanner):
         distances = np.linalg.norm(vertices - position, axis=1)
         near = np.flatnonzero(distances <= tolerance)
         if len(near):
-            reached = self._distances(start, costs, cancellation)
+            reached = self._distances(start, edges, cancellation)
             usable = near[np.isfinite(reached.potential[near])]
             if len(usable):
                 vertex = int(usable[np.argmin(distances[usable])])
@@ -142,7 +146,7 @@ class DijkstraMeshPlanner(MeshPlanner):
     def _distances(
         self,
         seeds: Sequence[Tuple[int, float]],
-        costs: np.ndarray,
+        edges: EdgeSolver,
         cancellation: Cancellation,
         targets: Optional[Sequence[int]] = None,
     ) -> DijkstraResult:
@@ -153,9 +157,9 @@ class DijkstraMeshPlanner(MeshPlanner):
         """
         flag = CancelFlag()
         with cancellation.calling(flag.set):
-            solution = self._solver.solve(
+            solution = edges.solver.solve(
                 seeds,
-                vertex_costs=costs,
+                vertex_costs=edges.costs,
                 cost_limit=self.values["cost_limit"],
                 targets=targets,
                 offset=self.values["goal_dist_offset"],
@@ -165,14 +169,14 @@ class DijkstraMeshPlanner(MeshPlanner):
         return solution
 
     def _solve(
-        self, origin: Anchor, target: Goal, costs: np.ndarray, cancellation: Cancellation
+        self, origin: Anchor, target: Goal, edges: EdgeSolver, cancellation: Cancellation
     ) -> DijkstraResult:
         """The search from the goal to the start.
 
         Raises:
             PlanFailure: it does not get there.
         """
-        components = self.map.topology.components
+        costs, components = edges.costs, self.map.topology.components
         start_label, goal_label = (
             int(components[vertex]) + 1 for vertex in (origin.corners[0], target.vertex)
         )
@@ -184,7 +188,7 @@ class DijkstraMeshPlanner(MeshPlanner):
                 f"goal in component {goal_label}",
             )
         corners = [vertex for vertex, _ in self._passable_corners(origin, costs)]
-        solution = self._distances(target.seeds, costs, cancellation, corners)
+        solution = self._distances(target.seeds, edges, cancellation, corners)
         if not np.any(np.isfinite(solution.potential[corners])):
             reached = int(np.count_nonzero(np.isfinite(solution.potential)))
             size = int(np.count_nonzero(components == goal_label - 1))
@@ -201,23 +205,14 @@ class DijkstraMeshPlanner(MeshPlanner):
         return solution
 
     def _polyline(
-        self,
-        origin: Anchor,
-        start: Sequence[Tuple[int, float]],
-        target: Goal,
-        solution: DijkstraResult,
+        self, origin: Anchor, way: np.ndarray, target: Goal
     ) -> Tuple[np.ndarray, np.ndarray]:
-        """(N,3) points from start to goal and (N,3) normals there."""
-        if origin.face == target.face and len(start) == 3:
-            vertices = np.zeros(0, dtype=np.uint32)
-        else:
-            first = min(start, key=lambda corner: corner[1] + float(solution.potential[corner[0]]))
-            vertices = solution.way_from(first[0])
+        """(N,3) points from start over the vertices of the way to the goal, and (N,3) normals."""
         start_normal = up_normal(self.map, origin, self._normals)
         points = np.concatenate(
-            [origin.position[None], self.map.vertices[vertices], target.position[None]]
+            [origin.position[None], self.map.vertices[way], target.position[None]]
         )
-        normals = np.concatenate([start_normal[None], self._normals[vertices], target.normal[None]])
+        normals = np.concatenate([start_normal[None], self._normals[way], target.normal[None]])
         return without_repeats(points, normals)
 
     def _vector_field(self, solution: DijkstraResult) -> Any:
@@ -231,3 +226,25 @@ class DijkstraMeshPlanner(MeshPlanner):
         field = np.zeros((len(vertices), 3), dtype=np.float32)
         field[moving] = steps / np.where(lengths > 0, lengths, 1)
         return field
+
+
+def _way(
+    origin: Anchor, start: Sequence[Tuple[int, float]], target: Goal, solution: DijkstraResult
+) -> np.ndarray:
+    """(N,) vertices to go over; none within one face that may be crossed anywhere."""
+    if origin.face == target.face and len(start) == 3:
+        return np.zeros(0, dtype=np.uint32)
+    return solution.way_from(_first_corner(start, solution)[0])
+
+
+def _first_corner(
+    start: Sequence[Tuple[int, float]], solution: DijkstraResult
+) -> Tuple[int, float]:
+    """Of the corners around the start, with their distances from it, the one to go over."""
+    return min(start, key=lambda corner: corner[1] + float(solution.potential[corner[0]]))
+
+
+def _least_cost(start: Sequence[Tuple[int, float]], solution: DijkstraResult) -> float:
+    """What the path minimizes: the weights of its edges, and the lengths to and from them (m)."""
+    vertex, distance = _first_corner(start, solution)
+    return distance + float(solution.potential[vertex])

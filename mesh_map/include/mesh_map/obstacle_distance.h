@@ -1,0 +1,90 @@
+#ifndef MESH_MAP_OBSTACLE_DISTANCE_H
+#define MESH_MAP_OBSTACLE_DISTANCE_H
+
+#include <mesh_map/front_mesh.h>
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace mesh_map {
+
+/// Distances along the surface from obstacles: lethal vertices, edges between two of them, and
+/// faces between three.
+///
+/// A front carries with each vertex not only how far the obstacle is, but also which piece of it
+/// (a point or an edge) is nearest, and where that lies when the faces in between are unfolded into
+/// a plane. So a front that comes from an edge stays straight, one that comes from a corner stays
+/// round, and obtuse triangles and slivers make no difference. Where the way has to bend, at a
+/// border or between faces that form a saddle, the vertex there becomes the source.
+///
+/// What a vertex gets is a function of its neighbors with smaller distances (ties: none, since
+/// every step adds at least one unit in the last place). So there is exactly one solution, however
+/// and in whichever order it is found, and any part of it can be computed again with what lies
+/// around it held fast: see update().
+class ObstacleDistance
+{
+ public:
+  /// Distances beyond `max_distance` (meters, above 0, may be infinite) are infinite.
+  ObstacleDistance(std::shared_ptr<const FrontMesh> mesh, float max_distance);
+
+  /// From everything: `lethal` holds one byte per vertex, not 0 for lethal ones. False where it was
+  /// cancelled; then nothing is known, and update() computes everything again.
+  bool compute(ArrayView<std::uint8_t> lethal, const std::atomic<bool>* cancel = nullptr,
+               unsigned threads = 0);
+
+  /// The same result, bit for bit, computed again only around the vertices that have become lethal
+  /// or ceased to be. Returns the vertices at which something has changed, ascending.
+  std::vector<std::uint32_t> update(ArrayView<std::uint8_t> lethal);
+
+  /// Per vertex: 0 on lethal ones, +inf beyond the maximum.
+  const std::vector<float>& distances() const { return distance_; }
+
+  /// Unit vector away from the obstacle in the plane of a face at the vertex; on lethal ones the
+  /// mean of those around. Zero where there is none.
+  std::array<float, 3> direction(std::uint32_t v) const;
+
+  const FrontMesh& mesh() const { return *mesh_; }
+
+ private:
+  /// The nearest piece of the obstacle, from a to b, as seen from a vertex v: in a plane with v at
+  /// the origin, the vertex `axis` on the x axis, and the face (v, axis, side) where y > 0. The
+  /// way goes to that piece, and `offset` farther.
+  struct Source
+  {
+    float offset;
+    float ax, ay, bx, by;
+    std::uint32_t axis, side;
+  };
+  class Spread;
+
+  void seed(std::uint32_t v);
+  bool solveParts(const std::atomic<bool>* cancel, unsigned threads);
+  std::vector<std::uint32_t> solveRegion();
+  void runRegion();
+  bool isInside(std::uint32_t v) const;
+  void addToRegion(std::uint32_t v);
+  void growRegion(const std::vector<std::uint32_t>& from, double reach);
+  std::uint32_t newStamps(std::uint32_t count);
+  double reach() const { return 1.05 * max_distance_ + 3.0 * mesh_->meanEdge(); }
+  std::array<double, 3> sourceDirection(std::uint32_t v) const;
+
+  std::shared_ptr<const FrontMesh> mesh_;
+  float max_distance_;
+  std::vector<std::uint8_t> lethal_;
+  std::vector<float> distance_;
+  std::vector<Source> source_;  // of vertices with a finite distance above 0
+  bool known_ = false;
+
+  std::vector<std::uint32_t> stamps_;  // which part of the mesh a vertex was in last
+  std::uint32_t stamp_ = 0;
+  std::vector<std::uint32_t> region_;  // the vertices with this stamp
+  std::vector<float> lengths_;         // scratch of growRegion: infinite
+};
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_OBSTACLE_DISTANCE_H

@@ -1,0 +1,114 @@
+#include <mesh_map/front_mesh.h>
+#include <mesh_map/parallel.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace mesh_map {
+namespace {
+
+double distance(const PackedPosition& p, const PackedPosition& q)
+{
+  const double x = double{p.x} - q.x, y = double{p.y} - q.y, z = double{p.z} - q.z;
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+}  // namespace
+
+FrontMesh::FrontMesh(const MeshView& mesh, const RowsView& vertex_faces, unsigned threads)
+    : positions_(packPositions(mesh.positions)),
+      offsets_(vertex_faces.offsets.begin(), vertex_faces.offsets.end()),
+      corners_(vertex_faces.values.size()),
+      kinds_(positions_.size())
+{
+  if (vertex_faces.rowCount() != vertexCount()) {
+    throw std::invalid_argument("vertex_faces need one row per vertex");
+  }
+  parallelFor(vertexCount(), 4096, threads, [&]() -> RangeBody {
+    return [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) {
+        fillCorners(mesh, vertex_faces, static_cast<std::uint32_t>(v));
+      }
+    };
+  });
+  // A sample will do: the mean only says how wide the buckets of a queue should be.
+  const std::size_t step = mesh.faces.size() / 3 / 4096 + 1;
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t f = 0; f < mesh.faceCount(); f += step, ++count) {
+    sum += distance(positions_[mesh.faces[3 * f]], positions_[mesh.faces[3 * f + 1]]);
+  }
+  if (sum > 0.0 && std::isfinite(sum)) {
+    mean_edge_ = sum / static_cast<double>(count);
+  }
+}
+
+void FrontMesh::fillCorners(const MeshView& mesh, const RowsView& vertex_faces, std::uint32_t v)
+{
+  FrontCorner* const begin = corners_.data() + offsets_[v];
+  const std::size_t count = offsets_[v + 1] - offsets_[v];
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t* const face =
+        mesh.faces.data() + 3 * std::size_t{vertex_faces.values[offsets_[v] + i]};
+    const unsigned k = face[0] == v ? 0 : face[1] == v ? 1 : 2;
+    if (face[k] != v) {
+      throw std::invalid_argument("vertex_faces names a face without the vertex");
+    }
+    std::uint32_t a = face[(k + 1) % 3], b = face[(k + 2) % 3];
+    if (a == v) {
+      a = b;
+    } else if (b == v) {
+      b = a;
+    }
+    begin[i] = {a, b};
+  }
+  kinds_[v] = orderFan(begin, count, v);
+}
+
+std::uint8_t FrontMesh::orderFan(FrontCorner* begin, std::size_t count, std::uint32_t v)
+{
+  if (count == 0 || count > MAX_FAN) {
+    return 0;
+  }
+  std::size_t start = 0;
+  bool start_flipped = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (begin[i].a == begin[i].b || begin[i].a == v) {
+      return 0;
+    }
+    std::size_t with_a = 0, with_b = 0;
+    for (std::size_t j = 0; j < count; ++j) {
+      with_a += begin[j].a == begin[i].a || begin[j].b == begin[i].a;
+      with_b += begin[j].a == begin[i].b || begin[j].b == begin[i].b;
+    }
+    if (with_a > 2 || with_b > 2) {
+      return 0;
+    }
+    if (with_a == 1 || with_b == 1) {  // the end of an open fan
+      start = i;
+      start_flipped = with_a != 1;
+    }
+  }
+  std::swap(begin[0], begin[start]);
+  if (start_flipped) {
+    std::swap(begin[0].a, begin[0].b);
+  }
+  for (std::size_t i = 1; i < count; ++i) {
+    const std::uint32_t end = begin[i - 1].b;
+    std::size_t j = i;
+    while (j < count && begin[j].a != end && begin[j].b != end) {
+      ++j;
+    }
+    if (j == count) {
+      return 0;  // another fan follows
+    }
+    std::swap(begin[i], begin[j]);
+    if (begin[i].a != end) {
+      std::swap(begin[i].a, begin[i].b);
+    }
+  }
+  return begin[count - 1].b == begin[0].a ? FAN | CLOSED : FAN;
+}
+
+}  // namespace mesh_map

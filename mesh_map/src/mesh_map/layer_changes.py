@@ -1,0 +1,116 @@
+"""What has changed, and who is told."""
+
+import collections
+import logging
+import threading
+from typing import Callable, Deque, List, NamedTuple, Optional
+
+import numpy as np
+
+from mesh_map.layer import LayerResult
+from mesh_map.layer_list import error_line
+
+_LOG = logging.getLogger("mesh_map")
+
+
+class LayerChange(NamedTuple):
+    """A change of published costs.
+
+    name: of a layer, or mesh_map.combination.COMBINED_COSTS.
+    vertices: (K,) uint32, ascending: where costs or vectors are others than before.
+    costs: (V,) float32, of all vertices, read-only.
+    """
+
+    name: str
+    vertices: np.ndarray
+    costs: np.ndarray
+
+
+Listener = Callable[[List[LayerChange]], None]
+
+
+def different(before: Optional[np.ndarray], after: Optional[np.ndarray], count: int) -> np.ndarray:
+    """(count,) bool: where arrays of one row per vertex differ bitwise; NaN is like NaN.
+
+    None is like zeros in vectors.
+    """
+    if before is after:
+        return np.zeros(count, np.bool_)
+    if before is None or after is None:
+        array = after if before is None else before
+        return array.reshape(count, -1).any(axis=1)
+    if before.dtype == np.bool_:
+        return before != after
+    unlike = before.view(np.uint32) != after.view(np.uint32)
+    where = np.nonzero(unlike)
+    unlike[where] = ~(np.isnan(before[where]) & np.isnan(after[where]))
+    return unlike if unlike.ndim == 1 else unlike[:, 0] | unlike[:, 1] | unlike[:, 2]
+
+
+def changed_costs(before: Optional[np.ndarray], after: np.ndarray) -> np.ndarray:
+    """(K,) uint32, ascending; all vertices if there was nothing before."""
+    if before is None:
+        return np.arange(len(after), dtype=np.uint32)
+    return np.flatnonzero(different(before, after, len(after))).astype(np.uint32)
+
+
+class ResultDifference(NamedTuple):
+    """Ascending (K,) uint32 vertices at which two results differ.
+
+    read: in anything, which matters to layers that read it.
+    shown: in costs or vectors, which is what is published.
+    """
+
+    read: np.ndarray
+    shown: np.ndarray
+
+    @classmethod
+    def between(cls, before: Optional[LayerResult], after: LayerResult) -> "ResultDifference":
+        """All vertices if there was nothing before."""
+        count = len(after.costs)
+        if before is None:
+            everything = np.arange(count, dtype=np.uint32)
+            return cls(everything, everything)
+        shown = different(before.costs, after.costs, count)
+        shown |= different(before.vectors, after.vectors, count)
+        read = shown | different(before.lethal, after.lethal, count)
+        return cls(np.flatnonzero(read).astype(np.uint32), np.flatnonzero(shown).astype(np.uint32))
+
+
+class Listeners:
+    """Callbacks that are told of each change once, in order, by one thread at a time.
+
+    They are called without any lock of the map, so they may use it freely. Where a thread makes a
+    change while another one tells of the change before, that one tells of both.
+    """
+
+    def __init__(self) -> None:
+        self._listeners: List[Listener] = []
+        self._waiting: Deque[List[LayerChange]] = collections.deque()
+        self._telling = threading.Lock()
+
+    def add(self, listener: Listener) -> None:
+        self._listeners = self._listeners + [listener]
+
+    def remove(self, listener: Listener) -> None:
+        """One that was not added is no error."""
+        self._listeners = [known for known in self._listeners if known != listener]
+
+    def put(self, changes: List[LayerChange]) -> None:
+        """Adds what tell() is to tell; called in the order of the changes."""
+        if changes:
+            self._waiting.append(changes)
+
+    def tell(self) -> None:
+        """Tells what was put, unless another call, of whatever thread, is at it."""
+        while self._waiting and self._telling.acquire(blocking=False):
+            try:
+                while self._waiting:
+                    changes = self._waiting.popleft()
+                    for listener in self._listeners:
+                        try:
+                            listener(list(changes))
+                        except Exception as error:  # the others are told nevertheless
+                            _LOG.error("a listener failed with %s", error_line(error))
+            finally:
+                self._telling.release()

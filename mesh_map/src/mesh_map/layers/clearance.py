@@ -1,0 +1,77 @@
+"""Clearance: where the robot does not fit under what is above."""
+
+import threading
+import weakref
+from typing import TYPE_CHECKING, Mapping, Optional
+
+import numpy as np
+
+from mesh_map.array_checks import read_only
+from mesh_map.layer import Layer, LayerInput, LayerResult
+from mesh_map.parameter import Parameter
+
+if TYPE_CHECKING:
+    from mesh_map.geometry import MeshGeometry
+    from mesh_map.mesh_map import MeshMap
+
+_LEAST_LIFT = 1e-3  # meters
+_BELOW_ONE = np.nextafter(np.float32(1), np.float32(0))
+
+_known: "weakref.WeakKeyDictionary[MeshGeometry, np.ndarray]" = weakref.WeakKeyDictionary()
+_lock = threading.Lock()
+
+
+def clearances(geometry: "MeshGeometry") -> np.ndarray:
+    """(V,) float32: meters from each vertex along its normal to the next face.
+
+    A face counts from behind, too. +inf where there is none, or the normal has no length. Rays
+    begin a millimeter above the vertex, or four times the distance of neighboring 32-bit floats at
+    its coordinates where that is more (over two kilometers from the origin): nearer faces are the
+    surface itself. Computed once for a geometry, whatever number of maps and layers ask.
+    """
+    with _lock:
+        found = _known.get(geometry)
+        if found is None:
+            found = _known[geometry] = read_only(_cast(geometry))
+        return found
+
+
+def _cast(geometry: "MeshGeometry") -> np.ndarray:
+    normals = geometry.vertex_normals.astype(np.float64)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals /= np.where(lengths > 0, lengths, 1.0)
+    lifts = np.maximum(4 * np.spacing(np.abs(geometry.vertices).max(axis=1)), _LEAST_LIFT)
+    hits = geometry.spatial_index.cast_batch(
+        origins=geometry.vertices + lifts[:, None].astype(np.float64) * normals, directions=normals
+    )
+    return (hits.distances + lifts).astype(np.float32)
+
+
+class ClearanceLayer(Layer):
+    """1 and lethal where there is less room along the normal than the robot is high, 0 far above.
+
+    With the clearance c of a vertex, the height of the robot h and the inflation i: 1 for c < h,
+    (cos(pi (c - h) / i) + 1) / 2, but less than 1, for h <= c < h + i, else 0, as where nothing is
+    above. On maps whose normals point down, the map has to be told to orient them: this layer looks
+    where they point.
+    """
+
+    PARAMETERS = (
+        Parameter("robot_height", 0.5, 0.05, 100.0, "meters that the robot needs"),
+        Parameter("height_inflation", 0.3, 0.0, 100.0, "meters above that which cost something"),
+    )
+
+    def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
+        room = clearances(mesh_map.geometry)
+        height, inflation = self.params["robot_height"], self.params["height_inflation"]
+        costs = np.zeros(len(room), np.float32)
+        lethal = room < np.float32(height)
+        if inflation > 0:
+            tight = np.flatnonzero(~lethal & (room < height + inflation))
+            share = (room[tight].astype(np.float64) - np.float32(height)) / inflation
+            costs[tight] = np.minimum((np.cos(np.pi * share) + 1) / 2, _BELOW_ONE)
+        costs[lethal] = 1.0
+        return LayerResult(read_only(costs), lethal)
+
+    def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
+        return LayerResult(costs, costs >= 1)

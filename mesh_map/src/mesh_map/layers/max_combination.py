@@ -1,0 +1,21 @@
+"""The largest cost of other layers."""
+
+from typing import Mapping
+
+import numpy as np
+
+from mesh_map.combination_layer import CombinationLayer, Vertices
+from mesh_map.layer import LayerInput
+
+
+class MaxCombinationLayer(CombinationLayer):
+    """The largest cost of the inputs, whatever their combination_weight."""
+
+    READS_WEIGHTS = False
+
+    def combine_costs(self, inputs: Mapping[str, LayerInput], vertices: Vertices) -> np.ndarray:
+        largest = None
+        for read in inputs.values():
+            costs = read.costs[vertices].astype(np.float64)
+            largest = costs if largest is None else np.maximum(largest, costs)
+        return largest

@@ -1,0 +1,55 @@
+"""What else is in the file of a map: stored layers, face attributes, labels."""
+
+import threading
+from typing import Any, List, Optional
+
+from mesh_msgs_hdf5.any_mesh import Members
+from mesh_msgs_hdf5.labels.label_store import LabelStore
+from mesh_msgs_hdf5.mesh import Label
+from mesh_msgs_hdf5.writing.save import stamp
+
+
+class MapContents:
+    """The members of a map file (see mesh_msgs_hdf5), read when they are asked for.
+
+    Its labels are those of the file with the edits that the owner of its journal has made since,
+    so that an area that was drawn in RViz a moment ago is there. All raise MapFileError. Safe for
+    threads.
+    """
+
+    def __init__(self, members: Members, is_map_file: bool) -> None:
+        """Args: members of the map; False for a mesh in memory, whose labels are its own."""
+        self._members = members
+        self._is_map_file = is_map_file
+        self._store: Optional[LabelStore] = None
+        self._lock = threading.Lock()
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._members, name)
+
+    def label_names(self) -> List[str]:
+        """The texts of all labels, tree_2 before tree_10."""
+        return self._labels().names() if self._is_map_file else self._members.label_names()
+
+    def label(self, text: str) -> Label:
+        """One label."""
+        return self._labels().get(text) if self._is_map_file else self._members.label(text)
+
+    def labels_version(self) -> Any:
+        """Something that is not equal to what it was when labels may have changed since.
+
+        Looks at the time stamps of files, at the contents of none.
+        """
+        if not self._is_map_file:
+            return 0
+        store = self._labels()
+        return stamp(store.path), stamp(store.journal_path)
+
+    def _labels(self) -> LabelStore:
+        with self._lock:
+            if self._store is None:
+                part = self._members.part
+                self._store = LabelStore(self._members.path, part, read_only=True)
+            return self._store

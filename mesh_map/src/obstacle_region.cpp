@@ -1,0 +1,332 @@
+// Solving a part of the mesh again, for threads and for the incremental update.
+//
+// The distances and sources D are the one solution of: D(v) is the best of what the lethal
+// neighbors of v give (seed), and of what each neighbor w nearer to the obstacle passes on (Spread),
+// which depends on D(w), and on D(p) of the neighbors p of w that are nearer than w. It is the only
+// one, because each D(v) follows from such with smaller distances.
+//
+// Let D be such that the equation holds everywhere except within a region, from whose outside
+// nothing that has changed can be reached over two edges. Solve the region again, with D held fast
+// outside. If then nothing has changed in it within two edges of the outside, the equation holds
+// inside (it was just solved) and outside (nothing that it depends on has changed): this is the
+// solution, bit for bit what one run over everything finds. If not, the region was too small, and
+// is solved again with more around it. How large it is to start with is only a matter of speed.
+
+#include <mesh_map/parallel.h>
+
+#include <algorithm>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <stdexcept>
+#include <utility>
+
+#include "obstacle_spread.h"
+
+namespace mesh_map {
+namespace {
+
+constexpr float INFINITE = std::numeric_limits<float>::infinity();
+constexpr std::size_t MAX_PARTS = 8;
+constexpr std::size_t MIN_PART = 30000;
+
+template <class Body>
+void forNeighbors(const FrontMesh& mesh, std::uint32_t v, Body&& body)
+{
+  for (const FrontCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v); ++corner) {
+    body(corner->a);
+    body(corner->b);
+  }
+}
+
+double edgeLength(const FrontMesh& mesh, std::uint32_t u, std::uint32_t v)
+{
+  const PackedPosition &p = mesh.position(u), &q = mesh.position(v);
+  const double x = double{p.x} - q.x, y = double{p.y} - q.y, z = double{p.z} - q.z;
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+float coordinate(const PackedPosition& p, int axis)
+{
+  return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+}
+
+/// Where to cut a mesh into parts of equal size across its longest axis.
+struct Cuts
+{
+  int axis = 0;
+  std::vector<float> places;  // ascending
+
+  Cuts(const FrontMesh& mesh, std::size_t parts)
+  {
+    const std::size_t step = mesh.vertexCount() / 4096 + 1;
+    std::vector<float> best;
+    for (int candidate = 0; candidate < 3; ++candidate) {
+      std::vector<float> values;
+      for (std::size_t v = 0; v < mesh.vertexCount(); v += step) {
+        values.push_back(coordinate(mesh.position(static_cast<std::uint32_t>(v)), candidate));
+      }
+      std::sort(values.begin(), values.end());
+      if (!values.empty() &&
+          (best.empty() || values.back() - values.front() > best.back() - best.front())) {
+        best = values;
+        axis = candidate;
+      }
+    }
+    for (std::size_t i = 1; i < parts; ++i) {
+      places.push_back(best[i * best.size() / parts]);
+    }
+  }
+
+  std::uint32_t part(const PackedPosition& p) const
+  {
+    const float value = coordinate(p, axis);
+    std::uint32_t result = 0;
+    while (result < places.size() && value >= places[result]) {
+      ++result;
+    }
+    return result;
+  }
+
+  bool isNear(const PackedPosition& p, double reach) const
+  {
+    const float value = coordinate(p, axis);
+    return std::any_of(places.begin(), places.end(),
+                       [&](float place) { return std::abs(double{value} - place) <= reach; });
+  }
+};
+
+}  // namespace
+
+bool ObstacleDistance::solveParts(const std::atomic<bool>* cancel, unsigned threads)
+{
+  const std::size_t count = mesh_->vertexCount();
+  const std::size_t parts =
+      std::max<std::size_t>(1, std::min({static_cast<std::size_t>(resolveThreads(threads)),
+                                         MAX_PARTS, count / MIN_PART}));
+  const Cuts cuts(*mesh_, parts);
+  const std::uint32_t first = newStamps(static_cast<std::uint32_t>(parts));
+  parallelFor(count, 16384, threads, [&]() -> RangeBody {
+    return [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) {
+        stamps_[v] = first + cuts.part(mesh_->position(static_cast<std::uint32_t>(v)));
+      }
+    };
+  });
+  // Each part as if there were nothing else ...
+  std::atomic<bool> is_done{true};
+  std::vector<std::function<void()>> jobs;
+  for (std::uint32_t i = 0; i < parts; ++i) {
+    jobs.push_back([&, i]() {
+      Spread spread(*this, first + i, false);
+      for (std::size_t v = 0; v < count; ++v) {
+        if (stamps_[v] == first + i && distance_[v] > 0.0f && distance_[v] < INFINITE) {
+          spread.start(static_cast<std::uint32_t>(v));
+        }
+      }
+      if (!spread.run(cancel)) {
+        is_done = false;
+      }
+    });
+  }
+  parallelJobs(jobs, threads);
+  if (!is_done || parts == 1) {
+    return is_done;
+  }
+  // ... so the equation fails only within two edges of where parts meet.
+  std::vector<std::uint32_t> seam;
+  for (std::uint32_t v = 0; v < count; ++v) {
+    bool is_seam = false;
+    forNeighbors(*mesh_, v, [&](std::uint32_t u) { is_seam = is_seam || stamps_[u] != stamps_[v]; });
+    if (is_seam) {
+      seam.push_back(v);
+    }
+  }
+  newStamps(1);
+  region_.clear();
+  for (std::uint32_t v = 0; v < count; ++v) {
+    if (cuts.isNear(mesh_->position(v), reach())) {
+      addToRegion(v);
+    }
+  }
+  growRegion(seam, 0.0);
+  solveRegion();
+  return true;
+}
+
+std::vector<std::uint32_t> ObstacleDistance::update(ArrayView<std::uint8_t> lethal)
+{
+  if (lethal.size() != lethal_.size()) {
+    throw std::invalid_argument("there have to be as many lethal flags as vertices");
+  }
+  std::vector<std::uint32_t> changed;
+  if (!known_) {
+    compute(lethal);
+    changed.resize(lethal_.size());
+    std::iota(changed.begin(), changed.end(), 0u);
+    return changed;
+  }
+  for (std::size_t v = 0; v < lethal_.size(); ++v) {
+    if ((lethal[v] != 0) != (lethal_[v] != 0)) {
+      changed.push_back(static_cast<std::uint32_t>(v));
+    }
+  }
+  if (changed.empty()) {
+    return changed;
+  }
+  known_ = false;  // should memory run out
+  for (const std::uint32_t v : changed) {
+    lethal_[v] = lethal[v];
+  }
+  newStamps(1);
+  region_.clear();
+  growRegion(changed, reach());
+  changed = solveRegion();
+  known_ = true;
+  return changed;
+}
+
+/// Solves the region, and more where that is needed. Returns the vertices at which something has
+/// changed, ascending.
+std::vector<std::uint32_t> ObstacleDistance::solveRegion()
+{
+  std::vector<float> old_distance;
+  std::vector<Source> old_source;
+  std::vector<std::uint32_t> changed, too_far;
+  do {
+    for (std::size_t i = old_distance.size(); i < region_.size(); ++i) {
+      old_distance.push_back(distance_[region_[i]]);
+      old_source.push_back(source_[region_[i]]);
+    }
+    runRegion();
+    changed.clear();
+    too_far.clear();
+    for (std::size_t i = 0; i < region_.size(); ++i) {
+      const std::uint32_t v = region_[i];
+      const bool has_source = distance_[v] > 0.0f && distance_[v] < INFINITE;
+      if (distance_[v] != old_distance[i] ||
+          (has_source && std::memcmp(&source_[v], &old_source[i], sizeof(Source)) != 0)) {
+        changed.push_back(v);
+        if (!isInside(v)) {
+          too_far.push_back(v);
+        }
+      }
+    }
+    if (!too_far.empty()) {
+      growRegion(too_far, reach());
+    }
+  } while (!too_far.empty());
+  std::sort(changed.begin(), changed.end());
+  return changed;
+}
+
+void ObstacleDistance::runRegion()
+{
+  for (const std::uint32_t v : region_) {
+    distance_[v] = lethal_[v] != 0 ? 0.0f : INFINITE;
+    seed(v);
+  }
+  std::vector<std::uint32_t> starts;
+  for (const std::uint32_t v : region_) {
+    starts.push_back(v);
+    forNeighbors(*mesh_, v, [&](std::uint32_t u) {
+      if (stamps_[u] != stamp_) {
+        starts.push_back(u);
+      }
+    });
+  }
+  std::sort(starts.begin(), starts.end());
+  starts.erase(std::unique(starts.begin(), starts.end()), starts.end());
+  Spread spread(*this, stamp_, true);
+  for (const std::uint32_t v : starts) {
+    if (distance_[v] > 0.0f && distance_[v] < INFINITE) {
+      spread.start(v);
+    }
+  }
+  spread.run(nullptr);
+}
+
+/// Is everything within two edges in the region?
+bool ObstacleDistance::isInside(std::uint32_t v) const
+{
+  bool result = stamps_[v] == stamp_;
+  forNeighbors(*mesh_, v, [&](std::uint32_t u) {
+    result = result && stamps_[u] == stamp_;
+    if (result) {
+      forNeighbors(*mesh_, u, [&](std::uint32_t w) { result = result && stamps_[w] == stamp_; });
+    }
+  });
+  return result;
+}
+
+void ObstacleDistance::addToRegion(std::uint32_t v)
+{
+  if (stamps_[v] != stamp_) {
+    stamps_[v] = stamp_;
+    region_.push_back(v);
+  }
+}
+
+/// Adds what can be reached over edges that are together not longer than `reach`, and all within
+/// three edges.
+void ObstacleDistance::growRegion(const std::vector<std::uint32_t>& from, double reach)
+{
+  using Place = std::pair<float, std::uint32_t>;
+  std::priority_queue<Place, std::vector<Place>, std::greater<Place>> places;
+  std::vector<std::uint32_t> reached;
+  const auto come = [&](std::uint32_t v, double length) {
+    if (length < lengths_[v] && length <= reach) {
+      lengths_[v] = static_cast<float>(length);
+      places.push({lengths_[v], v});
+      reached.push_back(v);
+    }
+  };
+  lengths_.resize(reach > 0.0 ? mesh_->vertexCount() : lengths_.size(), INFINITE);
+  if (reach > 0.0) {
+    for (const std::uint32_t v : from) {
+      come(v, 0.0);
+    }
+  }
+  while (!places.empty()) {
+    const Place place = places.top();
+    places.pop();
+    if (place.first == lengths_[place.second]) {
+      addToRegion(place.second);
+      forNeighbors(*mesh_, place.second, [&](std::uint32_t u) {
+        if (lengths_[u] > place.first) {
+          come(u, place.first + edgeLength(*mesh_, place.second, u));
+        }
+      });
+    }
+  }
+  for (const std::uint32_t v : reached) {
+    lengths_[v] = INFINITE;
+  }
+  std::vector<std::uint32_t> last = from, next;
+  for (unsigned edges = 0; edges < 3; ++edges) {
+    next.clear();
+    for (const std::uint32_t v : last) {
+      addToRegion(v);
+      forNeighbors(*mesh_, v, [&next](std::uint32_t u) { next.push_back(u); });
+    }
+    std::sort(next.begin(), next.end());
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    last = next;
+  }
+  std::for_each(last.begin(), last.end(), [this](std::uint32_t v) { addToRegion(v); });
+}
+
+/// The first of `count` stamps that no vertex has; the last of them is that of the region.
+std::uint32_t ObstacleDistance::newStamps(std::uint32_t count)
+{
+  if (stamp_ > NO_INDEX - count) {
+    std::fill(stamps_.begin(), stamps_.end(), 0u);
+    stamp_ = 0;
+  }
+  stamp_ += count;
+  return stamp_ - count + 1;
+}
+
+}  // namespace mesh_map

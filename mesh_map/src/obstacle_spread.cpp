@@ -1,0 +1,236 @@
+#include "obstacle_spread.h"
+
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace mesh_map {
+namespace {
+
+/// Ways that bend by less than this (radians) count as straight: it lengthens them by less than
+/// what 32-bit floats can tell apart.
+constexpr double STRAIGHT = 1e-4;
+
+/// A neighbor that is farther from the obstacle than it looks from here, by this part of the edge
+/// to it, does not see the same piece of the obstacle.
+constexpr double FARTHER_THAN_SEEN = 0.01;
+
+constexpr std::size_t MAX_BOUNDS = 16;
+
+constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 4096;
+
+double bucketWidth(double mean_edge, double max_distance)
+{
+  return std::min(mean_edge / 4.0, std::max(mean_edge / 256.0, max_distance / 4000.0));
+}
+
+}  // namespace
+
+ObstacleDistance::Spread::Spread(ObstacleDistance& owner, std::uint32_t stamp, bool sees_outside)
+    : owner_(owner),
+      mesh_(*owner.mesh_),
+      queue_(bucketWidth(mesh_.meanEdge(), owner.max_distance_)),
+      stamp_(stamp),
+      sees_outside_(sees_outside)
+{
+}
+
+bool ObstacleDistance::Spread::run(const std::atomic<bool>* cancel)
+{
+  FrontEntry entry;
+  for (std::uint32_t steps = 1; queue_.pop(entry); ++steps) {
+    prefetch();
+    if (entry.distance == owner_.distance_[entry.vertex]) {
+      spread(entry.vertex);
+    }
+    if (steps % STEPS_PER_CANCEL_CHECK == 0 && cancel != nullptr && cancel->load()) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void ObstacleDistance::Spread::prefetch() const
+{
+  constexpr std::size_t soon = 5, later = 12, latest = 24;
+  if (const std::uint32_t v = queue_.peek(latest); v != NO_INDEX) {
+    mesh_.prefetchRow(v);
+    mesh_.prefetchVertex(v);
+    __builtin_prefetch(&owner_.distance_[v]);
+    __builtin_prefetch(&owner_.source_[v]);
+  }
+  if (const std::uint32_t v = queue_.peek(later); v != NO_INDEX) {
+    mesh_.prefetchCorners(v);
+  }
+  if (const std::uint32_t v = queue_.peek(soon); v != NO_INDEX) {
+    const FrontCorner* const end = mesh_.cornersEnd(v);
+    for (const FrontCorner* corner = mesh_.cornersBegin(v); corner != end; ++corner) {
+      mesh_.prefetchVertex(corner->a);
+      __builtin_prefetch(&owner_.distance_[corner->a]);
+      __builtin_prefetch(&owner_.stamps_[corner->a]);
+      __builtin_prefetch(&owner_.source_[corner->a]);
+    }
+  }
+}
+
+void ObstacleDistance::Spread::spread(std::uint32_t vertex)
+{
+  vertex_ = vertex;
+  distance_ = owner_.distance_[vertex];
+  if (!hasOpenNeighbor()) {
+    return;
+  }
+  fan_.gather(mesh_, vertex);
+  const auto& nodes = fan_.nodes();
+  const Source source = owner_.source_[vertex];
+  seen_.assign(nodes.size(), 0);
+
+  const std::size_t axis = fan_.find(source.axis), side = fan_.find(source.side);
+  offset_ = source.offset;
+  a_ = {source.ax, source.ay};
+  b_ = {source.bx, source.by};
+  look(axis, side, true);
+  a_.y = -a_.y;
+  b_.y = -b_.y;
+  look(axis, side, false);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    if (seen_[k] == 0 && isOpen(nodes[k].vertex)) {
+      offerBent(k);
+    }
+  }
+}
+
+bool ObstacleDistance::Spread::hasOpenNeighbor() const
+{
+  const FrontCorner* const end = mesh_.cornersEnd(vertex_);
+  for (const FrontCorner* corner = mesh_.cornersBegin(vertex_); corner != end; ++corner) {
+    if (isOpen(corner->a) || isOpen(corner->b)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void ObstacleDistance::Spread::look(std::size_t axis, std::size_t side, bool toward)
+{
+  const PlanePoint left = cross(a_, b_) > 0.0 ? b_ : a_;
+  const double straight = STRAIGHT * std::sqrt(dot(left, left));
+  // Has the walk come past the direction to the obstacle (but not yet half a turn beyond it)?
+  bool is_past = left.y <= 0.0;
+  bounds_.clear();
+  fan_.walk(axis, side, toward, [&](const FanStep& step) {
+    const double past = cross(left, step.direction);
+    if (is_past && past < -straight) {
+      return false;  // the way to what follows goes round the other side, or bends here
+    }
+    is_past = past >= 0.0 || (is_past && past >= -straight);
+    const FrontFan::Node& node = fan_.nodes()[step.node];
+    const PlanePoint place{node.length * step.direction.x, node.length * step.direction.y};
+    const PlanePoint nearest = nearestOnSegment(a_, b_, place);
+    if (isOpen(node.vertex)) {
+      const double sideways = cross(nearest, step.direction);
+      const bool passes_here = is_past && sideways < 0.0 &&
+                               sideways < -STRAIGHT * std::sqrt(dot(nearest, nearest));
+      if (!passes_here && !isHidden(place, nearest)) {
+        offerSeen(step, place, nearest);
+      }
+    }
+    if (bounds_.size() < MAX_BOUNDS && bounds(step, place, nearest)) {
+      bounds_.push_back({step.direction, node.length});
+    }
+    return true;
+  });
+}
+
+/// Where a way passes beyond a bound, seen from here, what it crosses there may be a hole.
+bool ObstacleDistance::Spread::isHidden(PlanePoint place, PlanePoint nearest) const
+{
+  for (const Bound& bound : bounds_) {
+    const double to_place = cross(bound.direction, place);
+    const double to_nearest = cross(nearest, bound.direction);
+    if (to_place > 0.0 && to_nearest > 0.0) {  // the bound is between the two
+      const double t = to_nearest / (to_place + to_nearest);
+      const PlanePoint crossing{nearest.x + t * (place.x - nearest.x),
+                                nearest.y + t * (place.y - nearest.y)};
+      if (dot(crossing, bound.direction) > bound.length * (1.0 + STRAIGHT)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+bool ObstacleDistance::Spread::bounds(const FanStep& step, PlanePoint place,
+                                      PlanePoint nearest) const
+{
+  const FrontFan::Node& node = fan_.nodes()[step.node];
+  if (!mesh_.isClosed(node.vertex)) {
+    return true;
+  }
+  if ((!sees_outside_ && !isInPart(node.vertex)) || !isBefore(node.vertex)) {
+    return false;
+  }
+  const PlanePoint away{place.x - nearest.x, place.y - nearest.y};
+  const double farther =
+      owner_.distance_[node.vertex] - offset_ - FARTHER_THAN_SEEN * node.length;
+  return farther > 0.0 && farther * farther > dot(away, away);
+}
+
+void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest)
+{
+  const FrontFan::Node& node = fan_.nodes()[step.node];
+  const PlanePoint away{place.x - nearest.x, place.y - nearest.y};
+  const auto straight = static_cast<float>(offset_ + std::sqrt(dot(away, away)));
+  const float distance =
+      std::max(above(distance_), std::min(straight, distance_ + static_cast<float>(node.length)));
+  const std::uint32_t before = fan_.nodes()[step.before].vertex;
+  seen_[step.node] = 1;
+  if (isBetter(distance, node.vertex, vertex_, before)) {
+    // As seen from there: the x axis points here, the y axis to where the walk comes from.
+    const PlanePoint u = step.direction;
+    const auto x = [&](PlanePoint p) {
+      return static_cast<float>(-((p.x - place.x) * u.x + (p.y - place.y) * u.y));
+    };
+    const auto y = [&](PlanePoint p) {
+      return static_cast<float>((p.x - place.x) * u.y - (p.y - place.y) * u.x);
+    };
+    take(node.vertex, distance,
+         {static_cast<float>(offset_), x(a_), y(a_), x(b_), y(b_), vertex_, before});
+  }
+}
+
+/// The way to what cannot be seen straight bends here.
+void ObstacleDistance::Spread::offerBent(std::size_t k)
+{
+  const auto& nodes = fan_.nodes();
+  const auto length = static_cast<float>(nodes[k].length);
+  const float distance = std::max(above(distance_), distance_ + length);
+  const std::size_t next = k + 1 < nodes.size() ? k + 1 : k > 0 ? k - 1 : k;
+  const std::uint32_t side = next == k ? vertex_ : nodes[next].vertex;
+  if (isBetter(distance, nodes[k].vertex, vertex_, side)) {
+    take(nodes[k].vertex, distance, {distance_, length, 0.0f, length, 0.0f, vertex_, side});
+  }
+}
+
+bool ObstacleDistance::Spread::isBetter(float distance, std::uint32_t v, std::uint32_t axis,
+                                        std::uint32_t side) const
+{
+  const float known = owner_.distance_[v];
+  if (distance != known) {
+    return distance < known && distance <= owner_.max_distance_;
+  }
+  const Source& source = owner_.source_[v];
+  return known < std::numeric_limits<float>::infinity() &&
+         std::tie(axis, side) < std::tie(source.axis, source.side);
+}
+
+void ObstacleDistance::Spread::take(std::uint32_t v, float distance, const Source& source)
+{
+  if (distance < owner_.distance_[v]) {
+    queue_.push(distance, v);
+  }
+  owner_.distance_[v] = distance;
+  owner_.source_[v] = source;
+}
+
+}  // namespace mesh_map

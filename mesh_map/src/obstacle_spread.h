@@ -1,0 +1,100 @@
+#ifndef MESH_MAP_SRC_OBSTACLE_SPREAD_H
+#define MESH_MAP_SRC_OBSTACLE_SPREAD_H
+
+#include <mesh_map/obstacle_distance.h>
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "front_fan.h"
+#include "front_queue.h"
+
+namespace mesh_map {
+
+/// The next larger float of one that is finite and >= 0: what every step of a front adds at least,
+/// so that "nearer to the obstacle" is an order without ties along any way.
+inline float above(float distance)
+{
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &distance, sizeof(bits));
+  ++bits;
+  std::memcpy(&distance, &bits, sizeof(bits));
+  return distance;
+}
+
+/// The point of the segment from a to b that is nearest to p.
+inline PlanePoint nearestOnSegment(PlanePoint a, PlanePoint b, PlanePoint p)
+{
+  const PlanePoint side{b.x - a.x, b.y - a.y};
+  const double squared = dot(side, side);
+  if (!(squared > 0.0)) {
+    return a;
+  }
+  const double t = dot({p.x - a.x, p.y - a.y}, side) / squared;
+  const double within = std::min(1.0, std::max(0.0, t));
+  return {a.x + within * side.x, a.y + within * side.y};
+}
+
+/// One run of a front over a part of the mesh: the vertices with its stamp. A vertex that has its
+/// distance passes on to its neighbors what it knows of the obstacle.
+class ObstacleDistance::Spread
+{
+ public:
+  /// What lies outside of the part is held fast, or, while it changes in other threads, not looked
+  /// at.
+  Spread(ObstacleDistance& owner, std::uint32_t stamp, bool sees_outside);
+
+  /// A vertex that has a distance and passes it on.
+  void start(std::uint32_t vertex) { queue_.push(owner_.distance_[vertex], vertex); }
+
+  /// False where it was cancelled.
+  bool run(const std::atomic<bool>* cancel);
+
+ private:
+  /// A neighbor beyond which the obstacle cannot be seen.
+  struct Bound
+  {
+    PlanePoint direction;
+    double length;
+  };
+
+  void prefetch() const;
+  void spread(std::uint32_t vertex);
+  bool hasOpenNeighbor() const;
+  void look(std::size_t axis, std::size_t side, bool toward);
+  bool isHidden(PlanePoint place, PlanePoint nearest) const;
+  bool bounds(const FanStep& step, PlanePoint place, PlanePoint nearest) const;
+  void offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest);
+  void offerBent(std::size_t k);
+
+  bool isInPart(std::uint32_t v) const { return owner_.stamps_[v] == stamp_; }
+  /// Was its distance known before that of the vertex that is looked at?
+  bool isBefore(std::uint32_t v) const
+  {
+    const float distance = owner_.distance_[v];
+    return distance < distance_ || (distance == distance_ && v < vertex_);
+  }
+  bool isOpen(std::uint32_t v) const { return isInPart(v) && !isBefore(v); }
+  bool isBetter(float distance, std::uint32_t v, std::uint32_t axis, std::uint32_t side) const;
+  void take(std::uint32_t v, float distance, const Source& source);
+
+  ObstacleDistance& owner_;
+  const FrontMesh& mesh_;
+  FrontQueue queue_;
+  std::uint32_t stamp_;
+  bool sees_outside_;
+
+  // Of the vertex that is looked at:
+  FrontFan fan_;
+  std::uint32_t vertex_ = 0;
+  float distance_ = 0.0f;
+  double offset_ = 0.0;
+  PlanePoint a_{}, b_{};           // mirrored where the walk goes away from `side`
+  std::vector<std::uint8_t> seen_;  // per node: is it reached without a bend?
+  std::vector<Bound> bounds_;
+};
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_OBSTACLE_SPREAD_H

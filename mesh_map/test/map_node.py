@@ -1,0 +1,76 @@
+"""A node mesh_map in a process of its own, and subscribers, for tests on a running ROS."""
+
+import os
+import subprocess
+import time
+from pathlib import Path
+
+import roslib.packages
+import rospy
+from mesh_msgs import arrays
+
+WAIT = 20.0  # seconds; far more than anything takes
+STRANGE = Path(__file__).resolve().parent / "strange_layers"
+
+
+def wait_until(condition):
+    """The last value of condition(), once it is true, or the time is over."""
+    end = time.monotonic() + WAIT
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return condition()
+
+
+class Subscriber:
+    """Keeps what it gets.
+
+    messages: all, in order; newest: by their type or ns.
+    """
+
+    def __init__(self, topic, kind, queue_size=None):
+        self.messages, self.newest = [], {}
+        self._subscriber = rospy.Subscriber(topic, kind, self._receive, queue_size=queue_size)
+
+    def _receive(self, message):
+        key = getattr(message, "type", "") if hasattr(message, "uuid") else ""
+        self.newest[getattr(message, "ns", key)] = message
+        self.messages.append(message)
+
+    def connected(self):
+        """Whether there is a publisher, waited for."""
+        return wait_until(lambda: self._subscriber.get_num_connections() > 0)
+
+    def unregister(self):
+        self._subscriber.unregister()
+
+
+def costs_of(topic):
+    """A subscriber to costs as RViz has it: with a queue of four."""
+    return Subscriber(topic, arrays.MeshVertexCostsStamped, queue_size=4)
+
+
+def start_node(test, name, **parameters):
+    """Starts a node with these parameters, which knows the layers of strange_layers; it ends with
+    the test case."""
+    rospy.set_param("/" + name, parameters)
+    executable = roslib.packages.find_node("mesh_map", "mesh_map")[0]
+    environment = dict(os.environ)
+    environment["ROS_PACKAGE_PATH"] = "%s:%s" % (STRANGE, environment["ROS_PACKAGE_PATH"])
+    environment["PYTHONPATH"] = "%s:%s" % (STRANGE / "src", environment["PYTHONPATH"])
+    node = subprocess.Popen(
+        [executable, "__name:=" + name],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        universal_newlines=True,
+    )
+    test.addCleanup(node.stdout.close)
+    test.addCleanup(node.wait, WAIT)
+    test.addCleanup(node.terminate)
+    return node
+
+
+def end_node(node):
+    """Ends it; returns what it has printed."""
+    node.terminate()
+    return node.communicate(timeout=WAIT)[0]

@@ -1,0 +1,99 @@
+"""Differences of results, and those who are told of them."""
+
+import math
+import threading
+
+import numpy as np
+from mesh_map.layer import checked_result
+from mesh_map.layer_changes import LayerChange, Listeners, ResultDifference, different
+
+NAN = math.nan
+
+
+def test_nan_is_like_nan_whatever_its_bits():
+    other_nan = np.array([0x7FC00001, 0xFFC00000], np.uint32).view(np.float32)
+    one = np.array([NAN, NAN, 0, 1, np.inf, 5], np.float32)
+    other = np.array([0, 0, NAN, 1, np.inf, 5.0000005], np.float32)
+    other[:2] = other_nan
+    assert different(one, other, 6).tolist() == [False, False, True, False, False, True]
+    assert different(one, one, 6).tolist() == [False] * 6
+    zeros = np.zeros(2, np.float32)
+    assert different(zeros, -zeros, 2).tolist() == [True, True]  # bitwise
+
+
+def test_vectors_that_come_and_go():
+    vectors = np.zeros((3, 3), np.float32)
+    vectors[1, 2] = 1
+    assert different(None, vectors, 3).tolist() == [False, True, False]
+    assert different(vectors, None, 3).tolist() == [False, True, False]
+    assert different(None, None, 3).tolist() == [False] * 3
+    for column in range(3):
+        moved = vectors.copy()
+        moved[2, column] = 1
+        assert different(vectors, moved, 3).tolist() == [False, False, True]
+
+
+def test_readers_see_more_than_what_is_shown():
+    before = checked_result([0, 1, 2, 3], [0], 4, np.zeros((4, 3)))
+    vectors = np.zeros((4, 3))
+    vectors[3] = 1
+    after = checked_result([0, 5, 2, 3], [2], 4, vectors)
+    difference = ResultDifference.between(before, after)
+    assert difference.read.tolist() == [0, 1, 2, 3] and difference.shown.tolist() == [1, 3]
+    assert difference.read.dtype == difference.shown.dtype == np.uint32
+    new = ResultDifference.between(None, after)
+    assert new.read.tolist() == new.shown.tolist() == [0, 1, 2, 3]
+    assert [len(part) for part in ResultDifference.between(after, after)] == [0, 0]
+
+
+def change(number):
+    return [LayerChange(str(number), np.zeros(1, np.uint32), np.zeros(1, np.float32))]
+
+
+def test_each_is_told_once_and_in_order(caplog):
+    listeners, heard = Listeners(), []
+
+    def fails(changes):
+        raise KeyError("deaf")
+
+    def spoils(changes):
+        changes.clear()
+
+    def listen(changes):
+        heard.append(changes[0].name)
+        if changes[0].name == "1":  # a change by a listener is told after this one
+            listeners.put(change(3))
+            listeners.tell()
+            heard.append("end of 1")
+
+    for listener in (fails, spoils, listen):
+        listeners.add(listener)
+    listeners.put(change(1))
+    listeners.put([])
+    listeners.put(change(2))
+    listeners.tell()
+    assert heard == ["1", "end of 1", "2", "3"]
+    assert caplog.messages == ["a listener failed with KeyError: 'deaf'"] * 3
+    listeners.remove(listen)
+    listeners.put(change(4))
+    listeners.tell()
+    assert len(heard) == 4
+
+
+def test_no_change_is_lost_between_threads():
+    listeners, heard, lock = Listeners(), [], threading.Lock()
+    listeners.add(lambda changes: heard.append(int(changes[0].name)))
+    numbers = iter(range(4000))
+
+    def work():
+        for _ in range(1000):
+            with lock:
+                listeners.put(change(next(numbers)))
+            listeners.tell()
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert heard == list(range(4000))

@@ -1,0 +1,55 @@
+"""The solver that fits the costs of a map, made again only when these have changed."""
+
+import threading
+from typing import NamedTuple, Optional
+
+import numpy as np
+
+from mesh_map.dijkstra import DijkstraSolver
+from mesh_map.edge_weights import PlanningCosts
+from mesh_map.mesh_map import MeshMap
+
+
+class EdgeSolver(NamedTuple):
+    """What one plan works with, all of one moment."""
+
+    costs: np.ndarray
+    """(V,) of the map."""
+    solver: DijkstraSolver
+    weighted: bool
+    """Whether edges weigh other than their length (m), so that the potential is no distance."""
+
+
+class EdgeSolvers:
+    """Makes them for one map; may be used from several threads at once."""
+
+    def __init__(self, mesh_map: MeshMap) -> None:
+        self._map = mesh_map
+        self._lock = threading.Lock()
+        self._plain: Optional[DijkstraSolver] = None
+        self._weights: Optional[np.ndarray] = None
+        self._weighted: Optional[DijkstraSolver] = None
+
+    def newest(self) -> EdgeSolver:
+        """For the costs that the map has now."""
+        return self.of(self._map.planning_costs())
+
+    def of(self, snapshot: PlanningCosts) -> EdgeSolver:
+        """For these costs.
+
+        Edges of infinite weight end at vertices that are lethal or unknown, which a solver does not
+        pass anyway. So where all others weigh what they are long, the one that knows lengths alone
+        will do, and it is the same however often obstacles come and go.
+        """
+        with self._lock:
+            weights, lengths = snapshot.edge_weights, self._map.geometry.edge_lengths
+            if weights is lengths or np.all((weights == lengths) | np.isposinf(weights)):
+                if self._plain is None:
+                    self._plain = self._made(lengths)
+                return EdgeSolver(snapshot.costs, self._plain, weighted=False)
+            if self._weights is not weights:
+                self._weighted, self._weights = self._made(weights), weights
+            return EdgeSolver(snapshot.costs, self._weighted, weighted=True)
+
+    def _made(self, weights: np.ndarray) -> DijkstraSolver:
+        return DijkstraSolver(topology=self._map.topology, edge_lengths=weights)
