@@ -48,11 +48,26 @@ float ridge(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uin
   return meanOfFixed(sum, units, members.size() - 1);  // its own distance is 0
 }
 
-/// Two vertices within the radius are at most that and the normals apart; this leaves room for
-/// twice as much.
-double ridgeUnits(double radius)
+double diagonal(ArrayView<float> positions)
 {
-  return std::exp2(std::floor(31.0 - std::log2(radius + 2.0)));
+  double squared = 0.0;
+  for (std::size_t axis = 0; axis < 3 && !positions.empty(); ++axis) {
+    float lowest = positions[axis], highest = lowest;
+    for (std::size_t i = axis; i < positions.size(); i += 3) {
+      lowest = std::min(lowest, positions[i]);
+      highest = std::max(highest, positions[i]);
+    }
+    squared += (double{highest} - lowest) * (double{highest} - lowest);
+  }
+  return std::sqrt(squared);
+}
+
+/// Per meter. The tips of two normals are at most 2 m farther apart than the vertices; this leaves
+/// room for twice as much.
+double ridgeUnits(const RadiusQuery& query)
+{
+  const double largest = std::min(query.radius, diagonal(query.positions)) + 2.0;
+  return std::exp2(std::floor(31.0 - std::log2(largest)));
 }
 
 }  // namespace
@@ -98,7 +113,7 @@ RadiusWriter::RadiusWriter(const RadiusQuery& query, RadiusStatistics& results)
                                                            : nullptr),
       roughnesses_(query.wanted & ROUGHNESS ? results.roughnesses.data() : nullptr),
       ridges_(query.wanted & RIDGE ? results.ridges.data() : nullptr),
-      ridge_units_(ridgeUnits(query.radius))
+      ridge_units_(ridges_ == nullptr ? 1.0 : ridgeUnits(query))
 {
 }
 

@@ -30,7 +30,7 @@ void statisticsByEdges(const RadiusQuery& query, RadiusStatistics& results)
   });
 }
 
-/// The mean number of vertices around a vertex, itself included, of a sample.
+/// The mean number of vertices around a vertex, itself included, of a sample of at least one.
 double meanCount(const RadiusQuery& query)
 {
   constexpr std::size_t samples = 48;
@@ -43,7 +43,7 @@ double meanCount(const RadiusQuery& query)
     sum += static_cast<double>(
         neighborhood.find(static_cast<std::uint32_t>(v), query.radius).size());
   }
-  return taken == 0 ? 0.0 : sum / static_cast<double>(taken);
+  return sum / static_cast<double>(taken);
 }
 
 /// Whether squared distances around this radius are far from the limits of single precision.
@@ -61,7 +61,7 @@ RadiusStatistics radiusStatistics(const RadiusQuery& query)
   results.height_differences.resize(query.wanted & HEIGHT_DIFFERENCE ? count : 0);
   results.roughnesses.resize(query.wanted & ROUGHNESS ? count : 0);
   results.ridges.resize(query.wanted & RIDGE ? count : 0);
-  if (query.search == RadiusSearch::EDGES || !fitsGrid(query.radius)) {
+  if (query.search == RadiusSearch::EDGES || count == 0 || !fitsGrid(query.radius)) {
     statisticsByEdges(query, results);
     return results;
   }

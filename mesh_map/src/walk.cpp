@@ -36,7 +36,7 @@ class StraightWalk
         const double rest = arrives ? length - walk.length : 0.0;
         walker.point[0] += rest * walker.direction[0];
         walker.point[1] += rest * walker.direction[1];
-        walk.length += rest;
+        walk.length = arrives ? length : walk.length;  // not off by rounding
         walk.end = arrives ? WalkEnd::ARRIVED : WalkEnd::STEPS;
         told = walker.face.hasArea() ? walker : told;
         follow(walker, rest);

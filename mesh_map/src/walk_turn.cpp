@@ -81,23 +81,42 @@ VertexTurn inSector(const Sector& sector, double angle)
           std::min(sector.angle, std::max(0.0, angle))};
 }
 
-/// So far around the vertex from the side of the first face.
-VertexTurn inFan(const Fan& fan, double angle, bool to_left)
+/// Whether a face has no area at the vertex: its sides run the same way, or opposite ways.
+bool isFlat(const Sector& sector)
 {
-  const Sector* last = nullptr;
+  return sector.angle <= NO_ANGLE || sector.angle >= PI - NO_ANGLE;
+}
+
+/// So far around the vertex from the side of the start. A direction along a side of a face without
+/// area is in the face beside it: there is nothing to walk on in the other one.
+VertexTurn inFan(const Fan& fan, const Sector& start, double angle, bool to_left)
+{
+  const Sector* last = isFlat(start) ? nullptr : &start;
+  double behind_last = 0.0;
+  const auto endOfLast = [&]() -> VertexTurn {
+    if (last == nullptr || behind_last > NO_ANGLE) {
+      return {fan.end};
+    }
+    return inSector(*last, to_left ? last->angle : 0.0);
+  };
   for (const Sector& sector : fan.sectors) {
-    if (sector.angle > NO_ANGLE) {  // else, no direction is in it
-      if (angle <= sector.angle + NO_ANGLE) {
+    const bool at_begin = angle <= NO_ANGLE, at_end = angle >= sector.angle - NO_ANGLE;
+    if (angle <= sector.angle + NO_ANGLE) {
+      if (!isFlat(sector) || (!at_begin && !at_end)) {
         return inSector(sector, to_left ? angle : sector.angle - angle);
       }
-      last = &sector;
+      if (at_begin && last != nullptr && behind_last <= NO_ANGLE) {
+        return endOfLast();
+      }
     }
     angle -= sector.angle;
+    behind_last += sector.angle;
+    if (!isFlat(sector)) {
+      last = &sector;
+      behind_last = 0.0;
+    }
   }
-  if (last == nullptr) {
-    return {fan.end};
-  }
-  return inSector(*last, to_left ? last->angle : 0.0);
+  return endOfLast();
 }
 
 /// After coming through the start at an angle `back` to its right side.
@@ -114,14 +133,14 @@ VertexTurn straightOn(const WalkMesh& mesh, std::uint32_t vertex, const Sector& 
     if (half - on_left > left.angle) {
       return inSector(start, back - half);
     }
-    return inFan(left, half - on_left, true);
+    return inFan(left, start, half - on_left, true);
   }
   if (on_left + left.angle >= PI - NO_ANGLE) {
-    return inFan(left, PI - on_left, true);
+    return inFan(left, start, PI - on_left, true);
   }
   const Fan right = fanAround(mesh, vertex, start, false, mask);
   if (back + right.angle >= PI - NO_ANGLE) {
-    return inFan(right, PI - back, false);
+    return inFan(right, start, PI - back, false);
   }
   return {left.end == WalkEnd::BLOCKED ? left.end : right.end};
 }
@@ -140,7 +159,7 @@ VertexTurn toTheSide(const WalkMesh& mesh, std::uint32_t vertex, const Sector& s
       angle *= fan.angle / (2.0 * PI - start.angle);
     }
     if (angle <= fan.angle + NO_ANGLE && !fan.sectors.empty()) {
-      return inFan(fan, angle, to_left);
+      return inFan(fan, start, angle, to_left);
     }
     end = fan.end == WalkEnd::BLOCKED ? fan.end : end;
   }

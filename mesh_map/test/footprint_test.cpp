@@ -73,7 +73,7 @@ TEST(Footprint, tells_lethal_and_unknown_faces_that_it_touches)
   ground.costs[51 * 25 + 25] = std::numeric_limits<float>::infinity();  // at (5, 5)
   EXPECT_TRUE(ground.under(square(0.01)).lethal[0]);
   EXPECT_EQ(ground.under(square(0.01)).max_costs[0], 0.0f);
-  const std::vector<double> beside = {1, 0, 0, 6, 0, 1, 0, 6, 0, 0, 1, 0};
+  const std::vector<double> beside = {1, 0, 0, 6, 0, 1, 0, 5, 0, 0, 1, 0};
   EXPECT_FALSE(ground.under(square(0.7), beside).lethal[0]);
   EXPECT_TRUE(ground.under(square(0.801), beside).lethal[0]);
   EXPECT_NEAR(ground.under(square(0.801), beside).max_costs[0], 6.801, 1e-5);

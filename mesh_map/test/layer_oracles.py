@@ -1,7 +1,7 @@
 """Costs of the layers in plain NumPy and double precision, from their formulas alone.
 
-`released=True` is what the first mesh_navigation (with lvr2 20.11) computes, which published numbers
-are of; otherwise its mistakes are gone. Nothing here is taken from the package that is tested.
+`released=True` is what the first mesh_navigation (with lvr2 20.11) computes, whose numbers are
+published; otherwise its mistakes are gone. Nothing here is taken from the package that is tested.
 """
 
 from functools import cached_property

@@ -173,9 +173,7 @@ class MapTopicsTest(unittest.TestCase):
         self.assertIn("FlagLayer is no mesh_map.ros_adapter.RosAdapter", output)
 
     def test_services(self):
-        self.start(
-            "serving", layers=[{"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"}]
-        )
+        self.start("serving", layers=STRANGE[:1])
 
         def ask(name, kind, **request):
             rospy.wait_for_service("/serving/" + name, WAIT)
@@ -189,11 +187,11 @@ class MapTopicsTest(unittest.TestCase):
             np.testing.assert_array_equal(geometry.mesh_geometry.faces, GRID.faces)
             self.assertEqual((geometry.uuid, geometry.header.frame_id), (UUID, "map"))
             layers = ask("get_vertex_cost_layers", GetVertexCostLayers, uuid=uuid).layers
-            self.assertEqual(layers, ["height_diff", COMBINED_COSTS])
+            self.assertEqual(layers, ["flag_0", COMBINED_COSTS])
         colors = ask("get_vertex_colors", array_services.GetVertexColors, uuid="")
         rgba = colors.mesh_vertex_colors_stamped.mesh_vertex_colors.vertex_colors
         np.testing.assert_allclose(rgba[:, :3], self.colors / 255, atol=1e-6)
-        for layer in ("height_diff", COMBINED_COSTS):
+        for layer in ("flag_0", COMBINED_COSTS):
             costs = ask("get_vertex_costs", array_services.GetVertexCosts, uuid="", layer=layer)
             stamped = costs.mesh_vertex_costs_stamped
             self.assertEqual((stamped.type, stamped.uuid), (layer, UUID))
@@ -214,6 +212,11 @@ class MapTopicsTest(unittest.TestCase):
             rospy.ServiceProxy("/%s/get_uuids" % self.name, GetUUIDs)()
         server.load()
         server.publish_vector_field("vector_field", np.eye(COUNT, 3), np.arange(COUNT))
+        server.publish_costs("Potential", np.arange(COUNT))
+        layers = rospy.ServiceProxy(
+            "/%s/get_vertex_cost_layers" % self.name, GetVertexCostLayers
+        )().layers
+        self.assertEqual(layers, [COMBINED_COSTS, "Potential"])
         server.publish_face_costs("danger", FACE_COSTS + 1)
         stamp = rospy.Time.now()
         for number in (1, 2):

@@ -145,11 +145,11 @@ def test_far_from_the_origin(distance):
     np.testing.assert_allclose(room, expected, rtol=1e-5)
 
 
-def test_normals_without_length_and_vertices_without_faces():
+def test_given_normals_and_vertices_without_faces():
     vertices, faces = joined(plate(0.0), plate(0.4))
     vertices = np.append(vertices, [[0, 0, 0.1]], axis=0).astype(np.float32)
-    normals = np.zeros_like(vertices)
-    normals[1], normals[8] = (0, 0, 5), (0, 0, 1)  # length does not matter
+    normals = np.tile(np.float32([0, 0, 1]), (len(vertices), 1))
+    normals[0] = (0, 0, -1)
     mesh_map = MeshMap(vertices, faces, normals)
     room = clearances(mesh_map.geometry)
     np.testing.assert_allclose(room[[0, 1, 8]], [np.inf, 0.4, 0.3], atol=1e-6)

@@ -65,7 +65,9 @@ def test_combination_layers(kind, formula):
 
 
 @pytest.mark.parametrize("name", ["torus", "fan_of_three", "soup_6"])
-@pytest.mark.parametrize("kind, public", [("mean", mean_weights), ("difference", difference_weights)])
+@pytest.mark.parametrize(
+    "kind, public", [("mean", mean_weights), ("difference", difference_weights)]
+)
 @pytest.mark.parametrize("factor", [0.0, 0.4, 10.0])
 def test_edge_weights(name, kind, public, factor):
     mesh, oracle = scaled(name)

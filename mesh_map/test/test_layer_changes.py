@@ -5,7 +5,7 @@ import threading
 
 import numpy as np
 from mesh_map.layer import checked_result
-from mesh_map.layer_changes import LayerChange, Listeners, ResultDifference, different
+from mesh_map.layer_changes import LayerChange, Listeners, ResultDifference, different, union
 
 NAN = math.nan
 
@@ -15,22 +15,31 @@ def test_nan_is_like_nan_whatever_its_bits():
     one = np.array([NAN, NAN, 0, 1, np.inf, 5], np.float32)
     other = np.array([0, 0, NAN, 1, np.inf, 5.0000005], np.float32)
     other[:2] = other_nan
-    assert different(one, other, 6).tolist() == [False, False, True, False, False, True]
-    assert different(one, one, 6).tolist() == [False] * 6
+    assert different(one, other).tolist() == [2, 5]
+    assert different(one, one).tolist() == different(one, one.copy()).tolist() == []
     zeros = np.zeros(2, np.float32)
-    assert different(zeros, -zeros, 2).tolist() == [True, True]  # bitwise
+    assert different(zeros, -zeros).tolist() == [0, 1]  # bitwise
 
 
 def test_vectors_that_come_and_go():
     vectors = np.zeros((3, 3), np.float32)
     vectors[1, 2] = 1
-    assert different(None, vectors, 3).tolist() == [False, True, False]
-    assert different(vectors, None, 3).tolist() == [False, True, False]
-    assert different(None, None, 3).tolist() == [False] * 3
+    assert different(None, vectors).tolist() == [1]
+    assert different(vectors, None).tolist() == [1]
+    assert different(None, None).tolist() == []
     for column in range(3):
         moved = vectors.copy()
         moved[2, column] = 1
-        assert different(vectors, moved, 3).tolist() == [False, False, True]
+        assert different(vectors, moved).tolist() == [2]
+
+
+def test_unions():
+    parts = [np.array([7, 90], np.uint32), np.zeros(0, np.int64), np.array([3, 7, 50])]
+    for count in (91, 100000):  # many and few of them
+        for chosen in (parts, parts[:1], parts[:2], parts[1:2], []):
+            found = union(chosen, count)
+            assert found.dtype == np.uint32
+            assert found.tolist() == sorted(set(np.concatenate([np.zeros(0), *chosen])))
 
 
 def test_readers_see_more_than_what_is_shown():
@@ -97,3 +106,24 @@ def test_no_change_is_lost_between_threads():
     for thread in threads:
         thread.join()
     assert heard == list(range(4000))
+
+
+def test_a_change_at_the_last_moment_is_told_too():
+    """One that comes when the other thread has seen that none is left, and is not done yet."""
+    listeners, heard = Listeners(), []
+    listeners.add(lambda changes: heard.append(changes[0].name))
+    lock = threading.Lock()
+
+    class LateLock:
+        acquire = lock.acquire
+
+        def release(self):
+            if len(heard) == 1:
+                listeners.put(change(2))
+                listeners.tell()  # as another thread: it cannot, and leaves it to this one
+            lock.release()
+
+    listeners._telling = LateLock()
+    listeners.put(change(1))
+    listeners.tell()
+    assert heard == ["1", "2"]

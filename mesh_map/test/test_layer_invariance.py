@@ -36,7 +36,7 @@ def some(count):
 
 
 def assert_alike(kind, found, expected, oracle):
-    """Where normals are not but rounding that is left, nor rays on the edge of what they may hit."""
+    """Where no normal around is but rounding that is left of normals that cancel out."""
     sure = np.ones(oracle.count, bool)
     if kind != "HeightDiff" and kind != "Border" and kind != "Inflation":
         doubtful = oracle.normals[1] < 1e-3

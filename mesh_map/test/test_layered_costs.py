@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from mesh_map import MeshMapError
+from mesh_map import MeshMap, MeshMapError, geometry
 from mesh_map.mesh_map import COMBINED_COSTS
 from mesh_map.settings import MapSettings
 from toy_layers import FailingLayer, calls, entry, evaluations, grid_map
@@ -55,6 +55,14 @@ def test_a_parameter_of_costs_evaluates_the_layer_and_who_reads_it(chain):
     assert chain.layers["near"].result.costs[10] == 0.5 * 0.75 * 9
 
 
+def test_a_layer_says_what_it_needs_before_it_is_evaluated(chain):
+    assert calls["near", "announce"] == 0
+    chain.set_layer_parameters("near", {"share": 0.25})
+    assert calls["near", "announce"] == calls["near", "compute"] == 1
+    chain.compute_layers(CHAIN)
+    assert calls["near", "announce"] == calls["near", "compute"] == 2
+
+
 def test_what_does_not_change_evaluates_nothing(chain):
     for values in ({}, {"scale": 1}, {"scale": 1.0, "threshold": 5}, {"unknown": 3}):
         assert chain.set_layer_parameters("water", values) == chain.layers["water"].params
@@ -94,6 +102,14 @@ def test_a_weight_changes_those_that_read_weights(chain):
     chain.set_layer_parameters("ground", {"combination_weight": 0.25})
     assert evaluations() == {"all": 1}
     assert told(chain) == [("all", 62), (COMBINED_COSTS, 62)]
+
+
+def test_weights_do_not_matter_to_all(chain):
+    for name, reads_weights in (("sum", True), ("mean", True), ("max", False), ("failing", False)):
+        chain.compute_layers(CHAIN[:2] + [entry("reading", name)])
+        calls.clear()
+        chain.set_layer_parameters("ground", {"combination_weight": 0.5})
+        assert evaluations() == ({"reading": 1} if reads_weights else {})
 
 
 def test_data_of_a_layer(chain, toys):  # noqa: F811
@@ -202,6 +218,18 @@ def test_data_that_cannot_be_used_leave_the_layer(chain, toys, caplog):  # noqa:
     calls.clear()
     chain.refresh_layer("water")
     assert calls["water", "compute"] == 1 and calls["water", "update"] == 0
+
+
+def test_after_a_failure_the_costs_are_not_taken_as_they_are(chain, toys):  # noqa: F811
+    toys["water"] = np.zeros(3, np.float32)
+    chain.refresh_layer("water")
+    toys["water"] = np.full(64, 2, np.float32)
+    calls.clear()
+    chain.set_layer_parameters("water", {"threshold": 1.0})
+    assert calls["water", "compute"] == 1 and calls["water", "reuse"] == 0
+    assert np.isinf(chain.costs).all()
+    chain.set_layer_parameters("water", {"threshold": 3.0})
+    assert calls["water", "compute"] == 1 and calls["water", "reuse"] == 1
 
 
 def test_settings(chain):
@@ -321,9 +349,36 @@ def test_what_is_saved_belongs_together(chain):
     assert chain.layers["water"].identity["scale"] == 2.0
 
 
-def test_two_maps_of_one_geometry(chain, monkeypatch):
-    from mesh_map import MeshMap, geometry
+def test_stored_costs_are_reused_where_also_the_inputs_are_the_same(chain):
+    store = {name: (layer.identity, layer.result.costs) for name, layer in chain.layers.items()}
 
+    asked = {}
+
+    def stored(name, fingerprint):
+        assert name not in asked
+        asked[name] = fingerprint
+        identity, costs = store[name]
+        return costs if identity == fingerprint else None
+
+    other = MeshMap.of(chain.geometry)
+    other.compute_layers(CHAIN, stored=stored)
+    assert {name for name, method in calls if method == "compute"} == {"near"}  # has no reuse()
+    assert calls["ground", "reuse"] == calls["water", "reuse"] == 1
+    for name, layer in other.layers.items():
+        assert layer.identity is asked[name] and asked[name] == store[name][0]
+        assert np.array_equal(layer.result.costs, chain.layers[name].result.costs)
+    calls.clear()
+    asked.clear()
+    config = [dict(CHAIN[0], params={"combination_weight": 0.5})] + CHAIN[1:]
+    other.compute_layers(config, stored=stored)
+    assert {name for name, method in calls if method == "compute"} == {"near", "all"}
+    ground = other.layers["ground"].result.costs
+    free = np.isfinite(other.costs)
+    difference = chain.layers["all"].result.costs[free] - other.layers["all"].result.costs[free]
+    assert np.allclose(difference, 0.5 * ground[free], atol=1e-6)
+
+
+def test_two_maps_of_one_geometry(chain, monkeypatch):
     counted = []
     for name in ("Topology", "face_normals", "vertex_normals"):
         original = getattr(geometry, name, None)

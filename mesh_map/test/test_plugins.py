@@ -5,11 +5,12 @@ import sys
 import textwrap
 
 import pytest
+import rospkg
 from mesh_map.errors import PluginError
 from mesh_map.layer import BASE_CLASS_TYPE
 from mesh_map.layers.height_diff import HeightDiffLayer
 from mesh_map.mesh_map import MeshMap
-from mesh_map.plugins import find_class, find_plugins
+from mesh_map.plugins import find_class, find_plugins, scanned_once
 
 HEIGHT_DIFF = "mesh_layers/HeightDiffLayer"
 
@@ -157,6 +158,21 @@ def test_a_layer_of_another_package(stranger, triangle):
     assert lethal["low"] == [False, True, True] and lethal["high"] == [False, False, True]
     assert triangle.layers["count"].result.costs.tolist() == [2, 3, 4]
     assert triangle.costs.tolist() == [2, float("inf"), float("inf")]
+
+
+def test_packages_are_looked_through_once_for_a_list_of_layers(packages, triangle, monkeypatch):
+    looks = []
+    monkeypatch.setattr(rospkg, "RosPack", lambda made=rospkg.RosPack: looks.append(1) or made())
+    triangle.compute_layers([{"name": name, "type": HEIGHT_DIFF} for name in "abc"])
+    assert len(triangle.layers) == 3 and len(looks) == 1
+    with scanned_once():
+        with scanned_once():
+            assert "a/New" not in find_plugins("mesh_map", BASE_CLASS_TYPE)
+        write_package(packages, "new", "<library>%s</library>" % entry("a/New", "x.Y"))
+        assert "a/New" not in find_plugins("mesh_map", BASE_CLASS_TYPE)
+        assert find_plugins("mesh_map", "mesh_map::Other") == {}
+    assert "a/New" in find_plugins("mesh_map", BASE_CLASS_TYPE)
+    assert len(looks) == 4
 
 
 def test_a_layer_that_fails_does_not_harm_the_others(stranger, triangle, caplog):

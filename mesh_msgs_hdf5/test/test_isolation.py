@@ -16,7 +16,7 @@ from mesh_msgs_hdf5 import isolation
 from mesh_msgs_hdf5.checks.check import identical
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.isolated.zygote import OUT_OF_MEMORY
-from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated, zygote_pid
+from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated, prepare, zygote_pid
 from mesh_msgs_hdf5.map_file import MapFile
 
 
@@ -279,6 +279,23 @@ def test_the_zygote_is_small_and_apart(victim):
     assert parent == zygote_pid() == session and threads == 1
     assert len(os.listdir("/proc/%d/task" % parent)) == 1
     assert victim("where")[0] != pid and zygote_pid() == parent
+
+
+def test_what_is_prepared_is_used(victim):
+    isolation._zygote.stop()
+    assert zygote_pid() is None
+    prepare()
+    prepared = zygote_pid()
+    prepare()
+    assert victim("echo", "/a") == ["/a", {}] and zygote_pid() == prepared is not None
+
+
+def test_preparing_may_fail(monkeypatch):
+    def no_process():
+        raise OSError("no process")
+
+    monkeypatch.setattr(isolation._zygote, "start", no_process)
+    prepare()
 
 
 def test_the_zygote_is_started_anew(victim):

@@ -52,10 +52,10 @@ struct RadiusStatistics
   std::vector<float> ridges;
 };
 
-/// All that is wanted in one pass. Sums are of whole numbers (of 2^-30 radians, and less than 1e-8
-/// of the distance), so that the order of the vertices does not matter. The vertex itself counts,
-/// so one without neighbors in reach has a height difference of 0, not -inf as in the released
-/// mesh_map.
+/// All that is wanted in one pass. Sums are of whole numbers (of 2^-30 radians, and of less than
+/// 2e-9 of the largest distance), so that the order of the vertices does not matter. The vertex
+/// itself counts, so one without neighbors in reach has a height difference of 0, not -inf as in
+/// the released mesh_map.
 RadiusStatistics radiusStatistics(const RadiusQuery& query);
 
 }  // namespace mesh_map

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Mapping, Optional, Union
 
 import numpy as np
 
+from mesh_map.array_checks import read_only
 from mesh_map.layer import Layer, LayerInput, LayerResult
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ class CombinationLayer(Layer):
         if inputs:
             for start in range(0, count, _BLOCK):
                 self._fill(costs, lethal, inputs, slice(start, start + _BLOCK))
-        return LayerResult(costs, lethal)
+        return LayerResult(read_only(costs), lethal)
 
     def update(
         self,
@@ -54,7 +55,7 @@ class CombinationLayer(Layer):
         costs, lethal = before.costs.copy(), before.lethal.copy()
         if len(changed):
             self._fill(costs, lethal, inputs, changed)
-        return LayerResult(costs, lethal)
+        return LayerResult(read_only(costs), lethal)
 
     def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
         return LayerResult(costs, np.isposinf(costs))

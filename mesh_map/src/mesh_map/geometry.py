@@ -2,7 +2,7 @@
 
 import threading
 from functools import cached_property
-from typing import Any, Dict, Optional, Tuple
+from typing import Any, Optional, Tuple
 
 import numpy as np
 from mesh_msgs.identity import geometry_uuid
@@ -12,9 +12,10 @@ from mesh_map import _kernels
 from mesh_map.array_checks import as_faces, as_vertices, read_only
 from mesh_map.errors import MeshMapError
 from mesh_map.hits import NO_FACE, SurfacePoint
-from mesh_map.normals import face_normals, vertex_normals
+from mesh_map.normals import checked_up, corner_angles, face_normals, unit_normals, vertex_normals
+from mesh_map.orientation import Orientation, orient_faces
 from mesh_map.query_arguments import checked_distance
-from mesh_map.radius_pass import RadiusPass
+from mesh_map.radius_pass import RadiusPass, RadiusPasses
 from mesh_map.spatial_index import SpatialIndex
 from mesh_map.topology import Topology, edge_lengths, quantity
 from mesh_map.walk import SurfaceWalker
@@ -30,7 +31,8 @@ class MeshGeometry:
         vertices: (V, 3) float32, meters in frame_id.
         faces: (F, 3) uint32.
         frame_id: coordinate frame.
-        up: (3,) float64 of length 1.
+        up: (3,) float64 of length 1; heights and steepness are measured along it.
+        orientation: which faces were turned; None where that was not asked for.
     """
 
     def __init__(
@@ -53,11 +55,12 @@ class MeshGeometry:
             vertex_normals: (V, 3) finite numbers; None to compute them.
             frame_id: coordinate frame.
             uuid: identity that the geometry already has; "" for that of its content.
-            up_direction: (3,) any length; against it heights and steepness are measured.
-            orient: turn faces (none is left out) so that neighbors agree and most area of each
-                patch faces up; then vertex_normals are computed, not taken.
-            normals: how normals of vertices are computed: "mean" of the faces around, as released,
-                or weighted by "angle"; then they are computed, not taken.
+            up_direction: (3,) of any length.
+            orient: True to turn faces so that neighbors agree, and most of each piece faces up (see
+                mesh_map.orientation); faces are those then, in the same order.
+            normals: how normals of vertices are computed: the "mean" of the faces around as in the
+                released mesh_map, or weighted by "angle". With that, or orient, vertex_normals are
+                not used.
         Raises:
             MeshMapError: what is wrong with it.
         """
@@ -70,19 +73,33 @@ class MeshGeometry:
         self.vertices = read_only(as_vertices(vertices))
         self.faces = read_only(as_faces(faces))
         self.frame_id = frame_id
-        self.up = read_only(checked_direction(up_direction))
+        self.up = read_only(checked_up(up_direction))
         if normals not in ("mean", "angle"):
             raise MeshMapError("normals is %r, but it has to be mean or angle" % (normals,))
         self._uuid = uuid
-        self._passes: Dict[float, RadiusPass] = {}
+        self._passes = RadiusPasses(self)
         self._index: Optional[SpatialIndex] = None
         self._index_lock = threading.Lock()
-        if vertex_normals is not None:
-            self.__dict__["vertex_normals"] = read_only(as_vertices(vertex_normals))
+        self._given_faces = self.faces
+        self._weighted = normals == "angle"
+        self.orientation = self._oriented() if orient else None
+        if vertex_normals is not None and not orient and not self._weighted:
+            self.__dict__["vertex_normals"] = read_only(unit_normals(vertex_normals, self.up))
+
+    def _oriented(self) -> Orientation:
+        topology = self.topology
+        orientation = orient_faces(self.vertices, self.faces, topology, self.up)
+        if orientation.turned.any():
+            self.faces = read_only(orientation.applied_to(self.faces))
+            del self.__dict__["topology"]  # that of the faces as they were
+        return orientation
 
     def radius_pass(self, radius: float) -> RadiusPass:
-        """Statistics of the surroundings of each vertex; one pass for each radius."""
-        return self._passes.setdefault(float(radius), RadiusPass(self, radius))
+        """Statistics of what is around each vertex within a radius (meters, above 0).
+
+        Those of the last few radii are kept, for all maps with this geometry.
+        """
+        return self._passes.of(radius)
 
     @cached_property
     def topology(self) -> Topology:
@@ -101,8 +118,11 @@ class MeshGeometry:
 
     @cached_property
     def content_uuid(self) -> str:
-        """The version 5 UUID of vertices and faces: the same wherever the geometry is the same."""
-        return geometry_uuid(self.vertices, self.faces)
+        """The version 5 UUID of vertices and faces: the same wherever the geometry is the same.
+
+        It is that of the faces as they were given, before any was turned.
+        """
+        return geometry_uuid(self.vertices, self._given_faces)
 
     @property
     def uuid(self) -> str:
@@ -111,11 +131,11 @@ class MeshGeometry:
 
     @cached_property
     def _face_normals(self) -> Tuple[np.ndarray, np.ndarray]:
-        return face_normals(self.vertices, self.faces)
+        return face_normals(self.vertices, self.faces, self.up)
 
     @property
     def face_normals(self) -> np.ndarray:
-        """(F, 3) float32 of length 1; (0, 0, 1) for faces without area."""
+        """(F, 3) float32 of length 1; that of up for faces without area."""
         return read_only(self._face_normals[0])
 
     @property
@@ -125,14 +145,18 @@ class MeshGeometry:
 
     @cached_property
     def vertex_normals(self) -> np.ndarray:
-        """(V, 3) float32: those that were given, or those of mesh_map.normals."""
-        return read_only(vertex_normals(self.topology, *self._face_normals))
+        """(V, 3) float32 of length 1: those that were given, or those of mesh_map.normals."""
+        weights = corner_angles(self.vertices, self.faces) if self._weighted else None
+        return read_only(
+            vertex_normals(self.topology, *self._face_normals, self.faces, weights, self.up)
+        )
 
     def report(self) -> str:
         """One line for people: what the mesh consists of, and its oddities."""
         without_area = int(self.faces_without_area.sum())
         suffix = ", " + quantity(without_area, "faces without area") if without_area else ""
-        return self.topology.report() + suffix
+        turned = ", " + self.orientation.report() if self.orientation else ""
+        return self.topology.report() + suffix + turned
 
     @property
     def spatial_index(self) -> SpatialIndex:
@@ -181,21 +205,3 @@ class MeshGeometry:
             float(max_distance),
         )
         return None if vertex == NO_FACE else (int(vertex), float(distance))
-
-
-def checked_direction(direction: Any) -> np.ndarray:
-    """(3,) float64 of length 1.
-
-    Raises:
-        MeshMapError: not three finite numbers, or all zero.
-    """
-    try:
-        checked = np.array(direction, np.float64)
-    except (TypeError, ValueError):
-        checked = np.zeros(0)
-    length = np.linalg.norm(checked) if checked.shape == (3,) else 0.0
-    if not 0.0 < length < np.inf:
-        raise MeshMapError(
-            "up_direction is %r, but it has to be a direction (3 numbers)" % (direction,)
-        )
-    return checked / length

@@ -3,7 +3,7 @@
 import collections
 import logging
 import threading
-from typing import Callable, Deque, List, NamedTuple, Optional
+from typing import Callable, Deque, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -29,29 +29,34 @@ class LayerChange(NamedTuple):
 Listener = Callable[[List[LayerChange]], None]
 
 
-def different(before: Optional[np.ndarray], after: Optional[np.ndarray], count: int) -> np.ndarray:
-    """(count,) bool: where arrays of one row per vertex differ bitwise; NaN is like NaN.
+def different(before: Optional[np.ndarray], after: Optional[np.ndarray]) -> np.ndarray:
+    """(K,) ascending: the rows in which arrays of the same shape differ bitwise; NaN is like NaN.
 
-    None is like zeros in vectors.
+    None is like zeros, in vectors.
     """
     if before is after:
-        return np.zeros(count, np.bool_)
+        return np.zeros(0, np.int64)
     if before is None or after is None:
         array = after if before is None else before
-        return array.reshape(count, -1).any(axis=1)
+        return np.flatnonzero(array.any(axis=1))
     if before.dtype == np.bool_:
-        return before != after
-    unlike = before.view(np.uint32) != after.view(np.uint32)
-    where = np.nonzero(unlike)
-    unlike[where] = ~(np.isnan(before[where]) & np.isnan(after[where]))
-    return unlike if unlike.ndim == 1 else unlike[:, 0] | unlike[:, 1] | unlike[:, 2]
+        return np.flatnonzero(before != after)
+    one, other = before.ravel(), after.ravel()
+    places = np.flatnonzero(one.view(np.uint32) != other.view(np.uint32))
+    places = places[~(np.isnan(one[places]) & np.isnan(other[places]))]
+    return places if before.ndim == 1 else np.unique(places // before.shape[1])
 
 
-def changed_costs(before: Optional[np.ndarray], after: np.ndarray) -> np.ndarray:
-    """(K,) uint32, ascending; all vertices if there was nothing before."""
-    if before is None:
-        return np.arange(len(after), dtype=np.uint32)
-    return np.flatnonzero(different(before, after, len(after))).astype(np.uint32)
+def union(parts: Sequence[np.ndarray], count: int) -> np.ndarray:
+    """(K,) uint32, ascending: indices below `count` that are in any of the parts."""
+    parts = [part for part in parts if len(part)]
+    if sum(map(len, parts)) < count // 16:
+        together = np.concatenate(parts) if parts else np.zeros(0)
+        return (np.unique(together) if len(parts) > 1 else together).astype(np.uint32)
+    mask = np.zeros(count, np.bool_)
+    for part in parts:
+        mask[part] = True
+    return np.flatnonzero(mask).astype(np.uint32)
 
 
 class ResultDifference(NamedTuple):
@@ -71,10 +76,11 @@ class ResultDifference(NamedTuple):
         if before is None:
             everything = np.arange(count, dtype=np.uint32)
             return cls(everything, everything)
-        shown = different(before.costs, after.costs, count)
-        shown |= different(before.vectors, after.vectors, count)
-        read = shown | different(before.lethal, after.lethal, count)
-        return cls(np.flatnonzero(read).astype(np.uint32), np.flatnonzero(shown).astype(np.uint32))
+        costs, vectors = different(before.costs, after.costs), different(
+            before.vectors, after.vectors
+        )
+        shown = union([costs, vectors], count)
+        return cls(union([shown, different(before.lethal, after.lethal)], count), shown)
 
 
 class Listeners:

@@ -2,11 +2,11 @@
 
 import logging
 import re
-from typing import Any, Dict, Mapping, Tuple
+from typing import Any, Dict, Mapping, Sequence, Tuple
 
 from mesh_map.errors import MeshMapError, one_line
 from mesh_map.layer import BASE_CLASS_TYPE, Layer
-from mesh_map.plugins import find_class
+from mesh_map.plugins import find_class, scanned_once
 
 _LOG = logging.getLogger("mesh_map")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -26,6 +26,12 @@ def make_layers(config: Any) -> Tuple[Dict[str, Layer], Dict[str, str]]:
         errors["layers"] = "the list of layers is a %s, not a list" % type(config).__name__
         _LOG.error("%s", errors["layers"])
         return layers, errors
+    with scanned_once():
+        _make(config, layers, errors)
+    return layers, errors
+
+
+def _make(config: Sequence[Any], layers: Dict[str, Layer], errors: Dict[str, str]) -> None:
     for number, entry in enumerate(config):
         name = "layer %d" % number
         try:
@@ -37,7 +43,6 @@ def make_layers(config: Any) -> Tuple[Dict[str, Layer], Dict[str, str]]:
         except Exception as error:  # a stranger's plugin may fail in any way
             errors[name] = error_line(error)
             log_left_out(name, error)
-    return layers, errors
 
 
 def error_line(error: BaseException) -> str:

@@ -74,8 +74,9 @@ def checked_result(
         raise MeshMapError("the lethal vertices have to be %d booleans or indices" % vertex_count)
     with np.errstate(over="ignore"):  # what does not fit is lethal
         costs = np.ascontiguousarray(costs, np.float32)
-    negative = np.flatnonzero(costs < 0)
-    if len(negative):
+    negative = costs < 0
+    if negative.any():
+        negative = np.flatnonzero(negative)
         raise MeshMapError(
             "the cost of vertex %d is %g (%d negative ones in all)"
             % (negative[0], costs[negative[0]], len(negative)),
@@ -86,7 +87,7 @@ def checked_result(
         if vectors.shape != (vertex_count, 3) or not np.isfinite(vectors).all():
             raise MeshMapError("the vectors have to be (%d, 3) finite numbers" % vertex_count)
         vectors = _of_its_own(vectors, given_vectors)
-    mask = mask | np.isposinf(costs)
+    mask = mask | (costs == np.inf)
     return LayerResult(_of_its_own(costs, given_costs), read_only(mask), vectors)
 
 

@@ -12,7 +12,7 @@ from mesh_map.edge_weights import PlanningCosts
 from mesh_map.errors import MeshMapError
 from mesh_map.geometry import MeshGeometry
 from mesh_map.layer import Layer, LayerResult
-from mesh_map.layer_changes import LayerChange, Listener, Listeners, ResultDifference, changed_costs
+from mesh_map.layer_changes import LayerChange, Listener, Listeners, ResultDifference, different
 from mesh_map.layer_list import error_line
 from mesh_map.layer_set import LayerSet, OnLayer, Progress, StoredCosts
 from mesh_map.parameter import Value
@@ -277,7 +277,7 @@ class LayeredCosts:
     ) -> None:
         """Puts a new state in force, and has listeners told of it."""
         state = self._state
-        changed = changed_costs(state.combination.costs, combination.costs)
+        changed = different(state.combination.costs, combination.costs).astype(np.uint32)
         changes = [change for change in changes if len(change.vertices)]
         if len(changed):
             changes.append(LayerChange(COMBINED_COSTS, changed, combination.costs))

@@ -58,6 +58,7 @@ class MapTopics:
     Messages are made when a subscriber needs them.
 
     Attributes:
+        map: of which the topics tell now; None before begin().
         costs: name -> (V,) what was published last on vertex_costs.
     """
 
@@ -65,7 +66,8 @@ class MapTopics:
         """Advertises all but vertex_colors, which not every map has."""
         prefix = namespace.rstrip("/") + "/"
         self.costs: Dict[str, np.ndarray] = {}
-        self._map: Optional[MeshMap] = None
+        self.map: Optional[MeshMap] = None
+        self._lock = threading.RLock()
         self._vectors: Dict[str, np.ndarray] = {}
         self._colors_name = prefix + "vertex_colors"
         self._colors: Optional[rospy.Publisher] = None
@@ -95,13 +97,12 @@ class MapTopics:
 
         colors: (V, 3) uint8, None where there are none.
         """
-        for topics, keys in self._sent.items():
-            for key in keys:
-                topics.remove(key)
-            keys.clear()
-        self.costs = {}
-        self._vectors = {}
-        self._map = mesh_map
+        with self._lock:
+            for topics, keys in self._sent.items():
+                for key in list(keys):
+                    topics.remove(key)
+                keys.clear()
+            self.costs, self._vectors, self.map = {}, {}, mesh_map
         self._mesh.publish(map_messages.geometry_message(mesh_map))
         if colors is not None:
             if self._colors is None:
@@ -114,30 +115,22 @@ class MapTopics:
 
     def publish_costs(self, name: str, costs: np.ndarray) -> None:
         """All costs (V,) of a layer, which must not change any more."""
-        mesh_map = self._map
+        mesh_map = self.map
         self.costs[name] = costs
         self._send(self._costs, name, lambda: map_messages.costs_message(mesh_map, name, costs))
 
     def publish_changes(self, changes: Iterable[Any]) -> None:
         """mesh_map.LayerChange: at once the differences, and the whole layers when it is time."""
-        mesh_map = self._map
         for name, vertices, costs in changes:
-            vertices = _different(self.costs.get(name), costs, vertices)
-            if not len(vertices):
-                continue  # other vectors alone
-            self.costs[name] = costs
-            if self._updates.get_num_connections():
-                message = map_messages.update_message(mesh_map, name, vertices, costs[vertices])
-                self._updates.publish(message)
-            self._sent[self._costs][name] = None
-            self._costs.change(name, _costs_maker(mesh_map, name, costs))
+            with self._lock:
+                self._publish_change(name, vertices, costs)
 
     def publish_face_costs(self, name: str, read_costs: Callable[[], Optional[np.ndarray]]) -> None:
         """Costs of all faces.
 
         read_costs: gives them, (F,) float32, or None for none, when a subscriber comes.
         """
-        mesh_map = self._map
+        mesh_map = self.map
 
         def make() -> Optional[arrays.MeshFaceCostsStamped]:
             costs = read_costs()
@@ -151,22 +144,8 @@ class MapTopics:
 
     def publish_layer_vectors(self, layers: Iterable[Layer]) -> None:
         """The vectors of those layers that have any, where they have changed."""
-        shown = {}
-        for layer in layers:
-            if layer.result is not None and layer.result.vectors is not None:
-                namespace = "%s/%s" % (INFLATION, layer.name) if shown else INFLATION
-                shown[namespace] = layer.result
-        for namespace in [name for name in self._vectors if name not in shown]:
-            del self._vectors[namespace]
-            frame_id = self._map.frame_id
-            marker = no_marker(namespace, frame_id, rospy.Time.now())
-            self._fields.change(namespace, lambda marker=marker: marker)
-        for namespace, result in shown.items():
-            if self._vectors.get(namespace) is not result.vectors:
-                self._vectors[namespace] = result.vectors
-                self._sent[self._fields][namespace] = None
-                maker = self._field_maker(namespace, result.vectors, result.costs)
-                self._fields.change(namespace, maker)
+        with self._lock:
+            self._publish_layer_vectors(layers)
 
     def publish_marker(self, namespace: str, make_marker: Callable[[], Marker]) -> None:
         """A marker for debugging, made when a subscriber comes."""
@@ -184,6 +163,35 @@ class MapTopics:
             if publisher is not None:
                 publisher.unregister()
 
+    def _publish_change(self, name: str, vertices: np.ndarray, costs: np.ndarray) -> None:
+        vertices = _different(self.costs.get(name), costs, vertices)
+        if not len(vertices):
+            return  # other vectors alone
+        mesh_map, self.costs[name] = self.map, costs
+        if self._updates.get_num_connections():
+            message = map_messages.update_message(mesh_map, name, vertices, costs[vertices])
+            self._updates.publish(message)
+        self._sent[self._costs][name] = None
+        self._costs.change(name, lambda: map_messages.costs_message(mesh_map, name, costs))
+
+    def _publish_layer_vectors(self, layers: Iterable[Layer]) -> None:
+        shown = {}
+        for layer in layers:
+            if layer.result is not None and layer.result.vectors is not None:
+                namespace = "%s/%s" % (INFLATION, layer.name) if shown else INFLATION
+                shown[namespace] = layer.result
+        for namespace in [name for name in self._vectors if name not in shown]:
+            del self._vectors[namespace]
+            frame_id = self.map.frame_id
+            marker = no_marker(namespace, frame_id, rospy.Time.now())
+            self._fields.change(namespace, lambda marker=marker: marker)
+        for namespace, result in shown.items():
+            if self._vectors.get(namespace) is not result.vectors:
+                self._vectors[namespace] = result.vectors
+                self._sent[self._fields][namespace] = None
+                maker = self._field_maker(namespace, result.vectors, result.costs)
+                self._fields.change(namespace, maker)
+
     def _send(self, topics: PacedTopics, key: str, make_message: Callable[[], Any]) -> None:
         self._sent[topics][key] = None
         topics.send(key, make_message)
@@ -191,16 +199,10 @@ class MapTopics:
     def _field_maker(
         self, namespace: str, vectors: np.ndarray, values: np.ndarray
     ) -> Callable[[], Marker]:
-        mesh_map, stamp = self._map, rospy.Time.now()
+        mesh_map, stamp = self.map, rospy.Time.now()
         return lambda: vector_field_marker(
             mesh_map.vertices, vectors, values, mesh_map.frame_id, stamp, namespace
         )
-
-
-def _costs_maker(
-    mesh_map: MeshMap, name: str, costs: np.ndarray
-) -> Callable[[], arrays.MeshVertexCostsStamped]:
-    return lambda: map_messages.costs_message(mesh_map, name, costs)
 
 
 def _different(before: Optional[np.ndarray], after: np.ndarray, vertices: np.ndarray) -> np.ndarray:

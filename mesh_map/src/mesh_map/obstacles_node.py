@@ -2,8 +2,7 @@
 
 import logging
 import threading
-import time
-from typing import Any, Callable, ClassVar, Dict, Optional, Tuple
+from typing import Any, Callable, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -12,14 +11,15 @@ from mesh_msgs.transform import TransformError, rotation_and_translation
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
+from mesh_map.complaints import Complaints
 from mesh_map.errors import MeshMapError, one_line
 from mesh_map.point_cloud import cloud_points
 from mesh_map.ros_adapter import RosAdapter
 from mesh_map.topology import quantity
+from mesh_map.transforms_ros import SharedTransforms
 
 _LOG = logging.getLogger("mesh_map")
 _PERIOD = 0.2  # seconds between two looks at what has become too old
-_WARNING_PERIOD = 10.0  # seconds
 _CLOSING_TIME = 2.0  # seconds
 _BUFFER = 1 << 26  # bytes; with less, rospy keeps old clouds in the socket
 
@@ -39,8 +39,8 @@ class ObstacleAdapter(RosAdapter):
         super().__init__(*args)
         self._lock = threading.Lock()  # held while the layer or the map changes
         self._closed = threading.Event()
-        self._complaints = _Complaints(self.layer.name)
-        self._transforms = _Transforms.acquired()
+        self._complaints = Complaints(self.layer.name)
+        self._transforms = SharedTransforms.acquired()
         self._subscriber: Optional[rospy.Subscriber] = None
         self._topic: Optional[str] = None
         self._robot_frame = _parameter_around(self.namespace, "robot_frame")
@@ -154,50 +154,3 @@ def _parameter_around(namespace: str, name: str) -> str:
         if isinstance(value, str) and value:
             return value
     return ""
-
-
-class _Complaints:
-    """One warning of a kind at most in ten seconds, with how often it would have been said."""
-
-    def __init__(self, layer: str) -> None:
-        self._layer = layer
-        self._lock = threading.Lock()
-        self._counts: Dict[str, int] = {}
-        self._said: Dict[str, float] = {}
-
-    def add(self, kind: str, reason: Any) -> None:
-        now = time.monotonic()
-        with self._lock:
-            self._counts[kind] = count = self._counts.get(kind, 0) + 1
-            if now - self._said.get(kind, -np.inf) < _WARNING_PERIOD:
-                return
-            self._said[kind], self._counts[kind] = now, 0
-        _LOG.warning("layer %s: %s (%d): %s", self._layer, kind, count, one_line(reason))
-
-
-class _Transforms:
-    """One listener to /tf for all adapters of a process."""
-
-    _shared: ClassVar[Optional["_Transforms"]] = None
-    _users: ClassVar[int] = 0
-    _lock: ClassVar[threading.Lock] = threading.Lock()
-
-    def __init__(self) -> None:
-        self.buffer = tf2_ros.Buffer(debug=False)
-        self._listener = tf2_ros.TransformListener(self.buffer)
-
-    @classmethod
-    def acquired(cls) -> "_Transforms":
-        with cls._lock:
-            if cls._shared is None:
-                cls._shared = cls()
-            cls._users += 1
-            return cls._shared
-
-    def release(self) -> None:
-        with self._lock:
-            cls = type(self)
-            cls._users -= 1
-            if not cls._users:
-                self._listener.unregister()
-                cls._shared = None

@@ -34,14 +34,14 @@ class Orientation(NamedTuple):
         """One line for people."""
         text = "%s turned in %s" % (
             quantity(int(self.turned.sum()), "faces"),
-            quantity(self.patch_count, "patches").replace("patche", "patch", self.patch_count == 1),
+            quantity(self.patch_count, "pieces"),
         )
         if self.conflicts:
-            text += ", %s of one-sided patches" % quantity(self.conflicts, "edges")
+            text += ", %s of one-sided pieces" % quantity(self.conflicts, "edges")
         return text
 
 
-def orient(vertices: Any, faces: Any, topology: Topology, up: np.ndarray) -> Orientation:
+def orient_faces(vertices: Any, faces: Any, topology: Topology, up: np.ndarray) -> Orientation:
     """Makes the two faces of each edge agree, and most of each patch face up.
 
     In each patch, all faces are made to agree with that of lowest index as far as that is possible.

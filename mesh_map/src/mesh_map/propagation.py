@@ -1,12 +1,12 @@
 """Evaluation of those layers that a change concerns."""
 
 import logging
-from typing import TYPE_CHECKING, Dict, List, Set
+from typing import TYPE_CHECKING, Dict, Set
 
 import numpy as np
 
 from mesh_map.layer import LayerInput, LayerResult, checked
-from mesh_map.layer_changes import ResultDifference
+from mesh_map.layer_changes import ResultDifference, union
 from mesh_map.layer_list import error_line
 from mesh_map.layer_set import LayerSet, as_input
 
@@ -89,7 +89,7 @@ class Propagation:
                 if weights:
                     self.compute(name)
                 else:
-                    self.update(name, _union(changed, len(self._mesh_map.vertices)))
+                    self.update(name, union(changed, len(self._mesh_map.vertices)))
             except Exception as error:  # a stranger's plugin may fail in any way
                 self.fail(name, error)
 
@@ -102,7 +102,7 @@ class Propagation:
     def changed_vertices(self) -> np.ndarray:
         """(K,) ascending: where any result differs in anything."""
         changed = [difference.read for difference in self.differences.values()]
-        return _union(changed, len(self._mesh_map.vertices))
+        return union(changed, len(self._mesh_map.vertices))
 
     def _inputs(self, name: str) -> Dict[str, LayerInput]:
         layers = self._set.layers
@@ -117,12 +117,3 @@ class Propagation:
         if len(difference.read):
             self.results[name] = result
             self.differences[name] = difference
-
-
-def _union(changed: List[np.ndarray], vertex_count: int) -> np.ndarray:
-    if len(changed) == 1:
-        return changed[0]
-    mask = np.zeros(vertex_count, np.bool_)
-    for vertices in changed:
-        mask[vertices] = True
-    return np.flatnonzero(mask).astype(np.uint32)

@@ -1,74 +1,139 @@
-"""Statistics of the surroundings of each vertex: height difference, roughness, ridge."""
+"""Statistics of what is around each vertex, in one pass for all that is wanted."""
 
-from typing import Dict, Set
+import threading
+from collections import OrderedDict
+from typing import TYPE_CHECKING, Dict, Set
 
 import numpy as np
 
-STATISTICS = ("height_difference", "roughness", "ridge")
+from mesh_map import _kernels
+from mesh_map.array_checks import read_only
+
+if TYPE_CHECKING:
+    from mesh_map.geometry import MeshGeometry
+
+_BITS = {"height_difference": 1, "roughness": 2, "ridge": 4}  # mesh_map/radius_statistics.h
 
 
 class RadiusPass:
-    """What is computed over the vertices around each vertex within a radius."""
+    """Height difference, roughness and ridge over the vertices around each vertex.
 
-    def __init__(self, geometry, radius: float) -> None:
-        self._geometry = geometry
+    "Around" means: reached over edges through vertices whose Euclidean distance from the vertex is
+    below the radius. The vertex itself is one of them.
+
+    Whoever will ask for something requests it first, so that what is asked for first computes all
+    of it. Threads may share one.
+    """
+
+    def __init__(self, geometry: "MeshGeometry", radius: float, search: str = "automatic") -> None:
+        """For MeshGeometry.radius_pass().
+
+        Args:
+            geometry: the mesh.
+            radius: meters, above 0.
+            search: "automatic", along "edges", or by "grid", with the same results.
+        Raises:
+            ValueError: a radius that is not above 0, or another search.
+        """
         self._radius = float(radius)
+        if not self._radius > 0.0:
+            raise ValueError("the radius is %s, but it has to be above 0" % radius)
+        if search not in ("automatic", "edges", "grid"):
+            raise ValueError("search is %r, but it has to be automatic, edges or grid" % (search,))
+        self._geometry = geometry
+        self._search = search
         self._wanted: Set[str] = set()
         self._results: Dict[str, np.ndarray] = {}
+        self._lock = threading.Lock()
 
     def request(self, *wanted: str) -> None:
-        """What will be asked for, so that one pass gives all of it."""
+        """Names of methods below that will be called.
+
+        Raises:
+            ValueError: another name.
+        """
         for name in wanted:
-            if name not in STATISTICS:
-                raise ValueError("%r is none of %s" % (name, ", ".join(STATISTICS)))
-        self._wanted.update(wanted)
+            if name not in _BITS:
+                raise ValueError("%r is none of %s" % (name, ", ".join(_BITS)))
+        with self._lock:
+            self._wanted.update(wanted)
 
     def height_difference(self) -> np.ndarray:
-        return self._get("height_difference")
+        """(V,) float32, the largest minus the smallest height (along up) in meters."""
+        return self._result("height_difference")
 
     def roughness(self) -> np.ndarray:
-        return self._get("roughness")
+        """(V,) float32, in radians: the mean of the mean edge angles of the vertices.
+
+        The mean edge angle of a vertex is that between its normal and those of its neighbors.
+        """
+        return self._result("roughness")
 
     def ridge(self) -> np.ndarray:
-        return self._get("ridge")
+        """(V,) float32, in meters: the mean distance of position + normal from that of the vertex.
 
-    def _get(self, name: str) -> np.ndarray:
-        if name not in self._results:
-            self._compute(self._wanted | {name})
-        return self._results[name]
+        The mean is over the other vertices; 0 where there are none.
+        """
+        return self._result("ridge")
+
+    def _result(self, name: str) -> np.ndarray:
+        with self._lock:
+            if name not in self._results:
+                self._compute((self._wanted | {name}) - set(self._results))
+            return self._results[name]
 
     def _compute(self, wanted: Set[str]) -> None:
-        g = self._geometry
-        t = g.topology
-        count = len(g.vertices)
-        p = g.vertices.astype(np.float64)
-        n = g.vertex_normals.astype(np.float64)
-        a, b = t.edges[:, 0], t.edges[:, 1]
-        angle = np.arccos(np.clip(np.einsum("ij,ij->i", n[a], n[b]), -1, 1))
-        degree = np.bincount(t.edges.ravel(), minlength=count)
-        mean = np.bincount(t.edges.ravel(), np.repeat(angle, 2), count) / np.maximum(degree, 1)
-        offsets = t.neighbor_offsets.astype(np.int64)
-        seen = front = np.arange(count, dtype=np.int64) * (count + 1)
-        while len(front):
-            center, at = front // count, front % count
-            lengths = offsets[at + 1] - offsets[at]
-            first = np.repeat(offsets[at] - np.cumsum(lengths) + lengths, lengths)
-            to = t.neighbors[first + np.arange(lengths.sum())].astype(np.int64)
-            center = np.repeat(center, lengths)
-            near = ((p[to] - p[center]) ** 2).sum(1) < self._radius**2
-            front = np.setdiff1d(center[near] * count + to[near], seen)
-            seen = np.union1d(seen, front)
-        center, around = seen // count, seen % count
-        starts = np.flatnonzero(np.diff(center, prepend=-1))
-        h = p @ g.up
-        found = {
-            "height_difference": np.maximum.reduceat(h[around], starts)
-            - np.minimum.reduceat(h[around], starts),
-            "roughness": np.add.reduceat(mean[around], starts) / np.bincount(center),
-            "ridge": np.add.reduceat(
-                np.linalg.norm(p[around] + n[around] - p[center] - n[center], axis=1), starts
+        geometry, topology = self._geometry, self._geometry.topology
+        if not hasattr(_kernels, "_radius_statistics"):  # TRANSITION: an older build
+            from mesh_map._old_radius_pass import compute
+
+            self._results.update(compute(geometry, self._radius, wanted))
+            return
+        nothing = np.zeros((0, 3), np.float32)
+        angles = nothing[:, 0].copy()
+        if "roughness" in wanted:
+            angles = _kernels._mean_edge_angles(
+                geometry.vertex_normals,
+                topology.edges,
+                topology.neighbor_offsets,
+                topology.neighbor_edges,
             )
-            / np.maximum(np.bincount(center) - 1, 1),
-        }
-        for name in wanted:
-            self._results[name] = found[name].astype(np.float32)
+        found = _kernels._radius_statistics(
+            geometry.vertices,
+            topology.neighbor_offsets,
+            topology.neighbors,
+            angles,
+            geometry.vertex_normals if "ridge" in wanted else nothing,
+            geometry.up,
+            self._radius,
+            sum(_BITS[name] for name in wanted),
+            self._search,
+        )
+        for name, result in zip(_BITS, found):
+            if name in wanted:
+                self._results[name] = read_only(result)
+
+
+class RadiusPasses:
+    """Those of the last few radii of a geometry."""
+
+    KEPT = 4
+
+    def __init__(self, geometry: "MeshGeometry") -> None:
+        self._geometry = geometry
+        self._passes: "OrderedDict[float, RadiusPass]" = OrderedDict()
+        self._lock = threading.Lock()
+
+    def of(self, radius: float) -> RadiusPass:
+        """The one of this radius; of as yet unknown ones, a new one.
+
+        Raises:
+            ValueError: a radius that is not above 0.
+        """
+        radius = float(radius)
+        with self._lock:
+            found = self._passes.pop(radius, None) or RadiusPass(self._geometry, radius)
+            self._passes[radius] = found
+            while len(self._passes) > self.KEPT:
+                self._passes.popitem(last=False)
+            return found

@@ -7,6 +7,7 @@ from typing import Any, Callable, Dict, List, Optional
 
 import numpy as np
 import rospy
+from mesh_msgs_hdf5.isolation import prepare
 from visualization_msgs.msg import Marker
 
 from mesh_map.combination import COMBINED_COSTS
@@ -47,6 +48,7 @@ class MeshMapServer:
                 the node itself.
         """
         forward_log()
+        prepare()
         own = namespace in ("", "~")
         self.namespace = rospy.get_name() if own else rospy.resolve_name(namespace)
         self._lock = threading.RLock()
@@ -58,7 +60,7 @@ class MeshMapServer:
         self._services = MapServices(
             self.namespace,
             lambda: self.map,
-            lambda: self._topics.costs,
+            self._all_costs,
             lambda: self._source.mesh.vertex_colors if self._source else None,
             self._save,
         )
@@ -213,6 +215,16 @@ class MeshMapServer:
         for name in contents.face_attribute_names() if contents is not None else ():
             self._topics.publish_face_costs(name, lambda name=name: _face_costs(mesh_map, name))
 
+    def _all_costs(self) -> Dict[str, np.ndarray]:
+        """Those of the layers, their combination, and others that were published."""
+        mesh_map = self.map
+        known = {name: layer.result.costs for name, layer in mesh_map.layers.items()}
+        known[COMBINED_COSTS] = mesh_map.planning_costs().costs
+        if self._topics.map is mesh_map:  # not while another one is being loaded
+            others = dict(self._topics.costs)
+            known.update((name, others[name]) for name in others if name not in known)
+        return known
+
     @staticmethod
     def _check_count(values: np.ndarray, shape: Any, what: str, of: str = "vertices") -> None:
         if values.shape != shape:
@@ -222,7 +234,8 @@ class MeshMapServer:
     def _save(self) -> str:
         with self._lock:
             mesh_map = self.map
-            names = self._source.save_layers(mesh_map.layers)
+            with mesh_map.unchanged():  # costs, and the parameters that they were computed with
+                names = self._source.save_layers(mesh_map.layers)
         message = "stored in %s: %s" % (self._source.path, ", ".join(names))
         _LOG.info("%s", message)
         return message

@@ -1,13 +1,14 @@
 """Layers that measure something at each vertex and call what is above a threshold lethal."""
 
 import abc
-from typing import TYPE_CHECKING, Mapping, Optional
+from typing import TYPE_CHECKING, ClassVar, Mapping, Optional
 
 import numpy as np
 
-from mesh_map.layer import Layer, LayerResult
+from mesh_map.layer import Layer, LayerInput, LayerResult
 
 if TYPE_CHECKING:
+    from mesh_map.geometry import MeshGeometry
     from mesh_map.mesh_map import MeshMap
 
 
@@ -18,7 +19,7 @@ class ThresholdLayer(Layer):
     def compute_costs(self, mesh_map: "MeshMap") -> np.ndarray:
         """(V,) float32."""
 
-    def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerResult]) -> LayerResult:
+    def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
         return self._with_lethal(self.compute_costs(mesh_map))
 
     def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
@@ -26,3 +27,19 @@ class ThresholdLayer(Layer):
 
     def _with_lethal(self, costs: np.ndarray) -> LayerResult:
         return LayerResult(costs, costs > np.float32(self.params["threshold"]))
+
+
+class RadiusLayer(ThresholdLayer):
+    """Base of one that measures what is around each vertex. It has a parameter "radius" too.
+
+    Layers of the same radius share one pass over the mesh.
+    """
+
+    STATISTIC: ClassVar[str]  # the method of mesh_map.radius_pass.RadiusPass that gives the costs
+
+    def announce(self, geometry: "MeshGeometry") -> None:
+        geometry.radius_pass(self.params["radius"]).request(self.STATISTIC)
+
+    def compute_costs(self, mesh_map: "MeshMap") -> np.ndarray:
+        radius_pass = mesh_map.geometry.radius_pass(self.params["radius"])
+        return getattr(radius_pass, self.STATISTIC)()

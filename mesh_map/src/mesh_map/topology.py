@@ -126,6 +126,11 @@ class Topology:
         return self._edge_face_rows[1]
 
     @property
+    def edge_flags(self) -> np.ndarray:
+        """(E,) uint8, the flags of edges in the form that kernels take (mesh_map/topology.h)."""
+        return read_only(self._edge_flags)
+
+    @property
     def face_flags(self) -> np.ndarray:
         """(F,) uint8, the flags of faces in the form that kernels take (mesh_map/topology.h)."""
         return read_only(self._face_flags)

@@ -3,6 +3,7 @@
 Damaged files have made libhdf5 crash, loop for ever and take all memory. Here each of that is a
 MapFileError like any other: code crashed, timeout or size. See zygote.py and wire.py.
 """
+import contextlib
 import functools
 import inspect
 import os
@@ -52,6 +53,15 @@ def isolated(
     arguments = (os.fsdecode(path), *(_plain(argument) for argument in arguments))
     keywords = {name: _plain(value) for name, value in keywords.items()}
     return _call(path, FUNCTIONS[function_name], arguments, keywords, memory_limit, timeout)
+
+
+def prepare() -> None:
+    """Start what the first call needs, which takes a third of a second, and do not wait for it.
+
+    For programs that have other things to do until they read a file.
+    """
+    with contextlib.suppress(OSError):  # the first call will say what is wrong
+        _zygote.start()
 
 
 def zygote_pid() -> Optional[int]:

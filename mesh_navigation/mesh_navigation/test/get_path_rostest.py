@@ -153,6 +153,26 @@ class GetPathTest(unittest.TestCase):
         self.assertEqual(len(marker.points), len(marker.colors))
         self.assertGreater(len(marker.points), 100)
 
+    def test_markers_of_a_plan(self):
+        markers = {}
+        subscriber = rospy.Subscriber(
+            "/move_base_flex/mesh_map/marker",
+            Marker,
+            lambda marker: markers.update({marker.ns: marker}),
+            queue_size=100,
+        )
+        names = {"start_point", "start_face", "plan_start", "goal_point", "goal_face", "plan_goal"}
+        self.check(self.plain.ask(START, GOAL), "SUCCEEDED", 0)
+
+        def there():
+            found = [marker for marker in markers.values() if marker.action == Marker.ADD]
+            return len(found) == len(names)
+
+        wait_until(there, "markers")
+        self.assertEqual(set(markers), names)
+        self.assertEqual({marker.header.frame_id for marker in markers.values()}, {"map"})
+        subscriber.unregister()
+
     def test_what_a_plan_publishes(self):
         goals, paths, costs = [], [], {}
         subscribers = [

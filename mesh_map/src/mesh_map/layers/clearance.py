@@ -24,10 +24,10 @@ _lock = threading.Lock()
 def clearances(geometry: "MeshGeometry") -> np.ndarray:
     """(V,) float32: meters from each vertex along its normal to the next face.
 
-    A face counts from behind, too. +inf where there is none, or the normal has no length. Rays
-    begin a millimeter above the vertex, or four times the distance of neighboring 32-bit floats at
-    its coordinates where that is more (over two kilometers from the origin): nearer faces are the
-    surface itself. Computed once for a geometry, whatever number of maps and layers ask.
+    A face counts from behind, too; +inf where there is none. Rays begin a millimeter above the
+    vertex, or four times the distance of neighboring 32-bit floats at its coordinates where that is
+    more (over two kilometers from the origin): nearer faces are the surface itself. Computed once
+    for a geometry, whatever number of maps and layers ask.
     """
     with _lock:
         found = _known.get(geometry)
@@ -38,8 +38,6 @@ def clearances(geometry: "MeshGeometry") -> np.ndarray:
 
 def _cast(geometry: "MeshGeometry") -> np.ndarray:
     normals = geometry.vertex_normals.astype(np.float64)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals /= np.where(lengths > 0, lengths, 1.0)
     lifts = np.maximum(4 * np.spacing(np.abs(geometry.vertices).max(axis=1)), _LEAST_LIFT)
     hits = geometry.spatial_index.cast_batch(
         origins=geometry.vertices + lifts[:, None].astype(np.float64) * normals, directions=normals

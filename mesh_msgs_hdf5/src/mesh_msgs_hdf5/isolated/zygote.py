@@ -96,13 +96,17 @@ class Zygote:
         """
         with _pair(socket.SOCK_STREAM) as (mine, its), _pair(socket.SOCK_STREAM) as (status, end):
             with self._lock:
-                if self._process is None or self._process.poll() is not None:
-                    self._start()
+                self._start_if_needed()
                 try:
                     _send_request(self._control, memory_limit, (its, end))
                 except OSError as error:
                     raise ZygoteEnded("no process can be forked: %s" % error) from error
             return Child(mine.dup(), status.dup())
+
+    def start(self) -> None:
+        """Start its process now, and do not wait for it. Raises OSError."""
+        with self._lock:
+            self._start_if_needed()
 
     def stop(self) -> None:
         """End it and what it has forked."""
@@ -116,6 +120,10 @@ class Zygote:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+
+    def _start_if_needed(self):
+        if self._process is None or self._process.poll() is not None:
+            self._start()
 
     def _start(self):
         if self._control is not None:

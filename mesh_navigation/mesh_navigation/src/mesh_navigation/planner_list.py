@@ -5,7 +5,7 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 from mesh_map.errors import PluginError
 from mesh_map.mesh_map import MeshMap
-from mesh_map.plugins import find_class
+from mesh_map.plugins import find_class, scanned_once
 
 from mesh_navigation.planner import MeshPlanner
 
@@ -65,11 +65,12 @@ class PlannerList:
         entries, self.complaints = read_entries(value, parameter)
         self._planners: Dict[str, MeshPlanner] = {}
         self._faults: Dict[str, str] = {}
-        for entry in entries:
-            try:
-                self._planners[entry.name] = self._create(entry)
-            except PluginError as error:
-                self.complaints.append(f"planner '{entry.name}' is skipped: {error}")
+        with scanned_once():
+            for entry in entries:
+                try:
+                    self._planners[entry.name] = self._create(entry)
+                except PluginError as error:
+                    self.complaints.append(f"planner '{entry.name}' is skipped: {error}")
 
     @staticmethod
     def _create(entry: Entry) -> MeshPlanner:

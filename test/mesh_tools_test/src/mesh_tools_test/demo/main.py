@@ -13,6 +13,7 @@ from mesh_msgs_hdf5.errors import MapFileError
 from osmesa_harness.back_ends import BackEnd, HeadlessError, environment_of
 
 from mesh_tools_test.demo import navigation_node, pipeline
+from mesh_tools_test.demo.layers import PICTURES, server_config
 from mesh_tools_test.demo.processes import (
     DemoError,
     free_port,
@@ -26,7 +27,6 @@ from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, ROBOT_FRAME, SERVER, rv
 from mesh_tools_test.demo.screenshot import settled_picture
 
 PLANNER = "dijkstra_mesh_planner"
-LAYER, LIMITS = "height_diff", (0.0, 0.3)  # what RViz shows, in meters
 
 
 def arguments(argv):
@@ -49,38 +49,45 @@ def arguments(argv):
     return options
 
 
-def show_and_plan(report, stack, output, path, mesh_map, start, goal):
-    """Start map, server and RViz; plan; take the picture. The nodes live as long as the stack."""
+def show_and_plan(report, stack, output, made):
+    """Start map, server and RViz; plan; take pictures. The nodes live as long as the stack."""
     logs = output / "logs"
-    config = output / "mesh_tools.rviz"
-    frame = mesh_map.frame_id
-    config.write_text(rviz_config(start, goal, frame, LAYER, LIMITS, PLANNER), encoding="utf-8")
+    frame, start, goal = made.mesh_map.frame_id, made.start, made.goal
+    layers = output / "layers.yaml"
+    layers.write_text(server_config(made.layers), encoding="utf-8")
     with report.step("start roscore") as notes:
         uri = stack.enter_context(roscore(logs, free_port()))
         notes.append(uri)
     with report.step("start map and server") as notes:
         launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
-        launch += [f"map_file:={path.resolve()}"]
+        launch += [f"map_file:={made.path.resolve()}", f"map_config:={layers.resolve()}"]
         server = stack.enter_context(process("mesh_navigation", launch, logs))
         uuid = navigation_node.wait_for_map(server)
         notes.append(f"node {SERVER}, mesh {uuid}")
         navigation_node.place_robot(start, goal, frame, ROBOT_FRAME)
-    with report.step("start RViz") as notes:
-        screen = stack.enter_context(environment_of(BackEnd.OSMESA_X, os.environ))
-        command = ["rviz", "--disable-anti-aliasing", "-d", str(config.resolve())]
-        rviz = stack.enter_context(process("rviz", command, logs, screen))
-        topic = f"{SERVER}/{PLANNER}/path"
-        wait_until(lambda: subscribers(uri, topic), 60, "RViz's subscription", [server, rviz])
-        notes.append("drawn by OSMesa on a virtual screen, for the picture")
     with report.step("plan") as notes:
         navigation_node.show_goal(start, goal, frame, GOAL_TOPIC)
         result, positions = navigation_node.plan(start, goal, frame, PLANNER)
         notes.append(f"{len(positions)} poses, {result.cost:.2f} m; {result.message}")
-    with report.step("picture") as notes:
-        picture = settled_picture(screen, rviz)
-        picture.save(output / "rviz.png")
-        notes.append(f"rviz.png, {picture.width} x {picture.height} pixels")
+    config = output / "mesh_tools.rviz"
+    screen = stack.enter_context(environment_of(BackEnd.OSMESA_X, os.environ))
+    for name, layer, limits in PICTURES:
+        config.write_text(rviz_config(start, goal, frame, layer, limits, PLANNER), encoding="utf-8")
+        with report.step(f"picture of {layer}") as notes:
+            picture = take_picture(uri, logs, config, screen, server)
+            picture.save(output / name)
+            notes.append(f"{name}, {picture.width} x {picture.height} pixels")
+            notes.append("drawn by OSMesa on a virtual screen")
     return uri, config
+
+
+def take_picture(uri, logs, config, screen, server):
+    """RViz with a configuration, as long as it takes to draw it."""
+    command = ["rviz", "--disable-anti-aliasing", "-d", str(config.resolve())]
+    with process("rviz", command, logs, screen) as rviz:
+        topic = f"{SERVER}/{PLANNER}/path"
+        wait_until(lambda: subscribers(uri, topic), 60, "RViz's subscription", [server, rviz])
+        return settled_picture(screen, rviz)
 
 
 def show_on_screen(stack, output, config, uri):
@@ -92,13 +99,15 @@ def show_on_screen(stack, output, config, uri):
         print(f"RViz ended with code {rviz.returncode} on {os.environ['DISPLAY']}; see {log}")
 
 
-def how_to_go_on(path, config):
+def how_to_go_on(path, layers, config):
     """What to type next, as text."""
-    file, config = shlex.quote(str(path.resolve())), shlex.quote(str(config.resolve()))
+    file, layers, config = (shlex.quote(str(each.resolve())) for each in (path, layers, config))
     return (
         "Go on, in ./run shell or wherever the workspace is sourced:\n"
         f"  rosrun mesh_msgs_hdf5 mesh_tool info {file}\n"
-        f"  roslaunch mesh_navigation mesh_navigation.launch map_file:={file}\n"
+        f"  roslaunch mesh_navigation mesh_navigation.launch map_file:={file} "
+        f"map_config:={layers}\n"
+        "  rosrun rqt_reconfigure rqt_reconfigure    (thresholds and radii, taking effect at once)\n"
         f"  rviz -d {config}"
     )
 
@@ -106,18 +115,20 @@ def how_to_go_on(path, config):
 def demo(options, output):
     """All steps, the results in the folder `output`."""
     report = Report()
-    path, mesh_map, start, goal = pipeline.prepare(
-        report, output, options.file, options.faces, options.seed
-    )
+    made = pipeline.prepare(report, output, options.file, options.faces, options.seed)
     with ExitStack() as stack:
-        uri, config = show_and_plan(report, stack, output, path, mesh_map, start, goal)
+        uri, config = show_and_plan(report, stack, output, made)
         (output / "report.md").write_text(report.markdown(), encoding="utf-8")
-        print(f"\nWritten to {output}/: {path.name}, rviz.png, report.md, mesh_tools.rviz, logs/")
+        pictures = ", ".join(name for name, _, _ in PICTURES)
+        print(
+            f"\nWritten to {output}/: {made.path.name}, {pictures}, report.md, layers.yaml, "
+            "mesh_tools.rviz, logs/"
+        )
         if options.headless or not os.environ.get("DISPLAY"):
             print("No window was opened: there is no DISPLAY, or --headless was given.")
         else:
             show_on_screen(stack, output, config, uri)
-    print(how_to_go_on(path, config))
+    print(how_to_go_on(made.path, output / "layers.yaml", config))
 
 
 def interrupt(number, _frame):

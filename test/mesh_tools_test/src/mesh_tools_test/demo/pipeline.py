@@ -2,20 +2,39 @@
 import fcntl
 import os
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import meshio
 import numpy as np
 
-from mesh_map import MeshMap
+from mesh_map.map_source import MapSource
 from mesh_msgs.zoo import outdoor_world
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 
+from mesh_tools_test.demo.layers import (
+    EDGE_COST_FACTOR,
+    FLOWER_BED,
+    FOR_FILES,
+    FOR_WORLD,
+    PICTURES,
+    flower_bed,
+)
 from mesh_tools_test.demo.poses import reachable_pair
 from mesh_tools_test.demo.processes import DemoError
 
 COST_LIMIT = 1.0  # default of the released planners
-LAYERS = [{"name": "height_diff", "type": "mesh_layers/HeightDiffLayer", "params": {}}]
+
+
+class Prepared(NamedTuple):
+    """What the steps before ROS have made; start and goal: (3,) meters."""
+
+    path: Path
+    mesh_map: Any
+    layers: Any
+    start: np.ndarray
+    goal: np.ndarray
 
 
 def generate_world(report, path, faces, seed):
@@ -39,20 +58,32 @@ def import_file(report, file):
     return mesh
 
 
-def compute_layers(report, mesh):
-    """The layered map of a mesh; what is unusual in it is reported, nothing is repaired."""
+def save_geometry(report, mesh, path):
+    """Write geometry, colors and labels to one HDF5 file, and open it."""
+    with report.step("save the mesh") as notes:
+        MapFile.write(path, mesh)
+        source = MapSource(str(path))
+        notes.append(f"{path.name}, {path.stat().st_size / 1e6:.1f} MB")
+    return source
+
+
+def compute_layers(report, source, layers):
+    """The layered map of a file; what is unusual in its mesh is reported, nothing is repaired."""
     with report.step("topology") as notes:
-        mesh_map = MeshMap(
-            mesh.vertices, mesh.faces, vertex_normals=mesh.vertex_normals, frame_id=mesh.frame_id
-        )
+        mesh_map = source.make_map()
         notes.append(mesh_map.report())
     with report.step("layers") as notes:
-        mesh_map.compute_layers(LAYERS)
+        mesh_map.set_settings(edge_cost_factor=EDGE_COST_FACTOR)
+        mesh_map.compute_layers(layers)
+        if mesh_map.layer_errors:
+            name, reason = next(iter(mesh_map.layer_errors.items()))
+            raise DemoError(f"layer {name} cannot be computed: {reason}")
+        count = len(mesh_map.vertices)
         for name, layer in mesh_map.layers.items():
-            lethal = np.count_nonzero(layer.result.lethal)
-            notes.append(
-                f"{name}: {100.0 * lethal / len(mesh.vertices):.1f} % of the vertices lethal"
-            )
+            lethal = 100.0 * np.count_nonzero(layer.result.lethal) / count
+            notes.append(f"{name} {lethal:.1f} %")
+        lethal = 100.0 * np.count_nonzero(np.isposinf(mesh_map.costs)) / count
+        notes.append(f"together {lethal:.1f} % of the vertices lethal")
     return mesh_map
 
 
@@ -64,16 +95,11 @@ def index_faces(report, mesh_map):
         notes.append(f"{index.memory / 1e6:.1f} MB; {index.device}")
 
 
-def save_map(report, mesh, mesh_map, path):
-    """Write geometry, colors and layers with their parameters to one HDF5 file."""
-    with report.step("save") as notes:
-        MapFile.write(path, mesh)
-        layers = {
-            name: (layer.result.costs, layer.identity)
-            for name, layer in mesh_map.layers.items()
-        }
-        MapFile(path).write_layers(layers)
-        notes.append(f"{path.name}, {path.stat().st_size / 1e6:.1f} MB")
+def save_layers(report, source, mesh_map):
+    """Add the layers with their parameters to the map file, where the server finds them."""
+    with report.step("save the layers") as notes:
+        names = source.save_layers(mesh_map.layers)
+        notes.append(f"{len(names)}; {os.path.getsize(source.path) / 1e6:.1f} MB")
 
 
 def choose_poses(report, mesh_map, places):
@@ -124,7 +150,7 @@ def output_folder(output):
             fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise DemoError(f"another demo is writing to {output}; choose another --output")
-        for name in ("rviz.png", "report.md"):
+        for name in (*(name for name, _, _ in PICTURES), "report.md"):
             (output / name).unlink(missing_ok=True)
         yield
     finally:
@@ -132,20 +158,20 @@ def output_folder(output):
 
 
 def prepare(report, output, file, faces, seed):
-    """Everything before ROS: mesh, layers, map file, poses.
-
-    :returns: map file, mesh map, start (3,), goal (3,)
-    """
-    places = None
+    """Everything before ROS: mesh, layers, map file, poses."""
+    places, layers = None, FOR_FILES
     if file is None:
         file = output / "outdoor_world.ply"
-        places = generate_world(report, file, faces, seed)
+        places, layers = generate_world(report, file, faces, seed), FOR_WORLD
     path = output / (file.stem + ".h5")
     if path.exists() and file.exists() and path.samefile(file):
         raise DemoError(f"{file} is the demo's own output; choose another --output folder")
     mesh = import_file(report, file)
-    mesh_map = compute_layers(report, mesh)
+    if places:
+        mesh.labels[FLOWER_BED] = flower_bed(mesh, places["start"], places["goal"])
+    source = save_geometry(report, mesh, path)
+    mesh_map = compute_layers(report, source, layers)
     index_faces(report, mesh_map)
-    save_map(report, mesh, mesh_map, path)
+    save_layers(report, source, mesh_map)
     start, goal = choose_poses(report, mesh_map, places)
-    return path, mesh_map, start, goal
+    return Prepared(path, mesh_map, layers, start, goal)

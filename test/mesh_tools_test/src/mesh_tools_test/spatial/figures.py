@@ -55,9 +55,10 @@ def million_per_second(count: int, milliseconds: float) -> float:
     return count / 1000.0 / milliseconds
 
 
-def table(figures: List[Figure]) -> str:
+def table(figures: List[Figure], heading: bool = True) -> str:
     """The figures for people, one a line; a floor that is missed stands out."""
     lines = ["%-42s %10s %-6s  %-9s %s" % ("", "", "", "better", "than, in the same run")]
+    lines = lines if heading else []
     for figure in figures:
         peer = ""
         if figure.ratio is not None:

@@ -1,0 +1,211 @@
+"""Distances along the surface: fronts that spread from points, and from obstacles."""
+
+import operator
+import threading
+import weakref
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Iterable, List, Optional, Tuple, Union
+
+import numpy as np
+
+from mesh_map import _kernels
+from mesh_map.array_checks import as_faces, as_vertices
+from mesh_map.cancel import CancelFlag, kernel_flag
+from mesh_map.errors import Cancelled
+from mesh_map.topology import Topology
+
+if TYPE_CHECKING:
+    from mesh_map.geometry import MeshGeometry
+
+Seeds = Union[int, Iterable[int], Iterable[Tuple[int, float]]]
+
+_fronts: "weakref.WeakKeyDictionary[MeshGeometry, SurfaceFront]" = weakref.WeakKeyDictionary()
+_lock = threading.Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class FrontResult:
+    """Distances from seeds.
+
+    Attributes:
+        distances: (V,) float32 meters (times slowness), +inf where not reached.
+        cancelled: True if it was cancelled; the distances are then incomplete and of no use.
+    """
+
+    distances: np.ndarray
+    cancelled: bool = False
+
+
+class SurfaceFront:
+    """Fronts over one mesh, any triangle soup; for many, from any number of threads at once."""
+
+    def __init__(self, *, vertices: Any, faces: Any, topology: Topology, threads: int = 0) -> None:
+        """Prepares the mesh.
+
+        Args:
+            vertices: (V, 3) finite meters.
+            faces: (F, 3) vertex indices.
+            topology: of these.
+            threads: 0 for all cores.
+        Raises:
+            ValueError: wrong shapes, or a topology of another mesh.
+        """
+        self._vertex_count = topology.vertex_count
+        self._threads = threads
+        self._mesh = _kernels._FrontMesh(
+            as_vertices(vertices),
+            as_faces(faces),
+            topology.vertex_face_offsets,
+            topology.vertex_faces,
+            threads,
+        )
+        self._points: Optional[Any] = None
+        self._lock = threading.Lock()
+
+    @classmethod
+    def of(cls, geometry: "MeshGeometry") -> "SurfaceFront":
+        """That of a geometry: prepared once, whatever number of layers and planners ask."""
+        with _lock:
+            front = _fronts.get(geometry)
+            if front is None:
+                front = _fronts[geometry] = cls(
+                    vertices=geometry.vertices, faces=geometry.faces, topology=geometry.topology
+                )
+            return front
+
+    def distance_from(
+        self,
+        seeds: Seeds,
+        *,
+        max_distance: float = float("inf"),
+        slowness: Optional[Any] = None,
+        cancel: Optional[CancelFlag] = None,
+    ) -> FrontResult:
+        """Distances across faces from one vertex or several, by fast marching.
+
+        On planes these are exact for one seed; on curved surfaces, and where the fronts of several
+        seeds meet, within about one percent.
+
+        Args:
+            seeds: a vertex, vertices, or pairs (vertex, distance to start with >= 0), such as the
+                corners of the face around a point.
+            max_distance: what lies beyond is not reached.
+            slowness: (V,) >= 0, by which lengths are multiplied; +inf or NaN closes a vertex, which
+                is then neither passed nor reached. None for 1.
+            cancel: ends this when it is set.
+        Raises:
+            ValueError: a vertex that does not exist, a wrong number of values, or one out of its
+                range (the first is named).
+        """
+        vertices, starts = self._seeds(seeds)
+        if slowness is not None:
+            slowness = np.ascontiguousarray(slowness, np.float32)
+        distances, cancelled = self._prepared_for_points()._solve(
+            sources=vertices,
+            source_distances=starts,
+            max_distance=float(max_distance),
+            slowness=slowness,
+            cancel=kernel_flag(cancel),
+        )
+        return FrontResult(distances, cancelled)
+
+    def distance_to_obstacles(
+        self, lethal: Any, max_distance: float, cancel: Optional[CancelFlag] = None
+    ) -> np.ndarray:
+        """(V,) float32 meters from what is lethal, as ObstacleDistance computes them.
+
+        Raises:
+            ValueError: a distance that is not above 0, or a wrong number of vertices.
+            Cancelled: `cancel` was set.
+        """
+        obstacles = ObstacleDistance(front=self, max_distance=max_distance)
+        obstacles.compute(lethal, cancel)
+        return obstacles.distances()
+
+    def _prepared_for_points(self) -> Any:
+        with self._lock:
+            if self._points is None:
+                self._points = _kernels._SurfaceFront(self._mesh, self._threads)
+            return self._points
+
+    def _seeds(self, seeds: Seeds) -> Tuple[np.ndarray, np.ndarray]:
+        pairs: List[Tuple[int, float]] = []
+        try:
+            pairs.append((operator.index(seeds), 0.0))  # type: ignore[arg-type]
+        except TypeError:
+            for seed in seeds:  # type: ignore[union-attr]
+                try:
+                    pairs.append((operator.index(seed), 0.0))  # type: ignore[arg-type]
+                except TypeError:
+                    vertex, distance = seed  # type: ignore[misc]
+                    pairs.append((operator.index(vertex), float(distance)))
+        if not pairs:
+            raise ValueError("there is no seed")
+        for vertex, _ in pairs:
+            if not 0 <= vertex < self._vertex_count:
+                raise ValueError(
+                    "seed vertex %d does not exist: there are %d vertices"
+                    % (vertex, self._vertex_count)
+                )
+        vertices = np.array([vertex for vertex, _ in pairs], np.uint32)
+        return vertices, np.array([distance for _, distance in pairs], np.float32)
+
+
+class ObstacleDistance:
+    """Distances along the surface from obstacles, and directions away from them.
+
+    Obstacles are lethal vertices, edges between two of them, and faces between three. The front
+    carries with each vertex the piece of the obstacle that is nearest, unfolded into a plane, so
+    that it stays straight along edges and round at corners: on a plane distances are Euclidean, but
+    for rare vertices to which no neighbor could tell of the nearest piece, and where holes are in
+    between. They differ along an edge by no more than its length.
+
+    One call at a time.
+    """
+
+    def __init__(self, *, front: SurfaceFront, max_distance: float) -> None:
+        """
+        Args:
+            front: of the mesh.
+            max_distance: meters, above 0; distances beyond are infinite.
+        Raises:
+            ValueError: a distance that is not above 0.
+        """
+        self._vertex_count = front._vertex_count
+        self.kernel = _kernels._ObstacleDistance(front._mesh, float(max_distance))
+
+    def compute(self, lethal: Any, cancel: Optional[CancelFlag] = None) -> None:
+        """From everything.
+
+        Args:
+            lethal: (V,) bool.
+            cancel: ends this when it is set.
+        Raises:
+            ValueError: a wrong number of vertices.
+            Cancelled: `cancel` was set.
+        """
+        if not self.kernel._compute(self._flags(lethal), kernel_flag(cancel)):
+            raise Cancelled("the distances from obstacles were cancelled")
+
+    def update(self, lethal: Any) -> np.ndarray:
+        """The same as compute(), bit for bit, by looking only at what is around changes.
+
+        Returns:
+            (K,) uint32, ascending: the vertices where a distance or a direction may have changed.
+        Raises:
+            ValueError: a wrong number of vertices.
+        """
+        return self.kernel._update(self._flags(lethal))
+
+    def distances(self) -> np.ndarray:
+        """(V,) float32 meters: 0 for what is lethal, +inf beyond the maximum. A copy."""
+        return self.kernel._distances()
+
+    def _flags(self, lethal: Any) -> np.ndarray:
+        lethal = np.ascontiguousarray(lethal, np.bool_)
+        if lethal.shape != (self._vertex_count,):
+            raise ValueError(
+                "lethal has the shape %s, but there are %d vertices"
+                % (lethal.shape, self._vertex_count)
+            )
+        return lethal.view(np.uint8)

@@ -1,0 +1,27 @@
+"""Steepness: slopes on which a robot slides or topples."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mesh_map import _kernels
+from mesh_map.parameter import Parameter
+from mesh_map.threshold_layer import ThresholdLayer
+
+if TYPE_CHECKING:
+    from mesh_map.mesh_map import MeshMap
+
+
+class SteepnessLayer(ThresholdLayer):
+    """The angle between the normal of a vertex and the up direction, in radians, 0 to pi.
+
+    A map whose faces point down is steep everywhere, as in the released mesh_map, unless the map is
+    told to orient them, or that down is up.
+    """
+
+    PARAMETERS = (
+        Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in radians", affects_costs=False),
+    )
+
+    def compute_costs(self, mesh_map: "MeshMap") -> np.ndarray:
+        return _kernels._angles_to(mesh_map.vertex_normals, mesh_map.geometry.up)

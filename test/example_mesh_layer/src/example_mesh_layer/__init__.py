@@ -1,0 +1,1 @@
+"""A cost layer for mesh_map in a package of its own."""

@@ -1,0 +1,69 @@
+"""The layers of the demo, and the configuration with which the server computes the same."""
+import numpy as np
+import yaml
+
+from mesh_map.combination import COMBINED_COSTS
+from mesh_msgs_hdf5.mesh import Label
+
+# what RViz shows: file, layer, limits of its colors; the last one stays on the screen
+PICTURES = (
+    ("roughness.png", "roughness", (0.0, 0.8)),
+    ("inflation.png", "inflation", (0.0, 1.0)),
+    ("rviz.png", COMBINED_COSTS, (0.0, 1.0)),
+)
+# Ways through costly regions are longer for planners: up to 1 + EDGE_COST_FACTOR times.
+EDGE_COST_FACTOR = 2.0
+FLOWER_BED, BED_RADIUS = "flowerbed_1", 1.5  # label, meters
+
+
+def layer(name, kind, **params):
+    """An entry of the list of layers."""
+    return {"name": name, "type": f"mesh_layers/{kind}Layer", "params": params}
+
+
+# For a scanned map of anything; thresholds as users have them for outdoor maps.
+FOR_FILES = [
+    layer("height_diff", "HeightDiff", threshold=0.2, radius=0.3),
+    layer("roughness", "Roughness", threshold=0.8, radius=0.3, factor=0.3),
+    layer(
+        "inflation",
+        "Inflation",
+        inscribed_radius=0.25,
+        inflation_radius=1.0,
+        inscribed_value=1.0,
+        lethal_value=2.0,
+        repulsive_field=False,
+    ),
+]
+
+# For the generated world: one of every kind.
+FOR_WORLD = [
+    layer("height_diff", "HeightDiff", threshold=0.25, radius=0.3, factor=0.5),
+    layer("roughness", "Roughness", threshold=0.8, radius=0.3, factor=0.3),
+    layer("steepness", "Steepness", threshold=0.7, factor=0.2),
+    layer("ridge", "Ridge", threshold=1.0, radius=0.5, factor=0.0),
+    layer("border", "Border", border_cost=1.0, threshold=0.5),
+    layer("clearance", "Clearance", robot_height=0.7, height_inflation=0.3),
+    layer("forbidden", "Label", lethal=["flowerbed"]),
+    layer("obstacle", "Obstacle", topic="/points", robot_height=1.0, max_obstacle_dist=10.0),
+    dict(FOR_FILES[-1]),
+]
+
+
+def flower_bed(mesh, start, goal):
+    """A label that nobody may drive on: the faces in a circle halfway between two points."""
+    centers = mesh.vertices[mesh.faces].mean(axis=1)
+    middle = (np.asarray(start) + np.asarray(goal)) / 2
+    inside = np.linalg.norm(centers[:, :2] - middle[:2], axis=1) < BED_RADIUS
+    return Label(np.flatnonzero(inside).astype(np.uint32), (200, 60, 140))
+
+
+def server_config(layers):
+    """YAML for the namespace of the map: the layers and what their costs mean to planners."""
+    config = {
+        "layers": [{"name": entry["name"], "type": entry["type"]} for entry in layers],
+        "edge_weight": "mean",
+        "edge_cost_factor": EDGE_COST_FACTOR,
+    }
+    config.update((entry["name"], entry["params"]) for entry in layers)
+    return yaml.safe_dump(config, sort_keys=False)

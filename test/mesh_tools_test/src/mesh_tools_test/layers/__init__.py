@@ -1,0 +1,1 @@
+"""Parts of the benchmark of mesh maps: layers, changes, and the start of the node."""

@@ -1,0 +1,133 @@
+"""Times of what follows from a change on a map in use."""
+
+from typing import Any, Callable, Dict, List, Tuple
+
+import numpy as np
+from mesh_map.mesh_map import MeshMap
+
+from mesh_tools_test.layers.world import STEP, World, layer, map_with
+from mesh_tools_test.spatial.figures import Figure, timed
+
+POINTS = 100_000
+SENSOR = 1.2  # meters above the ground
+OBSTACLES = 40
+
+
+def changes(world: World, repeats: int) -> List[Figure]:
+    """Parameters of layers and of the map, beside computing all layers anew."""
+    config = [
+        layer("height_diff", "HeightDiff", threshold=STEP),
+        layer("roughness", "Roughness", threshold=1.2),
+        layer("inflation", "Inflation", inscribed_radius=0.3, inflation_radius=0.8),
+    ]
+    geometry = world.fresh_geometry()
+    mesh_map = map_with(geometry, config)
+    fresh = world.fresh_geometry()
+    anew, _ = timed(lambda: map_with(fresh, config), 1)
+    peer = "all layers anew"
+
+    def set_to(name: str, parameter: str, values: Tuple[Any, Any]) -> Callable[[], Any]:
+        both = [values[1], values[0]]
+
+        def change() -> None:
+            both.reverse()
+            mesh_map.set_layer_parameters(name, {parameter: both[0]})
+
+        return change
+
+    found = []
+    for text, change in (
+        ("factor of a layer", set_to("roughness", "factor", (0.5, 0.6))),
+        ("threshold below inflation, 1 %", set_to("height_diff", "threshold", (STEP, STEP + 0.01))),
+        ("inflation_radius", set_to("inflation", "inflation_radius", (0.8, 0.9))),
+        ("radius of roughness", set_to("roughness", "radius", (0.3, 0.31))),
+    ):
+        own, _ = timed(change, max(repeats, 2))
+        found.append(Figure(text, own, "ms", peer, anew))
+    return found + patches(mesh_map, repeats)
+
+
+def patches(mesh_map: MeshMap, repeats: int) -> List[Figure]:
+    """Inflation after about a thousand vertices became lethal or free, beside all of it."""
+    from mesh_map.layer import LayerInput
+
+    one = mesh_map.layers["inflation"]
+    before = mesh_map.layers["height_diff"].result
+    start = int(np.argmin(np.abs(mesh_map.vertices[:, :2]).sum(axis=1)))
+    center = mesh_map.vertices[start]
+    near = np.argsort(((mesh_map.vertices - center) ** 2).sum(axis=1))[:1000]
+    changed = np.sort(near).astype(np.uint32)
+    lethal = before.lethal.copy()
+    lethal[changed] ^= True
+    inputs = [
+        {"height_diff": LayerInput(before.costs, mask, None, 1.0)}
+        for mask in (before.lethal, lethal)
+    ]
+    old = one.evaluate(mesh_map, inputs[0])
+    own, found = timed(lambda: one.update(mesh_map, inputs[1], changed, old), max(repeats, 3))
+    whole, expected = timed(lambda: one.evaluate(mesh_map, inputs[1]), repeats)
+    if not np.array_equal(found.costs, expected.costs):
+        raise RuntimeError("an update of the inflation differs from computing it")
+    return [Figure("inflation, 1000 vertices changed", own, "ms", "all of it", whole)]
+
+
+def clouds(mesh_map: MeshMap, seed: int = 0) -> Tuple[List[np.ndarray], np.ndarray]:
+    """Two clouds of a scanner in the middle of the map, and its position.
+
+    Most points are on the ground, some stand on it in clusters that differ between the clouds.
+    """
+    random = np.random.default_rng(seed)
+    start = int(np.argmin(np.abs(mesh_map.vertices[:, :2]).sum(axis=1)))
+    origin = mesh_map.vertices[start].astype(np.float64) + [0, 0, SENSOR]
+    found = []
+    for _ in range(2):
+        angle = random.uniform(-np.pi, np.pi, POINTS)
+        pitch = random.uniform(-0.6, 0.05, POINTS)
+        rays = np.stack([np.cos(angle), np.sin(angle), pitch], axis=1)
+        starts = np.tile(origin, (POINTS, 1))
+        hits = mesh_map.spatial_index.cast_batch(origins=starts, directions=rays, max_distance=30.0)
+        points = hits.positions(origins=starts, directions=rays)
+        points = points[np.isfinite(points).all(axis=1)]
+        centers = points[random.integers(0, len(points), OBSTACLES)]
+        standing = np.repeat(centers, 100, axis=0)
+        standing = standing + random.uniform((-0.3, -0.3, 0.2), (0.3, 0.3, 1.0), standing.shape)
+        points = points[random.integers(0, len(points), POINTS - len(standing))]
+        found.append(np.concatenate([points, standing]).astype(np.float32))
+    return found, origin
+
+
+def obstacles(world: World, repeats: int) -> List[Figure]:
+    """Clouds of an obstacle layer, alone and with an inflation over it and a map around."""
+    geometry = world.fresh_geometry()
+    geometry.spatial_index.wait_for_device()
+    obstacle = layer("obstacle", "Obstacle", robot_height=1.5, topic="points")
+    inflation = layer("inflation", "Inflation", inscribed_radius=0.3, inflation_radius=0.8)
+    step = layer("height_diff", "HeightDiff", threshold=STEP)
+    found = []
+    for text, config, floor in (
+        ("cloud of 100,000 points", [obstacle], 100.0),
+        ("  with height_diff and inflation", [step, obstacle, inflation], None),
+    ):
+        mesh_map = map_with(geometry, config)
+        both, origin = clouds(mesh_map)
+        stamp = [0.0]
+
+        def insert() -> int:
+            stamp[0] += 1.0
+            one = mesh_map.layers["obstacle"]
+            marked = one.insert_cloud(mesh_map, both[int(stamp[0]) % 2], origin, stamp[0])
+            mesh_map.refresh_layer("obstacle")
+            return marked
+
+        insert()
+        own, marked = timed(insert, max(repeats, 4))
+        if not marked:
+            raise RuntimeError("the cloud marks nothing")
+        found.append(Figure(text, own, "ms", floor=floor))
+    return found
+
+
+PARTS: Dict[str, Callable[[World, int], List[Figure]]] = {
+    "changes": changes,
+    "obstacles": obstacles,
+}

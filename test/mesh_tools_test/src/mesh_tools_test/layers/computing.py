@@ -1,0 +1,199 @@
+"""Times of what is computed when a map is loaded."""
+
+import statistics
+import time
+from typing import Any, Callable, Dict, List, Optional
+
+import numpy as np
+from mesh_map.combination import combine
+from mesh_map.geometry import MeshGeometry
+from mesh_map.mesh_map import MeshMap
+from mesh_map.normals import face_normals, vertex_normals
+from mesh_map.topology import Topology
+
+from mesh_tools_test.layers import peers
+from mesh_tools_test.layers.world import STEP, World, layer, map_with
+from mesh_tools_test.spatial.figures import Figure, timed
+
+SHARE = 50  # every so-manieth vertex by cKDTree, whose time is multiplied
+STATISTICS = ("height_difference", "roughness")
+
+
+def geometry(world: World, repeats: int) -> List[Figure]:
+    """Topology and normals."""
+    faces, count = world.faces, len(world.vertices)
+    own, topology = timed(lambda: Topology(faces=faces, vertex_count=count), repeats)
+    other, _ = timed(lambda: peers.numpy_edges(faces), 1)
+    found = [Figure("topology", own, "ms", "np.unique (edges alone)", other, 300.0)]
+    own, normals = timed(
+        lambda: vertex_normals(topology, *face_normals(world.vertices, faces)), repeats
+    )
+    other, expected = timed(lambda: peers.numpy_normals(world.vertices, faces), 1)
+    if np.abs(normals - expected).max() > 1e-2:
+        raise RuntimeError("the normals differ from NumPy's")
+    return found + [Figure("normals of faces and vertices", own, "ms", "NumPy", other, 60.0)]
+
+
+def fresh(world: World, repeats: int, action: Callable[[MeshGeometry], Any]) -> Any:
+    """Median time of an action with geometries for which no layer was computed, and its result."""
+    times, result = [], None
+    for _ in range(repeats):
+        made = world.fresh_geometry()
+        start = time.perf_counter()
+        result = action(made)
+        times.append(time.perf_counter() - start)
+    return 1000.0 * statistics.median(times), result
+
+
+def radius_layers(world: World, repeats: int, radius: float, floor: float) -> List[Figure]:
+    """Roughness and height difference together."""
+    config = [
+        layer("height_diff", "HeightDiff", radius=radius),
+        layer("roughness", "Roughness", radius=radius),
+    ]
+    own, mesh_map = fresh(world, repeats, lambda made: map_with(made, config))
+    results = [mesh_map.layers[entry["name"]].result.costs for entry in config]
+    angles = peers.numpy_mean_angles(mesh_map.vertex_normals, mesh_map.topology.edges)
+    share = SHARE * (1 if radius < 0.5 else 4)
+    other, expected = timed(
+        lambda: peers.kdtree_statistics(mesh_map.vertices, angles, radius, share), 1
+    )
+    connected = np.isclose(results[0][::share], expected[0], atol=1e-5)
+    if connected.mean() < 0.8:
+        raise RuntimeError("%g m: most differs from the tree" % radius)
+    name = "roughness + height_diff %g m" % radius
+    found = [
+        Figure(
+            name, own, "ms", "cKDTree + NumPy (1/%d, extrapolated)" % share, share * other, floor
+        )
+    ]
+    return found + numba_peer(name, own, mesh_map, angles, radius, results)
+
+
+def numba_peer(
+    name: str,
+    own: float,
+    mesh_map: MeshMap,
+    angles: np.ndarray,
+    radius: float,
+    results: List[np.ndarray],
+) -> List[Figure]:
+    """The same by numba, compiled before; nothing where numba is not installed."""
+    compiled = peers.numba_statistics()
+    if compiled is None:
+        return []
+    topology = mesh_map.topology
+    rest = (topology.neighbor_offsets, topology.neighbors, angles, radius, 2)
+    few = (np.zeros(2, topology.neighbor_offsets.dtype), topology.neighbors[:0])
+    compiled(mesh_map.vertices[:1].copy(), *few, angles[:1], radius, 2)
+    other, expected = timed(lambda: compiled(mesh_map.vertices, *rest), 1)
+    same = [
+        np.isclose(own_costs, costs, atol=1e-3).mean() > 0.999
+        for own_costs, costs in zip(results, expected)
+    ]
+    if not all(same):
+        raise RuntimeError("%g m: numba computes something else" % radius)
+    return [Figure(name, own, "ms", "numba (2 threads, compiled)", other)]
+
+
+def other_layers(world: World, repeats: int) -> List[Figure]:
+    """The other released layers that measure the geometry, together; clearance on its own."""
+    config = [
+        layer("steepness", "Steepness"),
+        layer("ridge", "Ridge"),
+        layer("border", "Border"),
+    ]
+    own, _ = fresh(world, repeats, lambda made: map_with(made, config))
+    found = [Figure("steepness + ridge + border", own, "ms", floor=200.0)]
+    for entry in config:
+        own, mesh_map = fresh(world, repeats, lambda made, entry=entry: map_with(made, [entry]))
+        other, expected = timed(lambda entry=entry: numpy_costs(entry["name"], mesh_map), 1)
+        peer, value = ("NumPy", other) if expected is not None else ("", None)
+        if expected is not None:
+            np.testing.assert_allclose(mesh_map.costs[::7], expected[::7], atol=2e-3)
+        found.append(Figure("  " + entry["name"], own, "ms", peer, value))
+
+    def indexed(made: MeshGeometry) -> float:
+        made.spatial_index.wait_for_device()
+        start = time.perf_counter()
+        map_with(made, [layer("clearance", "Clearance")])
+        return 1000.0 * (time.perf_counter() - start)
+
+    times = [indexed(world.fresh_geometry()) for _ in range(repeats)]
+    return found + [Figure("clearance (after the index)", statistics.median(times), "ms")]
+
+
+def numpy_costs(name: str, mesh_map: MeshMap) -> Optional[np.ndarray]:
+    """The combined costs of a map of one layer, where NumPy has a short way; else None."""
+    if name == "steepness":
+        costs = np.arccos(np.clip(mesh_map.vertex_normals[:, 2], -1.0, 1.0))
+        return np.where(costs > np.float32(0.3), np.inf, costs)
+    if name == "border":
+        edges, number = peers.numpy_edges(mesh_map.faces)
+        costs = np.zeros(len(mesh_map.vertices))
+        costs[edges[number == 1]] = np.inf
+        return costs
+    return None
+
+
+def inflation(world: World, repeats: int) -> List[Figure]:
+    """Of lethal steps, at the released radii and at larger ones."""
+    base = layer("height_diff", "HeightDiff", threshold=STEP)
+    made = world.fresh_geometry()
+    alone = map_with(made, [base])
+    lethal = alone.layers["height_diff"].result.lethal
+    found = []
+    for inscribed, inflated in ((0.25, 0.4), (0.4, 1.0), (0.4, 3.0)):
+        entry = layer(
+            "inflation", "Inflation", inscribed_radius=inscribed, inflation_radius=inflated
+        )
+        mesh_map = map_with(made, [base, entry])
+        one = mesh_map.layers["inflation"]
+        inputs = {"height_diff": layer_input(mesh_map, "height_diff")}
+        own, _ = timed(lambda: one.evaluate(mesh_map, inputs), repeats)
+        other, _ = timed(
+            lambda: peers.scipy_distances(made.topology, made.edge_lengths, lethal, inflated), 1
+        )
+        floor = 250.0 if inflated <= 1.0 else None
+        name = "inflation %g/%g m" % (inscribed, inflated)
+        found.append(Figure(name, own, "ms", "SciPy dijkstra (along edges)", other, floor))
+    return found
+
+
+def layer_input(mesh_map: MeshMap, name: str) -> Any:
+    """What a layer that reads this one gets."""
+    from mesh_map.layer import LayerInput
+
+    return LayerInput(*mesh_map.layers[name].result, 1.0)
+
+
+def combinations(world: World, repeats: int) -> List[Figure]:
+    """Five layers into one, in each mode; weights of all edges."""
+    random = np.random.default_rng(0)
+    count = len(world.vertices)
+    from mesh_map.layer import checked_result
+
+    results: List[Any] = []
+    for _ in range(5):
+        costs = random.random(count).astype(np.float32)
+        results.append((checked_result(costs, costs > 0.97, count), 0.7))
+    layers = [(result.costs, result.lethal, factor) for result, factor in results]
+    other, expected = timed(lambda: peers.numpy_combination(layers), repeats)
+    found = []
+    for mode in ("sum", "normalized", "max"):
+        own, costs = timed(lambda mode=mode: combine(results, count, mode), repeats)
+        if mode == "sum":
+            np.testing.assert_allclose(costs, expected, rtol=1e-5)
+        peer, value = ("NumPy", other) if mode == "sum" else ("", None)
+        found.append(Figure("combination of 5 layers, %s" % mode, own, "ms", peer, value))
+    return found
+
+
+PARTS: Dict[str, Callable[[World, int], List[Figure]]] = {
+    "geometry": geometry,
+    "near": lambda world, repeats: radius_layers(world, repeats, 0.3, 600.0),
+    "far": lambda world, repeats: radius_layers(world, min(repeats, 3), 1.0, 2000.0),
+    "others": other_layers,
+    "inflation": inflation,
+    "combination": combinations,
+}
