@@ -21,9 +21,9 @@ inline std::uint32_t toFixed(double value, double units)
 /// 0 of nothing.
 inline float meanOfFixed(std::uint64_t sum, double units, std::size_t count)
 {
-  return count == 0 ? 0.0f
-                    : static_cast<float>(static_cast<double>(sum) /
-                                         (units * static_cast<double>(count)));
+  return count == 0
+             ? 0.0f
+             : static_cast<float>(static_cast<double>(sum) / (units * static_cast<double>(count)));
 }
 
 }  // namespace mesh_map

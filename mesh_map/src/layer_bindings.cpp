@@ -134,8 +134,7 @@ py::array computeMeanEdgeAngles(Array normals, Array edges, Array offsets, Array
   const auto normal_view = view<float>(normals, "normals", {ANY, 3});
   const auto edge_view = view<std::uint32_t>(edges, "edges", {ANY, 2});
   checkIndices(edge_view, static_cast<std::size_t>(normals.shape(0)), "edges");
-  const RowsView rows =
-      rowsView(offsets, neighbor_edges, edge_view.size() / 2, "neighbor_edges");
+  const RowsView rows = rowsView(offsets, neighbor_edges, edge_view.size() / 2, "neighbor_edges");
   requireValue(rows.rowCount() == normal_view.size() / 3, "offsets need one row per vertex");
   std::vector<float> result;
   {
@@ -178,8 +177,7 @@ void bindLayerKernels(py::module& module)
              arg("wanted"), arg("search") = "automatic", arg("threads") = 0u);
   module.def("_mean_edge_angles", &computeMeanEdgeAngles, arg("normals"), arg("edges"),
              arg("offsets"), arg("neighbor_edges"), arg("threads") = 0u);
-  module.def("_angles_to", &computeAnglesTo, arg("normals"), arg("direction"),
-             arg("threads") = 0u);
+  module.def("_angles_to", &computeAnglesTo, arg("normals"), arg("direction"), arg("threads") = 0u);
 }
 
 }  // namespace mesh_map

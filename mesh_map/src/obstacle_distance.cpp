@@ -38,10 +38,10 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   known_ = false;  // until it ends
   lethal_.assign(lethal.begin(), lethal.end());
   parallelFor(distance_.size(), 16384, threads, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
+    return [&, fan = std::make_shared<FrontFan>()](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
         distance_[v] = lethal_[v] != 0 ? 0.0f : INFINITE;
-        seed(static_cast<std::uint32_t>(v));
+        seed(static_cast<std::uint32_t>(v), *fan);
       }
     };
   });
@@ -49,53 +49,72 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   return known_;
 }
 
-/// What a vertex gets of the lethal ones next to it: points, and edges between two. Their faces
-/// have such an edge toward whatever is not lethal, and the middle of a lethal area seeds nothing.
-void ObstacleDistance::seed(std::uint32_t v)
+/// What a vertex gets of the lethal ones next to it: points, and edges from these to others that
+/// are lethal, as far as the vertex lies beside such an edge. Whatever lethal area is farther away
+/// has such edges in between, and the middle of one seeds nothing.
+void ObstacleDistance::seed(std::uint32_t v, FrontFan& fan)
 {
   if (lethal_[v] != 0) {
     return;
   }
-  for (const FrontCorner* corner = mesh_->cornersBegin(v); corner != mesh_->cornersEnd(v);
-       ++corner) {
-    if (lethal_[corner->a] == 0 && lethal_[corner->b] == 0) {
-      continue;
+  const FrontCorner* const end = mesh_->cornersEnd(v);
+  for (const FrontCorner* corner = mesh_->cornersBegin(v); corner != end; ++corner) {
+    if (lethal_[corner->a] != 0) {
+      seedFrom(corner->a, v, corner->b, fan);
     }
-    const bool has_both = corner->a != corner->b && lethal_[corner->a] != 0 &&
-                          lethal_[corner->b] != 0;
-    // Of two lethal vertices, either may be the axis: the lower one, whatever the face.
-    const bool a_first = has_both ? corner->a < corner->b : lethal_[corner->a] != 0;
-    const std::uint32_t axis = a_first ? corner->a : corner->b;
-    const std::uint32_t side = a_first ? corner->b : corner->a;
-    const PackedPosition &o = mesh_->position(v), &p = mesh_->position(axis),
-                         &q = mesh_->position(side);
-    const double x = double{p.x} - o.x, y = double{p.y} - o.y, z = double{p.z} - o.z;
-    const double length = std::sqrt(x * x + y * y + z * z);
-    PlanePoint a{length, 0.0}, b = a;
-    if (has_both) {
-      const double i = double{q.x} - o.x, j = double{q.y} - o.y, k = double{q.z} - o.z;
-      const double l = y * k - z * j, m = z * i - x * k, n = x * j - y * i;
-      b = length > 0.0 ? PlanePoint{(x * i + y * j + z * k) / length,
-                                    std::sqrt(l * l + m * m + n * n) / length}
-                       : PlanePoint{std::sqrt(i * i + j * j + k * k), 0.0};
-    }
-    const PlanePoint nearest = nearestOnSegment(a, b, {0.0, 0.0});
-    const float distance =
-        std::max(above(0.0f), static_cast<float>(std::sqrt(dot(nearest, nearest))));
-    const Source source{0.0f,
-                        static_cast<float>(a.x),
-                        static_cast<float>(a.y),
-                        static_cast<float>(b.x),
-                        static_cast<float>(b.y),
-                        axis,
-                        side};
-    if (distance <= max_distance_ &&
-        std::tie(distance, axis, side) <
-            std::tie(distance_[v], source_[v].axis, source_[v].side)) {
-      distance_[v] = distance;
-      source_[v] = source;
+    if (lethal_[corner->b] != 0) {
+      seedFrom(corner->b, v, corner->a, fan);
     }
   }
+}
+
+/// From a lethal vertex, by the face that also has the vertex `side`: walks that way around it, to
+/// the first edge to another lethal vertex, up to a right angle.
+void ObstacleDistance::seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side,
+                                FrontFan& fan)
+{
+  fan.gather(*mesh_, lethal);
+  const std::size_t start = fan.find(v);
+  const double length = fan.nodes()[start].length;
+  const PlanePoint a{length, 0.0};
+  offerSeed(v, lethal, side, a, a);
+  fan.walk(start, fan.find(side), true, [&](const FanStep& step) {
+    if (step.direction.x < 0.0 || step.direction.y < 0.0) {
+      return false;
+    }
+    const FrontFan::Node& node = fan.nodes()[step.node];
+    if (lethal_[node.vertex] == 0) {
+      return true;
+    }
+    offerSeed(v, lethal, side, a,
+              {length - node.length * step.direction.x, node.length * step.direction.y});
+    return false;
+  });
+}
+
+void ObstacleDistance::offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side,
+                                 PlanePoint a, PlanePoint b)
+{
+  const PlanePoint nearest = nearestOnSegment(a, b, {0.0, 0.0});
+  const float distance =
+      std::max(above(0.0f), static_cast<float>(std::sqrt(dot(nearest, nearest))));
+  const Source& known = source_[v];
+  const bool is_tie = distance == distance_[v];
+  // At the same distance an edge is better than a point of it: it is as near to all others.
+  const bool is_point = a.x == b.x && a.y == b.y;
+  const bool known_point = known.ax == known.bx && known.ay == known.by;
+  if (distance > max_distance_ || distance > distance_[v] ||
+      (is_tie && std::tie(is_point, axis, side) >= std::tie(known_point, known.axis, known.side))) {
+    return;
+  }
+  distance_[v] = distance;
+  source_[v] = {0.0f,
+                static_cast<float>(a.x),
+                static_cast<float>(a.y),
+                static_cast<float>(b.x),
+                static_cast<float>(b.y),
+                axis,
+                side};
 }
 
 std::array<double, 3> ObstacleDistance::sourceDirection(std::uint32_t v) const

@@ -1,9 +1,10 @@
 // Solving a part of the mesh again, for threads and for the incremental update.
 //
 // The distances and sources D are the one solution of: D(v) is the best of what the lethal
-// neighbors of v give (seed), and of what each neighbor w nearer to the obstacle passes on (Spread),
-// which depends on D(w), and on D(p) of the neighbors p of w that are nearer than w. It is the only
-// one, because each D(v) follows from such with smaller distances.
+// neighbors w of v give (seed), which depends on which neighbors of w are lethal, and of what each
+// neighbor w nearer to the obstacle passes on (Spread), which depends on D(w), and on D(p) of the
+// neighbors p of w that are nearer than w. It is the only one, because each D(v) follows from such
+// with smaller distances.
 //
 // Let D be such that the equation holds everywhere except within a region, from whose outside
 // nothing that has changed can be reached over two edges. Solve the region again, with D held fast
@@ -224,9 +225,10 @@ std::vector<std::uint32_t> ObstacleDistance::solveRegion()
 
 void ObstacleDistance::runRegion()
 {
+  FrontFan fan;
   for (const std::uint32_t v : region_) {
     distance_[v] = lethal_[v] != 0 ? 0.0f : INFINITE;
-    seed(v);
+    seed(v, fan);
   }
   std::vector<std::uint32_t> starts;
   for (const std::uint32_t v : region_) {

@@ -86,12 +86,10 @@ void ObstacleDistance::Spread::spread(std::uint32_t vertex)
   seen_.assign(nodes.size(), 0);
 
   const std::size_t axis = fan_.find(source.axis), side = fan_.find(source.side);
-  offset_ = source.offset;
-  a_ = {source.ax, source.ay};
-  b_ = {source.bx, source.by};
+  piece_ = {{source.ax, source.ay}, {source.bx, source.by}, source.offset};
   look(axis, side, true);
-  a_.y = -a_.y;
-  b_.y = -b_.y;
+  piece_.a.y = -piece_.a.y;
+  piece_.b.y = -piece_.b.y;
   look(axis, side, false);
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     if (seen_[k] == 0 && isOpen(nodes[k].vertex)) {
@@ -113,7 +111,7 @@ bool ObstacleDistance::Spread::hasOpenNeighbor() const
 
 void ObstacleDistance::Spread::look(std::size_t axis, std::size_t side, bool toward)
 {
-  const PlanePoint left = cross(a_, b_) > 0.0 ? b_ : a_;
+  const PlanePoint left = cross(piece_.a, piece_.b) > 0.0 ? piece_.b : piece_.a;
   const double straight = STRAIGHT * std::sqrt(dot(left, left));
   // Has the walk come past the direction to the obstacle (but not yet half a turn beyond it)?
   bool is_past = left.y <= 0.0;
@@ -126,24 +124,31 @@ void ObstacleDistance::Spread::look(std::size_t axis, std::size_t side, bool tow
     is_past = past >= 0.0 || (is_past && past >= -straight);
     const FrontFan::Node& node = fan_.nodes()[step.node];
     const PlanePoint place{node.length * step.direction.x, node.length * step.direction.y};
-    const PlanePoint nearest = nearestOnSegment(a_, b_, place);
+    const PlanePoint nearest = nearestOnSegment(piece_.a, piece_.b, place);
     if (isOpen(node.vertex)) {
       const double sideways = cross(nearest, step.direction);
       const bool passes_here = is_past && sideways < 0.0 &&
                                sideways < -STRAIGHT * std::sqrt(dot(nearest, nearest));
-      if (!passes_here && !isHidden(place, nearest)) {
-        offerSeen(step, place, nearest);
+      if (!passes_here) {
+        const Bound* const bound = hiding(place, nearest);
+        if (bound == nullptr) {
+          offerSeen(step, place, nearest, piece_);
+        } else {
+          offerSeen(step, place, bound->piece.a, bound->piece);
+        }
       }
     }
-    if (bounds_.size() < MAX_BOUNDS && bounds(step, place, nearest)) {
-      bounds_.push_back({step.direction, node.length});
+    if (bounds_.size() < MAX_BOUNDS) {
+      addBound(step, place, nearest);
     }
     return true;
   });
 }
 
-/// Where a way passes beyond a bound, seen from here, what it crosses there may be a hole.
-bool ObstacleDistance::Spread::isHidden(PlanePoint place, PlanePoint nearest) const
+/// Where a way passes beyond a bound, seen from here, what it crosses there may be a hole: it has to
+/// bend at the bound.
+const ObstacleDistance::Spread::Bound* ObstacleDistance::Spread::hiding(PlanePoint place,
+                                                                        PlanePoint nearest) const
 {
   for (const Bound& bound : bounds_) {
     const double to_place = cross(bound.direction, place);
@@ -153,36 +158,43 @@ bool ObstacleDistance::Spread::isHidden(PlanePoint place, PlanePoint nearest) co
       const PlanePoint crossing{nearest.x + t * (place.x - nearest.x),
                                 nearest.y + t * (place.y - nearest.y)};
       if (dot(crossing, bound.direction) > bound.length * (1.0 + STRAIGHT)) {
-        return true;
+        return &bound;
       }
     }
   }
-  return false;
+  return nullptr;
 }
 
-bool ObstacleDistance::Spread::bounds(const FanStep& step, PlanePoint place,
-                                      PlanePoint nearest) const
+/// Vertices at a border, and such that do not see what is seen from here.
+void ObstacleDistance::Spread::addBound(const FanStep& step, PlanePoint place, PlanePoint nearest)
 {
   const FrontFan::Node& node = fan_.nodes()[step.node];
-  if (!mesh_.isClosed(node.vertex)) {
-    return true;
-  }
-  if ((!sees_outside_ && !isInPart(node.vertex)) || !isBefore(node.vertex)) {
-    return false;
+  const bool is_known = (sees_outside_ || isInPart(node.vertex)) && isBefore(node.vertex);
+  const bool is_border = !mesh_.isClosed(node.vertex);
+  if (!is_known && !is_border) {
+    return;
   }
   const PlanePoint away{place.x - nearest.x, place.y - nearest.y};
-  const double farther =
-      owner_.distance_[node.vertex] - offset_ - FARTHER_THAN_SEEN * node.length;
-  return farther > 0.0 && farther * farther > dot(away, away);
+  const double squared = dot(away, away), distance = owner_.distance_[node.vertex];
+  const double farther = distance - piece_.offset - FARTHER_THAN_SEEN * node.length;
+  if (is_border || (farther > 0.0 && farther * farther > squared)) {
+    const double offset = is_known ? distance : piece_.offset + std::sqrt(squared);
+    bounds_.push_back({step.direction, node.length, {place, place, offset}});
+  }
 }
 
-void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest)
+/// The way there leads straight to a piece, or to where it bends; or it bends here.
+void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest,
+                                         const Piece& piece)
 {
   const FrontFan::Node& node = fan_.nodes()[step.node];
   const PlanePoint away{place.x - nearest.x, place.y - nearest.y};
-  const auto straight = static_cast<float>(offset_ + std::sqrt(dot(away, away)));
-  const float distance =
-      std::max(above(distance_), std::min(straight, distance_ + static_cast<float>(node.length)));
+  const auto straight = static_cast<float>(piece.offset + std::sqrt(dot(away, away)));
+  const float bent = distance_ + static_cast<float>(node.length);
+  if (&piece != &piece_ && straight > bent) {
+    return;
+  }
+  const float distance = std::max(above(distance_), std::min(straight, bent));
   const std::uint32_t before = fan_.nodes()[step.before].vertex;
   seen_[step.node] = 1;
   if (isBetter(distance, node.vertex, vertex_, before)) {
@@ -195,7 +207,8 @@ void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, 
       return static_cast<float>((p.x - place.x) * u.y - (p.y - place.y) * u.x);
     };
     take(node.vertex, distance,
-         {static_cast<float>(offset_), x(a_), y(a_), x(b_), y(b_), vertex_, before});
+         {static_cast<float>(piece.offset), x(piece.a), y(piece.a), x(piece.b), y(piece.b),
+          vertex_, before});
   }
 }
 

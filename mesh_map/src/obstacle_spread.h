@@ -52,20 +52,27 @@ class ObstacleDistance::Spread
   bool run(const std::atomic<bool>* cancel);
 
  private:
-  /// A neighbor beyond which the obstacle cannot be seen.
+  /// A piece of the obstacle, or a vertex where the way to it bends, `offset` from it.
+  struct Piece
+  {
+    PlanePoint a, b;
+    double offset;
+  };
+  /// A neighbor beyond which the obstacle cannot be seen, and the way from what lies behind.
   struct Bound
   {
     PlanePoint direction;
     double length;
+    Piece piece;
   };
 
   void prefetch() const;
   void spread(std::uint32_t vertex);
   bool hasOpenNeighbor() const;
   void look(std::size_t axis, std::size_t side, bool toward);
-  bool isHidden(PlanePoint place, PlanePoint nearest) const;
-  bool bounds(const FanStep& step, PlanePoint place, PlanePoint nearest) const;
-  void offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest);
+  const Bound* hiding(PlanePoint place, PlanePoint nearest) const;
+  void addBound(const FanStep& step, PlanePoint place, PlanePoint nearest);
+  void offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest, const Piece& piece);
   void offerBent(std::size_t k);
 
   bool isInPart(std::uint32_t v) const { return owner_.stamps_[v] == stamp_; }
@@ -89,8 +96,7 @@ class ObstacleDistance::Spread
   FrontFan fan_;
   std::uint32_t vertex_ = 0;
   float distance_ = 0.0f;
-  double offset_ = 0.0;
-  PlanePoint a_{}, b_{};           // mirrored where the walk goes away from `side`
+  Piece piece_{};                   // mirrored where the walk goes away from `side`
   std::vector<std::uint8_t> seen_;  // per node: is it reached without a bend?
   std::vector<Bound> bounds_;
 };

@@ -21,7 +21,8 @@ class PatchSums
 
   void add(std::uint32_t face, bool turned)
   {
-    const Vector3 a = difference(corner(face, 0), origin_), b = difference(corner(face, 1), origin_),
+    const Vector3 a = difference(corner(face, 0), origin_),
+                  b = difference(corner(face, 1), origin_),
                   c = difference(corner(face, 2), origin_);
     const double sign = turned ? -1.0 : 1.0;
     const Vector3 normal = cross(b - a, c - a);

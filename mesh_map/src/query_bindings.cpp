@@ -121,10 +121,8 @@ class SurfaceKernel
     mesh_.face_flags = view<std::uint8_t>(face_flags, "face_flags", {faces.shape(0)});
     mesh_.edge_faces =
         rowsView(edge_face_offsets, edge_faces, mesh_.mesh.faceCount(), "edge_faces");
-    const std::size_t edge_count = mesh_.edge_faces.rowCount();
-    requireValue(std::all_of(mesh_.face_edges.begin(), mesh_.face_edges.end(),
-                             [edge_count](auto e) { return e == NO_INDEX || e < edge_count; }),
-                 "face_edges has an edge that does not exist");
+    const py::gil_scoped_release release;
+    checkWalkMesh(mesh_);
   }
 
   /// `lengths` (N,) for straight walks, or `targets` (N, 3) for lines.

@@ -106,7 +106,8 @@ void RadiusGrid::cut(ArrayView<float> positions, unsigned threads)
           const float* const position = positions.data() + 3 * std::size_t{order_[i]};
           for (unsigned axis = 0; axis < 3; ++axis) {
             const bool first = i == cell.first;
-            cell.lowest[axis] = first ? position[axis] : std::min(cell.lowest[axis], position[axis]);
+            cell.lowest[axis] =
+                first ? position[axis] : std::min(cell.lowest[axis], position[axis]);
             cell.highest[axis] =
                 first ? position[axis] : std::max(cell.highest[axis], position[axis]);
           }

@@ -37,7 +37,7 @@ class RadiusGrid
   struct Cell
   {
     Coordinates at;
-    std::uint32_t first;               // place in order_
+    std::uint32_t first;                   // place in order_
     std::array<float, 3> lowest, highest;  // of its vertices
   };
 

@@ -40,8 +40,8 @@ double meanCount(const RadiusQuery& query)
   double sum = 0.0;
   for (std::size_t i = 0; i < taken; ++i) {
     const std::size_t v = i * packed.size() / taken;
-    sum += static_cast<double>(
-        neighborhood.find(static_cast<std::uint32_t>(v), query.radius).size());
+    sum +=
+        static_cast<double>(neighborhood.find(static_cast<std::uint32_t>(v), query.radius).size());
   }
   return sum / static_cast<double>(taken);
 }

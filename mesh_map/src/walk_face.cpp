@@ -45,9 +45,6 @@ std::uint32_t edgeOpposite(const WalkMesh& mesh, std::uint32_t face, std::size_t
 std::uint32_t faceAcross(const WalkMesh& mesh, std::uint32_t face, std::size_t opposite_slot)
 {
   const std::uint32_t edge = edgeOpposite(mesh, face, opposite_slot);
-  if (edge == NO_INDEX) {
-    return NO_INDEX;
-  }
   const std::uint32_t apex = cornerOf(mesh, face, opposite_slot);
   const std::uint32_t from = cornerOf(mesh, face, (opposite_slot + 1) % 3);
   const std::uint32_t to = cornerOf(mesh, face, (opposite_slot + 2) % 3);

@@ -136,6 +136,9 @@ class LineWalk
   {
     walk_.end = WalkEnd::ARRIVED;
     Place told = place;  // the last place in a face that has a plane
+    // Moved up ever more rarely: a way that is a loop meets it again (R. Brent's way to find one).
+    Place met{NO_INDEX, false, {}};
+    std::size_t next_move = 1;
     for (std::size_t steps = 0; cut_.goal() > 0.0; ++steps) {
       CutExit exit = exitOf(mesh_, cut_, place);
       if (exit.slot == 3) {
@@ -159,6 +162,14 @@ class LineWalk
         break;
       }
       place = across(mesh_, place, exit, next);
+      if (place.face == met.face && place.entry == met.entry) {
+        walk_.end = WalkEnd::LOOP;
+        break;
+      }
+      if (steps + 1 == next_move) {
+        met = place;
+        next_move *= 2;
+      }
     }
     stand(told);
     return walk_;

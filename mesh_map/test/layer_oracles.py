@@ -23,9 +23,14 @@ class OracleMesh:
 
     @cached_property
     def sides(self):
-        """(N, 2) sorted ends of all sides of faces, without those that end where they begin."""
-        pairs = self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-        return np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1)
+        """(N, 2) sorted ends of all sides of faces, without those that end where they begin.
+
+        A face that names a vertex twice has one side, once.
+        """
+        pairs = np.sort(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        face = np.repeat(np.arange(len(self.faces)), 3)[:, None]
+        pairs = np.unique(np.concatenate([face, pairs], axis=1), axis=0)[:, 1:]
+        return pairs[pairs[:, 0] != pairs[:, 1]]
 
     @cached_property
     def edges(self):

@@ -9,7 +9,7 @@ import roslib.packages
 import rospy
 from mesh_msgs import arrays
 
-WAIT = 20.0  # seconds; far more than anything takes
+WAIT = 60.0  # seconds; far more than anything takes
 STRANGE = Path(__file__).resolve().parent / "strange_layers"
 
 

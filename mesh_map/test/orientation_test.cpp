@@ -85,7 +85,8 @@ TEST(Orientation, AgreesOnAllMeshes)
 /// As much of its back as of its front is seen from above: the outside is the front.
 TEST(Orientation, ClosedSurfacesFaceOutward)
 {
-  TestMesh box{"box", {0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0, 0, 0, 3, 2, 0, 3, 2, 1, 3, 0, 1, 3},
+  TestMesh box{"box",
+               {0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0, 0, 0, 3, 2, 0, 3, 2, 1, 3, 0, 1, 3},
                {0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
                 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7}};
   const std::vector<std::uint8_t> some = someOf(box.faceCount());
@@ -127,8 +128,8 @@ TEST(Orientation, DegenerateFacesStay)
 
 TEST(Normals, CornerAngles)
 {
-  TestMesh mesh{"right angle", {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0},
-                {0, 1, 2, 0, 1, 3, 0, 0, 1, 2, 2, 2}};
+  TestMesh mesh{
+      "right angle", {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0}, {0, 1, 2, 0, 1, 3, 0, 0, 1, 2, 2, 2}};
   const std::vector<float> angles = mesh_map::cornerAngles(mesh.view());
   const auto pi = static_cast<float>(std::acos(-1.0));
   const float expected[6] = {pi / 2, pi / 4, pi / 4, 0, pi, 0};

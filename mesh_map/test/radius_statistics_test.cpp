@@ -23,12 +23,16 @@ constexpr unsigned ALL = mesh_map::HEIGHT_DIFFERENCE | mesh_map::ROUGHNESS | mes
 struct Sample
 {
   explicit Sample(TestMesh of)
-      : mesh(std::move(of)), topology(mesh_map::buildTopology(mesh.faces, mesh.positions.size() / 3))
+      : mesh(std::move(of)),
+        topology(mesh_map::buildTopology(mesh.faces, mesh.positions.size() / 3))
   {
     const auto at_faces = mesh_map::faceNormals(mesh.view(), {0, 0, 1});
-    normals = mesh_map::vertexNormals({mesh.faces, at_faces.normals,
+    normals = mesh_map::vertexNormals({mesh.faces,
+                                       at_faces.normals,
                                        {topology.vertex_face_offsets, topology.vertex_faces},
-                                       at_faces.without_area, {}, {0, 0, 1}});
+                                       at_faces.without_area,
+                                       {},
+                                       {0, 0, 1}});
     angles = mesh_map::meanEdgeAngles(normals, topology.edges,
                                       {topology.neighbor_offsets, topology.neighbor_edges});
   }

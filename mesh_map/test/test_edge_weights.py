@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mesh_map import edge_weights
 from mesh_map.edge_weights import PlanningCosts, difference_weights, mean_weights
+from mesh_map.geometry import MeshGeometry
 from mesh_map.settings import MapSettings
 from meshes import terrain
-from mesh_map.geometry import MeshGeometry
 
 INF, NAN = math.inf, math.nan
 LENGTHS = np.array([2, 2, 2, 2, 2], np.float32)

@@ -229,6 +229,7 @@ def labeled_slowly(file, lethal=(), costs=None, preferred=(), other_cost=0.5):
         {"lethal": ["forbidden_2"], "other_cost": 0.75},
         {"costs": {"grass": 0.5, "mud": 2.0, "forbidden_1": INF, "empty": 9.0}},
         {"costs": {"mud": 0.1, "grass": 0.5}},
+        {"costs": {"mud": 0.5, "path": 0.2, "grass": 0.1}},
         {"preferred": ["path"]},
         {"lethal": ["forbidden", "mud_1"], "preferred": ["path", "grass"], "other_cost": 3.0},
         {"lethal": ["forbidden"], "costs": {"mud": 0, "grass": 1}, "preferred": ["path_1"]},
@@ -324,12 +325,11 @@ def test_a_running_map_follows_its_labels(map_file, monkeypatch):
     watcher = LabelWatcher("/map/areas", mesh_map, mesh_map.layers["areas"], refresh)
     try:
         with LabelStore(map_file.path) as store:
-            before = len(refreshed)
             store.set("wall_1", np.array([200, 201]))
             assert wait_until(lambda: np.isposinf(mesh_map.costs).any())
             lethal = np.zeros(144, np.bool_)
             lethal[map_file.faces[[200, 201]]] = True
-            assert np.array_equal(np.isposinf(mesh_map.costs), lethal) and len(refreshed) > before
+            assert np.array_equal(np.isposinf(mesh_map.costs), lethal) and refreshed
             store.delete("wall_1")
             assert wait_until(lambda: not np.isposinf(mesh_map.costs).any())
         time.sleep(0.2)  # the end of the store changes the files once more

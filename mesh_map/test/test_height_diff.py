@@ -2,35 +2,15 @@
 
 import numpy as np
 import pytest
-from meshes import BOTANICAL, TRAY, TestMesh, data_mesh, renumbered, small, soup, terrain
-from mesh_map import _kernels
+from meshes import BOTANICAL, TRAY, TestMesh, data_mesh, renumbered, small, terrain
 from mesh_map.layers.height_diff import HeightDiffLayer
 from mesh_map.mesh_map import MeshMap
+from surroundings import neighborhoods
 
 
 def height_diff(mesh, **params):
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
     return HeightDiffLayer("height_diff", params).evaluate(mesh_map, {})
-
-
-def neighborhoods(mesh, radius):
-    """N_r(v) without v, for every vertex: grown over edges through vertices nearer than r."""
-    topology = MeshMap(mesh.vertices, mesh.faces).topology
-    points = mesh.vertices.astype(np.float64).tolist()
-    next_to = [topology.neighbors_of(v).tolist() for v in range(len(points))]
-    result = []
-    for v, (x, y, z) in enumerate(points):
-        seen, front, reached = {v}, [v], []
-        while front:
-            for u in next_to[front.pop()]:
-                if u not in seen:
-                    seen.add(u)
-                    p = points[u]
-                    if (p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2 < radius * radius:
-                        front.append(u)
-                        reached.append(u)
-        result.append(reached)
-    return result
 
 
 def expected(mesh, radius):
@@ -103,37 +83,8 @@ def test_the_order_of_vertices_does_not_matter():
     assert np.array_equal(height_diff(mesh).costs, height_diff(other).costs[new])
 
 
-def test_the_number_of_threads_does_not_matter():
-    mesh = terrain(150)
-    t = MeshMap(mesh.vertices, mesh.faces).topology
-    arguments = (mesh.vertices, t.neighbor_offsets, t.neighbors, 0.3)
-    one = _kernels._height_difference(*arguments, threads=1)
-    assert np.array_equal(one, _kernels._height_difference(*arguments, threads=3))
-
-
 def test_lethal_is_above_the_threshold():
     mesh = terrain()
     result = height_diff(mesh, threshold=0.1)
     assert np.array_equal(result.lethal, result.costs > np.float32(0.1))
     assert 0 < result.lethal.sum() < len(result.lethal)
-
-
-def test_the_kernel_checks_its_arrays():
-    mesh = soup(5, 200, 150)
-    t = MeshMap(mesh.vertices, mesh.faces).topology
-    good = [mesh.vertices, t.neighbor_offsets, t.neighbors, 0.3]
-    for position, bad, message in (
-        (0, mesh.vertices.astype(np.float64), "vertices has to be an array of float32, not of"),
-        (0, mesh.vertices[:, :2], r"vertices has to have the shape \(N, 3\)"),
-        (0, mesh.vertices[::2], "vertices has to be contiguous"),
-        (0, mesh.vertices[:-1].copy(), "neighbors has the index"),
-        (1, t.neighbor_offsets[:-1].copy(), "offsets do not divide neighbors into rows"),
-        (1, t.neighbor_offsets[::-1].copy(), "offsets do not divide neighbors into rows"),
-        (2, t.neighbors + np.uint32(200), "neighbors has the index"),
-        (3, 0.0, "the radius has to be above 0"),
-        (3, float("nan"), "the radius has to be above 0"),
-    ):
-        arguments = list(good)
-        arguments[position] = bad
-        with pytest.raises(ValueError, match=message):
-            _kernels._height_difference(*arguments)

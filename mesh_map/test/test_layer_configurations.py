@@ -119,8 +119,8 @@ def test_configurations_of_the_field(name, mesh_name, caplog):
         found = mesh_map.layers["inflation"].result
         assert np.array_equal(found.lethal, before)
         params = mesh_map.layers["inflation"].params
-        assert (found.costs[before] == params["lethal_value"]).all()
-        assert found.costs[~before].max(initial=0) <= params["inscribed_value"]
+        assert (found.costs[before] == np.float32(params["lethal_value"])).all()
+        assert found.costs[~before].max(initial=0) <= np.float32(params["inscribed_value"])
 
 
 def test_the_configuration_of_the_later_release():

@@ -9,6 +9,7 @@ from meshes import terrain
 from mesh_map.errors import MeshMapError
 from mesh_map.layer import LayerResult
 from mesh_map.map_source import MapSource, map_parameters
+from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
@@ -125,6 +126,26 @@ def test_layers_of_another_view_of_the_geometry_are_computed(tmp_path, options):
     assert again.stored_costs("height_diff", mesh_map.layers["height_diff"].identity) is not None
 
 
+def test_a_layer_that_is_replaced_while_it_is_read(map_file, parameters, monkeypatch):
+    """Between parameters and costs, another robot stores the layer with another radius."""
+    map_file.write_layers({"height_diff": (MARKED, parameters)})
+    source = MapSource(map_file.path)
+    source.make_map()
+    fingerprint = {k: v for k, v in parameters.items() if k != "vertex_normals"}
+    read = source._members.all_layer_parameters
+
+    def interrupted():
+        found = read()
+        map_file.write_layers({"height_diff": (MARKED / 2, dict(parameters, radius=0.2))})
+        monkeypatch.setattr(source._members, "all_layer_parameters", read)
+        return found
+
+    monkeypatch.setattr(source._members, "all_layer_parameters", interrupted)
+    assert source.stored_costs("height_diff", fingerprint) is None
+    map_file.write_layers({"height_diff": (MARKED, parameters)})
+    assert np.array_equal(source.stored_costs("height_diff", fingerprint), MARKED)
+
+
 def test_layers_of_a_replaced_file_are_computed_anew(map_file, parameters, caplog):
     fresh = costs_of(map_file.path)
     map_file.write_layers({"height_diff": (MARKED, parameters)})
@@ -200,6 +221,32 @@ def test_normals_are_stored_where_there_are_none(map_file):
     assert np.array_equal(mesh_map.vertex_normals, marked)
     source.save_layers(mesh_map.layers)
     assert np.array_equal(MapFile(map_file.path).vertex_normals, marked)
+
+
+def test_normals_that_somebody_else_has_stored_meanwhile_stay(map_file):
+    source, mesh_map = loaded(map_file.path)
+    marked = np.tile(np.float32([0, 1, 0]), (144, 1))
+    map_file.update(Edit(vertex_normals=marked))
+    source.save_layers(mesh_map.layers)
+    assert np.array_equal(MapFile(map_file.path).vertex_normals, marked)
+
+
+def test_the_identity_is_that_of_the_content(map_file, monkeypatch):
+    uuid = geometry_uuid(map_file.vertices, map_file.faces)
+    for options in ({}, {"orient": True}, {"normals": "angle"}):
+        geometry = MapSource(map_file.path).make_map(**options).geometry
+        assert geometry.content_uuid == geometry.uuid == map_file.uuid == uuid
+    source = MapSource(map_file.path)  # as if of another program, with a UUID of its own
+    source.uuid = "of-somebody-else"
+    monkeypatch.setattr(type(source._members), "schema_version", 0, raising=False)
+    geometry = source.make_map().geometry
+    assert (geometry.content_uuid, geometry.uuid) == (uuid, "of-somebody-else")
+
+
+def test_turned_faces_are_stored_as_such(map_file):
+    source, mesh_map = loaded(map_file.path, orient=True)
+    source.save_layers(mesh_map.layers)
+    assert map_file.layer_parameters("height_diff")["orient"] is True
 
 
 @pytest.mark.parametrize("options", [{"normals": "angle"}, {"orient": True}])

@@ -180,6 +180,12 @@ def test_stored_costs_are_taken():
     assert mesh_map.layer_errors["height_diff"].startswith("the costs are of shape (2,)")
 
 
+def test_queries_are_those_of_the_map():
+    mesh_map = MeshMap(CORNERS, [[0, 1, 2]])
+    assert mesh_map.queries is mesh_map.queries and mesh_map.face_costs == {}
+    assert mesh_map.contents is None and MeshMap.of(mesh_map.geometry, "file").contents == "file"
+
+
 def test_start_and_goal_of_the_botanical_garden():
     mesh = data_mesh(BOTANICAL)
     mesh_map = MeshMap(mesh.vertices, mesh.faces)

@@ -154,7 +154,7 @@ def test_along_a_path_on_a_plane_the_integral_is_exact():
     random = np.random.default_rng(3)
     low, high = mesh.vertices.min(0) + 0.5, mesh.vertices.max(0) - 0.5
     for _ in range(20):
-        path = random.uniform(low, high, (6, 3))
+        path = np.concatenate([random.uniform(low[:2], high[:2], (6, 2)), np.zeros((6, 1))], 1)
         found = queries.path_cost(path, costs=slope)
         steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
         at = field(path).astype(np.float64) + 20
@@ -246,7 +246,8 @@ def test_a_path_over_a_gap_or_to_another_storey_is_sampled():
 def test_costs_of_the_map_are_those_of_now():
     mesh = terrain(6)
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
-    queries = SurfaceQueries(mesh_map)
+    queries = mesh_map.queries
+    assert isinstance(queries, SurfaceQueries) and mesh_map.queries is queries
     point = [mesh.vertices[14]]
     assert queries.cost_at(point).costs.tolist() == [0]
     assert queries.face_costs().max() == 0 and len(queries.face_costs()) == len(mesh.faces)

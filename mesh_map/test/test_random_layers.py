@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from mesh_map import MeshMap
+from meshes import terrain
 from toy_layers import calls, entry, evaluations, grid_map
 from toy_layers import toys  # noqa: F401
 
@@ -171,3 +172,54 @@ def check_told(mesh_map, told, changes_heard):
     for name, costs in told.items():
         now = mesh_map.costs if name == "Combined Costs" else mesh_map.layers[name].result.costs
         assert np.array_equal(costs, now, equal_nan=True)
+
+
+REAL = [
+    ("final", "MaxCombination", {"inputs": ["spread", "sum"]}),
+    ("steps", "HeightDiff", {}),
+    ("rough", "Roughness", {}),
+    ("sum", "AvgCombination", {"inputs": ["steps", "rough"]}),
+    ("steep", "Steepness", {}),
+    ("spread", "Inflation", {"inputs": ["steps", "steep"], "inflation_radius": 1.0}),
+    ("mean", "WeightedCombination", {}),
+    ("all", "Inflation", {"repulsive_field": False}),
+]
+
+
+def random_real_change(random):
+    """A layer, and parameters for it."""
+    return [
+        ("steps", {"threshold": float(random.uniform(0.1, 0.6))}),
+        ("steps", {"radius": float(random.uniform(0.1, 0.6))}),
+        ("rough", {"threshold": float(random.uniform(0.1, 0.6)), "factor": 0.5}),
+        ("steep", {"threshold": float(random.uniform(0.3, 0.6))}),
+        ("steep", {"combination_weight": float(random.uniform())}),
+        ("spread", {"inscribed_radius": float(random.uniform(0.1, 0.6))}),
+        ("spread", {"fading": ("cosine", "exponential")[random.integers(2)]}),
+        ("all", {"inflation_radius": float(random.uniform(0.3, 0.8))}),
+    ][random.integers(8)]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_our_own_layers_too(seed):
+    random = np.random.default_rng(seed)
+    mesh = terrain(25)
+    mesh_map = MeshMap(mesh.vertices, mesh.faces)
+    params = {name: dict(given) for name, _, given in REAL}
+
+    def config():
+        return [entry(name, "mesh_layers/%sLayer" % kind, **params[name]) for name, kind, _ in REAL]
+
+    mesh_map.compute_layers(config())
+    assert list(mesh_map.layers) == "steps rough sum steep spread final mean all".split()
+    changed = 0
+    for _ in range(15):
+        name, values = random_real_change(random)
+        params[name].update(values)
+        before = mesh_map.planning_costs().version
+        mesh_map.set_layer_parameters(name, values)
+        changed += mesh_map.planning_costs().version > before
+        fresh = MeshMap.of(mesh_map.geometry)
+        fresh.compute_layers(config())
+        assert_same(mesh_map, fresh)
+    assert changed > 3

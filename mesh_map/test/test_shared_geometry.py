@@ -65,6 +65,17 @@ def test_another_view_of_the_geometry_is_not_shared(path, other):
     assert MapSource(path).make_map(**other).geometry is not MapSource(path).make_map().geometry
 
 
+@pytest.mark.parametrize("options", [{"orient": True}, {"up_direction": (0, 1, 0)}])
+def test_the_same_view_is_shared(path, options):
+    with counted_kernels() as counts:
+        first = MapSource(path).make_map(**options)
+        first.compute_layers(CLIMBER)
+        second = MapSource(path).make_map(**options)
+        assert first.geometry is second.geometry and second.vertex_normals is not None
+    found = of_geometry(counts)
+    assert found["_vertex_normals"] == 1 and (found["_topology"] == 1 or "orient" in options)
+
+
 def test_another_geometry_is_not_shared(path):
     geometries = [MapSource(path).make_map().geometry]
     mesh = MapFile(path).read(())

@@ -406,6 +406,42 @@ def test_lines_run_along_borders_and_end_at_them():
     assert still.end == WalkEnd.ARRIVED and still.length < 1e-8
 
 
+def test_lines_stay_on_their_side_of_flipped_faces():
+    """Also where the surface overhangs, so that the side is not told by what is up."""
+    angles = np.linspace(0, 1.6 * np.pi, 30)  # a roof that rolls over
+    rows = [np.stack([np.sin(angles), np.full(30, y), np.cos(angles)], 1) for y in (-1.0, 1.0)]
+    vertices = np.concatenate(rows).astype(np.float32)
+    faces = [(i, i + 1, 30 + i) for i in range(29)] + [(i + 1, 31 + i, 30 + i) for i in range(29)]
+    random = np.random.default_rng(7)
+    faces = np.array([face if random.random() < 0.5 else face[::-1] for face in faces])
+    mesh = zoo.grid()._replace(vertices=vertices, faces=faces)
+    start = point_of(mesh, 0, (1, 1, 1))
+    for side in (1, -1):
+        up = side * np.array([0.6, 0, 1])
+        line = walker_of(mesh).line(start=start, target=(1.2, 0, -0.9), up=up)
+        assert line.length > 1.5 and line.normal @ line.position * side > 0.9
+
+
+def test_a_line_round_a_leaning_peak_ends_as_a_loop():
+    """The plane cuts off the peak, which lies beyond all that is around it."""
+    angles = np.arange(6) * np.pi / 3
+    ring = np.stack([np.cos(angles), np.sin(angles), np.zeros(6)], 1)
+    vertices = np.concatenate([[[0, 3, 1]], ring]).astype(np.float32)
+    faces = np.array([[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
+    mesh = zoo.grid()._replace(vertices=vertices, faces=faces)
+    for face in range(6):
+        start = point_of(mesh, face, (0.9, 0.05, 0.05))
+        target = start.position + (5, 0, 0)
+        line = walker_of(mesh).line(start=start, target=target, up=(0, 0, 1))
+        assert line.end == WalkEnd.LOOP
+        batch = walker_of(mesh).line_batch(
+            starts=SurfacePoints(np.array([face]), None, start.barycentric[None], None),
+            targets=target,
+            ups=(0, 0, 1),
+        )
+        assert batch.ends.tolist() == [WalkEnd.LOOP]
+
+
 def test_batches_take_one_for_all():
     mesh = terrain(10)
     walker = walker_of(mesh)
@@ -447,3 +483,8 @@ def test_bad_arguments_are_refused():
             faces=mesh.faces,
             topology=Topology(faces=mesh.faces, vertex_count=len(mesh.vertices)),
         )
+    fewer = Topology(faces=mesh.faces[:-1], vertex_count=len(mesh.vertices))
+    moved = Topology(faces=mesh.faces[::-1], vertex_count=len(mesh.vertices))
+    for topology in (fewer, moved):
+        with pytest.raises(ValueError, match="shape|topology is not that of the faces"):
+            SurfaceWalker(vertices=mesh.vertices, faces=mesh.faces, topology=topology)

@@ -18,8 +18,8 @@ struct EdgeFaces
   RowsView rows() const { return {offsets, faces}; }
 };
 
-/// Turns Topology::face_edges around. Faces without edges (degenerate ones) are in no row. Throws
-/// std::invalid_argument for an edge that does not exist.
+/// Turns Topology::face_edges around. Degenerate faces are in no row. Throws std::invalid_argument
+/// for an edge that does not exist.
 EdgeFaces edgeFaces(ArrayView<std::uint32_t> face_edges, std::size_t edge_count);
 
 }  // namespace mesh_map

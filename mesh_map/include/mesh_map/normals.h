@@ -29,9 +29,9 @@ struct VertexNormalsInput
 {
   ArrayView<std::uint32_t> faces;
   ArrayView<float> face_normals;
-  RowsView vertex_faces;             ///< the faces around each vertex
-  ArrayView<std::uint8_t> ignored;   ///< 1 for faces that do not count
-  ArrayView<float> corner_angles;    ///< weights; empty where all faces count the same
+  RowsView vertex_faces;            ///< the faces around each vertex
+  ArrayView<std::uint8_t> ignored;  ///< 1 for faces that do not count
+  ArrayView<float> corner_angles;   ///< weights; empty where all faces count the same
   std::array<float, 3> fallback = {0.0f, 0.0f, 1.0f};  ///< where that leaves nothing
 };
 

@@ -12,6 +12,9 @@
 
 namespace mesh_map {
 
+class FrontFan;
+struct PlanePoint;
+
 /// Distances along the surface from obstacles: lethal vertices, edges between two of them, and
 /// faces between three.
 ///
@@ -61,7 +64,10 @@ class ObstacleDistance
   };
   class Spread;
 
-  void seed(std::uint32_t v);
+  void seed(std::uint32_t v, FrontFan& fan);
+  void seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side, FrontFan& fan);
+  void offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side, PlanePoint a,
+                 PlanePoint b);
   bool solveParts(const std::atomic<bool>* cancel, unsigned threads);
   std::vector<std::uint32_t> solveRegion();
   void runRegion();

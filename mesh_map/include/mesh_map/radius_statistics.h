@@ -33,10 +33,10 @@ enum class RadiusSearch
 /// What to compute over N_r(v) (see neighborhood.h) and v itself, for every vertex v.
 struct RadiusQuery
 {
-  ArrayView<float> positions;  ///< 3 per vertex
-  RowsView neighbors;          ///< of each vertex, without itself
-  ArrayView<float> angles;     ///< for ROUGHNESS: one per vertex, 0 to pi
-  ArrayView<float> normals;    ///< for RIDGE: 3 per vertex, of length 1
+  ArrayView<float> positions;                  ///< 3 per vertex
+  RowsView neighbors;                          ///< of each vertex, without itself
+  ArrayView<float> angles;                     ///< for ROUGHNESS: one per vertex, 0 to pi
+  ArrayView<float> normals;                    ///< for RIDGE: 3 per vertex, of length 1
   std::array<double, 3> up = {0.0, 0.0, 1.0};  ///< of length 1: heights are along it
   double radius = 0.0;                         ///< above 0
   unsigned wanted = 0;

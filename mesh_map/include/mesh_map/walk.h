@@ -17,8 +17,9 @@ enum class WalkEnd : std::uint8_t
   BORDER = 1,   ///< the surface ends there
   BLOCKED = 2,  ///< the next face does not count
   STEPS = 3,    ///< more faces than allowed
-  NOWHERE = 4   ///< no start: no such face, one without area, or numbers that are not finite; or no
+  NOWHERE = 4,  ///< no start: no such face, one without area, or numbers that are not finite; or no
                 ///< direction: none along the face
+  LOOP = 5      ///< a line came to where it has been: the cut does not lead to the target
 };
 
 /// What walks need to know of a mesh. The arrays have to outlive all use.
@@ -41,6 +42,10 @@ struct WalkPose
                                ///< which the corners of the face run counter-clockwise; found: unit
                                ///< normal of the face to that side
 };
+
+/// Throws std::invalid_argument unless all arrays are of one mesh (faces are taken as checked): a
+/// walk on what it accepts never reads beyond them.
+void checkWalkMesh(const WalkMesh& mesh);
 
 struct WalkOptions
 {

@@ -124,10 +124,13 @@ def face_costs(costs: Any, faces: Any, how: str = MAX) -> np.ndarray:
         (F,) float32.
     """
     choice(how, "how", (MAX, MEAN))
-    corners = np.asarray(costs, np.float32)[np.asarray(faces)]
-    result = corners.max(1) if how == MAX else corners.mean(1, dtype=np.float64)
-    result = result.astype(np.float32)
-    result[np.isinf(corners).any(1)] = np.inf
+    values, triangles = np.asarray(costs, np.float32), np.asarray(faces)
+    a, b, c = (values[triangles[:, k]] for k in range(3))
+    if how == MAX:
+        result = np.maximum(np.maximum(a, b), c)
+    else:
+        result = ((a.astype(np.float64) + b + c) / 3.0).astype(np.float32)
+    result[np.isinf(a) | np.isinf(b) | np.isinf(c)] = np.inf
     return result
 
 

@@ -36,7 +36,8 @@ class LayeredCosts:
 
     Changes (compute_layers, set_layer_parameters, refresh_layer, set_settings) may be made from any
     thread, and are made one after the other. All else may be read meanwhile, never waits, and is as
-    it was before the change until the change is complete.
+    it was before the change until the change is complete; only `params` of the layer in question
+    are new while it is evaluated.
 
     Attributes:
         geometry: the mesh; may be shared with other maps.

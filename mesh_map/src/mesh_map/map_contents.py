@@ -1,7 +1,7 @@
 """What else is in the file of a map: stored layers, face attributes, labels."""
 
 import threading
-from typing import Any, List, Optional
+from typing import Any, Dict, List, Optional
 
 from mesh_msgs_hdf5.any_mesh import Members
 from mesh_msgs_hdf5.labels.label_store import LabelStore
@@ -36,6 +36,10 @@ class MapContents:
     def label(self, text: str) -> Label:
         """One label."""
         return self._labels().get(text) if self._is_map_file else self._members.label(text)
+
+    def labels(self) -> Dict[str, Label]:
+        """Text -> label, of all: quicker than several of them one by one."""
+        return self._labels().all() if self._is_map_file else self._members.labels()
 
     def labels_version(self) -> Any:
         """Something that is not equal to what it was when labels may have changed since.

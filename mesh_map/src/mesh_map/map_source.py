@@ -6,12 +6,14 @@ import math
 import threading
 import weakref
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Optional
+from typing import Any, Callable, Dict, List, Mapping, Optional
 
 import numpy as np
+from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.any_mesh import open_members
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.writing.save import stamp
 
 from mesh_map.digest import digest
 from mesh_map.errors import MeshMapError
@@ -22,6 +24,7 @@ from mesh_map.mesh_map import MeshMap
 from mesh_map.parameter import Parameter
 
 _LOG = logging.getLogger("mesh_map")
+_TRIES = 5
 
 _STRINGS = (
     Parameter("mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .dae)"),
@@ -103,19 +106,16 @@ class SharedGeometries:
         self._known: "weakref.WeakValueDictionary[Any, MeshGeometry]"
         self._known = weakref.WeakValueDictionary()
 
-    def of(
-        self, made: MeshGeometry, given_normals: str, options: Mapping[str, Any]
-    ) -> MeshGeometry:
-        """`made`, or one that was here before and is the same with all that follows from it.
+    def of(self, key: Any, make: Callable[[], MeshGeometry]) -> MeshGeometry:
+        """The one of this key (all that it is made of) that is in use; it is made if there is none.
 
-        Args:
-            given_normals: digest of the normals that it was made with; "" for none.
-            options: of MeshGeometry that change what follows from it.
+        Whoever asks meanwhile waits for it.
         """
-        shown = repr(sorted(options.items()))
-        key = (made.content_uuid, made.uuid, made.frame_id, given_normals, shown)
         with self._lock:
-            return self._known.setdefault(key, made)
+            found = self._known.get(key)
+            if found is None:
+                found = self._known[key] = make()
+            return found
 
 
 _GEOMETRIES = SharedGeometries()
@@ -149,7 +149,8 @@ class MapSource:
         self._geometry: Optional[MeshGeometry] = None
         self._options: Dict[str, Any] = {}
         self._identity: Dict[str, Any] = {}
-        self._stored: Optional[Dict[str, Dict[str, Any]]] = None
+        self._stored: Dict[str, Dict[str, Any]] = {}
+        self._stamp: Any = None  # of the file when _stored was read
         for note in opened.notes:
             _LOG.warning("%s: %s", path, note)
 
@@ -162,21 +163,29 @@ class MapSource:
         Raises:
             MeshMapError: no usable mesh, or a wrong option.
         """
-        mesh = self.mesh
-        made = MeshGeometry(
-            mesh.vertices,
-            mesh.faces,
-            mesh.vertex_normals,
-            frame_id or mesh.frame_id,
-            self.uuid,
-            **options,
-        )
-        if self._members.schema_version and not options.get("orient"):
-            made.content_uuid = self.uuid  # files of ours are checked for that while they are read
+        mesh, frame_id = self.mesh, frame_id or self.mesh.frame_id
+        content = self._content_uuid()
+
+        def made() -> MeshGeometry:
+            vertices, faces, normals = mesh.vertices, mesh.faces, mesh.vertex_normals
+            geometry = MeshGeometry(vertices, faces, normals, frame_id, self.uuid, **options)
+            geometry.content_uuid = content
+            return geometry
+
         given = "" if mesh.vertex_normals is None else digest(mesh.vertex_normals)
-        self._geometry = _GEOMETRIES.of(made, given, options)
+        key = (content, self.uuid, frame_id, given, repr(sorted(options.items())))
+        self._geometry = _GEOMETRIES.of(key, made)
         self._options, self._identity = options, {}
+        if given and self._has_usual_normals():
+            self._identity["vertex_normals"] = given
         return MeshMap.of(self._geometry, self.contents)
+
+    def _content_uuid(self) -> str:
+        # Files of ours are checked for that while they are read, and meshes of other formats have
+        # no other UUID.
+        if self._members.schema_version or not self.is_map_file:
+            return self.uuid
+        return geometry_uuid(self.mesh.vertices, self.mesh.faces)
 
     def stored_costs(self, name: str, fingerprint: Mapping[str, Any]) -> Optional[np.ndarray]:
         """The costs in the file of a layer that was computed with this fingerprint, if there are.
@@ -188,19 +197,28 @@ class MapSource:
         """
         wanted = self._storable(fingerprint)
         try:
-            if self._stored is None:
-                self._stored = self._members.all_layer_parameters()
-            stored = self._stored
-            for other in [name] * (name in stored) + sorted(set(stored) - {name}):
-                if stored[other] == wanted:
-                    return self._members.vertex_costs(other)
+            for _ in range(_TRIES):
+                stored = self._stored_parameters()
+                names = [other for other in stored if stored[other] == wanted]
+                if not names:
+                    break
+                costs = self._members.vertex_costs(name if name in names else names[0])
+                if stamp(self.path) == self._stamp:  # so these are the costs of those parameters
+                    return costs
         except MapFileError as error:
-            self._stored = None
             _LOG.warning("layer %s is computed anew: %s", name, error)
             return None
         if name in stored:
             _LOG.info("layer %s is computed anew: %s", name, _difference(stored[name], wanted))
         return None
+
+    def _stored_parameters(self) -> Dict[str, Dict[str, Any]]:
+        """Layer name -> parameters, as they are in the file now."""
+        now = stamp(self.path)
+        if self._stamp is None or self._stamp != now:
+            self._stored = self._members.all_layer_parameters()
+            self._stamp = now
+        return self._stored
 
     def save_layers(self, layers: Mapping[str, Layer]) -> List[str]:
         """Writes layers with their parameters to the map file; returns their names.
@@ -224,12 +242,12 @@ class MapSource:
         if not edit.vertex_costs:
             raise MeshMapError("there are no layers to store")
         try:
+            self._members.layer_names()  # looks at the file as it is now: has_normals follows
             if self._has_usual_normals() and not self._members.has_normals:
                 edit.vertex_normals = self._geometry.vertex_normals
             self._members.update(edit)
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
-        self._stored = None
         return list(edit.vertex_costs)
 
     def _has_usual_normals(self) -> bool:
@@ -240,10 +258,13 @@ class MapSource:
     def _storable(self, fingerprint: Mapping[str, Any]) -> Dict[str, Any]:
         """The fingerprint as it comes back from the file, with what else costs may follow from."""
         geometry = self._geometry
-        if geometry is not None and not self._identity:
-            self._identity = {"vertex_normals": digest(geometry.vertex_normals)}
+        if geometry is not None:
+            if "vertex_normals" not in self._identity:
+                self._identity["vertex_normals"] = digest(geometry.vertex_normals)
             if tuple(geometry.up) != (0.0, 0.0, 1.0):
                 self._identity["up_direction"] = geometry.up.tolist()
+            if self._options.get("orient"):
+                self._identity["orient"] = True
         return json.loads(json.dumps(_finite(dict(fingerprint, **self._identity))))
 
 
@@ -258,6 +279,8 @@ def _finite(value: Any) -> Any:
 
 def _difference(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     """Why costs are not used, for users."""
+    if stored == wanted:
+        return "other programs change the file all the time"
     if "geometry" not in stored:
         return "the file does not say for which geometry its costs were computed"
     names = sorted(

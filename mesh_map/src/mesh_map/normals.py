@@ -25,9 +25,6 @@ def face_normals(vertices: Any, faces: Any, up: Any = UP) -> Tuple[np.ndarray, n
     Raises:
         ValueError: wrong shapes, or a face that refers to no vertex.
     """
-    if not hasattr(_kernels, "_corner_angles"):  # TRANSITION: an older build
-        old, flags = _kernels._face_normals(as_vertices(vertices), as_faces(faces))
-        return old, flags.view(np.bool_)
     normals, without_area = _kernels._face_normals(as_vertices(vertices), as_faces(faces), up)
     return normals, without_area.view(np.bool_)
 
@@ -65,13 +62,6 @@ def vertex_normals(
     Raises:
         ValueError: arrays of another mesh.
     """
-    if not hasattr(_kernels, "_corner_angles"):  # TRANSITION: an older build
-        return _kernels._vertex_normals(
-            np.ascontiguousarray(normals_of_faces, np.float32),
-            topology.vertex_face_offsets,
-            topology.vertex_faces,
-            np.ascontiguousarray(without_area, np.bool_).view(np.uint8),
-        )
     return _kernels._vertex_normals(
         np.ascontiguousarray(normals_of_faces, np.float32),
         topology.vertex_face_offsets,

@@ -40,8 +40,10 @@ class Neighborhoods:
         """
         face = _index(face, self.topology.face_count, "face")
         edges = self.topology.face_edges[face]
-        rows = [self.faces_of_edge(edge) for edge in edges if edge != NO_EDGE]
-        return _without(np.unique(np.concatenate(rows)) if rows else None, face)
+        if NO_EDGE in edges:
+            return np.zeros(0, np.uint32)
+        rows = [self.faces_of_edge(edge) for edge in edges]
+        return _without(np.unique(np.concatenate(rows)), face)
 
     def ring_of_face(self, face: int) -> np.ndarray:
         """The faces that share a vertex with this one."""
@@ -101,7 +103,5 @@ def _index(value: int, count: int, name: str) -> int:
     return int(value)
 
 
-def _without(indices: Optional[np.ndarray], own: int) -> np.ndarray:
-    if indices is None:
-        return np.zeros(0, np.uint32)
+def _without(indices: np.ndarray, own: int) -> np.ndarray:
     return indices[indices != own].astype(np.uint32)

@@ -84,11 +84,6 @@ class RadiusPass:
 
     def _compute(self, wanted: Set[str]) -> None:
         geometry, topology = self._geometry, self._geometry.topology
-        if not hasattr(_kernels, "_radius_statistics"):  # TRANSITION: an older build
-            from mesh_map._old_radius_pass import compute
-
-            self._results.update(compute(geometry, self._radius, wanted))
-            return
         nothing = np.zeros((0, 3), np.float32)
         angles = nothing[:, 0].copy()
         if "roughness" in wanted:

@@ -29,8 +29,8 @@ class Topology:
     Attributes:
         vertex_count, face_count, edge_count, component_count: numbers of each.
         edges: (E, 2) uint32, sorted, unique.
-        face_edges: (F, 3) uint32; column k is the edge between corners k and k + 1; NO_EDGE in
-            degenerate faces.
+        face_edges: (F, 3) uint32; column k is the edge between corners k and k + 1; NO_EDGE where
+            these are one vertex.
         edge_face_counts: (E,) uint32, number of (not degenerate) faces at each edge.
         neighbor_offsets: (V + 1,) uint32; the neighbors of v are
             neighbors[neighbor_offsets[v]:neighbor_offsets[v + 1]].

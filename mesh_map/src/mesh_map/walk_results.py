@@ -16,6 +16,8 @@ class WalkEnd(enum.IntEnum):
     STEPS: there were more faces than max_steps.
     NOWHERE: no walk at all: no face, one without area, a number that is not finite, or no direction
         along the face.
+    LOOP: a line came to where it has been: its cut does not lead to the target, as round a peak
+        that leans over. Its length has no meaning.
     """
 
     ARRIVED = 0
@@ -23,6 +25,7 @@ class WalkEnd(enum.IntEnum):
     BLOCKED = 2
     STEPS = 3
     NOWHERE = 4
+    LOOP = 5
 
 
 class WalkPath(NamedTuple):

@@ -72,15 +72,16 @@ class SmoothLayerInANode(unittest.TestCase):
         end = self.launch()
         rough, smooth = self.costs["roughness"], self.costs["smooth_roughness"]
         self.assertEqual(len(rough), 400)
-        self.assertLess(np.std(smooth), 0.8 * np.std(rough))
+        self.assertLess(np.std(smooth), 0.9 * np.std(rough))
         self.assertTrue(rough.min() <= smooth.min() and smooth.max() <= rough.max())
 
         client = dynamic_reconfigure.client.Client("/mesh_map/smooth_roughness", timeout=WAIT)
         self.addCleanup(client.close)
         accepted = client.update_configuration({"rounds": 20})
         self.assertEqual(accepted["rounds"], 20)
-        self.wait_until(lambda: np.std(self.costs["smooth_roughness"]) < 0.8 * np.std(smooth))
-        smoother = self.costs["smooth_roughness"].copy()
+        self.wait_until(lambda: not np.array_equal(self.costs["smooth_roughness"], smooth))
+        smoother = self.costs["smooth_roughness"]
+        self.assertLess(np.std(smoother), 0.9 * np.std(smooth))
         np.testing.assert_array_equal(self.costs["roughness"], rough)
 
         save = rospy.ServiceProxy("/mesh_map/save_map", Trigger)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from mesh_map.mesh_map import MeshMap
 
 _LOG = logging.getLogger("mesh_map")
+_FEW = 2  # labels that are read one by one; more at once
 
 
 class LabelLayer(Layer):
@@ -90,10 +91,15 @@ class LabelLayer(Layer):
     def _faces(self, contents: Any, names: List[str]) -> Dict[str, List[np.ndarray]]:
         """Name -> faces of each label that it stands for."""
         texts = contents.label_names()
-        found: Dict[str, List[np.ndarray]] = {}
-        for name in names:
-            meant = [text for text in texts if name in (text, split_label(text)[0])]
-            found[name] = [contents.label(text).faces for text in meant]
+        meant = {
+            name: [text for text in texts if name in (text, split_label(text)[0])] for name in names
+        }
+        wanted = {text for some in meant.values() for text in some}
+        if len(wanted) > _FEW:
+            labels = contents.labels()
+        else:
+            labels = {text: contents.label(text) for text in wanted}
+        found = {name: [labels[text].faces for text in some] for name, some in meant.items()}
         missing = sorted(name for name in found if not found[name])
         if missing:
             known = sorted({split_label(text)[0] for text in texts})

@@ -9,7 +9,7 @@ class RoughnessLayer(RadiusLayer):
 
     The mean, over a vertex and those around it (as of height differences), of the mean angle
     between the normal of a vertex and those of its neighbors. In the released mesh_map, the vertex
-    itself did not count, and a non-manifold vertex had the angle pi whatever is around it.
+    itself did not count, and a non-manifold vertex had the angle pi, whatever is around it.
     """
 
     PARAMETERS = (
