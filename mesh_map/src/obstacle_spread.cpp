@@ -15,6 +15,22 @@ constexpr double STRAIGHT = 1e-4;
 /// to it, does not see the same piece of the obstacle.
 constexpr double FARTHER_THAN_SEEN = 0.01;
 
+/// Where a way is shorter than two known distances allow, by this part of the edge, the surface is
+/// too curved for what was unfolded, and the two distances count.
+constexpr double SHORTER_THAN_KNOWN = 0.02;
+
+/// The least distance of the third corner of a triangle in the plane, (x, y) beyond the base on the
+/// x axis, from anything that is u from its one end, at the origin, and v from its other end, at
+/// (base, 0); 0 where the way does not cross the base.
+double leastDistance(double u, double v, double base, double x, double y)
+{
+  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  const double sy = std::sqrt(std::max(0.0, (u - sx) * (u + sx)));
+  const double crossing = sx * y + x * sy;
+  const bool crosses = crossing >= 0.0 && crossing <= base * (sy + y);
+  return crosses ? std::sqrt((x - sx) * (x - sx) + (y + sy) * (y + sy)) : 0.0;
+}
+
 constexpr std::size_t MAX_BOUNDS = 16;
 
 constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 4096;
@@ -183,13 +199,29 @@ void ObstacleDistance::Spread::addBound(const FanStep& step, PlanePoint place, P
   }
 }
 
+/// The distance, or what follows from that of this vertex and the one before where that is more.
+double ObstacleDistance::Spread::atLeast(double distance, const FanStep& step) const
+{
+  const FrontFan::Node &node = fan_.nodes()[step.node], &before = fan_.nodes()[step.before];
+  const bool is_known = (sees_outside_ || isInPart(before.vertex)) && isBefore(before.vertex);
+  if (!is_known || !(before.length > 0.0)) {
+    return distance;
+  }
+  const double x = node.x * before.x + node.y * before.y + node.z * before.z;
+  const double y = std::sqrt(std::max(0.0, 1.0 - x * x));
+  const double least = leastDistance(distance_, owner_.distance_[before.vertex], before.length,
+                                     node.length * x, node.length * y);
+  return least > distance + SHORTER_THAN_KNOWN * node.length ? least : distance;
+}
+
 /// The way there leads straight to a piece, or to where it bends; or it bends here.
 void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest,
                                          const Piece& piece)
 {
   const FrontFan::Node& node = fan_.nodes()[step.node];
   const PlanePoint away{place.x - nearest.x, place.y - nearest.y};
-  const auto straight = static_cast<float>(piece.offset + std::sqrt(dot(away, away)));
+  const auto straight =
+      static_cast<float>(atLeast(piece.offset + std::sqrt(dot(away, away)), step));
   const float bent = distance_ + static_cast<float>(node.length);
   if (&piece != &piece_ && straight > bent) {
     return;

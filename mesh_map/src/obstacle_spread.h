@@ -73,6 +73,7 @@ class ObstacleDistance::Spread
   const Bound* hiding(PlanePoint place, PlanePoint nearest) const;
   void addBound(const FanStep& step, PlanePoint place, PlanePoint nearest);
   void offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest, const Piece& piece);
+  double atLeast(double distance, const FanStep& step) const;
   void offerBent(std::size_t k);
 
   bool isInPart(std::uint32_t v) const { return owner_.stamps_[v] == stamp_; }

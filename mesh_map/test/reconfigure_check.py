@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """dynamic_reconfigure of a map and its layers, by a client as rqt_reconfigure is one."""
 
+import ast
 import math
 import os
 import shutil
@@ -135,7 +136,7 @@ class ReconfigureTest(unittest.TestCase):
             ("edge_weight", ["mean", "difference"]),
             ("default_layer", ["", "height_diff", "flag"]),
         ):
-            enum = eval(described[name]["edit_method"])["enum"]
+            enum = ast.literal_eval(described[name]["edit_method"])["enum"]
             self.assertEqual([one["value"] for one in enum], choices)
         values = client.get_configuration(WAIT)
         self.assertEqual((values["cost_limit"], values["edge_weight"]), (10.0, "mean"))

@@ -31,7 +31,8 @@ def mask(count, share=0.03, seed=0):
 def given(*masks):
     """Inputs with these lethal vertices."""
     return {
-        "layer_%d" % i: LayerInput(np.where(lethal, np.inf, 0).astype(np.float32), lethal, None, 1.0)
+        "layer_%d"
+        % i: LayerInput(np.where(lethal, np.inf, 0).astype(np.float32), lethal, None, 1.0)
         for i, lethal in enumerate(masks)
     }
 
@@ -212,7 +213,9 @@ def test_a_single_lethal_vertex_inflates_all_around():
     lethal[15 * 30 + 15] = True
     near = np.linalg.norm(mesh.vertices - mesh.vertices[lethal], axis=1)
     result = inflated(mesh, lethal)
-    assert np.array_equal(result.costs == 1, (near > 0) & (near <= 0.25)) and near[~lethal].min() > 0
+    assert (
+        np.array_equal(result.costs == 1, (near > 0) & (near <= 0.25)) and near[~lethal].min() > 0
+    )
     assert np.array_equal(result.costs > 0, near <= np.float32(0.4))
 
 
@@ -234,7 +237,7 @@ def test_vectors_point_away_and_fade():
     result = inflated(mesh, lethal, lethal_value=-1.0)
     away = mesh.vertices - mesh.vertices[lethal]
     length = np.linalg.norm(away, axis=1)
-    expected = away / np.maximum(length, 1e-9)[:, None] * (result.costs * ~lethal)[:, None]
+    expected = away / np.maximum(length, 1e-9)[:, None] * np.where(lethal, 0, result.costs)[:, None]
     assert np.allclose(result.vectors[~lethal], expected[~lethal], atol=1e-5)
     assert inflated(mesh, lethal, repulsive_field=False).vectors is None
 

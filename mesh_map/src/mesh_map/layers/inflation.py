@@ -103,7 +103,12 @@ class InflationLayer(Layer):
         ),
         Parameter("cost_scaling_factor", 1.0, 0.0, 5.0, "of exponential fading, in 1/m"),
         Parameter(
-            "min_contour_size", 3, 0, 100000, "accepted without effect, as ever", affects_costs=False
+            "min_contour_size",
+            3,
+            0,
+            100000,
+            "accepted without effect, as ever",
+            affects_costs=False,
         ),
         Parameter(
             "layer_factor", 1.0, 0.0, 1.0, "accepted without effect, as ever", affects_costs=False

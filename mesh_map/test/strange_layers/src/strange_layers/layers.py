@@ -15,7 +15,7 @@ class FlagLayer(Layer):
         Parameter("arrows", True),
         Parameter("colors", ("red",)),
     )
-    ROS_ADAPTER = "strange_layers.adapters.FlagAdapter"
+    ROS_ADAPTER = "strange_layers.adapters_ros.FlagAdapter"
 
     flag = (0, 0.0)
 
@@ -32,7 +32,7 @@ class FlagLayer(Layer):
 class DeafLayer(FlagLayer):
     """Its adapter fails."""
 
-    ROS_ADAPTER = "strange_layers.adapters.Broken"
+    ROS_ADAPTER = "strange_layers.adapters_ros.Broken"
 
 
 class OddLayer(FlagLayer):

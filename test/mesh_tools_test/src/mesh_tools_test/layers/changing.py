@@ -3,6 +3,7 @@
 from typing import Any, Callable, Dict, List, Tuple
 
 import numpy as np
+from mesh_map.layer import LayerInput
 from mesh_map.mesh_map import MeshMap
 
 from mesh_tools_test.layers.world import STEP, World, layer, map_with
@@ -49,8 +50,6 @@ def changes(world: World, repeats: int) -> List[Figure]:
 
 def patches(mesh_map: MeshMap, repeats: int) -> List[Figure]:
     """Inflation after about a thousand vertices became lethal or free, beside all of it."""
-    from mesh_map.layer import LayerInput
-
     one = mesh_map.layers["inflation"]
     before = mesh_map.layers["height_diff"].result
     start = int(np.argmin(np.abs(mesh_map.vertices[:, :2]).sum(axis=1)))

@@ -7,6 +7,9 @@ from typing import Any, Callable, Dict, List, Optional
 import numpy as np
 from mesh_map.combination import combine
 from mesh_map.geometry import MeshGeometry
+from mesh_map.layer import Layer, LayerInput
+from mesh_map.layer_list import make_layers
+from mesh_map.layer_result import checked_result
 from mesh_map.mesh_map import MeshMap
 from mesh_map.normals import face_normals, vertex_normals
 from mesh_map.topology import Topology
@@ -45,14 +48,25 @@ def fresh(world: World, repeats: int, action: Callable[[MeshGeometry], Any]) -> 
     return 1000.0 * statistics.median(times), result
 
 
+def evaluated(geometry: MeshGeometry, layers: Dict[str, Layer]) -> MeshMap:
+    """A map with what layers that need no others compute; plugins are found before."""
+    mesh_map = MeshMap.of(geometry)
+    for one in layers.values():
+        one.announce(geometry)
+    for one in layers.values():
+        one.result = one.evaluate(mesh_map, {})
+    return mesh_map
+
+
 def radius_layers(world: World, repeats: int, radius: float, floor: float) -> List[Figure]:
     """Roughness and height difference together."""
     config = [
         layer("height_diff", "HeightDiff", radius=radius),
         layer("roughness", "Roughness", radius=radius),
     ]
-    own, mesh_map = fresh(world, repeats, lambda made: map_with(made, config))
-    results = [mesh_map.layers[entry["name"]].result.costs for entry in config]
+    layers, _ = make_layers(config)
+    own, mesh_map = fresh(world, repeats, lambda made: evaluated(made, layers))
+    results = [one.result.costs for one in layers.values()]
     angles = peers.numpy_mean_angles(mesh_map.vertex_normals, mesh_map.topology.edges)
     share = SHARE * (1 if radius < 0.5 else 4)
     other, expected = timed(
@@ -83,10 +97,11 @@ def numba_peer(
     if compiled is None:
         return []
     topology = mesh_map.topology
-    rest = (topology.neighbor_offsets, topology.neighbors, angles, radius, 2)
-    few = (np.zeros(2, topology.neighbor_offsets.dtype), topology.neighbors[:0])
-    compiled(mesh_map.vertices[:1].copy(), *few, angles[:1], radius, 2)
-    other, expected = timed(lambda: compiled(mesh_map.vertices, *rest), 1)
+    arrays = (mesh_map.vertices, topology.neighbor_offsets, topology.neighbors, angles)
+    arrays = tuple(np.array(array) for array in arrays)  # what cannot be written is another type
+    few = (arrays[0][:1], np.zeros_like(arrays[1][:2]), arrays[2][:0], arrays[3][:1])
+    compiled(*few, radius, 2)
+    other, expected = timed(lambda: compiled(*arrays, radius, 2), 1)
     same = [
         np.isclose(own_costs, costs, atol=1e-3).mean() > 0.999
         for own_costs, costs in zip(results, expected)
@@ -103,15 +118,21 @@ def other_layers(world: World, repeats: int) -> List[Figure]:
         layer("ridge", "Ridge"),
         layer("border", "Border"),
     ]
-    own, _ = fresh(world, repeats, lambda made: map_with(made, config))
-    found = [Figure("steepness + ridge + border", own, "ms", floor=200.0)]
-    for entry in config:
-        own, mesh_map = fresh(world, repeats, lambda made, entry=entry: map_with(made, [entry]))
-        other, expected = timed(lambda entry=entry: numpy_costs(entry["name"], mesh_map), 1)
+    find, (layers, _) = timed(lambda: make_layers(config), repeats)
+    own, _ = fresh(world, repeats, lambda made: evaluated(made, layers))
+    found = [
+        Figure("finding and making 3 layers", find, "ms"),
+        Figure("steepness + ridge + border", own, "ms", floor=200.0),
+    ]
+    for name, one in layers.items():
+        own, mesh_map = fresh(
+            world, repeats, lambda made, name=name, one=one: evaluated(made, {name: one})
+        )
+        other, expected = timed(lambda name=name: numpy_costs(name, mesh_map), 1)
         peer, value = ("NumPy", other) if expected is not None else ("", None)
         if expected is not None:
-            np.testing.assert_allclose(mesh_map.costs[::7], expected[::7], atol=2e-3)
-        found.append(Figure("  " + entry["name"], own, "ms", peer, value))
+            np.testing.assert_allclose(one.result.costs, expected, atol=2e-3)
+        found.append(Figure("  " + name, own, "ms", peer, value))
 
     def indexed(made: MeshGeometry) -> float:
         made.spatial_index.wait_for_device()
@@ -124,14 +145,13 @@ def other_layers(world: World, repeats: int) -> List[Figure]:
 
 
 def numpy_costs(name: str, mesh_map: MeshMap) -> Optional[np.ndarray]:
-    """The combined costs of a map of one layer, where NumPy has a short way; else None."""
+    """The costs of one layer, where NumPy has a short way; else None."""
     if name == "steepness":
-        costs = np.arccos(np.clip(mesh_map.vertex_normals[:, 2], -1.0, 1.0))
-        return np.where(costs > np.float32(0.3), np.inf, costs)
+        return np.arccos(np.clip(mesh_map.vertex_normals[:, 2], -1.0, 1.0))
     if name == "border":
         edges, number = peers.numpy_edges(mesh_map.faces)
         costs = np.zeros(len(mesh_map.vertices))
-        costs[edges[number == 1]] = np.inf
+        costs[edges[number == 1]] = 1.0
         return costs
     return None
 
@@ -162,8 +182,6 @@ def inflation(world: World, repeats: int) -> List[Figure]:
 
 def layer_input(mesh_map: MeshMap, name: str) -> Any:
     """What a layer that reads this one gets."""
-    from mesh_map.layer import LayerInput
-
     return LayerInput(*mesh_map.layers[name].result, 1.0)
 
 
@@ -171,8 +189,6 @@ def combinations(world: World, repeats: int) -> List[Figure]:
     """Five layers into one, in each mode; weights of all edges."""
     random = np.random.default_rng(0)
     count = len(world.vertices)
-    from mesh_map.layer import checked_result
-
     results: List[Any] = []
     for _ in range(5):
         costs = random.random(count).astype(np.float32)

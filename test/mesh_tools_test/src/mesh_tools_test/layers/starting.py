@@ -7,7 +7,6 @@ import sys
 import tempfile
 from typing import Any, Callable, Dict, List
 
-import yaml
 from mesh_map.map_source import MapSource
 from mesh_msgs import arrays
 from mesh_msgs_hdf5.map_file import MapFile
@@ -62,7 +61,7 @@ def node_start(path: str) -> List[float]:
     names: List[str] = [str(entry["name"]) for entry in CONFIG]
     entries = [{"name": entry["name"], "type": entry["type"]} for entry in CONFIG]
     command = [executable("mesh_map", "mesh_map"), "_mesh_file:=" + path]
-    command.append("_layers:=" + yaml.safe_dump(entries, default_flow_style=True, width=9999))
+    command.append("_layers:=" + json.dumps(entries))
     for entry in CONFIG:
         for key, value in entry["params"].items():
             command.append("_%s/%s:=%s" % (entry["name"], key, value))
