@@ -13,7 +13,11 @@ constexpr double STRAIGHT = 1e-4;
 
 /// A neighbor that is farther from the obstacle than it looks from here, by this part of the edge
 /// to it, does not see the same piece of the obstacle.
-constexpr double FARTHER_THAN_SEEN = 0.01;
+constexpr float FARTHER_THAN_SEEN = 0.01f;
+
+/// What looks nearer than the vertex that is looked from, by this part of the edge, would have been
+/// known before if it were to be seen from there.
+constexpr float MUCH_NEARER = 0.25f;
 
 /// Where a way is shorter than two known distances allow, by this part of the edge, the surface is
 /// too curved for what was unfolded, and the two distances count.
@@ -223,7 +227,8 @@ void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, 
   const auto straight =
       static_cast<float>(atLeast(piece.offset + std::sqrt(dot(away, away)), step));
   const float bent = distance_ + static_cast<float>(node.length);
-  if (&piece != &piece_ && straight > bent) {
+  if ((&piece != &piece_ && straight > bent) ||
+      straight < distance_ - MUCH_NEARER * static_cast<float>(node.length)) {
     return;
   }
   const float distance = std::max(above(distance_), std::min(straight, bent));

@@ -8,7 +8,7 @@ from mesh_map.geometry import MeshGeometry
 from mesh_map.layer import BASE_CLASS_TYPE, LayerInput
 from mesh_map.mesh_map import MeshMap
 from mesh_map.plugins import find_class
-from meshes import SMALL, TestMesh, data_mesh
+from meshes import SMALL, TestMesh, data_mesh, terrain
 
 
 def made(kind, **params):
@@ -34,9 +34,11 @@ def evaluated(kind, mesh, lethal=None, geometry=None, **params):
 
 @lru_cache(maxsize=None)
 def scaled(mesh_name):
-    """A small mesh or one of the data folder and its oracle; small ones with edges of 0.2 m."""
+    """A mesh by its name, and its oracle; those of the zoo with edges of 0.2 m."""
     mesh = {mesh.name: mesh for mesh in SMALL}.get(mesh_name)
-    if mesh is None:
+    if mesh_name == "terrain":
+        mesh = terrain()
+    elif mesh is None:
         mesh = data_mesh(mesh_name)
     else:
         edges = OracleMesh(mesh).lengths

@@ -62,10 +62,14 @@ def patches(mesh_map: MeshMap, repeats: int) -> List[Figure]:
         {"height_diff": LayerInput(before.costs, mask, None, 1.0)}
         for mask in (before.lethal, lethal)
     ]
-    old = one.evaluate(mesh_map, inputs[0])
-    own, found = timed(lambda: one.update(mesh_map, inputs[1], changed, old), max(repeats, 3))
     whole, expected = timed(lambda: one.evaluate(mesh_map, inputs[1]), repeats)
-    if not np.array_equal(found.costs, expected.costs):
+    results = [one.evaluate(mesh_map, inputs[0])]
+
+    def flip() -> None:
+        results.append(one.update(mesh_map, inputs[len(results) % 2], changed, results[-1]))
+
+    own, _ = timed(flip, max(repeats, 4))
+    if not all(np.array_equal(result.costs, expected.costs) for result in results[1::2]):
         raise RuntimeError("an update of the inflation differs from computing it")
     return [Figure("inflation, 1000 vertices changed", own, "ms", "all of it", whole)]
 

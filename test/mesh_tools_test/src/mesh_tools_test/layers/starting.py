@@ -27,19 +27,18 @@ MIB = 1 << 20
 
 # A process that loads a map and keeps it; prints its memory before and after, in bytes.
 _LOADING = """
-import json, resource, sys
+import json, sys
 import numpy, mesh_map.map_source
-def memory():
-    with open("/proc/self/statm") as file:
-        return int(file.read().split()[1]) * resource.getpagesize()
-before = memory()
+def memory(name):
+    with open("/proc/self/status") as file:
+        return next(int(line.split()[1]) for line in file if line.startswith(name)) * 1024
+before = memory("VmRSS")
 source = mesh_map.map_source.MapSource(sys.argv[1])
 made = source.make_map()
 made.compute_layers(json.loads(sys.argv[2]), None, source.stored_costs)
 made.planning_costs().edge_weights
 assert not made.layer_errors
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-print(json.dumps([memory() - before, peak - before]))
+print(json.dumps([memory("VmRSS") - before, memory("VmHWM") - before]))
 """
 
 
