@@ -81,8 +81,8 @@ class SurfaceFront::Run
       if (entry.distance == distance_[entry.vertex]) {
         spread(entry.vertex);
       }
-      is_cancelled = steps % STEPS_PER_CANCEL_CHECK == 0 && query_.cancel != nullptr &&
-                     query_.cancel->load();
+      is_cancelled =
+          steps % STEPS_PER_CANCEL_CHECK == 0 && query_.cancel != nullptr && query_.cancel->load();
     }
     return {std::move(distance_), is_cancelled};
   }
@@ -149,8 +149,8 @@ class SurfaceFront::Run
               slow + slow_a + slow_b, a_done ? to_a : to_b, a_done ? to_b : to_a, length(p, q));
       }
     }
-    for (std::uint32_t i = front_.stencil_offsets_[vertex];
-         i < front_.stencil_offsets_[vertex + 1]; ++i) {
+    for (std::uint32_t i = front_.stencil_offsets_[vertex]; i < front_.stencil_offsets_[vertex + 1];
+         ++i) {
       const Stencil& stencil = front_.stencils_[i];
       if (isDone(stencil.partner) && !isDone(stencil.target)) {
         cross(stencil.target, stencil.partner,

@@ -20,7 +20,8 @@ double squaredDistance(const PackedPosition& p, const PackedPosition& q)
   return x * x + y * y + z * z;
 }
 
-/// The third corner of the one other face at the edge (a, b); NO_INDEX where there is none, or more.
+/// The third corner of the one other face at the edge (a, b); NO_INDEX where there is none, or
+/// more.
 std::uint32_t beyond(const FrontMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t from)
 {
   std::uint32_t found = NO_INDEX;
@@ -66,8 +67,7 @@ void SurfaceFront::findStencils(const FrontMesh& mesh, std::uint32_t v,
     }
     const double length = std::sqrt(a);
     const PlanePoint first{length, 0.0};
-    const PlanePoint second{product / length,
-                            std::sqrt(std::max(0.0, b - product * product / a))};
+    const PlanePoint second{product / length, std::sqrt(std::max(0.0, b - product * product / a))};
     PlanePoint low = first, high = second;
     std::uint32_t low_vertex = corner->a, high_vertex = corner->b, behind = v;
     for (unsigned i = 0; i < MAX_UNFOLDED; ++i) {

@@ -104,9 +104,9 @@ struct Cuts
 bool ObstacleDistance::solveParts(const std::atomic<bool>* cancel, unsigned threads)
 {
   const std::size_t count = mesh_->vertexCount();
-  const std::size_t parts =
-      std::max<std::size_t>(1, std::min({static_cast<std::size_t>(resolveThreads(threads)),
-                                         MAX_PARTS, count / MIN_PART}));
+  const std::size_t parts = std::max<std::size_t>(
+      1,
+      std::min({static_cast<std::size_t>(resolveThreads(threads)), MAX_PARTS, count / MIN_PART}));
   const Cuts cuts(*mesh_, parts);
   const std::uint32_t first = newStamps(static_cast<std::uint32_t>(parts));
   parallelFor(count, 16384, threads, [&]() -> RangeBody {
@@ -140,7 +140,8 @@ bool ObstacleDistance::solveParts(const std::atomic<bool>* cancel, unsigned thre
   std::vector<std::uint32_t> seam;
   for (std::uint32_t v = 0; v < count; ++v) {
     bool is_seam = false;
-    forNeighbors(*mesh_, v, [&](std::uint32_t u) { is_seam = is_seam || stamps_[u] != stamps_[v]; });
+    forNeighbors(*mesh_, v,
+                 [&](std::uint32_t u) { is_seam = is_seam || stamps_[u] != stamps_[v]; });
     if (is_seam) {
       seam.push_back(v);
     }

@@ -147,8 +147,8 @@ void ObstacleDistance::Spread::look(std::size_t axis, std::size_t side, bool tow
     const PlanePoint nearest = nearestOnSegment(piece_.a, piece_.b, place);
     if (isOpen(node.vertex)) {
       const double sideways = cross(nearest, step.direction);
-      const bool passes_here = is_past && sideways < 0.0 &&
-                               sideways < -STRAIGHT * std::sqrt(dot(nearest, nearest));
+      const bool passes_here =
+          is_past && sideways < 0.0 && sideways < -STRAIGHT * std::sqrt(dot(nearest, nearest));
       if (!passes_here) {
         const Bound* const bound = hiding(place, nearest);
         if (bound == nullptr) {
@@ -165,8 +165,8 @@ void ObstacleDistance::Spread::look(std::size_t axis, std::size_t side, bool tow
   });
 }
 
-/// Where a way passes beyond a bound, seen from here, what it crosses there may be a hole: it has to
-/// bend at the bound.
+/// Where a way passes beyond a bound, seen from here, what it crosses there may be a hole: it has
+/// to bend at the bound.
 const ObstacleDistance::Spread::Bound* ObstacleDistance::Spread::hiding(PlanePoint place,
                                                                         PlanePoint nearest) const
 {
@@ -244,8 +244,8 @@ void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, 
       return static_cast<float>((p.x - place.x) * u.y - (p.y - place.y) * u.x);
     };
     take(node.vertex, distance,
-         {static_cast<float>(piece.offset), x(piece.a), y(piece.a), x(piece.b), y(piece.b),
-          vertex_, before});
+         {static_cast<float>(piece.offset), x(piece.a), y(piece.a), x(piece.b), y(piece.b), vertex_,
+          before});
   }
 }
 

@@ -37,8 +37,7 @@ struct FrontSample
       : mesh(std::move(given)),
         topology(mesh_map::buildTopology(mesh.faces, mesh.positions.size() / 3)),
         front(std::make_shared<mesh_map::FrontMesh>(
-            mesh.view(),
-            mesh_map::RowsView{topology.vertex_face_offsets, topology.vertex_faces}))
+            mesh.view(), mesh_map::RowsView{topology.vertex_face_offsets, topology.vertex_faces}))
   {
   }
 

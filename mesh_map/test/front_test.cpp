@@ -120,8 +120,8 @@ TEST(SurfaceFront, SlownessIsTimePerMeter)
   }
   const std::uint32_t source = 18 * 41 + 30, behind = 22 * 41 + 30;
   const FrontField round = solve(front, {source}, FAR, closed);
-  const double way = between(sample.mesh, source, 20 * 41 + 4) +
-                     between(sample.mesh, 20 * 41 + 4, behind);
+  const double way =
+      between(sample.mesh, source, 20 * 41 + 4) + between(sample.mesh, 20 * 41 + 4, behind);
   EXPECT_NEAR(round.distance[behind], way, 0.15);
   EXPECT_EQ(round.distance[20 * 41 + 9], FAR);
   EXPECT_EQ(solve(front, {20 * 41 + 10}, FAR, closed).distance[20 * 41 + 10], FAR);

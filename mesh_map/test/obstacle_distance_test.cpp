@@ -46,8 +46,8 @@ TEST(ObstacleDistance, IsEuclideanOnAPlane)
   {
     double jitter, share;
   };
-  for (const Case& one : {Case{0.0, 0.01}, Case{0.24, 0.002}, Case{0.24, 0.02},
-                          Case{0.24, 0.2}, Case{0.24, 0.5}}) {
+  for (const Case& one :
+       {Case{0.0, 0.01}, Case{0.24, 0.002}, Case{0.24, 0.02}, Case{0.24, 0.2}, Case{0.24, 0.5}}) {
     const FrontSample sample(plane(60, one.jitter));
     const std::vector<std::uint8_t> lethal = randomMask(sample.size(), one.share, 5);
     ObstacleDistance obstacles(sample.front, 1.0f);
@@ -119,7 +119,8 @@ TEST(ObstacleDistance, GrowsNoFasterThanEdgesOnAnyMesh)
       ObstacleDistance obstacles(sample.front, FAR);
       ASSERT_TRUE(obstacles.compute(lethal)) << mesh.name;
       const std::vector<float>& distances = obstacles.distances();
-      EXPECT_LE(sample.lipschitzExcess(distances), 2e-7 * (1.0 + sample.longestEdge())) << mesh.name;
+      EXPECT_LE(sample.lipschitzExcess(distances), 2e-7 * (1.0 + sample.longestEdge()))
+          << mesh.name;
       for (std::size_t e = 0; e < sample.topology.edgeCount(); ++e) {
         const bool first = distances[sample.topology.edges[2 * e]] < FAR;
         EXPECT_EQ(first, distances[sample.topology.edges[2 * e + 1]] < FAR) << mesh.name;
@@ -242,8 +243,9 @@ TEST(ObstacleDistance, GoesRoundHoles)
       double expected = FAR;
       for (const std::uint32_t end : {10u, 30u}) {
         const double near = between(sample.mesh, source, corner(20, end));
-        expected = std::min(expected, near + between(sample.mesh, corner(20, end), corner(21, end)) +
-                                          between(sample.mesh, corner(21, end), v));
+        expected =
+            std::min(expected, near + between(sample.mesh, corner(20, end), corner(21, end)) +
+                                   between(sample.mesh, corner(21, end), v));
       }
       const double straight = between(sample.mesh, source, v);
       if (expected > straight + 0.3) {

@@ -89,14 +89,16 @@ def test_a_face_between_lethal_vertices_is_an_obstacle():
     assert np.abs(found - euclidean(mesh.vertices, mesh.faces, lethal)).max() < 0.01
 
 
-def test_rough_surfaces_against_a_fine_graph():
+@pytest.mark.parametrize("share, least", [(0.1, 0.93), (0.02, 0.8)])
+def test_rough_surfaces_against_a_fine_graph(share, least):
+    """Faces tilted by a quarter of a radian against each other, at random: up to 4 and 9 edges."""
     mesh = terrain(24)
-    lethal = mask(len(mesh.vertices), 0.02)
+    lethal = mask(len(mesh.vertices), share)
     found = distances(mesh, lethal)
     upper = fine_graph(mesh.vertices, mesh.faces, lethal)
     free = ~lethal
     ratio = found[free] / upper[free]
-    assert ratio.min() > 0.85 and ratio.max() < 1.12 and abs(ratio.mean() - 1) < 0.02
+    assert ratio.min() > least and ratio.max() < 1.12 and abs(ratio.mean() - 1) < 0.02
 
 
 @small

@@ -10,7 +10,8 @@ namespace mesh_map {
 
 /// How costs fade with the distance d from an obstacle: lethal_value at 0, inscribed_value up to
 /// inscribed_radius r, 0 beyond inflation_radius R, and between the two inscribed_value times
-/// (cos(pi (d - r) / (R - r)) + 1) / 2, or exp(-cost_scaling (d - r)). Where R is below r, r counts.
+/// (cos(pi (d - r) / (R - r)) + 1) / 2, or exp(-cost_scaling (d - r)). Where R is below r, r
+/// counts.
 struct Fading
 {
   double inscribed_radius = 0.25;  ///< meters

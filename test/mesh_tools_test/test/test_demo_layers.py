@@ -1,8 +1,11 @@
 """The layers of the demo: every kind that there is, and the same in the server."""
+import io
+
 import numpy as np
 import pytest
 import yaml
 
+from mesh_map.dijkstra import DijkstraSolver
 from mesh_map.layer import BASE_CLASS_TYPE
 from mesh_map.map_source import map_parameters
 from mesh_map.plugins import find_plugins
@@ -26,19 +29,24 @@ def test_the_generated_world_has_one_of_every_kind_that_measures():
     assert {entry["type"] for entry in layers.FOR_WORLD} == known - combining - stored
 
 
-def test_the_flower_bed_lies_between_start_and_goal():
+def test_the_flower_bed_lies_on_the_straight_way():
     world = outdoor_world(faces=5_000)
     mesh = Mesh(vertices=world.vertices, faces=world.faces)
     label = layers.flower_bed(mesh, (0, 0, 0), (8, 2, 5))
     centers = mesh.vertices[mesh.faces].mean(axis=1)[:, :2]
-    inside = np.linalg.norm(centers - [4, 1], axis=1) < layers.BED_RADIUS
+    inside = (
+        np.linalg.norm(centers - [8 * layers.BED_AT, 2 * layers.BED_AT], axis=1) < layers.BED_RADIUS
+    )
     assert len(label.faces) and np.array_equal(np.flatnonzero(inside), label.faces)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_start_and_goal_of_the_generated_world_are_connected(tmp_path, seed):
-    made = pipeline.prepare(Report(open("/dev/null", "w")), tmp_path, None, 20_000, seed)
+    made = pipeline.prepare(Report(io.StringIO()), tmp_path, None, 20_000, seed)
     assert np.isfinite(made.mesh_map.costs).any() and np.isposinf(made.mesh_map.costs).any()
-    for point in (made.start, made.goal):
-        vertex = made.mesh_map.nearest_vertex(point, 0.1)[0]
-        assert made.mesh_map.costs[vertex] < pipeline.COST_LIMIT
+    ends = [made.mesh_map.nearest_vertex(point, 0.1)[0] for point in (made.start, made.goal)]
+    solver = DijkstraSolver(
+        topology=made.mesh_map.topology, edge_lengths=made.mesh_map.geometry.edge_lengths
+    )
+    field = solver.solve(ends[0], made.mesh_map.costs, pipeline.COST_LIMIT)
+    assert np.linalg.norm(made.goal - made.start) < field.potential[ends[1]] < np.inf

@@ -13,7 +13,7 @@ PICTURES = (
 )
 # Ways through costly regions are longer for planners: up to 1 + EDGE_COST_FACTOR times.
 EDGE_COST_FACTOR = 2.0
-FLOWER_BED, BED_RADIUS = "flowerbed_1", 1.5  # label, meters
+FLOWER_BED, BED_RADIUS, BED_AT = "flowerbed_1", 1.5, 0.14  # label, meters, share of the way
 
 
 def layer(name, kind, **params):
@@ -51,10 +51,10 @@ FOR_WORLD = [
 
 
 def flower_bed(mesh, start, goal):
-    """A label that nobody may drive on: the faces in a circle halfway between two points."""
+    """A label that nobody may drive on: the faces in a circle on the straight way to the goal."""
+    center = np.asarray(start) + BED_AT * (np.asarray(goal) - np.asarray(start))
     centers = mesh.vertices[mesh.faces].mean(axis=1)
-    middle = (np.asarray(start) + np.asarray(goal)) / 2
-    inside = np.linalg.norm(centers[:, :2] - middle[:2], axis=1) < BED_RADIUS
+    inside = np.linalg.norm(centers[:, :2] - center[:2], axis=1) < BED_RADIUS
     return Label(np.flatnonzero(inside).astype(np.uint32), (200, 60, 140))
 
 

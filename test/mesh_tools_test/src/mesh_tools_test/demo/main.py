@@ -107,7 +107,7 @@ def how_to_go_on(path, layers, config):
         f"  rosrun mesh_msgs_hdf5 mesh_tool info {file}\n"
         f"  roslaunch mesh_navigation mesh_navigation.launch map_file:={file} "
         f"map_config:={layers}\n"
-        "  rosrun rqt_reconfigure rqt_reconfigure    (thresholds and radii, taking effect at once)\n"
+        "  rosrun rqt_reconfigure rqt_reconfigure    (thresholds, radii: at once)\n"
         f"  rviz -d {config}"
     )
 
