@@ -113,7 +113,8 @@ void FootprintShape::addSamples(const std::vector<Point2>& corners)
     }
   }
   step_ = std::max(high[0] - low[0], high[1] - low[1]) / GROUND_SAMPLES;
-  const auto rows = static_cast<std::size_t>(std::ceil((high[1] - low[1]) / step_ - 1e-9));
+  const auto rows = static_cast<std::size_t>(
+      std::max(1.0, std::ceil((high[1] - low[1]) / step_ - 1e-9)));  // one of a thin footprint
   const double row_step = (high[1] - low[1]) / static_cast<double>(rows);
   for (std::size_t i = 0; i < rows; ++i) {
     const double y = low[1] + (static_cast<double>(i) + 0.5) * row_step;

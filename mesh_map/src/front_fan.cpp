@@ -15,7 +15,6 @@ FrontFan::Node FrontFan::node(const PackedPosition& from, const PackedPosition& 
   return {vertex, scale * x, scale * y, scale * z, length};
 }
 
-/// The angle between two sides; none where one of them is without length.
 FrontFan::Turn FrontFan::turn(const Node& a, const Node& b)
 {
   const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;

@@ -43,6 +43,14 @@ class FrontFan
     double x, y, z;  // from the middle, of length 1
     double length;
   };
+  struct Turn
+  {
+    double cosine, sine;
+  };
+
+  static Node node(const PackedPosition& from, const PackedPosition& to, std::uint32_t vertex);
+  /// The angle between two sides; none where one of them is without length.
+  static Turn turn(const Node& a, const Node& b);
 
   void gather(const FrontMesh& mesh, std::uint32_t middle);
 
@@ -66,10 +74,6 @@ class FrontFan
   }
 
  private:
-  struct Turn
-  {
-    double cosine, sine;
-  };
   struct Arc
   {
     std::size_t from, to;
@@ -86,8 +90,6 @@ class FrontFan
   };
 
   void gatherAny(const FrontMesh& mesh, std::uint32_t middle);
-  static Node node(const PackedPosition& from, const PackedPosition& to, std::uint32_t vertex);
-  static Turn turn(const Node& a, const Node& b);
 
   template <class Body>
   void walkFan(std::size_t axis, std::size_t side, bool toward, Body&& body)

@@ -1,7 +1,6 @@
 #include <mesh_map/normals.h>
 #include <mesh_map/parallel.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "vector3.h"
@@ -10,7 +9,6 @@ namespace mesh_map {
 namespace {
 
 constexpr std::size_t ITEMS_PER_CHUNK = 32768;
-constexpr double PI = 3.14159265358979323846;
 
 /// Two sides of a face. Differences of floats and their products are exact enough in double that a
 /// face far from the origin has the same normal as near it.
@@ -42,7 +40,7 @@ bool store(const Vector3& vector, const std::array<float, 3>& fallback, float* n
 double cornerAngle(const Vector3& a, const Vector3& b)
 {
   const Vector3 normal = cross(a, b);
-  return std::atan2(std::sqrt(dot(normal, normal)), dot(a, b));
+  return std::atan2(std::sqrt(dot(normal, normal)), dot(a, b) + 0.0);  // no angle of -0 is pi
 }
 
 }  // namespace
@@ -74,10 +72,9 @@ std::vector<float> cornerAngles(const MeshView& mesh, unsigned threads)
         const Sides sides(mesh, f);
         const Vector3 bc = sides.ac - sides.ab;
         const Vector3 ba = {-sides.ab[0], -sides.ab[1], -sides.ab[2]};
-        const double a = cornerAngle(sides.ab, sides.ac), b = cornerAngle(ba, bc);
-        out[3 * f] = static_cast<float>(a);
-        out[3 * f + 1] = static_cast<float>(b);
-        out[3 * f + 2] = static_cast<float>(std::max(0.0, PI - a - b));
+        out[3 * f] = static_cast<float>(cornerAngle(sides.ab, sides.ac));
+        out[3 * f + 1] = static_cast<float>(cornerAngle(ba, bc));
+        out[3 * f + 2] = static_cast<float>(cornerAngle(sides.ac, bc));  // both turned round
       }
     };
   });

@@ -69,10 +69,23 @@ void ObstacleDistance::seed(std::uint32_t v, FrontFan& fan)
 }
 
 /// From a lethal vertex, by the face that also has the vertex `side`: walks that way around it, to
-/// the first edge to another lethal vertex, up to a right angle.
+/// the first edge to another lethal vertex, up to a right angle. Where the faces around it are not
+/// one fan, which may be very many, that face alone counts.
 void ObstacleDistance::seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side,
                                 FrontFan& fan)
 {
+  if (!mesh_->isFan(lethal)) {
+    const FrontFan::Node from = FrontFan::node(mesh_->position(lethal), mesh_->position(v), v);
+    const PlanePoint point{from.length, 0.0};
+    offerSeed(v, lethal, side, point, point);
+    if (side != v && side != lethal && lethal_[side] != 0) {
+      const FrontFan::Node to =
+          FrontFan::node(mesh_->position(lethal), mesh_->position(side), side);
+      const FrontFan::Turn by = FrontFan::turn(from, to);
+      offerSeed(v, lethal, side, point, {from.length - to.length * by.cosine, to.length * by.sine});
+    }
+    return;
+  }
   fan.gather(*mesh_, lethal);
   const std::size_t start = fan.find(v);
   const double length = fan.nodes()[start].length;

@@ -205,6 +205,7 @@ std::vector<std::uint32_t> ObstacleDistance::solveRegion()
     runRegion();
     changed.clear();
     too_far.clear();
+    markRim(true);
     for (std::size_t i = 0; i < region_.size(); ++i) {
       const std::uint32_t v = region_[i];
       const bool has_source = distance_[v] > 0.0f && distance_[v] < INFINITE;
@@ -216,6 +217,7 @@ std::vector<std::uint32_t> ObstacleDistance::solveRegion()
         }
       }
     }
+    markRim(false);
     if (!too_far.empty()) {
       growRegion(too_far, reach());
     }
@@ -251,16 +253,22 @@ void ObstacleDistance::runRegion()
   spread.run(nullptr);
 }
 
-/// Is everything within two edges in the region?
+/// Marks the vertices of the region that have a neighbor outside.
+void ObstacleDistance::markRim(bool mark)
+{
+  at_rim_.resize(mesh_->vertexCount(), 0);
+  for (const std::uint32_t v : region_) {
+    bool is_rim = false;
+    forNeighbors(*mesh_, v, [&](std::uint32_t u) { is_rim = is_rim || stamps_[u] != stamp_; });
+    at_rim_[v] = mark && is_rim ? 1 : 0;
+  }
+}
+
+/// Is everything within two edges of a vertex of the region in it? With the rim marked.
 bool ObstacleDistance::isInside(std::uint32_t v) const
 {
-  bool result = stamps_[v] == stamp_;
-  forNeighbors(*mesh_, v, [&](std::uint32_t u) {
-    result = result && stamps_[u] == stamp_;
-    if (result) {
-      forNeighbors(*mesh_, u, [&](std::uint32_t w) { result = result && stamps_[w] == stamp_; });
-    }
-  });
+  bool result = at_rim_[v] == 0;
+  forNeighbors(*mesh_, v, [&](std::uint32_t u) { result = result && at_rim_[u] == 0; });
   return result;
 }
 

@@ -1,6 +1,7 @@
 #include <mesh_map/orientation.h>
 
 #include <cmath>
+#include <stdexcept>
 
 #include "vector3.h"
 
@@ -59,6 +60,13 @@ bool isDegenerate(const std::uint32_t* face)
   return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
 }
 
+void require(bool condition)
+{
+  if (!condition) {
+    throw std::invalid_argument("the topology is not that of the faces");
+  }
+}
+
 /// For each edge of two faces, these.
 std::vector<std::uint32_t> facesOfEdges(ArrayView<std::uint32_t> faces,
                                         ArrayView<std::uint32_t> face_edges,
@@ -67,11 +75,18 @@ std::vector<std::uint32_t> facesOfEdges(ArrayView<std::uint32_t> faces,
   std::vector<std::uint32_t> result(2 * edge_face_counts.size(), NO_INDEX);
   for (std::size_t slot = 0; slot < faces.size(); ++slot) {
     const std::size_t face = slot / 3, edge = face_edges[slot];
-    if (edge < edge_face_counts.size() && edge_face_counts[edge] == 2 &&
-        !isDegenerate(faces.data() + 3 * face)) {
+    if (isDegenerate(faces.data() + 3 * face)) {
+      continue;
+    }
+    require(edge < edge_face_counts.size());
+    if (edge_face_counts[edge] == 2) {
       std::uint32_t* const pair = result.data() + 2 * edge;
+      require(pair[1] == NO_INDEX);
       pair[pair[0] != NO_INDEX] = static_cast<std::uint32_t>(face);
     }
+  }
+  for (std::size_t edge = 0; edge < edge_face_counts.size(); ++edge) {
+    require((edge_face_counts[edge] == 2) == (result[2 * edge + 1] != NO_INDEX));
   }
   return result;
 }

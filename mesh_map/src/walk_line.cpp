@@ -22,10 +22,11 @@ class Cut
   {
     start_ = face.inSpace(start);  // from corner 0: small numbers, wherever the mesh is
     const Vector3 way = gap(target) - start_;
-    normal_ = mesh_map::cross(up, way);
+    const Vector3 along = ofSizeOne(way);
+    normal_ = mesh_map::cross(up, along);
     forward_ = mesh_map::cross(normal_, up);
     const double size = std::sqrt(dot(forward_, forward_));
-    if (size > 1e-12 * dot(up, up) * std::sqrt(dot(way, way))) {
+    if (size > 1e-12 * dot(up, up) * std::sqrt(dot(along, along))) {
       forward_ = {forward_[0] / size, forward_[1] / size, forward_[2] / size};
       goal_ = dot(forward_, way);
     }
@@ -238,7 +239,7 @@ Walk walkLine(const WalkMesh& mesh, const WalkPose& start, const std::array<doub
   for (std::size_t k = 0; k < 3; ++k) {
     inside[k] = (1.0 - INTO_FACE) * start.barycentric[k] + INTO_FACE / 3.0;
   }
-  const Vector3 up = start.up == Vector3{} ? face.normal() : start.up;
+  const Vector3 up = start.up == Vector3{} ? face.normal() : ofSizeOne(start.up);
   const Cut cut(mesh, face, face.point(inside), up, target);
   beginTrace(trace, cut.inSpace(cut.start()));
   const bool reversed = (face.slot(0) + 1) % 3 != face.slot(1);

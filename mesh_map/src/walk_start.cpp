@@ -1,5 +1,7 @@
 #include "walk_start.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace mesh_map {
@@ -11,9 +13,26 @@ void checkWalk(const WalkMesh& mesh, const WalkOptions& options)
   }
 }
 
+Vector3 ofSizeOne(const Vector3& direction)
+{
+  const double largest =
+      std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
+  if (!(largest > 0.0) || !isFinite(direction)) {
+    return direction;
+  }
+  const int exponent = -std::ilogb(largest);
+  return {std::scalbn(direction[0], exponent), std::scalbn(direction[1], exponent),
+          std::scalbn(direction[2], exponent)};
+}
+
 bool canStart(const WalkMesh& mesh, const WalkPose& start)
 {
-  return start.face < mesh.mesh.faceCount() && isFinite(start.barycentric) && isFinite(start.up);
+  constexpr double rounding = 1e-6;
+  const std::array<double, 3>& weights = start.barycentric;
+  const double sum = weights[0] + weights[1] + weights[2];
+  return start.face < mesh.mesh.faceCount() && std::abs(sum - 1.0) <= rounding &&
+         weights[0] >= -rounding && weights[1] >= -rounding && weights[2] >= -rounding &&
+         isFinite(start.up);
 }
 
 FlatFace longestSideFirst(const WalkMesh& mesh, std::uint32_t face, bool reversed)
@@ -34,7 +53,8 @@ FlatFace longestSideFirst(const WalkMesh& mesh, std::uint32_t face, bool reverse
 FlatFace startFace(const WalkMesh& mesh, const WalkPose& start)
 {
   const FlatFace face = longestSideFirst(mesh, start.face, false);
-  return dot(face.normal(), start.up) < 0.0 ? longestSideFirst(mesh, start.face, true) : face;
+  return dot(face.normal(), ofSizeOne(start.up)) < 0.0 ? longestSideFirst(mesh, start.face, true)
+                                                       : face;
 }
 
 void beginTrace(WalkTrace* trace, const Vector3& point)

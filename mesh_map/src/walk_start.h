@@ -10,7 +10,12 @@ namespace mesh_map {
 /// Throws std::invalid_argument for a mask of another size.
 void checkWalk(const WalkMesh& mesh, const WalkOptions& options);
 
-/// Whether there is such a face, and all but the direction is finite.
+/// The same direction, times a power of two such that its largest number is 1 to 2: no product of
+/// such is too large or too small. 0 of 0.
+Vector3 ofSizeOne(const Vector3& direction);
+
+/// Whether there is such a face, the weights of its corners are those of a point in it, up to some
+/// rounding, and `up` is finite.
 bool canStart(const WalkMesh& mesh, const WalkPose& start);
 
 /// A face along its longest edge; from the side from which its corners run counter-clockwise, or

@@ -11,6 +11,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 
+def sides(faces):
+    """(N, 2) sorted ends of all sides of faces, without those that end where they begin."""
+    pairs = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    return np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1)
+
+
 class OracleMesh:
     """Edges, normals and neighborhoods of a triangle soup."""
 
@@ -22,20 +28,9 @@ class OracleMesh:
         self._pairs = {}
 
     @cached_property
-    def sides(self):
-        """(N, 2) sorted ends of all sides of faces, without those that end where they begin.
-
-        A face that names a vertex twice has one side, once.
-        """
-        pairs = np.sort(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        face = np.repeat(np.arange(len(self.faces)), 3)[:, None]
-        pairs = np.unique(np.concatenate([face, pairs], axis=1), axis=0)[:, 1:]
-        return pairs[pairs[:, 0] != pairs[:, 1]]
-
-    @cached_property
     def edges(self):
         """(E, 2) without repetition."""
-        return np.unique(self.sides, axis=0)
+        return np.unique(sides(self.faces), axis=0)
 
     @cached_property
     def lengths(self):
@@ -155,8 +150,13 @@ def steepness(mesh):
 
 
 def border(mesh, cost):
-    """The cost at the ends of sides that one face alone has, else 0."""
-    edges, number = np.unique(mesh.sides, axis=0, return_counts=True)
+    """The cost at the ends of sides that one face alone has, else 0.
+
+    Faces that name a vertex twice are no surface and do not count.
+    """
+    ends = np.sort(mesh.faces, axis=1)
+    proper = mesh.faces[(np.diff(ends, axis=1) > 0).all(axis=1)]
+    edges, number = np.unique(sides(proper), axis=0, return_counts=True)
     result = np.zeros(mesh.count)
     result[edges[number == 1]] = cost
     return result

@@ -8,6 +8,7 @@ import tempfile
 import threading
 import time
 import unittest
+from unittest import mock
 
 import numpy as np
 import roslib.packages
@@ -215,6 +216,32 @@ class Obstacles(unittest.TestCase):
         self.assertTrue(wait_until(lambda: bool(seen)), seen)
         self.assertEqual(seen[0][0], 0)
 
+    def test_a_bag_that_begins_again(self):
+        """rospy ends whoever waits for time to pass when the clock is set back."""
+        adapter, layer, seen = self.adapter("/eight/obstacles", topic="eight")
+        said = []
+        adapter._complaints.add = lambda kind, reason: said.append((kind, str(reason)))
+        back = rospy.exceptions.ROSTimeMovedBackwardsException(-3.0)
+        with mock.patch.object(adapter._transforms.buffer, "lookup_transform", side_effect=back):
+            adapter._on_cloud(cloud(self.to_laser([LEFT])))
+        self.assertEqual(said, [("clouds from /eight cannot be used", str(back))])
+        adapter._on_cloud(cloud(self.to_laser([LEFT])))
+        self.assertEqual((seen, len(said)), ([[1]], 1))
+
+    def test_clouds_that_are_not_in_the_frame_of_their_sensor(self):
+        """Seen from the laser; from the origin of the map, it would be the other way round."""
+        at_laser = np.array([1.0, 1.0, 1.0])
+        behind = at_laser + 10 * (np.array(LEFT) - at_laser)
+        for sensor_frame, marked in (("laser", []), ("", [1])):
+            layer_name = "/nine%s/obstacles" % sensor_frame
+            adapter, layer, seen = self.adapter(layer_name, topic="", sensor_frame=sensor_frame)
+            said = []
+            adapter._complaints.add = lambda kind, reason, said=said: said.append(str(reason))
+            adapter._on_cloud(cloud([LEFT], frame="map"))
+            adapter._on_cloud(cloud([behind], frame="map"))
+            self.assertEqual(layer.marked_faces.tolist(), marked)
+            self.assertEqual(said, [] if sensor_frame else ["set sensor_frame"] * 2)
+
     def test_nothing_comes_after_shutdown(self):
         adapter, layer, seen = self.adapter("/six/obstacles", 0.3, topic="six", decay=0.5)
         publisher = self.publisher("/six")
@@ -234,12 +261,17 @@ class Obstacles(unittest.TestCase):
 
     def test_a_map_that_fails_does_not_end_the_adapter(self):
         adapter, layer, seen = self.adapter("/seven/obstacles", topic="seven")
-        adapter.refresh = lambda refresh=adapter.refresh: (refresh(), 1 / 0)
+        failures = [0, 0, 0, 1]
+        adapter.refresh = lambda refresh=adapter.refresh: (refresh(), 1 / failures.pop(0))
         publisher = self.publisher("/seven")
         self.send(publisher, cloud([LEFT], frame="map"))
-        self.assertTrue(wait_until(lambda: len(seen) == 1), seen)
+        self.assertTrue(wait_until(lambda: not failures), failures)  # it is tried again
+        self.assertEqual(seen, [[1]] * 4)
+        time.sleep(0.5)  # longer than until the next try
+        self.assertEqual(len(seen), 4)
+        failures.append(1)
         self.send(publisher, cloud([RIGHT], frame="map"))
-        self.assertTrue(wait_until(lambda: len(seen) == 2), seen)
+        self.assertTrue(wait_until(lambda: len(seen) == 5), seen)
 
 
 if __name__ == "__main__":

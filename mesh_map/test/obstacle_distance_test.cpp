@@ -279,6 +279,30 @@ TEST(ObstacleDistance, ManyEqualTrianglesAreNoTrouble)
   EXPECT_EQ(obstacles.distances(), (std::vector<float>{0.0f, 1.0f, 1.0f}));
 }
 
+/// Nor is a vertex with very many different faces, which a quadratic effort would show.
+TEST(ObstacleDistance, AHubIsNoTrouble)
+{
+  constexpr unsigned COUNT = 50000;
+  TestMesh mesh{"hub", {0.0f, 0.0f, 0.0f}, {}};
+  for (unsigned i = 0; i < COUNT; ++i) {
+    const double angle = 6.283185307179586 * i / COUNT;
+    mesh.positions.insert(mesh.positions.end(), {static_cast<float>(std::cos(angle)),
+                                                 static_cast<float>(std::sin(angle)), 0.0f});
+    mesh.faces.insert(mesh.faces.end(), {0u, i + 1, (i + 1) % COUNT + 1});
+  }
+  const FrontSample sample(mesh);
+  std::vector<std::uint8_t> lethal(COUNT + 1);
+  ObstacleDistance obstacles(sample.front, FAR);
+  lethal[0] = 1;
+  obstacles.compute(lethal);
+  EXPECT_NEAR(obstacles.distances()[77], 1.0, 1e-6);
+  lethal[0] = 0;
+  lethal[1] = 1;
+  obstacles.update(lethal);
+  EXPECT_NEAR(obstacles.distances()[0], 1.0, 1e-6);
+  EXPECT_NEAR(obstacles.distances()[1 + COUNT / 2], 2.0, 1e-3);
+}
+
 TEST(ObstacleDistance, EndsWhenCancelled)
 {
   const FrontSample sample(plane(150, 0.2));

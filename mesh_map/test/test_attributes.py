@@ -98,5 +98,10 @@ def test_bad_arguments_are_refused():
     topology = Topology(faces=[[0, 1, 2]], vertex_count=3)
     with pytest.raises(ValueError, match="max or mean"):
         face_costs([1, 2, 3], [[0, 1, 2]], "median")
+    for costs in ([1, 2], [[1, 2, 3]] * 3):
+        with pytest.raises(ValueError, match="one is needed for each vertex"):
+            face_costs(costs, [[0, 1, 2]])
+    with pytest.raises(MeshMapError, match="attribute uneven"):
+        MeshAttributes(2, 1).vertices["uneven"] = [[1], [2, 3]]
     with pytest.raises(ValueError, match=r"shape \(1,\), one for each face"):
         vertex_costs([1, 2], topology)

@@ -1,6 +1,7 @@
 """Weights of edges: both released formulas, computed once, and only where something changed."""
 
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -70,6 +71,30 @@ def test_weights_of_a_mesh(geometry, settings):
     assert planning.edge_weights is planning.edge_weights
     assert planning.edge_weights.dtype == np.float32 and not planning.edge_weights.flags.writeable
     assert planning.version == 7 and planning.costs is costs
+
+
+@pytest.mark.parametrize("settings", SETTINGS)
+def test_blocks_are_as_the_whole(geometry, settings, monkeypatch):
+    costs = costs_of(geometry)
+    whole = PlanningCosts(0, costs, geometry, settings).edge_weights
+    monkeypatch.setattr(edge_weights, "_BLOCK", 100)
+    blocks = PlanningCosts(0, costs, geometry, settings).edge_weights
+    assert len(whole) > 1000 and np.array_equal(whole.view(np.uint32), blocks.view(np.uint32))
+
+
+def test_memory_of_weights_is_little_more_than_their_own(geometry):
+    mesh = terrain(400)
+    geometry = MeshGeometry(mesh.vertices, mesh.faces)
+    costs, settings = costs_of(geometry), MapSettings(edge_cost_factor=1.0)
+    planning = PlanningCosts(0, costs, geometry, settings)
+    assert len(geometry.edge_lengths) > 400000
+    tracemalloc.start()
+    try:
+        weights = planning.edge_weights
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert weights.nbytes <= peak < 5 * weights.nbytes  # 11 times, all at once
 
 
 def test_without_a_factor_weights_are_lengths(geometry):

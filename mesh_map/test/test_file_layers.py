@@ -131,7 +131,17 @@ def test_integers_and_a_threshold(map_file):
     np.testing.assert_array_equal(layer.reuse(found.costs).lethal, expected > 100)
 
 
+def test_limits_the_wrong_way_round_are_refused(map_file):
+    with pytest.raises(MeshMapError, match="minimum is 3, above maximum, 1"):
+        result_of((StoredLayer, "values", {"minimum": 3.0, "maximum": 1.0}), map_file)
+
+
 def test_numbers_beyond_float32_are_lethal(map_file):
+    params = {"costs": {"mud": 1e39}, "preferred": ["grass"], "other_cost": 1e40}
+    found = result_of((LabelLayer, "labels", params), map_file)
+    expected = labeled_slowly(map_file, costs={"mud": INF}, preferred=["grass"], other_cost=INF)
+    np.testing.assert_array_equal(found.costs, expected)
+    assert 0 < found.lethal.sum() < 144
     found = result_of((StoredLayer, "values", {"scale": 1e38, "maximum": 1e39}), map_file)
     assert not found.lethal[2:100].any()
     found = result_of((StoredLayer, "values", {"scale": 1e39}), map_file)
@@ -293,6 +303,20 @@ def test_labels_of_a_journal_count_at_once(map_file):
         assert "wall_1" not in map_file.label_names()
         store.save()
         np.testing.assert_array_equal(layer.compute(mesh_map, {}).lethal, expected)
+
+
+def test_labels_of_another_mesh_are_not_taken(map_file):
+    """The file is replaced after the mesh was read, and before the first look at its labels."""
+    mesh_map = MapSource(map_file.path).make_map()
+    other = terrain(13)
+    forbidden = {"forbidden_1": Label(np.arange(5, dtype=np.uint32))}
+    MapFile.write(map_file.path, Mesh(other.vertices, other.faces, labels=forbidden))
+    layer = LabelLayer("areas", {"lethal": ["forbidden"]})
+    for _ in range(2):
+        with pytest.raises(MeshMapError, match="another program has replaced the mesh"):
+            layer.evaluate(mesh_map, {})
+    MapFile.write(map_file.path, Mesh(mesh_map.vertices, mesh_map.faces, labels=forbidden))
+    assert layer.evaluate(mesh_map, {}).lethal.any()
 
 
 def test_labels_of_a_mesh_in_another_format(tmp_path):

@@ -122,6 +122,20 @@ def test_a_footprint_over_flat_ground():
     assert queries.footprint_cost(Footprint(SQUARE), pose, costs=costs).face_count == 0
 
 
+@pytest.mark.parametrize("width", [1e-6, 1e-11])
+def test_a_footprint_may_be_thin(width):
+    mesh = terrain(5)
+    flat = TestMesh("flat", mesh.vertices * (1, 1, 0), mesh.faces)
+    pose = np.eye(4)
+    pose[:3, 3] = 0.15, 0.2, 0
+    for polygon in (
+        [(0, 0), (0.1, 0), (0.1, width), (0, width)],
+        [(0, 0), (width, 0), (width, 0.1), (0, 0.1)],
+    ):
+        found = queries_of(flat).footprint_cost(Footprint(polygon), pose, costs=np.ones(25))
+        assert found.ground == 1.0 and found.maximum == pytest.approx(1) and found.face_count
+
+
 def test_a_clockwise_polygon_is_turned():
     assert np.array_equal(Footprint(SQUARE[::-1]).polygon, Footprint(SQUARE).polygon[[0, 1, 2, 3]])
 
@@ -149,7 +163,7 @@ def test_other_bad_arguments_are_refused():
     for heights in ({"below": -1}, {"above": np.nan}, {"above": np.inf}, {"below": "deep"}):
         with pytest.raises(MeshMapError, match="below|above"):
             Footprint(SQUARE, **heights)
-    for radius, corners in ((0, 16), (np.nan, 16), (1, 2)):
+    for radius, corners in ((0, 16), (np.nan, 16), (np.inf, 16), ("1", 16), (1, 2), (1, 3.5)):
         with pytest.raises(MeshMapError, match="no circle"):
             Footprint.circle(radius, corners)
     mesh = terrain(5)

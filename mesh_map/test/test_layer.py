@@ -43,6 +43,46 @@ def test_whole_numbers_are_numbers():
     assert layer.params["factor"] == 1.0 and isinstance(layer.params["factor"], float)
 
 
+def test_numbers_of_numpy_are_numbers():
+    for value in (np.float32(0.5), np.float64(0.5)):
+        found, warning = Parameter("radius", 0.3, 0.0, 1.0).checked(value)
+        assert (found, type(found), warning) == (0.5, float, "")
+    for value in (np.int64(5), np.uint8(5), np.float32(5)):
+        found, warning = Parameter("count", 3, 0, 10).checked(value)
+        assert (found, type(found), warning) == (5, int, "")
+    assert Parameter("on", False).checked(np.bool_(True)) == (True, "")
+    for value in (np.float32("nan"), np.bool_(True), np.array(0.5), 1j):
+        with pytest.raises(MeshMapError, match="^radius is .*, but it has to be a number$"):
+            Parameter("radius", 0.3, 0.0, 1.0).checked(value)
+
+
+@pytest.mark.parametrize("default", [3, 3.0])
+def test_numbers_that_are_too_large(default):
+    huge = 10**400
+    for value in (huge, -huge):
+        with pytest.raises(MeshMapError, match="count is -?1000.*, but .* a finite number"):
+            Parameter("count", default).checked(value)
+    assert Parameter("count", default, 0, 10).checked(huge)[0] == 10
+    assert Parameter("count", default, 0, 10).checked(-huge)[0] == 0
+    with pytest.raises(MeshMapError, match="count is inf, but it has to be a whole number"):
+        Parameter("count", 3, 0, INF).checked(INF)
+
+
+class ModestLayer(Layer):
+    PARAMETERS = (Parameter("factor", 0.25, 0.0, 0.5, affects_costs=False),)
+
+    def compute(self, mesh_map, inputs):
+        return np.zeros(len(mesh_map.vertices)), []
+
+
+def test_a_layer_may_have_a_factor_of_its_own():
+    assert [p.name for p in ModestLayer.all_parameters()] == ["factor", "combination_weight"]
+    assert ModestLayer("m").params == {"factor": 0.25, "combination_weight": 1.0}
+    layer = ModestLayer("m", {"factor": 0.125})
+    assert layer.params["factor"] == 0.125 and not layer.warnings
+    assert layer.checked_changes({"factor": 1.0})[0]["factor"] == 0.5
+
+
 def test_unknown_parameters_are_named():
     layer = HeightDiffLayer("h", {"treshold": 0.2})
     assert layer.warnings == [
@@ -212,11 +252,13 @@ def test_vectors_are_checked():
     vectors = np.ones((2, 3))
     assert checked_result([0, 0], [], 2).vectors is None
     assert checked_result([0, 0], [], 2, vectors).vectors.dtype == np.float32
-    for bad in (vectors[:1], vectors[:, :2], np.full((2, 3), NAN)):
+    for bad in (vectors[:1], vectors[:, :2], np.full((2, 3), NAN), np.full((2, 3), 1e300)):
         with pytest.raises(MeshMapError, match=r"the vectors have to be \(2, 3\) finite numbers"):
             checked_result([0, 0], [], 2, bad)
-    with pytest.raises(MeshMapError, match="did not return costs and lethal vertices"):
-        checked(None, 2)
+    for bad in (None, ([0, 0],), ([0, 0], [], vectors, vectors)):
+        with pytest.raises(MeshMapError, match="did not return costs and lethal vertices"):
+            checked(bad, 2)
+    assert checked(([0, 0], [], None), 2).vectors is None
 
 
 def test_results_are_not_those_that_a_layer_writes_to_later():

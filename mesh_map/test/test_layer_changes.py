@@ -2,8 +2,10 @@
 
 import math
 import threading
+import time
 
 import numpy as np
+from mesh_map import layer_changes
 from mesh_map.layer import checked_result
 from mesh_map.layer_changes import LayerChange, Listeners, ResultDifference, different, union
 
@@ -59,8 +61,9 @@ def change(number):
     return [LayerChange(str(number), np.zeros(1, np.uint32), np.zeros(1, np.float32))]
 
 
-def test_each_is_told_once_and_in_order(caplog):
-    listeners, heard = Listeners(), []
+def test_each_is_told_once_and_in_order(caplog, monkeypatch):
+    monkeypatch.setattr(layer_changes, "_PATIENCE", 20)
+    listeners, heard, start = Listeners(), [], time.monotonic()
 
     def fails(changes):
         raise KeyError("deaf")
@@ -82,6 +85,7 @@ def test_each_is_told_once_and_in_order(caplog):
     listeners.put(change(2))
     listeners.tell()
     assert heard == ["1", "end of 1", "2", "3"]
+    assert time.monotonic() - start < 20  # it has not waited for itself
     assert caplog.messages == ["a listener failed with KeyError: 'deaf'"] * 3
     listeners.remove(listen)
     listeners.put(change(4))
@@ -108,8 +112,9 @@ def test_no_change_is_lost_between_threads():
     assert heard == list(range(4000))
 
 
-def test_a_change_at_the_last_moment_is_told_too():
+def test_a_change_at_the_last_moment_is_told_too(monkeypatch):
     """One that comes when the other thread has seen that none is left, and is not done yet."""
+    monkeypatch.setattr(layer_changes, "_PATIENCE", 0.01)
     listeners, heard = Listeners(), []
     listeners.add(lambda changes: heard.append(changes[0].name))
     lock = threading.Lock()
@@ -126,4 +131,45 @@ def test_a_change_at_the_last_moment_is_told_too():
     listeners._telling = LateLock()
     listeners.put(change(1))
     listeners.tell()
+    assert heard == ["1", "2"]
+
+
+def tells(listeners, number):
+    """A thread that has made a change, and tells of it."""
+    listeners.put(change(number))
+    thread = threading.Thread(target=listeners.tell)
+    thread.start()
+    return thread
+
+
+def test_who_changes_waits_for_slow_listeners():
+    """Else changes, each with costs of all vertices, would pile up."""
+    listeners, heard, go_on = Listeners(), [], threading.Event()
+    listeners.add(lambda changes: (heard.append(changes[0].name), go_on.wait(20)))
+    first = tells(listeners, 1)
+    while not heard:
+        first.join(0.01)
+    second = tells(listeners, 2)
+    second.join(0.2)
+    assert second.is_alive()
+    go_on.set()
+    for thread in (first, second):
+        thread.join(20)
+        assert not thread.is_alive()
+    assert heard == ["1", "2"]
+
+
+def test_a_listener_that_waits_for_another_change_is_no_deadlock(monkeypatch):
+    monkeypatch.setattr(layer_changes, "_PATIENCE", 0.05)
+    listeners, heard = Listeners(), []
+
+    def listen(changes):
+        heard.append(changes[0].name)
+        if changes[0].name == "1":
+            other = tells(listeners, 2)
+            other.join(20)
+            assert not other.is_alive()
+
+    listeners.add(listen)
+    tells(listeners, 1).join(20)
     assert heard == ["1", "2"]

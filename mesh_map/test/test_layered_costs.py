@@ -6,7 +6,8 @@ import threading
 
 import numpy as np
 import pytest
-from mesh_map import MeshMap, MeshMapError, geometry
+from mesh_map import MeshMap, MeshMapError, geometry, propagation
+from mesh_map.edge_weights import PlanningCosts
 from mesh_map.mesh_map import COMBINED_COSTS
 from mesh_map.settings import MapSettings
 from toy_layers import FailingLayer, calls, entry, evaluations, grid_map
@@ -208,6 +209,31 @@ def test_a_layer_that_fails_stays_and_is_computed_when_it_can(toys, caplog):  # 
     assert calls["near", "update"] == 1 and calls["near", "compute"] == 0
 
 
+def test_a_layer_that_fails_with_each_cloud_says_so_now_and_then(toys, caplog):  # noqa: F811
+    mesh_map = grid_map()
+    mesh_map.compute_layers([entry("water", "data"), entry("near", "failing")])
+
+    def change(times):
+        caplog.clear()
+        for _ in range(times):
+            toys["water"] = toys.get("water", np.zeros(64, np.float32)) + np.float32(0.25)
+            mesh_map.refresh_layer("water")
+        return caplog.messages
+
+    FailingLayer.broken = True
+    line = "layer near stays as it was: KeyError: 'broken'"
+    assert change(5) == [line]
+    propagation.FAILURE_PERIOD, period = 0.0, propagation.FAILURE_PERIOD
+    try:
+        assert change(2) == [line] * 2
+    finally:
+        propagation.FAILURE_PERIOD = period
+    FailingLayer.broken = False
+    assert change(1) == []
+    FailingLayer.broken = True
+    assert change(1) == [line]
+
+
 def test_data_that_cannot_be_used_leave_the_layer(chain, toys, caplog):  # noqa: F811
     result = chain.layers["water"].result
     toys["water"] = np.zeros(3, np.float32)
@@ -378,6 +404,26 @@ def test_stored_costs_are_reused_where_also_the_inputs_are_the_same(chain):
     assert np.allclose(difference, 0.5 * ground[free], atol=1e-6)
 
 
+@pytest.mark.parametrize("name", ["water", "all"])
+@pytest.mark.parametrize(
+    "found", [np.zeros(3, np.float32), np.full(64, -1, np.float32), "costs", RuntimeError("broken")]
+)
+def test_stored_costs_that_cannot_be_used_are_computed(chain, caplog, name, found):
+    def stored(asked, _fingerprint):
+        if asked == name and isinstance(found, Exception):
+            raise found
+        return found if asked == name else None
+
+    before = {each: layer.result.costs for each, layer in chain.layers.items()}
+    other = MeshMap.of(chain.geometry)
+    other.compute_layers(CHAIN, stored=stored)
+    assert not other.layer_errors and calls[name, "compute"] == 1
+    for each, layer in other.layers.items():
+        assert np.array_equal(layer.result.costs, before[each])
+    (line,) = caplog.messages
+    assert line.startswith("layer %s is computed anew: " % name)
+
+
 def test_two_maps_of_one_geometry(chain, monkeypatch):
     counted = []
     for name in ("Topology", "face_normals", "vertex_normals"):
@@ -431,3 +477,48 @@ def test_changes_from_many_threads_are_told_in_order(chain, toys):  # noqa: F811
         thread.join()
     logging.disable(logging.NOTSET)
     assert np.array_equal(costs, chain.costs)
+
+
+def test_what_planners_read_belongs_together_while_all_changes(chain, toys):  # noqa: F811
+    """Clouds, parameters and settings from threads of their own; weights are of the same costs."""
+    done, seen = threading.Event(), []
+
+    def plan():
+        last = -1
+        while not done.is_set():
+            planning = chain.planning_costs()
+            weights = planning.edge_weights
+            fresh = PlanningCosts(
+                0, planning.costs, chain.geometry, planning._settings
+            ).edge_weights
+            assert np.array_equal(weights.view(np.uint32), fresh.view(np.uint32))
+            assert planning.version >= last and planning.costs.shape == (64,)
+            last = planning.version
+        seen.append(last)
+
+    def clouds():
+        random = np.random.default_rng(1)
+        for _ in range(150):
+            water = toys["water"].copy()
+            water[random.integers(0, 64, 3)] = random.choice([0, 1, 9])
+            toys["water"] = water
+            chain.refresh_layer("water")
+
+    def reconfigure():
+        random = np.random.default_rng(2)
+        for _ in range(60):
+            chain.set_layer_parameters("ground", {"factor": float(random.uniform())})
+            chain.set_settings(edge_cost_factor=float(random.integers(3)))
+            chain.set_settings(edge_weight=("mean", "difference")[random.integers(2)])
+
+    planners = [threading.Thread(target=plan) for _ in range(2)]
+    others = [threading.Thread(target=clouds), threading.Thread(target=reconfigure)]
+    for thread in planners + others:
+        thread.start()
+    for thread in others:
+        thread.join(60)
+    done.set()
+    for thread in planners:
+        thread.join(60)
+    assert len(seen) == 2 and max(seen) <= chain.planning_costs().version
+    assert chain.planning_costs().version > 50

@@ -11,6 +11,7 @@ from mesh_map.layer import LayerResult
 from mesh_map.map_source import MapSource, map_parameters
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.edit import Edit
+from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
 
@@ -229,6 +230,32 @@ def test_normals_that_somebody_else_has_stored_meanwhile_stay(map_file):
     map_file.update(Edit(vertex_normals=marked))
     source.save_layers(mesh_map.layers)
     assert np.array_equal(MapFile(map_file.path).vertex_normals, marked)
+
+
+@pytest.mark.parametrize("times, given_up", [(0, False), (4, False), (5, True)])
+def test_two_robots_store_at_once(map_file, monkeypatch, times, given_up):
+    """Another one saves, with normals, while this one writes: then the file is read again."""
+    source, mesh_map = loaded(map_file.path)
+    update, seen = source._members.update, []
+    marked = np.tile(np.float32([0, 1, 0]), (144, 1))
+
+    def interrupted(edit):
+        seen.append(edit.vertex_normals)
+        if len(seen) > times:
+            return update(edit)
+        map_file.update(Edit(vertex_normals=marked, vertex_costs={"other": MARKED}))
+        raise MapFileError("changed", map_file.path, "another program saved it meanwhile")
+
+    monkeypatch.setattr(source._members, "update", interrupted)
+    if given_up:
+        with pytest.raises(MeshMapError, match="another program saved it meanwhile"):
+            source.save_layers(mesh_map.layers)
+    else:
+        assert source.save_layers(mesh_map.layers) == ["height_diff"]
+    assert [normals is None for normals in seen] == [False] + [True] * (len(seen) - 1)
+    names = ["height_diff"] * (not given_up) + ["other"] * (times > 0)
+    assert map_file.layer_names() == names
+    assert times == 0 or np.array_equal(map_file.vertex_normals, marked)
 
 
 def test_the_identity_is_that_of_the_content(map_file, monkeypatch):

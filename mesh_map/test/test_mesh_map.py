@@ -101,8 +101,14 @@ def test_an_unknown_layer_does_not_harm_the_others(caplog):
 @pytest.mark.parametrize(
     "entry, message",
     [
-        ("height_diff", "an entry of the list of layers is 'height_diff' ({name, type})"),
-        ({"name": "a"}, "an entry of the list of layers is {'name': 'a'} ({name, type})"),
+        (
+            "height_diff",
+            "an entry of the list of layers is 'height_diff' ({name: ..., type: ...} is needed)",
+        ),
+        (
+            {"name": "a"},
+            "an entry of the list of layers is {'name': 'a'} ({name: ..., type: ...} is needed)",
+        ),
         ({"name": "a/b", "type": "t"}, "'a/b' is no name for a layer"),
         ({"name": 3, "type": "t"}, "3 is no name for a layer"),
         ({"name": "a", "type": 3}, "the type of layer a is 3"),
@@ -111,12 +117,13 @@ def test_an_unknown_layer_does_not_harm_the_others(caplog):
         (HEIGHT_DIFF, "there are two layers of the name height_diff"),
     ],
 )
-def test_bad_entries_are_left_out(entry, message):
+def test_bad_entries_are_left_out(entry, message, caplog):
     mesh_map = MeshMap(CORNERS, [[0, 1, 2]])
     mesh_map.compute_layers([HEIGHT_DIFF, entry])
     assert list(mesh_map.layers) == ["height_diff"]
-    (error,) = mesh_map.layer_errors.values()
-    assert error.startswith(message)
+    ((name, error),) = mesh_map.layer_errors.items()
+    assert error.startswith(message) and name in ("a", "layer 1")
+    assert caplog.messages == ["layer %s is left out: %s" % (name.split()[-1], error)]
 
 
 def test_a_list_of_layers_that_is_none(caplog):
@@ -159,7 +166,7 @@ def test_progress_can_end_the_computation():
         assert not mesh_map.layers and not mesh_map.layer_errors
 
 
-def test_stored_costs_are_taken():
+def test_stored_costs_are_taken(caplog):
     mesh_map = MeshMap(CORNERS, [[0, 1, 2]])
     costs = np.array([0.1, 0.5, np.nan], np.float32)
     asked = []
@@ -177,7 +184,9 @@ def test_stored_costs_are_taken():
     assert asked == [("height_diff", fingerprint), ("other", fingerprint)]
     assert layer.identity == fingerprint
     mesh_map.compute_layers([HEIGHT_DIFF], stored=lambda *_: costs[:2])
-    assert mesh_map.layer_errors["height_diff"].startswith("the costs are of shape (2,)")
+    assert not mesh_map.layer_errors and not mesh_map.costs.any()
+    text = "layer height_diff is computed anew: the costs are of shape (2,)"
+    assert caplog.messages[-1].startswith(text)
 
 
 def test_queries_are_those_of_the_map():

@@ -58,3 +58,28 @@ def test_bad_arguments_are_refused():
     with pytest.raises(ValueError, match="the time has to be finite"):
         layer.decay(INF)
     assert layer.marked_faces.tolist() == [0]
+
+
+@pytest.mark.parametrize("limit", [1e155, 1.7976931348623157e308])
+def test_limits_of_any_size_are_as_good_as_infinite_ones(limit):
+    """Programs that know no infinite numbers write the largest one."""
+    layer = ObstacleLayer("o", {"max_obstacle_dist": limit, "robot_height": limit})
+    assert layer.insert_cloud(floor_map(), [[1, 0, 0.5], [9, 9, 9]], (0, 0, 1), 0.0) == 1
+    assert layer.last_cloud.out_of_range == 0
+
+
+@pytest.mark.parametrize(
+    "values, warning",
+    [
+        ({"robot_height": 0.1, "min_obstacle_height": 0.1}, "min_obstacle_height 0.1 is not below"),
+        ({"robot_height": 0}, "min_obstacle_height 0 is not below robot_height 0: no point"),
+        ({"min_obstacle_dist": 5, "max_obstacle_dist": 4}, "min_obstacle_dist 5 is not below"),
+    ],
+)
+def test_limits_between_which_there_is_nothing_are_said(values, warning):
+    layer = ObstacleLayer("o", values)
+    assert len(layer.warnings) == 1 and warning in layer.warnings[0]
+    _, warnings = ObstacleLayer("o").checked_changes(values)
+    assert warnings == layer.warnings
+    layer.insert_cloud(floor_map(), [[1, 0, 0.003 + z / 50] for z in range(50)], (0, 0, 1), 0.0)
+    assert layer.last_cloud.obstacles == 0

@@ -5,7 +5,8 @@ import pytest
 from meshes import BOTANICAL, TRAY, data_mesh, small, terrain
 from mesh_map.errors import MeshMapError
 from mesh_map.geometry import MeshGeometry
-from mesh_map.normals import unit_normals
+from mesh_map.normals import corner_angles, unit_normals
+from mesh_map.orientation import orient_faces
 from mesh_map.topology import Topology
 
 
@@ -103,6 +104,24 @@ def test_normals_of_length_one_stay_as_they_are():
     assert unit_normals(rows[:2]) is rows[:2] or np.array_equal(unit_normals(rows[:2]), rows[:2])
 
 
+def test_the_topology_of_another_mesh_is_refused():
+    """Where its edges do not lead from face to face, nothing is read beyond its arrays."""
+    vertices, up = np.eye(5, 3), np.array([0.0, 0.0, 1.0])
+    meshes = (
+        [[0, 1, 2], [1, 3, 2]],
+        [[0, 1, 2], [1, 1, 2]],
+        [[0, 1, 2], [0, 1, 2]],
+        [[0, 1, 2], [0, 3, 4]],
+        [[0, 0, 0], [1, 1, 2]],
+    )
+    for i, j in ((0, 1), (1, 0), (0, 4), (2, 1), (3, 1), (2, 4)):
+        topology = Topology(faces=meshes[j], vertex_count=5)
+        with pytest.raises(ValueError, match="the topology is not that of the faces"):
+            orient_faces(vertices, meshes[i], topology, up)
+        swapped = Topology(faces=meshes[i], vertex_count=5)
+        assert orient_faces(vertices, meshes[i], swapped, up).conflicts == 0
+
+
 @small
 def test_weighted_by_angle(mesh):
     corners = mesh.vertices.astype(np.float64)[mesh.faces]
@@ -129,6 +148,23 @@ def test_the_cut_of_a_square_does_not_matter_with_angles():
     np.testing.assert_allclose(found, np.ones(3) / np.sqrt(3), atol=1e-6)
     mean = MeshGeometry(vertices, faces).vertex_normals[0]
     np.testing.assert_allclose(mean, np.array([1, 1, 2]) / np.sqrt(6), atol=1e-6)
+
+
+def test_corner_angles_without_area():
+    """0 at corners in one place; else those of a face that is nothing but its longest side."""
+    line = [[0, 0, 0], [0, 0, 0], [1, 0, 0], [2, 0, 0]]
+    faces = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 3], [0, 3, 2], [0, 0, 1], [0, 0, 0]]
+    found = corner_angles(line, faces)
+    assert found[[0, 1, 2, 5, 6]].tolist() == np.zeros((5, 3)).tolist()
+    np.testing.assert_allclose(found[3:5], [[0, np.pi, 0], [0, 0, np.pi]], atol=1e-7)
+
+
+@pytest.mark.parametrize("size", [5e-324, 1e-200, 1.0, 1e200, 1.7e308])
+def test_an_up_direction_may_have_any_length(size):
+    faces = [[0, 1, 2]]
+    for up in ((0, 0, size), (size, 0, -size)):
+        found = MeshGeometry([[0, 0, 0], [1, 0, 0], [0, 1, 0]], faces, up_direction=up).up
+        np.testing.assert_allclose(found, np.sign(up) / np.linalg.norm(np.sign(up)), rtol=1e-15)
 
 
 def test_up_stands_in_where_there_is_no_normal():

@@ -230,6 +230,28 @@ def test_lethal_unknown_and_missing_parts_are_told():
         assert single.lethal == (cost == np.inf) and single.off_map == bool(np.isnan(cost))
 
 
+@pytest.mark.parametrize("tilt", [0.0, 0.3])
+@pytest.mark.parametrize("gap", [0.0, 1e-15, 1e-9])
+def test_a_path_over_a_face_without_area_is_as_known_as_its_ground(tilt, gap):
+    """A T-junction that such a face closes, as simplification leaves them."""
+    flat = np.array(
+        [[0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 0], [1 + gap, 1, 0], [2, 0, 0], [2, 2, 0]]
+    )
+    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    faces = [[0, 1, 2], [0, 2, 3], [1, 4, 2], [1, 5, 4], [5, 6, 4], [4, 6, 2]]
+    queries = queries_of(TestMesh("t_junction", flat @ turn.T, faces))
+    costs = 2.0 + flat[:, 1]  # linear over all of it
+    random = np.random.default_rng(3)
+    for _ in range(100):
+        ends = np.zeros((2, 3))
+        ends[:, :2] = random.uniform((0, 0), (1, 2)), random.uniform((1, 0), (2, 2))
+        found = queries.path_cost(ends @ turn.T, costs=costs)
+        assert not found.unknown and not found.off_map and not found.lethal
+        assert found.length == pytest.approx(np.linalg.norm(ends[1] - ends[0]), rel=1e-5)
+        assert found.cost == pytest.approx((2.0 + ends[:, 1].mean()) * found.length, rel=1e-5)
+        assert found.maximum == pytest.approx(2.0 + ends[:, 1].max(), rel=1e-5)
+
+
 def test_a_path_over_a_gap_or_to_another_storey_is_sampled():
     mesh = zoo.hole()
     queries = queries_of(mesh)
@@ -262,7 +284,8 @@ def test_costs_of_the_map_are_those_of_now():
 
 
 def test_bad_paths_are_refused():
-    queries = queries_of(terrain(5))
+    mesh = terrain(5)
+    queries = queries_of(mesh)
     costs = np.zeros(25, np.float32)
     for path, arguments, match in (
         (np.zeros((0, 3)), {}, "at least one point"),
@@ -277,3 +300,10 @@ def test_bad_paths_are_refused():
             queries.path_cost(path, costs=costs, **arguments)
     with pytest.raises(ValueError, match="one for each vertex"):
         queries.path_cost([(0, 0, 0)], costs=costs[1:])
+    for wrong in ("free", [None] * 25, costs + 0j):
+        with pytest.raises(ValueError, match="costs has to be numbers"):
+            queries.path_cost([(0, 0, 0)], costs=wrong)
+    with pytest.raises(ValueError, match="vectors has to be numbers"):
+        queries.directions_at(queries.carry([(0, 0, 0)]), [["x"] * 3] * 25)
+    huge = queries.cost_at([mesh.vertices[7]], costs=np.full(25, 1e300)).costs
+    assert huge.tolist() == [np.inf]

@@ -223,3 +223,16 @@ def test_our_own_layers_too(seed):
         fresh.compute_layers(config())
         assert_same(mesh_map, fresh)
     assert changed > 3
+
+
+def test_vectors_that_are_all_zero_and_none():
+    """With nothing lethal the vectors of an inflation are zeros; without vectors there are none."""
+    mesh_map = MeshMap.of(grid_map(5).geometry)
+    for repulsive in (True, False, True):
+        config = [entry("all", "mesh_layers/InflationLayer", repulsive_field=repulsive)]
+        if not mesh_map.layers:
+            mesh_map.compute_layers(config)
+        mesh_map.set_layer_parameters("all", {"repulsive_field": repulsive})
+        fresh = MeshMap.of(mesh_map.geometry)
+        fresh.compute_layers(config)
+        assert_same(mesh_map, fresh)

@@ -65,6 +65,13 @@ def test_another_view_of_the_geometry_is_not_shared(path, other):
     assert MapSource(path).make_map(**other).geometry is not MapSource(path).make_map().geometry
 
 
+@pytest.mark.parametrize("up", [(0, 0, 1), [0, 0, 2], np.array([0, 0, 1.0])])
+def test_a_view_may_be_said_in_many_ways(path, up):
+    usual = MapSource(path).make_map()
+    same = MapSource(path).make_map(up_direction=up, orient=False, normals="mean")
+    assert same.geometry is usual.geometry
+
+
 @pytest.mark.parametrize("options", [{"orient": True}, {"up_direction": (0, 1, 0)}])
 def test_the_same_view_is_shared(path, options):
     with counted_kernels() as counts:

@@ -391,6 +391,37 @@ def test_lines_are_cuts_of_the_surface():
         assert np.all(np.diff((line.path.points[:, :2] - start.position[:2]) @ ahead) >= 0)
 
 
+@pytest.mark.parametrize("size", [5e-324, 1e-170, 1e-90, 1e90, 1e170, 1.7e308])
+def test_directions_and_targets_may_have_any_size(size):
+    mesh = terrain(15)
+    walker = walker_of(mesh)
+    start = point_of(mesh, 200, (1, 1, 1))
+    up = np.array([0.1, 0.2, -1.0])
+    way = {"start": start, "target": start.position + (0.4, 0.3, 0)}
+    found, expected = walker.line(**way, up=size * np.sign(up)), walker.line(**way, up=np.sign(up))
+    assert found.end == expected.end == WalkEnd.ARRIVED and expected.length > 0.4
+    np.testing.assert_allclose(found.position, expected.position, atol=1e-12)
+    np.testing.assert_allclose(found.normal, expected.normal, atol=1e-12)
+    if size > 1:
+        away = walker.line(start=start, target=(size, 0.5 * size, 0), up=(0, 0, 1))
+        near = walker.line(start=start, target=(1e6, 0.5e6, 0), up=(0, 0, 1))
+        assert away.end == near.end == WalkEnd.BORDER
+        np.testing.assert_allclose(away.position, near.position, atol=1e-5)
+
+
+def test_weights_of_no_point_of_a_face_are_no_start():
+    mesh = terrain(5)
+    walker = walker_of(mesh)
+    wrong = [(0, 0, 0), (1, 1, 1), (-1, 1, 1), (3, -1, -1), (1e300, 0, 1), (np.nan, 0, 1)]
+    rounded = [(1 + 1e-9, -1e-9, 0), (1 / 3, 1 / 3, 0.33333334)]
+    weights = np.array(wrong + rounded)
+    starts = SurfacePoints(np.zeros(len(weights), int), None, weights, None)
+    walks = walker.walk_batch(starts=starts, lengths=0.01, directions=(0.3, 1, 0))
+    lines = walker.line_batch(starts=starts, targets=mesh.vertices[6])
+    for ends in (walks.ends, lines.ends):
+        assert ends.tolist() == [WalkEnd.NOWHERE] * len(wrong) + [WalkEnd.ARRIVED] * len(rounded)
+
+
 def test_lines_run_along_borders_and_end_at_them():
     mesh = zoo.grid(10, 10.0)
     walker = walker_of(mesh)
@@ -462,6 +493,7 @@ def test_bad_arguments_are_refused():
     walker = walker_of(mesh)
     point = point_of(mesh, 0, (1, 1, 1))
     for arguments, match in (
+        ({}, "direction is needed: the start does not look anywhere"),
         ({"direction": (1, 0)}, "direction has to"),
         ({"direction": (1, 0, 0), "up": "x"}, "up has to"),
         ({"direction": (1, 0, 0), "length": "far"}, "length has to be a number"),
@@ -471,6 +503,8 @@ def test_bad_arguments_are_refused():
         with pytest.raises(ValueError, match=match):
             walker.walk(start=point, **{"length": 1.0, **arguments})
     starts = SurfacePoints(np.array([0.5]), None, np.full((1, 3), 1 / 3), None)
+    with pytest.raises(ValueError, match="directions is needed"):
+        walker.walk_batch(starts=starts, lengths=1)
     with pytest.raises(ValueError, match="row of whole numbers"):
         walker.walk_batch(starts=starts, lengths=1, directions=(1, 0, 0))
     with pytest.raises(ValueError, match=r"lengths has to have the shape \(1\)"):

@@ -71,6 +71,7 @@ class ObstacleDistance
   bool solveParts(const std::atomic<bool>* cancel, unsigned threads);
   std::vector<std::uint32_t> solveRegion();
   void runRegion();
+  void markRim(bool mark);
   bool isInside(std::uint32_t v) const;
   void addToRegion(std::uint32_t v);
   void growRegion(const std::vector<std::uint32_t>& from, double reach);
@@ -88,6 +89,7 @@ class ObstacleDistance
   std::vector<std::uint32_t> stamps_;  // which part of the mesh a vertex was in last
   std::uint32_t stamp_ = 0;
   std::vector<std::uint32_t> region_;  // the vertices with this stamp
+  std::vector<std::uint8_t> at_rim_;   // those of the region next to others; else 0
   std::vector<float> lengths_;         // scratch of growRegion: infinite
 };
 

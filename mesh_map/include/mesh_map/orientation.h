@@ -28,6 +28,7 @@ struct Orientation
 /// front; and one without volume stays as its first face is. Degenerate faces stay as they are.
 ///
 /// face_edges, edge_face_counts and edge_flags are those of the topology; `up` is of length 1.
+/// Throws std::invalid_argument where they are those of another mesh, as far as that would matter.
 Orientation orientFaces(const MeshView& mesh, ArrayView<std::uint32_t> face_edges,
                         ArrayView<std::uint32_t> edge_face_counts,
                         ArrayView<std::uint8_t> edge_flags, const std::array<double, 3>& up);

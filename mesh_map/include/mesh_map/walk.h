@@ -17,8 +17,8 @@ enum class WalkEnd : std::uint8_t
   BORDER = 1,   ///< the surface ends there
   BLOCKED = 2,  ///< the next face does not count
   STEPS = 3,    ///< more faces than allowed
-  NOWHERE = 4,  ///< no start: no such face, one without area, or numbers that are not finite; or no
-                ///< direction: none along the face
+  NOWHERE = 4,  ///< no start: no such face, one without area, weights of no point in it, or numbers
+                ///< that are not finite; or no direction: none along the face
   LOOP = 5      ///< a line came to where it has been: the cut does not lead to the target
 };
 

@@ -75,7 +75,10 @@ class Attributes(Mapping[str, np.ndarray]):
         return len(self._arrays)
 
     def _checked(self, name: str, values: Any) -> np.ndarray:
-        array = np.array(values)
+        try:
+            array = np.array(values)
+        except ValueError as error:  # rows of different lengths
+            raise MeshMapError("attribute %s: %s" % (name, one_line(str(error)))) from error
         if array.dtype.kind not in "biuf":
             raise MeshMapError("attribute %s is of %s, not of numbers" % (name, array.dtype))
         if array.ndim not in (1, 2) or len(array) != self.count:
@@ -122,9 +125,13 @@ def face_costs(costs: Any, faces: Any, how: str = MAX) -> np.ndarray:
         how: "max" or "mean" of the corners.
     Returns:
         (F,) float32.
+    Raises:
+        ValueError: fewer costs than there are vertices, another shape, or another word.
     """
     choice(how, "how", (MAX, MEAN))
     values, triangles = np.asarray(costs, np.float32), np.asarray(faces)
+    if values.ndim != 1 or (triangles.size and len(values) <= triangles.max()):
+        raise ValueError("costs has the shape %s: one is needed for each vertex" % (values.shape,))
     a, b, c = (values[triangles[:, k]] for k in range(3))
     if how == MAX:
         result = np.maximum(np.maximum(a, b), c)

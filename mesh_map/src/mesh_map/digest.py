@@ -18,7 +18,7 @@ def digest(*parts: Any) -> str:
             head, body = "text %d;" % len(part.encode()), part.encode()
         else:
             array = np.ascontiguousarray(part)
-            head, body = "%s %s;" % (array.dtype.str, array.shape), memoryview(array).cast("B")
+            head, body = "%s %s;" % (array.dtype.str, array.shape), array.reshape(-1).view(np.uint8)
         hasher.update(head.encode())
         hasher.update(body)
     return hasher.hexdigest()

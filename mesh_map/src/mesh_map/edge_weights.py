@@ -9,6 +9,8 @@ from mesh_map.array_checks import read_only
 from mesh_map.geometry import MeshGeometry
 from mesh_map.settings import MapSettings
 
+_BLOCK = 1 << 16  # edges at a time, so that intermediate results stay in the cache
+
 
 def mean_weights(lengths: np.ndarray, costs: np.ndarray, factor: float) -> np.ndarray:
     """length + factor length (cost_a + cost_b) / 2; +inf where a cost is lethal or unknown.
@@ -115,7 +117,11 @@ class PlanningCosts:
             if not factor:
                 return lengths
         if self._base is None or len(self._base[1]) > len(self.costs) // 8:
-            return read_only(formula(lengths, self.costs[edges], factor))
+            weights = np.zeros(len(edges), np.float32)
+            for start in range(0, len(edges), _BLOCK):
+                block = slice(start, start + _BLOCK)
+                weights[block] = formula(lengths[block], self.costs[edges[block]], factor)
+            return read_only(weights)
         weights, vertices = self._base
         if not len(vertices):
             return weights

@@ -44,9 +44,10 @@ class Footprint:
     @classmethod
     def circle(cls, radius: float, corners: int = 16, **heights: float) -> "Footprint":
         """A regular polygon around a circle. As Footprint(): below, above."""
-        if not (radius > 0.0 and math.isfinite(radius)) or corners < 3:
+        usable = isinstance(radius, (int, float, np.number)) and 0.0 < radius < math.inf
+        if not usable or not isinstance(corners, (int, np.integer)) or corners < 3:
             raise MeshMapError(
-                "there is no circle of radius %g m with %d corners" % (radius, corners),
+                "there is no circle of radius %r m with %r corners" % (radius, corners),
                 "a radius above 0 and at least 3 corners are needed",
             )
         angles = (np.arange(corners) + 0.5) * (2.0 * math.pi / corners)

@@ -145,8 +145,9 @@ class Layer(abc.ABC):
 
     @classmethod
     def all_parameters(cls) -> Tuple[Parameter, ...]:
-        """PARAMETERS and those that every layer has."""
-        return cls.PARAMETERS + (FACTOR, COMBINATION_WEIGHT)
+        """PARAMETERS, and those that every layer has unless it declares them itself."""
+        own = {parameter.name for parameter in cls.PARAMETERS}
+        return cls.PARAMETERS + tuple(p for p in (FACTOR, COMBINATION_WEIGHT) if p.name not in own)
 
     def announce(self, geometry: "MeshGeometry") -> None:
         """Called for all layers that will be computed, before any is.
@@ -183,7 +184,8 @@ class Layer(abc.ABC):
             mesh_map, inputs: as for compute().
             changed: (K,) uint32, ascending: the vertices at which some input has changed; may be
                 empty where the layer's own data (of a sensor) have changed.
-            before: the result that this layer had; its arrays are read-only.
+            before: the result that this layer has; its arrays are read-only. It need not be what
+                was returned last: a change that fails elsewhere is given up as a whole.
         """
         return self.compute(mesh_map, inputs)
 

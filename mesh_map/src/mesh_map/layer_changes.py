@@ -11,6 +11,7 @@ from mesh_map.layer import LayerResult
 from mesh_map.layer_list import error_line
 
 _LOG = logging.getLogger("mesh_map")
+_PATIENCE = 1.0  # seconds
 
 
 class LayerChange(NamedTuple):
@@ -87,20 +88,25 @@ class Listeners:
     """Callbacks that are told of each change once, in order, by one thread at a time.
 
     They are called without any lock of the map, so they may use it freely. Where a thread makes a
-    change while another one tells of the change before, that one tells of both.
+    change while another one tells of the change before, that one tells of both, and the first
+    waits: changes do not pile up before listeners that are slower.
     """
 
     def __init__(self) -> None:
         self._listeners: List[Listener] = []
         self._waiting: Deque[List[LayerChange]] = collections.deque()
+        self._editing = threading.Lock()
         self._telling = threading.Lock()
+        self._teller: Optional[int] = None  # the thread that holds _telling
 
     def add(self, listener: Listener) -> None:
-        self._listeners = self._listeners + [listener]
+        with self._editing:
+            self._listeners = self._listeners + [listener]
 
     def remove(self, listener: Listener) -> None:
         """One that was not added is no error."""
-        self._listeners = [known for known in self._listeners if known != listener]
+        with self._editing:
+            self._listeners = [known for known in self._listeners if known != listener]
 
     def put(self, changes: List[LayerChange]) -> None:
         """Adds what tell() is to tell; called in the order of the changes."""
@@ -108,15 +114,28 @@ class Listeners:
             self._waiting.append(changes)
 
     def tell(self) -> None:
-        """Tells what was put, unless another call, of whatever thread, is at it."""
-        while self._waiting and self._telling.acquire(blocking=False):
+        """Tells what was put, or waits until another thread has told it.
+
+        Not for a call by a listener, nor for long: that thread may be waiting for this one.
+        """
+        while self._waiting and self._begin():
             try:
                 while self._waiting:
-                    changes = self._waiting.popleft()
-                    for listener in self._listeners:
-                        try:
-                            listener(list(changes))
-                        except Exception as error:  # the others are told nevertheless
-                            _LOG.error("a listener failed with %s", error_line(error))
+                    self._tell_all_of(self._waiting.popleft())
             finally:
+                self._teller = None
                 self._telling.release()
+
+    def _begin(self) -> bool:
+        this = threading.get_ident()
+        if self._teller == this or not self._telling.acquire(timeout=_PATIENCE):
+            return False
+        self._teller = this
+        return True
+
+    def _tell_all_of(self, changes: List[LayerChange]) -> None:
+        for listener in self._listeners:
+            try:
+                listener(list(changes))
+            except Exception as error:  # the others are told nevertheless
+                _LOG.error("a listener failed with %s", error_line(error))

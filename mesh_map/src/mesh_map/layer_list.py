@@ -53,9 +53,10 @@ def error_line(error: BaseException) -> str:
 
 
 def log_left_out(name: str, error: BaseException) -> None:
-    """Says that a layer cannot be used."""
+    """Says that a layer cannot be used; one without a usable name is "layer N" of the list."""
     failed = "" if isinstance(error, MeshMapError) else "it failed with "
-    _LOG.error("layer %s is left out: %s%s", name, failed, error_line(error))
+    shown = name if name.startswith("layer ") else "layer " + name
+    _LOG.error("%s is left out: %s%s", shown, failed, error_line(error))
 
 
 def _made(name: str, type_name: str, params: Mapping[str, Any]) -> Layer:
@@ -71,7 +72,9 @@ def _made(name: str, type_name: str, params: Mapping[str, Any]) -> Layer:
 def _checked_entry(entry: Any) -> Tuple[str, str, Mapping[str, Any]]:
     """Name, type and parameters of an entry of the list of layers."""
     if not isinstance(entry, Mapping) or not {"name", "type"} <= set(entry):
-        raise MeshMapError("an entry of the list of layers is %r" % (entry,), "{name, type}")
+        raise MeshMapError(
+            "an entry of the list of layers is %r" % (entry,), "{name: ..., type: ...} is needed"
+        )
     name, type_name, params = entry["name"], entry["type"], entry.get("params") or {}
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise MeshMapError(
@@ -80,5 +83,7 @@ def _checked_entry(entry: Any) -> Tuple[str, str, Mapping[str, Any]]:
     if not isinstance(type_name, str):
         raise MeshMapError("the type of layer %s is %r" % (name, type_name), "a string is needed")
     if not isinstance(params, Mapping):
-        raise MeshMapError("the parameters of layer %s are %r" % (name, params), "not a mapping")
+        raise MeshMapError(
+            "the parameters of layer %s are %r" % (name, params), "a mapping is needed"
+        )
     return name, type_name, params

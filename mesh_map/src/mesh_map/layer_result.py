@@ -40,9 +40,10 @@ def checked(returned: Any, vertex_count: int) -> LayerResult:
     """
     try:
         costs, lethal, *vectors = returned
+        (vectors,) = vectors or (None,)
     except (TypeError, ValueError) as error:
         raise MeshMapError("compute() did not return costs and lethal vertices") from error
-    return checked_result(costs, lethal, vertex_count, *vectors)
+    return checked_result(costs, lethal, vertex_count, vectors)
 
 
 def checked_result(
@@ -83,7 +84,8 @@ def checked_result(
             "costs have to be 0 or more, +inf for lethal, NaN for unknown",
         )
     if vectors is not None:
-        vectors = np.ascontiguousarray(vectors, np.float32)
+        with np.errstate(over="ignore"):  # what does not fit is not finite
+            vectors = np.ascontiguousarray(vectors, np.float32)
         if vectors.shape != (vertex_count, 3) or not np.isfinite(vectors).all():
             raise MeshMapError("the vectors have to be (%d, 3) finite numbers" % vertex_count)
         vectors = _of_its_own(vectors, given_vectors)

@@ -2,7 +2,7 @@
 
 import logging
 import time
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Set
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional
 
 import numpy as np
 
@@ -28,14 +28,15 @@ class LayerSet:
         layers: name -> Layer, in the order of evaluation.
         inputs: name -> names of what it reads.
         errors: name -> one line, for the layers that are left out.
-        stale: names of layers whose last evaluation failed: they have the result before.
+        stale: names of layers whose last evaluation failed: they have the result before. With the
+            time (of the monotonic clock) at which that was logged last.
     """
 
     def __init__(self) -> None:
         self.layers: Dict[str, Layer] = {}
         self.inputs: Dict[str, List[str]] = {}
         self.errors: Dict[str, str] = {}
-        self.stale: Set[str] = set()
+        self.stale: Dict[str, float] = {}
 
     @classmethod
     def computed(
@@ -113,9 +114,13 @@ def _reused(
     if not layer.STORABLE:
         return None
     layer.identity = layer.fingerprint(mesh_map, inputs)
-    costs = stored(layer.name, layer.identity)
-    returned = None if costs is None else layer.reuse(costs)
-    return None if returned is None else checked(returned, len(mesh_map.vertices))
+    try:
+        costs = stored(layer.name, layer.identity)
+        returned = None if costs is None else layer.reuse(costs)
+        return None if returned is None else checked(returned, len(mesh_map.vertices))
+    except Exception as error:  # a file that others have written to, or a stranger's plugin
+        _LOG.warning("layer %s is computed anew: %s", layer.name, error_line(error))
+        return None
 
 
 def _evaluate(

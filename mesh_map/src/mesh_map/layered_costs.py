@@ -223,7 +223,8 @@ class LayeredCosts:
 
         changes: a list of LayerChange, of layers in the order of evaluation, "Combined Costs" last;
         what is as before is not in it. It is called by the thread that made the change, or one that
-        is just calling for an earlier one, without any lock of the map. What it raises is logged.
+        is just calling for an earlier one, without any lock of the map. Whoever makes changes waits
+        for it, so it should be quick. What it raises is logged.
         """
         self._listeners.add(listener)
 

@@ -4,6 +4,7 @@ import threading
 from typing import Any, Dict, List, Optional
 
 from mesh_msgs_hdf5.any_mesh import Members
+from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.mesh import Label
 from mesh_msgs_hdf5.writing.save import stamp
@@ -54,6 +55,10 @@ class MapContents:
     def _labels(self) -> LabelStore:
         with self._lock:
             if self._store is None:
-                part = self._members.part
-                self._store = LabelStore(self._members.path, part, read_only=True)
+                members = self._members
+                store = LabelStore(members.path, members.part, read_only=True)
+                if (store.uuid, store.face_count) != (members.uuid, members.face_count):
+                    reason = "another program has replaced the mesh"
+                    raise MapFileError("changed", members.path, reason, "open it again")
+                self._store = store
             return self._store

@@ -21,6 +21,7 @@ from mesh_map.geometry import MeshGeometry
 from mesh_map.layer import Layer
 from mesh_map.map_contents import MapContents
 from mesh_map.mesh_map import MeshMap
+from mesh_map.normals import checked_up
 from mesh_map.parameter import Parameter
 
 _LOG = logging.getLogger("mesh_map")
@@ -154,17 +155,24 @@ class MapSource:
         for note in opened.notes:
             _LOG.warning("%s: %s", path, note)
 
-    def make_map(self, frame_id: str = "", **options: Any) -> MeshMap:
+    def make_map(
+        self,
+        frame_id: str = "",
+        up_direction: Any = (0.0, 0.0, 1.0),
+        orient: bool = False,
+        normals: str = "mean",
+    ) -> MeshMap:
         """A map without layers. All maps of this process with this mesh share what follows from it.
 
         Args:
             frame_id: instead of that of the file.
-            options: up_direction, orient and normals of MeshGeometry.
+            up_direction, orient, normals: as for MeshGeometry.
         Raises:
             MeshMapError: no usable mesh, or a wrong option.
         """
         mesh, frame_id = self.mesh, frame_id or self.mesh.frame_id
         content = self._content_uuid()
+        options = {"up_direction": up_direction, "orient": orient, "normals": normals}
 
         def made() -> MeshGeometry:
             vertices, faces, normals = mesh.vertices, mesh.faces, mesh.vertex_normals
@@ -173,7 +181,8 @@ class MapSource:
             return geometry
 
         given = "" if mesh.vertex_normals is None else digest(mesh.vertex_normals)
-        key = (content, self.uuid, frame_id, given, repr(sorted(options.items())))
+        of_options = tuple(checked_up(up_direction)), bool(orient), repr(normals)
+        key = (content, self.uuid, frame_id, given, of_options)
         self._geometry = _GEOMETRIES.of(key, made)
         self._options, self._identity = options, {}
         if given and self._has_usual_normals():
@@ -242,13 +251,22 @@ class MapSource:
         if not edit.vertex_costs:
             raise MeshMapError("there are no layers to store")
         try:
-            self._members.layer_names()  # looks at the file as it is now: has_normals follows
-            if self._has_usual_normals() and not self._members.has_normals:
-                edit.vertex_normals = self._geometry.vertex_normals
-            self._members.update(edit)
+            self._update(edit)
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
         return list(edit.vertex_costs)
+
+    def _update(self, edit: Edit) -> None:
+        for tries_left in range(_TRIES - 1, -1, -1):
+            self._members.layer_names()  # looks at the file as it is now: has_normals follows
+            if self._has_usual_normals():
+                has_normals = self._members.has_normals
+                edit.vertex_normals = None if has_normals else self._geometry.vertex_normals
+            try:
+                return self._members.update(edit)
+            except MapFileError as error:
+                if error.code != "changed" or not tries_left:
+                    raise  # else somebody else has saved in this moment
 
     def _has_usual_normals(self) -> bool:
         options = self._options

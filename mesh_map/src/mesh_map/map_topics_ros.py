@@ -30,7 +30,7 @@ class PacedTopics:
         self._topics = LatchedTopics(name, data_class)
         self._due: Dict[Hashable, float] = {}
         self._lock = threading.Lock()
-        self.remove, self.unregister = self._topics.remove, self._topics.unregister
+        self.unregister = self._topics.unregister
 
     def send(self, key: Hashable, make_message: Callable[[], Any]) -> None:
         """Sends a message at once, however little time has passed since the one before."""
@@ -50,6 +50,13 @@ class PacedTopics:
                 return  # it will go with the one that waits
             self._due[key] = due = max(now, due + self.period)
         self._topics.send(key, due - now)
+
+
+    def remove(self, key: Hashable) -> None:
+        """Forgets a message; the next one of this key is sent at once."""
+        self._topics.remove(key)
+        with self._lock:
+            self._due.pop(key, None)
 
 
 class MapTopics:
@@ -119,11 +126,17 @@ class MapTopics:
         self.costs[name] = costs
         self._send(self._costs, name, lambda: map_messages.costs_message(mesh_map, name, costs))
 
-    def publish_changes(self, changes: Iterable[Any]) -> None:
-        """mesh_map.LayerChange: at once the differences, and the whole layers when it is time."""
-        for name, vertices, costs in changes:
-            with self._lock:
+    def publish_changes(self, mesh_map: MeshMap, changes: Iterable[Any]) -> None:
+        """mesh_map.LayerChange: at once the differences, and the whole layers when it is time.
+
+        mesh_map: which has changed; nothing is published if another one has been begun meanwhile.
+        """
+        with self._lock:
+            if self.map is not mesh_map:
+                return
+            for name, vertices, costs in changes:
                 self._publish_change(name, vertices, costs)
+            self._publish_layer_vectors(mesh_map.layers.values())
 
     def publish_face_costs(self, name: str, read_costs: Callable[[], Optional[np.ndarray]]) -> None:
         """Costs of all faces.
@@ -157,6 +170,8 @@ class MapTopics:
 
     def shutdown(self) -> None:
         """Ends all topics."""
+        with self._lock:
+            self.map = None  # changes that are just being made find nobody
         for topics in self._paced:
             topics.unregister()
         for publisher in (self._mesh, self._colors, self._updates, self._progress):

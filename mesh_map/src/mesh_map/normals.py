@@ -102,9 +102,10 @@ def checked_up(direction: Any) -> np.ndarray:
         checked = np.array(direction, np.float64)
     except (TypeError, ValueError):
         checked = np.zeros(0)
-    length = np.linalg.norm(checked) if checked.shape == (3,) else 0.0
-    if not 0.0 < length < np.inf:
+    largest = np.abs(checked).max() if checked.shape == (3,) else 0.0
+    if not 0.0 < largest < np.inf:
         raise MeshMapError(
             "up_direction is %r, but it has to be three finite numbers, not all 0" % (direction,)
         )
-    return checked / length
+    checked /= largest  # no square is 0 or too large then
+    return checked / np.linalg.norm(checked)

@@ -57,9 +57,9 @@ def find_obstacles(
     """
     with np.errstate(over="ignore", invalid="ignore"):
         offsets = points - origin
-        squares = np.einsum("ij,ij->i", offsets, offsets)
-        finite = np.isfinite(squares)
-        in_range = finite & (squares >= limits.nearest**2) & (squares <= limits.farthest**2)
+        distances = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
+        finite = np.isfinite(distances)
+        in_range = finite & (distances >= limits.nearest) & (distances <= limits.farthest)
     asked = np.flatnonzero(in_range)
     unit = np.asarray(down, np.float64) / np.linalg.norm(down)
     hits = index.cast_batch(
@@ -90,7 +90,7 @@ class ObstacleMarks:
 
     def __init__(self, face_count: int) -> None:
         self._marked = np.zeros(face_count, np.bool_)
-        self._keys = np.zeros(0, np.int64)
+        self._keys = np.zeros(0, np.int64)  # ascending
         self._keep_faces(np.zeros(0, np.uint32))
         self.points = np.zeros((0, 3))
         self.times = np.zeros(0)
@@ -106,12 +106,14 @@ class ObstacleMarks:
         keys, first = np.unique(_keys(faces, points), return_index=True)
         if not len(keys):
             return
-        place = np.minimum(np.searchsorted(keys, self._keys), len(keys) - 1)
-        old = keys[place] != self._keys
-        self._keys = np.concatenate([self._keys[old], keys])
-        self.points = np.concatenate([self.points[old], points[first]])
-        self.times = np.concatenate([self.times[old], np.full(len(keys), float(time))])
-        self._keep_faces(np.concatenate([self._faces[old], faces[first]]))
+        place = np.searchsorted(self._keys, keys)
+        known = np.append(self._keys, -1)[place] == keys
+        self.points[place[known]], self.times[place[known]] = points[first[known]], time
+        place, first = place[~known], first[~known]
+        self._keys = np.insert(self._keys, place, keys[~known])
+        self.points = np.insert(self.points, place, points[first], axis=0)
+        self.times = np.insert(self.times, place, float(time))
+        self._keep_faces(np.insert(self._faces, place, faces[first]))
 
         if len(self.times) > MOST_MARKS:
             kept = np.zeros(len(self.times), np.bool_)

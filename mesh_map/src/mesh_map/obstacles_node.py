@@ -21,16 +21,19 @@ from mesh_map.transforms_ros import SharedTransforms
 _LOG = logging.getLogger("mesh_map")
 _PERIOD = 0.2  # seconds between two looks at what has become too old
 _CLOSING_TIME = 2.0  # seconds
+# With the last, rospy ends a wait for a transform when a bag begins again.
+_UNUSABLE = (MeshMapError, TransformError, tf2_ros.TransformException, rospy.ROSException)
 _BUFFER = 1 << 26  # bytes; with less, rospy keeps old clouds in the socket
 
 
 class ObstacleAdapter(RosAdapter):
     """Hands the clouds of the layer's topic to it, and tells it when time passes.
 
-    Clouds are brought into the frame of the map by the transform of their stamp; the newest cloud
-    counts where they come faster than they can be used. Those that cannot be used are counted in
-    one warning every ten seconds. Marks age by the ROS time at which clouds arrive, so bags may be
-    played with and without simulated time. A topic that is changed is subscribed to at once.
+    Clouds are brought into the frame of the map by the transform of their stamp. The sensor is at
+    the origin of their frame, or of the parameter sensor_frame. The newest cloud counts where they
+    come faster than they can be used. Those that cannot be used are counted in one warning every
+    ten seconds. Marks age by the ROS time at which clouds arrive, so bags may be played with and
+    without simulated time. A topic that is changed is subscribed to at once.
 
     Service: <namespace>/clear (std_srvs/Trigger) forgets all obstacles.
     """
@@ -38,6 +41,7 @@ class ObstacleAdapter(RosAdapter):
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
         self._lock = threading.Lock()  # held while the layer or the map changes
+        self._due = False  # the layer has changed, and the map does not know it yet
         self._closed = threading.Event()
         self._complaints = Complaints(self.layer.name)
         self._transforms = SharedTransforms.acquired()
@@ -90,14 +94,16 @@ class ObstacleAdapter(RosAdapter):
         try:
             points = cloud_points(message)
             stamp = message.header.stamp
-            rotation, origin = self._to_map(message.header.frame_id, stamp)
+            rotation, translation = self._to_map(message.header.frame_id, stamp)
+            origin = self._sensor(message.header.frame_id, stamp)
             down = self._down(stamp)
-        except (MeshMapError, TransformError, tf2_ros.TransformException) as error:
-            topic = rospy.resolve_name(self._topic)
-            self._complaints.add("clouds from %s cannot be used" % topic, error)
+        except _UNUSABLE as error:
+            if not rospy.is_shutdown():
+                topic = rospy.resolve_name(self._topic)
+                self._complaints.add("clouds from %s cannot be used" % topic, error)
             return
         with np.errstate(over="ignore", invalid="ignore"):
-            points = points @ rotation.T + origin
+            points = points @ rotation.T + translation
         now = rospy.get_time()
         self._change(lambda: self.layer.insert_cloud(self.mesh_map, points, origin, now, down=down))
         rospy.logdebug("layer %s: %s", self.layer.name, self.layer.last_cloud)
@@ -107,8 +113,10 @@ class ObstacleAdapter(RosAdapter):
             if self._closed.is_set():
                 return
             try:
-                if change():
+                self._due = bool(change()) or self._due
+                if self._due:
                     self.refresh()
+                    self._due = False
             except Exception as error:  # of whatever depends on this layer; clouds go on
                 text = "%s: %s" % (type(error).__name__, one_line(error))
                 self._complaints.add("obstacles cannot be taken over", text)
@@ -123,6 +131,16 @@ class ObstacleAdapter(RosAdapter):
         wait = rospy.Duration.from_sec(self.layer.params["tf_tolerance"])
         found = self._transforms.buffer.lookup_transform(target, frame, stamp, wait)
         return rotation_and_translation(found)
+
+    def _sensor(self, cloud_frame: str, stamp: rospy.Time) -> np.ndarray:
+        """Where the sensor is, in the frame of the map."""
+        frame = self.layer.params["sensor_frame"]
+        if not frame and cloud_frame.lstrip("/") == self.mesh_map.frame_id.lstrip("/"):
+            self._complaints.add(
+                "clouds are in the frame of the map, so the sensor seems to be at its origin",
+                "set sensor_frame",
+            )
+        return self._to_map(frame or cloud_frame, stamp)[1]
 
     def _down(self, stamp: rospy.Time) -> Optional[np.ndarray]:
         """Down in the frame of the map; None for what the map says."""

@@ -1,13 +1,17 @@
 """Declarations of the parameters of a layer."""
 
 import math
+import sys
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Tuple, Union
+
+import numpy as np
 
 from mesh_map.errors import MeshMapError
 
 Value = Union[bool, int, float, str, Tuple[Any, ...], Mapping[str, Any]]
 
+_LARGEST = sys.float_info.max
 _OTHER_KINDS = (
     (bool, bool, "a boolean"),
     (str, str, "a string"),
@@ -46,6 +50,8 @@ class Parameter:
         Raises:
             MeshMapError: another type, NaN, or none of the choices.
         """
+        if isinstance(value, np.generic):
+            value = value.item()
         kind = type(self.default)
         for known, accepted, text in _OTHER_KINDS:
             if kind is known:
@@ -54,11 +60,11 @@ class Parameter:
                 if self.choices and value not in self.choices:
                     raise self._wrong(value, "one of " + ", ".join(self.choices))
                 return kind(value), ""
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value:
             raise self._wrong(value, "a number")
         limited = self._limited(value)
         if kind is int:
-            if limited != math.floor(limited):
+            if math.isinf(limited) or limited != int(limited):
                 raise self._wrong(value, "a whole number")
             limited = int(limited)
         else:
@@ -79,7 +85,7 @@ class Parameter:
             value = self.minimum
         if self.maximum is not None and value > self.maximum:
             value = self.maximum
-        if math.isinf(value) and value not in (self.minimum, self.maximum):
+        if not -_LARGEST <= value <= _LARGEST and value not in (self.minimum, self.maximum):
             raise self._wrong(value, "a finite number")
         return value
 

@@ -1,6 +1,8 @@
 """Evaluation of those layers that a change concerns."""
 
 import logging
+import math
+import time
 from typing import TYPE_CHECKING, Dict, Set
 
 import numpy as np
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from mesh_map.mesh_map import MeshMap
 
 _LOG = logging.getLogger("mesh_map")
+FAILURE_PERIOD = 10.0  # seconds, in which the failures of a layer are logged once
 
 
 class Propagation:
@@ -27,11 +30,13 @@ class Propagation:
     def __init__(self, mesh_map: "MeshMap", layer_set: LayerSet) -> None:
         self._mesh_map = mesh_map
         self._set = layer_set
-        self._stale = set(layer_set.stale)
+        self._stale = dict(layer_set.stale)
         self._weights: Set[str] = set()
         self._used: Dict[str, Dict[str, LayerInput]] = {}
         self.results: Dict[str, LayerResult] = {
-            name: layer.result for name, layer in layer_set.layers.items() if layer.result
+            name: layer.result
+            for name, layer in layer_set.layers.items()
+            if layer.result is not None
         }
         self.differences: Dict[str, ResultDifference] = {}
 
@@ -73,9 +78,14 @@ class Propagation:
             self._put(name, checked(reused, len(before.costs)), self._inputs(name))
 
     def fail(self, name: str, error: BaseException) -> None:
-        """Keeps the result before of a layer that could not be evaluated, and logs that."""
-        self._stale.add(name)
-        _LOG.error("layer %s stays as it was: %s", name, error_line(error))
+        """Keeps the result before of a layer that could not be evaluated, and logs that.
+
+        Not each time: it may fail with every cloud of a sensor.
+        """
+        now = time.monotonic()
+        if now - self._stale.get(name, -math.inf) >= FAILURE_PERIOD:
+            self._stale[name] = now
+            _LOG.error("layer %s stays as it was: %s", name, error_line(error))
 
     def follow(self) -> None:
         """Evaluates all layers that read what has changed, in their order."""
@@ -111,9 +121,12 @@ class Propagation:
         }
 
     def _put(self, name: str, result: LayerResult, inputs: Dict[str, LayerInput]) -> None:
-        self._stale.discard(name)
+        if self._stale.pop(name, None) is not None:
+            _LOG.info("layer %s is up to date again", name)
         self._used[name] = inputs
-        difference = ResultDifference.between(self.results[name], result)
+        before = self.results[name]
+        difference = ResultDifference.between(before, result)
         if len(difference.read):
-            self.results[name] = result
             self.differences[name] = difference
+        if len(difference.read) or (result.vectors is None) != (before.vectors is None):
+            self.results[name] = result

@@ -189,7 +189,8 @@ class SurfaceQueries(Neighborhoods):
 
         Exact without a step: costs are linear in each face, and a path that leaves a face is
         followed over the surface to its next point, as SurfaceWalker.line() does. Where the surface
-        does not lead there (a gap, another storey, off the map), it is sampled every 5 cm.
+        does not lead there (a gap, another storey, off the map), it is sampled every 5 cm. There
+        are at most 10,000 samples between two points of the path.
 
         Args:
             path: (N, 3) meters, N >= 1, such as the points of a plan.
@@ -270,7 +271,9 @@ class SurfaceQueries(Neighborhoods):
             if self._map is None:
                 raise MeshMapError("a mesh has no costs", "give costs=, or ask MeshMap.queries")
             costs = self._map.costs
-        array = np.ascontiguousarray(costs, np.float32)
+        array = _numbers(costs, "costs")
+        with np.errstate(over="ignore"):  # what does not fit becomes lethal
+            array = np.ascontiguousarray(array, np.float32)
         if array.shape != (len(self.vertices),):
             raise ValueError(
                 "costs has to have the shape (%d,), one for each vertex, not %s"
@@ -279,10 +282,17 @@ class SurfaceQueries(Neighborhoods):
         return array
 
     def _per_vertex(self, values: Any, name: str) -> np.ndarray:
-        array = np.asarray(values)
+        array = _numbers(values, name)
         if array.ndim not in (1, 2) or len(array) != len(self.vertices):
             raise ValueError(
                 "%s has the shape %s: one row is needed for each of the %d vertices"
                 % (name, array.shape, len(self.vertices))
             )
         return array
+
+
+def _numbers(values: Any, name: str) -> np.ndarray:
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf":
+        raise ValueError("%s has to be numbers, not %s" % (name, array.dtype))
+    return array

@@ -12,6 +12,7 @@ from mesh_map.walk import SurfaceWalker, WalkEnd, WalkPath
 
 _CLOSE = 1e-6  # of a path that stays within a face, of the size of the piece
 _SAME = 1e-3  # of a line that came to its target, of its length
+_FLAT = 1e-3  # weights that are off by more are of a face without area, such as between two others
 _SAMPLE = 0.05  # meters; where the surface cannot be followed
 _MOST_SAMPLES = 10_000  # of one piece of a path
 
@@ -187,6 +188,23 @@ def _weights(
     return barycentric_coordinates(places, a, b, c)
 
 
+def _weights_of_segments(
+    vertices: np.ndarray, faces: np.ndarray, which: np.ndarray, places: np.ndarray
+) -> np.ndarray:
+    """As _weights(), of faces that are nothing but their longest side."""
+    corners = vertices[faces[which]].astype(np.float64)
+    sides = np.roll(corners, -1, 1) - corners
+    squares = np.einsum("nkd,nkd->nk", sides, sides)
+    rows, longest = np.arange(len(which)), squares.argmax(1)
+    along = np.einsum("nd,nd->n", places - corners[rows, longest], sides[rows, longest])
+    length = squares[rows, longest]
+    share = np.clip(along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    weights = np.zeros((len(which), 3))
+    weights[rows, longest] = 1.0 - share
+    weights[rows, (longest + 1) % 3] = share
+    return weights
+
+
 def _are_in(
     vertices: np.ndarray, faces: np.ndarray, which: np.ndarray, places: np.ndarray
 ) -> np.ndarray:
@@ -209,4 +227,6 @@ def _values(
     weights = np.zeros((len(which), 3))
     on_map = which != NO_FACE
     weights[on_map] = _weights(vertices, faces, which[on_map], places[on_map])
+    flat = on_map & ~is_inside(weights, _FLAT)
+    weights[flat] = _weights_of_segments(vertices, faces, which[flat], places[flat])
     return interpolate(costs, faces, SurfacePoints(which, places, weights, weights[:, 0]))

@@ -5,9 +5,11 @@ import logging
 from typing import Any, Callable, Dict, Iterable, List, Mapping
 
 import rospy
+from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.server import Server
 
-from mesh_map.errors import MeshMapError, one_line
+from mesh_map.errors import MeshMapError
+from mesh_map.layer_list import error_line
 from mesh_map.mesh_map import MeshMap
 from mesh_map.parameter import Parameter, Value
 from mesh_map.reconfigure_type import ConfigType, is_described
@@ -29,7 +31,8 @@ class MapReconfigure:
     """One server at the namespace of the map, and one below it for each layer."""
 
     def __init__(self, namespace: str, mesh_map: MeshMap, values: Mapping[str, Value]) -> None:
-        """Starts them.
+        """Starts them. A layer with parameters that cannot be served (an integer of more than 32
+        bits) is logged in one line, and the others go on.
 
         Args:
             namespace: of the map, resolved.
@@ -43,14 +46,17 @@ class MapReconfigure:
             _Server(namespace, self._map_parameters(), own, self._set_map)
         ]
         for name, layer in mesh_map.layers.items():
-            self._servers.append(
-                _Server(
-                    "%s/%s" % (namespace.rstrip("/"), name),
-                    layer.all_parameters(),
-                    layer.params,
-                    lambda values, name=name: mesh_map.set_layer_parameters(name, values),
+            try:
+                self._servers.append(
+                    _Server(
+                        "%s/%s" % (namespace.rstrip("/"), name),
+                        layer.all_parameters(),
+                        layer.params,
+                        lambda values, name=name: mesh_map.set_layer_parameters(name, values),
+                    )
                 )
-            )
+            except Exception as error:  # a stranger's parameters may be odd in any way
+                _LOG.error("layer %s cannot be reconfigured: %s", name, error_line(error))
 
     def shutdown(self) -> None:
         """Ends all servers."""
@@ -118,15 +124,16 @@ class _Server(Server):
             try:
                 in_force = self._apply(wanted)
                 self._values = {name: in_force[name] for name in self._values}
-            except MeshMapError as error:
-                _LOG.error("%s: refused: %s", self._namespace, error)
-            except Exception as error:  # of a stranger's layer
-                shown = "%s: %s" % (type(error).__name__, one_line(error))
-                _LOG.error("%s: refused: %s", self._namespace, shown)
-        for name in set(config) - set(self._values) - {"groups"}:
-            del config[name]  # what a client made up
+            except Exception as error:  # any, of a stranger's layer
+                _LOG.error("%s: refused: %s", self._namespace, error_line(error))
         config.update(self._values)
         return config
+
+    def _set_callback(self, request: Any) -> Any:
+        # The one group is not for clients to change, and names that they make up do not count.
+        changes = decode_config(request.config)
+        known = {name: changes[name] for name in changes if name in self._values}
+        return encode_config(self.update_configuration(known))
 
     # The base class reads and writes one parameter after the other, each a question to the master,
     # takes what it finds for of the right type, and compares before anybody has checked.

@@ -14,6 +14,7 @@ from mesh_map.combination import COMBINED_COSTS
 from mesh_map.errors import MeshMapError
 from mesh_map.layer import Layer
 from mesh_map.layer_adapters_ros import LayerAdapters
+from mesh_map.layer_list import error_line
 from mesh_map.log_ros import forward_log
 from mesh_map.map_services_ros import MapServices
 from mesh_map.map_source import MapSource, map_parameters
@@ -55,6 +56,7 @@ class MeshMapServer:
         self._map: Optional[MeshMap] = None
         self._source: Optional[MapSource] = None
         self._why_not = "no map is loaded"
+        self._ended = False
         self._in_use: List[Callable[[], None]] = []
         self._topics = MapTopics(self.namespace)
         self._services = MapServices(
@@ -84,17 +86,17 @@ class MeshMapServer:
         before stays.
 
         Raises:
-            MeshMapError: the map cannot be loaded, or ROS is shut down meanwhile; one line for
-                users.
+            MeshMapError: the map cannot be loaded, or ROS or this server is shut down meanwhile;
+                one line for users.
         """
         with self._lock:
             self._why_not = "the map is being loaded"
             try:
                 return self._load()
-            except MeshMapError as error:
-                self._why_not = "there is no map: %s" % error
-                if not rospy.is_shutdown():
-                    self._topics.publish_progress("failed: %s" % error)
+            except Exception as error:
+                self._why_not = "there is no map: %s" % error_line(error)
+                if not self._is_shut_down():
+                    self._topics.publish_progress("failed: %s" % error_line(error))
                 raise
 
     def publish_costs(self, type_name: str, costs: np.ndarray) -> None:
@@ -151,19 +153,22 @@ class MeshMapServer:
         self._topics.publish_marker(namespace, make_marker)
 
     def shutdown(self) -> None:
-        """Ends topics, services and what layers do on ROS."""
-        self._release()
-        self._services.shutdown()
-        self._topics.shutdown()
+        """Ends topics, services and what layers do on ROS; waits for load() to give up."""
+        self._ended = True
+        with self._lock:
+            self._release()
+            self._services.shutdown()
+            self._topics.shutdown()
 
     def _load(self) -> MeshMap:
+        self._stop_at_shutdown()
         given = rospy.get_param(self.namespace, {})
         parameters = map_parameters(given)
         values = _checked_values(given)
         start = time.monotonic()
         self._topics.publish_progress("reading %s" % parameters.mesh_file)
         source = MapSource(parameters.mesh_file, parameters.mesh_part)
-        _stop_at_shutdown()
+        self._stop_at_shutdown()
         mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
         mesh_map.set_settings(**{p.name: values[p.name] for p in SETTINGS})
         self._release()
@@ -178,8 +183,12 @@ class MeshMapServer:
         self._topics.publish_layer_vectors(mesh_map.layers.values())
         self._map, self._source = mesh_map, source
         self._publish_face_costs(mesh_map)
-        mesh_map.add_listener(self._publish_changes)
-        self._in_use.append(lambda: mesh_map.remove_listener(self._publish_changes))
+
+        def publish_changes(changes: Any) -> None:
+            self._topics.publish_changes(mesh_map, changes)
+
+        mesh_map.add_listener(publish_changes)
+        self._in_use.append(lambda: mesh_map.remove_listener(publish_changes))
         adapters = LayerAdapters(self.namespace, mesh_map)
         self._in_use.append(adapters.shutdown)
         reconfigure = MapReconfigure(self.namespace, mesh_map, values)
@@ -194,21 +203,24 @@ class MeshMapServer:
         _LOG.info("%s: %s", parameters.mesh_file, mesh_map.report())
         return mesh_map
 
+    def _is_shut_down(self) -> bool:
+        return self._ended or rospy.is_shutdown()
+
+    def _stop_at_shutdown(self) -> None:
+        if self._is_shut_down():
+            raise MeshMapError("the node is shut down")
+
     def _release(self) -> None:
         """Ends what works for the map of before."""
         while self._in_use:
             self._in_use.pop()()
 
     def _progress(self, share: float, what: str) -> None:
-        _stop_at_shutdown()
+        self._stop_at_shutdown()
         self._topics.publish_progress("%.0f %%: %s" % (100 * share, what))
 
     def _publish_layer(self, layer: Layer) -> None:
         self._topics.publish_costs(layer.name, layer.result.costs)
-
-    def _publish_changes(self, changes: Any) -> None:
-        self._topics.publish_changes(changes)
-        self._topics.publish_layer_vectors(self.map.layers.values())
 
     def _publish_face_costs(self, mesh_map: MeshMap) -> None:
         contents = mesh_map.contents
@@ -247,11 +259,6 @@ def _face_costs(mesh_map: MeshMap, name: str) -> Optional[np.ndarray]:
     count = len(mesh_map.faces)
     is_cost = costs.dtype == np.float32 and costs.shape in ((count,), (count, 1))
     return costs.reshape(-1) if is_cost else None
-
-
-def _stop_at_shutdown() -> None:
-    if rospy.is_shutdown():
-        raise MeshMapError("the node is shut down")
 
 
 def _checked_values(given: Any) -> Dict[str, Value]:

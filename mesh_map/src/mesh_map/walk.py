@@ -93,7 +93,7 @@ class SurfaceWalker:
         Raises:
             ValueError: another shape, or no direction.
         """
-        way = start.direction if direction is None else direction
+        way = _direction(start, "direction") if direction is None else direction
         meters = number(length, "length")
         return self._run_one(start, way, up, meters, None, mask, max_steps, path)
 
@@ -120,7 +120,7 @@ class SurfaceWalker:
             ValueError: other shapes, or no directions.
             Cancelled: by `cancel`.
         """
-        ways = starts.directions if directions is None else directions
+        ways = _direction(starts, "directions") if directions is None else directions
         count = len(starts.faces)
         meters = np.asarray(lengths)
         if meters.ndim == 0:
@@ -237,6 +237,12 @@ def _checked_steps(value: int) -> int:
     if not isinstance(value, (int, np.integer)) or not 0 <= value < 2**63:
         raise ValueError("max_steps has to be a whole number, 0 or more, not %r" % (value,))
     return int(value)
+
+
+def _direction(start: Any, name: str) -> Any:
+    if not hasattr(start, name):
+        raise ValueError("%s is needed: the start does not look anywhere" % name)
+    return getattr(start, name)
 
 
 def _starts(starts: Any) -> Tuple[np.ndarray, np.ndarray]:

@@ -14,8 +14,8 @@ class WalkEnd(enum.IntEnum):
     BORDER: the surface ends there.
     BLOCKED: the next face is not in the mask.
     STEPS: there were more faces than max_steps.
-    NOWHERE: no walk at all: no face, one without area, a number that is not finite, or no direction
-        along the face.
+    NOWHERE: no walk at all: no face, one without area, barycentric coordinates of no point in it, a
+        number that is not finite, or no direction along the face.
     LOOP: a line came to where it has been: its cut does not lead to the target, as round a peak
         that leans over. Its length has no meaning.
     """

@@ -17,14 +17,11 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 import numpy as np
 from mesh_map import _kernels
 from mesh_map.dijkstra import DijkstraSolver
-from mesh_map.layers.height_diff import HeightDiffLayer
 from mesh_map.mesh_map import MeshMap
-from mesh_map.normals import face_normals, vertex_normals
 from mesh_map.topology import Topology, edge_lengths
 from mesh_msgs.outdoor_world import outdoor_world
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.spatial import cKDTree
 
 
 class Row(NamedTuple):
@@ -54,28 +51,8 @@ def numpy_edges(faces: np.ndarray) -> np.ndarray:
     return np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], 1).astype(np.uint32)
 
 
-def numpy_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Normals of faces and of vertices by bincount, the fastest way in NumPy."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    total = [
-        np.bincount(faces.ravel(), np.repeat(normals[:, k], 3), len(vertices)) for k in range(3)
-    ]
-    total = np.stack(total, 1)
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30)
-
-
-def scipy_height_difference(vertices: np.ndarray, radius: float, share: int) -> np.ndarray:
-    """Every share-th vertex by cKDTree, which knows no edges."""
-    tree = cKDTree(vertices)
-    z = vertices[:, 2]
-    rows = tree.query_ball_point(vertices[::share], radius, workers=2)
-    return np.array([z[row].max() - z[row].min() for row in rows])
-
-
 def measure_mesh(vertices: np.ndarray, faces: np.ndarray, repeats: int) -> List[Row]:
-    """Topology and normals."""
+    """Topology and lengths of edges."""
     count = len(vertices)
     time_one, _ = timed(lambda: Topology(faces=faces, vertex_count=count, threads=1), repeats)
     time_all, topology = timed(lambda: Topology(faces=faces, vertex_count=count), repeats)
@@ -97,23 +74,7 @@ def measure_mesh(vertices: np.ndarray, faces: np.ndarray, repeats: int) -> List[
         lambda: np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1), 1
     )
     rows.append(Row("edge lengths", time_lengths, "NumPy", time_reference))
-    time_normals, _ = timed(
-        lambda: vertex_normals(topology, *face_normals(vertices, faces)), repeats
-    )
-    time_reference, _ = timed(lambda: numpy_normals(vertices, faces), 1)
-    return rows + [Row("normals of faces and vertices", time_normals, "NumPy", time_reference)]
-
-
-def measure_layer(mesh_map: MeshMap, repeats: int) -> List[Row]:
-    """The height difference layer with its default radius."""
-    share = 20
-    layer = HeightDiffLayer("height_diff")
-    radius = layer.params["radius"]
-    time_layer, _ = timed(lambda: layer.evaluate(mesh_map, {}), repeats)
-    vertices = mesh_map.vertices
-    time_reference, _ = timed(lambda: scipy_height_difference(vertices, radius, share), 1)
-    name = "cKDTree (1/%d of the vertices, times %d)" % (share, share)
-    return [Row("height_diff %.1f m" % radius, time_layer, name, share * time_reference)]
+    return rows
 
 
 def measure_dijkstra(mesh_map: MeshMap, repeats: int) -> List[Row]:
@@ -181,7 +142,6 @@ def main() -> int:
     print("%s: %s" % (world.name, mesh_map.report()))
     rows = measure_mesh(mesh_map.vertices, mesh_map.faces, arguments.repeats)
     rows += measure_dijkstra(mesh_map, arguments.repeats)
-    rows += measure_layer(mesh_map, arguments.repeats)
     print(table(rows))
     if arguments.json:
         with open(arguments.json, "w", encoding="utf-8") as file:

@@ -54,7 +54,7 @@ class LabelLayer(Layer):
             faces = self._faces(contents, names)
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
-        costs = np.zeros(len(mesh_map.vertices), np.float32)
+        costs = np.zeros(len(mesh_map.vertices))
         if self.params["preferred"]:
             costs[:] = self.params["other_cost"]
 
@@ -68,6 +68,8 @@ class LabelLayer(Layer):
             pay(name, prices[name])
         for name in self._names("lethal"):
             pay(name, math.inf)
+        with np.errstate(over="ignore"):  # what does not fit is lethal
+            costs = costs.astype(np.float32)
         return LayerResult(costs, np.isposinf(costs))
 
     def _names(self, parameter: str) -> List[str]:

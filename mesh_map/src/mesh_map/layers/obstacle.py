@@ -2,7 +2,7 @@
 
 import math
 import threading
-from typing import TYPE_CHECKING, Any, Mapping, NamedTuple, Optional
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from mesh_map.array_checks import read_only
 from mesh_map.cloud_view import CloudView
 from mesh_map.hits import NO_FACE
 from mesh_map.layer import Layer, LayerInput, LayerResult
-from mesh_map.layers.obstacle_parameters import OBSTACLE_PARAMETERS
+from mesh_map.layers.obstacle_parameters import OBSTACLE_PARAMETERS, contradictions
 from mesh_map.obstacles import CloudPoints, ObstacleLimits, ObstacleMarks, find_obstacles
 from mesh_map.query_arguments import number, points_array, vector
 
@@ -60,10 +60,15 @@ class ObstacleLayer(Layer):
         self, name: str, params: Optional[Mapping[str, Any]] = None, type_name: str = ""
     ) -> None:
         super().__init__(name, params, type_name)
+        self.warnings += contradictions(self.params)
         self.last_cloud: Optional[CloudSummary] = None
         self._lock = threading.Lock()
         self._geometry: Optional["MeshGeometry"] = None
         self._marks = ObstacleMarks(0)
+
+    def checked_changes(self, values: Mapping[str, Any]) -> Tuple[Dict[str, Any], List[str]]:
+        params, warnings = super().checked_changes(values)
+        return params, warnings + contradictions(params)
 
     @property
     def marked_faces(self) -> np.ndarray:

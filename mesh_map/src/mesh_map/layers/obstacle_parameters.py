@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, Tuple
+from typing import Any, List, Mapping, Tuple
 
 from mesh_map.parameter import Parameter
 from mesh_map.query_arguments import number
@@ -53,6 +53,13 @@ OBSTACLE_PARAMETERS = (
         "frame of down_axis; if empty, the parameter robot_frame above, else that of the map",
     ),
     _parameter(
+        "sensor_frame",
+        "",
+        None,
+        None,
+        "frame at whose origin the sensor is; if empty, that of the clouds",
+    ),
+    _parameter(
         "decay",
         10.0,
         UNTIL_NEXT_CLOUD,
@@ -63,3 +70,15 @@ OBSTACLE_PARAMETERS = (
     _parameter("clearing_angle", 1.0, 0.1, 10.0, "degrees; cells of the view of a cloud"),
     _parameter("clearing_margin", 0.2, 0.0, 10.0, "meters that it has to see beyond a mark"),
 )
+
+
+def contradictions(params: Mapping[str, Any]) -> List[str]:
+    """One line for each pair of limits between which there is nothing."""
+    return [
+        "%s %g is not below %s %g: no point is an obstacle" % (low, params[low], high, params[high])
+        for low, high in (
+            ("min_obstacle_height", "robot_height"),
+            ("min_obstacle_dist", "max_obstacle_dist"),
+        )
+        if not params[low] < params[high]
+    ]

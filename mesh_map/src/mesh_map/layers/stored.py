@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mesh_map.errors import MeshMapError
 from mesh_map.file_layer import SOURCE_PARAMETERS, FileLayer
 from mesh_map.parameter import Parameter
 
@@ -27,6 +28,8 @@ class StoredLayer(FileLayer):
 
     def costs_of(self, values: np.ndarray) -> np.ndarray:
         params = self.params
+        if params["minimum"] > params["maximum"]:
+            raise MeshMapError("minimum is %(minimum)g, above maximum, %(maximum)g" % params)
         finite = np.where(np.isfinite(values), values, np.nan)
         scaled = params["scale"] * finite + params["offset"]
         limited = np.maximum(np.minimum(scaled, params["maximum"]), params["minimum"])

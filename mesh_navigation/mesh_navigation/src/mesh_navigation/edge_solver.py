@@ -27,8 +27,8 @@ class EdgeSolvers:
         self._map = mesh_map
         self._lock = threading.Lock()
         self._plain: Optional[DijkstraSolver] = None
-        self._weights: Optional[np.ndarray] = None
-        self._weighted: Optional[DijkstraSolver] = None
+        self._weights: Optional[np.ndarray] = None  # of the plan before
+        self._solver: Optional[DijkstraSolver] = None  # for these
 
     def newest(self) -> EdgeSolver:
         """For the costs that the map has now."""
@@ -42,14 +42,18 @@ class EdgeSolvers:
         will do, and it is the same however often obstacles come and go.
         """
         with self._lock:
-            weights, lengths = snapshot.edge_weights, self._map.geometry.edge_lengths
-            if weights is lengths or np.all((weights == lengths) | np.isposinf(weights)):
-                if self._plain is None:
-                    self._plain = self._made(lengths)
-                return EdgeSolver(snapshot.costs, self._plain, weighted=False)
+            weights = snapshot.edge_weights
             if self._weights is not weights:
-                self._weighted, self._weights = self._made(weights), weights
-            return EdgeSolver(snapshot.costs, self._weighted, weighted=True)
+                self._solver, self._weights = self._for(weights), weights
+            return EdgeSolver(snapshot.costs, self._solver, self._solver is not self._plain)
+
+    def _for(self, weights: np.ndarray) -> DijkstraSolver:
+        lengths = self._map.geometry.edge_lengths
+        if not (weights is lengths or np.all((weights == lengths) | np.isposinf(weights))):
+            return self._made(weights)
+        if self._plain is None:
+            self._plain = self._made(lengths)
+        return self._plain
 
     def _made(self, weights: np.ndarray) -> DijkstraSolver:
         return DijkstraSolver(topology=self._map.topology, edge_lengths=weights)

@@ -1,5 +1,6 @@
 """Times of what follows from a change on a map in use."""
 
+import itertools
 from typing import Any, Callable, Dict, List, Tuple
 
 import numpy as np
@@ -27,21 +28,18 @@ def changes(world: World, repeats: int) -> List[Figure]:
     anew, _ = timed(lambda: map_with(fresh, config), 1)
     peer = "all layers anew"
 
-    def set_to(name: str, parameter: str, values: Tuple[Any, Any]) -> Callable[[], Any]:
-        both = [values[1], values[0]]
+    def each(name: str, parameter: str, *values: Any) -> Callable[[], Any]:
+        """Sets one value after the other, and begins again."""
+        rest = itertools.cycle(values)
+        return lambda: mesh_map.set_layer_parameters(name, {parameter: next(rest)})
 
-        def change() -> None:
-            both.reverse()
-            mesh_map.set_layer_parameters(name, {parameter: both[0]})
-
-        return change
-
+    radii = [0.3 + 0.001 * number for number in range(1, 100)]  # no pass is known from before
     found = []
     for text, change in (
-        ("factor of a layer", set_to("roughness", "factor", (0.5, 0.6))),
-        ("threshold below inflation, 1 %", set_to("height_diff", "threshold", (STEP, STEP + 0.01))),
-        ("inflation_radius", set_to("inflation", "inflation_radius", (0.8, 0.9))),
-        ("radius of roughness", set_to("roughness", "radius", (0.3, 0.31))),
+        ("factor of a layer", each("roughness", "factor", 0.5, 0.6)),
+        ("threshold below inflation, by 1 cm", each("height_diff", "threshold", 0.41, STEP)),
+        ("inflation_radius", each("inflation", "inflation_radius", 0.9, 0.8)),
+        ("radius of roughness", each("roughness", "radius", *radii)),
     ):
         own, _ = timed(change, max(repeats, 2))
         found.append(Figure(text, own, "ms", peer, anew))
