@@ -6,6 +6,7 @@ import shutil
 import tempfile
 import time
 import unittest
+from unittest import mock
 
 import numpy as np
 import rospy
@@ -242,6 +243,45 @@ class MapTopicsTest(unittest.TestCase):
         ):
             with self.assertRaisesRegex(Exception, words):
                 publish("x", *arguments)
+
+    def test_loaded_again(self):
+        layers = [
+            {"name": "border", "type": "mesh_layers/BorderLayer"},
+            {"name": "inflation", "type": "mesh_layers/InflationLayer"},
+        ]
+        inflation = {"inflation_radius": 2.0}
+        values = {"mesh_file": self.path, "layers": layers, "inflation": inflation}
+        rospy.set_param("~again", dict(values, costs_period=3600.0))
+        server = MeshMapServer("~again")
+        self.addCleanup(server.shutdown)
+        self.name = rospy.get_name()[1:] + "/again"
+        before = server.load()
+        fields = self.subscribe("vector_field", Marker)
+        costs = self.subscribe("vertex_costs", arrays.MeshVertexCostsStamped)
+        self.assertTrue(wait_until(lambda: "inflation" in fields.newest and len(costs.newest) == 3))
+        before.set_layer_parameters("inflation", {"repulsive_field": False})
+        before.set_layer_parameters("inflation", {"repulsive_field": True})
+
+        listeners = []
+        with mock.patch.object(before, "remove_listener", listeners.append):  # is just being called
+            rospy.set_param("~again/global_frame", "hall")
+            server.load()
+        self.assertEqual(len(listeners), 1)
+        frames = lambda: {marker.header.frame_id for marker in fields.newest.values()}  # noqa: E731
+        self.assertTrue(wait_until(lambda: frames() == {"hall"}))
+        name = "/%s/get_vertex_costs" % self.name
+        asked = lambda: rospy.ServiceProxy(name, array_services.GetVertexCosts)(  # noqa: E731
+            uuid="", layer="inflation"
+        )
+        now = asked().mesh_vertex_costs_stamped.mesh_vertex_costs.costs.copy()
+        updates = self.subscribe("vertex_costs/updates", arrays.MeshVertexCostsSparseStamped)
+        before.set_layer_parameters("inflation", {"lethal_value": 5.0, "inflation_radius": 0.5})
+        server.map.set_layer_parameters("border", {"factor": 0.5})
+        self.assertTrue(wait_until(lambda: updates.messages))
+        self.assertEqual([m.type for m in updates.messages], [COMBINED_COSTS])
+        found = asked().mesh_vertex_costs_stamped
+        self.assertEqual(found.header.frame_id, "hall")
+        np.testing.assert_array_equal(found.mesh_vertex_costs.costs, now)
 
 
 if __name__ == "__main__":

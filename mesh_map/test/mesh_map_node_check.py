@@ -4,7 +4,9 @@
 import itertools
 import os
 import shutil
+import signal
 import tempfile
+import threading
 import time
 import unittest
 from unittest import mock
@@ -14,12 +16,14 @@ import rospy
 import rostest
 from map_node import WAIT, costs_of, end_node, start_node, wait_until
 from mesh_map.errors import MeshMapError
+from mesh_map.map_source import MapSource
 from mesh_map.ros import COMBINED_COSTS, MeshMapServer
 from mesh_msgs import arrays
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs.zoo import two_components
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 TYPE = "mesh_layers/HeightDiffLayer"
@@ -131,7 +135,7 @@ class MeshMapNode(unittest.TestCase):
         layers = [{"name": "height_diff", "type": TYPE}]
         server = self.serve("ending", mesh_file=self.path, layers=layers)
         before = server.map
-        for stage in range(3):  # after the file, before the layer, before publishing
+        for stage in range(4):  # before the file, after it, before the layer, before publishing
             answers = itertools.chain([False] * stage, itertools.repeat(True))
             fake = mock.Mock(wraps=rospy)
             fake.is_shutdown.side_effect = answers
@@ -139,6 +143,61 @@ class MeshMapNode(unittest.TestCase):
                 with self.assertRaisesRegex(MeshMapError, "the node is shut down"):
                     server.load()
             self.assertIs(server.map, before)
+
+    def test_shutdown_of_a_server_ends_loading(self):
+        rospy.set_param("~ended", {"mesh_file": self.path})
+        server = MeshMapServer("~ended")
+        ready, go_on, errors = threading.Event(), threading.Event(), []
+
+        def slow_source(*args):
+            ready.set()
+            go_on.wait(WAIT)
+            return MapSource(*args)
+
+        def load():
+            try:
+                server.load()
+            except Exception as error:
+                errors.append(error)
+
+        with mock.patch("mesh_map.ros.MapSource", slow_source):
+            loading = threading.Thread(target=load)
+            loading.start()
+            self.assertTrue(ready.wait(WAIT))
+            ending = threading.Thread(target=server.shutdown)
+            ending.start()
+            time.sleep(0.1)
+            go_on.set()
+            loading.join(WAIT)
+            ending.join(WAIT)
+        load()
+        self.assertEqual([type(error) for error in errors], [MeshMapError] * 2, errors)
+        self.assertIn("is shut down", str(errors[0]))
+        self.assertNotIn(server.namespace + "/mesh", dict(rospy.get_published_topics()))
+
+    def test_interrupted_loading_is_no_error(self):
+        layers = [{"name": "endless", "type": "strange/EndlessLayer"}]
+        node = start_node(self, "interrupted", mesh_file=self.path, layers=layers)
+        progress = []
+        listening = rospy.Subscriber(
+            "/interrupted/progress", String, lambda message: progress.append(message.data)
+        )
+        self.addCleanup(listening.unregister)
+        self.assertTrue(wait_until(lambda: "layer endless" in str(progress)))
+        node.send_signal(signal.SIGINT)
+        output = node.communicate(timeout=WAIT)[0]
+        self.assertEqual(node.returncode, 0, output)
+        self.assertNotIn("cannot be loaded", output)
+
+    def test_an_unexpected_error_is_told_by_services(self):
+        rospy.set_param("~unexpected", {"mesh_file": self.path})
+        server = MeshMapServer("~unexpected")
+        self.addCleanup(server.shutdown)
+        with mock.patch("mesh_map.ros.MapSource", side_effect=MemoryError("too\nlarge")):
+            with self.assertRaises(MemoryError):
+                server.load()
+        with self.assertRaisesRegex(MeshMapError, "there is no map: MemoryError: too large"):
+            server.publish_costs("Potential", np.zeros(3))
 
     def test_colors_of_another_map_do_not_stay(self):
         server = self.serve("colors", mesh_file=self.path)

@@ -12,7 +12,7 @@ import numpy as np
 import rospy
 import rostest
 from dynamic_reconfigure.client import Client
-from dynamic_reconfigure.msg import Config, DoubleParameter, StrParameter
+from dynamic_reconfigure.msg import Config, DoubleParameter, GroupState, StrParameter
 from dynamic_reconfigure.srv import Reconfigure
 from map_node import WAIT, costs_of, end_node, start_node, wait_until
 from mesh_map.ros import COMBINED_COSTS
@@ -23,6 +23,7 @@ from mesh_msgs_hdf5.mesh import Mesh
 NAME = "reconfigured"
 LAYERS = [
     {"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"},
+    {"name": "giant", "type": "strange/GiantLayer"},
     {"name": "flag", "type": "strange/FlagLayer"},
 ]
 
@@ -110,12 +111,16 @@ class ReconfigureTest(unittest.TestCase):
             Config(strs=[StrParameter("height", "tall")]),
             Config(strs=[StrParameter("fabric", "paper")]),
             Config(strs=[StrParameter("unknown", "x")]),
+            Config(strs=[StrParameter("groups", "x")]),
+            Config(groups=[GroupState("Default", False, 0, 0)]),
+            Config(groups=[GroupState("unknown", True, 7, 3)]),
         ):
             del updates[:]
             answer = service(config).config
             doubles = {one.name: one.value for one in answer.doubles}
             self.assertEqual(doubles, {"height": 2, "factor": 1, "combination_weight": 1}, config)
             self.assertEqual([(s.name, s.value) for s in answer.strs], [("fabric", "silk")])
+            self.assertEqual([(g.name, g.state) for g in answer.groups], [("Default", True)])
             self.assertTrue(wait_until(lambda: updates))
             self.assertEqual((updates[-1]["height"], updates[-1]["fabric"]), (2.0, "silk"))
         self.assertEqual(client.update_configuration({"fabric": "wool"})["fabric"], "wool")
@@ -124,6 +129,9 @@ class ReconfigureTest(unittest.TestCase):
         for words in ("height is nan", "height is inf", "no flag is 13 m high", "height is 'tall'"):
             self.assertEqual(output.count(words), 1, output)
         self.assertEqual(output.count("/%s/flag: refused: " % NAME), 5, output)
+        self.assertEqual(
+            output.count("layer giant cannot be reconfigured: OverflowError"), 1, output
+        )
 
     def test_the_map(self):
         client = self.client()
@@ -134,7 +142,7 @@ class ReconfigureTest(unittest.TestCase):
         for name, choices in (
             ("combination", ["sum", "normalized", "max"]),
             ("edge_weight", ["mean", "difference"]),
-            ("default_layer", ["", "height_diff", "flag"]),
+            ("default_layer", ["", "height_diff", "giant", "flag"]),
         ):
             enum = ast.literal_eval(described[name]["edit_method"])["enum"]
             self.assertEqual([one["value"] for one in enum], choices)

@@ -88,8 +88,8 @@ class Listeners:
     """Callbacks that are told of each change once, in order, by one thread at a time.
 
     They are called without any lock of the map, so they may use it freely. Where a thread makes a
-    change while another one tells of the change before, that one tells of both, and the first
-    waits: changes do not pile up before listeners that are slower.
+    change while another one tells of the change before, that one tells of both. The thread that
+    made the change waits for that, so changes do not pile up before listeners that are slower.
     """
 
     def __init__(self) -> None:

@@ -51,7 +51,6 @@ class PacedTopics:
             self._due[key] = due = max(now, due + self.period)
         self._topics.send(key, due - now)
 
-
     def remove(self, key: Hashable) -> None:
         """Forgets a message; the next one of this key is sent at once."""
         self._topics.remove(key)

@@ -8,7 +8,6 @@ import rospy
 from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.server import Server
 
-from mesh_map.errors import MeshMapError
 from mesh_map.layer_list import error_line
 from mesh_map.mesh_map import MeshMap
 from mesh_map.parameter import Parameter, Value

@@ -65,6 +65,18 @@ def test_obstacles_alone_need_no_new_solver():
     assert np.isinf(second.costs).any() and not np.isinf(first.costs).any()
 
 
+def test_weights_are_looked_at_once(monkeypatch):
+    for factor in (0.0, 1.0):
+        mesh_map = weighted(np.where(hill(0.9) > 0.8, np.inf, hill(0.9)), edge_cost_factor=factor)
+        solvers = EdgeSolvers(mesh_map)
+        snapshot = mesh_map.planning_costs()
+        first = solvers.of(snapshot)
+        with monkeypatch.context() as patched:
+            patched.setattr("mesh_navigation.edge_solver.np.all", None)
+            again = solvers.of(snapshot)
+        assert again.solver is first.solver and again.weighted == first.weighted == bool(factor)
+
+
 def test_other_weights_need_another_solver():
     mesh_map = weighted(hill(0.9), edge_cost_factor=1.0)
     solvers = EdgeSolvers(mesh_map)
