@@ -75,7 +75,7 @@ py::array updateObstacles(ObstacleDistance& self, Array lethal)
 
 py::array obstacleDistances(const ObstacleDistance& self)
 {
-  return toArray(std::vector<float>(self.distances()));
+  return toArray(std::vector<float>(self.distances().begin(), self.distances().end()));
 }
 
 py::array obstacleDistancesOf(const ObstacleDistance& self, Array vertices)

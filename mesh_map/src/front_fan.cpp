@@ -6,23 +6,6 @@
 
 namespace mesh_map {
 
-FrontFan::Node FrontFan::node(const PackedPosition& from, const PackedPosition& to,
-                              std::uint32_t vertex)
-{
-  const double x = double{to.x} - from.x, y = double{to.y} - from.y, z = double{to.z} - from.z;
-  const double length = std::sqrt(x * x + y * y + z * z);
-  const double scale = length > 0.0 ? 1.0 / length : 0.0;
-  return {vertex, scale * x, scale * y, scale * z, length};
-}
-
-FrontFan::Turn FrontFan::turn(const Node& a, const Node& b)
-{
-  const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
-  const double sine = std::sqrt(x * x + y * y + z * z);
-  const double cosine = a.x * b.x + a.y * b.y + a.z * b.z;
-  return {sine + std::abs(cosine) > 0.5 ? cosine : 1.0, sine};
-}
-
 void FrontFan::gather(const FrontMesh& mesh, std::uint32_t middle)
 {
   is_fan_ = mesh.isFan(middle);

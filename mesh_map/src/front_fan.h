@@ -48,9 +48,22 @@ class FrontFan
     double cosine, sine;
   };
 
-  static Node node(const PackedPosition& from, const PackedPosition& to, std::uint32_t vertex);
+  static Node node(const PackedPosition& from, const PackedPosition& to, std::uint32_t vertex)
+  {
+    const double x = double{to.x} - from.x, y = double{to.y} - from.y, z = double{to.z} - from.z;
+    const double length = std::sqrt(x * x + y * y + z * z);
+    const double scale = length > 0.0 ? 1.0 / length : 0.0;
+    return {vertex, scale * x, scale * y, scale * z, length};
+  }
+
   /// The angle between two sides; none where one of them is without length.
-  static Turn turn(const Node& a, const Node& b);
+  static Turn turn(const Node& a, const Node& b)
+  {
+    const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
+    const double sine = std::sqrt(x * x + y * y + z * z);
+    const double cosine = a.x * b.x + a.y * b.y + a.z * b.z;
+    return {sine + std::abs(cosine) > 0.5 ? cosine : 1.0, sine};
+  }
 
   void gather(const FrontMesh& mesh, std::uint32_t middle);
 

@@ -17,7 +17,7 @@ double distance(const PackedPosition& p, const PackedPosition& q)
 }  // namespace
 
 FrontMesh::FrontMesh(const MeshView& mesh, const RowsView& vertex_faces, unsigned threads)
-    : positions_(packPositions(mesh.positions)),
+    : positions_(mesh.positions.size() / 3),
       offsets_(vertex_faces.offsets.begin(), vertex_faces.offsets.end()),
       corners_(vertex_faces.values.size()),
       kinds_(positions_.size())
@@ -28,6 +28,8 @@ FrontMesh::FrontMesh(const MeshView& mesh, const RowsView& vertex_faces, unsigne
   parallelFor(vertexCount(), 4096, threads, [&]() -> RangeBody {
     return [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
+        const float* const p = mesh.positions.data() + 3 * v;
+        positions_[v] = {p[0], p[1], p[2], 0.0f};
         fillCorners(mesh, vertex_faces, static_cast<std::uint32_t>(v));
       }
     };

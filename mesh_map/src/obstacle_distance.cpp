@@ -20,8 +20,8 @@ ObstacleDistance::ObstacleDistance(std::shared_ptr<const FrontMesh> mesh, float 
     : mesh_(std::move(mesh)),
       max_distance_(max_distance),
       lethal_(mesh_->vertexCount()),
-      distance_(mesh_->vertexCount()),
-      source_(mesh_->vertexCount()),
+      distance_(mesh_->vertexCount(), INFINITE),
+      source_(mesh_->vertexCount(), Source{}),
       stamps_(mesh_->vertexCount())
 {
   if (!(max_distance > 0.0f)) {

@@ -108,11 +108,12 @@ bool ObstacleDistance::solveParts(const std::atomic<bool>* cancel, unsigned thre
       1,
       std::min({static_cast<std::size_t>(resolveThreads(threads)), MAX_PARTS, count / MIN_PART}));
   const Cuts cuts(*mesh_, parts);
-  const std::uint32_t first = newStamps(static_cast<std::uint32_t>(parts));
+  const std::uint8_t first = newStamps(parts);
   parallelFor(count, 16384, threads, [&]() -> RangeBody {
     return [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
-        stamps_[v] = first + cuts.part(mesh_->position(static_cast<std::uint32_t>(v)));
+        stamps_[v] = static_cast<std::uint8_t>(
+            first + cuts.part(mesh_->position(static_cast<std::uint32_t>(v))));
       }
     };
   });
@@ -121,9 +122,10 @@ bool ObstacleDistance::solveParts(const std::atomic<bool>* cancel, unsigned thre
   std::vector<std::function<void()>> jobs;
   for (std::uint32_t i = 0; i < parts; ++i) {
     jobs.push_back([&, i]() {
-      Spread spread(*this, first + i, false);
+      const auto stamp = static_cast<std::uint8_t>(first + i);
+      Spread spread(*this, stamp, false);
       for (std::size_t v = 0; v < count; ++v) {
-        if (stamps_[v] == first + i && distance_[v] > 0.0f && distance_[v] < INFINITE) {
+        if (stamps_[v] == stamp && distance_[v] > 0.0f && distance_[v] < INFINITE) {
           spread.start(static_cast<std::uint32_t>(v));
         }
       }
@@ -330,14 +332,15 @@ void ObstacleDistance::growRegion(const std::vector<std::uint32_t>& from, double
 }
 
 /// The first of `count` stamps that no vertex has; the last of them is that of the region.
-std::uint32_t ObstacleDistance::newStamps(std::uint32_t count)
+std::uint8_t ObstacleDistance::newStamps(std::size_t count)
 {
-  if (stamp_ > NO_INDEX - count) {
-    std::fill(stamps_.begin(), stamps_.end(), 0u);
+  if (stamp_ > std::numeric_limits<std::uint8_t>::max() - count) {
+    std::fill(stamps_.begin(), stamps_.end(), std::uint8_t{0});
     stamp_ = 0;
   }
-  stamp_ += count;
-  return stamp_ - count + 1;
+  const std::size_t first = stamp_ + std::size_t{1};
+  stamp_ = static_cast<std::uint8_t>(stamp_ + count);
+  return static_cast<std::uint8_t>(first);
 }
 
 }  // namespace mesh_map

@@ -46,7 +46,7 @@ double bucketWidth(double mean_edge, double max_distance)
 
 }  // namespace
 
-ObstacleDistance::Spread::Spread(ObstacleDistance& owner, std::uint32_t stamp, bool sees_outside)
+ObstacleDistance::Spread::Spread(ObstacleDistance& owner, std::uint8_t stamp, bool sees_outside)
     : owner_(owner),
       mesh_(*owner.mesh_),
       queue_(bucketWidth(mesh_.meanEdge(), owner.max_distance_)),

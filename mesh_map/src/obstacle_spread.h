@@ -43,7 +43,7 @@ class ObstacleDistance::Spread
  public:
   /// What lies outside of the part is held fast, or, while it changes in other threads, not looked
   /// at.
-  Spread(ObstacleDistance& owner, std::uint32_t stamp, bool sees_outside);
+  Spread(ObstacleDistance& owner, std::uint8_t stamp, bool sees_outside);
 
   /// A vertex that has a distance and passes it on.
   void start(std::uint32_t vertex) { queue_.push(owner_.distance_[vertex], vertex); }
@@ -90,7 +90,7 @@ class ObstacleDistance::Spread
   ObstacleDistance& owner_;
   const FrontMesh& mesh_;
   FrontQueue queue_;
-  std::uint32_t stamp_;
+  std::uint8_t stamp_;
   bool sees_outside_;
 
   // Of the vertex that is looked at:

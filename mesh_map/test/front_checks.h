@@ -53,7 +53,7 @@ struct FrontSample
   }
 
   /// The most by which distances differ along an edge more than its length.
-  double lipschitzExcess(const std::vector<float>& distances) const
+  double lipschitzExcess(mesh_map::ArrayView<float> distances) const
   {
     double worst = -1.0;
     for (std::size_t e = 0; e < topology.edgeCount(); ++e) {

@@ -276,7 +276,7 @@ class MapTopicsTest(unittest.TestCase):
         now = asked().mesh_vertex_costs_stamped.mesh_vertex_costs.costs.copy()
         updates = self.subscribe("vertex_costs/updates", arrays.MeshVertexCostsSparseStamped)
         before.set_layer_parameters("inflation", {"lethal_value": 5.0, "inflation_radius": 0.5})
-        server.map.set_layer_parameters("border", {"factor": 0.5})
+        server.map.set_layer_parameters("inflation", {"factor": 0.5})
         self.assertTrue(wait_until(lambda: updates.messages))
         self.assertEqual([m.type for m in updates.messages], [COMBINED_COSTS])
         found = asked().mesh_vertex_costs_stamped

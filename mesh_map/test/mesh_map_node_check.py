@@ -104,6 +104,33 @@ class MeshMapNode(unittest.TestCase):
         server.load()
         return server
 
+    def test_changes_do_not_wait_for_saving(self):
+        layers = [{"name": "border", "type": "mesh_layers/BorderLayer"}]
+        server = self.serve("busy", mesh_file=self.path, layers=layers)
+        before = server.map.layers["border"].result.costs
+        started, changed, save_layers = threading.Event(), threading.Event(), MapSource.save_layers
+
+        def slow_save(source, layers):
+            started.set()
+            self.assertTrue(changed.wait(WAIT))
+            return save_layers(source, layers)
+
+        def change():
+            started.wait(WAIT)
+            server.map.set_layer_parameters("border", {"border_cost": 0.25})
+            changed.set()
+
+        thread = threading.Thread(target=change)
+        thread.start()
+        with mock.patch.object(MapSource, "save_layers", slow_save):
+            answer = rospy.ServiceProxy(server.namespace + "/save_map", Trigger)()
+        thread.join(WAIT)
+        self.assertTrue(answer.success, answer.message)
+        saved = MapFile(self.path)
+        self.assertEqual(saved.layer_parameters("border")["border_cost"], 1.0)
+        np.testing.assert_array_equal(saved.vertex_costs("border"), before)
+        self.assertFalse(np.array_equal(server.map.layers["border"].result.costs, before))
+
     def test_embedded_server(self):
         path = os.path.join(self.folder, "mesh.obj")
         with open(path, "w") as file:

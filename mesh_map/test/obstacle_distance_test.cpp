@@ -30,6 +30,11 @@ double euclidean(const FrontSample& sample, const std::vector<std::uint8_t>& let
   return best;
 }
 
+std::vector<float> distancesOf(const ObstacleDistance& obstacles)
+{
+  return {obstacles.distances().begin(), obstacles.distances().end()};
+}
+
 /// All that can be asked of one, bit for bit.
 void expectSame(const ObstacleDistance& found, const ObstacleDistance& expected)
 {
@@ -109,6 +114,16 @@ TEST(ObstacleDistance, IsStraightFromAStraightRow)
   }
 }
 
+/// The vertex 2 is as near to the end of the obstacle as to its edge, but 4 is nearer to the edge.
+TEST(ObstacleDistance, AnEdgeIsBetterThanItsEnd)
+{
+  const FrontSample sample(TestMesh{
+      "edge", {0, 0, 0, 2, 0, 0, 0, 0.5f, 0, 2, 0.5f, 0, 1, 1, 0}, {0, 1, 2, 2, 1, 3, 2, 3, 4}});
+  ObstacleDistance obstacles(sample.front, FAR);
+  obstacles.compute(std::vector<std::uint8_t>{1, 1, 0, 0, 0});
+  EXPECT_EQ(distancesOf(obstacles), (std::vector<float>{0.0f, 0.0f, 0.5f, 0.5f, 1.0f}));
+}
+
 TEST(ObstacleDistance, GrowsNoFasterThanEdgesOnAnyMesh)
 {
   for (const TestMesh& mesh : frontMeshes()) {
@@ -118,7 +133,7 @@ TEST(ObstacleDistance, GrowsNoFasterThanEdgesOnAnyMesh)
       lethal[0] = 1;
       ObstacleDistance obstacles(sample.front, FAR);
       ASSERT_TRUE(obstacles.compute(lethal)) << mesh.name;
-      const std::vector<float>& distances = obstacles.distances();
+      const ArrayView<float> distances = obstacles.distances();
       EXPECT_LE(sample.lipschitzExcess(distances), 2e-7 * (1.0 + sample.longestEdge()))
           << mesh.name;
       for (std::size_t e = 0; e < sample.topology.edgeCount(); ++e) {
@@ -132,9 +147,12 @@ TEST(ObstacleDistance, GrowsNoFasterThanEdgesOnAnyMesh)
   }
 }
 
+/// On a regular plane many pieces of the obstacle are equally near, and the choice has to be one.
 TEST(ObstacleDistance, UpdatesAreAsIfComputedAnew)
 {
-  for (const TestMesh& mesh : frontMeshes()) {
+  std::vector<TestMesh> meshes = frontMeshes();
+  meshes.push_back(plane(30, 0.0));
+  for (const TestMesh& mesh : meshes) {
     const FrontSample sample(mesh);
     const double edge = sample.front->meanEdge();
     for (const double range : {1.5, 6.0}) {
@@ -143,7 +161,7 @@ TEST(ObstacleDistance, UpdatesAreAsIfComputedAnew)
       updated.compute(lethal);
       std::mt19937 random(4);
       for (unsigned round = 0; round < (sample.size() > 1000 ? 4 : 10); ++round) {
-        const std::vector<float> before = updated.distances();
+        const std::vector<float> before = distancesOf(updated);
         for (unsigned i = 0; i < 1 + round % 3 * 5; ++i) {
           lethal[random() % sample.size()] ^= 1;
         }
@@ -159,6 +177,23 @@ TEST(ObstacleDistance, UpdatesAreAsIfComputedAnew)
       }
       EXPECT_TRUE(updated.update(lethal).empty());
     }
+  }
+}
+
+/// More than there are different stamps for the regions of updates.
+TEST(ObstacleDistance, VeryManyUpdatesAreAsIfComputedAnew)
+{
+  const FrontSample sample(plane(30, 0.24));
+  std::vector<std::uint8_t> lethal = randomMask(sample.size(), 0.02, 3);
+  ObstacleDistance updated(sample.front, 0.3f), anew(sample.front, 0.3f);
+  EXPECT_EQ(distancesOf(updated), std::vector<float>(sample.size(), FAR));
+  updated.compute(lethal);
+  std::mt19937 random(4);
+  for (unsigned round = 0; round < 600; ++round) {
+    lethal[random() % sample.size()] ^= 1;
+    updated.update(lethal);
+    anew.compute(lethal);
+    ASSERT_NO_FATAL_FAILURE(expectSame(updated, anew)) << "round " << round;
   }
 }
 
@@ -264,11 +299,11 @@ TEST(ObstacleDistance, WithoutObstaclesNothingIsReached)
   ObstacleDistance obstacles(sample.front, 1.0f);
   std::vector<std::uint8_t> lethal(sample.size());
   ASSERT_TRUE(obstacles.compute(lethal));
-  EXPECT_EQ(obstacles.distances(), std::vector<float>(sample.size(), FAR));
+  EXPECT_EQ(distancesOf(obstacles), std::vector<float>(sample.size(), FAR));
   EXPECT_EQ(obstacles.direction(3), (std::array<float, 3>{}));
   lethal.assign(sample.size(), 1);
   obstacles.update(lethal);
-  EXPECT_EQ(obstacles.distances(), std::vector<float>(sample.size(), 0.0f));
+  EXPECT_EQ(distancesOf(obstacles), std::vector<float>(sample.size(), 0.0f));
 }
 
 TEST(ObstacleDistance, ManyEqualTrianglesAreNoTrouble)
@@ -276,7 +311,7 @@ TEST(ObstacleDistance, ManyEqualTrianglesAreNoTrouble)
   const FrontSample sample(identical(100000));
   ObstacleDistance obstacles(sample.front, FAR);
   obstacles.compute(std::vector<std::uint8_t>{1, 0, 0});
-  EXPECT_EQ(obstacles.distances(), (std::vector<float>{0.0f, 1.0f, 1.0f}));
+  EXPECT_EQ(distancesOf(obstacles), (std::vector<float>{0.0f, 1.0f, 1.0f}));
 }
 
 /// Nor is a vertex with very many different faces, which a quadratic effort would show.

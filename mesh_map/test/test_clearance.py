@@ -92,7 +92,7 @@ def test_costs_follow_the_formula(mesh):
         )
         np.testing.assert_array_equal(result.lethal, room < np.float32(height))
         np.testing.assert_array_equal(result.costs == 1, result.lethal)
-        reused = layer.reuse(result.costs)
+        reused = layer.reuse(result.costs, mesh_map, {})
         np.testing.assert_array_equal(reused.lethal, result.lethal)
         np.testing.assert_array_equal(reused.costs, result.costs)
 

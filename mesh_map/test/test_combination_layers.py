@@ -105,6 +105,6 @@ def test_an_update_is_as_the_whole(kind):
 @pytest.mark.parametrize("kind", CLASSES)
 def test_stored_costs_are_used_again(kind):
     whole = evaluated(kind, read([1, INF, NAN], [0]), read([1, 2, 3]))
-    again = checked(kind("combined").reuse(whole.costs), 3)
+    again = checked(kind("combined").reuse(whole.costs, None, {}), 3)
     assert np.array_equal(again.costs, whole.costs, equal_nan=True)
     assert np.array_equal(again.lethal, whole.lethal)

@@ -128,7 +128,7 @@ def test_integers_and_a_threshold(map_file):
     np.testing.assert_array_equal(found.lethal, expected > 50)
     assert 0 < found.lethal.sum() < 144
     layer.params["threshold"] = 100.0
-    np.testing.assert_array_equal(layer.reuse(found.costs).lethal, expected > 100)
+    np.testing.assert_array_equal(layer.reuse(found.costs, None, {}).lethal, expected > 100)
 
 
 def test_limits_the_wrong_way_round_are_refused(map_file):

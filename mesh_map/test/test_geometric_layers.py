@@ -51,7 +51,7 @@ def test_lethal_is_above_the_threshold(layer_type):
 @pytest.mark.parametrize("layer_type", PARAMETERS)
 def test_a_new_threshold_reuses_costs(layer_type):
     result = evaluated(layer_type, terrain(20))
-    reused = layer_type("layer", {"threshold": 0.2}).reuse(result.costs)
+    reused = layer_type("layer", {"threshold": 0.2}).reuse(result.costs, None, {})
     assert reused.costs is result.costs
     assert np.array_equal(reused.lethal, result.costs > np.float32(0.2))
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from front_oracles import euclidean, faded, fine_graph
 from meshes import TestMesh, data_mesh, real, renumbered, small, terrain
-from mesh_map import MeshMap
+from mesh_map import MeshMap, _kernels
 from mesh_map.front import SurfaceFront
-from mesh_map.layer import LayerInput
+from mesh_map.layer import LayerInput, checked
 from mesh_map.layers.inflation import InflationLayer
 
 INF = math.inf
@@ -267,10 +267,77 @@ def test_order_of_vertices_and_rigid_motion():
     assert np.abs(distances(turned, lethal) - plain).mean() < 1e-4
 
 
-def test_its_own_result_is_reused_and_nothing_else():
+def test_stored_costs_are_used_without_computing_anything(monkeypatch):
+    """Where there are no vectors, which are not stored; later changes are as of one computed."""
+    mesh = terrain(30)
+    count = len(mesh.vertices)
+    mesh_map = MeshMap(mesh.vertices, mesh.faces)
+    inputs = given(mask(count, 0.02, 1), mask(count, 0.01, 2))
+    params = {"repulsive_field": False}
+    expected = InflationLayer("i", params).evaluate(mesh_map, inputs)
+    calls = []
+    for name in ("_FrontMesh", "_ObstacleDistance", "_fading_costs"):
+        kernel = getattr(_kernels, name)
+
+        def counted(*args, kernel=kernel, name=name, **keywords):
+            calls.append(name)
+            return kernel(*args, **keywords)
+
+        monkeypatch.setattr(_kernels, name, counted)
+    mesh_map = MeshMap(mesh.vertices, mesh.faces)
+    layer = InflationLayer("i", params)
+    found = checked(layer.reuse(expected.costs, mesh_map, inputs), count)
+    assert not calls and same(found, expected) and expected.lethal.sum() > 10
+    assert InflationLayer("i").reuse(expected.costs, mesh_map, inputs) is None and not calls
+    others = given(mask(count, 0.02, 1), mask(count, 0.01, 3))
+    differ = others["layer_1"].lethal != inputs["layer_1"].lethal
+    changed = np.flatnonzero(differ).astype(np.uint32)
+    updated = layer.update(mesh_map, others, changed, found)
+    assert calls == ["_FrontMesh", "_ObstacleDistance", "_fading_costs"]
+    assert same(updated, InflationLayer("j", params).evaluate(mesh_map, others))
+
+
+def test_a_map_takes_stored_costs_only_of_the_same_inputs(monkeypatch):
+    mesh = terrain(30)
+    mesh_map = MeshMap(mesh.vertices, mesh.faces)
+
+    def config(threshold):
+        inflation = {"name": "i", "type": "mesh_layers/InflationLayer"}
+        inflation["params"] = {"repulsive_field": False}
+        steep = {"name": "s", "type": "mesh_layers/SteepnessLayer"}
+        steep["params"] = {"threshold": threshold}
+        return [steep, inflation]
+
+    mesh_map.compute_layers(config(0.6))
+    one = mesh_map.layers["i"]
+    assert 0 < one.result.lethal.sum() < 900
+    asked = []
+
+    def stored(name, fingerprint):
+        asked.append((name, fingerprint == one.identity))
+        return one.result.costs if fingerprint == one.identity else None
+
+    computed = []
+    plain = InflationLayer.compute
+    monkeypatch.setattr(InflationLayer, "compute", lambda *args: computed.append(1) or plain(*args))
+    other = MeshMap.of(mesh_map.geometry)
+    other.compute_layers(config(0.6), stored=stored)
+    assert asked == [("s", False), ("i", True)] and not computed
+    assert same(other.layers["i"].result, one.result)
+    other.set_layer_parameters("i", {"min_contour_size": 7})
+    assert not computed
+    other.compute_layers(config(0.5), stored=stored)
+    assert asked[2:] == [("s", False), ("i", False)] and len(computed) == 1
+    assert other.layers["i"].result.lethal.sum() > one.result.lethal.sum()
+
+
+def test_vectors_remain_when_nothing_that_matters_changes():
     mesh = grid()
+    mesh_map = MeshMap(mesh.vertices, mesh.faces)
     layer = InflationLayer("i")
+    inputs = given(mask(900))
     costs = np.zeros(900, np.float32)
-    assert layer.reuse(costs) is None
-    layer.result = layer.evaluate(MeshMap(mesh.vertices, mesh.faces), given(mask(900)))
-    assert layer.reuse(layer.result.costs) is layer.result and layer.reuse(costs) is None
+    assert layer.reuse(costs, mesh_map, inputs) is None
+    layer.result = layer.evaluate(mesh_map, inputs)
+    assert layer.reuse(layer.result.costs, mesh_map, inputs) is layer.result
+    assert layer.reuse(costs, mesh_map, inputs) is None

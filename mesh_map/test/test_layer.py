@@ -155,7 +155,7 @@ def test_the_fingerprint_is_of_all_that_costs_depend_on():
     layer.evaluated(layer.evaluate(mesh_map, {}), mesh_map, {})
     assert layer.identity == expected
     costs = np.array([0.3, 0.5, NAN, INF], np.float32)
-    assert layer.reuse(costs).lethal.tolist() == [False, True, False, True]
+    assert layer.reuse(costs, mesh_map, {}).lethal.tolist() == [False, True, False, True]
 
 
 class ReadingLayer(Layer):

@@ -208,7 +208,7 @@ def test_layers_of_one_type_do_not_share_obstacles():
 
 
 def test_it_is_never_reused_from_a_file():
-    assert ObstacleLayer("o").reuse(np.zeros(4, np.float32)) is None
+    assert ObstacleLayer("o").reuse(np.zeros(4, np.float32), None, {}) is None
     assert not ObstacleLayer.STORABLE
 
 

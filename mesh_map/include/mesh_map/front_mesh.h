@@ -2,6 +2,7 @@
 #define MESH_MAP_FRONT_MESH_H
 
 #include <mesh_map/array_view.h>
+#include <mesh_map/large_array.h>
 #include <mesh_map/neighborhood.h>
 
 #include <cstddef>
@@ -68,9 +69,9 @@ class FrontMesh
   void fillCorners(const MeshView& mesh, const RowsView& vertex_faces, std::uint32_t v);
   static std::uint8_t orderFan(FrontCorner* begin, std::size_t count, std::uint32_t v);
 
-  std::vector<PackedPosition> positions_;
-  std::vector<std::uint32_t> offsets_;
-  std::vector<FrontCorner> corners_;
+  LargeArray<PackedPosition> positions_;
+  LargeArray<std::uint32_t> offsets_;
+  LargeArray<FrontCorner> corners_;
   std::vector<std::uint8_t> kinds_;
   double mean_edge_ = 1.0;
 };

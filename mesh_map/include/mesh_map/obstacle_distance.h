@@ -2,6 +2,7 @@
 #define MESH_MAP_OBSTACLE_DISTANCE_H
 
 #include <mesh_map/front_mesh.h>
+#include <mesh_map/large_array.h>
 
 #include <array>
 #include <atomic>
@@ -43,8 +44,9 @@ class ObstacleDistance
   /// or ceased to be. Returns the vertices at which something has changed, ascending.
   std::vector<std::uint32_t> update(ArrayView<std::uint8_t> lethal);
 
-  /// Per vertex: 0 on lethal ones, +inf beyond the maximum.
-  const std::vector<float>& distances() const { return distance_; }
+  /// Per vertex: 0 on lethal ones, +inf beyond the maximum, and everywhere before compute(). Valid
+  /// as long as this object.
+  ArrayView<float> distances() const { return {distance_.data(), distance_.size()}; }
 
   /// Unit vector away from the obstacle in the plane of a face at the vertex; on lethal ones the
   /// mean of those around. Zero where there is none.
@@ -75,19 +77,20 @@ class ObstacleDistance
   bool isInside(std::uint32_t v) const;
   void addToRegion(std::uint32_t v);
   void growRegion(const std::vector<std::uint32_t>& from, double reach);
-  std::uint32_t newStamps(std::uint32_t count);
+  std::uint8_t newStamps(std::size_t count);
   double reach() const { return 1.05 * max_distance_ + 3.0 * mesh_->meanEdge(); }
   std::array<double, 3> sourceDirection(std::uint32_t v) const;
 
   std::shared_ptr<const FrontMesh> mesh_;
   float max_distance_;
   std::vector<std::uint8_t> lethal_;
-  std::vector<float> distance_;
-  std::vector<Source> source_;  // of vertices with a finite distance above 0
+  LargeArray<float> distance_;
+  LargeArray<Source> source_;  // of vertices with a finite distance above 0
   bool known_ = false;
 
-  std::vector<std::uint32_t> stamps_;  // which part of the mesh a vertex was in last
-  std::uint32_t stamp_ = 0;
+  std::vector<std::uint8_t>
+      stamps_;  // which part of the mesh a vertex was in last: small, for caches
+  std::uint8_t stamp_ = 0;
   std::vector<std::uint32_t> region_;  // the vertices with this stamp
   std::vector<std::uint8_t> at_rim_;   // those of the region next to others; else 0
   std::vector<float> lengths_;         // scratch of growRegion: infinite

@@ -57,7 +57,9 @@ class CombinationLayer(Layer):
             self._fill(costs, lethal, inputs, changed)
         return LayerResult(read_only(costs), lethal)
 
-    def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
+    def reuse(
+        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+    ) -> Optional[LayerResult]:
         return LayerResult(costs, np.isposinf(costs))
 
     def _fill(

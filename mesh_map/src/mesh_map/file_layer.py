@@ -52,7 +52,9 @@ class FileLayer(Layer):
             raise MeshMapError(str(error)) from error
         return LayerResult(costs, self.lethal_of(costs))
 
-    def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
+    def reuse(
+        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+    ) -> Optional[LayerResult]:
         return LayerResult(costs, self.lethal_of(costs))
 
     def _costs(self, values: np.ndarray) -> np.ndarray:

@@ -189,11 +189,19 @@ class Layer(abc.ABC):
         """
         return self.compute(mesh_map, inputs)
 
-    def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
+    def reuse(
+        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+    ) -> Optional[LayerResult]:
         """The result with costs that were computed before with the same fingerprint().
 
-        None (the default) for a layer that has to be computed, for instance because it depends on
-        data of a sensor. Also called when only parameters change that do not affect costs.
+        Also called when only parameters change that do not affect costs.
+
+        Args:
+            costs: (V,) float32, read-only.
+            mesh_map, inputs: as for compute(), and the same as when the costs were computed.
+        Returns:
+            None (the default) where the layer has to be computed, for instance because it depends
+            on data of a sensor, or because its result has more to it than follows from these.
         """
         return None
 

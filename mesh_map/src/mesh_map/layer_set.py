@@ -116,7 +116,7 @@ def _reused(
     layer.identity = layer.fingerprint(mesh_map, inputs)
     try:
         costs = stored(layer.name, layer.identity)
-        returned = None if costs is None else layer.reuse(costs)
+        returned = None if costs is None else layer.reuse(costs, mesh_map, inputs)
         return None if returned is None else checked(returned, len(mesh_map.vertices))
     except Exception as error:  # a file that others have written to, or a stranger's plugin
         _LOG.warning("layer %s is computed anew: %s", layer.name, error_line(error))

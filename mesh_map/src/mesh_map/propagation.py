@@ -71,11 +71,14 @@ class Propagation:
     def _reuse(self, name: str) -> None:
         """Takes the costs as they are, with other parameters. Errors as for compute()."""
         layer, before = self._set.layers[name], self.results[name]
-        reused = None if name in self._stale else layer.reuse(before.costs)
+        inputs = self._inputs(name)
+        reused = None
+        if name not in self._stale:
+            reused = layer.reuse(before.costs, self._mesh_map, inputs)
         if reused is None:
             self.compute(name)
         else:
-            self._put(name, checked(reused, len(before.costs)), self._inputs(name))
+            self._put(name, checked(reused, len(before.costs)), inputs)
 
     def fail(self, name: str, error: BaseException) -> None:
         """Keeps the result before of a layer that could not be evaluated, and logs that.

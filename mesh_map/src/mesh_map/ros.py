@@ -1,5 +1,6 @@
 """The mesh map on ROS: one map below a namespace, with all that is said about it in the README."""
 
+import copy
 import logging
 import threading
 import time
@@ -247,7 +248,8 @@ class MeshMapServer:
         with self._lock:
             mesh_map = self.map
             with mesh_map.unchanged():  # costs, and the parameters that they were computed with
-                names = self._source.save_layers(mesh_map.layers)
+                layers = {name: copy.copy(layer) for name, layer in mesh_map.layers.items()}
+            names = self._source.save_layers(layers)  # may take seconds
         message = "stored in %s: %s" % (self._source.path, ", ".join(names))
         _LOG.info("%s", message)
         return message

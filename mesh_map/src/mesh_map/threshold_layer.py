@@ -22,7 +22,9 @@ class ThresholdLayer(Layer):
     def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
         return self._with_lethal(self.compute_costs(mesh_map))
 
-    def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
+    def reuse(
+        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+    ) -> Optional[LayerResult]:
         return self._with_lethal(costs)
 
     def _with_lethal(self, costs: np.ndarray) -> LayerResult:

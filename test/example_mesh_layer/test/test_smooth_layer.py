@@ -54,11 +54,12 @@ def smoothed_slowly(mesh, read, strength=0.5, rounds=1):
 def test_costs_are_those_of_the_formula(mesh, params):
     read = random_input(len(mesh.vertices), 1)
     layer = SmoothLayer("smooth", params)
-    result = layer.evaluate(MeshMap(mesh.vertices, mesh.faces), {"a": read})
+    mesh_map, inputs = MeshMap(mesh.vertices, mesh.faces), {"a": read}
+    result = layer.evaluate(mesh_map, inputs)
     expected = smoothed_slowly(mesh, read, **params)
     np.testing.assert_allclose(result.costs, expected, rtol=1e-6)
     np.testing.assert_array_equal(result.lethal, read.lethal | np.isposinf(read.costs))
-    np.testing.assert_array_equal(layer.reuse(result.costs).lethal, result.lethal)
+    np.testing.assert_array_equal(layer.reuse(result.costs, mesh_map, inputs).lethal, result.lethal)
 
 
 @params

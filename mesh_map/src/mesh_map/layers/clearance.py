@@ -71,5 +71,7 @@ class ClearanceLayer(Layer):
         costs[lethal] = 1.0
         return LayerResult(read_only(costs), lethal)
 
-    def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
+    def reuse(
+        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+    ) -> Optional[LayerResult]:
         return LayerResult(costs, costs >= 1)

@@ -150,11 +150,17 @@ class InflationLayer(Layer):
         state.update(_lethal(mesh_map, inputs))
         return self._result(state)
 
-    def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
-        """Costs do not say which vertices were lethal: only the result of this layer is reused."""
-        if self.result is not None and np.array_equal(self.result.costs, costs, equal_nan=True):
-            return self.result
-        return None
+    def reuse(
+        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+    ) -> Optional[LayerResult]:
+        """The inputs say which vertices are lethal; vectors are not stored with costs.
+
+        Nothing is computed then: distances are when an input changes for the first time.
+        """
+        if self.params["repulsive_field"]:
+            result = self.result
+            return result if result is not None and result.costs is costs else None
+        return LayerResult(costs, _lethal(mesh_map, inputs))
 
     def _result(self, state: _Inflated) -> LayerResult:
         assert state.costs is not None and state.lethal is not None

@@ -60,7 +60,9 @@ class SmoothLayer(Layer):
         after[reached] = costs[reached]
         return self._result(after)
 
-    def reuse(self, costs: np.ndarray) -> Optional[LayerResult]:
+    def reuse(
+        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+    ) -> Optional[LayerResult]:
         """Costs from the map file, which were computed with the same parameters and input."""
         return self._result(costs)
 
