@@ -39,7 +39,7 @@ class LabelWatcher(RosAdapter):
                 found = self.mesh_map.contents.labels_version()
                 if found == seen:
                     continue
-                _LOG.info("layer %s: labels have changed", self.layer.name)
+                _LOG.info("layer %s: the map file or its labels have changed", self.layer.name)
                 seen = found
                 self.refresh()
                 complaint = ""

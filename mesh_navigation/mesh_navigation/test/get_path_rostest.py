@@ -4,6 +4,7 @@
 import random
 import subprocess
 import tempfile
+import threading
 import time
 import unittest
 from pathlib import Path
@@ -411,13 +412,15 @@ class MapLoadingTest(unittest.TestCase):
         self.assertEqual(server.stop(), 0)
 
     def test_a_server_that_stops_answers_its_goals(self):
-        parameters = mesh_map_parameters(Path(tempfile.mkdtemp()) / "never")
-        server = self.started("stopping", mesh_map=parameters)
+        file = Path(tempfile.mkdtemp()) / "soon"
+        server = self.started("stopping", mesh_map=mesh_map_parameters(file))
         handle = server.send(START, GOAL)
         wait_until(lambda: handle.get_goal_status() == 1, "the start")
+        threading.Timer(0.1, file.touch).start()  # loading goes on, and ends, during the shutdown
         self.assertEqual(server.stop(), 0)
         state, result = answer(handle)
         self.assertEqual((state, result.outcome), ("ABORTED", GetPathResult.STOPPED))
+        self.assertNotIn("no map, goals will fail", server.output())
 
     def test_no_map(self):
         server = self.started("lost", mesh_map={"mesh_file": "/nowhere/garden.h5"})

@@ -71,7 +71,8 @@ class MbfServer:
             for complaint in self._planners.initialize(mesh_map, given):
                 rospy.logwarn("%s", complaint)
         except Exception as error:
-            rospy.logerr("no map, goals will fail: %s", error)
+            if not rospy.is_shutdown():  # which ends the loading
+                rospy.logerr("no map, goals will fail: %s", error)
             raise
         rospy.loginfo(
             "%s: ready, map of %d vertices and %d faces; waiting for goals, those without a start "
