@@ -1,9 +1,6 @@
 """A layer that gets its data from a topic, and layers with faults."""
 
-import time
-
 import numpy as np
-import rospy
 from mesh_map.errors import MeshMapError
 from mesh_map.layer import Layer
 from mesh_map.parameter import Parameter
@@ -48,12 +45,3 @@ class GiantLayer(FlagLayer):
     """dynamic_reconfigure has no numbers of this size."""
 
     PARAMETERS = FlagLayer.PARAMETERS + (Parameter("size", 2**40),)
-
-
-class EndlessLayer(FlagLayer):
-    """Takes as long as the node runs."""
-
-    def compute(self, mesh_map, inputs):
-        while not rospy.is_shutdown():
-            time.sleep(0.02)
-        return super().compute(mesh_map, inputs)
