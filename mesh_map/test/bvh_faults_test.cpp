@@ -108,6 +108,16 @@ std::size_t threadCount()
   return 0;
 }
 
+/// The number of threads once it is no more than expected, or after a while: the system may count a
+/// thread for a moment after it has been joined.
+std::size_t settledThreadCount(std::size_t expected)
+{
+  for (int wait = 0; wait < 5000 && threadCount() > expected; ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return threadCount();
+}
+
 /// Something that takes memory and time, and says whether its answer is right.
 struct Task
 {
@@ -217,7 +227,8 @@ TEST_F(Faults, NothingIsLeftWhereMemoryEnds)
           first_refused = last_refused = -1;
           ASSERT_TRUE(right) << task.name << " without memory at call " << call;
           ASSERT_EQ(bytes_in_use, bytes_before) << task.name << ", call " << call;
-          ASSERT_EQ(threadCount(), threads_before) << task.name << ", call " << call;
+          ASSERT_LE(settledThreadCount(threads_before), threads_before)
+              << task.name << ", call " << call;
         }
         EXPECT_GT(thrown, 0) << task.name;
       }
@@ -263,7 +274,7 @@ TEST_F(Faults, NothingIsLeftWhereItIsCancelled)
       ASSERT_TRUE(right) << task.name;
     }
     EXPECT_EQ(bytes_in_use, bytes_before) << task.name;
-    EXPECT_EQ(threadCount(), threads_before) << task.name;
+    EXPECT_LE(settledThreadCount(threads_before), threads_before) << task.name;
     EXPECT_GT(stopped, 0) << task.name;
   }
 }
@@ -285,6 +296,6 @@ TEST_F(Faults, WhatProgressThrowsComesOut)
     Bvh bvh = bvh_;
     EXPECT_THROW(bvh.refit(moved_.view(), options), std::domain_error);
     EXPECT_TRUE(sameTree(bvh, bvh_));
-    EXPECT_EQ(threadCount(), threads_before);
+    EXPECT_LE(settledThreadCount(threads_before), threads_before);
   }
 }
