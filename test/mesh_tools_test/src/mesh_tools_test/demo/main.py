@@ -107,7 +107,8 @@ def how_to_go_on(path, layers, config):
         f"  rosrun mesh_msgs_hdf5 mesh_tool info {file}\n"
         f"  roslaunch mesh_navigation mesh_navigation.launch map_file:={file} "
         f"map_config:={layers}\n"
-        "  rosrun rqt_reconfigure rqt_reconfigure    (thresholds, radii: at once)\n"
+        "  rosservice call /move_base_flex/mesh_map/height_diff/set_parameters "
+        "'{config: {doubles: [{name: threshold, value: 0.5}]}}'\n"
         f"  rviz -d {config}"
     )
 
