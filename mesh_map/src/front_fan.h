@@ -24,6 +24,23 @@ inline double dot(PlanePoint a, PlanePoint b)
   return a.x * b.x + a.y * b.y;
 }
 
+/// Where a point lies in the plane, beyond the line from a to b as seen from the origin, at given
+/// squared distances from these.
+inline bool placeBeyond(PlanePoint a, PlanePoint b, double from_a, double from_b,
+                        PlanePoint& result)
+{
+  const PlanePoint side{b.x - a.x, b.y - a.y};
+  const double squared = dot(side, side);
+  if (!(squared > 0.0)) {
+    return false;
+  }
+  const double along = 0.5 * (from_a + squared - from_b) / squared;
+  const double height = std::sqrt(std::max(0.0, from_a / squared - along * along));
+  // Counterclockwise from a to b around the origin: beyond is to the right of the side.
+  result = {a.x + along * side.x + height * side.y, a.y + along * side.y - height * side.x};
+  return true;
+}
+
 /// A vertex next to the one in the middle, as a walk around the middle comes to it: its direction
 /// with all faces passed unfolded into a plane, and the one that it came to before.
 struct FanStep

@@ -8,6 +8,11 @@
 namespace mesh_map {
 namespace {
 
+/// Corners with a larger cosine do not count as obtuse. What their vertex can be nearer to anything
+/// than the two others of its face, by this part of an edge, is not worth the effort: half of all
+/// corners on a regular grid are about right.
+constexpr double OBTUSE = -0.05;
+
 double distance(const PackedPosition& p, const PackedPosition& q)
 {
   const double x = double{p.x} - q.x, y = double{p.y} - q.y, z = double{p.z} - q.z;
@@ -34,6 +39,7 @@ FrontMesh::FrontMesh(const MeshView& mesh, const RowsView& vertex_faces, unsigne
       }
     };
   });
+  findAcross(threads);
   // A sample will do: the mean only says how wide the buckets of a queue should be.
   const std::size_t step = mesh.faces.size() / 3 / 4096 + 1;
   double sum = 0.0;
@@ -66,6 +72,67 @@ void FrontMesh::fillCorners(const MeshView& mesh, const RowsView& vertex_faces, 
     begin[i] = {a, b};
   }
   kinds_[v] = orderFan(begin, count, v);
+}
+
+std::uint32_t FrontMesh::across(std::uint32_t a, std::uint32_t b, std::uint32_t from) const
+{
+  std::uint32_t found = NO_INDEX;
+  unsigned count = 0;
+  for (const FrontCorner* corner = cornersBegin(a); corner != cornersEnd(a); ++corner) {
+    if (corner->a != corner->b && (corner->a == b || corner->b == b)) {
+      const std::uint32_t third = corner->a == b ? corner->b : corner->a;
+      ++count;
+      found = third != from ? third : found;
+    }
+  }
+  return count == 2 ? found : NO_INDEX;
+}
+
+void FrontMesh::findAcross(unsigned threads)
+{
+  using Found = std::vector<std::pair<std::uint32_t, FrontAcross>>;
+  constexpr std::size_t CHUNK = 16384;
+  const auto isObtuse = [this](std::uint32_t v, const FrontCorner& corner) {
+    const PackedPosition &o = positions_[v], &p = positions_[corner.a], &q = positions_[corner.b];
+    const double px = double{p.x} - o.x, py = double{p.y} - o.y, pz = double{p.z} - o.z;
+    const double qx = double{q.x} - o.x, qy = double{q.y} - o.y, qz = double{q.z} - o.z;
+    const double product = px * qx + py * qy + pz * qz;
+    return product < 0.0 && product * product > OBTUSE * OBTUSE * (px * px + py * py + pz * pz) *
+                                                    (qx * qx + qy * qy + qz * qz);
+  };
+  std::vector<Found> chunks((vertexCount() + CHUNK - 1) / CHUNK);
+  parallelFor(vertexCount(), CHUNK, threads, [&]() -> RangeBody {
+    return [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto v = static_cast<std::uint32_t>(i);
+        for (const FrontCorner* corner = cornersBegin(v); corner != cornersEnd(v); ++corner) {
+          if (corner->a != corner->b && isObtuse(v, *corner)) {
+            const std::uint32_t from = across(corner->a, corner->b, v);
+            if (from != NO_INDEX && isFan(from)) {
+              chunks[begin / CHUNK].push_back({from, {v, corner->a, corner->b}});
+            }
+          }
+        }
+      }
+    };
+  });
+  across_offsets_.assign(vertexCount() + 1, 0);
+  for (const Found& chunk : chunks) {
+    for (const auto& one : chunk) {
+      ++across_offsets_[one.first + 1];
+    }
+  }
+  for (std::size_t v = 0; v < vertexCount(); ++v) {
+    across_offsets_[v + 1] += across_offsets_[v];
+  }
+  across_.resize(across_offsets_.back());
+  // Chunks in order, so that the rows are the same with any number of threads.
+  std::vector<std::uint32_t> next(across_offsets_.begin(), across_offsets_.end() - 1);
+  for (const Found& chunk : chunks) {
+    for (const auto& one : chunk) {
+      across_[next[one.first]++] = one.second;
+    }
+  }
 }
 
 std::uint8_t FrontMesh::orderFan(FrontCorner* begin, std::size_t count, std::uint32_t v)

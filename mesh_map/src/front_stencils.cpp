@@ -20,38 +20,6 @@ double squaredDistance(const PackedPosition& p, const PackedPosition& q)
   return x * x + y * y + z * z;
 }
 
-/// The third corner of the one other face at the edge (a, b); NO_INDEX where there is none, or
-/// more.
-std::uint32_t beyond(const FrontMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t from)
-{
-  std::uint32_t found = NO_INDEX;
-  unsigned count = 0;
-  for (const FrontCorner* corner = mesh.cornersBegin(a); corner != mesh.cornersEnd(a); ++corner) {
-    if (corner->a != corner->b && (corner->a == b || corner->b == b)) {
-      const std::uint32_t third = corner->a == b ? corner->b : corner->a;
-      ++count;
-      found = third != from ? third : found;
-    }
-  }
-  return count == 2 ? found : NO_INDEX;
-}
-
-/// Where a point lies in the plane, beyond the line from a to b as seen from the origin, at given
-/// squared distances from these.
-bool place(PlanePoint a, PlanePoint b, double from_a, double from_b, PlanePoint& result)
-{
-  const PlanePoint side{b.x - a.x, b.y - a.y};
-  const double squared = dot(side, side);
-  if (!(squared > 0.0)) {
-    return false;
-  }
-  const double along = 0.5 * (from_a + squared - from_b) / squared;
-  const double height = std::sqrt(std::max(0.0, from_a / squared - along * along));
-  // Counterclockwise from a to b around the origin: beyond is to the right of the side.
-  result = {a.x + along * side.x + height * side.y, a.y + along * side.y - height * side.x};
-  return true;
-}
-
 }  // namespace
 
 void SurfaceFront::findStencils(const FrontMesh& mesh, std::uint32_t v,
@@ -71,11 +39,11 @@ void SurfaceFront::findStencils(const FrontMesh& mesh, std::uint32_t v,
     PlanePoint low = first, high = second;
     std::uint32_t low_vertex = corner->a, high_vertex = corner->b, behind = v;
     for (unsigned i = 0; i < MAX_UNFOLDED; ++i) {
-      const std::uint32_t t = beyond(mesh, low_vertex, high_vertex, behind);
+      const std::uint32_t t = mesh.across(low_vertex, high_vertex, behind);
       PlanePoint at;
       if (t == NO_INDEX || t == v ||
-          !place(low, high, squaredDistance(mesh.position(low_vertex), mesh.position(t)),
-                 squaredDistance(mesh.position(high_vertex), mesh.position(t)), at)) {
+          !placeBeyond(low, high, squaredDistance(mesh.position(low_vertex), mesh.position(t)),
+                       squaredDistance(mesh.position(high_vertex), mesh.position(t)), at)) {
         break;
       }
       const bool is_acute_to_first = dot(at, first) > 0.0, is_acute_to_second = dot(at, second) > 0;

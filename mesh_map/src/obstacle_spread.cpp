@@ -19,22 +19,6 @@ constexpr float FARTHER_THAN_SEEN = 0.01f;
 /// known before if it were to be seen from there.
 constexpr float MUCH_NEARER = 0.25f;
 
-/// Where a way is shorter than two known distances allow, by this part of the edge, the surface is
-/// too curved for what was unfolded, and the two distances count.
-constexpr double SHORTER_THAN_KNOWN = 0.02;
-
-/// The least distance of the third corner of a triangle in the plane, (x, y) beyond the base on the
-/// x axis, from anything that is u from its one end, at the origin, and v from its other end, at
-/// (base, 0); 0 where the way does not cross the base.
-double leastDistance(double u, double v, double base, double x, double y)
-{
-  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
-  const double sy = std::sqrt(std::max(0.0, (u - sx) * (u + sx)));
-  const double crossing = sx * y + x * sy;
-  const bool crosses = crossing >= 0.0 && crossing <= base * (sy + y);
-  return crosses ? std::sqrt((x - sx) * (x - sx) + (y + sy) * (y + sy)) : 0.0;
-}
-
 constexpr std::size_t MAX_BOUNDS = 16;
 
 constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 4096;
@@ -75,12 +59,14 @@ void ObstacleDistance::Spread::prefetch() const
   constexpr std::size_t soon = 5, later = 12, latest = 24;
   if (const std::uint32_t v = queue_.peek(latest); v != NO_INDEX) {
     mesh_.prefetchRow(v);
+    mesh_.prefetchAcross(v);
     mesh_.prefetchVertex(v);
     __builtin_prefetch(&owner_.distance_[v]);
     __builtin_prefetch(&owner_.source_[v]);
   }
   if (const std::uint32_t v = queue_.peek(later); v != NO_INDEX) {
     mesh_.prefetchCorners(v);
+    __builtin_prefetch(mesh_.acrossBegin(v));
   }
   if (const std::uint32_t v = queue_.peek(soon); v != NO_INDEX) {
     const FrontCorner* const end = mesh_.cornersEnd(v);
@@ -90,6 +76,11 @@ void ObstacleDistance::Spread::prefetch() const
       __builtin_prefetch(&owner_.stamps_[corner->a]);
       __builtin_prefetch(&owner_.source_[corner->a]);
     }
+    const FrontAcross* const across_end = mesh_.acrossEnd(v);
+    for (const FrontAcross* across = mesh_.acrossBegin(v); across != across_end; ++across) {
+      __builtin_prefetch(&owner_.distance_[across->vertex]);
+      __builtin_prefetch(&owner_.stamps_[across->vertex]);
+    }
   }
 }
 
@@ -97,9 +88,14 @@ void ObstacleDistance::Spread::spread(std::uint32_t vertex)
 {
   vertex_ = vertex;
   distance_ = owner_.distance_[vertex];
+  if (distance_ == 0.0f) {
+    passAcrossFromLethal();
+    return;
+  }
   if (!hasOpenNeighbor()) {
     return;
   }
+  findAcross();
   fan_.gather(mesh_, vertex);
   const auto& nodes = fan_.nodes();
   const Source source = owner_.source_[vertex];
@@ -136,14 +132,19 @@ void ObstacleDistance::Spread::look(std::size_t axis, std::size_t side, bool tow
   // Has the walk come past the direction to the obstacle (but not yet half a turn beyond it)?
   bool is_past = left.y <= 0.0;
   bounds_.clear();
+  PlanePoint before{fan_.nodes()[axis].length, 0.0};
   fan_.walk(axis, side, toward, [&](const FanStep& step) {
     const double past = cross(left, step.direction);
     if (is_past && past < -straight) {
       return false;  // the way to what follows goes round the other side, or bends here
     }
-    is_past = past >= 0.0 || (is_past && past >= -straight);
     const FrontFan::Node& node = fan_.nodes()[step.node];
     const PlanePoint place{node.length * step.direction.x, node.length * step.direction.y};
+    if (!across_.empty()) {  // in a fan: the node before this one is the last one that was seen
+      offerAcross(step.before, before, step.node, place, is_past);
+      before = place;
+    }
+    is_past = past >= 0.0 || (is_past && past >= -straight);
     const PlanePoint nearest = nearestOnSegment(piece_.a, piece_.b, place);
     if (isOpen(node.vertex)) {
       const double sideways = cross(nearest, step.direction);
@@ -189,7 +190,7 @@ const ObstacleDistance::Spread::Bound* ObstacleDistance::Spread::hiding(PlanePoi
 void ObstacleDistance::Spread::addBound(const FanStep& step, PlanePoint place, PlanePoint nearest)
 {
   const FrontFan::Node& node = fan_.nodes()[step.node];
-  const bool is_known = (sees_outside_ || isInPart(node.vertex)) && isBefore(node.vertex);
+  const bool is_known = isKnown(node.vertex);
   const bool is_border = !mesh_.isClosed(node.vertex);
   if (!is_known && !is_border) {
     return;
@@ -207,8 +208,7 @@ void ObstacleDistance::Spread::addBound(const FanStep& step, PlanePoint place, P
 double ObstacleDistance::Spread::atLeast(double distance, const FanStep& step) const
 {
   const FrontFan::Node &node = fan_.nodes()[step.node], &before = fan_.nodes()[step.before];
-  const bool is_known = (sees_outside_ || isInPart(before.vertex)) && isBefore(before.vertex);
-  if (!is_known || !(before.length > 0.0)) {
+  if (!isKnown(before.vertex) || !(before.length > 0.0)) {
     return distance;
   }
   const double x = node.x * before.x + node.y * before.y + node.z * before.z;

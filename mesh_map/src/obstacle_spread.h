@@ -4,6 +4,7 @@
 #include <mesh_map/obstacle_distance.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <vector>
 
@@ -34,6 +35,22 @@ inline PlanePoint nearestOnSegment(PlanePoint a, PlanePoint b, PlanePoint p)
   const double t = dot({p.x - a.x, p.y - a.y}, side) / squared;
   const double within = std::min(1.0, std::max(0.0, t));
   return {a.x + within * side.x, a.y + within * side.y};
+}
+
+/// Where a way is shorter than two known distances allow, by this part of the edge, the surface is
+/// too curved for what was unfolded, and the two distances count.
+constexpr double SHORTER_THAN_KNOWN = 0.02;
+
+/// The least distance of the third corner of a triangle in the plane, (x, y) beyond the base on the
+/// x axis, from anything that is u from its one end, at the origin, and v from its other end, at
+/// (base, 0); 0 where the way does not cross the base.
+inline double leastDistance(double u, double v, double base, double x, double y)
+{
+  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  const double sy = std::sqrt(std::max(0.0, (u - sx) * (u + sx)));
+  const double crossing = sx * y + x * sy;
+  const bool crosses = crossing >= 0.0 && crossing <= base * (sy + y);
+  return crosses ? std::sqrt((x - sx) * (x - sx) + (y + sy) * (y + sy)) : 0.0;
 }
 
 /// One run of a front over a part of the mesh: the vertices with its stamp. A vertex that has its
@@ -69,11 +86,16 @@ class ObstacleDistance::Spread
   void prefetch() const;
   void spread(std::uint32_t vertex);
   bool hasOpenNeighbor() const;
+  void passAcrossFromLethal();
+  void offerAcross(std::size_t before, PlanePoint before_place, std::size_t k, PlanePoint place,
+                   bool is_past);
   void look(std::size_t axis, std::size_t side, bool toward);
   const Bound* hiding(PlanePoint place, PlanePoint nearest) const;
+  void findAcross();
   void addBound(const FanStep& step, PlanePoint place, PlanePoint nearest);
   void offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest, const Piece& piece);
   double atLeast(double distance, const FanStep& step) const;
+  double atLeastAcross(double distance, std::size_t k, PlanePoint place, PlanePoint seen) const;
   void offerBent(std::size_t k);
 
   bool isInPart(std::uint32_t v) const { return owner_.stamps_[v] == stamp_; }
@@ -83,6 +105,7 @@ class ObstacleDistance::Spread
     const float distance = owner_.distance_[v];
     return distance < distance_ || (distance == distance_ && v < vertex_);
   }
+  bool isKnown(std::uint32_t v) const { return (sees_outside_ || isInPart(v)) && isBefore(v); }
   bool isOpen(std::uint32_t v) const { return isInPart(v) && !isBefore(v); }
   bool isBetter(float distance, std::uint32_t v, std::uint32_t axis, std::uint32_t side) const;
   void take(std::uint32_t v, float distance, const Source& source);
@@ -97,8 +120,9 @@ class ObstacleDistance::Spread
   FrontFan fan_;
   std::uint32_t vertex_ = 0;
   float distance_ = 0.0f;
-  Piece piece_{};                   // mirrored where the walk goes away from `side`
-  std::vector<std::uint8_t> seen_;  // per node: is it reached without a bend?
+  std::vector<FrontAcross> across_;  // those to which it may have something to tell
+  Piece piece_{};                    // mirrored where the walk goes away from `side`
+  std::vector<std::uint8_t> seen_;   // per node: is it reached without a bend?
   std::vector<Bound> bounds_;
 };
 

@@ -19,6 +19,14 @@ struct FrontCorner
   std::uint32_t a, b;
 };
 
+/// A vertex that is seen from another one across the edge (a, b), the only two faces of which have
+/// these two as their third corners; and its own corner there is obtuse, so that it may be nearer
+/// to what lies beyond than both a and b.
+struct FrontAcross
+{
+  std::uint32_t vertex, a, b;
+};
+
 /// What a front needs of a mesh: positions, and the corners of the faces around each vertex. Any
 /// triangle soup will do. Immutable, so several threads may run fronts on it at once.
 class FrontMesh
@@ -39,9 +47,23 @@ class FrontMesh
   /// Is it a fan that goes all the way round? Everything else is a border, or not manifold.
   bool isClosed(std::uint32_t v) const { return (kinds_[v] & CLOSED) != 0; }
 
+  const FrontAcross* acrossBegin(std::uint32_t v) const
+  {
+    return across_.data() + across_offsets_[v];
+  }
+  const FrontAcross* acrossEnd(std::uint32_t v) const
+  {
+    return across_.data() + across_offsets_[v + 1];
+  }
+
+  /// The third corner of the one other face at the edge (a, b) of a face with the third corner
+  /// `from`; NO_INDEX where there is none, or more than one.
+  std::uint32_t across(std::uint32_t a, std::uint32_t b, std::uint32_t from) const;
+
   /// Ask for memory that will be read soon, in this order: most of the time of a front would go
   /// into waiting for it.
   void prefetchRow(std::uint32_t v) const { __builtin_prefetch(&offsets_[v]); }
+  void prefetchAcross(std::uint32_t v) const { __builtin_prefetch(&across_offsets_[v]); }
   void prefetchCorners(std::uint32_t v) const
   {
     __builtin_prefetch(corners_.data() + offsets_[v]);
@@ -67,12 +89,15 @@ class FrontMesh
   };
 
   void fillCorners(const MeshView& mesh, const RowsView& vertex_faces, std::uint32_t v);
+  void findAcross(unsigned threads);
   static std::uint8_t orderFan(FrontCorner* begin, std::size_t count, std::uint32_t v);
 
   LargeArray<PackedPosition> positions_;
   LargeArray<std::uint32_t> offsets_;
   LargeArray<FrontCorner> corners_;
   std::vector<std::uint8_t> kinds_;
+  LargeArray<std::uint32_t> across_offsets_;  // rows of across_, by the vertex that sees
+  LargeArray<FrontAcross> across_;
   double mean_edge_ = 1.0;
 };
 

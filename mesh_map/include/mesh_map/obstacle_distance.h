@@ -22,10 +22,15 @@ struct PlanePoint;
 /// A front carries with each vertex not only how far the obstacle is, but also which piece of it
 /// (a point or an edge) is nearest, and where that lies when the faces in between are unfolded into
 /// a plane. So a front that comes from an edge stays straight, one that comes from a corner stays
-/// round, and obtuse triangles and slivers make no difference. Where the way has to bend, at a
-/// border or between faces that form a saddle, the vertex there becomes the source.
+/// round. Where the way has to bend, at a border or between faces that form a saddle, the vertex
+/// there becomes the source.
 ///
-/// What a vertex gets is a function of its neighbors with smaller distances (ties: none, since
+/// A vertex hears of the obstacle from neighbors that are nearer to it, and, where its corner of a
+/// face is obtuse, also from the vertex across the opposite edge, since both ends of that edge may
+/// be farther. Behind several slivers one after the other there may be no such vertex: then the
+/// distance comes out too long, but never longer than the way along edges.
+///
+/// What a vertex gets is a function of these vertices with smaller distances (ties: none, since
 /// every step adds at least one unit in the last place). So there is exactly one solution, however
 /// and in whichever order it is found, and any part of it can be computed again with what lies
 /// around it held fast: see update().
@@ -41,8 +46,13 @@ class ObstacleDistance
                unsigned threads = 0);
 
   /// The same result, bit for bit, computed again only around the vertices that have become lethal
-  /// or ceased to be. Returns the vertices at which something has changed, ascending.
-  std::vector<std::uint32_t> update(ArrayView<std::uint8_t> lethal);
+  /// or ceased to be; or from everything, where that is more than this share of all vertices.
+  /// Returns the vertices at which something has changed, ascending.
+  std::vector<std::uint32_t> update(ArrayView<std::uint8_t> lethal,
+                                    double most_share = MOST_UPDATED);
+
+  /// Looking around changes takes some ten times as long per vertex as computing everything.
+  static constexpr double MOST_UPDATED = 0.05;
 
   /// Per vertex: 0 on lethal ones, +inf beyond the maximum, and everywhere before compute(). Valid
   /// as long as this object.
@@ -71,14 +81,18 @@ class ObstacleDistance
   void offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side, PlanePoint a,
                  PlanePoint b);
   bool solveParts(const std::atomic<bool>* cancel, unsigned threads);
-  std::vector<std::uint32_t> solveRegion();
+  bool solveRegion(std::size_t most, std::vector<std::uint32_t>& changed);
+  std::vector<std::uint32_t> computeAnew(ArrayView<std::uint8_t> lethal);
+  bool isChanged(std::uint32_t v, float distance, const Source& source) const;
+  bool passesOn(std::uint32_t v) const;
   void runRegion();
   void markRim(bool mark);
   bool isInside(std::uint32_t v) const;
   void addToRegion(std::uint32_t v);
-  void growRegion(const std::vector<std::uint32_t>& from, double reach);
+  bool growRegion(const std::vector<std::uint32_t>& from, double reach, std::size_t most);
   std::uint8_t newStamps(std::size_t count);
-  double reach() const { return 1.05 * max_distance_ + 3.0 * mesh_->meanEdge(); }
+  /// What has changed is rarely within three edges of the end of this, and so is solved only once.
+  double reach() const { return 1.05 * max_distance_ + 4.5 * mesh_->meanEdge(); }
   std::array<double, 3> sourceDirection(std::uint32_t v) const;
 
   std::shared_ptr<const FrontMesh> mesh_;
@@ -92,7 +106,7 @@ class ObstacleDistance
       stamps_;  // which part of the mesh a vertex was in last: small, for caches
   std::uint8_t stamp_ = 0;
   std::vector<std::uint32_t> region_;  // the vertices with this stamp
-  std::vector<std::uint8_t> at_rim_;   // those of the region next to others; else 0
+  std::vector<std::uint8_t> at_rim_;   // of the region: 1 next to others, 2 next to 1; else 0
   std::vector<float> lengths_;         // scratch of growRegion: infinite
 };
 

@@ -190,6 +190,8 @@ class ObstacleDistance:
     def update(self, lethal: Any) -> np.ndarray:
         """The same as compute(), bit for bit, by looking only at what is around changes.
 
+        Where that is more than a few percent of the mesh, everything is computed.
+
         Returns:
             (K,) uint32, ascending: the vertices where a distance or a direction may have changed.
         Raises:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from mesh_map.geometry import MeshGeometry
     from mesh_map.mesh_map import MeshMap
 
-_CHANGED_SHARE = 0.2  # of all vertices, above which everything is computed again
+_CHANGED_SHARE = 0.2  # of all vertices, above which the costs of all follow from distances again
 
 
 class _Inflated:
@@ -34,18 +34,19 @@ class _Inflated:
         self.vectors: Optional[np.ndarray] = None
 
     def compute(self, lethal: np.ndarray, fading: Tuple[float, ...], repulsive: bool) -> None:
-        if self.lethal is None or np.count_nonzero(lethal != self.lethal) > _CHANGED_SHARE * len(
-            lethal
-        ):
+        if self.lethal is None:
             self.obstacles.compute(lethal)
         else:
             self.obstacles.update(lethal)
         self.lethal, self.fading, self.repulsive = lethal, fading, repulsive
-        kernel = _kernels._Fading(*fading)
+        self._fade()
+
+    def _fade(self) -> None:
+        kernel = _kernels._Fading(*self.fading)
         distances = self.obstacles.distances()
         self.costs = read_only(_kernels._fading_costs(distances, kernel))
         self.vectors = None
-        if repulsive:
+        if self.repulsive:
             near = np.flatnonzero(distances <= self.radius).astype(np.uint32)
             vectors = np.zeros((len(distances), 3), np.float32)
             vectors[near] = self.obstacles.kernel._repulsion(near, kernel)
@@ -57,6 +58,9 @@ class _Inflated:
         self.lethal = lethal
         kernel = _kernels._Fading(*self.fading)
         if not len(changed):
+            return
+        if len(changed) > _CHANGED_SHARE * len(lethal):
+            self._fade()
             return
         costs = self.costs.copy()
         distances = self.obstacles.kernel._distances_of(changed)
@@ -143,7 +147,6 @@ class InflationLayer(Layer):
             state is None
             or state.geometry is not mesh_map.geometry
             or (state.fading, state.repulsive) != (self._fading(), repulsive)
-            or len(changed) > _CHANGED_SHARE * len(mesh_map.vertices)
         ):
             return self.compute(mesh_map, inputs)
         self._inflated = None
