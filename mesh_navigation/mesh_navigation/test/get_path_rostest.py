@@ -4,7 +4,6 @@
 import random
 import subprocess
 import tempfile
-import threading
 import time
 import unittest
 from pathlib import Path
@@ -416,10 +415,11 @@ class MapLoadingTest(unittest.TestCase):
         server = self.started("stopping", mesh_map=mesh_map_parameters(file))
         handle = server.send(START, GOAL)
         wait_until(lambda: handle.get_goal_status() == 1, "the start")
-        threading.Timer(0.1, file.touch).start()  # loading goes on, and ends, during the shutdown
-        self.assertEqual(server.stop(), 0)
+        server.terminate()
         state, result = answer(handle)
         self.assertEqual((state, result.outcome), ("ABORTED", GetPathResult.STOPPED))
+        file.touch()  # loading goes on, and ends, during the shutdown
+        self.assertEqual(server.wait(), 0)
         self.assertNotIn("no map, goals will fail", server.output())
 
     def test_no_map(self):

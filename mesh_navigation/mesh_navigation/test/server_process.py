@@ -57,10 +57,18 @@ class ServerProcess:
         self.log.seek(0)
         return self.log.read()
 
+    def terminate(self):
+        """Tell the process to end."""
+        self._process.terminate()
+
+    def wait(self):
+        """Wait for its end; returns its exit status."""
+        return self._process.wait(30)
+
     def stop(self):
         """End the process politely; returns its exit status."""
-        self._process.terminate()
-        return self._process.wait(30)
+        self.terminate()
+        return self.wait()
 
     def kill(self):
         """End the process if it is still there, for tests that failed half-way."""
