@@ -247,10 +247,8 @@ class Obstacles(unittest.TestCase):
         publisher = self.publisher("/six")
         self.send(publisher, cloud([LEFT], frame="map"))
         self.assertTrue(wait_until(lambda: bool(seen)))
-        begin = time.monotonic()
         adapter.shutdown()
         adapter.shutdown()
-        self.assertLess(time.monotonic() - begin, 5.0)
         count = len(seen)
         publisher.publish(cloud([RIGHT], frame="map"))
         time.sleep(1.0)  # longer than decay
