@@ -1,4 +1,4 @@
-// Solving a part of the mesh again, for threads and for the incremental update.
+// Solving a part of the mesh again, for the incremental update and for the seams between threads.
 //
 // The distances and sources D are the one solution of: D(v) is the best of what the lethal
 // neighbors w of v give (seed), which depends on which neighbors of w are lethal, and of what each
@@ -13,8 +13,6 @@
 // holds inside (it was just solved) and outside (nothing that it depends on has changed): this is
 // the solution, bit for bit what one run over everything finds. If not, the region was too small,
 // and is solved again with more around it. How large it is to start with is only a matter of speed.
-
-#include <mesh_map/parallel.h>
 
 #include <algorithm>
 #include <cstring>
@@ -31,17 +29,6 @@ namespace mesh_map {
 namespace {
 
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
-constexpr std::size_t MAX_PARTS = 8;
-constexpr std::size_t MIN_PART = 30000;
-
-template <class Body>
-void forNeighbors(const FrontMesh& mesh, std::uint32_t v, Body&& body)
-{
-  for (const FrontCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v); ++corner) {
-    body(corner->a);
-    body(corner->b);
-  }
-}
 
 double edgeLength(const FrontMesh& mesh, std::uint32_t u, std::uint32_t v)
 {
@@ -50,118 +37,7 @@ double edgeLength(const FrontMesh& mesh, std::uint32_t u, std::uint32_t v)
   return std::sqrt(x * x + y * y + z * z);
 }
 
-float coordinate(const PackedPosition& p, int axis)
-{
-  return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
-}
-
-/// Where to cut a mesh into parts of equal size across its longest axis.
-struct Cuts
-{
-  int axis = 0;
-  std::vector<float> places;  // ascending
-
-  Cuts(const FrontMesh& mesh, std::size_t parts)
-  {
-    const std::size_t step = mesh.vertexCount() / 4096 + 1;
-    std::vector<float> best;
-    for (int candidate = 0; candidate < 3; ++candidate) {
-      std::vector<float> values;
-      for (std::size_t v = 0; v < mesh.vertexCount(); v += step) {
-        values.push_back(coordinate(mesh.position(static_cast<std::uint32_t>(v)), candidate));
-      }
-      std::sort(values.begin(), values.end());
-      if (!values.empty() &&
-          (best.empty() || values.back() - values.front() > best.back() - best.front())) {
-        best = values;
-        axis = candidate;
-      }
-    }
-    for (std::size_t i = 1; i < parts; ++i) {
-      places.push_back(best[i * best.size() / parts]);
-    }
-  }
-
-  std::uint32_t part(const PackedPosition& p) const
-  {
-    const float value = coordinate(p, axis);
-    std::uint32_t result = 0;
-    while (result < places.size() && value >= places[result]) {
-      ++result;
-    }
-    return result;
-  }
-
-  bool isNear(const PackedPosition& p, double reach) const
-  {
-    const float value = coordinate(p, axis);
-    return std::any_of(places.begin(), places.end(),
-                       [&](float place) { return std::abs(double{value} - place) <= reach; });
-  }
-};
-
 }  // namespace
-
-bool ObstacleDistance::solveParts(const std::atomic<bool>* cancel, unsigned threads)
-{
-  const std::size_t count = mesh_->vertexCount();
-  const std::size_t parts = std::max<std::size_t>(
-      1,
-      std::min({static_cast<std::size_t>(resolveThreads(threads)), MAX_PARTS, count / MIN_PART}));
-  const Cuts cuts(*mesh_, parts);
-  const std::uint8_t first = newStamps(parts);
-  parallelFor(count, 16384, threads, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        stamps_[v] = static_cast<std::uint8_t>(
-            first + cuts.part(mesh_->position(static_cast<std::uint32_t>(v))));
-      }
-    };
-  });
-  // Each part as if there were nothing else ...
-  std::atomic<bool> is_done{true};
-  std::vector<std::function<void()>> jobs;
-  for (std::uint32_t i = 0; i < parts; ++i) {
-    jobs.push_back([&, i]() {
-      const auto stamp = static_cast<std::uint8_t>(first + i);
-      Spread spread(*this, stamp, false);
-      for (std::size_t v = 0; v < count; ++v) {
-        if (stamps_[v] == stamp && passesOn(static_cast<std::uint32_t>(v))) {
-          spread.start(static_cast<std::uint32_t>(v));
-        }
-      }
-      if (!spread.run(cancel)) {
-        is_done = false;
-      }
-    });
-  }
-  parallelJobs(jobs, threads);
-  if (!is_done || parts == 1) {
-    return is_done;
-  }
-  // ... so the equation fails only within three edges of where parts meet, which is
-  // within two of the seam.
-  std::vector<std::uint32_t> seam;
-  for (std::uint32_t v = 0; v < count; ++v) {
-    bool is_seam = false;
-    forNeighbors(*mesh_, v,
-                 [&](std::uint32_t u) { is_seam = is_seam || stamps_[u] != stamps_[v]; });
-    if (is_seam) {
-      seam.push_back(v);
-    }
-  }
-  newStamps(1);
-  region_.clear();
-  for (std::uint32_t v = 0; v < count; ++v) {
-    if (cuts.isNear(mesh_->position(v), reach())) {
-      addToRegion(v);
-    }
-  }
-  growRegion(seam, 0.0, count);
-  std::vector<std::uint32_t> changed;
-  solveRegion(count, changed);
-  return true;
-}
 
 std::vector<std::uint32_t> ObstacleDistance::update(ArrayView<std::uint8_t> lethal,
                                                     double most_share)

@@ -24,6 +24,16 @@ inline float above(float distance)
   return distance;
 }
 
+/// Calls body(u) for the neighbors u of v; one may come several times.
+template <class Body>
+void forNeighbors(const FrontMesh& mesh, std::uint32_t v, Body&& body)
+{
+  for (const FrontCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v); ++corner) {
+    body(corner->a);
+    body(corner->b);
+  }
+}
+
 /// The point of the segment from a to b that is nearest to p.
 inline PlanePoint nearestOnSegment(PlanePoint a, PlanePoint b, PlanePoint p)
 {

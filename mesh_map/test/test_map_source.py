@@ -8,7 +8,8 @@ import pytest
 from meshes import terrain
 from mesh_map.errors import MeshMapError
 from mesh_map.layer import LayerResult
-from mesh_map.map_source import MapSource, map_parameters
+from mesh_map.map_parameters import map_parameters
+from mesh_map.map_source import MapSource
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.edit import Edit
 from mesh_msgs_hdf5.errors import MapFileError

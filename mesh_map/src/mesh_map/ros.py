@@ -18,7 +18,8 @@ from mesh_map.layer_adapters_ros import LayerAdapters
 from mesh_map.layer_list import error_line
 from mesh_map.log_ros import forward_log
 from mesh_map.map_services_ros import MapServices
-from mesh_map.map_source import MapSource, map_parameters
+from mesh_map.map_parameters import map_parameters
+from mesh_map.map_source import MapSource
 from mesh_map.map_topics_ros import MapTopics
 from mesh_map.mesh_map import MeshMap
 from mesh_map.parameter import Parameter, Value

@@ -7,7 +7,7 @@ import yaml
 
 from mesh_map.dijkstra import DijkstraSolver
 from mesh_map.layer import BASE_CLASS_TYPE
-from mesh_map.map_source import map_parameters
+from mesh_map.map_parameters import map_parameters
 from mesh_map.plugins import find_plugins
 from mesh_msgs.outdoor_world import outdoor_world
 from mesh_msgs_hdf5.mesh import Mesh
