@@ -2,21 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
-#include "dijkstra_queues.h"
+#include "dijkstra_labels.h"
+#include "dijkstra_search.h"
 
 namespace mesh_map {
 namespace {
 
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
-
-/// Stands in the potential for a vertex that is never passed: no distance is less.
-constexpr float BLOCKED = -1.0f;
-
-constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 1024;
 
 void require(bool condition, const std::string& message)
 {
@@ -25,231 +21,194 @@ void require(bool condition, const std::string& message)
   }
 }
 
-/// NaN fails the first comparison, +inf the second.
-bool isPassable(float cost, float limit)
-{
-  return cost <= limit && cost < INFINITE;
-}
-
 }  // namespace
 
-/// One search: the labels while they grow.
-class DijkstraGraph::Run
+void VertexCosts::check(std::size_t vertex_count) const
 {
- public:
-  Run(const DijkstraGraph& graph, const DijkstraQuery& query)
-      : graph_(graph),
-        query_(query),
-        targets_(query.targets.begin(), query.targets.end()),
-        potential_(graph.vertexCount(), INFINITE),
-        predecessors_(graph.vertexCount())
-  {
-    std::iota(predecessors_.begin(), predecessors_.end(), 0u);
-    for (std::size_t v = 0; v < query.vertex_costs.size(); ++v) {
-      if (!isPassable(query.vertex_costs[v], query.cost_limit)) {
-        potential_[v] = BLOCKED;
-      }
-    }
-  }
+  require(values.empty() || values.size() == vertex_count,
+          "there are " + std::to_string(values.size()) + " vertex costs for " +
+              std::to_string(vertex_count) + " vertices");
+  require(!std::isnan(limit), "the cost limit is not a number");
+}
 
-  /// False where the queue could not hold the search; then the labels are of no use.
-  template <class Queue>
-  bool search(Queue& queue)
-  {
-    if (isCancelled()) {
-      return true;
-    }
-    if (!query_.sources.empty()) {
-      queue.start(
-          *std::min_element(query_.source_distances.begin(), query_.source_distances.end()));
-    }
-    for (std::size_t i = 0; i < query_.sources.size(); ++i) {
-      label(queue, query_.sources[i], query_.source_distances[i], query_.sources[i]);
-    }
-    while (queue.nextBatch()) {
-      if (!targets_.empty()) {
-        settleTargets(queue);
-      }
-      if (queue.isPast(limit_)) {
-        break;
-      }
-      QueueEntry entry;
-      while (queue.popFromBatch(entry)) {
-        prefetch(queue);
-        if (entry.distance == potential_[entry.vertex]) {
-          expand(queue, entry);
-        }
-        if (++steps_ % STEPS_PER_CANCEL_CHECK == 0 && isCancelled()) {
-          return true;
-        }
-      }
-      if (queue.overflowed()) {
-        return false;
-      }
-    }
-    forgetBeyondLimit();
-    cancelled_ = isCancelled();
-    return true;
-  }
-
-  DijkstraField takeField()
-  {
-    if (!query_.vertex_costs.empty()) {
-      std::replace(potential_.begin(), potential_.end(), BLOCKED, INFINITE);
-    }
-    return {std::move(potential_), std::move(predecessors_), cancelled_};
-  }
-
- private:
-  template <class Queue>
-  void label(Queue& queue, std::uint32_t vertex, float distance, std::uint32_t from)
-  {
-    if (distance < potential_[vertex] && distance <= limit_) {
-      potential_[vertex] = distance;
-      predecessors_[vertex] = from;
-      queue.push(distance, vertex);
-    }
-  }
-
-  /// Asks for the memory of entries that come soon: most of the time would go into waiting for it.
-  template <class Queue>
-  void prefetch(const Queue& queue) const
-  {
-    constexpr std::size_t soon = 6, later = 16;
-    if (const QueueEntry* entry = queue.peek(later)) {
-      __builtin_prefetch(&graph_.offsets_[entry->vertex]);
-      __builtin_prefetch(&potential_[entry->vertex]);
-    }
-    const QueueEntry* entry = queue.peek(soon);
-    if (entry != nullptr && entry->distance == potential_[entry->vertex]) {
-      __builtin_prefetch(graph_.arcs_.data() + graph_.offsets_[entry->vertex]);
-      __builtin_prefetch(graph_.arcs_.data() + graph_.offsets_[entry->vertex + 1]);
-    }
-  }
-
-  template <class Queue>
-  void expand(Queue& queue, const QueueEntry& entry)
-  {
-    if (entry.distance > limit_) {
-      return;
-    }
-    const Arc* const end = graph_.arcs_.data() + graph_.offsets_[entry.vertex + 1];
-    for (const Arc* arc = graph_.arcs_.data() + graph_.offsets_[entry.vertex]; arc != end; ++arc) {
-      label(queue, arc->to, entry.distance + arc->weight, entry.vertex);
-    }
-  }
-
-  /// Sets the limit as soon as the distances of all targets are known.
-  template <class Queue>
-  void settleTargets(const Queue& queue)
-  {
-    while (!targets_.empty()) {
-      const float distance = potential_[targets_.back()];
-      if (distance == BLOCKED || !queue.isFinal(distance)) {
-        return;
-      }
-      farthest_target_ = std::max(farthest_target_, distance);
-      targets_.pop_back();
-    }
-    limit_ = farthest_target_ + query_.offset;
-  }
-
-  /// Beyond the limit there are labels that are not final, and some that are: all count as not
-  /// reached.
-  void forgetBeyondLimit()
-  {
-    for (std::uint32_t v = 0; limit_ < INFINITE && v < potential_.size(); ++v) {
-      if (potential_[v] > limit_) {
-        potential_[v] = INFINITE;
-        predecessors_[v] = v;
-      }
-    }
-  }
-
-  bool isCancelled()
-  {
-    cancelled_ = query_.cancel != nullptr && query_.cancel->load(std::memory_order_relaxed);
-    return cancelled_;
-  }
-
-  const DijkstraGraph& graph_;
-  const DijkstraQuery& query_;
-  std::vector<std::uint32_t> targets_;  // not settled yet
-  std::vector<float> potential_;
-  std::vector<std::uint32_t> predecessors_;
-  float limit_ = INFINITE;
-  float farthest_target_ = 0.0f;
-  std::uint32_t steps_ = 0;
-  bool cancelled_ = false;
-};
-
-DijkstraGraph::DijkstraGraph(const RowsView& neighbors, ArrayView<std::uint32_t> neighbor_edges,
-                             ArrayView<float> edge_weights)
-    : offsets_(neighbors.offsets.begin(), neighbors.offsets.end())
+std::shared_ptr<DijkstraPool> makeDijkstraPool(std::size_t vertex_count)
 {
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t e = 0; e < edge_weights.size(); ++e) {
-    const float weight = edge_weights[e];
-    if (!(weight >= 0.0f)) {
-      throw std::invalid_argument("edge " + std::to_string(e) + " has the length " +
-                                  std::to_string(weight) + "; lengths have to be 0 or more");
-    }
-    if (weight < INFINITE) {
-      longest_ = std::max(longest_, weight);
-      sum += weight;
-      ++count;
-    }
+  return std::make_shared<DijkstraPool>(vertex_count);
+}
+
+DijkstraField::DijkstraField(std::shared_ptr<const DijkstraGraph> graph,
+                             std::shared_ptr<DijkstraPool> pool, ArrayView<std::uint32_t> sources,
+                             ArrayView<float> source_distances, const VertexCosts& costs)
+    : graph_(std::move(graph)), pool_(std::move(pool)), costs_(costs)
+{
+  require(pool_->vertexCount() == vertexCount(), "the pool is for meshes of another size");
+  require(sources.size() == source_distances.size(),
+          "there have to be as many source distances as sources");
+  costs.check(vertexCount());
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    require(sources[i] < vertexCount(),
+            "source vertex " + std::to_string(sources[i]) + " does not exist");
+    require(source_distances[i] >= 0.0f && source_distances[i] < INFINITE,
+            "the distance of source " + std::to_string(i) + " has to be finite and 0 or more");
+    sources_.push_back({sources[i], source_distances[i]});
   }
-  if (sum > 0.0) {
-    bucket_width_ = sum / static_cast<double>(count);
-  }
-  arcs_.resize(neighbors.values.size());
-  for (std::size_t i = 0; i < arcs_.size(); ++i) {
-    arcs_[i] = {neighbors.values[i], edge_weights[neighbor_edges[i]]};
+  labels_ = pool_->take();
+  start();
+}
+
+DijkstraField::~DijkstraField()
+{
+  pool_->give(std::move(labels_));
+}
+
+void DijkstraField::start()
+{
+  front_.clear();
+  for (const Source& source : sources_) {
+    offer(source.vertex, source.distance, source.vertex);
   }
 }
 
-void DijkstraGraph::check(const DijkstraQuery& query) const
+/// Labels a vertex and puts it into the front, if that makes it nearer and it may be passed.
+bool DijkstraField::offer(std::uint32_t vertex, float distance, std::uint32_t from)
 {
-  require(query.sources.size() == query.source_distances.size(),
-          "there have to be as many source distances as sources");
-  require(query.vertex_costs.empty() || query.vertex_costs.size() == vertexCount(),
-          "there are " + std::to_string(query.vertex_costs.size()) + " vertex costs for " +
-              std::to_string(vertexCount()) + " vertices");
-  require(!std::isnan(query.cost_limit), "the cost limit is not a number");
-  require(query.offset >= 0.0f, "the offset has to be 0 or more");
-  for (std::size_t i = 0; i < query.sources.size(); ++i) {
-    require(query.sources[i] < vertexCount(),
-            "source vertex " + std::to_string(query.sources[i]) + " does not exist");
-    require(query.source_distances[i] >= 0.0f && query.source_distances[i] < INFINITE,
-            "the distance of source " + std::to_string(i) + " has to be finite and 0 or more");
+  DijkstraLabel& label = (*labels_)[vertex];
+  if (!(distance < label.distance) || !costs_.isPassable(vertex)) {
+    return false;
   }
-  for (const std::uint32_t target : query.targets) {
+  if (label.from == NO_INDEX) {
+    labels_->touch(vertex);
+  }
+  label = {distance, from};
+  front_.push_back(vertex);
+  return true;
+}
+
+bool DijkstraField::extend(const DijkstraReach& reach, const std::atomic<bool>* cancel,
+                           DijkstraQueue queue)
+{
+  require(reach.offset >= 0.0f, "the offset has to be 0 or more");
+  require(reach.max_distance >= 0.0f, "the maximum distance has to be 0 or more");
+  for (const std::uint32_t target : reach.targets) {
     require(target < vertexCount(), "target vertex " + std::to_string(target) + " does not exist");
   }
+  DijkstraStop stop{reach.max_distance, {reach.targets.begin(), reach.targets.end()}, reach.offset};
+  stop.settle(*labels_, [this](float distance) { return distance <= limit_; });
+  if (stop.limit <= limit_) {
+    return true;
+  }
+  return run(stop, cancel, queue);
 }
 
-DijkstraField DijkstraGraph::solve(const DijkstraQuery& query, DijkstraQueue queue) const
+/// Goes on from the front until all up to the stop is final.
+bool DijkstraField::run(DijkstraStop& stop, const std::atomic<bool>* cancel, DijkstraQueue kind)
 {
-  check(query);
-  const ArrayView<float>& starts = query.source_distances;
-  const double spread = starts.empty() ? 0.0
-                                       : double{*std::max_element(starts.begin(), starts.end())} -
-                                             *std::min_element(starts.begin(), starts.end());
-  const double span = std::max<double>(longest_, spread);
-  if (queue != DijkstraQueue::HEAP && BucketQueue::fits(bucket_width_, span)) {
-    BucketQueue buckets(bucket_width_, span);
-    Run run(*this, query);
-    if (run.search(buckets)) {
-      return run.takeField();
+  float lowest = INFINITE, highest = 0.0f;
+  for (const std::uint32_t v : front_) {
+    lowest = std::min(lowest, (*labels_)[v].distance);
+    highest = std::max(highest, (*labels_)[v].distance);
+  }
+  const double spread = front_.empty() ? 0.0 : double{highest} - lowest;
+  const double span = std::max<double>(graph_->longest(), spread);
+  const bool fits = BucketQueue::fits(graph_->typical(), span);
+  require(fits || kind != DijkstraQueue::BUCKETS, "the edge lengths differ too much for buckets");
+
+  DijkstraSearch search(*graph_, costs_, *labels_, stop, cancel);
+  std::vector<QueueEntry> entries;
+  for (const std::uint32_t v : front_) {
+    entries.push_back({(*labels_)[v].distance, v});
+  }
+  SearchEnd end = SearchEnd::OVERFLOWED;
+  if (fits && kind != DijkstraQueue::HEAP) {
+    BucketQueue& buckets = labels_->buckets;
+    buckets.start(graph_->typical(), span, lowest);
+    buckets.pushAll(entries);
+    end = search.run(buckets);
+    buckets.takeAll(entries);
+  }
+  if (end == SearchEnd::OVERFLOWED) {
+    HeapQueue heap;
+    heap.pushAll(entries);
+    end = search.run(heap);
+    heap.takeAll(entries);
+  }
+  entries.insert(entries.end(), search.beyond().begin(), search.beyond().end());
+  gone_over_ = search.goneOver();
+  keepFront(entries);
+  if (end == SearchEnd::CANCELLED) {
+    float nearest = INFINITE;
+    for (const std::uint32_t v : front_) {
+      nearest = std::min(nearest, (*labels_)[v].distance);
+    }
+    limit_ = nearest;
+    return false;
+  }
+  limit_ = std::max(limit_, stop.limit);
+  if (limit_ < INFINITE && front_.empty() && !isAnythingBeyond(limit_)) {
+    limit_ = INFINITE;
+  }
+  return true;
+}
+
+/// What was queued becomes the front again, without what has become nearer since.
+void DijkstraField::keepFront(std::vector<QueueEntry>& entries)
+{
+  front_.clear();
+  for (const QueueEntry& entry : entries) {
+    if (entry.distance == (*labels_)[entry.vertex].distance) {
+      front_.push_back(entry.vertex);
     }
   }
-  require(queue != DijkstraQueue::BUCKETS, "the edge lengths differ too much for buckets");
-  HeapQueue heap;
-  Run run(*this, query);
-  run.search(heap);
-  return run.takeField();
+}
+
+bool DijkstraField::isAnythingBeyond(float limit) const
+{
+  bool found = false;
+  labels_->forEachTouched([&](std::uint32_t v) {
+    const float distance = (*labels_)[v].distance;
+    found = found || (distance > limit && distance < INFINITE);
+  });
+  return found;
+}
+
+bool DijkstraField::reaches(std::uint32_t vertex) const
+{
+  const float distance = (*labels_)[vertex].distance;
+  return distance <= limit_ && distance < INFINITE;
+}
+
+void DijkstraField::writePotential(float* potential) const
+{
+  std::fill(potential, potential + vertexCount(), INFINITE);
+  labels_->forEachTouched([&](std::uint32_t v) {
+    const float distance = (*labels_)[v].distance;
+    potential[v] = distance <= limit_ ? distance : INFINITE;
+  });
+}
+
+void DijkstraField::writePredecessors(std::uint32_t* predecessors) const
+{
+  for (std::uint32_t v = 0; v < vertexCount(); ++v) {
+    predecessors[v] = v;
+  }
+  labels_->forEachTouched([&](std::uint32_t v) {
+    if (reaches(v)) {
+      predecessors[v] = (*labels_)[v].from;
+    }
+  });
+}
+
+std::vector<std::uint32_t> DijkstraField::wayFrom(std::uint32_t vertex) const
+{
+  require(vertex < vertexCount(), "vertex " + std::to_string(vertex) + " does not exist");
+  std::vector<std::uint32_t> way;
+  if (reaches(vertex)) {
+    way.push_back(vertex);
+    while ((*labels_)[way.back()].from != way.back()) {
+      way.push_back((*labels_)[way.back()].from);
+    }
+  }
+  return way;
 }
 
 }  // namespace mesh_map

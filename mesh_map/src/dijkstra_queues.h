@@ -22,31 +22,60 @@ struct QueueEntry
 class BucketQueue
 {
  public:
-  /// `span` is the most by which an entry can lie beyond the bucket that is being emptied.
-  BucketQueue(double width, double span)
-      : buckets_per_unit_(1.0 / width),
-        buckets_(bucketCount(width, span)),
-        mask_(buckets_.size() - 1)
-  {
-  }
-
   static constexpr double MAX_BUCKETS = 1 << 16;
 
   static bool fits(double width, double span) { return span / width + 3.0 <= MAX_BUCKETS; }
 
-  /// All entries queued before the first nextBatch() have to lie within `span` of the lowest of
-  /// them.
-  void start(float lowest) { current_ = index(lowest); }
+  /// Of an empty queue. `span` is the most by which an entry can lie beyond the bucket that is
+  /// being emptied, `lowest` the least distance to come.
+  void start(double width, double span, float lowest)
+  {
+    std::size_t count = 4;
+    while (static_cast<double>(count) < span / width + 3.0) {
+      count *= 2;
+    }
+    buckets_per_unit_ = 1.0 / width;
+    buckets_.resize(count);
+    mask_ = count - 1;
+    current_ = index(lowest);
+  }
 
   void push(float distance, std::uint32_t vertex)
   {
     const std::uint64_t bucket = index(distance);
     if (bucket - current_ > mask_) {
-      overflow_ = true;  // rounding of huge sums: the caller starts again with a heap
+      outside_.push_back({distance, vertex});  // rounding of huge sums: see overflowed()
       return;
     }
     buckets_[bucket & mask_].push_back({distance, vertex});
     ++size_;
+  }
+
+  void pushAll(const std::vector<QueueEntry>& entries)
+  {
+    for (const QueueEntry& entry : entries) {
+      push(entry.distance, entry.vertex);
+    }
+  }
+
+  /// Replaces `entries` by all that are left; the queue is empty then.
+  void takeAll(std::vector<QueueEntry>& entries)
+  {
+    entries.clear();
+    entries.swap(outside_);
+    if (size_ > 0) {
+      std::vector<QueueEntry>& bucket = buckets_[current_ & mask_];
+      bucket.erase(bucket.begin(), bucket.begin() + static_cast<std::ptrdiff_t>(next_));
+      for (std::vector<QueueEntry>& left : buckets_) {
+        entries.insert(entries.end(), left.begin(), left.end());
+        left.clear();
+      }
+    }
+    size_ = 0;
+    next_ = 0;
+    if (buckets_.size() > MOST_KEPT) {
+      buckets_ = {};
+    }
   }
 
   /// Goes to the next bucket with entries; false where there is none.
@@ -87,17 +116,11 @@ class BucketQueue
   /// Before a batch is taken: do all entries lie beyond?
   bool isPast(float distance) const { return index(distance) < current_; }
 
-  bool overflowed() const { return overflow_; }
+  /// Is there an entry that is outside of the span? Another queue has to go on with takeAll().
+  bool overflowed() const { return !outside_.empty(); }
 
  private:
-  static std::size_t bucketCount(double width, double span)
-  {
-    std::size_t count = 4;
-    while (static_cast<double>(count) < span / width + 3.0) {
-      count *= 2;
-    }
-    return count;
-  }
+  static constexpr std::size_t MOST_KEPT = 1024;  // buckets, with the memory they have come to
 
   std::uint64_t index(float distance) const
   {
@@ -105,25 +128,35 @@ class BucketQueue
     return bucket < 9e18 ? static_cast<std::uint64_t>(bucket) : ~std::uint64_t{0};
   }
 
-  double buckets_per_unit_;
+  double buckets_per_unit_ = 1.0;
   std::vector<std::vector<QueueEntry>> buckets_;
-  std::uint64_t mask_;
+  std::vector<QueueEntry> outside_;
+  std::uint64_t mask_ = 0;
   std::uint64_t current_ = 0;
   std::size_t size_ = 0;
   std::size_t next_ = 0;  // within the bucket that is being emptied
-  bool overflow_ = false;
 };
 
 /// Binary heap without decrease-key: a batch is one entry.
 class HeapQueue
 {
  public:
-  void start(float) {}
-
   void push(float distance, std::uint32_t vertex)
   {
     entries_.push_back({distance, vertex});
     std::push_heap(entries_.begin(), entries_.end(), later);
+  }
+
+  void pushAll(const std::vector<QueueEntry>& entries)
+  {
+    entries_.insert(entries_.end(), entries.begin(), entries.end());
+    std::make_heap(entries_.begin(), entries_.end(), later);
+  }
+
+  void takeAll(std::vector<QueueEntry>& entries)
+  {
+    entries.clear();
+    entries.swap(entries_);
   }
 
   bool nextBatch()

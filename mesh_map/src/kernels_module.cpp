@@ -3,19 +3,17 @@
 // the GIL is released while a kernel runs.
 
 #include <mesh_map/closest_point.h>
-#include <mesh_map/dijkstra.h>
 #include <mesh_map/topology.h>
-
-#include <memory>
-#include <stdexcept>
-#include <string>
 
 #include "array_checks.h"
 #include "cancel_flag.h"
+#include "dijkstra_bindings.h"
 #include "front_bindings.h"
+#include "geodesic_bindings.h"
 #include "layer_bindings.h"
 #include "query_bindings.h"
 #include "spatial_bindings.h"
+#include "wave_front_bindings.h"
 
 namespace mesh_map {
 namespace {
@@ -74,62 +72,6 @@ py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double 
   return py::make_tuple(hit.vertex, hit.distance);
 }
 
-class DijkstraKernel
-{
- public:
-  DijkstraKernel(Array offsets, Array neighbors, Array neighbor_edges, Array edge_weights)
-  {
-    const auto weights = view<float>(edge_weights, "edge_lengths", {ANY});
-    const auto vertex_count = static_cast<std::size_t>(offsets.size() - (offsets.size() > 0));
-    const RowsView rows = rowsView(offsets, neighbors, vertex_count, "neighbors");
-    const auto edges = view<std::uint32_t>(neighbor_edges, "neighbor_edges", {neighbors.size()});
-    checkIndices(edges, weights.size(), "neighbor_edges");
-    const py::gil_scoped_release release;
-    graph_ = std::make_unique<DijkstraGraph>(rows, edges, weights);
-  }
-
-  py::tuple solve(Array sources, Array source_distances, const py::object& vertex_costs,
-                  float cost_limit, Array targets, float offset, const std::string& queue,
-                  const CancelFlag& cancel) const
-  {
-    DijkstraQuery query;
-    query.sources = view<std::uint32_t>(sources, "sources", {ANY});
-    query.source_distances = view<float>(source_distances, "source distances", {sources.size()});
-    if (!vertex_costs.is_none()) {
-      const auto size = static_cast<py::ssize_t>(graph_->vertexCount());
-      query.vertex_costs = view<float>(py::cast<py::array>(vertex_costs), "vertex_costs", {size});
-    }
-    query.cost_limit = cost_limit;
-    query.targets = view<std::uint32_t>(targets, "targets", {ANY});
-    query.offset = offset;
-    query.cancel = &cancel.flag;
-    DijkstraField field;
-    {
-      const py::gil_scoped_release release;
-      field = graph_->solve(query, parseQueue(queue));
-    }
-    return py::make_tuple(toArray(std::move(field.potential)),
-                          toArray(std::move(field.predecessors)), field.cancelled);
-  }
-
- private:
-  static DijkstraQueue parseQueue(const std::string& name)
-  {
-    if (name == "automatic") {
-      return DijkstraQueue::AUTOMATIC;
-    }
-    if (name == "buckets") {
-      return DijkstraQueue::BUCKETS;
-    }
-    if (name == "heap") {
-      return DijkstraQueue::HEAP;
-    }
-    throw std::invalid_argument("queue has to be automatic, buckets or heap");
-  }
-
-  std::unique_ptr<DijkstraGraph> graph_;
-};
-
 }  // namespace
 }  // namespace mesh_map
 
@@ -150,14 +92,11 @@ PYBIND11_MODULE(_kernels, module)
       .def(py::init<>())
       .def("_set", [](CancelFlag& self) { self.flag = true; })
       .def("_is_set", [](const CancelFlag& self) { return self.flag.load(); });
-  py::class_<DijkstraKernel>(module, "_DijkstraGraph", py::module_local())
-      .def(py::init<const py::array&, const py::array&, const py::array&, const py::array&>(),
-           arg("offsets"), arg("neighbors"), arg("neighbor_edges"), arg("edge_lengths"))
-      .def("_solve", &DijkstraKernel::solve, arg("sources"), arg("source_distances"),
-           arg("vertex_costs"), arg("cost_limit"), arg("targets"), arg("offset"), arg("queue"),
-           arg("cancel"));
+  bindDijkstra(module);
   bindFrontKernels(module);
+  bindGeodesicKernels(module);
   bindLayerKernels(module);
   bindQueryKernels(module);
   bindSpatial(module);
+  bindWaveFront(module);
 }

@@ -13,6 +13,7 @@
 
 #include "bvh_run.h"
 #include "spatial_bindings.h"
+#include "walk_mesh_arrays.h"
 
 namespace mesh_map {
 namespace {
@@ -114,15 +115,9 @@ class SurfaceKernel
   SurfaceKernel(const py::array& vertices, const py::array& faces, const py::array& face_edges,
                 const py::array& face_flags, const py::array& edge_face_offsets,
                 const py::array& edge_faces)
-      : arrays_{vertices, faces, face_edges, face_flags, edge_face_offsets, edge_faces}
+      : arrays_(vertices, faces, face_edges, face_flags, edge_face_offsets, edge_faces),
+        mesh_(arrays_.mesh())
   {
-    mesh_.mesh = meshView(vertices, faces);
-    mesh_.face_edges = view<std::uint32_t>(face_edges, "face_edges", {faces.shape(0), 3});
-    mesh_.face_flags = view<std::uint8_t>(face_flags, "face_flags", {faces.shape(0)});
-    mesh_.edge_faces =
-        rowsView(edge_face_offsets, edge_faces, mesh_.mesh.faceCount(), "edge_faces");
-    const py::gil_scoped_release release;
-    checkWalkMesh(mesh_);
   }
 
   /// `lengths` (N,) for straight walks, or `targets` (N, 3) for lines.
@@ -138,7 +133,7 @@ class SurfaceKernel
     } else {
       goals = view<double>(py::cast<py::array>(targets), "targets", {count, 3});
     }
-    const WalkOptions options{maskOf(mask), max_steps};
+    const WalkOptions options{arrays_.maskOf(mask), max_steps};
     WalkArrays result(starts.faces.size());
     std::vector<WalkTrace> traces(trace ? starts.faces.size() : 0);
     const auto one = [&](std::size_t i) {
@@ -175,7 +170,7 @@ class SurfaceKernel
     if (!target.is_none()) {
       goal = vector3(target, "target");
     }
-    const WalkOptions options{maskOf(mask), max_steps};
+    const WalkOptions options{arrays_.maskOf(mask), max_steps};
     WalkTrace way;
     WalkTrace* const told = trace ? &way : nullptr;
     Walk walk;
@@ -220,15 +215,8 @@ class SurfaceKernel
   }
 
  private:
-  ArrayView<std::uint8_t> maskOf(Object mask) const
-  {
-    const auto count = static_cast<py::ssize_t>(mesh_.mesh.faceCount());
-    return mask.is_none() ? ArrayView<std::uint8_t>()
-                          : view<std::uint8_t>(py::cast<py::array>(mask), "mask", {count});
-  }
-
-  std::vector<py::array> arrays_;
-  WalkMesh mesh_;
+  WalkMeshArrays arrays_;
+  const WalkMesh& mesh_;
 };
 
 }  // namespace

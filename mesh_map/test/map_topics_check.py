@@ -240,9 +240,19 @@ class MapTopicsTest(unittest.TestCase):
             (server.publish_face_costs, (np.zeros(3),), r"x has \(3,\) costs for 200 faces"),
             (server.publish_vector_field, (np.eye(3), np.zeros(COUNT)), "vectors for 121 vert"),
             (server.publish_vector_field, (np.eye(COUNT, 3), np.zeros(3)), "costs for 121 vert"),
+            (server.publish_face_vectors, (np.eye(3), np.zeros(COUNT)), "vectors for 200 faces"),
+            (server.publish_face_vectors, (np.eye(200, 3), np.zeros(3)), "costs for 121 vert"),
         ):
             with self.assertRaisesRegex(Exception, words):
                 publish("x", *arguments)
+        server.publish_face_vectors("face_vectors", np.eye(200, 3), np.arange(COUNT))
+        self.assertTrue(wait_until(lambda: "face_vectors" in fields.newest))
+        self.assertEqual(len(fields.newest["face_vectors"].points), 6)
+        for name in ("face_vectors", "never"):
+            server.remove_vectors(name)
+        is_gone = lambda: fields.newest["face_vectors"].action == Marker.DELETE  # noqa: E731
+        self.assertTrue(wait_until(is_gone))
+        self.assertEqual(set(fields.newest), {"vector_field", "face_vectors"})
 
     def test_loaded_again(self):
         layers = [

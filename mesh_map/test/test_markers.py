@@ -52,6 +52,25 @@ def test_no_direction_anywhere():
     assert field_of([[0, 0, 0]], [[0, 0, 0]], [0]).points == []
 
 
+def test_lines_of_faces():
+    """From the middle of each face that has a direction; the mean at its corners is their color."""
+    vertices = np.float32([[0, 0, 0], [3, 0, 0], [0, 3, 3], [3, 3, 0]])
+    faces = np.uint32([[0, 1, 2], [1, 3, 2], [0, 1, 3]])
+    vectors = np.float32([[0, 0, 0], [0, 1, 0], [1, 0, 0]])
+    values = np.float32([0, 1, 2, 6])
+    marker = markers.face_vectors_marker(vertices, faces, vectors, values, "map", STAMP)
+    check(marker, Marker.LINE_LIST, "face_vectors")
+    expected = [[2, 2, 1.01], [2, 2.1, 1.01], [2, 1, 0.01], [2.1, 1, 0.01]]
+    assert np.allclose(xyz(marker.points), expected)
+    assert rgba(marker.colors[0]) == [1, 0, 0, 1]  # 3, the largest mean
+    half = rainbow(np.array([7 / 9]))[0]
+    assert np.allclose(rgba(marker.colors[2])[:3], half)
+    values[0] = np.inf
+    marker = markers.face_vectors_marker(vertices, faces, vectors, values, "map", STAMP, "b")
+    check(marker, Marker.LINE_LIST, "b")
+    assert [rgba(color) for color in marker.colors] == [[1, 0, 0, 1]] * 4
+
+
 @pytest.mark.parametrize("count, lines", [(10, 10), (11, 6), (95, 10)])
 def test_large_fields_are_thinned_out(monkeypatch, count, lines):
     monkeypatch.setattr(markers, "MAX_LINES", 10)

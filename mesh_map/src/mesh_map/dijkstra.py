@@ -2,33 +2,78 @@
 
 import operator
 import threading
-from dataclasses import dataclass
-from typing import Any, Iterable, List, Optional, Tuple, Union
+from typing import Any, Iterable, Optional, Tuple, Union
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.cancel import CancelFlag
+from mesh_map.array_checks import read_only
+from mesh_map.cancel import CancelFlag, kernel_flag
+from mesh_map.errors import Cancelled
 from mesh_map.topology import Topology
 
 Source = Union[int, Iterable[Tuple[int, float]]]
 
 
-@dataclass(frozen=True, eq=False)
-class DijkstraResult:
-    """Distances from the sources.
+class DijkstraField:
+    """Distances from sources, as far as asked for. Made by DijkstraSolver.solve().
 
-    Attributes:
-        potential: (V,) float32, distance to the nearest source in the unit of the edge lengths;
-            +inf where not reached.
-        predecessors: (V,) uint32, the next vertex on the way to that source; the vertex itself at a
-            source and where not reached.
-        cancelled: True if the solve was cancelled; the arrays are then incomplete and of no use.
+    It goes on where it stopped (extend), and follows changes of costs and weights (update). From
+    any thread: whoever asks while it is being changed waits for that.
     """
 
-    potential: np.ndarray
-    predecessors: np.ndarray
-    cancelled: bool = False
+    cancelled = False
+
+    def __init__(self, solver: "DijkstraSolver", kernel: Any) -> None:
+        self._solver = solver
+        self._kernel = kernel
+        self._lock = threading.Lock()
+        self._potential: Optional[np.ndarray] = None
+        self._predecessors: Optional[np.ndarray] = None
+
+    @property
+    def solver(self) -> "DijkstraSolver":
+        """The one with the weights of the edges."""
+        return self._solver
+
+    @property
+    def limit(self) -> float:
+        """All distances up to this one are final; +inf where the field is complete."""
+        with self._lock:
+            return self._kernel._limit()
+
+    @property
+    def potential(self) -> np.ndarray:
+        """(V,) float32, read-only: the distance to the nearest source in the unit of the weights.
+
+        +inf where not reached, or not final. The array keeps what it is; after changes there is
+        another one.
+        """
+        with self._lock:
+            if self._potential is None:
+                self._potential = read_only(self._kernel._potential())
+            return self._potential
+
+    @property
+    def predecessors(self) -> np.ndarray:
+        """(V,) uint32, read-only: the next vertex on the way to the nearest source.
+
+        The vertex itself at a source, and where not reached.
+        """
+        with self._lock:
+            if self._predecessors is None:
+                self._predecessors = read_only(self._kernel._predecessors())
+            return self._predecessors
+
+    def reaches(self, vertices: Any) -> np.ndarray:
+        """(N,) bool: which of these vertices have a final and finite distance.
+
+        Raises:
+            ValueError: a vertex that does not exist.
+        """
+        wanted = self._solver._indices(vertices, "")
+        with self._lock:
+            return self._kernel._reaches(wanted)
 
     def way_from(self, vertex: int) -> np.ndarray:
         """The vertices from this one to the source that it is nearest to, (N,) uint32.
@@ -38,17 +83,84 @@ class DijkstraResult:
         Raises:
             ValueError: a vertex that does not exist.
         """
-        vertex = operator.index(vertex)
-        if not 0 <= vertex < len(self.potential):
-            raise ValueError(
-                "vertex %d does not exist: there are %d vertices" % (vertex, len(self.potential))
+        start = self._solver._indices([operator.index(vertex)], "")[0]
+        with self._lock:
+            return self._kernel._way_from(int(start))
+
+    def extend(
+        self,
+        targets: Optional[Iterable[int]] = None,
+        *,
+        offset: float = 0.0,
+        max_distance: float = float("inf"),
+        cancel: Optional[CancelFlag] = None,
+    ) -> None:
+        """Goes on where it stopped; what is known already costs nothing.
+
+        Args:
+            targets, offset, max_distance: how far, as for DijkstraSolver.solve().
+            cancel: ends this when it is set.
+        Raises:
+            ValueError: a vertex that does not exist, or a number out of its range.
+            Cancelled: `cancel` was set. What was found until then is kept.
+        """
+        wanted = self._solver._indices(() if targets is None else targets, "target ")
+        with self._lock:
+            self._forget_arrays()
+            done = self._kernel._extend(
+                wanted, float(offset), float(max_distance), kernel_flag(cancel)
             )
-        if not np.isfinite(self.potential[vertex]):
-            return np.zeros(0, np.uint32)
-        way: List[int] = [vertex]
-        while self.predecessors[way[-1]] != way[-1]:
-            way.append(int(self.predecessors[way[-1]]))
-        return np.array(way, np.uint32)
+        if not done:
+            raise Cancelled("the search was cancelled")
+
+    def update(
+        self,
+        vertex_costs: Optional[Any],
+        changed: Optional[Any] = None,
+        *,
+        solver: Optional["DijkstraSolver"] = None,
+        cancel: Optional[CancelFlag] = None,
+    ) -> int:
+        """Follows a change of costs, of weights, or both: the field is bit for bit a new one.
+
+        Only what depends on the change is computed again, up to the same limit.
+
+        Args:
+            vertex_costs: (V,) new costs; None for none. The cost limit stays.
+            changed: (K,) vertices; costs may differ only there, and weights only of edges that end
+                there. None to find them by comparing everything, which takes about a millisecond
+                per million vertices, and as much per million edges.
+            solver: the one with the new weights, on the same topology (see
+                DijkstraSolver.with_weights); None for the one that this field has.
+            cancel: ends this when it is set.
+        Returns:
+            how many distances were taken back or looked at again; 0 if nothing has changed.
+        Raises:
+            ValueError: a wrong number of costs, a vertex that does not exist, or a solver of
+                another topology: then nothing has changed.
+            Cancelled: `cancel` was set. The field has the new costs then, and `limit` tells how far
+                it is known; extend() goes on.
+        """
+        solver = solver or self._solver
+        solver._check_same_topology(self._solver)
+        costs = _frozen(vertex_costs)
+        flag = kernel_flag(cancel)
+        with self._lock:
+            if changed is None:
+                vertices = self._kernel._opened_or_closed(costs)
+                weighted = solver._changed_vertices(self._solver)
+                vertices = np.concatenate([vertices, weighted])
+            else:
+                vertices = solver._indices(changed, "changed ")
+            self._forget_arrays()
+            done, count = self._kernel._update(solver._graph, costs, vertices, flag)
+            self._solver = solver
+        if not done:
+            raise Cancelled("the update of a field was cancelled")
+        return count
+
+    def _forget_arrays(self) -> None:
+        self._potential = self._predecessors = None
 
 
 class DijkstraSolver:
@@ -56,6 +168,9 @@ class DijkstraSolver:
 
     Distances are sums of float32 edge lengths along the way from the source, rounded after each
     edge: bit for bit what a plain heap Dijkstra computes.
+
+    Attributes:
+        edge_lengths: (E,) float32, read-only.
     """
 
     def __init__(self, *, topology: Topology, edge_lengths: Any) -> None:
@@ -68,18 +183,29 @@ class DijkstraSolver:
             ValueError: a wrong number of lengths, or one that is NaN or negative (the first is
                 named).
         """
-        self._vertex_count = topology.vertex_count
-        lengths = np.ascontiguousarray(edge_lengths, np.float32)
-        if lengths.shape != (topology.edge_count,):
-            raise ValueError(
-                "edge_lengths have the shape %s, but there are %d edges"
-                % (lengths.shape, topology.edge_count)
-            )
+        self._topology = topology
+        self.edge_lengths = self._checked(edge_lengths)
         self._graph = _kernels._DijkstraGraph(
-            topology.neighbor_offsets, topology.neighbors, topology.neighbor_edges, lengths
+            topology.neighbor_offsets,
+            topology.neighbors,
+            topology.neighbor_edges,
+            self.edge_lengths,
         )
-        self._running: List[CancelFlag] = []
-        self._lock = threading.Lock()
+        self._pool = _kernels._DijkstraPool(topology.vertex_count)
+
+    def with_weights(self, edge_lengths: Any) -> "DijkstraSolver":
+        """The same with other weights, for the price of a copy and of those that differ.
+
+        Args, Raises: as for the constructor.
+        """
+        solver = object.__new__(DijkstraSolver)
+        solver._topology = self._topology
+        solver.edge_lengths = self._checked(edge_lengths)
+        solver._graph = self._graph._with_weights(
+            self._topology.edges, self.edge_lengths, solver.edge_lengths
+        )
+        solver._pool = self._pool
+        return solver
 
     def solve(
         self,
@@ -89,7 +215,9 @@ class DijkstraSolver:
         targets: Optional[Iterable[int]] = None,
         offset: float = 0.0,
         cancel_flag: Optional[CancelFlag] = None,
-    ) -> DijkstraResult:
+        *,
+        max_distance: float = float("inf"),
+    ) -> DijkstraField:
         """Distances from one vertex or several.
 
         Vertices that are lethal (+inf), unknown (NaN) or cost more than the limit are never passed:
@@ -104,37 +232,29 @@ class DijkstraSolver:
                 field; so do targets that cannot be reached.
             offset: >= 0, in the unit of the edge lengths.
             cancel_flag: ends this solve when it is set.
+            max_distance: >= 0; the field ends there in any case.
         Raises:
             ValueError: a vertex that does not exist, a wrong number of costs, or a number out of
                 its range.
+            Cancelled: `cancel_flag` was set.
         """
         vertices, distances = self._sources(source)
-        flag = cancel_flag or CancelFlag()
-        with self._lock:
-            self._running.append(flag)
-        try:
-            potential, predecessors, cancelled = self._graph._solve(
-                sources=vertices,
-                source_distances=distances,
-                vertex_costs=None
-                if vertex_costs is None
-                else np.ascontiguousarray(vertex_costs, np.float32),
-                cost_limit=float(cost_limit),
-                targets=self._indices(() if targets is None else targets, "target"),
-                offset=float(offset),
-                queue="automatic",
-                cancel=flag._kernel,
-            )
-        finally:
-            with self._lock:
-                self._running.remove(flag)
-        return DijkstraResult(potential, predecessors, cancelled)
+        costs = _frozen(vertex_costs)
+        kernel = _kernels._DijkstraField(
+            self._graph, self._pool, vertices, distances, costs, float(cost_limit)
+        )
+        field = DijkstraField(self, kernel)
+        field.extend(targets, offset=offset, max_distance=max_distance, cancel=cancel_flag)
+        return field
 
-    def cancel(self) -> None:
-        """Ends every solve that runs now, by setting its flag; later ones without it go on."""
-        with self._lock:
-            for flag in self._running:
-                flag.set()
+    def _checked(self, edge_lengths: Any) -> np.ndarray:
+        lengths = _frozen(edge_lengths)
+        if lengths.shape != (self._topology.edge_count,):
+            raise ValueError(
+                "edge_lengths have the shape %s, but there are %d edges"
+                % (lengths.shape, self._topology.edge_count)
+            )
+        return lengths
 
     def _sources(self, source: Source) -> Tuple[np.ndarray, np.ndarray]:
         try:
@@ -143,15 +263,45 @@ class DijkstraSolver:
             pairs = [(vertex, float(distance)) for vertex, distance in source]  # type: ignore
         if not pairs:
             raise ValueError("there is no source")
-        vertices = self._indices((vertex for vertex, _ in pairs), "source")
+        vertices = self._indices([operator.index(vertex) for vertex, _ in pairs], "source ")
         return vertices, np.array([distance for _, distance in pairs], np.float32)
 
     def _indices(self, vertices: Iterable[int], what: str) -> np.ndarray:
-        indices = [operator.index(vertex) for vertex in vertices]
-        for vertex in indices:
-            if not 0 <= vertex < self._vertex_count:
-                raise ValueError(
-                    "%s vertex %d does not exist: there are %d vertices"
-                    % (what, vertex, self._vertex_count)
-                )
-        return np.array(indices, np.uint32)
+        """(N,) uint32 of vertices that exist."""
+        if not isinstance(vertices, np.ndarray):
+            vertices = np.array([operator.index(vertex) for vertex in vertices], np.int64)
+        if vertices.ndim != 1 or vertices.dtype.kind not in "iu":
+            raise ValueError("%svertices have to be a row of whole numbers" % what)
+        count = self._topology.vertex_count
+        wrong = vertices[(vertices < 0) | (vertices >= count)]
+        if len(wrong):
+            raise ValueError(
+                "%svertex %d does not exist: there are %d vertices" % (what, wrong[0], count)
+            )
+        return np.ascontiguousarray(vertices, np.uint32)
+
+    def _check_same_topology(self, other: "DijkstraSolver") -> None:
+        if self._topology is not other._topology:
+            raise ValueError("the solver is of another topology than the field")
+
+    def _changed_vertices(self, before: "DijkstraSolver") -> np.ndarray:
+        """(K,) uint32: those at edges with other weights than before; some several times."""
+        if self is before:
+            return np.zeros(0, np.uint32)
+        return _kernels._vertices_at_changes(
+            self._topology.edges, before.edge_lengths, self.edge_lengths
+        )
+
+
+def is_lengths_or_closed(weights: np.ndarray, lengths: np.ndarray) -> bool:
+    """Whether each of the weights, (E,) float32, is the length of that edge or +inf."""
+    return weights is lengths or _kernels._are_lengths_or_closed(weights, lengths)
+
+
+def _frozen(values: Optional[Any]) -> Any:
+    """Numbers as float32 that nobody changes: as they are, or a copy."""
+    if values is None:
+        return None
+    if isinstance(values, np.ndarray) and not values.flags.writeable:
+        return np.ascontiguousarray(values, np.float32)
+    return read_only(np.array(values, np.float32, order="C"))

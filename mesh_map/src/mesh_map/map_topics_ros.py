@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker
 
 from mesh_map import map_messages
 from mesh_map.layer import Layer
-from mesh_map.markers import no_marker, vector_field_marker
+from mesh_map.markers import face_vectors_marker, no_marker, vector_field_marker
 from mesh_map.mesh_map import MeshMap
 
 # The name under which the .rviz files in the field show the repulsive vectors of an inflation.
@@ -153,6 +153,29 @@ class MapTopics:
     def publish_vectors(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
         """Vectors (V, 3) at the vertices, with the values (V,) that color them."""
         self._send(self._fields, namespace, self._field_maker(namespace, vectors, values))
+
+    def publish_face_vectors(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
+        """Vectors (F, 3) in the middle of the faces; values (V,) at the vertices color them."""
+        mesh_map, stamp = self.map, rospy.Time.now()
+        self._send(
+            self._fields,
+            namespace,
+            lambda: face_vectors_marker(
+                mesh_map.vertices,
+                mesh_map.faces,
+                vectors,
+                values,
+                mesh_map.frame_id,
+                stamp,
+                namespace,
+            ),
+        )
+
+    def remove_vectors(self, namespace: str) -> None:
+        """Takes vectors away, also for later subscribers; nothing happens where there are none."""
+        if namespace in self._sent[self._fields]:
+            frame_id, stamp = self.map.frame_id, rospy.Time.now()
+            self._send(self._fields, namespace, lambda: no_marker(namespace, frame_id, stamp))
 
     def publish_layer_vectors(self, layers: Iterable[Layer]) -> None:
         """The vectors of those layers that have any, where they have changed."""

@@ -35,14 +35,51 @@ def vector_field_marker(
         stamp: of the marker.
         namespace: under which RViz lists it.
     """
+    shown = _drawn(vectors)
     marker = _marker(Marker.LINE_LIST, namespace, frame_id, stamp)
-    marker.scale.x = 0.01
+    return _with_lines(marker, vertices[shown], vectors[shown], values[shown])
+
+
+def face_vectors_marker(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    vectors: np.ndarray,
+    values: np.ndarray,
+    frame_id: str,
+    stamp: genpy.Time,
+    namespace: str = "face_vectors",
+) -> Marker:
+    """As vector_field_marker, with lines that begin in the middle of faces.
+
+    Args:
+        vertices, faces: (V, 3) m and (F, 3).
+        vectors: (F, 3) of length 1 or less, zero where there is none.
+        values: (V,) at the vertices: a line has the color of the mean at the corners of its face.
+        frame_id, stamp, namespace: of the marker.
+    """
+    shown = _drawn(vectors)
+    corners = faces[shown]
+    centers = vertices[corners].astype(np.float64).mean(axis=1)
+    means = values[corners].astype(np.float64).mean(axis=1)
+    marker = _marker(Marker.LINE_LIST, namespace, frame_id, stamp)
+    return _with_lines(marker, centers, vectors[shown], means)
+
+
+def _drawn(vectors: np.ndarray) -> np.ndarray:
+    """Indices of the vectors to be drawn: MAX_LINES at most of those that are not zero."""
     shown = np.flatnonzero(np.any(vectors != 0, axis=1))
-    shown = shown[:: -(-len(shown) // MAX_LINES) or 1]
-    begins = vertices[shown] + np.array([0.0, 0.0, LIFT])
-    ends = begins + ARROW_LENGTH * vectors[shown]
+    return shown[:: -(-len(shown) // MAX_LINES) or 1]
+
+
+def _with_lines(
+    marker: Marker, places: np.ndarray, vectors: np.ndarray, values: np.ndarray
+) -> Marker:
+    """The marker, with a line from each of N places along its vector, colored by its value."""
+    marker.scale.x = 0.01
+    begins = places + np.array([0.0, 0.0, LIFT])
+    ends = begins + ARROW_LENGTH * vectors
     points = np.stack([begins, ends], axis=1).reshape(-1, 3)
-    drawn = values[shown].astype(np.float64)
+    drawn = values.astype(np.float64)
     finite = np.isfinite(drawn)
     scaled = np.where(finite, drawn / max(float(drawn[finite].max(initial=0.0)), 1e-9), 1.0)
     colors = np.repeat(rainbow(scaled), 2, axis=0)

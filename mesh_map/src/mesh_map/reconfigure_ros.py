@@ -2,16 +2,12 @@
 
 import dataclasses
 import logging
-from typing import Any, Callable, Dict, Iterable, List, Mapping
-
-import rospy
-from dynamic_reconfigure.encoding import decode_config, encode_config
-from dynamic_reconfigure.server import Server
+from typing import Dict, List, Mapping
 
 from mesh_map.layer_list import error_line
 from mesh_map.mesh_map import MeshMap
 from mesh_map.parameter import Parameter, Value
-from mesh_map.reconfigure_type import ConfigType, is_described
+from mesh_map.parameter_server_ros import ParameterServer
 from mesh_map.settings import SETTINGS
 
 _LOG = logging.getLogger("mesh_map")
@@ -22,8 +18,6 @@ WITHOUT_EFFECT = (
     Parameter("min_contour_size", 3, 0, 100000, "of release 1.x, without effect"),
 )
 MAP_PARAMETERS = SETTINGS + WITHOUT_EFFECT
-
-Apply = Callable[[Dict[str, Value]], Mapping[str, Value]]
 
 
 class MapReconfigure:
@@ -41,13 +35,13 @@ class MapReconfigure:
         self._map = mesh_map
         self._without_effect = {p.name: values[p.name] for p in WITHOUT_EFFECT}
         own = dict(self._without_effect, **dataclasses.asdict(mesh_map.settings))
-        self._servers: List[_Server] = [
-            _Server(namespace, self._map_parameters(), own, self._set_map)
+        self._servers: List[ParameterServer] = [
+            ParameterServer(namespace, self._map_parameters(), own, self._set_map)
         ]
         for name, layer in mesh_map.layers.items():
             try:
                 self._servers.append(
-                    _Server(
+                    ParameterServer(
                         "%s/%s" % (namespace.rstrip("/"), name),
                         layer.all_parameters(),
                         layer.params,
@@ -83,69 +77,3 @@ class MapReconfigure:
             self._map.set_settings(**values)
         self._without_effect = without_effect
         return dict(without_effect, **dataclasses.asdict(self._map.settings))
-
-
-class _Server(Server):
-    """A server for declared parameters.
-
-    What it is told is checked by who owns the parameters: a number out of its range is moved to the
-    limit, and what cannot be used changes nothing, is logged in one line, and goes back to the
-    values in force, which the caller and all others get.
-    """
-
-    def __init__(
-        self,
-        namespace: str,
-        parameters: Iterable[Parameter],
-        values: Mapping[str, Value],
-        apply: Apply,
-    ) -> None:
-        """
-        Args:
-            namespace: where parameters, topics and the service are.
-            parameters: those of a type that dynamic_reconfigure has are offered.
-            values: what they are now.
-            apply: gets changed values, and returns those in force; MeshMapError changes nothing.
-        """
-        self._namespace, self._apply = namespace, apply
-        self._values = {p.name: values[p.name] for p in parameters if is_described(p)}
-        super().__init__(ConfigType(parameters), self._changed, namespace)
-
-    def shutdown(self) -> None:
-        """Ends service and topics."""
-        self.set_service.shutdown()
-        self.descr_topic.unregister()
-        self.update_topic.unregister()
-
-    def _changed(self, config: Any, _level: int) -> Any:
-        wanted = {name: config[name] for name in self._values if config[name] != self._values[name]}
-        if wanted:
-            try:
-                in_force = self._apply(wanted)
-                self._values = {name: in_force[name] for name in self._values}
-            except Exception as error:  # any, of a stranger's layer
-                _LOG.error("%s: refused: %s", self._namespace, error_line(error))
-        config.update(self._values)
-        return config
-
-    def _set_callback(self, request: Any) -> Any:
-        # The one group is not for clients to change, and names that they make up do not count.
-        changes = decode_config(request.config)
-        known = {name: changes[name] for name in changes if name in self._values}
-        return encode_config(self.update_configuration(known))
-
-    # The base class reads and writes one parameter after the other, each a question to the master,
-    # takes what it finds for of the right type, and compares before anybody has checked.
-
-    def _copy_from_parameter_server(self) -> None:
-        self.config.update(self._values)
-
-    def _copy_to_parameter_server(self) -> None:
-        there = rospy.get_param(self._namespace, {})
-        there = there if isinstance(there, dict) else {}
-        for name, value in self._values.items():
-            if there.get(name) != value:
-                rospy.set_param("%s/%s" % (self._namespace.rstrip("/"), name), value)
-
-    def _clamp(self, config: Any) -> None:
-        """Whoever owns the parameters does it, and says so."""

@@ -145,6 +145,30 @@ class MeshMapServer:
         self._check_count(values, (count,), namespace)
         self._topics.publish_vectors(namespace, vectors, values)
 
+    def publish_face_vectors(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
+        """Publishes directions in the middle of the faces as a marker.
+
+        Args:
+            namespace: as for publish_vector_field().
+            vectors: (F, 3), of length 1 or zero.
+            values: (V,) at the vertices; the mean of its corners colors the line of a face.
+        Raises:
+            MeshMapError: a wrong number of vectors or values, or no map.
+        """
+        vectors, values = np.array(vectors, np.float32), np.array(values, np.float32)
+        self._check_count(vectors, (len(self.map.faces), 3), namespace, "faces")
+        self._check_count(values, (len(self.map.vertices),), namespace)
+        self._topics.publish_face_vectors(namespace, vectors, values)
+
+    def remove_vectors(self, namespace: str) -> None:
+        """Takes the vectors of a namespace away, if any were published.
+
+        Raises:
+            MeshMapError: no map.
+        """
+        if self.map is not None:
+            self._topics.remove_vectors(namespace)
+
     def publish_marker(self, namespace: str, make_marker: Callable[[], Marker]) -> None:
         """Publishes a marker for debugging.
 

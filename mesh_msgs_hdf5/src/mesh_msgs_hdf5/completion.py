@@ -1,6 +1,6 @@
-"""Completion of mesh_tool's arguments in bash, through argcomplete.
+"""Completion of a command's arguments in bash, through argcomplete: of mesh_tool and its like.
 
-The shell calls mesh_tool itself (a variable of the environment says that it does), which answers
+The shell calls the command itself (a variable of the environment says that it does), which answers
 with what could come next: verbs, options, choices, and names that are in the map file at hand.
 """
 import argparse
@@ -11,10 +11,10 @@ from typing import Any, List
 
 from mesh_msgs_hdf5.errors import MapFileError
 
-_VARIABLE = "_ARGCOMPLETE"  # which of the shell's words is mesh_tool, from 1
+_VARIABLE = "_ARGCOMPLETE"  # which of the shell's words is the command, from 1
 
-_BASH = """# completion for mesh_tool, on its own and behind rosrun mesh_msgs_hdf5
-_mesh_tool_words() {
+_BASH = """# completion for %(program)s behind rosrun %(package)s
+_%(function)s_words() {
     local IFS=$'\\013'
     COMPREPLY=($(IFS="$IFS" COMP_LINE="$COMP_LINE" COMP_POINT="$COMP_POINT" \\
         COMP_TYPE="$COMP_TYPE" _ARGCOMPLETE_COMP_WORDBREAKS="$COMP_WORDBREAKS" \\
@@ -26,32 +26,46 @@ _mesh_tool_words() {
         compopt -o nospace
     fi
 }
-_mesh_tool() { _mesh_tool_words 1; }
-_mesh_tool_rosrun() {
-    if [[ $COMP_CWORD -gt 2 && ${COMP_WORDS[1]} == mesh_msgs_hdf5 \\
-          && ${COMP_WORDS[2]} == mesh_tool ]]; then
+_%(function)s_rosrun() {
+    if [[ $COMP_CWORD -gt 2 && ${COMP_WORDS[1]} == %(package)s \\
+          && ${COMP_WORDS[2]} == %(program)s ]]; then
         compopt -o default
-        _mesh_tool_words 3
-    elif declare -F "$_mesh_tool_rosrun_before" >/dev/null; then
-        "$_mesh_tool_rosrun_before" "$@"
+        _%(function)s_words 3
+    elif declare -F "$_%(function)s_rosrun_before" >/dev/null; then
+        "$_%(function)s_rosrun_before" "$@"
     fi
 }
-complete -o default -F _mesh_tool mesh_tool
-if [[ -z ${_mesh_tool_rosrun_before:-} ]]; then
-    _mesh_tool_rosrun_before=$(complete -p rosrun 2>/dev/null | sed -n 's/.*-F \\([^ ]*\\).*/\\1/p')
-    _mesh_tool_rosrun_before=${_mesh_tool_rosrun_before//\\"/}
-    _mesh_tool_rosrun_before=${_mesh_tool_rosrun_before:-_roscomplete_exe}
+if [[ -z ${_%(function)s_rosrun_before:-} ]]; then
+    _%(function)s_rosrun_before=$(complete -p rosrun 2>/dev/null \\
+        | sed -n 's/.*-F \\([^ ]*\\).*/\\1/p')
+    _%(function)s_rosrun_before=${_%(function)s_rosrun_before//\\"/}
+    _%(function)s_rosrun_before=${_%(function)s_rosrun_before:-_roscomplete_exe}
 fi
-complete -F _mesh_tool_rosrun rosrun
+complete -F _%(function)s_rosrun rosrun
+"""
+# and on its own
+_ON_ITS_OWN = """_%(function)s() { _%(function)s_words 1; }
+complete -o default -F _%(function)s %(program)s
 """
 _FILES = ("file", "files", "input", "one", "other", "origin")
 _SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "dae", "glb", "gltf", "json", "csv")
 
 
-def bash_script() -> str:
-    """What bash has to evaluate so that it completes mesh_tool's arguments."""
-    executable = shlex.quote(os.path.realpath(sys.argv[0]))
-    return _BASH % {"executable": executable}
+def bash_script(
+    program: str = "mesh_tool", package: str = "mesh_msgs_hdf5", alone: bool = True
+) -> str:
+    """What bash has to evaluate so that it completes the arguments of this command.
+
+    program, package: behind which words of rosrun. alone: whether the program on its own is meant,
+    too.
+    """
+    names = {
+        "program": program,
+        "package": package,
+        "function": program if alone else "%s_%s" % (package, program),
+        "executable": shlex.quote(os.path.realpath(sys.argv[0])),
+    }
+    return (_BASH + _ON_ITS_OWN if alone else _BASH) % names
 
 
 def wanted() -> bool:
@@ -60,7 +74,7 @@ def wanted() -> bool:
 
 
 def words() -> List[str]:
-    """The words behind mesh_tool in the line that is being completed, as far as they are whole."""
+    """The words behind the command in the line that is completed, as far as they are whole."""
     line = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0"))]
     before = line.split()[int(os.environ[_VARIABLE]) :]
     return before if line[-1:].isspace() else before[:-1]

@@ -19,6 +19,7 @@ from nav_msgs.msg import Path as PathMessage
 from server_process import (
     STATES,
     ServerProcess,
+    Topics,
     answer,
     positions,
     published_topics,
@@ -61,26 +62,6 @@ def mesh_map_parameters(ready=None):
         "layers": [{"name": "patient", "type": "odd/PatientLayer"}],
         "patient": {"file": str(ready), "lethal_vertex": LETHAL},
     }
-
-
-class Topics:
-    """The bare topics of an action; results by the goal's id."""
-
-    def __init__(self, action):
-        self.results = {}
-        self.goal = rospy.Publisher(f"{action}/goal", GetPathActionGoal, queue_size=10)
-        self.cancel = rospy.Publisher(f"{action}/cancel", GoalID, queue_size=10)
-        self._subscriber = rospy.Subscriber(f"{action}/result", GetPathActionResult, self._note)
-        self.seen = set()
-        status = rospy.Subscriber(f"{action}/status", GoalStatusArray, self._note_status)
-        ends = (self.goal, self.cancel, self._subscriber, status)
-        wait_until(lambda: all(end.get_num_connections() for end in ends), "connections")
-
-    def _note(self, message):
-        self.results[message.status.goal_id.id] = message
-
-    def _note_status(self, message):
-        self.seen |= {status.goal_id.id for status in message.status_list}
 
 
 def slow_goal(key):
@@ -140,7 +121,8 @@ class GetPathTest(unittest.TestCase):
     def test_topics(self):
         topics = published_topics()
         expected = {"get_path/status", "get_path/result", "current_goal", "mesh_map/vertex_costs"}
-        expected |= {"dijkstra_mesh_planner/path", "mesh_map/mesh"}
+        expected |= {"dijkstra_mesh_planner/path", "wave_front_planner/path", "mmp_planner/path"}
+        expected |= {"mesh_map/mesh", "parameter_updates", "mmp_planner/parameter_updates"}
         self.assertLessEqual({f"/move_base_flex/{name}" for name in expected}, topics)
         later_parts = ("exe_path", "recovery", "flex/move_base", "check_")
         self.assertFalse([name for name in topics if any(part in name for part in later_parts)])

@@ -4,6 +4,7 @@
 import unittest
 
 import actionlib
+import numpy as np
 import rospy
 import rostest
 from mbf_msgs.msg import GetPathAction, GetPathGoal, GetPathResult
@@ -15,12 +16,18 @@ class LaunchTest(unittest.TestCase):
     def test_a_plan_on_the_floor(self):
         client = actionlib.SimpleActionClient("/move_base_flex/get_path", GetPathAction)
         self.assertTrue(client.wait_for_server(TIMEOUT))
-        goal = GetPathGoal(use_start_pose=True, planner="dijkstra_mesh_planner")
-        goal.start_pose, goal.target_pose = stamped((0.1, 0.1, 0)), stamped((1.9, 1.8, 0))
-        client.send_goal_and_wait(goal, TIMEOUT)
-        result = client.get_result()
-        self.assertEqual(result.outcome, GetPathResult.SUCCESS, result.message)
-        self.assertEqual(result.path.poses[-1].pose.position.x, 1.9)
+        lengths = []
+        for planner in ("dijkstra_mesh_planner", "wave_front_planner", "mmp_planner", ""):
+            goal = GetPathGoal(use_start_pose=True, planner=planner)
+            goal.start_pose, goal.target_pose = stamped((0.1, 0.1, 0)), stamped((1.9, 1.6, 0))
+            client.send_goal_and_wait(goal, TIMEOUT)
+            result = client.get_result()
+            self.assertEqual(result.outcome, GetPathResult.SUCCESS, result.message)
+            self.assertAlmostEqual(result.path.poses[-1].pose.position.x, 1.9, places=6)
+            lengths.append(result.cost)
+        self.assertAlmostEqual(lengths[2], np.hypot(1.8, 1.5), places=5)
+        self.assertEqual(lengths[0], lengths[3])  # the default
+        self.assertGreater(lengths[0], 1.01 * lengths[2])
 
     def test_the_layers_of_the_configuration(self):
         types = set()

@@ -7,11 +7,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from mesh_msgs import zoo
+
 from mesh_map.edge_weights import PlanningCosts
 from mesh_map.layer import LayerResult
 from mesh_map.mesh_map import MeshMap
 from mesh_map.settings import MapSettings
 from mesh_navigation.planners.dijkstra import DijkstraMeshPlanner
+from mesh_navigation.planners.mmp import MMPPlanner
+from mesh_navigation.planners.wave_front import CVPMeshPlanner, WaveFrontPlanner
+
+ALL_PLANNERS = [DijkstraMeshPlanner, WaveFrontPlanner, CVPMeshPlanner, MMPPlanner]
+FRONT_PLANNERS = ALL_PLANNERS[1:]
+
+PASSABLE = [mesh for mesh in zoo.all_meshes() if len(mesh.faces)]
+BY_NAME = {"ids": lambda mesh: mesh.name}
 
 
 class MapWithCosts:
@@ -36,11 +46,38 @@ class MapWithCosts:
         return getattr(self._map, name)
 
 
-def planner_on(mesh_map, **parameters):
-    """A Dijkstra planner, ready."""
-    planner = DijkstraMeshPlanner()
-    assert planner.initialize("dijkstra", mesh_map, parameters) == []
+def planner_on(mesh_map, cls=DijkstraMeshPlanner, **parameters):
+    """A planner, ready."""
+    planner = cls()
+    assert planner.initialize("planner", mesh_map, parameters) == []
     return planner
+
+
+def vertex_at(mesh, point):
+    """The vertex nearest to a point (3,)."""
+    return int(np.argmin(np.linalg.norm(mesh.vertices - point, axis=1)))
+
+
+def distances_from_surface(mesh_map, polyline, spacing=0.01):
+    """(N,) m: how far points all along a polyline are from the mesh."""
+    parts = [
+        np.linspace(a, b, max(int(np.linalg.norm(b - a) / spacing), 1) + 1)
+        for a, b in zip(polyline, polyline[1:])
+    ]
+    points = np.concatenate(parts)
+    return mesh_map.spatial_index.closest_batch(points=points).distances
+
+
+def point_on(mesh, face, weights):
+    return weights @ mesh.vertices[mesh.faces[face]].astype(np.float64)
+
+
+def random_pairs(mesh, count, seed=0):
+    """(face, point) of start and goal, uniform over the faces."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        faces = rng.integers(len(mesh.faces), size=2)
+        yield [(face, point_on(mesh, face, rng.dirichlet([1, 1, 1]))) for face in faces]
 
 
 def data_file(name):

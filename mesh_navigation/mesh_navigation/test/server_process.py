@@ -10,8 +10,9 @@ import actionlib
 import numpy as np
 import rosgraph
 import rospy
+from actionlib_msgs.msg import GoalID, GoalStatusArray
 from geometry_msgs.msg import PoseStamped
-from mbf_msgs.msg import GetPathAction, GetPathGoal
+from mbf_msgs.msg import GetPathAction, GetPathActionGoal, GetPathActionResult, GetPathGoal
 
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
@@ -86,6 +87,29 @@ class ServerProcess:
     def ask(self, *args, **fields):
         """Send a goal and wait for the answer: (state, result)."""
         return answer(self.send(*args, **fields))
+
+
+class Topics:
+    """The bare topics of an action; results by the goal's id.
+
+    actionlib's client loses a goal that it cancels before the acknowledgement, or after the end.
+    """
+
+    def __init__(self, action):
+        self.results = {}
+        self.goal = rospy.Publisher(f"{action}/goal", GetPathActionGoal, queue_size=10)
+        self.cancel = rospy.Publisher(f"{action}/cancel", GoalID, queue_size=10)
+        self._subscriber = rospy.Subscriber(f"{action}/result", GetPathActionResult, self._note)
+        self.seen = set()
+        status = rospy.Subscriber(f"{action}/status", GoalStatusArray, self._note_status)
+        ends = (self.goal, self.cancel, self._subscriber, status)
+        wait_until(lambda: all(end.get_num_connections() for end in ends), "connections")
+
+    def _note(self, message):
+        self.results[message.status.goal_id.id] = message
+
+    def _note_status(self, message):
+        self.seen |= {status.goal_id.id for status in message.status_list}
 
 
 def stamped(pose, frame="map"):

@@ -7,26 +7,18 @@ from scipy.sparse.csgraph import dijkstra
 
 from mesh_msgs import zoo
 from mesh_msgs_hdf5.importer import read_mesh
-from navigation_test_maps import MapWithCosts, data_file, planner_on
+from navigation_test_maps import (
+    BY_NAME,
+    PASSABLE,
+    MapWithCosts,
+    data_file,
+    planner_on,
+    random_pairs,
+)
 
 from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.pose import Pose, rotate
 from mesh_navigation.up_normals import turned_up
-
-PASSABLE = [mesh for mesh in zoo.all_meshes() if len(mesh.faces)]
-BY_NAME = {"ids": lambda mesh: mesh.name}
-
-
-def point_on(mesh, face, weights):
-    return weights @ mesh.vertices[mesh.faces[face]].astype(np.float64)
-
-
-def random_pairs(mesh, count, seed=0):
-    """(face, point) of start and goal, uniform over the faces."""
-    rng = np.random.default_rng(seed)
-    for _ in range(count):
-        faces = rng.integers(len(mesh.faces), size=2)
-        yield [(face, point_on(mesh, face, rng.dirichlet([1, 1, 1]))) for face in faces]
 
 
 def edges_of(faces):
@@ -130,58 +122,6 @@ def test_a_line_of_single_lethal_vertices_is_a_wall():
     assert [5.0, 9.0, 0.0] in result.poses[:, :3].tolist()
 
 
-@pytest.mark.parametrize("mesh", PASSABLE, **BY_NAME)
-def test_winding_and_rolled_poses_make_no_difference(mesh):
-    down = mesh._replace(faces=mesh.faces[:, [0, 2, 1]])
-    planners = [planner_on(MapWithCosts(which)) for which in (mesh, down)]
-    upside_down = np.array([1.0, 0.0, 0.0, 0.0])
-    for start, goal in random_pairs(mesh, 5, seed=1):
-        ends = Pose.at(start[1], 0.3), Pose.at(goal[1], 2.0)
-        rolled = [
-            Pose(p.position, np.array([p.orientation[3], p.orientation[2], 0.0, 0.0])) for p in ends
-        ]
-        assert np.allclose([p.heading for p in rolled], [p.heading for p in ends])
-        assert rotate(rolled[0].orientation, np.array([0, 0, 1.0]))[2] == pytest.approx(-1)
-        results = [planner.make_plan(*pair) for planner in planners for pair in (ends, rolled)]
-        for result in results[1:]:
-            assert result.outcome == results[0].outcome
-            assert np.allclose(result.poses, results[0].poses)
-    assert rotate(upside_down, np.array([0, 0, 1.0]))[2] == -1
-
-
-def test_goal_heading_is_kept_on_a_slope():
-    mesh = zoo.grid()
-    slope = mesh._replace(vertices=(mesh.vertices * [1, 1, 0] + mesh.vertices[:, :1] * [0, 0, 0.5]))
-    slope = slope._replace(vertices=slope.vertices.astype(np.float32))
-    for yaw in np.linspace(-3, 3, 7):
-        goal = Pose.at([7.3, 7.2, 3.65], yaw)
-        poses = planner_on(MapWithCosts(slope)).make_plan(Pose.at([2.1, 2.6, 1.05]), goal).poses
-        x, z = (rotate(poses[-1, 3:], axis) for axis in np.eye(3)[[0, 2]])
-        normal = np.array([-0.5, 0, 1]) / np.hypot(1, 0.5)
-        assert np.allclose(z, normal, atol=1e-6)
-        flat = goal.heading - np.dot(goal.heading, normal) * normal
-        assert np.allclose(x, flat / np.linalg.norm(flat), atol=1e-6)
-
-
-def test_start_and_goal_within_a_face_give_a_straight_path():
-    result = planner_on(MapWithCosts(zoo.grid())).make_plan(
-        Pose.at([2.6, 2.1, 0]), Pose.at([2.9, 2.5, 0])
-    )
-    assert result.poses[:, :3] == pytest.approx(np.array([[2.6, 2.1, 0], [2.9, 2.5, 0]]))
-    assert result.cost == pytest.approx(0.5)
-    assert result.potential[np.argmin(np.abs(result.potential))] < 1.0
-
-
-@pytest.mark.parametrize("point", [[3.0, 3.0, 0.0], [2.6, 2.1, 0.0]])
-def test_start_at_the_goal_gives_two_poses(point):
-    result = planner_on(MapWithCosts(zoo.grid())).make_plan(
-        Pose.at(point, 1.0), Pose.at(point, 2.0)
-    )
-    assert result.succeeded and result.cost == 0.0
-    assert result.poses[:, :3].tolist() == pytest.approx(np.array([point, point]))
-    assert np.allclose(result.poses[-1, 3:], Pose.at(point, 2.0).orientation)
-
-
 def test_start_and_goal_at_one_vertex_of_different_faces():
     around = Pose.at([3.2, 3.1, 0]), Pose.at([2.8, 2.9, 0])
     result = planner_on(MapWithCosts(zoo.grid())).make_plan(*around)
@@ -202,6 +142,7 @@ def test_vector_field_points_down_the_potential():
     mesh = zoo.jittered_plane()
     planner = planner_on(MapWithCosts(mesh), publish_vector_field=True, goal_dist_offset=1e9)
     result = planner.make_plan(Pose.at([1, 1, 0]), Pose.at([8.2, 8.1, 0]))
+    assert result.face_vectors is None
     reached = np.isfinite(result.potential)
     lengths = np.linalg.norm(result.vector_field, axis=1)
     seeds = lengths == 0
@@ -211,3 +152,21 @@ def test_vector_field_points_down_the_potential():
     farther = nearer >= np.linalg.norm(mesh.vertices - [8.2, 8.1, 0], axis=1) + 0.008
     assert not farther[~seeds].any()
     assert np.array_equal(turned_up(result.vector_field), turned_up(-result.vector_field))
+
+
+def test_face_vectors_lie_in_the_faces_and_point_to_the_goal():
+    mesh = zoo.sphere(3)
+    planner = planner_on(MapWithCosts(mesh), publish_face_vectors=True, goal_dist_offset=1e9)
+    goal = mesh.vertices[0].astype(np.float64)
+    result = planner.make_plan(Pose.at(-goal), Pose.at(goal))
+    assert result.vector_field is None
+    vectors, (a, b, c) = result.face_vectors, mesh.vertices[mesh.faces].transpose(1, 0, 2)
+    lengths = np.linalg.norm(vectors, axis=1)
+    normals = np.cross(b - a, c - a)
+    assert np.abs(np.sum(vectors * normals, axis=1)).max() < 1e-5 * np.abs(normals).max()
+    assert np.allclose(lengths[lengths > 0], 1.0, atol=1e-6) and (lengths > 0).mean() > 0.99
+    middles = (a + b + c) / 3
+    nearer = np.linalg.norm(middles + 0.01 * vectors - goal, axis=1)
+    away = np.linalg.norm(middles - goal, axis=1)
+    far = (away > 0.3) & (away < 1.7)
+    assert ((nearer < away) | ~far).mean() > 0.99

@@ -4,7 +4,7 @@ import pytest
 
 from mesh_map.parameter import Parameter
 
-from mesh_navigation.parameters import read_parameters
+from mesh_navigation.parameters import changed_parameters, read_parameters
 
 SPEED = Parameter("speed", 1.5, 0.0, 10.0)
 COUNT = Parameter("count", -1, -1, 1000)
@@ -32,3 +32,20 @@ def test_other_values_are_replaced_and_named(given, value, words):
     values, complaints = read_parameters((SPEED, COUNT), given)
     assert values == {"speed": value, "count": -1}
     assert len(complaints) == 1 and words in complaints[0]
+
+
+@pytest.mark.parametrize(
+    "given, speed, words",
+    [
+        ({"speed": 3}, 3.0, None),
+        ({"stranger": 3}, 2.5, None),
+        ({"speed": 99}, 10.0, "10.0 is used"),
+        ({"speed": "fast"}, 2.5, "it stays 2.5"),
+        ({"speed": float("nan")}, 2.5, "it stays 2.5"),
+    ],
+)
+def test_changed_parameters(given, speed, words):
+    present = {"speed": 2.5, "count": 7}
+    values, complaints = changed_parameters((SPEED, COUNT), present, given)
+    assert values == {"speed": speed, "count": 7} and present["speed"] == 2.5
+    assert [words in complaint for complaint in complaints] == ([True] if words else [])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mesh_navigation.path import path_length, path_poses, without_repeats
+from mesh_navigation.path import STRAIGHT, path_length, path_poses, spaced_out, without_repeats
 from mesh_navigation.pose import Pose, multiply, quaternions_from_axes, rotate, transformed
 
 UP = [0.0, 0.0, 1.0]
@@ -115,3 +115,57 @@ def test_a_path_that_goes_nowhere_still_has_rotations():
     poses = path_poses(np.zeros((2, 3)), np.array([UP] * 2), np.array(UP))
     assert np.allclose(np.linalg.norm(poses[:, 3:], axis=1), 1.0)
     assert np.allclose(axes_of(poses[:, 3:])[:, 2], UP)
+
+
+def distances_from_polyline(points, polyline):
+    """(N,) of points from the nearest segment, by brute force."""
+    a, along = polyline[:-1], np.diff(polyline, axis=0)
+    offsets = points[:, None] - a
+    squared = np.sum(along * along, axis=1)
+    share = np.clip(np.sum(offsets * along, axis=2) / np.where(squared > 0, squared, 1), 0, 1)
+    return np.linalg.norm(offsets - share[..., None] * along, axis=2).min(axis=1)
+
+
+def turns(count, noise=0.0):
+    """A polyline on a wide spiral, each step a few centimeters."""
+    t = np.linspace(0, 8, count)
+    points = np.stack([t * np.cos(t), t * np.sin(t), 0.2 * t], axis=1)
+    return points + np.random.default_rng(3).normal(0, noise, points.shape)
+
+
+POLYLINES = {
+    "straight": np.linspace([0, 0, 0], [7, 1, 2], 90),
+    "two points": np.array([[0, 0, 0], [3.3, 0, 0.0]]),
+    "coarse": np.array([[0, 0, 0], [5, 0, 0], [5, 3, 0], [5.1, 3, 0.0]]),
+    "fine spiral": turns(2000),
+    "coarse spiral": turns(200),
+    "rough": turns(500, 0.01),
+    "nearly smooth": turns(500, STRAIGHT),
+    "with repeats": np.repeat(turns(100), 3, axis=0),
+    "there and back": np.array([[0, 0, 0], [1, 0, 0], [0.2, 0, 0], [2, 0, 0.0]]),
+    "no way at all": np.ones((2, 3)),
+}
+
+
+@pytest.mark.parametrize("step", [0.01, 0.1, 0.4, 1.0])
+@pytest.mark.parametrize("name", POLYLINES)
+def test_spaced_out(name, step):
+    points = POLYLINES[name]
+    spaced, segments = spaced_out(points, step)
+    assert np.array_equal(spaced[[0, -1]], points[[0, -1]])
+    assert np.linalg.norm(np.diff(spaced, axis=0), axis=1).max() <= step * (1 + 1e-9)
+    assert distances_from_polyline(points, spaced).max() <= STRAIGHT * (1 + 1e-9)
+    # Each point lies in the segment that is named with it.
+    assert len(segments) == len(spaced) and np.all(np.diff(segments) >= 0)
+    for point, segment in zip(spaced, segments):
+        ends = points[segment : segment + 2]
+        assert distances_from_polyline(point[None], ends)[0] < 1e-12 * (1 + np.abs(point).max())
+
+
+def test_spaced_out_leaves_out_what_is_straight():
+    spaced, segments = spaced_out(POLYLINES["straight"], 0.4)
+    assert 19 <= len(spaced) <= 25
+    assert len(spaced_out(POLYLINES["fine spiral"], 0.4)[0]) < 1000
+    corner = spaced_out(POLYLINES["coarse"], 1.0)[0]
+    assert corner.tolist()[4:7] == [[4, 0, 0], [5, 0, 0], [5, 1, 0]]
+    assert segments[-1] == len(POLYLINES["straight"]) - 2

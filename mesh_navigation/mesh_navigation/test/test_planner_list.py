@@ -40,20 +40,19 @@ def test_the_plugin_description_leads_to_the_planner():
 
 def test_an_unknown_type_is_named_with_the_known_ones():
     with pytest.raises(PluginError, match=DIJKSTRA) as caught:
-        planner_list.find_class(
-            "mesh_navigation", planner_list.BASE_CLASS, "mmp_planner/MMPPlanner"
-        )
-    assert "\n" not in str(caught.value) and "mmp_planner/MMPPlanner" in str(caught.value)
+        planner_list.find_class("mesh_navigation", planner_list.BASE_CLASS, "nobody/NoPlanner")
+    assert "\n" not in str(caught.value) and "nobody/NoPlanner" in str(caught.value)
 
 
 def test_default_list():
     planners = PlannerList()
-    assert planners.names == ["dijkstra_mesh_planner"] and planners.complaints == []
+    expected = ["dijkstra_mesh_planner", "wave_front_planner", "mmp_planner"]
+    assert (planners.names, planners.complaints) == (expected, [])
     assert planners.choose("") == "dijkstra_mesh_planner"
 
 
 def test_configuration_of_the_field():
-    """Wave front and MMP are skipped as long as there are none; Dijkstra goes on."""
+    """What cannot be found is skipped; the others go on."""
     planners = PlannerList(
         [
             {"name": "wave_front_planner", "type": "nobody/NoPlanner"},
@@ -90,6 +89,7 @@ def test_a_planner_that_cannot_be_initialized(classes):
         "base/base map {'cost_limit': 2}",
     ]
     assert planners.fault("broken") == complaints[0] and planners.fault("base") is None
+    assert planners.ready() == [planners["base"]]
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from mesh_tools_test.demo import navigation_node
+from mesh_tools_test.demo.planners import DIJKSTRA, EXACT, PLANNERS, WAVE_FRONT
 from mesh_tools_test.demo.processes import process
 
 SERVER = "/move_base_flex"
@@ -54,7 +55,7 @@ class FileToPlan(unittest.TestCase):
             ["rosrun", "mesh_msgs_hdf5", "mesh_tool", "import", str(ply), str(cls.file)], check=True
         )
         launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
-        cls.stack.enter_context(
+        cls.navigation = cls.stack.enter_context(
             process("mesh_navigation", launch + [f"map_file:={cls.file}"], folder / "logs")
         )
         server = ["rosrun", "mesh_msgs_hdf5", "hdf5_map_server", f"_inputFile:={cls.file}"]
@@ -94,7 +95,8 @@ class FileToPlan(unittest.TestCase):
         self.assertEqual(len(costs.mesh_vertex_costs.costs), len(self.mesh.vertices))
 
     def test_plan_from_storey_to_storey(self):
-        """The path leads up the ramp, as long as SciPy's Dijkstra says; the goal is right above."""
+        """All paths lead up the ramp to the goal right above; that along the edges is as long as
+        SciPy's Dijkstra says, those across the faces are shorter."""
         vertices = self.mesh.vertices.astype(np.float64)
         graph = edge_graph(vertices, self.mesh.faces)
         lower, upper = vertices[:, 2].min(), vertices[:, 2].max()
@@ -107,17 +109,30 @@ class FileToPlan(unittest.TestCase):
         straight = np.linalg.norm(vertices[goal] - vertices[start])
         self.assertGreater(length, 2 * straight)
 
-        result, path = navigation_node.plan(
-            vertices[start], vertices[goal], "map", "dijkstra_mesh_planner"
-        )
-        self.assertAlmostEqual(result.cost, length, delta=1e-3 * length)
-        np.testing.assert_allclose(path[0], vertices[start], atol=1e-3)
-        np.testing.assert_allclose(path[-1], vertices[goal], atol=1e-3)
-        self.assertLess(cKDTree(vertices).query(path)[0].max(), 1e-3)
-        self.assertNotEqual(result.message, "")
-        latched = rospy.wait_for_message(
-            f"{SERVER}/dijkstra_mesh_planner/path", nav_msgs.msg.Path, timeout=30
-        )
+        client = navigation_node.PlanClient(self.navigation)
+        ends = vertices[start], vertices[goal]
+        plans = {each.name: client.plan(*ends, "map", each.name) for each in PLANNERS}
+        for name, plan in plans.items():
+            with self.subTest(name):
+                self.check_path(plan, *ends, name)
+        plan = plans[DIJKSTRA.name]
+        self.assertAlmostEqual(plan.cost, length, delta=1e-3 * length)
+        self.assertLess(cKDTree(vertices).query(plan.positions)[0].max(), 1e-3)
+        # Across faces it is never farther than along edges; these ways are the two extremes.
+        exact, front = plans[EXACT.name], plans[WAVE_FRONT.name]
+        self.assertGreater(exact.cost, straight)
+        self.assertLessEqual(exact.cost, front.length * (1 + 1e-6))
+        self.assertLessEqual(front.cost, length * (1 + 1e-6))
+
+    def check_path(self, plan, start, goal, name):
+        """It begins and ends where it shall, and late subscribers get the same."""
+        path = plan.positions
+        np.testing.assert_allclose(path[0], start, atol=1e-3)
+        np.testing.assert_allclose(path[-1], goal, atol=1e-3)
+        self.assertNotEqual(plan.message, "")
+        self.assertEqual(len(plan.potential), len(self.mesh.vertices))
+        self.assertTrue((plan.potential >= 0).all())
+        latched = rospy.wait_for_message(f"{SERVER}/{name}/path", nav_msgs.msg.Path, timeout=30)
         np.testing.assert_array_equal(points(p.pose.position for p in latched.poses), path)
 
 

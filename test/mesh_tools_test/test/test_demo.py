@@ -16,7 +16,15 @@ def scene(share, rows=100, columns=200):
 def test_a_flat_mesh_of_one_color_is_a_finished_picture():
     assert screenshot.drawn_share(scene(0.0)) == 0.0
     assert screenshot.drawn_share(scene(0.3)) == pytest.approx(0.3)
-    assert screenshot.drawn_share(scene(0.3)) > screenshot.COVERED > 0.0
+    assert screenshot.colored_share(scene(0.3)) > screenshot.COLORED > 0.0
+
+
+def test_a_mesh_that_waits_for_its_costs_is_no_finished_picture():
+    picture = scene(0.0)
+    picture[:50] = np.random.default_rng(0).integers(60, 220, (50, 200, 1))  # lit and grey
+    assert screenshot.drawn_share(picture) > 0.4 and screenshot.colored_share(picture) == 0.0
+    picture[:2] = (255, 235, 0)  # an arrow
+    assert screenshot.colored_share(picture) == pytest.approx(screenshot.COLORED)
 
 
 def test_colors_that_differ_in_one_channel_only_are_different():

@@ -3,7 +3,7 @@ import io
 import logging
 import math
 import warnings
-from typing import Callable, Sequence, Tuple
+from typing import Any, Callable, Sequence, Tuple
 
 import numpy as np
 
@@ -26,8 +26,14 @@ def picture_png(
     size: Tuple[int, int],
     title: str,
     progress: Callable[[float], None] = lambda part: None,
+    overlay: Callable[[Any, Camera], None] = lambda axes, camera: None,
+    footer: str = "",
 ) -> bytes:
-    """A PNG of size (width, height) pixels of a mesh in a paint, seen from a view (see look_at)."""
+    """A PNG of size (width, height) pixels of a mesh in a paint, seen from a view (see look_at).
+
+    overlay: draws more into the matplotlib axes, which are in meters along right and up of the
+    camera. footer: instead of the counts of the mesh.
+    """
     inner = _inner(size, paint.legend, axis_names(view_axes(*view))[0] != "")
     camera = look_at(mesh.vertices, view, inner[2], inner[3])
     picture = paint_mesh(mesh, camera, paint, progress)
@@ -43,6 +49,7 @@ def picture_png(
     axes = figure.add_axes(box)
     axes.imshow(picture, extent=camera.extent, interpolation="nearest", aspect="auto")
     _axes(axes, camera)
+    overlay(axes, camera)
     _scale_bar(axes, camera)
     middle = inner[0] + inner[2] // 2
     axes.set_title(_plain(title, min(100, 2 * min(middle, width - middle) // 9)), fontsize=11)
@@ -50,7 +57,7 @@ def picture_png(
     figure.text(
         8 / width,
         8 / height,
-        _plain(_footer(mesh), min(160, width // 7)),
+        _plain(footer or _footer(mesh), min(160, width // 7)),
         fontsize=7.5,
         color="0.35",
     )

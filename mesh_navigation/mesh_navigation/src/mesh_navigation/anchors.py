@@ -8,7 +8,7 @@ from mesh_map.mesh_map import MeshMap
 
 from mesh_navigation.planner import PlanFailure
 from mesh_navigation.pose import vector_text
-from mesh_navigation.up_normals import area_vectors, turned_up
+from mesh_navigation.slowness import passable
 
 # A pose farther than this from the surface is not on the map (m): base frames lie some decimeters
 # above the ground, and the next storey is farther away.
@@ -27,6 +27,15 @@ class Anchor(NamedTuple):
     distances: np.ndarray
     """(3,) float64, m: straight ways within the face from the point to these corners."""
 
+    @classmethod
+    def at(cls, mesh_map: MeshMap, face: int, position: np.ndarray) -> "Anchor":
+        """That of a point of a face."""
+        position = np.asarray(position, dtype=np.float64)
+        corners = mesh_map.faces[face].astype(np.int64)
+        distances = np.linalg.norm(mesh_map.vertices[corners].astype(np.float64) - position, axis=1)
+        order = np.argsort(distances, kind="stable")
+        return cls(position, int(face), corners[order], distances[order])
+
 
 def find_anchor(mesh_map: MeshMap, position: np.ndarray, what: str, outcome: int) -> Anchor:
     """The closest point of the surface.
@@ -43,12 +52,7 @@ def find_anchor(mesh_map: MeshMap, position: np.ndarray, what: str, outcome: int
     found = mesh_map.closest_face(position, MAX_DISTANCE)
     if found is None:
         raise PlanFailure(outcome, _off_map(mesh_map, position, what))
-    corners = mesh_map.faces[found.face].astype(np.int64)
-    offsets = mesh_map.vertices[corners].astype(np.float64) - found.position
-    distances = np.linalg.norm(offsets, axis=1)
-    order = np.argsort(distances, kind="stable")
-    surface_position = np.asarray(found.position, dtype=np.float64)
-    return Anchor(surface_position, int(found.face), corners[order], distances[order])
+    return Anchor.at(mesh_map, found.face, found.position)
 
 
 def _off_map(mesh_map: MeshMap, position: np.ndarray, what: str) -> str:
@@ -60,20 +64,6 @@ def _off_map(mesh_map: MeshMap, position: np.ndarray, what: str) -> str:
         f"{where} {nearest.distance:.2f} m from the map, allowed are {MAX_DISTANCE:.2f} m; "
         f"the surface is nearest at {vector_text(nearest.position)}"
     )
-
-
-def up_normal(mesh_map: MeshMap, anchor: Anchor, vertex_normals: np.ndarray) -> np.ndarray:
-    """(3,) normal that points up: of the anchor's face, of a corner if that has no area."""
-    normal = area_vectors(mesh_map.vertices, mesh_map.faces[anchor.face][None])
-    length = np.linalg.norm(normal)
-    if length < np.finfo(np.float32).tiny:
-        return vertex_normals[anchor.corners[0]].astype(np.float64)
-    return turned_up(normal)[0] / length
-
-
-def passable(costs: np.ndarray, cost_limit: float) -> np.ndarray:
-    """(N,) bool: which costs may be passed. Lethal (+inf) and unknown (NaN) ones never."""
-    return np.isfinite(costs) & (costs <= cost_limit)
 
 
 def obstacle_at(mesh_map: MeshMap, vertex: int, cost: float, cost_limit: float) -> Optional[str]:

@@ -1,26 +1,31 @@
 """The Move Base Flex server on a mesh map."""
 
 import threading
-from typing import Any, Dict, Optional, Sequence, Tuple
+from typing import Any, Dict, Mapping, Optional, Sequence, Tuple
 
 import rospy
 
 from mesh_map.mesh_map import MeshMap
-from mesh_map.parameter import Parameter
+from mesh_map.parameter import Parameter, Value
+from mesh_map.parameter_server_ros import ParameterServer
 from mesh_map.ros import MeshMapServer
 from mesh_msgs.init_node import init_node
 
 from mesh_navigation.get_path_node import Ends, GetPathServer
 from mesh_navigation.map_gate import MapGate
-from mesh_navigation.parameters import read_parameters
-from mesh_navigation.plan_markers import plan_markers
+from mesh_navigation.parameters import changed_parameters, read_parameters
+from mesh_navigation.plan_topics_ros import PlanTopics
 from mesh_navigation.planner import PlanResult
 from mesh_navigation.planner_list import DEFAULT_PLANNERS, PlannerList
+from mesh_navigation.reconfigure_ros import PlannerReconfigure
 from mesh_navigation.ros import Transforms
 
-PARAMETERS = (
+DYNAMIC_PARAMETERS = (
     Parameter("planner_patience", 5.0, 0.0, 100.0, "longest time for a plan (s), 0: no limit"),
     Parameter("planner_max_retries", -1, -1, 1000, "retries of a failed plan, -1: no limit"),
+)
+"""Those of the node that dynamic_reconfigure may change; they count from the next goal."""
+PARAMETERS = DYNAMIC_PARAMETERS + (
     Parameter("robot_frame", "base_link", description="the robot's frame in TF"),
     Parameter("tf_timeout", 3.0, 0.0, None, "wait for a transform, and greatest age of it (s)"),
     Parameter("tf_cache_time", 10.0, 0.1, None, "how far TF is remembered (s)"),
@@ -48,8 +53,12 @@ class MbfServer:
         self._get_path = GetPathServer(
             self._planners, self._gate, transforms, self._values, self._show
         )
+        self._plan_topics = PlanTopics(self._map_server)
         self._to_show: Optional[Tuple[PlanResult, Optional[Ends]]] = None
         self._showing = threading.Lock()
+        self._reconfigure = ParameterServer(
+            rospy.get_name(), DYNAMIC_PARAMETERS, self._values, self._set
+        )
         rospy.on_shutdown(self._get_path.stop)
 
     def start(self) -> None:
@@ -63,6 +72,14 @@ class MbfServer:
         )
         self._gate.start()
 
+    def _set(self, values: Dict[str, Value]) -> Mapping[str, Value]:
+        present = {parameter.name: self._values[parameter.name] for parameter in DYNAMIC_PARAMETERS}
+        changed, complaints = changed_parameters(DYNAMIC_PARAMETERS, present, values)
+        for complaint in complaints:
+            rospy.logwarn("parameter ~%s", complaint)
+        self._values.update(changed)
+        return changed
+
     def _load(self) -> MeshMap:
         try:
             self._map_server.load()
@@ -70,6 +87,7 @@ class MbfServer:
             given = {name: _dictionary(f"~{name}") for name in self._planners.names}
             for complaint in self._planners.initialize(mesh_map, given):
                 rospy.logwarn("%s", complaint)
+            self._planner_reconfigure = PlannerReconfigure(rospy.get_name(), self._planners.ready())
         except Exception as error:
             if not rospy.is_shutdown():  # which ends the loading
                 rospy.logerr("no map, goals will fail: %s", error)
@@ -93,15 +111,7 @@ class MbfServer:
             if waiting is None:
                 return
             result, ends = waiting
-            for namespace, make in plan_markers(mesh_map, ends, result, rospy.Time.now()).items():
-                self._map_server.publish_marker(namespace, make)
-            if result.potential is None:
-                return
-            self._map_server.publish_costs("Potential", result.potential)
-            if result.vector_field is not None:
-                self._map_server.publish_vector_field(
-                    "vector_field", result.vector_field, result.potential
-                )
+            self._plan_topics.show(result, mesh_map, ends)
 
 
 def _dictionary(name: str) -> Dict[str, Any]:

@@ -15,15 +15,39 @@ def read_parameters(
     in the field rely on; in place of a value of another type the default is used. Names that are no
     parameter are left alone: users keep settings of other programs there.
     """
-    values: Dict[str, Value] = {}
+    defaults = {parameter.name: parameter.default for parameter in parameters}
+    return _replaced(parameters, defaults, given, "the default {!r} is used")
+
+
+def changed_parameters(
+    parameters: Sequence[Parameter], present: Mapping[str, Value], given: Mapping[str, Any]
+) -> Tuple[Dict[str, Value], List[str]]:
+    """As `read_parameters`, for values that change: what is not given, or wrong, stays as it is.
+
+    Args:
+        parameters: all that the class declares.
+        present: their values now.
+        given: what shall change.
+    """
+    return _replaced(parameters, present, given, "it stays {!r}")
+
+
+def _replaced(
+    parameters: Sequence[Parameter],
+    present: Mapping[str, Value],
+    given: Mapping[str, Any],
+    otherwise: str,
+) -> Tuple[Dict[str, Value], List[str]]:
+    values = dict(present)
     complaints = []
     for parameter in parameters:
+        name = parameter.name
+        if name not in given:
+            continue
         try:
-            value, complaint = parameter.checked(given.get(parameter.name, parameter.default))
+            values[name], complaint = parameter.checked(given[name])
         except MeshMapError as error:
-            value = parameter.default
-            complaint = f"{error}: the default {value!r} is used"
-        values[parameter.name] = value
+            complaint = f"{error}: {otherwise.format(present[name])}"
         if complaint:
             complaints.append(complaint)
     return values, complaints

@@ -8,11 +8,13 @@ from mesh_navigation.pose import quaternions_from_axes
 
 # Points closer than this are one point (m): it is far below the resolution of any map.
 SAME_POINT = 1e-7
+# A path that lies in a surface keeps as near to it when points of it are left out (m).
+STRAIGHT = 1e-4
 
 
 def path_length(points: np.ndarray) -> float:
     """Length (m) of the polyline through (N,3) points."""
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    return float(_lengths(points).sum())
 
 
 def without_repeats(points: np.ndarray, normals: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -20,6 +22,8 @@ def without_repeats(points: np.ndarray, normals: np.ndarray) -> Tuple[np.ndarray
 
     ``points`` and ``normals`` are (N,3) with N at least 2, and so are the results.
     """
+    if np.all(_lengths(points) > SAME_POINT):
+        return points, normals
     keep = np.ones(len(points), dtype=bool)
     last = 0
     for index in range(1, len(points) - 1):
@@ -28,6 +32,67 @@ def without_repeats(points: np.ndarray, normals: np.ndarray) -> Tuple[np.ndarray
     if last != 0 and np.linalg.norm(points[-1] - points[last]) <= SAME_POINT:
         keep[last] = False
     return points[keep], normals[keep]
+
+
+def spaced_out(points: np.ndarray, step: float) -> Tuple[np.ndarray, np.ndarray]:
+    """The same polyline with points at its bends and at most ``step`` apart.
+
+    Points that it passes nearly straight are left out, where it stays within `STRAIGHT` of all of
+    them: then it also stays that near to any surface in which it lies. Others are put in between.
+
+    Args:
+        points: (N,3) m, N at least 2.
+        step: m, above 0.
+
+    Returns:
+        (M,3) points, and (M,) indices of the segments of ``points`` that begin there or contain
+        them; for the last point, the segment that ends there.
+    """
+    kept = _without_straight(points, step)
+    parts = np.maximum(np.ceil(_lengths(points[kept]) / step * (1 - 1e-9)), 1).astype(np.int64)
+    first = np.repeat(np.arange(len(parts)), parts)
+    share = (np.arange(len(first)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[first]
+    starts, ends = points[kept[:-1]], points[kept[1:]]
+    spaced = starts[first] + share[:, None] * (ends - starts)[first]
+    # What is longer than a step is one segment: points between its ends are in that one.
+    return np.concatenate([spaced, points[-1:]]), np.append(kept[:-1][first], len(points) - 2)
+
+
+def _without_straight(points: np.ndarray, step: float) -> np.ndarray:
+    """(K,) ascending indices of the points that stay; those left out are within `STRAIGHT`."""
+    travelled = np.append(0.0, np.cumsum(_lengths(points)))
+    bends = _distances_from_line(points[1:-1], points[:-2], points[2:]) > STRAIGHT
+    stays = np.concatenate([[0], np.flatnonzero(bends) + 1, [len(points) - 1]])
+    kept = [0]
+    for following in stays[1:]:
+        while kept[-1] < following:
+            here = kept[-1]
+            within = np.searchsorted(travelled, travelled[here] + step, side="right") - 1
+            farthest = min(int(within), int(following))
+            # The one point between here and here + 2 is no bend, or it would stay.
+            last = max(min(here + 2, farthest), here + 1)
+            while last < farthest:
+                longer = min(2 * last - here, farthest)
+                between = points[here + 1 : longer]
+                if np.any(_distances_from_line(between, points[here], points[longer]) > STRAIGHT):
+                    break
+                last = longer
+            kept.append(last)
+    return np.array(kept)
+
+
+def _lengths(points: np.ndarray) -> np.ndarray:
+    """(N - 1,) lengths of the segments of a polyline."""
+    return np.linalg.norm(np.diff(points, axis=0), axis=1)
+
+
+def _distances_from_line(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(N,) distances of points from the straight ways between a and b, (N,3) or (3,) each."""
+    along, offset = b - a, points - a
+    squared = np.sum(along * along, axis=-1)
+    share = np.sum(offset * along, axis=-1) / np.where(squared > 0, squared, 1)
+    nearest = np.clip(share, 0, 1)[..., None] * along
+    return np.linalg.norm(offset - nearest, axis=-1)
 
 
 def path_poses(points: np.ndarray, normals: np.ndarray, goal_heading: np.ndarray) -> np.ndarray:
@@ -61,10 +126,9 @@ def _along_surface(directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     units = directions / np.where(lengths > SAME_POINT, lengths, np.inf)
     flat = units - np.sum(units * normals, axis=1, keepdims=True) * normals
-    usable = np.flatnonzero(np.linalg.norm(flat, axis=1) > 1e-3)
-    for index in range(len(flat)):
-        if np.linalg.norm(flat[index]) > 1e-3:
-            continue
+    is_usable = np.linalg.norm(flat, axis=1) > 1e-3
+    usable = np.flatnonzero(is_usable)
+    for index in np.flatnonzero(~is_usable):
         before = usable[usable < index]
         neighbors = [flat[before[-1]]] if len(before) else [flat[i] for i in usable[:1]]
         flat[index] = _in_plane(neighbors + list(np.eye(3)), normals[index])

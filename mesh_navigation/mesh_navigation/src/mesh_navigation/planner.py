@@ -1,7 +1,8 @@
 """What a planner is: the base class of all planners, and what one returns."""
 
+import threading
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Mapping, Optional, Tuple
+from typing import Any, ClassVar, List, Mapping, Optional, Tuple
 
 import numpy as np
 
@@ -10,8 +11,10 @@ from mesh_map.parameter import Parameter
 
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.outcomes import GetPathOutcome, is_success
-from mesh_navigation.parameters import read_parameters
+from mesh_navigation.parameters import changed_parameters, read_parameters
 from mesh_navigation.pose import Pose
+
+_changing = threading.Lock()
 
 
 def _no_poses() -> np.ndarray:
@@ -35,6 +38,8 @@ class PlanResult:
     """(V,) float32: the cost from each vertex to the goal, inf where the planner did not come."""
     vector_field: Optional[np.ndarray] = None
     """(V,3) float32: unit vectors along the surface to the goal, zero where there is none."""
+    face_vectors: Optional[np.ndarray] = None
+    """(F,3) float32: the same in the middle of each face, in its plane."""
 
     @property
     def succeeded(self) -> bool:
@@ -72,6 +77,8 @@ class MeshPlanner:
       map, before the first plan; it may take its time.
     * ``plan`` is the one method to override. **It may run several times at once**, in different
       threads (one per concurrency slot), so what belongs to one plan stays in local variables.
+    * Parameters may be changed while plans run, which replaces ``self.values`` as a whole: take it
+      once per plan.
     * The map may get new costs while plans run: take one ``self.map.planning_costs()`` per plan,
       whose costs and edge weights are of the same moment.
     * Cancel: every plan has its own `Cancellation`, which any thread may trigger at any time, also
@@ -92,7 +99,7 @@ class MeshPlanner:
     name: str = ""
     map: MeshMap
     values: Mapping[str, Any]
-    """The parameters' values, complete and within their limits."""
+    """The parameters' values, complete and within their limits; never changed, only replaced."""
 
     def initialize(self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}) -> list:
         """Prepare for planning on a map.
@@ -108,6 +115,20 @@ class MeshPlanner:
         self.name = name
         self.map = mesh_map
         self.values, complaints = read_parameters(self.parameters, given)
+        return complaints
+
+    def set_parameters(self, values: Mapping[str, Any]) -> List[str]:
+        """Change parameters, from any thread; plans that run go on with those they began with.
+
+        Args:
+            values: those that change. Names that are no parameter are left alone.
+
+        Returns:
+            One sentence for each value that could not be used as it is: one beyond its limits is
+            moved to the limit, in place of one of another type the present value stays.
+        """
+        with _changing:
+            self.values, complaints = changed_parameters(self.parameters, self.values, values)
         return complaints
 
     def make_plan(

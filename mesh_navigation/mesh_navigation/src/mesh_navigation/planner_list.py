@@ -12,7 +12,10 @@ from mesh_navigation.planner import MeshPlanner
 BASE_CLASS = "mesh_navigation::MeshPlanner"
 DEFAULT_PLANNERS = (
     {"name": "dijkstra_mesh_planner", "type": "dijkstra_mesh_planner/DijkstraMeshPlanner"},
+    {"name": "wave_front_planner", "type": "wave_front_planner/WaveFrontPlanner"},
+    {"name": "mmp_planner", "type": "mmp_planner/MMPPlanner"},
 )
+"""Where no others are configured: those of the released configurations, by their names there."""
 
 
 # Topics and parameters of a planner have its name.
@@ -68,21 +71,9 @@ class PlannerList:
         with scanned_once():
             for entry in entries:
                 try:
-                    self._planners[entry.name] = self._create(entry)
+                    self._planners[entry.name] = find_planner(entry.type)
                 except PluginError as error:
                     self.complaints.append(f"planner '{entry.name}' is skipped: {error}")
-
-    @staticmethod
-    def _create(entry: Entry) -> MeshPlanner:
-        cls = find_class("mesh_navigation", BASE_CLASS, entry.type)
-        if not (isinstance(cls, type) and issubclass(cls, MeshPlanner)):
-            raise PluginError(f"{entry.type} is no subclass of mesh_navigation.planner.MeshPlanner")
-        try:
-            return cls()
-        except Exception as error:  # A plugin may raise anything; the other planners go on.
-            raise PluginError(
-                f"{entry.type}() fails with {type(error).__name__}: {error}"
-            ) from error
 
     @property
     def names(self) -> List[str]:
@@ -120,9 +111,28 @@ class PlannerList:
                 complaints += [f"{name}/{complaint}" for complaint in found or []]
         return complaints
 
+    def ready(self) -> List[MeshPlanner]:
+        """The planners that could be initialized."""
+        return [planner for name, planner in self._planners.items() if name not in self._faults]
+
     def fault(self, name: str) -> Optional[str]:
         """Why a planner cannot be used although it was loaded, or None."""
         return self._faults.get(name)
 
     def __getitem__(self, name: str) -> MeshPlanner:
         return self._planners[name]
+
+
+def find_planner(type_name: str) -> MeshPlanner:
+    """A planner of the type that a plugin description names, not yet initialized.
+
+    Raises:
+        PluginError: there is none, or it cannot be made.
+    """
+    cls = find_class("mesh_navigation", BASE_CLASS, type_name)
+    if not (isinstance(cls, type) and issubclass(cls, MeshPlanner)):
+        raise PluginError(f"{type_name} is no subclass of mesh_navigation.planner.MeshPlanner")
+    try:
+        return cls()
+    except Exception as error:  # A plugin may raise anything; the other planners go on.
+        raise PluginError(f"{type_name}() fails with {type(error).__name__}: {error}") from error

@@ -2,6 +2,10 @@
 
 import numpy as np
 
+from mesh_map.geometry import MeshGeometry
+
+from mesh_navigation.faces_around import faces_around
+
 # Below this share of the faces' area a sum of normals says nothing: they contradict each other.
 _CONTRADICTION = 0.05
 
@@ -22,16 +26,18 @@ def area_vectors(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return np.cross(b - a, c - a)
 
 
-def vertex_up_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(V,3) float32 unit normals that point up; (0,0,1) at vertices without a face of any area.
+def vertex_up_normals(geometry: MeshGeometry, vertices: np.ndarray) -> np.ndarray:
+    """(N,3) float32 unit normals that point up, at the vertices with these indices (N,).
 
-    Weighted by area. Where faces around a vertex are wound against each other, so that their
-    normals cancel out, each is turned up before it is added.
+    (0,0,1) at vertices without a face of any area. Weighted by area. Where faces around a vertex
+    are wound against each other, so that their normals cancel out, each is turned up before it is
+    added.
     """
-    areas = area_vectors(vertices, faces)
-    as_wound = _sum_at_corners(areas, faces, len(vertices))
-    each_up = _sum_at_corners(turned_up(areas), faces, len(vertices))
-    total = _sum_at_corners(np.linalg.norm(areas, axis=1, keepdims=True), faces, len(vertices))
+    faces, owners = faces_around(geometry.topology, vertices)
+    areas = area_vectors(geometry.vertices, geometry.faces[faces])
+    as_wound = _sums(areas, owners, len(vertices))
+    each_up = _sums(turned_up(areas), owners, len(vertices))
+    total = _sums(np.linalg.norm(areas, axis=1, keepdims=True), owners, len(vertices))
     consistent = np.linalg.norm(as_wound, axis=1, keepdims=True) > _CONTRADICTION * total
     sums = np.where(consistent, turned_up(as_wound), each_up)
     lengths = np.linalg.norm(sums, axis=1, keepdims=True)
@@ -41,11 +47,22 @@ def vertex_up_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return normals.astype(np.float32)
 
 
-def _sum_at_corners(values: np.ndarray, faces: np.ndarray, vertex_count: int) -> np.ndarray:
-    """(V,K) sums over the faces of each vertex of (F,K) values."""
-    corners = faces.ravel()
-    columns = [
-        np.bincount(corners, weights=np.repeat(column, 3), minlength=vertex_count)
-        for column in values.T
-    ]
+def face_up_normals(geometry: MeshGeometry, faces: np.ndarray) -> np.ndarray:
+    """(N,3) float64 unit normals that point up, of the faces with these indices (N,).
+
+    Of a face without area: that of its first corner.
+    """
+    corners = geometry.faces[faces]
+    areas = area_vectors(geometry.vertices, corners)
+    lengths = np.linalg.norm(areas, axis=1)
+    flat = lengths < np.finfo(np.float32).tiny
+    normals = turned_up(areas) / np.where(flat, 1.0, lengths)[:, None]
+    if flat.any():
+        normals[flat] = vertex_up_normals(geometry, corners[flat, 0])
+    return normals
+
+
+def _sums(values: np.ndarray, owners: np.ndarray, count: int) -> np.ndarray:
+    """(count,K) sums over the rows of (M,K) values that belong to each owner."""
+    columns = [np.bincount(owners, weights=column, minlength=count) for column in values.T]
     return np.stack(columns, axis=1)

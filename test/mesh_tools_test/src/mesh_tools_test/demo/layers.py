@@ -5,7 +5,7 @@ import yaml
 from mesh_map.combination import COMBINED_COSTS
 from mesh_msgs_hdf5.mesh import Label
 
-# what RViz shows: file, layer, limits of its colors; the last one stays on the screen
+# what RViz shows beside the potentials: file, layer, limits of its colors
 PICTURES = (
     ("roughness.png", "roughness", (0.0, 0.8)),
     ("inflation.png", "inflation", (0.0, 1.0)),

@@ -10,23 +10,14 @@ from pathlib import Path
 from mesh_map.errors import MeshMapError
 from mesh_msgs.outdoor_world import LEAST_FACES, MOST_FACES
 from mesh_msgs_hdf5.errors import MapFileError
-from osmesa_harness.back_ends import BackEnd, HeadlessError, environment_of
+from osmesa_harness.back_ends import HeadlessError
 
-from mesh_tools_test.demo import navigation_node, pipeline
-from mesh_tools_test.demo.layers import PICTURES, server_config
-from mesh_tools_test.demo.processes import (
-    DemoError,
-    free_port,
-    process,
-    roscore,
-    subscribers,
-    wait_until,
-)
+from mesh_tools_test.demo import pipeline
+from mesh_tools_test.demo.grid_figure import grid_figure, grid_map, plans_on_grid
+from mesh_tools_test.demo.processes import DemoError, process
 from mesh_tools_test.demo.report import Report
-from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, ROBOT_FRAME, SERVER, rviz_config
-from mesh_tools_test.demo.screenshot import settled_picture
-
-PLANNER = "dijkstra_mesh_planner"
+from mesh_tools_test.demo.results import FILES, GRID, LAYERS, PLANNERS, REPORT
+from mesh_tools_test.demo.show import show_and_plan
 
 
 def arguments(argv):
@@ -49,47 +40,6 @@ def arguments(argv):
     return options
 
 
-def show_and_plan(report, stack, output, made):
-    """Start map, server and RViz; plan; take pictures. The nodes live as long as the stack."""
-    logs = output / "logs"
-    frame, start, goal = made.mesh_map.frame_id, made.start, made.goal
-    layers = output / "layers.yaml"
-    layers.write_text(server_config(made.layers), encoding="utf-8")
-    with report.step("start roscore") as notes:
-        uri = stack.enter_context(roscore(logs, free_port()))
-        notes.append(uri)
-    with report.step("start map and server") as notes:
-        launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
-        launch += [f"map_file:={made.path.resolve()}", f"map_config:={layers.resolve()}"]
-        server = stack.enter_context(process("mesh_navigation", launch, logs))
-        uuid = navigation_node.wait_for_map(server)
-        notes.append(f"node {SERVER}, mesh {uuid}")
-        navigation_node.place_robot(start, goal, frame, ROBOT_FRAME)
-    with report.step("plan") as notes:
-        navigation_node.show_goal(start, goal, frame, GOAL_TOPIC)
-        result, positions = navigation_node.plan(start, goal, frame, PLANNER)
-        notes.append(f"{len(positions)} poses, {result.cost:.2f} m; {result.message}")
-    config = output / "mesh_tools.rviz"
-    screen = stack.enter_context(environment_of(BackEnd.OSMESA_X, os.environ))
-    for name, layer, limits in PICTURES:
-        config.write_text(rviz_config(start, goal, frame, layer, limits, PLANNER), encoding="utf-8")
-        with report.step(f"picture of {layer}") as notes:
-            picture = take_picture(uri, logs, config, screen, server)
-            picture.save(output / name)
-            notes.append(f"{name}, {picture.width} x {picture.height} pixels")
-            notes.append("drawn by OSMesa on a virtual screen")
-    return uri, config
-
-
-def take_picture(uri, logs, config, screen, server):
-    """RViz with a configuration, as long as it takes to draw it."""
-    command = ["rviz", "--disable-anti-aliasing", "-d", str(config.resolve())]
-    with process("rviz", command, logs, screen) as rviz:
-        topic = f"{SERVER}/{PLANNER}/path"
-        wait_until(lambda: subscribers(uri, topic), 60, "RViz's subscription", [server, rviz])
-        return settled_picture(screen, rviz)
-
-
 def show_on_screen(stack, output, config, uri):
     """RViz on the user's screen, until the user closes it."""
     print(f"RViz is on your screen; the demo ends when you close it ({uri}).", flush=True)
@@ -99,14 +49,17 @@ def show_on_screen(stack, output, config, uri):
         print(f"RViz ended with code {rviz.returncode} on {os.environ['DISPLAY']}; see {log}")
 
 
-def how_to_go_on(path, layers, config):
+def how_to_go_on(made, output, config):
     """What to type next, as text."""
-    file, layers, config = (shlex.quote(str(each.resolve())) for each in (path, layers, config))
+    paths = made.path, output / LAYERS, output / PLANNERS, config
+    file, layers, planners, config = (shlex.quote(str(path.resolve())) for path in paths)
+    start, goal = (" ".join(f"{value:.2f}" for value in point) for point in (made.start, made.goal))
     return (
         "Go on, in ./run shell or wherever the workspace is sourced:\n"
         f"  rosrun mesh_msgs_hdf5 mesh_tool info {file}\n"
+        f"  rosrun mesh_navigation plan {file} --start {start} --goal {goal} --layers {layers}\n"
         f"  roslaunch mesh_navigation mesh_navigation.launch map_file:={file} "
-        f"map_config:={layers}\n"
+        f"map_config:={layers} planner_config:={planners}\n"
         "  rosservice call /move_base_flex/mesh_map/height_diff/set_parameters "
         "'{config: {doubles: [{name: threshold, value: 0.5}]}}'\n"
         f"  rviz -d {config}"
@@ -117,19 +70,20 @@ def demo(options, output):
     """All steps, the results in the folder `output`."""
     report = Report()
     made = pipeline.prepare(report, output, options.file, options.faces, options.seed)
+    with report.step("picture of a grid") as notes:
+        mesh_map = grid_map()
+        found = plans_on_grid(mesh_map)
+        grid_figure(mesh_map, found).save(output / GRID)
+        notes += [GRID, *(f"{each.title} {each.error}" for each in found)]
     with ExitStack() as stack:
         uri, config = show_and_plan(report, stack, output, made)
-        (output / "report.md").write_text(report.markdown(), encoding="utf-8")
-        pictures = ", ".join(name for name, _, _ in PICTURES)
-        print(
-            f"\nWritten to {output}/: {made.path.name}, {pictures}, report.md, layers.yaml, "
-            "mesh_tools.rviz, logs/"
-        )
+        (output / REPORT).write_text(report.markdown(), encoding="utf-8")
+        print(f"\nWritten to {output}/: {made.path.name}, {', '.join(FILES)}, logs/")
         if options.headless or not os.environ.get("DISPLAY"):
             print("No window was opened: there is no DISPLAY, or --headless was given.")
         else:
             show_on_screen(stack, output, config, uri)
-    print(how_to_go_on(made.path, output / "layers.yaml", config))
+    print(how_to_go_on(made, output, config))
 
 
 def interrupt(number, _frame):

@@ -1,12 +1,17 @@
-"""The part of the demo that speaks ROS: ask the navigation server for a plan."""
+"""The part of the demo that speaks ROS: ask the navigation server for plans."""
+import threading
+import time
+
 import actionlib
 import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from mbf_msgs.msg import GetPathAction, GetPathGoal, GetPathResult
-from mesh_msgs.arrays import MeshGeometryStamped
+from mesh_map.combination import COMBINED_COSTS
+from mesh_msgs.arrays import MeshGeometryStamped, MeshVertexCostsStamped
 from tf2_msgs.msg import TFMessage
 
+from mesh_tools_test.demo.plans import POTENTIAL, Plan
 from mesh_tools_test.demo.processes import DemoError, wait_until
 
 SERVER = "/move_base_flex"
@@ -71,31 +76,67 @@ def place_robot(start, goal, frame, robot_frame):
 
 
 def show_goal(start, goal, frame, topic):
-    """Publish the goal for RViz, the pose that plan() asks for."""
+    """Publish the goal for RViz, the pose that the planners are asked for."""
     latch(topic, pose(goal, frame, heading(start, goal)))
 
 
-def plan(start, goal, frame, planner, timeout=60.0):
-    """Ask `get_path` for a plan, as any client of Move Base Flex does.
+class PlanClient:
+    """Asks `get_path` for plans, as any client of Move Base Flex does.
 
-    Both poses head along the straight way from start to goal.
-
-    :returns: the GetPathResult and the path's positions (N,3) [m]
-    :raises DemoError: with the server's outcome and message when there is no path
+    When it is made, the layers of the map are there.
     """
-    start_node()
-    client = actionlib.SimpleActionClient(f"{SERVER}/get_path", GetPathAction)
-    if not client.wait_for_server(rospy.Duration(timeout)):
-        raise DemoError(f"no action server at {SERVER}/get_path within {timeout:.0f} s")
-    yaw = heading(start, goal)
-    request = GetPathGoal(use_start_pose=True, planner=planner)
-    request.start_pose, request.target_pose = pose(start, frame, yaw), pose(goal, frame, yaw)
-    client.send_goal(request)
-    if not client.wait_for_result(rospy.Duration(timeout)):
-        client.cancel_goal()
-        raise DemoError(f"no plan within {timeout:.0f} s")
-    result = client.get_result()
-    if result.outcome != GetPathResult.SUCCESS:
-        raise DemoError(f"no path, outcome {result.outcome}: {result.message}")
-    positions = [stamped.pose.position for stamped in result.path.poses]
-    return result, np.array([(point.x, point.y, point.z) for point in positions])
+
+    def __init__(self, server, timeout=120.0):
+        """
+        :param server: (name, process, log file), which must stay alive meanwhile
+        :param timeout: for the server to appear, for the layers, for a plan, and its potential [s]
+        """
+        start_node()
+        self._server, self._timeout = server, timeout
+        self._costs, self._changed = {}, threading.Lock()
+        rospy.Subscriber(
+            f"{SERVER}/mesh_map/vertex_costs", MeshVertexCostsStamped, self._receive, queue_size=64
+        )
+        # not the simple one: with goals in quick succession it complains of the ones before
+        self._client = actionlib.ActionClient(f"{SERVER}/get_path", GetPathAction)
+        if not self._client.wait_for_server(rospy.Duration(timeout)):
+            raise DemoError(f"no action server at {SERVER}/get_path within {timeout:.0f} s")
+        self._wait_for(COMBINED_COSTS)  # the last layer
+
+    def _receive(self, message):
+        with self._changed:
+            self._costs[message.type] = message.mesh_vertex_costs.costs
+
+    def _wait_for(self, layer):
+        """The costs (V,) of a layer, when they have come."""
+        what = f"a message of '{layer}' on {SERVER}/mesh_map/vertex_costs"
+        wait_until(lambda: layer in self._costs, self._timeout, what, [self._server])
+        return self._costs[layer]
+
+    def plan(self, start, goal, frame, planner):
+        """A plan from start to goal [m]; both poses head along the straight way between them.
+
+        :returns: the Plan, when the server has published its potential
+        :raises DemoError: with the server's outcome and message when there is no path
+        """
+        yaw = heading(start, goal)
+        request = GetPathGoal(use_start_pose=True, planner=planner)
+        request.start_pose, request.target_pose = pose(start, frame, yaw), pose(goal, frame, yaw)
+        with self._changed:
+            self._costs.pop(POTENTIAL, None)
+        ended = []
+
+        def on_transition(handle):
+            if handle.get_comm_state() == actionlib.CommState.DONE:
+                ended.append(time.monotonic())
+
+        started = time.monotonic()
+        handle = self._client.send_goal(request, on_transition)
+        wait_until(lambda: ended, self._timeout, f"a plan of {planner}", [self._server])
+        result = handle.get_result()
+        if result.outcome != GetPathResult.SUCCESS:
+            raise DemoError(f"no path of {planner}, outcome {result.outcome}: {result.message}")
+        positions = [stamped.pose.position for stamped in result.path.poses]
+        points = np.array([(point.x, point.y, point.z) for point in positions])
+        potential = self._wait_for(POTENTIAL)
+        return Plan(points, result.cost, result.message, ended[0] - started, potential)

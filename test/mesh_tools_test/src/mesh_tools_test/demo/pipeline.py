@@ -18,11 +18,11 @@ from mesh_tools_test.demo.layers import (
     FLOWER_BED,
     FOR_FILES,
     FOR_WORLD,
-    PICTURES,
     flower_bed,
 )
 from mesh_tools_test.demo.poses import reachable_pair
 from mesh_tools_test.demo.processes import DemoError
+from mesh_tools_test.demo.results import SUCCESS
 
 COST_LIMIT = 1.0  # default of the released planners
 
@@ -150,7 +150,7 @@ def output_folder(output):
             fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise DemoError(f"another demo is writing to {output}; choose another --output")
-        for name in (*(name for name, _, _ in PICTURES), "report.md"):
+        for name in SUCCESS:
             (output / name).unlink(missing_ok=True)
         yield
     finally:

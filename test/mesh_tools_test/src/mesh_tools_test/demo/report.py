@@ -5,10 +5,11 @@ from contextlib import contextmanager
 
 
 class Report:
-    """Collects one row a step: what, seconds, the result in a sentence."""
+    """Collects one row a step: what, seconds, the result in a sentence; and tables of results."""
 
     def __init__(self, stream=sys.stdout):
         self.rows = []
+        self._tables = []
         self._stream = stream
 
     @contextmanager
@@ -22,11 +23,24 @@ class Report:
         self._stream.write(f"{name:<22} {seconds:7.2f} s   {'; '.join(notes)}\n")
         self._stream.flush()
 
+    def table(self, rows):
+        """Print a table of texts whose first row is its header, and keep it for the end."""
+        widths = [max(map(len, column)) for column in zip(*rows)]
+        for row in rows:
+            first, others = row[0].ljust(widths[0]), zip(row[1:], widths[1:])
+            line = "   ".join([first, *(text.rjust(width) for text, width in others)])
+            self._stream.write(f"    {line.rstrip()}\n")
+        self._stream.flush()
+        lines = [f"| {' | '.join(row)} |" for row in rows]
+        lines.insert(1, "|---" + "|---:" * (len(widths) - 1) + "|")
+        self._tables.append("\n".join([*lines, ""]))
+
     def markdown(self):
-        """The table as Markdown text."""
+        """The steps and the tables as Markdown text."""
         lines = ["| step | seconds | result |", "|---|---:|---|"]
         for name, seconds, notes in self.rows:
             notes = notes.replace("|", "\\|")
             lines.append(f"| {name} | {seconds:.2f} | {notes} |")
         total = sum(seconds for _, seconds, _ in self.rows)
-        return "\n".join(lines + [f"| all | {total:.2f} | |", ""])
+        steps = "\n".join(lines + [f"| all | {total:.2f} | |", ""])
+        return "\n".join([steps, *self._tables])

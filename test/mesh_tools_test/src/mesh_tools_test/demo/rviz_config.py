@@ -1,4 +1,4 @@
-"""The RViz configuration of the demo: mesh with a cost layer, path, robot, goal, camera."""
+"""The RViz configuration of the demo: mesh with a cost layer, paths, robot, goal, camera."""
 import numpy as np
 import yaml
 
@@ -32,18 +32,22 @@ def mesh_display(layer, limits):
     }
 
 
-def path_display(planner, width):
-    """The planned path, as a line thick enough to see from afar."""
+def path_display(planner, width, below):
+    """The path of a planner, as a line thick enough to see from afar.
+
+    :param below: how many paths shall be on top where they coincide: they are narrower and higher
+    """
+    red, green, blue = planner.color
     return {
         "Class": "rviz/Path",
-        "Name": "Path",
+        "Name": planner.title,
         "Enabled": True,
         "Value": True,
-        "Topic": f"{SERVER}/{planner}/path",
+        "Topic": f"{SERVER}/{planner.name}/path",
         "Line Style": "Billboards",
-        "Line Width": width,
-        "Color": "255; 255; 255",
-        "Offset": {"X": 0, "Y": 0, "Z": width},
+        "Line Width": width * (1 + 0.3 * below),
+        "Color": f"{red}; {green}; {blue}",
+        "Offset": {"X": 0, "Y": 0, "Z": width * (2 - 0.5 * below)},
         "Pose Style": "None",
         "Buffer Length": 1,
     }
@@ -87,22 +91,27 @@ def orbit_view(start, goal):
         "Class": "rviz/Orbit",
         "Name": "Current View",
         "Target Frame": "<Fixed Frame>",
-        "Distance": float(max(1.7 * np.linalg.norm(goal - start), 4.0)),
+        "Distance": float(max(1.65 * np.linalg.norm(goal - start), 4.0)),
         "Focal Point": dict(zip("XYZ", map(float, center))),
-        "Pitch": 0.75,
+        "Pitch": 0.9,
         "Yaw": float((along - np.pi / 2) % (2 * np.pi)),
         "Near Clip Distance": 0.05,
     }
 
 
-def rviz_config(start, goal, frame, layer, limits, planner):
+def rviz_config(start, goal, frame, layer, limits, planners):
     """The whole configuration as YAML text.
 
     :param start, goal: (3,) positions [m] in the frame of the map
     :param limits: lower and upper limit of the color scale, in the unit of the layer
+    :param planners: whose paths are shown, the last on top
     """
     view = orbit_view(np.asarray(start, dtype=float), np.asarray(goal, dtype=float))
-    arrow = 0.04 * view["Distance"]
+    arrow, width = 0.04 * view["Distance"], 0.0025 * view["Distance"]
+    paths = [
+        path_display(planner, width, len(planners) - number)
+        for number, planner in enumerate(planners, start=1)
+    ]
     config = {
         "Panels": [
             {
@@ -111,7 +120,12 @@ def rviz_config(start, goal, frame, layer, limits, planner):
                 "Splitter Ratio": 0.55,
                 "Tree Height": 700,
                 "Property Tree Widget": {
-                    "Expanded": ["/Mesh1", "/Mesh1/Status1", "/Mesh1/Display Type1"]
+                    "Expanded": [
+                        "/Mesh1",
+                        "/Mesh1/Status1",
+                        "/Mesh1/Display Type1",
+                        "/Mesh1/Display Type1/Use Custom limits1",
+                    ]
                 },
             }
         ],
@@ -119,7 +133,7 @@ def rviz_config(start, goal, frame, layer, limits, planner):
             "Class": "",
             "Displays": [
                 mesh_display(layer, limits),
-                path_display(planner, 0.004 * view["Distance"]),
+                *paths,
                 goal_display(1.5 * arrow),
                 robot_display(arrow),
             ],

@@ -8,7 +8,8 @@ from mesh_tools_test.demo.processes import wait_until
 
 STATUS_BAR = 32  # pixels at the lower edge of RViz's window
 RIGHT_EDGE = 32  # pixels of a closed dock
-COVERED = 0.02  # of the scene; path, goal and robot alone draw less
+COLORED = 0.02  # of the scene; paths, goal and robot alone draw less
+GREY = 40  # largest difference between the channels of a color that is none
 
 
 def grab(environment):
@@ -28,12 +29,20 @@ def drawn_share(pixels):
     return 1.0 - counts.max() / packed.size
 
 
-def settled_picture(environment, rviz, timeout=90.0, still=1.5, still_when_small=10.0):
+def colored_share(pixels):
+    """The share of the pixels (H,W,3) that are not grey, 0 to 1: those of a mesh with its costs.
+
+    RViz draws a mesh in grey until its costs come.
+    """
+    return float((np.ptp(pixels, axis=2) > GREY).mean())
+
+
+def settled_picture(environment, rviz, timeout=90.0, still=1.5, still_when_grey=10.0):
     """Wait until RViz draws something and its picture stays the same; return it as an image.
 
     :param rviz: (name, process, log file) of the program
     :param still: how long the picture must not change [s]
-    :param still_when_small: the same where so little is drawn that the mesh may yet come [s]
+    :param still_when_grey: the same where so little is colored that the costs may yet come [s]
     """
     last, since = None, time.monotonic()
 
@@ -42,9 +51,9 @@ def settled_picture(environment, rviz, timeout=90.0, still=1.5, still_when_small
         picture = np.asarray(grab(environment))[:-STATUS_BAR]  # without the frame rate
         if last is None or not np.array_equal(picture, last):
             last, since = picture, time.monotonic()
-        share = drawn_share(scene(picture))
-        wanted = still if share > COVERED else still_when_small
-        return share > 0 and time.monotonic() - since > wanted
+        pixels = scene(picture)
+        wanted = still if colored_share(pixels) > COLORED else still_when_grey
+        return drawn_share(pixels) > 0 and time.monotonic() - since > wanted
 
     wait_until(unchanged, timeout, "a finished picture in RViz", [rviz])
     return grab(environment)

@@ -1,0 +1,167 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "field_surface.h"
+
+namespace mesh_map {
+namespace {
+
+/// Nearer to the end of an edge than this part of it, one is at the end.
+constexpr double AT_END = 1e-9;
+
+/// Slowness that varies by more within two neighboring faces is not taken as the same.
+constexpr double SAME_SLOWNESS = 1.5;
+
+}  // namespace
+
+/// Where the shortest way from a point at (x, y) crosses a base that runs from the origin along the
+/// x axis, and the potential there.
+struct FieldSurface::Crossing
+{
+  double share, value;
+};
+
+/// Unfolded beyond the base lies the point that has the distances of the labels u and v from both
+/// of its ends, and the shortest way goes straight there. Without such a point (a share that is
+/// NaN), one end is better than all in between.
+FieldSurface::Crossing FieldSurface::roundCrossing(double u, double v, double base, double x,
+                                                   double y)
+{
+  const double along = 0.5 * (base + (u - v) * (u + v) / base);
+  const double square = (u - along) * (u + along), beyond = std::sqrt(square), height = y + beyond;
+  const double share = (x * beyond + along * y) / (height * base);
+  const double gap = share * base - along;
+  return {share, std::sqrt(gap * gap + square)};
+}
+
+/// The same where slowness changes much: the potential is linear on the base, and the way
+/// refracted.
+FieldSurface::Crossing FieldSurface::straightCrossing(double u, double v, double base, double x,
+                                                      double y, double slowness)
+{
+  const double slope = (v - u) / base, sine = slope / slowness;
+  const double crossing = x - sine * y / std::sqrt((1.0 - sine) * (1.0 + sine));
+  return {crossing / base, u + slope * crossing};
+}
+
+/// Across an edge, if there is a face from which the front may have come.
+template <class Sink>
+void FieldSurface::edgeOffer(std::uint32_t face, std::size_t k, const FieldPlace& from,
+                             double slowness_here, const Sink& sink) const
+{
+  const std::uint32_t a = corner(face, k), b = corner(face, (k + 1) % 3);
+  FieldOffer offer;
+  offer.to.kind = FieldPlace::EDGE;
+  offer.to.face = offer.face = face;
+  offer.to.a = std::min(a, b);
+  offer.to.b = std::max(a, b);
+  offer.sure = false;
+  double low = slowness(a), high = low;
+  widen(face, low, high);
+  bool has_other = false;
+  forFacesAt(offer.to, [&](std::uint32_t other) {
+    if (!isSameFace(other, face) && mayEnter(other)) {
+      has_other = true;
+      widen(other, low, high);
+    }
+  });
+  const Vector3 at_a = position(a), side = position(b) - at_a, gap = from.position - at_a;
+  const double length = std::sqrt(dot(side, side));
+  const double slow = 0.5 * (slowness(a) + slowness(b));
+  if (!has_other || !(slow * length > 0.0)) {
+    return;
+  }
+  const Vector3 area = cross(gap, side);
+  const double x = dot(gap, side) / length, y = std::sqrt(dot(area, area)) / length;
+  const Crossing crossing =
+      high <= SAME_SLOWNESS * low
+          ? roundCrossing(label(a), label(b), slow * length, slow * x, slow * y)
+          : straightCrossing(label(a), label(b), length, x, y, 0.5 * (slow + slowness_here));
+  const double share = crossing.share;
+  if (!(share > AT_END && share < 1.0 - AT_END)) {
+    return;
+  }
+  offer.to.position = {at_a[0] + share * side[0], at_a[1] + share * side[1],
+                       at_a[2] + share * side[2]};
+  const double slowness_there = slowness(a) + share * (slowness(b) - slowness(a));
+  offer.step = 0.5 * (slowness_here + slowness_there) * distance(from.position, offer.to.position);
+  offer.value = crossing.value;
+  sink(offer);
+}
+
+template <class Sink>
+void FieldSurface::offersIn(std::uint32_t face, const FieldPlace& from, const Sink& sink) const
+{
+  FieldOffer offer;
+  offer.face = face;
+  offer.sure = true;
+  const double slowness_here = slownessAt(from, face);
+  const bool may_cross = isSameFace(face, from.own) || isFaceOpen(face);
+  const bool may_follow = isOpenAt(from);
+  if (isGoalIn(face) && (may_cross || mayEnter(face))) {
+    offer.to = goal_;
+    offer.step =
+        0.5 * (slowness_here + goalSlowness(face)) * distance(from.position, goal_.position);
+    offer.value = 0.0;
+    sink(offer);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t v = corner(face, k);
+    const bool is_end = v == from.a || v == from.b;
+    if (isReached(v) && !(from.kind == FieldPlace::VERTEX && is_end) &&
+        (may_cross || (may_follow && (from.kind == FieldPlace::VERTEX || is_end)))) {
+      offer.to.kind = FieldPlace::VERTEX;
+      offer.to.face = face;
+      offer.to.a = v;
+      offer.to.b = NO_INDEX;
+      offer.to.position = position(v);
+      offer.step = 0.5 * (slowness_here + slowness(v)) * distance(from.position, offer.to.position);
+      offer.value = label(v);
+      sink(offer);
+    }
+  }
+  for (std::size_t k = 0; may_cross && k < 3; ++k) {
+    const std::uint32_t a = corner(face, k), b = corner(face, (k + 1) % 3);
+    const bool has_a = a == from.a || a == from.b, has_b = b == from.a || b == from.b;
+    const bool is_on = from.kind == FieldPlace::EDGE ? has_a && has_b : has_a || has_b;
+    if (a != b && !is_on && isReached(a) && isReached(b)) {
+      edgeOffer(face, k, from, slowness_here, sink);
+    }
+  }
+}
+
+void FieldSurface::collectOffers(const FieldPlace& from, std::vector<FieldOffer>& offers) const
+{
+  offers.clear();
+  forFacesAt(from, [&](std::uint32_t face) {
+    offersIn(face, from, [&offers](const FieldOffer& offer) { offers.push_back(offer); });
+  });
+}
+
+double FieldSurface::firstValue(const FieldPlace& place) const
+{
+  if (isSure(place)) {
+    return place.kind == FieldPlace::GOAL ? 0.0 : label(place.a);
+  }
+  double least = std::numeric_limits<double>::infinity();
+  forFacesAt(place, [&](std::uint32_t face) {
+    offersIn(face, place,
+             [&least](const FieldOffer& offer) { least = std::min(least, offer.total()); });
+  });
+  return least;
+}
+
+double FieldSurface::value(const FieldPlace& place) const
+{
+  if (isSure(place)) {
+    return firstValue(place);
+  }
+  collectOffers(place, scratch_);
+  const FieldOffer* const found = best(
+      scratch_, [](const FieldOffer&) { return true; },
+      [this](const FieldPlace& to) { return firstValue(to); });
+  return found == nullptr ? std::numeric_limits<double>::infinity() : found->total();
+}
+
+}  // namespace mesh_map

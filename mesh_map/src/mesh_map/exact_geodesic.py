@@ -1,0 +1,118 @@
+"""Locally shortest paths over a surface."""
+
+import threading
+import weakref
+from typing import TYPE_CHECKING, Any, Optional
+
+import numpy as np
+
+from mesh_map import _kernels
+from mesh_map.array_checks import as_faces, as_vertices, read_only
+from mesh_map.cancel import CancelFlag, kernel_flag
+from mesh_map.errors import Cancelled
+from mesh_map.query_arguments import mask_array, points_array
+from mesh_map.surface_path import SurfacePath
+from mesh_map.topology import Topology
+
+if TYPE_CHECKING:
+    from mesh_map.geometry import MeshGeometry
+
+MAX_TURNS = 10_000_000  # ways around vertices that are tried for one path
+
+_made: "weakref.WeakKeyDictionary[MeshGeometry, ExactGeodesic]" = weakref.WeakKeyDictionary()
+_lock = threading.Lock()
+
+
+class ExactGeodesic:
+    """Pulls paths over a mesh taut, until they are geodesics: straight where the faces that they
+    cross are unfolded into a plane, and bent only at vertices around which every way is 180 degrees
+    or more, or that the surface (or what of it counts) does not go around.
+
+    With that no path nearby is shorter. Which side of a hill a path takes is up to what is given:
+    what follows a wave front takes the shorter one, but for such as differ by less than the error
+    of the front.
+
+    Any triangle soup will do. The same path gives the same result, and any thread may ask at any
+    time; the GIL is released meanwhile.
+    """
+
+    def __init__(self, *, vertices: Any, faces: Any, topology: Topology) -> None:
+        """Args:
+            vertices: (V, 3) meters.
+            faces: (F, 3) vertex indices.
+            topology: of these faces.
+        Raises:
+            ValueError: a face that refers to no vertex, or the topology of another mesh.
+        """
+        triangles = as_faces(faces)
+        self._face_count = len(triangles)
+        self._kernel = _kernels._Geodesics(
+            as_vertices(vertices),
+            triangles,
+            topology.face_edges,
+            topology.face_flags,
+            topology.edge_face_offsets,
+            topology.edge_faces,
+        )
+
+    @classmethod
+    def of(cls, geometry: "MeshGeometry") -> "ExactGeodesic":
+        """That of a geometry: prepared once, however many planners ask."""
+        with _lock:
+            found = _made.get(geometry)
+            if found is None:
+                found = _made[geometry] = cls(
+                    vertices=geometry.vertices, faces=geometry.faces, topology=geometry.topology
+                )
+            return found
+
+    def shorten(
+        self,
+        path: SurfacePath,
+        *,
+        mask: Optional[Any] = None,
+        max_turns: int = MAX_TURNS,
+        cancel: Optional[CancelFlag] = None,
+    ) -> SurfacePath:
+        """The locally shortest path that a path becomes when it is pulled taut.
+
+        Both ends stay exactly where they are. It is never longer than what was given: a geodesic
+        comes back as it is, but for its potentials.
+
+        Args:
+            path: points within the faces that they are said to be in.
+            mask: (F,) bool, the faces that may be entered; None for all. Where the path is in
+                others and does not run along the edge of one that counts, it stays as it is.
+            max_turns: ways around vertices to try before it gives up and returns the path as short
+                as it is by then.
+            cancel: ends this when it is set.
+        Returns:
+            The path; its potentials are the lengths that remain (meters).
+        Raises:
+            ValueError: a point that is not in its face (the first is named), or a mask of another
+                type or length.
+            Cancelled: by `cancel`.
+        """
+        points, faces, _, _, cancelled = self._kernel._shorten(
+            points_array(path.points, "the points of a path"),
+            _face_array(path.faces),
+            mask_array(mask, self._face_count),
+            max_turns,
+            kernel_flag(cancel),
+        )
+        if cancelled:
+            raise Cancelled("the shortest path was cancelled")
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        remaining = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+        return SurfacePath(
+            points=read_only(points), faces=read_only(faces), potentials=read_only(remaining)
+        )
+
+
+def _face_array(faces: Any) -> np.ndarray:
+    array = np.asarray(faces)
+    if array.size and array.dtype.kind not in "iu":
+        raise ValueError("the faces of a path have to be whole numbers, not %s" % array.dtype)
+    if array.size and (array.min() < 0 or array.max() > 0xFFFFFFFF):
+        raise ValueError("the faces of a path have to be indices of faces of the mesh")
+    return np.ascontiguousarray(array, np.uint32)

@@ -1,0 +1,327 @@
+#ifndef MESH_MAP_SRC_WAVE_FRONT_SPREAD_H
+#define MESH_MAP_SRC_WAVE_FRONT_SPREAD_H
+
+#include <mesh_map/front_mesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "wave_front_buffers.h"
+#include "wave_front_triangle.h"
+
+namespace mesh_map {
+
+/// How labels of neighbors follow from each other.
+template <bool HAS_COSTS>
+class WaveFrontSpread
+{
+ public:
+  WaveFrontSpread(const FrontMesh& mesh, WaveFrontBuffers& buffers, ArrayView<float> slowness)
+      : mesh_(mesh),
+        buffers_(buffers),
+        labels_(buffers.labels.data()),
+        slowness_(slowness.data()),
+        least_step_(1e-12 * buffers.queue.width())
+  {
+  }
+
+  bool isOpen(std::uint32_t v) const { return !HAS_COSTS || slowness_[v] < NOT_REACHED; }
+  double slowness(std::uint32_t v) const { return HAS_COSTS ? double{slowness_[v]} : 1.0; }
+
+  /// Is a label higher than another one, by more than what is left as it is?
+  bool isAbove(double label, double other) const
+  {
+    return other < label * (1.0 - TOLERANCE) - least_step_;
+  }
+
+  /// The time along an edge.
+  double alongEdge(std::uint32_t a, std::uint32_t b, double length) const
+  {
+    return HAS_COSTS ? 0.5 * (slowness(a) + slowness(b)) * length : length;
+  }
+
+  /// Lowers labels around v, as follows from its own.
+  void push(std::uint32_t v)
+  {
+    if (mesh_.isFan(v)) {
+      pushFan(v);
+      return;
+    }
+    for (const FrontCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      if (c->a == v) {
+        continue;
+      }
+      offerAlongEdge(v, c->a);
+      offerAlongEdge(v, c->b);
+      if (c->a != c->b && isOpen(c->a) && isOpen(c->b)) {
+        offer(c->a, across(v, c->b, c->a, labels_[c->a]));
+        offer(c->b, across(v, c->a, c->b, labels_[c->b]));
+      }
+    }
+  }
+
+  /// What the label of v should be by those around it; infinite for a closed one. `least_step`
+  /// becomes the least time along an edge to v.
+  double pull(std::uint32_t v, double& least_step) const
+  {
+    double best = NOT_REACHED;
+    least_step = NOT_REACHED;
+    if (!isOpen(v)) {
+      return best;
+    }
+    for (const FrontCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      if (c->a == v) {
+        continue;
+      }
+      for (const std::uint32_t from : {c->a, c->b}) {
+        if (from != v && labels_[from] < NOT_REACHED && isOpen(from)) {
+          const double step = alongEdge(from, v, length(from, v));
+          least_step = std::min(least_step, step);
+          best = std::min(best, labels_[from] + step);
+        }
+      }
+    }
+    for (const FrontCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      if (c->a != v && c->a != c->b && isOpen(c->a) && isOpen(c->b)) {
+        best = std::min(best, across(c->a, c->b, v, best));
+      }
+    }
+    return best;
+  }
+
+  /// A label that nothing which is still to come from v goes below.
+  double leastAround(std::uint32_t v) const
+  {
+    double least = labels_[v];
+    for (const FrontCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      for (const std::uint32_t other : {c->a, c->b}) {
+        if (other != v && labels_[other] < NOT_REACHED && isOpen(other)) {
+          const double base = alongEdge(v, other, length(v, other));
+          least = std::min(least, leastOnBase(labels_[v], labels_[other], base));
+        }
+      }
+    }
+    return least;
+  }
+
+  void offer(std::uint32_t v, double label)
+  {
+    const double last = labels_[v];
+    if (isAbove(last, label)) {
+      if (last == NOT_REACHED) {
+        buffers_.touched.push_back(v);
+      }
+      labels_[v] = label;
+      buffers_.queueLowered(label, v);
+    }
+  }
+
+  void prefetch() const
+  {
+    const WaveFrontQueue& queue = buffers_.queue;
+    if (const std::uint32_t v = queue.peek(12); v != NO_INDEX) {
+      mesh_.prefetchRow(v);
+      mesh_.prefetchVertex(v);
+      __builtin_prefetch(&labels_[v]);
+    }
+    if (const std::uint32_t v = queue.peek(7); v != NO_INDEX) {
+      mesh_.prefetchCorners(v);
+    }
+    if (const std::uint32_t v = queue.peek(3); v != NO_INDEX) {
+      for (const FrontCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+        mesh_.prefetchVertex(c->a);
+        __builtin_prefetch(&labels_[c->a]);
+        if (HAS_COSTS) {
+          __builtin_prefetch(&slowness_[c->a]);
+        }
+      }
+    }
+  }
+
+ private:
+  /// What is changed by less than this part is left as it is.
+  static constexpr double TOLERANCE = 1e-6;
+  /// Of slowness within two neighboring faces, the highest by the lowest: up to this, the way
+  /// across is taken as straight,
+  static constexpr double EVEN = 1.1;
+  /// and up to this, the front as round.
+  static constexpr double ROUND = 1.5;
+
+  /// A vertex next to the one that is pushed.
+  struct Neighbor
+  {
+    std::uint32_t vertex;
+    WaveFrontVector side;                           // to it
+    double squared, length, label, slowness, time;  // along the edge to it
+  };
+
+  static bool isOpenAt(const Neighbor& n) { return !HAS_COSTS || n.slowness < NOT_REACHED; }
+
+  double length(std::uint32_t a, std::uint32_t b) const
+  {
+    const WaveFrontVector side = between(mesh_.position(a), mesh_.position(b));
+    return std::sqrt(dot(side, side));
+  }
+
+  void offerAlongEdge(std::uint32_t from, std::uint32_t to)
+  {
+    if (to != from && isOpen(to)) {
+      offer(to, labels_[from] + alongEdge(from, to, length(from, to)));
+    }
+  }
+
+  /// What comes to `target` across the base from a to b, if that may be less than `label`.
+  double across(std::uint32_t a, std::uint32_t b, std::uint32_t target, double label) const
+  {
+    const double u = labels_[a], v = labels_[b];
+    if (!(u < NOT_REACHED && v < NOT_REACHED)) {
+      return NOT_REACHED;
+    }
+    const WaveFrontVector base = between(mesh_.position(a), mesh_.position(b));
+    const double length = std::sqrt(dot(base, base));
+    double low = std::min({slowness(a), slowness(b), slowness(target)});
+    double high = std::max({slowness(a), slowness(b), slowness(target)});
+    if (!mesh_map::mayLower(label, u, v, alongEdge(a, b, length)) ||
+        !hasOther(a, b, target, low, high)) {
+      return NOT_REACHED;
+    }
+    const WaveFrontVector side = between(mesh_.position(a), mesh_.position(target));
+    const double inverse = 1.0 / length;
+    return front(
+        u, v,
+        {length, dot(base, side) * inverse, crossLength(base, side) * inverse, dot(side, side)},
+        {slowness(a), slowness(b), slowness(target)}, low, high);
+  }
+
+  /// Is there another open face at the edge (a, b), from which a front may come? The lowest and the
+  /// highest slowness become those of its corners, too.
+  bool hasOther(std::uint32_t a, std::uint32_t b, std::uint32_t target, double& low,
+                double& high) const
+  {
+    bool found = false;
+    for (const FrontCorner* c = mesh_.cornersBegin(a); c != mesh_.cornersEnd(a); ++c) {
+      if (c->a != c->b && (c->a == b || c->b == b)) {
+        const std::uint32_t third = c->a == b ? c->b : c->a;
+        if (third != target && third != a && isOpen(third)) {
+          found = true;
+          low = std::min(low, slowness(third));
+          high = std::max(high, slowness(third));
+        }
+      }
+    }
+    return found;
+  }
+
+  static double front(double u, double v, const WaveFrontTriangle& triangle,
+                      const WaveFrontSlowness& slowness, double low, double high)
+  {
+    if (!HAS_COSTS) {
+      return roundFront(u, v, triangle);
+    }
+    return high <= EVEN * low ? roundFront(u, v, triangle, slowness)
+                              : unevenFront(u, v, triangle, slowness, high <= ROUND * low);
+  }
+
+  /// The same as push(), for faces in order: what neighbors share is computed once.
+  void pushFan(std::uint32_t v)
+  {
+    const FrontCorner* const corners = mesh_.cornersBegin(v);
+    const auto faces = static_cast<std::size_t>(mesh_.cornersEnd(v) - corners);
+    const bool is_closed = mesh_.isClosed(v);
+    const std::size_t count = is_closed ? faces : faces + 1;
+    Neighbor ring[FrontMesh::MAX_FAN + 1];
+    const double here = labels_[v];
+    for (std::size_t i = 0; i < count; ++i) {
+      Neighbor& n = ring[i];
+      n.vertex = i < faces ? corners[i].a : corners[i - 1].b;
+      n.slowness = slowness(n.vertex);
+      n.side = between(mesh_.position(v), mesh_.position(n.vertex));
+      n.squared = dot(n.side, n.side);
+      n.length = std::sqrt(n.squared);
+      n.time = alongEdge(v, n.vertex, n.length);
+      n.label = labels_[n.vertex];
+      if (isOpenAt(n) && isAbove(n.label, here + n.time)) {
+        n.label = here + n.time;
+      }
+    }
+    for (std::size_t i = 0; i < faces; ++i) {
+      const std::size_t j = i + 1 < count ? i + 1 : 0;
+      const std::size_t before = i > 0 ? i - 1 : is_closed ? count - 1 : NONE;
+      const std::size_t after = j + 1 < count ? j + 1 : is_closed ? 0 : NONE;
+      const bool may_lower_i = mayLower(v, ring, j, i, after);
+      const bool may_lower_j = mayLower(v, ring, i, j, before);
+      if (may_lower_i || may_lower_j) {
+        const double product = dot(ring[i].side, ring[j].side);
+        const double area = crossLength(ring[i].side, ring[j].side);
+        if (may_lower_i) {
+          lower(v, ring, j, i, after, product, area);
+        }
+        if (may_lower_j) {
+          lower(v, ring, i, j, before, product, area);
+        }
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      offer(ring[i].vertex, ring[i].label);
+    }
+  }
+
+  static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
+
+  /// May the target get a lower label across the base from v to a neighbor? `other` is the third
+  /// corner of the face on the other side.
+  bool mayLower(std::uint32_t v, const Neighbor* ring, std::size_t base, std::size_t target,
+                std::size_t other) const
+  {
+    const Neighbor &b = ring[base], &t = ring[target];
+    return b.label < NOT_REACHED && other != NONE && other != target &&
+           mesh_map::mayLower(t.label, labels_[v], b.label, b.time) &&
+           (!HAS_COSTS || (isOpenAt(b) && isOpenAt(t) && isOpenAt(ring[other])));
+  }
+
+  /// Lowers it, if that is so. Of the two sides from v: their product, and twice the area between.
+  void lower(std::uint32_t v, Neighbor* ring, std::size_t base, std::size_t target,
+             std::size_t other, double product, double area)
+  {
+    const Neighbor& b = ring[base];
+    Neighbor& t = ring[target];
+    const double slow = slowness(v), inverse = 1.0 / b.length;
+    double low = 1.0, high = 1.0;
+    if (HAS_COSTS) {
+      low = std::min(std::min(slow, b.slowness), std::min(t.slowness, ring[other].slowness));
+      high = std::max(std::max(slow, b.slowness), std::max(t.slowness, ring[other].slowness));
+    }
+    const double label =
+        front(labels_[v], b.label, {b.length, product * inverse, area * inverse, t.squared},
+              {slow, b.slowness, t.slowness}, low, high);
+    if (isAbove(t.label, label)) {
+      t.label = label;
+    }
+  }
+
+  const FrontMesh& mesh_;
+  WaveFrontBuffers& buffers_;
+  double* labels_;
+  const float* slowness_;
+  double least_step_;
+};
+
+/// Labels up to this one will not be lowered any more by what is in the queue.
+template <bool HAS_COSTS>
+double finalLimit(const FrontMesh& mesh, WaveFrontBuffers& buffers, ArrayView<float> slowness)
+{
+  const WaveFrontSpread<HAS_COSTS> spread(mesh, buffers, slowness);
+  double limit = NOT_REACHED;
+  buffers.queue.forEach([&](const WaveFrontEntry& entry) {
+    if (entry.label == buffers.labels[entry.vertex]) {
+      limit = std::min(limit, spread.leastAround(entry.vertex));
+    }
+  });
+  return limit;
+}
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_WAVE_FRONT_SPREAD_H

@@ -1,0 +1,154 @@
+#ifndef MESH_MAP_SRC_WAVE_FRONT_TRIANGLE_H
+#define MESH_MAP_SRC_WAVE_FRONT_TRIANGLE_H
+
+#include <mesh_map/neighborhood.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace mesh_map {
+
+constexpr double NOT_REACHED = std::numeric_limits<double>::infinity();
+
+/// The third corner of a triangle as its base sees it: the base runs from the origin along the x
+/// axis to (base, 0), the corner is at (along, height), `squared` its squared distance from the
+/// origin.
+struct WaveFrontTriangle
+{
+  double base, along, height, squared;
+};
+
+struct WaveFrontVector
+{
+  double x, y, z;
+};
+
+inline WaveFrontVector between(const PackedPosition& from, const PackedPosition& to)
+{
+  return {double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z};
+}
+
+inline double dot(const WaveFrontVector& a, const WaveFrontVector& b)
+{
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/// Twice the area between two sides; of slivers, too, which the lengths alone would not tell.
+inline double crossLength(const WaveFrontVector& a, const WaveFrontVector& b)
+{
+  const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
+  return std::sqrt(x * x + y * y + z * z);
+}
+
+/// May a front through a base with these labels at its ends lower a label beyond it? All that
+/// crosses the base is as far at least as the nearest point of the base, and between two labels at
+/// a distance c, u^2 (1 - t) + v^2 t - c^2 t (1 - t) is the square of the distance at the part t.
+/// Where they differ by the distance, the front comes along the base.
+inline bool mayLower(double label, double u, double v, double base)
+{
+  const double nearer = u < v ? u : v;
+  return std::fabs(u - v) < base && label * label > nearer * nearer - 0.25 * base * base;
+}
+
+/// The least distance on a base with these labels at its ends.
+inline double leastOnBase(double u, double v, double base)
+{
+  const double nearer = u < v ? u : v;
+  const double foot = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  return foot > 0.0 && foot < base ? std::sqrt(std::max(0.0, (u - foot) * (u + foot))) : nearer;
+}
+
+/// The distance of the corner from the point (sx, -sy) that has the distances u and v from the ends
+/// of the base. Infinite where there is none, or the way does not cross the base. Where the corner
+/// is nearer than an end of the base, `more` is negative.
+inline double roundFront(double u, double v, const WaveFrontTriangle& triangle)
+{
+  const double base = triangle.base;
+  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  const double sy_squared = (u - sx) * (u + sx);
+  if (!(sy_squared >= 0.0)) {
+    return NOT_REACHED;
+  }
+  const double sy = std::sqrt(sy_squared);
+  const double crossing = sx * triangle.height + triangle.along * sy;
+  if (!(crossing >= 0.0 && crossing <= base * (sy + triangle.height))) {
+    return NOT_REACHED;
+  }
+  // sqrt(u * u + more), without losing what u and the result differ by.
+  const double more = triangle.squared + 2.0 * (sy * triangle.height - sx * triangle.along);
+  const double sum = u + std::sqrt(std::max(0.0, u * u + more));
+  return sum > 0.0 ? u + more / sum : 0.0;
+}
+
+/// Slowness at the ends of the base, and at the corner.
+struct WaveFrontSlowness
+{
+  double u, v, corner;
+
+  double onBase() const { return 0.5 * (u + v); }
+  /// The mean along a straight line from the part t of the base to the corner.
+  double acrossFrom(double t) const { return 0.5 * (u + (v - u) * t + corner); }
+};
+
+/// The same with costs: as far as to the base, all is as slow as the base is; beyond, as the face
+/// is along the way.
+inline double roundFront(double u, double v, const WaveFrontTriangle& triangle,
+                         const WaveFrontSlowness& slowness)
+{
+  const double scale = slowness.onBase();
+  const double base = scale * triangle.base, height = scale * triangle.height;
+  const double along = scale * triangle.along;
+  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  const double sy_squared = (u - sx) * (u + sx);
+  if (!(sy_squared >= 0.0)) {
+    return NOT_REACHED;
+  }
+  const double sy = std::sqrt(sy_squared), depth = sy + height;
+  const double crossing = sx * height + along * sy;
+  if (!(crossing >= 0.0 && crossing <= base * depth && depth > 0.0)) {
+    return NOT_REACHED;
+  }
+  const double more = scale * scale * triangle.squared + 2.0 * (sy * height - sx * along);
+  const double sum = u + std::sqrt(std::max(0.0, u * u + more));
+  const double way = sum > 0.0 ? u + more / sum : 0.0;
+  const double beyond = slowness.acrossFrom(crossing / (base * depth));
+  return way * (sy * scale + height * beyond) / (depth * scale);
+}
+
+/// With costs that change within the faces: the least way over points of the base. Where they
+/// change much, labels are taken as linear on the base: a front that bends there may look as if its
+/// source were right behind it.
+inline double unevenFront(double u, double v, const WaveFrontTriangle& triangle,
+                          const WaveFrontSlowness& slowness, bool is_round)
+{
+  constexpr int PARTS = 8;
+  const double curve = is_round ? slowness.onBase() * triangle.base : 0.0;
+  const auto way = [&](double t) {
+    const double linear = u + (v - u) * t;
+    const double squared = u * u * (1.0 - t) + v * v * t - curve * curve * t * (1.0 - t);
+    const double x = triangle.along - t * triangle.base;
+    return (is_round ? std::sqrt(std::max(0.0, squared)) : linear) +
+           slowness.acrossFrom(t) * std::sqrt(x * x + triangle.height * triangle.height);
+  };
+  double ways[PARTS + 1];
+  for (int i = 0; i <= PARTS; ++i) {
+    ways[i] = way(i * (1.0 / PARTS));
+  }
+  int least = 1;
+  for (int i = 2; i < PARTS; ++i) {
+    least = ways[i] < ways[least] ? i : least;
+  }
+  // Between the points, the lowest of a parabola.
+  const double before = ways[least - 1], after = ways[least + 1];
+  const double bend = before - 2.0 * ways[least] + after;
+  if (!(bend > 0.0)) {
+    return ways[least];
+  }
+  const double step = std::min(1.0, std::max(-1.0, 0.5 * (before - after) / bend));
+  return std::min(ways[least], way((least + step) * (1.0 / PARTS)));
+}
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_WAVE_FRONT_TRIANGLE_H

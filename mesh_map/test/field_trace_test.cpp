@@ -1,0 +1,234 @@
+// Paths down a potential: straight on planes; on any mesh, with any labels, they arrive or end.
+
+#include "field_checks.h"
+
+namespace mesh_map {
+namespace {
+
+TraceEnd trace(const FieldSample& sample, const FacePoint& start, FieldPath& path)
+{
+  const TraceMesh mesh = sample.trace();
+  checkField(mesh, sample.field);
+  return tracePath(mesh, sample.field, start.face, start.position, nullptr, path);
+}
+
+/// Distances in a plane, exact.
+FieldSample planeField(double jitter, std::uint32_t goal_face, double b, double c)
+{
+  FieldSample sample(plane(40, jitter));
+  const FacePoint goal = sample.point(goal_face, b, c);
+  sample.spreadFrom(goal);
+  for (std::uint32_t v = 0; v < sample.labels.size(); ++v) {
+    sample.labels[v] = sample.distanceTo(v, goal);
+  }
+  return sample;
+}
+
+TEST(FieldTrace, IsStraightOnPlanes)
+{
+  const double goals[][2] = {{0.3, 0.4}, {0.3, 0.0}, {0.5, 0.5}, {0.0, 0.0}, {1.0, 0.0}};
+  std::mt19937 random(2);
+  for (const double jitter : {0.0, 0.24}) {
+    for (const auto& goal : goals) {
+      FieldSample sample = planeField(jitter, 1731, goal[0], goal[1]);
+      for (unsigned i = 0; i < 200; ++i) {
+        const FacePoint start =
+            sample.randomPoint(random, static_cast<std::uint32_t>(random() % 3200));
+        FieldPath path;
+        ASSERT_EQ(trace(sample, start, path), TraceEnd::ARRIVED);
+        ASSERT_NO_FATAL_FAILURE(sample.check(path, start));
+        double square = 0.0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const double gap = start.position[axis] - sample.field.goal[axis];
+          square += gap * gap;
+        }
+        ASSERT_NEAR(pathLength(path), std::sqrt(square), 1e-9);
+        ASSERT_NEAR(path.potentials[0], std::sqrt(square), 1e-9);
+        ASSERT_EQ(path.potentials.back(), 0.0);
+        ASSERT_EQ(path.potentials[0],
+                  fieldValue(sample.trace(), sample.field, start.face, start.position));
+      }
+    }
+  }
+}
+
+TEST(FieldTrace, ArrivesOnAnyMesh)
+{
+  std::mt19937 random(3);
+  for (const double closed : {0.0, 0.1, 0.4}) {
+    for (const TestMesh& mesh : frontMeshes()) {
+      FieldSample sample(mesh);
+      const auto faces = static_cast<std::uint32_t>(sample.sample.mesh.faceCount());
+      if (closed > 0.0) {
+        std::uniform_real_distribution<float> slow(0.5f, 4.0f);
+        for (const std::uint8_t flag : randomMask(sample.sample.size(), closed, faces)) {
+          sample.slowness.push_back(flag != 0 ? FAR : slow(random));
+        }
+      }
+      for (unsigned i = 0; i < 60; ++i) {
+        if (i % 10 == 0) {
+          sample.spreadFrom(
+              sample.randomPoint(random, static_cast<std::uint32_t>(random() % faces)));
+        }
+        const FacePoint start =
+            sample.randomPoint(random, static_cast<std::uint32_t>(random() % faces));
+        bool is_reached = false;
+        for (std::size_t k = 0; k < 3; ++k) {
+          is_reached = is_reached || std::isfinite(sample.labels[sample.corner(start.face, k)]);
+        }
+        FieldPath path;
+        ASSERT_EQ(trace(sample, start, path) == TraceEnd::ARRIVED, is_reached)
+            << mesh.name << " " << closed << " " << i;
+        if (is_reached) {
+          ASSERT_NO_FATAL_FAILURE(sample.check(path, start)) << mesh.name << " " << closed;
+        }
+      }
+    }
+  }
+}
+
+TEST(FieldTrace, EndsAtTheVertexThatTheFrontCameFrom)
+{
+  FieldSample sample(terrain(30));
+  sample.spread({{7, 0.25}, {800, 0.0}, {500, 90.0}});
+  std::mt19937 random(4);
+  std::size_t ends[2] = {};
+  for (unsigned i = 0; i < 200; ++i) {
+    const FacePoint start = sample.randomPoint(random, static_cast<std::uint32_t>(random() % 1800));
+    FieldPath path;
+    ASSERT_EQ(trace(sample, start, path), TraceEnd::ARRIVED);
+    ASSERT_NO_FATAL_FAILURE(sample.check(path, start));
+    const std::uint32_t end = path.potentials.back() == 0.0 ? 800 : 7;
+    ASSERT_EQ(path.potentials.back(), sample.labels[end]);
+    ++ends[end == 7];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ASSERT_EQ(path.points[path.points.size() - 3 + axis],
+                double{sample.sample.mesh.positions[3 * end + axis]});
+    }
+  }
+  EXPECT_GT(ends[0], 20u);
+  EXPECT_GT(ends[1], 20u);
+}
+
+/// Labels that no front would leave: there may be no way, but there is an end.
+TEST(FieldTrace, EndsWithAnyLabels)
+{
+  std::mt19937 random(5);
+  const double wild[] = {-1.0,
+                         0.0,
+                         1e-300,
+                         1e300,
+                         std::numeric_limits<double>::quiet_NaN(),
+                         std::numeric_limits<double>::infinity()};
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (const TestMesh& mesh : {terrain(20), tangle(60, 300, 1), slivers(), cube(4)}) {
+    FieldSample sample(mesh);
+    const auto faces = static_cast<std::uint32_t>(sample.sample.mesh.faceCount());
+    for (unsigned i = 0; i < 300; ++i) {
+      sample.spreadFrom(sample.randomPoint(random, static_cast<std::uint32_t>(random() % faces)));
+      if (i % 2 == 0) {
+        sample.field.goal_face = NO_INDEX;
+      }
+      for (double& label : sample.labels) {
+        const unsigned choice = static_cast<unsigned>(random() % 40);
+        label = choice < 6 && i % 3 == 0 ? wild[choice]
+                : i % 3 == 1             ? any(random)
+                                         : label * any(random);
+      }
+      const FacePoint start =
+          sample.randomPoint(random, static_cast<std::uint32_t>(random() % faces));
+      FieldPath path;
+      if (trace(sample, start, path) == TraceEnd::ARRIVED) {
+        ASSERT_NO_FATAL_FAILURE(sample.check(path, start, true)) << mesh.name;
+      }
+    }
+  }
+}
+
+TEST(FieldTrace, WithoutSlownessEverythingIsAsFar)
+{
+  FieldSample sample(terrain(20));
+  std::mt19937 random(6);
+  sample.slowness.assign(sample.sample.size(), 0.0f);
+  sample.spreadFrom(sample.point(400, 0.2, 0.3));
+  for (unsigned i = 0; i < 50; ++i) {
+    const FacePoint start = sample.randomPoint(random, static_cast<std::uint32_t>(random() % 800));
+    FieldPath path;
+    ASSERT_EQ(trace(sample, start, path), TraceEnd::ARRIVED);
+    EXPECT_EQ(path.potentials.front(), 0.0);
+    EXPECT_EQ(path.points.back(), sample.field.goal[2]);
+  }
+}
+
+TEST(FieldTrace, OfOnePointAtTheGoal)
+{
+  FieldSample sample = planeField(0.2, 900, 0.3, 0.3);
+  FieldPath path;
+  ASSERT_EQ(trace(sample, {900, sample.field.goal}, path), TraceEnd::ARRIVED);
+  EXPECT_EQ(path.points.size(), 3u);
+  EXPECT_TRUE(path.faces.empty());
+  EXPECT_EQ(path.potentials, std::vector<double>{0.0});
+  const FacePoint start = sample.point(900, 0.5, 0.1);
+  ASSERT_EQ(trace(sample, start, path), TraceEnd::ARRIVED);
+  EXPECT_EQ(path.faces, std::vector<std::uint32_t>{900});
+  ASSERT_NO_FATAL_FAILURE(sample.check(path, start));
+}
+
+TEST(FieldTrace, GoesThroughVerticesAndAlongEdges)
+{
+  // From corner to corner of a regular grid: its diagonals are edges of one half only.
+  FieldSample sample(terrain(8, 8.0f));
+  for (std::size_t v = 0; v < sample.sample.size(); ++v) {
+    sample.sample.mesh.positions[3 * v + 2] = 0.0f;
+  }
+  const FacePoint corners[] = {sample.point(0, 0.0, 0.0), sample.point(127, 0.0, 1.0),
+                               sample.point(14, 0.0, 1.0), sample.point(113, 1.0, 0.0)};
+  for (const FacePoint& goal : corners) {
+    sample.spreadFrom(goal);
+    for (std::uint32_t v = 0; v < sample.labels.size(); ++v) {
+      sample.labels[v] = sample.distanceTo(v, goal);
+    }
+    for (const FacePoint& start : corners) {
+      FieldPath path;
+      ASSERT_EQ(trace(sample, start, path), TraceEnd::ARRIVED);
+      ASSERT_NO_FATAL_FAILURE(sample.check(path, start));
+      EXPECT_NEAR(
+          pathLength(path),
+          std::hypot(start.position[0] - goal.position[0], start.position[1] - goal.position[1]),
+          1e-12);
+    }
+  }
+}
+
+TEST(FieldTrace, IsCancelled)
+{
+  FieldSample sample = planeField(0.2, 900, 0.3, 0.3);
+  const FacePoint start = sample.point(20, 0.3, 0.3);
+  const std::atomic<bool> cancel{true};
+  FieldPath path;
+  EXPECT_EQ(tracePath(sample.trace(), sample.field, start.face, start.position, &cancel, path),
+            TraceEnd::CANCELLED);
+}
+
+TEST(FieldTrace, RefusesWhatIsNotOnTheMesh)
+{
+  FieldSample sample = planeField(0.2, 900, 0.3, 0.3);
+  FieldPath path;
+  FacePoint start = sample.point(20, 0.3, 0.3);
+  start.position[2] += 0.01;
+  EXPECT_THROW(trace(sample, start, path), std::invalid_argument);
+  start.position[2] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(trace(sample, start, path), std::invalid_argument);
+  start = sample.point(20, 0.3, 0.3);
+  sample.field.goal[0] += 0.5;
+  EXPECT_THROW(trace(sample, start, path), std::invalid_argument);
+  sample.field.goal_face = 3200;
+  EXPECT_THROW(trace(sample, start, path), std::invalid_argument);
+  sample.field.goal_face = NO_INDEX;
+  sample.labels.pop_back();
+  sample.use();
+  EXPECT_THROW(trace(sample, start, path), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace mesh_map

@@ -1,0 +1,190 @@
+"""What planners have in common that search from the goal over the whole surface."""
+
+from contextlib import contextmanager
+from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mesh_map.cancel import CancelFlag
+from mesh_map.errors import Cancelled
+from mesh_map.mesh_map import MeshMap
+from mesh_map.parameter import Parameter
+
+from mesh_navigation.cancellation import Cancellation
+from mesh_navigation.field_cache import FieldCache
+from mesh_navigation.outcomes import GetPathOutcome
+from mesh_navigation.path import path_length, path_poses
+from mesh_navigation.places import Place, find_place, nearest_place
+from mesh_navigation.planner import MeshPlanner, PlanFailure, PlanResult, stop_if_canceled
+from mesh_navigation.pose import Pose
+from mesh_navigation.reachability import Components, not_reached
+from mesh_navigation.slowness import Ground, Grounds
+
+PARAMETERS = (
+    Parameter("cost_limit", 1.0, 0.0, 10.0, "highest cost of a vertex that may be passed"),
+    Parameter("goal_dist_offset", 0.3, 0.0, None, "search this far beyond the start (m, weighted)"),
+    Parameter(
+        "publish_vector_field", False, description="compute and publish directions at vertices"
+    ),
+    Parameter("publish_face_vectors", False, description="compute and publish directions in faces"),
+)
+
+
+class Search(NamedTuple):
+    """What one plan works with, all of one moment."""
+
+    values: Mapping[str, Any]
+    """Of the parameters."""
+    ground: Ground
+    basis: Any
+    """What a field is computed from, as the planner knows it."""
+    flag: CancelFlag
+
+
+class Track(NamedTuple):
+    """A path before it is made of poses."""
+
+    points: np.ndarray
+    """(N,3) m, N at least 2."""
+    normals: np.ndarray
+    """(N,3) of the surface there, pointing up."""
+    cost: float
+
+
+class Held(NamedTuple):
+    """A field between two plans."""
+
+    field: Any
+    search: Search
+    """The last one that it was brought up to date for."""
+
+
+class SurfacePlanner(MeshPlanner):
+    """From start and goal to a path, apart from the search itself.
+
+    A planner overrides the methods below "The search". Fields of the last goals are kept: a new
+    start extends them, and where few costs have changed they are repaired.
+    """
+
+    parameters = PARAMETERS
+
+    def initialize(self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}) -> list:
+        complaints = super().initialize(name, mesh_map, given)
+        mesh_map.spatial_index  # now rather than during the first plan
+        self._grounds = Grounds(mesh_map.geometry)
+        self._components = Components(mesh_map.topology)
+        self._fields = FieldCache()
+        self._prepare()
+        return complaints
+
+    def plan(
+        self, start: Pose, goal: Pose, tolerance: float, cancellation: Cancellation
+    ) -> PlanResult:
+        flag = CancelFlag()
+        with cancellation.calling(flag.set):
+            try:
+                search = self._begin(self.values, flag)
+                result = self._plan(start, goal, tolerance, search)
+            except Cancelled:
+                stop_if_canceled(cancellation)
+                raise
+        stop_if_canceled(cancellation)
+        return result
+
+    def _plan(self, start: Pose, goal: Pose, tolerance: float, search: Search) -> PlanResult:
+        origin = find_place(
+            self.map, start.position, search.ground, "start", GetPathOutcome.INVALID_START
+        )
+        try:
+            target = find_place(
+                self.map, goal.position, search.ground, "goal", GetPathOutcome.INVALID_GOAL
+            )
+            return self._result(search, origin, target, goal)
+        except PlanFailure as failure:
+            replaceable = (GetPathOutcome.INVALID_GOAL, GetPathOutcome.NO_PATH_FOUND)
+            if tolerance == 0.0 or failure.outcome not in replaceable:
+                raise
+            reached = np.isfinite(self._solved(search, origin, None).potential)
+            target = nearest_place(
+                self.map, goal.position, tolerance, reached, search.ground, failure
+            )
+        return self._result(search, origin, target, goal)
+
+    def _result(self, search: Search, origin: Place, target: Place, goal: Pose) -> PlanResult:
+        """The result of a plan that succeeds.
+
+        Raises:
+            PlanFailure: NO_PATH_FOUND.
+            Cancelled: by the flag.
+        """
+        self._components.check_same(origin, target)
+        with self._reaching(search, origin, target) as field:
+            if not np.any(field.reaches(origin.vertices)):
+                raise not_reached(self._components, origin, target, search.ground, field.potential)
+            track = self._track(search, origin, target, field)
+            vectors, face_vectors = self._vectors(search, target, field)
+            potential = field.potential
+        length = path_length(track.points)
+        straight = float(np.linalg.norm(track.points[-1] - track.points[0]))
+        poses = path_poses(track.points, track.normals, goal.heading)
+        cost = f", cost {track.cost:.2f}" if abs(track.cost - length) > 0.005 else ""
+        return PlanResult(
+            outcome=GetPathOutcome.SUCCESS,
+            message=f"path of {length:.2f} m with {len(poses)} poses{cost}, straight it would be "
+            f"{straight:.2f} m{target.remark}",
+            poses=poses,
+            cost=track.cost,
+            potential=potential,
+            vector_field=vectors,
+            face_vectors=face_vectors,
+        )
+
+    @contextmanager
+    def _reaching(self, search: Search, origin: Place, target: Place) -> Iterator[Any]:
+        """The field of a goal, final around the start; nobody else changes it meanwhile."""
+        held = self._fields.take(target.key)
+        if held is not None and self._updated(search, target, held):
+            field = held.field
+            offset = search.values["goal_dist_offset"]
+            field.extend(origin.vertices, offset=offset, cancel=search.flag)
+        else:
+            field = self._solved(search, target, origin.vertices)
+        try:
+            yield field
+        finally:
+            self._fields.put(target.key, Held(field, search))
+
+    # The search.
+
+    def _prepare(self) -> None:
+        """What is to be done once for a map."""
+
+    def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
+        """What a plan needs, of one moment."""
+        raise NotImplementedError
+
+    def _solved(self, search: Search, target: Place, vertices: Optional[List[int]]) -> Any:
+        """A field from a place, final `goal_dist_offset` beyond these vertices; None: everywhere.
+
+        Raises:
+            Cancelled: by the flag.
+        """
+        raise NotImplementedError
+
+    def _updated(self, search: Search, target: Place, held: Held) -> bool:
+        """Brings a field to what the search is based on. False: it has to be computed anew.
+
+        Raises:
+            Cancelled: by the flag; the field is then of no use any more.
+        """
+        raise NotImplementedError
+
+    def _track(self, search: Search, origin: Place, target: Place, field: Any) -> Track:
+        """The path down a field that reaches the start."""
+        raise NotImplementedError
+
+    def _vectors(
+        self, search: Search, target: Place, field: Any
+    ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
+        """Directions at vertices and in faces, None unless asked for."""
+        raise NotImplementedError

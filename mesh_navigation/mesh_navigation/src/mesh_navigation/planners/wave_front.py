@@ -1,0 +1,132 @@
+"""Shortest and safest paths across the faces of the mesh."""
+
+from typing import Any, List, Mapping, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mesh_map.cancel import CancelFlag
+from mesh_map.parameter import Parameter
+from mesh_map.surface_path import FieldTracer, SurfacePath
+from mesh_map.wave_front import WaveFrontField, WaveFrontSolver
+
+from mesh_navigation.path import spaced_out
+from mesh_navigation.places import Place
+from mesh_navigation.planners.surface_planner import (
+    PARAMETERS,
+    Held,
+    Search,
+    SurfacePlanner,
+    Track,
+)
+from mesh_navigation.slowness import changed_vertices
+from mesh_navigation.up_normals import face_up_normals
+
+STEP_WIDTH = Parameter("step_width", 0.4, 0.01, 1.0, "longest way from a pose to the next (m)")
+
+
+def _cost_factor(default: float) -> Parameter:
+    text = "a meter where the cost is c counts as 1 + cost_factor c meters; 0 is pure length"
+    return Parameter("cost_factor", default, 0.0, 100.0, text)
+
+
+class WaveFrontPlanner(SurfacePlanner):
+    """A front that spreads from the goal over the surface, and the path down its potential.
+
+    The front takes 1 + cost_factor c times as long where the cost is c, so that the path weighs
+    length against risk. Vertices that are lethal, unknown or over the cost limit are not reached,
+    and a face with such a corner is not crossed. The path lies in the faces; its poses are where it
+    bends, and at most step_width apart. Its cost is the potential at the start.
+    """
+
+    parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(1.0))
+
+    def _prepare(self) -> None:
+        geometry = self.map.geometry
+        self._solver = WaveFrontSolver.of(geometry)
+        self._tracer = FieldTracer.of(geometry)
+
+    def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
+        costs = self.map.planning_costs().costs
+        ground = self._grounds.of(costs, values["cost_limit"], self._factor(values))
+        return Search(values, ground, ground, flag)
+
+    def _factor(self, values: Mapping[str, Any]) -> float:
+        return values["cost_factor"]
+
+    def _solved(
+        self, search: Search, target: Place, vertices: Optional[List[int]]
+    ) -> WaveFrontField:
+        slowness = search.ground.slowness
+        return self._solver.solve(
+            target.anchor if target.whole else _seeds(target, slowness),
+            slowness=slowness,
+            targets=vertices,
+            offset=search.values["goal_dist_offset"],
+            cancel=search.flag,
+        )
+
+    def _updated(self, search: Search, target: Place, held: Held) -> bool:
+        slowness = search.ground.slowness
+        changed = changed_vertices(held.search.ground.slowness, slowness)
+        if not target.whole and np.isin(target.vertices, changed).any():
+            return False  # the front begins with other values
+        if len(changed):
+            held.field.update(slowness, changed, cancel=search.flag)
+        return True
+
+    def _track(self, search: Search, origin: Place, target: Place, field: Any) -> Track:
+        path = self._surface_path(search, origin, target, field)
+        points, segments = spaced_out(path.points, search.values["step_width"])
+        normals = face_up_normals(self.map.geometry, path.faces[segments])
+        return Track(points, normals, self._cost(path))
+
+    def _surface_path(
+        self, search: Search, origin: Place, target: Place, field: WaveFrontField
+    ) -> SurfacePath:
+        """The path in the faces, with two points at least."""
+        path = self._tracer.path(_to_goal(field, target), origin.anchor, cancel=search.flag)
+        if len(path.points) > 1:
+            return path
+        ends = np.stack([origin.position, target.position])
+        return SurfacePath(ends, np.array([target.anchor.face], dtype=np.uint32), np.zeros(2))
+
+    def _cost(self, path: SurfacePath) -> float:
+        return float(path.potentials[0])
+
+    def _vectors(
+        self, search: Search, target: Place, field: WaveFrontField
+    ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
+        values, tracer, field = search.values, self._tracer, _to_goal(field, target)
+        return (
+            tracer.vertex_directions(field) if values["publish_vector_field"] else None,
+            tracer.face_directions(field) if values["publish_face_vectors"] else None,
+        )
+
+
+class CVPMeshPlanner(WaveFrontPlanner):
+    """The same with lengths alone, as the released planner of this name has it."""
+
+    parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(0.0))
+
+
+class _ToGoal(NamedTuple):
+    """A field as a FieldTracer takes it."""
+
+    labels: np.ndarray
+    limit: float
+    slowness: np.ndarray
+    goal_face: int
+    goal_position: np.ndarray
+
+
+def _to_goal(field: WaveFrontField, target: Place) -> Any:
+    """A field that ends at the goal, also where it came from corners of a face it did not cross."""
+    if target.whole:
+        return field
+    face, position = target.anchor.face, target.position
+    return _ToGoal(field.labels, field.limit, field.slowness, face, position)
+
+
+def _seeds(target: Place, slowness: np.ndarray) -> List[Tuple[int, float]]:
+    """Where the front begins if it must not cross the goal's face: vertices, and times to it."""
+    return [(vertex, distance * float(slowness[vertex])) for vertex, distance in target.ways]

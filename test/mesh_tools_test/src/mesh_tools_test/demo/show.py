@@ -1,0 +1,103 @@
+"""Map server, planners and RViz: plans of all planners, and pictures of what they found."""
+import os
+
+from osmesa_harness.back_ends import BackEnd, environment_of
+
+from mesh_tools_test.demo import navigation_node, plans, results
+from mesh_tools_test.demo.layers import PICTURES, server_config
+from mesh_tools_test.demo.planners import DIJKSTRA, EXACT, PLANNERS, WAVE_FRONT, planner_config
+from mesh_tools_test.demo.processes import free_port, process, roscore, subscribers, wait_until
+from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, ROBOT_FRAME, SERVER, rviz_config
+from mesh_tools_test.demo.screenshot import settled_picture
+
+
+def show_and_plan(report, stack, output, made):
+    """Start map, server and RViz; plan; take pictures. The nodes live as long as the stack.
+
+    :returns: URI of the master, and the configuration of the last picture
+    """
+    frame, start, goal = made.mesh_map.frame_id, made.start, made.goal
+    with report.step("start roscore") as notes:
+        uri = stack.enter_context(roscore(output / "logs", free_port()))
+        notes.append(uri)
+    with report.step("start map and server") as notes:
+        server = stack.enter_context(start_server(output, made))
+        uuid = navigation_node.wait_for_map(server)
+        notes.append(f"node {SERVER}, mesh {uuid}")
+        navigation_node.place_robot(start, goal, frame, ROBOT_FRAME)
+        navigation_node.show_goal(start, goal, frame, GOAL_TOPIC)
+        client = navigation_node.PlanClient(server)
+
+    def plan(planner):
+        return client.plan(start, goal, frame, planner.name)
+
+    first = plan_with_all(report, plan, made.mesh_map)
+    camera = Camera(stack, output, uri, server, (start, goal, frame))
+    limits = plans.color_limits([first[DIJKSTRA].potential, first[WAVE_FRONT].potential])
+    for planner, name in results.POTENTIALS:
+        plan(planner)  # the last plan's potential is the one that is shown
+        with report.step(f"potential of {planner.title}") as notes:
+            notes.append(camera.take(name, plans.POTENTIAL, limits, planner))
+    for name, layer, layer_limits in PICTURES:
+        with report.step(f"picture of {layer}") as notes:
+            notes.append(camera.take(name, layer, layer_limits, WAVE_FRONT))
+    return uri, camera.config
+
+
+def start_server(output, made):
+    """The navigation server on the map, configured by two files; see processes.process."""
+    layers, planners = output / results.LAYERS, output / results.PLANNERS
+    layers.write_text(server_config(made.layers), encoding="utf-8")
+    planners.write_text(planner_config(), encoding="utf-8")
+    launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
+    launch += [f"map_file:={made.path.resolve()}", f"map_config:={layers.resolve()}"]
+    launch += [f"planner_config:={planners.resolve()}"]
+    return process("mesh_navigation", launch, output / "logs")
+
+
+def plan_with_all(report, plan, mesh_map):
+    """Two plans of each planner, compared in the report; the first one by planner is returned."""
+    first, rows = {}, []
+    for planner in PLANNERS:
+        with report.step(f"plan: {planner.title}") as notes:
+            first[planner] = plan(planner)
+            again = plan(planner)
+            notes.append(first[planner].message)
+        rows.append(plans.compared(planner.title, first[planner], again, mesh_map))
+    report.table(plans.table(rows))
+    return first
+
+
+class Camera:
+    """Takes pictures of RViz on a virtual screen."""
+
+    def __init__(self, stack, output, uri, server, scene):
+        """
+        :param server: (name, process, log file)
+        :param scene: start (3,), goal (3,), frame
+        """
+        self._screen = stack.enter_context(environment_of(BackEnd.OSMESA_X, os.environ))
+        self._output, self._uri, self._server, self._scene = output, uri, server, scene
+        self.config = output / results.RVIZ
+
+    def take(self, name, layer, limits, on_top):
+        """RViz with a layer, as long as it takes to draw it; returns what to say of the picture.
+
+        :param on_top: the planner whose path is drawn over the others
+        """
+        paths = sorted((EXACT, DIJKSTRA, WAVE_FRONT), key=lambda planner: planner is on_top)
+        config = rviz_config(*self._scene, layer, limits, paths)
+        self.config.write_text(config, encoding="utf-8")
+        command = ["rviz", "--disable-anti-aliasing", "-d", str(self.config.resolve())]
+        with process("rviz", command, self._output / "logs", self._screen) as rviz:
+            topics = [f"{SERVER}/{planner.name}/path" for planner in paths]
+            wait_until(
+                lambda: all(subscribers(self._uri, topic) for topic in topics),
+                60,
+                "RViz's subscription of the paths",
+                [self._server, rviz],
+            )
+            picture = settled_picture(self._screen, rviz)
+        picture.save(self._output / name)
+        size = f"{picture.width} x {picture.height} pixels"
+        return f"{name}, {size}, drawn by OSMesa on a virtual screen"
