@@ -143,7 +143,7 @@ bool DijkstraField::run(DijkstraStop& stop, const std::atomic<bool>* cancel, Dij
     limit_ = nearest;
     return false;
   }
-  limit_ = std::max(limit_, stop.limit);
+  limit_ = stop.limit;
   if (limit_ < INFINITE && front_.empty() && !isAnythingBeyond(limit_)) {
     limit_ = INFINITE;
   }

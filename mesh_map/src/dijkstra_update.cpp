@@ -78,21 +78,18 @@ bool DijkstraField::takeBack(ArrayView<std::uint32_t> changed, std::vector<std::
     if (!(distance < INFINITE)) {
       continue;  // and nothing came through it
     }
-    const bool is_open = costs_.isPassable(v);
+    bool is_kept = costs_.isPassable(v);
     const std::uint32_t from = (*labels_)[v].from;
-    bool is_kept = is_open;
-    for (const DijkstraGraph::Arc* arc = graph_->begin(v); arc != graph_->end(v); ++arc) {
+    for (const DijkstraGraph::Arc* arc = graph_->begin(v); is_kept && arc != graph_->end(v); ++arc) {
       const DijkstraLabel& neighbor = (*labels_)[arc->to];
-      if (arc->to == from && from != v && neighbor.distance + arc->weight > distance) {
+      if (arc->to == from && neighbor.distance + arc->weight > distance) {
         is_kept = false;
-      }
-      if (neighbor.from == v && arc->to != v && neighbor.distance < INFINITE &&
-          (!is_open || distance + arc->weight > neighbor.distance)) {
+      } else if (neighbor.from == v && neighbor.distance < distance + arc->weight) {
         take(arc->to, taken);
       }
     }
     if (!is_kept) {
-      take(v, taken);
+      take(v, taken);  // and below, what came through it
     }
   }
   for (std::size_t i = 0; i < taken.size(); ++i) {

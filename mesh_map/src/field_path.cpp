@@ -131,10 +131,10 @@ void Descent::settle(std::size_t end, double value)
   }
   if (begin < end) {
     potentials_.push_back(value);
-    lowest_ = value;
   } else if (here_.kind == FieldPlace::GOAL) {
-    potentials_.back() = lowest_ = value;
+    potentials_.back() = value;
   }
+  lowest_ = value;
   lowest_place_ = here_;
   climbed_.clear();
 }

@@ -1,6 +1,6 @@
 #include "front_bindings.h"
 
-#include <mesh_map/front.h>
+#include <mesh_map/front_mesh.h>
 #include <mesh_map/inflation.h>
 
 #include <memory>
@@ -26,26 +26,6 @@ std::shared_ptr<FrontMesh> makeMesh(Array vertices, Array faces, Array offsets, 
 const std::atomic<bool>* flagOf(const CancelFlag* cancel)
 {
   return cancel == nullptr ? nullptr : &cancel->flag;
-}
-
-py::tuple solveFront(const SurfaceFront& self, Array sources, Array source_distances,
-                     float max_distance, const py::object& slowness, const CancelFlag* cancel)
-{
-  FrontQuery query;
-  query.sources = view<std::uint32_t>(sources, "sources", {ANY});
-  query.source_distances = view<float>(source_distances, "source distances", {sources.size()});
-  query.max_distance = max_distance;
-  if (!slowness.is_none()) {
-    const auto count = static_cast<py::ssize_t>(self.mesh().vertexCount());
-    query.slowness = view<float>(py::cast<py::array>(slowness), "slowness", {count});
-  }
-  query.cancel = flagOf(cancel);
-  FrontField field;
-  {
-    const py::gil_scoped_release release;
-    field = self.solve(query);
-  }
-  return py::make_tuple(toArray(std::move(field.distance)), field.cancelled);
 }
 
 ArrayView<std::uint8_t> lethalView(const ObstacleDistance& self, Array lethal)
@@ -128,14 +108,6 @@ void bindFrontKernels(pybind11::module& module)
   py::class_<FrontMesh, std::shared_ptr<FrontMesh>>(module, "_FrontMesh", py::module_local())
       .def(py::init(&makeMesh), arg("vertices"), arg("faces"), arg("offsets"), arg("vertex_faces"),
            arg("threads") = 0u);
-  py::class_<SurfaceFront>(module, "_SurfaceFront", py::module_local())
-      .def(py::init([](std::shared_ptr<FrontMesh> mesh, unsigned threads) {
-             const py::gil_scoped_release release;
-             return std::make_unique<SurfaceFront>(std::move(mesh), threads);
-           }),
-           arg("mesh"), arg("threads") = 0u)
-      .def("_solve", &solveFront, arg("sources"), arg("source_distances"), arg("max_distance"),
-           arg("slowness"), arg("cancel"));
   py::class_<Fading>(module, "_Fading", py::module_local())
       .def(py::init([](double inscribed_radius, double inflation_radius, double lethal_value,
                        double inscribed_value, bool is_exponential, double cost_scaling) {

@@ -14,11 +14,12 @@ namespace mesh_map {
 namespace {
 
 py::tuple shorten(const WalkMeshArrays& self, const py::array& points, const py::array& faces,
-                  const py::object& mask, std::size_t max_turns, const CancelFlag* cancel)
+                  const py::object& mask, bool over_hills, std::size_t max_turns,
+                  const CancelFlag* cancel)
 {
   const auto point_view = view<double>(points, "points", {ANY, 3});
   const auto face_view = view<std::uint32_t>(faces, "faces", {ANY});
-  const GeodesicOptions options{self.maskOf(mask), max_turns,
+  const GeodesicOptions options{self.maskOf(mask), over_hills, max_turns,
                                 cancel == nullptr ? nullptr : &cancel->flag};
   Geodesic result;
   {
@@ -42,8 +43,8 @@ void bindGeodesicKernels(py::module& module)
                     const py::array&, const py::array&>(),
            arg("vertices"), arg("faces"), arg("face_edges"), arg("face_flags"),
            arg("edge_face_offsets"), arg("edge_faces"))
-      .def("_shorten", &shorten, arg("points"), arg("faces"), arg("mask"), arg("max_turns"),
-           arg("cancel"));
+      .def("_shorten", &shorten, arg("points"), arg("faces"), arg("mask"), arg("over_hills"),
+           arg("max_turns"), arg("cancel"));
 }
 
 }  // namespace mesh_map

@@ -91,8 +91,7 @@ std::optional<Legs> straighten(const WalkMesh& mesh, Strip strip, const Joint& f
   Joint start = from;
   for (std::size_t i = 0; i <= bends.size(); ++i) {
     const bool is_end = i == bends.size();
-    const Joint end =
-        is_end ? to : Joint{pointOf(mesh, bends[i].vertex), bends[i].vertex, false};
+    const Joint end = is_end ? to : Joint{pointOf(mesh, bends[i].vertex), bends[i].vertex, false};
     const std::size_t last = std::max(first, is_end ? strip.edges.size() : bends[i].first);
     if (!touches(mesh, strip.faces[first], start) || !touches(mesh, strip.faces[last], end)) {
       return std::nullopt;

@@ -116,16 +116,14 @@ Vector2 besideEdge(const Vector3& a, const Vector3& b, const Vector3& point)
 Vector2 Unfolding::fromLeft(const WalkMesh& mesh, const Portal& portal, const Vector3& point,
                             double side)
 {
-  const Vector2 place =
-      besideEdge(pointOf(mesh, portal.left), pointOf(mesh, portal.right), point);
+  const Vector2 place = besideEdge(pointOf(mesh, portal.left), pointOf(mesh, portal.right), point);
   return turned(portal.along, unit({place[0], side * place[1]}));
 }
 
 Vector2 Unfolding::fromRight(const WalkMesh& mesh, const Portal& portal, const Vector3& point,
                              double side)
 {
-  const Vector2 place =
-      besideEdge(pointOf(mesh, portal.right), pointOf(mesh, portal.left), point);
+  const Vector2 place = besideEdge(pointOf(mesh, portal.right), pointOf(mesh, portal.left), point);
   return turned(portal.along, unit({-place[0], side * place[1]}));
 }
 
@@ -177,7 +175,8 @@ std::vector<double> Unfolding::crossings() const
     } else if (left > 0.0 || right < 0.0) {  // past one end by rounding
       share = left > 0.0 ? 1.0 : 0.0;
     } else {  // along the line: as near as possible to where it was
-      share = std::min(1.0, std::max(0.0, dot(last - portal.at_left, across) / dot(across, across)));
+      share =
+          std::min(1.0, std::max(0.0, dot(last - portal.at_left, across) / dot(across, across)));
     }
     shares.push_back(share);
     last = ahead(portal.at_left, across, share);

@@ -13,6 +13,7 @@
 #include "layer_bindings.h"
 #include "query_bindings.h"
 #include "spatial_bindings.h"
+#include "trace_bindings.h"
 #include "wave_front_bindings.h"
 
 namespace mesh_map {
@@ -98,5 +99,6 @@ PYBIND11_MODULE(_kernels, module)
   bindLayerKernels(module);
   bindQueryKernels(module);
   bindSpatial(module);
+  bindTraceKernels(module);
   bindWaveFront(module);
 }

@@ -183,7 +183,7 @@ class WaveFrontSpread
     const double length = std::sqrt(dot(base, base));
     double low = std::min({slowness(a), slowness(b), slowness(target)});
     double high = std::max({slowness(a), slowness(b), slowness(target)});
-    if (!mesh_map::mayLower(label, u, v, alongEdge(a, b, length)) ||
+    if (!(length > 0.0) || !mesh_map::mayLower(label, u, v, alongEdge(a, b, length)) ||
         !hasOther(a, b, target, low, high)) {
       return NOT_REACHED;
     }
@@ -192,7 +192,7 @@ class WaveFrontSpread
     return front(
         u, v,
         {length, dot(base, side) * inverse, crossLength(base, side) * inverse, dot(side, side)},
-        {slowness(a), slowness(b), slowness(target)}, low, high);
+        {slowness(a), slowness(b), slowness(target)}, low, high, label);
   }
 
   /// Is there another open face at the edge (a, b), from which a front may come? The lowest and the
@@ -215,13 +215,18 @@ class WaveFrontSpread
   }
 
   static double front(double u, double v, const WaveFrontTriangle& triangle,
-                      const WaveFrontSlowness& slowness, double low, double high)
+                      const WaveFrontSlowness& slowness, double low, double high, double label)
   {
     if (!HAS_COSTS) {
       return roundFront(u, v, triangle);
     }
-    return high <= EVEN * low ? roundFront(u, v, triangle, slowness)
-                              : unevenFront(u, v, triangle, slowness, high <= ROUND * low);
+    if (high <= EVEN * low) {
+      return roundFront(u, v, triangle, slowness);
+    }
+    const double base = slowness.onBase() * triangle.base;
+    return std::fabs(u - v) <= base * (1.0 + 1e-9)
+               ? unevenFront(u, v, triangle, slowness, low, high <= ROUND * low, label)
+               : NOT_REACHED;
   }
 
   /// The same as push(), for faces in order: what neighbors share is computed once.
@@ -270,15 +275,42 @@ class WaveFrontSpread
 
   static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
 
+  /// Slowness at the corners of two faces.
+  struct Range
+  {
+    double low, high;
+  };
+
+  Range rangeOf(std::uint32_t v, const Neighbor& a, const Neighbor& b, const Neighbor& c) const
+  {
+    const double slow = slowness(v);
+    return {std::min(std::min(slow, a.slowness), std::min(b.slowness, c.slowness)),
+            std::max(std::max(slow, a.slowness), std::max(b.slowness, c.slowness))};
+  }
+
   /// May the target get a lower label across the base from v to a neighbor? `other` is the third
-  /// corner of the face on the other side.
+  /// corner of the face on the other side. Where two labels differ by the time along an even base,
+  /// the front comes along it.
   bool mayLower(std::uint32_t v, const Neighbor* ring, std::size_t base, std::size_t target,
                 std::size_t other) const
   {
     const Neighbor &b = ring[base], &t = ring[target];
-    return b.label < NOT_REACHED && other != NONE && other != target &&
-           mesh_map::mayLower(t.label, labels_[v], b.label, b.time) &&
-           (!HAS_COSTS || (isOpenAt(b) && isOpenAt(t) && isOpenAt(ring[other])));
+    const double here = labels_[v];
+    if (!(b.label < NOT_REACHED) || other == NONE || other == target || !(b.length > 0.0) ||
+        !mesh_map::mayLower(t.label, here, b.label, b.time)) {
+      return false;
+    }
+    if (!HAS_COSTS) {
+      return std::fabs(here - b.label) < b.time;
+    }
+    if (!(isOpenAt(b) && isOpenAt(t) && isOpenAt(ring[other]))) {
+      return false;
+    }
+    if (std::fabs(here - b.label) < b.time) {
+      return true;
+    }
+    const Range range = rangeOf(v, b, t, ring[other]);
+    return range.high > EVEN * range.low;
   }
 
   /// Lowers it, if that is so. Of the two sides from v: their product, and twice the area between.
@@ -287,15 +319,11 @@ class WaveFrontSpread
   {
     const Neighbor& b = ring[base];
     Neighbor& t = ring[target];
-    const double slow = slowness(v), inverse = 1.0 / b.length;
-    double low = 1.0, high = 1.0;
-    if (HAS_COSTS) {
-      low = std::min(std::min(slow, b.slowness), std::min(t.slowness, ring[other].slowness));
-      high = std::max(std::max(slow, b.slowness), std::max(t.slowness, ring[other].slowness));
-    }
+    const double inverse = 1.0 / b.length;
+    const Range range = HAS_COSTS ? rangeOf(v, b, t, ring[other]) : Range{1.0, 1.0};
     const double label =
         front(labels_[v], b.label, {b.length, product * inverse, area * inverse, t.squared},
-              {slow, b.slowness, t.slowness}, low, high);
+              {slowness(v), b.slowness, t.slowness}, range.low, range.high, t.label);
     if (isAbove(t.label, label)) {
       t.label = label;
     }

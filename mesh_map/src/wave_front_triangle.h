@@ -44,11 +44,10 @@ inline double crossLength(const WaveFrontVector& a, const WaveFrontVector& b)
 /// May a front through a base with these labels at its ends lower a label beyond it? All that
 /// crosses the base is as far at least as the nearest point of the base, and between two labels at
 /// a distance c, u^2 (1 - t) + v^2 t - c^2 t (1 - t) is the square of the distance at the part t.
-/// Where they differ by the distance, the front comes along the base.
 inline bool mayLower(double label, double u, double v, double base)
 {
   const double nearer = u < v ? u : v;
-  return std::fabs(u - v) < base && label * label > nearer * nearer - 0.25 * base * base;
+  return label * label > nearer * nearer - 0.25 * base * base;
 }
 
 /// The least distance on a base with these labels at its ends.
@@ -120,10 +119,15 @@ inline double roundFront(double u, double v, const WaveFrontTriangle& triangle,
 /// change much, labels are taken as linear on the base: a front that bends there may look as if its
 /// source were right behind it.
 inline double unevenFront(double u, double v, const WaveFrontTriangle& triangle,
-                          const WaveFrontSlowness& slowness, bool is_round)
+                          const WaveFrontSlowness& slowness, double low, bool is_round,
+                          double label)
 {
-  constexpr int PARTS = 8;
+  constexpr int PARTS = 4;
   const double curve = is_round ? slowness.onBase() * triangle.base : 0.0;
+  const double nearer = u < v ? u : v, beyond = label - low * triangle.height;
+  if (beyond <= 0.0 || beyond * beyond <= nearer * nearer - 0.25 * curve * curve) {
+    return NOT_REACHED;
+  }
   const auto way = [&](double t) {
     const double linear = u + (v - u) * t;
     const double squared = u * u * (1.0 - t) + v * v * t - curve * curve * t * (1.0 - t);

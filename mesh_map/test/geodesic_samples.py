@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Callable, Dict, NamedTuple
 
 import numpy as np
+from mesh_map.topology import Topology
 from mesh_msgs import zoo
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -39,7 +40,8 @@ def mean_edge(mesh: meshes.TestMesh) -> float:
 def manifold_part(mesh: meshes.TestMesh) -> meshes.TestMesh:
     """The largest piece of what remains without faces that the exact algorithm cannot take.
 
-    These are faces without area, and those at edges of more than two faces.
+    These are faces without area, at edges of more than two faces, and at vertices where pieces of
+    surface meet that share no edge there.
     """
     faces = mesh.faces.astype(np.int64)
     points = mesh.vertices.astype(np.float64)
@@ -48,6 +50,11 @@ def manifold_part(mesh: meshes.TestMesh) -> meshes.TestMesh:
     keys = _edge_keys(faces, len(points))
     _, inverse, counts = np.unique(keys, return_inverse=True, return_counts=True)
     faces = faces[(counts[inverse.reshape(3, -1)] <= 2).all(axis=0)]
+
+    bow_ties = Topology(faces=faces, vertex_count=len(points)).non_manifold_vertices
+    while bow_ties.any():
+        faces = faces[~bow_ties[faces].any(axis=1)]
+        bow_ties = Topology(faces=faces, vertex_count=len(points)).non_manifold_vertices
 
     # pieces: faces are neighbors where they share an edge
     keys = _edge_keys(faces, len(points))

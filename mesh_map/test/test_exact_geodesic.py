@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from geodesic_paths import check_path, check_taut, edge_way, path_of, random_way
+from geodesic_samples import samples
 from mesh_map.cancel import CancelFlag
 from mesh_map.errors import Cancelled
 from mesh_map.exact_geodesic import ExactGeodesic
@@ -192,6 +193,9 @@ def test_any_way_on_any_mesh(mesh):
         again = shorten(geometry, path, mask=mask)
         assert again.length == pytest.approx(path.length, rel=1e-9)
         check_path(geometry, path, again, mask)
+        over = shorten(geometry, given, mask=mask, over_hills=True)
+        check_path(geometry, path_of(path.points, path.faces), over, mask)
+        check_taut(geometry, over, mask)
 
 
 def test_rough_ground():
@@ -234,6 +238,45 @@ def test_no_way_that_is_tried_is_shorter():
             assert path_of(points, path.faces).length > path.length
             moved += 1
     assert moved > 30
+
+
+def test_over_a_hill():
+    """A cone has a taut path on both sides; the shorter one is found from either."""
+    phi = np.arange(40) * np.pi / 20
+    ring = np.stack([np.cos(phi), np.sin(phi), np.zeros(40)], 1)
+    corner = np.arange(40)
+    faces = np.stack([0 * corner, corner + 1, (corner + 1) % 40 + 1], 1)
+    vertices = np.concatenate([[(0.0, 0.0, 1.0)], ring])
+    geometry = MeshGeometry(vertices.astype(np.float32), faces.astype(np.uint32))
+    near, far = edge_way(geometry, 1, 16), edge_way(geometry, 1, 31, 16)
+    corner_angle = 2 * np.arcsin(np.linalg.norm(ring[1] - ring[0]) / np.sqrt(8))
+    lengths = [np.sqrt(8) * np.sin(steps * corner_angle / 2) for steps in (15, 25)]
+    assert shorten(geometry, near).length == pytest.approx(lengths[0], rel=1e-6)
+    assert shorten(geometry, far).length == pytest.approx(lengths[1], rel=1e-6)
+    over = shorten(geometry, far, over_hills=True)
+    check_path(geometry, far, over)
+    assert over.length == pytest.approx(lengths[0], rel=1e-6)
+    assert shorten(geometry, near, over_hills=True).length == shorten(geometry, near).length
+
+
+@pytest.mark.parametrize("name, share", [("hills", 0.4), ("two_storeys", 0.9), ("sphere", 0.1)])
+def test_against_exact_distances(name, share):
+    """Never shorter, and often the same, although it starts from ways along edges."""
+    kept = samples(name)
+    geometry = geometry_of(kept.mesh)
+    found, over, exact = [], [], []
+    for vertex in np.random.default_rng(1).permutation(len(kept.vertices))[:40]:
+        source, goal = int(kept.sources[0]), int(kept.vertices[vertex])
+        if source == goal:
+            continue
+        given = edge_way(geometry, source, goal)
+        exact.append(kept.distances[0, vertex])
+        found.append(shorten(geometry, given).length)
+        over.append(shorten(geometry, given, over_hills=True).length)
+    found, over, exact = np.array([found, over, exact], np.float64)
+    assert (over > exact * (1 - 1e-6)).all() and (found > exact * (1 - 1e-6)).all()
+    assert (over <= found * (1 + 1e-12)).all()
+    assert np.mean(over < exact * (1 + 1e-4)) >= share
 
 
 def test_starts_and_goals_anywhere():

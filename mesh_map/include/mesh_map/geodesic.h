@@ -12,6 +12,8 @@ namespace mesh_map {
 struct GeodesicOptions
 {
   ArrayView<std::uint8_t> mask;  ///< per face: 0 = must not be entered; empty: all count
+  bool over_hills = false;  ///< also try the other side of each vertex with less than 360 degrees
+                            ///< beside the path, where a path that is as taut may be shorter
   std::size_t max_turns = 10000000;  ///< ways around a vertex that are tried
   const std::atomic<bool>* cancel = nullptr;
 };

@@ -22,8 +22,6 @@ class DijkstraField:
     any thread: whoever asks while it is being changed waits for that.
     """
 
-    cancelled = False
-
     def __init__(self, solver: "DijkstraSolver", kernel: Any) -> None:
         self._solver = solver
         self._kernel = kernel

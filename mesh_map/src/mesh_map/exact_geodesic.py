@@ -71,6 +71,7 @@ class ExactGeodesic:
         path: SurfacePath,
         *,
         mask: Optional[Any] = None,
+        over_hills: bool = False,
         max_turns: int = MAX_TURNS,
         cancel: Optional[CancelFlag] = None,
     ) -> SurfacePath:
@@ -83,6 +84,9 @@ class ExactGeodesic:
             path: points within the faces that they are said to be in.
             mask: (F,) bool, the faces that may be entered; None for all. Where the path is in
                 others and does not run along the edge of one that counts, it stays as it is.
+            over_hills: True to look for a shorter path on the other side of each vertex beside it
+                with less than 360 degrees of surface around it, too: rough ground has many paths
+                that are taut.
             max_turns: ways around vertices to try before it gives up and returns the path as short
                 as it is by then.
             cancel: ends this when it is set.
@@ -97,6 +101,7 @@ class ExactGeodesic:
             points_array(path.points, "the points of a path"),
             _face_array(path.faces),
             mask_array(mask, self._face_count),
+            over_hills,
             max_turns,
             kernel_flag(cancel),
         )

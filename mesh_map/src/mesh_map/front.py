@@ -1,10 +1,8 @@
-"""Distances along the surface: fronts that spread from points, and from obstacles."""
+"""Distances along the surface from obstacles, and the mesh that all fronts share."""
 
-import operator
 import threading
 import weakref
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Iterable, List, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
@@ -17,27 +15,15 @@ from mesh_map.topology import Topology
 if TYPE_CHECKING:
     from mesh_map.geometry import MeshGeometry
 
-Seeds = Union[int, Iterable[int], Iterable[Tuple[int, float]]]
-
 _fronts: "weakref.WeakKeyDictionary[MeshGeometry, SurfaceFront]" = weakref.WeakKeyDictionary()
 _lock = threading.Lock()
 
 
-@dataclass(frozen=True, eq=False)
-class FrontResult:
-    """Distances from seeds.
-
-    Attributes:
-        distances: (V,) float32 meters (times slowness), +inf where not reached.
-        cancelled: True if it was cancelled; the distances are then incomplete and of no use.
-    """
-
-    distances: np.ndarray
-    cancelled: bool = False
-
-
 class SurfaceFront:
-    """Fronts over one mesh, any triangle soup; for many, from any number of threads at once."""
+    """One mesh, any triangle soup, prepared for fronts; for many, from any number of threads.
+
+    Fronts from a point are mesh_map.wave_front.WaveFrontSolver's.
+    """
 
     def __init__(self, *, vertices: Any, faces: Any, topology: Topology, threads: int = 0) -> None:
         """Prepares the mesh.
@@ -51,7 +37,6 @@ class SurfaceFront:
             ValueError: wrong shapes, or a topology of another mesh.
         """
         self._vertex_count = topology.vertex_count
-        self._threads = threads
         self._mesh = _kernels._FrontMesh(
             as_vertices(vertices),
             as_faces(faces),
@@ -59,8 +44,6 @@ class SurfaceFront:
             topology.vertex_faces,
             threads,
         )
-        self._points: Optional[Any] = None
-        self._lock = threading.Lock()
 
     @classmethod
     def of(cls, geometry: "MeshGeometry") -> "SurfaceFront":
@@ -72,42 +55,6 @@ class SurfaceFront:
                     vertices=geometry.vertices, faces=geometry.faces, topology=geometry.topology
                 )
             return front
-
-    def distance_from(
-        self,
-        seeds: Seeds,
-        *,
-        max_distance: float = float("inf"),
-        slowness: Optional[Any] = None,
-        cancel: Optional[CancelFlag] = None,
-    ) -> FrontResult:
-        """Distances across faces from one vertex or several, by fast marching.
-
-        On planes these are exact for one seed; on curved surfaces, and where the fronts of several
-        seeds meet, within about one percent.
-
-        Args:
-            seeds: a vertex, vertices, or pairs (vertex, distance to start with >= 0), such as the
-                corners of the face around a point.
-            max_distance: what lies beyond is not reached.
-            slowness: (V,) >= 0, by which lengths are multiplied; +inf or NaN closes a vertex, which
-                is then neither passed nor reached. None for 1.
-            cancel: ends this when it is set.
-        Raises:
-            ValueError: a vertex that does not exist, a wrong number of values, or one out of its
-                range (the first is named).
-        """
-        vertices, starts = self._seeds(seeds)
-        if slowness is not None:
-            slowness = np.ascontiguousarray(slowness, np.float32)
-        distances, cancelled = self._prepared_for_points()._solve(
-            sources=vertices,
-            source_distances=starts,
-            max_distance=float(max_distance),
-            slowness=slowness,
-            cancel=kernel_flag(cancel),
-        )
-        return FrontResult(distances, cancelled)
 
     def distance_to_obstacles(
         self, lethal: Any, max_distance: float, cancel: Optional[CancelFlag] = None
@@ -121,34 +68,6 @@ class SurfaceFront:
         obstacles = ObstacleDistance(front=self, max_distance=max_distance)
         obstacles.compute(lethal, cancel)
         return obstacles.distances()
-
-    def _prepared_for_points(self) -> Any:
-        with self._lock:
-            if self._points is None:
-                self._points = _kernels._SurfaceFront(self._mesh, self._threads)
-            return self._points
-
-    def _seeds(self, seeds: Seeds) -> Tuple[np.ndarray, np.ndarray]:
-        pairs: List[Tuple[int, float]] = []
-        try:
-            pairs.append((operator.index(seeds), 0.0))  # type: ignore[arg-type]
-        except TypeError:
-            for seed in seeds:  # type: ignore[union-attr]
-                try:
-                    pairs.append((operator.index(seed), 0.0))  # type: ignore[arg-type]
-                except TypeError:
-                    vertex, distance = seed  # type: ignore[misc]
-                    pairs.append((operator.index(vertex), float(distance)))
-        if not pairs:
-            raise ValueError("there is no seed")
-        for vertex, _ in pairs:
-            if not 0 <= vertex < self._vertex_count:
-                raise ValueError(
-                    "seed vertex %d does not exist: there are %d vertices"
-                    % (vertex, self._vertex_count)
-                )
-        vertices = np.array([vertex for vertex, _ in pairs], np.uint32)
-        return vertices, np.array([distance for _, distance in pairs], np.float32)
 
 
 class ObstacleDistance:

@@ -38,7 +38,9 @@ class WaveFrontField:
             where not reached; what is above `limit` may still become less.
     """
 
-    def __init__(self, solver: "WaveFrontSolver", goal: Any, slowness: Optional[np.ndarray]) -> None:
+    def __init__(
+        self, solver: "WaveFrontSolver", goal: Any, slowness: Optional[np.ndarray]
+    ) -> None:
         """Private: see WaveFrontSolver.solve()."""
         self._solver = solver
         self._goal = _Goal(solver, goal, slowness)
@@ -84,7 +86,7 @@ class WaveFrontField:
         max_distance: float = float("inf"),
         cancel: Optional[CancelFlag] = None,
     ) -> None:
-        """Goes on where it stopped; costs nothing where enough is known. See WaveFrontSolver.solve().
+        """Goes on where it stopped; see WaveFrontSolver.solve(). At once where enough is known.
 
         Raises:
             ValueError: a target that does not exist, or a number out of its range.

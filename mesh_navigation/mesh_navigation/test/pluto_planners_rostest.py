@@ -22,8 +22,8 @@ CONFIGURATIONS = yaml.safe_load(
     Path(__file__).with_name("pluto_planners.yaml").read_text(encoding="utf-8")
 )
 GRID = zoo.grid(cells=20)
-START, GOAL = (2.1, 2.2, 0.0), (8.1, 7.1, 0.0)
-STRAIGHT = np.hypot(6.0, 4.9)
+START, GOAL = (2.1, 2.2, 0.0), (8.1, 7.3, 0.0)
+STRAIGHT = np.hypot(6.0, 5.1)
 LAUNCH_PATIENCE = 10.0
 
 

@@ -72,20 +72,40 @@ def test_weights_are_looked_at_once(monkeypatch):
         snapshot = mesh_map.planning_costs()
         first = solvers.of(snapshot)
         with monkeypatch.context() as patched:
-            patched.setattr("mesh_navigation.edge_solver.np.all", None)
+            patched.setattr("mesh_navigation.edge_solver.is_lengths_or_closed", None)
             again = solvers.of(snapshot)
         assert again.solver is first.solver and again.weighted == first.weighted == bool(factor)
 
 
-def test_other_weights_need_another_solver():
+def test_other_weights_need_another_solver_but_not_another_graph(monkeypatch):
     mesh_map = weighted(hill(0.9), edge_cost_factor=1.0)
     solvers = EdgeSolvers(mesh_map)
     snapshot = mesh_map.planning_costs()
     first = solvers.of(snapshot)
     assert first.weighted and solvers.of(snapshot).solver is first.solver
-    mesh_map.costs = hill(0.5)
-    second = solvers.newest()
-    assert second.solver is not first.solver and second.costs.max() < 0.6
+    monkeypatch.setattr("mesh_navigation.edge_solver.DijkstraSolver", None)  # none is built
+    for height in (0.5, 0.7):
+        mesh_map.costs = hill(height)
+        second = solvers.newest()
+        assert second.weighted and second.solver is not first.solver
+        assert second.costs.max() == mesh_map.costs.max()
+        weights = mesh_map.planning_costs().edge_weights
+        assert np.array_equal(second.solver.edge_lengths, weights)
+
+
+def test_weights_and_lengths_may_take_turns():
+    """As a factor is set, set back, and set again; a field of each follows to the next."""
+    mesh_map = weighted(hill(0.9), edge_cost_factor=0.0)
+    solvers = EdgeSolvers(mesh_map)
+    plain = solvers.newest()
+    field = plain.solver.solve(0, plain.costs)
+    for factor in (2.0, 0.0, 5.0):
+        mesh_map = weighted(hill(0.9), edge_cost_factor=factor)
+        edges = solvers.of(mesh_map.planning_costs())
+        assert edges.weighted == bool(factor) and (edges.solver is plain.solver) != edges.weighted
+        field.update(edges.costs, solver=edges.solver)
+        expected = edges.solver.solve(0, edges.costs).potential
+        assert field.potential.tobytes() == expected.tobytes()
 
 
 def test_the_start_in_the_face_of_the_goal():

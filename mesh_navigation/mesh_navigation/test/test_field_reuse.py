@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mesh_msgs import zoo
-from navigation_test_maps import ALL_PLANNERS, FRONT_PLANNERS, MapWithCosts, planner_on
+from navigation_test_maps import ALL_PLANNERS, MapWithCosts, planner_on
 
 from mesh_map.dijkstra import DijkstraField, DijkstraSolver
 from mesh_map.settings import MapSettings
@@ -103,7 +103,7 @@ def test_after_few_changes_the_field_is_mended(cls, calls, settings):
     planner, rng = planner_on(mesh_map, cls, cost_limit=0.95), np.random.default_rng(3)
     goal = random_pose(rng)
     planner.make_plan(random_pose(rng), goal)
-    outcomes = []
+    outcomes, mended = [], 0
     for _ in range(12):
         mesh_map.costs = mesh_map.costs.copy()
         where = rng.integers(COUNT, size=15)
@@ -113,11 +113,9 @@ def test_after_few_changes_the_field_is_mended(cls, calls, settings):
         del calls[:]
         result = planner.make_plan(start, goal)
         outcomes.append(result.outcome)
-        assert len(calls) <= 2 and calls[-1:] in (["extend"], ["solve"], [])
-        if calls[-1:] == ["extend"] and cls in FRONT_PLANNERS[:1]:
-            assert calls == ["update", "extend"]
+        mended += calls[:2] == ["update", "extend"]
         check_like_new(result, mesh_map, cls, start, goal, cost_limit=0.95)
-    assert outcomes.count(0) > 6
+    assert outcomes.count(0) > 6 and mended > 6
 
 
 def test_costs_of_the_same_numbers_are_no_change(cls, calls):

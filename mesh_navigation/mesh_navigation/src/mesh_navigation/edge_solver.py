@@ -1,11 +1,11 @@
-"""The solver that fits the costs of a map, made again only when these have changed."""
+"""The solver that fits the costs of a map, with other weights only where these have changed."""
 
 import threading
 from typing import NamedTuple, Optional
 
 import numpy as np
 
-from mesh_map.dijkstra import DijkstraSolver
+from mesh_map.dijkstra import DijkstraSolver, is_lengths_or_closed
 from mesh_map.edge_weights import PlanningCosts
 from mesh_map.mesh_map import MeshMap
 
@@ -49,11 +49,13 @@ class EdgeSolvers:
 
     def _for(self, weights: np.ndarray) -> DijkstraSolver:
         lengths = self._map.geometry.edge_lengths
-        if not (weights is lengths or np.all((weights == lengths) | np.isposinf(weights))):
+        if is_lengths_or_closed(weights, lengths):
+            if self._plain is None:
+                self._plain = self._made(lengths)
+            return self._plain
+        if self._solver is None or self._solver is self._plain:
             return self._made(weights)
-        if self._plain is None:
-            self._plain = self._made(lengths)
-        return self._plain
+        return self._solver.with_weights(weights)
 
     def _made(self, weights: np.ndarray) -> DijkstraSolver:
         return DijkstraSolver(topology=self._map.topology, edge_lengths=weights)

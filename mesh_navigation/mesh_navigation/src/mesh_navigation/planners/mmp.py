@@ -2,6 +2,9 @@
 
 from typing import Any, Mapping
 
+import numpy as np
+
+from mesh_map.dijkstra import DijkstraSolver
 from mesh_map.exact_geodesic import ExactGeodesic
 from mesh_map.parameter import Parameter
 from mesh_map.surface_path import SurfacePath
@@ -11,15 +14,18 @@ from mesh_navigation.places import Place
 from mesh_navigation.planners.surface_planner import PARAMETERS, Search
 from mesh_navigation.planners.wave_front import STEP_WIDTH, WaveFrontPlanner
 
+# A geodesic that is longer than the front promised, by more than this share, may not be the best.
+_SUSPECT = 1e-5
+
 _UNUSED = "accepted, without effect: "
 
 
 class MMPPlanner(WaveFrontPlanner):
     """The wave front's path, pulled taut over the faces that may be passed.
 
-    No path near it is shorter. Costs only count as obstacles: what is over the cost limit is not
-    crossed. The cost is the length of the path. Faces need no filtering: slivers, short edges and
-    faces without area are passed as they are.
+    No path near it is shorter, and it is not longer than the shortest along edges. Costs only count
+    as obstacles: what is over the cost limit is not crossed. The cost is the length of the path.
+    Faces need no filtering: slivers, short edges and faces without area are passed as they are.
     """
 
     parameters = PARAMETERS + (
@@ -33,7 +39,9 @@ class MMPPlanner(WaveFrontPlanner):
 
     def _prepare(self) -> None:
         super()._prepare()
-        self._geodesic = ExactGeodesic.of(self.map.geometry)
+        geometry = self.map.geometry
+        self._geodesic = ExactGeodesic.of(geometry)
+        self._edges = DijkstraSolver(topology=geometry.topology, edge_lengths=geometry.edge_lengths)
 
     def _factor(self, values: Mapping[str, Any]) -> float:
         return 0.0
@@ -41,8 +49,37 @@ class MMPPlanner(WaveFrontPlanner):
     def _surface_path(
         self, search: Search, origin: Place, target: Place, field: WaveFrontField
     ) -> SurfacePath:
-        path = super()._surface_path(search, origin, target, field)
-        return self._geodesic.shorten(path, mask=search.ground.open_faces, cancel=search.flag)
+        traced = super()._surface_path(search, origin, target, field)
+        mask = search.ground.open_faces
+        path = self._geodesic.shorten(traced, mask=mask, cancel=search.flag)
+        if path.length <= (1 + _SUSPECT) * traced.potentials[0]:
+            return path
+        # The front promised less. What is pulled taut from the way over edges is never longer than
+        # that, and may be on a better side of a hill.
+        over_edges = self._along_edges(search, origin, target)
+        other = self._geodesic.shorten(over_edges, mask=mask, cancel=search.flag)
+        return min(path, other, key=lambda candidate: candidate.length)
+
+    def _along_edges(self, search: Search, origin: Place, target: Place) -> SurfacePath:
+        """The shortest way over edges, as Dijkstra's algorithm finds it."""
+        found = self._edges.solve(
+            target.ways,
+            vertex_costs=search.ground.slowness,
+            targets=origin.vertices,
+            cancel_flag=search.flag,
+        )
+        first = min(origin.ways, key=lambda way: way[1] + float(found.potential[way[0]]))[0]
+        way = found.way_from(first)
+        points = np.concatenate(
+            [origin.position[None], self.map.vertices[way], target.position[None]]
+        )
+        faces_of = self.map.topology.faces_of
+        between = [
+            np.intersect1d(faces_of(a), faces_of(b))[0]
+            for a, b in zip(way.tolist(), way[1:].tolist())
+        ]
+        faces = np.array([origin.anchor.face, *between, target.anchor.face], dtype=np.uint32)
+        return SurfacePath(points, faces, np.zeros(len(points)))
 
     def _cost(self, path: SurfacePath) -> float:
         return path.length

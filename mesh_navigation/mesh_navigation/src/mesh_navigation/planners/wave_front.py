@@ -74,8 +74,11 @@ class WaveFrontPlanner(SurfacePlanner):
             held.field.update(slowness, changed, cancel=search.flag)
         return True
 
-    def _track(self, search: Search, origin: Place, target: Place, field: Any) -> Track:
+    def _track(self, search: Search, origin: Place, target: Place, field: WaveFrontField) -> Track:
         path = self._surface_path(search, origin, target, field)
+        if len(path.points) == 1:  # the start is the goal
+            ends = np.stack([origin.position, target.position])
+            path = SurfacePath(ends, np.array([target.anchor.face]), np.zeros(2))
         points, segments = spaced_out(path.points, search.values["step_width"])
         normals = face_up_normals(self.map.geometry, path.faces[segments])
         return Track(points, normals, self._cost(path))
@@ -83,12 +86,8 @@ class WaveFrontPlanner(SurfacePlanner):
     def _surface_path(
         self, search: Search, origin: Place, target: Place, field: WaveFrontField
     ) -> SurfacePath:
-        """The path in the faces, with two points at least."""
-        path = self._tracer.path(_to_goal(field, target), origin.anchor, cancel=search.flag)
-        if len(path.points) > 1:
-            return path
-        ends = np.stack([origin.position, target.position])
-        return SurfacePath(ends, np.array([target.anchor.face], dtype=np.uint32), np.zeros(2))
+        """The path in the faces."""
+        return self._tracer.path(_to_goal(field, target), origin.anchor, cancel=search.flag)
 
     def _cost(self, path: SurfacePath) -> float:
         return float(path.potentials[0])

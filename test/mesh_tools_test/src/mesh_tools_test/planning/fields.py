@@ -72,7 +72,7 @@ def reading(world: PlanningWorld, repeats: int) -> List[Figure]:
 
 
 def others(world: PlanningWorld, repeats: int) -> List[Figure]:
-    """potpourri3d and pygeodesic where they are installed, and the errors of all beside the last."""
+    """potpourri3d and pygeodesic where installed, and the errors of all beside the last."""
     ground = peers.ground_of(world)
     front = WaveFrontSolver.of(world.geometry)
     own, field = timed(lambda: front.solve(world.source), repeats)
