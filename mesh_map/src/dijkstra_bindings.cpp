@@ -100,8 +100,8 @@ class DijkstraKernel
     const auto vertices = view<std::uint32_t>(sources, "sources", {ANY});
     const auto distances = view<float>(source_distances, "source distances", {sources.size()});
     const py::gil_scoped_release release;
-    field_ = std::make_unique<DijkstraField>(std::move(graph), std::move(pool), vertices,
-                                             distances, vertex_costs);
+    field_ = std::make_unique<DijkstraField>(std::move(graph), std::move(pool), vertices, distances,
+                                             vertex_costs);
   }
 
   bool extend(Array targets, float offset, float max_distance, const CancelFlag* cancel,
@@ -118,8 +118,7 @@ class DijkstraKernel
   py::tuple update(std::shared_ptr<DijkstraGraph> graph, const py::object& costs, Array changed,
                    const CancelFlag* cancel)
   {
-    const VertexCosts vertex_costs =
-        costsView(costs, field_->costs().limit, field_->vertexCount());
+    const VertexCosts vertex_costs = costsView(costs, field_->costs().limit, field_->vertexCount());
     const auto vertices = view<std::uint32_t>(changed, "changed", {ANY});
     kept_costs_ = py::make_tuple(kept_costs_, costs);  // whichever it looks at after an exception
     bool done = false;
@@ -215,10 +214,10 @@ void bindDijkstra(pybind11::module& module)
                                                           py::module_local())
       .def(py::init(&makeDijkstraPool), arg("vertex_count"));
   py::class_<DijkstraKernel>(module, "_DijkstraField", py::module_local())
-      .def(py::init<std::shared_ptr<DijkstraGraph>, std::shared_ptr<DijkstraPool>,
-                    const py::array&, const py::array&, const py::object&, float>(),
-           arg("graph"), arg("pool"), arg("sources"), arg("source_distances"),
-           arg("vertex_costs"), arg("cost_limit"))
+      .def(py::init<std::shared_ptr<DijkstraGraph>, std::shared_ptr<DijkstraPool>, const py::array&,
+                    const py::array&, const py::object&, float>(),
+           arg("graph"), arg("pool"), arg("sources"), arg("source_distances"), arg("vertex_costs"),
+           arg("cost_limit"))
       .def("_extend", &DijkstraKernel::extend, arg("targets"), arg("offset"), arg("max_distance"),
            arg("cancel"), arg("queue") = "automatic")
       .def("_update", &DijkstraKernel::update, arg("graph"), arg("vertex_costs"), arg("changed"),

@@ -80,7 +80,8 @@ bool DijkstraField::takeBack(ArrayView<std::uint32_t> changed, std::vector<std::
     }
     bool is_kept = costs_.isPassable(v);
     const std::uint32_t from = (*labels_)[v].from;
-    for (const DijkstraGraph::Arc* arc = graph_->begin(v); is_kept && arc != graph_->end(v); ++arc) {
+    for (const DijkstraGraph::Arc* arc = graph_->begin(v); is_kept && arc != graph_->end(v);
+         ++arc) {
       const DijkstraLabel& neighbor = (*labels_)[arc->to];
       if (arc->to == from && neighbor.distance + arc->weight > distance) {
         is_kept = false;

@@ -1,7 +1,9 @@
 #include <mesh_map/field_trace.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <stdexcept>
 #include <unordered_map>
 #include <vector>

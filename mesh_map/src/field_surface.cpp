@@ -119,7 +119,7 @@ void FieldSurface::widen(std::uint32_t face, double& low, double& high) const
   }
 }
 
-double FieldSurface::meanSlowness(std::uint32_t face) const
+double FieldSurface::meanOfOpen(std::uint32_t face) const
 {
   double sum = 0.0;
   unsigned count = 0;

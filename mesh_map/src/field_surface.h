@@ -130,7 +130,10 @@ class FieldSurface
   double slownessAt(const FieldPlace& place, std::uint32_t face) const;
 
   /// Of the corners that are open.
-  double meanSlowness(std::uint32_t face) const;
+  double meanSlowness(std::uint32_t face) const
+  {
+    return field_->slowness.empty() ? 1.0 : meanOfOpen(face);
+  }
   /// That at the goal, in a face that it is in.
   double goalSlowness(std::uint32_t face) const { return slownessAt(goal_place_, face); }
 
@@ -191,6 +194,7 @@ class FieldSurface
 
   /// Makes the range reach all slowness of the corners that are open.
   void widen(std::uint32_t face, double& low, double& high) const;
+  double meanOfOpen(std::uint32_t face) const;
   double firstValue(const FieldPlace& place) const;
 
   const TraceMesh* mesh_;

@@ -236,7 +236,8 @@ WaveFrontField::Update WaveFrontField::update(std::vector<WaveFrontSeed> seeds,
     return done;
   }
   is_mended_ = false;
-  if (begins.size() > buffers_->touched.size() / CHANGES_FOR_NEW_FIELD) {
+  if (begins.size() > buffers_->touched.size() / CHANGES_FOR_NEW_FIELD ||
+      usualSlowness(slowness) != buffers_->usual_slowness) {
     done.cancelled = !startAgain(slowness, cancel, done);
     return done;
   }

@@ -23,7 +23,8 @@ class WaveFrontSpread
         buffers_(buffers),
         labels_(buffers.labels.data()),
         slowness_(slowness.data()),
-        least_step_(1e-12 * buffers.queue.width())
+        least_step_(1e-12 * buffers.queue.width()),
+        usual_(buffers.usual_slowness)
   {
   }
 
@@ -143,11 +144,11 @@ class WaveFrontSpread
  private:
   /// What is changed by less than this part is left as it is.
   static constexpr double TOLERANCE = 1e-6;
-  /// Of slowness within two neighboring faces, the highest by the lowest: up to this, the way
-  /// across is taken as straight,
+  /// Of slowness within two neighboring faces, the highest by the lowest: up to this, it is taken
+  /// as the same for the way across.
   static constexpr double EVEN = 1.1;
-  /// and up to this, the front as round.
-  static constexpr double ROUND = 1.5;
+  /// Up to this, the front is taken as round.
+  static constexpr double ROUND = 1.3;
 
   /// A vertex next to the one that is pushed.
   struct Neighbor
@@ -214,19 +215,24 @@ class WaveFrontSpread
     return found;
   }
 
-  static double front(double u, double v, const WaveFrontTriangle& triangle,
-                      const WaveFrontSlowness& slowness, double low, double high, double label)
+  double front(double u, double v, const WaveFrontTriangle& triangle,
+               const WaveFrontSlowness& slowness, double low, double high, double label) const
   {
     if (!HAS_COSTS) {
       return roundFront(u, v, triangle);
     }
     if (high <= EVEN * low) {
-      return roundFront(u, v, triangle, slowness);
+      return roundFront(u, v, triangle, slowness, usual_);
     }
     const double base = slowness.onBase() * triangle.base;
-    return std::fabs(u - v) <= base * (1.0 + 1e-9)
-               ? unevenFront(u, v, triangle, slowness, low, high <= ROUND * low, label)
-               : NOT_REACHED;
+    if (!(std::fabs(u - v) <= base * (1.0 + 1e-9))) {
+      return NOT_REACHED;
+    }
+    if (high > ROUND * low) {
+      return unevenFront(u, v, triangle, slowness, low, 0.0, label);
+    }
+    const double lift = liftOf(u, v, slowness.onBase() / usual_);
+    return unevenFront(u + lift, v + lift, triangle, slowness, low, base, label + lift) - lift;
   }
 
   /// The same as push(), for faces in order: what neighbors share is computed once.
@@ -333,7 +339,7 @@ class WaveFrontSpread
   WaveFrontBuffers& buffers_;
   double* labels_;
   const float* slowness_;
-  double least_step_;
+  double least_step_, usual_;
 };
 
 /// Labels up to this one will not be lowered any more by what is in the queue.

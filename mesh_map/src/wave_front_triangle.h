@@ -90,12 +90,23 @@ struct WaveFrontSlowness
   double acrossFrom(double t) const { return 0.5 * (u + (v - u) * t + corner); }
 };
 
+/// The source seems to lie where the front is round about it. Behind a border to what is slower,
+/// that is farther than the labels say: a front of radius r in what is as slow as usual has the
+/// radius c r in what is c times as slow (refraction of a narrow beam), and so labels c^2 times as
+/// high. This is what they lack.
+inline double liftOf(double u, double v, double contrast)
+{
+  return contrast > 1.0 ? (contrast * contrast - 1.0) * (u < v ? u : v) : 0.0;
+}
+
 /// The same with costs: as far as to the base, all is as slow as the base is; beyond, as the face
 /// is along the way.
 inline double roundFront(double u, double v, const WaveFrontTriangle& triangle,
-                         const WaveFrontSlowness& slowness)
+                         const WaveFrontSlowness& slowness, double usual)
 {
-  const double scale = slowness.onBase();
+  const double scale = slowness.onBase(), lift = liftOf(u, v, scale / usual);
+  u += lift;
+  v += lift;
   const double base = scale * triangle.base, height = scale * triangle.height;
   const double along = scale * triangle.along;
   const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
@@ -112,27 +123,25 @@ inline double roundFront(double u, double v, const WaveFrontTriangle& triangle,
   const double sum = u + std::sqrt(std::max(0.0, u * u + more));
   const double way = sum > 0.0 ? u + more / sum : 0.0;
   const double beyond = slowness.acrossFrom(crossing / (base * depth));
-  return way * (sy * scale + height * beyond) / (depth * scale);
+  return way * (sy * scale + height * beyond) / (depth * scale) - lift;
 }
 
-/// With costs that change within the faces: the least way over points of the base. Where they
-/// change much, labels are taken as linear on the base: a front that bends there may look as if its
-/// source were right behind it.
+/// With costs that change within the faces: the least way over points of the base. With `curve` 0,
+/// labels are linear in between: a front that bends may look as if its source were right behind
+/// the base. Else they are distances from a source, and `curve` is the time along the base.
+/// Infinite where that is not below `label`; `low` is the least slowness.
 inline double unevenFront(double u, double v, const WaveFrontTriangle& triangle,
-                          const WaveFrontSlowness& slowness, double low, bool is_round,
-                          double label)
+                          const WaveFrontSlowness& slowness, double low, double curve, double label)
 {
   constexpr int PARTS = 4;
-  const double curve = is_round ? slowness.onBase() * triangle.base : 0.0;
-  const double nearer = u < v ? u : v, beyond = label - low * triangle.height;
-  if (beyond <= 0.0 || beyond * beyond <= nearer * nearer - 0.25 * curve * curve) {
+  const double beyond = label - low * triangle.height;
+  if (beyond <= 0.0 || !mayLower(beyond, u, v, curve)) {
     return NOT_REACHED;
   }
   const auto way = [&](double t) {
-    const double linear = u + (v - u) * t;
     const double squared = u * u * (1.0 - t) + v * v * t - curve * curve * t * (1.0 - t);
     const double x = triangle.along - t * triangle.base;
-    return (is_round ? std::sqrt(std::max(0.0, squared)) : linear) +
+    return (curve > 0.0 ? std::sqrt(std::max(0.0, squared)) : u + (v - u) * t) +
            slowness.acrossFrom(t) * std::sqrt(x * x + triangle.height * triangle.height);
   };
   double ways[PARTS + 1];

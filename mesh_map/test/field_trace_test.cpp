@@ -200,6 +200,42 @@ TEST(FieldTrace, GoesThroughVerticesAndAlongEdges)
   }
 }
 
+TEST(FieldTrace, DirectionsAreUnitVectorsOrZero)
+{
+  for (const double closed : {0.0, 0.2}) {
+    for (const TestMesh& mesh : frontMeshes()) {
+      FieldSample sample(mesh);
+      for (const std::uint8_t flag : randomMask(sample.sample.size(), closed, 7)) {
+        sample.slowness.push_back(flag != 0 ? FAR : 2.0f);
+      }
+      sample.spreadFrom(sample.point(0, 0.3, 0.3));
+      std::vector<float> normals(sample.sample.mesh.positions.size());
+      for (std::size_t v = 0; v < sample.sample.size(); ++v) {
+        normals[3 * v + 2] = 1.0f;
+      }
+      const std::vector<float> at_vertices =
+          vertexDirections(sample.trace(), sample.field, normals, 2);
+      const std::vector<float> at_faces = faceDirections(sample.trace(), sample.field, 2);
+      ASSERT_EQ(at_vertices.size(), normals.size());
+      ASSERT_EQ(at_faces.size(), sample.sample.mesh.faces.size());
+      std::size_t units = 0;
+      for (const std::vector<float>* const directions : {&at_vertices, &at_faces}) {
+        for (std::size_t i = 0; i < directions->size(); i += 3) {
+          const float* const d = directions->data() + i;
+          const double length = std::sqrt(double{d[0]} * d[0] + d[1] * d[1] + d[2] * d[2]);
+          ASSERT_TRUE(length == 0.0 || std::abs(length - 1.0) < 1e-6) << mesh.name;
+          units += length > 0.0;
+          if (directions == &at_vertices) {
+            ASSERT_LT(std::abs(d[2]), 1e-6) << mesh.name;
+            ASSERT_TRUE(length == 0.0 || std::isfinite(sample.labels[i / 3])) << mesh.name;
+          }
+        }
+      }
+      EXPECT_TRUE(units > 0 || !sample.isFaceOpen(0) || sample.longestSide(0) == 0.0) << mesh.name;
+    }
+  }
+}
+
 TEST(FieldTrace, IsCancelled)
 {
   FieldSample sample = planeField(0.2, 900, 0.3, 0.3);

@@ -212,7 +212,7 @@ def test_a_blocked_source_starts_nothing():
     costs[3] = np.inf
     result = graph.solver.solve(3, costs)
     assert np.isinf(result.potential).all() and len(result.way_from(3)) == 0
-    for vertex in (-1, 25):
+    for vertex in (-1, 25, 1 << 80):
         for ask in (result.way_from, lambda vertex: result.reaches([3, vertex])):
             with pytest.raises(ValueError, match="^vertex %d does not exist: there are" % vertex):
                 ask(vertex)
@@ -312,6 +312,7 @@ def test_solves_in_parallel_do_not_mix():
         (dict(source=0, vertex_costs=np.zeros(24)), r"vertex_costs has to have the shape \(25\)"),
         (dict(source=0, cost_limit=float("nan")), "the cost limit is not a number"),
         (dict(source=0, targets=[25]), "target vertex 25 does not exist"),
+        (dict(source=0, targets=np.array([3, -1])), "target vertex -1 does not exist"),
         (dict(source=0, targets=np.ones(1)), "target vertices have to be a row of whole numbers"),
         (dict(source=0, max_distance=-1.0), "the maximum distance has to be 0 or more"),
         (dict(source=0, targets=[1], offset=-0.1), "the offset has to be 0 or more"),

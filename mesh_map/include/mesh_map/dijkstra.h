@@ -28,8 +28,8 @@ struct VertexCosts
   /// NaN fails the first comparison, +inf the second.
   bool isPassable(std::uint32_t vertex) const
   {
-    return values.empty() || (values[vertex] <= limit &&
-                              values[vertex] < std::numeric_limits<float>::infinity());
+    return values.empty() ||
+           (values[vertex] <= limit && values[vertex] < std::numeric_limits<float>::infinity());
   }
 
   /// Throws std::invalid_argument where this is not for so many vertices, or the limit is NaN.

@@ -31,8 +31,7 @@ class DijkstraGraph
   /// `before` are the weights of this graph, `edges` the two vertices of each edge. Throws
   /// std::invalid_argument as above.
   std::shared_ptr<DijkstraGraph> withWeights(ArrayView<std::uint32_t> edges,
-                                             ArrayView<float> before,
-                                             ArrayView<float> after) const;
+                                             ArrayView<float> before, ArrayView<float> after) const;
 
   std::size_t vertexCount() const { return offsets_->size() - 1; }
 

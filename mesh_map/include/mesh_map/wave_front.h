@@ -66,8 +66,9 @@ class WaveFrontPool
 ///
 /// Costs: `slowness` is the time that a meter takes, per vertex, linear in between; empty for 1
 /// everywhere. Vertices with +inf or NaN are closed: never reached, not even as a seed, and faces
-/// with a closed corner are not crossed. Where slowness varies by more than half within the faces
-/// on both sides of an edge, the front through it is taken as straight, not as round.
+/// with a closed corner are not crossed. Where slowness varies by more than 30 % within the
+/// faces on both sides of an edge, the front through it is taken as straight, not as round; and
+/// where it is much higher than usual (near the seeds, or in most places), as less round.
 ///
 /// The values of slowness have to be the same, and to live, during all calls, but for what update()
 /// is told. One call at a time.
@@ -112,6 +113,7 @@ class WaveFrontField
  private:
   void checkSlowness(ArrayView<float> slowness, ArrayView<std::uint32_t> changed) const;
   void prepareSeeds();
+  double usualSlowness(ArrayView<float> slowness) const;
   void start(ArrayView<float> slowness);
   bool run(ArrayView<float> slowness, const WaveFrontStop& stop);
   bool mend(ArrayView<float> slowness, const std::atomic<bool>* cancel, Update& done);

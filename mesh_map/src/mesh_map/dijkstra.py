@@ -1,164 +1,16 @@
 """Shortest ways along the edges of a mesh."""
 
 import operator
-import threading
 from typing import Any, Iterable, Optional, Tuple, Union
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.array_checks import read_only
-from mesh_map.cancel import CancelFlag, kernel_flag
-from mesh_map.errors import Cancelled
+from mesh_map.cancel import CancelFlag
+from mesh_map.dijkstra_field import DijkstraField, frozen
 from mesh_map.topology import Topology
 
 Source = Union[int, Iterable[Tuple[int, float]]]
-
-
-class DijkstraField:
-    """Distances from sources, as far as asked for. Made by DijkstraSolver.solve().
-
-    It goes on where it stopped (extend), and follows changes of costs and weights (update). From
-    any thread: whoever asks while it is being changed waits for that.
-    """
-
-    def __init__(self, solver: "DijkstraSolver", kernel: Any) -> None:
-        self._solver = solver
-        self._kernel = kernel
-        self._lock = threading.Lock()
-        self._potential: Optional[np.ndarray] = None
-        self._predecessors: Optional[np.ndarray] = None
-
-    @property
-    def solver(self) -> "DijkstraSolver":
-        """The one with the weights of the edges."""
-        return self._solver
-
-    @property
-    def limit(self) -> float:
-        """All distances up to this one are final; +inf where the field is complete."""
-        with self._lock:
-            return self._kernel._limit()
-
-    @property
-    def potential(self) -> np.ndarray:
-        """(V,) float32, read-only: the distance to the nearest source in the unit of the weights.
-
-        +inf where not reached, or not final. The array keeps what it is; after changes there is
-        another one.
-        """
-        with self._lock:
-            if self._potential is None:
-                self._potential = read_only(self._kernel._potential())
-            return self._potential
-
-    @property
-    def predecessors(self) -> np.ndarray:
-        """(V,) uint32, read-only: the next vertex on the way to the nearest source.
-
-        The vertex itself at a source, and where not reached.
-        """
-        with self._lock:
-            if self._predecessors is None:
-                self._predecessors = read_only(self._kernel._predecessors())
-            return self._predecessors
-
-    def reaches(self, vertices: Any) -> np.ndarray:
-        """(N,) bool: which of these vertices have a final and finite distance.
-
-        Raises:
-            ValueError: a vertex that does not exist.
-        """
-        wanted = self._solver._indices(vertices, "")
-        with self._lock:
-            return self._kernel._reaches(wanted)
-
-    def way_from(self, vertex: int) -> np.ndarray:
-        """The vertices from this one to the source that it is nearest to, (N,) uint32.
-
-        Empty if it was not reached.
-
-        Raises:
-            ValueError: a vertex that does not exist.
-        """
-        start = self._solver._indices([operator.index(vertex)], "")[0]
-        with self._lock:
-            return self._kernel._way_from(int(start))
-
-    def extend(
-        self,
-        targets: Optional[Iterable[int]] = None,
-        *,
-        offset: float = 0.0,
-        max_distance: float = float("inf"),
-        cancel: Optional[CancelFlag] = None,
-    ) -> None:
-        """Goes on where it stopped; what is known already costs nothing.
-
-        Args:
-            targets, offset, max_distance: how far, as for DijkstraSolver.solve().
-            cancel: ends this when it is set.
-        Raises:
-            ValueError: a vertex that does not exist, or a number out of its range.
-            Cancelled: `cancel` was set. What was found until then is kept.
-        """
-        wanted = self._solver._indices(() if targets is None else targets, "target ")
-        with self._lock:
-            self._forget_arrays()
-            done = self._kernel._extend(
-                wanted, float(offset), float(max_distance), kernel_flag(cancel)
-            )
-        if not done:
-            raise Cancelled("the search was cancelled")
-
-    def update(
-        self,
-        vertex_costs: Optional[Any],
-        changed: Optional[Any] = None,
-        *,
-        solver: Optional["DijkstraSolver"] = None,
-        cancel: Optional[CancelFlag] = None,
-    ) -> int:
-        """Follows a change of costs, of weights, or both: the field is bit for bit a new one.
-
-        Only what depends on the change is computed again, up to the same limit.
-
-        Args:
-            vertex_costs: (V,) new costs; None for none. The cost limit stays.
-            changed: (K,) vertices; costs may differ only there, and weights only of edges that end
-                there. None to find them by comparing everything, which takes about a millisecond
-                per million vertices, and as much per million edges.
-            solver: the one with the new weights, on the same topology (see
-                DijkstraSolver.with_weights); None for the one that this field has.
-            cancel: ends this when it is set.
-        Returns:
-            how many distances were taken back or looked at again; 0 if nothing has changed.
-        Raises:
-            ValueError: a wrong number of costs, a vertex that does not exist, or a solver of
-                another topology: then nothing has changed.
-            Cancelled: `cancel` was set. The field has the new costs then, and `limit` tells how far
-                it is known; extend() goes on.
-        """
-        solver = solver or self._solver
-        solver._check_same_topology(self._solver)
-        costs = _frozen(vertex_costs)
-        flag = kernel_flag(cancel)
-        with self._lock:
-            if changed is None:
-                vertices = self._kernel._opened_or_closed(costs)
-                weighted = solver._changed_vertices(self._solver)
-                vertices = np.concatenate([vertices, weighted])
-            else:
-                vertices = solver._indices(changed, "changed ")
-            self._forget_arrays()
-            done, count = self._kernel._update(solver._graph, costs, vertices, flag)
-            self._solver = solver
-        if not done:
-            raise Cancelled("the update of a field was cancelled")
-        return count
-
-    def _forget_arrays(self) -> None:
-        self._potential = self._predecessors = None
 
 
 class DijkstraSolver:
@@ -237,7 +89,7 @@ class DijkstraSolver:
             Cancelled: `cancel_flag` was set.
         """
         vertices, distances = self._sources(source)
-        costs = _frozen(vertex_costs)
+        costs = frozen(vertex_costs)
         kernel = _kernels._DijkstraField(
             self._graph, self._pool, vertices, distances, costs, float(cost_limit)
         )
@@ -246,7 +98,7 @@ class DijkstraSolver:
         return field
 
     def _checked(self, edge_lengths: Any) -> np.ndarray:
-        lengths = _frozen(edge_lengths)
+        lengths = frozen(edge_lengths)
         if lengths.shape != (self._topology.edge_count,):
             raise ValueError(
                 "edge_lengths have the shape %s, but there are %d edges"
@@ -261,28 +113,38 @@ class DijkstraSolver:
             pairs = [(vertex, float(distance)) for vertex, distance in source]  # type: ignore
         if not pairs:
             raise ValueError("there is no source")
-        vertices = self._indices([operator.index(vertex) for vertex, _ in pairs], "source ")
+        vertices = self.indices([operator.index(vertex) for vertex, _ in pairs], "source ")
         return vertices, np.array([distance for _, distance in pairs], np.float32)
 
-    def _indices(self, vertices: Iterable[int], what: str) -> np.ndarray:
-        """(N,) uint32 of vertices that exist."""
-        if not isinstance(vertices, np.ndarray):
-            vertices = np.array([operator.index(vertex) for vertex in vertices], np.int64)
-        if vertices.ndim != 1 or vertices.dtype.kind not in "iu":
-            raise ValueError("%svertices have to be a row of whole numbers" % what)
+    def indices(self, vertices: Iterable[int], what: str) -> np.ndarray:
+        """(N,) uint32 of these vertices, once they are known to exist.
+
+        Raises:
+            ValueError: one that does not (the first is named), after `what`; or no whole numbers.
+        """
         count = self._topology.vertex_count
-        wrong = vertices[(vertices < 0) | (vertices >= count)]
+        if isinstance(vertices, np.ndarray):
+            if vertices.ndim != 1 or vertices.dtype.kind not in "iu":
+                raise ValueError("%svertices have to be a row of whole numbers" % what)
+            wrong = vertices[(vertices < 0) | (vertices >= count)]
+        else:
+            vertices = [operator.index(vertex) for vertex in vertices]
+            wrong = [vertex for vertex in vertices if not 0 <= vertex < count]
         if len(wrong):
             raise ValueError(
                 "%svertex %d does not exist: there are %d vertices" % (what, wrong[0], count)
             )
         return np.ascontiguousarray(vertices, np.uint32)
 
-    def _check_same_topology(self, other: "DijkstraSolver") -> None:
+    def check_same_topology(self, other: "DijkstraSolver") -> None:
+        """
+        Raises:
+            ValueError: the other one, of a field, is of another topology.
+        """
         if self._topology is not other._topology:
             raise ValueError("the solver is of another topology than the field")
 
-    def _changed_vertices(self, before: "DijkstraSolver") -> np.ndarray:
+    def vertices_changed_since(self, before: "DijkstraSolver") -> np.ndarray:
         """(K,) uint32: those at edges with other weights than before; some several times."""
         if self is before:
             return np.zeros(0, np.uint32)
@@ -294,12 +156,3 @@ class DijkstraSolver:
 def is_lengths_or_closed(weights: np.ndarray, lengths: np.ndarray) -> bool:
     """Whether each of the weights, (E,) float32, is the length of that edge or +inf."""
     return weights is lengths or _kernels._are_lengths_or_closed(weights, lengths)
-
-
-def _frozen(values: Optional[Any]) -> Any:
-    """Numbers as float32 that nobody changes: as they are, or a copy."""
-    if values is None:
-        return None
-    if isinstance(values, np.ndarray) and not values.flags.writeable:
-        return np.ascontiguousarray(values, np.float32)
-    return read_only(np.array(values, np.float32, order="C"))

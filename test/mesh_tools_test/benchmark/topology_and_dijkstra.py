@@ -93,19 +93,26 @@ def measure_dijkstra(mesh_map: MeshMap, repeats: int) -> List[Row]:
     costs = np.zeros(topology.vertex_count, np.float32)
     time_costs, _ = timed(lambda: solver.solve(source, costs, 1.0), repeats)
 
-    kernel = _kernels._DijkstraGraph(
+    graph = _kernels._DijkstraGraph(
         topology.neighbor_offsets, topology.neighbors, topology.neighbor_edges, lengths
     )
-    arguments = (np.array([source], np.uint32), np.zeros(1, np.float32), None, np.inf)
-    heap = arguments + (np.zeros(0, np.uint32), 0.0, "heap", _kernels._CancelFlag())
-    time_heap, by_heap = timed(lambda: kernel._solve(*heap), repeats)
-    if by_heap[0].tobytes() != field.potential.tobytes():
+    pool = _kernels._DijkstraPool(topology.vertex_count)
+    seeds = np.array([source], np.uint32), np.zeros(1, np.float32)
+
+    def by_heap() -> np.ndarray:
+        kernel = _kernels._DijkstraField(graph, pool, *seeds, None, np.inf)
+        kernel._extend(np.zeros(0, np.uint32), 0.0, np.inf, None, "heap")
+        return kernel._potential()
+
+    time_heap, potential = timed(by_heap, repeats)
+    if potential.tobytes() != field.potential.tobytes():
         raise SystemExit("the buckets and the heap differ")
+    updates = measure_updates(mesh_map, solver, source, repeats)
 
     weights = lengths[topology.neighbor_edges].astype(np.float64)
     shape = (topology.vertex_count, topology.vertex_count)
-    graph = csr_matrix((weights, topology.neighbors, topology.neighbor_offsets), shape)
-    time_scipy, expected = timed(lambda: dijkstra(graph, indices=source), min(repeats, 3))
+    matrix = csr_matrix((weights, topology.neighbors, topology.neighbor_offsets), shape)
+    time_scipy, expected = timed(lambda: dijkstra(matrix, indices=source), min(repeats, 3))
     if not np.allclose(field.potential, expected, rtol=1e-4):
         raise SystemExit("the distances differ from SciPy's")
     scipy = "SciPy dijkstra"
@@ -115,7 +122,45 @@ def measure_dijkstra(mesh_map: MeshMap, repeats: int) -> List[Row]:
         Row("Dijkstra, heap instead of buckets", time_heap, scipy, time_scipy),
         Row("Dijkstra, to a goal 17 m away", time_near, scipy, time_scipy),
         Row("Dijkstra, preparing the graph", time_graph),
-    ]
+    ] + updates
+
+
+def measure_updates(
+    mesh_map: MeshMap, solver: DijkstraSolver, source: int, repeats: int
+) -> List[Row]:
+    """A whole field follows obstacles of several sizes that come and go, beside a new one."""
+    vertices = mesh_map.vertices
+    free = np.zeros(len(vertices), np.float32)
+    field = solver.solve(source, free, 1.0)
+    time_new, _ = timed(lambda: solver.solve(source, free, 1.0), repeats)
+    spread = np.where(np.isfinite(field.potential), field.potential, 0)
+    center = vertices[np.argmin(np.abs(spread - spread.max() / 2))]
+    distances = np.square(vertices - center).sum(axis=1)
+    rows = []
+    for count in (10, 100, 1_000, 10_000, 100_000):
+        if count >= len(vertices):
+            break
+        changed = np.sort(np.argpartition(distances, count)[:count])
+        blocked = free.copy()
+        blocked[changed] = np.inf
+        for costs in (free, blocked):
+            costs.flags.writeable = False
+        times = [
+            timed(lambda costs=costs: field.update(costs, changed), 1)[0]
+            for _ in range(repeats)
+            for costs in (blocked, free)
+        ]
+        field.update(blocked, changed)
+        if field.potential.tobytes() != solver.solve(source, blocked, 1.0).potential.tobytes():
+            raise SystemExit("an update and a new field differ")
+        field.update(free, changed)
+        name = "Dijkstra, update at %d vertices" % count
+        rows.append(Row(name, statistics.median(times), "new field", time_new))
+    lengths = solver.edge_lengths.copy()
+    lengths[:1000] *= 2
+    time_weights, _ = timed(lambda: solver.with_weights(lengths), repeats)
+    rows.append(Row("Dijkstra, 1000 other weights", time_weights))
+    return rows
 
 
 def table(rows: List[Row]) -> str:
