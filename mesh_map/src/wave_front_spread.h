@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "wave_front_behind.h"
 #include "wave_front_buffers.h"
 #include "wave_front_triangle.h"
 
@@ -149,6 +150,8 @@ class WaveFrontSpread
   static constexpr double EVEN = 1.1;
   /// Up to this, the front is taken as round.
   static constexpr double ROUND = 1.3;
+  /// What is above a label by less than this part is looked at more exactly.
+  static constexpr double NEAR = 0.01;
 
   /// A vertex next to the one that is pushed.
   struct Neighbor
@@ -184,29 +187,40 @@ class WaveFrontSpread
     const double length = std::sqrt(dot(base, base));
     double low = std::min({slowness(a), slowness(b), slowness(target)});
     double high = std::max({slowness(a), slowness(b), slowness(target)});
-    if (!(length > 0.0) || !mesh_map::mayLower(label, u, v, alongEdge(a, b, length)) ||
-        !hasOther(a, b, target, low, high)) {
+    if (!(length > 0.0) || !mesh_map::mayLower(label, u, v, alongEdge(a, b, length))) {
+      return NOT_REACHED;
+    }
+    const std::uint32_t other = findOther(a, b, target, low, high);
+    if (other == NO_INDEX) {
       return NOT_REACHED;
     }
     const WaveFrontVector side = between(mesh_.position(a), mesh_.position(target));
     const double inverse = 1.0 / length;
-    return front(
-        u, v,
-        {length, dot(base, side) * inverse, crossLength(base, side) * inverse, dot(side, side)},
-        {slowness(a), slowness(b), slowness(target)}, low, high, label);
+    const WaveFrontTriangle triangle = {length, dot(base, side) * inverse,
+                                        crossLength(base, side) * inverse, dot(side, side)};
+    const double found =
+        front(u, v, triangle, {slowness(a), slowness(b), slowness(target)}, low, high, label);
+    if (other == a || !isWorthALook(found, label, low, high)) {
+      return found;
+    }
+    const WaveFrontVector back = between(mesh_.position(a), mesh_.position(other));
+    return fromBehind(
+        u, v, triangle,
+        {dot(base, back) * inverse, crossLength(base, back) * inverse, labels_[other]}, low, found);
   }
 
-  /// Is there another open face at the edge (a, b), from which a front may come? The lowest and the
-  /// highest slowness become those of its corners, too.
-  bool hasOther(std::uint32_t a, std::uint32_t b, std::uint32_t target, double& low,
-                double& high) const
+  /// The third corner of the other open face at the edge (a, b), from which a front may come; a
+  /// where there are several, NO_INDEX for none. The lowest and the highest slowness become those
+  /// of their corners, too.
+  std::uint32_t findOther(std::uint32_t a, std::uint32_t b, std::uint32_t target, double& low,
+                          double& high) const
   {
-    bool found = false;
+    std::uint32_t found = NO_INDEX;
     for (const FrontCorner* c = mesh_.cornersBegin(a); c != mesh_.cornersEnd(a); ++c) {
       if (c->a != c->b && (c->a == b || c->b == b)) {
         const std::uint32_t third = c->a == b ? c->b : c->a;
         if (third != target && third != a && isOpen(third)) {
-          found = true;
+          found = found == NO_INDEX ? third : a;
           low = std::min(low, slowness(third));
           high = std::max(high, slowness(third));
         }
@@ -233,6 +247,33 @@ class WaveFrontSpread
     }
     const double lift = liftOf(u, v, slowness.onBase() / usual_);
     return unevenFront(u + lift, v + lift, triangle, slowness, low, base, label + lift) - lift;
+  }
+
+  /// Is a label that comes across a base so low that it should be known more exactly? A little
+  /// above the present one it may yet become the lower one. Where costs change, ways are not
+  /// straight.
+  static bool isWorthALook(double found, double label, double low, double high)
+  {
+    return found < label * (1.0 + NEAR) && (!HAS_COSTS || low == high);
+  }
+
+  /// See roundFrontFromBehind(), where all is equally slow.
+  double fromBehind(double u, double v, const WaveFrontTriangle& triangle,
+                    const WaveFrontBehind& behind, double slow, double plain) const
+  {
+    if (!(behind.label < NOT_REACHED)) {
+      return plain;
+    }
+    if (!HAS_COSTS) {
+      return roundFrontFromBehind(u, v, triangle, behind, plain);
+    }
+    const double lift = liftOf(u, v, slow / usual_);
+    return roundFrontFromBehind(u + lift, v + lift,
+                                {slow * triangle.base, slow * triangle.along,
+                                 slow * triangle.height, slow * slow * triangle.squared},
+                                {slow * behind.along, slow * behind.depth, behind.label + lift},
+                                plain + lift) -
+           lift;
   }
 
   /// The same as push(), for faces in order: what neighbors share is computed once.
@@ -327,9 +368,16 @@ class WaveFrontSpread
     Neighbor& t = ring[target];
     const double inverse = 1.0 / b.length;
     const Range range = HAS_COSTS ? rangeOf(v, b, t, ring[other]) : Range{1.0, 1.0};
-    const double label =
-        front(labels_[v], b.label, {b.length, product * inverse, area * inverse, t.squared},
-              {slowness(v), b.slowness, t.slowness}, range.low, range.high, t.label);
+    const WaveFrontTriangle triangle = {b.length, product * inverse, area * inverse, t.squared};
+    double label = front(labels_[v], b.label, triangle, {slowness(v), b.slowness, t.slowness},
+                         range.low, range.high, t.label);
+    if (isWorthALook(label, t.label, range.low, range.high)) {
+      const WaveFrontVector& back = ring[other].side;
+      label = fromBehind(
+          labels_[v], b.label, triangle,
+          {dot(b.side, back) * inverse, crossLength(b.side, back) * inverse, ring[other].label},
+          range.low, label);
+    }
     if (isAbove(t.label, label)) {
       t.label = label;
     }

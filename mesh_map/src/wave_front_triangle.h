@@ -11,6 +11,9 @@ namespace mesh_map {
 
 constexpr double NOT_REACHED = std::numeric_limits<double>::infinity();
 
+/// A source on the base itself may seem to be none by this part of the squared base, by rounding.
+constexpr double ON_BASE = 1e-9;
+
 /// The third corner of a triangle as its base sees it: the base runs from the origin along the x
 /// axis to (base, 0), the corner is at (along, height), `squared` its squared distance from the
 /// origin.
@@ -66,10 +69,10 @@ inline double roundFront(double u, double v, const WaveFrontTriangle& triangle)
   const double base = triangle.base;
   const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
   const double sy_squared = (u - sx) * (u + sx);
-  if (!(sy_squared >= 0.0)) {
+  if (!(sy_squared >= -ON_BASE * base * base)) {
     return NOT_REACHED;
   }
-  const double sy = std::sqrt(sy_squared);
+  const double sy = std::sqrt(std::max(0.0, sy_squared));
   const double crossing = sx * triangle.height + triangle.along * sy;
   if (!(crossing >= 0.0 && crossing <= base * (sy + triangle.height))) {
     return NOT_REACHED;
@@ -90,13 +93,13 @@ struct WaveFrontSlowness
   double acrossFrom(double t) const { return 0.5 * (u + (v - u) * t + corner); }
 };
 
-/// The source seems to lie where the front is round about it. Behind a border to what is slower,
-/// that is farther than the labels say: a front of radius r in what is as slow as usual has the
-/// radius c r in what is c times as slow (refraction of a narrow beam), and so labels c^2 times as
-/// high. This is what they lack.
+/// How much higher labels have to be for the radius of a front to be read from them, in an area
+/// that is `contrast` times as slow as usual: a front that comes into it from outside is as round
+/// as it was before, while its labels, in meters of that area, would say that its source is near.
+/// (Right behind the border it is even flatter, by refraction; deep inside, rounder.)
 inline double liftOf(double u, double v, double contrast)
 {
-  return contrast > 1.0 ? (contrast * contrast - 1.0) * (u < v ? u : v) : 0.0;
+  return contrast > 1.0 ? (contrast - 1.0) * (u < v ? u : v) : 0.0;
 }
 
 /// The same with costs: as far as to the base, all is as slow as the base is; beyond, as the face
@@ -111,10 +114,10 @@ inline double roundFront(double u, double v, const WaveFrontTriangle& triangle,
   const double along = scale * triangle.along;
   const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
   const double sy_squared = (u - sx) * (u + sx);
-  if (!(sy_squared >= 0.0)) {
+  if (!(sy_squared >= -ON_BASE * base * base)) {
     return NOT_REACHED;
   }
-  const double sy = std::sqrt(sy_squared), depth = sy + height;
+  const double sy = std::sqrt(std::max(0.0, sy_squared)), depth = sy + height;
   const double crossing = sx * height + along * sy;
   if (!(crossing >= 0.0 && crossing <= base * depth && depth > 0.0)) {
     return NOT_REACHED;

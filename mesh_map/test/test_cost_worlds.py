@@ -130,7 +130,7 @@ def test_refraction(ends, slow, scrambled):
 
     points = path.points[:, :2]
     before, after = (np.interp(x, points[:, 0], points[:, 1]) for x in (5.0, 5.1))
-    assert before == pytest.approx(crossings[0], abs=0.15)  # of 10 m; the time hardly depends on it
+    assert before == pytest.approx(crossings[0], abs=0.25)  # of 10 m; the time hardly depends on it
     sines = [
         abs(y1 - y0) / np.hypot(x1 - x0, y1 - y0)
         for (x0, y0), (x1, y1) in ((start, (5.0, before)), ((5.1, after), goal))
@@ -178,7 +178,7 @@ def plane():
 @pytest.mark.parametrize(
     "make, costs, above, below",
     [
-        (plane, smooth, 0.01, 0.03),
+        (plane, smooth, 0.015, 0.03),
         (terrain, smooth, 0.03, 0.07),
         (plane, rough, 0.09, 0.04),
         (terrain, rough, 0.18, 0.05),
