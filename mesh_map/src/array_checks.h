@@ -88,25 +88,25 @@ inline MeshView meshView(const py::array& vertices, const py::array& faces)
 }
 
 /// Gives the memory of a vector to a new array, without a copy.
-template <class T>
-py::array_t<T> toArray(std::vector<T>&& values, std::vector<py::ssize_t> shape)
+template <class T, class A>
+py::array_t<T> toArray(std::vector<T, A>&& values, std::vector<py::ssize_t> shape)
 {
-  auto* const owner = new std::vector<T>(std::move(values));
+  auto* const owner = new std::vector<T, A>(std::move(values));
   const py::capsule capsule(owner,
-                            [](void* memory) { delete static_cast<std::vector<T>*>(memory); });
+                            [](void* memory) { delete static_cast<std::vector<T, A>*>(memory); });
   return py::array_t<T>(std::move(shape), owner->data(), capsule);
 }
 
-template <class T>
-py::array_t<T> toArray(std::vector<T>&& values)
+template <class T, class A>
+py::array_t<T> toArray(std::vector<T, A>&& values)
 {
   const auto size = static_cast<py::ssize_t>(values.size());
   return toArray(std::move(values), {size});
 }
 
 /// Rows of `width` values each.
-template <class T>
-py::array_t<T> toRows(std::vector<T>&& values, py::ssize_t width)
+template <class T, class A>
+py::array_t<T> toRows(std::vector<T, A>&& values, py::ssize_t width)
 {
   const auto rows = static_cast<py::ssize_t>(values.size()) / width;
   return toArray(std::move(values), {rows, width});

@@ -1,223 +1,316 @@
 #include <mesh_map/field_trace.h>
 #include <mesh_map/parallel.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <stdexcept>
 
 #include "field_surface.h"
 
 namespace mesh_map {
 namespace {
 
-/// Thinner faces (sine of the angle between two sides, squared) have no
-/// direction.
+constexpr double FAR = std::numeric_limits<double>::infinity();
+
+/// Thinner faces (sine of the angle between two sides, squared) have no direction.
 constexpr double NO_AREA = 1e-20;
 
-/// A label is explained when what explains it says the same up to this part of
-/// it.
-constexpr double EXPLAINED = 1e-5;
+/// What is shorter by this part after its projection into a plane was across it.
+constexpr double ACROSS = 1e-6;
 
-/// Weights of two sides.
-struct SideWeights
+/// Vertices or faces that a thread takes at once.
+constexpr std::size_t CHUNK = 8192;
+
+/// Labels and slowness, where the latter may be 1 everywhere.
+template <bool HAS_COSTS>
+class FieldValues
 {
-  double p, q;
+ public:
+  explicit FieldValues(const SurfaceField& field)
+      : labels_(field.labels.data()),
+        slowness_(field.slowness.data()),
+        limit_(std::min(field.limit, std::numeric_limits<double>::max()))
+  {
+  }
+
+  double label(std::uint32_t v) const { return labels_[v]; }
+  double slowness(std::uint32_t v) const { return HAS_COSTS ? double{slowness_[v]} : 1.0; }
+
+  /// Open, and the front came there.
+  bool isReached(std::uint32_t v) const { return isUpTo(v, std::numeric_limits<double>::max()); }
+  bool isFinal(std::uint32_t v) const { return isUpTo(v, limit_); }
+
+  double meanSlowness(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
+  {
+    return HAS_COSTS ? (slowness(a) + slowness(b) + slowness(c)) * (1.0 / 3.0) : 1.0;
+  }
+
+ private:
+  bool isUpTo(std::uint32_t v, double most) const
+  {
+    return labels_[v] >= 0.0 && labels_[v] <= most && (!HAS_COSTS || std::isfinite(slowness_[v]));
+  }
+
+  const double* labels_;
+  const float* slowness_;
+  double limit_;
 };
 
-/// From the common corner of the sides p and q of a triangle to where a front
-/// came from that went straight: the point of its plane (as weights of p and q,
-/// times some factor > 0) for which the differences of the squared distances
-/// are those of the labels. Given are the squares of labels at the other ends
-/// minus that at the corner, in lengths.
-SideWeights towardsSource(double pp, double pq, double qq, double rise_p, double rise_q)
-{
-  const double a = pp - rise_p, b = qq - rise_q;
-  return {qq * a - pq * b, pp * b - pq * a};
-}
-
-Vector3 combine(const SideWeights& weights, const Vector3& p, const Vector3& q)
-{
-  return {weights.p * p[0] + weights.q * q[0], weights.p * p[1] + weights.q * q[1],
-          weights.p * p[2] + weights.q * q[2]};
-}
-
-/// The unit vector as floats; zeros where there is none.
+/// The unit vector as floats; zeros where it is not longer than `least`, squared.
 void storeUnit(const Vector3& vector, double least, float* out)
 {
-  const double length = std::sqrt(dot(vector, vector));
-  const double factor = length > least && std::isfinite(length) ? 1.0 / length : 0.0;
+  const double squared = dot(vector, vector);
+  const double factor =
+      squared > least && std::isfinite(squared) ? 1.0 / std::sqrt(squared) : 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
     out[i] = static_cast<float>(factor * vector[i]);
   }
 }
 
-/// Which way down from one vertex explains its label best.
+/// Of the ways down from one vertex, that whose potential is nearest to its label: where the front
+/// went straight through all faces, the lowest.
+template <bool HAS_COSTS>
 class VertexDirection
 {
  public:
-  VertexDirection(const FieldSurface& surface, std::uint32_t v)
-      : surface_(&surface), v_(v), label_(surface.label(v)), at_(surface.position(v))
+  VertexDirection(const FieldValues<HAS_COSTS>& values, const FrontMesh& mesh, std::uint32_t v)
+      : values_(values), mesh_(mesh), v_(v), label_(values.label(v)), squared_(label_ * label_)
   {
   }
 
-  /// Through the faces around, straight to the goal where it may be in one of
-  /// them, or along edges.
-  Vector3 find(ArrayView<std::uint32_t> faces, bool near_goal)
+  /// Through the faces around, straight to where the source lies beyond them, or along edges.
+  void lookAround()
   {
-    for (const std::uint32_t face : faces) {
-      lookThrough(face);
-    }
-    for (std::size_t i = 0; near_goal && i < faces.size(); ++i) {
-      if (surface_->isGoalIn(faces[i])) {
-        lookToGoal(faces[i]);
+    const FrontCorner* const end = mesh_.cornersEnd(v_);
+    Neighbor a, b;
+    for (const FrontCorner* corner = mesh_.cornersBegin(v_); corner != end; ++corner) {
+      if (corner->a == v_) {
+        continue;
+      }
+      if (corner->a == b.vertex) {  // as in a fan
+        a = b;
+      } else {
+        a = neighbor(corner->a);
+      }
+      b = neighbor(corner->b);
+      if (a.isReached() && b.isReached() && std::min(a.label, b.label) < label_) {
+        lookThrough(a, b);
       }
     }
-    if (!(error_ <= EXPLAINED * label_)) {
-      for (const std::uint32_t face : faces) {
-        lookAlong(face);
-      }
-    }
-    return direction_;
   }
+
+  /// Straight to a point, which takes `time`.
+  void lookTo(const Vector3& side, double time) { offer(time * time, side); }
+
+  const Vector3& direction() const { return direction_; }
 
  private:
-  void offer(double error, const Vector3& direction)
+  struct Neighbor
   {
-    if (error < error_) {
-      error_ = error;
+    std::uint32_t vertex = NO_INDEX;
+    double label = FAR;
+    Vector3 side{};
+
+    bool isReached() const { return label < FAR; }
+  };
+
+  Neighbor neighbor(std::uint32_t vertex)
+  {
+    Neighbor result;
+    result.vertex = vertex;
+    if (!values_.isReached(vertex)) {
+      return result;
+    }
+    const PackedPosition &from = mesh_.position(v_), &to = mesh_.position(vertex);
+    result.label = values_.label(vertex);
+    result.side = {double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z};
+    if (result.label < label_) {
+      const double slow = 0.5 * (values_.slowness(v_) + values_.slowness(vertex));
+      const double total = result.label + slow * std::sqrt(dot(result.side, result.side));
+      offer(total * total, result.side);
+    }
+    return result;
+  }
+
+  /// From the labels of the two others follows where the source lies in the plane of the face, and
+  /// where the way there crosses the side between them.
+  void lookThrough(const Neighbor& a, const Neighbor& b)
+  {
+    const double scale = values_.meanSlowness(v_, a.vertex, b.vertex);
+    const double per_square = HAS_COSTS ? 1.0 / (scale * scale) : 1.0;
+    const Vector3 base = b.side - a.side, area = cross(a.side, b.side);
+    const double u_squared = a.label * a.label * per_square;
+    const double length_squared = dot(base, base), area_squared = dot(area, area);
+    // All of these times the length of the base.
+    const double along =
+        0.5 * (length_squared + (a.label - b.label) * (a.label + b.label) * per_square);
+    const double beyond_squared = u_squared * length_squared - along * along;
+    if (!(beyond_squared >= 0.0 &&
+          area_squared > NO_AREA * dot(a.side, a.side) * dot(b.side, b.side))) {
+      return;
+    }
+    const double here = -dot(a.side, base), beyond = std::sqrt(beyond_squared);
+    const double height = std::sqrt(area_squared), depth = beyond + height;
+    const double crossing = here * beyond + along * height, most = length_squared * depth;
+    if (!(crossing >= 0.0 && crossing <= most)) {
+      return;
+    }
+    const double gap = here - along;
+    const double total = scale * scale * (gap * gap + depth * depth) / length_squared;
+    if (isBetter(total)) {
+      const double share = crossing / most;
+      offer(total, {a.side[0] + share * base[0], a.side[1] + share * base[1],
+                    a.side[2] + share * base[2]});
+    }
+  }
+
+  bool isBetter(double total) const { return std::abs(total - squared_) < error_; }
+
+  /// `total`: what the vertex would have by this way, squared.
+  void offer(double total, const Vector3& direction)
+  {
+    if (isBetter(total)) {
+      error_ = std::abs(total - squared_);
       direction_ = direction;
     }
   }
 
-  void lookThrough(std::uint32_t face)
-  {
-    const std::uint32_t first = surface_->corner(face, 0), second = surface_->corner(face, 1),
-                        third = surface_->corner(face, 2);
-    const std::uint32_t a = first == v_ ? second : first, b = third == v_ ? second : third;
-    const double u_a = surface_->label(a), u_b = surface_->label(b);
-    if (!surface_->isReached(a) || !surface_->isReached(b) || a == b) {
-      return;
-    }
-    const double scale = surface_->meanSlowness(face), per_square = 1.0 / (scale * scale);
-    const Vector3 p = surface_->position(a) - at_, q = surface_->position(b) - at_;
-    const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
-    if (!(area > NO_AREA * pp * qq) || !(scale > 0.0)) {
-      return;
-    }
-    const SideWeights weights =
-        towardsSource(pp, pq, qq, (u_a - label_) * (u_a + label_) * per_square,
-                      (u_b - label_) * (u_b + label_) * per_square);
-    if ((weights.p >= 0.0) & (weights.q >= 0.0)) {
-      const Vector3 direction = combine(weights, p, q);
-      const double length = scale * std::sqrt(dot(direction, direction)) / (2.0 * area);
-      offer(std::abs(length - label_), direction);
-    }
-  }
-
-  void lookToGoal(std::uint32_t face)
-  {
-    const Vector3 way = surface_->goal().position - at_;
-    const double slowness = 0.5 * (surface_->slowness(v_) + surface_->goalSlowness(face));
-    offer(std::abs(label_ - slowness * std::sqrt(dot(way, way))), way);
-  }
-
-  void lookAlong(std::uint32_t face)
-  {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t w = surface_->corner(face, k);
-      if (w != v_ && surface_->isReached(w) && surface_->label(w) < label_) {
-        const Vector3 side = surface_->position(w) - at_;
-        const double there =
-            0.5 * (surface_->slowness(v_) + surface_->slowness(w)) * std::sqrt(dot(side, side));
-        offer(std::abs(surface_->label(w) + there - label_), side);
-      }
-    }
-  }
-
-  const FieldSurface* surface_;
+  const FieldValues<HAS_COSTS>& values_;
+  const FrontMesh& mesh_;
   std::uint32_t v_;
-  double label_;
-  Vector3 at_;
-  double error_ = std::numeric_limits<double>::infinity();
+  double label_, squared_;
+  double error_ = FAR;
   Vector3 direction_{};
 };
 
-}  // namespace
-
-std::vector<float> vertexDirections(const TraceMesh& mesh, const SurfaceField& field,
-                                    ArrayView<float> normals, unsigned threads)
+/// Into the plane across the normal.
+void storeAcross(const Vector3& way, const float* normal, float* out)
 {
-  std::vector<float> directions(mesh.mesh.positions.size());
-  const auto find = [&](const FieldSurface& surface, std::uint32_t v, bool near_goal) {
-    if (!surface.isReached(v) || surface.label(v) > field.limit) {
-      return;
-    }
-    const std::uint32_t first = mesh.vertex_faces.offsets[v];
-    const Vector3 way = VertexDirection(surface, v)
-                            .find({mesh.vertex_faces.values.data() + first,
-                                   mesh.vertex_faces.offsets[v + 1] - first},
-                                  near_goal);
-    const float* const n = normals.data() + 3 * std::size_t{v};
-    const double across = way[0] * n[0] + way[1] * n[1] + way[2] * n[2];
-    storeUnit({way[0] - across * n[0], way[1] - across * n[1], way[2] - across * n[2]},
-              1e-6 * std::sqrt(dot(way, way)), directions.data() + 3 * std::size_t{v});
+  const double across = way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2];
+  storeUnit({way[0] - across * normal[0], way[1] - across * normal[1], way[2] - across * normal[2]},
+            ACROSS * ACROSS * dot(way, way), out);
+}
+
+/// Where the goal is within a face, straight to it.
+template <bool HAS_COSTS>
+void storeAtGoal(const FieldSurface& surface, const FrontMesh& front, const SurfaceField& field,
+                 ArrayView<float> normals, LargeArray<float>& directions)
+{
+  const FieldValues<HAS_COSTS> values(field);
+  const auto store = [&](std::uint32_t face, std::uint32_t v) {
+    const Vector3 way = surface.goal().position - surface.position(v);
+    VertexDirection<HAS_COSTS> found(values, front, v);
+    found.lookAround();
+    found.lookTo(way, 0.5 * (values.slowness(v) + surface.goalSlowness(face)) *
+                          std::sqrt(dot(way, way)));
+    storeAcross(found.direction(), normals.data() + 3 * std::size_t{v},
+                directions.data() + 3 * std::size_t{v});
   };
-  parallelFor(mesh.mesh.vertexCount(), 4096, threads, [&]() -> RangeBody {
-    return [&, surface = FieldSurface(mesh, field)](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        find(surface, static_cast<std::uint32_t>(v), false);
-      }
-    };
-  });
-  const FieldSurface surface(mesh, field);
-  for (std::size_t k = 0; surface.hasGoal() && k < 3; ++k) {
+  for (std::size_t k = 0; k < 3; ++k) {
     FieldPlace corner;
     corner.kind = FieldPlace::VERTEX;
     corner.a = surface.corner(field.goal_face, k);
     surface.forFacesAt(corner, [&](std::uint32_t face) {
       for (std::size_t i = 0; i < 3 && surface.isGoalIn(face); ++i) {
-        find(surface, surface.corner(face, i), true);
+        if (values.isFinal(surface.corner(face, i))) {
+          store(face, surface.corner(face, i));
+        }
       }
     });
+  }
+}
+
+template <bool HAS_COSTS>
+void storeAtVertices(const FrontMesh& front, const SurfaceField& field, ArrayView<float> normals,
+                     unsigned threads, LargeArray<float>& directions)
+{
+  parallelFor(front.vertexCount(), CHUNK, threads, [&]() -> RangeBody {
+    return [&, values = FieldValues<HAS_COSTS>(field)](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto v = static_cast<std::uint32_t>(i);
+        VertexDirection<HAS_COSTS> found(values, front, v);
+        if (values.isFinal(v)) {
+          found.lookAround();
+        }
+        storeAcross(found.direction(), normals.data() + 3 * i, directions.data() + 3 * i);
+      }
+    };
+  });
+}
+
+/// From where the labels of all three corners say that the source lies: the point of the plane for
+/// which the differences of the squared distances are those of the labels.
+template <bool HAS_COSTS>
+void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std::size_t face,
+                 float* out)
+{
+  const std::uint32_t* const v = mesh.faces.data() + 3 * face;
+  out[0] = out[1] = out[2] = 0.0f;
+  const double scale = values.meanSlowness(v[0], v[1], v[2]);
+  if (!(values.isFinal(v[0]) && values.isFinal(v[1]) && values.isFinal(v[2]) && scale > 0.0)) {
+    return;
+  }
+  const float* const at = mesh.positions.data() + 3 * std::size_t{v[0]};
+  const Vector3 p = difference(mesh.positions.data() + 3 * std::size_t{v[1]}, at);
+  const Vector3 q = difference(mesh.positions.data() + 3 * std::size_t{v[2]}, at);
+  const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
+  if (!(area > NO_AREA * pp * qq)) {
+    return;
+  }
+  const double per_square = HAS_COSTS ? 1.0 / (scale * scale) : 1.0;
+  const double u[3] = {values.label(v[0]), values.label(v[1]), values.label(v[2])};
+  const double along_p = pp - (u[1] - u[0]) * (u[1] + u[0]) * per_square;
+  const double along_q = qq - (u[2] - u[0]) * (u[2] + u[0]) * per_square;
+  // As weights of p and q, times twice the squared area; less what leads to the middle.
+  const double middle = area * (2.0 / 3.0);
+  const double to_p = qq * along_p - pq * along_q - middle;
+  const double to_q = pp * along_q - pq * along_p - middle;
+  storeUnit({to_p * p[0] + to_q * q[0], to_p * p[1] + to_q * q[1], to_p * p[2] + to_q * q[2]}, 0.0,
+            out);
+}
+
+template <bool HAS_COSTS>
+void storeAtFaces(const MeshView& mesh, const SurfaceField& field, unsigned threads,
+                  LargeArray<float>& directions)
+{
+  parallelFor(mesh.faceCount(), CHUNK, threads, [&]() -> RangeBody {
+    return [&, values = FieldValues<HAS_COSTS>(field)](std::size_t begin, std::size_t end) {
+      for (std::size_t face = begin; face < end; ++face) {
+        storeAtFace(values, mesh, face, directions.data() + 3 * face);
+      }
+    };
+  });
+}
+
+}  // namespace
+
+LargeArray<float> vertexDirections(const TraceMesh& mesh, const FrontMesh& front,
+                                   const SurfaceField& field, ArrayView<float> normals,
+                                   unsigned threads)
+{
+  if (front.vertexCount() != mesh.mesh.vertexCount() ||
+      normals.size() != mesh.mesh.positions.size()) {
+    throw std::invalid_argument("the corners or normals are of another mesh");
+  }
+  LargeArray<float> directions(mesh.mesh.positions.size());
+  const bool has_costs = !field.slowness.empty();
+  (has_costs ? storeAtVertices<true> : storeAtVertices<false>)(front, field, normals, threads,
+                                                               directions);
+  const FieldSurface surface(mesh, field);
+  if (surface.hasGoal()) {
+    (has_costs ? storeAtGoal<true> : storeAtGoal<false>)(surface, front, field, normals,
+                                                         directions);
   }
   return directions;
 }
 
-std::vector<float> faceDirections(const TraceMesh& mesh, const SurfaceField& field,
-                                  unsigned threads)
+LargeArray<float> faceDirections(const TraceMesh& mesh, const SurfaceField& field, unsigned threads)
 {
-  std::vector<float> directions(mesh.mesh.faces.size());
-  parallelFor(mesh.mesh.faceCount(), 4096, threads, [&]() -> RangeBody {
-    return [&, surface = FieldSurface(mesh, field)](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto face = static_cast<std::uint32_t>(i);
-        double u[3];
-        bool is_reached = true;
-        for (std::size_t k = 0; k < 3; ++k) {
-          const std::uint32_t v = surface.corner(face, k);
-          u[k] = surface.label(v);
-          is_reached = is_reached && surface.isReached(v) && u[k] <= field.limit;
-        }
-        if (!is_reached) {
-          continue;
-        }
-        const Vector3 at = surface.position(surface.corner(face, 0));
-        const Vector3 p = surface.position(surface.corner(face, 1)) - at;
-        const Vector3 q = surface.position(surface.corner(face, 2)) - at;
-        const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
-        const double scale = surface.meanSlowness(face), per_square = 1.0 / (scale * scale);
-        if (!(area > NO_AREA * pp * qq) || !(scale > 0.0)) {
-          continue;
-        }
-        // the source as seen from corner 0, and from there to the middle
-        SideWeights weights = towardsSource(pp, pq, qq, (u[1] - u[0]) * (u[1] + u[0]) * per_square,
-                                            (u[2] - u[0]) * (u[2] + u[0]) * per_square);
-        weights.p -= 2.0 * area / 3.0;
-        weights.q -= 2.0 * area / 3.0;
-        storeUnit(combine(weights, p, q), 0.0, directions.data() + 3 * i);
-      }
-    };
-  });
+  LargeArray<float> directions(mesh.mesh.faces.size());
+  (field.slowness.empty() ? storeAtFaces<false> : storeAtFaces<true>)(mesh.mesh, field, threads,
+                                                                      directions);
   return directions;
 }
 

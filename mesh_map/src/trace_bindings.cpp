@@ -85,21 +85,22 @@ class FieldTracer
     return fieldValue(mesh_, bound.field, face, point(face, position));
   }
 
-  py::array vertices(const BoundField& bound, Array normals, unsigned threads) const
+  py::array vertices(const BoundField& bound, const FrontMesh& front, Array normals,
+                     unsigned threads) const
   {
     const auto count = static_cast<py::ssize_t>(mesh_.mesh.vertexCount());
     const auto across = view<float>(normals, "vertex_normals", {count, 3});
-    std::vector<float> directions;
+    LargeArray<float> directions;
     {
       const py::gil_scoped_release release;
-      directions = vertexDirections(mesh_, bound.field, across, threads);
+      directions = vertexDirections(mesh_, front, bound.field, across, threads);
     }
     return toRows(std::move(directions), 3);
   }
 
   py::array faces(const BoundField& bound, unsigned threads) const
   {
-    std::vector<float> directions;
+    LargeArray<float> directions;
     {
       const py::gil_scoped_release release;
       directions = faceDirections(mesh_, bound.field, threads);
@@ -138,8 +139,8 @@ void bindTraceKernels(pybind11::module& module)
            arg("goal_face"), arg("goal_position"), py::keep_alive<0, 2>(), py::keep_alive<0, 1>())
       .def("_path", &FieldTracer::path, arg("field"), arg("face"), arg("position"), arg("cancel"))
       .def("_value", &FieldTracer::value, arg("field"), arg("face"), arg("position"))
-      .def("_vertex_directions", &FieldTracer::vertices, arg("field"), arg("normals"),
-           arg("threads") = 0u)
+      .def("_vertex_directions", &FieldTracer::vertices, arg("field"), arg("front"),
+           arg("normals"), arg("threads") = 0u)
       .def("_face_directions", &FieldTracer::faces, arg("field"), arg("threads") = 0u);
 }
 

@@ -18,9 +18,6 @@ constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 4096;
 /// Width of a bucket in mean edges: in wider ones, more labels are lowered again.
 constexpr double WIDTH = 0.35;
 
-/// What takes up to this many times as long as usual is usual, too.
-constexpr double NOT_SLOW = 1.5;
-
 void require(bool condition, const std::string& message)
 {
   if (!condition) {
@@ -33,7 +30,7 @@ bool isSet(const std::atomic<bool>* cancel)
   return cancel != nullptr && cancel->load();
 }
 
-/// What is usual among a sample of those that are open and above 0.
+/// The middle one of a sample of those that are open and above 0, for the width of buckets.
 double middleSlowness(ArrayView<float> slowness)
 {
   std::vector<float> sample;
@@ -204,26 +201,9 @@ void WaveFrontField::prepareSeeds()
   });
 }
 
-double WaveFrontField::usualSlowness(ArrayView<float> slowness) const
-{
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (const WaveFrontSeed& seed : seeds_) {
-    if (!slowness.empty() && slowness[seed.vertex] < NOT_REACHED) {
-      sum += slowness[seed.vertex];
-      ++count;
-    }
-  }
-  const double mean = count > 0 ? sum / static_cast<double>(count) : 0.0;
-  // In steps, so that small changes of costs do not change it.
-  const double most = std::exp2(std::floor(2.0 * std::log2(middleSlowness(slowness))) / 2.0);
-  return NOT_SLOW * (mean > 0.0 && mean <= NOT_SLOW * most ? mean : most);
-}
-
 void WaveFrontField::start(ArrayView<float> slowness)
 {
   buffers_->queue.reset(WIDTH * pool_->mesh().meanEdge() * middleSlowness(slowness));
-  buffers_->usual_slowness = usualSlowness(slowness);
   WaveFrontSpread<false> spread(pool_->mesh(), *buffers_, slowness);
   for (const WaveFrontSeed& seed : seeds_) {
     if (slowness.empty() || slowness[seed.vertex] < NOT_REACHED) {

@@ -13,44 +13,49 @@ namespace mesh_map {
 struct WaveFrontBehind
 {
   double along, depth, label;
+
+  WaveFrontBehind scaled(double by) const { return {by * along, by * depth, label}; }
 };
 
-/// The same as roundFront(), seen from one face further back: where the way has come into that face
-/// through another of its sides, the source follows from the labels at the ends of that side, and
-/// the way crosses both. On bent surfaces this is about twice as exact: between two labels the
-/// front is never quite a circle, and one side less is crossed. Not more than `plain`, what
-/// roundFront() gives; that where the ways contradict each other.
-inline double roundFrontFromBehind(double u, double v, const WaveFrontTriangle& triangle,
-                                   const WaveFrontBehind& behind, double plain)
+/// Is the front earlier there than the source says? Else nothing that comes across the sides of the
+/// face behind is earlier than what comes from the source.
+inline bool isEarlier(const WaveFrontBehind& behind, const WaveFrontSource& source)
 {
-  const double base = triangle.base, along = triangle.along, height = triangle.height;
-  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
-  const double sy = std::sqrt(std::max(0.0, (u - sx) * (u + sx)));
+  const double x = behind.along - source.along, y = behind.depth - source.depth;
+  return behind.label * behind.label < x * x + y * y;
+}
+
+/// The same as roundFront(), seen from one face further back: where the way comes into that face
+/// through another of its sides, a source follows from the labels at the ends of that side, too,
+/// and the way from there may be shorter. On bent surfaces that is twice as exact: between two
+/// labels a front is never quite a circle, and one side less is crossed. Infinite where the way
+/// does not cross both sides.
+inline double roundFrontFromBehind(double u, double v, const WaveFrontTriangle& triangle,
+                                   const WaveFrontSource& source, const WaveFrontBehind& behind)
+{
   // On which side of the way from the source to the corner is the third corner of the face behind?
-  const double way_x = along - sx, way_y = height + sy;
-  const double side = way_x * (sy - behind.depth) - way_y * (behind.along - sx);
-  const bool is_near_u = side < 0.0;  // then the way comes through the side from the origin to it
-  const double from = is_near_u ? 0.0 : base, label = is_near_u ? u : v;
+  const double left = (triangle.along - source.along) * (source.depth - behind.depth);
+  const double right = (triangle.height + source.depth) * (behind.along - source.along);
+  const bool is_near_u = left < right;  // then the way comes through the side at the origin
+  const double from = is_near_u ? 0.0 : triangle.base, label = is_near_u ? u : v;
   const double x = behind.along - from, y = -behind.depth;
-  const double length = std::sqrt(x * x + y * y);
-  const double foot =
-      0.5 * (length * length + (label - behind.label) * (label + behind.label)) / length;
-  const double squared = (label - foot) * (label + foot);
-  if (!(squared >= 0.0)) {
-    return plain;
+  const double squared = x * x + y * y;
+  // As parts of that side: where the new source is along it, and how far off, squared.
+  const double part = 0.5 * (1.0 + (label - behind.label) * (label + behind.label) / squared);
+  const double off_squared = label * label / squared - part * part;
+  if (!(off_squared >= 0.0)) {
+    return NOT_REACHED;
   }
-  // The source is on the side of it that the other end of the base is not.
-  const double off = std::sqrt(squared) / length * (is_near_u ? 1.0 : -1.0);
-  const double part = foot / length;
+  // It is on the side that the other end of the base is not.
+  const double off = is_near_u ? std::sqrt(off_squared) : -std::sqrt(off_squared);
   const double source_x = from + part * x + off * y, source_y = part * y - off * x;
-  const double to_x = along - source_x, to_y = height - source_y;
-  const double at_base = source_x * height - along * source_y;  // times to_y: where it crosses
-  const double start = to_x * (0.0 - source_y) - to_y * (from - source_x);
-  const double end = to_x * (y - source_y) - to_y * (behind.along - source_x);
-  if (!(source_y <= 0.0 && at_base >= 0.0 && at_base <= base * to_y) || start * end > 0.0) {
-    return plain;
-  }
-  return std::min(plain, std::sqrt(to_x * to_x + to_y * to_y));
+  const double way_x = triangle.along - source_x, way_y = triangle.height - source_y;
+  const double at_base = source_x * triangle.height - triangle.along * source_y;
+  const double at_end = way_x * -source_y - way_y * (from - source_x);
+  const double at_behind = way_x * (y - source_y) - way_y * (behind.along - source_x);
+  const bool crosses = source_y <= 0.0 && at_base >= 0.0 && at_base <= triangle.base * way_y &&
+                       at_end * at_behind <= 0.0;
+  return crosses ? std::sqrt(way_x * way_x + way_y * way_y) : NOT_REACHED;
 }
 
 }  // namespace mesh_map

@@ -39,7 +39,6 @@ struct WaveFrontBuffers
   LargeArray<double> labels;           // infinite where not reached
   std::vector<std::uint32_t> touched;  // all vertices that had a label once
   WaveFrontQueue queue;
-  double usual_slowness = 1.0;
   bool is_in_repair = false;         // then labels that are lowered become tasks
   std::vector<WaveFrontTask> tasks;  // a heap, the nearest first
 

@@ -236,8 +236,7 @@ WaveFrontField::Update WaveFrontField::update(std::vector<WaveFrontSeed> seeds,
     return done;
   }
   is_mended_ = false;
-  if (begins.size() > buffers_->touched.size() / CHANGES_FOR_NEW_FIELD ||
-      usualSlowness(slowness) != buffers_->usual_slowness) {
+  if (begins.size() > buffers_->touched.size() / CHANGES_FOR_NEW_FIELD) {
     done.cancelled = !startAgain(slowness, cancel, done);
     return done;
   }

@@ -24,8 +24,7 @@ class WaveFrontSpread
         buffers_(buffers),
         labels_(buffers.labels.data()),
         slowness_(slowness.data()),
-        least_step_(1e-12 * buffers.queue.width()),
-        usual_(buffers.usual_slowness)
+        least_step_(1e-12 * buffers.queue.width())
   {
   }
 
@@ -159,6 +158,7 @@ class WaveFrontSpread
     std::uint32_t vertex;
     WaveFrontVector side;                           // to it
     double squared, length, label, slowness, time;  // along the edge to it
+    double product, area;  // of its side and the next one; twice the area between
   };
 
   static bool isOpenAt(const Neighbor& n) { return !HAS_COSTS || n.slowness < NOT_REACHED; }
@@ -196,17 +196,15 @@ class WaveFrontSpread
     }
     const WaveFrontVector side = between(mesh_.position(a), mesh_.position(target));
     const double inverse = 1.0 / length;
-    const WaveFrontTriangle triangle = {length, dot(base, side) * inverse,
-                                        crossLength(base, side) * inverse, dot(side, side)};
-    const double found =
-        front(u, v, triangle, {slowness(a), slowness(b), slowness(target)}, low, high, label);
-    if (other == a || !isWorthALook(found, label, low, high)) {
-      return found;
+    WaveFrontBehind behind = {0.0, 0.0, NOT_REACHED};
+    if (other != a) {
+      const WaveFrontVector back = between(mesh_.position(a), mesh_.position(other));
+      behind = {dot(base, back) * inverse, crossLength(base, back) * inverse, labels_[other]};
     }
-    const WaveFrontVector back = between(mesh_.position(a), mesh_.position(other));
-    return fromBehind(
-        u, v, triangle,
-        {dot(base, back) * inverse, crossLength(base, back) * inverse, labels_[other]}, low, found);
+    return front(
+        u, v,
+        {length, dot(base, side) * inverse, crossLength(base, side) * inverse, dot(side, side)},
+        {slowness(a), slowness(b), slowness(target)}, behind, low, high, label);
   }
 
   /// The third corner of the other open face at the edge (a, b), from which a front may come; a
@@ -229,51 +227,40 @@ class WaveFrontSpread
     return found;
   }
 
-  double front(double u, double v, const WaveFrontTriangle& triangle,
-               const WaveFrontSlowness& slowness, double low, double high, double label) const
+  /// What comes to the corner of a triangle across its base; `low` and `high` slowness of it and of
+  /// the face behind. Where that is not less than `label`, it may be any that is not.
+  static double front(double u, double v, const WaveFrontTriangle& triangle,
+                      const WaveFrontSlowness& slowness, const WaveFrontBehind& behind, double low,
+                      double high, double label)
   {
     if (!HAS_COSTS) {
-      return roundFront(u, v, triangle);
+      return evenFront(u, v, triangle, behind, label);
+    }
+    if (low == high) {
+      return evenFront(u, v, triangle.scaled(low), behind.scaled(low), label);
     }
     if (high <= EVEN * low) {
-      return roundFront(u, v, triangle, slowness, usual_);
+      return nearlyRoundFront(u, v, triangle, slowness, low, label);
     }
     const double base = slowness.onBase() * triangle.base;
-    if (!(std::fabs(u - v) <= base * (1.0 + 1e-9))) {
+    return std::fabs(u - v) <= base * (1.0 + 1e-9)
+               ? unevenFront(u, v, triangle, slowness, low, high <= ROUND * low ? base : 0.0, label)
+               : NOT_REACHED;
+  }
+
+  /// Where all is equally slow. What is a little above the label is looked at more exactly, too: so
+  /// the result does not depend on which of two ways has come first.
+  static double evenFront(double u, double v, const WaveFrontTriangle& triangle,
+                          const WaveFrontBehind& behind, double label)
+  {
+    WaveFrontSource source;
+    if (!findSource(u, v, triangle.base, source)) {
       return NOT_REACHED;
     }
-    if (high > ROUND * low) {
-      return unevenFront(u, v, triangle, slowness, low, 0.0, label);
-    }
-    const double lift = liftOf(u, v, slowness.onBase() / usual_);
-    return unevenFront(u + lift, v + lift, triangle, slowness, low, base, label + lift) - lift;
-  }
-
-  /// Is a label that comes across a base so low that it should be known more exactly? A little
-  /// above the present one it may yet become the lower one. Where costs change, ways are not
-  /// straight.
-  static bool isWorthALook(double found, double label, double low, double high)
-  {
-    return found < label * (1.0 + NEAR) && (!HAS_COSTS || low == high);
-  }
-
-  /// See roundFrontFromBehind(), where all is equally slow.
-  double fromBehind(double u, double v, const WaveFrontTriangle& triangle,
-                    const WaveFrontBehind& behind, double slow, double plain) const
-  {
-    if (!(behind.label < NOT_REACHED)) {
-      return plain;
-    }
-    if (!HAS_COSTS) {
-      return roundFrontFromBehind(u, v, triangle, behind, plain);
-    }
-    const double lift = liftOf(u, v, slow / usual_);
-    return roundFrontFromBehind(u + lift, v + lift,
-                                {slow * triangle.base, slow * triangle.along,
-                                 slow * triangle.height, slow * slow * triangle.squared},
-                                {slow * behind.along, slow * behind.depth, behind.label + lift},
-                                plain + lift) -
-           lift;
+    const double plain = roundFront(u, source, triangle);
+    return plain < label * (1.0 + NEAR) && isEarlier(behind, source)
+               ? std::min(plain, roundFrontFromBehind(u, v, triangle, source, behind))
+               : plain;
   }
 
   /// The same as push(), for faces in order: what neighbors share is computed once.
@@ -299,20 +286,19 @@ class WaveFrontSpread
       }
     }
     for (std::size_t i = 0; i < faces; ++i) {
+      const WaveFrontVector &side = ring[i].side, &next = ring[i + 1 < count ? i + 1 : 0].side;
+      ring[i].product = dot(side, next);
+      ring[i].area = crossLength(side, next);
+    }
+    for (std::size_t i = 0; i < faces; ++i) {
       const std::size_t j = i + 1 < count ? i + 1 : 0;
       const std::size_t before = i > 0 ? i - 1 : is_closed ? count - 1 : NONE;
       const std::size_t after = j + 1 < count ? j + 1 : is_closed ? 0 : NONE;
-      const bool may_lower_i = mayLower(v, ring, j, i, after);
-      const bool may_lower_j = mayLower(v, ring, i, j, before);
-      if (may_lower_i || may_lower_j) {
-        const double product = dot(ring[i].side, ring[j].side);
-        const double area = crossLength(ring[i].side, ring[j].side);
-        if (may_lower_i) {
-          lower(v, ring, j, i, after, product, area);
-        }
-        if (may_lower_j) {
-          lower(v, ring, i, j, before, product, area);
-        }
+      if (mayLower(v, ring, j, i, after)) {
+        lower(v, ring[j], ring[i], ring[after], ring[i], ring[j]);
+      }
+      if (mayLower(v, ring, i, j, before)) {
+        lower(v, ring[i], ring[j], ring[before], ring[i], ring[before]);
       }
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -360,26 +346,21 @@ class WaveFrontSpread
     return range.high > EVEN * range.low;
   }
 
-  /// Lowers it, if that is so. Of the two sides from v: their product, and twice the area between.
-  void lower(std::uint32_t v, Neighbor* ring, std::size_t base, std::size_t target,
-             std::size_t other, double product, double area)
+  /// Lowers it, if that is so. `face` and `face_behind` know the product and the area of the sides
+  /// of the face of the target, and of that on the other side of the base.
+  void lower(std::uint32_t v, const Neighbor& base, Neighbor& target, const Neighbor& other,
+             const Neighbor& face, const Neighbor& face_behind)
   {
-    const Neighbor& b = ring[base];
-    Neighbor& t = ring[target];
-    const double inverse = 1.0 / b.length;
-    const Range range = HAS_COSTS ? rangeOf(v, b, t, ring[other]) : Range{1.0, 1.0};
-    const WaveFrontTriangle triangle = {b.length, product * inverse, area * inverse, t.squared};
-    double label = front(labels_[v], b.label, triangle, {slowness(v), b.slowness, t.slowness},
-                         range.low, range.high, t.label);
-    if (isWorthALook(label, t.label, range.low, range.high)) {
-      const WaveFrontVector& back = ring[other].side;
-      label = fromBehind(
-          labels_[v], b.label, triangle,
-          {dot(b.side, back) * inverse, crossLength(b.side, back) * inverse, ring[other].label},
-          range.low, label);
-    }
-    if (isAbove(t.label, label)) {
-      t.label = label;
+    const double inverse = 1.0 / base.length;
+    const Range range = HAS_COSTS ? rangeOf(v, base, target, other) : Range{1.0, 1.0};
+    const double label =
+        front(labels_[v], base.label,
+              {base.length, face.product * inverse, face.area * inverse, target.squared},
+              {slowness(v), base.slowness, target.slowness},
+              {face_behind.product * inverse, face_behind.area * inverse, other.label}, range.low,
+              range.high, target.label);
+    if (isAbove(target.label, label)) {
+      target.label = label;
     }
   }
 
@@ -387,7 +368,7 @@ class WaveFrontSpread
   WaveFrontBuffers& buffers_;
   double* labels_;
   const float* slowness_;
-  double least_step_, usual_;
+  double least_step_;
 };
 
 /// Labels up to this one will not be lowered any more by what is in the queue.

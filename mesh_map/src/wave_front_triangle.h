@@ -20,6 +20,11 @@ constexpr double ON_BASE = 1e-9;
 struct WaveFrontTriangle
 {
   double base, along, height, squared;
+
+  WaveFrontTriangle scaled(double by) const
+  {
+    return {by * base, by * along, by * height, by * by * squared};
+  }
 };
 
 struct WaveFrontVector
@@ -61,24 +66,33 @@ inline double leastOnBase(double u, double v, double base)
   return foot > 0.0 && foot < base ? std::sqrt(std::max(0.0, (u - foot) * (u + foot))) : nearer;
 }
 
-/// The distance of the corner from the point (sx, -sy) that has the distances u and v from the ends
-/// of the base. Infinite where there is none, or the way does not cross the base. Where the corner
-/// is nearer than an end of the base, `more` is negative.
-inline double roundFront(double u, double v, const WaveFrontTriangle& triangle)
+/// Where a front comes from that has these labels at the ends of a base, when all that is between
+/// is unfolded: (along, -depth) in the plane of WaveFrontTriangle.
+struct WaveFrontSource
 {
-  const double base = triangle.base;
-  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
-  const double sy_squared = (u - sx) * (u + sx);
-  if (!(sy_squared >= -ON_BASE * base * base)) {
-    return NOT_REACHED;
-  }
-  const double sy = std::sqrt(std::max(0.0, sy_squared));
-  const double crossing = sx * triangle.height + triangle.along * sy;
-  if (!(crossing >= 0.0 && crossing <= base * (sy + triangle.height))) {
+  double along, depth;
+};
+
+/// False where no point has these distances from the ends.
+inline bool findSource(double u, double v, double base, WaveFrontSource& source)
+{
+  const double along = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  const double squared = (u - along) * (u + along);
+  source = {along, std::sqrt(std::max(0.0, squared))};
+  return squared >= -ON_BASE * base * base;
+}
+
+/// The distance of the corner from the source, which is u away from the origin. Infinite where the
+/// way does not cross the base. Where the corner is nearer than the origin, `more` is negative.
+inline double roundFront(double u, const WaveFrontSource& source, const WaveFrontTriangle& triangle)
+{
+  const double crossing = source.along * triangle.height + triangle.along * source.depth;
+  if (!(crossing >= 0.0 && crossing <= triangle.base * (source.depth + triangle.height))) {
     return NOT_REACHED;
   }
   // sqrt(u * u + more), without losing what u and the result differ by.
-  const double more = triangle.squared + 2.0 * (sy * triangle.height - sx * triangle.along);
+  const double more =
+      triangle.squared + 2.0 * (source.depth * triangle.height - source.along * triangle.along);
   const double sum = u + std::sqrt(std::max(0.0, u * u + more));
   return sum > 0.0 ? u + more / sum : 0.0;
 }
@@ -93,40 +107,25 @@ struct WaveFrontSlowness
   double acrossFrom(double t) const { return 0.5 * (u + (v - u) * t + corner); }
 };
 
-/// How much higher labels have to be for the radius of a front to be read from them, in an area
-/// that is `contrast` times as slow as usual: a front that comes into it from outside is as round
-/// as it was before, while its labels, in meters of that area, would say that its source is near.
-/// (Right behind the border it is even flatter, by refraction; deep inside, rounder.)
-inline double liftOf(double u, double v, double contrast)
+/// The same as roundFront() with costs that change a little: as far as to the base, all is as slow
+/// as the base is; beyond, as the face is along the way. `low` is the least slowness; infinite where
+/// it is clear from that alone that the result is not below `label`.
+inline double nearlyRoundFront(double u, double v, const WaveFrontTriangle& triangle,
+                               const WaveFrontSlowness& slowness, double low, double label)
 {
-  return contrast > 1.0 ? (contrast - 1.0) * (u < v ? u : v) : 0.0;
-}
-
-/// The same with costs: as far as to the base, all is as slow as the base is; beyond, as the face
-/// is along the way.
-inline double roundFront(double u, double v, const WaveFrontTriangle& triangle,
-                         const WaveFrontSlowness& slowness, double usual)
-{
-  const double scale = slowness.onBase(), lift = liftOf(u, v, scale / usual);
-  u += lift;
-  v += lift;
-  const double base = scale * triangle.base, height = scale * triangle.height;
-  const double along = scale * triangle.along;
-  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
-  const double sy_squared = (u - sx) * (u + sx);
-  if (!(sy_squared >= -ON_BASE * base * base)) {
+  const double scale = slowness.onBase();
+  const WaveFrontTriangle scaled = triangle.scaled(scale);
+  WaveFrontSource source;
+  if (!findSource(u, v, scaled.base, source)) {
     return NOT_REACHED;
   }
-  const double sy = std::sqrt(std::max(0.0, sy_squared)), depth = sy + height;
-  const double crossing = sx * height + along * sy;
-  if (!(crossing >= 0.0 && crossing <= base * depth && depth > 0.0)) {
+  const double way = roundFront(u, source, scaled), depth = source.depth + scaled.height;
+  if (!(way < NOT_REACHED && way * low < label * scale && depth > 0.0)) {
     return NOT_REACHED;
   }
-  const double more = scale * scale * triangle.squared + 2.0 * (sy * height - sx * along);
-  const double sum = u + std::sqrt(std::max(0.0, u * u + more));
-  const double way = sum > 0.0 ? u + more / sum : 0.0;
-  const double beyond = slowness.acrossFrom(crossing / (base * depth));
-  return way * (sy * scale + height * beyond) / (depth * scale) - lift;
+  const double crossing = source.along * scaled.height + scaled.along * source.depth;
+  const double beyond = slowness.acrossFrom(crossing / (scaled.base * depth));
+  return way * (source.depth * scale + scaled.height * beyond) / (depth * scale);
 }
 
 /// With costs that change within the faces: the least way over points of the base. With `curve` 0,

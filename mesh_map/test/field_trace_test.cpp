@@ -213,13 +213,13 @@ TEST(FieldTrace, DirectionsAreUnitVectorsOrZero)
       for (std::size_t v = 0; v < sample.sample.size(); ++v) {
         normals[3 * v + 2] = 1.0f;
       }
-      const std::vector<float> at_vertices =
-          vertexDirections(sample.trace(), sample.field, normals, 2);
-      const std::vector<float> at_faces = faceDirections(sample.trace(), sample.field, 2);
+      const LargeArray<float> at_vertices =
+          vertexDirections(sample.trace(), *sample.sample.front, sample.field, normals, 2);
+      const LargeArray<float> at_faces = faceDirections(sample.trace(), sample.field, 2);
       ASSERT_EQ(at_vertices.size(), normals.size());
       ASSERT_EQ(at_faces.size(), sample.sample.mesh.faces.size());
       std::size_t units = 0;
-      for (const std::vector<float>* const directions : {&at_vertices, &at_faces}) {
+      for (const LargeArray<float>* const directions : {&at_vertices, &at_faces}) {
         for (std::size_t i = 0; i < directions->size(); i += 3) {
           const float* const d = directions->data() + i;
           const double length = std::sqrt(double{d[0]} * d[0] + d[1] * d[1] + d[2] * d[2]);

@@ -5,6 +5,7 @@ import pytest
 from meshes import small, terrain
 from mesh_msgs import zoo
 from path_checks import FacePoint, Field, geometry_of, point_in, random_points
+from mesh_map.front import SurfaceFront
 from mesh_map.geometry import MeshGeometry
 from mesh_map.surface_path import FieldTracer
 from mesh_map.wave_front import WaveFrontSolver
@@ -112,8 +113,10 @@ def test_any_number_of_threads_gives_the_same():
     field = WaveFrontSolver.of(geometry).solve(point_in(geometry, 9000, [0.2, 0.3, 0.5]))
     kernel, normals = tracer.kernel, tracer._normals
     bound = kernel._bind(field.labels, field.limit, None, field.goal_face, field.goal_position)
+    front = SurfaceFront.of(geometry)._mesh
     assert np.array_equal(
-        kernel._vertex_directions(bound, normals, threads=1), tracer.vertex_directions(field)
+        kernel._vertex_directions(bound, front, normals, threads=1),
+        tracer.vertex_directions(field),
     )
     assert np.array_equal(kernel._face_directions(bound, threads=1), tracer.face_directions(field))
 

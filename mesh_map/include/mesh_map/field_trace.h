@@ -2,6 +2,8 @@
 #define MESH_MAP_FIELD_TRACE_H
 
 #include <mesh_map/array_view.h>
+#include <mesh_map/front_mesh.h>
+#include <mesh_map/large_array.h>
 
 #include <array>
 #include <atomic>
@@ -69,14 +71,16 @@ double fieldValue(const TraceMesh& mesh, const SurfaceField& field, std::uint32_
                   const std::array<double, 3>& point);
 
 /// Unit vectors down the potential, 3 floats per vertex, in the plane across `normals` (3 floats
-/// per vertex); 0 where the front did not come, and at its sources. `threads`: 0 = all cores.
-std::vector<float> vertexDirections(const TraceMesh& mesh, const SurfaceField& field,
-                                    ArrayView<float> normals, unsigned threads = 0);
+/// per vertex); 0 where the front did not come, and at its sources. `front` is of the same mesh.
+/// `threads`: 0 = all cores. Throws std::invalid_argument for numbers of another mesh.
+LargeArray<float> vertexDirections(const TraceMesh& mesh, const FrontMesh& front,
+                                   const SurfaceField& field, ArrayView<float> normals,
+                                   unsigned threads = 0);
 
 /// Unit vectors down the potential in the middle of each face, 3 floats each, in its plane; 0 for
 /// faces with a corner that the front did not reach, or without area.
-std::vector<float> faceDirections(const TraceMesh& mesh, const SurfaceField& field,
-                                  unsigned threads = 0);
+LargeArray<float> faceDirections(const TraceMesh& mesh, const SurfaceField& field,
+                                 unsigned threads = 0);
 
 }  // namespace mesh_map
 

@@ -61,14 +61,16 @@ class WaveFrontPool
 /// the straight line crosses that side, and if the front can have come to that side through another
 /// face. A label may be lowered at any time, and then all around it is looked at again. So no order
 /// is needed, obtuse triangles are no special case, and on planes the result is exact on any
-/// triangulation. What follows is monotone in both labels; so the result does not depend on the
+/// triangulation. What follows is monotone in the labels; so the result does not depend on the
 /// order, but for a relative 1e-6, below which a label is left as it is.
+///
+/// On bent surfaces the front between two labels is no circle. So a label is also derived from one
+/// face further back, and the lower one counts, which halves the error.
 ///
 /// Costs: `slowness` is the time that a meter takes, per vertex, linear in between; empty for 1
 /// everywhere. Vertices with +inf or NaN are closed: never reached, not even as a seed, and faces
-/// with a closed corner are not crossed. Where slowness varies by more than 30 % within the
-/// faces on both sides of an edge, the front through it is taken as straight, not as round; and
-/// where it is much higher than usual (near the seeds, or in most places), as less round.
+/// with a closed corner are not crossed. Where slowness varies by more than 30 % within the faces
+/// on both sides of an edge, the front through it is taken as straight, not as round.
 ///
 /// The values of slowness have to be the same, and to live, during all calls, but for what update()
 /// is told. One call at a time.
@@ -113,7 +115,6 @@ class WaveFrontField
  private:
   void checkSlowness(ArrayView<float> slowness, ArrayView<std::uint32_t> changed) const;
   void prepareSeeds();
-  double usualSlowness(ArrayView<float> slowness) const;
   void start(ArrayView<float> slowness);
   bool run(ArrayView<float> slowness, const WaveFrontStop& stop);
   bool mend(ArrayView<float> slowness, const std::atomic<bool>* cancel, Update& done);

@@ -12,6 +12,7 @@ from mesh_map import _kernels
 from mesh_map.array_checks import as_faces, as_vertices, read_only
 from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.errors import Cancelled
+from mesh_map.front import SurfaceFront
 from mesh_map.query_arguments import vector
 from mesh_map.topology import Topology
 
@@ -62,23 +63,34 @@ class FieldTracer:
     """
 
     def __init__(
-        self, *, vertices: Any, faces: Any, topology: Topology, vertex_normals: Any
+        self,
+        *,
+        vertices: Any,
+        faces: Any,
+        topology: Topology,
+        vertex_normals: Any,
+        front: Optional[SurfaceFront] = None,
     ) -> None:
         """Args:
             vertices: (V, 3) meters.
             faces: (F, 3) vertex indices.
             topology: of these faces.
             vertex_normals: (V, 3) of length 1.
+            front: the same mesh as it is prepared for fronts; None to prepare it here.
         Raises:
             ValueError: a face that refers to no vertex, or the topology of another mesh.
         """
+        positions, triangles = as_vertices(vertices), as_faces(faces)
         self.kernel = _kernels._FieldTracer(
-            as_vertices(vertices),
-            as_faces(faces),
+            positions,
+            triangles,
             topology.vertex_face_offsets,
             topology.vertex_faces,
             topology.face_flags,
         )
+        if front is None:
+            front = SurfaceFront(vertices=positions, faces=triangles, topology=topology)
+        self._front = front
         self._normals = as_vertices(vertex_normals)
 
     @classmethod
@@ -92,6 +104,7 @@ class FieldTracer:
                     faces=geometry.faces,
                     topology=geometry.topology,
                     vertex_normals=geometry.vertex_normals,
+                    front=SurfaceFront.of(geometry),
                 )
             return tracer
 
@@ -142,7 +155,8 @@ class FieldTracer:
         Raises:
             ValueError: a field of another mesh.
         """
-        return self.kernel._vertex_directions(_bound(self.kernel, field), self._normals)
+        bound = _bound(self.kernel, field)
+        return self.kernel._vertex_directions(bound, self._front._mesh, self._normals)
 
     def face_directions(self, field: Any) -> np.ndarray:
         """(F, 3) float32 unit vectors down the potential at the middle of each face, in its plane.

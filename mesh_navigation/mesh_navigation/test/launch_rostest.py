@@ -29,6 +29,9 @@ class LaunchTest(unittest.TestCase):
         self.assertEqual(lengths[0], lengths[3])  # the default
         self.assertGreater(lengths[0], 1.01 * lengths[2])
 
+    def test_a_file_with_one_mesh_needs_no_name_of_it(self):
+        self.assertEqual(rospy.get_param("/move_base_flex/mesh_map/mesh_part"), "")
+
     def test_the_layers_of_the_configuration(self):
         types = set()
         rospy.Subscriber(

@@ -127,6 +127,8 @@ def test_the_file_may_come_last_and_numbers_may_have_exponents(run):
         ("grid.h5 --start 1 1 --goal 2 2 --layers grid.h5", "grid.h5 is no YAML"),
         ("grid.h5 --start 1 1 --goal 2 2 --part attic", "attic"),
         ("no.h5 --start 1 1 --goal 2 2", "no.h5: there is no such file"),
+        ("no.h5 --start 1 1 --goal 2 2 --set x=1", "no parameter 'x'"),
+        ("no.h5 --start 1 1 --goal 2 2 --planner a/b", "a/b"),
         ("empty.h5 --start 1 1 --goal 2 2", "empty.h5: "),
         ("grid.h5 --start 1 1 --goal 2 2 --png a.jpg", "a.jpg: the name of a picture ends with"),
         ("grid.h5 --start 1 1 --goal 2 2 --png old.png", "old.png: the file exists already"),
@@ -182,6 +184,25 @@ def test_an_interrupt(folder):
     running.send_signal(signal.SIGINT)
     _, err = running.communicate(timeout=60)
     assert (running.returncode, err) == (130, b"plan: error: interrupted\n")
+
+
+@pytest.mark.parametrize("planner, words", [("Throwing", b"by zero"), ("Lame", b"no legs")])
+def test_a_planner_that_breaks_is_no_missing_path(folder, planner, words):
+    running = process(folder, PROGRAM, "grid.h5", *THERE, "--planner", f"odd/{planner}")
+    out, err = running.communicate(timeout=60)
+    assert (running.returncode, out) == (2, b"")
+    assert err.splitlines()[0] == b"Traceback (most recent call last):"
+    last = err.splitlines()[-1]
+    assert last.startswith(b"plan: error: ") and words in last
+
+
+def test_a_full_disk(folder):
+    if not os.path.exists("/dev/full"):
+        pytest.skip("there is no /dev/full")
+    with open("/dev/full", "wb") as full:
+        command = [sys.executable, PROGRAM, "grid.h5", *DIJKSTRA]
+        ended = subprocess.run(command, cwd=folder, stdout=full, stderr=subprocess.PIPE, timeout=60)
+    assert (ended.returncode, ended.stderr) == (2, b"plan: error: cannot write the output: No space left on device\n")
 
 
 def test_output_that_nobody_reads(folder):

@@ -158,6 +158,10 @@ def raise_error(cancellation):
         (lambda c: PlanResult(-1, "well", PATH), 60, "its outcome is -1"),
         (lambda c: PlanResult(None, "well", PATH), 60, "its outcome is None"),
         (lambda c: PlanResult(50, None, PATH), 50, "None"),
+        (lambda c: PlanResult(71, "no way", PATH, None), 71, "no way"),
+        (lambda c: PlanResult(71, "no way", PATH, np.nan), 71, "no way"),
+        (lambda c: PlanResult(71, "no way\nat all"), 71, "no way at all"),
+        (lambda c: PlanResult(71, "no \udcff way"), 71, "way"),
         (lambda c: PlanResult(0, "well"), 56, "without a pose: well"),
         (lambda c: PlanResult(0, "well", None), 60, "shape ()"),
         (lambda c: PlanResult(0, "well", "path"), 60, "no numbers"),
@@ -172,7 +176,8 @@ def test_faults_of_planners(plan, outcome, words):
     result = run(plan)
     assert result.outcome == outcome
     assert words in result.message and "\n" not in result.message
-    assert len(result.poses) == 0
+    assert len(result.poses) == 0 and result.cost == 0.0
+    result.message.encode()  # a message of ROS can carry it
 
 
 def test_fifty_cancels_at_random_times():

@@ -13,6 +13,7 @@ from mesh_map.mesh_map import MeshMap
 from mesh_msgs import zoo
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
+from mesh_navigation import planning
 from mesh_navigation.map_loading import load_map
 from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.planner import MeshPlanner, PlanFailure, PlanResult
@@ -223,6 +224,37 @@ def test_an_interrupt_ends_the_plan():
     with pytest.raises(KeyboardInterrupt):
         plan_interruptibly(planner, Pose.at([1, 1, 0]), Pose.at([2, 2, 0]))
     assert planner.ended
+
+
+@pytest.mark.parametrize(
+    "planner, parameters, words",
+    [
+        ("odd/Nobody", {}, "odd/Nobody"),
+        ("dijkstra", {"cost": 1}, "no parameter 'cost'"),
+        ("dijkstra", {"cost_limit": 11}, "cost_limit is 11, outside of"),
+    ],
+)
+def test_a_planner_is_checked_before_a_map_is_read(tmp_path, planner, parameters, words):
+    with pytest.raises(MeshMapError, match=words):
+        plan(tmp_path / "no.h5", (1, 1), (8, 8), planner, parameters)
+
+
+def test_layers_that_are_neither_a_file_nor_a_mapping(grid_file):
+    with pytest.raises(MeshMapError, match="layers is \\[.*, neither a file nor a mapping"):
+        load_map(grid_file, STEPS["layers"])
+
+
+class Choosy(MeshPlanner):
+    """Checks more than the ranges of its parameters."""
+
+    def initialize(self, name, mesh_map, given={}):
+        return super().initialize(name, mesh_map, given) + ["cost_limit is too low: 1 is used"]
+
+
+def test_complaints_of_a_planner(monkeypatch):
+    monkeypatch.setattr(planning, "find_planner", lambda kind: Choosy())
+    with pytest.raises(MeshMapError, match="planner odd/Choosy: cost_limit is too low"):
+        make_planner(map_of(GRID), "odd/Choosy")
 
 
 class Faulty(MeshPlanner):

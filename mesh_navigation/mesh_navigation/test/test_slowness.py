@@ -29,7 +29,11 @@ def test_ground(limit, factor, share):
     costs = costs_with(share)
     ground = Ground(GEOMETRY, costs, limit, factor)
     expected = [np.float32(1 + factor * c) if c <= limit else np.inf for c in costs]
-    np.testing.assert_allclose(ground.slowness, expected, rtol=1e-6)
+    if np.all(np.equal(expected, 1)):
+        assert ground.slowness is None
+    else:
+        np.testing.assert_allclose(ground.slowness, expected, rtol=1e-6)
+        assert ground.slowness.dtype == np.float32 and not ground.slowness.flags.writeable
     assert np.array_equal(ground.passable, np.isfinite(expected))
     assert ground.blocked_count == np.isinf(expected).sum()
     faces = np.array([all(ground.passable[list(face)]) for face in MESH.faces])
@@ -37,15 +41,17 @@ def test_ground(limit, factor, share):
         assert ground.open_faces is None
     else:
         assert np.array_equal(ground.open_faces, faces)
-    for array in (ground.slowness, ground.passable):
-        assert array.dtype in (np.float32, bool) and not array.flags.writeable
+    assert ground.passable.dtype == bool and not ground.passable.flags.writeable
 
 
 def test_costs_that_are_none():
     costs = np.float32([np.inf, np.nan, -np.inf, -1, 0, 1, 1.0001])
     assert passable(costs, 1.0).tolist() == [False, False, False, True, True, True, False]
     negative = np.full(COUNT, -0.5, np.float32)
-    assert Ground(GEOMETRY, negative, 1.0, 10.0).slowness.tolist() == [1.0] * COUNT
+    assert Ground(GEOMETRY, negative, 1.0, 10.0).slowness is None
+    negative[3] = np.nan
+    slowness = Ground(GEOMETRY, negative, 1.0, 10.0).slowness
+    assert slowness.tolist() == [np.inf if v == 3 else 1.0 for v in range(COUNT)]
 
 
 def test_grounds_are_shared_while_nothing_changes():
@@ -58,11 +64,27 @@ def test_grounds_are_shared_while_nothing_changes():
 
 
 def test_changed_vertices():
-    before = Ground(GEOMETRY, costs_with(0.3), 1.0, 1.0).slowness
-    after = before.copy()
-    after[[3, 50, 7]] = [np.inf, 1.0, 9.0]
-    assert changed_vertices(before, before).tolist() == []
-    assert changed_vertices(before, before.copy()).tolist() == []
-    changed = [v for v in range(COUNT) if before[v] != after[v]]
+    costs = costs_with(0.3)
+    other = costs.copy()
+    other[[3, 50, 7]] = [np.inf, 0.0, 0.9]
+    before, after, same = (Ground(GEOMETRY, c, 1.0, 1.0) for c in (costs, other, costs.copy()))
+    for ground in (before, same):
+        assert changed_vertices(before, ground).tolist() == []
+    changed = [v for v in range(COUNT) if before.slowness[v] != after.slowness[v]]
     assert changed_vertices(before, after).tolist() == changed and 50 in changed
-    assert not is_much(np.arange(COUNT // 8), before) and is_much(np.arange(COUNT // 7), before)
+
+
+def test_changed_vertices_where_some_or_all_are_plain():
+    free = Ground(GEOMETRY, costs_with(0.0), 1.0, 0.0)
+    blocked = Ground(GEOMETRY, costs_with(0.1), 1.0, 0.0)
+    assert free.slowness is None and blocked.slowness is not None
+    assert changed_vertices(free, Ground(GEOMETRY, costs_with(0.0, 1), 1.0, 0.0)).tolist() == []
+    closed = np.flatnonzero(~blocked.passable).tolist()
+    assert len(closed) > 10
+    for pair in ((free, blocked), (blocked, free)):
+        assert changed_vertices(*pair).tolist() == closed
+
+
+def test_is_much():
+    ground = Ground(GEOMETRY, costs_with(0.0), 1.0, 0.0)
+    assert not is_much(np.arange(COUNT // 8), ground) and is_much(np.arange(COUNT // 7), ground)

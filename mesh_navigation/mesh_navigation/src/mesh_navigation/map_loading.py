@@ -34,7 +34,7 @@ def load_map(
         MeshMapError: a file that cannot be read, or a layer that cannot be used: a plan that does
             not know of it might lead anywhere.
     """
-    configuration = dict(layers if isinstance(layers, Mapping) else _from_yaml(layers))
+    configuration = dict(_configuration(layers))
     configuration["mesh_file"] = os.fspath(path)
     if part:
         configuration["mesh_part"] = part
@@ -51,9 +51,18 @@ def load_map(
     return mesh_map
 
 
-def _from_yaml(path: Union[None, str, "os.PathLike[str]"]) -> Mapping[str, Any]:
-    if path is None:
+def _configuration(layers: Any) -> Mapping[str, Any]:
+    if layers is None:
         return {}
+    if isinstance(layers, Mapping):
+        return layers
+    if isinstance(layers, (str, os.PathLike)):
+        return _from_yaml(layers)
+    text = f"layers is {layers!r}, neither a file nor a mapping"
+    raise MeshMapError(text, "{'layers': [{'name': ..., 'type': ...}]} is one")
+
+
+def _from_yaml(path: Union[str, "os.PathLike[str]"]) -> Mapping[str, Any]:
     try:
         with open(path, encoding="utf-8") as file:
             content = yaml.safe_load(file)

@@ -1,5 +1,6 @@
 """From points on a surface to poses of a robot that follows them."""
 
+import math
 from typing import Tuple
 
 import numpy as np
@@ -24,14 +25,15 @@ def without_repeats(points: np.ndarray, normals: np.ndarray) -> Tuple[np.ndarray
     """
     if np.all(_lengths(points) > SAME_POINT):
         return points, normals
-    keep = np.ones(len(points), dtype=bool)
-    last = 0
-    for index in range(1, len(points) - 1):
-        keep[index] = np.linalg.norm(points[index] - points[last]) > SAME_POINT
-        last = index if keep[index] else last
-    if last != 0 and np.linalg.norm(points[-1] - points[last]) <= SAME_POINT:
-        keep[last] = False
-    return points[keep], normals[keep]
+    places = points.tolist()
+    kept = [0]
+    for index in range(1, len(places) - 1):
+        if math.dist(places[index], places[kept[-1]]) > SAME_POINT:
+            kept.append(index)
+    if len(kept) > 1 and math.dist(places[-1], places[kept[-1]]) <= SAME_POINT:
+        kept.pop()
+    kept.append(len(places) - 1)
+    return points[kept], normals[kept]
 
 
 def spaced_out(points: np.ndarray, step: float) -> Tuple[np.ndarray, np.ndarray]:
@@ -61,14 +63,13 @@ def spaced_out(points: np.ndarray, step: float) -> Tuple[np.ndarray, np.ndarray]
 def _without_straight(points: np.ndarray, step: float) -> np.ndarray:
     """(K,) ascending indices of the points that stay; those left out are within `STRAIGHT`."""
     travelled = np.append(0.0, np.cumsum(_lengths(points)))
+    within = (np.searchsorted(travelled, travelled + step, side="right") - 1).tolist()
     bends = _distances_from_line(points[1:-1], points[:-2], points[2:]) > STRAIGHT
-    stays = np.concatenate([[0], np.flatnonzero(bends) + 1, [len(points) - 1]])
     kept = [0]
-    for following in stays[1:]:
+    for following in [*(np.flatnonzero(bends) + 1).tolist(), len(points) - 1]:
         while kept[-1] < following:
             here = kept[-1]
-            within = np.searchsorted(travelled, travelled[here] + step, side="right") - 1
-            farthest = min(int(within), int(following))
+            farthest = min(within[here], following)
             # The one point between here and here + 2 is no bend, or it would stay.
             last = max(min(here + 2, farthest), here + 1)
             while last < farthest:

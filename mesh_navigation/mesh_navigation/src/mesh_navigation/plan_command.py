@@ -9,6 +9,7 @@ import math
 import os
 import sys
 import time
+import traceback
 from typing import Any, Dict, List, Optional
 
 import numpy as np
@@ -26,12 +27,7 @@ from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.path import path_length
 from mesh_navigation.plan_arguments import TROUBLE, complain, complete, joined, make_parser
 from mesh_navigation.planner import MeshPlanner, PlanResult
-from mesh_navigation.planning import (
-    ends,
-    make_planner,
-    plan_interruptibly,
-    planner_type,
-)
+from mesh_navigation.planning import check_planner, ends, make_planner, plan_interruptibly
 from mesh_navigation.pose import Pose
 
 NO_PATH, INTERRUPTED = 1, 130
@@ -53,15 +49,21 @@ def main(argv: Optional[List[str]] = None) -> int:
         complain("there is not enough memory for this map (use a machine with more)")
     except BrokenPipeError:  # the reader of our output has gone, as head does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:  # what concerns the files is one of the errors above
+        complain(f"cannot write the output: {error.strerror or error}")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
         complain("interrupted")
         return INTERRUPTED
+    except Exception as error:  # A plugin may raise anything; this is no answer that says no path.
+        traceback.print_exc()
+        complain(f"{type(error).__name__}: {error}")
     return TROUBLE
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    planner_type(arguments.planner)
     parameters = _parameters(arguments.set)
+    check_planner(arguments.planner, parameters)
     if arguments.png is not None:
         _check_picture(arguments.png, arguments.force)
     seconds: Dict[str, float] = {}

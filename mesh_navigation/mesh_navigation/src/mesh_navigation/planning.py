@@ -60,7 +60,7 @@ def plan(
         MeshMapError: a file, layer, planner, parameter or place that cannot be used.
     """
     if isinstance(planner, str):
-        planner_type(planner)  # before a map is read
+        check_planner(planner, parameters)  # before a map is read
     if not isinstance(map_or_file, MeshMap):
         map_or_file = load_map(map_or_file, layers)
     elif layers is not None:
@@ -93,6 +93,18 @@ def make_planner(
     Raises:
         MeshMapError: no such planner, or a name or value that is none of its parameters.
     """
+    made = check_planner(planner, parameters)
+    for complaint in made.initialize(planner.split("/")[-1], mesh_map, parameters) or ():
+        raise MeshMapError(f"planner {planner}: {complaint}")
+    return made
+
+
+def check_planner(planner: str, parameters: Mapping[str, Any]) -> MeshPlanner:
+    """A planner that has no map yet; what there is to complain of is known before one is read.
+
+    Raises:
+        MeshMapError: no such planner, or a name or value that is none of its parameters.
+    """
     made = find_planner(planner_type(planner))
     known = {parameter.name: parameter for parameter in made.parameters}
     for name, value in parameters.items():
@@ -102,7 +114,6 @@ def make_planner(
         warning = known[name].checked(value)[1]
         if warning:
             raise MeshMapError(f"planner {planner}: {warning.split(':')[0]}")
-    made.initialize(planner.split("/")[-1], mesh_map, parameters)
     return made
 
 

@@ -39,7 +39,7 @@ class PlannerReconfigure:
 
 def _server(namespace: str, planner: MeshPlanner) -> ParameterServer:
     def change(values: Dict[str, Value]) -> Mapping[str, Value]:
-        for complaint in planner.set_parameters(values):
+        for complaint in planner.set_parameters(values) or ():
             rospy.logwarn("%s/%s", planner.name, complaint)
         return planner.values
 

@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 
+from mesh_map.errors import one_line
+
 from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.planner import PlanResult
 
@@ -15,16 +17,16 @@ def checked_result(returned: Any) -> PlanResult:
     """The result with an outcome and a message that can be sent, and with poses if it is a success.
 
     Whatever is no such result becomes INTERNAL_ERROR, or EMPTY_PATH for a success without poses; a
-    failure keeps its outcome and has no poses.
+    failure keeps its outcome, and has neither poses nor a cost.
     """
     if not isinstance(returned, PlanResult):
         return _fault(f"it returned a {type(returned).__name__} instead of a PlanResult")
     outcome = returned.outcome
     if not isinstance(outcome, (int, np.integer)) or not 0 <= outcome < 256:
         return _fault(f"its outcome is {outcome!r}, not a number from 0 to 255")
-    returned.outcome, returned.message = int(outcome), str(returned.message)
+    returned.outcome, returned.message = int(outcome), one_line(returned.message)
     if not returned.succeeded:
-        returned.poses = np.zeros((0, 7))
+        returned.poses, returned.cost = np.zeros((0, 7)), 0.0
         return returned
     fault = _fault_of_path(returned)
     if fault:

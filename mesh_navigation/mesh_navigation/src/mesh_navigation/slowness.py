@@ -50,23 +50,36 @@ class Ground:
         return len(self.costs) - int(np.count_nonzero(self.passable))
 
     @cached_property
-    def slowness(self) -> np.ndarray:
-        """(V,) float32, read-only: how long a meter takes, +inf where it is not passable."""
-        if self.cost_factor:
-            with np.errstate(invalid="ignore"):
-                # No way may be shorter than it is: a negative cost counts as none.
-                slowness = 1 + np.float32(self.cost_factor) * np.maximum(self.costs, 0)
-        else:
+    def is_even(self) -> bool:
+        """Whether a meter takes 1 wherever it is passable: lengths alone count.
+
+        No way may be shorter than it is: a negative cost counts as none.
+        """
+        return not (self.cost_factor and np.any((self.costs > 0) & self.passable))
+
+    @cached_property
+    def slowness(self) -> Optional[np.ndarray]:
+        """(V,) float32, read-only: how long a meter takes, +inf where it is not passable.
+
+        None where it is 1 everywhere: searches are faster without an array of ones.
+        """
+        if self.is_even and not self.blocked_count:
+            return None
+        if self.is_even:
             slowness = np.ones(len(self.costs), dtype=np.float32)
-        slowness[~self.passable] = np.inf
+        else:
+            with np.errstate(invalid="ignore"):
+                slowness = 1 + np.float32(self.cost_factor) * np.maximum(self.costs, 0)
+        if self.blocked_count:
+            slowness[~self.passable] = np.inf
         return _read_only(slowness)
 
     @cached_property
     def open_faces(self) -> Optional[np.ndarray]:
         """(F,) bool, read-only: faces with three passable corners; None if these are all."""
-        closed = np.flatnonzero(~self.passable)
-        if not len(closed):
+        if not self.blocked_count:
             return None
+        closed = np.flatnonzero(~self.passable)
         faces = self._geometry.faces
         if len(closed) > len(self.costs) // 8:
             return _read_only(self.passable[faces].all(axis=1))
@@ -94,16 +107,18 @@ class Grounds:
             return made
 
 
-def changed_vertices(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    """(K,) int64, ascending: where two (V,) float32 arrays without NaN differ."""
-    if before is after:
+def changed_vertices(before: Ground, after: Ground) -> np.ndarray:
+    """(K,) int64, ascending: where the slowness of two grounds of one map differs."""
+    if before.slowness is after.slowness:
         return np.zeros(0, dtype=np.int64)
-    return np.flatnonzero(before != after)
+    one = np.ones(1, dtype=np.float32)  # for every vertex
+    arrays = [one if ground.slowness is None else ground.slowness for ground in (before, after)]
+    return np.flatnonzero(arrays[0] != arrays[1])
 
 
-def is_much(changed: np.ndarray, all_vertices: np.ndarray) -> bool:
+def is_much(changed: np.ndarray, ground: Ground) -> bool:
     """Whether so many vertices have changed that a field is better computed anew."""
-    return len(changed) > _MUCH * len(all_vertices)
+    return len(changed) > _MUCH * len(ground.costs)
 
 
 def _numbers(ground: Ground) -> Tuple[float, float]:

@@ -45,12 +45,11 @@ class DijkstraMeshPlanner(SurfacePlanner):
         )
 
     def _updated(self, search: Search, target: Place, held: Held) -> bool:
-        slowness = search.ground.slowness
-        if is_much(changed_vertices(held.search.ground.slowness, slowness), slowness):
+        before, now, solver = held.search.ground, search.ground, search.basis.solver
+        if is_much(changed_vertices(before, now), now):
             return False
-        solver = search.basis.solver
-        if slowness is not held.search.ground.slowness or solver is not held.field.solver:
-            held.field.update(slowness, solver=solver, cancel=search.flag)
+        if now.slowness is not before.slowness or solver is not held.field.solver:
+            held.field.update(now.slowness, solver=solver, cancel=search.flag)
         return True
 
     def _track(self, search: Search, origin: Place, target: Place, field: DijkstraField) -> Track:

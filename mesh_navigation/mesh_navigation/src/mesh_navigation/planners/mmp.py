@@ -5,7 +5,6 @@ from typing import Any, Mapping
 import numpy as np
 
 from mesh_map.dijkstra import DijkstraSolver
-from mesh_map.exact_geodesic import ExactGeodesic
 from mesh_map.parameter import Parameter
 from mesh_map.surface_path import SurfacePath
 from mesh_map.wave_front import WaveFrontField
@@ -40,7 +39,6 @@ class MMPPlanner(WaveFrontPlanner):
     def _prepare(self) -> None:
         super()._prepare()
         geometry = self.map.geometry
-        self._geodesic = ExactGeodesic.of(geometry)
         self._edges = DijkstraSolver(topology=geometry.topology, edge_lengths=geometry.edge_lengths)
 
     def _factor(self, values: Mapping[str, Any]) -> float:
@@ -49,15 +47,13 @@ class MMPPlanner(WaveFrontPlanner):
     def _surface_path(
         self, search: Search, origin: Place, target: Place, field: WaveFrontField
     ) -> SurfacePath:
-        traced = super()._surface_path(search, origin, target, field)
-        mask = search.ground.open_faces
-        path = self._geodesic.shorten(traced, mask=mask, cancel=search.flag)
+        traced = self._traced(search, origin, target, field)
+        path = self._taut(search, traced)
         if path.length <= (1 + _SUSPECT) * traced.potentials[0]:
             return path
         # The front promised less. What is pulled taut from the way over edges is never longer than
         # that, and may be on a better side of a hill.
-        over_edges = self._along_edges(search, origin, target)
-        other = self._geodesic.shorten(over_edges, mask=mask, cancel=search.flag)
+        other = self._taut(search, self._along_edges(search, origin, target))
         return min(path, other, key=lambda candidate: candidate.length)
 
     def _along_edges(self, search: Search, origin: Place, target: Place) -> SurfacePath:
@@ -80,6 +76,3 @@ class MMPPlanner(WaveFrontPlanner):
         ]
         faces = np.array([origin.anchor.face, *between, target.anchor.face], dtype=np.uint32)
         return SurfacePath(points, faces, np.zeros(len(points)))
-
-    def _cost(self, path: SurfacePath) -> float:
-        return path.length

@@ -5,6 +5,7 @@ from typing import Any, List, Mapping, NamedTuple, Optional, Tuple
 import numpy as np
 
 from mesh_map.cancel import CancelFlag
+from mesh_map.exact_geodesic import ExactGeodesic
 from mesh_map.parameter import Parameter
 from mesh_map.surface_path import FieldTracer, SurfacePath
 from mesh_map.wave_front import WaveFrontField, WaveFrontSolver
@@ -35,7 +36,8 @@ class WaveFrontPlanner(SurfacePlanner):
     The front takes 1 + cost_factor c times as long where the cost is c, so that the path weighs
     length against risk. Vertices that are lethal, unknown or over the cost limit are not reached,
     and a face with such a corner is not crossed. The path lies in the faces; its poses are where it
-    bends, and at most step_width apart. Its cost is the potential at the start.
+    bends, and at most step_width apart. Its cost is the potential at the start. Where nothing that
+    may be passed costs more than its length, the path is pulled taut, and its cost is its length.
     """
 
     parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(1.0))
@@ -44,6 +46,7 @@ class WaveFrontPlanner(SurfacePlanner):
         geometry = self.map.geometry
         self._solver = WaveFrontSolver.of(geometry)
         self._tracer = FieldTracer.of(geometry)
+        self._geodesic = ExactGeodesic.of(geometry)
 
     def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
         costs = self.map.planning_costs().costs
@@ -56,22 +59,20 @@ class WaveFrontPlanner(SurfacePlanner):
     def _solved(
         self, search: Search, target: Place, vertices: Optional[List[int]]
     ) -> WaveFrontField:
-        slowness = search.ground.slowness
         return self._solver.solve(
-            target.anchor if target.whole else _seeds(target, slowness),
-            slowness=slowness,
+            target.anchor if target.whole else _seeds(target, search.ground.slowness),
+            slowness=search.ground.slowness,
             targets=vertices,
             offset=search.values["goal_dist_offset"],
             cancel=search.flag,
         )
 
     def _updated(self, search: Search, target: Place, held: Held) -> bool:
-        slowness = search.ground.slowness
-        changed = changed_vertices(held.search.ground.slowness, slowness)
+        changed = changed_vertices(held.search.ground, search.ground)
         if not target.whole and np.isin(target.vertices, changed).any():
             return False  # the front begins with other values
         if len(changed):
-            held.field.update(slowness, changed, cancel=search.flag)
+            held.field.update(search.ground.slowness, changed, cancel=search.flag)
         return True
 
     def _track(self, search: Search, origin: Place, target: Place, field: WaveFrontField) -> Track:
@@ -81,16 +82,24 @@ class WaveFrontPlanner(SurfacePlanner):
             path = SurfacePath(ends, np.array([target.anchor.face]), np.zeros(2))
         points, segments = spaced_out(path.points, search.values["step_width"])
         normals = face_up_normals(self.map.geometry, path.faces[segments])
-        return Track(points, normals, self._cost(path))
+        return Track(points, normals, float(path.potentials[0]))
 
     def _surface_path(
         self, search: Search, origin: Place, target: Place, field: WaveFrontField
     ) -> SurfacePath:
-        """The path in the faces."""
+        """The path in the faces; its potentials are what it costs from there."""
+        path = self._traced(search, origin, target, field)
+        return self._taut(search, path) if search.ground.is_even else path
+
+    def _traced(
+        self, search: Search, origin: Place, target: Place, field: WaveFrontField
+    ) -> SurfacePath:
+        """The way down the potential."""
         return self._tracer.path(_to_goal(field, target), origin.anchor, cancel=search.flag)
 
-    def _cost(self, path: SurfacePath) -> float:
-        return float(path.potentials[0])
+    def _taut(self, search: Search, path: SurfacePath) -> SurfacePath:
+        """The locally shortest path over what may be passed that a path becomes."""
+        return self._geodesic.shorten(path, mask=search.ground.open_faces, cancel=search.flag)
 
     def _vectors(
         self, search: Search, target: Place, field: WaveFrontField
@@ -103,7 +112,7 @@ class WaveFrontPlanner(SurfacePlanner):
 
 
 class CVPMeshPlanner(WaveFrontPlanner):
-    """The same with lengths alone, as the released planner of this name has it."""
+    """The same with lengths alone, as the released planner of this name has it: a taut path."""
 
     parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(0.0))
 
@@ -113,7 +122,7 @@ class _ToGoal(NamedTuple):
 
     labels: np.ndarray
     limit: float
-    slowness: np.ndarray
+    slowness: Optional[np.ndarray]
     goal_face: int
     goal_position: np.ndarray
 
@@ -126,6 +135,8 @@ def _to_goal(field: WaveFrontField, target: Place) -> Any:
     return _ToGoal(field.labels, field.limit, field.slowness, face, position)
 
 
-def _seeds(target: Place, slowness: np.ndarray) -> List[Tuple[int, float]]:
+def _seeds(target: Place, slowness: Optional[np.ndarray]) -> List[Tuple[int, float]]:
     """Where the front begins if it must not cross the goal's face: vertices, and times to it."""
+    if slowness is None:
+        return target.ways
     return [(vertex, distance * float(slowness[vertex])) for vertex, distance in target.ways]
