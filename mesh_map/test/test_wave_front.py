@@ -130,7 +130,7 @@ def fine_weighted(vertices, faces, slowness, source, pieces=6):
     return dijkstra(graph, directed=False, indices=source)[: len(vertices)]
 
 
-# Without costs, labels on this coarse mesh are 0.96 to 1.02 of the exact distances. Where costs jump
+# Without costs, labels on this coarse mesh are 0.96 to 1.02 of exact distances. Where costs jump
 # up, a front seems rounder than it is, within a few edges behind.
 @pytest.mark.parametrize(
     "kind, low, high", [("smooth", 0.93, 1.04), ("noise", 0.97, 1.08), ("jumps", 0.85, 1.12)]
