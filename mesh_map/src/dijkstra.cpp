@@ -136,11 +136,11 @@ bool DijkstraField::run(DijkstraStop& stop, const std::atomic<bool>* cancel, Dij
   gone_over_ = search.goneOver();
   keepFront(entries);
   if (end == SearchEnd::CANCELLED) {
-    float nearest = INFINITE;
+    limit_ = INFINITE;
     for (const std::uint32_t v : front_) {
-      nearest = std::min(nearest, (*labels_)[v].distance);
+      // as far as it is itself, there may be more beyond edges of no length
+      limit_ = std::min(limit_, std::nextafter((*labels_)[v].distance, -INFINITE));
     }
-    limit_ = nearest;
     return false;
   }
   limit_ = stop.limit;

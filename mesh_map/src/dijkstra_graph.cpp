@@ -10,6 +10,9 @@ namespace {
 
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
+/// Where more than this part of all weights has changed, they are measured again.
+constexpr std::size_t MANY = 8;
+
 void checkWeight(std::size_t edge, float weight)
 {
   if (!(weight >= 0.0f)) {
@@ -45,22 +48,29 @@ DijkstraGraph::DijkstraGraph(const RowsView& neighbors, ArrayView<std::uint32_t>
                                                            neighbors.offsets.end())),
       arcs_(neighbors.values.size())
 {
-  double sum = 0.0;
-  std::size_t count = 0;
   for (std::size_t e = 0; e < edge_weights.size(); ++e) {
     checkWeight(e, edge_weights[e]);
-    if (edge_weights[e] < INFINITE) {
-      longest_ = std::max(longest_, edge_weights[e]);
-      sum += edge_weights[e];
-      ++count;
-    }
   }
-  if (sum > 0.0) {
-    typical_ = sum / static_cast<double>(count);
-  }
+  measure(edge_weights);
   for (std::size_t i = 0; i < arcs_.size(); ++i) {
     arcs_[i] = {neighbors.values[i], edge_weights[neighbor_edges[i]]};
   }
+}
+
+void DijkstraGraph::measure(ArrayView<float> edge_weights)
+{
+  double sum = 0.0;
+  std::size_t count = 0;
+  longest_ = 0.0f;
+  for (const float weight : edge_weights) {
+    if (weight < INFINITE) {
+      longest_ = std::max(longest_, weight);
+      sum += weight;
+      ++count;
+    }
+  }
+  typical_ = sum > 0.0 ? sum / static_cast<double>(count) : 1.0;
+  changed_ = 0;
 }
 
 std::shared_ptr<DijkstraGraph> DijkstraGraph::withWeights(ArrayView<std::uint32_t> edges,
@@ -68,14 +78,20 @@ std::shared_ptr<DijkstraGraph> DijkstraGraph::withWeights(ArrayView<std::uint32_
                                                           ArrayView<float> after) const
 {
   std::shared_ptr<DijkstraGraph> graph(new DijkstraGraph(*this));
+  bool was_longest = false;
   forEachChange(before, after, [&](std::size_t e) {
     checkWeight(e, after[e]);
+    ++graph->changed_;
+    was_longest = was_longest || before[e] == longest_;
     graph->setWeight(edges[2 * e], edges[2 * e + 1], after[e]);
     graph->setWeight(edges[2 * e + 1], edges[2 * e], after[e]);
     if (after[e] < INFINITE) {
       graph->longest_ = std::max(graph->longest_, after[e]);
     }
   });
+  if (was_longest || graph->changed_ > after.size() / MANY) {
+    graph->measure(after);  // else one huge weight would slow down all searches for ever
+  }
   return graph;
 }
 

@@ -2,6 +2,7 @@
 // and the search goes on from there.
 #include <mesh_map/dijkstra.h>
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -52,13 +53,11 @@ bool DijkstraField::update(std::shared_ptr<const DijkstraGraph> graph, const Ver
     labels_->forget();
     start();
   }
-  std::vector<std::uint32_t> front;
-  front.swap(front_);
-  for (const std::uint32_t v : front) {
-    if ((*labels_)[v].distance < INFINITE) {
-      front_.push_back(v);
-    }
-  }
+  // each once: what lies beyond the limit stays there, and would be there more often each time
+  std::sort(front_.begin(), front_.end());
+  const auto isGone = [this](std::uint32_t v) { return !((*labels_)[v].distance < INFINITE); };
+  front_.erase(std::remove_if(front_.begin(), std::unique(front_.begin(), front_.end()), isGone),
+               front_.end());
   count += taken.size();
   if (limit_ < 0.0f) {
     return true;  // nothing was asked for so far

@@ -62,8 +62,7 @@ class FieldValues
 void storeUnit(const Vector3& vector, double least, float* out)
 {
   const double squared = dot(vector, vector);
-  const double factor =
-      squared > least && std::isfinite(squared) ? 1.0 / std::sqrt(squared) : 0.0;
+  const double factor = squared > least && std::isfinite(squared) ? 1.0 / std::sqrt(squared) : 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
     out[i] = static_cast<float>(factor * vector[i]);
   }
@@ -203,8 +202,8 @@ void storeAtGoal(const FieldSurface& surface, const FrontMesh& front, const Surf
     const Vector3 way = surface.goal().position - surface.position(v);
     VertexDirection<HAS_COSTS> found(values, front, v);
     found.lookAround();
-    found.lookTo(way, 0.5 * (values.slowness(v) + surface.goalSlowness(face)) *
-                          std::sqrt(dot(way, way)));
+    found.lookTo(
+        way, 0.5 * (values.slowness(v) + surface.goalSlowness(face)) * std::sqrt(dot(way, way)));
     storeAcross(found.direction(), normals.data() + 3 * std::size_t{v},
                 directions.data() + 3 * std::size_t{v});
   };

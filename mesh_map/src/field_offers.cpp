@@ -152,16 +152,28 @@ double FieldSurface::firstValue(const FieldPlace& place) const
   return least;
 }
 
+/// The best offer from a place; nullptr if there is none. Valid until the next call.
+const FieldOffer* FieldSurface::wayOn(const FieldPlace& place) const
+{
+  collectOffers(place, scratch_);
+  return best(
+      scratch_, [](const FieldOffer&) { return true; },
+      [this](const FieldPlace& to) { return firstValue(to); });
+}
+
 double FieldSurface::value(const FieldPlace& place) const
 {
   if (isSure(place)) {
     return firstValue(place);
   }
-  collectOffers(place, scratch_);
-  const FieldOffer* const found = best(
-      scratch_, [](const FieldOffer&) { return true; },
-      [this](const FieldPlace& to) { return firstValue(to); });
+  const FieldOffer* const found = wayOn(place);
   return found == nullptr ? std::numeric_limits<double>::infinity() : found->total();
+}
+
+bool FieldSurface::leadsLower(const FieldPlace& vertex) const
+{
+  const FieldOffer* const found = wayOn(vertex);
+  return found != nullptr && found->value < label(vertex.a);
 }
 
 }  // namespace mesh_map

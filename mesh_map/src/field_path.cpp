@@ -26,9 +26,6 @@ constexpr std::size_t MAX_CLIMB = 4;
 /// How often an edge may be crossed.
 constexpr unsigned MAX_CROSSINGS = 4;
 
-/// By this part, labels may be larger than what their neighbors say: fronts do not mend less.
-constexpr double LABEL_TOLERANCE = 1e-4;
-
 bool isSet(const std::atomic<bool>* cancel)
 {
   return cancel != nullptr && cancel->load(std::memory_order_relaxed);
@@ -74,7 +71,7 @@ class Descent
   std::unordered_map<std::uint64_t, unsigned> crossings_;
 };
 
-/// At the goal; or, where the front came from vertices, at one whose label no neighbor explains.
+/// At the goal; or, where the front came from vertices, at one from which no way leads lower.
 bool Descent::isArrived()
 {
   if (here_.kind == FieldPlace::GOAL) {
@@ -83,12 +80,7 @@ bool Descent::isArrived()
   if (surface_->hasGoal() || here_.kind != FieldPlace::VERTEX || !climbed_.empty()) {
     return false;
   }
-  const double label = surface_->label(here_.a);
-  surface_->collectOffers(here_, offers_);
-  const FieldOffer* const found = FieldSurface::best(
-      offers_, [](const FieldOffer&) { return true; },
-      [this](const FieldPlace& to) { return surface_->value(to); });
-  return !(label > 0.0) || found == nullptr || found->total() > label * (1.0 + LABEL_TOLERANCE);
+  return !(surface_->label(here_.a) > 0.0) || !surface_->leadsLower(here_);
 }
 
 void Descent::append(const FieldPlace& to, std::uint32_t face, double value)

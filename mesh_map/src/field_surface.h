@@ -81,8 +81,11 @@ class FieldSurface
     }
   }
 
-  /// The potential at a place, by the ways from there on.
+  /// The potential at a place, by the ways from there on; at a vertex, its label.
   double value(const FieldPlace& place) const;
+
+  /// Does the best way on from a reached vertex lead to where the potential is below its label?
+  bool leadsLower(const FieldPlace& vertex) const;
 
   double label(std::uint32_t v) const { return field_->labels[v]; }
   Vector3 position(std::uint32_t v) const
@@ -196,6 +199,7 @@ class FieldSurface
   void widen(std::uint32_t face, double& low, double& high) const;
   double meanOfOpen(std::uint32_t face) const;
   double firstValue(const FieldPlace& place) const;
+  const FieldOffer* wayOn(const FieldPlace& place) const;
 
   const TraceMesh* mesh_;
   const SurfaceField* field_;

@@ -139,8 +139,8 @@ void bindTraceKernels(pybind11::module& module)
            arg("goal_face"), arg("goal_position"), py::keep_alive<0, 2>(), py::keep_alive<0, 1>())
       .def("_path", &FieldTracer::path, arg("field"), arg("face"), arg("position"), arg("cancel"))
       .def("_value", &FieldTracer::value, arg("field"), arg("face"), arg("position"))
-      .def("_vertex_directions", &FieldTracer::vertices, arg("field"), arg("front"),
-           arg("normals"), arg("threads") = 0u)
+      .def("_vertex_directions", &FieldTracer::vertices, arg("field"), arg("front"), arg("normals"),
+           arg("threads") = 0u)
       .def("_face_directions", &FieldTracer::faces, arg("field"), arg("threads") = 0u);
 }
 

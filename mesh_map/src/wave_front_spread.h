@@ -8,9 +8,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "wave_front_behind.h"
 #include "wave_front_buffers.h"
-#include "wave_front_triangle.h"
+#include "wave_front_costs.h"
+#include "wave_front_ring.h"
 
 namespace mesh_map {
 
@@ -23,31 +23,25 @@ class WaveFrontSpread
       : mesh_(mesh),
         buffers_(buffers),
         labels_(buffers.labels.data()),
-        slowness_(slowness.data()),
-        least_step_(1e-12 * buffers.queue.width())
+        costs_(slowness),
+        step_{1e-12 * buffers.queue.width()}
   {
   }
 
-  bool isOpen(std::uint32_t v) const { return !HAS_COSTS || slowness_[v] < NOT_REACHED; }
-  double slowness(std::uint32_t v) const { return HAS_COSTS ? double{slowness_[v]} : 1.0; }
+  bool isOpen(std::uint32_t v) const { return costs_.isOpen(v); }
 
   /// Is a label higher than another one, by more than what is left as it is?
-  bool isAbove(double label, double other) const
-  {
-    return other < label * (1.0 - TOLERANCE) - least_step_;
-  }
-
-  /// The time along an edge.
-  double alongEdge(std::uint32_t a, std::uint32_t b, double length) const
-  {
-    return HAS_COSTS ? 0.5 * (slowness(a) + slowness(b)) * length : length;
-  }
+  bool isAbove(double label, double other) const { return step_.isAbove(label, other); }
 
   /// Lowers labels around v, as follows from its own.
   void push(std::uint32_t v)
   {
     if (mesh_.isFan(v)) {
-      pushFan(v);
+      WaveFrontRing<HAS_COSTS> ring(mesh_, costs_, labels_, step_, v);
+      ring.lowerLabels();
+      for (const auto& neighbor : ring) {
+        offer(neighbor.vertex, neighbor.label);
+      }
       return;
     }
     for (const FrontCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
@@ -78,7 +72,7 @@ class WaveFrontSpread
       }
       for (const std::uint32_t from : {c->a, c->b}) {
         if (from != v && labels_[from] < NOT_REACHED && isOpen(from)) {
-          const double step = alongEdge(from, v, length(from, v));
+          const double step = costs_.alongEdge(from, v, length(from, v));
           least_step = std::min(least_step, step);
           best = std::min(best, labels_[from] + step);
         }
@@ -99,7 +93,7 @@ class WaveFrontSpread
     for (const FrontCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
       for (const std::uint32_t other : {c->a, c->b}) {
         if (other != v && labels_[other] < NOT_REACHED && isOpen(other)) {
-          const double base = alongEdge(v, other, length(v, other));
+          const double base = costs_.alongEdge(v, other, length(v, other));
           least = std::min(least, leastOnBase(labels_[v], labels_[other], base));
         }
       }
@@ -134,35 +128,12 @@ class WaveFrontSpread
       for (const FrontCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
         mesh_.prefetchVertex(c->a);
         __builtin_prefetch(&labels_[c->a]);
-        if (HAS_COSTS) {
-          __builtin_prefetch(&slowness_[c->a]);
-        }
+        costs_.prefetch(c->a);
       }
     }
   }
 
  private:
-  /// What is changed by less than this part is left as it is.
-  static constexpr double TOLERANCE = 1e-6;
-  /// Of slowness within two neighboring faces, the highest by the lowest: up to this, it is taken
-  /// as the same for the way across.
-  static constexpr double EVEN = 1.1;
-  /// Up to this, the front is taken as round.
-  static constexpr double ROUND = 1.3;
-  /// What is above a label by less than this part is looked at more exactly.
-  static constexpr double NEAR = 0.01;
-
-  /// A vertex next to the one that is pushed.
-  struct Neighbor
-  {
-    std::uint32_t vertex;
-    WaveFrontVector side;                           // to it
-    double squared, length, label, slowness, time;  // along the edge to it
-    double product, area;  // of its side and the next one; twice the area between
-  };
-
-  static bool isOpenAt(const Neighbor& n) { return !HAS_COSTS || n.slowness < NOT_REACHED; }
-
   double length(std::uint32_t a, std::uint32_t b) const
   {
     const WaveFrontVector side = between(mesh_.position(a), mesh_.position(b));
@@ -172,7 +143,7 @@ class WaveFrontSpread
   void offerAlongEdge(std::uint32_t from, std::uint32_t to)
   {
     if (to != from && isOpen(to)) {
-      offer(to, labels_[from] + alongEdge(from, to, length(from, to)));
+      offer(to, labels_[from] + costs_.alongEdge(from, to, length(from, to)));
     }
   }
 
@@ -185,9 +156,9 @@ class WaveFrontSpread
     }
     const WaveFrontVector base = between(mesh_.position(a), mesh_.position(b));
     const double length = std::sqrt(dot(base, base));
-    double low = std::min({slowness(a), slowness(b), slowness(target)});
-    double high = std::max({slowness(a), slowness(b), slowness(target)});
-    if (!(length > 0.0) || !mesh_map::mayLower(label, u, v, alongEdge(a, b, length))) {
+    double low = std::min({costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)});
+    double high = std::max({costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)});
+    if (!(length > 0.0) || !mesh_map::mayLower(label, u, v, costs_.alongEdge(a, b, length))) {
       return NOT_REACHED;
     }
     const std::uint32_t other = findOther(a, b, target, low, high);
@@ -201,10 +172,11 @@ class WaveFrontSpread
       const WaveFrontVector back = between(mesh_.position(a), mesh_.position(other));
       behind = {dot(base, back) * inverse, crossLength(base, back) * inverse, labels_[other]};
     }
-    return front(
+    return WaveFrontCosts<HAS_COSTS>::front(
         u, v,
         {length, dot(base, side) * inverse, crossLength(base, side) * inverse, dot(side, side)},
-        {slowness(a), slowness(b), slowness(target)}, behind, low, high, label);
+        {costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)}, behind, low, high,
+        label);
   }
 
   /// The third corner of the other open face at the edge (a, b), from which a front may come; a
@@ -219,156 +191,19 @@ class WaveFrontSpread
         const std::uint32_t third = c->a == b ? c->b : c->a;
         if (third != target && third != a && isOpen(third)) {
           found = found == NO_INDEX ? third : a;
-          low = std::min(low, slowness(third));
-          high = std::max(high, slowness(third));
+          low = std::min(low, costs_.slowness(third));
+          high = std::max(high, costs_.slowness(third));
         }
       }
     }
     return found;
   }
 
-  /// What comes to the corner of a triangle across its base; `low` and `high` slowness of it and of
-  /// the face behind. Where that is not less than `label`, it may be any that is not.
-  static double front(double u, double v, const WaveFrontTriangle& triangle,
-                      const WaveFrontSlowness& slowness, const WaveFrontBehind& behind, double low,
-                      double high, double label)
-  {
-    if (!HAS_COSTS) {
-      return evenFront(u, v, triangle, behind, label);
-    }
-    if (low == high) {
-      return evenFront(u, v, triangle.scaled(low), behind.scaled(low), label);
-    }
-    if (high <= EVEN * low) {
-      return nearlyRoundFront(u, v, triangle, slowness, low, label);
-    }
-    const double base = slowness.onBase() * triangle.base;
-    return std::fabs(u - v) <= base * (1.0 + 1e-9)
-               ? unevenFront(u, v, triangle, slowness, low, high <= ROUND * low ? base : 0.0, label)
-               : NOT_REACHED;
-  }
-
-  /// Where all is equally slow. What is a little above the label is looked at more exactly, too: so
-  /// the result does not depend on which of two ways has come first.
-  static double evenFront(double u, double v, const WaveFrontTriangle& triangle,
-                          const WaveFrontBehind& behind, double label)
-  {
-    WaveFrontSource source;
-    if (!findSource(u, v, triangle.base, source)) {
-      return NOT_REACHED;
-    }
-    const double plain = roundFront(u, source, triangle);
-    return plain < label * (1.0 + NEAR) && isEarlier(behind, source)
-               ? std::min(plain, roundFrontFromBehind(u, v, triangle, source, behind))
-               : plain;
-  }
-
-  /// The same as push(), for faces in order: what neighbors share is computed once.
-  void pushFan(std::uint32_t v)
-  {
-    const FrontCorner* const corners = mesh_.cornersBegin(v);
-    const auto faces = static_cast<std::size_t>(mesh_.cornersEnd(v) - corners);
-    const bool is_closed = mesh_.isClosed(v);
-    const std::size_t count = is_closed ? faces : faces + 1;
-    Neighbor ring[FrontMesh::MAX_FAN + 1];
-    const double here = labels_[v];
-    for (std::size_t i = 0; i < count; ++i) {
-      Neighbor& n = ring[i];
-      n.vertex = i < faces ? corners[i].a : corners[i - 1].b;
-      n.slowness = slowness(n.vertex);
-      n.side = between(mesh_.position(v), mesh_.position(n.vertex));
-      n.squared = dot(n.side, n.side);
-      n.length = std::sqrt(n.squared);
-      n.time = alongEdge(v, n.vertex, n.length);
-      n.label = labels_[n.vertex];
-      if (isOpenAt(n) && isAbove(n.label, here + n.time)) {
-        n.label = here + n.time;
-      }
-    }
-    for (std::size_t i = 0; i < faces; ++i) {
-      const WaveFrontVector &side = ring[i].side, &next = ring[i + 1 < count ? i + 1 : 0].side;
-      ring[i].product = dot(side, next);
-      ring[i].area = crossLength(side, next);
-    }
-    for (std::size_t i = 0; i < faces; ++i) {
-      const std::size_t j = i + 1 < count ? i + 1 : 0;
-      const std::size_t before = i > 0 ? i - 1 : is_closed ? count - 1 : NONE;
-      const std::size_t after = j + 1 < count ? j + 1 : is_closed ? 0 : NONE;
-      if (mayLower(v, ring, j, i, after)) {
-        lower(v, ring[j], ring[i], ring[after], ring[i], ring[j]);
-      }
-      if (mayLower(v, ring, i, j, before)) {
-        lower(v, ring[i], ring[j], ring[before], ring[i], ring[before]);
-      }
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      offer(ring[i].vertex, ring[i].label);
-    }
-  }
-
-  static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
-
-  /// Slowness at the corners of two faces.
-  struct Range
-  {
-    double low, high;
-  };
-
-  Range rangeOf(std::uint32_t v, const Neighbor& a, const Neighbor& b, const Neighbor& c) const
-  {
-    const double slow = slowness(v);
-    return {std::min(std::min(slow, a.slowness), std::min(b.slowness, c.slowness)),
-            std::max(std::max(slow, a.slowness), std::max(b.slowness, c.slowness))};
-  }
-
-  /// May the target get a lower label across the base from v to a neighbor? `other` is the third
-  /// corner of the face on the other side. Where two labels differ by the time along an even base,
-  /// the front comes along it.
-  bool mayLower(std::uint32_t v, const Neighbor* ring, std::size_t base, std::size_t target,
-                std::size_t other) const
-  {
-    const Neighbor &b = ring[base], &t = ring[target];
-    const double here = labels_[v];
-    if (!(b.label < NOT_REACHED) || other == NONE || other == target || !(b.length > 0.0) ||
-        !mesh_map::mayLower(t.label, here, b.label, b.time)) {
-      return false;
-    }
-    if (!HAS_COSTS) {
-      return std::fabs(here - b.label) < b.time;
-    }
-    if (!(isOpenAt(b) && isOpenAt(t) && isOpenAt(ring[other]))) {
-      return false;
-    }
-    if (std::fabs(here - b.label) < b.time) {
-      return true;
-    }
-    const Range range = rangeOf(v, b, t, ring[other]);
-    return range.high > EVEN * range.low;
-  }
-
-  /// Lowers it, if that is so. `face` and `face_behind` know the product and the area of the sides
-  /// of the face of the target, and of that on the other side of the base.
-  void lower(std::uint32_t v, const Neighbor& base, Neighbor& target, const Neighbor& other,
-             const Neighbor& face, const Neighbor& face_behind)
-  {
-    const double inverse = 1.0 / base.length;
-    const Range range = HAS_COSTS ? rangeOf(v, base, target, other) : Range{1.0, 1.0};
-    const double label =
-        front(labels_[v], base.label,
-              {base.length, face.product * inverse, face.area * inverse, target.squared},
-              {slowness(v), base.slowness, target.slowness},
-              {face_behind.product * inverse, face_behind.area * inverse, other.label}, range.low,
-              range.high, target.label);
-    if (isAbove(target.label, label)) {
-      target.label = label;
-    }
-  }
-
   const FrontMesh& mesh_;
   WaveFrontBuffers& buffers_;
   double* labels_;
-  const float* slowness_;
-  double least_step_;
+  WaveFrontCosts<HAS_COSTS> costs_;
+  WaveFrontStep step_;
 };
 
 /// Labels up to this one will not be lowered any more by what is in the queue.

@@ -108,8 +108,8 @@ struct WaveFrontSlowness
 };
 
 /// The same as roundFront() with costs that change a little: as far as to the base, all is as slow
-/// as the base is; beyond, as the face is along the way. `low` is the least slowness; infinite where
-/// it is clear from that alone that the result is not below `label`.
+/// as the base is; beyond, as the face is along the way. `low` is the least slowness; infinite
+/// where it is clear from that alone that the result is not below `label`.
 inline double nearlyRoundFront(double u, double v, const WaveFrontTriangle& triangle,
                                const WaveFrontSlowness& slowness, double low, double label)
 {

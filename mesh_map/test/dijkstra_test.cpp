@@ -388,6 +388,52 @@ TEST(Dijkstra, AnUpdateLooksOnlyAtWhatDependsOnTheChange)
   EXPECT_EQ(field->wayFrom(1).size(), 2u);
 }
 
+World chain(std::uint32_t vertex_count)
+{
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (std::uint32_t v = 0; v + 1 < vertex_count; ++v) {
+    pairs.push_back({v, v + 1});
+  }
+  return World(vertex_count, pairs);
+}
+
+TEST(Dijkstra, ManyUpdatesLeaveNoMoreToSearchThanOne)
+{
+  World world = chain(3000);
+  auto field = newField(world, {{0}, {0.0f}});
+  DijkstraReach reach;
+  reach.max_distance = 0.5f;
+  ASSERT_TRUE(field->extend(reach));
+  const std::vector<std::uint32_t> ends = {0, 1};  // of an edge that leads beyond what is known
+  std::size_t work = 0;
+  for (unsigned i = 0; i < 2000; ++i) {
+    world.weights[0] = i % 2 == 0 ? 2.0f : 1.0f;
+    ASSERT_TRUE(field->update(world.graph(), world.vertexCosts(), ends, work));
+  }
+  const std::atomic<bool> cancel(true);
+  EXPECT_FALSE(field->extend({}, &cancel));
+  EXPECT_GT(field->limit(), 1000.0f);  // all steps were taken along the chain
+  expectRight(*field, world, {{0}, {0.0f}});
+}
+
+TEST(Dijkstra, AFieldThatWasBrokenOffAmongEdgesWithoutLengthKnowsWhatItDoesNotKnow)
+{
+  World world = chain(5000);
+  std::fill(world.weights.begin() + 1, world.weights.end(), 0.0f);
+  const Seeds seeds{{0}, {0.0f}};
+  for (const DijkstraQueue queue : {DijkstraQueue::BUCKETS, DijkstraQueue::HEAP}) {
+    auto field = newField(world, seeds);
+    const std::atomic<bool> cancel(true);
+    ASSERT_FALSE(field->extend({}, &cancel, queue));
+    ASSERT_NO_FATAL_FAILURE(expectRight(*field, world, seeds));
+    DijkstraReach reach;
+    reach.max_distance = 1.0f;
+    ASSERT_TRUE(field->extend(reach, nullptr, queue));
+    EXPECT_TRUE(field->reaches(4999));
+    expectRight(*field, world, seeds);
+  }
+}
+
 TEST(Dijkstra, WhatIsKnownCostsNothing)
 {
   const World world = grid(40, 6);
@@ -473,6 +519,30 @@ TEST(Dijkstra, OtherWeightsAreThoseOfANewGraph)
   EXPECT_FALSE(mesh_map::areLengthsOrClosed(closed, world.weights));
   closed[400] = -1.0f;
   EXPECT_THROW(graph->withWeights(world.edges, world.weights, closed), std::invalid_argument);
+}
+
+TEST(Dijkstra, OtherWeightsAreMeasuredAgainWhereTheyMatter)
+{
+  World world = grid(20, 8);
+  const std::vector<float> given = world.weights;
+  const auto graph = world.graph();
+  world.weights[5] = 1e7f;
+  const auto jump = graph->withWeights(world.edges, given, world.weights);
+  EXPECT_EQ(jump->longest(), 1e7f);
+  const auto back = jump->withWeights(world.edges, world.weights, given);
+  EXPECT_EQ(back->longest(), graph->longest());
+  EXPECT_EQ(back->typical(), graph->typical());
+
+  // step by step, each of them of a few
+  auto longer = graph;
+  world.weights = given;
+  for (std::size_t e = 0; e < given.size(); ++e) {
+    const std::vector<float> before = world.weights;
+    world.weights[e] *= 1000.0f;
+    longer = longer->withWeights(world.edges, before, world.weights);
+  }
+  EXPECT_EQ(longer->longest(), world.graph()->longest());
+  EXPECT_GT(longer->typical(), 0.8 * world.graph()->typical());
 }
 
 TEST(Dijkstra, WrongArgumentsAreRefused)

@@ -110,6 +110,31 @@ TEST(FieldTrace, EndsAtTheVertexThatTheFrontCameFrom)
   EXPECT_GT(ends[1], 20u);
 }
 
+/// Fronts may leave a label that is a little lower than what the faces around it say.
+TEST(FieldTrace, DoesNotEndWhereALabelIsALittleLow)
+{
+  FieldSample sample(plane(40, 0.2));
+  const FacePoint goal = sample.point(1731, 0.0, 0.0);
+  const std::uint32_t end = sample.corner(1731, 0);
+  for (std::uint32_t v = 0; v < sample.sample.size(); ++v) {
+    sample.labels.push_back(sample.distanceTo(v, goal));
+  }
+  sample.use();
+  for (std::uint32_t face = 0; face < 3200; face += 37) {
+    const std::uint32_t v = sample.corner(face, 0);
+    const double before = sample.labels[v];
+    sample.labels[v] = before * 0.999;
+    FieldPath path;
+    ASSERT_EQ(trace(sample, sample.point(face, 0.0, 0.0), path), TraceEnd::ARRIVED);
+    sample.labels[v] = before;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ASSERT_EQ(path.points[path.points.size() - 3 + axis],
+                double{sample.sample.mesh.positions[3 * end + axis]})
+          << face;
+    }
+  }
+}
+
 /// Labels that no front would leave: there may be no way, but there is an end.
 TEST(FieldTrace, EndsWithAnyLabels)
 {

@@ -163,6 +163,11 @@ TEST(Geodesic, of_any_soup_is_no_longer_and_valid)
       // accepted, that is in its faces; and nothing is left to gain
       const Geodesic again = shortenPath(ground.view(), found.path);
       EXPECT_NEAR(again.length, found.length, 1e-9 * found.length) << mesh.name;
+      GeodesicOptions options;
+      options.over_hills = true;
+      const Geodesic over = shortenPath(ground.view(), given, options);
+      EXPECT_LE(over.length, found.length * (1.0 + 1e-12)) << mesh.name;
+      shortenPath(ground.view(), over.path);  // accepted, too
     }
   }
 }

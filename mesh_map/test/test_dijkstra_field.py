@@ -118,6 +118,20 @@ def test_what_is_known_is_not_searched_again():
         field.extend(cancel=canceled)
 
 
+def test_arrays_stay_where_nothing_was_learned():
+    setting = Setting(terrain(40))
+    for field in (setting.solve(), setting.solve(targets=[800])):
+        potential, predecessors = field.potential, field.predecessors
+        field.extend([800])
+        field.update(setting.costs.copy())
+        assert field.potential is potential and field.predecessors is predecessors
+        closed = setting.costs.copy()
+        closed[1] = np.inf
+        field.update(closed)
+        assert field.potential is not potential and field.potential[1] == INF
+        assert field.predecessors is not predecessors
+
+
 @small
 def test_updates_on_any_mesh(mesh):
     setting = Setting(mesh)
@@ -276,6 +290,33 @@ def test_readers_and_a_writer_at_a_time():
         stop.set()
         reader.join()
     assert seen and all(seen)
+    setting.check(field)
+
+
+def test_an_update_of_costs_keeps_the_weights_that_another_thread_has_just_set():
+    setting = Setting(terrain(20))
+    field, costs = setting.solve(), setting.costs.copy()
+    setting.change_weights(np.arange(100))
+    heavier = setting.solver
+
+    class Gate:
+        """Lets the other update go first."""
+
+        def __init__(self):
+            self.lock, self.is_open = field._lock, False
+
+        def __enter__(self):
+            if not self.is_open:
+                self.is_open = True
+                field.update(costs, solver=heavier)
+            self.lock.acquire()
+
+        def __exit__(self, *error):
+            self.lock.release()
+
+    field._lock = Gate()
+    field.update(costs)
+    assert field.solver is heavier
     setting.check(field)
 
 

@@ -66,8 +66,8 @@ std::shared_ptr<DijkstraPool> makeDijkstraPool(std::size_t vertex_count);
 /// sums grow monotonically with each of their terms.
 ///
 /// At any time, each edge whose one end is labeled and does not wait in the front either ends at a
-/// vertex that may not be passed, or could not make its other end nearer. So everything up to the
-/// nearest vertex of the front is final, wherever a search was broken off.
+/// vertex that may not be passed, or could not make its other end nearer. So everything nearer than
+/// the nearest vertex of the front is final, wherever a search was broken off.
 ///
 /// One writer at a time, and no reader meanwhile.
 class DijkstraField

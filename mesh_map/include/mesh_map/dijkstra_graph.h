@@ -51,11 +51,13 @@ class DijkstraGraph
   DijkstraGraph(const DijkstraGraph&) = default;
 
   void setWeight(std::uint32_t from, std::uint32_t to, float weight);
+  void measure(ArrayView<float> edge_weights);
 
   std::shared_ptr<const LargeArray<std::uint32_t>> offsets_;
   LargeArray<Arc> arcs_;
   float longest_ = 0.0f;
   double typical_ = 1.0;
+  std::size_t changed_ = 0;  // edges, since the weights were measured
 };
 
 /// The vertices at edges whose weights differ; one may be there several times.

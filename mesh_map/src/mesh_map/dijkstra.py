@@ -78,8 +78,8 @@ class DijkstraSolver:
             vertex_costs: (V,) costs; None for none.
             cost_limit: the highest cost that is passed.
             targets: vertices; once all of them are reached, the field ends `offset` beyond the
-                farthest of them, and what is farther counts as not reached. None for the whole
-                field; so do targets that cannot be reached.
+                farthest of them, and what is farther counts as not reached. None, or an empty
+                row, for the whole field; so do targets that cannot be reached.
             offset: >= 0, in the unit of the edge lengths.
             cancel_flag: ends this solve when it is set.
             max_distance: >= 0; the field ends there in any case.

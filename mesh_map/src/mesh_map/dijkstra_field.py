@@ -103,10 +103,12 @@ class DijkstraField:
         """
         wanted = self._solver.indices(() if targets is None else targets, "target ")
         with self._lock:
-            self._forget_arrays()
+            before = self._kernel._limit()
             done = self._kernel._extend(
                 wanted, float(offset), float(max_distance), kernel_flag(cancel)
             )
+            if self._kernel._limit() != before:
+                self._forget_arrays()
         if not done:
             raise Cancelled("the search was cancelled")
 
@@ -118,7 +120,8 @@ class DijkstraField:
         solver: Optional["DijkstraSolver"] = None,
         cancel: Optional[CancelFlag] = None,
     ) -> int:
-        """Follows a change of costs, of weights, or both: the field is bit for bit a new one.
+        """Follows a change of costs, of weights, or both: distances are bit for bit those of a
+        new field. Of ways of the same length, it may know another one.
 
         Only what depends on the change is computed again, up to the same limit.
 
@@ -138,20 +141,25 @@ class DijkstraField:
             Cancelled: `cancel` was set. The field has the new costs then, and `limit` tells how far
                 it is known; extend() goes on.
         """
-        solver = solver or self._solver
-        solver.check_same_topology(self._solver)
+        if solver is not None:
+            solver.check_same_topology(self._solver)
         costs = frozen(vertex_costs)
         flag = kernel_flag(cancel)
         with self._lock:
+            if solver is None:
+                solver = self._solver
             if changed is None:
                 vertices = self._kernel._opened_or_closed(costs)
                 weighted = solver.vertices_changed_since(self._solver)
                 vertices = np.concatenate([vertices, weighted])
             else:
                 vertices = solver.indices(changed, "changed ")
+            arrays = self._potential, self._predecessors
             self._forget_arrays()
             done, count = self._kernel._update(solver._graph, costs, vertices, flag)
             self._solver = solver
+            if done and count == 0:
+                self._potential, self._predecessors = arrays
         if not done:
             raise Cancelled("the update of a field was cancelled")
         return count

@@ -400,6 +400,7 @@ class MapLoadingTest(unittest.TestCase):
         server.terminate()
         state, result = answer(handle)
         self.assertEqual((state, result.outcome), ("ABORTED", GetPathResult.STOPPED))
+        self.assertEqual(result.message, "the server is shut down")
         file.touch()  # loading goes on, and ends, during the shutdown
         self.assertEqual(server.wait(), 0)
         self.assertNotIn("no map, goals will fail", server.output())

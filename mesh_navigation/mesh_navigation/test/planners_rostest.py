@@ -259,7 +259,14 @@ class LargeMapTest(unittest.TestCase):
             state, again = server.ask(start, goal, planner=name)
             self.assertEqual(again.outcome, 0, again.message)
             self.assertAlmostEqual(again.cost, first.cost, delta=1e-4 * first.cost)
-        self.assertEqual(server.stop(), 0)
+        # The end comes while plans run, are answered, and are shown.
+        for slot in range(30):
+            name = list(TYPES)[slot % len(TYPES)]
+            server.send(start, goal, planner=name, concurrency_slot=slot)
+        server.terminate()
+        self.assertEqual(server.wait(), 0)
+        self.assertNotIn("Traceback", server.output())
+        self.assertNotIn("outcome 63, \n", server.output())
 
 
 def height_at(world, place):

@@ -12,6 +12,7 @@ from mesh_map.dijkstra import DijkstraField, DijkstraSolver
 from mesh_map.settings import MapSettings
 from mesh_map.wave_front import WaveFrontField, WaveFrontSolver
 from mesh_navigation.outcomes import GetPathOutcome
+from mesh_navigation.planners.wave_front import WaveFrontPlanner
 from mesh_navigation.pose import Pose
 
 pytestmark = pytest.mark.parametrize("cls", ALL_PLANNERS, ids=lambda cls: cls.__name__)
@@ -116,6 +117,35 @@ def test_after_few_changes_the_field_is_mended(cls, calls, settings):
         mended += calls[:2] == ["update", "extend"]
         check_like_new(result, mesh_map, cls, start, goal, cost_limit=0.95)
     assert outcomes.count(0) > 6 and mended > 6
+
+
+def test_obstacles_on_a_free_map_come_and_go(cls, calls):
+    mesh_map = MapWithCosts(MESH)
+    planner = planner_on(mesh_map, cls)
+    start, goal = Pose.at([2, 15, 0]), Pose.at([28, 15, 0])
+    planner.make_plan(start, goal)
+    wall = (np.abs(MESH.vertices[:, 0] - 15) < 1.2) & (np.abs(MESH.vertices[:, 1] - 15) < 4)
+    assert 10 < wall.sum() < COUNT / 8
+    for blocked in (np.nan, 0.0, np.inf, 0.0):
+        mesh_map.costs = np.where(wall, blocked, 0.0)
+        del calls[:]
+        result = planner.make_plan(start, goal)
+        assert result.succeeded and calls == ["update", "extend"]
+        assert (np.abs(result.poses[:, 1] - 15).max() > 3) == (blocked != 0)
+        check_like_new(result, mesh_map, cls, start, goal)
+
+
+def test_what_does_not_count_changes_nothing(cls, calls):
+    mesh_map = MapWithCosts(MESH, random_costs())
+    planner = planner_on(mesh_map, cls)
+    start, goal = Pose.at([2, 15, 0]), Pose.at([28, 15, 0])
+    first = planner.make_plan(start, goal)
+    mesh_map.costs = random_costs(8)
+    del calls[:]
+    again = planner.make_plan(start, goal)
+    counts = cls is WaveFrontPlanner
+    assert calls == ["update", "extend"] if counts else calls == ["extend"]
+    assert np.array_equal(first.poses, again.poses) == (not counts)
 
 
 def test_costs_of_the_same_numbers_are_no_change(cls, calls):

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from mesh_navigation.path import STRAIGHT, path_length, path_poses, spaced_out, without_repeats
-from mesh_navigation.pose import Pose, multiply, quaternions_from_axes, rotate, transformed
+from mesh_navigation.pose import (
+    Pose,
+    multiply,
+    quaternions_from_axes,
+    rotate,
+    transformed,
+    vector_text,
+)
 
 UP = [0.0, 0.0, 1.0]
 
@@ -57,11 +64,18 @@ def test_transformed_pose():
         ([0, 0, np.inf], [0, 0, 0, 1], "not finite"),
         ([0, 0, 0], [0, 0, np.nan, 1], "orientation (0.00, 0.00, nan, 1.00) is not finite"),
         ([0, 0, 0], [0, 0, 0, 0], "no rotation"),
+        ([0, 0], [0, 0, 0, 1], "shapes (2,) and (4,), not (3,), (4,)"),
+        ([0, 0, 0], [0, 0, 1], "shapes (3,) and (3,), not"),
         ([0, 0, 0], [0, 0, 1e200, 0], "no rotation"),
     ],
 )
 def test_faults_of_poses(position, orientation, word):
     assert word in Pose(np.array(position, float), np.array(orientation, float)).fault()
+
+
+def test_numbers_of_any_size_in_messages():
+    assert vector_text([1, -2.5, np.nan]) == "(1.00, -2.50, nan)"
+    assert vector_text([1e300, -np.inf, 123456.789]) == "(1e+300, -inf, 123456.79)"
 
 
 def test_pose_without_fault():

@@ -202,7 +202,10 @@ def test_a_full_disk(folder):
     with open("/dev/full", "wb") as full:
         command = [sys.executable, PROGRAM, "grid.h5", *DIJKSTRA]
         ended = subprocess.run(command, cwd=folder, stdout=full, stderr=subprocess.PIPE, timeout=60)
-    assert (ended.returncode, ended.stderr) == (2, b"plan: error: cannot write the output: No space left on device\n")
+    assert (ended.returncode, ended.stderr) == (
+        2,
+        b"plan: error: cannot write the output: No space left on device\n",
+    )
 
 
 def test_output_that_nobody_reads(folder):

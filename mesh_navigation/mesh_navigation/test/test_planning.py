@@ -115,6 +115,12 @@ def test_places_that_are_none(start, goal, words):
     assert "\n" not in str(caught.value)
 
 
+def test_a_pose_without_z_is_an_invalid_one():
+    result = plan(map_of(GRID), Pose.at([1, 1]), (8, 8), "dijkstra")
+    assert result.outcome == GetPathOutcome.INVALID_START
+    assert "start: position and orientation have shapes (2,)" in result.message
+
+
 def test_two_storeys_need_z():
     mesh_map = map_of(STOREYS)
     assert surface_heights(mesh_map, 3.2, 4.1) == pytest.approx([3.0, 0.0], abs=1e-6)

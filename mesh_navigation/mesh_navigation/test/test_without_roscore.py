@@ -1,8 +1,11 @@
 """The node without a roscore."""
 
 import os
+import signal
 import socket
 import subprocess
+import sys
+from pathlib import Path
 
 
 def test_it_says_what_it_waits_for():
@@ -21,3 +24,19 @@ def test_it_says_what_it_waits_for():
         rest = node.communicate(timeout=30)[1]
     assert line == f"mbf_mesh_nav: waiting for roscore at {uri}\n"
     assert still_running and rest == ""
+
+
+def test_an_interrupt_while_modules_are_loaded(tmp_path):
+    package = tmp_path / "mesh_navigation"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    interrupt = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n"
+    (package / "mbf_server_node.py").write_text(interrupt)
+    node = Path(__file__).resolve().parents[1] / "nodes" / "mbf_mesh_nav"
+    ended = subprocess.run(
+        [sys.executable, node],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        stderr=subprocess.PIPE,
+        timeout=30,
+    )
+    assert (ended.returncode, ended.stderr) == (-signal.SIGINT, b"")

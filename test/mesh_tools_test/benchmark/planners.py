@@ -53,7 +53,8 @@ def main() -> int:
                 show(PARTS[part](world, options.repeats))
         del world
     if "success" in options.only:
-        show(success.measure(options.faces, options.goals))
+        for noise in success.NOISE:
+            show(success.measure(options.faces, noise, options.goals))
     if "growth" in options.only:
         sizes_of_growth = [size for size in growth.SIZES if size <= options.faces]
         sizes_of_growth += [growth.LARGE] if options.growth else []

@@ -2,7 +2,8 @@
 
 import time
 from collections import deque
-from typing import Any, Callable, Deque, List, Tuple
+from contextlib import contextmanager
+from typing import Any, Callable, Deque, Iterator, List, Tuple
 
 import actionlib
 import rospy
@@ -34,8 +35,13 @@ class ActionServer(actionlib.ActionServer):
             if rospy.is_shutdown():
                 return
             self._recent.append((time.monotonic(), message, self._connected()))
-            self.result_pub.publish(message)
+            with _closing_topics():
+                self.result_pub.publish(message)
             self.publish_status()
+
+    def publish_status(self) -> None:
+        with _closing_topics():
+            super().publish_status()
 
     def _connected(self) -> List[Any]:
         return list(self.result_pub.impl.connections)
@@ -48,6 +54,16 @@ class ActionServer(actionlib.ActionServer):
                     with self.result_pub.impl.publock:
                         publish(message)
                     recipients.extend(connected)
+
+
+@contextmanager
+def _closing_topics() -> Iterator[None]:
+    """A shutdown closes topics at any moment, and before rospy.is_shutdown() says so."""
+    try:
+        yield
+    except rospy.ROSException:
+        if not rospy.core.is_shutdown_requested():
+            raise
 
 
 class _Listener(rospy.SubscribeListener):

@@ -7,7 +7,7 @@ import numpy as np
 from mesh_map.mesh_map import MeshMap
 
 from mesh_navigation.planner import PlanFailure
-from mesh_navigation.pose import vector_text
+from mesh_navigation.pose import number_text, vector_text
 from mesh_navigation.slowness import passable
 
 # A pose farther than this from the surface is not on the map (m): base frames lie some decimeters
@@ -60,8 +60,9 @@ def _off_map(mesh_map: MeshMap, position: np.ndarray, what: str) -> str:
     nearest = mesh_map.closest_face(position, np.inf)
     if nearest is None:
         return f"{where} too far from the map to tell how far"
+    distance = number_text(nearest.distance)
     return (
-        f"{where} {nearest.distance:.2f} m from the map, allowed are {MAX_DISTANCE:.2f} m; "
+        f"{where} {distance} m from the map, allowed are {MAX_DISTANCE:.2f} m; "
         f"the surface is nearest at {vector_text(nearest.position)}"
     )
 

@@ -23,6 +23,8 @@ from mesh_navigation.pose import Pose
 from mesh_navigation.ros import Transforms
 from mesh_navigation.slots import ConcurrencySlots, Job
 
+SHUT_DOWN = "the server is shut down"
+
 Ends = Tuple[Pose, Pose]
 Show = Callable[[PlanResult, MeshMap, Optional[Ends]], None]
 
@@ -84,7 +86,7 @@ class GetPathServer:
         """Answer all goals with STOPPED; returns after a second at most."""
         self._stopping = True
         end = time.monotonic() + 1.0
-        for job in self._slots.cancel_all("the server is shut down"):
+        for job in self._slots.cancel_all(SHUT_DOWN):
             job.join(max(0.0, end - time.monotonic()))
 
     def _on_goal(self, handle: Any) -> None:
@@ -103,6 +105,10 @@ class GetPathServer:
         def run(cancellation: Cancellation) -> None:
             try:
                 self._execute(handle, name, cancellation)
+            except rospy.ROSException:
+                # A shutdown closes topics at any moment, and before rospy.is_shutdown() says so.
+                if not self._stopping:
+                    raise
             finally:
                 with self._jobs_lock:
                     self._jobs.pop(key, None)
@@ -134,12 +140,13 @@ class GetPathServer:
             result = PlanResult(GetPathOutcome.INTERNAL_ERROR, f"{type(error).__name__}: {error}")
         path = path_message(result.poses, mesh_map.frame_id if mesh_map else "", rospy.Time.now())
         self._answer(handle, result, path, cancellation)
-        if mesh_map is not None and not rospy.is_shutdown():
+        if mesh_map is not None and not self._stopping:
             self._paths[name].publish(path)
             try:
                 self._show(result, mesh_map, ends)
             except Exception as error:  # The goal is answered; a plugin's odd array ends no thread.
-                rospy.logerr("get_path: the plan of %s cannot be shown: %s", name, error)
+                if not self._stopping:
+                    rospy.logerr("get_path: the plan of %s cannot be shown: %s", name, error)
 
     def _ends(self, goal: Any, frame: str, cancellation: Cancellation) -> Ends:
         if goal.use_start_pose:
@@ -166,7 +173,7 @@ class GetPathServer:
         # Cancel requests are handled under this lock: one that came before the answer is honored.
         with self._server.lock:
             if self._stopping:
-                answer = GetPathResult(GetPathOutcome.STOPPED, cancellation.reason, Path(), 0.0)
+                answer = GetPathResult(GetPathOutcome.STOPPED, SHUT_DOWN, Path(), 0.0)
                 handle.set_aborted(answer, answer.message)
             elif cancellation.canceled or result.outcome == GetPathOutcome.CANCELED:
                 message = result.message if result.outcome == GetPathOutcome.CANCELED else ""

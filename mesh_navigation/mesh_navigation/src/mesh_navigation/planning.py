@@ -128,7 +128,7 @@ def ends(mesh_map: MeshMap, start: Place, goal: Place) -> List[Pose]:
         for place, what in ((start, "start"), (goal, "goal"))
     ]
     points = [place.position if isinstance(place, Pose) else place for place in places]
-    along = points[1] - points[0]
+    along = np.subtract(points[1][:2], points[0][:2])
     yaw = float(np.arctan2(along[1], along[0]))
     return [place if isinstance(place, Pose) else Pose.at(place, yaw) for place in places]
 

@@ -26,6 +26,11 @@ class Pose(NamedTuple):
 
     def fault(self) -> Optional[str]:
         """What makes this no pose, as a phrase, or None."""
+        shapes = np.shape(self.position), np.shape(self.orientation)
+        if shapes != ((3,), (4,)):
+            return (
+                f"position and orientation have shapes {shapes[0]} and {shapes[1]}, not (3,), (4,)"
+            )
         if not np.all(np.isfinite(self.position)):
             return f"position {vector_text(self.position)} is not finite"
         if not np.all(np.isfinite(self.orientation)):
@@ -46,7 +51,12 @@ _MIN_NORM = 1e-6
 
 def vector_text(values: Sequence[float]) -> str:
     """``(1.00, -2.50, nan)``: numbers for a message."""
-    return "(" + ", ".join(f"{value:.2f}" for value in values) + ")"
+    return "(" + ", ".join(map(number_text, values)) + ")"
+
+
+def number_text(value: float) -> str:
+    """``1.00``, and ``1.5e+300`` where all its digits would fill a line."""
+    return f"{value:.2f}" if abs(value) < 1e9 else f"{value:.4g}"
 
 
 def multiply(first: np.ndarray, second: np.ndarray) -> np.ndarray:

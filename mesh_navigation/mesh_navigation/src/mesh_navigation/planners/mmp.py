@@ -5,6 +5,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from mesh_map.dijkstra import DijkstraSolver
+from mesh_map.exact_geodesic import ExactGeodesic
 from mesh_map.parameter import Parameter
 from mesh_map.surface_path import SurfacePath
 from mesh_map.wave_front import WaveFrontField
@@ -39,6 +40,7 @@ class MMPPlanner(WaveFrontPlanner):
     def _prepare(self) -> None:
         super()._prepare()
         geometry = self.map.geometry
+        self._geodesic = ExactGeodesic.of(geometry)
         self._edges = DijkstraSolver(topology=geometry.topology, edge_lengths=geometry.edge_lengths)
 
     def _factor(self, values: Mapping[str, Any]) -> float:
@@ -47,7 +49,7 @@ class MMPPlanner(WaveFrontPlanner):
     def _surface_path(
         self, search: Search, origin: Place, target: Place, field: WaveFrontField
     ) -> SurfacePath:
-        traced = self._traced(search, origin, target, field)
+        traced = super()._surface_path(search, origin, target, field)
         path = self._taut(search, traced)
         if path.length <= (1 + _SUSPECT) * traced.potentials[0]:
             return path
@@ -55,6 +57,10 @@ class MMPPlanner(WaveFrontPlanner):
         # that, and may be on a better side of a hill.
         other = self._taut(search, self._along_edges(search, origin, target))
         return min(path, other, key=lambda candidate: candidate.length)
+
+    def _taut(self, search: Search, path: SurfacePath) -> SurfacePath:
+        """The locally shortest path, over what may be passed, that a path becomes."""
+        return self._geodesic.shorten(path, mask=search.ground.open_faces, cancel=search.flag)
 
     def _along_edges(self, search: Search, origin: Place, target: Place) -> SurfacePath:
         """The shortest way over edges, as Dijkstra's algorithm finds it."""

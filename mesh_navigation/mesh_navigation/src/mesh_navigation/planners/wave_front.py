@@ -5,7 +5,6 @@ from typing import Any, List, Mapping, NamedTuple, Optional, Tuple
 import numpy as np
 
 from mesh_map.cancel import CancelFlag
-from mesh_map.exact_geodesic import ExactGeodesic
 from mesh_map.parameter import Parameter
 from mesh_map.surface_path import FieldTracer, SurfacePath
 from mesh_map.wave_front import WaveFrontField, WaveFrontSolver
@@ -36,8 +35,7 @@ class WaveFrontPlanner(SurfacePlanner):
     The front takes 1 + cost_factor c times as long where the cost is c, so that the path weighs
     length against risk. Vertices that are lethal, unknown or over the cost limit are not reached,
     and a face with such a corner is not crossed. The path lies in the faces; its poses are where it
-    bends, and at most step_width apart. Its cost is the potential at the start. Where nothing that
-    may be passed costs more than its length, the path is pulled taut, and its cost is its length.
+    bends, and at most step_width apart. Its cost is the potential at the start.
     """
 
     parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(1.0))
@@ -46,7 +44,6 @@ class WaveFrontPlanner(SurfacePlanner):
         geometry = self.map.geometry
         self._solver = WaveFrontSolver.of(geometry)
         self._tracer = FieldTracer.of(geometry)
-        self._geodesic = ExactGeodesic.of(geometry)
 
     def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
         costs = self.map.planning_costs().costs
@@ -88,18 +85,7 @@ class WaveFrontPlanner(SurfacePlanner):
         self, search: Search, origin: Place, target: Place, field: WaveFrontField
     ) -> SurfacePath:
         """The path in the faces; its potentials are what it costs from there."""
-        path = self._traced(search, origin, target, field)
-        return self._taut(search, path) if search.ground.is_even else path
-
-    def _traced(
-        self, search: Search, origin: Place, target: Place, field: WaveFrontField
-    ) -> SurfacePath:
-        """The way down the potential."""
         return self._tracer.path(_to_goal(field, target), origin.anchor, cancel=search.flag)
-
-    def _taut(self, search: Search, path: SurfacePath) -> SurfacePath:
-        """The locally shortest path over what may be passed that a path becomes."""
-        return self._geodesic.shorten(path, mask=search.ground.open_faces, cancel=search.flag)
 
     def _vectors(
         self, search: Search, target: Place, field: WaveFrontField
@@ -112,7 +98,7 @@ class WaveFrontPlanner(SurfacePlanner):
 
 
 class CVPMeshPlanner(WaveFrontPlanner):
-    """The same with lengths alone, as the released planner of this name has it: a taut path."""
+    """The same with lengths alone, as the released planner of this name has it."""
 
     parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(0.0))
 

@@ -49,6 +49,12 @@ class PlanningWorld:
         costs = 0.5 + 0.25 * np.sin(x * 0.6) + 0.25 * np.cos(y * 0.7 + 0.2 * x)
         return np.clip(costs, 0.0, 1.0).astype(np.float32)
 
+    @cached_property
+    def _usable_faces(self) -> np.ndarray:
+        usable = self.ground[self.faces].all(axis=1)
+        usable[self.geometry.faces_without_area] = False
+        return np.flatnonzero(usable)
+
     def vertex_at(self, potential: np.ndarray, distance: float = DISTANCE) -> int:
         """The vertex whose potential is nearest to a distance."""
         finite = np.where(np.isfinite(potential), potential, np.inf)
@@ -56,9 +62,7 @@ class PlanningWorld:
 
     def places(self, count: int, random: np.random.Generator) -> List[Place]:
         """Points of the ground, anywhere in faces that have an area."""
-        usable = self.ground[self.faces].all(axis=1)
-        usable[self.geometry.faces_without_area] = False
-        faces = random.choice(np.flatnonzero(usable), count)
+        faces = random.choice(self._usable_faces, count)
         shares = random.dirichlet((1.0, 1.0, 1.0), count)
         corners = self.vertices[self.faces[faces]].astype(np.float64)
         positions = np.einsum("nk,nkd->nd", shares, corners)
