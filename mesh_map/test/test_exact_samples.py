@@ -15,18 +15,18 @@ from mesh_map.wave_front import WaveFrontSolver
 # Percent of the distance, beyond ten edges: mean and 99th percentile of the error, and how far
 # below the exact distance the lowest potential may be. Coarse meshes bend much from face to face.
 BOUNDS = {
-    "rough_terrain": (0.25, 0.6, 3.5),
-    "terrain_with_holes": (0.4, 1.8, 1.0),
-    "sphere": (0.4, 1.0, 1.5),
-    "torus": (0.4, 1.1, 1.2),
-    "two_storeys": (0.4, 1.6, 0.1),
-    "hole": (0.5, 2.0, 0.3),
-    "moebius_strip": (0.25, 0.6, 0.3),
-    "hills": (0.8, 2.0, 1.8),
-    "world": (0.5, 2.0, 1.8),
-    "world_20mm": (0.7, 2.0, 2.8),
-    "tray": (0.1, 0.3, 1.5),
-    "botanical": (1.4, 6.0, 18.0),
+    "rough_terrain": (0.12, 0.4, 1.0),
+    "terrain_with_holes": (0.25, 1.0, 0.9),
+    "sphere": (0.3, 0.9, 1.5),
+    "torus": (0.15, 0.7, 1.2),
+    "two_storeys": (0.2, 0.8, 0.1),
+    "hole": (0.25, 1.1, 0.4),
+    "moebius_strip": (0.06, 0.2, 0.1),
+    "hills": (0.35, 1.0, 2.1),
+    "world": (0.35, 1.2, 1.1),
+    "world_20mm": (0.45, 1.6, 1.6),
+    "tray": (0.01, 0.1, 1.8),
+    "botanical": (1.0, 3.5, 1.5),
 }
 EVERY = pytest.mark.parametrize("name", list(RECIPES))
 
@@ -103,31 +103,25 @@ def test_no_path_is_shorter_than_exact_ones(name):
     assert np.mean(np.abs(lengths / labels - 1.0) > 0.01) <= MOST_OFF.get(name, 0.01)
 
 
-# Share of paths whose length is over one percent off the potential at their start.
-MOST_OFF = {
-    "terrain_with_holes": 0.03,
-    "two_storeys": 0.08,
-    "hole": 0.15,
-    "hills": 0.12,
-    "world": 0.03,
-    "world_20mm": 0.15,
-    "botanical": 0.4,
-}
+# Share of paths whose length is over one percent off the potential at their start, where it is more
+# than one in a hundred: on rough ground with long edges.
+MOST_OFF = {"hills": 0.08, "world_20mm": 0.05, "botanical": 0.2}
 
 # Median share by which shortened paths are longer than exact ones. Where the ground bends at every
 # vertex, the locally shortest path is often another one than the shortest of all.
-EXCESS = {"rough_terrain": 1e-3, "terrain_with_holes": 1e-3, "hills": 1e-3, "botanical": 3e-3}
+EXCESS = {"rough_terrain": 5e-4, "terrain_with_holes": 5e-4, "hills": 8e-4, "botanical": 2e-4}
 
 
 @EVERY
 def test_shortened_paths_are_near_the_exact_distance(name):
     _, geometry = prepared(name)
     shorter = ExactGeodesic.of(geometry)
-    excess = []
+    excess, over_hills = [], []
     for distance, path, _ in traced(name, 25):
         short = shorter.shorten(path)
         assert short.length <= path.length * (1 + 1e-9)
         excess.append(short.length / distance - 1.0)
-    excess = np.array(excess)
-    assert (excess >= -1e-5).all()
-    assert np.median(excess) < EXCESS.get(name, 1e-4)
+        over_hills.append(shorter.shorten(path, over_hills=True).length / distance - 1.0)
+    assert min(excess) >= -1e-5 and min(over_hills) >= -1e-5
+    assert np.median(excess) < EXCESS.get(name, 1e-6)
+    assert np.median(over_hills) < 2e-4

@@ -110,11 +110,17 @@ class DijkstraSolver:
         try:
             pairs = [(operator.index(source), 0.0)]  # type: ignore[arg-type]
         except TypeError:
-            pairs = [(vertex, float(distance)) for vertex, distance in source]  # type: ignore
+            try:
+                pairs = [(operator.index(v), float(distance)) for v, distance in source]
+            except (TypeError, ValueError):
+                raise ValueError(
+                    "the source has to be a vertex, or pairs of a vertex and a distance"
+                ) from None
         if not pairs:
             raise ValueError("there is no source")
-        vertices = self.indices([operator.index(vertex) for vertex, _ in pairs], "source ")
-        return vertices, np.array([distance for _, distance in pairs], np.float32)
+        vertices = self.indices([vertex for vertex, _ in pairs], "source ")
+        with np.errstate(over="ignore"):  # +inf is refused
+            return vertices, np.array([distance for _, distance in pairs], np.float32)
 
     def indices(self, vertices: Iterable[int], what: str) -> np.ndarray:
         """(N,) uint32 of these vertices, once they are known to exist.

@@ -1,5 +1,6 @@
 """Locally shortest paths over a surface."""
 
+import operator
 import threading
 import weakref
 from typing import TYPE_CHECKING, Any, Optional
@@ -93,10 +94,12 @@ class ExactGeodesic:
         Returns:
             The path; its potentials are the lengths that remain (meters).
         Raises:
-            ValueError: a point that is not in its face (the first is named), or a mask of another
-                type or length.
+            ValueError: a point that is not in its face (the first is named), a mask of another
+                type or length, or a number of turns out of its range.
             Cancelled: by `cancel`.
         """
+        if not 0 <= operator.index(max_turns) < 1 << 63:
+            raise ValueError("max_turns has to be from 0 to 2 ** 63 - 1, not %d" % max_turns)
         points, faces, _, _, cancelled = self._kernel._shorten(
             points_array(path.points, "the points of a path"),
             _face_array(path.faces),

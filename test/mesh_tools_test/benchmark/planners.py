@@ -4,10 +4,10 @@
     planners.py [--faces 2000000] [--repeats 5] [--only PART ...] [--growth] [--json FILE]
 
 Parts: fields (Dijkstra and the wave front over the whole map), reading (to a goal 17 m away, the
-path, directions), others (potpourri3d and pygeodesic, where they are installed; the latter takes a
-minute and 4 GB), plans (through the planner classes), updates (after changes of costs), success
-(1000 random pairs at each of six levels of noise), growth (from 10,000 vertices to a million, with
---growth to 10 million). Floors hold for 2 million faces. Solvers run on one thread.
+path, directions), others (potpourri3d and pygeodesic, where they are installed; the latter within
+20 m), plans (through the planner classes), updates (after changes of costs), success (1000 random
+pairs at each of six levels of noise), growth (from 10,000 vertices to a million, with --growth to
+10 million, which takes 5 GB). Floors hold for 2 million faces. Solvers run on one thread.
 """
 
 import argparse

@@ -97,6 +97,18 @@ def test_peers_agree_where_they_are_installed(world):
         pytest.skip("neither potpourri3d nor pygeodesic is installed")
 
 
+def test_ground_near_the_source_is_a_part_of_all(world):
+    ground, near = peers.ground_of(world), peers.ground_of(world, 8.0)
+    assert near.numbers[near.source] == ground.numbers[ground.source] == world.source
+    assert len(near.numbers) < len(ground.numbers) and np.isin(near.numbers, ground.numbers).all()
+    np.testing.assert_array_equal(near.vertices, world.vertices[near.numbers])
+    # Every face at a vertex that is near is there.
+    offsets = ground.vertices - ground.vertices[ground.source]
+    is_near = np.linalg.norm(offsets, axis=1) <= 8.0
+    expected = ground.numbers[ground.faces[is_near[ground.faces].any(axis=1)]]
+    np.testing.assert_array_equal(near.numbers[near.faces], expected)
+
+
 def straight(points, potentials, faces=None):
     points = np.array(points, np.float64)
     faces = np.zeros(len(points) - 1, np.uint32) if faces is None else np.array(faces, np.uint32)

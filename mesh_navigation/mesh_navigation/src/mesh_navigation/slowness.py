@@ -50,26 +50,20 @@ class Ground:
         return len(self.costs) - int(np.count_nonzero(self.passable))
 
     @cached_property
-    def is_even(self) -> bool:
-        """Whether a meter takes 1 wherever it is passable: lengths alone count.
-
-        No way may be shorter than it is: a negative cost counts as none.
-        """
-        return not (self.cost_factor and np.any((self.costs > 0) & self.passable))
-
-    @cached_property
     def slowness(self) -> Optional[np.ndarray]:
         """(V,) float32, read-only: how long a meter takes, +inf where it is not passable.
 
-        None where it is 1 everywhere: searches are faster without an array of ones.
+        None where it is 1 everywhere: searches are faster without an array of ones. No way may be
+        shorter than it is: a negative cost counts as none.
         """
-        if self.is_even and not self.blocked_count:
+        costs_count = self.cost_factor and np.any((self.costs > 0) & self.passable)
+        if not costs_count and not self.blocked_count:
             return None
-        if self.is_even:
-            slowness = np.ones(len(self.costs), dtype=np.float32)
-        else:
+        if costs_count:
             with np.errstate(invalid="ignore"):
                 slowness = 1 + np.float32(self.cost_factor) * np.maximum(self.costs, 0)
+        else:
+            slowness = np.ones(len(self.costs), dtype=np.float32)
         if self.blocked_count:
             slowness[~self.passable] = np.inf
         return _read_only(slowness)

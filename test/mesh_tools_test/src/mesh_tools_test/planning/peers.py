@@ -17,10 +17,16 @@ class Ground(NamedTuple):
     source: int
 
 
-def ground_of(world: Any) -> Ground:
-    """That of a PlanningWorld, without faces at edges of more than two."""
+def ground_of(world: Any, radius: float = np.inf) -> Ground:
+    """That of a PlanningWorld, without faces at edges of more than two.
+
+    Only faces with a corner within the radius (m) of the source: no way to there that is as short
+    leaves them.
+    """
     counts = world.topology.edge_face_counts[world.topology.face_edges]
-    faces = world.faces[world.ground[world.faces[:, 0]] & (counts <= 2).all(axis=1)]
+    offsets = world.vertices - world.vertices[world.source]
+    usable = world.ground & (np.linalg.norm(offsets, axis=1) <= radius)
+    faces = world.faces[usable[world.faces].any(axis=1) & (counts <= 2).all(axis=1)]
     numbers = np.unique(faces)
     return Ground(
         world.vertices[numbers].astype(np.float64),
@@ -71,7 +77,7 @@ def _heat(library: Any, ground: Ground) -> Callable[[int], np.ndarray]:
 
 
 def exact_solver(ground: Ground) -> Optional[Callable[[int], np.ndarray]]:
-    """Exact geodesic distances by pygeodesic: about a minute at a million vertices."""
+    """Exact geodesic distances by pygeodesic: minutes and 8 GB at a million vertices."""
     try:
         from pygeodesic import geodesic
     except ImportError:
