@@ -2,6 +2,7 @@
 
 import gc
 import threading
+import types
 
 import numpy as np
 import pytest
@@ -349,3 +350,24 @@ def test_points_that_do_not_fit_are_refused(solver):
         solver.solve(Goal)
     with pytest.raises(ValueError, match="changed vertex 1600 does not exist"):
         solver.solve(0).update(None, [1600])
+
+
+@pytest.mark.parametrize("goal", [3.5, None, [3], "abc", [(1, "x")]])
+def test_refuses_what_is_no_goal(solver, goal):
+    with pytest.raises(ValueError, match="goal has to be a point with face and position"):
+        solver.solve(goal)
+
+
+@pytest.mark.parametrize("number", [1 << 80, -1])
+def test_refuses_vertices_that_no_mesh_has(solver, number):
+    with pytest.raises(ValueError, match="vertex %d does not exist" % number):
+        solver.solve(number)
+    with pytest.raises(ValueError, match="target vertex %d does not exist" % number):
+        solver.solve(0, targets=[number])
+
+
+def test_refuses_a_goal_off_its_face(solver):
+    corners = solver._vertices[solver._faces[0]].astype(float)
+    goal = types.SimpleNamespace(face=0, position=corners.mean(0) + [0.0, 0.0, 9.0])
+    with pytest.raises(ValueError, match="m from its face 0"):
+        solver.solve(goal)

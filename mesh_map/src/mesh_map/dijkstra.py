@@ -6,6 +6,7 @@ from typing import Any, Iterable, Optional, Tuple, Union
 import numpy as np
 
 from mesh_map import _kernels
+from mesh_map.array_checks import vertex_indices
 from mesh_map.cancel import CancelFlag
 from mesh_map.dijkstra_field import DijkstraField, frozen
 from mesh_map.topology import Topology
@@ -128,19 +129,7 @@ class DijkstraSolver:
         Raises:
             ValueError: one that does not (the first is named), after `what`; or no whole numbers.
         """
-        count = self._topology.vertex_count
-        if isinstance(vertices, np.ndarray):
-            if vertices.ndim != 1 or vertices.dtype.kind not in "iu":
-                raise ValueError("%svertices have to be a row of whole numbers" % what)
-            wrong = vertices[(vertices < 0) | (vertices >= count)]
-        else:
-            vertices = [operator.index(vertex) for vertex in vertices]
-            wrong = [vertex for vertex in vertices if not 0 <= vertex < count]
-        if len(wrong):
-            raise ValueError(
-                "%svertex %d does not exist: there are %d vertices" % (what, wrong[0], count)
-            )
-        return np.ascontiguousarray(vertices, np.uint32)
+        return vertex_indices(vertices, self._topology.vertex_count, what)
 
     def check_same_topology(self, other: "DijkstraSolver") -> None:
         """

@@ -1,27 +1,23 @@
 """The wave front: distances and potentials over the surface from a point, across faces."""
 
-import operator
 import threading
 import weakref
-from typing import TYPE_CHECKING, Any, Iterable, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Iterable, Optional
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.array_checks import read_only
+from mesh_map.array_checks import read_only, vertex_indices
 from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.errors import Cancelled
 from mesh_map.front import SurfaceFront
-from mesh_map.surface import barycentric_coordinates
+from mesh_map.wave_front_goal import WaveFrontGoal
 
 if TYPE_CHECKING:
     from mesh_map.geometry import MeshGeometry
 
 _solvers: "weakref.WeakKeyDictionary[MeshGeometry, WaveFrontSolver]" = weakref.WeakKeyDictionary()
 _lock = threading.Lock()
-
-# Weights of a point below this are none: it lies on an edge, or at a vertex.
-_NO_WEIGHT = 1e-9
 
 
 class WaveFrontField:
@@ -43,7 +39,7 @@ class WaveFrontField:
     ) -> None:
         """Private: see WaveFrontSolver.solve()."""
         self._solver = solver
-        self._goal = _Goal(solver, goal, slowness)
+        self._goal = WaveFrontGoal(solver, goal, slowness)
         self.goal_face = self._goal.face
         self.goal_position = self._goal.position
         self.slowness = slowness
@@ -75,8 +71,10 @@ class WaveFrontField:
         Raises:
             ValueError: a vertex that does not exist.
         """
-        labels = self.labels[self._solver._indices(vertices, "")]
-        return np.isfinite(labels) & (labels <= self.limit)
+        wanted = self._solver._indices(vertices, "")
+        with self._lock:
+            labels = self.labels[wanted]
+            return np.isfinite(labels) & (labels <= self.limit)
 
     def extend(
         self,
@@ -213,95 +211,4 @@ class WaveFrontSolver:
         return np.ascontiguousarray(slowness, np.float32)
 
     def _indices(self, vertices: Any, what: str) -> np.ndarray:
-        if not isinstance(vertices, np.ndarray):
-            vertices = np.array([operator.index(vertex) for vertex in vertices], np.int64)
-        if vertices.dtype.kind not in "iu":
-            raise ValueError("vertices have to be whole numbers, not %s" % vertices.dtype)
-        vertices = np.ascontiguousarray(vertices).ravel()
-        wrong = (vertices < 0) | (vertices >= len(self._vertices))
-        if wrong.any():
-            raise ValueError(
-                "%svertex %d does not exist: there are %d vertices"
-                % (what, vertices[wrong][0], len(self._vertices))
-            )
-        return vertices.astype(np.uint32, copy=False)
-
-
-class _Goal:
-    """Where a field starts: a point in a face, at a vertex, or only potentials of vertices."""
-
-    def __init__(self, solver: WaveFrontSolver, goal: Any, slowness: Optional[np.ndarray]) -> None:
-        self.face: Optional[int] = None
-        self.position: Optional[np.ndarray] = None
-        self._corners = np.zeros(0, np.uint32)
-        self._weights = np.zeros(0)
-        self._distances = np.zeros(0)
-        self._pairs: List[Tuple[int, float]] = []
-        if hasattr(goal, "face") and hasattr(goal, "position"):
-            self._set_point(solver, goal)
-        elif hasattr(goal, "__index__"):
-            self._set_vertex(solver, operator.index(goal), slowness)
-        else:
-            self._pairs = [(operator.index(v), float(distance)) for v, distance in goal]
-            if not self._pairs:
-                raise ValueError("there is no goal")
-            solver._indices([vertex for vertex, _ in self._pairs], "goal ")
-
-    def seeds(self, slowness: Optional[np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
-        """(N,) uint32 vertices and (N,) float64 potentials there."""
-        if self._pairs:
-            vertices, labels = zip(*self._pairs)
-            return np.array(vertices, np.uint32), np.array(labels, np.float64)
-        if slowness is None or slowness.shape != (slowness.size,) or not len(self._corners):
-            return self._corners, self._distances
-        if self._corners.max() >= len(slowness):
-            return self._corners, self._distances  # the kernel says what is wrong
-        slow = slowness[self._corners].astype(np.float64)
-        is_open = slow < np.inf
-        if not is_open.all():
-            # The face is not crossed; what is left is the edge or the vertex that the goal is on.
-            if self._weights[~is_open].max() > _NO_WEIGHT or not is_open.any():
-                return np.zeros(0, np.uint32), np.zeros(0)
-            slow = np.where(is_open, slow, 0.0)
-        here = self._weights @ slow
-        labels = self._distances * 0.5 * (slow + here)
-        return self._corners[is_open], labels[is_open]
-
-    def _set_point(self, solver: WaveFrontSolver, goal: Any) -> None:
-        self.face = operator.index(goal.face)
-        if not 0 <= self.face < len(solver._faces):
-            raise ValueError(
-                "goal face %d does not exist: there are %d faces" % (self.face, len(solver._faces))
-            )
-        self.position = read_only(np.array(goal.position, np.float64))
-        if self.position.shape != (3,) or not np.isfinite(self.position).all():
-            raise ValueError("the position of the goal has to be three finite numbers")
-        self._corners = np.ascontiguousarray(solver._faces[self.face])
-        corners = solver._vertices[self._corners].astype(np.float64)
-        self._distances = np.linalg.norm(corners - self.position, axis=1)
-        self._weights = _weights(corners, self.position)
-
-    def _set_vertex(
-        self, solver: WaveFrontSolver, vertex: int, slowness: Optional[np.ndarray]
-    ) -> None:
-        solver._indices([vertex], "goal ")
-        self._corners = np.array([vertex], np.uint32)
-        self._weights = np.ones(1)
-        self._distances = np.zeros(1)
-        self.position = read_only(solver._vertices[vertex].astype(np.float64))
-        offsets = solver._topology.vertex_face_offsets
-        faces = solver._topology.vertex_faces[offsets[vertex] : offsets[vertex + 1]]
-        if len(faces):
-            self.face = int(faces[0])
-            if slowness is not None and slowness.shape == (len(solver._vertices),):
-                is_open = (slowness[solver._faces[faces]] < np.inf).all(1)
-                self.face = int(faces[np.argmax(is_open)])
-
-
-def _weights(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """(3,) weights of the corners of a face at a point of it; all at the nearest corner where the
-    face has no area."""
-    weights = np.maximum(barycentric_coordinates(point, *corners), 0)
-    if not np.isfinite(weights).all():
-        return np.eye(3)[np.argmin(np.linalg.norm(corners - point, axis=1))]
-    return weights / weights.sum()
+        return vertex_indices(vertices, len(self._vertices), what)
