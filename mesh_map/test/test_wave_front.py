@@ -327,7 +327,7 @@ def test_cancelling_and_threads():
         (dict(goal=3, max_distance=-1.0), "the maximum distance has to be 0 or more"),
         (dict(goal=3, offset=-1.0), "the offset has to be finite and 0 or more"),
         (dict(goal=3, targets=[3, 1600]), "target vertex 1600 does not exist"),
-        (dict(goal=3, targets=np.array([0.5])), "vertices have to be whole numbers"),
+        (dict(goal=3, targets=np.array([0.5])), "vertices have to be a row of whole numbers"),
         (dict(goal=3, slowness=[1.0]), "slowness has to have the shape"),
         (dict(goal=3, slowness=np.full(1600, -1.0)), "the slowness of vertex 0 is negative"),
         (dict(goal=3, cancel=True), "cancel has to be"),
