@@ -136,6 +136,12 @@ class TestTolerance:
         assert result.poses[-1, :3].tolist() == [10, 5, 0]
         assert "0.80 m from the goal" in result.message
 
+    @pytest.mark.parametrize("tolerance, text", [(1e300, "1e+300 m"), (np.inf, "inf m")])
+    def test_of_any_size(self, cls, tolerance, text):
+        result = plan(cls, grid_map(), goal=Pose.at([40, 5, 0]), tolerance=tolerance)
+        assert result.poses[-1, :3].tolist() == [10, 5, 0]
+        assert f"30.00 m from the goal (tolerance {text})" in result.message
+
     def test_goal_in_another_component(self, cls):
         two = MapWithCosts(zoo.two_components(gap=0.5))
         result = plan(cls, two, Pose.at([1, 1, 0]), Pose.at([5.6, 1.1, 0]), tolerance=1.0)

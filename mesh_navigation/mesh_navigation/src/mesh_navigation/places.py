@@ -9,6 +9,7 @@ from mesh_map.mesh_map import MeshMap
 from mesh_navigation.anchors import Anchor, check_passable, find_anchor
 from mesh_navigation.path import SAME_POINT
 from mesh_navigation.planner import PlanFailure
+from mesh_navigation.pose import number_text
 from mesh_navigation.slowness import Ground
 
 
@@ -124,13 +125,13 @@ def nearest_place(
         count = int(np.count_nonzero(distances <= tolerance))
         raise PlanFailure(
             failure.outcome,
-            f"{failure.message}; of {count} vertices within the tolerance of {tolerance:.2f} m "
-            "none can be reached",
+            f"{failure.message}; of {count} vertices within the tolerance of "
+            f"{number_text(tolerance)} m none can be reached",
             failure.potential,
         )
     remark = (
-        f"; it ends {distance:.2f} m from the goal (tolerance {tolerance:.2f} m), "
-        f"because {failure.message}"
+        f"; it ends {number_text(distance)} m from the goal "
+        f"(tolerance {number_text(tolerance)} m), because {failure.message}"
     )
     return best._replace(remark=remark)
 
