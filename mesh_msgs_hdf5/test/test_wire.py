@@ -65,6 +65,8 @@ def same(one, other):
         return list(one) == list(other) and all(same(one[key], other[key]) for key in one)
     if isinstance(one, (list, tuple)):
         return type(one) is type(other) and len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, frozenset):  # whose order is another one in each process
+        return type(one) is type(other) and same(sorted(one, key=repr), sorted(other, key=repr))
     if isinstance(one, (Mesh, Materials, Features, Label, Edit)):
         return type(one) is type(other) and same(vars(one), vars(other))
     return type(one) is type(other) and repr(one) == repr(other)
