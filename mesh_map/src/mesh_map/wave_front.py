@@ -139,8 +139,8 @@ class WaveFrontField:
 class WaveFrontSolver:
     """Wave fronts over one mesh, any triangle soup; any number of threads may solve at once.
 
-    Exact on planes, whatever their triangulation; about 0.2 % too long on rough terrain, 0.1 % on a
-    sphere (beyond ten edges from the goal). Faces with a closed corner are never crossed.
+    Exact on planes, whatever their triangulation; about 0.15 % too long on rough terrain, 0.1 % on
+    a sphere (beyond ten edges from the goal). Faces with a closed corner are never crossed.
 
     The memory of fields that nobody has any more is used again: a solve costs what it reaches.
     """
