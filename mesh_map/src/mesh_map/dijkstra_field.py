@@ -1,55 +1,36 @@
 """Shortest ways along edges as far as they are known, and how they follow changes."""
 
 import operator
-import threading
-from typing import TYPE_CHECKING, Any, Iterable, Optional
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
 from mesh_map.array_checks import read_only
 from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.errors import Cancelled
+from mesh_map.potential_field import PotentialField
 
 if TYPE_CHECKING:
     from mesh_map.dijkstra import DijkstraSolver
 
 
-class DijkstraField:
+class DijkstraField(PotentialField):
     """Distances from sources, as far as asked for. Made by DijkstraSolver.solve().
 
     It goes on where it stopped (extend), and follows changes of costs and weights (update). From
-    any thread: whoever asks while it is being changed waits for that.
+    any thread: whoever asks while it is being changed waits for that. The potential is the distance
+    to the nearest source, in the unit of the weights.
     """
 
     def __init__(self, solver: "DijkstraSolver", kernel: Any) -> None:
+        super().__init__(kernel, solver._topology.vertex_count)
         self._solver = solver
-        self._kernel = kernel
-        self._lock = threading.Lock()
-        self._potential: Optional[np.ndarray] = None
         self._predecessors: Optional[np.ndarray] = None
 
     @property
     def solver(self) -> "DijkstraSolver":
         """The one with the weights of the edges."""
         return self._solver
-
-    @property
-    def limit(self) -> float:
-        """All distances up to this one are final; +inf where the field is complete."""
-        with self._lock:
-            return self._kernel._limit()
-
-    @property
-    def potential(self) -> np.ndarray:
-        """(V,) float32, read-only: the distance to the nearest source in the unit of the weights.
-
-        +inf where not reached, or not final. The array keeps what it is; after changes there is
-        another one.
-        """
-        with self._lock:
-            if self._potential is None:
-                self._potential = read_only(self._kernel._potential())
-            return self._potential
 
     @property
     def predecessors(self) -> np.ndarray:
@@ -62,16 +43,6 @@ class DijkstraField:
                 self._predecessors = read_only(self._kernel._predecessors())
             return self._predecessors
 
-    def reaches(self, vertices: Any) -> np.ndarray:
-        """(N,) bool: which of these vertices have a final and finite distance.
-
-        Raises:
-            ValueError: a vertex that does not exist.
-        """
-        wanted = self._solver.indices(vertices, "")
-        with self._lock:
-            return self._kernel._reaches(wanted)
-
     def way_from(self, vertex: int) -> np.ndarray:
         """The vertices from this one to the source that it is nearest to, (N,) uint32.
 
@@ -83,34 +54,6 @@ class DijkstraField:
         start = self._solver.indices([operator.index(vertex)], "")[0]
         with self._lock:
             return self._kernel._way_from(int(start))
-
-    def extend(
-        self,
-        targets: Optional[Iterable[int]] = None,
-        *,
-        offset: float = 0.0,
-        max_distance: float = float("inf"),
-        cancel: Optional[CancelFlag] = None,
-    ) -> None:
-        """Goes on where it stopped; what is known already costs nothing.
-
-        Args:
-            targets, offset, max_distance: how far, as for DijkstraSolver.solve().
-            cancel: ends this when it is set.
-        Raises:
-            ValueError: a vertex that does not exist, or a number out of its range.
-            Cancelled: `cancel` was set. What was found until then is kept.
-        """
-        wanted = self._solver.indices(() if targets is None else targets, "target ")
-        with self._lock:
-            before = self._kernel._limit()
-            done = self._kernel._extend(
-                wanted, float(offset), float(max_distance), kernel_flag(cancel)
-            )
-            if self._kernel._limit() != before:
-                self._forget_arrays()
-        if not done:
-            raise Cancelled("the search was cancelled")
 
     def update(
         self,
@@ -164,8 +107,12 @@ class DijkstraField:
             raise Cancelled("the update of a field was cancelled")
         return count
 
+    def _reached(self, wanted: np.ndarray) -> np.ndarray:
+        return self._kernel._reaches(wanted)
+
     def _forget_arrays(self) -> None:
-        self._potential = self._predecessors = None
+        super()._forget_arrays()
+        self._predecessors = None
 
 
 def frozen(values: Optional[Any]) -> Any:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, Iterable, Optional
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.array_checks import read_only, vertex_indices
+from mesh_map.array_checks import vertex_indices
 from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.errors import Cancelled
 from mesh_map.front import SurfaceFront
+from mesh_map.potential_field import PotentialField
 from mesh_map.wave_front_goal import WaveFrontGoal
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ _solvers: "weakref.WeakKeyDictionary[MeshGeometry, WaveFrontSolver]" = weakref.W
 _lock = threading.Lock()
 
 
-class WaveFrontField:
+class WaveFrontField(PotentialField):
     """The potential of one goal: time to it over the surface, or meters where slowness is 1.
 
     It may end before the mesh does, and go on later. One writer at a time, others wait; readers
@@ -44,63 +45,13 @@ class WaveFrontField:
         self.goal_position = self._goal.position
         self.slowness = slowness
         sources, distances = self._goal.seeds(slowness)
-        self._kernel = _kernels._WaveFrontField(solver._pool, sources, distances, slowness)
+        kernel = _kernels._WaveFrontField(solver._pool, sources, distances, slowness)
+        super().__init__(kernel, len(solver._vertices))
         self.labels: np.ndarray = self._kernel._labels()
-        self._potential: Optional[np.ndarray] = None
-        self._lock = threading.Lock()
 
-    @property
-    def limit(self) -> float:
-        """All labels up to this one are final; +inf when the field is complete.
-
-        -1 while nothing is, as after an update that was cancelled.
-        """
-        return self._kernel._limit()
-
-    @property
-    def potential(self) -> np.ndarray:
-        """(V,) float32, read-only: the labels where they are final, else +inf."""
-        with self._lock:
-            if self._potential is None:
-                self._potential = read_only(self._kernel._potential())
-            return self._potential
-
-    def reaches(self, vertices: Any) -> np.ndarray:
-        """(N,) bool: is the potential of these vertices known, and finite?
-
-        Raises:
-            ValueError: a vertex that does not exist.
-        """
-        wanted = self._solver._indices(vertices, "")
-        with self._lock:
-            labels = self.labels[wanted]
-            return np.isfinite(labels) & (labels <= self.limit)
-
-    def extend(
-        self,
-        targets: Optional[Iterable[int]] = None,
-        *,
-        offset: float = 0.0,
-        max_distance: float = float("inf"),
-        cancel: Optional[CancelFlag] = None,
-    ) -> None:
-        """Goes on where it stopped; see WaveFrontSolver.solve(). At once where enough is known.
-
-        Raises:
-            ValueError: a target that does not exist, or a number out of its range.
-            Cancelled: `cancel` was set; what was final still is, and it may go on.
-        """
-        wanted = self._solver._indices(() if targets is None else targets, "target ")
-        flag = kernel_flag(cancel)
-        with self._lock:
-            before = self.limit
-            try:
-                done = self._kernel._extend(wanted, float(offset), float(max_distance), flag)
-            finally:
-                if self.limit != before:
-                    self._potential = None
-        if not done:
-            raise Cancelled("the wave front was cancelled")
+    def _reached(self, wanted: np.ndarray) -> np.ndarray:
+        labels = self.labels[wanted]
+        return np.isfinite(labels) & (labels <= self._kernel._limit())
 
     def update(
         self,
@@ -130,7 +81,7 @@ class WaveFrontField:
             sources, distances = self._goal.seeds(slowness)
             count, cancelled = self._kernel._update(sources, distances, slowness, vertices, flag)
             self.slowness = slowness
-            self._potential = None
+            self._forget_arrays()
         if cancelled:
             raise Cancelled("the update of the wave front was cancelled")
         return count
