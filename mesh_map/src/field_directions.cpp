@@ -8,65 +8,18 @@
 #include <stdexcept>
 
 #include "field_surface.h"
+#include "field_values.h"
 
 namespace mesh_map {
 namespace {
 
 constexpr double FAR = std::numeric_limits<double>::infinity();
 
-/// Thinner faces (sine of the angle between two sides, squared) have no direction.
-constexpr double NO_AREA = 1e-20;
+/// Vertices that a thread takes at once.
+constexpr std::size_t CHUNK = 8192;
 
 /// What is shorter by this part after its projection into a plane was across it.
 constexpr double ACROSS = 1e-6;
-
-/// Vertices or faces that a thread takes at once.
-constexpr std::size_t CHUNK = 8192;
-
-/// Labels and slowness, where the latter may be 1 everywhere.
-template <bool HAS_COSTS>
-class FieldValues
-{
- public:
-  explicit FieldValues(const SurfaceField& field)
-      : labels_(field.labels.data()),
-        slowness_(field.slowness.data()),
-        limit_(std::min(field.limit, std::numeric_limits<double>::max()))
-  {
-  }
-
-  double label(std::uint32_t v) const { return labels_[v]; }
-  double slowness(std::uint32_t v) const { return HAS_COSTS ? double{slowness_[v]} : 1.0; }
-
-  /// Open, and the front came there.
-  bool isReached(std::uint32_t v) const { return isUpTo(v, std::numeric_limits<double>::max()); }
-  bool isFinal(std::uint32_t v) const { return isUpTo(v, limit_); }
-
-  double meanSlowness(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
-  {
-    return HAS_COSTS ? (slowness(a) + slowness(b) + slowness(c)) * (1.0 / 3.0) : 1.0;
-  }
-
- private:
-  bool isUpTo(std::uint32_t v, double most) const
-  {
-    return labels_[v] >= 0.0 && labels_[v] <= most && (!HAS_COSTS || std::isfinite(slowness_[v]));
-  }
-
-  const double* labels_;
-  const float* slowness_;
-  double limit_;
-};
-
-/// The unit vector as floats; zeros where it is not longer than `least`, squared.
-void storeUnit(const Vector3& vector, double least, float* out)
-{
-  const double squared = dot(vector, vector);
-  const double factor = squared > least && std::isfinite(squared) ? 1.0 / std::sqrt(squared) : 0.0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    out[i] = static_cast<float>(factor * vector[i]);
-  }
-}
 
 /// Of the ways down from one vertex, that whose potential is nearest to its label: where the front
 /// went straight through all faces, the lowest.
@@ -239,50 +192,6 @@ void storeAtVertices(const FrontMesh& front, const SurfaceField& field, ArrayVie
   });
 }
 
-/// From where the labels of all three corners say that the source lies: the point of the plane for
-/// which the differences of the squared distances are those of the labels.
-template <bool HAS_COSTS>
-void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std::size_t face,
-                 float* out)
-{
-  const std::uint32_t* const v = mesh.faces.data() + 3 * face;
-  out[0] = out[1] = out[2] = 0.0f;
-  const double scale = values.meanSlowness(v[0], v[1], v[2]);
-  if (!(values.isFinal(v[0]) && values.isFinal(v[1]) && values.isFinal(v[2]) && scale > 0.0)) {
-    return;
-  }
-  const float* const at = mesh.positions.data() + 3 * std::size_t{v[0]};
-  const Vector3 p = difference(mesh.positions.data() + 3 * std::size_t{v[1]}, at);
-  const Vector3 q = difference(mesh.positions.data() + 3 * std::size_t{v[2]}, at);
-  const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
-  if (!(area > NO_AREA * pp * qq)) {
-    return;
-  }
-  const double per_square = HAS_COSTS ? 1.0 / (scale * scale) : 1.0;
-  const double u[3] = {values.label(v[0]), values.label(v[1]), values.label(v[2])};
-  const double along_p = pp - (u[1] - u[0]) * (u[1] + u[0]) * per_square;
-  const double along_q = qq - (u[2] - u[0]) * (u[2] + u[0]) * per_square;
-  // As weights of p and q, times twice the squared area; less what leads to the middle.
-  const double middle = area * (2.0 / 3.0);
-  const double to_p = qq * along_p - pq * along_q - middle;
-  const double to_q = pp * along_q - pq * along_p - middle;
-  storeUnit({to_p * p[0] + to_q * q[0], to_p * p[1] + to_q * q[1], to_p * p[2] + to_q * q[2]}, 0.0,
-            out);
-}
-
-template <bool HAS_COSTS>
-void storeAtFaces(const MeshView& mesh, const SurfaceField& field, unsigned threads,
-                  LargeArray<float>& directions)
-{
-  parallelFor(mesh.faceCount(), CHUNK, threads, [&]() -> RangeBody {
-    return [&, values = FieldValues<HAS_COSTS>(field)](std::size_t begin, std::size_t end) {
-      for (std::size_t face = begin; face < end; ++face) {
-        storeAtFace(values, mesh, face, directions.data() + 3 * face);
-      }
-    };
-  });
-}
-
 }  // namespace
 
 LargeArray<float> vertexDirections(const TraceMesh& mesh, const FrontMesh& front,
@@ -302,14 +211,6 @@ LargeArray<float> vertexDirections(const TraceMesh& mesh, const FrontMesh& front
     (has_costs ? storeAtGoal<true> : storeAtGoal<false>)(surface, front, field, normals,
                                                          directions);
   }
-  return directions;
-}
-
-LargeArray<float> faceDirections(const TraceMesh& mesh, const SurfaceField& field, unsigned threads)
-{
-  LargeArray<float> directions(mesh.mesh.faces.size());
-  (field.slowness.empty() ? storeAtFaces<false> : storeAtFaces<true>)(mesh.mesh, field, threads,
-                                                                      directions);
   return directions;
 }
 

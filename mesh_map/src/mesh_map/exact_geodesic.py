@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Optional
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.array_checks import as_faces, as_vertices, read_only
+from mesh_map.array_checks import read_only
 from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.errors import Cancelled
 from mesh_map.query_arguments import mask_array, points_array
 from mesh_map.surface_path import SurfacePath
 from mesh_map.topology import Topology
+from mesh_map.walk import walk_arrays
 
 if TYPE_CHECKING:
     from mesh_map.geometry import MeshGeometry
@@ -45,16 +46,9 @@ class ExactGeodesic:
         Raises:
             ValueError: a face that refers to no vertex, or the topology of another mesh.
         """
-        triangles = as_faces(faces)
-        self._face_count = len(triangles)
-        self._kernel = _kernels._Geodesics(
-            as_vertices(vertices),
-            triangles,
-            topology.face_edges,
-            topology.face_flags,
-            topology.edge_face_offsets,
-            topology.edge_faces,
-        )
+        arrays = walk_arrays(vertices, faces, topology)
+        self._face_count = len(arrays[1])
+        self._kernel = _kernels._Geodesics(*arrays)
 
     @classmethod
     def of(cls, geometry: "MeshGeometry") -> "ExactGeodesic":

@@ -25,6 +25,22 @@ MAX_STEPS = 1_000_000  # faces of one walk
 _NOWHERE = np.zeros(3)
 
 
+def walk_arrays(vertices: Any, faces: Any, topology: Topology) -> Tuple[np.ndarray, ...]:
+    """What kernels that go from face to face keep of a mesh: vertices, faces, what is next to what.
+
+    Raises:
+        ValueError: wrong shapes or numbers.
+    """
+    return (
+        as_vertices(vertices),
+        as_faces(faces),
+        topology.face_edges,
+        topology.face_flags,
+        topology.edge_face_offsets,
+        topology.edge_faces,
+    )
+
+
 class SurfaceWalker:
     """Walks over the faces of a mesh: what moves a robot on it, or looks ahead.
 
@@ -61,16 +77,9 @@ class SurfaceWalker:
         Raises:
             ValueError: a face that refers to no vertex, or the topology of another mesh.
         """
-        triangles = as_faces(faces)
-        self.face_count = len(triangles)
-        self.kernel = _kernels._Surface(
-            as_vertices(vertices),
-            triangles,
-            topology.face_edges,
-            topology.face_flags,
-            topology.edge_face_offsets,
-            topology.edge_faces,
-        )
+        arrays = walk_arrays(vertices, faces, topology)
+        self.face_count = len(arrays[1])
+        self.kernel = _kernels._Surface(*arrays)
 
     def walk(
         self,
