@@ -1,14 +1,31 @@
 """Outcomes are those of mbf_msgs."""
 
-from mbf_msgs.msg import GetPathResult
+import pytest
+from mbf_msgs.msg import ExePathResult, GetPathResult, MoveBaseResult, RecoveryResult
 
-from mesh_navigation.outcomes import GetPathOutcome, is_success, may_change_by_itself
+from mesh_navigation.outcomes import (
+    ExePathOutcome,
+    GetPathOutcome,
+    MoveBaseOutcome,
+    RecoveryOutcome,
+    is_success,
+    may_change_by_itself,
+)
 
 
-def test_values_are_those_of_the_message():
-    constants = {name: getattr(GetPathResult, name) for name in vars(GetPathResult)}
+@pytest.mark.parametrize(
+    "outcomes, message",
+    [
+        (GetPathOutcome, GetPathResult),
+        (ExePathOutcome, ExePathResult),
+        (RecoveryOutcome, RecoveryResult),
+        (MoveBaseOutcome, MoveBaseResult),
+    ],
+)
+def test_values_are_those_of_the_message(outcomes, message):
+    constants = {name: getattr(message, name) for name in vars(message)}
     expected = {name: value for name, value in constants.items() if name.isupper()}
-    assert {outcome.name: outcome.value for outcome in GetPathOutcome} == expected
+    assert {outcome.name: outcome.value for outcome in outcomes} == expected
 
 
 def test_success_ends_at_ten():

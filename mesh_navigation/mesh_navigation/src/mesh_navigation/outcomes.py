@@ -1,6 +1,6 @@
-"""Outcomes of planning, as plain numbers for code that knows no ROS.
+"""Outcomes of the actions, as plain numbers for code that knows no ROS.
 
-The values are the constants of ``mbf_msgs/GetPathResult``; a test compares the two.
+The values are the constants of ``mbf_msgs/…Result``; a test compares the two.
 """
 
 from enum import IntEnum
@@ -29,8 +29,71 @@ class GetPathOutcome(IntEnum):
     STOPPED = 63
 
 
+class ExePathOutcome(IntEnum):
+    """How driving along a path goes, or ended.
+
+    0 to 9 are successes (1 to 9 a controller's own), 121 to 149 a controller's own failures.
+    """
+
+    SUCCESS = 0
+    FAILURE = 100
+    CANCELED = 101
+    NO_VALID_CMD = 102
+    PAT_EXCEEDED = 103
+    COLLISION = 104
+    OSCILLATION = 105
+    ROBOT_STUCK = 106
+    MISSED_GOAL = 107
+    MISSED_PATH = 108
+    BLOCKED_PATH = 109
+    INVALID_PATH = 110
+    TF_ERROR = 111
+    NOT_INITIALIZED = 112
+    INVALID_PLUGIN = 113
+    INTERNAL_ERROR = 114
+    OUT_OF_MAP = 115
+    MAP_ERROR = 116
+    STOPPED = 117
+
+
+class RecoveryOutcome(IntEnum):
+    """How a recovery behavior ended.
+
+    0 to 9 are successes (1 to 9 a behavior's own), 171 to 199 a behavior's own failures.
+    """
+
+    SUCCESS = 0
+    FAILURE = 150
+    CANCELED = 151
+    PAT_EXCEEDED = 152
+    TF_ERROR = 153
+    NOT_INITIALIZED = 154
+    INVALID_PLUGIN = 155
+    INTERNAL_ERROR = 156
+    STOPPED = 157
+    IMPASSABLE = 158
+
+
+class MoveBaseOutcome(IntEnum):
+    """How going to a goal ended; besides these, the outcomes of planning, driving and recovery."""
+
+    SUCCESS = 0
+    FAILURE = 10
+    CANCELED = 11
+    COLLISION = 12
+    OSCILLATION = 13
+    START_BLOCKED = 14
+    GOAL_BLOCKED = 15
+    TF_ERROR = 16
+    INTERNAL_ERROR = 17
+    PLAN_FAILURE = 50
+    CTRL_FAILURE = 100
+
+
 FIRST_ERROR = 10
 PLANNER_ERRORS = range(71, 100)
+CONTROLLER_ERRORS = range(121, 150)
+RECOVERY_ERRORS = range(171, 200)
 
 
 def is_success(outcome: int) -> bool:

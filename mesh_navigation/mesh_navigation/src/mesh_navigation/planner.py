@@ -1,20 +1,15 @@
 """What a planner is: the base class of all planners, and what one returns."""
 
-import threading
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, List, Mapping, Optional, Tuple
+from typing import Optional
 
 import numpy as np
 
-from mesh_map.mesh_map import MeshMap
-from mesh_map.parameter import Parameter
-
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.outcomes import GetPathOutcome, is_success
-from mesh_navigation.parameters import changed_parameters, read_parameters
+from mesh_navigation.plan_field import PlanField
+from mesh_navigation.plugin import MeshPlugin
 from mesh_navigation.pose import Pose
-
-_changing = threading.Lock()
 
 
 def _no_poses() -> np.ndarray:
@@ -40,6 +35,8 @@ class PlanResult:
     """(V,3) float32: unit vectors along the surface to the goal, zero where there is none."""
     face_vectors: Optional[np.ndarray] = None
     """(F,3) float32: the same in the middle of each face, in its plane."""
+    plan_field: Optional[PlanField] = None
+    """What the path was made from, for controllers that follow it; None where there is none."""
 
     @property
     def succeeded(self) -> bool:
@@ -61,7 +58,7 @@ class PlanFailure(Exception):
         return PlanResult(self.outcome, self.message, potential=self.potential)
 
 
-class MeshPlanner:
+class MeshPlanner(MeshPlugin):
     """Base class of planners.
 
     A planner of one's own derives from it and is described in an XML file::
@@ -73,8 +70,7 @@ class MeshPlanner:
 
     The contract:
 
-    * Construction takes no arguments and does nothing long. ``initialize`` is called once per
-      map, before the first plan; it may take its time.
+    * Construction takes no arguments and does nothing long. ``initialize`` is called once per map.
     * ``plan`` is the one method to override. **It may run several times at once**, in different
       threads (one per concurrency slot), so what belongs to one plan stays in local variables.
     * Parameters may be changed while plans run, which replaces ``self.values`` as a whole: take it
@@ -92,44 +88,6 @@ class MeshPlanner:
     * Units are m and rad, the frame is the map's (``self.map.frame_id``). The roll and pitch of
       start and goal mean nothing: in real maps poses are picked on surfaces wound upside down.
     """
-
-    parameters: ClassVar[Tuple[Parameter, ...]] = ()
-    """What may be set below the planner's name, with default and limits."""
-
-    name: str = ""
-    map: MeshMap
-    values: Mapping[str, Any]
-    """The parameters' values, complete and within their limits; never changed, only replaced."""
-
-    def initialize(self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}) -> list:
-        """Prepare for planning on a map.
-
-        Args:
-            name: of the planner among the server's planners.
-            mesh_map: with its layers computed.
-            given: parameters that differ from their defaults.
-
-        Returns:
-            One sentence for each given value that could not be used as it is.
-        """
-        self.name = name
-        self.map = mesh_map
-        self.values, complaints = read_parameters(self.parameters, given)
-        return complaints
-
-    def set_parameters(self, values: Mapping[str, Any]) -> List[str]:
-        """Change parameters, from any thread; plans that run go on with those they began with.
-
-        Args:
-            values: those that change. Names that are no parameter are left alone.
-
-        Returns:
-            One sentence for each value that could not be used as it is: one beyond its limits is
-            moved to the limit, in place of one of another type the present value stays.
-        """
-        with _changing:
-            self.values, complaints = changed_parameters(self.parameters, self.values, values)
-        return complaints
 
     def make_plan(
         self,

@@ -4,12 +4,14 @@ from typing import Any, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
+from mesh_map.array_checks import read_only
 from mesh_map.cancel import CancelFlag
 from mesh_map.dijkstra import DijkstraField
 
 from mesh_navigation.edge_solver import EdgeSolvers
 from mesh_navigation.path import path_length, without_repeats
 from mesh_navigation.places import Place
+from mesh_navigation.plan_field import PlanField
 from mesh_navigation.planners.surface_planner import Held, Search, SurfacePlanner, Track
 from mesh_navigation.slowness import changed_vertices, is_much
 from mesh_navigation.up_normals import face_up_normals, vertex_up_normals
@@ -66,6 +68,10 @@ class DijkstraMeshPlanner(SurfacePlanner):
             np.concatenate([ends[:1], vertex_up_normals(geometry, way), ends[1:]]),
         )
         return Track(points, normals, path_length(points) if cost is None else cost)
+
+    def _plan_field(self, target: Place, field: DijkstraField) -> PlanField:
+        labels = read_only(field.potential.astype(np.float64))
+        return PlanField(labels, field.limit, None, target.anchor.face, target.position)
 
     def _vectors(
         self, search: Search, target: Place, field: DijkstraField

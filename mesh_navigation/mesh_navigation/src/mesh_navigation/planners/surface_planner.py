@@ -14,6 +14,7 @@ from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.field_cache import FieldCache
 from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.path import path_length, path_poses
+from mesh_navigation.plan_field import PlanField
 from mesh_navigation.places import Place, find_place, nearest_place
 from mesh_navigation.planner import MeshPlanner, PlanFailure, PlanResult, stop_if_canceled
 from mesh_navigation.pose import Pose
@@ -124,6 +125,7 @@ class SurfacePlanner(MeshPlanner):
             track = self._track(search, origin, target, field)
             vectors, face_vectors = self._vectors(search, target, field)
             potential = field.potential
+            plan_field = self._plan_field(target, field)
         length = path_length(track.points)
         straight = float(np.linalg.norm(track.points[-1] - track.points[0]))
         poses = path_poses(track.points, track.normals, goal.heading)
@@ -137,6 +139,7 @@ class SurfacePlanner(MeshPlanner):
             potential=potential,
             vector_field=vectors,
             face_vectors=face_vectors,
+            plan_field=plan_field,
         )
 
     @contextmanager
@@ -181,6 +184,10 @@ class SurfacePlanner(MeshPlanner):
 
     def _track(self, search: Search, origin: Place, target: Place, field: Any) -> Track:
         """The path down a field that reaches the start."""
+        raise NotImplementedError
+
+    def _plan_field(self, target: Place, field: Any) -> PlanField:
+        """A copy of a field, which does not change when the field does."""
         raise NotImplementedError
 
     def _vectors(

@@ -1,9 +1,10 @@
 """Shortest and safest paths across the faces of the mesh."""
 
-from typing import Any, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, List, Mapping, Optional, Tuple
 
 import numpy as np
 
+from mesh_map.array_checks import read_only
 from mesh_map.cancel import CancelFlag
 from mesh_map.parameter import Parameter
 from mesh_map.surface_path import FieldTracer, SurfacePath
@@ -11,6 +12,7 @@ from mesh_map.wave_front import WaveFrontField, WaveFrontSolver
 
 from mesh_navigation.path import spaced_out
 from mesh_navigation.places import Place
+from mesh_navigation.plan_field import PlanField
 from mesh_navigation.planners.surface_planner import (
     PARAMETERS,
     Held,
@@ -87,6 +89,9 @@ class WaveFrontPlanner(SurfacePlanner):
         """The path in the faces; its potentials are what it costs from there."""
         return self._tracer.path(_to_goal(field, target), origin.anchor, cancel=search.flag)
 
+    def _plan_field(self, target: Place, field: WaveFrontField) -> PlanField:
+        return _plan_field(read_only(field.labels.copy()), field, target)
+
     def _vectors(
         self, search: Search, target: Place, field: WaveFrontField
     ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
@@ -103,22 +108,13 @@ class CVPMeshPlanner(WaveFrontPlanner):
     parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(0.0))
 
 
-class _ToGoal(NamedTuple):
-    """A field as a FieldTracer takes it."""
-
-    labels: np.ndarray
-    limit: float
-    slowness: Optional[np.ndarray]
-    goal_face: int
-    goal_position: np.ndarray
-
-
 def _to_goal(field: WaveFrontField, target: Place) -> Any:
     """A field that ends at the goal, also where it came from corners of a face it did not cross."""
-    if target.whole:
-        return field
-    face, position = target.anchor.face, target.position
-    return _ToGoal(field.labels, field.limit, field.slowness, face, position)
+    return field if target.whole else _plan_field(field.labels, field, target)
+
+
+def _plan_field(labels: np.ndarray, field: WaveFrontField, target: Place) -> PlanField:
+    return PlanField(labels, field.limit, field.slowness, target.anchor.face, target.position)
 
 
 def _seeds(target: Place, slowness: Optional[np.ndarray]) -> List[Tuple[int, float]]:
