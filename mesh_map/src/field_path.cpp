@@ -43,7 +43,7 @@ class Descent
     lowest_ = potentials_.back();
   }
 
-  TraceEnd run(FieldPath& path);
+  TraceEnd run(double max_length, FieldPath& path);
 
  private:
   bool isArrived();
@@ -51,6 +51,7 @@ class Descent
   bool climb();
   void append(const FieldPlace& to, std::uint32_t face, double value);
   void settle(std::size_t end, double value);
+  void cutAt(double max_length);
   void write(FieldPath& path) const;
 
   static std::uint64_t edgeKey(const FieldPlace& edge)
@@ -63,6 +64,7 @@ class Descent
   std::vector<Vector3> points_;
   std::vector<std::uint32_t> faces_;
   std::vector<double> potentials_;  // of the points up to the lowest one
+  double length_ = 0.0;             // up to there
   FieldPlace here_;
   FieldPlace lowest_place_;
   double lowest_;
@@ -128,6 +130,7 @@ void Descent::settle(std::size_t end, double value)
   } else if (here_.kind == FieldPlace::GOAL) {
     potentials_.back() = value;
   }
+  length_ += length;
   lowest_ = value;
   lowest_place_ = here_;
   climbed_.clear();
@@ -176,9 +179,9 @@ bool Descent::climb()
   return !legs.empty();
 }
 
-TraceEnd Descent::run(FieldPath& path)
+TraceEnd Descent::run(double max_length, FieldPath& path)
 {
-  while (!isArrived()) {
+  while (length_ < max_length && !isArrived()) {
     if (isSet(cancel_)) {
       return TraceEnd::CANCELLED;
     }
@@ -186,8 +189,31 @@ TraceEnd Descent::run(FieldPath& path)
       return isSet(cancel_) ? TraceEnd::CANCELLED : TraceEnd::NOT_REACHED;
     }
   }
+  if (length_ > max_length) {
+    cutAt(max_length);
+  }
   write(path);
   return TraceEnd::ARRIVED;
+}
+
+void Descent::cutAt(double max_length)
+{
+  double before = 0.0;
+  for (std::size_t i = 1; i < points_.size(); ++i) {
+    const double step = distance(points_[i - 1], points_[i]);
+    if (step > 0.0 && before + step >= max_length) {
+      const double share = (max_length - before) / step;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        points_[i][axis] = points_[i - 1][axis] + share * (points_[i][axis] - points_[i - 1][axis]);
+      }
+      potentials_[i] = potentials_[i - 1] + share * (potentials_[i] - potentials_[i - 1]);
+      points_.resize(i + 1);
+      potentials_.resize(i + 1);
+      faces_.resize(i);
+      return;
+    }
+    before += step;
+  }
 }
 
 void Descent::write(FieldPath& path) const
@@ -204,14 +230,17 @@ void Descent::write(FieldPath& path) const
 
 TraceEnd tracePath(const TraceMesh& mesh, const SurfaceField& field, std::uint32_t face,
                    const std::array<double, 3>& start, const std::atomic<bool>* cancel,
-                   FieldPath& path)
+                   FieldPath& path, double max_length)
 {
+  if (!(max_length >= 0.0)) {
+    throw std::invalid_argument("the length of a way has to be >= 0");
+  }
   const FieldSurface surface(mesh, field);
   const FieldPlace place = surface.placeOf(face, start, "the start");
   if (!surface.isFaceReached(face)) {
     return TraceEnd::NOT_REACHED;
   }
-  return Descent(surface, place, cancel).run(path);
+  return Descent(surface, place, cancel).run(max_length, path);
 }
 
 double fieldValue(const TraceMesh& mesh, const SurfaceField& field, std::uint32_t face,

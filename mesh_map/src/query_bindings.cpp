@@ -5,6 +5,7 @@
 
 #include <mesh_map/edge_faces.h>
 #include <mesh_map/footprint.h>
+#include <mesh_map/footprint_vertices.h>
 #include <mesh_map/walk.h>
 
 #include <algorithm>
@@ -196,14 +197,8 @@ class SurfaceKernel
   {
     const auto vertex_count = static_cast<py::ssize_t>(mesh_.mesh.vertexCount());
     const auto cost_view = view<float>(costs, "costs", {vertex_count});
-    const auto points = view<double>(corners, "footprint", {ANY, 2});
     const auto pose_view = view<double>(poses, "poses", {ANY, 3, 4});
-    Footprint footprint;
-    for (std::size_t i = 0; i < points.size(); i += 2) {
-      footprint.corners.push_back({points[i], points[i + 1]});
-    }
-    footprint.lowest = lowest;
-    footprint.highest = highest;
+    const Footprint footprint = footprintOf(corners, lowest, highest);
     FootprintCosts result;
     runLong({threads, cancel, py::none()}, static_cast<std::size_t>(poses.shape(0)),
             [&](const BvhOptions& run) {
@@ -214,7 +209,30 @@ class SurfaceKernel
                           toArray(std::move(result.face_counts)));
   }
 
+  py::tuple verticesUnder(const Bvh& bvh, Array corners, double lowest, double highest, Array poses,
+                          unsigned threads, const CancelFlag* cancel) const
+  {
+    const auto pose_view = view<double>(poses, "poses", {ANY, 3, 4});
+    const Footprint footprint = footprintOf(corners, lowest, highest);
+    FootprintVertices result;
+    runLong({threads, cancel, py::none()}, static_cast<std::size_t>(poses.shape(0)),
+            [&](const BvhOptions& run) {
+              result = footprintVertices(bvh, mesh_.mesh, footprint, pose_view, run);
+            });
+    return py::make_tuple(toArray(std::move(result.offsets)), toArray(std::move(result.vertices)));
+  }
+
  private:
+  static Footprint footprintOf(Array corners, double lowest, double highest)
+  {
+    const auto points = view<double>(corners, "footprint", {ANY, 2});
+    Footprint footprint{{}, lowest, highest};
+    for (std::size_t i = 0; i < points.size(); i += 2) {
+      footprint.corners.push_back({points[i], points[i + 1]});
+    }
+    return footprint;
+  }
+
   WalkMeshArrays arrays_;
   const WalkMesh& mesh_;
 };
@@ -237,6 +255,8 @@ void bindQueryKernels(py::module_& module)
       .def("_walk_one", &SurfaceKernel::walkOne, arg("face"), arg("barycentric"), arg("direction"),
            arg("up"), arg("length"), arg("target"), arg("mask"), arg("max_steps"), arg("trace"))
       .def("_costs_under", &SurfaceKernel::costsUnder, arg("bvh"), arg("costs"), arg("footprint"),
+           arg("lowest"), arg("highest"), arg("poses"), arg("threads"), arg("cancel"))
+      .def("_vertices_under", &SurfaceKernel::verticesUnder, arg("bvh"), arg("footprint"),
            arg("lowest"), arg("highest"), arg("poses"), arg("threads"), arg("cancel"));
 }
 

@@ -5,6 +5,7 @@
 #include <mesh_map/field_trace.h>
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "array_checks.h"
@@ -63,7 +64,7 @@ class FieldTracer
   }
 
   py::object path(const BoundField& bound, std::uint32_t face, Array position,
-                  const CancelFlag* cancel) const
+                  const CancelFlag* cancel, double max_length) const
   {
     const Vector start = point(face, position);
     FieldPath found;
@@ -71,7 +72,7 @@ class FieldTracer
     {
       const py::gil_scoped_release release;
       end = tracePath(mesh_, bound.field, face, start, cancel == nullptr ? nullptr : &cancel->flag,
-                      found);
+                      found, max_length);
     }
     if (end != TraceEnd::ARRIVED) {
       return py::bool_(end == TraceEnd::CANCELLED);
@@ -137,7 +138,8 @@ void bindTraceKernels(pybind11::module& module)
            arg("vertices"), arg("faces"), arg("offsets"), arg("vertex_faces"), arg("face_flags"))
       .def("_bind", &FieldTracer::bind, arg("labels"), arg("limit"), arg("slowness"),
            arg("goal_face"), arg("goal_position"), py::keep_alive<0, 2>(), py::keep_alive<0, 1>())
-      .def("_path", &FieldTracer::path, arg("field"), arg("face"), arg("position"), arg("cancel"))
+      .def("_path", &FieldTracer::path, arg("field"), arg("face"), arg("position"), arg("cancel"),
+           arg("max_length") = std::numeric_limits<double>::infinity())
       .def("_value", &FieldTracer::value, arg("field"), arg("face"), arg("position"))
       .def("_vertex_directions", &FieldTracer::vertices, arg("field"), arg("front"), arg("normals"),
            arg("threads") = 0u)

@@ -110,6 +110,46 @@ TEST(FieldTrace, EndsAtTheVertexThatTheFrontCameFrom)
   EXPECT_GT(ends[1], 20u);
 }
 
+/// A way that is cut off is the beginning of the whole one.
+TEST(FieldTrace, EndsAfterALength)
+{
+  FieldSample sample(terrain(30));
+  std::mt19937 random(6);
+  for (unsigned i = 0; i < 300; ++i) {
+    if (i % 50 == 0) {
+      sample.spreadFrom(sample.randomPoint(random, static_cast<std::uint32_t>(random() % 1800)));
+    }
+    const FacePoint start = sample.randomPoint(random, static_cast<std::uint32_t>(random() % 1800));
+    FieldPath whole;
+    ASSERT_EQ(trace(sample, start, whole), TraceEnd::ARRIVED);
+    const double length = pathLength(whole);
+    for (const double share : {0.0, 0.01, 0.3, 0.9, 1.0, 2.0}) {
+      FieldPath part;
+      ASSERT_EQ(tracePath(sample.trace(), sample.field, start.face, start.position, nullptr, part,
+                          share * length),
+                TraceEnd::ARRIVED);
+      ASSERT_NEAR(pathLength(part), std::min(share, 1.0) * length, 1e-9 * length);
+      const std::size_t count = part.potentials.size();
+      ASSERT_EQ(part.points.size(), 3 * count);
+      ASSERT_EQ(part.faces.size(), count - 1);
+      ASSERT_LE(count, whole.potentials.size());
+      for (std::size_t k = 0; k + 1 < count; ++k) {
+        ASSERT_EQ(part.faces[k], whole.faces[k]);
+        ASSERT_EQ(part.potentials[k], whole.potentials[k]);
+        ASSERT_TRUE(std::equal(&part.points[3 * k], &part.points[3 * k] + 3, &whole.points[3 * k]));
+        ASSERT_LT(part.potentials[k + 1], part.potentials[k]);
+      }
+      ASSERT_GE(part.potentials.back(), whole.potentials[count - 1]);
+    }
+  }
+  const FacePoint start = sample.point(0, 0.2, 0.2);
+  FieldPath path;
+  for (const double wrong : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(tracePath(sample.trace(), sample.field, 0, start.position, nullptr, path, wrong),
+                 std::invalid_argument);
+  }
+}
+
 /// Fronts may leave a label that is a little lower than what the faces around it say.
 TEST(FieldTrace, DoesNotEndWhereALabelIsALittleLow)
 {

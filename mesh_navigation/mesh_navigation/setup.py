@@ -4,6 +4,13 @@ from catkin_pkg.python_setup import generate_distutils_setup
 
 setup(
     **generate_distutils_setup(
-        packages=["mesh_navigation", "mesh_navigation.planners"], package_dir={"": "src"}
+        packages=[
+            "mesh_navigation",
+            "mesh_navigation.controllers",
+            "mesh_navigation.planners",
+            "mesh_navigation.recoveries",
+            "mesh_navigation.simulation",
+        ],
+        package_dir={"": "src"},
     )
 )

@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace mesh_map {
@@ -47,7 +48,7 @@ struct FieldPath
 
 enum class TraceEnd : std::uint8_t
 {
-  ARRIVED = 0,
+  ARRIVED = 0,      ///< at the goal, or after the length that was asked for
   NOT_REACHED = 1,  ///< the front did not come to the face of the start
   CANCELLED = 2
 };
@@ -61,10 +62,11 @@ enum class TraceEnd : std::uint8_t
 ///
 /// Potentials fall from point to point; where the way climbs, they are interpolated between the two
 /// points around that. No face with a closed corner is entered, but for that of the goal; that of
-/// the start may be left. Throws std::invalid_argument for a start that is not on its face.
+/// the start may be left. After `max_length` the way is cut off; what is before that is the same.
+/// Throws std::invalid_argument for a start that is not on its face, or a length that is not >= 0.
 TraceEnd tracePath(const TraceMesh& mesh, const SurfaceField& field, std::uint32_t face,
                    const std::array<double, 3>& start, const std::atomic<bool>* cancel,
-                   FieldPath& path);
+                   FieldPath& path, double max_length = std::numeric_limits<double>::infinity());
 
 /// The potential at a point of a face; infinite where the front did not come.
 double fieldValue(const TraceMesh& mesh, const SurfaceField& field, std::uint32_t face,

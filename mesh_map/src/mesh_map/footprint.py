@@ -111,6 +111,21 @@ class FootprintCosts(NamedTuple):
         return np.where(self.lethal, np.float32(np.inf), known)
 
 
+class FootprintVertices(NamedTuple):
+    """The vertices under a footprint at N poses, in one row.
+
+    offsets: (N + 1,) uint64, where those of a pose begin, and the end of all.
+    vertices: uint32, ascending for each pose.
+    """
+
+    offsets: np.ndarray
+    vertices: np.ndarray
+
+    def of(self, index: int) -> np.ndarray:
+        """Those of one pose."""
+        return self.vertices[self.offsets[index] : self.offsets[index + 1]]
+
+
 def pose_rows(poses: Any) -> np.ndarray:
     """(N, 3, 4) float64 of matrices.
 

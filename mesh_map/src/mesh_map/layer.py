@@ -53,6 +53,7 @@ class Layer(abc.ABC):
       names) says, or all layers before it in the list that have a result. It is evaluated again
       when one of them changes; when only their combination_weight does, unless it says that it does
       not look at weights with READS_WEIGHTS = False.
+    * One that keeps what sensors have seen overrides clear(), so that it can be forgotten.
     * It does not import rospy and knows nothing of ROS. One that needs data from topics names a
       class for that in ROS_ADAPTER (see mesh_map.ros_adapter).
     * Its costs are stored with the map and reused, unless it says STORABLE = False, because they
@@ -188,6 +189,21 @@ class Layer(abc.ABC):
                 was returned last: a change that fails elsewhere is given up as a whole.
         """
         return self.compute(mesh_map, inputs)
+
+    def clear(self) -> int:
+        """Forgets what sensors have seen so far; the map evaluates the layer afterwards.
+
+        Layers of what does not change have nothing to forget: they leave this as it is.
+
+        Returns:
+            how many things were forgotten, whatever the layer counts.
+        """
+        return 0
+
+    @classmethod
+    def can_be_cleared(cls) -> bool:
+        """Whether clear() does anything."""
+        return cls.clear is not Layer.clear
 
     def reuse(
         self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]

@@ -3,7 +3,7 @@
 import contextlib
 import logging
 import threading
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional
 
 import numpy as np
 
@@ -34,8 +34,8 @@ class _State(NamedTuple):
 class LayeredCosts:
     """Cost layers on one geometry, and their combination. All arrays are read-only.
 
-    Changes (compute_layers, set_layer_parameters, refresh_layer, set_settings) may be made from any
-    thread, and are made one after the other. All else may be read meanwhile, never waits, and is as
+    Changes (compute_layers, set_layer_parameters, refresh_layer, clear_layers, set_settings) may be
+    made from any thread, and are made one after the other. All else may be read meanwhile, never waits, and is as
     it was before the change until the change is complete; only `params` of the layer in question
     are new while it is evaluated.
 
@@ -171,6 +171,35 @@ class LayeredCosts:
                 propagation.fail(name, error)
             self._follow(propagation)
         self._listeners.tell()
+
+    def clear_layers(self, names: Optional[Iterable[str]] = None) -> Dict[str, int]:
+        """Has layers forget what sensors have seen, and evaluates them and those that read them.
+
+        A layer that fails is logged; the others go on.
+
+        Args:
+            names: of layers; None for all that can be cleared.
+        Returns:
+            name -> how many things a layer forgot, of those that could be cleared.
+        Raises:
+            MeshMapError: no such layer; then nothing has changed.
+        """
+        counts: Dict[str, int] = {}
+        with self._change():
+            layers = [self._layer(name) for name in (self.layers if names is None else names)]
+            propagation = Propagation(self, self._state.layer_set)
+            for layer in layers:
+                if not layer.can_be_cleared():
+                    continue
+                try:
+                    count = int(layer.clear())
+                    propagation.update(layer.name, np.zeros(0, np.uint32))
+                    counts[layer.name] = count
+                except Exception as error:  # a stranger's plugin may fail in any way
+                    propagation.fail(layer.name, error)
+            self._follow(propagation)
+        self._listeners.tell()
+        return counts
 
     def set_settings(self, **values: Any) -> MapSettings:
         """Changes settings (see mesh_map.settings); takes effect at once.

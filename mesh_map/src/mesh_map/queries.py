@@ -8,7 +8,13 @@ import numpy as np
 from mesh_map.attributes import MAX, MeshAttributes, face_costs
 from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.errors import MeshMapError
-from mesh_map.footprint import Footprint, FootprintCost, FootprintCosts, pose_rows
+from mesh_map.footprint import (
+    Footprint,
+    FootprintCost,
+    FootprintCosts,
+    FootprintVertices,
+    pose_rows,
+)
 from mesh_map.hits import SurfacePoint, SurfacePoints
 from mesh_map.queries_neighbors import Neighborhoods
 from mesh_map.queries_path import PathCost, path_cost
@@ -255,6 +261,32 @@ class SurfaceQueries(Neighborhoods):
         )
         maxima, lethal, unknown, ground, counts = found
         return FootprintCosts(maxima, lethal.view(bool), unknown.view(bool), ground, counts)
+
+    def vertices_under(
+        self, footprint: Footprint, poses: Any, *, cancel: Optional[CancelFlag] = None
+    ) -> FootprintVertices:
+        """The vertices that say what the ground under a footprint is, at each of N poses.
+
+        Each stands for those points of its faces to which it is the nearest corner, and counts if
+        one of these points is in the prism over the footprint: so the one below a small footprint
+        counts even if it lies beside it.
+
+        Args:
+            footprint, poses, cancel: as for footprint_costs().
+        Raises:
+            ValueError: another shape, or a pose that does more than turn and shift.
+            Cancelled: by `cancel`.
+        """
+        found = self.walker.kernel._vertices_under(
+            self.geometry.spatial_index.native,
+            footprint.polygon,
+            -footprint.below,
+            footprint.above,
+            pose_rows(poses),
+            0,
+            kernel_flag(cancel),
+        )
+        return FootprintVertices(*found)
 
     def face_costs(self, how: str = MAX, costs: Optional[Any] = None) -> np.ndarray:
         """(F,) float32: costs of the faces, the largest or the mean of those of their corners.

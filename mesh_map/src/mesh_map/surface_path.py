@@ -1,5 +1,6 @@
 """Ways down a potential over the surface, and the directions of them."""
 
+import math
 import operator
 import threading
 import weakref
@@ -13,7 +14,7 @@ from mesh_map.array_checks import as_faces, as_vertices, read_only
 from mesh_map.cancel import CancelFlag, kernel_flag
 from mesh_map.errors import Cancelled
 from mesh_map.front import SurfaceFront
-from mesh_map.query_arguments import vector
+from mesh_map.query_arguments import number, vector
 from mesh_map.topology import Topology
 
 if TYPE_CHECKING:
@@ -109,7 +110,12 @@ class FieldTracer:
             return tracer
 
     def path(
-        self, field: Any, start: Any, *, cancel: Optional[CancelFlag] = None
+        self,
+        field: Any,
+        start: Any,
+        *,
+        max_length: float = math.inf,
+        cancel: Optional[CancelFlag] = None,
     ) -> Optional[SurfacePath]:
         """The way from a point to the goal; None where no corner of its face is reached.
 
@@ -122,13 +128,17 @@ class FieldTracer:
             field: see the class.
             start: anything with face and position, such as a SurfacePoint. Its face may be left
                 even if a corner is closed, and that of the goal may be entered; no other such.
+            max_length: meters, after which the way is cut off: what lies ahead of a robot.
             cancel: ends this when it is set.
         Raises:
-            ValueError: a start or goal that is not on its face, or a field of another mesh.
+            ValueError: a start or goal that is not on its face, a field of another mesh, or a
+                length that is not >= 0.
             Cancelled: `cancel` was set.
         """
         face, position = _point(start)
-        found = self.kernel._path(_bound(self.kernel, field), face, position, kernel_flag(cancel))
+        bound, flag = _bound(self.kernel, field), kernel_flag(cancel)
+        limit = () if max_length == math.inf else (number(max_length, "max_length"),)
+        found = self.kernel._path(bound, face, position, flag, *limit)
         if isinstance(found, bool):
             if found:
                 raise Cancelled("the way down the potential was cancelled")

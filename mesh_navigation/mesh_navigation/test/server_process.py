@@ -38,9 +38,9 @@ class ServerProcess:
         for key, value in parameters.items():
             rospy.set_param(f"/{name}/{key}", value)
         environment = dict(os.environ)
-        odd = HERE / "odd_planners"
-        environment["ROS_PACKAGE_PATH"] = f"{odd}:{environment['ROS_PACKAGE_PATH']}"
-        environment["PYTHONPATH"] = f"{odd / 'src'}:{environment['PYTHONPATH']}"
+        for odd in HERE.glob("odd_*"):
+            environment["ROS_PACKAGE_PATH"] = f"{odd}:{environment['ROS_PACKAGE_PATH']}"
+            environment["PYTHONPATH"] = f"{odd / 'src'}:{environment['PYTHONPATH']}"
         self.log = tempfile.NamedTemporaryFile("r", prefix=name, suffix=".log")
         with open(self.log.name, "w") as log:
             self._process = subprocess.Popen(

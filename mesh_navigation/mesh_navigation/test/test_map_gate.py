@@ -1,71 +1,129 @@
-"""Goals wait for the map, or hear why there is none."""
+"""Goals wait for the map, or hear why there is none; a map that is loaded anew ends the old one."""
 
 import threading
 
 import pytest
 
 from mesh_navigation.cancellation import Cancellation
-from mesh_navigation.map_gate import MapGate
-from mesh_navigation.outcomes import GetPathOutcome
-from mesh_navigation.planner import PlanFailure
-
-MAP = object()
+from mesh_navigation.map_gate import REPLACED, MapGate, MapNotReady
+from mesh_navigation.outcomes import ExePathOutcome, GetPathOutcome, RecoveryOutcome
 
 
 class SlowLoad:
-    """Loads when told to."""
+    """Loads when told to; each time another map."""
 
-    def __init__(self, error=None):
-        self.go, self.error = threading.Event(), error
+    def __init__(self, *errors):
+        self.errors = list(errors)
+        self.begun, self.go = threading.Semaphore(0), threading.Semaphore(0)
 
     def __call__(self):
-        self.go.wait(60)
-        if self.error:
-            raise self.error
-        return MAP
+        self.begun.release()
+        assert self.go.acquire(timeout=60)
+        error = self.errors.pop(0) if self.errors else None
+        if error:
+            raise error
+        return object()
 
 
 def failure_of(gate, cancellation=None):
-    with pytest.raises(PlanFailure) as caught:
-        gate.wait_for_map(cancellation or Cancellation())
-    return caught.value
+    with pytest.raises(MapNotReady) as caught:
+        gate.wait(cancellation or Cancellation())
+    return caught.value.kind, caught.value.message
+
+
+def later(function, *args):
+    threading.Timer(0.03, function, args=args).start()
+
+
+def started(load, **fields):
+    gate = MapGate(load, **fields)
+    gate.start()
+    return gate
 
 
 def test_goal_waits_for_the_map():
     load = SlowLoad()
-    gate = MapGate(load)
-    gate.start()
-    threading.Timer(0.05, load.go.set).start()
-    assert gate.wait_for_map(Cancellation()) is MAP
-    assert gate.wait_for_map(Cancellation()) is MAP
+    gate = started(load)
+    later(load.go.release)
+    ready = gate.wait(Cancellation())
+    assert gate.wait(Cancellation()) is ready and gate.is_current(ready)
 
 
 def test_goal_that_must_not_wait():
     load = SlowLoad()
-    gate = MapGate(load, wait=False)
-    gate.start()
-    failure = failure_of(gate)
-    load.go.set()
-    assert failure.outcome == GetPathOutcome.NOT_INITIALIZED
-    assert "still being loaded, for 0 s" in failure.message and "wait_for_map" in failure.message
+    gate = started(load, wait=False)
+    kind, message = failure_of(gate)
+    assert kind == "NOT_INITIALIZED"
+    assert "still being loaded, for 0 s" in message and "wait_for_map" in message
+    later(load.go.release)
+    ready = gate.wait(Cancellation(), patient=True)
+    assert gate.wait(Cancellation()) is ready
 
 
 def test_map_that_cannot_be_loaded():
     load = SlowLoad(ValueError("garden.h5: no such file"))
-    gate = MapGate(load)
-    gate.start()
-    threading.Timer(0.02, load.go.set).start()
-    failure = failure_of(gate)
-    assert failure.outcome == GetPathOutcome.MAP_ERROR
-    assert failure.message == "there is no map: garden.h5: no such file"
+    gate = started(load)
+    later(load.go.release)
+    assert failure_of(gate) == ("MAP_ERROR", "there is no map: garden.h5: no such file")
+
+
+def test_before_the_start():
+    kind, message = failure_of(MapGate(SlowLoad()))
+    assert kind == "MAP_ERROR" and "nobody has begun to load it" in message
 
 
 def test_cancel_while_waiting():
     load, cancellation = SlowLoad(), Cancellation()
-    gate = MapGate(load)
-    gate.start()
-    threading.Timer(0.02, cancellation.cancel, args=("for a test",)).start()
-    failure = failure_of(gate, cancellation)
-    load.go.set()
-    assert failure.outcome == GetPathOutcome.CANCELED
-    assert failure.message == "planning stopped: for a test"
+    gate = started(load)
+    later(cancellation.cancel, "for a test")
+    kind, message = failure_of(gate, cancellation)
+    load.go.release()
+    assert (kind, message) == ("CANCELED", "stopped while waiting for the map: for a test")
+
+
+def test_kinds_are_names_of_outcomes():
+    for outcomes in (GetPathOutcome, ExePathOutcome):
+        assert {"CANCELED", "NOT_INITIALIZED", "MAP_ERROR"} <= set(outcomes.__members__)
+    assert {"CANCELED", "NOT_INITIALIZED"} <= set(RecoveryOutcome.__members__)
+
+
+def test_reload():
+    load = SlowLoad()
+    gate = started(load)
+    load.go.release()
+    first = gate.wait(Cancellation())
+    replaced = gate.replaced(first)
+    assert not replaced.canceled
+    gate.reload()
+    assert replaced.canceled and replaced.reason == REPLACED
+    assert not gate.is_current(first) and gate.replaced(first).canceled
+    later(load.go.release)
+    second = gate.wait(Cancellation())
+    assert second is not first and gate.is_current(second) and not gate.is_current(first)
+    assert not gate.replaced(second).canceled and gate.replaced(first).canceled
+
+
+def test_reload_while_loading_counts_the_last_one_alone():
+    load = SlowLoad(ValueError("old file"))
+    gate = started(load)
+    assert load.begun.acquire(timeout=60)
+    for _ in range(3):
+        gate.reload()
+    load.go.release()
+    assert load.begun.acquire(timeout=60)  # once more, for all three
+    later(load.go.release)
+    gate.wait(Cancellation())
+    assert not load.begun.acquire(blocking=False)
+
+
+def test_reload_that_fails_and_one_that_repairs():
+    load = SlowLoad(None, ValueError("gone"))
+    gate = started(load)
+    load.go.release()
+    gate.wait(Cancellation())
+    gate.reload()
+    load.go.release()
+    assert failure_of(gate) == ("MAP_ERROR", "there is no map: gone")
+    gate.reload()
+    load.go.release()
+    assert gate.is_current(gate.wait(Cancellation()))

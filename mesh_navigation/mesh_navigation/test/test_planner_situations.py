@@ -8,7 +8,7 @@ from navigation_test_maps import ALL_PLANNERS, MapWithCosts, planner_on
 
 from mesh_map.plugins import find_class
 from mesh_navigation.outcomes import GetPathOutcome as Outcome
-from mesh_navigation.planner_list import BASE_CLASS
+from mesh_navigation.plugin_list import PLANNERS
 from mesh_navigation.pose import Pose
 
 GRID, HOLE, STOREYS = zoo.grid(), zoo.hole(), zoo.two_storeys()
@@ -153,7 +153,7 @@ PARAMETERS = {
 
 @pytest.mark.parametrize("plugin", NAMES)
 def test_names_and_parameters(plugin):
-    cls = find_class("mesh_navigation", BASE_CLASS, plugin)
+    cls = find_class("mesh_navigation", PLANNERS.base_class_type, plugin)
     assert cls.__name__ == NAMES[plugin]
     found = {p.name: (p.default, p.minimum, p.maximum) for p in cls.parameters}
     assert found == PARAMETERS[cls.__name__]

@@ -258,7 +258,7 @@ class Choosy(MeshPlanner):
 
 
 def test_complaints_of_a_planner(monkeypatch):
-    monkeypatch.setattr(planning, "find_planner", lambda kind: Choosy())
+    monkeypatch.setattr(planning, "find_plugin", lambda kind, name: Choosy())
     with pytest.raises(MeshMapError, match="planner odd/Choosy: cost_limit is too low"):
         make_planner(map_of(GRID), "odd/Choosy")
 

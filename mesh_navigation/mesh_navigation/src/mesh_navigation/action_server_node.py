@@ -3,10 +3,12 @@
 import time
 from collections import deque
 from contextlib import contextmanager
-from typing import Any, Callable, Deque, Iterator, List, Tuple
+from typing import Any, Callable, Deque, Dict, Iterator, List, Tuple
 
 import actionlib
 import rospy
+
+from mesh_navigation.local_goal import LocalGoal
 
 KEPT = 5.0  # s, as long as actionlib keeps the status of a goal that has ended
 KEPT_RESULTS = 50  # as many as actionlib queues
@@ -21,6 +23,11 @@ class ActionServer(actionlib.ActionServer):
     get it twice; who knows nothing of the goal ignores it, as clients of actions do.
     """
 
+    def __init__(self, *args: Any, **fields: Any) -> None:
+        self.local: Dict[str, LocalGoal] = {}
+        """Goals of this process that wait for their result, by id."""
+        super().__init__(*args, **fields)
+
     def initialize(self) -> None:
         self._recent: Deque[Tuple[float, Any, List[Any]]] = deque(maxlen=KEPT_RESULTS)
         super().initialize()
@@ -32,6 +39,9 @@ class ActionServer(actionlib.ActionServer):
         with self.lock:
             message = self.ActionResult(status=status, result=result)
             message.header.stamp = rospy.Time.now()
+            waiting = self.local.pop(status.goal_id.id, None)
+            if waiting is not None:
+                waiting.finish(status.status, result)
             if rospy.is_shutdown():
                 return
             self._recent.append((time.monotonic(), message, self._connected()))

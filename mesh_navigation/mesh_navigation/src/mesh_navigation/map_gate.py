@@ -2,19 +2,44 @@
 
 import threading
 import time
-from typing import Callable, Optional
+from typing import Callable, NamedTuple, Optional
 
 from mesh_map.mesh_map import MeshMap
 
 from mesh_navigation.cancellation import Cancellation
-from mesh_navigation.outcomes import GetPathOutcome
-from mesh_navigation.planner import PlanFailure, stop_if_canceled
+from mesh_navigation.plugin_list import Prepared
+
+REPLACED = "the map is loaded anew"
+
+
+class Ready(NamedTuple):
+    """A map, and the plugins that work on it."""
+
+    map: MeshMap
+    planners: Prepared
+    controllers: Prepared
+    behaviors: Prepared
+
+
+class MapNotReady(Exception):
+    """There is no map to work on."""
+
+    def __init__(self, kind: str, message: str) -> None:
+        """
+        Args:
+            kind: CANCELED (who waited was canceled), NOT_INITIALIZED (it is not there yet, and
+                nobody shall wait), or MAP_ERROR (it could not be loaded): the name of an outcome.
+            message: one sentence for people.
+        """
+        super().__init__(message)
+        self.kind = kind
+        self.message = message
 
 
 class MapGate:
     """Loads a map in a thread; open once it is there, or shut with the reason why it is not."""
 
-    def __init__(self, load: Callable[[], MeshMap], wait: bool = True) -> None:
+    def __init__(self, load: Callable[[], Ready], wait: bool = True) -> None:
         """
         Args:
             load: loads the map and makes all ready for it; any exception is the reason why not.
@@ -23,47 +48,87 @@ class MapGate:
         self._load = load
         self._wait = wait
         self._changed = threading.Condition()
-        self._ended = False
-        self._map: Optional[MeshMap] = None
-        self._fault = ""
+        self._loading = False
+        self._again = False
+        self._ready: Optional[Ready] = None
+        self._fault = "nobody has begun to load it"
+        self._replaced = Cancellation()
         self._begin = time.monotonic()
 
     def start(self) -> None:
         """Begin to load."""
-        threading.Thread(target=self._run, name="map", daemon=True).start()
+        self.reload()
+
+    def reload(self) -> None:
+        """Load again, in a thread; meanwhile goals wait, and what works on the map before ends.
+
+        While a map is being loaded, what comes of that does not count: it is loaded once more.
+        """
+        with self._changed:
+            replaced, self._replaced = self._replaced, Cancellation()
+            self._ready = None
+            self._begin = time.monotonic()
+            begin, self._again = not self._loading, self._loading
+            self._loading = True
+        replaced.cancel(REPLACED)
+        if begin:
+            threading.Thread(target=self._run, name="map", daemon=True).start()
 
     def _run(self) -> None:
-        mesh_map, fault = None, ""
-        try:
-            mesh_map = self._load()
-        except Exception as error:  # Whatever it is, goals must hear of it instead of waiting on.
-            fault = str(error) or type(error).__name__
-        with self._changed:
-            self._map, self._fault, self._ended = mesh_map, fault, True
-            self._changed.notify_all()
+        again = True
+        while again:
+            ready, fault = None, ""
+            try:
+                ready = self._load()
+            except Exception as error:  # Whatever it is, goals must hear of it and not wait on.
+                fault = str(error) or type(error).__name__
+            with self._changed:
+                again, self._again = self._again, False
+                if not again:
+                    self._ready, self._fault, self._loading = ready, fault, False
+                    self._changed.notify_all()
 
     def _notify(self) -> None:
         with self._changed:
             self._changed.notify_all()
 
-    def wait_for_map(self, cancellation: Cancellation) -> MeshMap:
-        """The map, as soon as it is there.
+    def wait(self, cancellation: Cancellation, patient: bool = False) -> Ready:
+        """The map and its plugins, as soon as they are there.
+
+        Args:
+            cancellation: ends the waiting.
+            patient: wait, even if goals shall not.
 
         Raises:
-            PlanFailure: MAP_ERROR if it could not be loaded, NOT_INITIALIZED if it is not there yet
-                and goals shall not wait, CANCELED if the goal was canceled meanwhile.
+            MapNotReady: there is none.
         """
         with cancellation.calling(self._notify), self._changed:
-            if self._wait:
-                self._changed.wait_for(lambda: self._ended or cancellation.canceled)
-                stop_if_canceled(cancellation)
-            if not self._ended:
+            if self._wait or patient:
+                self._changed.wait_for(lambda: not self._loading or cancellation.canceled)
+                if cancellation.canceled:
+                    raise MapNotReady(
+                        "CANCELED", f"stopped while waiting for the map: {cancellation.reason}"
+                    )
+            if self._loading:
                 seconds = time.monotonic() - self._begin
-                raise PlanFailure(
-                    GetPathOutcome.NOT_INITIALIZED,
+                raise MapNotReady(
+                    "NOT_INITIALIZED",
                     f"the map is still being loaded, for {seconds:.0f} s now; "
                     "goals wait for it if the parameter wait_for_map is true",
                 )
-            if self._map is None:
-                raise PlanFailure(GetPathOutcome.MAP_ERROR, f"there is no map: {self._fault}")
-            return self._map
+            if self._ready is None:
+                raise MapNotReady("MAP_ERROR", f"there is no map: {self._fault}")
+            return self._ready
+
+    def is_current(self, ready: Ready) -> bool:
+        """Whether that is the map of now; False from the moment a reload begins."""
+        return self._ready is ready
+
+    def replaced(self, ready: Ready) -> Cancellation:
+        """Is canceled as soon as that is no longer the map of now."""
+        with self._changed:
+            if self._ready is ready:
+                return self._replaced
+        gone = Cancellation()
+        gone.cancel(REPLACED)
+        return gone

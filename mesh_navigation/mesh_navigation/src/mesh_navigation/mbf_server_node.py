@@ -1,127 +1,121 @@
 """The Move Base Flex server on a mesh map."""
 
+import sys
 import threading
-from typing import Any, Dict, Mapping, Optional, Sequence, Tuple
+import time
+from typing import List, Optional, Sequence
 
 import rospy
 
-from mesh_map.mesh_map import MeshMap
-from mesh_map.parameter import Parameter, Value
-from mesh_map.parameter_server_ros import ParameterServer
-from mesh_map.ros import MeshMapServer
 from mesh_msgs.init_node import init_node
 
-from mesh_navigation.get_path_node import Ends, GetPathServer
-from mesh_navigation.map_gate import MapGate
-from mesh_navigation.parameters import changed_parameters, read_parameters
+from mesh_navigation.clock_ros import RosClock
+from mesh_navigation.exe_path_node import ExePathServer
+from mesh_navigation.get_path_node import GetPathServer, Plan
+from mesh_navigation.map_gate import Ready
+from mesh_navigation.move_base_node import MoveBaseServer, Plugins, Servers
+from mesh_navigation.plan_store import PlanStore
 from mesh_navigation.plan_topics_ros import PlanTopics
-from mesh_navigation.planner import PlanResult
-from mesh_navigation.planner_list import DEFAULT_PLANNERS, PlannerList
-from mesh_navigation.reconfigure_ros import PlannerReconfigure
+from mesh_navigation.recovery_node import RecoveryServer
+from mesh_navigation.robot import STOP
+from mesh_navigation.robot_ros import RobotRos
 from mesh_navigation.ros import Transforms
+from mesh_navigation.server_map_ros import ServerMap, map_text
+from mesh_navigation.server_values_ros import ServerValues
+from mesh_navigation.slot_action_node import SlotActionServer
 
-DYNAMIC_PARAMETERS = (
-    Parameter("planner_patience", 5.0, 0.0, 100.0, "longest time for a plan (s), 0: no limit"),
-    Parameter("planner_max_retries", -1, -1, 1000, "retries of a failed plan, -1: no limit"),
-)
-"""Those of the node that dynamic_reconfigure may change; they count from the next goal."""
-PARAMETERS = DYNAMIC_PARAMETERS + (
-    Parameter("robot_frame", "base_link", description="the robot's frame in TF"),
-    Parameter("tf_timeout", 3.0, 0.0, None, "wait for a transform, and greatest age of it (s)"),
-    Parameter("tf_cache_time", 10.0, 0.1, None, "how far TF is remembered (s)"),
-    Parameter("wait_for_map", True, description="goals wait for the map; false: they fail"),
-)
-"""Parameters of the node itself, with default and limits."""
+SHUT_DOWN = "the server is shut down"
+# s, from a shutdown to the last answer; then what was sent gets a moment to leave.
+LAST_ANSWERS, LAST_MESSAGES = 1.0, 0.1
+# s, after which Python lets another thread go on: a cycle of control does not wait for planners.
+SWITCH_INTERVAL = 0.0005
 
 
 class MbfServer:
-    """The node: a map below ``~mesh_map``, planners below their names, the action ``~get_path``.
+    """The node: a map below ``~mesh_map``, plugins below their names, four actions, services.
 
     Actions exist at once, while the map is loaded in a thread.
     """
 
     def __init__(self) -> None:
-        self._values, complaints = read_parameters(PARAMETERS, rospy.get_param("~", {}) or {})
-        for complaint in complaints:
-            rospy.logwarn("parameter ~%s", complaint)
-        self._planners = PlannerList(rospy.get_param("~planners", DEFAULT_PLANNERS))
-        for complaint in self._planners.complaints:
-            rospy.logerr("%s", complaint)
-        self._map_server = MeshMapServer("~mesh_map")
-        self._gate = MapGate(self._load, self._values["wait_for_map"])
-        transforms = Transforms(self._values["tf_cache_time"], self._values["tf_timeout"])
-        self._get_path = GetPathServer(
-            self._planners, self._gate, transforms, self._values, self._show
+        self._values = values = ServerValues()
+        self._transforms = Transforms(values["tf_cache_time"], values["tf_timeout"])
+        self._robot = RobotRos(
+            self._transforms, values["robot_frame"], values["tf_timeout"], values["odom_topic"]
         )
-        self._plan_topics = PlanTopics(self._map_server)
-        self._to_show: Optional[Tuple[PlanResult, Optional[Ends]]] = None
+        self._plans = PlanStore()
+        self._map = ServerMap(values["wait_for_map"], self._begin)
+        self._plan_topics = PlanTopics(self._map.server)
+        self._to_show: Optional[Plan] = None
         self._showing = threading.Lock()
-        self._reconfigure = ParameterServer(
-            rospy.get_name(), DYNAMIC_PARAMETERS, self._values, self._set
+        self._servers = self._make_servers()
+        rospy.on_shutdown(self._stop)
+
+    def _make_servers(self) -> List[SlotActionServer]:
+        loaded, clock = self._map, RosClock()
+        gate, transforms, values = loaded.gate, self._transforms, self._values
+        get_path = GetPathServer(loaded.planners, gate, transforms, values, self._plans, self._show)
+        exe_path = ExePathServer(
+            loaded.controllers, gate, transforms, self._robot, clock, values, self._plans
         )
-        rospy.on_shutdown(self._get_path.stop)
+        recovery = RecoveryServer(loaded.behaviors, gate, self._robot, clock, values)
+        plugins = Plugins(loaded.planners, loaded.controllers, loaded.behaviors)
+        servers = Servers(get_path, exe_path, recovery)
+        return [*servers, MoveBaseServer(plugins, servers, gate, transforms, clock, values)]
 
     def start(self) -> None:
         """Accept goals and begin to load the map."""
-        self._get_path.start()
+        for server in self._servers:
+            server.start()
+        name = rospy.get_name()
+        parts = []
+        for plugins in (self._map.planners, self._map.controllers, self._map.behaviors):
+            parts.append(f"{plugins.kind.what}s " + (", ".join(plugins.names) or "none"))
         rospy.loginfo(
-            "%s: planners %s; waiting for the map, then for goals on %s/get_path/goal",
-            rospy.get_name(),
-            ", ".join(self._planners.names) or "none",
-            rospy.get_name(),
+            "%s: %s; waiting for the map, then for goals on %s/{%s}/goal",
+            name,
+            "; ".join(parts),
+            name.rstrip("/"),
+            ",".join(server.name for server in self._servers),
         )
-        self._gate.start()
+        self._map.start()
 
-    def _set(self, values: Dict[str, Value]) -> Mapping[str, Value]:
-        present = {parameter.name: self._values[parameter.name] for parameter in DYNAMIC_PARAMETERS}
-        changed, complaints = changed_parameters(DYNAMIC_PARAMETERS, present, values)
-        for complaint in complaints:
-            rospy.logwarn("parameter ~%s", complaint)
-        self._values.update(changed)
-        return changed
-
-    def _load(self) -> MeshMap:
-        try:
-            self._map_server.load()
-            mesh_map = self._map_server.map
-            given = {name: _dictionary(f"~{name}") for name in self._planners.names}
-            for complaint in self._planners.initialize(mesh_map, given):
-                rospy.logwarn("%s", complaint)
-            self._planner_reconfigure = PlannerReconfigure(rospy.get_name(), self._planners.ready())
-        except Exception as error:
-            if not rospy.is_shutdown():  # which ends the loading
-                rospy.logerr("no map, goals will fail: %s", error)
-            raise
+    def _begin(self, ready: Ready) -> None:
+        """Before the first goal gets a new map."""
+        self._plans.clear()
+        self._robot.trail.clear()
+        self._robot.frame = ready.map.frame_id
         rospy.loginfo(
-            "%s: ready, map of %d vertices and %d faces; waiting for goals, those without a start "
-            "also for TF from '%s' to '%s'",
+            "%s: ready, %s; waiting for goals, and for TF from '%s' to '%s' (not for plans with a "
+            "start)",
             rospy.get_name(),
-            len(mesh_map.vertices),
-            len(mesh_map.faces),
+            map_text(ready),
             self._values["robot_frame"],
-            mesh_map.frame_id,
+            ready.map.frame_id,
         )
-        return mesh_map
 
-    def _show(self, result: PlanResult, mesh_map: MeshMap, ends: Optional[Ends]) -> None:
+    def _stop(self) -> None:
+        self._map.stop(SHUT_DOWN)
+        end = time.monotonic() + LAST_ANSWERS
+        for server in reversed(self._servers):  # move_base first, or it would go on with a failure
+            server.stop(SHUT_DOWN)
+        for server in self._servers:
+            server.join(max(0.0, end - time.monotonic()))
+        self._robot.drive(STOP)
+        time.sleep(LAST_MESSAGES)
+
+    def _show(self, plan: Plan) -> None:
         # One at a time; of plans that wait for their turn (other slots'), only the last is shown.
-        self._to_show = result, ends
+        self._to_show = plan
         with self._showing:
             waiting, self._to_show = self._to_show, None
-            if waiting is None:
-                return
-            result, ends = waiting
-            self._plan_topics.show(result, mesh_map, ends)
-
-
-def _dictionary(name: str) -> Dict[str, Any]:
-    """The parameters below a name; none if there is a single value of that name."""
-    value = rospy.get_param(name, {})
-    return value if isinstance(value, dict) else {}
+            if waiting is not None:
+                self._plan_topics.show(waiting.result, waiting.map, waiting.ends)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
+    sys.setswitchinterval(SWITCH_INTERVAL)
     init_node("mbf_mesh_nav", argv=arguments)
     try:
         server = MbfServer()

@@ -36,3 +36,14 @@ def path_message(poses: np.ndarray, frame_id: str, stamp: Any) -> Path:
     message.header.stamp = stamp
     message.poses = [pose_message(pose, frame_id, stamp) for pose in poses]
     return message
+
+
+def poses_from_path(message: Path) -> np.ndarray:
+    """(N,7) float64: the poses of a path as they are, in the frame of the message, not checked."""
+    poses = [stamped.pose for stamped in message.poses]
+    rows = [
+        (p.position.x, p.position.y, p.position.z)
+        + (p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w)
+        for p in poses
+    ]
+    return np.array(rows, dtype=np.float64).reshape(-1, 7)

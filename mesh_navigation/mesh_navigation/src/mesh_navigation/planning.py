@@ -18,7 +18,7 @@ from mesh_navigation.anchors import MAX_DISTANCE
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.map_loading import load_map
 from mesh_navigation.planner import MeshPlanner, PlanResult
-from mesh_navigation.planner_list import find_planner
+from mesh_navigation.plugin_list import PLANNERS, find_plugin
 from mesh_navigation.pose import Pose
 from mesh_navigation.result_check import checked_result
 
@@ -105,7 +105,7 @@ def check_planner(planner: str, parameters: Mapping[str, Any]) -> MeshPlanner:
     Raises:
         MeshMapError: no such planner, or a name or value that is none of its parameters.
     """
-    made = find_planner(planner_type(planner))
+    made: MeshPlanner = find_plugin(PLANNERS, planner_type(planner))
     known = {parameter.name: parameter for parameter in made.parameters}
     for name, value in parameters.items():
         if name not in known:

@@ -1,7 +1,7 @@
 """Poses through TF that no cancel has to wait for."""
 
 import time
-from typing import Any
+from typing import Any, Tuple
 
 import numpy as np
 import rospy
@@ -13,6 +13,7 @@ from mesh_navigation.messages import pose_from_message
 from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.planner import PlanFailure, stop_if_canceled
 from mesh_navigation.pose import Pose, transformed
+from mesh_navigation.robot import RobotLost
 
 # Between two looks at TF (s).
 POLL = 0.02
@@ -74,6 +75,19 @@ class Transforms:
                 f"allowed are {self._timeout:.1f} s (tf_timeout)",
             )
         return Pose(*_arrays(found))
+
+    def newest(self, frame: str, source: str) -> Tuple[Pose, float]:
+        """The newest pose of a frame in another one, and its time (s, 0: for ever); never waits.
+
+        Raises:
+            RobotLost: there is none.
+        """
+        try:
+            found = self._buffer.lookup_transform(frame, source, rospy.Time())
+        except tf2_ros.TransformException as error:
+            reason = " ".join(str(error).split()).rstrip(". ")
+            raise RobotLost(f"no transform from '{source}' to '{frame}': {reason}") from error
+        return Pose(*_arrays(found)), found.header.stamp.to_sec()
 
     def _lookup(
         self, frame: str, source: str, stamp: rospy.Time, what: str, cancellation: Cancellation

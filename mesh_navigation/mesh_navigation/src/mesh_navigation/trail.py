@@ -36,6 +36,12 @@ class Trail:
         with self._lock:
             return list(reversed(self._poses))
 
+    def forget_last(self, count: int) -> None:
+        """The robot went back: its last poses are not behind it any more."""
+        with self._lock:
+            for _ in range(min(count, len(self._poses))):
+                self._poses.pop()
+
     def clear(self) -> None:
         """Forget all: the robot was put elsewhere, or there is another map."""
         with self._lock:

@@ -1,0 +1,1 @@
+"""Controllers that are part of this package."""

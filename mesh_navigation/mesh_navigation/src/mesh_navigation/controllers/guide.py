@@ -1,0 +1,82 @@
+"""Which way to go from where the robot is: down the field of the plan, or along its path."""
+
+from typing import NamedTuple, Optional
+
+import numpy as np
+
+from mesh_map.geometry import MeshGeometry
+from mesh_map.surface_path import FieldTracer
+
+from mesh_navigation.controller import ControlFailure, ControllerPlan
+from mesh_navigation.controllers.standing import Standing
+from mesh_navigation.controllers.track import Track
+from mesh_navigation.controllers.way import Way
+from mesh_navigation.outcomes import ExePathOutcome
+from mesh_navigation.pose import vector_text
+
+
+class Guidance(NamedTuple):
+    """The way to go."""
+
+    way: Way
+    remark: str = ""
+    """One sentence if it is not what was asked for."""
+
+
+class Guide:
+    """Of one plan."""
+
+    def __init__(self, geometry: MeshGeometry, plan: ControllerPlan, distance: float) -> None:
+        """Args:
+            geometry: of the map.
+            plan: what is to be followed.
+            distance: of its poses from the surface that is allowed (m).
+
+        Raises:
+            ControlFailure: INVALID_PATH, a pose is off the map.
+        """
+        self.track = Track(geometry, plan.poses[:, :3], distance)
+        self._field = plan.field
+        self._tracer: Optional[FieldTracer] = None if plan.field is None else FieldTracer.of(geometry)
+
+    def way(
+        self, standing: Standing, follow_field: bool, length: float, max_distance: float
+    ) -> Guidance:
+        """The way to go from here.
+
+        Args:
+            standing: where the robot is.
+            follow_field: True: from here down the field where there is one; else along the path.
+            length: at which the way may be cut off (m).
+            max_distance: from the path that is allowed when it is followed (m).
+
+        Raises:
+            ControlFailure: MISSED_PATH, the path is too far away.
+        """
+        remark = ""
+        if follow_field:
+            way = self._down_the_field(standing, length)
+            if way is not None:
+                return Guidance(way)
+            remark = "the plan has no field"
+            if self._field is not None:
+                remark = f"the field of the plan does not reach {vector_text(standing.position)}"
+            remark += ": its path is followed"
+        nearest = self.track.nearest(standing.position, max_distance)
+        if nearest.distance > max_distance:
+            raise ControlFailure(
+                ExePathOutcome.MISSED_PATH,
+                f"the robot at {vector_text(standing.position)} is {nearest.distance:.2f} m from "
+                f"the path, allowed are {max_distance:.2f} m (max_path_distance); the path is "
+                f"nearest at {vector_text(nearest.position)}",
+            )
+        return Guidance(self.track.ahead(nearest, length), remark)
+
+    def _down_the_field(self, standing: Standing, length: float) -> Optional[Way]:
+        if self._tracer is None:
+            return None
+        path = self._tracer.path(self._field, standing, max_length=length)
+        if path is None:
+            return None
+        arrives = bool(np.array_equal(path.points[-1], self._field.goal_position))
+        return Way.through(path.points, path.faces, arrives)

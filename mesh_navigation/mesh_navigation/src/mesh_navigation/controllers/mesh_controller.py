@@ -1,0 +1,273 @@
+"""The controller of this package: follows the field or the path of its own plan."""
+
+import math
+from typing import Any, List, Mapping, Optional
+
+import numpy as np
+
+from mesh_map.mesh_map import MeshMap
+from mesh_map.surface_path import FieldTracer
+
+from mesh_navigation.cancellation import Cancellation
+from mesh_navigation.controller import Command, ControlFailure, ControllerPlan
+from mesh_navigation.controller import MeshController as Controller
+from mesh_navigation.controllers.carrot import Carrot, find_carrot, heading_error
+from mesh_navigation.controllers.foresight import free_arc
+from mesh_navigation.controllers.ground import Ground
+from mesh_navigation.controllers.guide import Guide
+from mesh_navigation.controllers.mesh_controller_parameters import FIELD, PARAMETERS
+from mesh_navigation.controllers.sight import Sight
+from mesh_navigation.controllers.speeds import approached, stopping_distance
+from mesh_navigation.controllers.standing import MAX_STEPS, Locator, Standing
+from mesh_navigation.controllers.steering import SHARP, Ahead, steer, turning_speed
+from mesh_navigation.controllers.stuck import StuckWatch
+from mesh_navigation.controllers.way import Way
+from mesh_navigation.outcomes import ExePathOutcome
+from mesh_navigation.pose import vector_text
+from mesh_navigation.robot import STOP, RobotState, Velocity
+
+FIRST_PERIOD = 0.05  # s, until the period of the cycles is known
+_PERIODS = 0.005, 1.0  # s that a period is taken for, whatever the clock says
+_CLEARANCE = 0.05  # m that an arc has to be free beyond where the robot would stand
+_NEAR = 0.02  # m before where it has to stop, at which it stands
+_SHARES = 1.0, 0.7, 0.4, 0.2, 0.1  # of a speed, until its arc is free
+_STRAIGHT = 0.02  # rad; an arc to what is less to the side is the straight line to it
+_TURN_ROUND = math.radians(170)  # beyond this, left and right are as good
+
+
+class MeshController(Controller):
+    """Drives along the field of its plan, or along the path, to the goal and its heading.
+
+    In each cycle it finds where the robot stands on the surface, the way from there, and the
+    farthest point of it, up to lookahead_distance, to which a straight line over the surface crosses
+    nothing blocked (the carrot), and drives an arc to that. It slows down on arrival, before
+    surface that is blocked by now, and where the arc would leave free ground; where it has stopped,
+    it fails with BLOCKED_PATH. A robot that was pushed away goes on from where it is.
+    """
+
+    parameters = PARAMETERS
+
+    current_angle: float = 0.0
+    """From the robot's heading to where it shall look (rad), to the left positive."""
+
+    def initialize(
+        self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}
+    ) -> List[str]:
+        complaints = super().initialize(name, mesh_map, given)
+        mesh_map.spatial_index, mesh_map.geometry.walker  # now rather than in the first cycle
+        FieldTracer.of(mesh_map.geometry)
+        self._locator = Locator(mesh_map.geometry)
+        self._guide: Optional[Guide] = None
+        self._watch: Optional[StuckWatch] = None
+        self._state: Optional[RobotState] = None
+        self._standing: Optional[Standing] = None
+        self._period = FIRST_PERIOD
+        self._cycle: Optional[float] = None
+        self._velocity = STOP
+        return complaints
+
+    def set_plan(self, plan: ControllerPlan) -> None:
+        values = self.values
+        self._guide = Guide(self.map.geometry, plan, values["max_search_distance"])
+        self._goal = self._guide.track.goal
+        self._goal_heading = plan.goal.heading
+        self._is_turning = False
+        self._tolerance = 0.0
+        self._remark = ""
+        if self._watch is None:  # a newer plan does not set a stuck robot free
+            self._watch = StuckWatch()
+
+    def is_goal_reached(
+        self, state: RobotState, dist_tolerance: float, angle_tolerance: float
+    ) -> bool:
+        values = self.values
+        self._tolerance = dist_tolerance
+        try:
+            standing = self._stand(state, values)
+        except ControlFailure:  # compute_velocity tells
+            return False
+        if self._distance_to_goal(standing) > dist_tolerance:
+            return False
+        if values["turn_to_goal_heading"]:
+            error = heading_error(standing, self._goal_heading)
+            if error is not None and abs(error) > angle_tolerance:
+                return False
+        at_once = values["max_lin_acceleration"] * self._period
+        if abs(self._velocity.x) > max(values["min_lin_velocity"], at_once):
+            return False  # it stands sooner, and nearer to the goal, if it brakes
+        return self._sees_goal(standing, dist_tolerance)
+
+    def compute_velocity(self, state: RobotState, cancellation: Cancellation) -> Command:
+        try:
+            return self._command(state, self.values)
+        except BaseException:
+            self._velocity = STOP  # which is what the robot gets now
+            raise
+
+    def _command(self, state: RobotState, values: Mapping[str, Any]) -> Command:
+        if self._guide is None or self._watch is None:
+            raise ControlFailure(ExePathOutcome.NOT_INITIALIZED, "there is no plan to follow")
+        standing = self._stand(state, values)
+        self._take_period(state.time)
+        self._watch.look(standing)
+        if self._watch.is_stuck(values["stuck_timeout"]):
+            raise ControlFailure(ExePathOutcome.ROBOT_STUCK, self._stuck_text(standing))
+        distance = self._distance_to_goal(standing)
+        remark = ""
+        if self._is_at_goal(standing, distance):
+            wanted = self._turn_to_goal(standing, values)
+        else:
+            wanted, remark = self._drive(standing, distance, values)
+        velocity = self._accelerated(wanted, values)
+        if velocity == STOP:
+            raise ControlFailure(ExePathOutcome.NO_VALID_CMD, _no_speed_text(distance, values))
+        self._velocity = velocity
+        self._watch.commanded(velocity, self._period)
+        is_new = remark != self._remark
+        self._remark = remark
+        return Command(ExePathOutcome.SUCCESS, remark if is_new else "", velocity)
+
+    # Where it is.
+
+    def _stand(self, state: RobotState, values: Mapping[str, Any]) -> Standing:
+        """Where the robot stands in this cycle; found once."""
+        if state is not self._state or self._standing is None:
+            distance, radius = values["max_search_distance"], values["max_search_radius"]
+            hint = self._standing
+            if hint is None:
+                hint = self._guide.track.hint(state.pose.position, distance + radius)
+            self._standing = self._locator.stand(state.pose, hint, distance, radius)
+            self._state = state
+        return self._standing
+
+    def _take_period(self, now: float) -> None:
+        since = math.inf if self._cycle is None else now - self._cycle
+        if 0.0 < since < _PERIODS[1]:
+            self._period = max(since, _PERIODS[0])
+        elif since:
+            self._velocity = STOP  # nobody has asked for long, or time has jumped: it stands
+        self._cycle = now
+
+    def _distance_to_goal(self, standing: Standing) -> float:
+        return math.dist(standing.position, self._goal.position)
+
+    def _sees_goal(self, standing: Standing, tolerance: float) -> bool:
+        """Whether the goal is near over the surface, too, not only through a wall or a floor."""
+        line = self.map.geometry.walker.line(
+            start=standing, target=self._goal.position, up=standing.up, max_steps=MAX_STEPS
+        )
+        if math.dist(line.position, self._goal.position) <= tolerance / 2:
+            return True
+        nearest = self._guide.track.nearest(standing.position, 2 * tolerance)
+        rest = self._guide.track.ahead(nearest, 3 * tolerance)
+        return rest.arrives and rest.length <= 2 * tolerance
+
+    def _is_at_goal(self, standing: Standing, distance: float) -> bool:
+        """Whether only the heading is left: near to the goal, or within half of the tolerance and
+        the goal is not ahead any more. Then it drives again only beyond the tolerance."""
+        if self._is_turning:
+            self._is_turning = distance <= max(self._tolerance, 2 * _NEAR)
+        elif distance <= min(_NEAR, self._tolerance / 4):
+            self._is_turning = True
+        elif distance <= self._tolerance / 2:
+            direction = standing.direction_to(tuple(self._goal.position))
+            angle = 0.0 if direction is None else heading_error(standing, np.array(direction))
+            self._is_turning = angle is None or abs(angle) > math.radians(self.values["max_angle"])
+        return self._is_turning
+
+    # What to do.
+
+    def _turn_to_goal(self, standing: Standing, values: Mapping[str, Any]) -> Velocity:
+        error = heading_error(standing, self._goal_heading)
+        if error is None or not values["turn_to_goal_heading"]:
+            error = 0.0
+        self.current_angle = error = self._same_side(error)
+        return Velocity(yaw=turning_speed(error, values, self._period))
+
+    def _drive(self, standing: Standing, distance: float, values: Mapping[str, Any]) -> Any:
+        brakes, lookahead = values["max_lin_acceleration"], values["lookahead_distance"]
+        stopping = stopping_distance(self._velocity.x, brakes, 2 * self._period)
+        gap = values["blocked_distance"]
+        horizon = max(lookahead, values["arrival_fading"], stopping + gap) + _CLEARANCE
+        guidance = self._guide.way(
+            standing, values["follow"] == FIELD, horizon, values["max_path_distance"]
+        )
+        way = guidance.way
+        costs = self.map.planning_costs().costs
+        ground = Ground(self.map.geometry, costs, self._goal.face, self._goal.position)
+        stop, reach = math.inf, lookahead
+        blocked = ground.first_blocked(way.points, way.faces) if len(way.faces) else None
+        if blocked is not None:
+            stop, reach = blocked - gap, min(reach, blocked)
+            if stop < _NEAR:
+                raise ControlFailure(
+                    ExePathOutcome.BLOCKED_PATH,
+                    f"the way of the robot at {vector_text(standing.position)} is blocked after "
+                    f"{blocked:.2f} m, at {vector_text(way.at(blocked))}; it stops "
+                    f"{gap:.2f} m before (blocked_distance)",
+                )
+        sight = Sight(self.map.geometry, ground, standing)
+        carrot = find_carrot(sight, standing, way, reach, values["side_clearance"])
+        self.current_angle = self._same_side(carrot.angle)
+        carrot = carrot._replace(angle=self.current_angle)
+        goal = max(distance, way.length) if way.arrives else math.inf
+        wanted = steer(carrot, Ahead(goal, stop), values, self._period)
+        return self._safe(standing, ground, carrot, wanted, values), guidance.remark
+
+    def _same_side(self, angle: float) -> float:
+        """The angle, or that the other way round where the robot turns that way already."""
+        if abs(angle) > _TURN_ROUND and angle * self._velocity.yaw < 0.0:
+            return angle - math.copysign(2 * math.pi, angle)
+        return angle
+
+    def _safe(
+        self,
+        standing: Standing,
+        ground: Ground,
+        carrot: Carrot,
+        wanted: Velocity,
+        values: Mapping[str, Any],
+    ) -> Velocity:
+        """The fastest share of a velocity whose arc is free until the robot could stand."""
+        if wanted.x <= 0.0 or abs(carrot.angle) < _STRAIGHT:
+            return wanted
+        brakes = values["max_lin_acceleration"]
+        for share in _SHARES:
+            speed = share * wanted.x
+            curvature = wanted.yaw / speed
+            length = stopping_distance(speed, brakes, self._period) + _CLEARANCE
+            length = min(length, _arc_length(carrot))
+            walker = self.map.geometry.walker
+            if free_arc(walker, ground, standing, curvature, length) is None:
+                return wanted._replace(x=speed)
+        spot = turning_speed(carrot.angle, values, self._period)
+        return Velocity(yaw=spot)
+
+    def _accelerated(self, wanted: Velocity, values: Mapping[str, Any]) -> Velocity:
+        """What can be reached of a velocity within this cycle."""
+        linear = values["max_lin_acceleration"] * self._period
+        angular = values["max_ang_acceleration"] * self._period
+        x = approached(wanted.x, self._velocity.x, linear)
+        yaw = approached(wanted.yaw, self._velocity.yaw, angular)
+        return Velocity(x=min(x, values["max_lin_velocity"]), yaw=yaw)
+
+    def _stuck_text(self, standing: Standing) -> str:
+        watch = self._watch
+        return (
+            f"the robot at {vector_text(standing.position)} does not move: in {watch.seconds:.1f} s"
+            f" it was told to drive {watch.length:.2f} m and to turn {watch.angle:.2f} rad"
+        )
+
+
+def _arc_length(carrot: Carrot) -> float:
+    """From the robot to the carrot (m)."""
+    angle = min(abs(carrot.angle), SHARP)
+    return carrot.distance * angle / math.sin(angle) if angle > 0.0 else carrot.distance
+
+
+def _no_speed_text(distance: float, values: Mapping[str, Any]) -> str:
+    return (
+        f"no speed is left to get on, {distance:.3f} m from the goal: max_lin_velocity is "
+        f"{values['max_lin_velocity']:.2f} m/s, max_ang_velocity "
+        f"{values['max_ang_velocity']:.2f} rad/s"
+    )

@@ -1,0 +1,119 @@
+"""What is free around a place, straight over the surface."""
+
+import math
+from typing import Any, List, NamedTuple, Optional
+
+import numpy as np
+
+from mesh_map.geometry import MeshGeometry
+from mesh_map.hits import NO_FACE, SurfacePoint
+
+from mesh_navigation.controllers.barycentric import inside
+from mesh_navigation.controllers.ground import Ground
+from mesh_navigation.controllers.standing import MAX_STEPS, Standing
+from mesh_navigation.controllers.vector3 import cross, minus, unit, vector3
+from mesh_navigation.controllers.way import Way
+
+_THERE = 0.01  # m from a place to where the line to it ends
+_HERE = 1e-4  # m; what is nearer is here
+
+
+class View(NamedTuple):
+    """The straight way to a place."""
+
+    distance: float
+    """m."""
+    blocked: Optional[float]
+    """m to where it is blocked, or leaves the surface; None: it is free."""
+    reason: str
+
+
+class Corridor(NamedTuple):
+    """A place of a way, and how much room is beside it."""
+
+    middle: np.ndarray
+    """(3,) m: the place, moved to where there is room on both sides, if there is."""
+    sides: List[np.ndarray]
+    """Places left and right of it, within the clearance."""
+
+
+class Sight:
+    """From where the robot stands, at one moment."""
+
+    def __init__(self, geometry: MeshGeometry, ground: Ground, standing: Standing) -> None:
+        self._geometry, self._walker = geometry, geometry.walker
+        self._ground, self._standing = ground, standing
+
+    def look(self, point: np.ndarray) -> View:
+        """The straight way to a place (3,) (m)."""
+        standing = self._standing
+        straight = math.dist(point, standing.position)
+        if straight < _HERE:
+            return View(straight, None, "")
+        for up in (standing.up, standing.normal):
+            line = self._walker.line(
+                start=standing, target=point, up=up, max_steps=MAX_STEPS, path=True
+            )
+            missed = math.dist(line.position, point)
+            if missed <= _THERE:
+                blocked = None
+                if len(line.path.faces):
+                    blocked = self._ground.first_blocked(line.path.points, line.path.faces)
+                return View(line.length + missed, blocked, "is blocked")
+        return View(straight, min(line.length, straight), "leaves the surface")
+
+    def corridor(self, way: Way, length: float, clearance: float) -> Corridor:
+        """What is beside a place of a way.
+
+        Args:
+            way: ahead of the robot.
+            length: along it, where the place is (m).
+            clearance: that is looked for on both sides (m).
+        """
+        middle = way.at(length)
+        segment = way.segment_at(length)
+        if segment is None or way.faces[segment] == NO_FACE or not clearance > 0.0:
+            return Corridor(middle, [])
+        face = int(way.faces[segment])
+        ahead = unit(minus(vector3(way.points[segment + 1]), vector3(way.points[segment])))
+        if ahead is None:
+            return Corridor(middle, [])
+        corners = self._geometry.vertices[self._geometry.faces[face]].astype(np.float64)
+        place = SurfacePoint(face, middle, inside(corners, middle), 0.0)
+        left = cross(self._standing.up, ahead)
+        goal = way.arrives and length >= way.length
+        ways = [self._beside(place, left, sign * 2 * clearance) for sign in (1.0, -1.0)]
+        room = [found.length for found in ways]
+        if goal:
+            shift = 0.0
+        elif sum(room) < 2 * clearance:
+            shift = (room[0] - room[1]) / 2
+        else:
+            shift = max(clearance - room[1], 0.0) - max(clearance - room[0], 0.0)
+        if shift:
+            middle = ways[0].at(shift) if shift > 0.0 else ways[1].at(-shift)
+        sides = [
+            found.at(min(max(found.length - 1e-3, 0.0), clearance + sign * shift))
+            for found, sign in zip(ways, (1.0, -1.0))
+        ]
+        return Corridor(middle, sides)
+
+    def _beside(self, place: SurfacePoint, left: Any, length: float) -> Way:
+        """The free way to one side."""
+        walk = self._walker.walk(
+            start=place,
+            direction=left,
+            length=length,
+            up=self._standing.up,
+            max_steps=MAX_STEPS,
+            path=True,
+        )
+        way = Way.through(walk.path.points, walk.path.faces, False)
+        if not len(way.faces):
+            return way
+        blocked = self._ground.first_blocked(way.points, way.faces)
+        if blocked is None:
+            return way
+        kept = max(int(np.searchsorted(way.travelled, blocked)), 1)
+        points = np.concatenate([way.points[:kept], way.at(blocked)[None]])
+        return Way.through(points, way.faces[:kept], False)

@@ -1,0 +1,77 @@
+"""From the carrot to speeds: the law of the released mesh_controller, completed."""
+
+import math
+from typing import Any, Mapping, NamedTuple
+
+from mesh_navigation.controllers.carrot import Carrot
+from mesh_navigation.controllers.speeds import braking_speed, limited
+from mesh_navigation.robot import Velocity
+
+SHARP = math.pi / 2  # rad; no arc leads to what is farther to the side
+_DEAD_BEAT = 0.7  # of an angle is turned in one period at most: more would swing
+
+
+def turning_speed(angle: float, values: Mapping[str, Any], period: float) -> float:
+    """The fastest turn by an angle that stops there (rad/s)."""
+    fastest = braking_speed(abs(angle), values["max_ang_acceleration"], period)
+    fastest = min(fastest, _DEAD_BEAT * abs(angle) / period)
+    return math.copysign(min(fastest, values["max_ang_velocity"]), angle)
+
+
+class Ahead(NamedTuple):
+    """How far it is, in m along the way."""
+
+    goal: float
+    """To the goal; inf where that is beyond what is looked at."""
+    stop: float
+    """To where it has to stand because the way is blocked; inf where it is not."""
+
+
+def steer(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float) -> Velocity:
+    """The speeds that lead to the carrot, before accelerations are limited.
+
+    The released law: speed falls from max_lin_velocity to 0 while the angle to the carrot grows
+    from 0 to max_angle, and it turns by max_ang_velocity / pi for each radian; both times a factor,
+    within their limits. Completed: it never turns more slowly than the arc to the carrot needs
+    (pure pursuit: 2 v sin(angle) / distance), drives only as fast as it can turn for that arc, and
+    turns on the spot as fast as it may.
+
+    Args:
+        carrot: where to look.
+        ahead: where to stop.
+        values: of the parameters.
+        period: of commands (s).
+    """
+    angle = abs(carrot.angle)
+    fastest, max_angle = values["max_lin_velocity"], math.radians(values["max_angle"])
+    speed = 0.0
+    if angle <= max_angle:
+        speed = min(fastest, fastest * (1 - angle / max_angle) * values["lin_vel_factor"])
+        speed = min(speed, _slowed_down(carrot, ahead, values, period))
+    bend = 2 * math.sin(min(angle, SHARP)) / max(carrot.distance, 1e-6)  # rad/m
+    if bend > 0.0:
+        speed = min(speed, values["max_ang_velocity"] / bend)
+    spot = abs(turning_speed(angle, values, period))
+    if speed <= 0.0:
+        return Velocity(yaw=math.copysign(spot, carrot.angle))
+    law = angle * values["max_ang_velocity"] / math.pi * values["ang_vel_factor"]
+    turn = min(max(law, bend * speed), max(spot, bend * speed))
+    return Velocity(
+        x=speed, yaw=math.copysign(limited(turn, values["max_ang_velocity"]), carrot.angle)
+    )
+
+
+def _slowed_down(
+    carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float
+) -> float:
+    """The speed that arrival, what blocks the way and a carrot that is near allow."""
+    brakes, slowest = values["max_lin_acceleration"], values["min_lin_velocity"]
+    speed = values["max_lin_velocity"]
+    if values["arrival_fading"] > 0.0:
+        speed *= min(1.0, ahead.goal / values["arrival_fading"])
+    if carrot.is_near:
+        speed *= min(1.0, carrot.distance / values["lookahead_distance"])
+    speed = max(speed, slowest)
+    for distance in (ahead.goal, ahead.stop):
+        speed = min(speed, braking_speed(distance, brakes, period))
+    return speed

@@ -1,0 +1,167 @@
+"""A plan's path, laid over the surface, and how far along it the robot is."""
+
+from typing import Any, NamedTuple, Tuple
+
+import numpy as np
+
+from mesh_map.geometry import MeshGeometry
+from mesh_map.hits import NO_FACE, SurfacePoint, SurfacePoints
+from mesh_map.queries import SurfaceQueries
+from mesh_map.walk import WalkEnd
+
+from mesh_navigation.controller import ControlFailure
+from mesh_navigation.controllers.barycentric import inside
+from mesh_navigation.controllers.standing import MAX_STEPS, SAME_SHEET
+from mesh_navigation.controllers.way import Way
+from mesh_navigation.outcomes import ExePathOutcome
+from mesh_navigation.pose import number_text, vector_text
+
+_BACK, _AHEAD = 0.5, 2.0  # m around the last place on the path, where the next one is looked for
+
+
+class Nearest(NamedTuple):
+    """The point of a path that is nearest to the robot."""
+
+    index: int
+    """Of the segment."""
+    position: np.ndarray
+    """(3,) m."""
+    travelled: float
+    """m from the beginning of the path."""
+    distance: float
+    """m from the robot, straight."""
+
+
+class Track:
+    """One path; remembers where on it the robot was, so that ways that cross are told apart."""
+
+    def __init__(self, geometry: MeshGeometry, positions: np.ndarray, distance: float) -> None:
+        """Args:
+            geometry: of the map.
+            positions: (N,3) m, of the path's poses.
+            distance: from the surface that is allowed (m).
+
+        Raises:
+            ControlFailure: INVALID_PATH, a pose is off the map.
+        """
+        self._geometry = geometry
+        places = _places(geometry, positions, distance)
+        last = len(positions) - 1
+        self.goal = SurfacePoint(
+            int(places.faces[last]),
+            places.positions[last],
+            places.barycentric[last],
+            float(places.distances[last]),
+        )
+        points, faces = _laid_out(geometry, places)
+        self._way = Way.through(points, faces, arrives=True)
+        self._travelled = -1.0  # not known yet
+
+    def nearest(self, position: np.ndarray, max_distance: float) -> Nearest:
+        """Where on the path the robot is: near to where it was before, or anywhere if that is too
+        far from the path.
+
+        Args:
+            position: (3,) m, of the robot on the surface.
+            max_distance: that is not too far (m).
+        """
+        found = None
+        if self._travelled >= 0.0:
+            found = self._nearest(position, self._travelled - _BACK, self._travelled + _AHEAD)
+        if found is None or found.distance > max_distance:
+            found = self._nearest(position, -np.inf, np.inf)
+        self._travelled = found.travelled
+        return found
+
+    def _nearest(self, position: np.ndarray, begin: float, end: float) -> Nearest:
+        points, travelled = self._way.points, self._way.travelled
+        if len(points) == 1:
+            return Nearest(0, points[0], 0.0, float(np.linalg.norm(points[0] - position)))
+        first = max(int(np.searchsorted(travelled, begin)) - 1, 0)
+        last = min(int(np.searchsorted(travelled, end)) + 1, len(points))
+        first = min(first, last - 2)
+        starts, steps = points[first : last - 1], np.diff(points[first:last], axis=0)
+        squares = np.einsum("ij,ij->i", steps, steps)
+        shares = np.einsum("ij,ij->i", position - starts, steps) / np.maximum(squares, 1e-300)
+        nearest = starts + np.clip(shares, 0.0, 1.0)[:, None] * steps
+        gaps = nearest - position
+        distances = np.einsum("ij,ij->i", gaps, gaps)
+        best = int(np.argmin(distances))
+        index = first + best
+        length = travelled[index] + np.linalg.norm(nearest[best] - points[index])
+        return Nearest(index, nearest[best], float(length), float(np.sqrt(distances[best])))
+
+    def ahead(self, nearest: Nearest, length: float) -> Way:
+        """The path from there on.
+
+        Args:
+            nearest: where it begins.
+            length: at which it is cut off, or somewhat after (m).
+        """
+        end = nearest.travelled + length
+        last = min(int(np.searchsorted(self._way.travelled, end)) + 1, len(self._way.points))
+        after = nearest.index + 1
+        points = np.concatenate([nearest.position[None], self._way.points[after:last]])
+        faces = self._way.faces[nearest.index : last - 1]
+        return Way.through(points, faces, last == len(self._way.points))
+
+    def hint(self, position: np.ndarray, radius: float) -> Any:
+        """The place of the path that is nearest to a position, to look for the robot from there.
+
+        None where it is farther away than the radius (m), or the path has no surface.
+        """
+        found = self._nearest(position, -np.inf, np.inf)
+        if found.distance > radius:
+            return None
+        if len(self._way.faces) == 0:
+            return self.goal
+        face = int(self._way.faces[found.index])
+        if face == NO_FACE:
+            return None
+        corners = self._geometry.vertices[self._geometry.faces[face]].astype(np.float64)
+        weights = inside(corners, found.position)
+        return SurfacePoint(face, found.position, weights, found.distance)
+
+
+def _places(geometry: MeshGeometry, positions: np.ndarray, distance: float) -> SurfacePoints:
+    queries = SurfaceQueries(geometry)
+    places = queries.carry(positions, max_distance=distance)
+    off = np.flatnonzero(places.faces == NO_FACE)
+    if not len(off):
+        return places
+    index, count = int(off[0]), len(positions)
+    nearest = queries.carrying_face(positions[index], max_distance=np.inf)
+    how_far = "far" if nearest is None else f"{number_text(nearest.distance)} m"
+    raise ControlFailure(
+        ExePathOutcome.INVALID_PATH,
+        f"pose {index} of {count} of the path, {vector_text(positions[index])}, is {how_far} from "
+        f"the map, allowed are {distance:.2f} m (max_search_distance; {len(off)} such poses)",
+    )
+
+
+def _laid_out(geometry: MeshGeometry, places: SurfacePoints) -> Tuple[np.ndarray, np.ndarray]:
+    """The polyline through places, over the faces between them; where the surface does not lead
+    from one to the next, straight, without a face."""
+    starts = SurfacePoints(*(column[:-1] for column in places))
+    points, faces = [places.positions[:1]], [np.zeros(0, dtype=np.int64)]
+    if len(starts.faces):
+        ups = np.broadcast_to(geometry.up, starts.positions.shape)
+        walks = geometry.walker.line_batch(
+            starts=starts,
+            targets=places.positions[1:],
+            ups=ups,
+            max_steps=MAX_STEPS,
+            paths=True,
+        )
+        missed = np.linalg.norm(walks.positions - places.positions[1:], axis=1)
+        leads = (walks.ends == WalkEnd.ARRIVED) & (missed <= SAME_SHEET)
+        for index, way in enumerate(walks.paths):
+            target = places.positions[index + 1 : index + 2]
+            if leads[index] and len(way.faces):
+                points += [way.points[1:-1], target]
+                faces.append(way.faces.astype(np.int64))
+            else:
+                points.append(target)
+                same = places.faces[index] == places.faces[index + 1]
+                faces.append(np.array([places.faces[index] if same else NO_FACE], dtype=np.int64))
+    return np.concatenate(points), np.concatenate(faces)

@@ -1,0 +1,82 @@
+"""The command go_to: one goal for move_base, or get_path, and what became of it."""
+
+import math
+import os
+import sys
+import time
+from typing import Any, List, Optional
+
+import rospy
+from mesh_msgs_hdf5.completion import wanted
+from mesh_msgs_hdf5.progress import Progress
+
+from mesh_msgs.init_node import init_node
+
+from mesh_navigation.go_to_arguments import PROGRAM, TROUBLE, complain, make_parser, parsed, tell
+from mesh_navigation.go_to_report import Remaining, arrival_text, plan_text
+from mesh_navigation.navigation_result import NavigationError
+from mesh_navigation.navigator_node import MeshNavigator
+from mesh_navigation.plan_arguments import complete
+
+FAILED, INTERRUPTED = 1, 130
+
+
+def main(argv: Optional[List[str]] = None) -> int:
+    """Run the command; returns the exit code."""
+    parser = make_parser()
+    if wanted():
+        complete(parser)
+    words = rospy.myargv(sys.argv if argv is None else [PROGRAM, *argv])
+    arguments = parsed(parser, words[1:])
+    init_node(f"{PROGRAM}_{os.getpid()}")
+    try:
+        code = _run(arguments)
+        sys.stdout.flush()
+        return code
+    except NavigationError as error:
+        complain(str(error))
+    except rospy.ROSInterruptException:
+        complain("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, as head does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return TROUBLE
+
+
+def _run(arguments: Any) -> int:
+    navigator = MeshNavigator(arguments.server, tell)
+    yaw = None if arguments.yaw is None else math.radians(arguments.yaw)
+    goal = arguments.x, arguments.y, arguments.z
+    fields = {"frame_id": arguments.frame, "planner": arguments.planner}
+    with Progress(arguments.quiet) as progress:
+        progress.stage("waiting for the server")
+        navigator.wait_until_ready(
+            "get_path", *([] if arguments.plan_only else ["move_base"]), timeout=arguments.timeout
+        )
+        progress.stage("planning")
+        begin = time.monotonic()
+        if arguments.plan_only:
+            result = navigator.get_path(*goal, yaw=yaw, timeout=arguments.timeout, **fields)
+        else:
+            remaining = Remaining()
+
+            def on_feedback(feedback: Any) -> None:
+                text, share = remaining.update(feedback)
+                progress.stage(text)
+                if share is not None:
+                    progress.part(share)
+
+            result = navigator.go_to(
+                *goal,
+                yaw=yaw,
+                controller=arguments.controller,
+                recovery_behaviors=arguments.recovery,
+                on_feedback=on_feedback,
+                timeout=arguments.timeout,
+                **fields,
+            )
+    text = plan_text if arguments.plan_only else arrival_text
+    sys.stdout.write(text(result, time.monotonic() - begin, arguments.json))
+    if rospy.core.is_shutdown_requested():
+        return INTERRUPTED
+    return 0 if result.succeeded else FAILED

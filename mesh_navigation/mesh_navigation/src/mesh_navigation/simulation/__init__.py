@@ -1,0 +1,1 @@
+"""Robots that exist only here: to try maps, planners and controllers without one."""

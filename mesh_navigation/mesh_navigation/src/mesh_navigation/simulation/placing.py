@@ -1,0 +1,61 @@
+"""Where to put a robot that somebody points at from above."""
+
+import math
+from typing import Any, Optional, Sequence
+
+import numpy as np
+
+from mesh_map.errors import MeshMapError
+from mesh_map.mesh_map import MeshMap
+
+from mesh_navigation.planning import surface_heights
+from mesh_navigation.pose import Pose
+
+ON_SURFACE = 0.05  # m
+_ABOVE = 1.0  # m above the highest point
+
+
+def put_down(mesh_map: MeshMap, pose: Pose) -> Pose:
+    """The pose on the surface: where it is, if it is there; else straight above or below, at the
+    height that differs least; else as near as it can be.
+
+    RViz tells poses at the height 0, whatever the ground.
+    """
+    if mesh_map.closest_face(pose.position, ON_SURFACE) is not None:
+        return pose
+    x, y, z = pose.position
+    heights = surface_heights(mesh_map, x, y)
+    if heights:
+        best = min(heights, key=lambda height: abs(height - z))
+        return pose._replace(position=np.array([x, y, best]))
+    found = mesh_map.closest_face(pose.position, math.inf)
+    return pose if found is None else pose._replace(position=found.position)
+
+
+def initial_pose(mesh_map: MeshMap, given: Sequence[Any] = ()) -> Pose:
+    """Where a robot begins.
+
+    Args:
+        mesh_map: the map.
+        given: x, y, z (m) and yaw (rad); without yaw, or without z and yaw; nothing: the middle of
+            the map, as near to it as there is surface, the uppermost.
+
+    Raises:
+        MeshMapError: other numbers.
+    """
+    if not len(given):
+        low, high = mesh_map.vertices.min(axis=0), mesh_map.vertices.max(axis=0)
+        middle = (low.astype(np.float64) + high) / 2
+        return put_down(mesh_map, Pose.at([*middle[:2], high[2] + _ABOVE]))
+    try:
+        numbers = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        numbers = np.zeros(0)
+    if numbers.shape not in ((2,), (3,), (4,)) or not np.all(np.isfinite(numbers)):
+        text = f"initial_pose is {list(given)!r}"
+        raise MeshMapError(text, "[x, y], [x, y, z] or [x, y, z, yaw] is needed, m and rad")
+    height: Optional[float] = numbers[2] if len(numbers) > 2 else None
+    if height is None:
+        height = float(mesh_map.vertices[:, 2].max()) + _ABOVE
+    yaw = float(numbers[3]) if len(numbers) > 3 else 0.0
+    return put_down(mesh_map, Pose.at([*numbers[:2], height], yaw))

@@ -1,0 +1,210 @@
+"""A robot that drives on the faces of a mesh."""
+
+import math
+from typing import Any, Callable, Optional
+
+import numpy as np
+
+from mesh_map.errors import MeshMapError
+from mesh_map.geometry import MeshGeometry
+from mesh_map.walk import SurfaceWalk, WalkEnd
+
+from mesh_navigation.pose import Pose, multiply, quaternions_from_axes, rotate, vector_text
+from mesh_navigation.robot import Velocity
+from mesh_navigation.simulation.motion_noise import Motion, MotionNoise
+from mesh_navigation.simulation.wheels import BaseLimits, Wheels
+from mesh_navigation.up_normals import face_up_normals
+
+PLACING = 1.0  # m from the surface, where a robot may be put
+LONGEST_STEP = 0.02  # s that are computed at once
+_OBSTRUCTIONS = {
+    WalkEnd.BORDER: "the surface ends here",
+    WalkEnd.BLOCKED: "the surface is too steep here",
+    WalkEnd.NOWHERE: "there is no way on from here",
+}
+
+
+class SurfaceRobot:
+    """A point with a heading on the surface, straight on or in arcs as its wheels turn.
+
+    On a plane its arcs are exact, whatever the steps. The surface's border stops it, and so do
+    faces that it must not enter. It belongs to one thread at a time. The same seed and the same
+    commands make the same drive.
+    """
+
+    def __init__(
+        self,
+        surface: Any,
+        pose: Pose,
+        *,
+        seed: int = 0,
+        slip: float = 0.0,
+        noise: float = 0.0,
+        odometry_noise: float = 0.0,
+        limits: BaseLimits = BaseLimits(),
+        max_slope: Optional[float] = None,
+        is_free: Callable[[np.ndarray], bool] = lambda position: True,
+    ) -> None:
+        """
+        Args:
+            surface: a `MeshMap` or a `MeshGeometry`.
+            pose: where it begins, see `put`.
+            seed: of all noise.
+            slip: share of what its wheels turn that does not move it, 0 to 1.
+            noise: of the motion on the ground, see `MotionNoise`; wheels do not count it.
+            odometry_noise: of what wheels count.
+            limits: of its base.
+            max_slope: rad; it does not enter faces that are steeper. None: it climbs walls, too.
+            is_free: whether a place (3,) is not within something else; it does not go there.
+        """
+        self.geometry: MeshGeometry = getattr(surface, "geometry", surface)
+        if not 0 <= slip <= 1:
+            raise ValueError(f"slip of a robot is {slip}, but has to be from 0 to 1")
+        self._slip = slip
+        self._noise = MotionNoise(noise, seed)
+        self._counting = MotionNoise(odometry_noise, seed + 1)
+        self._wheels = Wheels(limits)
+        self._may_enter = None if max_slope is None else _gentle(self.geometry, max_slope)
+        self.is_free = is_free
+        self.obstruction = ""
+        """What stopped it in the last step in which it was to go somewhere; empty: nothing."""
+        self.driven = 0.0
+        """Meters on the ground, back ones too."""
+        self._place = self._found(pose)
+        self._counted = np.zeros(3)
+        self.drift = -_yaw(self._place.direction)
+        """Heading of the odometry minus the true one (rad)."""
+
+    def put(self, pose: Pose) -> None:
+        """Put the robot elsewhere, standing still; the odometry does not notice.
+
+        Args:
+            pose: of any attitude, its x axis shows the heading; the robot stands on the side of the
+                surface that looks up, at the nearest point of it.
+
+        Raises:
+            MeshMapError: that is farther than `PLACING`, or it is no pose.
+        """
+        self._place = self._found(pose)
+        self._wheels = Wheels(self._wheels.limits)
+
+    @property
+    def place(self) -> SurfaceWalk:
+        """Where it is on the surface: face, position, heading, normal."""
+        return self._place
+
+    @property
+    def pose(self) -> Pose:
+        """The true pose."""
+        ahead, up = self._place.direction, self._place.normal
+        axes = (ahead[None], np.cross(up, ahead)[None], up[None])
+        return Pose(self._place.position, quaternions_from_axes(*axes)[0])
+
+    @property
+    def velocity(self) -> Velocity:
+        """Of its wheels, which may slip."""
+        return self._wheels.velocity
+
+    @property
+    def odometry(self) -> Pose:
+        """What wheels and a level tell: like the true pose at first, upright where it began, later
+        off in place and heading, never in roll and pitch."""
+        turn = np.array([0.0, 0.0, math.sin(self.drift / 2), math.cos(self.drift / 2)])
+        return Pose(self._counted, multiply(turn, self.pose.orientation))
+
+    def step(self, velocity: Velocity, seconds: float) -> None:
+        """Command a velocity for some time."""
+        count = max(1, math.ceil(seconds / LONGEST_STEP - 1e-6))
+        for _ in range(count):
+            self._step(velocity, seconds / count)
+
+    def _step(self, command: Velocity, seconds: float) -> None:
+        mean = self._wheels.advance(command, seconds)
+        # Only a base that goes sideways has another direction than its heading.
+        side = math.atan2(mean.y, mean.x) if mean.y else 0.0
+        speed = math.hypot(mean.x, mean.y) if mean.y else mean.x
+        wheels = Motion(speed * seconds, mean.yaw * seconds)
+        grip = 1.0 - self._slip
+        ground = self._noise.on(Motion(wheels.way * grip, wheels.turn * grip))
+        before = self._place
+        middle = before.turned(ground.turn / 2 + side)
+        share = self._go(middle, _chord(ground), ground.turn / 2 - side)
+        if share < 1:
+            self._wheels.block()
+            wheels = wheels._replace(way=wheels.way * share)
+        counted = self._counting.on(wheels)
+        moved = _chord(ground) * share
+        along = (self._place.position - before.position) / moved if moved else middle.direction
+        astray = counted.turn - ground.turn
+        step = _turned(along * _chord(counted), self.drift + astray / 2)
+        self._counted = self._counted + step
+        self.drift += astray
+
+    def _go(self, start: SurfaceWalk, length: float, turn: float) -> float:
+        """Go straight on from there, then turn; returns which share of the length was free."""
+        if not length:
+            self._place = start.turned(turn)
+            return 1.0
+        walk = self.geometry.walker.walk(start=start, length=length, mask=self._may_enter)
+        self.obstruction = _OBSTRUCTIONS.get(walk.end, "")
+        if walk.end == WalkEnd.NOWHERE or self._runs_into(walk, start):
+            walk = start._replace(length=0.0)
+        self.driven += walk.length
+        self._place = walk.turned(turn)
+        return walk.length / abs(length)
+
+    def _runs_into(self, walk: SurfaceWalk, start: SurfaceWalk) -> bool:
+        """Whether it is not free there. Where it is not free already, it may go away."""
+        if self.is_free(walk.position) or not self.is_free(start.position):
+            return False
+        self.obstruction = "an obstacle is in the way"
+        return True
+
+    def _found(self, pose: Pose) -> SurfaceWalk:
+        fault = pose.fault()
+        if fault:
+            raise MeshMapError(f"no pose for a robot: {fault}")
+        geometry, pose = self.geometry, pose.normalized()
+        empty = geometry.faces_without_area
+        point = geometry.spatial_index.closest(
+            point=pose.position, max_distance=PLACING, mask=~empty if empty.any() else None
+        )
+        if point is None:
+            raise MeshMapError(
+                f"no surface within {PLACING:.2f} m of {vector_text(pose.position)}",
+                "put the robot nearer to the mesh",
+            )
+        normal = face_up_normals(geometry, np.array([point.face]))[0]
+        axes = (rotate(pose.orientation, axis) for axis in np.eye(3))
+        along = next(
+            flat for flat in (_flattened(axis, normal) for axis in axes) if flat @ flat > 1e-6
+        )
+        ahead = along / np.linalg.norm(along)
+        return SurfaceWalk(
+            point.face, point.position, point.barycentric, ahead, normal, 0.0, WalkEnd.ARRIVED
+        )
+
+
+def _chord(motion: Motion) -> float:
+    """The straight way (m) between the ends of an arc; negative for one that was driven back."""
+    half = motion.turn / 2
+    return motion.way * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+
+
+def _flattened(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    return vector - (vector @ normal) * normal
+
+
+def _turned(vector: np.ndarray, angle: float) -> np.ndarray:
+    """A vector (3,) turned about z."""
+    return rotate(np.array([0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)]), vector)
+
+
+def _yaw(heading: np.ndarray) -> float:
+    return math.atan2(heading[1], heading[0])
+
+
+def _gentle(geometry: MeshGeometry, max_slope: float) -> np.ndarray:
+    """(F,) bool: faces that are not steeper (rad), whichever way they are wound."""
+    upward = (geometry.face_normals @ geometry.up)
+    return (upward >= math.cos(max_slope) - 1e-6) | geometry.faces_without_area

@@ -1,0 +1,110 @@
+"""A robot that obeys /cmd_vel and is seen in TF, as far as the test wants; and its client."""
+
+import math
+import threading
+import time
+
+import actionlib
+import rospy
+from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
+from mbf_msgs.msg import ExePathAction, ExePathGoal
+from nav_msgs.msg import Path
+from server_process import STATES, TIMEOUT, wait_until
+from tf2_msgs.msg import TFMessage
+
+
+class DrivenRobot:
+    """Drives in the plane by the computer's time; knows all commands it got."""
+
+    def __init__(self):
+        self.lock = threading.Lock()
+        self.x = self.y = self.yaw = 0.0
+        self.velocity, self.commands = Twist(), []
+        self.obeys = self.seen = True
+        self.behind = 0.0  # s that TF is too old
+        self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10)
+        rospy.Subscriber("/cmd_vel", Twist, self._obey, queue_size=1000)
+        self._time = time.monotonic()
+        threading.Thread(target=self._live, daemon=True).start()
+
+    def _obey(self, message):
+        with self.lock:
+            self.velocity = message
+            self.commands.append(message)
+
+    def _live(self):
+        while not rospy.is_shutdown():
+            time.sleep(0.02)
+            with self.lock:
+                now = time.monotonic()
+                elapsed, self._time = now - self._time, now
+                if self.obeys:
+                    self.x += self.velocity.linear.x * math.cos(self.yaw) * elapsed
+                    self.y += self.velocity.linear.x * math.sin(self.yaw) * elapsed
+                    self.yaw += self.velocity.angular.z * elapsed
+                if self.seen:
+                    self._tf.publish(TFMessage([self._transform()]))
+
+    def _transform(self):
+        message = TransformStamped()
+        message.header.stamp = rospy.Time.from_sec(rospy.get_time() - self.behind)
+        message.header.frame_id, message.child_frame_id = "map", "base_link"
+        translation, rotation = message.transform.translation, message.transform.rotation
+        translation.x, translation.y = self.x, self.y
+        rotation.z, rotation.w = math.sin(self.yaw / 2), math.cos(self.yaw / 2)
+        return message
+
+    def put(self, x=0.0, y=0.0, yaw=0.0):
+        """Put it elsewhere; forget its commands."""
+        with self.lock:
+            self.x, self.y, self.yaw = x, y, yaw
+            self.commands.clear()
+
+    def stands(self):
+        """Whether the last command, if there was any, was zero."""
+        with self.lock:
+            return not self.commands or is_zero(self.commands[-1])
+
+
+class ExePathClient:
+    """Sends paths."""
+
+    def __init__(self, name):
+        self.client = actionlib.ActionClient(f"/{name}/exe_path", ExePathAction)
+        assert self.client.wait_for_server(TIMEOUT), f"no {name}/exe_path"
+
+    def send(self, goal=(3.0, 0.0), controller="", feedback=None, **fields):
+        """Send a path (a message, or the goal's x and y)."""
+        path = goal if isinstance(goal, Path) else path_to(*goal)
+        message = ExePathGoal(path=path, controller=controller, **fields)
+        return self.client.send_goal(message, feedback_cb=feedback)
+
+    def ask(self, *args, **fields):
+        """Send a path and wait for the answer: (state, result)."""
+        return self.answer(self.send(*args, **fields))
+
+    @staticmethod
+    def answer(handle):
+        """(state, result), once it is done."""
+        done = actionlib.CommState.DONE
+        wait_until(lambda: handle.get_comm_state() == done, "an answer")
+        return STATES[handle.get_terminal_state()], handle.get_result()
+
+
+def path_to(x, y, frame="map", count=3):
+    """A straight path from the origin."""
+    path = Path()
+    path.header.frame_id = frame
+    for index in range(count):
+        pose = PoseStamped()
+        pose.header.frame_id = frame
+        pose.pose.position.x = x * (index + 1) / count
+        pose.pose.position.y = y * (index + 1) / count
+        pose.pose.orientation.w = 1.0
+        path.poses.append(pose)
+    return path
+
+
+def is_zero(twist):
+    linear, angular = twist.linear, twist.angular
+    return not any([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z])

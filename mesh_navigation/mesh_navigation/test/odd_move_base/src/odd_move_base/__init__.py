@@ -1,0 +1,1 @@
+"""Plugins whose outcomes follow a list."""

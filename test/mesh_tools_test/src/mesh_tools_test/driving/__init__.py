@@ -1,0 +1,1 @@
+"""Driving in simulation, measured and checked: worlds, random trips, an oracle, statistics."""

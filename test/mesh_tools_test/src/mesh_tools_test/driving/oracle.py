@@ -1,0 +1,89 @@
+"""What a drive has to be, looked at from outside: in NumPy, from the track and the costs alone."""
+
+from typing import NamedTuple
+
+import numpy as np
+from mesh_map.mesh_map import MeshMap
+from mesh_navigation.pose import Pose, rotate
+from scipy.spatial import cKDTree
+
+
+class Track(NamedTuple):
+    """What was found on a track of N poses."""
+
+    off_surface: float
+    """m, of the pose farthest from the surface."""
+    blocked: np.ndarray
+    """(K,) numbers of poses on blocked ground: lethal, unknown, or no ground at all."""
+    lethal_distance: float
+    """m, of the pose nearest to a lethal or unknown vertex, straight; inf where there is none."""
+    length: float
+    """m."""
+    longest_step: float
+    """m, from one pose to the next."""
+
+
+def on_the_map(track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray) -> Track:
+    """Where a track leads.
+
+    A pose is on blocked ground where the nearest corner of its face (that of the largest
+    barycentric coordinate) is lethal or unknown.
+
+    Args:
+        track: (N,7) poses.
+        mesh_map: where.
+        costs: (V,) when it was driven.
+    """
+    points = np.ascontiguousarray(track[:, :3], np.float64)
+    found = mesh_map.spatial_index.closest_batch(points=points)
+    corners = mesh_map.faces[found.faces].astype(np.int64)
+    weights = barycentric(points, mesh_map.vertices[corners].astype(np.float64))
+    nearest = corners[np.arange(len(points)), np.argmax(weights, axis=1)]
+    closed = ~np.isfinite(costs)
+    distance = np.inf
+    if closed.any():
+        distance = float(cKDTree(mesh_map.vertices[closed]).query(points)[0].min())
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return Track(
+        float(found.distances.max()),
+        np.flatnonzero(closed[nearest]),
+        distance,
+        float(steps.sum()),
+        float(steps.max()) if len(steps) else 0.0,
+    )
+
+
+def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(N,3) coordinates of points (N,3) in the planes of triangles (N,3,3)."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    w = points - a
+    normal = np.cross(u, v)
+    square = np.maximum(np.einsum("nd,nd->n", normal, normal), 1e-300)
+    gamma = np.einsum("nd,nd->n", np.cross(u, w), normal) / square
+    beta = np.einsum("nd,nd->n", np.cross(w, v), normal) / square
+    return np.stack([1.0 - beta - gamma, beta, gamma], axis=1)
+
+
+class Arrival(NamedTuple):
+    """How far the last pose is from the goal."""
+
+    distance: float
+    """m."""
+    angle: float
+    """rad, between the headings within the ground."""
+
+
+def arrival(pose: np.ndarray, goal: Pose, mesh_map: MeshMap) -> Arrival:
+    """Of a pose (7,), which lies on the surface. The goal's heading is brought onto the ground, as
+    no robot can look up or down from it."""
+    found = mesh_map.spatial_index.closest(point=pose[:3])
+    a, b, c = mesh_map.vertices[mesh_map.faces[found.face]].astype(np.float64)
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal)
+    headings = []
+    for quaternion in (pose[3:], goal.orientation):
+        x = rotate(quaternion, np.array([1.0, 0.0, 0.0]))
+        x = x - (x @ normal) * normal
+        headings.append(x / np.linalg.norm(x))
+    angle = float(np.arccos(np.clip(headings[0] @ headings[1], -1.0, 1.0)))
+    return Arrival(float(np.linalg.norm(pose[:3] - goal.position)), angle)

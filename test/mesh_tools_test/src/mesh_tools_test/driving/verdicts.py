@@ -1,0 +1,167 @@
+"""Whether drives are what they have to be, and statistics of many."""
+
+from typing import Any, List, NamedTuple, Sequence
+
+import numpy as np
+from mesh_navigation.outcomes import is_success
+from mesh_navigation.pose import vector_text
+
+from mesh_tools_test.driving.oracle import arrival, on_the_map
+from mesh_tools_test.driving.trips import Trip
+from mesh_tools_test.driving.worlds import DrivingWorld
+
+DIST_TOLERANCE, ANGLE_TOLERANCE = 0.1, np.pi / 18  # m and rad, the server's defaults
+OFF_SURFACE = 1e-3  # m; the simulated robot is on the surface but for rounding
+FASTEST = 2.5  # m/s; who is faster was moved by something else than wheels
+ROUNDING = 1e-6  # of tolerances: measured here and by the controller in other words
+
+
+class Verdict(NamedTuple):
+    """Of one drive."""
+
+    seed: int
+    fault: str
+    """Why it is no success, with numbers; empty where nothing is wrong."""
+    planned: float
+    """m."""
+    driven: float
+    """m."""
+    seconds: float
+    """Of simulated time."""
+    distance: float
+    """m, of the last pose to the goal."""
+    angle: float
+    """rad, between the headings there."""
+    lethal_distance: float
+    """m, of the pose nearest to a lethal or unknown vertex."""
+
+    @property
+    def succeeded(self) -> bool:
+        return not self.fault
+
+
+def judged(trip: Trip, drive: Any, world: DrivingWorld, costs: np.ndarray) -> Verdict:
+    """What is wrong with a drive.
+
+    Args:
+        trip: what was to be done.
+        drive: `mesh_navigation.simulation.driving.Drive`.
+        world: where.
+        costs: (V,) of that time.
+    """
+    track = np.asarray(drive.track, np.float64)
+    if not len(track):
+        message = drive.result.message
+        return Verdict(trip.seed, "it never began: " + message, *[0.0] * 3, *[np.inf] * 3)
+    times = np.asarray(drive.times, np.float64)
+    found = on_the_map(track, world.mesh_map, costs)
+    end = arrival(track[-1], trip.goal, world.mesh_map)
+    return Verdict(
+        trip.seed,
+        "; ".join(_faults(drive, track, times, found, end)),
+        float(drive.planned_length),
+        found.length,
+        float(times[-1] - times[0]),
+        end.distance,
+        end.angle,
+        found.lethal_distance,
+    )
+
+
+def _faults(drive: Any, track: np.ndarray, times: np.ndarray, found: Any, end: Any) -> List[str]:
+    faults = []
+    if not is_success(drive.result.outcome):
+        faults.append("outcome %d: %s" % (drive.result.outcome, drive.result.message))
+    else:
+        if not end.distance <= DIST_TOLERANCE + ROUNDING:
+            faults.append("it ends %.3f m from the goal" % end.distance)
+        if not end.angle <= ANGLE_TOLERANCE + ROUNDING:
+            faults.append("it ends %.1f degrees from the goal's heading" % np.degrees(end.angle))
+    if not np.isfinite(track).all():
+        faults.append("poses that are not finite")
+    if len(found.blocked):
+        where = vector_text(track[found.blocked[0], :3])
+        faults.append("%d poses on blocked ground, first %s" % (len(found.blocked), where))
+    if not found.off_surface <= OFF_SURFACE:
+        faults.append("it leaves the surface by %.3f m" % found.off_surface)
+    if len(track) > 1:
+        speeds = np.linalg.norm(np.diff(track[:, :3], axis=0), axis=1) / np.diff(times)
+        if not speeds.max() <= FASTEST:
+            faults.append("it jumps: %.2f m/s" % speeds.max())
+    return faults
+
+
+class Statistics(NamedTuple):
+    """Of the drives on one world."""
+
+    name: str
+    verdicts: Sequence[Verdict]
+
+    @property
+    def failed(self) -> List[Verdict]:
+        return [verdict for verdict in self.verdicts if not verdict.succeeded]
+
+    @property
+    def detours(self) -> np.ndarray:
+        """(K,) driven by planned length, of drives that arrived and were planned to lead
+        somewhere."""
+        return np.array(
+            [
+                each.driven / each.planned
+                for each in self.verdicts
+                if each.succeeded and each.planned
+            ]
+            or [np.nan]
+        )
+
+
+_COLUMNS = (
+    ("driven/planned", "median"),
+    ("driven/planned", "worst"),
+    ("driven (m)", "median"),
+    ("time (s)", "median"),
+    ("mean", "m/s"),
+    ("position", "worst, m"),
+    ("heading", "worst, deg"),
+    ("to lethal", "least, m"),
+)
+
+
+def table(some: Sequence[Statistics]) -> str:
+    """For people, one line a world. The distance to lethal is of all drives, all else of those that
+    arrived."""
+    rows = [["world", "arrived"] + [name for name, _ in _COLUMNS]]
+    rows += [["", ""] + [kind for _, kind in _COLUMNS]]
+    rows += [_row(each) for each in some]
+    return "\n".join(
+        ("%-12s %-11s" % (*row[:2],) + "".join(" %14s" % value for value in row[2:])).rstrip()
+        for row in rows
+    )
+
+
+def _row(of: Statistics) -> List[str]:
+    good = [verdict for verdict in of.verdicts if verdict.succeeded]
+    arrived = [of.name, "%d of %d" % (len(good), len(of.verdicts))]
+    if not good:
+        return arrived
+    driven = np.array([verdict.driven for verdict in good])
+    seconds = np.array([verdict.seconds for verdict in good])
+    return arrived + [
+        "%.3f" % np.median(of.detours),
+        "%.3f" % of.detours.max(),
+        "%.1f" % np.median(driven),
+        "%.1f" % np.median(seconds),
+        "%.2f" % (driven.sum() / max(seconds.sum(), 1e-9)),
+        "%.3f" % max(verdict.distance for verdict in good),
+        "%.1f" % np.degrees(max(verdict.angle for verdict in good)),
+        "%.2f" % min(verdict.lethal_distance for verdict in of.verdicts),
+    ]
+
+
+def failures(some: Sequence[Statistics]) -> str:
+    """One line for each drive that failed, with what is needed to drive it again."""
+    return "\n".join(
+        "%s, seed %d: %s" % (each.name, verdict.seed, verdict.fault)
+        for each in some
+        for verdict in each.failed
+    )

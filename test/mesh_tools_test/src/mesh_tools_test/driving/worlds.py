@@ -1,0 +1,136 @@
+"""Where the robot drives: maps with layers as a robot of half a meter needs them."""
+
+import os
+from pathlib import Path
+from typing import Any, Callable, Dict, List, NamedTuple, Optional
+
+import numpy as np
+from mesh_map.mesh_map import MeshMap
+from mesh_msgs import zoo
+from mesh_msgs.outdoor_world import outdoor_world
+from mesh_navigation.map_loading import load_map
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+INSCRIBED_RADIUS, INFLATION_RADIUS = 0.3, 0.8  # m, of the robot, and what it keeps clear of
+COST_LIMIT = 1.0  # of the planners, by default
+STOREY = 3.0  # m from floor to floor in the car park
+
+
+class DrivingWorld:
+    """A map, and where on it trips may begin and end.
+
+    Attributes:
+        name: for tables.
+        mesh_map: with its layers.
+        faces: (K,) ascending: faces that a robot may stand on, connected with each other.
+        storeys: of the ends of trips, None where they may be anywhere: two sets of faces; trips
+            lead from one to the other.
+    """
+
+    def __init__(self, name: str, mesh_map: MeshMap, heights: Optional[NamedTuple] = None) -> None:
+        self.name, self.mesh_map = name, mesh_map
+        self.faces = connected_open_faces(mesh_map)
+        self.storeys: Optional[List[np.ndarray]] = None
+        if heights is not None:
+            z = mesh_map.vertices[mesh_map.faces[self.faces]][:, :, 2]
+            self.storeys = [self.faces[(z == height).all(axis=1)] for height in heights]
+
+
+def connected_open_faces(mesh_map: MeshMap, cost_limit: float = COST_LIMIT) -> np.ndarray:
+    """(K,) ascending: the largest set of faces that may be crossed anywhere and that are joined
+    by edges. SciPy finds them, so that no solver of the project says what can be reached."""
+    costs = mesh_map.costs
+    with np.errstate(invalid="ignore"):
+        open_vertices = np.isfinite(costs) & (costs <= cost_limit)
+    open_faces = open_vertices[mesh_map.faces].all(axis=1)
+    open_faces[mesh_map.geometry.faces_without_area] = False
+    sides = mesh_map.topology.face_edges.astype(np.int64)
+    count = len(open_faces)
+    at = np.repeat(np.flatnonzero(open_faces), 3)
+    edges = sides[open_faces].ravel()
+    graph = coo_matrix(
+        (np.ones(len(at), np.int8), (at, count + edges)), shape=(count + edges.max() + 1,) * 2
+    )
+    labels = connected_components(graph, directed=False)[1][:count]
+    labels = np.where(open_faces, labels, -1)
+    return np.flatnonzero(labels == np.argmax(np.bincount(labels[open_faces])))
+
+
+def layer(name: str, kind: str, **params: Any) -> Dict[str, Any]:
+    """An entry of a list of layers."""
+    return {"name": name, "type": "mesh_layers/%sLayer" % kind, "params": params}
+
+
+def robot_layers(step: float = 0.25, radius: float = 0.3) -> List[Dict[str, Any]]:
+    """Where a small robot must not go: steps, steep ground, borders, low ceilings; and what it
+    keeps from them.
+
+    Args:
+        step: m of height difference that are lethal.
+        radius: m within which it is measured.
+    """
+    return [
+        layer("height_diff", "HeightDiff", threshold=step, radius=radius, factor=0.2),
+        layer("steepness", "Steepness", threshold=0.7, factor=0.2),
+        layer("border", "Border", factor=0.0),
+        layer("clearance", "Clearance", robot_height=0.7),
+        layer(
+            "inflation",
+            "Inflation",
+            inscribed_radius=INSCRIBED_RADIUS,
+            inflation_radius=INFLATION_RADIUS,
+            inscribed_value=1.5,
+            repulsive_field=False,
+        ),
+    ]
+
+
+def with_layers(mesh_map: MeshMap, layers: List[Dict[str, Any]]) -> MeshMap:
+    """The map, after it has computed these; RuntimeError if one is left out."""
+    mesh_map.compute_layers(layers)
+    if mesh_map.layer_errors:
+        raise RuntimeError("layers are left out: %s" % mesh_map.layer_errors)
+    return mesh_map
+
+
+def outdoor(faces: int = 60_000) -> DrivingWorld:
+    """Hills, a road, walls, trees, a bridge."""
+    world = outdoor_world(faces=faces, seed=0)
+    return DrivingWorld(
+        "outdoor", with_layers(MeshMap(world.vertices, world.faces), robot_layers())
+    )
+
+
+def car_park(cells: int = 48) -> DrivingWorld:
+    """Two floors of 24 m above each other, joined by a ramp; all trips go from one to the other."""
+    world = zoo.two_storeys(cells=cells, size=24.0, height=STOREY)
+    mesh_map = with_layers(MeshMap(world.vertices, world.faces), robot_layers())
+    return DrivingWorld("two storeys", mesh_map, (0.0, STOREY))
+
+
+def tray(path: Path) -> DrivingWorld:
+    """The coarse test world of other people: edges of half a meter, upright walls."""
+    mesh_map = load_map(path)
+    # Height differences over an edge of half a meter would close all slopes: steepness tells.
+    return DrivingWorld("tray", with_layers(mesh_map, robot_layers(step=1.0, radius=0.05)))
+
+
+def tray_file() -> Optional[Path]:
+    """Where tray.ply is, None if it is not at hand."""
+    repository = Path(__file__).resolve().parents[5]
+    folder = Path(os.environ.get("MESH_TOOLS_DATA", repository.parent / "shared" / "data"))
+    path = folder / "tray.ply"
+    return path if path.is_file() else None
+
+
+def worlds(faces: int) -> Dict[str, Callable[[], DrivingWorld]]:
+    """All that are at hand, by name; the outdoor world with about that many faces."""
+    found: Dict[str, Callable[[], DrivingWorld]] = {
+        "outdoor": lambda: outdoor(faces),
+        "storeys": car_park,
+    }
+    path = tray_file()
+    if path is not None:
+        found["tray"] = lambda: tray(path)
+    return found
