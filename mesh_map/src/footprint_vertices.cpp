@@ -14,11 +14,11 @@ namespace mesh_map {
 namespace {
 
 /// Keeps what of a convex polygon has a coordinate of 0 or more.
-std::vector<Point2> upperPart(const std::vector<Point2>& polygon, std::size_t axis)
+void keepUpperPart(const std::vector<Point2>& polygon, std::size_t axis, std::vector<Point2>& kept)
 {
-  std::vector<Point2> kept;
+  kept.clear();
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Point2 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const Point2 &p = polygon[i], &q = polygon[i + 1 < polygon.size() ? i + 1 : 0];
     if (p[axis] >= 0.0) {
       kept.push_back(p);
     }
@@ -29,7 +29,6 @@ std::vector<Point2> upperPart(const std::vector<Point2>& polygon, std::size_t ax
       kept.push_back(crossing);
     }
   }
-  return kept;
 }
 
 /// How much nearer a point is to one place than to another: linear in the point, 0 half-way.
@@ -72,29 +71,28 @@ class VerticesQuery
   void add(std::uint32_t face)
   {
     std::array<float, 9> corners;
-    std::array<Vector3, 3> points;
-    std::array<bool, 3> inside;
+    const std::uint32_t* const vertices = mesh_.faces.data() + 3 * std::size_t{face};
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t vertex = mesh_.faces[3 * std::size_t{face} + k];
-      std::copy_n(mesh_.positions.data() + 3 * vertex, 3, corners.data() + 3 * k);
-      points[k] = {double{corners[3 * k]}, double{corners[3 * k + 1]}, double{corners[3 * k + 2]}};
-      inside[k] = std::all_of(planes_.begin(), planes_.end(), [&](const Plane& plane) {
-        return height(plane, points[k][0], points[k][1], points[k][2]) >= 0.0;
-      });
-      if (inside[k]) {
-        found_.push_back(static_cast<std::uint32_t>(vertex));
-      }
+      std::copy_n(mesh_.positions.data() + 3 * std::size_t{vertices[k]}, 3, corners.data() + 3 * k);
     }
-    if (inside[0] && inside[1] && inside[2]) {
+    const PlaneSides sides = planeSides(planes_, ALL_PLANES, corners.data());
+    if (sides.outside == 0 && sides.cutting == 0) {
+      found_.insert(found_.end(), vertices, vertices + 3);
       return;
     }
     ClippedTriangle part(corners.data());
-    for (const Plane& plane : planes_) {
-      part.cut(plane);
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      if (((sides.outside | sides.cutting) >> i & 1u) != 0) {
+        part.cut(planes_[i]);
+      }
     }
+    const auto corner = [&](std::size_t k) {
+      return Vector3{double{corners[3 * k]}, double{corners[3 * k + 1]},
+                     double{corners[3 * k + 2]}};
+    };
     for (std::size_t k = 0; k < 3; ++k) {
-      if (!inside[k] && reaches(part, points[k], points[(k + 1) % 3], points[(k + 2) % 3])) {
-        found_.push_back(mesh_.faces[3 * std::size_t{face} + k]);
+      if (reaches(part, corner(k), corner((k + 1) % 3), corner((k + 2) % 3))) {
+        found_.push_back(vertices[k]);
       }
     }
   }
@@ -107,7 +105,9 @@ class VerticesQuery
     for (std::size_t i = 0; i < part.size(); ++i) {
       outline_.push_back({nearness(part[i], to, first), nearness(part[i], to, second)});
     }
-    return !upperPart(upperPart(outline_, 0), 1).empty();
+    keepUpperPart(outline_, 0, half_);
+    keepUpperPart(half_, 1, quarter_);
+    return !quarter_.empty();
   }
 
   const Bvh& bvh_;
@@ -115,7 +115,7 @@ class VerticesQuery
   const FootprintShape& shape_;
   std::vector<Plane> planes_;
   std::vector<std::uint32_t> found_;
-  std::vector<Point2> outline_;
+  std::vector<Point2> outline_, half_, quarter_;
 };
 
 }  // namespace

@@ -36,12 +36,12 @@ def vertices_of(mesh, planes, shift):
     return found
 
 
-@pytest.mark.parametrize("mesh", [terrain(9), soup(6, 60, 200)], ids=lambda mesh: mesh.name)
+@pytest.mark.parametrize("mesh", [terrain(7), soup(6, 60, 120)], ids=lambda mesh: mesh.name)
 def test_vertices_equal_those_of_the_faces_cut_in_numpy(mesh):
     random = np.random.default_rng(0)
     queries = queries_of(mesh)
     corners = mesh.vertices[mesh.faces]
-    poses = [random_pose(random, corners.min((0, 1)), corners.max((0, 1))) for _ in range(12)]
+    poses = [random_pose(random, corners.min((0, 1)), corners.max((0, 1))) for _ in range(5)]
     touched = 0
     for footprint in (Footprint(SQUARE), Footprint.circle(0.05, 40, below=0.1, above=0.5)):
         found = queries.vertices_under(footprint, np.array(poses))
@@ -52,7 +52,7 @@ def test_vertices_equal_those_of_the_faces_cut_in_numpy(mesh):
             assert vertices_of(mesh, planes, -1e-6) <= set(vertices)
             assert set(vertices) <= vertices_of(mesh, planes, 1e-6)
             touched += len(vertices) > 0
-    assert touched > 5
+    assert touched > 3
 
 
 def test_a_tiny_footprint_has_the_nearest_corner_of_its_face():

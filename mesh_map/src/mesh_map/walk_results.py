@@ -64,7 +64,9 @@ class SurfaceWalk(NamedTuple):
 
     def turned(self, angle: float) -> "SurfaceWalk":
         """The same pose looking this angle (radians) farther to the left."""
-        left = np.cross(self.normal, self.direction)
+        # Number by number: robots turn in every step, and np.cross takes ten times as long.
+        (a, b, c), (x, y, z) = self.normal.tolist(), self.direction.tolist()
+        left = np.array([b * z - c * y, c * x - a * z, a * y - b * x])
         return self._replace(direction=math.cos(angle) * self.direction + math.sin(angle) * left)
 
     def matrix(self) -> np.ndarray:

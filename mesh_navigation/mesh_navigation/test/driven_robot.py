@@ -6,8 +6,9 @@ import time
 
 import actionlib
 import rospy
+from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
-from mbf_msgs.msg import ExePathAction, ExePathGoal
+from mbf_msgs.msg import ExePathAction, ExePathActionGoal, ExePathActionResult, ExePathGoal
 from nav_msgs.msg import Path
 from server_process import STATES, TIMEOUT, wait_until
 from tf2_msgs.msg import TFMessage
@@ -77,7 +78,8 @@ class ExePathClient:
         """Send a path (a message, or the goal's x and y)."""
         path = goal if isinstance(goal, Path) else path_to(*goal)
         message = ExePathGoal(path=path, controller=controller, **fields)
-        return self.client.send_goal(message, feedback_cb=feedback)
+        listener = feedback and (lambda _, received: feedback(received))
+        return self.client.send_goal(message, feedback_cb=listener)
 
     def ask(self, *args, **fields):
         """Send a path and wait for the answer: (state, result)."""
@@ -89,6 +91,42 @@ class ExePathClient:
         done = actionlib.CommState.DONE
         wait_until(lambda: handle.get_comm_state() == done, "an answer")
         return STATES[handle.get_terminal_state()], handle.get_result()
+
+
+class BareClient:
+    """The topics of the action alone.
+
+    actionlib's client loses a goal that it cancels before the acknowledgement, or after the end.
+    """
+
+    def __init__(self, name):
+        action = f"/{name}/exe_path"
+        self.results, self.twice = {}, []
+        self._goal = rospy.Publisher(f"{action}/goal", ExePathActionGoal, queue_size=1000)
+        self._cancel = rospy.Publisher(f"{action}/cancel", GoalID, queue_size=1000)
+        result = rospy.Subscriber(f"{action}/result", ExePathActionResult, self._note)
+        ends = (self._goal, self._cancel, result)
+        wait_until(lambda: all(end.get_num_connections() for end in ends), "connections")
+
+    def _note(self, message):
+        key = message.status.goal_id.id
+        self.twice += [key] if key in self.results else []
+        self.results[key] = message
+
+    def send(self, key, goal=(3.0, 0.0), controller=""):
+        """Send a goal with an id."""
+        message = ExePathActionGoal(goal_id=GoalID(id=key))
+        message.goal.path, message.goal.controller = path_to(*goal), controller
+        self._goal.publish(message)
+
+    def cancel(self, key):
+        """Cancel the goal of that id."""
+        self._cancel.publish(GoalID(id=key))
+
+    def answer(self, key):
+        """(state, result), once it is done."""
+        wait_until(lambda: key in self.results, f"an answer to {key}")
+        return STATES[self.results[key].status.status], self.results[key].result
 
 
 def path_to(x, y, frame="map", count=3):

@@ -27,6 +27,7 @@ SLACK = 0.02  # m, rad: what the robot moves until it has stopped
 class DrivingTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
+        wait_until(rospy.get_time, "the simulated time")  # or timeouts begin at 0
         # The configuration that users of release 1.x have, with stricter tolerances.
         cls.server = ServerProcess(
             "move_base_flex",

@@ -9,11 +9,12 @@ import unittest
 import rospy
 import rostest
 import tf2_ros
-from driven_robot import DrivenRobot, ExePathClient, is_zero, path_to
+from driven_robot import BareClient, DrivenRobot, ExePathClient, is_zero, path_to
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from nav_msgs.msg import Path
 from server_process import ServerProcess, wait_until, write_map
 from std_msgs.msg import Float32
+from std_srvs.srv import Trigger
 
 from mesh_msgs import zoo
 
@@ -78,7 +79,7 @@ class ExePathTest(unittest.TestCase):
         self.assertAlmostEqual(x, 0.75, delta=0.15)
         self.assertAlmostEqual(result.dist_to_goal, math.hypot(0.8 - x, y), places=4)
         wait_until(lambda: len(heard) > 5, "feedback")
-        feedback = heard[3].feedback if hasattr(heard[3], "feedback") else heard[3]
+        feedback = heard[3]
         self.assertEqual((feedback.outcome, feedback.message), (4, "3 poses, no field"))
         self.assertEqual(feedback.last_cmd_vel.header.frame_id, "base_link")
         self.assertEqual(feedback.last_cmd_vel.twist.linear.x, 0.5)
@@ -97,7 +98,7 @@ class ExePathTest(unittest.TestCase):
         self.assertEqual(heard["go/current_angle"].data, 0.25)
         self.assertLess(heard["go/cycle_time"].data, 10.0)
         self.check(self.client.answer(handle), "SUCCEEDED", 0)
-        self.client.ask((0.0, 0.0))
+        self.client.ask((1.2, 0.0))
         wait_until(lambda: "current_goal" in heard, "current_goal")
         self.assertEqual(heard["current_goal"].header.frame_id, "map")
 
@@ -110,7 +111,7 @@ class ExePathTest(unittest.TestCase):
         heard = []
         handle = self.client.send(plan.path, feedback=heard.append)
         wait_until(lambda: heard, "feedback")
-        self.assertIn(f"field of {len(zoo.grid().vertices)} vertices", str(heard[0]))
+        self.assertIn(f"field of {len(zoo.grid().vertices)} vertices", heard[0].message)
         handle.cancel()
         self.check(self.client.answer(handle), "PREEMPTED", 101)
 
@@ -231,34 +232,50 @@ class ExePathTest(unittest.TestCase):
         self.check(self.client.answer(other), "PREEMPTED", 101)
 
     def test_cancels_at_random_times(self):
-        rng = random.Random(4)
-        for number in range(200):
-            handle = self.client.send(controller=("", "slow", "go")[number % 3])
-            time.sleep(rng.choice((0.0, rng.uniform(0.0, 0.01), rng.uniform(0.0, 0.12))))
-            handle.cancel()
-            state, result = self.client.answer(handle)
+        rng, client = random.Random(4), BareClient("odd_drive")
+        for number in range(300):
+            key = f"canceled {number}"
+            client.send(key, controller=("", "slow", "go")[number % 3])
+            time.sleep(rng.choice((0.0, rng.uniform(0.0, 0.01), rng.uniform(0.0, 0.1))))
+            client.cancel(key)
+            state, result = client.answer(key)
             self.assertIn(state, ("PREEMPTED", "RECALLED"))
             self.assertEqual(result.outcome, 101)
             self.assertTrue(result.message)
             wait_until(self.robot.stands, f"zero velocity after goal {number}", 10)
+            self.robot.put()
         time.sleep(0.2)
         self.assertTrue(self.robot.stands())
 
     def test_storm_of_goals(self):
-        rng = random.Random(5)
-        handles = []
-        for _ in range(150):
-            name = rng.choice(("", "go", "outcome", "slow", "throwing", "nobody"))
-            handles.append(self.client.send((rng.choice((0, 2, 3, 9)), 0.0), controller=name))
+        rng, client, keys = random.Random(5), BareClient("odd_drive"), []
+        for number in range(300):
+            keys.append(f"storm {number}")
+            name = rng.choice(("", "", "go", "go", "outcome", "slow", "throwing", "nobody"))
+            client.send(keys[-1], (rng.choice((0, 2, 3, 9)), 0.0), name)
             if rng.random() < 0.3:
-                rng.choice(handles).cancel()
+                client.cancel(rng.choice(keys))
             time.sleep(rng.uniform(0.0, 0.02))
-        handles[-1].cancel()
-        for handle in handles:
-            state, result = self.client.answer(handle)
+        client.cancel(keys[-1])
+        for key in keys:
+            state, result = client.answer(key)
             self.assertTrue(result.message)
-            self.assertIn(result.outcome, (0, 101, 102, 103, 106, 109, 113, 114))
+            self.assertIn(result.outcome, (0, 101, 103, 113, 114))
+        self.assertEqual((len(client.results), client.twice), (len(keys), []))
         wait_until(self.robot.stands, "zero velocity", 10)
+
+    def test_the_map_is_replaced(self):
+        reload_map = rospy.ServiceProxy("/odd_drive/reload_map", Trigger)
+        handle, deaf = self.client.send((9.0, 0.0)), self.client.send(
+            controller="deaf", concurrency_slot=3
+        )
+        wait_until(lambda: not self.robot.stands(), "motion")
+        self.assertTrue(reload_map().success)
+        self.check(self.client.answer(handle), "ABORTED", 116, "map")
+        self.assertIn(self.client.answer(deaf)[1].outcome, (103, 116))
+        # Goals of now wait for the map that comes.
+        self.robot.put()
+        self.check(self.client.ask((0.5, 0.0)), "SUCCEEDED", 0, driven=True)
 
     def test_shutdown_stops_the_robot(self):
         server = ServerProcess(

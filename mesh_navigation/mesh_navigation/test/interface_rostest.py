@@ -257,34 +257,50 @@ class InterfaceTest(unittest.TestCase):
         self.assertEqual({name: given[name] for name in DEFAULTS}, DEFAULTS)
         client.close()
 
-    def publish(self, action, goal):
-        """Send a goal by rostopic; returns state and result of the answer."""
-        kind = f"mbf_msgs/{ACTIONS[action]}ActionGoal"
-        before = set(self.topics[action].results)
-        command("rostopic", "pub", "-1", f"{NAME}/{action}/goal", kind, f"{{goal: {goal}}}")
-        wait_until(lambda: set(self.topics[action].results) - before, "a result")
-        (key,) = set(self.topics[action].results) - before
-        return self.topics[action].answer(key)
-
     def test_rostopic_pub(self):
-        dynparam("set", f"{NAME}/wait", "seconds", "0.1")
-        state, result = self.publish("recovery", "{behavior: wait}")
-        self.assertEqual((state, result.outcome, result.used_plugin), (3, 0, "wait"))
-        state, result = self.publish("exe_path", "{controller: mesh_controller}")
-        self.assertEqual((state, result.outcome), (4, msg.ExePathResult.INVALID_PATH))
-        target = "{target_pose: {header: {frame_id: map}, pose: {orientation: {w: 1}}}}"
-        state, result = self.publish("move_base", target)  # nobody publishes TF
-        outcome = msg.MoveBaseResult.TF_ERROR
-        self.assertEqual((state, result.outcome), (4, outcome), result.message)
+        """One goal of each action, from the command line; all at once, each takes 3 s."""
+        goals = {
+            "get_path": "{target_pose: {header: {frame_id: nowhere}}, use_start_pose: true}",
+            "exe_path": "{controller: mesh_controller}",
+            "recovery": "{behavior: clear_layers}",
+            "move_base": "{target_pose: {header: {frame_id: map}, pose: {orientation: {w: 1}}}}",
+        }
+        expected = {
+            "get_path": (4, msg.GetPathResult.TF_ERROR),
+            "exe_path": (4, msg.ExePathResult.INVALID_PATH),
+            "recovery": (4, msg.RecoveryResult.FAILURE),  # the map has no layer that forgets
+            "move_base": (4, msg.MoveBaseResult.TF_ERROR),  # nobody knows where the robot is
+        }
+        before = {action: set(self.topics[action].results) for action in ACTIONS}
+        publishers = [
+            subprocess.Popen(
+                ["rostopic", "pub", "-1", f"{NAME}/{action}/goal"]
+                + [f"mbf_msgs/{ACTIONS[action]}ActionGoal", f"{{goal: {goal}}}"],
+                stdout=subprocess.DEVNULL,
+            )
+            for action, goal in goals.items()
+        ]
+        for action, topics in self.topics.items():
+            wait_until(lambda: set(topics.results) - before[action], "a result")
+            (key,) = set(topics.results) - before[action]
+            state, result = topics.answer(key)
+            self.assertEqual((state, result.outcome), expected[action], result.message)
+            self.assertTrue(result.message)
+        self.assertEqual([publisher.wait(60) for publisher in publishers], [0] * 4)
+
+    def test_unknown_plugins(self):
         for action, field, outcome in (
             ("get_path", "planner", msg.GetPathResult.INVALID_PLUGIN),
             ("exe_path", "controller", msg.ExePathResult.INVALID_PLUGIN),
             ("recovery", "behavior", msg.RecoveryResult.INVALID_PLUGIN),
             ("move_base", "planner", msg.GetPathResult.INVALID_PLUGIN),
+            ("move_base", "controller", msg.ExePathResult.INVALID_PLUGIN),
         ):
-            state, result = self.publish(action, f"{{{field}: nobody}}")
+            key = f"unknown {field} of {action}"
+            self.topics[action].send(key, **{field: "nobody"})
+            state, result = self.topics[action].answer(key)
             self.assertEqual((state, result.outcome), (5, outcome))
-            self.assertIn("nobody", result.message)
+            self.assertIn("'nobody'; known: ", result.message)
 
 
 if __name__ == "__main__":

@@ -233,14 +233,12 @@ class MoveBaseTest(unittest.TestCase):
         wait_until(lambda: self.outcomes("exe_path")[-1:] == [0], "the end")
         self.assertEqual(self.ends["recovery"], [])
         self.assertIn(54, self.outcomes("get_path"))
-        preempted = self.ends["exe_path"][:-1]
+        # All but the last, or the last two where a plan comes just when the robot has arrived.
+        preempted = [end for end in self.ends["exe_path"] if end.result.outcome]
         self.assertGreater(len(preempted), 0)
-        self.assertEqual({end.result.outcome for end in preempted}, {101})
-        texts = {end.result.message for end in preempted}
-        self.assertEqual(texts, {"Goal preempted by a new plan"})
-        # Between the old plans and the new ones it did not stop.
-        standing = [command.linear.x == 0.0 for command in self.robot.commands]
-        self.assertFalse(any(standing[1 : standing.index(False) + 10][1:]))
+        self.assertLessEqual(len(self.ends["exe_path"]) - len(preempted), 2)
+        texts = {(end.result.outcome, end.result.message) for end in preempted}
+        self.assertEqual(texts, {(101, "Goal preempted by a new plan")})
         self.assertIn("no new plan, the robot follows the old one", self.server.output())
 
     def test_oscillation(self):
@@ -302,12 +300,18 @@ class MoveBaseTest(unittest.TestCase):
         self.assertEqual(len({end.status.goal_id.id for end in self.ends["move_base"]}), 50)
 
     def test_who_cancels_the_drive_stops_the_robot(self):
+        """Also when a new plan takes over at that moment."""
+        rng = random.Random(1)
         stop = rospy.Publisher("/server/exe_path/cancel", GoalID, queue_size=1)
         wait_until(stop.get_num_connections, "connection")
-        handle = self.send(controller="stands")
-        time.sleep(0.3)
-        stop.publish(GoalID())
-        self.check(handle, "PREEMPTED", 11, "exe_path was canceled, not by move_base")
+        self.reconfigure.update_configuration({"planner_frequency": 20.0})
+        for _ in range(20):
+            handle = self.send(controller="stands")
+            rospy.wait_for_message("/server/move_base/feedback", MoveBaseActionFeedback, 60)
+            time.sleep(rng.uniform(0.0, 0.1))
+            stop.publish(GoalID())
+            self.check(handle, "PREEMPTED", 11, "exe_path was canceled, not by move_base")
+        self.reconfigure.update_configuration({"planner_frequency": 0.0})
 
     def test_shutdown_and_missing_map(self):
         values = {**parameters(), "mesh_map": {**MAP, "mesh_file": "/nowhere/map.h5"}}
@@ -317,7 +321,7 @@ class MoveBaseTest(unittest.TestCase):
             self.check(self.send(client=client_of(mapless)), "ABORTED", 62, "/nowhere/map.h5")
             self.assertEqual(mapless.stop(), 0)
             handle = self.send(client=client_of(other), controller="stands")
-            wait_until(lambda: self.robot.commands, "commands")
+            rospy.wait_for_message("/other/move_base/feedback", MoveBaseActionFeedback, 60)
             other.terminate()
             self.check(handle, "ABORTED", 117, "shut down")
             self.assertEqual(other.wait(), 0)

@@ -126,7 +126,10 @@ class World(Clock, SubActions):
         begun = self.time
         for goal in list(self.active):
             if goal.kind == "drive":
-                goal.answer(SubState.CANCELED, 101, "Goal preempted by a new plan")
+                if goal.reason is not None:
+                    goal.answer(SubState.CANCELED, 101, f"stopped: {goal.reason}")
+                    continue
+                goal.answer(SubState.REPLACED, 101, "Goal preempted by a new plan")
                 begun = goal.begun  # the drive goes on
         drive = self.begin("drive", "drive", on_progress)
         drive.begun = begun

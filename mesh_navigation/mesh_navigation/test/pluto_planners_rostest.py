@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Configurations of the planners of release 1.x load as they are, and their clients get plans."""
+"""Configurations of release 1.x load as they are; their clients get plans, and the robot drives."""
 
 import unittest
 from pathlib import Path
@@ -8,12 +8,19 @@ import actionlib
 import numpy as np
 import rospy
 import rostest
-import tf2_ros
 import yaml
 from dynamic_reconfigure.client import Client
-from geometry_msgs.msg import TransformStamped
-from mbf_msgs.msg import GetPathAction, GetPathGoal, GetPathResult
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from mbf_msgs.msg import (
+    ExePathAction,
+    ExePathGoal,
+    ExePathResult,
+    GetPathAction,
+    GetPathGoal,
+    GetPathResult,
+)
 from nav_msgs.msg import Path as PathMessage
+from navigation_process import NodeProcess
 from server_process import TIMEOUT, ServerProcess, positions, stamped, wait_until, write_map
 
 from mesh_msgs import zoo
@@ -22,7 +29,7 @@ CONFIGURATIONS = yaml.safe_load(
     Path(__file__).with_name("pluto_planners.yaml").read_text(encoding="utf-8")
 )
 GRID = zoo.grid(cells=20)
-START, GOAL = (2.1, 2.2, 0.0), (8.1, 7.3, 0.0)
+START, GOAL, NEAR = (2.1, 2.2, 0.0), (8.1, 7.3, 0.0), (3.4, 2.9, 0.0)
 STRAIGHT = np.hypot(6.0, 5.1)
 LAUNCH_PATIENCE = 10.0
 
@@ -38,13 +45,28 @@ class PlutoPlannersTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.file = write_map(GRID)
-        robot = TransformStamped()
-        robot.header.frame_id, robot.child_frame_id = "map", "base_footprint"
-        translation = robot.transform.translation
-        translation.x, translation.y, translation.z = START
-        robot.transform.rotation.w = 1.0
-        cls.broadcaster = tf2_ros.StaticTransformBroadcaster()
-        cls.broadcaster.sendTransform(robot)
+        cls.robot = NodeProcess(
+            "robot", "surface_robot", mesh_file=cls.file, initial_pose=[*START, 0.0], scan_rate=0.0
+        )
+        cls.put = rospy.Publisher("/initialpose", PoseWithCovarianceStamped, queue_size=1)
+        wait_until(cls.put.get_num_connections, "the robot")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.robot.kill()
+
+    def put_robot(self):
+        """Back to the start."""
+        message = PoseWithCovarianceStamped()
+        pose = stamped(START)
+        message.header, message.pose.pose = pose.header, pose.pose
+        self.put.publish(message)
+
+        def there():
+            found = rospy.wait_for_message("/robot/pose", PoseStamped, 30).pose.position
+            return np.hypot(found.x - START[0], found.y - START[1]) < 1e-3
+
+        wait_until(there, "the robot at the start")
 
     def check(self, dataset):
         """Start the server, plan with each planner, and as the state machine of pluto_robot."""
@@ -70,8 +92,12 @@ class PlutoPlannersTest(unittest.TestCase):
             self.check_values(name, given[name])
             path = rospy.wait_for_message(f"/move_base_flex/{name}/path", PathMessage, 30)
             self.assertEqual(len(path.poses), len(points))
-        self.check_values("", {"planner_max_retries": 2, "planner_patience": LAUNCH_PATIENCE})
-        self.check_state_machine()
+        names = ("controller_patience", "controller_max_retries")
+        values = {name: given[name] for name in names}
+        values.update(planner_max_retries=2, planner_patience=LAUNCH_PATIENCE)
+        self.check_values("", values)
+        self.check_values("mesh_controller", given["mesh_controller"])
+        self.check_state_machine(given)
         state, result = server.ask(START, GOAL, planner="dijkstra_planner")
         self.assertEqual((state, result.outcome), ("REJECTED", GetPathResult.INVALID_PLUGIN))
         self.assertEqual(server.stop(), 0)
@@ -87,7 +113,9 @@ class PlutoPlannersTest(unittest.TestCase):
         for parameter, value in given.items():
             self.assertEqual(values[parameter], value, (name, parameter))
 
-    def check_state_machine(self):
+    def check_state_machine(self, given):
+        """As navigation_sm.py does it: a plan from where the robot is, then the drive."""
+        self.put_robot()
         client = actionlib.SimpleActionClient("move_base_flex/get_path", GetPathAction)
         self.assertTrue(client.wait_for_server(TIMEOUT))
         goal = GetPathGoal(tolerance=0.2, planner="wave_front_planner", use_start_pose=False)
@@ -95,8 +123,22 @@ class PlutoPlannersTest(unittest.TestCase):
         wait_until(lambda: client.send_goal_and_wait(goal, TIMEOUT) == 3, "the robot's pose")
         result = client.get_result()
         self.assertEqual(result.outcome, GetPathResult.SUCCESS, result.message)
-        np.testing.assert_allclose(positions(result.path)[0], START, atol=1e-5)
-        self.assertAlmostEqual(result.cost, STRAIGHT, places=3)
+        np.testing.assert_allclose(positions(result.path)[0], START, atol=1e-3)
+        self.assertAlmostEqual(result.cost, STRAIGHT, places=2)
+        goal.target_pose = stamped(NEAR)
+        client.send_goal_and_wait(goal, TIMEOUT)
+        driver = actionlib.SimpleActionClient("move_base_flex/exe_path", ExePathAction)
+        self.assertTrue(driver.wait_for_server(TIMEOUT))
+        drive = ExePathGoal(path=client.get_result().path, controller="mesh_controller")
+        self.assertEqual(driver.send_goal_and_wait(drive, TIMEOUT), 3, driver.get_result())
+        result = driver.get_result()
+        self.assertEqual(result.outcome, ExePathResult.SUCCESS, result.message)
+        end = result.final_pose.pose.position
+        away = np.hypot(end.x - NEAR[0], end.y - NEAR[1])
+        # It rolls a little while the answer is made.
+        self.assertLess(away, given["dist_tolerance"] + 0.05)
+        self.assertAlmostEqual(result.dist_to_goal, away, places=5)
+        self.assertLess(result.angle_to_goal, given["angle_tolerance"] + 0.05)
 
 
 def _test(dataset):

@@ -15,7 +15,8 @@ from server_process import wait_until
 
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.outcomes import ExePathOutcome
-from mesh_navigation.slot_action_node import PREEMPTED, SlotActionServer
+from mesh_navigation.slot_action_node import SlotActionServer
+from mesh_navigation.slots import TAKEN_OVER
 
 OTHERS = itertools.count()
 CANCELED = int(ExePathOutcome.CANCELED)
@@ -132,9 +133,9 @@ class SlotActionsTest(unittest.TestCase):
         wait_until(lambda: self.server.began, "the start")
         found = []
         second = self.send("joining", on_feedback=found.append)
-        self.assertEqual(answer(first), (2, CANCELED, PREEMPTED))
+        self.assertEqual(answer(first), (2, CANCELED, TAKEN_OVER))
         third = self.send("joining")
-        self.assertEqual(answer(second), (2, CANCELED, PREEMPTED))
+        self.assertEqual(answer(second), (2, CANCELED, TAKEN_OVER))
         first.cancel("too late")
         second.cancel("too late")
         self.assertIsNone(third.wait(timeout=0.05))

@@ -217,6 +217,8 @@ def test_long_paths():
     asked = checks(grid_costs({(9.5, 5): np.inf, (5, 5): 0.5}))
     path = line(*np.linspace(1, 9.5, 3000))
     assert asked.path(path) == PathCheck(2999, State.LETHAL, 126 + 254)
+    there_and_back = np.concatenate([path, path[::-1]])
+    assert asked.path(there_and_back) == PathCheck(5999, State.LETHAL, 126 + 254)
     first = int(np.argmax(path[:, 0] > 9.375))
     assert asked.path(path, return_on=2) == PathCheck(first, State.LETHAL, 126 + 254)
     assert asked.path(path, return_on=2, path_only=True).last_checked == first

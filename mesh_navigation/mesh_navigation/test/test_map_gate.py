@@ -67,9 +67,13 @@ def test_map_that_cannot_be_loaded():
     assert failure_of(gate) == ("MAP_ERROR", "there is no map: garden.h5: no such file")
 
 
-def test_before_the_start():
-    kind, message = failure_of(MapGate(SlowLoad()))
-    assert kind == "MAP_ERROR" and "nobody has begun to load it" in message
+def test_goal_that_comes_before_the_start():
+    load = SlowLoad()
+    gate, hasty = MapGate(load), MapGate(load, wait=False)
+    assert failure_of(hasty)[0] == "NOT_INITIALIZED"
+    load.go.release()
+    later(gate.start)
+    assert gate.is_current(gate.wait(Cancellation()))
 
 
 def test_cancel_while_waiting():
@@ -127,3 +131,20 @@ def test_reload_that_fails_and_one_that_repairs():
     gate.reload()
     load.go.release()
     assert gate.is_current(gate.wait(Cancellation()))
+
+
+def test_the_map_of_now_is_never_waited_for():
+    load = SlowLoad(None, ValueError("gone"))
+    gate = started(load)
+    with pytest.raises(MapNotReady, match=r"still being loaded, for \d+ s now$") as caught:
+        gate.now()
+    assert caught.value.kind == "NOT_INITIALIZED"
+    load.go.release()
+    assert gate.wait(Cancellation()) is gate.now()
+    gate.reload()
+    with pytest.raises(MapNotReady, match="still being loaded"):
+        gate.now()
+    load.go.release()
+    assert failure_of(gate) == ("MAP_ERROR", "there is no map: gone")
+    with pytest.raises(MapNotReady, match="there is no map: gone"):
+        gate.now()

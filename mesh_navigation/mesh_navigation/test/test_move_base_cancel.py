@@ -66,6 +66,24 @@ def test_the_answer_does_not_wait_for_the_deaf(kind):
     assert world.time < 1.0 + 5.1
 
 
+def test_others_cancel_the_drive_at_every_moment():
+    """Also while a new plan takes over: the robot stops."""
+    for number in range(120):
+        world = World(drive=[drive(0, 1000.0, 1.0)])
+        world.values["planner_frequency"] = 20.0
+
+        def cancel():
+            for goal in world.active:
+                if goal.kind == "drive":
+                    goal.cancel("of somebody else")
+
+        moment = 0.5 + number * 0.01
+        world.at(moment, cancel)
+        end = world.run("a")
+        assert end.outcome == 11 and "of somebody else" in end.message
+        assert not world.active and world.time < moment + 0.3
+
+
 def random_script(rng, outcomes):
     def entry():
         return Scripted(

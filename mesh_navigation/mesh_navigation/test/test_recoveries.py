@@ -216,6 +216,16 @@ def test_it_turns_first_where_the_way_is_beside_it():
     np.testing.assert_allclose(scene.position, before - [1.0, 0, 0], atol=0.08)
 
 
+def test_straight_back_where_it_has_turned_round():
+    """The trail is before it; it does not turn to back up along that."""
+    scene = Scene()
+    scene.drive(2.0)
+    scene.drive(6.3, x=0.0, yaw=0.5)
+    assert scene.robot.body.pose.heading[0] < -0.9
+    assert scene.back_up().succeeded
+    assert scene.position[0] > 6.4 and not np.array(scene.commands)[:, 2].any()
+
+
 @pytest.mark.parametrize("value, word", [(np.inf, "lethal"), (np.nan, "unknown")])
 def test_it_stops_before_blocked_ground(value, word):
     scene = Scene()

@@ -66,11 +66,11 @@ def test_obstacles_hide_what_is_behind_them():
 
 def test_clouds_have_points_within_the_ranges_only():
     grid = zoo.grid()
-    scan = SimulatedScan(MeshMap(grid.vertices, grid.faces), min_range=1.5, max_range=4.0)
+    scan = SimulatedScan(MeshMap(grid.vertices, grid.faces), min_range=2.0, max_range=4.0)
     cloud = scan.cloud(Pose.at((5, 5, 1.0)))
     distances = np.linalg.norm(cloud, axis=1)
     assert cloud.dtype == np.float32 and len(cloud) > 100
-    assert distances.min() >= 1.4999 and distances.max() <= 4.0001
+    assert distances.min() >= 1.9999 and distances.max() <= 4.0001
     assert scan.cloud(Pose.at((500, 5, 1.0))).shape == (0, 3)
 
 

@@ -151,6 +151,9 @@ def test_pushes_and_a_robot_of_ones_own():
     steps = np.linalg.norm(np.diff(went.track[:, :3], axis=0), axis=1)
     assert steps.max() > 1
     assert went.driven_length == pytest.approx(steps.sum() - steps.max(), rel=0.01)
+    again = drive(PLANE, "exact", straight_on(PLANE), start=START, goal=GOAL, robot=robot)
+    assert again.times[0] == 0
+    assert again.driven_length == pytest.approx(7.8, abs=0.3)
     with pytest.raises(MeshMapError, match="slip: not for a robot of one's own"):
         drive(PLANE, "exact", straight_on(PLANE), start=START, goal=GOAL, robot=robot, slip=0.1)
 

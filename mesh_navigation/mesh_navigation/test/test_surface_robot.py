@@ -94,6 +94,36 @@ def test_accelerations_take_time_and_way():
     assert robot.velocity == STOP
 
 
+@pytest.mark.parametrize(
+    "start, command, seconds, mean, end",
+    [
+        (0.0, 1.0, 1.5, (0.25 + 1.0) / 1.5, 1.0),  # 0.5 s, 0.25 m, until it is there
+        (0.5, 1.0, 1.0, (0.1875 + 0.75) / 1.0, 1.0),
+        (1.0, -1.0, 2.0, -1.0 / 2.0, -1.0),  # braking, then back: 1 s in all
+        (1.0, 0.0, 0.25, 0.75, 0.5),  # not yet
+        (0.5, 0.5, 9.0, 0.5, 0.5),
+    ],
+)
+def test_ramps_of_the_velocity(start, command, seconds, mean, end):
+    wheels = Wheels(BaseLimits(acceleration=2.0))
+    wheels.velocity = Velocity(start)
+    assert wheels.advance(Velocity(command), seconds).x == pytest.approx(mean)
+    assert wheels.velocity.x == pytest.approx(end)
+
+
+def test_nobody_stands_on_a_face_without_area():
+    mesh = next(mesh for mesh in zoo.all_meshes() if mesh.name == "zero_area_face")
+    surface = MeshMap(mesh.vertices, mesh.faces)
+    (empty,) = np.flatnonzero(surface.faces_without_area)
+    corners = mesh.vertices[mesh.faces[empty]].astype(np.float64)
+    for point in [*corners, *(corners + np.roll(corners, 1, axis=0)) / 2, corners.mean(axis=0)]:
+        for yaw in (0.1, 1.5, 3.0, 4.5):
+            robot = robot_at(point, yaw, surface=surface)
+            assert robot.place.face != empty
+            robot.step(Velocity(1.0), 0.01)
+            assert robot.obstruction in ("", "the surface ends here")
+
+
 def test_what_is_not_finite_stops_wheels():
     wheels = Wheels(AT_ONCE)
     wheels.advance(Velocity(1.0, 0, 1.0), 1.0)
@@ -131,7 +161,7 @@ def test_the_border_stops_the_robot(yaw):
     )
 
 
-@pytest.mark.parametrize("flipped", [(), (3, 120, 250, 399)])
+@pytest.mark.parametrize("flipped", [(), range(0, 400, 2), range(200)])
 def test_a_wall_is_climbed_or_stops_the_robot(flipped):
     surface = corner(flipped)
     robot = robot_at((7, 4.2, 0), surface=surface)

@@ -6,14 +6,14 @@ import pytest
 import yaml
 from mesh_map.mesh_map import MeshMap
 from mesh_msgs.zoo import grid
-from mesh_navigation.parameters import read_parameters
-from mesh_navigation.planner_list import PlannerList
+from mesh_navigation.plugin_list import PLANNERS as PLANNER_PLUGINS
+from mesh_navigation.plugin_list import PluginList
 
 from mesh_tools_test.demo import grid_figure, plans, results
 from mesh_tools_test.demo.layers import EDGE_COST_FACTOR
 from mesh_tools_test.demo.planners import DIJKSTRA, PLANNERS, WAVE_FRONT, planner_config
 from mesh_tools_test.demo.report import Report
-from mesh_tools_test.demo.rviz_config import rviz_config
+from mesh_tools_test.demo.rviz_config import TRACK_TOPIC, rviz_config
 
 NOWHERE = np.full(3, np.inf, np.float32)
 
@@ -24,12 +24,13 @@ def plan_of(positions, seconds=0.0):
 
 def test_the_server_finds_every_planner_and_takes_every_parameter():
     config = yaml.safe_load(planner_config())
-    found = PlannerList(config["planners"])
+    found = PluginList(PLANNER_PLUGINS, config["planners"])
     assert found.complaints == [] and found.names == [each.name for each in PLANNERS]
+    mesh = grid(cells=2)
+    prepared = found.prepared(MeshMap(mesh.vertices, mesh.faces), config)
+    assert prepared.complaints == []
     for name in found.names:
-        given = config.get(name, {})
-        values, complaints = read_parameters(found[name].parameters, given)
-        assert complaints == [] and given.items() <= dict(values).items()
+        assert config.get(name, {}).items() <= dict(prepared[name].values).items()
 
 
 def test_both_planners_with_costs_weigh_them_alike():
@@ -40,13 +41,17 @@ def test_both_planners_with_costs_weigh_them_alike():
 def test_rviz_draws_every_path_in_a_color_and_at_a_height_of_its_own():
     text = rviz_config(np.zeros(3), np.ones(3), "map", plans.POTENTIAL, (0.0, 9.0), PLANNERS)
     manager = yaml.safe_load(text)["Visualization Manager"]
-    paths = [each for each in manager["Displays"] if each["Class"] == "rviz/Path"]
+    lines = [each for each in manager["Displays"] if each["Class"] == "rviz/Path"]
+    *paths, track = lines
     assert [each["Topic"] for each in paths] == [
         f"/move_base_flex/{planner.name}/path" for planner in PLANNERS
     ]
-    assert len({each["Color"] for each in paths}) == len({each["Name"] for each in paths}) == 3
+    assert len({each["Color"] for each in lines}) == len({each["Name"] for each in lines}) == 4
     heights = [each["Offset"]["Z"] for each in paths]
     assert heights == sorted(set(heights)) and heights[0] > 0.0
+    # A band that is seen on both sides of the path, and does not cover it.
+    assert track["Topic"] == TRACK_TOPIC and track["Offset"]["Z"] < heights[-1]
+    assert track["Line Width"] > 2 * paths[-1]["Line Width"]
     (mesh,) = (each for each in manager["Displays"] if each["Name"] == "Mesh")
     assert mesh["Display Type"]["Vertex Costs Type"] == "Potential"
     assert mesh["Display Type"]["Use Custom limits"]["Vertex Costs Upper Limit"] == 9.0

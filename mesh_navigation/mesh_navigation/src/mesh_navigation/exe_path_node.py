@@ -14,12 +14,12 @@ from std_msgs.msg import Float32, Header
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.clock import Clock
 from mesh_navigation.controller import ControllerPlan, ControlFailure, MeshController
+from mesh_navigation.drive_result import Cycle, ExecutionResult, Tolerances
 from mesh_navigation.late_cycles import LateCycles
 from mesh_navigation.map_gate import MapGate, MapNotReady, Ready
 from mesh_navigation.messages import pose_message, poses_from_path
 from mesh_navigation.outcomes import ExePathOutcome, GetPathOutcome
 from mesh_navigation.path_check import normalized_path, path_fault, transformed_path
-from mesh_navigation.path_execution import Cycle, ExecutionResult, Tolerances
 from mesh_navigation.plan_store import PlanStore
 from mesh_navigation.planner import PlanFailure
 from mesh_navigation.plugin_list import PluginList

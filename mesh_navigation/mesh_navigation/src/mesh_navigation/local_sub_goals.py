@@ -9,6 +9,7 @@ from mbf_msgs.msg import ExePathGoal, GetPathGoal, RecoveryGoal
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.local_goal import LocalGoal
 from mesh_navigation.messages import pose_from_message
+from mesh_navigation.slots import REPLACED, TAKEN_OVER
 from mesh_navigation.sub_goals import Progress, SubActions, SubEnd, SubGoal, SubState
 
 OWNER = "move_base"
@@ -37,12 +38,18 @@ class LocalSubGoal(SubGoal):
             return None
         state, result = answer
         return SubEnd(
-            _STATES.get(state, SubState.ABORTED),
+            _state(state, result.message),
             int(result.outcome),
             result.message,
             path=result.path if self._kind == "plan" else None,
             drive=result if self._kind == "drive" else None,
         )
+
+
+def _state(state: int, message: str) -> SubState:
+    found = _STATES.get(state, SubState.ABORTED)
+    replaced = TAKEN_OVER in message or REPLACED in message
+    return SubState.REPLACED if found is SubState.CANCELED and replaced else found
 
 
 class LocalSubActions(SubActions):

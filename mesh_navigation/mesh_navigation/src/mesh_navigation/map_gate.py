@@ -48,10 +48,11 @@ class MapGate:
         self._load = load
         self._wait = wait
         self._changed = threading.Condition()
-        self._loading = False
+        self._loading = True  # Goals may come before the start.
+        self._running = False
         self._again = False
         self._ready: Optional[Ready] = None
-        self._fault = "nobody has begun to load it"
+        self._fault = ""
         self._replaced = Cancellation()
         self._begin = time.monotonic()
 
@@ -68,8 +69,8 @@ class MapGate:
             replaced, self._replaced = self._replaced, Cancellation()
             self._ready = None
             self._begin = time.monotonic()
-            begin, self._again = not self._loading, self._loading
-            self._loading = True
+            begin, self._again = not self._running, self._running
+            self._loading = self._running = True
         replaced.cancel(REPLACED)
         if begin:
             threading.Thread(target=self._run, name="map", daemon=True).start()
@@ -85,7 +86,8 @@ class MapGate:
             with self._changed:
                 again, self._again = self._again, False
                 if not again:
-                    self._ready, self._fault, self._loading = ready, fault, False
+                    self._ready, self._fault = ready, fault
+                    self._loading = self._running = False
                     self._changed.notify_all()
 
     def _notify(self) -> None:
@@ -109,16 +111,27 @@ class MapGate:
                     raise MapNotReady(
                         "CANCELED", f"stopped while waiting for the map: {cancellation.reason}"
                     )
-            if self._loading:
-                seconds = time.monotonic() - self._begin
-                raise MapNotReady(
-                    "NOT_INITIALIZED",
-                    f"the map is still being loaded, for {seconds:.0f} s now; "
-                    "goals wait for it if the parameter wait_for_map is true",
-                )
-            if self._ready is None:
-                raise MapNotReady("MAP_ERROR", f"there is no map: {self._fault}")
-            return self._ready
+            return self._present("; goals wait for it if the parameter wait_for_map is true")
+
+    def now(self) -> Ready:
+        """The map and its plugins of this moment, for who never waits.
+
+        Raises:
+            MapNotReady: there is none, or it is being replaced.
+        """
+        with self._changed:
+            return self._present("")
+
+    def _present(self, remark: str) -> Ready:
+        if self._loading:
+            seconds = time.monotonic() - self._begin
+            raise MapNotReady(
+                "NOT_INITIALIZED",
+                f"the map is still being loaded, for {seconds:.0f} s now{remark}",
+            )
+        if self._ready is None:
+            raise MapNotReady("MAP_ERROR", f"there is no map: {self._fault}")
+        return self._ready
 
     def is_current(self, ready: Ready) -> bool:
         """Whether that is the map of now; False from the moment a reload begins."""

@@ -9,6 +9,7 @@ import rospy
 
 from mesh_msgs.init_node import init_node
 
+from mesh_navigation.check_services_node import CheckServices
 from mesh_navigation.clock_ros import RosClock
 from mesh_navigation.exe_path_node import ExePathServer
 from mesh_navigation.get_path_node import GetPathServer, Plan
@@ -49,6 +50,9 @@ class MbfServer:
         self._to_show: Optional[Plan] = None
         self._showing = threading.Lock()
         self._servers = self._make_servers()
+        self._checks = CheckServices(
+            self._map.gate, self._transforms, values["robot_frame"], rospy.get_param("~", {}) or {}
+        )
         rospy.on_shutdown(self._stop)
 
     def _make_servers(self) -> List[SlotActionServer]:
@@ -96,6 +100,7 @@ class MbfServer:
 
     def _stop(self) -> None:
         self._map.stop(SHUT_DOWN)
+        self._checks.stop(SHUT_DOWN)
         end = time.monotonic() + LAST_ANSWERS
         for server in reversed(self._servers):  # move_base first, or it would go on with a failure
             server.stop(SHUT_DOWN)

@@ -10,6 +10,7 @@ from mesh_navigation.drive_watches import OscillationWatch
 from mesh_navigation.move_base_end import MoveBaseEnd, Over, checked, stopped
 from mesh_navigation.outcomes import ExePathOutcome, MoveBaseOutcome, is_success
 from mesh_navigation.pose import Pose
+from mesh_navigation.relay import Relay
 from mesh_navigation.replanning import Replanning
 from mesh_navigation.sub_goals import Progress, SubActions, SubEnd, SubGoal, SubState
 
@@ -54,7 +55,7 @@ class Drive:
         latest = _Latest()  # of this drive: what comes late from another one is not of interest
         oscillation = OscillationWatch()
         replanning = Replanning(self._actions, self._clock.now(), self._log)
-        drive = self._actions.drive(path, latest.note)
+        drive = Relay(self._actions, path, latest.note)
         try:
             while True:
                 end = drive.wait(cancellation, POLL)
@@ -71,9 +72,7 @@ class Drive:
                 frequency = values["planner_frequency"]
                 plan = replanning.newer_plan(now, frequency, progress.dist_to_goal)
                 if plan is not None:
-                    # The server of exe_path takes the plan into the drive, whose own end (canceled
-                    # in favor of this one) is of no interest any more.
-                    drive = self._actions.drive(plan.path, latest.note)
+                    drive.follow(plan.path)
         finally:
             replanning.end("the drive has ended")
 

@@ -52,7 +52,7 @@ def checked(end: Any, goal: SubGoal, what: str, cancellation: Cancellation) -> S
     """
     if cancellation.canceled:
         raise Over(_canceled(goal, what, cancellation.reason))
-    if end.state is SubState.CANCELED:
+    if end.state in (SubState.CANCELED, SubState.REPLACED):
         # Someone wants the robot to stop: going on would be disobedience.
         message = f"{what} was canceled, not by move_base: {end.message}"
         raise Over(MoveBaseEnd(MoveBaseOutcome.CANCELED, message, end.drive))

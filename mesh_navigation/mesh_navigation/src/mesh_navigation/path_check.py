@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mesh_navigation.path_execution import Tolerances
+from mesh_navigation.drive_result import Tolerances
 from mesh_navigation.pose import Pose, vector_text
 from mesh_navigation.result_check import UNIT_TOLERANCE
 

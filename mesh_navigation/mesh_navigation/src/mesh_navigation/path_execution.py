@@ -4,64 +4,21 @@ import threading
 import time
 from typing import Callable, Mapping, NamedTuple, Optional, Tuple
 
-import numpy as np
-
 from mesh_map.parameter import Value
 
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.checked_command import FINAL, checked_command, outcome_text
 from mesh_navigation.clock import Clock
 from mesh_navigation.controller import Command, ControllerPlan, MeshController
+from mesh_navigation.drive_result import Cycle, ExecutionResult, Tolerances, to_goal
 from mesh_navigation.drive_watches import ObedienceWatch, OscillationWatch
 from mesh_navigation.outcomes import ExePathOutcome, is_success
 from mesh_navigation.pose import Pose
-from mesh_navigation.progress_watch import angle_between
 from mesh_navigation.robot import STOP, Robot, RobotLost, RobotState, Velocity
 from mesh_navigation.server_parameters import PARAMETERS
 
 # Hz; a controller_frequency of 0 is no frequency, and none is slower than the least.
 DEFAULT_FREQUENCY, LEAST_FREQUENCY = 20.0, 1.0
-
-
-class Tolerances(NamedTuple):
-    """What counts as arrived."""
-
-    distance: float
-    """m."""
-    angle: float
-    """rad."""
-
-
-class Cycle(NamedTuple):
-    """One cycle, for feedback and statistics."""
-
-    outcome: int
-    message: str
-    state: Optional[RobotState]
-    """None where the robot's pose is not known."""
-    velocity: Velocity
-    """What was commanded."""
-    dist_to_goal: float
-    """m in a straight line; NaN where the pose is not known, as the next one."""
-    angle_to_goal: float
-    """rad."""
-    seconds: float
-    """What the cycle took, of the computer's time."""
-    late: bool
-    """Whether it ended after the next one should have begun."""
-
-
-class ExecutionResult(NamedTuple):
-    """How it ended."""
-
-    outcome: int
-    message: str
-    final_pose: Optional[Pose]
-    """None if the robot's pose was never known."""
-    dist_to_goal: float
-    """m; NaN without a pose, as the next one."""
-    angle_to_goal: float
-    """rad."""
 
 
 class _Step(NamedTuple):
@@ -75,14 +32,6 @@ class _Step(NamedTuple):
 def default_values() -> Mapping[str, Value]:
     """The server's parameters as they are if nobody sets them."""
     return {parameter.name: parameter.default for parameter in PARAMETERS}
-
-
-def to_goal(plan: ControllerPlan, pose: Optional[Pose]) -> Tuple[float, float]:
-    """(m, rad) from a pose to the goal, in a straight line; NaN without a pose."""
-    if pose is None:
-        return np.nan, np.nan
-    distance = float(np.linalg.norm(plan.goal.position - pose.position))
-    return distance, angle_between(plan.goal, pose)
 
 
 class PathExecution:

@@ -13,9 +13,8 @@ from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.local_goal import Feedback, LocalGoal
 from mesh_navigation.outcomes import is_success
 from mesh_navigation.running_goal import RunningGoal
-from mesh_navigation.slots import ConcurrencySlots, Job
+from mesh_navigation.slots import TAKEN_OVER, ConcurrencySlots, Job
 
-PREEMPTED = "Goal preempted by a new plan"
 _NUMBERS = itertools.count(1)
 
 
@@ -73,7 +72,7 @@ class SlotActionServer:
 
     def _preempted_result(self, running: RunningGoal) -> Any:
         """The result of the old goal when another one takes over."""
-        return self._result("CANCELED", PREEMPTED)
+        return self._result("CANCELED", TAKEN_OVER)
 
     def _execute(self, running: RunningGoal, name: str, cancellation: Cancellation) -> Any:
         """Do what the goal asks for, in the thread of the goal; returns the result.

@@ -5,6 +5,10 @@ from typing import Callable, Dict, List, Optional
 
 from mesh_navigation.cancellation import Cancellation
 
+# How the ends of goals begin that a newer one of their slot took over from, or took the place of.
+TAKEN_OVER = "Goal preempted by a new plan"
+REPLACED = "a newer goal took slot"
+
 
 class Job:
     """One job in its own thread."""
@@ -52,7 +56,7 @@ class ConcurrencySlots:
             job = self._jobs[slot] = Job(run, previous)
             job.start()
         if previous is not None:
-            previous.cancellation.cancel(f"a newer goal took slot {slot}")
+            previous.cancellation.cancel(f"{REPLACED} {slot}")
         return job
 
     def cancel_all(self, reason: str) -> List[Job]:

@@ -16,6 +16,8 @@ class SubState(enum.Enum):
     ABORTED = "aborted"
     REJECTED = "rejected"
     CANCELED = "canceled"
+    REPLACED = "replaced"
+    """Canceled in favor of a newer goal of the same slot."""
 
 
 class SubEnd(NamedTuple):

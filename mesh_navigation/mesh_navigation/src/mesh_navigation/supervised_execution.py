@@ -11,16 +11,10 @@ from mesh_map.parameter import Value
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.clock import Clock
 from mesh_navigation.controller import Command, ControllerPlan, MeshController
+from mesh_navigation.drive_result import Cycle, ExecutionResult, Tolerances, to_goal
 from mesh_navigation.guarded_robot import GuardedRobot
 from mesh_navigation.outcomes import ExePathOutcome
-from mesh_navigation.path_execution import (
-    Cycle,
-    ExecutionResult,
-    PathExecution,
-    Tolerances,
-    default_values,
-    to_goal,
-)
+from mesh_navigation.path_execution import PathExecution, default_values
 from mesh_navigation.pose import Pose
 from mesh_navigation.robot import STOP, Robot, RobotLost, RobotState
 
@@ -120,7 +114,8 @@ class SupervisedExecution:
         threading.Thread(target=work, name="drive", daemon=True).start()
         with cancellation.calling(wake.set):
             impatient = self._watch(watched, wake)
-        if not results:
+        finished = bool(results)
+        if not finished:
             self._execution.close()
             attempt.cancel(impatient or cancellation.reason)
             self._robot.drive(STOP)
@@ -128,7 +123,7 @@ class SupervisedExecution:
         with self._lock:
             self._answered = True
         self._robot.close()
-        if results and not impatient:
+        if finished or (results and not impatient):
             return results[0]
         late = "" if results else f"; the controller did not stop within {GRACE} s"
         if impatient:

@@ -1,11 +1,12 @@
 """The point ahead at which the robot looks: the carrot of pure pursuit."""
 
-from typing import NamedTuple, Optional
+import math
+from typing import NamedTuple, Optional, Sequence
 
 import numpy as np
 
 from mesh_navigation.controller import ControlFailure
-from mesh_navigation.controllers.sight import Sight, View
+from mesh_navigation.controllers.sight import Sight
 from mesh_navigation.controllers.standing import Standing
 from mesh_navigation.controllers.vector3 import along_plane, dot, signed_angle, vector3
 from mesh_navigation.controllers.way import Way
@@ -14,6 +15,8 @@ from mesh_navigation.pose import vector_text
 
 _HALVINGS = 8
 _WIDE_HALVINGS = 4  # with room on both sides
+_STEP = 0.05  # m along a way that begins at the robot, where sharp edges hide all of it
+_HERE = 1e-3  # m
 
 
 class Carrot(NamedTuple):
@@ -28,41 +31,48 @@ class Carrot(NamedTuple):
 
 
 def find_carrot(
-    sight: Sight, standing: Standing, way: Way, reach: float, clearance: float
+    sight: Sight, standing: Standing, ways: Sequence[Way], reach: float, clearance: float
 ) -> Carrot:
     """The farthest point of the way to which the robot can drive straight on: the length along the
     way is halved until that is so.
 
     First with room on both sides of the line, beside the way where it is too near to a border or to
-    blocked ground; where there is not as much room, without; then on the way itself.
+    blocked ground; where there is not as much room, without; then on the way itself, and in the
+    end just along a way that begins here: the caller has seen that it is free.
 
     Args:
         sight: from where the robot stands.
         standing: that.
-        way: ahead of it.
+        ways: ahead of it; the next one is for where nothing of those before can be seen.
         reach: m, along the way.
         clearance: room that is looked for on both sides (m).
 
     Raises:
         ControlFailure: BLOCKED_PATH, no point of the way can be seen.
     """
-    longest = min(reach, way.length)
-    view: Optional[View] = None
-    for halvings, room, wide in (
-        (_WIDE_HALVINGS, clearance, True),
-        (_HALVINGS, clearance, False),
-        (_HALVINGS, 0.0, False),
-    ):
-        for halved in range(halvings):
-            corridor = sight.corridor(way, longest / 2**halved, room)
-            view = sight.look(corridor.middle)
-            if view.blocked is None and not (wide and _is_narrow(sight, corridor.sides)):
-                angle = _angle_to(standing, corridor.middle)
-                return Carrot(view.distance, angle, halved > 0)
+    for way in ways:
+        longest = min(reach, way.length)
+        for halvings, room, wide in (
+            (_WIDE_HALVINGS, clearance, True),
+            (_HALVINGS, clearance, False),
+            (_HALVINGS, 0.0, False),
+        ):
+            for halved in range(halvings):
+                corridor = sight.corridor(way, longest / 2**halved, room)
+                view = sight.look(corridor.middle)
+                if view.blocked is None and not (wide and _is_narrow(sight, corridor.sides)):
+                    angle = _angle_to(standing, corridor.middle)
+                    return Carrot(view.distance, angle, halved > 0)
+    start = ways[0].points[0]
+    if math.dist(start, standing.position) < _HERE and ways[0].length > 0.0:
+        step = min(_STEP, ways[0].length)
+        return Carrot(step, _angle_to(standing, ways[0].at(step)), True)
+    view = sight.look(start)
+    reason, length = view.reason or "is blocked", view.blocked or 0.0
     raise ControlFailure(
         ExePathOutcome.BLOCKED_PATH,
-        f"the way from the robot at {vector_text(standing.position)} to "
-        f"{vector_text(way.points[0])} {view.reason} after {view.blocked:.2f} m",
+        f"the way from the robot at {vector_text(standing.position)} to {vector_text(start)} and "
+        f"on {reason} after {length:.2f} m",
     )
 
 

@@ -36,8 +36,9 @@ def free_arc(
         walk = walker.walk(
             start=place, length=step, direction=heading, max_steps=MAX_STEPS, path=True
         )
-        points.append(walk.path.points[:-1])
-        faces.append(walk.path.faces)
+        if len(walk.path.faces):
+            points.append(walk.path.points[:-1])
+            faces.append(walk.path.faces)
         walked += walk.length
         place = walk
         heading = _turned(vector3(walk.direction), standing_normal(walk), curvature * step / 2)
@@ -45,9 +46,10 @@ def free_arc(
             ended = True
             break
     points.append(place.position[None])
-    blocked = ground.first_blocked(np.concatenate(points), np.concatenate(faces))
-    if blocked is not None:
-        return blocked
+    if faces:
+        blocked = ground.first_blocked(np.concatenate(points), np.concatenate(faces))
+        if blocked is not None:
+            return blocked
     return walked if ended else None
 
 

@@ -1,6 +1,6 @@
 """Which way to go from where the robot is: down the field of the plan, or along its path."""
 
-from typing import NamedTuple, Optional
+from typing import List, NamedTuple, Optional
 
 import numpy as np
 
@@ -14,11 +14,14 @@ from mesh_navigation.controllers.way import Way
 from mesh_navigation.outcomes import ExePathOutcome
 from mesh_navigation.pose import vector_text
 
+_BACK = 0.5  # m before the point of the path that is nearest, to where it may have to go back
+
 
 class Guidance(NamedTuple):
     """The way to go."""
 
-    way: Way
+    ways: List[Way]
+    """The next one is for where nothing of those before can be seen."""
     remark: str = ""
     """One sentence if it is not what was asked for."""
 
@@ -26,16 +29,19 @@ class Guidance(NamedTuple):
 class Guide:
     """Of one plan."""
 
-    def __init__(self, geometry: MeshGeometry, plan: ControllerPlan, distance: float) -> None:
+    def __init__(
+        self, geometry: MeshGeometry, plan: ControllerPlan, distance: float, clearance: float
+    ) -> None:
         """Args:
             geometry: of the map.
             plan: what is to be followed.
             distance: of its poses from the surface that is allowed (m).
+            clearance: by which corners of its path are rounded (m).
 
         Raises:
             ControlFailure: INVALID_PATH, a pose is off the map.
         """
-        self.track = Track(geometry, plan.poses[:, :3], distance)
+        self.track = Track(geometry, plan.poses[:, :3], distance, clearance)
         self._field = plan.field
         self._tracer: Optional[FieldTracer] = None if plan.field is None else FieldTracer.of(geometry)
 
@@ -57,7 +63,7 @@ class Guide:
         if follow_field:
             way = self._down_the_field(standing, length)
             if way is not None:
-                return Guidance(way)
+                return Guidance([way])
             remark = "the plan has no field"
             if self._field is not None:
                 remark = f"the field of the plan does not reach {vector_text(standing.position)}"
@@ -70,7 +76,9 @@ class Guide:
                 f"the path, allowed are {max_distance:.2f} m (max_path_distance); the path is "
                 f"nearest at {vector_text(nearest.position)}",
             )
-        return Guidance(self.track.ahead(nearest, length), remark)
+        back = self.track.before(nearest, _BACK)
+        ways = [self.track.ahead(nearest, length), self.track.ahead(back, length + _BACK)]
+        return Guidance(ways, remark)
 
     def _down_the_field(self, standing: Standing, length: float) -> Optional[Way]:
         if self._tracer is None:

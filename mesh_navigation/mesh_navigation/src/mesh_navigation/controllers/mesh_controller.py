@@ -68,7 +68,9 @@ class MeshController(Controller):
 
     def set_plan(self, plan: ControllerPlan) -> None:
         values = self.values
-        self._guide = Guide(self.map.geometry, plan, values["max_search_distance"])
+        self._guide = Guide(
+            self.map.geometry, plan, values["max_search_distance"], values["side_clearance"]
+        )
         self._goal = self._guide.track.goal
         self._goal_heading = plan.goal.heading
         self._is_turning = False
@@ -192,7 +194,7 @@ class MeshController(Controller):
         guidance = self._guide.way(
             standing, values["follow"] == FIELD, horizon, values["max_path_distance"]
         )
-        way = guidance.way
+        way = guidance.ways[0]
         costs = self.map.planning_costs().costs
         ground = Ground(self.map.geometry, costs, self._goal.face, self._goal.position)
         stop, reach = math.inf, lookahead
@@ -207,7 +209,7 @@ class MeshController(Controller):
                     f"{gap:.2f} m before (blocked_distance)",
                 )
         sight = Sight(self.map.geometry, ground, standing)
-        carrot = find_carrot(sight, standing, way, reach, values["side_clearance"])
+        carrot = find_carrot(sight, standing, guidance.ways, reach, values["side_clearance"])
         self.current_angle = self._same_side(carrot.angle)
         carrot = carrot._replace(angle=self.current_angle)
         goal = max(distance, way.length) if way.arrives else math.inf

@@ -50,7 +50,7 @@ class Sight:
         straight = math.dist(point, standing.position)
         if straight < _HERE:
             return View(straight, None, "")
-        for up in (standing.up, standing.normal):
+        for up in (standing.up, standing.normal, self._geometry.up):  # one of them where it bends
             line = self._walker.line(
                 start=standing, target=point, up=up, max_steps=MAX_STEPS, path=True
             )
@@ -108,9 +108,9 @@ class Sight:
             max_steps=MAX_STEPS,
             path=True,
         )
+        if not len(walk.path.faces):
+            return Way.through(place.position[None], walk.path.faces, False)
         way = Way.through(walk.path.points, walk.path.faces, False)
-        if not len(way.faces):
-            return way
         blocked = self._ground.first_blocked(way.points, way.faces)
         if blocked is None:
             return way

@@ -11,6 +11,7 @@ from mesh_map.walk import WalkEnd
 
 from mesh_navigation.controller import ControlFailure
 from mesh_navigation.controllers.barycentric import inside
+from mesh_navigation.controllers.rounding import rounded
 from mesh_navigation.controllers.standing import MAX_STEPS, SAME_SHEET
 from mesh_navigation.controllers.way import Way
 from mesh_navigation.outcomes import ExePathOutcome
@@ -35,17 +36,20 @@ class Nearest(NamedTuple):
 class Track:
     """One path; remembers where on it the robot was, so that ways that cross are told apart."""
 
-    def __init__(self, geometry: MeshGeometry, positions: np.ndarray, distance: float) -> None:
+    def __init__(
+        self, geometry: MeshGeometry, positions: np.ndarray, distance: float, clearance: float
+    ) -> None:
         """Args:
             geometry: of the map.
             positions: (N,3) m, of the path's poses.
             distance: from the surface that is allowed (m).
+            clearance: by which corners are rounded (m).
 
         Raises:
             ControlFailure: INVALID_PATH, a pose is off the map.
         """
         self._geometry = geometry
-        places = _places(geometry, positions, distance)
+        places = rounded(geometry, _places(geometry, positions, distance), clearance)
         last = len(positions) - 1
         self.goal = SurfacePoint(
             int(places.faces[last]),
@@ -90,6 +94,12 @@ class Track:
         index = first + best
         length = travelled[index] + np.linalg.norm(nearest[best] - points[index])
         return Nearest(index, nearest[best], float(length), float(np.sqrt(distances[best])))
+
+    def before(self, nearest: Nearest, length: float) -> Nearest:
+        """The point of the path that comes this length (m) before another one."""
+        travelled = max(nearest.travelled - length, 0.0)
+        index = max(int(np.searchsorted(self._way.travelled, travelled)) - 1, 0)
+        return Nearest(index, self._way.at(travelled), travelled, np.nan)
 
     def ahead(self, nearest: Nearest, length: float) -> Way:
         """The path from there on.

@@ -45,7 +45,7 @@ SCAN_PARAMETERS = (
     Parameter("scan_highest", 0.26, -1.5707, 1.5707, "elevation of the highest ring (rad)"),
     Parameter("scan_min_range", 0.3, 0.0, 1000.0, "m"),
     Parameter("scan_max_range", 30.0, 0.1, 10000.0, "m"),
-    Parameter("scan_noise", 0.01, 0.0, 10.0, "of ranges (m, standard deviation)"),
+    Parameter("scan_noise", 0.0, 0.0, 10.0, "of ranges (m, standard deviation)"),
 )
 PARAMETERS = MAP_PARAMETERS + TIME_PARAMETERS + ROBOT_PARAMETERS + FRAME_PARAMETERS
 PARAMETERS += SCAN_PARAMETERS

@@ -206,5 +206,5 @@ def _yaw(heading: np.ndarray) -> float:
 
 def _gentle(geometry: MeshGeometry, max_slope: float) -> np.ndarray:
     """(F,) bool: faces that are not steeper (rad), whichever way they are wound."""
-    upward = (geometry.face_normals @ geometry.up)
+    upward = np.abs(geometry.face_normals @ geometry.up)
     return (upward >= math.cos(max_slope) - 1e-6) | geometry.faces_without_area

@@ -25,6 +25,7 @@ def layer(name, kind, **params):
 FOR_FILES = [
     layer("height_diff", "HeightDiff", threshold=0.2, radius=0.3),
     layer("roughness", "Roughness", threshold=0.8, radius=0.3, factor=0.3),
+    layer("steepness", "Steepness", threshold=0.7, factor=0.2),
     layer(
         "inflation",
         "Inflation",

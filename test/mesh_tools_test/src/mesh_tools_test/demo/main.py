@@ -24,7 +24,7 @@ def arguments(argv):
     """The parsed command line."""
     parser = argparse.ArgumentParser(
         prog="./run demo",
-        description="From a mesh file to RViz and a planned path.",
+        description="From a mesh file to a robot that drives, and RViz.",
         epilog="example: ./run demo forest.ply",
     )
     parser.add_argument("file", nargs="?", type=Path, help="PLY, OBJ, STL, DAE or HDF5")
@@ -58,8 +58,9 @@ def how_to_go_on(made, output, config):
         "Go on, in ./run shell or wherever the workspace is sourced:\n"
         f"  rosrun mesh_msgs_hdf5 mesh_tool info {file}\n"
         f"  rosrun mesh_navigation plan {file} --start {start} --goal {goal} --layers {layers}\n"
-        f"  roslaunch mesh_navigation mesh_navigation.launch map_file:={file} "
-        f"map_config:={layers} planner_config:={planners}\n"
+        f"  roslaunch mesh_navigation simulation.launch map_file:={file} map_config:={layers} "
+        f"planner_config:={planners} initial_pose:='[{start.replace(' ', ', ')}, 0]'\n"
+        f"  rosrun mesh_navigation go_to {goal}\n"
         "  rosservice call /move_base_flex/mesh_map/height_diff/set_parameters "
         "'{config: {doubles: [{name: threshold, value: 0.5}]}}'\n"
         f"  rviz -d {config}"
@@ -76,9 +77,11 @@ def demo(options, output):
         grid_figure(mesh_map, found).save(output / GRID)
         notes += [GRID, *(f"{each.title} {each.error}" for each in found)]
     with ExitStack() as stack:
-        uri, config = show_and_plan(report, stack, output, made)
+        uri, config, way = show_and_plan(report, stack, output, made)
         (output / REPORT).write_text(report.markdown(), encoding="utf-8")
         print(f"\nWritten to {output}/: {made.path.name}, {', '.join(FILES)}, logs/")
+        if not way.succeeded:
+            raise DemoError(f"the robot did not arrive: {way.outcome}: {way.message}")
         if options.headless or not os.environ.get("DISPLAY"):
             print("No window was opened: there is no DISPLAY, or --headless was given.")
         else:

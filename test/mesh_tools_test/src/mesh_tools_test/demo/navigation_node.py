@@ -2,14 +2,13 @@
 import threading
 import time
 
-import actionlib
 import numpy as np
 import rospy
-from geometry_msgs.msg import PoseStamped, TransformStamped
-from mbf_msgs.msg import GetPathAction, GetPathGoal, GetPathResult
+from geometry_msgs.msg import PoseStamped
 from mesh_map.combination import COMBINED_COSTS
 from mesh_msgs.arrays import MeshGeometryStamped, MeshVertexCostsStamped
-from tf2_msgs.msg import TFMessage
+from mesh_navigation import MeshNavigator
+from mesh_navigation.navigation_result import NavigationError
 
 from mesh_tools_test.demo.plans import POTENTIAL, Plan
 from mesh_tools_test.demo.processes import DemoError, wait_until
@@ -64,17 +63,6 @@ def latch(topic, message):
     _latched.append(publisher)
 
 
-def place_robot(start, goal, frame, robot_frame):
-    """Say in TF that the robot stands upright at the start [m], facing the goal."""
-    stamped = pose(start, frame, heading(start, goal))
-    transform = TransformStamped()
-    transform.header, transform.child_frame_id = stamped.header, robot_frame
-    translation = transform.transform.translation
-    translation.x, translation.y, translation.z = map(float, start)
-    transform.transform.rotation = stamped.pose.orientation
-    latch("/tf_static", TFMessage(transforms=[transform]))
-
-
 def show_goal(start, goal, frame, topic):
     """Publish the goal for RViz, the pose that the planners are asked for."""
     latch(topic, pose(goal, frame, heading(start, goal)))
@@ -97,10 +85,7 @@ class PlanClient:
         rospy.Subscriber(
             f"{SERVER}/mesh_map/vertex_costs", MeshVertexCostsStamped, self._receive, queue_size=64
         )
-        # not the simple one: with goals in quick succession it complains of the ones before
-        self._client = actionlib.ActionClient(f"{SERVER}/get_path", GetPathAction)
-        if not self._client.wait_for_server(rospy.Duration(timeout)):
-            raise DemoError(f"no action server at {SERVER}/get_path within {timeout:.0f} s")
+        self.navigator = MeshNavigator(SERVER)
         self._wait_for(COMBINED_COSTS)  # the last layer
 
     def _receive(self, message):
@@ -120,23 +105,19 @@ class PlanClient:
         :raises DemoError: with the server's outcome and message when there is no path
         """
         yaw = heading(start, goal)
-        request = GetPathGoal(use_start_pose=True, planner=planner)
-        request.start_pose, request.target_pose = pose(start, frame, yaw), pose(goal, frame, yaw)
+        ends = {"start": pose(start, frame, yaw), "timeout": self._timeout}
         with self._changed:
             self._costs.pop(POTENTIAL, None)
-        ended = []
-
-        def on_transition(handle):
-            if handle.get_comm_state() == actionlib.CommState.DONE:
-                ended.append(time.monotonic())
-
         started = time.monotonic()
-        handle = self._client.send_goal(request, on_transition)
-        wait_until(lambda: ended, self._timeout, f"a plan of {planner}", [self._server])
-        result = handle.get_result()
-        if result.outcome != GetPathResult.SUCCESS:
-            raise DemoError(f"no path of {planner}, outcome {result.outcome}: {result.message}")
+        try:
+            answer = self.navigator.get_path(pose(goal, frame, yaw), planner=planner, **ends)
+        except NavigationError as error:
+            raise DemoError(str(error)) from error
+        seconds = time.monotonic() - started
+        if not answer.succeeded:
+            raise DemoError(f"no path of {planner}, outcome {answer}")
+        result = answer.details
         positions = [stamped.pose.position for stamped in result.path.poses]
         points = np.array([(point.x, point.y, point.z) for point in positions])
         potential = self._wait_for(POTENTIAL)
-        return Plan(points, result.cost, result.message, ended[0] - started, potential)
+        return Plan(points, result.cost, result.message, seconds, potential)

@@ -5,6 +5,7 @@ import yaml
 SERVER = "/move_base_flex"
 ROBOT_FRAME = "base_footprint"
 GOAL_TOPIC = "/goal"  # where the MeshGoal tool publishes, too
+TRACK_TOPIC, TRACK_COLOR = "/track", (0, 255, 60)
 WINDOW = (1280, 960)  # pixels, the whole window of RViz: all of the virtual screen
 
 
@@ -37,17 +38,28 @@ def path_display(planner, width, below):
 
     :param below: how many paths shall be on top where they coincide: they are narrower and higher
     """
-    red, green, blue = planner.color
+    topic = f"{SERVER}/{planner.name}/path"
+    height = width * (2 - 0.5 * below)
+    return line_display(planner.title, topic, planner.color, width * (1 + 0.3 * below), height)
+
+
+def track_display(width):
+    """Where the robot has driven: a broad band just below the path that it followed."""
+    return line_display("Track", TRACK_TOPIC, TRACK_COLOR, 3.5 * width, 1.2 * width)
+
+
+def line_display(name, topic, color, width, height):
+    """A nav_msgs/Path as a line of a width, at a height above its poses [m]."""
     return {
         "Class": "rviz/Path",
-        "Name": planner.title,
+        "Name": name,
         "Enabled": True,
         "Value": True,
-        "Topic": f"{SERVER}/{planner.name}/path",
+        "Topic": topic,
         "Line Style": "Billboards",
-        "Line Width": width * (1 + 0.3 * below),
-        "Color": f"{red}; {green}; {blue}",
-        "Offset": {"X": 0, "Y": 0, "Z": width * (2 - 0.5 * below)},
+        "Line Width": width,
+        "Color": "; ".join(map(str, color)),
+        "Offset": {"X": 0, "Y": 0, "Z": height},
         "Pose Style": "None",
         "Buffer Length": 1,
     }
@@ -71,7 +83,7 @@ def goal_display(length):
 
 
 def robot_display(length):
-    """The robot's frame, where the path starts."""
+    """The robot's frame."""
     return {
         "Class": "rviz/Axes",
         "Name": "Robot",
@@ -134,6 +146,7 @@ def rviz_config(start, goal, frame, layer, limits, planners):
             "Displays": [
                 mesh_display(layer, limits),
                 *paths,
+                track_display(width),
                 goal_display(1.5 * arrow),
                 robot_display(arrow),
             ],

@@ -1,34 +1,38 @@
-"""Map server, planners and RViz: plans of all planners, and pictures of what they found."""
+"""Map server, planners, robot and RViz: plans of all planners, a drive, and pictures of them."""
 import os
 
 from osmesa_harness.back_ends import BackEnd, environment_of
 
-from mesh_tools_test.demo import navigation_node, plans, results
+from mesh_tools_test.demo import driven, navigation_node, plans, results
+from mesh_tools_test.demo.drive_node import Driver, simulate_time, start_robot
 from mesh_tools_test.demo.layers import PICTURES, server_config
 from mesh_tools_test.demo.planners import DIJKSTRA, EXACT, PLANNERS, WAVE_FRONT, planner_config
 from mesh_tools_test.demo.processes import free_port, process, roscore, subscribers, wait_until
-from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, ROBOT_FRAME, SERVER, rviz_config
+from mesh_tools_test.demo.rviz_config import GOAL_TOPIC, SERVER, rviz_config
 from mesh_tools_test.demo.screenshot import settled_picture
 
 
 def show_and_plan(report, stack, output, made):
-    """Start map, server and RViz; plan; take pictures. The nodes live as long as the stack.
+    """Start map, server, robot and RViz; plan, drive, take pictures. The nodes live as long as the
+    stack.
 
-    :returns: URI of the master, and the configuration of the last picture
+    :returns: URI of the master, the configuration of the last picture, and the drive
     """
     frame, start, goal = made.mesh_map.frame_id, made.start, made.goal
     with report.step("start roscore") as notes:
         uri = stack.enter_context(roscore(output / "logs", free_port()))
         notes.append(uri)
     with report.step("start map and server") as notes:
+        simulate_time()
+        robot = stack.enter_context(start_robot(output, start, goal))
         server = stack.enter_context(start_server(output, made))
         uuid = navigation_node.wait_for_map(server)
         notes.append(f"node {SERVER}, mesh {uuid}")
-        navigation_node.place_robot(start, goal, frame, ROBOT_FRAME)
         navigation_node.show_goal(start, goal, frame, GOAL_TOPIC)
         client = navigation_node.PlanClient(server)
         # The planners are ready when one has answered: the times of the others are for plans.
         client.plan(start, start, frame, EXACT.name)
+        driver = Driver(client.navigator, robot)
 
     def plan(planner):
         return client.plan(start, goal, frame, planner.name)
@@ -41,9 +45,12 @@ def show_and_plan(report, stack, output, made):
         with report.step(f"potential of {planner.title}") as notes:
             notes.append(camera.take(name, plans.POTENTIAL, limits, planner))
     for name, layer, layer_limits in PICTURES:
+        if name == results.ARRIVED:
+            way = drive(report, driver, (start, goal, frame), first[WAVE_FRONT].length)
+            plan(WAVE_FRONT)  # while it drove, there were plans from where it was
         with report.step(f"picture of {layer}") as notes:
             notes.append(camera.take(name, layer, layer_limits, WAVE_FRONT))
-    return uri, camera.config
+    return uri, camera.config, way
 
 
 def start_server(output, made):
@@ -68,6 +75,21 @@ def plan_with_all(report, plan, mesh_map):
         rows.append(plans.compared(planner.title, first[planner], again, mesh_map))
     report.table(plans.table(rows))
     return first
+
+
+def drive(report, driver, scene, planned):
+    """Let the robot go to the goal, which is compared with the plan in the report.
+
+    :param scene: start (3,), goal (3,), frame
+    :param planned: length of the path [m]
+    """
+    start, goal, frame = scene
+    with report.step("drive") as notes:
+        pose = navigation_node.pose(goal, frame, navigation_node.heading(start, goal))
+        way = driver.drive(pose, WAVE_FRONT.name, planned)
+        notes.append(f"{way.outcome}: {way.message}")
+    report.table(driven.table(way))
+    return way
 
 
 class Camera:

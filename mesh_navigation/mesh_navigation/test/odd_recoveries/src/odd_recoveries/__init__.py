@@ -1,0 +1,1 @@
+"""Recovery behaviors that misbehave, for tests."""
