@@ -35,9 +35,9 @@ class LayeredCosts:
     """Cost layers on one geometry, and their combination. All arrays are read-only.
 
     Changes (compute_layers, set_layer_parameters, refresh_layer, clear_layers, set_settings) may be
-    made from any thread, and are made one after the other. All else may be read meanwhile, never waits, and is as
-    it was before the change until the change is complete; only `params` of the layer in question
-    are new while it is evaluated.
+    made from any thread, and are made one after the other. All else may be read meanwhile, never
+    waits, and is as it was before the change until the change is complete; only `params` of the
+    layer in question are new while it is evaluated.
 
     Attributes:
         geometry: the mesh; may be shared with other maps.

@@ -197,9 +197,12 @@ class ClientsTest(unittest.TestCase):
         for number in range(150):
             thread, results = in_thread(self.navigator.go_to, stamped((1, 2, 3)))
             time.sleep(random.choice([0.0, 0.0002, 0.001, 0.003, 0.01]))
-            while thread.is_alive():  # it may not have begun when the first one comes
+
+            def ended():  # it may not have begun when the first cancel comes
                 self.navigator.cancel()
-                thread.join(0.002)
+                return not thread.is_alive()
+
+            wait_until(ended, f"the end of goal {number}", 30)
             (result,) = results
             self.assertEqual((result.name, result.succeeded), ("CANCELED", False), result)
             self.assertTrue(result.message)

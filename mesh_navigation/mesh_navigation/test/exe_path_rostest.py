@@ -233,7 +233,7 @@ class ExePathTest(unittest.TestCase):
 
     def test_cancels_at_random_times(self):
         rng, client = random.Random(4), BareClient("odd_drive")
-        for number in range(300):
+        for number in range(200):
             key = f"canceled {number}"
             client.send(key, controller=("", "slow", "go")[number % 3])
             time.sleep(rng.choice((0.0, rng.uniform(0.0, 0.01), rng.uniform(0.0, 0.1))))
@@ -249,7 +249,7 @@ class ExePathTest(unittest.TestCase):
 
     def test_storm_of_goals(self):
         rng, client, keys = random.Random(5), BareClient("odd_drive"), []
-        for number in range(300):
+        for number in range(200):
             keys.append(f"storm {number}")
             name = rng.choice(("", "", "go", "go", "outcome", "slow", "throwing", "nobody"))
             client.send(keys[-1], (rng.choice((0, 2, 3, 9)), 0.0), name)

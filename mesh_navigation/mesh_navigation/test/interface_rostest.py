@@ -123,7 +123,9 @@ class InterfaceTest(unittest.TestCase):
             mesh_map={"mesh_file": write_map(zoo.grid()), "layers": LAYERS},
             tf_timeout=0.3,
         )
-        cls.topics = {action: ActionTopics("move_base_flex", action) for action in ACTIONS}
+        cls.topics = {
+            action: ActionTopics("move_base_flex", action, cls.server) for action in ACTIONS
+        }
         rospy.wait_for_message(f"{NAME}/mesh_map/mesh", rospy.AnyMsg, TIMEOUT.to_sec())
         wait_until(lambda: "ready, map" in cls.server.output(), "the map")
 

@@ -305,7 +305,7 @@ class MoveBaseTest(unittest.TestCase):
         stop = rospy.Publisher("/server/exe_path/cancel", GoalID, queue_size=1)
         wait_until(stop.get_num_connections, "connection")
         self.reconfigure.update_configuration({"planner_frequency": 20.0})
-        for _ in range(20):
+        for _ in range(10):
             handle = self.send(controller="stands")
             rospy.wait_for_message("/server/move_base/feedback", MoveBaseActionFeedback, 60)
             time.sleep(rng.uniform(0.0, 0.1))

@@ -57,7 +57,8 @@ class NodeProcess:
 class ActionTopics:
     """The bare topics of one action; results and states by the goal's id."""
 
-    def __init__(self, node, action):
+    def __init__(self, node, action, process=None):
+        """Waits for the server; ``process`` is it, if its output may say why it does not come."""
         kind = ACTIONS[action]
         topic = f"/{node}/{action}"
         self.results = {}
@@ -68,7 +69,10 @@ class ActionTopics:
         self._cancel = rospy.Publisher(f"{topic}/cancel", GoalID, queue_size=1000)
         self._result = rospy.Subscriber(f"{topic}/result", result_type, self._note)
         self._ends = (self._goal, self._cancel, self._result)
-        wait_until(self.connected, f"connections to {topic}")
+        try:
+            wait_until(self.connected, f"connections to {topic}")
+        except AssertionError as error:
+            raise AssertionError(f"{error}: {process.output() if process else ''}") from error
 
     def connected(self):
         """Whether the server is there."""

@@ -66,7 +66,7 @@ class StormTest(unittest.TestCase):
         self.addCleanup(self.robot.kill)
         self.velocities = Velocities()
         self.addCleanup(self.velocities.close)
-        self.topics = {action: ActionTopics(self.name, action) for action in ACTIONS}
+        self.topics = {action: ActionTopics(self.name, action, self.server) for action in ACTIONS}
         for topics in self.topics.values():
             self.addCleanup(topics.close)
         self.keys = itertools.count()

@@ -115,6 +115,7 @@ class RecoveryTest(unittest.TestCase):
         self.check(given, REJECTED, 155, *words, used="dance")
         self.check(self.ask("unheard"), REJECTED, 155)
         self.assertIn("recovery behavior 'unheard' is skipped", self.node.output())
+        self.assertNotIn("cannot be reconfigured", self.node.output())
 
     def test_behaviors_that_fail(self):
         words = "throwing: ", "ZeroDivisionError: by zero"

@@ -228,6 +228,14 @@ def test_pose_comes_late_or_is_lost_for_a_while():
     assert set(during) == {STOP} and world.robot.time > 5.4
 
 
+def test_time_without_a_pose_is_not_the_controllers():
+    answers = [Command(0, "", FORWARD)] * 10 + [Command(100, "not yet"), Command(0, "", FORWARD)]
+    world = World(Told(*answers), controller_patience=1.0)
+    world.later(0.49, lambda: lose(world))
+    world.later(2.49, lambda: lose(world, ""))
+    assert world.run().outcome == 0
+
+
 def test_pose_is_lost_for_good():
     world = World(tf_timeout=2.0)
     world.later(1.0, lambda: lose(world))

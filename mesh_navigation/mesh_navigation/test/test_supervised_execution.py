@@ -11,6 +11,7 @@ from driving_fakes import FORWARD, TOLERANCES, PlaneRobot, Told, plan_to, values
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.clock import SystemClock
 from mesh_navigation.controller import Command
+from mesh_navigation.guarded_robot import GuardedRobot
 from mesh_navigation.outcomes import ExePathOutcome
 from mesh_navigation.robot import STOP
 from mesh_navigation.supervised_execution import SupervisedExecution
@@ -153,3 +154,17 @@ def test_a_new_plan():
     threading.Timer(0.3, world.execution.replace, [plan_to(0.6, 0.0), TOLERANCES]).start()
     result = world.run(goal=9.0)
     assert result.outcome == 0 and len(world.controller.plans) == 2
+
+
+def test_a_robot_that_is_taken_away_stands():
+    robot = LiveRobot()
+    guarded = GuardedRobot(robot)
+    guarded.drive(FORWARD)
+    assert robot.command == FORWARD and guarded.trail is robot.trail
+    guarded.close()
+    assert robot.command == STOP
+    robot.drive(FORWARD)
+    guarded.drive(STOP)
+    guarded.close()
+    assert robot.command == FORWARD
+    assert guarded.state().velocity == FORWARD

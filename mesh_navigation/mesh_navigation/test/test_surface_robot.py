@@ -177,6 +177,40 @@ def test_a_wall_is_climbed_or_stops_the_robot(flipped):
     assert (robot.velocity, robot.obstruction) == (STOP, "the surface is too steep here")
 
 
+def kerb(height, tilt=0.0):
+    """Two floors at y from 0 to 10, with a step up at x = 5, its side tilted by so much (m)."""
+    x = np.float32([0, 5, 5 + tilt, 10])
+    z = np.float32([0, 0, height, height])
+    vertices = [(x[i], y, z[i]) for y in (0, 10) for i in range(4)]
+    faces = [face for i in range(3) for face in ((i, i + 1, i + 5), (i, i + 5, i + 4))]
+    return MeshMap(np.float32(vertices), np.array(faces))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.6, -0.6])
+@pytest.mark.parametrize(
+    "height, tilt, passes", [(0.15, 0, True), (0.15, 0.05, True), (0.3, 0, False)]
+)
+def test_small_steps_are_climbed_both_ways(height, tilt, passes, yaw):
+    surface = kerb(height, tilt)
+    for begin, heading, speed in ((4.0, yaw, 1.0), (6.0, yaw, -1.0), (6.0, yaw + math.pi, 1.0)):
+        z = 0.0 if begin < 5 else height
+        robot = robot_at((begin, 5, z), heading, surface=surface, max_slope=1.0, max_step=0.2)
+        robot.step(Velocity(speed), 2.0)
+        assert (abs(robot.pose.position[2] - z) > 0.1) == passes
+        if not passes:
+            assert robot.obstruction == "the surface is too steep here"
+            assert robot.pose.position[0] == pytest.approx(5, abs=1e-6)
+        else:
+            assert robot.driven == pytest.approx(2, abs=1e-6)
+
+
+def test_a_steep_side_of_a_hill_is_no_step():
+    surface = kerb(4.0, 1.0)
+    robot = robot_at((4.0, 5, 0), surface=surface, max_slope=1.0, max_step=0.2)
+    robot.step(Velocity(1.0), 3.0)
+    assert robot.pose.position == pytest.approx([5, 5, 0], abs=1e-6)
+
+
 def test_robots_stay_on_a_sphere_and_come_round_it():
     sphere = zoo.sphere()
     surface = MeshMap(sphere.vertices, sphere.faces)

@@ -33,11 +33,12 @@ def main() -> int:
     parser.add_argument("--planner", default="wave_front", help="of the drives")
     parser.add_argument("--faces", type=int, default=2_000_000, help="of the large map")
     parser.add_argument("--minutes", type=float, default=2.0, help="that the server drives")
+    parser.add_argument("--plans", type=int, default=500, help="over which memory is watched")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
     parser.add_argument("--json", metavar="FILE", help="also write the figures there")
     options = parser.parse_args()
-    if options.drives < 1 or not options.minutes > 0:
-        parser.error("at least 1 drive, and more than 0 minutes")
+    if options.drives < 1 or options.plans < 1 or not options.minutes > 0:
+        parser.error("at least 1 drive, 1 plan, and more than 0 minutes")
     found: Dict[str, Any] = {}
     failed = False
     if "drives" in options.only:
@@ -50,7 +51,7 @@ def main() -> int:
     if "cycles" in options.only:
         timed += cycles.cycles(options.faces, TIMED)
     if "server" in options.only:
-        timed += server_ros.measure(options.faces, options.minutes)
+        timed += server_ros.measure(options.faces, options.minutes, options.plans)
     if timed:
         print(figures.table(timed))
     found["figures"] = [figure._asdict() for figure in timed]

@@ -17,8 +17,8 @@ from mesh_navigation.map_loading import load_map
 from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.plan_execution import PlanExecution
 from mesh_navigation.planner import MeshPlanner
-from mesh_navigation.planner_list import DEFAULT_PLANNERS, PlannerList
 from mesh_navigation.planning import SHORT_NAMES, make_planner
+from mesh_navigation.plugin_list import PLANNERS, PluginList
 from mesh_navigation.pose import Pose
 from mesh_navigation.slots import ConcurrencySlots
 
@@ -322,14 +322,15 @@ def test_a_planner_that_throws_is_an_internal_error(world, planner, monkeypatch)
         ({"name": "layer", "type": "mesh_layers/HeightDiffLayer"}, "mesh_layers/HeightDiffLayer"),
         ({"name": "no type"}, "no {name, type}"),
         ({"name": "a b", "type": "wave_front_planner/WaveFrontPlanner"}, "no name of letters"),
-        (dict(DEFAULT_PLANNERS[0]), "before it"),
+        (dict(PLANNERS.default[0]), "before it"),
     ],
 )
 def test_one_odd_plugin_leaves_the_others(world, entry, words):
-    found = PlannerList([*DEFAULT_PLANNERS, entry])
-    assert found.names == [each["name"] for each in DEFAULT_PLANNERS]
+    found = PluginList(PLANNERS, [*PLANNERS.default, entry])
+    assert found.names == [each["name"] for each in PLANNERS.default]
     assert len(found.complaints) == 1 and words in found.complaints[0]
-    assert all(isinstance(found[name], MeshPlanner) for name in found.names)
+    prepared = found.prepared(world.map)
+    assert all(isinstance(prepared[name], MeshPlanner) for name in found.names)
 
 
 @every_planner

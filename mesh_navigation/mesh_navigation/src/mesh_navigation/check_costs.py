@@ -115,18 +115,17 @@ class CostChecks:
         factors = factors.checked()
         footprint = None if path_only else self._shape.footprint(distance)
         indices = np.arange(0, len(poses), skip_poses + 1)
-        worst, last, seen = State.FREE, 0, []
+        worst, last, seen = State.FREE, 0, np.zeros(len(self._costs), np.bool_)
         for begin in range(0, len(indices), _AT_ONCE):
             chosen = indices[begin : begin + _AT_ONCE]
             states, rows = self._along(poses, chosen, footprint, path_only)
             ends = np.flatnonzero(states >= return_on) if return_on > 0 else chosen[:0]
             count = int(ends[0]) + 1 if len(ends) else len(chosen)
             worst, last = max(worst, State(states[:count].max())), int(chosen[count - 1])
-            seen.append(np.unique(rows.vertices[: rows.offsets[count]]))
+            seen[rows.vertices[: rows.offsets[count]]] = True
             if len(ends):
                 break
-        vertices = np.unique(np.concatenate(seen)).astype(np.int64)
-        return PathCheck(last, int(worst), total(self._costs[vertices], self._limit, factors))
+        return PathCheck(last, int(worst), total(self._costs[seen], self._limit, factors))
 
     def _along(
         self, poses: np.ndarray, chosen: np.ndarray, footprint: Optional[Footprint], path_only: bool
@@ -163,8 +162,10 @@ class CostChecks:
         matrices = standing_poses(self._map.geometry, poses[:, 3:], carried)
         rows = self._map.queries.vertices_under(footprint, matrices)
         states = np.full(len(poses), State.FREE, np.uint8)
-        owners = np.repeat(np.arange(len(poses)), np.diff(rows.offsets.astype(np.int64)))
-        np.maximum.at(states, owners, self._states(rows.vertices))
+        begins, ends = rows.offsets[:-1].astype(np.int64), rows.offsets[1:].astype(np.int64)
+        covers = begins < ends
+        if covers.any():
+            states[covers] = np.maximum.reduceat(self._states(rows.vertices), begins[covers])
         states[self._is_beyond(matrices, footprint)] = State.OUTSIDE
         return states, rows
 

@@ -30,20 +30,28 @@ class Guide:
     """Of one plan."""
 
     def __init__(
-        self, geometry: MeshGeometry, plan: ControllerPlan, distance: float, clearance: float
+        self,
+        geometry: MeshGeometry,
+        plan: ControllerPlan,
+        costs: np.ndarray,
+        distance: float,
+        clearance: float,
     ) -> None:
         """Args:
             geometry: of the map.
             plan: what is to be followed.
+            costs: (V,) of the map.
             distance: of its poses from the surface that is allowed (m).
             clearance: by which corners of its path are rounded (m).
 
         Raises:
             ControlFailure: INVALID_PATH, a pose is off the map.
         """
-        self.track = Track(geometry, plan.poses[:, :3], distance, clearance)
+        self.track = Track(geometry, plan.poses[:, :3], costs, distance, clearance)
         self._field = plan.field
-        self._tracer: Optional[FieldTracer] = None if plan.field is None else FieldTracer.of(geometry)
+        self._tracer: Optional[FieldTracer] = (
+            None if plan.field is None else FieldTracer.of(geometry)
+        )
 
     def way(
         self, standing: Standing, follow_field: bool, length: float, max_distance: float

@@ -50,9 +50,7 @@ class MeshController(Controller):
     current_angle: float = 0.0
     """From the robot's heading to where it shall look (rad), to the left positive."""
 
-    def initialize(
-        self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}
-    ) -> List[str]:
+    def initialize(self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}) -> List[str]:
         complaints = super().initialize(name, mesh_map, given)
         mesh_map.spatial_index, mesh_map.geometry.walker  # now rather than in the first cycle
         FieldTracer.of(mesh_map.geometry)
@@ -69,7 +67,11 @@ class MeshController(Controller):
     def set_plan(self, plan: ControllerPlan) -> None:
         values = self.values
         self._guide = Guide(
-            self.map.geometry, plan, values["max_search_distance"], values["side_clearance"]
+            self.map.geometry,
+            plan,
+            self.map.planning_costs().costs,
+            values["max_search_distance"],
+            values["side_clearance"],
         )
         self._goal = self._guide.track.goal
         self._goal_heading = plan.goal.heading

@@ -21,6 +21,8 @@ PARAMETERS = (
     Parameter("max_search_radius", 0.4, 0.01, 2.0, "around where it was, for the surface (m)"),
     Parameter("max_search_distance", 0.4, 0.01, 2.0, "from the surface, still on the map (m)"),
     Parameter("turn_to_goal_heading", True, description="turns to the goal's heading at the end"),
-    Parameter("stuck_timeout", 4.0, 0.0, 60.0, "told to move, but not moving (s), 0: not looked at"),
+    Parameter(
+        "stuck_timeout", 4.0, 0.0, 60.0, "told to move, but not moving (s), 0: not looked at"
+    ),
     Parameter("follow", FIELD, description="of the plan: field or path", choices=(FIELD, PATH)),
 )

@@ -6,9 +6,9 @@ import math
 def braking_speed(distance: float, deceleration: float, period: float) -> float:
     """The highest speed at which one still stops within a distance.
 
-    The speed holds for one period, then falls by ``deceleration * period`` each period: from v in n
-    = v / (deceleration * period) periods, on a way of v period (n + 1) / 2. Never more than what
-    arrives with the next period. The same for angles.
+    The speed holds for one period, then falls by ``deceleration * period`` each period until it is
+    0: m speeds v, v - a T, v - 2 a T and so on lead m v T - a T^2 m (m - 1) / 2 far. The same for
+    angles.
 
     Args:
         distance: m, or rad.
@@ -17,9 +17,11 @@ def braking_speed(distance: float, deceleration: float, period: float) -> float:
     """
     if not distance > 0.0:
         return 0.0
-    half_step = deceleration * period / 2
-    speed = math.sqrt(half_step * half_step + 2 * deceleration * distance) - half_step
-    return min(speed, distance / period)
+    if math.isinf(distance):
+        return math.inf
+    step = deceleration * period
+    count = max(math.ceil((math.sqrt(1 + 8 * distance / (step * period)) - 1) / 2), 1)
+    return (distance / period + step * count * (count - 1) / 2) / count
 
 
 def stopping_distance(speed: float, deceleration: float, period: float) -> float:

@@ -61,9 +61,7 @@ def steer(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float
     )
 
 
-def _slowed_down(
-    carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float
-) -> float:
+def _slowed_down(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float) -> float:
     """The speed that arrival, what blocks the way and a carrot that is near allow."""
     brakes, slowest = values["max_lin_acceleration"], values["min_lin_velocity"]
     speed = values["max_lin_velocity"]

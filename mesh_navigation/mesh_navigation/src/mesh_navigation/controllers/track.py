@@ -1,6 +1,6 @@
 """A plan's path, laid over the surface, and how far along it the robot is."""
 
-from typing import Any, NamedTuple, Tuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from mesh_map.walk import WalkEnd
 
 from mesh_navigation.controller import ControlFailure
 from mesh_navigation.controllers.barycentric import inside
+from mesh_navigation.controllers.ground import Ground
 from mesh_navigation.controllers.rounding import rounded
 from mesh_navigation.controllers.standing import MAX_STEPS, SAME_SHEET
 from mesh_navigation.controllers.way import Way
@@ -37,11 +38,17 @@ class Track:
     """One path; remembers where on it the robot was, so that ways that cross are told apart."""
 
     def __init__(
-        self, geometry: MeshGeometry, positions: np.ndarray, distance: float, clearance: float
+        self,
+        geometry: MeshGeometry,
+        positions: np.ndarray,
+        costs: np.ndarray,
+        distance: float,
+        clearance: float,
     ) -> None:
         """Args:
             geometry: of the map.
             positions: (N,3) m, of the path's poses.
+            costs: (V,) of the map: corners are not rounded onto blocked ground.
             distance: from the surface that is allowed (m).
             clearance: by which corners are rounded (m).
 
@@ -49,7 +56,7 @@ class Track:
             ControlFailure: INVALID_PATH, a pose is off the map.
         """
         self._geometry = geometry
-        places = rounded(geometry, _places(geometry, positions, distance), clearance)
+        places = _places(geometry, positions, distance)
         last = len(positions) - 1
         self.goal = SurfacePoint(
             int(places.faces[last]),
@@ -57,8 +64,12 @@ class Track:
             places.barycentric[last],
             float(places.distances[last]),
         )
-        points, faces = _laid_out(geometry, places)
-        self._way = Way.through(points, faces, arrives=True)
+        self._way = _laid_out(geometry, places)
+        ground = Ground(geometry, costs, self.goal.face, self.goal.position)
+        if clearance > 0.0 and len(positions) > 2:
+            wide = _laid_out(geometry, rounded(geometry, places, clearance))
+            if is_free(ground, wide):
+                self._way = wide
         self._travelled = -1.0  # not known yet
 
     def nearest(self, position: np.ndarray, max_distance: float) -> Nearest:
@@ -149,7 +160,16 @@ def _places(geometry: MeshGeometry, positions: np.ndarray, distance: float) -> S
     )
 
 
-def _laid_out(geometry: MeshGeometry, places: SurfacePoints) -> Tuple[np.ndarray, np.ndarray]:
+def is_free(ground: Ground, way: Way) -> bool:
+    """Whether all of a way can be driven: no part is blocked or leaves the surface."""
+    if not len(way.faces):
+        return True
+    return bool(np.all(way.faces != NO_FACE)) and (
+        ground.first_blocked(way.points, way.faces) is None
+    )
+
+
+def _laid_out(geometry: MeshGeometry, places: SurfacePoints) -> Way:
     """The polyline through places, over the faces between them; where the surface does not lead
     from one to the next, straight, without a face."""
     starts = SurfacePoints(*(column[:-1] for column in places))
@@ -174,4 +194,4 @@ def _laid_out(geometry: MeshGeometry, places: SurfacePoints) -> Tuple[np.ndarray
                 points.append(target)
                 same = places.faces[index] == places.faces[index + 1]
                 faces.append(np.array([places.faces[index] if same else NO_FACE], dtype=np.int64))
-    return np.concatenate(points), np.concatenate(faces)
+    return Way.through(np.concatenate(points), np.concatenate(faces), arrives=True)

@@ -22,6 +22,7 @@ ROBOT_PARAMETERS = (
     Parameter("max_acceleration", 2.5, 0.01, 1000.0, "m/s^2"),
     Parameter("max_turn_acceleration", 6.0, 0.01, 1000.0, "rad/s^2"),
     Parameter("max_slope", 1.0, 0.0, 3.2, "steeper faces stop the robot (rad)"),
+    Parameter("max_step", 0.2, 0.0, 10.0, "but sides of steps do not that are not higher (m)"),
     Parameter("cmd_vel_timeout", 0.5, 0.0, 100.0, "it stops without a command for so long (s)"),
     Parameter("slip", 0.0, 0.0, 1.0, "share of what the wheels turn that does not move it"),
     Parameter("motion_noise", 0.0, 0.0, 1.0, "m after 1 m, rad after 1 rad (standard deviation)"),

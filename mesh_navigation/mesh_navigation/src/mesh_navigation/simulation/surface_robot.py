@@ -12,6 +12,7 @@ from mesh_map.walk import SurfaceWalk, WalkEnd
 from mesh_navigation.pose import Pose, multiply, quaternions_from_axes, rotate, vector_text
 from mesh_navigation.robot import Velocity
 from mesh_navigation.simulation.motion_noise import Motion, MotionNoise
+from mesh_navigation.simulation.steep_ground import SteepGround
 from mesh_navigation.simulation.wheels import BaseLimits, Wheels
 from mesh_navigation.up_normals import face_up_normals
 
@@ -43,6 +44,7 @@ class SurfaceRobot:
         odometry_noise: float = 0.0,
         limits: BaseLimits = BaseLimits(),
         max_slope: Optional[float] = None,
+        max_step: float = 0.2,
         is_free: Callable[[np.ndarray], bool] = lambda position: True,
     ) -> None:
         """
@@ -55,6 +57,7 @@ class SurfaceRobot:
             odometry_noise: of what wheels count.
             limits: of its base.
             max_slope: rad; it does not enter faces that are steeper. None: it climbs walls, too.
+            max_step: m; with max_slope: sides of steps that are not higher do not stop it.
             is_free: whether a place (3,) is not within something else; it does not go there.
         """
         self.geometry: MeshGeometry = getattr(surface, "geometry", surface)
@@ -64,7 +67,7 @@ class SurfaceRobot:
         self._noise = MotionNoise(noise, seed)
         self._counting = MotionNoise(odometry_noise, seed + 1)
         self._wheels = Wheels(limits)
-        self._may_enter = None if max_slope is None else _gentle(self.geometry, max_slope)
+        self._ground = SteepGround(self.geometry, max_slope, max_step)
         self.is_free = is_free
         self.obstruction = ""
         """What stopped it in the last step in which it was to go somewhere; empty: nothing."""
@@ -145,7 +148,7 @@ class SurfaceRobot:
         if not length:
             self._place = start.turned(turn)
             return 1.0
-        walk = self.geometry.walker.walk(start=start, length=length, mask=self._may_enter)
+        walk = self._ground.walk(start, length)
         self.obstruction = _OBSTRUCTIONS.get(walk.end, "")
         if walk.end == WalkEnd.NOWHERE or self._runs_into(walk, start):
             walk = start._replace(length=0.0)
@@ -202,9 +205,3 @@ def _turned(vector: np.ndarray, angle: float) -> np.ndarray:
 
 def _yaw(heading: np.ndarray) -> float:
     return math.atan2(heading[1], heading[0])
-
-
-def _gentle(geometry: MeshGeometry, max_slope: float) -> np.ndarray:
-    """(F,) bool: faces that are not steeper (rad), whichever way they are wound."""
-    upward = np.abs(geometry.face_normals @ geometry.up)
-    return (upward >= math.cos(max_slope) - 1e-6) | geometry.faces_without_area

@@ -2,6 +2,7 @@
 
 import queue
 import sys
+import time
 from typing import Any, Callable, Mapping, Optional, Sequence
 
 import rospy
@@ -29,6 +30,7 @@ from mesh_navigation.simulation.step_time_ros import step_time
 from mesh_navigation.simulation.surface_robot import SurfaceRobot
 from mesh_navigation.simulation.wheels import BaseLimits
 
+SILENCE = 5.0  # s after a warning; a robot that tries again is stopped again
 BUMPER = 0.1  # m above the surface, where obstacles stop the robot
 
 
@@ -50,7 +52,7 @@ class SurfaceRobotNode:
         self._robot: Optional[SimulatedRobot] = None
         self._scan: Optional[SimulatedScan] = None
         self._scan_left = 0.0
-        self._obstruction = ""
+        self._obstruction, self._silent_until = "", 0.0
 
     def run(self) -> None:
         """Simulate until the node is shut down.
@@ -71,16 +73,16 @@ class SurfaceRobotNode:
             )
             text = "%s: waiting for the map on %s (or set _mesh_file:=...)"
             rospy.loginfo(text, rospy.get_name(), topic.name)
-        time = step_time(values["rate"], values["publish_clock"], values["real_time_factor"])
+        steps = step_time(values["rate"], values["publish_clock"], values["real_time_factor"])
         self._topics.tell_frames()
         while not rospy.is_shutdown():
-            seconds, stamp = time.wait(self._stop)
+            seconds, stamp = steps.wait(self._stop)
             if self._stop.canceled:
                 return
             self._do_jobs()
             if self._robot is not None and self._scan is not None:
                 self._step(self._robot, self._scan, seconds, stamp)
-            time.tell()
+            steps.tell()
 
     def _step(
         self, robot: SimulatedRobot, scan: SimulatedScan, seconds: float, stamp: rospy.Time
@@ -96,8 +98,10 @@ class SurfaceRobotNode:
                 self._topics.tell_cloud(scan.cloud(pose, self._markers.obstacles), stamp)
 
     def _say_obstruction(self, obstruction: str) -> None:
-        if obstruction and obstruction != self._obstruction:
+        now = time.monotonic()
+        if obstruction and obstruction != self._obstruction and now >= self._silent_until:
             rospy.logwarn("%s: the robot does not get on: %s", rospy.get_name(), obstruction)
+            self._silent_until = now + SILENCE
         self._obstruction = obstruction
 
     def _take_map(self, mesh_map: MeshMap) -> None:
@@ -151,6 +155,7 @@ class SurfaceRobotNode:
                     values["max_turn_acceleration"],
                 ),
                 max_slope=values["max_slope"],
+                max_step=values["max_step"],
                 is_free=self._is_free,
             )
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from mesh_map.mesh_map import MeshMap
-from mesh_navigation.pose import Pose, rotate
+from mesh_navigation.pose import Pose
 from scipy.spatial import cKDTree
 
 
@@ -74,16 +74,20 @@ class Arrival(NamedTuple):
 
 
 def arrival(pose: np.ndarray, goal: Pose, mesh_map: MeshMap) -> Arrival:
-    """Of a pose (7,), which lies on the surface. The goal's heading is brought onto the ground, as
-    no robot can look up or down from it."""
-    found = mesh_map.spatial_index.closest(point=pose[:3])
+    """Of a pose (7,), which lies on the surface. The goal's heading is brought onto the ground
+    there, then onto that of the robot, as no robot can look up or down from it."""
+    wanted = _along_ground(goal.heading, goal.position, mesh_map)
+    ends = Pose(pose[:3], pose[3:])
+    found, wanted = (_along_ground(x, ends.position, mesh_map) for x in (ends.heading, wanted))
+    angle = float(np.arccos(np.clip(found @ wanted, -1.0, 1.0)))
+    return Arrival(float(np.linalg.norm(ends.position - goal.position)), angle)
+
+
+def _along_ground(direction: np.ndarray, position: np.ndarray, mesh_map: MeshMap) -> np.ndarray:
+    """(3,) of length 1, in the plane of the face that is nearest to a position."""
+    found = mesh_map.spatial_index.closest(point=position)
     a, b, c = mesh_map.vertices[mesh_map.faces[found.face]].astype(np.float64)
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal)
-    headings = []
-    for quaternion in (pose[3:], goal.orientation):
-        x = rotate(quaternion, np.array([1.0, 0.0, 0.0]))
-        x = x - (x @ normal) * normal
-        headings.append(x / np.linalg.norm(x))
-    angle = float(np.arccos(np.clip(headings[0] @ headings[1], -1.0, 1.0)))
-    return Arrival(float(np.linalg.norm(pose[:3] - goal.position)), angle)
+    along = direction - (direction @ normal) * normal
+    return along / np.linalg.norm(along)

@@ -30,7 +30,6 @@ from mesh_tools_test.spatial.figures import Figure
 
 PERIOD = 0.05  # s, of control cycles
 PATIENCE = 300.0  # s, for anything
-PLANS = 500  # over which the memory is watched
 COMPARED = 20  # plans whose times are compared
 LATE_SHARE, CYCLE, OVERHEAD = 0.1, 5.0, 50.0  # floors: %, ms, ms
 DRIVEN_LONG = 60.0  # s: floors do not hold for less
@@ -47,7 +46,7 @@ class Control(NamedTuple):
     """Of the drives that ended."""
 
 
-def measure(faces: int, minutes: float, plans: int = PLANS) -> List[Figure]:
+def measure(faces: int, minutes: float, plans: int) -> List[Figure]:
     """All of it; can be called once in a process."""
     with tempfile.TemporaryDirectory() as folder, private_master(os.environ) as environment:
         server_nodes.own_environment(environment)

@@ -2,7 +2,7 @@
 
 import os
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Optional
+from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
 from mesh_map.mesh_map import MeshMap
@@ -14,7 +14,6 @@ from scipy.sparse.csgraph import connected_components
 
 INSCRIBED_RADIUS, INFLATION_RADIUS = 0.3, 0.8  # m, of the robot, and what it keeps clear of
 COST_LIMIT = 1.0  # of the planners, by default
-STOREY = 3.0  # m from floor to floor in the car park
 
 
 class DrivingWorld:
@@ -28,11 +27,11 @@ class DrivingWorld:
             lead from one to the other.
     """
 
-    def __init__(self, name: str, mesh_map: MeshMap, heights: Optional[NamedTuple] = None) -> None:
+    def __init__(self, name: str, mesh_map: MeshMap, heights: Sequence[float] = ()) -> None:
         self.name, self.mesh_map = name, mesh_map
         self.faces = connected_open_faces(mesh_map)
         self.storeys: Optional[List[np.ndarray]] = None
-        if heights is not None:
+        if heights:
             z = mesh_map.vertices[mesh_map.faces[self.faces]][:, :, 2]
             self.storeys = [self.faces[(z == height).all(axis=1)] for height in heights]
 
@@ -102,11 +101,16 @@ def outdoor(faces: int = 60_000) -> DrivingWorld:
     )
 
 
-def car_park(cells: int = 48) -> DrivingWorld:
-    """Two floors of 24 m above each other, joined by a ramp; all trips go from one to the other."""
-    world = zoo.two_storeys(cells=cells, size=24.0, height=STOREY)
+def car_park(size: float = 24.0, cells: int = 48) -> DrivingWorld:
+    """Two square floors above each other, joined by a ramp; all trips go from one to the other.
+
+    Args:
+        size: m, of a side; the upper floor is at an eighth of it, so that the ramp is as gentle.
+        cells: along a side.
+    """
+    world = zoo.two_storeys(cells=cells, size=size, height=size / 8)
     mesh_map = with_layers(MeshMap(world.vertices, world.faces), robot_layers())
-    return DrivingWorld("two storeys", mesh_map, (0.0, STOREY))
+    return DrivingWorld("two storeys", mesh_map, (0.0, size / 8))
 
 
 def tray(path: Path) -> DrivingWorld:

@@ -6,7 +6,8 @@ import numpy as np
 from mesh_map.plugins import find_class
 from mesh_map.wave_front import WaveFrontSolver
 from mesh_navigation.planner import MeshPlanner, PlanResult
-from mesh_navigation.planner_list import BASE_CLASS
+from mesh_navigation.plugin_list import PLANNERS as PLANNER_PLUGINS
+from mesh_navigation.plugin_list import find_plugin
 from mesh_navigation.pose import Pose
 
 from mesh_tools_test.planning.world import CostedMap, PlanningWorld, patch
@@ -23,7 +24,7 @@ FLOOR = 30.0  # ms, of a plan to a goal 17 m away
 
 def planner_on(mesh_map: Any, kind: str, **parameters: Any) -> MeshPlanner:
     """A planner, ready."""
-    made = find_class("mesh_navigation", BASE_CLASS, kind)()
+    made = find_plugin(PLANNER_PLUGINS, kind)
     complaints = made.initialize("benchmark", mesh_map, parameters)
     if complaints:
         raise RuntimeError("; ".join(complaints))
