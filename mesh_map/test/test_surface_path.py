@@ -68,6 +68,26 @@ def test_every_reachable_pair_on_rough_ground(world, noise, goals):
     assert abs(np.median(ratios) - 1.0) < 0.005
 
 
+def test_a_way_that_is_cut_off_is_the_beginning_of_the_whole(world):
+    geometry = with_noise(world, 0.005)
+    tracer, solver = FieldTracer.of(geometry), WaveFrontSolver.of(geometry)
+    rng = np.random.default_rng(8)
+    (goal,) = random_points(geometry, rng, 1)
+    field = solver.solve(goal)
+    for start in random_points(geometry, rng, 20):
+        whole = tracer.path(field, start)
+        for length in (0.0, 0.3 * whole.length, 0.6, 2 * whole.length):
+            part = tracer.path(field, start, max_length=length)
+            assert part.length == pytest.approx(min(length, whole.length))
+            kept = len(part.points) - 1
+            assert np.array_equal(part.points[:kept], whole.points[:kept])
+            assert np.array_equal(part.faces, whole.faces[:kept])
+            assert np.array_equal(part.potentials[:kept], whole.potentials[:kept])
+    for wrong in (-1.0, np.nan):
+        with pytest.raises(ValueError, match="length"):
+            tracer.path(field, start, max_length=wrong)
+
+
 def test_around_closed_ground_and_through_costs(world):
     geometry = with_noise(world, 0.005)
     tracer, solver = FieldTracer.of(geometry), WaveFrontSolver.of(geometry)

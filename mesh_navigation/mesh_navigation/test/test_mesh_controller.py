@@ -1,4 +1,4 @@
-"""The mesh controller arrives, everywhere, with position and heading, and never on blocked ground."""
+"""The mesh controller arrives, in position and heading, and never drives on blocked ground."""
 
 import numpy as np
 import pytest

@@ -77,6 +77,20 @@ def test_a_robot_that_does_not_move_is_stuck():
     assert command_at(controller, Pose.at([2.2, 5.1, 0.0]), 5.1).outcome == 0
 
 
+def test_a_robot_that_turns_round_and_round_is_stuck():
+    controller = following(MapWithCosts(GRID), plan_on())
+    yaws = np.tile([1.0, 1.0, -1.0, -1.0], 60)
+    times, outcomes = 0.2 * np.arange(len(yaws)), []
+    for time, yaw in zip(times, yaws):
+        try:
+            outcomes.append(command_at(controller, Pose.at([2, 5.1, 0], yaw), time).outcome)
+        except ControlFailure as stuck:
+            assert stuck.outcome == ExePathOutcome.ROBOT_STUCK
+            assert "turns without getting on" in stuck.message
+            break
+    assert len(outcomes) > 100
+
+
 def test_no_speed_is_no_command():
     controller = following(MapWithCosts(GRID), plan_on(), max_lin_velocity=0.0)
     found = failure(controller, START)

@@ -325,11 +325,12 @@ def test_a_planner_that_throws_is_an_internal_error(world, planner, monkeypatch)
         (dict(PLANNERS.default[0]), "before it"),
     ],
 )
-def test_one_odd_plugin_leaves_the_others(world, entry, words):
+def test_one_odd_plugin_leaves_the_others(entry, words):
     found = PluginList(PLANNERS, [*PLANNERS.default, entry])
     assert found.names == [each["name"] for each in PLANNERS.default]
     assert len(found.complaints) == 1 and words in found.complaints[0]
-    prepared = found.prepared(world.map)
+    mesh = zoo.grid(cells=2)
+    prepared = found.prepared(MeshMap(mesh.vertices, mesh.faces))
     assert all(isinstance(prepared[name], MeshPlanner) for name in found.names)
 
 

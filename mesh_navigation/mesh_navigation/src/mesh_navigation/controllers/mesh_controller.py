@@ -21,7 +21,6 @@ from mesh_navigation.controllers.speeds import approached, stopping_distance
 from mesh_navigation.controllers.standing import MAX_STEPS, Locator, Standing
 from mesh_navigation.controllers.steering import SHARP, Ahead, steer, turning_speed
 from mesh_navigation.controllers.stuck import StuckWatch
-from mesh_navigation.controllers.way import Way
 from mesh_navigation.outcomes import ExePathOutcome
 from mesh_navigation.pose import vector_text
 from mesh_navigation.robot import STOP, RobotState, Velocity
@@ -39,8 +38,8 @@ class MeshController(Controller):
     """Drives along the field of its plan, or along the path, to the goal and its heading.
 
     In each cycle it finds where the robot stands on the surface, the way from there, and the
-    farthest point of it, up to lookahead_distance, to which a straight line over the surface crosses
-    nothing blocked (the carrot), and drives an arc to that. It slows down on arrival, before
+    farthest point of it, up to lookahead_distance, to which a straight line over the surface
+    crosses nothing blocked (the carrot), and drives an arc to that. It slows down on arrival, before
     surface that is blocked by now, and where the arc would leave free ground; where it has stopped,
     it fails with BLOCKED_PATH. A robot that was pushed away goes on from where it is.
     """
@@ -73,13 +72,18 @@ class MeshController(Controller):
             values["max_search_distance"],
             values["side_clearance"],
         )
-        self._goal = self._guide.track.goal
-        self._goal_heading = plan.goal.heading
+        goal, heading = self._guide.track.goal, plan.goal.heading
+        if self._watch is None:
+            self._watch = StuckWatch()
+        elif (
+            math.dist(goal.position, self._goal.position) > _NEAR
+            or heading @ self._goal_heading < 0.99
+        ):
+            self._watch.take_new_goal()  # all else stays: a newer plan sets no stuck robot free
+        self._goal, self._goal_heading = goal, heading
         self._is_turning = False
         self._tolerance = 0.0
         self._remark = ""
-        if self._watch is None:  # a newer plan does not set a stuck robot free
-            self._watch = StuckWatch()
 
     def is_goal_reached(
         self, state: RobotState, dist_tolerance: float, angle_tolerance: float
@@ -256,11 +260,7 @@ class MeshController(Controller):
         return Velocity(x=min(x, values["max_lin_velocity"]), yaw=yaw)
 
     def _stuck_text(self, standing: Standing) -> str:
-        watch = self._watch
-        return (
-            f"the robot at {vector_text(standing.position)} does not move: in {watch.seconds:.1f} s"
-            f" it was told to drive {watch.length:.2f} m and to turn {watch.angle:.2f} rad"
-        )
+        return f"the robot at {vector_text(standing.position)} {self._watch.text()}"
 
 
 def _arc_length(carrot: Carrot) -> float:

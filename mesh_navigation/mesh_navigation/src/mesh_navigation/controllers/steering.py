@@ -33,8 +33,9 @@ def steer(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float
     The released law: speed falls from max_lin_velocity to 0 while the angle to the carrot grows
     from 0 to max_angle, and it turns by max_ang_velocity / pi for each radian; both times a factor,
     within their limits. Completed: it never turns more slowly than the arc to the carrot needs
-    (pure pursuit: 2 v sin(angle) / distance), drives only as fast as it can turn for that arc, and
-    turns on the spot as fast as it may.
+    (pure pursuit: 2 v sin(angle) / distance) nor, where it is slow for a large angle, than nearly as on
+    the spot; it drives only as fast as it can turn for that arc, and turns on the spot as fast as it
+    may.
 
     Args:
         carrot: where to look.
@@ -55,6 +56,9 @@ def steer(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float
     if speed <= 0.0:
         return Velocity(yaw=math.copysign(spot, carrot.angle))
     law = angle * values["max_ang_velocity"] / math.pi * values["ang_vel_factor"]
+    # The nearer to max_angle, the slower it drives, so the more it turns as on the spot: else it
+    # would creep around corners with an angle just below max_angle.
+    law = max(law, spot * angle / max_angle)
     turn = min(max(law, bend * speed), max(spot, bend * speed))
     return Velocity(
         x=speed, yaw=math.copysign(limited(turn, values["max_ang_velocity"]), carrot.angle)

@@ -1,5 +1,6 @@
 """Whether a robot moves at all when it is told to."""
 
+import math
 from typing import Optional
 
 from mesh_navigation.controllers.standing import Standing
@@ -8,6 +9,7 @@ from mesh_navigation.robot import Velocity
 
 MOVED = 0.05  # m that count as moving
 TURNED = 0.1  # rad that count as moving
+ROUND_AND_ROUND = 4 * math.pi  # rad on one spot; no goal needs more than half a turn
 
 
 class StuckWatch:
@@ -15,16 +17,25 @@ class StuckWatch:
 
     def __init__(self) -> None:
         self._since: Optional[Standing] = None
+        self._spot: Optional[Standing] = None
+        self.turned = 0.0
         self._forget()
 
     def _forget(self) -> None:
         self.seconds, self.length, self.angle = 0.0, 0.0, 0.0
+
+    def take_new_goal(self) -> None:
+        """Turns on the spot for other goals do not count."""
+        self.turned = 0.0
 
     def look(self, standing: Standing) -> None:
         """Note where the robot is; once per cycle."""
         if self._since is None or _has_moved(self._since, standing):
             self._since = standing
             self._forget()
+        if self._spot is None or math.dist(self._spot.position, standing.position) > 2 * MOVED:
+            self._spot = standing
+            self.turned = 0.0
 
     def commanded(self, velocity: Velocity, period: float) -> None:
         """Note what it was told to do for one period (s)."""
@@ -32,11 +43,23 @@ class StuckWatch:
             self.seconds += period
             self.length += abs(velocity.x) * period
             self.angle += abs(velocity.yaw) * period
+            self.turned += abs(velocity.yaw) * period
 
     def is_stuck(self, timeout: float) -> bool:
-        """Whether it did not move, told to for this long (s; 0: never), far enough to see it."""
+        """Whether it did not move, told to for this long (s), far enough to see it; or turned
+        round and round on one spot. Never with a timeout of 0."""
         enough = self.length > 2 * MOVED or self.angle > 2 * TURNED
-        return 0.0 < timeout <= self.seconds and enough
+        stands = timeout <= self.seconds and enough
+        return timeout > 0.0 and (stands or self.turned > ROUND_AND_ROUND)
+
+    def text(self) -> str:
+        """What was seen, as the end of a sentence."""
+        if self.turned > ROUND_AND_ROUND:
+            return f"turns without getting on: {self.turned:.1f} rad within {2 * MOVED:.2f} m"
+        return (
+            f"does not move: in {self.seconds:.1f} s it was told to drive {self.length:.2f} m and "
+            f"to turn {self.angle:.2f} rad"
+        )
 
 
 def _has_moved(before: Standing, now: Standing) -> bool:

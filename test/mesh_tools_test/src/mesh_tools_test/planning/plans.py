@@ -3,7 +3,6 @@
 from typing import Any, Callable, Dict, List
 
 import numpy as np
-from mesh_map.plugins import find_class
 from mesh_map.wave_front import WaveFrontSolver
 from mesh_navigation.planner import MeshPlanner, PlanResult
 from mesh_navigation.plugin_list import PLANNERS as PLANNER_PLUGINS
