@@ -11,6 +11,7 @@ import threading
 import time
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import rospy
 import rostest
@@ -18,7 +19,7 @@ from actionlib_msgs.msg import GoalStatus
 from fake_mbf_server import FakeServer, never, path_along
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import ExePathResult, GetPathResult, MoveBaseFeedback, MoveBaseResult
-from mesh_navigation import MeshNavigator
+from mesh_navigation import MeshNavigator, action_caller_ros
 from mesh_navigation.messages import pose_from_message
 from mesh_navigation.navigation_result import NavigationError
 from server_process import stamped, wait_until
@@ -247,6 +248,10 @@ class ClientsTest(unittest.TestCase):
             server.wait_for("ready")
             return server
 
+        for name, seconds in (("SILENCE", 1.0), ("UNKNOWN", 2.0)):  # shorter than they are
+            patch = mock.patch.object(action_caller_ros, name, seconds)
+            patch.start()
+            self.addCleanup(patch.stop)
         server = start()
         navigator = MeshNavigator("mortal")
         goal = stamped((1, 2, 3))
@@ -316,17 +321,18 @@ class ClientsTest(unittest.TestCase):
             self.assertEqual(len(self.server.canceled), 1)
 
     def test_ctrl_c_in_a_program(self):
-        program = (
-            "from mesh_navigation import MeshNavigator\n"
-            "try:\n    MeshNavigator().go_to(1, 2, 3, 0)\n"
-            "except KeyboardInterrupt:\n    print('interrupted')\n"
-        )
-        self.server.answers["move_base"] = never
-        command = Command("/usr/bin/python3", "-c", program)
-        self.wait_for_goal()
-        command.process.send_signal(signal.SIGINT)
-        self.assertEqual(command.end(), (0, "interrupted\n", ""))
-        self.assertEqual(len(self.server.canceled), 1)
+        go = "MeshNavigator().go_to(1, 2, 3, 0)"
+        of_its_own = f"try:\n    {go}\nexcept KeyboardInterrupt:\n    print('interrupted')\n"
+        rospys = f"import rospy\nrospy.init_node('program')\nprint({go}.name)\n"
+        for program, printed in ((of_its_own, "interrupted\n"), (rospys, "CANCELED\n")):
+            self.setUp()
+            self.server.answers["move_base"] = never
+            first = "from mesh_navigation import MeshNavigator\n"
+            command = Command("/usr/bin/python3", "-c", first + program)
+            self.wait_for_goal()
+            command.process.send_signal(signal.SIGINT)
+            self.assertEqual(command.end(), (0, printed, ""))
+            self.assertEqual(len(self.server.canceled), 1)
 
     def test_the_bridge(self):
         words = "_goal_topic:=/clicked", "_controller:=c", "_recovery_behaviors:=[a]"

@@ -8,7 +8,7 @@ from mesh_msgs import zoo
 from mesh_navigation.controller import ControlFailure, ControllerPlan
 from mesh_navigation.controllers.speeds import approached, braking_speed, stopping_distance
 from mesh_navigation.outcomes import ExePathOutcome
-from mesh_navigation.pose import Pose
+from mesh_navigation.pose import Pose, multiply
 from mesh_navigation.robot import STOP, RobotState
 from controller_drives import command_at, controller_on, following, planned
 from navigation_test_maps import MapWithCosts
@@ -168,3 +168,21 @@ def test_braking_stops_within_the_distance(period, deceleration):
     assert braking_speed(0.0, deceleration, period) == braking_speed(-1.0, 1.0, period) == 0.0
     assert stopping_distance(2.0, 0.5, 0.1) == pytest.approx(0.2 + 4.0)
     assert approached(5.0, 1.0, 0.5) == 1.5 and approached(-5.0, 1.0, 0.5) == 0.5
+
+
+@pytest.mark.parametrize("yaw", [-0.1, 0.3])
+def test_a_tilted_robot_steers_by_its_heading_along_the_surface(yaw):
+    upright = Pose.at([3.0, 5.1, 0.1], yaw)
+    expected = command_at(following(MapWithCosts(GRID), plan_on()), upright).velocity
+    for roll in (0.6, -0.6):
+        rolled = multiply(upright.orientation, np.array([np.sin(roll / 2), 0, 0, np.cos(roll / 2)]))
+        tilted = Pose(upright.position, rolled)
+        found = command_at(following(MapWithCosts(GRID), plan_on()), tilted).velocity
+        assert found == pytest.approx(expected)
+    # Its left is on the other side where it hangs below.
+    below = Pose(upright.position, multiply(upright.orientation, np.array([1.0, 0, 0, 0])))
+    found = command_at(following(MapWithCosts(GRID), plan_on()), below).velocity
+    assert found.yaw == pytest.approx(-expected.yaw) and found.x == pytest.approx(expected.x)
+    nose_up = multiply(upright.orientation, np.array([0, -np.sin(np.pi / 4), 0, np.cos(np.pi / 4)]))
+    stuck = failure(following(MapWithCosts(GRID), plan_on()), Pose(upright.position, nose_up))
+    assert stuck.outcome == ExePathOutcome.NO_VALID_CMD and "no heading" in stuck.message

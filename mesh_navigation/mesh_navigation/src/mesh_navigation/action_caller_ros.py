@@ -65,6 +65,8 @@ class ActionCall:
         end = time.monotonic() + (float("inf") if timeout is None else timeout)
         asked = time.monotonic()
         while not self._ended.wait(max(0.0, min(POLL, end - time.monotonic()))):
+            if self.ended:  # while rospy's handler of Ctrl+C interrupted the waiting
+                break
             if rospy.is_shutdown():
                 raise rospy.ROSInterruptException("this node is shut down")
             now = time.monotonic()

@@ -39,7 +39,7 @@ class MeshController(Controller):
 
     In each cycle it finds where the robot stands on the surface, the way from there, and the
     farthest point of it, up to lookahead_distance, to which a straight line over the surface
-    crosses nothing blocked (the carrot), and drives an arc to that. It slows down on arrival, before
+    crosses nothing blocked (the carrot), and drives an arc there. It slows down on arrival, before
     surface that is blocked by now, and where the arc would leave free ground; where it has stopped,
     it fails with BLOCKED_PATH. A robot that was pushed away goes on from where it is.
     """
@@ -61,6 +61,7 @@ class MeshController(Controller):
         self._period = FIRST_PERIOD
         self._cycle: Optional[float] = None
         self._velocity = STOP
+        self._remark = ""
         return complaints
 
     def set_plan(self, plan: ControllerPlan) -> None:
@@ -83,7 +84,6 @@ class MeshController(Controller):
         self._goal, self._goal_heading = goal, heading
         self._is_turning = False
         self._tolerance = 0.0
-        self._remark = ""
 
     def is_goal_reached(
         self, state: RobotState, dist_tolerance: float, angle_tolerance: float

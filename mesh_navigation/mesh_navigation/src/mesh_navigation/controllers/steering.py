@@ -33,9 +33,9 @@ def steer(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float
     The released law: speed falls from max_lin_velocity to 0 while the angle to the carrot grows
     from 0 to max_angle, and it turns by max_ang_velocity / pi for each radian; both times a factor,
     within their limits. Completed: it never turns more slowly than the arc to the carrot needs
-    (pure pursuit: 2 v sin(angle) / distance) nor, where it is slow for a large angle, than nearly as on
-    the spot; it drives only as fast as it can turn for that arc, and turns on the spot as fast as it
-    may.
+    (pure pursuit: 2 v sin(angle) / distance) nor, with an angle that leaves it little speed, than
+    nearly as on the spot; it drives only as fast as it can turn for that arc, and turns on the spot
+    as fast as it may.
 
     Args:
         carrot: where to look.

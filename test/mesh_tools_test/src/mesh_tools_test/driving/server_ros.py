@@ -69,7 +69,9 @@ def measure(faces: int, minutes: float, plans: int) -> List[Figure]:
                 ]
                 found += overhead(world, client, nodes)
                 found += control_figures(drives(world, nodes, 60.0 * minutes), 60.0 * minutes)
-                found += memory(world, client, nodes, at_first, plans)
+                found.append(Figure("memory of the server, ready", at_first, "MiB"))
+                found.append(Figure("  after driving", nodes.memory(), "MiB"))
+                found += memory(world, client, nodes, plans)
             finally:
                 rospy.signal_shutdown("measured")
     return found
@@ -150,17 +152,14 @@ def control_figures(control: Control, seconds: float) -> List[Figure]:
     ]
 
 
-def memory(
-    world: DrivingWorld, client: Any, nodes: Nodes, at_first: float, plans: int
-) -> List[Figure]:
-    """Of the server, before and after many plans."""
+def memory(world: DrivingWorld, client: Any, nodes: Nodes, plans: int) -> List[Figure]:
+    """Of the server, after some and after many plans."""
     quarter = 0.0
     for number in range(plans):
         _plan(client, near_trip(world, number), nodes)
         if number == plans // 4:
             quarter = nodes.memory()
     return [
-        Figure("memory of the server, ready", at_first, "MiB"),
         Figure("  after %d plans" % (plans // 4), quarter, "MiB"),
         Figure("  after %d plans" % plans, nodes.memory(), "MiB"),
         Figure("  at most", nodes.memory("VmHWM"), "MiB"),
