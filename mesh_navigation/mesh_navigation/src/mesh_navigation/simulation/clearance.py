@@ -7,6 +7,8 @@ import numpy as np
 from mesh_map.mesh_map import MeshMap
 from mesh_map.spatial_index import SpatialIndex
 
+from mesh_navigation.surface_corners import nearest_corners
+
 
 def clearances(mesh_map: MeshMap, positions: np.ndarray) -> np.ndarray:
     """(N,) m from each of (N,3) positions to the nearest lethal or unknown vertex; inf if none."""
@@ -20,12 +22,12 @@ def clearances(mesh_map: MeshMap, positions: np.ndarray) -> np.ndarray:
 
 
 def on_blocked(mesh_map: MeshMap, place: Any) -> bool:
-    """Whether a place of the surface is blocked: the nearest corner of its face, that of the
-    largest weight, is lethal or unknown.
+    """Whether a place of the surface is blocked: the nearest corner of its face is lethal or unknown.
 
     Args:
         mesh_map: the map.
-        place: what has a face and barycentric coordinates.
+        place: what has a face and a position.
     """
-    vertex = mesh_map.faces[place.face][np.argmax(place.barycentric)]
+    faces, positions = np.array([place.face]), np.asarray(place.position)[None]
+    (vertex,) = nearest_corners(mesh_map.geometry, faces, positions)
     return not np.isfinite(mesh_map.planning_costs().costs[vertex])
