@@ -160,6 +160,16 @@ class ExePathTest(unittest.TestCase):
         result = self.check(given, "ABORTED", 110, "tolerance of distance")
         self.assertEqual(result.final_pose.header.frame_id, "map")
 
+    def test_a_goal_beyond_all_distances(self):
+        """Farther than the numbers of messages reach."""
+        heard = []
+        handle = self.client.send((1e39, 0.0), feedback=heard.append)
+        wait_until(lambda: heard, "feedback")
+        self.assertEqual(heard[0].dist_to_goal, math.inf)
+        handle.cancel()
+        result = self.check(self.client.answer(handle), "PREEMPTED", 101)
+        self.assertEqual(result.dist_to_goal, math.inf)
+
     def test_tolerances_of_the_action(self):
         fields = {"tolerance_from_action": True, "dist_tolerance": 1.0, "angle_tolerance": 1.0}
         self.check(self.client.ask((0.9, 0.0), **fields), "SUCCEEDED", 0, driven=False)

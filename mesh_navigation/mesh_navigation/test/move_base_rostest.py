@@ -134,6 +134,11 @@ class MoveBaseTest(unittest.TestCase):
             wait_until(lambda: len(self.outcomes(action)) >= len(outcomes), action)
             self.assertEqual(self.outcomes(action), outcomes)
 
+    def test_a_goal_beyond_all_distances(self):
+        """Farther than the numbers of messages reach."""
+        result = self.check(self.send(1e39, planner="no_plan"), "ABORTED", 54)
+        self.assertEqual(result.dist_to_goal, math.inf)
+
     def test_arrival(self):
         own, parts = [], []
         subscribers = [

@@ -10,9 +10,10 @@ from collections import Counter
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
-from mbf_msgs.msg import ExePathAction, ExePathFeedback, ExePathGoal, ExePathResult
+from mbf_msgs.msg import ExePathAction, ExePathActionResult, ExePathFeedback, ExePathGoal, ExePathResult
 from server_process import wait_until
 
+from mesh_navigation.action_server_node import KEPT
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.outcomes import ExePathOutcome
 from mesh_navigation.slot_action_node import SlotActionServer
@@ -29,6 +30,7 @@ class Scripted(SlotActionServer):
     def __init__(self):
         name = f"~scripted{next(OTHERS)}"
         super().__init__(name, ExePathAction, ExePathResult, ExePathOutcome, "driving")
+        self.path = rospy.resolve_name(name)
         self.released = threading.Event()
         self.began, self.ended, self.answers = Counter(), [], Counter()
         self.outdated = 0
@@ -58,6 +60,8 @@ class Scripted(SlotActionServer):
         self.began[running.key] += 1
         if name == "throw":
             raise ZeroDivisionError("by\nzero")
+        if name == "unprintable":
+            raise OSError("no file caf\udce9")  # a file's name that is no UTF-8
         if name == "exit":
             raise SystemExit("enough")
         if name == "none":
@@ -102,6 +106,11 @@ class SlotActionsTest(unittest.TestCase):
     def test_what_is_raised_is_answered(self):
         self.assertEqual(answer(self.send("throw")), (4, INTERNAL, "ZeroDivisionError: by zero"))
         self.assertEqual(answer(self.send("exit")), (4, INTERNAL, "SystemExit: enough"))
+        heard = []
+        rospy.Subscriber(f"{self.server.path}/result", ExePathActionResult, heard.append)
+        given = answer(self.send("unprintable"))
+        self.assertEqual(given, (4, INTERNAL, "OSError: no file caf "[:-1]))
+        wait_until(lambda: heard, "the answer on the topic")
         given = answer(self.send("none"))
         self.assertEqual(given, (4, INTERNAL, "TypeError: the result is a NoneType"))
 
@@ -154,6 +163,17 @@ class SlotActionsTest(unittest.TestCase):
         goal = self.send("0")
         self.assertEqual(answer(goal)[:2], (3, 0))
         self.assertEqual(self.server.began[goal.goal_id], 3)
+
+    def test_results_are_not_kept(self):
+        """Paths are large, and nobody connects so late."""
+        for _ in range(10):
+            answer(self.send("0"))
+        recent = self.server._server._recent
+        self.assertEqual(len(recent), 10)
+        for index, kept in enumerate(recent):
+            recent[index] = (kept[0] - KEPT, *kept[1:])
+        self.server._server.publish_status()
+        self.assertEqual(len(recent), 0)
 
     def test_waiting_can_be_canceled(self):
         goal, cancellation = self.send("hold"), Cancellation()

@@ -148,3 +148,12 @@ def test_the_map_of_now_is_never_waited_for():
     assert failure_of(gate) == ("MAP_ERROR", "there is no map: gone")
     with pytest.raises(MapNotReady, match="there is no map: gone"):
         gate.now()
+
+
+def test_a_plugin_that_exits_ends_the_loading_only():
+    load = SlowLoad(SystemExit("enough"))
+    gate = started(load)
+    load.go.release()
+    cancellation = Cancellation()
+    threading.Timer(10.0, cancellation.cancel).start()
+    assert failure_of(gate, cancellation) == ("MAP_ERROR", "there is no map: enough")

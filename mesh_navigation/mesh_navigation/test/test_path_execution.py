@@ -258,6 +258,21 @@ def test_time_jumps_back():
     assert -100.0 in times and times[times.index(-100.0) + 1] == pytest.approx(-99.95)
 
 
+def test_time_jumps_back_within_a_cycle():
+    """The patience is measured from then on, as after any other jump."""
+
+    def fail(state):
+        if world.robot.time > 90.0:
+            world.robot.time = 10.0
+        return Command(ExePathOutcome.NO_VALID_CMD, "none")
+
+    world = World(Told(fail), controller_patience=1.0)
+    world.robot.time = 100.0
+    world.later(30.0, lambda: world.cancellation.cancel("too late"))
+    assert world.run().outcome == ExePathOutcome.PAT_EXCEEDED
+    assert 11.0 <= world.robot.time <= 11.2
+
+
 def test_time_jumps_back_during_failures():
     world = World(Told(Command(100, "no")), controller_patience=1.0)
     world.later(0.5, lambda: setattr(world.robot, "time", -100.0))

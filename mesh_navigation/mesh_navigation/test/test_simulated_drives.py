@@ -83,10 +83,8 @@ def test_drives_over_lethal_ground_are_seen():
     distances = np.linalg.norm(went.track[:, :3] - GRID.vertices[lethal], axis=1)
     assert went.clearance == pytest.approx(distances.min(), abs=1e-9)
     places = PLANE.spatial_index.closest_batch(points=went.track[:, :3])
-    corners = GRID.faces[places.faces]
-    offsets = np.linalg.norm(GRID.vertices[corners] - places.positions[:, None], axis=2)
-    nearest = corners[np.arange(len(corners)), np.argmin(offsets, axis=1)]
-    assert went.blocked.tolist() == np.flatnonzero(nearest == lethal).tolist()
+    corners = GRID.faces[places.faces, np.argmax(places.barycentric, axis=1)]
+    assert went.blocked.tolist() == np.flatnonzero(corners == lethal).tolist()
     assert len(went.blocked) > 10
 
 

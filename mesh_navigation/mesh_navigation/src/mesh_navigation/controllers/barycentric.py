@@ -2,13 +2,21 @@
 
 import numpy as np
 
-from mesh_map.surface import barycentric_coordinates
+
+def barycentric(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(N,3) weights of the corners (3,3) of a face with an area at points (N,3) of it."""
+    first, second, offsets = corners[1] - corners[0], corners[2] - corners[0], points - corners[0]
+    a, b, c = first @ first, first @ second, second @ second
+    with_first, with_second = offsets @ first, offsets @ second
+    area = a * c - b * b
+    weights = np.zeros((len(points), 3))
+    weights[:, 1] = (c * with_first - b * with_second) / area
+    weights[:, 2] = (a * with_second - b * with_first) / area
+    weights[:, 0] = 1.0 - weights[:, 1] - weights[:, 2]
+    return weights
 
 
 def inside(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """(3,) weights of the corners (3,3) of a face at a point (3,) of it.
-
-    Where rounding has put the point beside the face, those of a point in it.
-    """
-    weights = barycentric_coordinates(point, *corners).clip(0.0, 1.0)
+    """(3,) weights at one point (3,), moved into the face where rounding has put it beside."""
+    weights = barycentric(corners, point[None])[0].clip(0.0, 1.0)
     return weights / weights.sum()

@@ -7,6 +7,8 @@ import numpy as np
 from mesh_map.geometry import MeshGeometry
 from mesh_map.hits import NO_FACE
 
+from mesh_navigation.controllers.barycentric import barycentric
+
 # A robot that stands on blocked ground may leave it by a way this short (m): it was pushed there,
 # or what was marked is next to it.
 ESCAPE = 0.2
@@ -23,8 +25,9 @@ class Stretch(NamedTuple):
 class Ground:
     """The costs of one moment, looked at only where a way goes.
 
-    A point is blocked where the nearest corner of its face is lethal or unknown, as for planners. In
-    the face of the goal nothing is, unless the corner nearest to the goal is.
+    A point is blocked where the corner with the largest weight in its face (barycentric
+    coordinates) is lethal or unknown. In the face of the goal nothing is, unless the corner nearest
+    to the goal is: that is how planners tell whether a goal is blocked.
     """
 
     def __init__(
@@ -72,26 +75,20 @@ class Ground:
         mixed = ~free.all(axis=1) & (faces != NO_FACE) & (faces != self._open_face)
         for index in np.flatnonzero(mixed):
             corners = self._vertices[self._faces[faces[index]]].astype(np.float64)
-            offsets = points[index : index + 2, None] - corners
-            distances = np.sum(offsets * offsets, axis=-1)
-            parts = [_nearest(distances, corner) for corner in np.flatnonzero(~free[index])]
+            weights = barycentric(corners, points[index : index + 2])
+            parts = [_largest(weights, corner) for corner in np.flatnonzero(~free[index])]
             for begin, end in sorted(part for part in parts if part is not None):
                 start, length = float(begins[index]), float(lengths[index])
                 yield Stretch(start + begin * length, start + end * length)
 
 
-def _nearest(distances: np.ndarray, corner: int) -> Optional[Tuple[float, float]]:
-    """Where between two points (0 to 1) a corner is the nearest, None: nowhere.
-
-    Args:
-        distances: (2,3) m², from both points to the corners: their differences are linear between.
-        corner: 0 to 2.
-    """
+def _largest(weights: np.ndarray, corner: int) -> Optional[Tuple[float, float]]:
+    """Where between two points (0 to 1) a corner's weight is the largest; None: nowhere."""
     begin, end = 0.0, 1.0
     for other in range(3):
         if other == corner:
             continue
-        first, last = distances[:, other] - distances[:, corner]
+        first, last = weights[:, corner] - weights[:, other]
         if first < 0.0 and last < 0.0:
             return None
         if first < 0.0:

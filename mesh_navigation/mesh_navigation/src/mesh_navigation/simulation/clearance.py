@@ -7,8 +7,6 @@ import numpy as np
 from mesh_map.mesh_map import MeshMap
 from mesh_map.spatial_index import SpatialIndex
 
-from mesh_navigation.surface_corners import nearest_corners
-
 
 def clearances(mesh_map: MeshMap, positions: np.ndarray) -> np.ndarray:
     """(N,) m from each of (N,3) positions to the nearest lethal or unknown vertex; inf if none."""
@@ -22,12 +20,12 @@ def clearances(mesh_map: MeshMap, positions: np.ndarray) -> np.ndarray:
 
 
 def on_blocked(mesh_map: MeshMap, place: Any) -> bool:
-    """Whether a place of the surface is blocked: the nearest corner of its face is lethal or unknown.
+    """Whether a place of the surface is blocked: the nearest corner of its face, that of the
+    largest weight, is lethal or unknown.
 
     Args:
         mesh_map: the map.
-        place: what has a face and a position.
+        place: what has a face and barycentric coordinates.
     """
-    faces, positions = np.array([place.face]), np.asarray(place.position)[None]
-    (vertex,) = nearest_corners(mesh_map.geometry, faces, positions)
+    vertex = mesh_map.faces[place.face][np.argmax(place.barycentric)]
     return not np.isfinite(mesh_map.planning_costs().costs[vertex])

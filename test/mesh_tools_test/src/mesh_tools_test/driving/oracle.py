@@ -26,7 +26,8 @@ class Track(NamedTuple):
 def on_the_map(track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray) -> Track:
     """Where a track leads.
 
-    A pose is on blocked ground where the nearest corner of its face is lethal or unknown.
+    A pose is on blocked ground where the nearest corner of its face (that of the largest
+    barycentric coordinate) is lethal or unknown.
 
     Args:
         track: (N,7) poses.
@@ -36,8 +37,8 @@ def on_the_map(track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray) -> Track
     points = np.ascontiguousarray(track[:, :3], np.float64)
     found = mesh_map.spatial_index.closest_batch(points=points)
     corners = mesh_map.faces[found.faces].astype(np.int64)
-    offsets = mesh_map.vertices[corners].astype(np.float64) - points[:, None]
-    nearest = corners[np.arange(len(points)), np.argmin(np.linalg.norm(offsets, axis=2), axis=1)]
+    weights = barycentric(points, mesh_map.vertices[corners].astype(np.float64))
+    nearest = corners[np.arange(len(points)), np.argmax(weights, axis=1)]
     closed = ~np.isfinite(costs)
     distance = np.inf
     if closed.any():
@@ -50,6 +51,17 @@ def on_the_map(track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray) -> Track
         float(steps.sum()),
         float(steps.max()) if len(steps) else 0.0,
     )
+
+
+def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(N,3) coordinates of points (N,3) in the planes of triangles (N,3,3)."""
+    a, u, v = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    w = points - a
+    normal = np.cross(u, v)
+    square = np.maximum(np.einsum("nd,nd->n", normal, normal), 1e-300)
+    gamma = np.einsum("nd,nd->n", np.cross(u, w), normal) / square
+    beta = np.einsum("nd,nd->n", np.cross(w, v), normal) / square
+    return np.stack([1.0 - beta - gamma, beta, gamma], axis=1)
 
 
 class Arrival(NamedTuple):
