@@ -5,10 +5,8 @@ import io
 import os
 import socket
 import subprocess
-import tempfile
 import unittest
 import xmlrpc.client
-from pathlib import Path as FilePath
 
 import rosgraph
 import rosgraph.network
@@ -59,9 +57,6 @@ LIMITS = {
 }
 LAYERS = [{"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"}]
 PLANNERS = ["dijkstra_mesh_planner", "wave_front_planner", "mmp_planner"]
-MANIFEST = """<package><name>dynamic_reconfigure</name><version>1.7.3</version>
-<description>dynamic_reconfigure</description><license>BSD</license>
-<maintainer email="nobody@example.org">nobody</maintainer></package>"""
 RECONFIGURED = ["", "mesh_map", "mesh_controller", "clear_layers", "wait", "back_up", *PLANNERS]
 
 
@@ -93,15 +88,8 @@ def command(*words, **environment):
 
 
 def dynparam(*words):
-    """Run the tool of dynamic_reconfigure, by the interpreter that has its modules.
-
-    It looks for its package's manifest, which Debian has in another package, one for C++.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        FilePath(folder, "package.xml").write_text(MANIFEST)
-        path = f"{folder}:{os.environ['ROS_PACKAGE_PATH']}"
-        tool = "/usr/bin/python3", "/usr/lib/dynamic_reconfigure/dynparam"
-        return command(*tool, *words, ROS_PACKAGE_PATH=path)
+    """Run the tool of dynamic_reconfigure, by the interpreter that has its modules."""
+    return command("/usr/bin/python3", "/usr/lib/dynamic_reconfigure/dynparam", *words)
 
 
 class InterfaceTest(unittest.TestCase):

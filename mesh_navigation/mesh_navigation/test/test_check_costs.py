@@ -6,6 +6,7 @@ from navigation_test_maps import BY_NAME, PASSABLE, MapWithCosts, random_pairs, 
 
 from mesh_map.errors import MeshMapError
 from mesh_msgs import zoo
+from mesh_navigation import check_costs
 from mesh_navigation.anchors import find_anchor
 from mesh_navigation.check_costs import Check, CostChecks, PathCheck
 from mesh_navigation.cost_scale import Factors, State, scaled, states_of, total
@@ -224,6 +225,29 @@ def test_long_paths():
     assert asked.path(path, return_on=2, path_only=True).last_checked == first
 
 
+def test_large_footprints_are_looked_at_a_few_at_a_time(monkeypatch):
+    """A distance to keep is as large as a client likes; the memory for the answer is not."""
+    asked = checks(grid_costs({(9.5, 5): np.inf}), SQUARE)
+    path = line(*np.linspace(1, 9, 300))
+    expected = asked.path(path, 4.0), asked.path(path)
+    queries, sizes = asked._map.queries, []
+
+    def recorded(*arguments):
+        found = vertices_under(*arguments)
+        sizes.append((len(found.offsets) - 1, len(found.vertices)))
+        return found
+
+    vertices_under = queries.vertices_under
+    monkeypatch.setattr(queries, "vertices_under", recorded)
+    monkeypatch.setattr(check_costs, "_VERTICES_AT_ONCE", 10_000)
+    assert asked.path(path, 4.0) == expected[0]
+    poses, vertices = np.array(sizes).T
+    assert poses.sum() == 300 and vertices.max() <= 11_000
+    sizes.clear()
+    assert asked.path(path) == expected[1]
+    assert len(sizes) < 5
+
+
 def poses_with(index, value):
     poses = line(1, 2, 3)
     poses[index] = value
@@ -236,6 +260,7 @@ def poses_with(index, value):
         (np.zeros((0, 7)), {}, "the path has no poses"),
         (poses_with((1, 0), np.nan), {}, "1 of 3 poses are not finite, first 1"),
         (poses_with((slice(1, 3), slice(3, 7)), 0), {}, "2 of 3 poses are without an orientation"),
+        (poses_with((0, slice(3, 7)), 1e200), {}, "1 of 3 poses are without an orientation"),
         (line(1), {"distance": -0.1}, "the distance to keep is -0.1 m"),
         (line(1), {"distance": np.nan}, "the distance to keep is nan m"),
         (line(1), {"factors": Factors(-1)}, "the factor for lethal costs is -1"),
