@@ -281,6 +281,9 @@ class SurfaceRobotTest(unittest.TestCase):
         broken.mesh_geometry.faces = broken.mesh_geometry.faces + np.uint32(1000)
         publisher.publish(broken)
         wait_until(lambda: "the mesh on /some/mesh cannot be used" in robot.output(), "a refusal")
+        flat = geometry_message(MeshMap(GRID.vertices * np.float32([1, 0, 0]), GRID.faces))
+        publisher.publish(flat)
+        wait_until(lambda: "no surface within" in robot.output(), "another refusal")
         publisher.publish(geometry_message(MeshMap(GRID.vertices, GRID.faces)))
         np.testing.assert_allclose(position_of(robot.wait_for_pose().pose), [7, 5, 0], atol=1e-6)
         # Another map: it stays where it is, as far as there is surface.
@@ -297,6 +300,14 @@ class SurfaceRobotTest(unittest.TestCase):
         self.assertEqual(robot.process.wait(60), 1)
         self.assertIn("/broken/surface_robot: error: ", robot.output())
         self.assertNotIn("Traceback", robot.output())
+
+    def test_frames_that_are_the_same_end_it(self):
+        robot = self.robot("looped", mesh_file=self.map_file, base_frame="looped_odom")
+        self.assertEqual(robot.process.wait(60), 1)
+        self.assertIn("/looped/surface_robot: error: the frames", robot.output())
+        robot = self.robot("mapped", mesh_file=self.map_file, odom_frame="map")
+        self.assertEqual(robot.process.wait(60), 1)
+        self.assertIn("/mapped/surface_robot: error: the frames", robot.output())
 
 
 if __name__ == "__main__":

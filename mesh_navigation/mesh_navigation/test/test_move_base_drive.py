@@ -160,3 +160,11 @@ def test_a_drive_that_does_not_end_is_not_joined_by_a_behavior():
     end = world.run("a")
     assert end.outcome == 17 and "does not end" in end.message
     assert world.counts["recover"] == 0 and world.time < 10.0
+
+
+def test_what_nobody_expects_ends_the_drive_too():
+    world = World(drive=[drive(0, 9.0, 1.0)])
+    world.at(2.0, world.values.clear)
+    with pytest.raises(KeyError):
+        world.run()
+    assert world.calls[-1] == "end of drive 0" and not world.active

@@ -19,7 +19,7 @@ from mesh_navigation.robot import Velocity
 from mesh_navigation.simulation import robot_messages
 from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
 from mesh_navigation.simulation.obstacles import Obstacle
-from mesh_navigation.simulation.parameters import PARAMETERS
+from mesh_navigation.simulation.parameters import PARAMETERS, check_frames
 from mesh_navigation.simulation.placing import initial_pose, put_down
 
 STOREYS = MeshMap(zoo.two_storeys().vertices, zoo.two_storeys().faces)
@@ -95,6 +95,36 @@ def test_messages_carry_what_they_are_made_from():
     points = np.random.default_rng(0).normal(size=(40, 3)).astype(np.float32)
     assert cloud_points(robot_messages.cloud(points, "laser", None)).tolist() == points.tolist()
     assert len(cloud_points(robot_messages.cloud(points[:0], "laser", None))) == 0
+
+
+@pytest.mark.parametrize(
+    "given, map_frame",
+    [
+        ({"odom_frame": "base_footprint"}, ""),
+        ({"odom_frame": "map"}, "map"),
+        ({"base_frame": "/odom"}, ""),
+        ({"sensor_frame": "base_footprint"}, ""),
+        ({"base_frame": ""}, ""),
+    ],
+)
+def test_frames_that_tf_cannot_connect_are_refused(given, map_frame):
+    values, _ = read_parameters(PARAMETERS, given)
+    with pytest.raises(MeshMapError, match=f"{list(given)[0]}.* different names"):
+        check_frames(values, map_frame)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {},
+        {"base_frame": "base_footprint"},
+        {"sensor_frame": "base_link"},
+        {"base_frame": "base", "footprint_frame": "base", "sensor_frame": "base"},
+        {"odom_frame": "map", "localization": False},
+    ],
+)
+def test_frames_that_tf_can_connect(given):
+    check_frames(read_parameters(PARAMETERS, given)[0], "map")
 
 
 def marker(kind, namespace="a", number=0, frame="map", action=Marker.ADD, size=2.0):

@@ -31,6 +31,11 @@ class ActionServer(actionlib.ActionServer):
     def initialize(self) -> None:
         self._recent: Deque[Tuple[float, Any, List[Any]]] = deque(maxlen=KEPT_RESULTS)
         super().initialize()
+        if self.status_timer is not None:
+            # That of actionlib ends when a simulated time jumps back.
+            self.status_timer.shutdown()
+            period = rospy.Duration(1.0 / self.status_frequency)
+            self.status_timer = rospy.Timer(period, self.publish_status_async, reset=True)
         # The listener runs in the thread that accepts the connection, after that is in the list of
         # connections: under the lock, a result has either been sent to it, or is sent here.
         self.result_pub.impl.add_subscriber_listener(_Listener(self._catch_up))
@@ -50,6 +55,9 @@ class ActionServer(actionlib.ActionServer):
             self.publish_status()
 
     def publish_status(self) -> None:
+        with self.lock:
+            while self._recent and time.monotonic() - self._recent[0][0] >= KEPT:
+                self._recent.popleft()  # Paths are large.
         with _closing_topics():
             super().publish_status()
 
@@ -59,8 +67,8 @@ class ActionServer(actionlib.ActionServer):
     def _catch_up(self, publish: Callable[[Any], Any]) -> None:
         with self.lock:
             connected = self._connected()
-            for sent, message, recipients in self._recent:
-                if time.monotonic() - sent < KEPT and set(connected) - set(recipients):
+            for _, message, recipients in self._recent:
+                if set(connected) - set(recipients):
                     with self.result_pub.impl.publock:
                         publish(message)
                     recipients.extend(connected)

@@ -18,7 +18,8 @@ from mesh_navigation.standing_poses import standing_poses
 from mesh_navigation.surface_corners import at_points, corners_of_pieces
 from mesh_navigation.up_normals import face_up_normals
 
-_AT_ONCE = 1024  # poses
+_AT_ONCE = 1024  # poses, and fewer where a footprint is so large that it has many vertices
+_VERTICES_AT_ONCE = 8_000_000  # 32 MB; a client may ask for any distance to keep
 _SAME_PLACE = 0.01  # m
 
 
@@ -116,9 +117,12 @@ class CostChecks:
         footprint = None if path_only else self._shape.footprint(distance)
         indices = np.arange(0, len(poses), skip_poses + 1)
         worst, last, seen = State.FREE, 0, np.zeros(len(self._costs), np.bool_)
-        for begin in range(0, len(indices), _AT_ONCE):
-            chosen = indices[begin : begin + _AT_ONCE]
+        begin, size = 0, _batch(len(self._costs))
+        while begin < len(indices):
+            chosen = indices[begin : begin + size]
+            begin += len(chosen)
             states, rows = self._along(poses, chosen, footprint, path_only)
+            size = min(8 * size, _batch(len(rows.vertices) / len(chosen)))
             ends = np.flatnonzero(states >= return_on) if return_on > 0 else chosen[:0]
             count = int(ends[0]) + 1 if len(ends) else len(chosen)
             worst, last = max(worst, State(states[:count].max())), int(chosen[count - 1])
@@ -209,13 +213,19 @@ class CostChecks:
         return corners.ravel(), owners
 
 
+def _batch(vertices: float) -> int:
+    """How many poses to look at at once, of so many vertices each."""
+    return int(np.clip(_VERTICES_AT_ONCE / max(vertices, 1.0), 1, _AT_ONCE))
+
+
 def _check_poses(poses: np.ndarray) -> None:
     if not len(poses):
         raise MeshMapError("the path has no poses")
-    lengths = np.linalg.norm(poses[:, 3:], axis=1)
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(poses[:, 3:], axis=1)
     faults: List[Tuple[np.ndarray, str]] = [
         (~np.isfinite(poses).all(axis=1), "not finite"),
-        (~(lengths > 1e-6), "without an orientation (none at all: w = 1)"),
+        (~((lengths > 1e-6) & (lengths < 1e6)), "without an orientation (none at all: w = 1)"),
     ]
     for wrong, what in faults:
         if wrong.any():

@@ -17,7 +17,7 @@ from mesh_navigation.controller import ControllerPlan, ControlFailure, MeshContr
 from mesh_navigation.drive_result import Cycle, ExecutionResult, Tolerances
 from mesh_navigation.late_cycles import LateCycles
 from mesh_navigation.map_gate import MapGate, MapNotReady, Ready
-from mesh_navigation.messages import pose_message, poses_from_path
+from mesh_navigation.messages import float32, pose_message, poses_from_path
 from mesh_navigation.outcomes import ExePathOutcome, GetPathOutcome
 from mesh_navigation.path_check import normalized_path, path_fault, transformed_path
 from mesh_navigation.plan_store import PlanStore
@@ -43,7 +43,9 @@ class _Drive:
         self.newest = key
         """Id of the goal whose path it shall have."""
         self.refusal: Optional[ControlFailure] = None
-        """Why the newest goal cannot be followed."""
+        """Why the newest goal cannot be followed; the drive is ended for it."""
+        self.over = False
+        """Whether a refusal would come too late to be its end."""
         self.execution: Optional[SupervisedExecution] = None
         self.ready: Optional[Ready] = None
         self.cancellation = Cancellation()
@@ -180,7 +182,8 @@ class ExePathServer(SlotActionServer):
         complaint = late.last_words()
         if complaint:
             rospy.logwarn("exe_path: %s", complaint)
-        refusal = drive.refusal
+        with drive.lock:
+            drive.over, refusal = True, drive.refusal
         if refusal is None:
             return result
         return result._replace(outcome=refusal.outcome, message=refusal.message)
@@ -189,11 +192,14 @@ class ExePathServer(SlotActionServer):
 
     def _taken_over(self, running: RunningGoal, handle: Any, name: str) -> bool:
         drive, goal = running.data, handle.get_goal()
-        if drive is None or drive.execution is None or drive.refusal:
+        if drive is None or drive.execution is None:
             return False
         if goal.controller and name != drive.name:
             return False
-        drive.newest = handle.get_goal_id().id
+        with drive.lock:  # Held for moments only.
+            if drive.refusal:
+                return False
+            drive.newest = handle.get_goal_id().id
         thread = threading.Thread(
             target=self._inject, args=(drive, goal, drive.newest), name="new plan", daemon=True
         )
@@ -207,7 +213,7 @@ class ExePathServer(SlotActionServer):
             plan, tolerances = self._prepared(goal, drive.ready, drive.cancellation)
         except ControlFailure as failure:
             with drive.lock:
-                if drive.newest == key:
+                if drive.newest == key and not drive.over:
                     drive.refusal, drive.followed = failure, key
                     drive.cancellation.cancel(failure.message)
             return
@@ -224,7 +230,8 @@ class ExePathServer(SlotActionServer):
         cycle = running.data.cycle
         if cycle is not None and cycle.state is not None:
             result.final_pose = self._pose_message(cycle.state.pose)
-            result.dist_to_goal, result.angle_to_goal = cycle.dist_to_goal, cycle.angle_to_goal
+            result.dist_to_goal = float32(cycle.dist_to_goal)
+            result.angle_to_goal = cycle.angle_to_goal
         return result
 
     # Messages
@@ -249,13 +256,14 @@ class ExePathServer(SlotActionServer):
             int(result.outcome),
             result.message,
             self._pose_message(result.final_pose),
-            result.dist_to_goal,
+            float32(result.dist_to_goal),
             result.angle_to_goal,
         )
 
     def _feedback(self, cycle: Cycle) -> ExePathFeedback:
         feedback = ExePathFeedback(outcome=int(cycle.outcome), message=cycle.message)
-        feedback.dist_to_goal, feedback.angle_to_goal = cycle.dist_to_goal, cycle.angle_to_goal
+        feedback.dist_to_goal = float32(cycle.dist_to_goal)
+        feedback.angle_to_goal = cycle.angle_to_goal
         feedback.current_pose = self._pose_message(cycle.state.pose if cycle.state else None)
         velocity = feedback.last_cmd_vel
         velocity.header = Header(stamp=rospy.Time.now(), frame_id=self._values["robot_frame"])

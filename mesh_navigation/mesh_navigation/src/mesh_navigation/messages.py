@@ -29,6 +29,12 @@ def pose_message(
     return message
 
 
+def float32(number: float) -> float:
+    """As a field of that type takes it: what is too large is infinite there."""
+    with np.errstate(over="ignore"):
+        return float(np.float32(number))
+
+
 def path_message(poses: np.ndarray, frame_id: str, stamp: Any) -> Path:
     """A path from (N,7) poses; every pose carries frame and stamp too."""
     message = Path()

@@ -73,6 +73,11 @@ class Drive:
                 plan = replanning.newer_plan(now, frequency, progress.dist_to_goal)
                 if plan is not None:
                     drive.follow(plan.path)
+        except Over:
+            raise
+        except Exception:  # Whatever it is, the robot does not go on alone.
+            stopped(drive, "move_base failed")
+            raise
         finally:
             replanning.end("the drive has ended")
 

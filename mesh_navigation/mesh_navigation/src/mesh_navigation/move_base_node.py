@@ -11,7 +11,7 @@ from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.clock import Clock
 from mesh_navigation.local_sub_goals import LocalSubActions
 from mesh_navigation.map_gate import MapGate, MapNotReady
-from mesh_navigation.messages import pose_message
+from mesh_navigation.messages import float32, pose_message
 from mesh_navigation.move_base_end import MoveBaseEnd
 from mesh_navigation.move_base_execution import MoveBaseExecution
 from mesh_navigation.outcomes import (
@@ -179,7 +179,7 @@ class MoveBaseServer(SlotActionServer):
         except PlanFailure:
             pose = ends.start  # the last that is known
         result.final_pose = pose_message(np.concatenate(pose), ends.frame, rospy.Time.now())
-        result.dist_to_goal = float(np.linalg.norm(pose.position - ends.target.position))
+        result.dist_to_goal = float32(np.linalg.norm(pose.position - ends.target.position))
         result.angle_to_goal = angle_between(pose, ends.target)
         return result
 

@@ -120,8 +120,11 @@ class PathExecution:
             after = clock.now()
             due += 1.0 / self._frequency()
             late = after > due
-            if late or after < now:  # Late, or time has jumped back.
+            if late:
                 due = after
+            elif after < now:  # Time has jumped back.
+                due = after
+                self._restart(after)
             distance, angle = self._to_goal(step.state and step.state.pose)
             self._on_cycle(
                 Cycle(

@@ -4,6 +4,8 @@ import threading
 import time
 from typing import Callable, Optional
 
+from mesh_map.errors import one_line
+
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.outcomes import GetPathOutcome, may_change_by_itself
 from mesh_navigation.planner import PlanResult
@@ -105,5 +107,5 @@ def _answer(plan: Plan, cancellation: Cancellation) -> PlanResult:
     try:
         return checked_result(plan(cancellation))
     except (Exception, SystemExit) as error:  # A plugin may raise anything; its goal is answered.
-        text = " ".join(f"{type(error).__name__}: {error}".split())
-        return PlanResult(GetPathOutcome.INTERNAL_ERROR, f"the planner failed with {text}")
+        text = one_line(f"the planner failed with {type(error).__name__}: {error}")
+        return PlanResult(GetPathOutcome.INTERNAL_ERROR, text)

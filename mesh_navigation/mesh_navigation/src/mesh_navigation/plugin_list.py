@@ -114,7 +114,7 @@ class Prepared(Generic[PluginType]):
         self._plugins[name] = plugin
         self.complaints += [f"{name}/{complaint}" for complaint in complaints]
 
-    def add_fault(self, kind: PluginKind, name: str, error: Exception) -> None:
+    def add_fault(self, kind: PluginKind, name: str, error: BaseException) -> None:
         """One that could not be made ready."""
         text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
         self._faults[name] = f"{kind.what} '{name}' could not be initialized: {text}"
@@ -187,7 +187,7 @@ class PluginList:
             try:
                 plugin = cls()
                 complaints = plugin.initialize(name, mesh_map, parameters.get(name, {}))
-            except Exception as error:  # A plugin may raise anything; the others go on.
+            except (Exception, SystemExit) as error:  # Whatever it raises, the others go on.
                 prepared.add_fault(self.kind, name, error)
             else:
                 prepared.add(name, plugin, list(complaints or []))
@@ -206,5 +206,5 @@ def find_plugin(kind: PluginKind, type_name: str) -> Any:
         raise PluginError(f"{type_name} is no subclass of {base}")
     try:
         return cls()
-    except Exception as error:  # A plugin may raise anything; the others go on.
+    except (Exception, SystemExit) as error:  # Whatever it raises, the others go on.
         raise PluginError(f"{type_name}() fails with {type(error).__name__}: {error}") from error

@@ -8,6 +8,8 @@ from typing import Any, Dict, List, Optional, Tuple, Type
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 
+from mesh_map.errors import one_line
+
 from mesh_navigation.action_server_node import ActionServer
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.local_goal import Feedback, LocalGoal
@@ -166,7 +168,7 @@ class SlotActionServer:
         try:
             name, why_not = self._chosen(goal)
         except Exception as error:  # An exception in here would leave the goal without an answer.
-            name, why_not = None, f"{type(error).__name__}: {error}"
+            name, why_not = None, one_line(f"{type(error).__name__}: {error}")
         if name is None:
             handle.set_rejected(self._rejected_result(goal, why_not), why_not)
             rospy.logwarn("%s: %s", self.name, why_not)
@@ -239,7 +241,7 @@ class SlotActionServer:
                 raise TypeError(f"the result is a {type(result).__name__}")
             return result
         except (Exception, SystemExit) as error:  # A goal must get its answer, whatever is wrong.
-            text = " ".join(f"{type(error).__name__}: {error}".split())
+            text = one_line(f"{type(error).__name__}: {error}")
             if not self._stopping:
                 rospy.logerr("%s: %s", self.name, text)
             return self._result("INTERNAL_ERROR", text)

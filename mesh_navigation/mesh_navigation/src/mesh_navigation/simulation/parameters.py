@@ -1,5 +1,8 @@
 """Parameters of the node surface_robot."""
 
+from typing import Any, Mapping
+
+from mesh_map.errors import MeshMapError
 from mesh_map.parameter import Parameter
 
 MAP_TOPIC = "/move_base_flex/mesh_map/mesh"
@@ -51,3 +54,27 @@ SCAN_PARAMETERS = (
 PARAMETERS = MAP_PARAMETERS + TIME_PARAMETERS + ROBOT_PARAMETERS + FRAME_PARAMETERS
 PARAMETERS += SCAN_PARAMETERS
 """All but obstacles, see `mesh_navigation.simulation.obstacles.read_obstacles`."""
+
+
+def check_frames(values: Mapping[str, Any], map_frame: str = "") -> None:
+    """Refuse frames between which there is no chain of transforms.
+
+    Args:
+        values: of all parameters.
+        map_frame: that of the map, where it is known.
+
+    Raises:
+        MeshMapError: one is empty, or the same as another that it is not fixed to.
+    """
+    names = {key: values[key].strip("/") for key in _CHAIN}
+    fixed = [pair for pair in zip(_CHAIN[1:], _CHAIN[2:]) if names[pair[0]] == names[pair[1]]]
+    chain = [names[key] for key in _CHAIN if key not in [child for _, child in fixed]]
+    if map_frame and values["localization"]:
+        chain.insert(0, map_frame)
+    if not all(chain) or len(set(chain)) < len(chain):
+        told = ", ".join(f"{key} '{name}'" for key, name in names.items())
+        told += f" and the map's '{map_frame}'" if map_frame else ""
+        raise MeshMapError(f"the frames make no chain: {told}", "give them different names")
+
+
+_CHAIN = ("odom_frame", "footprint_frame", "base_frame", "sensor_frame")

@@ -20,7 +20,7 @@ from mesh_navigation.pose import Pose, vector_text
 from mesh_navigation.simulation.mesh_topic_ros import MeshTopic
 from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
 from mesh_navigation.simulation.obstacles import is_within, read_obstacles
-from mesh_navigation.simulation.parameters import PARAMETERS
+from mesh_navigation.simulation.parameters import PARAMETERS, check_frames
 from mesh_navigation.simulation.placing import initial_pose, put_down
 from mesh_navigation.simulation.robot_messages import numbers_in, pose_of, velocity_of
 from mesh_navigation.simulation.robot_topics_ros import RobotTopics
@@ -39,7 +39,12 @@ class SurfaceRobotNode:
     threads leave jobs for it."""
 
     def __init__(self) -> None:
+        """
+        Raises:
+            MeshMapError: frames that TF cannot connect.
+        """
         self._values = _parameters()
+        check_frames(self._values)
         obstacles, complaints = read_obstacles(rospy.get_param("~obstacles", []))
         for complaint in complaints:
             rospy.logerr("%s", complaint)
@@ -58,7 +63,7 @@ class SurfaceRobotNode:
         """Simulate until the node is shut down.
 
         Raises:
-            MeshMapError: a file that is no map.
+            MeshMapError: a file that is no map, or nothing to put a robot on.
         """
         values = self._values
         rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1)
@@ -69,7 +74,7 @@ class SurfaceRobotNode:
         else:
             topic = MeshTopic(
                 values["mesh_topic"],
-                lambda mesh_map: self._jobs.put(lambda: self._take_map(mesh_map)),
+                lambda mesh_map: self._jobs.put(lambda: self._take_other_map(mesh_map)),
             )
             text = "%s: waiting for the map on %s (or set _mesh_file:=...)"
             rospy.loginfo(text, rospy.get_name(), topic.name)
@@ -104,8 +109,17 @@ class SurfaceRobotNode:
             self._silent_until = now + SILENCE
         self._obstruction = obstruction
 
+    def _take_other_map(self, mesh_map: MeshMap) -> None:
+        try:
+            self._take_map(mesh_map)
+        except MeshMapError as error:
+            rospy.logerr(
+                "%s: the map on %s: %s", rospy.get_name(), self._values["mesh_topic"], error
+            )
+
     def _take_map(self, mesh_map: MeshMap) -> None:
         values = self._values
+        check_frames(values, mesh_map.frame_id)
         try:
             start = initial_pose(mesh_map, values["initial_pose"])
         except MeshMapError as error:
