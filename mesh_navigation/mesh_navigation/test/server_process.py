@@ -49,6 +49,8 @@ class ServerProcess:
                 stdout=log,
                 stderr=subprocess.STDOUT,
             )
+        # Storms: of a burst of more than 10, clients would drop the oldest goals unsent.
+        rospy.set_param("/actionlib_client_pub_queue_size", 1000)
         self.client = actionlib.ActionClient(f"/{name}/get_path", GetPathAction)
         if not self.client.wait_for_server(TIMEOUT):
             raise RuntimeError(f"no server: {self.output()}")

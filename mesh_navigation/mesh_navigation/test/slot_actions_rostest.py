@@ -10,7 +10,13 @@ from collections import Counter
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
-from mbf_msgs.msg import ExePathAction, ExePathActionResult, ExePathFeedback, ExePathGoal, ExePathResult
+from mbf_msgs.msg import (
+    ExePathAction,
+    ExePathActionResult,
+    ExePathFeedback,
+    ExePathGoal,
+    ExePathResult,
+)
 from server_process import wait_until
 
 from mesh_navigation.action_server_node import KEPT
@@ -72,6 +78,8 @@ class Scripted(SlotActionServer):
         if name in ("hold", "joining"):
             while not self.released.is_set() and not cancellation.wait(0.005):
                 pass
+        if name == "lines":
+            return ExePathResult(outcome=100, message="caf\udce9\nis closed")
         outcome = int(name) if name.isdigit() else 0
         return ExePathResult(outcome=outcome, message=f"{running.name} is done")
 
@@ -106,11 +114,17 @@ class SlotActionsTest(unittest.TestCase):
     def test_what_is_raised_is_answered(self):
         self.assertEqual(answer(self.send("throw")), (4, INTERNAL, "ZeroDivisionError: by zero"))
         self.assertEqual(answer(self.send("exit")), (4, INTERNAL, "SystemExit: enough"))
-        heard = []
-        rospy.Subscriber(f"{self.server.path}/result", ExePathActionResult, heard.append)
+        heard = set()
+        rospy.Subscriber(
+            f"{self.server.path}/result",
+            ExePathActionResult,
+            lambda message: heard.add(message.result.message),
+        )
         given = answer(self.send("unprintable"))
-        self.assertEqual(given, (4, INTERNAL, "OSError: no file caf "[:-1]))
-        wait_until(lambda: heard, "the answer on the topic")
+        self.assertEqual(given, (4, INTERNAL, "OSError: no file caf"))
+        self.assertEqual(answer(self.send("lines")), (4, 100, "caf  is closed"))
+        expected = {"OSError: no file caf", "caf  is closed"}
+        wait_until(lambda: heard >= expected, "the answers on the topic")
         given = answer(self.send("none"))
         self.assertEqual(given, (4, INTERNAL, "TypeError: the result is a NoneType"))
 

@@ -1,8 +1,11 @@
 #!/usr/bin/python3
 """Goals of exe_path that take over just when something else happens, in this process."""
 
+import gc
+import math
 import threading
 import unittest
+from unittest import mock
 
 import rospy
 import rostest
@@ -17,6 +20,16 @@ from mesh_navigation.exe_path_node import ExePathServer
 from mesh_navigation.outcomes import ExePathOutcome
 from mesh_navigation.path_execution import Tolerances
 from mesh_navigation.plan_store import PlanStore
+from mesh_navigation.robot_ros import RobotRos
+from mesh_navigation.running_goal import RunningGoal
+from mesh_navigation.slots import TAKEN_OVER
+from mesh_navigation.supervised_execution import SupervisedExecution
+
+
+class Patient(Told):
+    def set_plan(self, plan):
+        super().set_plan(plan)
+        assert self.ready.wait(60)
 
 
 class Fakes:
@@ -25,9 +38,11 @@ class Fakes:
     frame_id, names = "map", ["told"]
 
     def __init__(self):
-        self.arrived = threading.Event()
+        self.arrived, self.ready = threading.Event(), threading.Event()
+        self.ready.set()
         reached = lambda state: self.arrived.is_set()  # noqa: E731
-        self.told = Told(Command(0, "", FORWARD), reached=reached)
+        self.told = Patient(Command(0, "", FORWARD), reached=reached)
+        self.told.ready = self.ready
         self.map = self.controllers = self
 
     def choose(self, name):
@@ -55,9 +70,7 @@ class Server(ExePathServer):
         self.fakes, robot = Fakes(), PlaneRobot()
         robot.frame = "map"
         values = values_with(cmd_vel_ignored_tolerance=0.0)()
-        super().__init__(
-            self.fakes, self.fakes, None, robot, SystemClock(), values, PlanStore()
-        )
+        super().__init__(self.fakes, self.fakes, None, robot, SystemClock(), values, PlanStore())
         self.refused, self.before_the_answer = threading.Event(), lambda: None
 
     def _prepared(self, goal, ready, cancellation):
@@ -100,6 +113,45 @@ class TakeOverTest(unittest.TestCase):
         state, result = second.wait(timeout=60)
         self.assertEqual((state, result.outcome), (GoalStatus.ABORTED, 110), result.message)
         self.assertEqual(result.message, "no path")
+
+    def test_before_the_first_cycle(self):
+        """The answer to the old goal knows where the robot is all the same."""
+        server = Server()
+        server.start()
+        server.fakes.ready.clear()
+        first = server.send(goal_in("map"))
+        wait_until(lambda: server.fakes.told.plans, "the drive")
+        second = server.send(goal_in("map"))
+        state, result = first.wait(timeout=60)
+        self.assertEqual((state, result.outcome), (GoalStatus.PREEMPTED, 101))
+        self.assertEqual((result.message, result.final_pose.header.frame_id), (TAKEN_OVER, "map"))
+        self.assertTrue(math.isnan(result.dist_to_goal))
+        server.fakes.ready.set()
+        server.fakes.arrived.set()
+        self.assertEqual(second.wait(timeout=60)[0], GoalStatus.SUCCEEDED)
+
+    def test_a_shutdown_lets_nobody_drive(self):
+        """Not even who is late."""
+        robot, sent = RobotRos(None, "base_link", 1.0), []
+        robot._commands = mock.Mock(publish=sent.append)
+        robot.drive(FORWARD)
+        with mock.patch("rospy.core.is_shutdown_requested", return_value=True):
+            robot.drive(FORWARD)
+        self.assertEqual([twist.linear.x for twist in sent], [FORWARD.x, 0.0])
+
+    def test_nothing_is_left_of_goals(self):
+        server = Server()
+        server.start()
+        server.fakes.arrived.set()
+        for number in range(30):
+            server.send(goal_in("map")).wait(timeout=60)
+
+        def left():
+            gc.collect()
+            kinds = (RunningGoal, SupervisedExecution)
+            return [thing for thing in gc.get_objects() if isinstance(thing, kinds)]
+
+        wait_until(lambda: not left(), "the end of all")
 
 
 if __name__ == "__main__":

@@ -29,6 +29,11 @@ class Silent(MeshPlanner):
         raise RuntimeError
 
 
+class Exiting(MeshPlanner):
+    def initialize(self, name, mesh_map, given={}):
+        raise SystemExit("enough")
+
+
 class Telling(MeshPlanner):
     def initialize(self, name, mesh_map, given={}):
         super().initialize(name, mesh_map, given)
@@ -47,7 +52,7 @@ class Controller(MeshController):
 @pytest.fixture
 def classes(monkeypatch):
     """Plugins of the tests beside those of the package."""
-    own = (Broken, Silent, Telling, Unbuildable, Controller)
+    own = (Broken, Silent, Exiting, Telling, Unbuildable, Controller)
     found = {f"t/{cls.__name__}": cls for cls in own}
     found["t/Stranger"] = dict
     original = plugin_list.find_class
@@ -123,12 +128,13 @@ def test_classes_of_another_kind(classes):
 
 
 def test_plugins_that_cannot_be_initialized(classes):
-    planners = PluginList(PLANNERS, entries("Broken", "Telling", "Silent"))
+    planners = PluginList(PLANNERS, entries("Broken", "Telling", "Silent", "Exiting"))
     prepared = planners.prepared("map", {"telling": {"cost_limit": 2}})
     assert prepared.complaints == [
         "planner 'broken' could not be initialized: RuntimeError: no wheels",
         "telling/telling map {'cost_limit': 2}",
         "planner 'silent' could not be initialized: RuntimeError: ",
+        "planner 'exiting' could not be initialized: SystemExit: enough",
     ]
     assert prepared.fault("broken") == prepared.complaints[0]
     assert prepared.fault("telling") is None

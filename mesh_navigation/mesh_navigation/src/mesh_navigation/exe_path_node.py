@@ -29,6 +29,7 @@ from mesh_navigation.robot_ros import RobotRos
 from mesh_navigation.ros import Transforms
 from mesh_navigation.running_goal import RunningGoal
 from mesh_navigation.slot_action_node import SlotActionServer
+from mesh_navigation.slots import TAKEN_OVER
 from mesh_navigation.supervised_execution import SupervisedExecution
 
 
@@ -226,13 +227,13 @@ class ExePathServer(SlotActionServer):
         return running.data is not None and running.data.followed != running.key
 
     def _preempted_result(self, running: RunningGoal) -> Any:
-        result = super()._preempted_result(running)
         cycle = running.data.cycle
-        if cycle is not None and cycle.state is not None:
-            result.final_pose = self._pose_message(cycle.state.pose)
-            result.dist_to_goal = float32(cycle.dist_to_goal)
-            result.angle_to_goal = cycle.angle_to_goal
-        return result
+        if cycle is None:
+            failure = ControlFailure(ExePathOutcome.CANCELED, TAKEN_OVER)
+            return self._result_of(self._without_driving(failure))
+        pose = cycle.state.pose if cycle.state else None
+        ends = (ExePathOutcome.CANCELED, TAKEN_OVER, pose, cycle.dist_to_goal, cycle.angle_to_goal)
+        return self._result_of(ExecutionResult(*ends))
 
     # Messages
 

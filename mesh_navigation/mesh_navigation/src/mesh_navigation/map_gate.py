@@ -81,7 +81,7 @@ class MapGate:
             ready, fault = None, ""
             try:
                 ready = self._load()
-            except (Exception, SystemExit) as error:  # Whatever it is, goals must hear of it and not wait on.
+            except (Exception, SystemExit) as error:  # Goals must hear of it and not wait on.
                 fault = str(error) or type(error).__name__
             with self._changed:
                 again, self._again = self._again, False

@@ -27,7 +27,7 @@ from mesh_navigation.slot_action_node import SlotActionServer
 
 SHUT_DOWN = "the server is shut down"
 # s, from a shutdown to the last answer; then what was sent gets a moment to leave.
-LAST_ANSWERS, LAST_MESSAGES = 1.0, 0.1
+LAST_ANSWERS, LAST_MESSAGES = 3.0, 0.2
 # s, after which Python lets another thread go on: a cycle of control does not wait for planners.
 SWITCH_INTERVAL = 0.0005
 

@@ -58,7 +58,8 @@ class RobotRos(Robot):
         return RobotState(now - age, pose.normalized(), self._velocity(now))
 
     def drive(self, velocity: Velocity) -> None:
-        if not velocity.is_finite:
+        # During a shutdown nobody drives any more, however late it is.
+        if rospy.core.is_shutdown_requested() or not velocity.is_finite:
             velocity = STOP
         message = Twist()
         message.linear.x, message.linear.y, message.angular.z = map(float, velocity)

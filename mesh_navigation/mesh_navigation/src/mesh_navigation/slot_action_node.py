@@ -267,6 +267,7 @@ class SlotActionServer:
                 finish = running.handle.set_succeeded
             else:
                 finish = running.handle.set_aborted
+            result.message = one_line(result.message)  # What is no Unicode cannot be sent.
             running.answered = True
             self._running.pop(running.key, None)
             if self._in_slot.get(slot) is running:
