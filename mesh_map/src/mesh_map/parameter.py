@@ -74,8 +74,8 @@ class Parameter:
         warning = "%s is %s, outside of [%s, %s]: %s is used" % (
             self.name,
             value,
-            self.minimum,
-            self.maximum,
+            "-inf" if self.minimum is None else self.minimum,
+            "inf" if self.maximum is None else self.maximum,
             limited,
         )
         return limited, warning

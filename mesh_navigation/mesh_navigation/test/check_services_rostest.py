@@ -206,7 +206,7 @@ class CheckServicesTest(unittest.TestCase):
         wrong = request.replace("map}", "mars}")
         done = subprocess.run(command + [wrong], capture_output=True, text=True, timeout=60)
         error = done.stderr.replace("\\", "")
-        self.assertIn("no transform for the point pose from 'mars' to 'map'", error)
+        self.assertIn("no transform for the requested pose from 'mars' to 'map'", error)
         self.assertNotEqual(done.returncode, 0)
         self.assertNotIn("Traceback", self.node.output())
 

@@ -181,6 +181,20 @@ class MoveBaseTest(unittest.TestCase):
         self.check(self.send(frame=""), "ABORTED", 16, "no frame_id")
         self.assertEqual(self.ends["get_path"], [])
 
+    def test_a_goal_off_the_map_moves_no_robot(self):
+        self.check(self.send(100.0), "ABORTED", 53, "goal (105.00, 5.00, 0.00)", "from the map")
+        self.assertEqual(self.ends["recovery"], [])
+        self.assertEqual(self.ends["get_path"], [])
+
+    def test_the_log_says_each_thing_once(self):
+        text = "plan with 54"
+        before = self.server.output().count(text)
+        self.check(self.send(planner="no_plan", recovery_behaviors=["fails"]), "ABORTED", 54)
+        wait_until(lambda: self.server.output().count(text) > before + 1, "the end in the log")
+        time.sleep(0.3)
+        # What the recovery is for, and the end.
+        self.assertEqual(self.server.output().count(text), before + 2)
+
     def test_a_goal_in_the_frame_of_the_robot_stays_where_it_was(self):
         self.reconfigure.update_configuration({"planner_frequency": 20.0})
         result = self.check(self.send(0.7, frame="base_link"), "SUCCEEDED", 0)

@@ -52,7 +52,9 @@ def test_options():
         ("1 2 -inf", "-inf"),
         ("1 2 3 4 5", "unrecognized arguments: 5"),
         ("1 2 3 4 --yaw 5", "YAW and --yaw say the same; give one"),
+        ("1 2 3 --server a-b", "--server: invalid name of a node value: 'a-b'"),
         ("1 2 3 --timeout 0", "--timeout: invalid number of seconds value: '0'"),
+        ("1 2 3 --timeout -1", "--timeout: invalid number of seconds value: '-1'"),
         ("1 2 3 --plan", "unrecognized arguments: --plan"),
     ],
 )

@@ -62,7 +62,7 @@ def test_without_a_new_plan_it_stops_before_a_wall_and_says_why():
 
 
 def test_one_that_goes_away_again_no_longer_counts():
-    """The column stands there from the first moment; later the robot drives nearer than it would."""
+    """The column stands there at first; later the robot drives nearer than it would."""
     watcher, column_there = Watcher(hall()), column(8.0, 6.0)
     present = []
 

@@ -83,7 +83,7 @@ class CheckServices:
         mesh_map = self._gate.now().map
         point = request.point.point
         row = np.array([[point.x, point.y, point.z, 0.0, 0.0, 0.0, 1.0]])
-        row = self._in_map(mesh_map, request.point.header, row, "point")[0]
+        row = self._in_map(mesh_map, request.point.header, row, "requested")[0]
         found = self._checks(mesh_map).point(row[:3])
         return CheckPointResponse(state=found.state, cost=found.cost)
 
@@ -96,7 +96,7 @@ class CheckServices:
             pose = pose_from_message(request.pose)
         row = np.concatenate(pose)
         if not request.current_pose:
-            row = self._in_map(mesh_map, request.pose.header, row[None], "pose")[0]
+            row = self._in_map(mesh_map, request.pose.header, row[None], "requested")[0]
         found = self._checks(mesh_map).pose(row, request.safety_dist, _factors(request))
         return CheckPoseResponse(state=found.state, cost=found.cost)
 

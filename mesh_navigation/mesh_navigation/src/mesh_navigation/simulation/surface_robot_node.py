@@ -123,7 +123,7 @@ class SurfaceRobotNode:
         try:
             start = initial_pose(mesh_map, values["initial_pose"])
         except MeshMapError as error:
-            rospy.logerr("%s", error)
+            rospy.logerr("%s; the robot begins in the middle of the map", error)
             start = initial_pose(mesh_map)
         body = self._body(mesh_map, start)
         if self._robot is None:
