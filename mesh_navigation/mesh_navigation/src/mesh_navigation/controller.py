@@ -1,6 +1,6 @@
 """What a controller is: the base class of all controllers, what one gets and what it returns."""
 
-from typing import NamedTuple, Optional
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
@@ -19,6 +19,8 @@ class ControllerPlan(NamedTuple):
     last one is the goal."""
     field: Optional[PlanField] = None
     """The potential that the path was made from; None if it came from elsewhere."""
+    prepared: Any = None
+    """What the controller's ``prepare_plan`` made of it; None if that was not called."""
 
     @property
     def goal(self) -> Pose:
@@ -60,6 +62,8 @@ class MeshController(MeshPlugin):
     * For one goal, one method is called at a time: ``set_plan`` first and again when a newer plan
       replaces the one that is followed (the robot may be moving), then in every cycle
       ``is_goal_reached`` and, if it is not, ``compute_velocity``.
+    * ``set_plan`` takes its time from a cycle. What takes long in it can be done in
+      ``prepare_plan``, which other threads call before.
     * ``compute_velocity`` is to return within a fraction of a cycle (1 / controller_frequency). It
       does not drive and does not wait. If it takes long, the server stops the robot meanwhile; look
       at ``cancellation`` then, after half a second the server answers without the controller.
@@ -73,6 +77,15 @@ class MeshController(MeshPlugin):
       get new costs: take one ``self.map.planning_costs()`` per cycle.
     * Units are m, rad and s, the frame is the map's (``self.map.frame_id``).
     """
+
+    def prepare_plan(self, plan: ControllerPlan) -> Any:
+        """What ``set_plan`` needs of a plan that comes while the robot drives; it finds it in the
+        plan as ``prepared``.
+
+        Called in other threads, while cycles go on: it changes nothing of the controller. It is
+        not called for every plan. If it fails, ``set_plan`` gets the plan without it.
+        """
+        return None
 
     def set_plan(self, plan: ControllerPlan) -> None:
         """Follow this from now on.

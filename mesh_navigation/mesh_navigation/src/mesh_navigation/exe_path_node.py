@@ -218,6 +218,7 @@ class ExePathServer(SlotActionServer):
                     drive.refusal, drive.followed = failure, key
                     drive.cancellation.cancel(failure.message)
             return
+        plan = drive.execution.prepared(plan)
         with drive.lock:
             if drive.newest == key and drive.execution.replace(plan, tolerances):
                 drive.followed = key

@@ -6,16 +6,19 @@ import sys
 from typing import Any, List
 
 from mesh_msgs_hdf5.completion import bash_script
+from rosgraph.names import is_legal_name
 
 from mesh_map.errors import one_line
 
 PROGRAM = "go_to"
+SERVER = "move_base_flex"
 TROUBLE = 2  # exit code: wrong usage, or no server
 
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> None:
-        complain(f"{message} ({PROGRAM} --help)")
+        # The space of `_plain` is not the user's.
+        complain(f"{message} ({PROGRAM} --help)".replace(": ' -", ": '-"))
         sys.exit(TROUBLE)
 
 
@@ -44,7 +47,7 @@ def make_parser() -> argparse.ArgumentParser:
     text = "of X Y Z (default: that of the map)"
     parser.add_argument("--frame", default="", metavar="FRAME", help=text)
     text = "node of the navigation server (default: %(default)s)"
-    parser.add_argument("--server", default="move_base_flex", metavar="NAME", help=text)
+    parser.add_argument("--server", default=SERVER, type=_node, metavar="NAME", help=text)
     text = "name of the {} (default: the server's first)"
     for kind in ("planner", "controller"):
         parser.add_argument(f"--{kind}", default="", metavar="NAME", help=text.format(kind))
@@ -98,7 +101,14 @@ def _seconds(text: str) -> float:
     return value
 
 
+def _node(text: str) -> str:
+    if not text or not is_legal_name(text):
+        raise ValueError(text)
+    return text
+
+
 _number.__name__, _seconds.__name__ = "number", "number of seconds"
+_node.__name__ = "name of a node"
 
 
 def tell(text: str) -> None:

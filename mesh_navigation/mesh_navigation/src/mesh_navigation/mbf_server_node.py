@@ -23,6 +23,7 @@ from mesh_navigation.robot_ros import RobotRos
 from mesh_navigation.ros import Transforms
 from mesh_navigation.server_map_ros import ServerMap, map_text
 from mesh_navigation.server_values_ros import ServerValues
+from mesh_navigation.settled_memory import settle
 from mesh_navigation.slot_action_node import SlotActionServer
 
 SHUT_DOWN = "the server is shut down"
@@ -89,6 +90,7 @@ class MbfServer:
         self._plans.clear()
         self._robot.trail.clear()
         self._robot.frame = ready.map.frame_id
+        settle()
         rospy.loginfo(
             "%s: ready, %s; waiting for goals, and for TF from '%s' to '%s' (not for plans with a "
             "start)",

@@ -7,6 +7,10 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 
+from mesh_map.mesh_map import MeshMap
+
+from mesh_navigation.anchors import find_anchor
+from mesh_navigation.anchors import MAX_DISTANCE
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.clock import Clock
 from mesh_navigation.local_sub_goals import LocalSubActions
@@ -50,7 +54,7 @@ class Servers(NamedTuple):
 class _Ends(NamedTuple):
     """Where a goal begins and shall end, in the map's frame."""
 
-    frame: str
+    map: MeshMap
     start: Pose
     target: Pose
 
@@ -132,15 +136,24 @@ class MoveBaseServer(SlotActionServer):
             outcome = own.get(GetPathOutcome(failure.outcome), failure.outcome)
             unknown = float("nan")
             return MoveBaseResult(int(outcome), failure.message, unknown, unknown, PoseStamped())
+        try:  # What is off the map stays there, whatever recovery behaviors do.
+            find_anchor(ends.map, ends.target.position, "goal", GetPathOutcome.INVALID_GOAL)
+        except PlanFailure as failure:
+            return self._filled(MoveBaseEnd(failure.outcome, failure.message), ends)
         actions = LocalSubActions(
             *self._servers,
-            pose_message(np.concatenate(ends.target), ends.frame),
+            pose_message(np.concatenate(ends.target), ends.map.frame_id),
             goal.planner,
             goal.controller,
             lambda feedback: _publish(running, feedback),
         )
         execution = MoveBaseExecution(
-            actions, self._clock, lambda: self._values, self._behaviors(goal), self._log
+            actions,
+            self._clock,
+            lambda: self._values,
+            self._behaviors(goal),
+            self._log,
+            lambda: self._is_off_map(ends.target),
         )
         end = running.data = execution.run(cancellation)
         return self._filled(end, ends)
@@ -152,10 +165,10 @@ class MoveBaseServer(SlotActionServer):
 
     def _ends(self, goal: Any, cancellation: Cancellation) -> _Ends:
         try:
-            frame = self._gate.wait(cancellation).map.frame_id
+            mesh_map = self._gate.wait(cancellation).map
         except MapNotReady as error:
             raise PlanFailure(GetPathOutcome[error.kind], error.message) from error
-        robot_frame = self._values["robot_frame"]
+        frame, robot_frame = mesh_map.frame_id, self._values["robot_frame"]
         start = self._transforms.robot_pose(frame, robot_frame, cancellation)
         # Once, at the beginning: a goal in a frame that moves, as that of the robot does, would be
         # another one for each plan.
@@ -163,7 +176,14 @@ class MoveBaseServer(SlotActionServer):
         fault = target.fault()
         if fault:
             raise PlanFailure(GetPathOutcome.INVALID_GOAL, f"goal: {fault}")
-        return _Ends(frame, start, target.normalized())
+        return _Ends(mesh_map, start, target.normalized())
+
+    def _is_off_map(self, pose: Pose) -> bool:
+        try:
+            mesh_map = self._gate.now().map
+        except MapNotReady:
+            return False
+        return mesh_map.closest_face(pose.position, MAX_DISTANCE) is None
 
     def _filled(self, end: MoveBaseEnd, ends: _Ends) -> MoveBaseResult:
         result = MoveBaseResult(outcome=int(end.outcome), message=end.message)
@@ -175,10 +195,12 @@ class MoveBaseServer(SlotActionServer):
         at_once = Cancellation()
         at_once.cancel("the answer does not wait for TF")
         try:
-            pose = self._transforms.robot_pose(ends.frame, self._values["robot_frame"], at_once)
+            pose = self._transforms.robot_pose(
+                ends.map.frame_id, self._values["robot_frame"], at_once
+            )
         except PlanFailure:
             pose = ends.start  # the last that is known
-        result.final_pose = pose_message(np.concatenate(pose), ends.frame, rospy.Time.now())
+        result.final_pose = pose_message(np.concatenate(pose), ends.map.frame_id, rospy.Time.now())
         result.dist_to_goal = float32(np.linalg.norm(pose.position - ends.target.position))
         result.angle_to_goal = angle_between(pose, ends.target)
         return result

@@ -37,7 +37,8 @@ def default_values() -> Mapping[str, Value]:
 class PathExecution:
     """One robot that follows one path, which may be replaced while it drives.
 
-    ``run`` does all in the thread that calls it, by any clock; `replace` may be called from others.
+    ``run`` does all in the thread that calls it, by any clock; `prepared` and `replace` may be
+    called from others.
     """
 
     def __init__(
@@ -61,11 +62,22 @@ class PathExecution:
         self._lock = threading.Lock()
         self._pending: Optional[Tuple[ControllerPlan, Tolerances]] = None
         self._ended = False
+        self._controller: Optional[MeshController] = None
         self._pose: Optional[Pose] = None
         self._oscillation, self._obedience = OscillationWatch(), ObedienceWatch()
         # Times (s): the last command that was valid, and the last pose.
         self._valid = self._seen = 0.0
         self._retries = 0  # since the last command that was valid
+
+    def prepared(self, plan: ControllerPlan) -> ControllerPlan:
+        """A plan for `replace`, with all done to it that need not take the time of a cycle."""
+        controller = self._controller
+        if controller is None:
+            return plan
+        try:
+            return plan._replace(prepared=controller.prepare_plan(plan))
+        except (Exception, SystemExit):  # It is the cycle's to fail with it, or do without.
+            return plan
 
     def replace(self, plan: ControllerPlan, tolerances: Tolerances) -> bool:
         """Follow another plan from the next cycle on; the robot does not stop in between.
@@ -94,6 +106,7 @@ class PathExecution:
 
         When it returns or raises, the robot was told to stop.
         """
+        self._controller = controller
         with self._lock:
             # A plan that came before the start is newer.
             self._pending = self._pending or (plan, tolerances)

@@ -48,6 +48,9 @@ class _Watched(MeshController):
             return 0.0, 0.0
         return time.monotonic() - called[0], self._clock.now() - called[1]
 
+    def prepare_plan(self, plan: ControllerPlan) -> Any:
+        return self._controller.prepare_plan(plan)  # No cycle waits for it.
+
     def set_plan(self, plan: ControllerPlan) -> None:
         with self._call():
             self._controller.set_plan(plan)
@@ -85,6 +88,10 @@ class SupervisedExecution:
         self._lock = threading.Lock()
         self._answered = False
         self._execution = PathExecution(self._robot, clock, values, self._on_cycle, is_map_current)
+
+    def prepared(self, plan: ControllerPlan) -> ControllerPlan:
+        """As `PathExecution.prepared`."""
+        return self._execution.prepared(plan)
 
     def replace(self, plan: ControllerPlan, tolerances: Tolerances) -> bool:
         """As `PathExecution.replace`."""

@@ -64,15 +64,19 @@ class MeshController(Controller):
         self._remark = ""
         return complaints
 
-    def set_plan(self, plan: ControllerPlan) -> None:
+    def prepare_plan(self, plan: ControllerPlan) -> Guide:
         values = self.values
-        self._guide = Guide(
+        return Guide(
             self.map.geometry,
             plan,
             self.map.planning_costs().costs,
             values["max_search_distance"],
             values["side_clearance"],
         )
+
+    def set_plan(self, plan: ControllerPlan) -> None:
+        is_prepared = isinstance(plan.prepared, Guide)
+        self._guide = plan.prepared if is_prepared else self.prepare_plan(plan)
         goal, heading = self._guide.track.goal, plan.goal.heading
         if self._watch is None:
             self._watch = StuckWatch()

@@ -232,6 +232,5 @@ class _Drive:
             self._next_plan += self._period
             plan = self._planned()
             if plan.succeeded:
-                self._execution.replace(
-                    ControllerPlan(plan.poses, plan.plan_field), self._tolerances
-                )
+                newer = ControllerPlan(plan.poses, plan.plan_field)
+                self._execution.replace(self._execution.prepared(newer), self._tolerances)
