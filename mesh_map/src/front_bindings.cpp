@@ -118,6 +118,7 @@ void bindFrontKernels(pybind11::module& module)
            arg("inscribed_value"), arg("is_exponential"), arg("cost_scaling"));
   py::class_<ObstacleDistance>(module, "_ObstacleDistance", py::module_local())
       .def(py::init([](std::shared_ptr<FrontMesh> mesh, float max_distance) {
+             const py::gil_scoped_release release;
              return std::make_unique<ObstacleDistance>(std::move(mesh), max_distance);
            }),
            arg("mesh"), arg("max_distance"))

@@ -41,6 +41,16 @@ class Field
     field_ = std::make_unique<WaveFrontField>(std::move(pool), std::move(seeds), values);
   }
 
+  Field(const Field&) = delete;
+  Field& operator=(const Field&) = delete;
+
+  /// Clears buffers for later, which takes milliseconds: other threads go on meanwhile.
+  ~Field()
+  {
+    const py::gil_scoped_release release;
+    field_.reset();
+  }
+
   bool extend(Array targets, double offset, double max_distance, const CancelFlag* cancel)
   {
     WaveFrontStop stop;

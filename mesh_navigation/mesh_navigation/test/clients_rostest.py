@@ -334,6 +334,12 @@ class ClientsTest(unittest.TestCase):
             self.assertEqual(command.end(), (0, printed, ""))
             self.assertEqual(len(self.server.canceled), 1)
 
+    def test_names_that_are_none(self):
+        with self.assertRaisesRegex(ValueError, "'a b' is no name of a node"):
+            MeshNavigator("a b")
+        with self.assertRaisesRegex(ValueError, "'fly' is none of get_path, exe_path"):
+            self.navigator.wait_until_ready("fly")
+
     def test_the_bridge(self):
         words = "_goal_topic:=/clicked", "_controller:=c", "_recovery_behaviors:=[a]"
         bridge = Command("rosrun", "mesh_navigation", "goal_bridge", *words)
@@ -364,7 +370,7 @@ class ClientsTest(unittest.TestCase):
         self.server.answers["move_base"] = replace
         clicks.publish(stamped((4, 5, 6)))
         self.wait_for_goal(count=before + 1)
-        bridge.wait_for("goal (4.00, 5.00, 6.00) in 'map': arrived, all is well")
+        bridge.wait_for("goal (4.00, 5.00, 6.00) in 'map': SUCCESS (0): all is well")
         bridge.wait_for("goal (1.00, 2.00, 3.00) in 'map': replaced by a newer one")
         self.server.answers["move_base"] = lambda handle: handle.set_aborted(
             MoveBaseResult(outcome=53, message="off the map")
@@ -385,6 +391,7 @@ class ClientsTest(unittest.TestCase):
             "goal_bridge",
             "__name:=lonely",
             "_server:=nobody",
+            "_recovery_behaviors:=wait",
             "/goal:=g",
         )
         self.addCleanup(bridge.kill)
@@ -392,6 +399,7 @@ class ClientsTest(unittest.TestCase):
         clicks.publish(stamped((1, 2, 3)))
         text = "goal (1.00, 2.00, 3.00) in 'map' is dropped: there is no action server /nobody/move"
         bridge.wait_for(text)
+        bridge.wait_for("~recovery_behaviors is 'wait', it has to be a list of names: all are used")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The arguments of the command go_to."""
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -64,6 +65,16 @@ def test_mistakes(line, words, capsys):
     out, err = capsys.readouterr()
     assert (end.value.code, out) == (2, "")
     assert err.startswith("go_to: error: ") and err.count("\n") == 1 and words in err
+
+
+def test_no_roscore(tmp_path):
+    environment = {**os.environ, "ROS_MASTER_URI": "http://localhost:1", "ROS_HOME": str(tmp_path)}
+    command = [str(PROGRAM), "1", "2", "3", "--timeout", "0.3"]
+    end = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    assert (end.returncode, end.stdout) == (2, "")
+    roscore = "roscore at http://localhost:1"
+    error = f"go_to: error: there is no {roscore} within 0.3 s"
+    assert end.stderr.splitlines() == [f"go_to: waiting for {roscore}", error]
 
 
 def test_completion(tmp_path):

@@ -7,7 +7,13 @@ from mesh_msgs import zoo
 
 from mesh_navigation.pose import Pose
 from mesh_navigation.simulation.driving import drive
-from controller_drives import check_commands, controller_on, planned, random_drives
+from controller_drives import (
+    check_commands,
+    command_at,
+    controller_on,
+    planned,
+    random_drives,
+)
 from navigation_test_maps import MapWithCosts
 
 
@@ -176,3 +182,18 @@ def test_a_plan_on_another_storey_is_not_reached_from_below():
     )
     check_arrived(went)
     assert went.track[-1, 2] == pytest.approx(3.0) and len(plan.poses) > 10
+
+
+def test_a_plan_that_was_prepared_is_followed_as_any_other():
+    mesh_map = MapWithCosts(PLANE)
+    plan = planned(mesh_map, Pose.at([2.0, 2.0, 0.0]), Pose.at([7.0, 6.0, 0.0]))
+    for field in (plan.field, None):  # None: it follows the path
+        plain, other = controller_on(mesh_map), controller_on(mesh_map)
+        plain.set_plan(plan._replace(field=field))
+        newer = plan._replace(field=field)
+        prepared = newer._replace(prepared=other.prepare_plan(newer))
+        assert not hasattr(other, "_goal")  # it changes nothing
+        other.set_plan(prepared)
+        assert other._guide is prepared.prepared
+        at = Pose.at([2.5, 2.1, 0.0], 0.5)
+        assert command_at(plain, at) == command_at(other, at)

@@ -41,14 +41,14 @@ def followed(plan, start, **given):
     track, cancellation = [], Cancellation()
 
     def note(time):
-        track.append(robot.body.pose.position)
+        track.append(robot.body.pose.position.copy())
         if time > 120.0:
             cancellation.cancel("too long")
 
     execution = PathExecution(robot, SimulatedClock(robot, note))
     controller = controller_on(PLANE, **given)
     result = execution.run(controller, plan, Tolerances(0.1, 0.2), cancellation)
-    return np.array(track), result
+    return np.array([start.position, *track]), result
 
 
 @pytest.mark.parametrize("spacing", [10.0, 0.5, 0.02])
@@ -60,15 +60,6 @@ def test_a_loop_is_driven_once_around(spacing, beside):
     assert result.outcome == 0, result.message
     driven = np.linalg.norm(np.diff(track, axis=0), axis=1).sum()
     assert driven == pytest.approx(18.0, abs=0.7)
-
-
-@pytest.mark.parametrize("spacing", [10.0, 0.5, 0.02])
-def test_a_way_there_and_back_is_driven_to_its_end(spacing):
-    plan = path_through([[2, 5, 0], [7, 5, 0], [2, 5, 0]], spacing)
-    track, result = followed(plan, Pose.at([2.0, 5.0, 0.0]))
-    assert result.outcome == 0, result.message
-    assert 6.6 < track[:, 0].max() < 7.2
-    assert result.dist_to_goal < 0.1
 
 
 def hits_of(mesh_map, start, goal, **given):
@@ -103,7 +94,7 @@ def test_fast_robots_brake_before_bends(speed, brakes, follow):
 
 @pytest.mark.parametrize("frequency", [20.0, 5.0])
 @pytest.mark.parametrize("brakes", [1.0, 20.0])
-@pytest.mark.parametrize("distance", [1.5, 10.0])
+@pytest.mark.parametrize("distance", [2.0, 10.0])
 def test_what_appears_before_a_fast_robot_stops_it(frequency, brakes, distance):
     mesh = zoo.grid(cells=150, size=30.0)
     mesh_map, x = MapWithCosts(mesh), mesh.vertices[:, 0]
@@ -127,10 +118,9 @@ def test_what_appears_before_a_fast_robot_stops_it(frequency, brakes, distance):
         on_step=drop,
         values={"controller_frequency": frequency},
     )
-    # 5 m/s, 0.2 s until it is told and the brakes of the base: 1.6 m
+    # The base needs 0.6 m to stop, and until it is told so it drives up to 1 m.
     assert "BLOCKED_PATH" in went.result.message
-    if (frequency, distance) != (5.0, 1.5):
-        assert len(went.blocked) == 0 and went.track[-1, 0] < wall[0]
+    assert len(went.blocked) == 0 and went.track[-1, 0] < wall[0]
 
 
 def test_one_cycle_in_a_second_is_enough():
@@ -148,7 +138,7 @@ def test_one_cycle_in_a_second_is_enough():
 
 def test_a_creeping_robot_that_steers_to_both_sides_is_not_stuck():
     controller = following(PLANE, path_through([[2, 5, 0], [8, 5, 0]], 0.5))
-    for cycle in range(200):
+    for cycle in range(400):
         pose = Pose.at([3.0 + 0.0005 * cycle, 5.0, 0.0], 0.04 * (-1) ** (cycle // 4))
         command = command_at(controller, pose, 0.05 * cycle)
         controller.set_parameters({"max_lin_velocity": 0.01})
@@ -165,3 +155,22 @@ def test_turning_that_moves_it_off_a_narrow_goal_is_made_good():
     assert command(0.0, Pose.at([8.0, 5.0, 0.0], 1.0)).x == 0.0
     speeds = [command(0.1 * i, Pose.at([7.97, 5.0, 0.0], 0.001)).x for i in range(1, 4)]
     assert max(speeds) > 0.0
+
+
+@pytest.mark.parametrize("given", [{}, {"max_lin_velocity": 5.0, "max_ang_velocity": 2.0}])
+@pytest.mark.parametrize("follow", ["field", "path"])
+def test_straight_on_it_does_not_weave(follow, given):
+    start, goal = Pose.at([1, 1, 0], 0.3), Pose.at([9, 8, 0], 0.7)
+    went, _ = hits_of(PLANE, start, goal, follow=follow, **given)
+    assert went.arrived, went.result.message
+    aside = np.abs((went.track[:, :2] - 1.0) @ np.array([-7.0, 8.0]) / np.hypot(7.0, 8.0))
+    assert aside[len(aside) // 4 :].max() < 0.1 and went.times[-1] < 15.0
+
+
+def test_poses_that_repeat_change_nothing():
+    plan = path_through([[2, 2, 0], [5, 2, 0], [5, 5, 0]], 0.25)
+    repeated = ControllerPlan(np.repeat(plan.poses, 3, axis=0))
+    tracks = [followed(each, Pose.at([2.0, 2.0, 0.0])) for each in (plan, repeated)]
+    assert all(result.outcome == 0 for _, result in tracks)
+    assert tracks[1][0][:, 1].max() < 5.05
+    assert len(tracks[1][0]) == pytest.approx(len(tracks[0][0]), rel=0.05)

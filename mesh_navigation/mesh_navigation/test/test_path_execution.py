@@ -371,3 +371,31 @@ def test_stops_when_a_listener_fails():
     with pytest.raises(ZeroDivisionError):
         world.run()
     assert world.robot.command == STOP
+
+
+def test_a_new_plan_is_prepared_outside_of_the_cycle():
+    class Prepares(Told):
+        def prepare_plan(self, plan):
+            return "ready for %g" % plan.poses[-1, 0]
+
+    world = World(Prepares())
+    assert world.execution.prepared(plan_to(1.0, 0.0)).prepared is None  # for nobody yet
+    world.later(
+        1.0,
+        lambda: world.execution.replace(world.execution.prepared(plan_to(3.0, 0.0)), TOLERANCES),
+    )
+    assert world.run().outcome == 0
+    assert [plan.prepared for plan in world.controller.plans] == [None, "ready for 3"]
+
+
+@pytest.mark.parametrize("error", [ControlFailure(110, "bent"), ValueError("odd"), SystemExit()])
+def test_a_plan_that_cannot_be_prepared_comes_as_it_is(error):
+    class Fails(Told):
+        def prepare_plan(self, plan):
+            raise error
+
+    world = World(Fails())
+    newer = plan_to(3.0, 0.0)
+    world.later(1.0, lambda: world.execution.replace(world.execution.prepared(newer), TOLERANCES))
+    assert world.run().outcome == 0
+    assert world.controller.plans[1] is newer

@@ -61,6 +61,8 @@ class ExePathServer(SlotActionServer):
     path, without a stop.
     """
 
+    tells_of_sub_goals = False  # move_base says itself how they end
+
     def __init__(
         self,
         controllers: PluginList,

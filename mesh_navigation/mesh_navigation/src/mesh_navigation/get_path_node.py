@@ -37,6 +37,8 @@ class Plan(NamedTuple):
 class GetPathServer(SlotActionServer):
     """Serves ``~get_path``."""
 
+    tells_of_sub_goals = False  # move_base says what fails; while it drives, plans come often.
+
     def __init__(
         self,
         planners: PluginList,

@@ -2,10 +2,12 @@
 
 import math
 import os
+import signal
 import sys
 import time
 from typing import Any, List, Optional
 
+import rosgraph
 import rospy
 from mesh_msgs_hdf5.completion import wanted
 from mesh_msgs_hdf5.progress import Progress
@@ -14,6 +16,7 @@ from mesh_msgs.init_node import init_node
 
 from mesh_navigation.go_to_arguments import PROGRAM, TROUBLE, complain, make_parser, parsed, tell
 from mesh_navigation.go_to_report import Remaining, arrival_text, plan_text
+from mesh_navigation.goals_ros import Deadline
 from mesh_navigation.navigation_result import NavigationError
 from mesh_navigation.navigator_node import MeshNavigator
 from mesh_navigation.plan_arguments import complete
@@ -28,6 +31,8 @@ def main(argv: Optional[List[str]] = None) -> int:
         complete(parser)
     words = rospy.myargv(sys.argv if argv is None else [PROGRAM, *argv])
     arguments = parsed(parser, words[1:])
+    if arguments.timeout is not None and not _is_roscore_there(Deadline(arguments.timeout)):
+        return TROUBLE
     init_node(f"{PROGRAM}_{os.getpid()}")
     try:
         code = _run(arguments)
@@ -41,6 +46,24 @@ def main(argv: Optional[List[str]] = None) -> int:
     except BrokenPipeError:  # the reader of our output has gone, as head does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return TROUBLE
+
+
+def _is_roscore_there(deadline: Deadline) -> bool:
+    """Wait for it, and say so; `init_node` itself would do it without end."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # rosgraph swallows KeyboardInterrupt
+    roscore, told = f"roscore at {rosgraph.get_master_uri()}", False
+    try:
+        while not rosgraph.is_master_online():
+            if not told:
+                tell(f"waiting for {roscore}")
+                told = True
+            if deadline.left == 0.0:
+                complain(f"there is no {roscore} within {deadline.seconds:g} s")
+                return False
+            time.sleep(0.1)
+    except ValueError:  # no address: `init_node` says so
+        pass
+    return True
 
 
 def _run(arguments: Any) -> int:

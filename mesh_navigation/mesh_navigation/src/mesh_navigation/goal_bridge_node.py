@@ -1,7 +1,7 @@
 """Sends the goals that are clicked in RViz to move_base."""
 
 import threading
-from typing import Optional, Sequence
+from typing import Any, List, Optional, Sequence
 
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -36,8 +36,7 @@ class GoalBridge:
         self._values, complaints = read_parameters(PARAMETERS, rospy.get_param("~", {}) or {})
         for complaint in complaints:
             rospy.logwarn("parameter ~%s", complaint)
-        behaviors = rospy.get_param("~recovery_behaviors", [])
-        self._behaviors = [str(name) for name in behaviors] if isinstance(behaviors, list) else []
+        self._behaviors = _names(rospy.get_param("~recovery_behaviors", []))
         server = rospy.resolve_name(self._values["server"])
         self._name = f"{server}/move_base"
         self._goals = Goals(server, ACTIONS)
@@ -78,11 +77,19 @@ class GoalBridge:
             pass  # the end of this node cancels the goal
         else:
             if result.succeeded:
-                rospy.loginfo("goal %s: arrived, %s", _text(goal), result.message)
+                rospy.loginfo("goal %s: %s", _text(goal), result)
             elif self._newest is not goal:
                 rospy.loginfo("goal %s: replaced by a newer one", _text(goal))
             else:
                 rospy.logwarn("goal %s: %s", _text(goal), result)
+
+
+def _names(behaviors: Any) -> List[str]:
+    if isinstance(behaviors, list) and all(isinstance(name, str) for name in behaviors):
+        return behaviors
+    text = "parameter ~recovery_behaviors is %r, it has to be a list of names: all are used"
+    rospy.logwarn(text, behaviors)
+    return []
 
 
 def _text(goal: PoseStamped) -> str:

@@ -23,14 +23,14 @@ from mesh_navigation.robot_ros import RobotRos
 from mesh_navigation.ros import Transforms
 from mesh_navigation.server_map_ros import ServerMap, map_text
 from mesh_navigation.server_values_ros import ServerValues
-from mesh_navigation.settled_memory import settle
+from mesh_navigation.settled_memory import give_back_large_arrays, settle
 from mesh_navigation.slot_action_node import SlotActionServer
 
 SHUT_DOWN = "the server is shut down"
 # s, from a shutdown to the last answer; then what was sent gets a moment to leave.
 LAST_ANSWERS, LAST_MESSAGES = 3.0, 0.2
 # s, after which Python lets another thread go on: a cycle of control does not wait for planners.
-SWITCH_INTERVAL = 0.0005
+SWITCH_INTERVAL = 0.0001
 
 
 class MbfServer:
@@ -123,6 +123,7 @@ class MbfServer:
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
     sys.setswitchinterval(SWITCH_INTERVAL)
+    give_back_large_arrays()
     init_node("mbf_mesh_nav", argv=arguments)
     try:
         server = MbfServer()

@@ -4,8 +4,11 @@ from typing import Any, Optional
 
 import genpy
 import numpy as np
-from geometry_msgs.msg import Point, PoseStamped, Quaternion
+from geometry_msgs.msg import Point
+from geometry_msgs.msg import Pose as PoseMessage
+from geometry_msgs.msg import PoseStamped, Quaternion
 from nav_msgs.msg import Path
+from std_msgs.msg import Header
 
 from mesh_navigation.pose import Pose
 
@@ -37,11 +40,17 @@ def float32(number: float) -> float:
 
 def path_message(poses: np.ndarray, frame_id: str, stamp: Any) -> Path:
     """A path from (N,7) poses; every pose carries frame and stamp too."""
-    message = Path()
-    message.header.frame_id = frame_id
-    message.header.stamp = stamp
-    message.poses = [pose_message(pose, frame_id, stamp) for pose in poses]
-    return message
+    # Messages that are made without arguments fill themselves with others first: of a path of a
+    # thousand poses that is felt.
+    rows = np.asarray(poses, dtype=np.float64).tolist()
+    stamped = [
+        PoseStamped(
+            Header(0, stamp, frame_id),
+            PoseMessage(Point(*row[:3]), Quaternion(*row[3:])),
+        )
+        for row in rows
+    ]
+    return Path(Header(0, stamp, frame_id), stamped)
 
 
 def poses_from_path(message: Path) -> np.ndarray:

@@ -27,8 +27,8 @@ FINAL = frozenset(
         ExePathOutcome.STOPPED,
     )
 )
-"""Failures that no recovery behavior can change. INVALID_GOAL is one only where the goal is off the
-map: what is in its way may go away."""
+"""Failures that no recovery behavior can change. INVALID_GOAL is none of them: what is on a goal may
+go away, and goals off the map do not come this far."""
 
 
 class MoveBaseExecution:
@@ -41,7 +41,6 @@ class MoveBaseExecution:
         values: Callable[[], Mapping[str, Any]],
         behaviors: Sequence[str],
         log: Callable[[str], None] = lambda message: None,
-        is_off_map: Callable[[], bool] = lambda: False,
     ) -> None:
         """
         Args:
@@ -50,12 +49,10 @@ class MoveBaseExecution:
             values: parameters of the server, of now.
             behaviors: recovery behaviors in their order.
             log: gets sentences for people, about what is not as it should be.
-            is_off_map: whether there is no surface at the goal.
         """
         self._actions = actions
         self._values = values
         self._log = log
-        self._is_off_map = is_off_map
         self._chain = RecoveryChain(behaviors)
         self._drive = Drive(
             actions, clock, values, log, lambda: self._overcome(Trouble.DRIVING, "gets on")
@@ -89,7 +86,7 @@ class MoveBaseExecution:
             Over: there is nothing that could help.
         """
         final = MoveBaseEnd(int(failure.outcome), failure.message, failure.drive)
-        if self._is_final(failure) or not self._values()["recovery_enabled"]:
+        if failure.outcome in FINAL or not self._values()["recovery_enabled"]:
             raise Over(final)
         tried = self._chain.tried
         name = self._chain.next(trouble)
@@ -101,11 +98,6 @@ class MoveBaseExecution:
             self._log(f"recovery {name} failed: {end.message} ({end.outcome})")
             if self._chain.exhausted:
                 raise Over(_in_vain(final, self._chain.tried))
-
-    def _is_final(self, failure: SubEnd) -> bool:
-        if failure.outcome == GetPathOutcome.INVALID_GOAL:
-            return self._is_off_map()
-        return failure.outcome in FINAL
 
 
 def _in_vain(end: MoveBaseEnd, tried: Sequence[str]) -> MoveBaseEnd:

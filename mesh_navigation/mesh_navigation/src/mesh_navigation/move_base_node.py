@@ -10,7 +10,6 @@ from mbf_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 from mesh_map.mesh_map import MeshMap
 
 from mesh_navigation.anchors import find_anchor
-from mesh_navigation.anchors import MAX_DISTANCE
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.clock import Clock
 from mesh_navigation.local_sub_goals import LocalSubActions
@@ -148,12 +147,7 @@ class MoveBaseServer(SlotActionServer):
             lambda feedback: _publish(running, feedback),
         )
         execution = MoveBaseExecution(
-            actions,
-            self._clock,
-            lambda: self._values,
-            self._behaviors(goal),
-            self._log,
-            lambda: self._is_off_map(ends.target),
+            actions, self._clock, lambda: self._values, self._behaviors(goal), self._log
         )
         end = running.data = execution.run(cancellation)
         return self._filled(end, ends)
@@ -177,13 +171,6 @@ class MoveBaseServer(SlotActionServer):
         if fault:
             raise PlanFailure(GetPathOutcome.INVALID_GOAL, f"goal: {fault}")
         return _Ends(mesh_map, start, target.normalized())
-
-    def _is_off_map(self, pose: Pose) -> bool:
-        try:
-            mesh_map = self._gate.now().map
-        except MapNotReady:
-            return False
-        return mesh_map.closest_face(pose.position, MAX_DISTANCE) is None
 
     def _filled(self, end: MoveBaseEnd, ends: _Ends) -> MoveBaseResult:
         result = MoveBaseResult(outcome=int(end.outcome), message=end.message)

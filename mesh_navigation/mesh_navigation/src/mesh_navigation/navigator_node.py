@@ -15,6 +15,7 @@ from mbf_msgs.msg import (
     RecoveryGoal,
 )
 from nav_msgs.msg import Path
+from rosgraph.names import is_legal_name
 
 from mesh_navigation.action_caller_ros import OnFeedback
 from mesh_navigation.goal_poses import goal_pose, has_heading, heading_of_arrival
@@ -53,11 +54,14 @@ class MeshNavigator:
 
         Raises:
             NavigationError: there is no roscore.
+            ValueError: no node can have this name.
         """
         if not rospy.core.is_initialized():
             if not rosgraph.is_master_online():
                 raise NavigationError(f"there is no roscore at {rosgraph.get_master_uri()}")
             rospy.init_node("mesh_navigator", anonymous=True, disable_signals=True)
+        if not is_legal_name(name):
+            raise ValueError(f"{name!r} is no name of a node")
         self.name = rospy.resolve_name(name)
         self._tell = tell
         self._goals = Goals(self.name, ACTIONS, tell)
@@ -184,7 +188,11 @@ class MeshNavigator:
 
         Raises:
             NavigationError: there is none in time.
+            ValueError: there is no such action.
         """
+        for action in actions:
+            if action not in ACTIONS:
+                raise ValueError(f"{action!r} is none of {', '.join(ACTIONS)}")
         deadline = Deadline(timeout)
         for action in actions or ACTIONS:
             self._goals.wait_for_server(action, deadline)

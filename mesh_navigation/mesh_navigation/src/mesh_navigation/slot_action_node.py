@@ -27,6 +27,9 @@ class SlotActionServer:
     override the hooks, whose names begin with one underscore.
     """
 
+    tells_of_sub_goals = True
+    """Whether ends of move_base's sub-goals are logged (else for debugging only)."""
+
     def __init__(
         self, name: str, action: Type, result: Type, outcomes: Type[IntEnum], doing: str
     ) -> None:
@@ -274,6 +277,8 @@ class SlotActionServer:
                 del self._in_slot[slot]
             finish(result, result.message)
         log = rospy.loginfo if is_success(result.outcome) else rospy.logwarn
+        if running.local is not None and not self.tells_of_sub_goals:
+            log = rospy.logdebug
         log("%s: outcome %d, %s", self.name, result.outcome, result.message)
         return result
 

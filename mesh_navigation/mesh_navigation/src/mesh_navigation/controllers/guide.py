@@ -88,6 +88,16 @@ class Guide:
         ways = [self.track.ahead(nearest, length), self.track.ahead(back, length + _BACK)]
         return Guidance(ways, remark)
 
+    def has_way_to_go(
+        self, standing: Standing, follow_field: bool, radius: float, max_distance: float
+    ) -> bool:
+        """Whether the path leads away once more from the goal, beside which the robot is, farther
+        than a radius (m): paths of other programs may be loops, those of fields are none."""
+        if follow_field and self._field is not None:
+            return False
+        nearest = self.track.nearest(standing.position, max_distance)
+        return nearest.distance <= max_distance and self.track.comes_back(nearest, radius)
+
     def _down_the_field(self, standing: Standing, length: float) -> Optional[Way]:
         if self._tracer is None:
             return None

@@ -11,15 +11,17 @@ from mesh_map.surface_path import FieldTracer
 from mesh_navigation.cancellation import Cancellation
 from mesh_navigation.controller import Command, ControlFailure, ControllerPlan
 from mesh_navigation.controller import MeshController as Controller
-from mesh_navigation.controllers.carrot import Carrot, find_carrot, heading_error
+from mesh_navigation.controllers.bends import speed_before_bends
+from mesh_navigation.controllers.carrot import find_carrot, heading_error
 from mesh_navigation.controllers.foresight import free_arc
+from mesh_navigation.controllers.free_speed import CLEARANCE, on_free_ground
 from mesh_navigation.controllers.ground import Ground
 from mesh_navigation.controllers.guide import Guide
 from mesh_navigation.controllers.mesh_controller_parameters import FIELD, PARAMETERS
 from mesh_navigation.controllers.sight import Sight
 from mesh_navigation.controllers.speeds import approached, stopping_distance
 from mesh_navigation.controllers.standing import MAX_STEPS, Locator, Standing
-from mesh_navigation.controllers.steering import SHARP, Ahead, steer, turning_speed
+from mesh_navigation.controllers.steering import Ahead, steer, turning_speed
 from mesh_navigation.controllers.stuck import StuckWatch
 from mesh_navigation.outcomes import ExePathOutcome
 from mesh_navigation.pose import vector_text
@@ -27,10 +29,9 @@ from mesh_navigation.robot import STOP, RobotState, Velocity
 
 FIRST_PERIOD = 0.05  # s, until the period of the cycles is known
 _PERIODS = 0.005, 1.0  # s that a period is taken for, whatever the clock says
-_CLEARANCE = 0.05  # m that an arc has to be free beyond where the robot would stand
+_NOBODY_ASKED = 2.0  # s without a cycle, after which the robot stands
 _NEAR = 0.02  # m before where it has to stop, at which it stands
-_SHARES = 1.0, 0.7, 0.4, 0.2, 0.1  # of a speed, until its arc is free
-_STRAIGHT = 0.02  # rad; an arc to what is less to the side is the straight line to it
+_LOOP = 0.1  # m; a path that leads farther away from the goal than that is a loop
 _TURN_ROUND = math.radians(170)  # beyond this, left and right are as good
 
 
@@ -87,18 +88,18 @@ class MeshController(Controller):
             self._watch.take_new_goal()  # all else stays: a newer plan sets no stuck robot free
         self._goal, self._goal_heading = goal, heading
         self._is_turning = False
-        self._tolerance = 0.0
+        self._tolerance = self._angle_tolerance = 0.0
 
     def is_goal_reached(
         self, state: RobotState, dist_tolerance: float, angle_tolerance: float
     ) -> bool:
         values = self.values
-        self._tolerance = dist_tolerance
+        self._tolerance, self._angle_tolerance = dist_tolerance, angle_tolerance
         try:
             standing = self._stand(state, values)
         except ControlFailure:  # compute_velocity tells
             return False
-        if self._distance_to_goal(standing) > dist_tolerance:
+        if self._distance_to_goal(standing) > dist_tolerance or self._has_way_to_go(standing):
             return False
         if values["turn_to_goal_heading"]:
             error = heading_error(standing, self._goal_heading)
@@ -154,8 +155,8 @@ class MeshController(Controller):
 
     def _take_period(self, now: float) -> None:
         since = math.inf if self._cycle is None else now - self._cycle
-        if 0.0 < since < _PERIODS[1]:
-            self._period = max(since, _PERIODS[0])
+        if 0.0 < since < _NOBODY_ASKED:
+            self._period = min(max(since, _PERIODS[0]), _PERIODS[1])
         elif since:
             self._velocity = STOP  # nobody has asked for long, or time has jumped: it stands
         self._cycle = now
@@ -170,15 +171,21 @@ class MeshController(Controller):
         )
         if math.dist(line.position, self._goal.position) <= tolerance / 2:
             return True
-        nearest = self._guide.track.nearest(standing.position, 2 * tolerance)
+        nearest = self._guide.track.nearest(standing.position, self.values["max_path_distance"])
         rest = self._guide.track.ahead(nearest, 3 * tolerance)
         return rest.arrives and rest.length <= 2 * tolerance
 
     def _is_at_goal(self, standing: Standing, distance: float) -> bool:
         """Whether only the heading is left: near to the goal, or within half of the tolerance and
         the goal is not ahead any more. Then it drives again only beyond the tolerance."""
-        if self._is_turning:
-            self._is_turning = distance <= max(self._tolerance, 2 * _NEAR)
+        if distance > max(self._tolerance, 2 * _NEAR) or self._has_way_to_go(standing):
+            self._is_turning = False
+        elif self._is_turning:
+            # Narrower tolerances than that wait until it has turned.
+            turns = self.values["turn_to_goal_heading"]
+            error = heading_error(standing, self._goal_heading) if turns else None
+            has_turned = error is None or abs(error) <= self._angle_tolerance
+            self._is_turning = distance <= self._tolerance or not has_turned
         elif distance <= min(_NEAR, self._tolerance / 4):
             self._is_turning = True
         elif distance <= self._tolerance / 2:
@@ -186,6 +193,13 @@ class MeshController(Controller):
             angle = 0.0 if direction is None else heading_error(standing, np.array(direction))
             self._is_turning = angle is None or abs(angle) > math.radians(self.values["max_angle"])
         return self._is_turning
+
+    def _has_way_to_go(self, standing: Standing) -> bool:
+        """Whether it is beside the goal, but the path has still to be driven, as loops have."""
+        values = self.values
+        room = 2 * self._tolerance + _LOOP
+        is_field = values["follow"] == FIELD
+        return self._guide.has_way_to_go(standing, is_field, room, values["max_path_distance"])
 
     # What to do.
 
@@ -200,7 +214,8 @@ class MeshController(Controller):
         brakes, lookahead = values["max_lin_acceleration"], values["lookahead_distance"]
         stopping = stopping_distance(self._velocity.x, brakes, 2 * self._period)
         gap = values["blocked_distance"]
-        horizon = max(lookahead, values["arrival_fading"], stopping + gap) + _CLEARANCE
+        ahead = stopping + max(gap, lookahead / 2)
+        horizon = max(lookahead, values["arrival_fading"], ahead) + CLEARANCE
         guidance = self._guide.way(
             standing, values["follow"] == FIELD, horizon, values["max_path_distance"]
         )
@@ -210,8 +225,9 @@ class MeshController(Controller):
         stop, reach = math.inf, lookahead
         blocked = ground.first_blocked(way.points, way.faces) if len(way.faces) else None
         if blocked is not None:
-            stop, reach = blocked - gap, min(reach, blocked)
-            if stop < _NEAR:
+            # Bases follow a speed that falls with each command by half a period later.
+            stop, reach = blocked - gap - self._velocity.x * self._period / 2, min(reach, blocked)
+            if blocked - gap < _NEAR:
                 raise ControlFailure(
                     ExePathOutcome.BLOCKED_PATH,
                     f"the way of the robot at {vector_text(standing.position)} is blocked after "
@@ -223,8 +239,12 @@ class MeshController(Controller):
         self.current_angle = self._same_side(carrot.angle)
         carrot = carrot._replace(angle=self.current_angle)
         goal = max(distance, way.length) if way.arrives else math.inf
-        wanted = steer(carrot, Ahead(goal, stop), values, self._period)
-        return self._safe(standing, ground, carrot, wanted, values), guidance.remark
+        bends = speed_before_bends(way, standing.up, stopping, values, self._period)
+        wanted = steer(carrot, Ahead(goal, stop, bends), values, self._period)
+        walker = self.map.geometry.walker
+        wanted = on_free_ground(wanted, walker, ground, standing, carrot, values, self._period)
+        self._brake_hard(standing, ground, wanted, values)
+        return wanted, guidance.remark
 
     def _same_side(self, angle: float) -> float:
         """The angle, or that the other way round where the robot turns that way already."""
@@ -232,28 +252,18 @@ class MeshController(Controller):
             return angle - math.copysign(2 * math.pi, angle)
         return angle
 
-    def _safe(
-        self,
-        standing: Standing,
-        ground: Ground,
-        carrot: Carrot,
-        wanted: Velocity,
-        values: Mapping[str, Any],
-    ) -> Velocity:
-        """The fastest share of a velocity whose arc is free until the robot could stand."""
-        if wanted.x <= 0.0 or abs(carrot.angle) < _STRAIGHT:
-            return wanted
-        brakes = values["max_lin_acceleration"]
-        for share in _SHARES:
-            speed = share * wanted.x
-            curvature = wanted.yaw / speed
-            length = stopping_distance(speed, brakes, self._period) + _CLEARANCE
-            length = min(length, _arc_length(carrot))
-            walker = self.map.geometry.walker
-            if free_arc(walker, ground, standing, curvature, length) is None:
-                return wanted._replace(x=speed)
-        spot = turning_speed(carrot.angle, values, self._period)
-        return Velocity(yaw=spot)
+    def _brake_hard(
+        self, standing: Standing, ground: Ground, wanted: Velocity, values: Mapping[str, Any]
+    ) -> None:
+        """Where max_lin_acceleration does not stop it on free ground, it is the base that brakes,
+        as well as it can."""
+        slower = self._accelerated(wanted, values)
+        if slower.x <= wanted.x + 1e-9:
+            return
+        length = stopping_distance(slower.x, values["max_lin_acceleration"], self._period / 2)
+        walker, curvature = self.map.geometry.walker, slower.yaw / slower.x
+        if free_arc(walker, ground, standing, curvature, max(length - _NEAR, 0.0)) is not None:
+            self._velocity = self._velocity._replace(x=wanted.x)
 
     def _accelerated(self, wanted: Velocity, values: Mapping[str, Any]) -> Velocity:
         """What can be reached of a velocity within this cycle."""
@@ -265,12 +275,6 @@ class MeshController(Controller):
 
     def _stuck_text(self, standing: Standing) -> str:
         return f"the robot at {vector_text(standing.position)} {self._watch.text()}"
-
-
-def _arc_length(carrot: Carrot) -> float:
-    """From the robot to the carrot (m)."""
-    angle = min(abs(carrot.angle), SHARP)
-    return carrot.distance * angle / math.sin(angle) if angle > 0.0 else carrot.distance
 
 
 def _no_speed_text(distance: float, values: Mapping[str, Any]) -> str:

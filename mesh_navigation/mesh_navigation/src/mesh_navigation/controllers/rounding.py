@@ -26,7 +26,7 @@ def rounded(geometry: MeshGeometry, places: SurfacePoints, clearance: float) -> 
     before, behind = _directions(points)
     outwards = before - behind
     bends = np.minimum(np.linalg.norm(outwards, axis=1), 1.0)
-    bends[[0, -1]] = 0.0
+    bends[~(before.any(axis=1) & behind.any(axis=1))] = 0.0  # the ends, also where they repeat
     usable = np.flatnonzero(bends > 0.1)
     if not len(usable):
         return places

@@ -18,6 +18,27 @@ def turning_speed(angle: float, values: Mapping[str, Any], period: float) -> flo
     return math.copysign(min(fastest, values["max_ang_velocity"]), angle)
 
 
+def arc_to(angle: float, distance: float) -> float:
+    """How much the arc bends (rad/m) that leads to what is straight so far away (m) at an angle of
+    at least 0."""
+    return 2 * math.sin(min(angle, SHARP)) / max(distance, 1e-6)
+
+
+def speed_towards(angle: float, distance: float, values: Mapping[str, Any]) -> float:
+    """The speed that the released law has for an angle of at least 0 to a carrot, at most that at
+    which the robot can turn for the arc."""
+    fastest, max_angle = values["max_lin_velocity"], math.radians(values["max_angle"])
+    if angle > max_angle:
+        return 0.0
+    speed = min(fastest, fastest * (1 - angle / max_angle) * values["lin_vel_factor"])
+    bend = arc_to(angle, distance)
+    if not bend > 0.0:
+        return speed
+    # Within the time to the carrot the turn has to begin and to end, or it would weave.
+    in_time = distance * math.sqrt(values["max_ang_acceleration"] / (2 * angle))
+    return min(speed, values["max_ang_velocity"] / bend, in_time)
+
+
 class Ahead(NamedTuple):
     """How far it is, in m along the way."""
 
@@ -25,6 +46,8 @@ class Ahead(NamedTuple):
     """To the goal; inf where that is beyond what is looked at."""
     stop: float
     """To where it has to stand because the way is blocked; inf where it is not."""
+    bends: float = math.inf
+    """The speed (m/s) from which it can still brake for the bends."""
 
 
 def steer(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float) -> Velocity:
@@ -43,15 +66,10 @@ def steer(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period: float
         values: of the parameters.
         period: of commands (s).
     """
-    angle = abs(carrot.angle)
-    fastest, max_angle = values["max_lin_velocity"], math.radians(values["max_angle"])
-    speed = 0.0
-    if angle <= max_angle:
-        speed = min(fastest, fastest * (1 - angle / max_angle) * values["lin_vel_factor"])
-        speed = min(speed, _slowed_down(carrot, ahead, values, period))
-    bend = 2 * math.sin(min(angle, SHARP)) / max(carrot.distance, 1e-6)  # rad/m
-    if bend > 0.0:
-        speed = min(speed, values["max_ang_velocity"] / bend)
+    angle, max_angle = abs(carrot.angle), math.radians(values["max_angle"])
+    bend = arc_to(angle, carrot.distance)
+    speed = speed_towards(angle, carrot.distance, values)
+    speed = min(speed, ahead.bends, _slowed_down(carrot, ahead, values, period))
     spot = abs(turning_speed(angle, values, period))
     if speed <= 0.0:
         return Velocity(yaw=math.copysign(spot, carrot.angle))

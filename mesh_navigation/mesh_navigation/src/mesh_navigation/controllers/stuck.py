@@ -42,13 +42,13 @@ class StuckWatch:
         if velocity.x or velocity.yaw:
             self.seconds += period
             self.length += abs(velocity.x) * period
-            self.angle += abs(velocity.yaw) * period
+            self.angle += velocity.yaw * period  # to both sides it has turned, but stays
             self.turned += abs(velocity.yaw) * period
 
     def is_stuck(self, timeout: float) -> bool:
         """Whether it did not move, told to for this long (s), far enough to see it; or turned
         round and round on one spot. Never with a timeout of 0."""
-        enough = self.length > 2 * MOVED or self.angle > 2 * TURNED
+        enough = self.length > 2 * MOVED or abs(self.angle) > 2 * TURNED
         stands = timeout <= self.seconds and enough
         return timeout > 0.0 and (stands or self.turned > ROUND_AND_ROUND)
 
@@ -58,7 +58,7 @@ class StuckWatch:
             return f"turns without getting on: {self.turned:.1f} rad within {2 * MOVED:.2f} m"
         return (
             f"does not move: in {self.seconds:.1f} s it was told to drive {self.length:.2f} m and "
-            f"to turn {self.angle:.2f} rad"
+            f"to turn {abs(self.angle):.2f} rad"
         )
 
 

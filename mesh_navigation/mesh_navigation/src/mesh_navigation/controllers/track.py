@@ -19,6 +19,7 @@ from mesh_navigation.outcomes import ExePathOutcome
 from mesh_navigation.pose import number_text, vector_text
 
 _BACK, _AHEAD = 0.5, 2.0  # m around the last place on the path, where the next one is looked for
+_AS_NEAR = 0.1  # m: parts of the path of which one is so much nearer are as near
 
 
 class Nearest(NamedTuple):
@@ -100,11 +101,25 @@ class Track:
         shares = np.einsum("ij,ij->i", position - starts, steps) / np.maximum(squares, 1e-300)
         nearest = starts + np.clip(shares, 0.0, 1.0)[:, None] * steps
         gaps = nearest - position
-        distances = np.einsum("ij,ij->i", gaps, gaps)
-        best = int(np.argmin(distances))
+        distances = np.sqrt(np.einsum("ij,ij->i", gaps, gaps))
+        best = self._of_the_part(distances, travelled[first : last - 1])
         index = first + best
         length = travelled[index] + np.linalg.norm(nearest[best] - points[index])
-        return Nearest(index, nearest[best], float(length), float(np.sqrt(distances[best])))
+        return Nearest(index, nearest[best], float(length), float(distances[best]))
+
+    def _of_the_part(self, distances: np.ndarray, travelled: np.ndarray) -> int:
+        """The nearest segment; where the path comes by more than once, of the part that is nearest,
+        along the path, to where the robot was, or to its beginning."""
+        near = np.flatnonzero(distances <= distances.min() + _AS_NEAR)
+        parts = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
+        gaps = [np.abs(travelled[part] - self._travelled).min() for part in parts]
+        part = parts[int(np.argmin(gaps))]
+        return int(part[np.argmin(distances[part])])
+
+    def comes_back(self, nearest: Nearest, radius: float) -> bool:
+        """Whether from there on the path leads farther from its end than a radius (m)."""
+        gaps = self._way.points[nearest.index + 1 :] - self._way.points[-1]
+        return bool(np.any(np.einsum("ij,ij->i", gaps, gaps) > radius * radius))
 
     def before(self, nearest: Nearest, length: float) -> Nearest:
         """The point of the path that comes this length (m) before another one."""

@@ -38,7 +38,7 @@ class Obstacle(NamedTuple):
         sizes = np.asarray(size, dtype=np.float64)
         if sizes.shape != (3,) or not np.all(np.isfinite(sizes) & (sizes > 0)):
             raise MeshMapError(
-                f"the size of a {shape} is {size!r}", "three numbers above 0 are needed"
+                f"the size of a {shape} is {sizes.tolist()}", "three numbers above 0 are needed"
             )
         return cls(shape, pose.normalized(), sizes)
 
