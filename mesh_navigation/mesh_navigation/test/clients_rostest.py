@@ -266,7 +266,8 @@ class ClientsTest(unittest.TestCase):
 
             thread = threading.Thread(target=go, daemon=True)
             thread.start()
-            wait_until(lambda: feedback, "the goal's feedback")
+            wait_until(lambda: feedback or errors, "the goal's feedback")
+            self.assertEqual(errors, [])
             server.kill()
             if again:
                 server = start()

@@ -231,7 +231,12 @@ class SurfaceRobotTest(unittest.TestCase):
         shown = robot.heard["surface_robot/markers"][-1].markers
         self.assertEqual(
             [(marker.ns, marker.type) for marker in shown[1:]],
-            [("obstacles", Marker.SPHERE), ("test", Marker.CUBE), ("robot", Marker.CUBE)],
+            [
+                ("obstacles", Marker.SPHERE),
+                ("test", Marker.CUBE),
+                ("robot", Marker.CUBE),
+                ("robot", Marker.ARROW),
+            ],
         )
         self.assertIn("marker 'test' 1 is no obstacle: its frame is 'x'", robot.output())
         robot.drive(1.0, lambda position: position[0] > 5.4)

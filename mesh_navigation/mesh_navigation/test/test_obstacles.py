@@ -105,7 +105,7 @@ def test_parameters_make_obstacles():
         ([{"type": ["box"], "position": [0, 0, 0], "size": [1, 1, 1]}], "an obstacle is a "),
         ([{"position": [0, 0], "size": [1, 1, 1]}], r"its position is \[0, 0\]"),
         ([{"position": [0, 0, "x"], "size": [1, 1, 1]}], "its position is "),
-        ([{"position": [0, 0, 0], "size": [1, 0, 1]}], r"the size of a box is \[1.0, 0.0, 1.0\] .*above 0"),
+        ([{"position": [0, 0, 0], "size": [1, 0, 1]}], "the size of a box is .*above 0"),
         ([{"position": [0, 0, math.inf], "size": [1, 1, 1]}], "its position is .*inf"),
         ([{"position": [0, 0, 0], "size": [1, 1, 1], "yaw": "north"}], "its yaw is"),
     ],

@@ -153,11 +153,12 @@ def test_markers_add_replace_and_delete_obstacles():
         ("a", 0, Marker.CUBE),
         ("b", 0, Marker.CUBE),
         ("robot", 0, Marker.CUBE),
+        ("robot", 1, Marker.ARROW),
     ]
-    assert [m.header.frame_id for m in shown[1:]] == ["map", "map", "map", "base"]
+    assert [m.header.frame_id for m in shown[1:]] == [*["map"] * 3, *["base"] * 2]
     # What was published comes back as the same obstacles.
     copy = ObstacleMarkers()
-    copy.change(MarkerArray(shown[:-1]), "map")
+    copy.change(MarkerArray(shown[:-2]), "map")
     assert [o.size.tolist() for o in copy.obstacles] == [o.size.tolist() for o in markers.obstacles]
     markers.change(MarkerArray([marker(0, action=Marker.DELETEALL)]), "map")
     assert markers.obstacles == []

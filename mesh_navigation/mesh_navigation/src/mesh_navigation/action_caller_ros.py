@@ -20,6 +20,7 @@ from mesh_navigation.navigation_result import NavigationError
 
 POLL = 0.1  # s
 SILENCE = 5.0  # s without a status, then the server is asked whether it is still there
+AGAIN = 0.8  # s after which a goal that the server has never known is sent once more
 UNKNOWN = 10.0  # s that a server has no such goal before it counts as lost; it keeps them for 5 s
 PING = 2.0  # s
 
@@ -39,6 +40,8 @@ class ActionCall:
         self._on_feedback = on_feedback
         self._ended = threading.Event()
         self._unknown_since: Optional[float] = None
+        self._goal: Any = None  # as long as the server may not have it
+        self._sent = 0.0
         self._lost = False
 
     @property
@@ -48,6 +51,7 @@ class ActionCall:
 
     def send(self, goal: Any) -> None:
         """Send the goal. A cancel that came before counts."""
+        self._goal, self._sent = goal, time.monotonic()
         self.caller.publish_goal(self.key, goal)
 
     def cancel(self) -> None:
@@ -85,12 +89,18 @@ class ActionCall:
 
     def on_status(self, known: List[str]) -> None:
         """Note whether the server knows the goal."""
+        now = time.monotonic()
         if self.key in known:
-            self._unknown_since = None
-        elif self._unknown_since is None:
-            self._unknown_since = time.monotonic()
-        elif time.monotonic() - self._unknown_since > UNKNOWN:
+            self._unknown_since = self._goal = None
+            return
+        if self._unknown_since is None:
+            self._unknown_since = now
+        elif now - self._unknown_since > UNKNOWN:
             self._lost = True  # found here: without simulated time, statuses stay away, too
+        if self._goal is not None and now - self._sent > AGAIN and not self.ended:
+            # It went to a server that is no more, before the present one was connected. Servers
+            # ignore a goal of an id that they know.
+            self.send(self._goal)
 
     def on_feedback(self, feedback: Any) -> None:
         """Pass feedback on."""

@@ -38,6 +38,7 @@ class LateCycles:
             return ""
         self._told = self.late
         return (
-            f"{self.late} of {self.count} control cycles were late, the slowest took "
-            f"{1e3 * self._slowest:.0f} ms"
+            f"{self.late} of {self.count} control cycles ended late, the longest took "
+            f"{1e3 * self._slowest:.0f} ms (if that is less than a cycle, they began late: the "
+            "computer has other things to do)"
         )

@@ -27,8 +27,8 @@ FINAL = frozenset(
         ExePathOutcome.STOPPED,
     )
 )
-"""Failures that no recovery behavior can change. INVALID_GOAL is none of them: what is on a goal may
-go away, and goals off the map do not come this far."""
+"""Failures that no recovery behavior can change. INVALID_GOAL is none of them: what is on a goal
+may go away, and goals off the map do not come this far."""
 
 
 class MoveBaseExecution:

@@ -21,6 +21,7 @@ _SHAPES = {Marker.CUBE: BOX, Marker.CYLINDER: CYLINDER, Marker.SPHERE: SPHERE}
 _TYPES = {shape: kind for kind, shape in _SHAPES.items()}
 _COLOR = ColorRGBA(0.9, 0.45, 0.1, 0.9)
 _ROBOT_COLOR = ColorRGBA(0.1, 0.4, 0.9, 0.9)
+_AHEAD_COLOR = ColorRGBA(1.0, 1.0, 1.0, 1.0)
 _ROBOT_SIZE = (0.6, 0.4, 0.25)  # m
 
 
@@ -76,16 +77,24 @@ class ObstacleMarkers:
         return Obstacle.checked(_SHAPES[marker.type], pose_of(marker.pose), size)
 
     def message(self, frame_id: str, base_frame: str) -> MarkerArray:
-        """What RViz shows: all of them, and the robot as a box."""
+        """What RViz shows: all of them, and the robot as a box with an arrow ahead."""
         markers = [Marker(action=Marker.DELETEALL)]
         for (namespace, number), obstacle in self._known.items():
             marker = _marker(_TYPES[obstacle.shape], namespace, number, obstacle.size, _COLOR)
             marker.header.frame_id, marker.pose = frame_id, bare_pose(obstacle.pose)
             markers.append(marker)
-        robot = _marker(Marker.CUBE, "robot", 0, _ROBOT_SIZE, _ROBOT_COLOR)
-        robot.header.frame_id, robot.frame_locked = base_frame, True
-        robot.pose.position.z, robot.pose.orientation.w = _ROBOT_SIZE[2] / 2, 1.0
-        return MarkerArray(markers + [robot])
+        length, _, height = _ROBOT_SIZE
+        for number, (kind, size, color, z) in enumerate(
+            (
+                (Marker.CUBE, _ROBOT_SIZE, _ROBOT_COLOR, height / 2),
+                (Marker.ARROW, (length, 0.12, 0.12), _AHEAD_COLOR, height + 0.1),
+            )
+        ):
+            robot = _marker(kind, "robot", number, size, color)
+            robot.header.frame_id, robot.frame_locked = base_frame, True
+            robot.pose.position.z, robot.pose.orientation.w = z, 1.0
+            markers.append(robot)
+        return MarkerArray(markers)
 
 
 def _marker(kind: int, namespace: str, number: int, size: Any, color: ColorRGBA) -> Marker:
