@@ -14,12 +14,12 @@ from mesh_msgs_hdf5.progress import Progress
 
 from mesh_msgs.init_node import init_node
 
-from mesh_navigation.go_to_arguments import PROGRAM, TROUBLE, complain, make_parser, parsed, tell
+from mesh_navigation.command_line import TROUBLE, complain, complete, tell
+from mesh_navigation.go_to_arguments import PROGRAM, make_parser, parsed
 from mesh_navigation.go_to_report import Remaining, arrival_text, plan_text
 from mesh_navigation.goals_ros import Deadline
 from mesh_navigation.navigation_result import NavigationError
 from mesh_navigation.navigator_node import MeshNavigator
-from mesh_navigation.plan_arguments import complete
 
 FAILED, INTERRUPTED = 1, 130
 
@@ -39,9 +39,9 @@ def main(argv: Optional[List[str]] = None) -> int:
         sys.stdout.flush()
         return code
     except NavigationError as error:
-        complain(str(error))
+        complain(PROGRAM, str(error))
     except rospy.ROSInterruptException:
-        complain("interrupted")
+        complain(PROGRAM, "interrupted")
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone, as head does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -55,10 +55,10 @@ def _is_roscore_there(deadline: Deadline) -> bool:
     try:
         while not rosgraph.is_master_online():
             if not told:
-                tell(f"waiting for {roscore}")
+                tell(PROGRAM, f"waiting for {roscore}")
                 told = True
             if deadline.left == 0.0:
-                complain(f"there is no {roscore} within {deadline.seconds:g} s")
+                complain(PROGRAM, f"there is no {roscore} within {deadline.seconds:g} s")
                 return False
             time.sleep(0.1)
     except ValueError:  # no address: `init_node` says so

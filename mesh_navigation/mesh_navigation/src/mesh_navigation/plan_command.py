@@ -22,10 +22,11 @@ from mesh_msgs_hdf5.writing.save import check_target, save_file
 from mesh_map.errors import MeshMapError, one_line
 from mesh_map.mesh_map import MeshMap
 
+from mesh_navigation.command_line import TROUBLE, complain, complete
 from mesh_navigation.map_loading import load_map
 from mesh_navigation.outcomes import GetPathOutcome
 from mesh_navigation.path import path_length
-from mesh_navigation.plan_arguments import TROUBLE, complain, complete, joined, make_parser
+from mesh_navigation.plan_arguments import PROGRAM, joined, make_parser
 from mesh_navigation.planner import MeshPlanner, PlanResult
 from mesh_navigation.planning import check_planner, ends, make_planner, plan_interruptibly
 from mesh_navigation.pose import Pose
@@ -44,20 +45,20 @@ def main(argv: Optional[List[str]] = None) -> int:
         sys.stdout.flush()
         return code
     except (MeshMapError, MapFileError) as error:
-        complain(str(error))
+        complain(PROGRAM, str(error))
     except MemoryError:
-        complain("there is not enough memory for this map (use a machine with more)")
+        complain(PROGRAM, "there is not enough memory for this map (use a machine with more)")
     except BrokenPipeError:  # the reader of our output has gone, as head does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:  # what concerns the files is one of the errors above
-        complain(f"cannot write the output: {error.strerror or error}")
+        complain(PROGRAM, f"cannot write the output: {error.strerror or error}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:
-        complain("interrupted")
+        complain(PROGRAM, "interrupted")
         return INTERRUPTED
     except Exception as error:  # A plugin may raise anything; this is no answer that says no path.
         traceback.print_exc()
-        complain(f"{type(error).__name__}: {error}")
+        complain(PROGRAM, f"{type(error).__name__}: {error}")
     return TROUBLE
 
 
