@@ -52,6 +52,7 @@ class _Drive:
         self.cancellation = Cancellation()
         self.lock = threading.Lock()
         self.cycle: Optional[Cycle] = None
+        """The last one in which the robot's pose was known."""
 
 
 class ExePathServer(SlotActionServer):
@@ -165,7 +166,8 @@ class ExePathServer(SlotActionServer):
         controller = copy.copy(ready.controllers[drive.name])
 
         def on_cycle(cycle: Cycle) -> None:
-            drive.cycle = cycle
+            if cycle.state is not None:
+                drive.cycle = cycle
             running.publish_feedback(self._feedback(cycle))
             self._publish_figures(drive.name, controller, cycle)
             complaint = late.note(cycle.seconds, cycle.late, time.monotonic())
@@ -234,9 +236,14 @@ class ExePathServer(SlotActionServer):
         if cycle is None:
             failure = ControlFailure(ExePathOutcome.CANCELED, TAKEN_OVER)
             return self._result_of(self._without_driving(failure))
-        pose = cycle.state.pose if cycle.state else None
-        ends = (ExePathOutcome.CANCELED, TAKEN_OVER, pose, cycle.dist_to_goal, cycle.angle_to_goal)
-        return self._result_of(ExecutionResult(*ends))
+        result = ExecutionResult(
+            ExePathOutcome.CANCELED,
+            TAKEN_OVER,
+            cycle.state.pose,
+            cycle.dist_to_goal,
+            cycle.angle_to_goal,
+        )
+        return self._result_of(result)
 
     # Messages
 
