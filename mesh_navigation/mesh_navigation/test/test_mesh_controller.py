@@ -49,6 +49,22 @@ def test_random_goals_are_reached(name, follow):
         check_commands(went, controller_on(MapWithCosts(PLANE)).values, 0.05)
 
 
+@pytest.mark.parametrize("tolerance", [0.05, 0.4])
+def test_headings_are_met_better_than_they_have_to_be(tolerance):
+    values = {"angle_tolerance": tolerance}
+    for went in random_drives(*WORLDS["grid"], 4, seed=5, values=values):
+        assert went.arrived and went.result.angle_to_goal <= tolerance / 2
+
+
+def test_who_wants_no_heading_does_not_turn():
+    start, goal = Pose.at([5.0, 5.0, 0.0]), Pose.at([9.0, 5.0, 0.0], yaw=np.pi / 2)
+    values = {"angle_tolerance": 3.1415}
+    mesh_map = MapWithCosts(WORLDS["grid"][0])
+    controller = controller_on(mesh_map)
+    went = drive(mesh_map, "wave_front", controller, start=start, goal=goal, values=values)
+    assert went.arrived and went.result.angle_to_goal == pytest.approx(np.pi / 2, abs=0.05)
+
+
 @pytest.mark.parametrize("frequency", [5.0, 50.0])
 @pytest.mark.parametrize("factor", [1.0, 7.0, 10.0])
 def test_any_factor_and_frequency_arrives(frequency, factor):

@@ -31,6 +31,7 @@ FIRST_PERIOD = 0.05  # s, until the period of the cycles is known
 _PERIODS = 0.005, 1.0  # s that a period is taken for, whatever the clock says
 _NOBODY_ASKED = 2.0  # s without a cycle, after which the robot stands
 _NEAR = 0.02  # m before where it has to stop, at which it stands
+_WELL_HEADED = 0.25
 _LOOP = 0.1  # m; a path that leads farther away from the goal than that is a loop
 _TURN_ROUND = math.radians(170)  # beyond this, left and right are as good
 
@@ -89,6 +90,7 @@ class MeshController(Controller):
         self._goal, self._goal_heading = goal, heading
         self._is_turning = False
         self._tolerance = self._angle_tolerance = 0.0
+        self._heading_error, self._had_to_turn = math.inf, False
 
     def is_goal_reached(
         self, state: RobotState, dist_tolerance: float, angle_tolerance: float
@@ -103,12 +105,21 @@ class MeshController(Controller):
             return False
         if values["turn_to_goal_heading"]:
             error = heading_error(standing, self._goal_heading)
-            if error is not None and abs(error) > angle_tolerance:
+            if error is not None and not self._is_headed(abs(error), angle_tolerance):
                 return False
         at_once = values["max_lin_acceleration"] * self._period
         if abs(self._velocity.x) > max(values["min_lin_velocity"], at_once):
             return False  # it stands sooner, and nearer to the goal, if it brakes
         return self._sees_goal(standing, dist_tolerance)
+
+    def _is_headed(self, error: float, tolerance: float) -> bool:
+        """Whether the heading is met; a robot that had to turn for it goes on as long as it gets
+        better, to `_WELL_HEADED` of the tolerance."""
+        before, self._heading_error = self._heading_error, error
+        if error > tolerance:
+            self._had_to_turn = True
+            return False
+        return not (self._had_to_turn and _WELL_HEADED * tolerance < error < before)
 
     def compute_velocity(self, state: RobotState, cancellation: Cancellation) -> Command:
         try:
