@@ -1,6 +1,7 @@
 """The start of a node where there is no roscore."""
 
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -16,13 +17,33 @@ init_node("name_of_the_node")
 """
 
 
-def start(uri):
+# What is written while the node waits for roscore.
+TALKING = """
+import sys, threading
+threading.Timer(0.5, sys.stdout.write, ["logged\\n"]).start()
+"""
+
+
+def start(uri, code=CODE):
+    environment = {**os.environ, "ROS_MASTER_URI": uri}
+    environment.pop("PYTHONUNBUFFERED", None)
     return subprocess.Popen(
-        [sys.executable, "-c", CODE],
-        env={**os.environ, "ROS_MASTER_URI": uri},
+        [sys.executable, "-c", code],
+        env=environment,
+        stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         universal_newlines=True,
     )
+
+
+def test_what_is_logged_goes_through_pipes_at_once():
+    with socket.socket() as unused:
+        unused.bind(("localhost", 0))
+        node = start("http://localhost:%d" % unused.getsockname()[1], TALKING + CODE)
+        assert select.select([node.stdout], [], [], 60)[0], "nothing comes"
+        assert node.poll() is None and node.stdout.readline() == "logged\n"
+        node.send_signal(signal.SIGTERM)
+        node.communicate(timeout=60)
 
 
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -1,5 +1,6 @@
 """The start of every node of ours."""
 
+import io
 import signal
 import sys
 import threading
@@ -17,12 +18,15 @@ def init_node(name: str, argv: Optional[Sequence[str]] = None) -> None:
 
     rospy itself says so only in its log, which is not there before the node is; and with parameters
     on the command line it ends instead of waiting. SIGINT and SIGTERM shut the node down as ever,
-    but cannot hang it. To be called in the main thread.
+    but cannot hang it. What is logged is there at once, also in files and pipes. To be called in
+    the main thread.
 
     Raises:
         SystemExit: a signal before the node is there (code 128 + its number, as shells say it), or
             a ROS_MASTER_URI that is no address (code 1, with a line that says so).
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # where rospy writes what is no warning
     received: List[int] = []
     _handle_signals(lambda number, _frame: received.append(number))
     try:
