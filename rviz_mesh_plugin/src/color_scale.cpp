@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -38,26 +37,6 @@ Rgba8 interpolate(const std::array<Rgb, COUNT>& stops, float position)
 }
 
 }  // namespace
-
-CostSummary summarizeCosts(const std::vector<float>& costs)
-{
-  CostSummary summary;
-  float lower = std::numeric_limits<float>::max();
-  float upper = std::numeric_limits<float>::lowest();
-  for (const float cost : costs) {
-    if (std::isfinite(cost)) {
-      lower = std::min(lower, cost);
-      upper = std::max(upper, cost);
-      ++summary.finite;
-    } else if (std::isnan(cost)) {
-      ++summary.unknown;
-    } else {
-      ++summary.lethal;
-    }
-  }
-  summary.limits = summary.finite > 0 ? CostLimits{lower, upper} : CostLimits{0.0f, 0.0f};
-  return summary;
-}
 
 Rgba8 scaleColor(ColorScale scale, float position)
 {

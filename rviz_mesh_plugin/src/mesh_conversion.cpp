@@ -125,6 +125,7 @@ CostLayerConstPtr convert(const mesh_msgs::MeshVertexCostsStamped& message)
   layer->uuid = message.uuid;
   layer->type = message.type;
   layer->costs = message.mesh_vertex_costs.costs;
+  layer->summary = summarizeCosts(layer->costs);
   return layer;
 }
 

@@ -1,5 +1,7 @@
 #include "rviz_mesh_plugin/mesh_painter.h"
 
+#include <algorithm>
+#include <atomic>
 #include <exception>
 
 #include "rviz_mesh_plugin/mesh_properties.h"
@@ -29,7 +31,8 @@ void MeshPainter::paintGeometry()
       visual_ = std::make_unique<MeshVisual>(scene_manager_, parent_);
       visual_->setVisible(false);  // until its pose is known
     }
-    visual_->setGeometry(mesh);
+    const std::atomic<bool> cancelled{false};
+    visual_->setLayout(layOut(mesh, Split::NONE, nullptr, cancelled));
   });
   paintColors();
 }
@@ -79,9 +82,15 @@ bool MeshPainter::uploadCosts()
   if (!layer || layer->costs.size() != store_.geometry()->vertexCount()) {
     return false;
   }
-  cost_summary_ = summarizeCosts(layer->costs);
+  cost_summary_ = layer->summary;
   cost_limits_ = properties_.customLimits() ? properties_.limits() : cost_summary_.limits;
-  visual_->setColors(costColors(properties_.colorScale(), cost_limits_, layer->costs));
+  const auto colors = [layer, scale = properties_.colorScale(), limits = cost_limits_](
+                          const std::uint32_t* sources, std::size_t count, Rgba8* values) {
+    for (std::size_t i = 0; i < count; ++i) {
+      values[i] = costColor(scale, limits, layer->costs[sources[i]]);
+    }
+  };
+  visual_->setColors(colors, false);
   return true;
 }
 
@@ -91,7 +100,14 @@ bool MeshPainter::uploadColors()
   if (!layer || layer->colors.size() != store_.geometry()->vertexCount()) {
     return false;
   }
-  visual_->setColors(layer->colors);
+  const bool translucent = std::any_of(layer->colors.begin(), layer->colors.end(),
+                                       [](const Rgba8& color) { return color.alpha < 255; });
+  const auto colors = [layer](const std::uint32_t* sources, std::size_t count, Rgba8* values) {
+    for (std::size_t i = 0; i < count; ++i) {
+      values[i] = layer->colors[sources[i]];
+    }
+  };
+  visual_->setColors(colors, translucent);
   return true;
 }
 

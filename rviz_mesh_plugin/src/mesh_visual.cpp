@@ -54,35 +54,46 @@ MeshVisual::~MeshVisual()
   destroySceneNode(node_);
 }
 
-void MeshVisual::setGeometry(const MeshDataConstPtr& mesh)
+void MeshVisual::setLayout(const MeshLayoutConstPtr& layout)
 {
   normals_.reset();
   faces_.reset();
-  mesh_ = mesh;
+  layout_ = layout;
   translucent_colors_ = false;
-  if (mesh_) {
-    auto faces =
-        std::make_unique<MeshObject>(scene_manager_, Ogre::RenderOperation::OT_TRIANGLE_LIST);
-    faces->setVertices(mesh_->vertices.data(), mesh_->vertices.size(), true);
-    faces->setIndices(mesh_->indices);
-    faces->finish(bounds(*mesh_, 0.0f), material_->get());
-    faces_ = std::move(faces);
-    ++geometry_uploads_;
-  }
+  auto faces =
+      std::make_unique<MeshObject>(scene_manager_, Ogre::RenderOperation::OT_TRIANGLE_LIST);
+  faces->setVertices(layout->vertices.data(), layout->vertices.size(), true);
+  faces->setIndices(layout->indices);
+  faces->finish(bounds(*layout->mesh, 0.0f), material_->get());
+  faces_ = std::move(faces);
+  ++geometry_uploads_;
   applyStyle();
 }
 
-void MeshVisual::setColors(const std::vector<Rgba8>& colors)
+bool MeshVisual::upload(std::chrono::microseconds /*budget*/)
 {
-  if (!mesh_ || colors.size() != mesh_->vertices.size()) {
-    throw std::invalid_argument("there are " + std::to_string(colors.size()) + " colors for " +
-                                std::to_string(mesh_ ? mesh_->vertices.size() : 0) + " vertices");
-  }
-  faces_->setColors(colors);
+  return true;
+}
+
+float MeshVisual::progress() const
+{
+  return 1.0f;
+}
+
+void MeshVisual::setColors(const ColorSource& colors, bool translucent)
+{
+  colors_ = colors;
+  std::vector<Rgba8> values(layout_->sources.size());
+  colors(layout_->sources.data(), values.size(), values.data());
+  faces_->setColors(values);
   ++color_uploads_;
-  translucent_colors_ = std::any_of(colors.begin(), colors.end(),
-                                    [](const Rgba8& color) { return color.alpha < 255; });
+  translucent_colors_ = translucent;
   applyStyle();
+}
+
+void MeshVisual::updateColors(const std::vector<std::uint32_t>& /*changed*/)
+{
+  setColors(colors_, translucent_colors_);
 }
 
 void MeshVisual::clearColors()
@@ -93,6 +104,10 @@ void MeshVisual::clearColors()
     applyStyle();
   }
 }
+
+void MeshVisual::setTexture(const TextureImageConstPtr& /*image*/) {}
+
+void MeshVisual::clearTextures() {}
 
 void MeshVisual::setStyle(const MeshStyle& style)
 {
@@ -146,10 +161,10 @@ void MeshVisual::updateNormals()
     return;
   }
   normals_length_ = style_.normals_length;
-  const auto ends = normalLines(*mesh_, normals_length_);
+  const auto ends = normalLines(*layout_->mesh, normals_length_);
   auto normals = std::make_unique<MeshObject>(scene_manager_, Ogre::RenderOperation::OT_LINE_LIST);
   normals->setVertices(ends.data(), ends.size(), false);
-  normals->finish(bounds(*mesh_, std::fabs(normals_length_)), normals_material_->get());
+  normals->finish(bounds(*layout_->mesh, std::fabs(normals_length_)), normals_material_->get());
   normals_ = std::move(normals);
   normals_->attachTo(node_);
 }

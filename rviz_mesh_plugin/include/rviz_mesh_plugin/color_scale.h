@@ -1,8 +1,8 @@
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
+#include "rviz_mesh_plugin/cost_summary.h"
 #include "rviz_mesh_plugin/mesh_data.h"
 
 namespace rviz_mesh_plugin {
@@ -14,26 +14,8 @@ enum class ColorScale
   RED_GREEN = 1  ///< green, yellow, red
 };
 
-/// The costs that get the first and the last color of a scale.
-struct CostLimits
-{
-  float lower = 0.0f;
-  float upper = 1.0f;
-};
-
-/// What a cost layer consists of.
-struct CostSummary
-{
-  CostLimits limits;        ///< least and greatest finite cost; 0 and 0 where there is none
-  std::size_t finite = 0;   ///< vertices with a finite cost
-  std::size_t lethal = 0;   ///< +inf
-  std::size_t unknown = 0;  ///< NaN
-};
-
 /// The color of vertices whose cost is unknown (NaN): grey, which neither scale contains.
 constexpr Rgba8 UNKNOWN_COST_COLOR{128, 128, 128, 255};
-
-CostSummary summarizeCosts(const std::vector<float>& costs);
 
 /// The color at @a position of a scale; what is outside 0..1 gets the color of the nearer end.
 Rgba8 scaleColor(ColorScale scale, float position);

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "rviz_mesh_plugin/cost_summary.h"
+
 namespace rviz_mesh_plugin {
 
 /// Red, green, blue, alpha in 0..255, in the byte order that vertex buffers are filled with.
@@ -49,12 +51,14 @@ struct MeshData
   std::size_t faceCount() const { return indices.size() / 3; }
 };
 
-/// One cost per vertex: finite is a cost, +inf is lethal, NaN is unknown.
+/// One cost per vertex, or per face: finite is a cost, +inf is lethal, NaN is unknown.
 struct CostLayer
 {
   std::string uuid;  ///< of the geometry that the costs belong to
   std::string type;  ///< name of the layer
+  bool on_faces = false;
   std::vector<float> costs;
+  CostSummary summary;  ///< of the costs
 };
 
 /// One color per vertex.
@@ -64,8 +68,49 @@ struct ColorLayer
   std::vector<Rgba8> colors;
 };
 
+/// Stands for "no material" and "no texture".
+constexpr std::uint32_t NONE = 0xFFFFFFFF;
+
+struct Material
+{
+  Rgba8 color;
+  std::uint32_t texture_index = NONE;
+};
+
+/// The materials of a mesh, all indices checked but those of textures, which arrive on their own.
+struct Materials
+{
+  std::string uuid;  ///< of the geometry
+  std::vector<Material> materials;
+  /// The faces that have a material, and which: face_materials[i] is that of faces[i]. Both empty,
+  /// and else faces ascending without repetition.
+  std::vector<std::uint32_t> faces;
+  std::vector<std::uint32_t> face_materials;
+  /// One pair per vertex, or none at all; v runs from the top of the image, as OGRE wants it.
+  std::vector<std::array<float, 2>> texture_coordinates;
+};
+
+struct TextureImage
+{
+  std::string uuid;  ///< of the geometry
+  std::uint32_t index = 0;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::vector<Rgba8> pixels;  ///< row by row from the top
+  bool translucent = false;   ///< a pixel has an alpha below 255
+};
+
+/// A labelled set of faces, "class_instance".
+struct LabelCluster
+{
+  std::string label;
+  std::vector<std::uint32_t> faces;
+};
+
 using MeshDataConstPtr = std::shared_ptr<const MeshData>;
 using CostLayerConstPtr = std::shared_ptr<const CostLayer>;
 using ColorLayerConstPtr = std::shared_ptr<const ColorLayer>;
+using MaterialsConstPtr = std::shared_ptr<const Materials>;
+using TextureImageConstPtr = std::shared_ptr<const TextureImage>;
 
 }  // namespace rviz_mesh_plugin

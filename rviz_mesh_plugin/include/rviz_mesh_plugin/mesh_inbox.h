@@ -10,18 +10,9 @@
 #include <mesh_msgs/MeshVertexCostsStamped.h>
 
 #include "rviz_mesh_plugin/mesh_data.h"
+#include "rviz_mesh_plugin/reception.h"
 
 namespace rviz_mesh_plugin {
-
-/// How it went with the messages of one topic.
-struct Reception
-{
-  std::size_t accepted = 0;
-  std::size_t refused = 0;
-  std::string refusal;  ///< why the newest message was refused; empty if it was accepted
-
-  std::size_t received() const { return accepted + refused; }
-};
 
 /// What the GUI thread takes from the inbox: the newest of each kind, and the receptions so far.
 struct InboxContent

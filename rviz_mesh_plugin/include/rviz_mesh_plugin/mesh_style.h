@@ -13,11 +13,26 @@ struct MeshStyle
   {
     HIDDEN,
     FIXED_COLOR,
-    VERTEX_COLORS  ///< those of MeshVisual::setColors(); faces_color where there are none
+    VERTEX_COLORS,  ///< those of MeshVisual::setColors(); faces_color where there are none
+    TEXTURES        ///< materials of the layout; faces_color where it has none
+  };
+
+  /// Which faces are left out, seen from the camera.
+  enum class Culling
+  {
+    NONE,
+    BACK,  ///< those wound clockwise
+    FRONT  ///< those wound anticlockwise
   };
 
   Faces faces = Faces::FIXED_COLOR;
   Ogre::ColourValue faces_color{0.0f, 1.0f, 0.0f, 1.0f};
+  float alpha = 1.0f;          ///< of vertex colors and textures, multiplies theirs
+  bool only_textured = false;  ///< TEXTURES: faces without a texture are left out
+  bool flat_shading = false;   ///< light each face by its plane, not by the normals of its vertices
+  Culling culling = Culling::NONE;
+  bool level_of_detail = true;
+  float detail_pixels = 2.5f;  ///< faces smaller than this may be merged
   bool show_wireframe = false;
   Ogre::ColourValue wireframe_color{0.0f, 0.0f, 0.0f, 1.0f};
   bool show_normals = false;

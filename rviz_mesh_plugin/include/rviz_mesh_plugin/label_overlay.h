@@ -1,0 +1,48 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <OgrePrerequisites.h>
+
+#include "rviz_mesh_plugin/mesh_data.h"
+
+namespace rviz_mesh_plugin {
+
+/// Draws labelled faces of a mesh over (and, where the mesh is not drawn, instead of) it, below a
+/// scene node that has the pose of the mesh. GUI thread only.
+///
+/// One vertex buffer, and an index buffer per label of which only what changed is uploaded.
+class LabelOverlay
+{
+ public:
+  LabelOverlay(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent);
+  ~LabelOverlay();
+  LabelOverlay(const LabelOverlay&) = delete;
+  LabelOverlay& operator=(const LabelOverlay&) = delete;
+
+  /// Replaces the mesh; labels are gone.
+  void setMesh(const MeshDataConstPtr& mesh);
+
+  /// Adds or replaces one label; without faces it is removed. Faces beyond the mesh are left out;
+  /// returns how many.
+  std::size_t setLabel(const LabelCluster& label);
+  void removeLabel(const std::string& label);
+
+  void setColor(const std::string& label, const Rgba8& color);
+  void setVisible(const std::string& label, bool visible);
+  void setAlpha(float alpha);
+  /// Draws the whole mesh, rgb .2/.3/.2, alpha .1.
+  void setPhantom(bool shown);
+  void setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation);
+  void setVisible(bool visible);
+
+ private:
+  class Scene;
+  std::unique_ptr<Scene> scene_;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <mesh_msgs/MeshGeometryStamped.h>
+
+#include "rviz_mesh_plugin/mesh_data.h"
+#include "rviz_mesh_plugin/mesh_layout.h"
+#include "rviz_mesh_plugin/reception.h"
+
+namespace rviz_mesh_plugin {
+
+/// Checks, converts and lays out meshes on a thread of its own. Thread safe.
+///
+/// Of each uuid only the newest message counts: work on an older one is given up. A message with
+/// the content of a mesh that is in use in this process yields that very mesh (the same pointer),
+/// so that memory is shared and receivers see that nothing has changed.
+class MeshLoader
+{
+ public:
+  /// @param with_layouts false: meshes() only
+  explicit MeshLoader(bool with_layouts = true);
+  ~MeshLoader();  ///< gives up its work at once
+  MeshLoader(const MeshLoader&) = delete;
+  MeshLoader& operator=(const MeshLoader&) = delete;
+
+  /// Called by ROS or a service.
+  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message);
+
+  /// Lays a mesh out anew, split otherwise; later requests for the same mesh replace earlier ones.
+  /// New messages are laid out with Split::NONE.
+  void layOut(const MeshDataConstPtr& mesh, Split split, const MaterialsConstPtr& materials);
+
+  struct Content
+  {
+    std::vector<MeshDataConstPtr> meshes;     ///< new, in order of arrival
+    std::vector<MeshLayoutConstPtr> layouts;  ///< previews too
+    Reception reception;
+    std::string working;  ///< what is being done, for a status line; empty: nothing
+  };
+
+  /// Hands over and forgets what is ready; the reception goes on counting.
+  Content take();
+
+  /// Gives up work, forgets what is ready, and the reception.
+  void clear();
+
+ private:
+  class Worker;
+  std::unique_ptr<Worker> worker_;
+};
+
+}  // namespace rviz_mesh_plugin
