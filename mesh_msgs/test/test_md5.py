@@ -34,6 +34,7 @@ MESSAGES = {
     # Of this package alone; pinned so that they do not change by accident.
     "MeshFaceCosts": "ade4ce6a157397b6c023e12482bc76c8",
     "MeshFaceCostsStamped": "f24dd558c7f2de70f524aacb5ac5869b",
+    "MeshLabelColors": "e17eb54bbd698f3ef2b9e6332bf5f9ca",
 }
 
 NOTHING = "d41d8cd98f00b204e9800998ecf8427e"
@@ -50,6 +51,11 @@ SERVICES = {  # service, request, response
         "e21c42f8a3978429fcbcd1c03ddeb4e3",
         UUID,
         "835c1d1298a93c8d2adf933d065cfb24",
+    ),
+    "GetLabelColors": (  # of this package alone
+        "f8dcdc0921d566acafdd7cf91876db7d",
+        UUID,
+        "874a70bf22fb7b9c63f4eceb02f66403",
     ),
     "GetLabelGroups": (
         "83c83c156bee06ca7fa5eef7a0fc9203",
@@ -88,6 +94,11 @@ SERVICES = {  # service, request, response
         "a947abb652f3b18b826e5086e2faf817",
         "6bda8d9e6686594e4c83036fd05f774a",
         "726932dec2ff29c2210dd963e3f1ecf9",
+    ),
+    "SetLabelColor": (  # of this package alone
+        "701546d4cfc8eeb682bbad65029916bd",
+        "701546d4cfc8eeb682bbad65029916bd",
+        NOTHING,
     ),
 }
 

@@ -16,7 +16,14 @@ FUNCTIONS = {
     "MeshGeometryStamped": validation.mesh_geometry_stamped,
     "MeshVertexCostsStamped": validation.mesh_vertex_costs_stamped,
     "MeshVertexColorsStamped": validation.mesh_vertex_colors_stamped,
+    "MeshFaceCostsStamped": validation.mesh_face_costs_stamped,
+    "MeshVertexCostsSparseStamped": validation.mesh_vertex_costs_sparse_stamped,
+    "MeshFaceCluster": validation.mesh_face_cluster,
+    "MeshMaterialsStamped": validation.mesh_materials_stamped,
+    "MeshTexture": validation.mesh_texture,
 }
+# What a validator may be told about the mesh at hand.
+KNOWN = ("vertex_count", "face_count")
 
 
 def rows(numbers):
@@ -24,28 +31,95 @@ def rows(numbers):
     return [[float(n) for n in row] for row in numbers]
 
 
+def floats(numbers):
+    return [float(n) for n in numbers]
+
+
 def corpus_message(entry):
-    """The message of a corpus entry in the array class."""
+    """The message of a corpus entry: in the array class, or the stock one where there is none."""
     given = entry["message"]
-    message = getattr(arrays, entry["type"])(uuid=given["uuid"])
-    message.header.frame_id = given["frame_id"]
-    if entry["type"] == "MeshGeometryStamped":
-        message.mesh_geometry.vertices = rows(given["vertices"])
-        message.mesh_geometry.vertex_normals = rows(given["vertex_normals"])
-        message.mesh_geometry.faces = given["faces"]
-    elif entry["type"] == "MeshVertexCostsStamped":
-        message.type = given["type"]
-        message.mesh_vertex_costs.costs = [float(n) for n in given["costs"]]
-    else:
-        message.mesh_vertex_colors.vertex_colors = rows(given["vertex_colors"])
+    kind = getattr(arrays, entry["type"], None) or getattr(mesh_msgs.msg, entry["type"])
+    message = kind()
+    if "uuid" in given:
+        message.uuid = given["uuid"]
+    if "frame_id" in given:
+        message.header.frame_id = given["frame_id"]
+    FILL[entry["type"]](message, given)
     return message
+
+
+def fill_geometry(message, given):
+    message.mesh_geometry.vertices = rows(given["vertices"])
+    message.mesh_geometry.vertex_normals = rows(given["vertex_normals"])
+    message.mesh_geometry.faces = given["faces"]
+
+
+def fill_vertex_costs(message, given):
+    message.type = given["type"]
+    message.mesh_vertex_costs.costs = floats(given["costs"])
+
+
+def fill_face_costs(message, given):
+    message.type = given["type"]
+    message.mesh_face_costs.costs = floats(given["costs"])
+
+
+def fill_sparse(message, given):
+    message.type = given["type"]
+    message.mesh_vertex_costs.vertices = given["vertices"]
+    message.mesh_vertex_costs.costs = floats(given["costs"])
+    message.mesh_vertex_costs.default_value = float(given["default_value"])
+
+
+def fill_colors(message, given):
+    message.mesh_vertex_colors.vertex_colors = rows(given["vertex_colors"])
+
+
+def fill_cluster(message, given):
+    message.face_indices = given["face_indices"]
+    message.label = given["label"]
+
+
+def fill_materials(message, given):
+    materials = message.mesh_materials
+    for cluster in given["clusters"]:
+        materials.clusters.append(arrays.MeshFaceCluster())
+        fill_cluster(materials.clusters[-1], cluster)
+    for one in given["materials"]:
+        material = mesh_msgs.msg.MeshMaterial(
+            texture_index=one["texture_index"], has_texture=one["has_texture"]
+        )
+        for name, value in zip("rgba", floats(one["color"])):
+            setattr(material.color, name, value)
+        materials.materials.append(material)
+    materials.cluster_materials = given["cluster_materials"]
+    materials.vertex_tex_coords = rows(given["vertex_tex_coords"])
+
+
+def fill_texture(message, given):
+    message.texture_index = given["texture_index"]
+    for name in ("encoding", "width", "height", "step"):
+        setattr(message.image, name, given[name])
+    message.image.data = bytes(given["bytes"])
+
+
+FILL = {
+    "MeshGeometryStamped": fill_geometry,
+    "MeshVertexCostsStamped": fill_vertex_costs,
+    "MeshVertexColorsStamped": fill_colors,
+    "MeshFaceCostsStamped": fill_face_costs,
+    "MeshVertexCostsSparseStamped": fill_sparse,
+    "MeshFaceCluster": fill_cluster,
+    "MeshMaterialsStamped": fill_materials,
+    "MeshTexture": fill_texture,
+}
 
 
 def corpus_findings(entry, message):
     given = entry["message"]
-    known = {"uuid": given["expected_uuid"] or None}
-    if "vertex_count" in given:
-        known["vertex_count"] = given["vertex_count"]
+    known = {name: given[name] for name in KNOWN if name in given}
+    if "uuid" in given:
+        known["uuid"] = given["expected_uuid"] or None
     return FUNCTIONS[entry["type"]](message, **known)
 
 

@@ -17,6 +17,7 @@ from mesh_msgs import array_services, arrays
 from mesh_msgs import msg as stock
 from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers, GetVertexCosts
 from mesh_writers import SQUARE, TWO_FACES, ply, xyz
+from std_msgs.msg import String
 
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
@@ -98,6 +99,11 @@ class ServeAMap(unittest.TestCase):
         np.testing.assert_array_equal(geometry.vertices, SQUARE)
         np.testing.assert_array_equal(geometry.faces, TWO_FACES)
         np.testing.assert_array_equal(geometry.vertex_normals, MESH.vertex_normals)
+
+    def test_what_is_served_is_said_on_progress(self):
+        (message,) = self.received("/progress", String, 1)
+        text = "ready: serving %s: 4 vertices, 2 faces, layers: layer_0, " % self.path
+        self.assertTrue(message.data.startswith(text), message.data)
 
     def test_a_stock_subscriber_gets_it_too(self):
         (message,) = self.received("/mesh/geometry", stock.MeshGeometryStamped, 1)

@@ -17,7 +17,15 @@ def command(*arguments, name="hdf5_map_server", executable="hdf5_map_server"):
 class Server:
     """A node; lines is what it has logged so far."""
 
-    def __init__(self, namespace, *arguments, executable="hdf5_map_server", **parameters):
+    def __init__(
+        self,
+        namespace,
+        *arguments,
+        executable="hdf5_map_server",
+        ready="save_map",
+        **parameters,
+    ):
+        """ready: the service that tells that it is up."""
         self.namespace = namespace
         for name, value in parameters.items():
             rospy.set_param("%s/%s/%s" % (namespace, executable, name), value)
@@ -37,7 +45,7 @@ class Server:
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
         try:
-            rospy.wait_for_service(namespace + "/save_map", TIMEOUT)
+            rospy.wait_for_service(namespace + "/" + ready, TIMEOUT)
         except rospy.ROSException as error:
             raise AssertionError("%s; its log:\n%s" % (error, "\n".join(self.lines))) from error
 

@@ -5,6 +5,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import time
 import unittest
 
 import numpy as np
@@ -14,6 +15,7 @@ from mesh_msgs import arrays, msg, srv
 from mesh_writers import ply, xyz
 from server_process import Publishers, Server, received, wait_until
 from server_samples import everything
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from mesh_msgs_hdf5.map_file import MapFile
@@ -341,6 +343,26 @@ class StoreInAMap(unittest.TestCase):
         server.stop()
         self.assertEqual(MapFile(self.path).uuid, everything(2).uuid)
         self.assertEqual(MapFile(self.path).layer_names(), ["height_diff", "roughness"])
+
+    def test_a_layer_that_another_program_adds_is_published(self):
+        MapFile.write(self.path, MAP)
+        server = self.serve("_save_delay:=0.2")
+        said = []
+        rospy.Subscriber(server.namespace + "/progress", String, lambda m: said.append(m.data))
+        self.send("store/vertex_costs", layer("mine", np.zeros(12)))
+        server.wait_for("saved 1 layer")
+        time.sleep(1.5)
+        self.assertEqual(server.logged("changed by another program"), [])  # that was the server
+        MapFile(self.path).write_layers({"new": (np.ones(12, np.float32), None)})
+        server.wait_for("changed by another program: now serving")
+        topic = server.namespace + "/mesh/vertex_costs"
+        found = received(topic, arrays.MeshVertexCostsStamped, 4)
+        self.assertEqual([m.type for m in found], ["height_diff", "mine", "new", "roughness"])
+        with open(self.path, "wb") as stream:
+            stream.write(b"half a file")
+        wait_until(lambda: "failed: " in said[-1], "the reason on progress")
+        self.assertRegex(said[-1], "ready: serving .*new.*\n.*failed: .*not an HDF5 file")
+        self.assertEqual(len(server.logged("changed by another program")), 1)
 
     def test_a_file_that_is_replaced_under_the_server_is_loaded(self):
         MapFile.write(self.path, MAP)

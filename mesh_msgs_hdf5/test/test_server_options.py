@@ -29,6 +29,14 @@ def test_maps(parameters, maps, monkeypatch):
     assert parse(parameters) == ServerOptions([MapRequest(*map) for map in maps], False, 2.0)
 
 
+def test_files_as_arguments(monkeypatch):
+    monkeypatch.setattr("os.getcwd", lambda: "/folder")
+    options = parse({"inputFile": "/c.h5", "mesh_part": "x"}, ["/a.h5", "b [1]: #.ply"])
+    assert options.maps == [MapRequest("/a.h5", "x"), MapRequest("/folder/b [1]: #.ply", "x")]
+    with pytest.raises(ValueError, match="no option --fast"):
+        parse({}, ["/a.h5", "--fast"])
+
+
 def test_the_others():
     options = parse({"read_only": True, "save_delay": 0})
     assert (options.read_only, options.save_delay) == (True, 0.0)

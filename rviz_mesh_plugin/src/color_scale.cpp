@@ -2,72 +2,85 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+
+#include "rviz_mesh_plugin/color_maps.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-using Rgb = std::array<float, 3>;
+using Rgb = std::array<std::uint8_t, 3>;
 
-constexpr std::array<Rgb, 6> RAINBOW_STOPS{{{1.0f, 0.0f, 1.0f},
-                                            {0.0f, 0.0f, 1.0f},
-                                            {0.0f, 1.0f, 1.0f},
-                                            {0.0f, 1.0f, 0.0f},
-                                            {1.0f, 1.0f, 0.0f},
-                                            {1.0f, 0.0f, 0.0f}}};
-constexpr std::array<Rgb, 3> RED_GREEN_STOPS{
-    {{0.0f, 1.0f, 0.0f}, {1.0f, 1.0f, 0.0f}, {1.0f, 0.0f, 0.0f}}};
-
-std::uint8_t toByte(float value)
+std::vector<Rgb> parseColorMap(const ColorMap& map)
 {
-  return static_cast<std::uint8_t>(value * 255.0f + 0.5f);
+  const auto digit = [](char character) {
+    return character <= '9' ? character - '0' : character - 'a' + 10;
+  };
+  std::vector<Rgb> stops(COLOR_MAP_SIZE);
+  const char* text = map.colors;
+  for (Rgb& stop : stops) {
+    for (std::uint8_t& channel : stop) {
+      channel = static_cast<std::uint8_t>(16 * digit(text[0]) + digit(text[1]));
+      text += 2;
+    }
+  }
+  return stops;
 }
 
-/// Piecewise linear between equally spaced stops; @a position in 0..1.
-template <std::size_t COUNT>
-Rgba8 interpolate(const std::array<Rgb, COUNT>& stops, float position)
+/// Of the scales in the order of their numbers; the colors run linearly between equally spaced
+/// stops.
+std::vector<std::vector<Rgb>> makeStops()
 {
-  const float scaled = position * static_cast<float>(COUNT - 1);
-  const auto first = std::min(static_cast<std::size_t>(scaled), COUNT - 2);
-  const float part = scaled - static_cast<float>(first);
-  const Rgb& a = stops[first];
-  const Rgb& b = stops[first + 1];
-  return {toByte(a[0] + part * (b[0] - a[0])), toByte(a[1] + part * (b[1] - a[1])),
-          toByte(a[2] + part * (b[2] - a[2])), 255};
+  std::vector<std::vector<Rgb>> stops{
+      {{255, 0, 255}, {0, 0, 255}, {0, 255, 255}, {0, 255, 0}, {255, 255, 0}, {255, 0, 0}},
+      {{0, 255, 0}, {255, 255, 0}, {255, 0, 0}}};
+  for (const ColorMap& map : COLOR_MAP_TABLES) {
+    stops.push_back(parseColorMap(map));
+  }
+  stops.push_back({{0, 0, 0}, {255, 255, 255}});
+  return stops;
+}
+
+const std::vector<Rgb>& stopsOf(ColorScale scale)
+{
+  static const std::vector<std::vector<Rgb>> stops = makeStops();
+  const auto number = static_cast<std::size_t>(scale);
+  return stops[number < stops.size() ? number : 0];
 }
 
 }  // namespace
 
+const std::vector<NamedColorScale>& colorScales()
+{
+  static const std::vector<NamedColorScale> scales{
+      {ColorScale::RAINBOW, "Rainbow"}, {ColorScale::RED_GREEN, "Red Green"},
+      {ColorScale::VIRIDIS, "Viridis"}, {ColorScale::PLASMA, "Plasma"},
+      {ColorScale::INFERNO, "Inferno"}, {ColorScale::MAGMA, "Magma"},
+      {ColorScale::CIVIDIS, "Cividis"}, {ColorScale::TURBO, "Turbo"},
+      {ColorScale::JET, "Jet"},         {ColorScale::COOLWARM, "Coolwarm"},
+      {ColorScale::GREY, "Grey"}};
+  return scales;
+}
+
 Rgba8 scaleColor(ColorScale scale, float position)
 {
+  const std::vector<Rgb>& stops = stopsOf(scale);
   position = std::min(std::max(position, 0.0f), 1.0f);
-  return scale == ColorScale::RED_GREEN ? interpolate(RED_GREEN_STOPS, position)
-                                        : interpolate(RAINBOW_STOPS, position);
+  const float scaled = position * static_cast<float>(stops.size() - 1);
+  const std::size_t first = std::min(static_cast<std::size_t>(scaled), stops.size() - 2);
+  const float part = scaled - static_cast<float>(first);
+  const auto channel = [&](std::size_t i) {
+    const float from = stops[first][i];
+    return static_cast<std::uint8_t>(from + part * (stops[first + 1][i] - from) + 0.5f);
+  };
+  return {channel(0), channel(1), channel(2), 255};
 }
 
-Rgba8 costColor(ColorScale scale, const CostLimits& limits, float cost)
+ColorTable::ColorTable(ColorScale scale, bool inverted) : colors_(STEPS + 1)
 {
-  if (std::isnan(cost)) {
-    return UNKNOWN_COST_COLOR;
+  for (std::size_t i = 0; i <= STEPS; ++i) {
+    const float position = static_cast<float>(i) / static_cast<float>(STEPS);
+    colors_[inverted ? STEPS - i : i] = scaleColor(scale, position);
   }
-  if (std::isinf(cost)) {
-    return scaleColor(scale, cost > 0.0f ? 1.0f : 0.0f);
-  }
-  if (limits.lower == limits.upper) {
-    return scaleColor(scale, cost > limits.upper ? 1.0f : 0.0f);
-  }
-  // In double, since the span of two floats may be more than a float holds.
-  const double span = static_cast<double>(limits.upper) - limits.lower;
-  return scaleColor(scale, static_cast<float>((static_cast<double>(cost) - limits.lower) / span));
-}
-
-std::vector<Rgba8> costColors(ColorScale scale, const CostLimits& limits,
-                              const std::vector<float>& costs)
-{
-  std::vector<Rgba8> colors(costs.size());
-  std::transform(costs.begin(), costs.end(), colors.begin(),
-                 [&](float cost) { return costColor(scale, limits, cost); });
-  return colors;
 }
 
 }  // namespace rviz_mesh_plugin

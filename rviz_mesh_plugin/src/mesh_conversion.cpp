@@ -1,10 +1,15 @@
 #include "rviz_mesh_plugin/mesh_conversion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <mutex>
+#include <stdexcept>
 #include <string>
-#include <utility>
+#include <vector>
 
+#include "parallel_each.h"
 #include "rviz_mesh_plugin/validation.h"
 
 namespace rviz_mesh_plugin {
@@ -12,19 +17,15 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-template <class Message>
-void refuseInvalid(const Message& message)
-{
-  const auto findings = check(message);
-  if (!findings.empty()) {
-    throw RejectedMessage(summarize(findings));
-  }
-}
-
 template <class Point>
 std::array<float, 3> toFloats(const Point& point)
 {
   return {static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)};
+}
+
+bool isFinite(const std::array<float, 3>& v)
+{
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
 Vector difference(const std::array<float, 3>& a, const std::array<float, 3>& b)
@@ -48,15 +49,90 @@ std::array<float, 3> unitOrZero(const Vector& v)
           static_cast<float>(v[2] / length)};
 }
 
-void setBounds(MeshData& mesh)
+/// What is seen of a message while it is converted.
+struct Survey
 {
-  mesh.lower = mesh.upper = mesh.vertices.front().position;
-  for (const MeshVertex& vertex : mesh.vertices) {
+  bool valid = true;
+  std::array<float, 3> lower;
+  std::array<float, 3> upper;
+
+  Survey()
+  {
+    lower.fill(std::numeric_limits<float>::max());
+    upper.fill(std::numeric_limits<float>::lowest());
+  }
+
+  void add(const Survey& other)
+  {
+    valid = valid && other.valid;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      mesh.lower[axis] = std::min(mesh.lower[axis], vertex.position[axis]);
-      mesh.upper[axis] = std::max(mesh.upper[axis], vertex.position[axis]);
+      lower[axis] = std::min(lower[axis], other.lower[axis]);
+      upper[axis] = std::max(upper[axis], other.upper[axis]);
     }
   }
+
+  void addPosition(const std::array<float, 3>& position)
+  {
+    valid = valid && isFinite(position);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], position[axis]);
+      upper[axis] = std::max(upper[axis], position[axis]);
+    }
+  }
+};
+
+/// Adds up the surveys that @a convert(index, survey) makes on all cores.
+template <class Convert>
+Survey surveyEach(std::size_t count, const Convert& convert)
+{
+  Survey sum;
+  std::mutex mutex;
+  mesh_map::parallelFor(count, 65536, 0, [&]() -> mesh_map::RangeBody {
+    return [&sum, &mutex, convert](std::size_t begin, std::size_t end) {
+      Survey part;
+      for (std::size_t i = begin; i < end; ++i) {
+        convert(i, part);
+      }
+      const std::lock_guard<std::mutex> lock(mutex);
+      sum.add(part);
+    };
+  });
+  return sum;
+}
+
+/// Positions, indices and normals if there are as many as vertices. Is not valid where check()
+/// would find something in these.
+Survey convertNumbers(const mesh_msgs::MeshGeometry& geometry, MeshData& mesh)
+{
+  // Memory is cleared, page by page, which takes as long as to fill it.
+  mesh_map::parallelJobs({[&]() { mesh.vertices.resize(geometry.vertices.size()); },
+                          [&]() { mesh.indices.resize(3 * geometry.faces.size()); }},
+                         2);
+  const auto* normals = mesh.normals_given ? geometry.vertex_normals.data() : nullptr;
+  Survey survey =
+      surveyEach(mesh.vertices.size(), [from = geometry.vertices.data(), normals,
+                                        to = mesh.vertices.data()](std::size_t i, Survey& part) {
+        to[i].position = toFloats(from[i]);
+        part.addPosition(to[i].position);
+        if (normals != nullptr) {
+          part.valid = part.valid && isFinite(toFloats(normals[i]));
+          to[i].normal = unitOrZero({normals[i].x, normals[i].y, normals[i].z});
+        }
+      });
+  survey.add(surveyEach(
+      geometry.faces.size(), [from = geometry.faces.data(), to = mesh.indices.data(),
+                              count = mesh.vertices.size()](std::size_t i, Survey& part) {
+        const auto& corners = from[i].vertex_indices;
+        part.valid = part.valid && corners[0] < count && corners[1] < count && corners[2] < count;
+        std::copy(corners.begin(), corners.end(), to + 3 * i);
+      }));
+  return survey;
+}
+
+void setBounds(MeshData& mesh, const Survey& survey)
+{
+  mesh.lower = survey.lower;
+  mesh.upper = survey.upper;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float extent = std::max(-mesh.lower[axis], mesh.upper[axis]);
     if (extent > GREATEST_COORDINATE) {
@@ -67,12 +143,11 @@ void setBounds(MeshData& mesh)
   }
 }
 
-}  // namespace
-
-void computeNormals(MeshData& mesh)
+void addNormals(const MeshData& mesh, std::size_t first_face, std::size_t last_face,
+                std::vector<Vector>& sums)
 {
-  std::vector<Vector> sums(mesh.vertices.size(), Vector{});
-  for (std::size_t i = 0; i + 2 < mesh.indices.size(); i += 3) {
+  sums.assign(mesh.vertices.size(), Vector{});
+  for (std::size_t i = 3 * first_face; i < 3 * last_face; i += 3) {
     const auto& origin = mesh.vertices[mesh.indices[i]].position;
     // The length of the cross product is twice the area: the weight.
     const Vector normal = cross(difference(mesh.vertices[mesh.indices[i + 1]].position, origin),
@@ -84,64 +159,50 @@ void computeNormals(MeshData& mesh)
       }
     }
   }
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    mesh.vertices[i].normal = unitOrZero(sums[i]);
-  }
+}
+
+}  // namespace
+
+void computeNormals(MeshData& mesh)
+{
+  // Always in two halves, so that a mesh has the same normals to the last bit on any machine.
+  std::array<std::vector<Vector>, 2> halves;
+  const std::size_t count = mesh.faceCount();
+  mesh_map::parallelJobs({[&]() { addNormals(mesh, 0, count / 2, halves[0]); },
+                          [&]() { addNormals(mesh, count / 2, count, halves[1]); }},
+                         2);
+  parallelEach(mesh.vertices.size(), [a = halves[0].data(), b = halves[1].data(),
+                                      vertices = mesh.vertices.data()](std::size_t i) {
+    vertices[i].normal = unitOrZero({a[i][0] + b[i][0], a[i][1] + b[i][1], a[i][2] + b[i][2]});
+  });
 }
 
 MeshDataConstPtr convert(const mesh_msgs::MeshGeometryStamped& message)
 {
-  refuseInvalid(message);
   const auto& geometry = message.mesh_geometry;
   auto mesh = std::make_shared<MeshData>();
   mesh->uuid = message.uuid;
   mesh->frame_id = message.header.frame_id;
-  mesh->vertices.resize(geometry.vertices.size());
-  for (std::size_t i = 0; i < geometry.vertices.size(); ++i) {
-    mesh->vertices[i].position = toFloats(geometry.vertices[i]);
-  }
-  setBounds(*mesh);
-  mesh->indices.reserve(3 * geometry.faces.size());
-  for (const auto& face : geometry.faces) {
-    mesh->indices.insert(mesh->indices.end(), face.vertex_indices.begin(),
-                         face.vertex_indices.end());
-  }
   mesh->normals_given = !geometry.vertex_normals.empty();
-  if (mesh->normals_given) {
-    for (std::size_t i = 0; i < geometry.vertex_normals.size(); ++i) {
-      const auto& normal = geometry.vertex_normals[i];
-      mesh->vertices[i].normal = unitOrZero({normal.x, normal.y, normal.z});
-    }
-  } else {
+  const bool plain = !message.header.frame_id.empty() && !geometry.vertices.empty() &&
+                     !geometry.faces.empty() &&
+                     (geometry.vertex_normals.empty() ||
+                      geometry.vertex_normals.size() == geometry.vertices.size());
+  Survey survey;
+  survey.valid = plain;
+  if (plain) {
+    survey.add(convertNumbers(geometry, *mesh));
+  }
+  // The full check, on one core, takes longer than everything else here.
+  if (!survey.valid) {
+    refuse(check(message));
+    throw std::logic_error("a mesh that breaks no rule has been found invalid");
+  }
+  setBounds(*mesh, survey);
+  if (!mesh->normals_given) {
     computeNormals(*mesh);
   }
   return mesh;
-}
-
-CostLayerConstPtr convert(const mesh_msgs::MeshVertexCostsStamped& message)
-{
-  refuseInvalid(message);
-  auto layer = std::make_shared<CostLayer>();
-  layer->uuid = message.uuid;
-  layer->type = message.type;
-  layer->costs = message.mesh_vertex_costs.costs;
-  layer->summary = summarizeCosts(layer->costs);
-  return layer;
-}
-
-ColorLayerConstPtr convert(const mesh_msgs::MeshVertexColorsStamped& message)
-{
-  refuseInvalid(message);
-  auto layer = std::make_shared<ColorLayer>();
-  layer->uuid = message.uuid;
-  layer->colors.reserve(message.mesh_vertex_colors.vertex_colors.size());
-  const auto toByte = [](float channel) {
-    return static_cast<std::uint8_t>(channel * 255.0f + 0.5f);
-  };
-  for (const auto& color : message.mesh_vertex_colors.vertex_colors) {
-    layer->colors.push_back({toByte(color.r), toByte(color.g), toByte(color.b), toByte(color.a)});
-  }
-  return layer;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -1,34 +1,104 @@
 #include "rviz_mesh_plugin/mesh_layout.h"
 
-#include <numeric>
+#include <mesh_map/parallel.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "rviz_mesh_plugin/layout_parts.h"
+#include "rviz_mesh_plugin/layout_split.h"
+#include "rviz_mesh_plugin/mesh_region.h"
+#include "rviz_mesh_plugin/simplification.h"
+#include "rviz_mesh_plugin/sorted_mesh.h"
 
 namespace rviz_mesh_plugin {
+namespace {
+
+/// A preview has at most so many cells along its longest side.
+constexpr int PREVIEW_CELLS = 200;
+
+void refuseWrongMaterials(const MeshData& mesh, const Materials* materials)
+{
+  if (materials != nullptr && !materials->texture_coordinates.empty() &&
+      materials->texture_coordinates.size() != mesh.vertexCount()) {
+    throw std::invalid_argument(
+        "there are " + std::to_string(materials->texture_coordinates.size()) +
+        " texture coordinates for " + std::to_string(mesh.vertexCount()) + " vertices");
+  }
+}
+
+}  // namespace
 
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
-                          const MaterialsConstPtr& materials,
-                          const std::atomic<bool>& /*cancelled*/)
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled)
 {
+  refuseWrongMaterials(*mesh, materials.get());
+  const auto splitter = makeSplit(split, materials.get());
+  const MeshRegion region = mainRegion(*mesh);
+  const SortedMesh sorted = sortInSpace(*mesh, region);
+  if (cancelled) {
+    return nullptr;
+  }
   auto layout = std::make_shared<MeshLayout>();
   layout->mesh = mesh;
-  layout->materials = materials;
+  layout->materials = split == Split::BY_MATERIAL ? materials : nullptr;
   layout->split = split;
-  layout->vertices = mesh->vertices;
-  layout->sources.resize(mesh->vertexCount());
-  std::iota(layout->sources.begin(), layout->sources.end(), 0);
-  layout->indices = mesh->indices;
-  layout->cell_sizes = {0.0f};
-  MeshPart part;
-  part.lower = mesh->lower;
-  part.upper = mesh->upper;
-  part.levels = {{0, static_cast<std::uint32_t>(mesh->indices.size())}};
-  layout->parts = {part};
+  std::vector<SimplifiedLevel> levels;
+  SplitFaces faces;
+  mesh_map::parallelJobs({[&]() {
+                            const Simplifier simplifier(sorted.vertices, region);
+                            levels = simplifyInLevels(simplifier, sorted.indices,
+                                                      typicalEdge(*mesh), cancelled);
+                          },
+                          [&]() { faces = splitter->split(sorted, *layout); }},
+                         2);
+  if (cancelled) {
+    return nullptr;
+  }
+  LayoutParts(faces, *layout).write(levels, *splitter);
+  layout->vertices.shrink_to_fit();
+  layout->sources.shrink_to_fit();
+  layout->texture_coordinates.shrink_to_fit();
   return layout;
 }
 
 MeshLayoutConstPtr layOutPreview(const MeshDataConstPtr& mesh)
 {
-  const std::atomic<bool> cancelled{false};
-  return layOut(mesh, Split::NONE, nullptr, cancelled);
+  const MeshRegion region = mainRegion(*mesh);
+  if (!canSimplify() || !region.hasExtent()) {
+    return nullptr;
+  }
+  const Simplifier simplifier(mesh->vertices, region);
+  MeshData coarse;
+  coarse.indices = simplifier.simplify(mesh->indices, PREVIEW_CELLS);
+  if (coarse.indices.empty() || 2 * coarse.indices.size() > mesh->indices.size()) {
+    return nullptr;
+  }
+  std::vector<std::uint32_t> places(mesh->vertexCount(), NONE);
+  std::vector<std::uint32_t> sources;
+  for (std::uint32_t& index : coarse.indices) {
+    if (places[index] == NONE) {
+      places[index] = static_cast<std::uint32_t>(sources.size());
+      sources.push_back(index);
+      coarse.vertices.push_back(mesh->vertices[index]);
+    }
+    index = places[index];
+  }
+  coarse.lower = mesh->lower;
+  coarse.upper = mesh->upper;
+  const SortedMesh sorted = sortInSpace(coarse, region);
+  const auto splitter = makeSplit(Split::NONE, nullptr);
+  auto layout = std::make_shared<MeshLayout>();
+  layout->mesh = mesh;
+  layout->preview = true;
+  const SplitFaces faces = splitter->split(sorted, *layout);
+  LayoutParts(faces, *layout).write({}, *splitter);
+  layout->cell_sizes = {simplifier.cellSize(PREVIEW_CELLS)};
+  for (std::uint32_t& source : layout->sources) {
+    source = sources[source];
+  }
+  return layout;
 }
 
 }  // namespace rviz_mesh_plugin

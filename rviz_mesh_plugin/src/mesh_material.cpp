@@ -4,7 +4,9 @@
 #include <OgrePass.h>
 #include <OgreResourceGroupManager.h>
 #include <OgreTechnique.h>
+#include <OgreTextureUnitState.h>
 
+#include "rviz_mesh_plugin/mesh_part_object.h"
 #include "rviz_mesh_plugin/ogre_compatibility.h"
 #include "rviz_mesh_plugin/two_sided_lighting.h"
 #include "rviz_mesh_plugin/unique_name.h"
@@ -16,13 +18,6 @@ namespace {
 /// the face).
 constexpr float WIREFRAME_DEPTH_BIAS = 1.0f;
 constexpr float WIREFRAME_SLOPE_BIAS = 1.0f;
-
-struct FaceLook
-{
-  bool vertex_colors;
-  bool translucent;
-  Ogre::ColourValue color;
-};
 
 /// Draws in one color without light.
 void setUnlitColor(Ogre::Pass* pass, const Ogre::ColourValue& color)
@@ -43,41 +38,97 @@ void setBlending(Ogre::Pass* pass, bool translucent)
   pass->setDepthWriteEnabled(!translucent);
 }
 
-void addProgramFaces(Ogre::Technique* technique, const FaceLook& look)
+Ogre::CullingMode cullingMode(MeshStyle::Culling culling)
+{
+  switch (culling) {
+    case MeshStyle::Culling::BACK:
+      return Ogre::CULL_CLOCKWISE;
+    case MeshStyle::Culling::FRONT:
+      return Ogre::CULL_ANTICLOCKWISE;
+    default:
+      return Ogre::CULL_NONE;
+  }
+}
+
+void addTexture(Ogre::Pass* pass, const FaceLook& look)
+{
+  if (look.from == FaceLook::Color::TEXTURE) {
+    Ogre::TextureUnitState* unit = pass->createTextureUnitState(look.texture->getName());
+    unit->setTextureFiltering(Ogre::TFO_TRILINEAR);
+  }
+}
+
+SurfaceColor surfaceColor(const MeshStyle& style, const FaceLook& look)
+{
+  SurfaceColor surface;
+  surface.color = look.color;
+  surface.alpha = style.alpha;
+  surface.custom_parameter = MeshPartObject::COLOR_PARAMETER;
+  surface.textured = look.from == FaceLook::Color::TEXTURE;
+  surface.flat_shading = style.flat_shading;
+  if (look.from == FaceLook::Color::VERTICES) {
+    surface.from = SurfaceColor::From::VERTICES;
+  } else if (look.from == FaceLook::Color::PARTS) {
+    surface.from = SurfaceColor::From::RENDERABLES;
+  }
+  return surface;
+}
+
+void addProgramFaces(Ogre::Technique* technique, const MeshStyle& style, const FaceLook& look)
 {
   Ogre::Pass* pass = technique->createPass();
-  setTwoSidedLighting(pass, look.vertex_colors, look.color);
+  setTwoSidedLighting(pass, surfaceColor(style, look));
+  pass->setCullingMode(cullingMode(style.culling));
+  // Without programs, this would make the light flat, too.
+  pass->setShadingMode(look.one_color_per_face ? Ogre::SO_FLAT : Ogre::SO_GOURAUD);
   setBlending(pass, look.translucent);
+  addTexture(pass, look);
 }
 
-void addFixedFunctionFaces(Ogre::Technique* technique, const FaceLook& look)
+/// One side of the faces.
+void addFixedFunctionSide(Ogre::Technique* technique, bool front, const MeshStyle& style,
+                          const FaceLook& look)
 {
-  Ogre::Pass* back = technique->createPass();
-  back->setCullingMode(Ogre::CULL_ANTICLOCKWISE);
-  Ogre::Pass* front = technique->createPass();
-  front->setCullingMode(Ogre::CULL_CLOCKWISE);
-  setBlending(back, look.translucent);
-  setBlending(front, look.translucent);
-  if (look.vertex_colors) {
-    back->setLightingEnabled(false);
-    front->setLightingEnabled(true);
-    front->setVertexColourTracking(Ogre::TVC_DIFFUSE);
+  Ogre::Pass* pass = technique->createPass();
+  pass->setCullingMode(front ? Ogre::CULL_CLOCKWISE : Ogre::CULL_ANTICLOCKWISE);
+  const bool flat = style.flat_shading || look.one_color_per_face;
+  pass->setShadingMode(flat ? Ogre::SO_FLAT : Ogre::SO_GOURAUD);
+  setBlending(pass, look.translucent);
+  addTexture(pass, look);
+  if (look.from == FaceLook::Color::VERTICES) {
+    pass->setLightingEnabled(front);
+    pass->setVertexColourTracking(Ogre::TVC_DIFFUSE);
     return;
   }
-  setUnlitColor(back, look.color);
-  setUnlitColor(front, look.color * AMBIENT_SHARE);
-  Ogre::ColourValue diffuse = look.color * (1.0f - AMBIENT_SHARE);
-  diffuse.a = look.color.a;
-  front->setDiffuse(diffuse);
+  const bool own_alpha = look.from == FaceLook::Color::ONE;
+  Ogre::ColourValue color =
+      look.from == FaceLook::Color::TEXTURE ? Ogre::ColourValue::White : look.color;
+  color.a = own_alpha ? look.color.a : style.alpha;
+  setUnlitColor(pass, front ? color * AMBIENT_SHARE : color);
+  Ogre::ColourValue diffuse =
+      front ? color * (1.0f - AMBIENT_SHARE) : Ogre::ColourValue(0.0f, 0.0f, 0.0f);
+  diffuse.a = color.a;
+  pass->setDiffuse(diffuse);
 }
 
-void addWireframe(Ogre::Technique* technique, const Ogre::ColourValue& color)
+void addFixedFunctionFaces(Ogre::Technique* technique, const MeshStyle& style, const FaceLook& look)
 {
+  if (style.culling != MeshStyle::Culling::BACK) {
+    addFixedFunctionSide(technique, false, style, look);
+  }
+  if (style.culling != MeshStyle::Culling::FRONT) {
+    addFixedFunctionSide(technique, true, style, look);
+  }
+}
+
+void addWireframe(Ogre::Technique* technique, const MeshStyle& style)
+{
+  const Ogre::ColourValue& color = style.wireframe_color;
   Ogre::Pass* pass = technique->createPass();
   setUnlitColor(pass, color);
   setBlending(pass, color.a < 1.0f);
   pass->setPolygonMode(Ogre::PM_WIREFRAME);
-  pass->setCullingMode(Ogre::CULL_NONE);
+  pass->setCullingMode(cullingMode(style.culling));
   pass->setDepthBias(WIREFRAME_DEPTH_BIAS, WIREFRAME_SLOPE_BIAS);
 }
 
@@ -95,20 +146,17 @@ MeshMaterial::~MeshMaterial()
   removeResource(Ogre::MaterialManager::getSingleton(), material_);
 }
 
-void MeshMaterial::apply(const MeshStyle& style, bool has_vertex_colors, bool blend_vertex_colors)
+void MeshMaterial::apply(const MeshStyle& style, const FaceLook& look)
 {
-  FaceLook look;
-  look.vertex_colors = style.faces == MeshStyle::Faces::VERTEX_COLORS && has_vertex_colors;
-  look.color = style.faces_color;
-  look.translucent = look.vertex_colors ? blend_vertex_colors : look.color.a < 1.0f;
   material_->removeAllTechniques();
   for (const bool programs : {true, false}) {
     Ogre::Technique* technique = material_->createTechnique();
-    if (style.faces != MeshStyle::Faces::HIDDEN) {
-      programs ? addProgramFaces(technique, look) : addFixedFunctionFaces(technique, look);
+    if (look.from != FaceLook::Color::HIDDEN) {
+      programs ? addProgramFaces(technique, style, look)
+               : addFixedFunctionFaces(technique, style, look);
     }
     if (style.show_wireframe) {
-      addWireframe(technique, style.wireframe_color);
+      addWireframe(technique, style);
     }
     if (technique->getNumPasses() == 0) {
       technique->createPass();  // OGRE refuses a technique without any

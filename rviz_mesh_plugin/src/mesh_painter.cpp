@@ -1,69 +1,283 @@
 #include "rviz_mesh_plugin/mesh_painter.h"
 
 #include <algorithm>
-#include <atomic>
 #include <exception>
+#include <utility>
 
+#include "rviz_mesh_plugin/cost_properties.h"
+#include "rviz_mesh_plugin/mesh_loader.h"
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_store.h"
 #include "rviz_mesh_plugin/mesh_visual.h"
+#include "rviz_mesh_plugin/shown_costs.h"
 
 namespace rviz_mesh_plugin {
+namespace {
 
-MeshPainter::MeshPainter(const MeshStore& store, const MeshProperties& properties,
-                         Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
-    : store_(store), properties_(properties), scene_manager_(scene_manager), parent_(parent)
+/// Whether a layout has, for each of these attributes, a vertex (or face) to
+/// color.
+bool fits(const MeshLayout& layout, std::size_t count, bool on_faces)
+{
+  return on_faces ? layout.split == Split::BY_FACE && count == layout.mesh->faceCount()
+                  : layout.split != Split::BY_FACE && count == layout.mesh->vertexCount();
+}
+
+/// Whether all that materials name is there.
+bool fits(const Materials& materials, const MeshData& mesh)
+{
+  return (materials.faces.empty() || materials.faces.back() < mesh.faceCount()) &&
+         (materials.texture_coordinates.empty() ||
+          materials.texture_coordinates.size() == mesh.vertexCount());
+}
+
+/// Reads nothing beyond the end: OGRE may ask for the colors of a mesh that is
+/// just being replaced.
+ColorSource guarded(ColorSource source, std::size_t size)
+{
+  return [source = std::move(source), size](const std::uint32_t* sources, std::size_t count,
+                                            Rgba8* colors) {
+    const bool inside = count == 0 || *std::max_element(sources, sources + count) < size;
+    if (inside) {
+      source(sources, count, colors);
+    } else {
+      std::fill(colors, colors + count, Rgba8{153, 153, 153, 255});
+    }
+  };
+}
+
+}  // namespace
+
+MeshPainter::MeshPainter(const Context& context, std::string uuid)
+    : context_(context), uuid_(std::move(uuid))
 {
 }
 
 MeshPainter::~MeshPainter() = default;
 
-void MeshPainter::paintGeometry()
+MeshDataConstPtr MeshPainter::mesh() const
 {
+  return visual_ && visual_->shownLayout() ? visual_->shownLayout()->mesh : nullptr;
+}
+
+bool MeshPainter::accepts(const MeshLayout& layout) const
+{
+  const MeshLayoutConstPtr drawn = visual_ ? visual_->layout() : nullptr;
+  if (!drawn || drawn->preview || drawn->mesh != layout.mesh) {
+    return layout.mesh == context_.store.mesh(uuid_);
+  }
+  return requested_mesh_ == layout.mesh && !layout.preview && layout.split == requested_split_ &&
+         layout.materials == requested_materials_;
+}
+
+void MeshPainter::setLayout(const MeshLayoutConstPtr& layout)
+{
+  if (!accepts(*layout)) {
+    return;
+  }
   error_.clear();
-  const MeshDataConstPtr& mesh = store_.geometry();
-  if (!mesh) {
-    visual_.reset();
+  attempt([&] {
+    if (!visual_) {
+      visual_ = std::make_unique<MeshVisual>(context_.scene_manager, context_.parent);
+      visual_->setVisible(false);
+    }
+    visual_->setLayout(layout);
+    textures_.clear();  // freed with the layout before
+  });
+  paint();
+  setPose(pose_);
+}
+
+void MeshPainter::paint()
+{
+  const bool waits = requestLayout();
+  if (!visual_ || !visual_->layout()) {
     return;
   }
   attempt([&] {
-    if (!visual_) {
-      visual_ = std::make_unique<MeshVisual>(scene_manager_, parent_);
-      visual_->setVisible(false);  // until its pose is known
+    const bool ready = paintAttributes();
+    // A picture that is only being laid out anew stays as it is until then.
+    const DisplayType type = context_.properties.displayType();
+    const bool keep = waits && !ready && at_hand_ && type != DisplayType::FIXED_COLOR &&
+                      type != DisplayType::HIDE_FACES;
+    at_hand_ = ready || keep;
+    MeshStyle style = context_.properties.style(at_hand_);
+    if (keep) {
+      style.faces = style_.faces;
+      style.faces_color = style_.faces_color;
+    } else if (!ready) {
+      clearColors();
     }
-    const std::atomic<bool> cancelled{false};
-    visual_->setLayout(layOut(mesh, Split::NONE, nullptr, cancelled));
+    style_ = style;
+    visual_->setStyle(style);
   });
-  paintColors();
 }
 
-void MeshPainter::paintColors()
+bool MeshPainter::requestLayout()
 {
-  if (!visual_) {
-    return;
+  const MeshDataConstPtr mesh = context_.store.mesh(uuid_);
+  if (!mesh) {
+    return false;
   }
-  attempt([this] {
-    const DisplayType type = properties_.displayType();
-    colors_shown_ = (type == DisplayType::VERTEX_COSTS && uploadCosts()) ||
-                    (type == DisplayType::VERTEX_COLOR && uploadColors());
-    if (!colors_shown_) {
-      visual_->clearColors();
+  const MeshAttributes& attributes = context_.store.attributes(uuid_);
+  const DisplayType type = context_.properties.displayType();
+  Split split = Split::NONE;
+  MaterialsConstPtr materials;
+  if (type == DisplayType::VERTEX_COSTS) {
+    const CostLayerConstPtr layer = attributes.cost(context_.properties.costs().costsType());
+    if (layer && layer->on_faces && layer->costs.size() == mesh->faceCount()) {
+      split = Split::BY_FACE;
     }
-    visual_->setStyle(properties_.style(colors_shown_));
-  });
+  } else if (type == DisplayType::TEXTURES && attributes.materials &&
+             fits(*attributes.materials, *mesh)) {
+    split = Split::BY_MATERIAL;
+    materials = attributes.materials;
+  }
+  const MeshLayoutConstPtr drawn = visual_ ? visual_->layout() : nullptr;
+  if (drawn && !drawn->preview && drawn->mesh == mesh) {
+    // Vertices that are split by material can be colored as well as those that
+    // are not.
+    const bool same = drawn->split == split && drawn->materials == materials;
+    if (same || (split == Split::NONE && drawn->split == Split::BY_MATERIAL)) {
+      requested_mesh_.reset();
+      return false;
+    }
+  }
+  if (requested_mesh_ != mesh) {  // its message is being laid out without a split
+    requested_mesh_ = mesh;
+    requested_split_ = drawn && !drawn->preview && drawn->mesh == mesh ? drawn->split : Split::NONE;
+    requested_materials_.reset();
+  }
+  if (requested_split_ != split || requested_materials_ != materials) {
+    requested_split_ = split;
+    requested_materials_ = materials;
+    context_.loader.layOut(mesh, split, materials);
+  }
+  return true;
 }
 
-void MeshPainter::paintStyle()
+bool MeshPainter::waiting() const
 {
+  return requested_mesh_ != nullptr;
+}
+
+bool MeshPainter::paintAttributes()
+{
+  costs_.reset();
+  switch (context_.properties.displayType()) {
+    case DisplayType::VERTEX_COSTS:
+      return paintCosts();
+    case DisplayType::VERTEX_COLOR:
+      return paintColors();
+    case DisplayType::TEXTURES:
+      return paintTextures();
+    default:
+      return false;
+  }
+}
+
+bool MeshPainter::paintCosts()
+{
+  const CostProperties& properties = context_.properties.costs();
+  const std::string name = properties.costsType();
+  const CostLayerConstPtr layer = context_.store.attributes(uuid_).cost(name);
+  if (!layer || !fits(*visual_->layout(), layer->costs.size(), layer->on_faces)) {
+    return false;
+  }
+  costs_ = layer;
+  const CostColoring coloring = commonColoring(context_.store, name, properties.coloring());
+  const Colors colors{layer.get(), visual_->layout()->mesh.get(), coloring};
+  if (!(colors == colors_)) {
+    visual_->setColors(guarded(colorSource(layer, coloring), layer->costs.size()),
+                       coloring.lethal.alpha < 255 || coloring.unknown.alpha < 255);
+    colors_ = colors;
+  }
+  return true;
+}
+
+void MeshPainter::updateCosts(const CostLayerConstPtr& layer,
+                              const std::vector<std::uint32_t>& vertices)
+{
+  const Colors before = colors_;
+  const bool same_layer = costs_ == layer;
+  paint();
+  // Not all of them anew: the layer has been changed in place, the limits are
+  // the same.
+  if (visual_ && same_layer && costs_ == layer && colors_ == before) {
+    attempt([&] { visual_->updateColors(vertices); });
+  }
+}
+
+bool MeshPainter::paintColors()
+{
+  const ColorLayerConstPtr layer = context_.store.attributes(uuid_).colors;
+  if (!layer || !fits(*visual_->layout(), layer->colors.size(), false)) {
+    return false;
+  }
+  const Colors colors{layer.get(), visual_->layout()->mesh.get(), CostColoring()};
+  if (!(colors == colors_)) {
+    const bool translucent = std::any_of(layer->colors.begin(), layer->colors.end(),
+                                         [](const Rgba8& color) { return color.alpha < 255; });
+    const auto source = [layer](const std::uint32_t* sources, std::size_t count, Rgba8* values) {
+      for (std::size_t i = 0; i < count; ++i) {
+        values[i] = layer->colors[sources[i]];
+      }
+    };
+    visual_->setColors(guarded(source, layer->colors.size()), translucent);
+    colors_ = colors;
+  }
+  return true;
+}
+
+bool MeshPainter::paintTextures()
+{
+  const MeshLayoutConstPtr& layout = visual_->layout();
+  const MeshAttributes& attributes = context_.store.attributes(uuid_);
+  if (layout->split != Split::BY_MATERIAL || layout->materials != attributes.materials) {
+    return false;
+  }
+  clearColors();
+  for (const Material& material : layout->materials->materials) {
+    const auto found = attributes.textures.find(material.texture_index);
+    if (found == attributes.textures.end()) {
+      continue;  // its color until it comes
+    }
+    TextureImageConstPtr& drawn = textures_[material.texture_index];
+    if (drawn != found->second) {
+      visual_->setTexture(found->second);
+      drawn = found->second;
+    }
+  }
+  return true;
+}
+
+void MeshPainter::clearColors()
+{
+  visual_->clearColors();
+  colors_ = Colors();
+  if (context_.properties.displayType() != DisplayType::TEXTURES && !textures_.empty()) {
+    visual_->clearTextures();
+    textures_.clear();
+  }
+}
+
+bool MeshPainter::upload(std::chrono::microseconds budget)
+{
+  bool done = true;
   if (visual_) {
-    attempt([this] { visual_->setStyle(properties_.style(colors_shown_)); });
+    attempt([&] { done = visual_->upload(budget); });
   }
+  return done;
 }
 
-void MeshPainter::clear()
+void MeshPainter::setPose(const std::optional<Pose>& pose)
 {
-  visual_.reset();
-  error_.clear();
+  pose_ = pose;
+  if (visual_) {
+    visual_->setVisible(pose.has_value());
+    if (pose) {
+      visual_->setPose(pose->position, pose->orientation);
+    }
+  }
 }
 
 void MeshPainter::attempt(const std::function<void()>& upload)
@@ -71,44 +285,9 @@ void MeshPainter::attempt(const std::function<void()>& upload)
   try {
     upload();
   } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-    visual_.reset();
     error_ = error.what();
+    colors_ = Colors();
   }
-}
-
-bool MeshPainter::uploadCosts()
-{
-  const CostLayerConstPtr layer = store_.costs(properties_.costsType());
-  if (!layer || layer->costs.size() != store_.geometry()->vertexCount()) {
-    return false;
-  }
-  cost_summary_ = layer->summary;
-  cost_limits_ = properties_.customLimits() ? properties_.limits() : cost_summary_.limits;
-  const auto colors = [layer, scale = properties_.colorScale(), limits = cost_limits_](
-                          const std::uint32_t* sources, std::size_t count, Rgba8* values) {
-    for (std::size_t i = 0; i < count; ++i) {
-      values[i] = costColor(scale, limits, layer->costs[sources[i]]);
-    }
-  };
-  visual_->setColors(colors, false);
-  return true;
-}
-
-bool MeshPainter::uploadColors()
-{
-  const ColorLayerConstPtr layer = store_.colors();
-  if (!layer || layer->colors.size() != store_.geometry()->vertexCount()) {
-    return false;
-  }
-  const bool translucent = std::any_of(layer->colors.begin(), layer->colors.end(),
-                                       [](const Rgba8& color) { return color.alpha < 255; });
-  const auto colors = [layer](const std::uint32_t* sources, std::size_t count, Rgba8* values) {
-    for (std::size_t i = 0; i < count; ++i) {
-      values[i] = layer->colors[sources[i]];
-    }
-  };
-  visual_->setColors(colors, translucent);
-  return true;
 }
 
 }  // namespace rviz_mesh_plugin

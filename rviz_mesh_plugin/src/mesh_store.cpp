@@ -2,124 +2,257 @@
 
 #include <algorithm>
 
-namespace rviz_mesh_plugin {
+#include "rviz_mesh_plugin/cost_update.h"
 
-MeshStore::Attributes& MeshStore::attributesOf(const std::string& uuid)
-{
-  const auto found =
-      std::find_if(attributes_.begin(), attributes_.end(),
-                   [&](const Attributes& attributes) { return attributes.uuid == uuid; });
+namespace rviz_mesh_plugin {
+namespace {
+
+const char *const ON_FACES = " (faces)";
+
+const StoredCosts *find(const std::vector<StoredCosts> &costs,
+                        const std::string &type, bool on_faces) {
+  for (const StoredCosts &stored : costs) {
+    if (stored.layer->type == type && stored.layer->on_faces == on_faces) {
+      return &stored;
+    }
+  }
+  return nullptr;
+}
+
+/// The name that tells a layer from the others of its geometry.
+std::string nameOf(const CostLayer &layer, const MeshAttributes &attributes) {
+  const bool ambiguous =
+      layer.on_faces && find(attributes.costs, layer.type, false);
+  return ambiguous ? layer.type + ON_FACES : layer.type;
+}
+
+} // namespace
+
+CostLayerConstPtr MeshAttributes::cost(const std::string &name) const {
+  for (const StoredCosts &stored : costs) {
+    if (nameOf(*stored.layer, *this) == name) {
+      return stored.layer;
+    }
+  }
+  return nullptr;
+}
+
+void MeshStore::setCapacity(std::size_t capacity) {
+  capacity_ = std::max<std::size_t>(1, capacity);
+  if (meshes_.size() > capacity_) {
+    meshes_.resize(capacity_);
+  }
+}
+
+void MeshStore::addMesh(const MeshDataConstPtr &mesh) {
+  meshes_.erase(std::remove_if(meshes_.begin(), meshes_.end(),
+                               [&](const MeshDataConstPtr &other) {
+                                 return other->uuid == mesh->uuid;
+                               }),
+                meshes_.end());
+  meshes_.insert(meshes_.begin(), mesh);
+  setCapacity(capacity_);
+  // Labels of "the only mesh" that came before it.
+  if (auto early = attributes(std::string()).labels;
+      !early.empty() && !mesh->uuid.empty()) {
+    attributesOf(std::string()).labels.clear();
+    attributesOf(mesh->uuid).labels.merge(early);
+  }
+}
+
+MeshDataConstPtr MeshStore::mesh(const std::string &uuid) const {
+  const auto found = std::find_if(
+      meshes_.begin(), meshes_.end(),
+      [&](const MeshDataConstPtr &mesh) { return mesh->uuid == uuid; });
+  return found == meshes_.end() ? nullptr : *found;
+}
+
+MeshAttributes &MeshStore::attributesOf(const std::string &uuid) {
+  const auto found = std::find_if(
+      attributes_.begin(), attributes_.end(),
+      [&](const MeshAttributes &other) { return other.uuid == uuid; });
   if (found != attributes_.end()) {
     attributes_.splice(attributes_.begin(), attributes_, found);
     return attributes_.front();
   }
   attributes_.emplace_front();
   attributes_.front().uuid = uuid;
-  if (attributes_.size() > MAX_MESHES) {
-    auto last = std::prev(attributes_.end());
-    if (geometry_ && last->uuid == geometry_->uuid) {
-      --last;
-    }
-    attributes_.erase(last);
+  std::size_t waiting = 0;
+  for (auto item = attributes_.begin(); item != attributes_.end();) {
+    const bool surplus = !shown(item->uuid) && ++waiting > MAX_WAITING;
+    item = surplus ? attributes_.erase(item) : std::next(item);
   }
   return attributes_.front();
 }
 
-const MeshStore::Attributes* MeshStore::shown() const
-{
-  if (geometry_) {
-    for (const Attributes& attributes : attributes_) {
-      if (attributes.uuid == geometry_->uuid) {
-        return &attributes;
-      }
-    }
-  }
-  return nullptr;
+const MeshAttributes &MeshStore::attributes(const std::string &uuid) const {
+  static const MeshAttributes NOTHING;
+  const auto found = std::find_if(
+      attributes_.begin(), attributes_.end(),
+      [&](const MeshAttributes &other) { return other.uuid == uuid; });
+  return found == attributes_.end() ? NOTHING : *found;
 }
 
-void MeshStore::addCosts(const CostLayerConstPtr& layer)
-{
-  auto& costs = attributesOf(layer->uuid).costs;
-  for (auto& other : costs) {
-    if (other->type == layer->type) {
-      other = layer;
-      return;
-    }
+const MeshAttributes &MeshStore::attributes() const {
+  return attributes(meshes_.empty() ? std::string() : meshes_.front()->uuid);
+}
+
+void MeshStore::addCosts(const CostLayerConstPtr &layer) {
+  auto &costs = attributesOf(layer->uuid).costs;
+  if (const StoredCosts *found = find(costs, layer->type, layer->on_faces)) {
+    auto &stored = costs[static_cast<std::size_t>(found - costs.data())];
+    stored = {layer, nullptr};
+    applyWaiting(stored);
+    return;
   }
   if (costs.size() == MAX_LAYERS) {
     costs.erase(costs.begin());
   }
-  costs.push_back(layer);
+  costs.push_back({layer, nullptr});
+  applyWaiting(costs.back());
 }
 
-void MeshStore::addColors(const ColorLayerConstPtr& layer)
-{
+void MeshStore::addColors(const ColorLayerConstPtr &layer) {
   attributesOf(layer->uuid).colors = layer;
 }
 
-void MeshStore::clearCosts()
-{
-  for (Attributes& attributes : attributes_) {
-    attributes.costs.clear();
+void MeshStore::addMaterials(const MaterialsConstPtr &materials) {
+  attributesOf(materials->uuid).materials = materials;
+}
+
+void MeshStore::addTexture(const TextureImageConstPtr &texture) {
+  attributesOf(texture->uuid).textures[texture->index] = texture;
+}
+
+void MeshStore::addLabels(const LabelSetConstPtr &labels) {
+  const MeshDataConstPtr only = newest();
+  auto &stored =
+      attributesOf(labels->uuid.empty() && only ? only->uuid : labels->uuid)
+          .labels;
+  if (labels->all) {
+    stored.clear();
+  }
+  for (const LabelCluster &cluster : labels->clusters) {
+    if (cluster.faces.empty()) {
+      stored.erase(cluster.label);
+    } else {
+      stored[cluster.label] = LabelClusterConstPtr(labels, &cluster);
+    }
   }
 }
 
-void MeshStore::clearColors()
-{
-  for (Attributes& attributes : attributes_) {
+CostLayerConstPtr MeshStore::update(const CostUpdateConstPtr &update) {
+  update_problem_.clear();
+  auto &costs = attributesOf(update->uuid).costs;
+  if (const StoredCosts *found = find(costs, update->type, false)) {
+    return apply(costs[static_cast<std::size_t>(found - costs.data())],
+                 *update);
+  }
+  keepWaiting(update);
+  return nullptr;
+}
+
+CostLayerConstPtr MeshStore::apply(StoredCosts &costs,
+                                   const CostUpdate &update) {
+  if (!costs.own) {
+    costs.own = std::make_shared<CostLayer>(*costs.layer);
+  }
+  update_problem_ = applyUpdate(*costs.own, update);
+  if (!update_problem_.empty()) {
+    return nullptr;
+  }
+  costs.layer = costs.own;
+  return costs.layer;
+}
+
+void MeshStore::keepWaiting(const CostUpdateConstPtr &update) {
+  waiting_updates_.push_back(update);
+  waiting_values_ += update->costs.size();
+  while (waiting_values_ > MAX_WAITING_VALUES && waiting_updates_.size() > 1) {
+    waiting_values_ -= waiting_updates_.front()->costs.size();
+    waiting_updates_.pop_front();
+  }
+}
+
+void MeshStore::applyWaiting(StoredCosts &costs) {
+  if (costs.layer->on_faces) {
+    return;
+  }
+  const CostLayerConstPtr arrived = costs.layer;
+  for (auto item = waiting_updates_.begin(); item != waiting_updates_.end();) {
+    const CostUpdateConstPtr update = *item;
+    if (update->uuid != arrived->uuid || update->type != arrived->type) {
+      ++item;
+      continue;
+    }
+    waiting_values_ -= update->costs.size();
+    item = waiting_updates_.erase(item);
+    apply(costs, *update);
+  }
+}
+
+void MeshStore::clearCosts() {
+  for (MeshAttributes &attributes : attributes_) {
+    attributes.costs.clear();
+  }
+  waiting_updates_.clear();
+  waiting_values_ = 0;
+  update_problem_.clear();
+}
+
+void MeshStore::clearColors() {
+  for (MeshAttributes &attributes : attributes_) {
     attributes.colors.reset();
   }
 }
 
-void MeshStore::clear()
-{
-  geometry_.reset();
+void MeshStore::clearMaterials() {
+  for (MeshAttributes &attributes : attributes_) {
+    attributes.materials.reset();
+    attributes.textures.clear();
+  }
+}
+
+void MeshStore::clearLabels() {
+  for (MeshAttributes &attributes : attributes_) {
+    attributes.labels.clear();
+  }
+}
+
+void MeshStore::clear() {
+  clearCosts();
+  meshes_.clear();
   attributes_.clear();
 }
 
-std::vector<std::string> MeshStore::costTypes() const
-{
-  std::vector<std::string> types;
-  if (const Attributes* attributes = shown()) {
-    for (const auto& layer : attributes->costs) {
-      types.push_back(layer->type);
-    }
-  }
-  return types;
-}
-
-CostLayerConstPtr MeshStore::costs(const std::string& type) const
-{
-  if (const Attributes* attributes = shown()) {
-    for (const auto& layer : attributes->costs) {
-      if (layer->type == type) {
-        return layer;
+std::vector<std::string> MeshStore::costTypes() const {
+  std::vector<std::string> names;
+  for (const MeshDataConstPtr &mesh : meshes_) {
+    const MeshAttributes &of_mesh = attributes(mesh->uuid);
+    for (const StoredCosts &stored : of_mesh.costs) {
+      std::string name = nameOf(*stored.layer, of_mesh);
+      if (std::find(names.begin(), names.end(), name) == names.end()) {
+        names.push_back(std::move(name));
       }
     }
   }
-  return nullptr;
+  return names;
 }
 
-ColorLayerConstPtr MeshStore::colors() const
-{
-  const Attributes* attributes = shown();
-  return attributes ? attributes->colors : nullptr;
-}
-
-std::size_t MeshStore::waitingCosts() const
-{
+std::size_t MeshStore::waitingCosts() const {
   std::size_t count = 0;
-  for (const Attributes& attributes : attributes_) {
-    count += &attributes == shown() ? 0 : attributes.costs.size();
+  for (const MeshAttributes &attributes : attributes_) {
+    count += shown(attributes.uuid) ? 0 : attributes.costs.size();
   }
   return count;
 }
 
-std::size_t MeshStore::waitingColors() const
-{
-  return static_cast<std::size_t>(std::count_if(
-      attributes_.begin(), attributes_.end(),
-      [&](const Attributes& attributes) { return &attributes != shown() && attributes.colors; }));
+std::size_t MeshStore::waitingColors() const {
+  return static_cast<std::size_t>(
+      std::count_if(attributes_.begin(), attributes_.end(),
+                    [&](const MeshAttributes &attributes) {
+                      return attributes.colors && !shown(attributes.uuid);
+                    }));
 }
 
-}  // namespace rviz_mesh_plugin
+} // namespace rviz_mesh_plugin

@@ -1,25 +1,23 @@
 #include "rviz_mesh_plugin/mesh_visual.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
-#include <OgreAxisAlignedBox.h>
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
 
+#include "rviz_mesh_plugin/finite_bounds.h"
 #include "rviz_mesh_plugin/mesh_material.h"
 #include "rviz_mesh_plugin/mesh_object.h"
+#include "rviz_mesh_plugin/mesh_picture.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-Ogre::AxisAlignedBox bounds(const MeshData& mesh, float margin)
+/// Colors of one can be used for the other.
+bool sameSources(const MeshLayout& a, const MeshLayout& b)
 {
-  return {mesh.lower[0] - margin, mesh.lower[1] - margin, mesh.lower[2] - margin,
-          mesh.upper[0] + margin, mesh.upper[1] + margin, mesh.upper[2] + margin};
+  return a.mesh == b.mesh && (a.split == Split::BY_FACE) == (b.split == Split::BY_FACE);
 }
 
 /// Two ends per line: the vertex, and @a length along its normal.
@@ -40,83 +38,170 @@ std::vector<std::array<float, 3>> normalLines(const MeshData& mesh, float length
 }  // namespace
 
 MeshVisual::MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
-    : scene_manager_(scene_manager),
-      parent_(parent),
-      node_(parent->createChildSceneNode()),
-      material_(std::make_unique<MeshMaterial>())
+    : scene_manager_(scene_manager), parent_(parent), node_(parent->createChildSceneNode())
 {
 }
 
 MeshVisual::~MeshVisual()
 {
   normals_.reset();
-  faces_.reset();
+  coming_.reset();
+  shown_.reset();
   destroySceneNode(node_);
 }
 
 void MeshVisual::setLayout(const MeshLayoutConstPtr& layout)
 {
-  normals_.reset();
-  faces_.reset();
+  if (layout == layout_) {
+    return;
+  }
+  const bool keep_colors = layout_ && sameSources(*layout_, *layout);
+  coming_.reset();
+  layout_ = shown_layout_;
+  if (!keep_colors) {
+    colors_ = nullptr;
+  }
+  auto picture = std::make_unique<MeshPicture>(scene_manager_, layout);
+  picture->setStyle(style_);
+  if (colors_) {
+    picture->setColors(colors_, translucent_colors_);
+  }
   layout_ = layout;
-  translucent_colors_ = false;
-  auto faces =
-      std::make_unique<MeshObject>(scene_manager_, Ogre::RenderOperation::OT_TRIANGLE_LIST);
-  faces->setVertices(layout->vertices.data(), layout->vertices.size(), true);
-  faces->setIndices(layout->indices);
-  faces->finish(bounds(*layout->mesh, 0.0f), material_->get());
-  faces_ = std::move(faces);
-  ++geometry_uploads_;
-  applyStyle();
+  coming_ = std::move(picture);
+  uploadIfSmall();
 }
 
-bool MeshVisual::upload(std::chrono::microseconds /*budget*/)
+void MeshVisual::uploadIfSmall()
 {
-  return true;
+  if (newest()->gpuBytes() <= SLICE_BYTES) {
+    upload();
+  }
+}
+
+bool MeshVisual::upload(std::chrono::microseconds budget)
+{
+  const auto end = std::chrono::steady_clock::now() + budget;
+  try {
+    do {
+      if (!uploadSlice()) {
+        return true;
+      }
+    } while (std::chrono::steady_clock::now() < end);
+  } catch (...) {
+    // What is drawn stays as it is, but for colors that never became complete.
+    if (coming_) {
+      coming_.reset();
+      layout_ = shown_layout_;
+    }
+    colors_ = nullptr;
+    throw;
+  }
+  return false;
+}
+
+bool MeshVisual::uploadSlice()
+{
+  MeshPicture* picture = newest();
+  if (!picture) {
+    return false;
+  }
+  const bool geometry_complete = picture->geometryComplete();
+  const std::size_t color_uploads = picture->colorUploads();
+  const bool worked = picture->uploadSlice();
+  geometry_uploads_ += !geometry_complete && picture->geometryComplete() ? 1 : 0;
+  color_uploads_ += picture->colorUploads() - color_uploads;
+  if (coming_ && coming_->drawable()) {
+    showComing();
+  }
+  return worked;
+}
+
+void MeshVisual::showComing()
+{
+  shown_ = std::move(coming_);
+  shown_layout_ = layout_;
+  shown_->show(node_);
+  updateNormals();
 }
 
 float MeshVisual::progress() const
 {
-  return 1.0f;
+  return newest() ? newest()->progress() : 1.0f;
 }
 
 void MeshVisual::setColors(const ColorSource& colors, bool translucent)
 {
+  if (!newest()) {
+    return;
+  }
   colors_ = colors;
-  std::vector<Rgba8> values(layout_->sources.size());
-  colors(layout_->sources.data(), values.size(), values.data());
-  faces_->setColors(values);
-  ++color_uploads_;
   translucent_colors_ = translucent;
-  applyStyle();
+  newest()->setColors(colors, translucent);
+  uploadIfSmall();
 }
 
-void MeshVisual::updateColors(const std::vector<std::uint32_t>& /*changed*/)
+void MeshVisual::updateColors(const std::vector<std::uint32_t>& changed)
 {
-  setColors(colors_, translucent_colors_);
+  if (newest()) {
+    newest()->updateColors(changed);
+    uploadIfSmall();
+  }
 }
 
 void MeshVisual::clearColors()
 {
-  if (faces_ && faces_->hasColors()) {
-    faces_->clearColors();
-    translucent_colors_ = false;
-    applyStyle();
+  colors_ = nullptr;
+  if (newest()) {
+    newest()->clearColors();
   }
 }
 
-void MeshVisual::setTexture(const TextureImageConstPtr& /*image*/) {}
+void MeshVisual::setTexture(const TextureImageConstPtr& image)
+{
+  if (newest()) {
+    newest()->setTexture(image);
+  }
+}
 
-void MeshVisual::clearTextures() {}
+void MeshVisual::clearTextures()
+{
+  if (newest()) {
+    newest()->clearTextures();
+  }
+}
 
 void MeshVisual::setStyle(const MeshStyle& style)
 {
   style_ = style;
-  applyStyle();
+  for (MeshPicture* picture : {shown_.get(), coming_.get()}) {
+    if (picture) {
+      picture->setStyle(style);
+    }
+  }
+  updateNormals();
+}
+
+std::size_t MeshVisual::facesDrawn() const
+{
+  std::size_t count = 0;
+  if (shown_) {
+    for (const auto& part : shown_->parts()) {
+      count += part->drawn().count / 3;
+    }
+  }
+  return count;
+}
+
+std::size_t MeshVisual::gpuBytes() const
+{
+  return (shown_ ? shown_->gpuBytes() : 0) + (coming_ ? coming_->gpuBytes() : 0);
 }
 
 void MeshVisual::setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation)
 {
+  if (position.isNaN() || orientation.isNaN() || !std::isfinite(position.squaredLength())) {
+    return;
+  }
   node_->setPosition(position);
   node_->setOrientation(orientation);
 }
@@ -135,36 +220,33 @@ void MeshVisual::setVisible(bool visible)
   }
 }
 
-void MeshVisual::applyStyle()
-{
-  if (!faces_) {
-    return;
-  }
-  material_->apply(style_, faces_->hasColors(), translucent_colors_);
-  const bool anything = style_.faces != MeshStyle::Faces::HIDDEN || style_.show_wireframe;
-  faces_->attachTo(anything ? node_ : nullptr);
-  updateNormals();
-}
-
 void MeshVisual::updateNormals()
 {
-  if (!style_.show_normals) {
+  if (!style_.show_normals || !shown_) {
     normals_.reset();
     normals_material_.reset();
+    normals_mesh_.reset();
     return;
   }
   if (!normals_material_) {
     normals_material_ = std::make_unique<MeshMaterial>();
   }
   normals_material_->applyUnlit(style_.normals_color);
-  if (normals_ && normals_length_ == style_.normals_length) {
+  const MeshDataConstPtr& mesh = shown_layout_->mesh;
+  if (normals_mesh_ == mesh && normals_length_ == style_.normals_length) {
     return;
   }
+  normals_.reset();
+  normals_mesh_ = mesh;
   normals_length_ = style_.normals_length;
-  const auto ends = normalLines(*layout_->mesh, normals_length_);
+  const auto ends = normalLines(*mesh, normals_length_);
+  if (ends.empty()) {
+    return;
+  }
   auto normals = std::make_unique<MeshObject>(scene_manager_, Ogre::RenderOperation::OT_LINE_LIST);
   normals->setVertices(ends.data(), ends.size(), false);
-  normals->finish(bounds(*layout_->mesh, std::fabs(normals_length_)), normals_material_->get());
+  normals->finish(finiteBounds(mesh->lower, mesh->upper, std::fabs(normals_length_)),
+                  normals_material_->get());
   normals_ = std::move(normals);
   normals_->attachTo(node_);
 }

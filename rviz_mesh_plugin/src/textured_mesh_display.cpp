@@ -1,295 +1,331 @@
 #include "rviz_mesh_plugin/textured_mesh_display.h"
 
-#include <OgreQuaternion.h>
+#include <algorithm>
+#include <exception>
+
 #include <OgreSceneNode.h>
 
+#include <mesh_msgs/MeshVertexColorsStamped.h>
+#include <mesh_msgs/MeshVertexCostsStamped.h>
+#include <ros/master.h>
+#include <ros/message_traits.h>
+#include <ros/names.h>
+#include <rviz/config.h>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
 #include <rviz/validate_floats.h>
 
-#include "rviz_mesh_plugin/mesh_painter.h"
+#include "rviz_mesh_plugin/cost_properties.h"
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_visual.h"
 
 namespace rviz_mesh_plugin {
+namespace {
+
+/// What an update may take for uploads, so that the GUI stays fluid.
+constexpr std::chrono::milliseconds UPLOAD_BUDGET{15};
+
+/// A topic of this type in a namespace, the one of this name first; empty where
+/// there is none.
+template <class Message>
+QString topicIn(const std::string &parent, const char *name,
+                const ros::master::V_TopicInfo &topics) {
+  std::string found;
+  for (const ros::master::TopicInfo &topic : topics) {
+    if (topic.datatype == ros::message_traits::datatype<Message>() &&
+        ros::names::parentNamespace(topic.name) == parent) {
+      if (topic.name == ros::names::append(parent, name)) {
+        return QString::fromStdString(topic.name);
+      }
+      found = found.empty() ? topic.name : found;
+    }
+  }
+  return QString::fromStdString(found);
+}
+
+} // namespace
 
 TexturedMeshDisplay::TexturedMeshDisplay()
-    : properties_(new MeshProperties(this)), inbox_(std::make_shared<MeshInbox>()), topics_(inbox_)
-{
+    : properties_(new MeshProperties(this)), lines_(this) {}
+
+TexturedMeshDisplay::~TexturedMeshDisplay() = default;
+
+void TexturedMeshDisplay::onInitialize() {
+  painters_ = std::make_unique<MeshPainters>(MeshPainter::Context{
+      store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
+  report_ =
+      std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_);
+  connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
+  connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
+  connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
 }
 
-TexturedMeshDisplay::~TexturedMeshDisplay()
-{
-  topics_.unsubscribe();
+void TexturedMeshDisplay::setSource(const MeshSource &source) {
+  properties_->setSource(source);
 }
 
-void TexturedMeshDisplay::onInitialize()
-{
-  painter_ = std::make_unique<MeshPainter>(store_, *properties_, scene_manager_, scene_node_);
-  connect(properties_, SIGNAL(geometryTopicChanged()), SLOT(onGeometryTopic()));
-  connect(properties_, SIGNAL(colorsTopicChanged()), SLOT(onColorsTopic()));
-  connect(properties_, SIGNAL(costsTopicChanged()), SLOT(onCostsTopic()));
-  connect(properties_, SIGNAL(coloringChanged()), SLOT(onColoring()));
-  connect(properties_, SIGNAL(styleChanged()), SLOT(onStyle()));
+MeshDataConstPtr TexturedMeshDisplay::mesh() const {
+  const MeshPainters::Mesh *newest = painters_ ? painters_->newest() : nullptr;
+  return newest ? newest->painter->mesh() : nullptr;
 }
 
-const MeshVisual* TexturedMeshDisplay::visual() const
-{
-  return painter_ ? painter_->visual() : nullptr;
+std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const {
+  std::vector<ShownMesh> shown;
+  if (isEnabled() && painters_) {
+    for (const MeshPainters::Mesh &mesh : painters_->meshes()) {
+      if (mesh.painter->mesh() && mesh.painter->pose()) {
+        shown.push_back({mesh.painter->mesh(), mesh.painter->pose()->position,
+                         mesh.painter->pose()->orientation});
+      }
+    }
+  }
+  return shown;
 }
 
-void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*datatype*/)
-{
+const MeshVisual *TexturedMeshDisplay::visual() const {
+  const MeshPainters::Mesh *newest = painters_ ? painters_->newest() : nullptr;
+  return newest ? newest->painter->visual() : nullptr;
+}
+
+void TexturedMeshDisplay::setTopic(const QString &topic,
+                                   const QString & /*datatype*/) {
   properties_->setGeometryTopic(topic);
+  // RViz has just asked the master for the same list, to offer this topic.
+  ros::master::V_TopicInfo topics;
+  if (ros::master::getTopics(topics)) {
+    const std::string parent = ros::names::parentNamespace(topic.toStdString());
+    properties_->proposeTopics(topicIn<mesh_msgs::MeshVertexCostsStamped>(
+                                   parent, "vertex_costs", topics),
+                               topicIn<mesh_msgs::MeshVertexColorsStamped>(
+                                   parent, "vertex_colors", topics));
+  }
 }
 
-void TexturedMeshDisplay::onEnable()
-{
-  subscribe();
-  showGeometry();
+void TexturedMeshDisplay::load(const rviz::Config &config) {
+  Display::load(config);
+  properties_->loadOlderKeys(config);
 }
 
-void TexturedMeshDisplay::onDisable()
-{
-  topics_.unsubscribe();
-  painter_->clear();
+void TexturedMeshDisplay::onEnable() {
+  onSource();
+  onContent();
+}
+
+void TexturedMeshDisplay::onDisable() {
+  feed_.disconnect();
+  requests_.restart();
+  legend_.hide();
   clearStatuses();
-  lines_.clear();
+  lines_.forget();
 }
 
-void TexturedMeshDisplay::reset()
-{
+void TexturedMeshDisplay::reset() {
   Display::reset();
-  lines_.clear();
-  topics_.unsubscribe();
-  inbox_->clearGeometry();
-  inbox_->clearCosts();
-  inbox_->clearColors();
+  lines_.forget();
+  feed_.clear();
+  requests_.restart();
   store_.clear();
-  properties_->setCostsTypes({});
-  painter_->clear();
-  if (isEnabled()) {
-    subscribe();
+  changed_costs_.clear();
+  if (painters_) {
+    painters_->clear();
   }
+  legend_.hide();
+  received_ = InboxContent();
+  geometry_reception_ = Reception();
+  onSource();
+  onContent();
 }
 
-void TexturedMeshDisplay::subscribe()
-{
-  geometry_subscription_error_ =
-      topics_.subscribeGeometry(threaded_nh_, properties_->geometryTopic());
-  costs_subscription_error_ = topics_.subscribeCosts(threaded_nh_, properties_->costsTopic());
-  colors_subscription_error_ = topics_.subscribeColors(threaded_nh_, properties_->colorsTopic());
-}
-
-void TexturedMeshDisplay::onGeometryTopic()
-{
-  topics_.subscribeGeometry(threaded_nh_, "");
-  inbox_->clearGeometry();
-  store_.setGeometry(nullptr);
-  showGeometry();
-  if (isEnabled()) {
-    geometry_subscription_error_ =
-        topics_.subscribeGeometry(threaded_nh_, properties_->geometryTopic());
-  }
-}
-
-void TexturedMeshDisplay::onCostsTopic()
-{
-  topics_.subscribeCosts(threaded_nh_, "");
-  inbox_->clearCosts();
-  store_.clearCosts();
-  properties_->setCostsTypes({});
-  onColoring();
-  if (isEnabled()) {
-    costs_subscription_error_ = topics_.subscribeCosts(threaded_nh_, properties_->costsTopic());
-  }
-}
-
-void TexturedMeshDisplay::onColorsTopic()
-{
-  topics_.subscribeColors(threaded_nh_, "");
-  inbox_->clearColors();
-  store_.clearColors();
-  onColoring();
-  if (isEnabled()) {
-    colors_subscription_error_ = topics_.subscribeColors(threaded_nh_, properties_->colorsTopic());
-  }
-}
-
-void TexturedMeshDisplay::onColoring()
-{
-  painter_->paintColors();
-  objectsChanged();
-}
-
-void TexturedMeshDisplay::onStyle()
-{
-  painter_->paintStyle();
-  objectsChanged();
-}
-
-void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
-{
-  takeMessages();
-  updatePose();
-  updateStatuses();
-}
-
-void TexturedMeshDisplay::takeMessages()
-{
-  const InboxContent content = inbox_->take();
-  geometry_reception_ = content.geometry_reception;
-  costs_reception_ = content.costs_reception;
-  colors_reception_ = content.colors_reception;
-  if (content.geometry) {
-    store_.setGeometry(content.geometry);
-  }
-  const std::string shown = store_.geometry() ? store_.geometry()->uuid : std::string();
-  const DisplayType type = properties_->displayType();
-  bool recolor = false;
-  for (const CostLayerConstPtr& layer : content.costs) {
-    store_.addCosts(layer);
-    recolor |= type == DisplayType::VERTEX_COSTS && layer->uuid == shown &&
-               layer->type == properties_->costsType();
-  }
-  for (const ColorLayerConstPtr& layer : content.colors) {
-    store_.addColors(layer);
-    recolor |= type == DisplayType::VERTEX_COLOR && layer->uuid == shown;
-  }
-  if (content.geometry || !content.costs.empty()) {
-    properties_->setCostsTypes(store_.costTypes());
-  }
-  if (content.geometry) {
-    showGeometry();
-  } else if (recolor) {
-    onColoring();
-  }
-}
-
-void TexturedMeshDisplay::showGeometry()
-{
-  if (isEnabled()) {
-    painter_->paintGeometry();
-  } else {
-    painter_->clear();
-  }
-  objectsChanged();
-}
-
-void TexturedMeshDisplay::objectsChanged()
-{
-  setVisibilityBits(getVisibilityBits());  // for the objects that are new
+void TexturedMeshDisplay::onSource() {
+  source_changed_ = true;
   queueRender();
 }
 
-void TexturedMeshDisplay::updatePose()
-{
-  MeshVisual* visual = painter_->visual();
-  if (!visual) {
-    report("Transform", std::nullopt);
+void TexturedMeshDisplay::onContent() {
+  content_changed_ = true;
+  queueRender();
+}
+
+void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/) {
+  try {
+    work();
+    lines_.report("Display", std::nullopt);
+  } catch (const std::exception &error) {
+    lines_.report(
+        "Display",
+        StatusLine{StatusLine::ERROR, std::string("the display cannot do what "
+                                                  "it should: ") +
+                                          error.what()});
+  }
+}
+
+void TexturedMeshDisplay::work() {
+  if (source_changed_) {
+    source_changed_ = false;
+    if (feed_.connect(threaded_nh_, *properties_, store_)) {
+      content_changed_ = true;
+    }
+    requests_.restart();
+  }
+  takeMessages();
+  requests_.update(Clock::now(), feed_, *properties_, store_);
+  offerChoices();
+  if (content_changed_) {
+    content_changed_ = false;
+    store_.setCapacity(properties_->bufferSize());
+    painters_->paint();
+    setVisibilityBits(getVisibilityBits()); // for the objects that are new
+    queueRender();
+  }
+  showUpdates();
+  upload();
+  updatePoses();
+  legend_.update(*properties_, *painters_);
+  report_->report(received_, geometry_reception_, working_, lines_);
+}
+
+void TexturedMeshDisplay::takeMessages() {
+  const MeshLoader::Content loaded = feed_.loader().take();
+  geometry_reception_ = loaded.reception;
+  working_ = loaded.working;
+  for (const MeshDataConstPtr &mesh : loaded.meshes) {
+    if (store_.mesh(mesh->uuid) != mesh) {
+      store_.addMesh(mesh);
+      content_changed_ = true;
+    }
+  }
+  InboxContent content = feed_.inbox().take();
+  for (const CostLayerConstPtr &layer : content.costs) {
+    store_.addCosts(layer);
+  }
+  for (const ColorLayerConstPtr &layer : content.colors) {
+    store_.addColors(layer);
+  }
+  for (const MaterialsConstPtr &materials : content.materials) {
+    store_.addMaterials(materials);
+  }
+  for (const TextureImageConstPtr &texture : content.textures) {
+    store_.addTexture(texture);
+  }
+  for (const LabelSetConstPtr &labels : content.labels) {
+    store_.addLabels(labels);
+  }
+  content_changed_ |= !content.costs.empty() || !content.colors.empty() ||
+                      !content.materials.empty() || !content.textures.empty() ||
+                      !content.labels.empty();
+  takeUpdates(content.updates);
+  if (!loaded.layouts.empty()) {
+    painters_->paint(); // there is a painter for each mesh then
+    painters_->setLayouts(loaded.layouts);
+    content_changed_ = true;
+  }
+  // Only the receptions are looked at from now on.
+  content.costs.clear();
+  content.updates.clear();
+  content.colors.clear();
+  content.materials.clear();
+  content.textures.clear();
+  content.labels.clear();
+  received_ = std::move(content);
+}
+
+void TexturedMeshDisplay::takeUpdates(
+    const std::vector<CostUpdateConstPtr> &updates) {
+  for (const CostUpdateConstPtr &update : updates) {
+    if (const CostLayerConstPtr layer = store_.update(update)) {
+      ChangedCosts &changed = changed_costs_[{update->uuid, update->type}];
+      changed.layer = layer;
+      changed.vertices.insert(changed.vertices.end(), update->vertices.begin(),
+                              update->vertices.end());
+      if (changed.vertices.size() > layer->costs.size()) {
+        std::sort(changed.vertices.begin(), changed.vertices.end());
+        changed.vertices.erase(
+            std::unique(changed.vertices.begin(), changed.vertices.end()),
+            changed.vertices.end());
+      }
+    }
+  }
+}
+
+void TexturedMeshDisplay::showUpdates() {
+  const Clock::time_point now = Clock::now();
+  const std::chrono::duration<float> interval(1.0f / properties_->updateRate());
+  if (changed_costs_.empty() || now - updates_shown_ < interval) {
     return;
   }
-  const std::string& frame = store_.geometry()->frame_id;
-  rviz::FrameManager* frames = context_->getFrameManager();
-  Ogre::Vector3 position;
-  Ogre::Quaternion orientation;
+  updates_shown_ = now;
+  for (const auto &changed : changed_costs_) {
+    painters_->updateCosts(changed.second.layer, changed.second.vertices);
+  }
+  changed_costs_.clear();
+  queueRender();
+}
+
+void TexturedMeshDisplay::offerChoices() {
+  std::vector<std::string> types = store_.costTypes();
+  if (const MeshDataConstPtr newest = store_.newest()) {
+    for (const std::string &layer : feed_.services().layers(newest->uuid)) {
+      if (std::find(types.begin(), types.end(), layer) == types.end()) {
+        types.push_back(layer);
+      }
+    }
+  }
+  const MeshAttributes &attributes = store_.attributes();
+  properties_->setAvailable({attributes.colors != nullptr,
+                             attributes.materials != nullptr, !types.empty()});
+  if (types != cost_types_) {
+    cost_types_ = types;
+    properties_->costs().setCostsTypes(types);
+  }
+}
+
+void TexturedMeshDisplay::upload() {
+  if (!painters_->upload(UPLOAD_BUDGET)) {
+    setVisibilityBits(getVisibilityBits());
+    queueRender();
+  }
+}
+
+void TexturedMeshDisplay::updatePoses() {
+  std::optional<StatusLine> line;
+  painters_->setPoses(
+      [&](const std::string & /*uuid*/, const std::string &frame) {
+        const std::string given = properties_->source().frame;
+        StatusLine found;
+        const auto pose = findPose(given.empty() ? frame : given, found);
+        if (!line || found.level > line->level) {
+          line = found;
+        }
+        return pose;
+      });
+  lines_.report("Transform", line);
+}
+
+std::optional<MeshPainter::Pose>
+TexturedMeshDisplay::findPose(const std::string &frame,
+                              StatusLine &line) const {
+  rviz::FrameManager *frames = context_->getFrameManager();
+  MeshPainter::Pose pose;
   // The newest transform: a mesh is a map, its stamp tells when it was made.
-  const bool known = frames->getTransform(frame, ros::Time(), position, orientation);
-  const bool finite = known && rviz::validateFloats(position) && rviz::validateFloats(orientation);
-  visual->setVisible(finite);
-  if (finite) {
-    orientation.normalise();
-    visual->setPose(position, orientation);
-    report("Transform",
-           StatusLine{StatusLine::OK, "frame '" + frame + "' is known in the fixed frame '" +
-                                          frames->getFixedFrame() + "'"});
-    return;
+  const bool known =
+      frames->getTransform(frame, ros::Time(), pose.position, pose.orientation);
+  if (known && rviz::validateFloats(pose.position) &&
+      rviz::validateFloats(pose.orientation)) {
+    pose.orientation.normalise();
+    line = {StatusLine::OK, "frame '" + frame +
+                                "' is known in the fixed frame '" +
+                                frames->getFixedFrame() + "'"};
+    return pose;
   }
   std::string reason = "the transform contains NaN or infinity";
   if (!known && !frames->transformHasProblems(frame, ros::Time(), reason)) {
     reason = "nobody publishes it yet";
   }
-  report("Transform",
-         StatusLine{StatusLine::ERROR, "no transform from frame '" + frame +
-                                           "' to the fixed frame '" + frames->getFixedFrame() +
-                                           "', the mesh is hidden until then: " + reason});
+  line = {StatusLine::ERROR, "no transform from frame '" + frame +
+                                 "' to the fixed frame '" +
+                                 frames->getFixedFrame() +
+                                 "', the mesh is hidden until then: " + reason};
+  return std::nullopt;
 }
 
-void TexturedMeshDisplay::updateStatuses()
-{
-  report("Topic", topicStatus(properties_->geometryTopic(), geometry_subscription_error_,
-                              geometry_reception_));
-  if (painter_->error().empty()) {
-    report("Geometry", geometryStatus(store_.geometry(), geometry_reception_,
-                                      properties_->style(false).show_normals));
-  } else {
-    report("Geometry",
-           StatusLine{StatusLine::ERROR, "the mesh cannot be drawn: " + painter_->error()});
-  }
-  report("Costs", costsStatus(costsState()));
-  report("Colors", colorsStatus(colorsState()));
-  if (properties_->displayType() == DisplayType::TEXTURES) {
-    report(
-        "Textures",
-        StatusLine{StatusLine::WARN,
-                   "textures are not drawn by this version; the faces have 'Faces Color' instead"});
-  } else {
-    report("Textures", std::nullopt);
-  }
-}
-
-CostsState TexturedMeshDisplay::costsState() const
-{
-  CostsState state;
-  state.chosen = properties_->displayType() == DisplayType::VERTEX_COSTS;
-  state.topic = properties_->costsTopic();
-  state.subscription_error = costs_subscription_error_;
-  state.reception = costs_reception_;
-  state.mesh_shown = store_.geometry() != nullptr;
-  state.vertex_count = state.mesh_shown ? store_.geometry()->vertexCount() : 0;
-  state.waiting = store_.waitingCosts();
-  state.type = properties_->costsType();
-  state.types = store_.costTypes();
-  state.summary = painter_->costSummary();
-  state.limits = painter_->costLimits();
-  if (const CostLayerConstPtr layer = store_.costs(state.type)) {
-    state.size = layer->costs.size();
-  }
-  return state;
-}
-
-AttributeState TexturedMeshDisplay::colorsState() const
-{
-  AttributeState state;
-  state.chosen = properties_->displayType() == DisplayType::VERTEX_COLOR;
-  state.topic = properties_->colorsTopic();
-  state.subscription_error = colors_subscription_error_;
-  state.reception = colors_reception_;
-  state.mesh_shown = store_.geometry() != nullptr;
-  state.vertex_count = state.mesh_shown ? store_.geometry()->vertexCount() : 0;
-  state.waiting = store_.waitingColors();
-  if (const ColorLayerConstPtr layer = store_.colors()) {
-    state.size = layer->colors.size();
-  }
-  return state;
-}
-
-void TexturedMeshDisplay::report(const char* name, const OptionalStatus& status)
-{
-  const auto shown = lines_.find(name);
-  if (!status) {
-    if (shown != lines_.end()) {
-      lines_.erase(shown);
-      deleteStatus(name);
-    }
-    return;
-  }
-  if (shown != lines_.end() && shown->second.level == status->level &&
-      shown->second.text == status->text) {
-    return;
-  }
-  lines_[name] = *status;
-  setStatusStd(static_cast<rviz::StatusProperty::Level>(status->level), name, status->text);
-}
-
-}  // namespace rviz_mesh_plugin
+} // namespace rviz_mesh_plugin

@@ -2,56 +2,12 @@
 
 #include <cmath>
 #include <cstdint>
-#include <sstream>
 #include <utility>
+
+#include "validation_findings.h"
 
 namespace rviz_mesh_plugin {
 namespace {
-
-/// Finite as a float, which is what OGRE computes with: 1e60 is finite as a double only.
-bool isFinite(double value)
-{
-  return std::isfinite(static_cast<float>(value));
-}
-
-template <class Point>
-bool isFinitePoint(const Point& point)
-{
-  return isFinite(point.x) && isFinite(point.y) && isFinite(point.z);
-}
-
-template <class Function>
-bool anyChannel(const std_msgs::ColorRGBA& color, const Function& function)
-{
-  return function(color.r) || function(color.g) || function(color.b) || function(color.a);
-}
-
-/// Counts the elements for which @a is_bad holds and adds one finding for them; @a describe is
-/// given the first.
-template <class Elements, class IsBad, class Describe>
-void addFinding(std::vector<Finding>& findings, const char* rule, const Elements& elements,
-                const IsBad& is_bad, const Describe& describe, const char* hint)
-{
-  std::size_t first = 0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < elements.size(); ++i) {
-    if (is_bad(elements[i])) {
-      first = count == 0 ? i : first;
-      ++count;
-    }
-  }
-  if (count > 0) {
-    findings.push_back({rule, describe(first), first, count, hint});
-  }
-}
-
-template <class... Parts>
-std::string text(const Parts&... parts)
-{
-  std::ostringstream stream;
-  (stream << ... << parts);
-  return stream.str();
-}
 
 std::string coordinates(const char* name, std::size_t index, const geometry_msgs::Point& point)
 {
@@ -62,20 +18,6 @@ std::string channels(std::size_t index, const std_msgs::ColorRGBA& color)
 {
   return text("the color of vertex ", index, " is (", color.r, ", ", color.g, ", ", color.b, ", ",
               color.a, ")");
-}
-
-template <class Message>
-void checkIdentity(std::vector<Finding>& findings, const Message& message, const std::string& uuid)
-{
-  if (!uuid.empty() && message.uuid != uuid) {
-    findings.push_back({"uuid_mismatch",
-                        text("the uuid is '", message.uuid, "', but '", uuid, "' is expected"),
-                        std::nullopt, 1, "publish it with the uuid of the geometry it belongs to"});
-  }
-  if (message.header.frame_id.empty()) {
-    findings.push_back({"frame_id_empty", "header.frame_id is empty", std::nullopt, 1,
-                        "set it to the frame of the coordinates"});
-  }
 }
 
 void checkFaces(std::vector<Finding>& findings, const mesh_msgs::MeshGeometry& mesh)
@@ -152,11 +94,22 @@ std::vector<Finding> check(const mesh_msgs::MeshVertexCostsStamped& message,
       findings.push_back(std::move(*finding));
     }
   }
-  addFinding(
-      findings, "cost_negative_infinity", costs,
-      [](float cost) { return std::isinf(cost) && cost < 0.0f; },
-      [](std::size_t first) { return text("the cost of vertex ", first, " is -inf"); },
-      "lethal is +inf, unknown is NaN");
+  checkCostValues(findings, costs, "vertex");
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshFaceCostsStamped& message,
+                           std::optional<std::size_t> face_count, const std::string& uuid)
+{
+  const auto& costs = message.mesh_face_costs.costs;
+  std::vector<Finding> findings;
+  if (face_count) {
+    if (auto finding = checkFaceCostCount(costs.size(), *face_count)) {
+      findings.push_back(std::move(*finding));
+    }
+  }
+  checkCostValues(findings, costs, "face");
   checkIdentity(findings, message, uuid);
   return findings;
 }
@@ -172,19 +125,8 @@ std::vector<Finding> check(const mesh_msgs::MeshVertexColorsStamped& message,
       findings.push_back(std::move(*finding));
     }
   }
-  addFinding(
-      findings, "color_not_finite", colors,
-      [](const auto& color) {
-        return anyChannel(color, [](float c) { return !std::isfinite(c); });
-      },
-      describe, "color channels are numbers from 0 to 1");
-  addFinding(
-      findings, "color_out_of_range", colors,
-      [](const auto& color) {
-        return anyChannel(color,
-                          [](float c) { return std::isfinite(c) && (c < 0.0f || c > 1.0f); });
-      },
-      describe, "color channels run from 0 to 1: divide by 255?");
+  checkChannels(
+      findings, colors, [](const auto& color) -> const auto& { return color; }, describe);
   checkIdentity(findings, message, uuid);
   return findings;
 }
@@ -196,6 +138,15 @@ std::optional<Finding> checkCostCount(std::size_t cost_count, std::size_t vertex
   }
   return Finding{"cost_count",
                  text("there are ", cost_count, " costs for ", vertex_count, " vertices"),
+                 std::nullopt, 1, "compute the layer for this geometry"};
+}
+
+std::optional<Finding> checkFaceCostCount(std::size_t cost_count, std::size_t face_count)
+{
+  if (cost_count == face_count) {
+    return std::nullopt;
+  }
+  return Finding{"cost_count", text("there are ", cost_count, " costs for ", face_count, " faces"),
                  std::nullopt, 1, "compute the layer for this geometry"};
 }
 

@@ -1,13 +1,23 @@
-#include <cmath>
-#include <limits>
+#include "rviz_mesh_plugin/color_scale.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <ostream>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "rviz_mesh_plugin/color_scale.h"
+#include "rviz_mesh_plugin/color_maps.h"
 
+using rviz_mesh_plugin::COLOR_MAP_SIZE;
+using rviz_mesh_plugin::COLOR_MAP_TABLES;
+using rviz_mesh_plugin::COLOR_MAPS;
 using rviz_mesh_plugin::ColorScale;
-using rviz_mesh_plugin::CostLimits;
+using rviz_mesh_plugin::colorScales;
+using rviz_mesh_plugin::ColorTable;
 using rviz_mesh_plugin::Rgba8;
 
 namespace rviz_mesh_plugin {
@@ -21,37 +31,93 @@ void PrintTo(const Rgba8& color, std::ostream* stream)
 
 namespace {
 
-constexpr float INF = std::numeric_limits<float>::infinity();
-constexpr float NAN_COST = std::numeric_limits<float>::quiet_NaN();
 const Rgba8 RED{255, 0, 0, 255};
 const Rgba8 YELLOW{255, 255, 0, 255};
 const Rgba8 GREEN{0, 255, 0, 255};
 const Rgba8 CYAN{0, 255, 255, 255};
 const Rgba8 BLUE{0, 0, 255, 255};
 const Rgba8 MAGENTA{255, 0, 255, 255};
+const Rgba8 BLACK{0, 0, 0, 255};
+const Rgba8 WHITE{255, 255, 255, 255};
+
+struct Stop
+{
+  ColorScale scale;
+  float position;
+  Rgba8 color;
+};
+
+bool differsByOneAtMost(const Rgba8& a, const Rgba8& b)
+{
+  return std::abs(a.red - b.red) <= 1 && std::abs(a.green - b.green) <= 1 &&
+         std::abs(a.blue - b.blue) <= 1 && a.alpha == b.alpha;
+}
 
 }  // namespace
 
-TEST(ColorScale, rainbow_runs_from_magenta_over_five_stops_to_red)
+TEST(ColorScale, numbers_and_names_are_those_of_files)
 {
-  const std::vector<Rgba8> stops{MAGENTA, BLUE, CYAN, GREEN, YELLOW, RED};
-  for (std::size_t i = 0; i < stops.size(); ++i) {
-    EXPECT_EQ(scaleColor(ColorScale::RAINBOW, 0.2f * i), stops[i]) << "stop " << i;
+  const std::vector<std::string> names{"Rainbow", "Red Green", "Viridis", "Plasma",
+                                       "Inferno", "Magma",     "Cividis", "Turbo",
+                                       "Jet",     "Coolwarm",  "Grey"};
+  ASSERT_EQ(colorScales().size(), names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    EXPECT_EQ(static_cast<std::size_t>(colorScales()[i].scale), i);
+    EXPECT_EQ(colorScales()[i].name, names[i]);
   }
 }
 
-TEST(ColorScale, red_green_runs_from_green_over_yellow_to_red)
+TEST(ColorScale, stops_have_their_colors)
 {
-  EXPECT_EQ(scaleColor(ColorScale::RED_GREEN, 0.0f), GREEN);
-  EXPECT_EQ(scaleColor(ColorScale::RED_GREEN, 0.5f), YELLOW);
-  EXPECT_EQ(scaleColor(ColorScale::RED_GREEN, 1.0f), RED);
+  // The ends and the middle of matplotlib's maps are as published by their authors.
+  const std::vector<Stop> stops{
+      {ColorScale::RAINBOW, 0.0f, MAGENTA},
+      {ColorScale::RAINBOW, 0.2f, BLUE},
+      {ColorScale::RAINBOW, 0.4f, CYAN},
+      {ColorScale::RAINBOW, 0.6f, GREEN},
+      {ColorScale::RAINBOW, 0.8f, YELLOW},
+      {ColorScale::RAINBOW, 1.0f, RED},
+      {ColorScale::RAINBOW, -3.0f, MAGENTA},
+      {ColorScale::RAINBOW, 7.0f, RED},
+      {ColorScale::RED_GREEN, 0.0f, GREEN},
+      {ColorScale::RED_GREEN, 0.5f, YELLOW},
+      {ColorScale::RED_GREEN, 1.0f, RED},
+      {ColorScale::VIRIDIS, 0.0f, {68, 1, 84, 255}},
+      {ColorScale::VIRIDIS, 128.0f / 255.0f, {32, 144, 140, 255}},
+      {ColorScale::VIRIDIS, 1.0f, {253, 231, 36, 255}},
+      {ColorScale::PLASMA, 0.0f, {12, 7, 134, 255}},
+      {ColorScale::PLASMA, 1.0f, {239, 248, 33, 255}},
+      {ColorScale::INFERNO, 0.0f, {0, 0, 3, 255}},
+      {ColorScale::INFERNO, 1.0f, {252, 254, 164, 255}},
+      {ColorScale::MAGMA, 1.0f, {251, 252, 191, 255}},
+      {ColorScale::CIVIDIS, 0.0f, {0, 34, 77, 255}},
+      {ColorScale::TURBO, 0.0f, {48, 18, 59, 255}},
+      {ColorScale::TURBO, 1.0f, {122, 4, 2, 255}},
+      {ColorScale::JET, 0.0f, {0, 0, 127, 255}},
+      {ColorScale::JET, 1.0f, {127, 0, 0, 255}},
+      {ColorScale::COOLWARM, 0.0f, {58, 76, 192, 255}},
+      {ColorScale::COOLWARM, 1.0f, {179, 3, 38, 255}},
+      {ColorScale::GREY, 0.0f, BLACK},
+      {ColorScale::GREY, 1.0f, WHITE},
+      {static_cast<ColorScale>(99), 0.0f, MAGENTA},  // no scale: as the first one
+  };
+  for (const Stop& stop : stops) {
+    EXPECT_TRUE(differsByOneAtMost(scaleColor(stop.scale, stop.position), stop.color))
+        << static_cast<int>(stop.scale) << " at " << stop.position << ": "
+        << testing::PrintToString(scaleColor(stop.scale, stop.position));
+    const bool exact = static_cast<int>(stop.scale) < static_cast<int>(ColorScale::VIRIDIS);
+    if (exact) {
+      EXPECT_EQ(scaleColor(stop.scale, stop.position), stop.color);
+    }
+  }
 }
 
-TEST(ColorScale, both_are_linear_between_their_stops)
+TEST(ColorScale, is_linear_between_stops)
 {
   // Every channel of a linear piece is halfway between those of its ends, to within rounding.
   for (const auto& scale :
-       {std::make_pair(ColorScale::RAINBOW, 5), std::make_pair(ColorScale::RED_GREEN, 2)}) {
+       {std::make_pair(ColorScale::RAINBOW, 5), std::make_pair(ColorScale::RED_GREEN, 2),
+        std::make_pair(ColorScale::GREY, 1), std::make_pair(ColorScale::VIRIDIS, 255)}) {
     for (int piece = 0; piece < scale.second; ++piece) {
       const float lower = static_cast<float>(piece) / scale.second;
       const float upper = static_cast<float>(piece + 1) / scale.second;
@@ -69,77 +135,58 @@ TEST(ColorScale, both_are_linear_between_their_stops)
   }
 }
 
-TEST(ColorScale, positions_outside_are_clamped)
+TEST(ColorTable, differs_from_the_scale_by_one_step_at_most_and_not_at_stops)
 {
-  EXPECT_EQ(scaleColor(ColorScale::RAINBOW, -3.0f), MAGENTA);
-  EXPECT_EQ(scaleColor(ColorScale::RAINBOW, 7.0f), RED);
-}
-
-TEST(CostSummary, limits_are_those_of_the_finite_costs)
-{
-  const auto summary =
-      rviz_mesh_plugin::summarizeCosts({NAN_COST, 2.0f, INF, -1.0f, 0.5f, INF, NAN_COST, NAN_COST});
-  EXPECT_EQ(summary.limits.lower, -1.0f);
-  EXPECT_EQ(summary.limits.upper, 2.0f);
-  EXPECT_EQ(summary.finite, 3u);
-  EXPECT_EQ(summary.lethal, 2u);
-  EXPECT_EQ(summary.unknown, 3u);
-}
-
-TEST(CostSummary, limits_of_negative_costs_are_negative)
-{
-  const auto summary = rviz_mesh_plugin::summarizeCosts({-5.0f, -2.0f, -3.0f});
-  EXPECT_EQ(summary.limits.lower, -5.0f);
-  EXPECT_EQ(summary.limits.upper, -2.0f);
-}
-
-TEST(CostSummary, without_finite_costs_the_limits_are_zero)
-{
-  for (const auto& costs : {std::vector<float>{}, std::vector<float>{INF, NAN_COST}}) {
-    const auto summary = rviz_mesh_plugin::summarizeCosts(costs);
-    EXPECT_EQ(summary.finite, 0u);
-    EXPECT_EQ(summary.limits.lower, 0.0f);
-    EXPECT_EQ(summary.limits.upper, 0.0f);
+  for (const auto& named : colorScales()) {
+    const ColorTable table(named.scale);
+    const ColorTable inverted(named.scale, true);
+    for (int i = 0; i <= 100000; ++i) {
+      const float position = static_cast<float>(i) / 100000.0f;
+      const Rgba8 color = scaleColor(named.scale, position);
+      ASSERT_TRUE(differsByOneAtMost(table.at(position), color)) << named.name << " " << position;
+      ASSERT_TRUE(differsByOneAtMost(inverted.at(1.0f - position), color)) << named.name;
+    }
+    for (const int pieces : {5, 2, 255}) {
+      for (int i = 0; i <= pieces; ++i) {
+        const float position = static_cast<float>(i) / static_cast<float>(pieces);
+        ASSERT_EQ(table.at(position), scaleColor(named.scale, position)) << named.name << " " << i;
+      }
+    }
+    EXPECT_EQ(table.at(-1.0f), scaleColor(named.scale, 0.0f));
+    EXPECT_EQ(table.at(1e30f), scaleColor(named.scale, 1.0f));
+    EXPECT_EQ(inverted.at(0.0f), scaleColor(named.scale, 1.0f));
   }
 }
 
-TEST(CostColor, is_clamped_to_the_limits)
+TEST(ColorMaps, tables_are_complete)
 {
-  const CostLimits limits{10.0f, 20.0f};
-  EXPECT_EQ(costColor(ColorScale::RED_GREEN, limits, 5.0f), GREEN);
-  EXPECT_EQ(costColor(ColorScale::RED_GREEN, limits, 15.0f), YELLOW);
-  EXPECT_EQ(costColor(ColorScale::RED_GREEN, limits, 25.0f), RED);
-}
-
-TEST(CostColor, lethal_is_the_end_of_the_scale_and_unknown_is_grey)
-{
-  for (const CostLimits& limits :
-       {CostLimits{0.0f, 1.0f}, CostLimits{0.0f, 0.0f}, CostLimits{1.0f, 0.0f}}) {
-    EXPECT_EQ(costColor(ColorScale::RAINBOW, limits, INF), RED);
-    EXPECT_EQ(costColor(ColorScale::RAINBOW, limits, NAN_COST), (Rgba8{128, 128, 128, 255}));
+  ASSERT_EQ(COLOR_MAPS + 3, colorScales().size());
+  for (const auto& map : COLOR_MAP_TABLES) {
+    EXPECT_EQ(std::string(map.colors).size(), 6 * COLOR_MAP_SIZE) << map.name;
+    EXPECT_EQ(std::string(map.colors).find_first_not_of("0123456789abcdef"), std::string::npos);
   }
 }
 
-TEST(CostColor, of_a_constant_layer_is_the_first_color)
+TEST(ColorMaps, are_those_of_matplotlib)
 {
-  const std::vector<float> costs{0.7f, 0.7f, INF, NAN_COST};
-  const auto summary = rviz_mesh_plugin::summarizeCosts(costs);
-  const auto colors = costColors(ColorScale::RAINBOW, summary.limits, costs);
-  EXPECT_EQ(colors,
-            (std::vector<Rgba8>{MAGENTA, MAGENTA, RED, rviz_mesh_plugin::UNKNOWN_COST_COLOR}));
-}
-
-TEST(CostColor, limits_the_other_way_round_reverse_the_scale)
-{
-  const CostLimits limits{1.0f, 0.0f};
-  EXPECT_EQ(costColor(ColorScale::RED_GREEN, limits, 1.0f), GREEN);
-  EXPECT_EQ(costColor(ColorScale::RED_GREEN, limits, 0.0f), RED);
-}
-
-TEST(CostColor, survives_limits_whose_span_no_float_can_hold)
-{
-  constexpr float GREATEST = std::numeric_limits<float>::max();
-  const CostLimits limits{-GREATEST, GREATEST};
-  EXPECT_EQ(costColor(ColorScale::RED_GREEN, limits, 0.0f), YELLOW);
-  EXPECT_EQ(costColor(ColorScale::RED_GREEN, limits, GREATEST), RED);
+  if (std::system("/usr/bin/python3 -c 'import matplotlib; matplotlib.colormaps' 2>/dev/null")) {
+    GTEST_SKIP() << "python3-matplotlib 3.5 or newer is not installed";
+  }
+  FILE* generator =
+      popen("/usr/bin/python3 '" GENERATE_COLOR_MAPS "' --stdout | grep -v '^//' 2>&1", "r");
+  ASSERT_NE(generator, nullptr);
+  std::string generated;
+  for (int character; (character = std::fgetc(generator)) != EOF;) {
+    generated.push_back(static_cast<char>(character));
+  }
+  ASSERT_EQ(pclose(generator), 0) << generated;
+  std::ifstream file(COLOR_MAPS_SOURCE);
+  ASSERT_TRUE(file);
+  std::string expected;
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("//", 0) != 0) {  // the version of matplotlib is no difference
+      expected += line + "\n";
+    }
+  }
+  EXPECT_TRUE(generated == expected) << "run scripts/generate_color_maps.py";
 }

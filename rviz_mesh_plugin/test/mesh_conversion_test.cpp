@@ -1,11 +1,16 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "meshes.h"
 #include "rviz_mesh_plugin/mesh_conversion.h"
+#include "rviz_mesh_plugin/validation.h"
 
 using rviz_mesh_plugin::convert;
 using rviz_mesh_plugin::RejectedMessage;
@@ -101,4 +106,80 @@ TEST(Conversion, rounds_colors_to_bytes)
 {
   const auto layer = convert(test_meshes::colors({test_meshes::color(0.0f, 0.5f, 1.0f, 0.2f)}));
   EXPECT_EQ(layer->colors, (std::vector<rviz_mesh_plugin::Rgba8>{{0, 128, 255, 51}}));
+}
+
+TEST(Conversion, of_a_large_mesh_is_the_same_as_face_by_face)
+{
+  const auto message = test_meshes::terrain(400, [](double x, double y) { return x * x * y; });
+  const auto& geometry = message.mesh_geometry;
+  const auto mesh = convert(message);
+  std::vector<std::array<double, 3>> sums(geometry.vertices.size(), {0.0, 0.0, 0.0});
+  for (std::size_t i = 0; i < geometry.faces.size(); ++i) {
+    const auto& corners = geometry.faces[i].vertex_indices;
+    ASSERT_TRUE(std::equal(corners.begin(), corners.end(), mesh->indices.begin() + 3 * i));
+    const auto& a = geometry.vertices[corners[0]];
+    const auto& b = geometry.vertices[corners[1]];
+    const auto& c = geometry.vertices[corners[2]];
+    for (const std::uint32_t corner : corners) {
+      sums[corner][0] += (b.y - a.y) * (c.z - a.z) - (b.z - a.z) * (c.y - a.y);
+      sums[corner][1] += (b.z - a.z) * (c.x - a.x) - (b.x - a.x) * (c.z - a.z);
+      sums[corner][2] += (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    }
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const auto& p = geometry.vertices[i];
+    ASSERT_EQ(mesh->vertices[i].position, (Vector{float(p.x), float(p.y), float(p.z)}));
+    const double length = std::hypot(sums[i][0], sums[i][1], sums[i][2]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      ASSERT_NEAR(mesh->vertices[i].normal[axis], sums[i][axis] / length, 1e-3);
+    }
+  }
+  const auto again = convert(message);
+  EXPECT_EQ(std::memcmp(again->vertices.data(), mesh->vertices.data(),
+                        mesh->vertices.size() * sizeof(mesh->vertices[0])),
+            0)
+      << "normals differ from run to run";
+}
+
+TEST(Conversion, refuses_exactly_what_validation_finds)
+{
+  using Message = mesh_msgs::MeshGeometryStamped;
+  const double nan = std::nan("");
+  const std::function<void(Message&)> faults[] = {
+      [](Message&) {},
+      [](Message& message) { message.header.frame_id.clear(); },
+      [](Message& message) { message.uuid.clear(); },
+      [](Message& message) { message.mesh_geometry.vertices.clear(); },
+      [](Message& message) { message.mesh_geometry.faces.clear(); },
+      [nan](Message& message) { message.mesh_geometry.vertices[3].x = nan; },
+      [](Message& message) { message.mesh_geometry.vertices[0].z = 1e60; },
+      [](Message& message) { message.mesh_geometry.vertices[0].z = -INFINITY; },
+      [](Message& message) { message.mesh_geometry.faces[1].vertex_indices[2] = 4; },
+      [](Message& message) { message.mesh_geometry.faces[0].vertex_indices[1] = 0xFFFFFFFF; },
+      [](Message& message) { message.mesh_geometry.faces[0].vertex_indices[1] = 0; },
+      [](Message& message) { message.mesh_geometry.vertex_normals.resize(3); },
+      [](Message& message) { message.mesh_geometry.vertex_normals.resize(4); },
+      [nan](Message& message) {
+        message.mesh_geometry.vertex_normals.resize(4);
+        message.mesh_geometry.vertex_normals[2].y = nan;
+      },
+      [](Message& message) {
+        message.mesh_geometry.vertex_normals.resize(4);
+        message.mesh_geometry.vertex_normals[2].y = 1e39;
+      }};
+  std::size_t refused = 0;
+  for (const auto& fault : faults) {
+    auto message = test_meshes::square();
+    fault(message);
+    const std::string expected = summarize(rviz_mesh_plugin::check(message));
+    std::string reason;
+    try {
+      convert(message);
+    } catch (const RejectedMessage& rejected) {
+      reason = rejected.what();
+    }
+    EXPECT_EQ(reason, expected);
+    refused += reason.empty() ? 0 : 1;
+  }
+  EXPECT_EQ(refused, 11u);
 }

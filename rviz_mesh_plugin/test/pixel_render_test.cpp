@@ -203,6 +203,7 @@ TEST_F(PixelTest, translucent_vertex_colors_blend)
 TEST_F(PixelTest, mesh_of_more_than_65536_vertices_is_drawn_to_its_last_face)
 {
   auto* display = createMeshDisplay();
+  set(display, {"Level of Detail"}, false);
   ASSERT_TRUE(show(display, test_meshes::terrain(300, flat)));
   EXPECT_EQ(picture().count(GREEN), 200u * 200u);
 }

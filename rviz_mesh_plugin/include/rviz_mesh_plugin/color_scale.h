@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "rviz_mesh_plugin/cost_summary.h"
@@ -10,23 +11,57 @@ namespace rviz_mesh_plugin {
 /// Numbers and names as in .rviz files (property "Color Scale").
 enum class ColorScale
 {
-  RAINBOW = 0,   ///< magenta, blue, cyan, green, yellow, red
-  RED_GREEN = 1  ///< green, yellow, red
+  RAINBOW = 0,    ///< magenta, blue, cyan, green, yellow, red
+  RED_GREEN = 1,  ///< green, yellow, red
+  VIRIDIS = 2,    ///< this and the following are those of matplotlib
+  PLASMA = 3,
+  INFERNO = 4,
+  MAGMA = 5,
+  CIVIDIS = 6,
+  TURBO = 7,
+  JET = 8,
+  COOLWARM = 9,
+  GREY = 10  ///< black to white
 };
 
-/// The color of vertices whose cost is unknown (NaN): grey, which neither scale contains.
+/// The scales with their names, in the order of their numbers.
+struct NamedColorScale
+{
+  ColorScale scale;
+  const char* name;
+};
+const std::vector<NamedColorScale>& colorScales();
+
+/// The color of vertices whose cost is unknown (NaN), where none is chosen.
 constexpr Rgba8 UNKNOWN_COST_COLOR{128, 128, 128, 255};
 
-/// The color at @a position of a scale; what is outside 0..1 gets the color of the nearer end.
+/// The color of vertices whose cost is +inf, where none is chosen: the last of Rainbow and of Red
+/// Green.
+constexpr Rgba8 LETHAL_COST_COLOR{255, 0, 0, 255};
+
+/// The color at @a position of a scale, linear between its stops; what is outside 0..1 gets the
+/// color of the nearer end.
 Rgba8 scaleColor(ColorScale scale, float position);
 
-/// The color of one cost. +inf gets the last color of the scale, NaN UNKNOWN_COST_COLOR. Where both
-/// limits are equal, costs up to them get the first color and greater ones the last; where the
-/// lower limit is above the upper one, the scale runs backwards.
-Rgba8 costColor(ColorScale scale, const CostLimits& limits, float cost);
+/// Colors of a scale for many positions: each differs from scaleColor() by at most one step of a
+/// channel, and not at all at the stops.
+class ColorTable
+{
+ public:
+  explicit ColorTable(ColorScale scale, bool inverted = false);
 
-/// costColor() of each cost.
-std::vector<Rgba8> costColors(ColorScale scale, const CostLimits& limits,
-                              const std::vector<float>& costs);
+  /// @param position NaN is not allowed; clamped to 0..1
+  Rgba8 at(float position) const
+  {
+    position = position < 0.0f ? 0.0f : position > 1.0f ? 1.0f : position;
+    return colors_[static_cast<std::size_t>(position * STEPS + 0.5f)];
+  }
+
+ private:
+  /// A multiple of the distances between stops of all scales: 5, 2 and 255.
+  static constexpr std::size_t STEPS = 4080;
+
+  std::vector<Rgba8> colors_;
+};
 
 }  // namespace rviz_mesh_plugin

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <map>
+#include <chrono>
+#include <cstddef>
 #include <memory>
-#include <set>
 #include <string>
-#include <vector>
 
 #include <OgrePrerequisites.h>
 
@@ -15,7 +14,9 @@ namespace rviz_mesh_plugin {
 /// Draws labelled faces of a mesh over (and, where the mesh is not drawn, instead of) it, below a
 /// scene node that has the pose of the mesh. GUI thread only.
 ///
-/// One vertex buffer, and an index buffer per label of which only what changed is uploaded.
+/// One vertex buffer, made with the first label, and an index buffer per label of which only what
+/// changed is uploaded, in slices by upload(). Opaque labels that lie on the same faces are drawn
+/// in the order of their names (LabelLess), so that the last one is seen; translucent ones blend.
 class LabelOverlay
 {
  public:
@@ -24,7 +25,7 @@ class LabelOverlay
   LabelOverlay(const LabelOverlay&) = delete;
   LabelOverlay& operator=(const LabelOverlay&) = delete;
 
-  /// Replaces the mesh; labels are gone.
+  /// Replaces the mesh (null: none); labels are gone, their colors and visibility are kept.
   void setMesh(const MeshDataConstPtr& mesh);
 
   /// Adds or replaces one label; without faces it is removed. Faces beyond the mesh are left out;
@@ -39,6 +40,16 @@ class LabelOverlay
   void setPhantom(bool shown);
   void setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation);
   void setVisible(bool visible);
+
+  /// Uploads for about this long, at least one slice; true where nothing is left to do. Labels show
+  /// once they are complete. @throw Ogre::Exception, std::bad_alloc: what cannot be uploaded is
+  /// given up
+  bool upload(std::chrono::microseconds budget = std::chrono::milliseconds(15));
+
+  /// Of vertices and labels.
+  std::size_t gpuBytes() const;
+  /// Since the beginning.
+  std::size_t uploadedBytes() const;
 
  private:
   class Scene;

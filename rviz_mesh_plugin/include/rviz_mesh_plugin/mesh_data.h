@@ -61,6 +61,15 @@ struct CostLayer
   CostSummary summary;  ///< of the costs
 };
 
+/// New costs of some vertices of a layer: costs[i] is that of vertices[i], the last one counts.
+struct CostUpdate
+{
+  std::string uuid;  ///< of the geometry
+  std::string type;  ///< name of the layer
+  std::vector<std::uint32_t> vertices;
+  std::vector<float> costs;  ///< as many
+};
+
 /// One color per vertex.
 struct ColorLayer
 {
@@ -88,6 +97,7 @@ struct Materials
   std::vector<std::uint32_t> face_materials;
   /// One pair per vertex, or none at all; v runs from the top of the image, as OGRE wants it.
   std::vector<std::array<float, 2>> texture_coordinates;
+  std::size_t repeated_faces = 0;  ///< how often a face is named that has a material already
 };
 
 struct TextureImage
@@ -107,10 +117,21 @@ struct LabelCluster
   std::vector<std::uint32_t> faces;
 };
 
+/// Labels as they are now.
+struct LabelSet
+{
+  std::string uuid;                    ///< of the geometry; empty: the only one
+  bool all = false;                    ///< labels that are not among these are gone; else they stay
+  std::vector<LabelCluster> clusters;  ///< each label once; one without faces is gone
+};
+
 using MeshDataConstPtr = std::shared_ptr<const MeshData>;
 using CostLayerConstPtr = std::shared_ptr<const CostLayer>;
+using CostUpdateConstPtr = std::shared_ptr<const CostUpdate>;
 using ColorLayerConstPtr = std::shared_ptr<const ColorLayer>;
 using MaterialsConstPtr = std::shared_ptr<const Materials>;
 using TextureImageConstPtr = std::shared_ptr<const TextureImage>;
+using LabelClusterConstPtr = std::shared_ptr<const LabelCluster>;
+using LabelSetConstPtr = std::shared_ptr<const LabelSet>;
 
 }  // namespace rviz_mesh_plugin

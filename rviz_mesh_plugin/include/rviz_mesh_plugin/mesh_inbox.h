@@ -1,12 +1,17 @@
 #pragma once
 
-#include <cstddef>
+#include <atomic>
 #include <mutex>
 #include <string>
 #include <vector>
 
+#include <mesh_msgs/MeshFaceCluster.h>
+#include <mesh_msgs/MeshFaceCostsStamped.h>
 #include <mesh_msgs/MeshGeometryStamped.h>
+#include <mesh_msgs/MeshMaterialsStamped.h>
+#include <mesh_msgs/MeshTexture.h>
 #include <mesh_msgs/MeshVertexColorsStamped.h>
+#include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 #include <mesh_msgs/MeshVertexCostsStamped.h>
 
 #include "rviz_mesh_plugin/mesh_data.h"
@@ -15,37 +20,73 @@
 namespace rviz_mesh_plugin {
 
 /// What the GUI thread takes from the inbox: the newest of each kind, and the receptions so far.
+/// All lists are in order of arrival.
 struct InboxContent
 {
-  MeshDataConstPtr geometry;               ///< null: nothing new
-  std::vector<CostLayerConstPtr> costs;    ///< at most one per uuid and type, in order of arrival
-  std::vector<ColorLayerConstPtr> colors;  ///< at most one per uuid, in order of arrival
+  MeshDataConstPtr geometry;             ///< null: nothing new
+  std::vector<CostLayerConstPtr> costs;  ///< one per uuid, type and kind (vertices, faces)
+  /// To be applied after costs, in this order: those that an entire layer made obsolete are gone.
+  std::vector<CostUpdateConstPtr> updates;
+  std::vector<ColorLayerConstPtr> colors;      ///< one per uuid
+  std::vector<MaterialsConstPtr> materials;    ///< one per uuid
+  std::vector<TextureImageConstPtr> textures;  ///< one per uuid and index
+  std::vector<LabelSetConstPtr> labels;        ///< to be applied in this order
   Reception geometry_reception;
   Reception costs_reception;
+  Reception face_costs_reception;
+  Reception updates_reception;
   Reception colors_reception;
+  Reception materials_reception;
+  Reception textures_reception;
+  Reception labels_reception;
 };
 
-/// Between the thread that ROS calls back and the GUI thread: checks and converts messages on the
-/// former, hands the newest over to the latter, so that a fast publisher can neither block RViz nor
-/// fill its memory. Thread safe.
+/// Between the threads that ROS and services call back and the GUI thread: checks and converts
+/// messages on the former, hands the newest over to the latter, so that a fast publisher can
+/// neither block RViz nor fill its memory. Thread safe.
+///
+/// What a service answered is received with a flag: where that is set at the end of the conversion,
+/// the message is dropped without a trace.
 class MeshInbox
 {
  public:
+  using Flag = std::atomic<bool>;
+
   void receive(const mesh_msgs::MeshGeometryStamped& message);
-  void receive(const mesh_msgs::MeshVertexCostsStamped& message);
-  void receive(const mesh_msgs::MeshVertexColorsStamped& message);
+
+  /// All these return whether the message was accepted; if not, its reception says why.
+  bool receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshFaceCostsStamped& message);
+  bool receive(const mesh_msgs::MeshVertexCostsSparseStamped& message);
+  bool receive(const mesh_msgs::MeshVertexColorsStamped& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshMaterialsStamped& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshTexture& message, const Flag* dropped = nullptr);
+  /// One label of the only mesh, as it is now.
+  bool receive(const mesh_msgs::MeshFaceCluster& message);
+  /// @param all these are all labels of the mesh
+  bool receiveLabels(const std::string& uuid,
+                     const std::vector<mesh_msgs::MeshFaceCluster>& clusters, bool all,
+                     const Flag* dropped = nullptr);
 
   /// Hands over and forgets what has arrived; the receptions go on counting.
   InboxContent take();
 
   /// Forget what has arrived on one topic, and its reception.
   void clearGeometry();
-  void clearCosts();
+  void clearCosts();  ///< of vertices
+  void clearFaceCosts();
+  void clearUpdates();
   void clearColors();
+  void clearMaterials();  ///< and textures
+  void clearLabels();
 
  private:
-  template <class Message, class Store>
-  void receive(const Message& message, Reception InboxContent::*reception, const Store& store);
+  template <class Convert, class Store>
+  bool accept(const Convert& convert, Reception InboxContent::*reception, const Store& store,
+              const Flag* dropped = nullptr);
+  void store(const CostLayerConstPtr& layer);
+  void store(const CostUpdateConstPtr& update);
+  void store(const LabelSetConstPtr& labels);
 
   std::mutex mutex_;
   InboxContent content_;

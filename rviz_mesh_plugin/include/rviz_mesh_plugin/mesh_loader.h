@@ -12,17 +12,20 @@
 
 namespace rviz_mesh_plugin {
 
+class EndingThread;
+
 /// Checks, converts and lays out meshes on a thread of its own. Thread safe.
 ///
-/// Of each uuid only the newest message counts: work on an older one is given up. A message with
-/// the content of a mesh that is in use in this process yields that very mesh (the same pointer),
-/// so that memory is shared and receivers see that nothing has changed.
+/// Of each uuid only the newest message counts: work on an older one is given up, but never twice
+/// in a row, so that meshes of a fast publisher are shown. A message with the content of a mesh
+/// that is in use in this process yields that very mesh (the same pointer), so that memory is
+/// shared and receivers see that nothing has changed.
 class MeshLoader
 {
  public:
   /// @param with_layouts false: meshes() only
   explicit MeshLoader(bool with_layouts = true);
-  ~MeshLoader();  ///< gives up its work at once
+  ~MeshLoader();  ///< gives up its work, and waits for nothing
   MeshLoader(const MeshLoader&) = delete;
   MeshLoader& operator=(const MeshLoader&) = delete;
 
@@ -30,14 +33,14 @@ class MeshLoader
   void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message);
 
   /// Lays a mesh out anew, split otherwise; later requests for the same mesh replace earlier ones.
-  /// New messages are laid out with Split::NONE.
+  /// New messages are laid out with Split::NONE, those that bring the same mesh again as asked for.
   void layOut(const MeshDataConstPtr& mesh, Split split, const MaterialsConstPtr& materials);
 
   struct Content
   {
     std::vector<MeshDataConstPtr> meshes;     ///< new, in order of arrival
     std::vector<MeshLayoutConstPtr> layouts;  ///< previews too
-    Reception reception;
+    Reception reception;                      ///< failures to lay out count as refused
     std::string working;  ///< what is being done, for a status line; empty: nothing
   };
 
@@ -49,7 +52,8 @@ class MeshLoader
 
  private:
   class Worker;
-  std::unique_ptr<Worker> worker_;
+  std::shared_ptr<Worker> worker_;
+  std::unique_ptr<EndingThread> thread_;
 };
 
 }  // namespace rviz_mesh_plugin

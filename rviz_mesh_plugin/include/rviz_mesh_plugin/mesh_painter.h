@@ -1,68 +1,129 @@
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <OgrePrerequisites.h>
+#include <OgreQuaternion.h>
+#include <OgreVector3.h>
 
-#include "rviz_mesh_plugin/color_scale.h"
+#include "rviz_mesh_plugin/cost_coloring.h"
+#include "rviz_mesh_plugin/mesh_data.h"
+#include "rviz_mesh_plugin/mesh_layout.h"
+#include "rviz_mesh_plugin/mesh_style.h"
 
 namespace rviz_mesh_plugin {
 
+class MeshLoader;
 class MeshProperties;
 class MeshStore;
 class MeshVisual;
 
-/// Makes a MeshVisual show what a MeshStore holds, in the way that MeshProperties ask for. GUI
-/// thread only.
+/// Makes a MeshVisual show one mesh of a MeshStore in the way that
+/// MeshProperties ask for; asks a MeshLoader for another layout where that
+/// needs one, and goes on showing what it has until then. GUI thread only.
 ///
-/// Where OGRE cannot take the data (memory), nothing is drawn and error() says why.
-class MeshPainter
-{
- public:
+/// Where OGRE cannot take the data (memory), what is drawn stays and error()
+/// says why.
+class MeshPainter {
+public:
   /// All of them have to outlive the painter.
-  MeshPainter(const MeshStore& store, const MeshProperties& properties,
-              Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent);
+  struct Context {
+    const MeshStore &store;
+    const MeshProperties &properties;
+    MeshLoader &loader;
+    Ogre::SceneManager *scene_manager;
+    Ogre::SceneNode *parent;
+  };
+
+  MeshPainter(const Context &context, std::string uuid);
   ~MeshPainter();
 
-  /// Uploads the mesh of the store with its colors; without a mesh, the same as clear(). What is
-  /// new stays hidden until MeshVisual::setVisible().
-  void paintGeometry();
+  const std::string &uuid() const { return uuid_; }
 
-  /// Uploads the colors that the properties ask for, or frees them where none are asked for or at
-  /// hand.
-  void paintColors();
+  /// Shows a layout of the mesh of this uuid, unless it is not (or no longer)
+  /// asked for. What is new stays hidden until setPose().
+  void setLayout(const MeshLayoutConstPtr &layout);
 
-  /// Applies what needs no colors.
-  void paintStyle();
+  /// Applies all that the properties ask for; colors that are the same as
+  /// before are not uploaded.
+  void paint();
 
-  void clear();
+  /// Colors these vertices anew: their costs in the layer that is shown have
+  /// changed.
+  void updateCosts(const CostLayerConstPtr &layer,
+                   const std::vector<std::uint32_t> &vertices);
 
-  /// Null where nothing is drawn.
-  MeshVisual* visual() const { return visual_.get(); }
+  /// True where nothing is left to upload.
+  bool upload(std::chrono::microseconds budget);
 
-  /// Of the cost layer that was painted last, and the limits that its colors span.
-  const CostSummary& costSummary() const { return cost_summary_; }
-  const CostLimits& costLimits() const { return cost_limits_; }
+  struct Pose {
+    Ogre::Vector3 position;
+    Ogre::Quaternion orientation;
+  };
+  /// Where the mesh is drawn; not at all where that is not known.
+  void setPose(const std::optional<Pose> &pose);
+  const std::optional<Pose> &pose() const { return pose_; }
+
+  /// The mesh whose picture is seen, which may be older than that of the store;
+  /// null where there is none yet.
+  MeshDataConstPtr mesh() const;
+  MeshVisual *visual() const { return visual_.get(); }
+
+  /// Whether the colors (or textures) that the display type asks for are there.
+  bool colorsAtHand() const { return at_hand_; }
+  /// Whether a picture of the mesh as it is asked for is still on its way.
+  bool waiting() const;
+
+  /// The cost layer that is drawn, null where none is, and how.
+  const CostLayerConstPtr &costs() const { return costs_; }
+  const CostColoring &coloring() const { return colors_.coloring; }
 
   /// Empty where all went well.
-  const std::string& error() const { return error_; }
+  const std::string &error() const { return error_; }
 
- private:
-  void attempt(const std::function<void()>& upload);
-  bool uploadCosts();
-  bool uploadColors();
+private:
+  /// What the colors that have been uploaded were made from.
+  struct Colors {
+    const void *data = nullptr;
+    const void *mesh = nullptr;
+    CostColoring coloring;
 
-  const MeshStore& store_;
-  const MeshProperties& properties_;
-  Ogre::SceneManager* scene_manager_;
-  Ogre::SceneNode* parent_;
+    bool operator==(const Colors &other) const {
+      return data == other.data && mesh == other.mesh &&
+             coloring == other.coloring;
+    }
+  };
+
+  void attempt(const std::function<void()> &upload);
+  bool accepts(const MeshLayout &layout) const;
+  bool requestLayout();
+  bool paintAttributes();
+  bool paintCosts();
+  bool paintColors();
+  bool paintTextures();
+  void clearColors();
+
+  const Context context_;
+  const std::string uuid_;
   std::unique_ptr<MeshVisual> visual_;
-  CostSummary cost_summary_;
-  CostLimits cost_limits_;
-  bool colors_shown_ = false;
+  std::optional<Pose> pose_;
+  MeshStyle style_;
+  MeshDataConstPtr requested_mesh_;
+  MaterialsConstPtr requested_materials_;
+  Split requested_split_ = Split::NONE;
+  Colors colors_;
+  CostLayerConstPtr costs_;
+  std::map<std::uint32_t, TextureImageConstPtr>
+      textures_; ///< that the visual has
+  bool at_hand_ = false;
   std::string error_;
 };
 
-}  // namespace rviz_mesh_plugin
+} // namespace rviz_mesh_plugin

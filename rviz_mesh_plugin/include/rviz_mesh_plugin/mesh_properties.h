@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,24 +9,30 @@
 #include <QString>
 
 #ifndef Q_MOC_RUN
-#include "rviz_mesh_plugin/color_scale.h"
+#include "rviz_mesh_plugin/mesh_services.h"
+#include "rviz_mesh_plugin/mesh_source.h"
 #include "rviz_mesh_plugin/mesh_style.h"
 #endif
 
 namespace rviz {
 class BoolProperty;
 class ColorProperty;
+class Config;
 class EnumProperty;
 class FloatProperty;
+class IntProperty;
 class Property;
 class RosTopicProperty;
-}  // namespace rviz
+class StringProperty;
+} // namespace rviz
 
 namespace rviz_mesh_plugin {
 
+class CostProperties;
+class LookProperties;
+
 /// Numbers and names as in .rviz files (property "Display Type").
-enum class DisplayType
-{
+enum class DisplayType {
   FIXED_COLOR = 0,
   VERTEX_COLOR = 1,
   TEXTURES = 2,
@@ -32,69 +40,95 @@ enum class DisplayType
   HIDE_FACES = 4
 };
 
-/// The properties of a mesh display. Their names, types, defaults and nesting are those of the
-/// released rviz_map_plugin/Mesh: .rviz files in the field depend on them.
-class MeshProperties : public QObject
-{
-  Q_OBJECT
-
- public:
-  /// Adds the properties to @a parent, which owns them from then on.
-  explicit MeshProperties(rviz::Property* parent);
-
-  std::string geometryTopic() const;
-  std::string colorsTopic() const;
-  std::string costsTopic() const;
-  void setGeometryTopic(const QString& topic);
-
-  DisplayType displayType() const;
-  ColorScale colorScale() const;
-
-  /// Name of the chosen cost layer, empty for "-- None --".
-  std::string costsType() const;
-
-  /// Fills the list of "Vertex Costs Type"; the choice stays, even if it is not among them (yet).
-  void setCostsTypes(const std::vector<std::string>& types);
-
-  bool customLimits() const;
-  CostLimits limits() const;
-
-  /// @param colors_at_hand whether the colors that the display type asks for are there; grey if not
-  MeshStyle style(bool colors_at_hand) const;
-
- Q_SIGNALS:
-  void geometryTopicChanged();
-  void colorsTopicChanged();
-  void costsTopicChanged();
-  void coloringChanged();  ///< what each vertex's color is
-  void styleChanged();     ///< everything else
-
- private Q_SLOTS:
-  void onDisplayType();
-
- private:
-  void addFaces(rviz::Property* parent);
-  void addCosts(rviz::Property* parent);
-  void addLines(rviz::Property* parent);
-
-  rviz::RosTopicProperty* geometry_topic_;
-  rviz::EnumProperty* display_type_;
-  rviz::ColorProperty* faces_color_;
-  rviz::FloatProperty* faces_alpha_;
-  rviz::RosTopicProperty* colors_topic_;
-  rviz::EnumProperty* color_scale_;
-  rviz::RosTopicProperty* costs_topic_;
-  rviz::EnumProperty* costs_type_;
-  rviz::BoolProperty* custom_limits_;
-  rviz::FloatProperty* lower_limit_;
-  rviz::FloatProperty* upper_limit_;
-  rviz::BoolProperty* show_wireframe_;
-  rviz::ColorProperty* wireframe_color_;
-  rviz::FloatProperty* wireframe_alpha_;
-  rviz::BoolProperty* show_normals_;
-  rviz::ColorProperty* normals_color_;
-  rviz::FloatProperty* normals_alpha_;
-  rviz::FloatProperty* normals_scale_;
+/// For which display types there are data.
+struct AvailableData {
+  bool colors = false;
+  bool materials = false;
+  bool costs = false;
 };
 
-}  // namespace rviz_mesh_plugin
+/// The properties of a mesh display. Names, types, defaults and nesting of
+/// those that the released rviz_map_plugin/Mesh has are the same: .rviz files
+/// in the field depend on them.
+class MeshProperties : public QObject {
+  Q_OBJECT
+
+public:
+  /// Adds the properties to @a parent, which owns them from then on.
+  explicit MeshProperties(rviz::Property *parent);
+
+  /// Where everything comes from: as chosen, or as another display has given
+  /// it.
+  MeshSource source() const;
+  /// Hides the properties for topics and services; display types are offered
+  /// once there are data for them.
+  void setSource(const MeshSource &source);
+  bool sourceGiven() const { return given_.has_value(); }
+  void setAvailable(const AvailableData &available);
+
+  void setGeometryTopic(const QString &topic);
+  /// For those that have not been chosen yet.
+  void proposeTopics(const QString &costs, const QString &colors);
+
+  std::string updatesTopic() const;
+  std::string materialsTopic() const;
+  std::string texturesTopic() const;
+  ServiceNames services() const;
+
+  std::size_t bufferSize() const;
+  DisplayType displayType() const;
+  CostProperties &costs() const { return *costs_; }
+  /// In Hz: how often updates of costs become seen.
+  float updateRate() const;
+
+  bool labelsShown() const;
+  float labelsAlpha() const;
+  bool normalsShown() const;
+
+  /// @param at_hand whether the colors or textures that the display type asks
+  /// for are there; grey
+  ///   if not
+  MeshStyle style(bool at_hand) const;
+
+  /// Reads what has had another name in older versions.
+  void loadOlderKeys(const rviz::Config &config);
+
+Q_SIGNALS:
+  void sourceChanged(); ///< topics and services
+  void
+  contentChanged();    ///< what each vertex's color is, how many meshes, labels
+  void styleChanged(); ///< everything else
+
+private Q_SLOTS:
+  void onDisplayType();
+
+private:
+  void addFaces(rviz::Property *parent);
+  void addTextures(rviz::Property *parent);
+  void addLabels(rviz::Property *parent);
+  void offerTypes();
+
+  rviz::RosTopicProperty *geometry_topic_;
+  rviz::IntProperty *buffer_size_;
+  rviz::EnumProperty *display_type_;
+  rviz::ColorProperty *faces_color_;
+  rviz::FloatProperty *faces_alpha_;
+  rviz::RosTopicProperty *colors_topic_;
+  rviz::StringProperty *colors_service_;
+  rviz::BoolProperty *only_textured_;
+  rviz::StringProperty *materials_service_;
+  rviz::StringProperty *texture_service_;
+  rviz::RosTopicProperty *materials_topic_;
+  rviz::RosTopicProperty *textures_topic_;
+  CostProperties *costs_;
+  rviz::FloatProperty *update_rate_;
+  rviz::FloatProperty *alpha_;
+  LookProperties *look_;
+  rviz::BoolProperty *show_labels_;
+  rviz::RosTopicProperty *labels_topic_;
+  rviz::FloatProperty *labels_alpha_;
+  std::optional<MeshSource> given_;
+  AvailableData available_;
+};
+
+} // namespace rviz_mesh_plugin

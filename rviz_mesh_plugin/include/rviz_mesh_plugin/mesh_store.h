@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <list>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,48 +12,101 @@
 
 namespace rviz_mesh_plugin {
 
-/// The mesh that is shown and the attributes of this and of other meshes, by uuid: costs and colors
-/// that arrive before their geometry wait here for it.
-class MeshStore
-{
- public:
-  /// Attributes are kept for this many meshes, those that got one last; and of each this many cost
-  /// layers.
-  static constexpr std::size_t MAX_MESHES = 8;
-  static constexpr std::size_t MAX_LAYERS = 256;
+struct StoredCosts {
+  CostLayerConstPtr layer;
+  /// The same, once it has been updated: a copy that nobody else reads in
+  /// another thread.
+  std::shared_ptr<CostLayer> own;
+};
 
-  void setGeometry(const MeshDataConstPtr& mesh) { geometry_ = mesh; }
-  void addCosts(const CostLayerConstPtr& layer);
-  void addColors(const ColorLayerConstPtr& layer);
+/// What belongs to one geometry.
+struct MeshAttributes {
+  std::string uuid;
+  std::vector<StoredCosts> costs; ///< of vertices and of faces
+  ColorLayerConstPtr colors;
+  MaterialsConstPtr materials;
+  std::map<std::uint32_t, TextureImageConstPtr> textures; ///< by index
+  std::map<std::string, LabelClusterConstPtr> labels;
+
+  /// A layer by the name that costTypes() gave it; null where it is not there.
+  CostLayerConstPtr cost(const std::string &name) const;
+};
+
+/// The newest meshes, and the attributes of these and of others, by uuid: what
+/// arrives before its geometry waits here for it. GUI thread only.
+class MeshStore {
+public:
+  /// Attributes are kept for this many meshes besides those shown, the last
+  /// changed ones; of each this many cost layers, and this many values of
+  /// updates that wait for their layer.
+  static constexpr std::size_t MAX_WAITING = 8;
+  static constexpr std::size_t MAX_LAYERS = 256;
+  static constexpr std::size_t MAX_WAITING_VALUES = 1000000;
+
+  /// How many meshes are kept, at least 1.
+  void setCapacity(std::size_t capacity);
+
+  /// Replaces the mesh of that uuid, or else the oldest one.
+  void addMesh(const MeshDataConstPtr &mesh);
+  void addCosts(const CostLayerConstPtr &layer);
+  void addColors(const ColorLayerConstPtr &layer);
+  void addMaterials(const MaterialsConstPtr &materials);
+  void addTexture(const TextureImageConstPtr &texture);
+  void addLabels(const LabelSetConstPtr &labels);
+
+  /// Changes the values that the update names. Of a layer that is not there it
+  /// waits for it; where it does not fit, nothing changes.
+  /// @return the layer that has changed, the same pointer as before from the
+  /// second time on; null
+  ///   where none has
+  CostLayerConstPtr update(const CostUpdateConstPtr &update);
+
+  /// Why the newest update could not be applied; empty if it could.
+  const std::string &updateProblem() const { return update_problem_; }
+  /// How many values of updates wait for their layer.
+  std::size_t waitingValues() const { return waiting_values_; }
+
+  void clearMeshes() { meshes_.clear(); }
   void clearCosts();
   void clearColors();
+  void clearMaterials(); ///< and textures
+  void clearLabels();
   void clear();
 
-  const MeshDataConstPtr& geometry() const { return geometry_; }
+  /// The newest first.
+  const std::vector<MeshDataConstPtr> &meshes() const { return meshes_; }
+  /// Null where there is none.
+  MeshDataConstPtr newest() const {
+    return meshes_.empty() ? nullptr : meshes_.front();
+  }
+  MeshDataConstPtr mesh(const std::string &uuid) const;
 
-  /// Types of the cost layers of the mesh shown, in order of their first arrival.
+  /// Of one geometry; without anything in it where nothing has arrived.
+  const MeshAttributes &attributes(const std::string &uuid) const;
+  const MeshAttributes &attributes() const; ///< of the newest mesh
+
+  /// Names of the cost layers of the meshes shown, in order of their first
+  /// arrival. That of a face layer whose type is also one of a vertex layer
+  /// ends with " (faces)".
   std::vector<std::string> costTypes() const;
-  /// Cost layer or colors of the mesh shown, null where there are none.
-  CostLayerConstPtr costs(const std::string& type) const;
-  ColorLayerConstPtr colors() const;
 
-  /// How many cost layers, and colors, wait for another geometry than the one shown.
+  /// How many of these wait for another geometry than those shown.
   std::size_t waitingCosts() const;
   std::size_t waitingColors() const;
 
- private:
-  struct Attributes
-  {
-    std::string uuid;
-    std::vector<CostLayerConstPtr> costs;
-    ColorLayerConstPtr colors;
-  };
+private:
+  MeshAttributes &attributesOf(const std::string &uuid);
+  bool shown(const std::string &uuid) const { return mesh(uuid) != nullptr; }
+  CostLayerConstPtr apply(StoredCosts &costs, const CostUpdate &update);
+  void applyWaiting(StoredCosts &costs);
+  void keepWaiting(const CostUpdateConstPtr &update);
 
-  Attributes& attributesOf(const std::string& uuid);
-  const Attributes* shown() const;
-
-  MeshDataConstPtr geometry_;
-  std::list<Attributes> attributes_;  ///< the last changed first
+  std::size_t capacity_ = 1;
+  std::vector<MeshDataConstPtr> meshes_;
+  std::list<MeshAttributes> attributes_; ///< the last changed first
+  std::list<CostUpdateConstPtr> waiting_updates_;
+  std::size_t waiting_values_ = 0;
+  std::string update_problem_;
 };
 
-}  // namespace rviz_mesh_plugin
+} // namespace rviz_mesh_plugin

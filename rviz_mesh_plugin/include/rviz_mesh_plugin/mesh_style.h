@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <tuple>
 
 #include <OgreColourValue.h>
 
@@ -39,6 +40,22 @@ struct MeshStyle
   Ogre::ColourValue normals_color{1.0f, 0.0f, 1.0f, 1.0f};
   float normals_length = 0.1f;  ///< in meters
 };
+
+inline bool operator==(const MeshStyle& a, const MeshStyle& b)
+{
+  const auto members = [](const MeshStyle& style) {
+    return std::tie(style.faces, style.faces_color, style.alpha, style.only_textured,
+                    style.flat_shading, style.culling, style.level_of_detail, style.detail_pixels,
+                    style.show_wireframe, style.wireframe_color, style.show_normals,
+                    style.normals_color, style.normals_length);
+  };
+  return members(a) == members(b);
+}
+
+inline bool operator!=(const MeshStyle& a, const MeshStyle& b)
+{
+  return !(a == b);
+}
 
 /// More lines than this are neither told apart nor drawn without delay by software.
 constexpr std::size_t MAX_NORMALS = 100000;

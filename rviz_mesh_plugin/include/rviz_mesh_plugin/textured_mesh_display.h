@@ -1,79 +1,117 @@
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #ifndef Q_MOC_RUN
+#include <OgreQuaternion.h>
+#include <OgreVector3.h>
 #include <rviz/display.h>
 
-#include "rviz_mesh_plugin/mesh_inbox.h"
-#include "rviz_mesh_plugin/mesh_status.h"
+#include "rviz_mesh_plugin/mesh_data.h"
+#include "rviz_mesh_plugin/mesh_feed.h"
+#include "rviz_mesh_plugin/mesh_painters.h"
+#include "rviz_mesh_plugin/mesh_report.h"
+#include "rviz_mesh_plugin/mesh_requests.h"
+#include "rviz_mesh_plugin/mesh_source.h"
 #include "rviz_mesh_plugin/mesh_store.h"
-#include "rviz_mesh_plugin/mesh_topics.h"
+#include "rviz_mesh_plugin/shown_legend.h"
+#include "rviz_mesh_plugin/status_lines.h"
 #endif
 
 namespace rviz_mesh_plugin {
 
-class MeshPainter;
 class MeshProperties;
 class MeshVisual;
 
-/// Shows a mesh_msgs/MeshGeometryStamped topic in one color, in the colors of its vertices, or by a
-/// cost layer.
+/// A mesh as it lies in the fixed frame.
+struct ShownMesh {
+  MeshDataConstPtr mesh;
+  Ogre::Vector3 position;
+  Ogre::Quaternion orientation;
+};
+
+/// Shows the newest meshes of a mesh_msgs/MeshGeometryStamped topic, or of a
+/// service, in one color, in the colors of their vertices, with their textures,
+/// or by a cost layer.
 ///
-/// Messages are checked and converted on RViz's thread for callbacks; update() takes the results
-/// over. One status line per concern: Topic, Geometry, Costs, Colors, Textures, Transform.
-class TexturedMeshDisplay : public rviz::Display
-{
+/// Everything that takes long is done elsewhere: update() takes the results
+/// over and uploads them in slices. Disabling hides and unsubscribes; data stay
+/// until reset(). One status line per concern: Topic, Geometry, Costs, Colors,
+/// Textures, Transform, Labels, Services.
+class TexturedMeshDisplay : public rviz::Display {
   Q_OBJECT
 
- public:
+public:
   TexturedMeshDisplay();
   ~TexturedMeshDisplay() override;
 
-  void setTopic(const QString& topic, const QString& datatype) override;
+  /// Shows what this source has from now on; the properties for topics and
+  /// services are hidden.
+  void setSource(const MeshSource &source);
+
+  /// The newest mesh that is shown; null where there is none.
+  MeshDataConstPtr mesh() const;
+
+  /// The meshes that can be seen (and so be clicked at), the newest first.
+  std::vector<ShownMesh> shownMeshes() const;
+
+  /// What draws the newest mesh; null without one.
+  const MeshVisual *visual() const;
+
+  void setTopic(const QString &topic, const QString &datatype) override;
+  void load(const rviz::Config &config) override;
   void update(float wall_dt, float ros_dt) override;
   void reset() override;
 
-  /// What is drawn; null while disabled or without a mesh.
-  const MeshVisual* visual() const;
-
- protected:
+protected:
   void onInitialize() override;
   void onEnable() override;
   void onDisable() override;
 
- private Q_SLOTS:
-  void onGeometryTopic();
-  void onColorsTopic();
-  void onCostsTopic();
-  void onColoring();
-  void onStyle();
+private Q_SLOTS:
+  void onSource();
+  void onContent();
 
- private:
-  void subscribe();
+private:
+  using Clock = std::chrono::steady_clock;
+  using Layer = std::pair<std::string, std::string>; ///< uuid and type
+  struct ChangedCosts {
+    CostLayerConstPtr layer;
+    std::vector<std::uint32_t> vertices;
+  };
+
+  void work();
   void takeMessages();
-  void showGeometry();
-  void objectsChanged();
-  void updatePose();
-  void updateStatuses();
-  CostsState costsState() const;
-  AttributeState colorsState() const;
-  void report(const char* name, const OptionalStatus& status);
+  void takeUpdates(const std::vector<CostUpdateConstPtr> &updates);
+  void showUpdates();
+  void offerChoices();
+  void updatePoses();
+  std::optional<MeshPainter::Pose> findPose(const std::string &frame,
+                                            StatusLine &line) const;
+  void upload();
 
-  MeshProperties* properties_;
-  std::shared_ptr<MeshInbox> inbox_;
-  MeshTopics topics_;
+  MeshProperties *properties_;
   MeshStore store_;
-  std::unique_ptr<MeshPainter> painter_;
+  MeshFeed feed_;
+  MeshRequests requests_;
+  std::unique_ptr<MeshPainters> painters_;
+  std::unique_ptr<MeshReport> report_;
+  ShownLegend legend_;
+  StatusLines lines_;
+  InboxContent received_; ///< for its receptions
   Reception geometry_reception_;
-  Reception costs_reception_;
-  Reception colors_reception_;
-  std::string geometry_subscription_error_;
-  std::string costs_subscription_error_;
-  std::string colors_subscription_error_;
-  std::map<std::string, StatusLine> lines_;  ///< as shown, so that only changes go to RViz
+  std::string working_;                         ///< what the loader is doing
+  std::map<Layer, ChangedCosts> changed_costs_; ///< that are not seen yet
+  Clock::time_point updates_shown_;
+  std::vector<std::string> cost_types_; ///< that are offered
+  bool source_changed_ = false;
+  bool content_changed_ = false;
 };
 
-}  // namespace rviz_mesh_plugin
+} // namespace rviz_mesh_plugin

@@ -5,9 +5,16 @@
 #include <string>
 #include <vector>
 
+#include <mesh_msgs/MeshFaceCluster.h>
+#include <mesh_msgs/MeshFaceCostsStamped.h>
 #include <mesh_msgs/MeshGeometryStamped.h>
+#include <mesh_msgs/MeshMaterialsStamped.h>
+#include <mesh_msgs/MeshTexture.h>
 #include <mesh_msgs/MeshVertexColorsStamped.h>
+#include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 #include <mesh_msgs/MeshVertexCostsStamped.h>
+
+#include "rviz_mesh_plugin/mesh_data.h"
 
 namespace rviz_mesh_plugin {
 
@@ -37,7 +44,26 @@ std::vector<Finding> check(const mesh_msgs::MeshVertexColorsStamped& message,
                            std::optional<std::size_t> vertex_count = std::nullopt,
                            const std::string& uuid = "");
 
-/// The rule on lengths alone, for attributes that arrived before their geometry.
+std::vector<Finding> check(const mesh_msgs::MeshFaceCostsStamped& message,
+                           std::optional<std::size_t> face_count = std::nullopt,
+                           const std::string& uuid = "");
+std::vector<Finding> check(const mesh_msgs::MeshVertexCostsSparseStamped& message,
+                           std::optional<std::size_t> vertex_count = std::nullopt,
+                           const std::string& uuid = "");
+std::vector<Finding> check(const mesh_msgs::MeshMaterialsStamped& message,
+                           std::optional<std::size_t> vertex_count = std::nullopt,
+                           std::optional<std::size_t> face_count = std::nullopt,
+                           const std::string& uuid = "");
+/// One set of faces; an empty label is none.
+std::vector<Finding> check(const mesh_msgs::MeshFaceCluster& message,
+                           std::optional<std::size_t> face_count = std::nullopt);
+std::vector<Finding> check(const mesh_msgs::MeshTexture& message, const std::string& uuid = "");
+
+/// The rules on lengths and indices alone, for attributes that arrived before their geometry.
+std::optional<Finding> checkFaceCostCount(std::size_t cost_count, std::size_t face_count);
+std::optional<Finding> checkUpdateFits(const CostUpdate& update, std::size_t vertex_count);
+std::optional<Finding> checkMaterialsFit(const Materials& materials, std::size_t vertex_count,
+                                         std::size_t face_count);
 std::optional<Finding> checkCostCount(std::size_t cost_count, std::size_t vertex_count);
 std::optional<Finding> checkColorCount(std::size_t color_count, std::size_t vertex_count);
 

@@ -9,6 +9,8 @@
 # The later runs compare the pictures of sameOnAllBackEnds() with those of the first.
 # main() and a first test, which asserts that the right back end draws, are added to the sources.
 # DEPENDS: targets to be built before, as a plugin that RViz loads.
+# Where OSMESA_HARNESS_LINK is on, the program has the shim linked, so that nothing is preloaded, as sanitizers
+# want it; it then runs on OSMesa alone, and may take three times as long.
 #catkin_lint: ignore_once literal_project_name
 function(osmesa_harness_add_render_test target)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBRARIES;DEPENDS;ENV;BACK_ENDS" ${ARGN})
@@ -20,6 +22,10 @@ function(osmesa_harness_add_render_test target)
   endif()
   if(NOT ARG_BACK_ENDS)
     set(ARG_BACK_ENDS osmesa xvfb)
+  endif()
+  if(OSMESA_HARNESS_LINK)
+    list(REMOVE_ITEM ARG_BACK_ENDS xvfb)
+    math(EXPR ARG_TIMEOUT "3 * ${ARG_TIMEOUT}")
   endif()
 
   # The harness's own source comes first, because tests run in the order of their files.
@@ -35,10 +41,17 @@ function(osmesa_harness_add_render_test target)
   target_link_libraries(${target} ${osmesa_harness_LIBRARIES} ${GTEST_LIBRARIES} Qt5::Widgets
     ${ARG_LIBRARIES})
 
+  if(OSMESA_HARNESS_LINK)
+    # First of all, before the libraries that bring libGL and libX11.
+    target_link_options(${target} PRIVATE "LINKER:--no-as-needed" ${osmesa_harness_SHIM}
+      ${osmesa_harness_OSMESA} "LINKER:--as-needed")
+  endif()
+
   set(dependencies ${target} ${ARG_DEPENDS})
   if(TARGET osmesa_glx)
     # This workspace builds the harness itself, and with it the library to preload.
     list(APPEND dependencies osmesa_glx)
+    add_dependencies(${target} osmesa_glx)
   endif()
   add_dependencies(tests ${dependencies})
 
@@ -61,6 +74,9 @@ macro(_osmesa_harness_add_run)
   set(command "\"${PYTHON_EXECUTABLE}\" \"${osmesa_harness_RENDER_TEST}\" --back-end ${back_end}")
   string(APPEND command " --results \"${results}/render-${name}.xml\" --label ${name}")
   string(APPEND command " --out \"${results}/pictures/${name}\" --timeout ${ARG_TIMEOUT}")
+  if(OSMESA_HARNESS_LINK)
+    string(APPEND command " --no-preload")
+  endif()
   if(reference)
     string(APPEND command " --reference \"${results}/pictures/${reference}\"")
   endif()

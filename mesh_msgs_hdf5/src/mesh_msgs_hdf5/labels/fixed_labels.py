@@ -42,6 +42,10 @@ class FixedLabels:
         """Raises MapFileError."""
         raise self.refusal
 
+    def set_color(self, *_: Any) -> NoReturn:
+        """Raises MapFileError."""
+        raise self.refusal
+
     def delete(self, _text: str) -> NoReturn:
         """Raises MapFileError."""
         raise self.refusal

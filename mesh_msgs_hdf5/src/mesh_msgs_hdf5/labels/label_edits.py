@@ -98,6 +98,22 @@ class LabelEdits(LabelView):
             self._log(text, frozen(label))
             return label
 
+    def set_color(self, text: str, color: Optional[Color]) -> Label:
+        """Give a label a color of its own, or none; returns the label as it is now.
+
+        Raises MapFileError (label, value, owned, save); then nothing was changed.
+        """
+        with self._lock:
+            self._own()
+            old = self._current(text)
+            if old is None:
+                raise self._unknown(text)
+            label = self._checked(text, old.faces, color)
+            if old.color == label.color:
+                return old
+            self._log(text, frozen(label))
+            return label
+
     def delete(self, text: str) -> Label:
         """Remove a label; returns what it was. Raises MapFileError (label, owned, save)."""
         with self._lock:

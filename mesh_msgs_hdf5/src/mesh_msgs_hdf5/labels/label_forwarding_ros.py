@@ -13,6 +13,8 @@ import numpy as np
 import rosgraph
 import rospy
 from mesh_msgs import array_services, arrays
+from mesh_msgs.srv import SetLabelColor
+from std_msgs.msg import ColorRGBA
 
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
@@ -22,7 +24,7 @@ _CONNECT, _STORE = 5.0, 5.0  # seconds
 _POLL = 0.02
 
 
-def owner_info(cluster_topic: str, delete_service: str) -> Dict[str, Any]:
+def owner_info(cluster_topic: str, delete_service: str, color_service: str) -> Dict[str, Any]:
     """What other processes are told about this node if it owns labels; names as for rospy."""
     return {
         "node": rospy.get_name(),
@@ -32,6 +34,7 @@ def owner_info(cluster_topic: str, delete_service: str) -> Dict[str, Any]:
         "run_id": str(rospy.get_param("/run_id", "")),
         "cluster_topic": rospy.resolve_name(cluster_topic),
         "delete_service": rospy.resolve_name(delete_service),
+        "color_service": rospy.resolve_name(color_service),
     }
 
 
@@ -60,14 +63,23 @@ class LabelForwarder:
 
     def delete(self, labels: LabelEdits, text: str) -> arrays.MeshFaceCluster:
         """Have the owner delete a label; returns what was deleted. Raises MapFileError (owned)."""
+        what = "delete label %s" % text
+        answer = self._call(labels, "delete_service", array_services.DeleteLabel, what, text)
+        return answer.cluster
+
+    def set_color(self, labels: LabelEdits, text: str, color: ColorRGBA) -> None:
+        """Have the owner give a label a color. Raises MapFileError (owned)."""
+        what = "color label %s" % text
+        self._call(labels, "color_service", SetLabelColor, what, text, color)
+
+    def _call(self, labels, key, kind, what, *arguments):
         owner = self._reachable(labels)
-        name = self._name(labels, owner, "delete_service")
+        name = self._name(labels, owner, key)
         try:
             rospy.wait_for_service(name, _CONNECT)
-            proxy = rospy.ServiceProxy(name, array_services.DeleteLabel)
-            return proxy(labels.uuid, text).cluster
+            return rospy.ServiceProxy(name, kind)(labels.uuid, *arguments)
         except (rospy.ServiceException, rospy.ROSException) as error:
-            raise self._refused(labels, owner, "did not delete label %s: %s" % (text, error))
+            raise self._refused(labels, owner, "did not %s: %s" % (what, error))
 
     def _reachable(self, labels):
         owner = labels.owner

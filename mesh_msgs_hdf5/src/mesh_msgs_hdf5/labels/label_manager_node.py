@@ -1,6 +1,7 @@
 """Node label_manager: stores labeled clusters of faces, and answers what is labeled."""
+import contextlib
 import sys
-from typing import Any, Callable
+from typing import Any, Callable, Set
 
 import rospy
 from mesh_msgs import array_services, arrays, validation
@@ -9,6 +10,7 @@ from mesh_msgs.srv import GetLabelGroups, GetLabelGroupsResponse, GetUUIDs
 from std_srvs.srv import Trigger, TriggerResponse
 
 from mesh_msgs_hdf5.errors import MapFileError, one_line
+from mesh_msgs_hdf5.labels.label_colors_ros import Found, LabelColors
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.labels.label_manager_options import LabelOptions, parse
@@ -18,6 +20,7 @@ from mesh_msgs_hdf5.server.map_messages import cluster, clusters
 
 _OWN, _SHARED = "~cluster_label", "cluster_label"
 _QUEUE = 100
+_POLL = 0.5  # seconds between two looks whether somebody wants the colors of labels
 _QUIET = 10  # seconds between two equal error lines
 
 
@@ -33,6 +36,7 @@ class LabelManager:
         self._import_folder = import_folder
         self._forwarder = LabelForwarder()
         self._log_notes()
+        self._colored: Set[str] = set()
         self._stored = rospy.Publisher(
             "~new_cluster_label", arrays.MeshFaceCluster, queue_size=_QUEUE
         )
@@ -51,6 +55,8 @@ class LabelManager:
                 ("import_labels", Trigger, self._import),
             )
         ]
+        self._colors = LabelColors("~", self._found, self._answering, self._forwarder)
+        self._timer = rospy.Timer(rospy.Duration(_POLL), lambda _event: self._publish_colors())
         self._subscribers = [
             rospy.Subscriber(
                 name, arrays.MeshFaceClusterStamped, self._receive, name, queue_size=_QUEUE
@@ -61,6 +67,7 @@ class LabelManager:
 
     def close(self) -> None:
         """Receive nothing more, and put all edits into the map files."""
+        self._timer.shutdown()
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._save()
@@ -77,6 +84,7 @@ class LabelManager:
             rospy.logerr_throttle_identical(_QUIET, "label not stored: %s" % error)
             return
         self._stored.publish(message.cluster)
+        self._colors.changed(labels.uuid, labels)
 
     def _store(self, labels: LabelEdits, message: Any, topic: str) -> None:
         received = message.cluster
@@ -132,7 +140,22 @@ class LabelManager:
             deleted = self._forwarder.delete(labels, request.label)
         else:
             deleted = cluster(request.label, label)
+        self._stored.publish(arrays.MeshFaceCluster(label=request.label))
+        self._colors.changed(labels.uuid, labels)
         return array_services.DeleteLabelResponse(cluster=deleted)
+
+    def _found(self, uuid: str) -> Found:
+        labels = self._maps.find(uuid)
+        return labels.uuid, labels
+
+    def _publish_colors(self) -> None:
+        """Of meshes that were not published yet, and what has changed."""
+        for uuid in self._maps.uuids():
+            if uuid not in self._colored:
+                with contextlib.suppress(MapFileError):  # moved to another map meanwhile
+                    self._colors.changed(uuid, self._maps.find(uuid))
+                    self._colored.add(uuid)
+        self._colors.publish_wanted()
 
     def _save(self, _request=None):
         done, failed = self._maps.save()
@@ -161,7 +184,7 @@ class LabelManager:
 
 def load_maps(options: LabelOptions) -> LabelMaps:
     """The labels of all maps that are named, imported ones among them. Raises MapFileError."""
-    maps = LabelMaps(options.folder, owner_info(_OWN, "~delete_label"))
+    maps = LabelMaps(options.folder, owner_info(_OWN, "~delete_label", "~set_label_color"))
     try:
         for path in options.maps:
             try:

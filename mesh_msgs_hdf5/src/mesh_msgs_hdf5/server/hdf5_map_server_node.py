@@ -1,17 +1,19 @@
 """Node hdf5_map_server: serves meshes with all that is known of them, and stores what it gets."""
 import sys
-from typing import Optional
+from typing import Callable, List, Optional
 
 import rospy
 from mesh_msgs.init_node import init_node
 
 from mesh_msgs_hdf5.errors import MapFileError, one_line
+from mesh_msgs_hdf5.labels.label_colors_ros import Found, LabelColors
 from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.server.loading_signals import ended_by_signals
-from mesh_msgs_hdf5.server.map_loading import load
+from mesh_msgs_hdf5.server.map_loading import load, owner_notes
+from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry
 from mesh_msgs_hdf5.server.map_reload_ros import MapReload
-from mesh_msgs_hdf5.server.map_services_ros import MapServices
+from mesh_msgs_hdf5.server.map_services_ros import MapServices, answering
 from mesh_msgs_hdf5.server.map_store_ros import MapStore
 from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
 from mesh_msgs_hdf5.server.served_map import STORES_ALL
@@ -21,13 +23,16 @@ from mesh_msgs_hdf5.server.server_options import ServerOptions, parse
 class MapServer:
     """The maps with their topics and services."""
 
-    def __init__(self, maps: MapRegistry, options: ServerOptions) -> None:
+    def __init__(self, maps: MapRegistry, options: ServerOptions, progress: MapProgress) -> None:
         forwarder = LabelForwarder()
-        self._topics = MapTopics()
-        self._services = MapServices(maps, forwarder)
+        colors = LabelColors("", _labels_of(maps), answering, forwarder)
+        self._topics = MapTopics(colors)
+        self._services = MapServices(maps, forwarder, self._topics)
         for served in maps:
             self._topics.publish_map(served)
-        self._reload = MapReload(maps, self._topics, _owner_info(), options.read_only)
+            progress.serves(served)
+        progress.ready(maps)
+        self._reload = MapReload(maps, self._topics, progress, _owner_info(), options.read_only)
         self._store = MapStore(maps, self._topics, forwarder, options.save_delay, self._reload.look)
 
     def close(self) -> None:
@@ -35,7 +40,15 @@ class MapServer:
         self._store.close()
 
 
-def load_maps(options: ServerOptions) -> MapRegistry:
+def _labels_of(maps: MapRegistry) -> Callable[[str], Found]:
+    def find(uuid: str) -> Found:
+        served = maps.find(uuid)
+        return served.uuid, served.labels
+
+    return find
+
+
+def load_maps(options: ServerOptions, progress: MapProgress) -> MapRegistry:
     """All maps that can be read; each other one is a log line.
 
     Raises MapFileError if there is none: that of the first.
@@ -44,6 +57,7 @@ def load_maps(options: ServerOptions) -> MapRegistry:
     info = _owner_info()
     first: Optional[MapFileError] = None
     for request in options.maps:
+        progress.reading(request.path)
         try:
             found, notes = load(request, rospy.Time.now(), info, options.read_only)
         except MapFileError as error:
@@ -51,8 +65,9 @@ def load_maps(options: ServerOptions) -> MapRegistry:
             if len(options.maps) > 1:
                 rospy.logerr("not served: %s", error)
             continue
-        for note in notes:
+        for note in notes + owner_notes(found, options.read_only):
             rospy.loginfo("%s", one_line(note))
+        progress.loaded(request.path, notes)
         for served in found:
             try:
                 maps.add(served)
@@ -64,8 +79,13 @@ def load_maps(options: ServerOptions) -> MapRegistry:
     return maps
 
 
+def _files() -> List[str]:
+    """The arguments that are not for rospy."""
+    return list(rospy.myargv(sys.argv)[1:])
+
+
 def _owner_info():
-    return {**owner_info("cluster_label", "delete_label"), STORES_ALL: True}
+    return {**owner_info("cluster_label", "delete_label", "set_label_color"), STORES_ALL: True}
 
 
 def main(name: str = "hdf5_map_server") -> int:
@@ -73,10 +93,11 @@ def main(name: str = "hdf5_map_server") -> int:
     server = None
     try:
         init_node(name)
-        options = parse(rospy.get_param("~", {}))
+        options = parse(rospy.get_param("~", {}), _files())
+        progress = MapProgress()
         with ended_by_signals():
-            maps = load_maps(options)
-        server = MapServer(maps, options)
+            maps = load_maps(options, progress)
+        server = MapServer(maps, options, progress)
         for served in maps:
             rospy.loginfo("%s", one_line(served.describe()))
         rospy.spin()

@@ -4,7 +4,7 @@ from typing import Any, Dict, List, Tuple
 
 import genpy
 
-from mesh_msgs_hdf5.any_mesh import MeshMembers
+from mesh_msgs_hdf5.any_mesh import Members, MeshMembers
 from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.importer import read_mesh
 from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
@@ -42,18 +42,24 @@ def load(
         if served.overlay.path != path:
             notes.append("%s is served from %s, with what was stored there" % (path, served.target))
         notes += ["%s: %s" % (served.name, note) for note in served.labels.notes]
-        owner = served.labels.owner
-        if owner is not None and not read_only:
-            text = "%s: its labels belong to %s; edits of labels are sent there"
-            notes.append(text % (served.name, owner_text(owner)))
     return found, notes
 
 
-def uuid_now(request: MapRequest) -> str:
-    """The UUID of what would be loaded. Raises MapFileError."""
+def owner_notes(found: List[ServedMap], read_only: bool) -> List[str]:
+    """Sentences for the log about maps whose labels another process edits."""
+    owners = [(served.name, served.labels.owner) for served in found if not read_only]
+    return [
+        "%s: its labels belong to %s; edits of labels are sent there" % (name, owner_text(owner))
+        for name, owner in owners
+        if owner is not None
+    ]
+
+
+def source_now(request: MapRequest) -> Members:
+    """What would be loaded, of a request for one part. Raises MapFileError."""
     if kind_of(request.path, read_head(request.path)) != "h5":
-        return read_mesh(request.path)[0].uuid
-    return open_map(request.path, request.part).uuid
+        return MeshMembers(request.path, read_mesh(request.path)[0])
+    return open_map(request.path, request.part)
 
 
 def _served(request, source, stamp, owner_info, read_only):

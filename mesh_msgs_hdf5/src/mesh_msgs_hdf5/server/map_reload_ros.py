@@ -1,10 +1,12 @@
-"""Loads a map anew when another program has put another mesh in the place of its file."""
-from typing import Any, Dict, List
+"""Loads a map anew when another program has changed its file."""
+from typing import Any, Dict, List, Tuple
 
 import rospy
 
+from mesh_msgs_hdf5.any_mesh import Members, MeshMembers
 from mesh_msgs_hdf5.errors import MapFileError, one_line
-from mesh_msgs_hdf5.server.map_loading import load, uuid_now
+from mesh_msgs_hdf5.server.map_loading import load, owner_notes, source_now
+from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry
 from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
 from mesh_msgs_hdf5.server.served_map import ServedMap
@@ -17,15 +19,21 @@ class MapReload:
     """Looks at the files of all maps, and loads what has another geometry now.
 
     Not where changes of the old mesh wait to be saved: they are kept until the file is back or the
-    node ends. A file of the same geometry needs nothing: each request reads it as it is.
+    node ends. Of a file of the same geometry everything is published once more.
     """
 
     def __init__(
-        self, maps: MapRegistry, topics: MapTopics, owner_info: Dict[str, Any], read_only: bool
+        self,
+        maps: MapRegistry,
+        topics: MapTopics,
+        progress: MapProgress,
+        owner_info: Dict[str, Any],
+        read_only: bool,
     ) -> None:
         """owner_info, read_only: as in map_loading.load()."""
         self._maps = maps
         self._topics = topics
+        self._progress = progress
         self._options = owner_info, read_only
         self._known = self._stamps()
         self._before = self._known
@@ -37,35 +45,56 @@ class MapReload:
             path = served.path
             # the same at two looks: nobody is writing it
             if now[path] != self._known.get(path) and now[path] == self._before.get(path):
-                self._look_at(served)
+                if now[path] != served.saved_stamp:
+                    self._look_at(served)
         settled = {path for path in now if now[path] == self._before.get(path)}
         self._known = {path: (now if path in settled else self._known).get(path) for path in now}
         self._before = now
+        self._progress.ready(self._maps)
 
     def _stamps(self):
         return {served.path: stamp(served.path) for served in self._maps}
 
     def _look_at(self, served: ServedMap) -> None:
         try:
-            if uuid_now(served.request) == served.uuid and not served.is_ended:
+            source = source_now(served.request)
+            if source.uuid == served.uuid and not served.is_ended:
+                self._publish_again(served, source)
                 return
             if served.labels.dirty or not served.is_saved:
-                rospy.logerr(
-                    "%s: %s, but what was stored in the old one is not saved: the new one is served"
-                    " when the node is started again; to save it, put the old file back",
+                text = "%s: %s, but what was stored in the old one is not saved: the new one is" % (
                     *(served.name, _REPLACED),
                 )
+                text += " served when the node is started again; to save it, put the old file back"
+                rospy.logerr("%s", one_line(text))
+                self._progress.failed(served.path, text)
                 return
             self._reload(served)
         except (MapFileError, ValueError, MemoryError) as error:
             text = str(error) or "%s: there is not enough memory" % served.name
             rospy.logerr("the new file is not served: %s", one_line(text))
+            self._progress.failed(served.path, text)
+
+    def _publish_again(self, served: ServedMap, source: Members) -> None:
+        self._progress.failed(served.path, "")
+        overlay = served.overlay
+        if overlay.path != served.path:
+            return  # it is served from the map file beside it
+        if isinstance(source, MeshMembers):
+            with overlay.lock:
+                overlay.source = source
+        self._topics.forget_map(served)
+        self._topics.publish_map(served)
+        self._progress.serves(served)
+        rospy.loginfo("%s has been changed by another program: now %s", *_said(served))
 
     def _reload(self, served: ServedMap) -> None:
         served.end("nothing is stored: " + _REPLACED)
         served.labels.close()
+        self._progress.reading(served.path)
         found, notes = load(served.request, rospy.Time.now(), *self._options)
-        self._log(notes)
+        self._log(notes + owner_notes(found, self._options[1]))
+        self._progress.loaded(served.path, notes)
         try:
             self._maps.replace(served, found[0])
         except ValueError:
@@ -73,9 +102,14 @@ class MapReload:
             raise
         self._topics.forget_map(served)
         self._topics.publish_map(found[0])
+        self._progress.serves(found[0])
         rospy.loginfo("%s: now %s", _REPLACED, one_line(found[0].describe()))
 
     @staticmethod
     def _log(notes: List[str]) -> None:
         for note in notes:
             rospy.loginfo("%s", one_line(note))
+
+
+def _said(served: ServedMap) -> Tuple[str, str]:
+    return one_line(served.name), one_line(served.describe())

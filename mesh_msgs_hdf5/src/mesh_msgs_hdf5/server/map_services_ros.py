@@ -2,7 +2,7 @@
 from typing import Any, Callable, List
 
 import rospy
-from mesh_msgs import array_services
+from mesh_msgs import array_services, arrays
 from mesh_msgs.srv import (
     GetLabelGroups,
     GetLabelGroupsResponse,
@@ -20,6 +20,7 @@ from mesh_msgs_hdf5.errors import MapFileError
 from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder
 from mesh_msgs_hdf5.server.map_messages import FACES, NORMALS, VERTICES, cluster, clusters
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
+from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
 from mesh_msgs_hdf5.server.received import Refused
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
@@ -34,8 +35,9 @@ class MapServices:
     Handlers run in threads of their own; the maps see to it that one at a time reads a file.
     """
 
-    def __init__(self, maps: MapRegistry, forwarder: LabelForwarder) -> None:
+    def __init__(self, maps: MapRegistry, forwarder: LabelForwarder, topics: MapTopics) -> None:
         self._maps = maps
+        self._topics = topics
         self._forwarder = forwarder
         self._services: List[rospy.Service] = [
             rospy.Service("get_uuids", GetUUIDs, self._get_uuids),
@@ -61,15 +63,7 @@ class MapServices:
             self._services.append(rospy.Service(name, kind, self._answering(handler)))
 
     def _answering(self, handler: Callable[[ServedMap, Any], Any]) -> Callable[[Any], Any]:
-        def answer(request: Any) -> Any:
-            try:
-                return handler(self._maps.find(request.uuid), request)
-            except (MapFileError, UnknownMap, Refused) as error:
-                raise rospy.ServiceException(str(error)) from error
-            except MemoryError as error:
-                raise rospy.ServiceException("there is not enough memory to answer") from error
-
-        return answer
+        return answering(lambda request: handler(self._maps.find(request.uuid), request))
 
     def _get_uuids(self, _request: Any) -> GetUUIDsResponse:
         return GetUUIDsResponse(uuids=self._maps.uuids())
@@ -84,7 +78,22 @@ class MapServices:
             if error.code != "owned":
                 raise
             deleted = self._forwarder.delete(served.labels, request.label)
+        self._topics.publish_label(served, arrays.MeshFaceCluster(label=request.label))
         return array_services.DeleteLabelResponse(cluster=deleted)
+
+
+def answering(handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """A handler of a service whose errors are the answer."""
+
+    def answer(request: Any) -> Any:
+        try:
+            return handler(request)
+        except (MapFileError, UnknownMap, Refused) as error:
+            raise rospy.ServiceException(str(error)) from error
+        except MemoryError as error:
+            raise rospy.ServiceException("there is not enough memory to answer") from error
+
+    return answer
 
 
 def _geometry(*parts):

@@ -114,7 +114,7 @@ class MapStore:
         except (Refused, UnknownMap, MapFileError) as error:
             self._warn("%s: refused: %s" % (_LABELS, error))
             return
-        self._topics.publish_label(cluster(message.cluster.label, stored))
+        self._topics.publish_label(served, cluster(message.cluster.label, stored))
 
     def _set_label(self, served: ServedMap, message: Any, label: Label) -> Label:
         """The label as it is now; another process that owns the labels is sent the message."""

@@ -8,19 +8,21 @@ from mesh_msgs.msg import MeshFaceCluster, MeshFeatures
 from mesh_msgs.ros import LatchedTopics
 
 from mesh_msgs_hdf5.errors import MapFileError, one_line
+from mesh_msgs_hdf5.labels.label_colors_ros import LabelColors
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
 
 class MapTopics:
     """Latched for each map and each of its layers: a late subscriber gets every one."""
 
-    def __init__(self) -> None:
+    def __init__(self, label_colors: LabelColors) -> None:
         self._geometry = LatchedTopics("mesh/geometry", arrays.MeshGeometryStamped)
         self._colors = LatchedTopics("mesh/vertex_colors", arrays.MeshVertexColorsStamped)
         self._vertex_costs = LatchedTopics("mesh/vertex_costs", arrays.MeshVertexCostsStamped)
         self._face_costs = LatchedTopics("mesh/face_costs", arrays.MeshFaceCostsStamped)
         self._features = LatchedTopics("mesh/features", MeshFeatures)
         self._labels = rospy.Publisher("new_cluster_label", MeshFaceCluster, queue_size=10)
+        self._label_colors = label_colors
         self._publishing = threading.Lock()
         # maps whose features nobody has asked for yet: they are not read before
         self._featureless: List[ServedMap] = []
@@ -36,6 +38,7 @@ class MapTopics:
         for name in overlay.face_attribute_names():
             self._publish_face_costs(served, name)
         self._featureless.append(served)
+        self._label_colors.changed(served.uuid, served.labels)
 
     def forget_map(self, served: ServedMap) -> None:
         """Nothing of it is sent to later subscribers."""
@@ -51,6 +54,7 @@ class MapTopics:
                     if uuid == served.uuid:
                         topics.remove((uuid, key))
         self._featureless = [waiting for waiting in self._featureless if waiting is not served]
+        self._label_colors.forget(served.uuid)
 
     def publish_change(self, served: ServedMap, member: str, key: Any) -> None:
         """What a received message has changed (see Received)."""
@@ -65,15 +69,17 @@ class MapTopics:
             self._publish_features(served)
 
     def publish_wanted(self) -> None:
-        """The features, if somebody has subscribed to them meanwhile."""
+        """The features and the colors of labels, if somebody has subscribed to them meanwhile."""
+        self._label_colors.publish_wanted()
         if self._featureless and self._features.get_num_connections():
             waiting, self._featureless = self._featureless, []
             for served in waiting:
                 self._publish_features(served)
 
-    def publish_label(self, cluster: arrays.MeshFaceCluster) -> None:
-        """A label that has been stored."""
+    def publish_label(self, served: ServedMap, cluster: arrays.MeshFaceCluster) -> None:
+        """A label that has been stored; without faces if it has been deleted."""
         self._labels.publish(cluster)
+        self._label_colors.changed(served.uuid, served.labels)
 
     def _publish_layer(self, served, name):
         make = served.messages.vertex_costs

@@ -20,6 +20,7 @@ from mesh_msgs_hdf5.server.map_messages import MapMessages
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.received import Received, Refused
 from mesh_msgs_hdf5.server.server_options import MapRequest
+from mesh_msgs_hdf5.writing.save import stamp as file_stamp
 
 _PLURALS = {
     "vertex_costs": "layers",
@@ -38,7 +39,8 @@ class ServedMap:
 
     Attributes: overlay (the map with its changes), messages (made of it), labels, uuid, path,
     request (loads it once more), target (the map file that changes go to: the map itself, or one
-    beside it; see label_target), is_ended (nothing is stored any more).
+    beside it; see label_target), is_ended (nothing is stored any more), saved_stamp (of the target
+    as this object has left it; see writing.save.stamp).
 
     Args:
         request: the file that was asked for (its path is that of the map; that of the overlay is
@@ -63,6 +65,7 @@ class ServedMap:
         self.target = labels.path
         self._locked = locked
         self.is_ended = False
+        self.saved_stamp: Any = None
         self._saving = threading.Lock()
         self._changing = threading.Lock()
 
@@ -134,7 +137,10 @@ class ServedMap:
     def fold_labels(self) -> str:
         """Put the label edits into the file; returns what that was ("3 labels"), or ""."""
         with self._saving:
-            count = self.labels.save() if self.labels.dirty else 0
+            dirty = self.labels.dirty
+            count = self.labels.save() if dirty else 0
+            if dirty:
+                self.saved_stamp = file_stamp(self.target)
         return "%d label%s" % (count, "" if count == 1 else "s") if count else ""
 
     def _ready(self):
@@ -155,6 +161,7 @@ class ServedMap:
             if os.path.realpath(self.overlay.source.path) != self.target:
                 self._make_target(edit)
             self.overlay.source.update(edit)
+            self.saved_stamp = file_stamp(self.target)
 
     def _make_target(self, edit):
         source = self.overlay.source

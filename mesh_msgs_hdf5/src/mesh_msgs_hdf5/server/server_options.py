@@ -2,7 +2,7 @@
 import math
 import os
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List, Optional, Sequence
 
 DEFAULT_FILE = "/tmp/map.h5"
 ALL_PARTS, ROOT = "", "/"
@@ -32,14 +32,21 @@ class ServerOptions:
     save_delay: float = 2.0
 
 
-def parse(parameters: Dict[str, Any]) -> ServerOptions:
+def parse(parameters: Dict[str, Any], arguments: Sequence[str] = ()) -> ServerOptions:
     """The options from the private parameters (name without ~ -> value).
 
-    Raises ValueError: a sentence that names the parameter.
+    arguments: files, instead of those of ~inputFile. Raises ValueError: a sentence that names the
+    parameter.
     """
     parts = _parts(parameters.get("mesh_part"))
     maps = _explicit(parameters.get("maps", []))
-    if "inputFile" in parameters or not maps:
+    for name in arguments:
+        if name.startswith("-"):
+            raise ValueError(
+                "there is no option %s; give map files, and parameters as _n:=v" % name
+            )
+        maps += [MapRequest(_path("inputFile", name), part) for part in parts]
+    if not arguments and ("inputFile" in parameters or not maps):
         files = parameters.get("inputFile", DEFAULT_FILE)
         for name in files if isinstance(files, list) and files else [files]:
             maps += [MapRequest(_path("inputFile", name), part) for part in parts]

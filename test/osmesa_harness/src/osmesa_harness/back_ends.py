@@ -40,18 +40,24 @@ def shim_folder(environment: Mapping[str, str]) -> str:
     )
 
 
-def _preload(environment: Dict[str, str]) -> None:
-    # By bare names: LD_PRELOAD is split at spaces, too, which the folder's name may contain.
+def _find_shim(environment: Dict[str, str]) -> None:
     folders = [shim_folder(environment), environment.get("LD_LIBRARY_PATH", "")]
     environment["LD_LIBRARY_PATH"] = ":".join(filter(None, folders))
+
+
+def _preload(environment: Dict[str, str]) -> None:
+    # By bare names: LD_PRELOAD is split at spaces, too, which the folder's name may contain.
     libraries = [SHIM, OSMESA, environment.get("LD_PRELOAD", "")]
     environment["LD_PRELOAD"] = ":".join(filter(None, libraries))
 
 
 @contextlib.contextmanager
-def environment_of(back_end: BackEnd, environment: Mapping[str, str]) -> Iterator[Dict[str, str]]:
+def environment_of(
+    back_end: BackEnd, environment: Mapping[str, str], preload: bool = True
+) -> Iterator[Dict[str, str]]:
     """The environment for programs drawn by `back_end`; its X server, if any, lives as long.
 
+    Without `preload` they must link the shim themselves: sanitizers want to be the first library.
     Raises HeadlessError where the shim or Xvfb is missing.
     """
     changed = dict(environment)
@@ -61,7 +67,9 @@ def environment_of(back_end: BackEnd, environment: Mapping[str, str]) -> Iterato
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "XAUTHORITY", "OSMESA_GLX_NO_X"):
         changed.pop(variable, None)
     if back_end is not BackEnd.XVFB:
-        _preload(changed)
+        _find_shim(changed)
+        if preload:
+            _preload(changed)
     if back_end is BackEnd.OSMESA:
         changed["QT_QPA_PLATFORM"] = "offscreen"
         changed["OSMESA_GLX_NO_X"] = "1"

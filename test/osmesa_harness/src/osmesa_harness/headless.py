@@ -21,16 +21,18 @@ def run_headless(
     master: bool = False,
     timeout: Optional[float] = None,
     environment: Optional[Mapping[str, str]] = None,
+    preload: bool = True,
 ) -> int:
     """Runs `command` to its end and returns its exit status (124: stopped after `timeout` seconds).
 
-    `environment` is the present one by default. Raises HeadlessError: one line on what is missing.
+    `environment` is the present one by default. Without `preload` the program must link the shim
+    itself. Raises HeadlessError: one line on what is missing.
     """
     if shutil.which(command[0]) is None:
         raise HeadlessError(f"no program {command[0]}: give a path or a name on PATH")
     with contextlib.ExitStack() as stack:
         changed = stack.enter_context(
-            environment_of(back_end, os.environ if environment is None else environment)
+            environment_of(back_end, os.environ if environment is None else environment, preload)
         )
         if master:
             changed = stack.enter_context(private_master(changed))
@@ -40,7 +42,8 @@ def run_headless(
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="headless",
-        usage="%(prog)s [-h] [--x | --x-osmesa] [--master] [--timeout SECONDS] CMD ...",
+        usage="%(prog)s [-h] [--x | --x-osmesa] [--master] [--no-preload] [--timeout SECONDS] "
+        "CMD ...",
         description="Runs CMD without a screen: drawn by OSMesa, with no X server at all.",
         epilog="OSMESA_GLX_DUMP=PREFIX writes each window to PREFIX-<id>.ppm, at most twice a "
         "second. The exit status is that of CMD; 124: time limit; 127: no such program.",
@@ -49,6 +52,9 @@ def _parser() -> argparse.ArgumentParser:
     where.add_argument("--x", action="store_true", help="on a private Xvfb, drawn by its own GLX")
     where.add_argument("--x-osmesa", action="store_true", help="on a private Xvfb, drawn by OSMesa")
     parser.add_argument("--master", action="store_true", help="with a private ROS master")
+    parser.add_argument(
+        "--no-preload", action="store_true", help="CMD has libosmesa_glx.so linked (sanitizers)"
+    )
     parser.add_argument("--timeout", type=float, metavar="SECONDS", help="end CMD after this time")
     parser.add_argument("command", nargs=argparse.REMAINDER, metavar="CMD ...", help="what to run")
     return parser
@@ -66,7 +72,8 @@ def main(arguments: Optional[List[str]] = None) -> int:
     if options.x or options.x_osmesa:
         back_end = BackEnd.XVFB if options.x else BackEnd.OSMESA_X
     try:
-        status = run_headless(command, back_end, options.master, options.timeout)
+        preload = not options.no_preload
+        status = run_headless(command, back_end, options.master, options.timeout, preload=preload)
     except (HeadlessError, RuntimeError) as error:
         sys.stderr.write(f"headless: {error}\n")
         return _NOT_FOUND

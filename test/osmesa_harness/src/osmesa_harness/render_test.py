@@ -21,6 +21,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--out", required=True, metavar="FOLDER", help="where pictures go")
     parser.add_argument("--reference", metavar="FOLDER", help="pictures of an earlier run")
     parser.add_argument("--timeout", type=float, default=120.0, metavar="SECONDS")
+    parser.add_argument("--no-preload", action="store_true", help="the shim is linked")
     parser.add_argument("--env", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("program")
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
@@ -59,9 +60,9 @@ def main(arguments: Optional[List[str]] = None) -> int:
     _remove_old(options.results, options.out)
     command = [options.program, f"--gtest_output=xml:{options.results}", *options.arguments]
     try:
-        status = run_headless(
-            command, back_end, True, options.timeout, _environment(options, back_end)
-        )
+        environment = _environment(options, back_end)
+        preload = not options.no_preload
+        status = run_headless(command, back_end, True, options.timeout, environment, preload)
     except (HeadlessError, RuntimeError) as error:
         sys.stderr.write(f"render_test: {error}\n")
         status = 1

@@ -1,0 +1,74 @@
+"""What hdf5_map_server says of itself on the topic "progress"."""
+import os
+import threading
+from typing import Dict, Iterable, List, Sequence
+
+import rospy
+from std_msgs.msg import String
+
+from mesh_msgs_hdf5.errors import MapFileError, one_line
+from mesh_msgs_hdf5.labels.journal_reading import owner_text
+from mesh_msgs_hdf5.server.served_map import ServedMap
+
+
+class MapProgress:
+    """Says what is being read, then what is served. Latched; safe for threads.
+
+    One fact a line: "reading FILE (SIZE)" while it is read; then "ready: serving ..." for each map,
+    with "note: ..." (what reading it changed), "labels: ..." (where edits of labels go, if that is
+    another process) and "failed: ..." (why a newer file is not served).
+    """
+
+    def __init__(self) -> None:
+        self._publisher = rospy.Publisher("progress", String, latch=True, queue_size=10)
+        self._lock = threading.Lock()
+        self._notes: Dict[str, List[str]] = {}
+        self._failures: Dict[str, str] = {}
+        self._descriptions: Dict[str, str] = {}
+        self._said = ""
+
+    def reading(self, path: str) -> None:
+        """A file is going to be read."""
+        try:
+            size = " (%.1f MB)" % (os.stat(path).st_size / 1e6)
+        except OSError:
+            size = ""
+        self._say("reading %s%s" % (one_line(path), size))
+
+    def loaded(self, path: str, notes: Sequence[str]) -> None:
+        """It has been; what is there to be said of that."""
+        self._notes[path] = [one_line(note) for note in notes]
+        self._failures.pop(path, None)
+
+    def serves(self, served: ServedMap) -> None:
+        """A map has been published; ready() does not look into its file."""
+        try:
+            self._descriptions[served.uuid] = one_line(served.describe())
+        except MapFileError:  # it has just been replaced; that will be looked at
+            self._descriptions[served.uuid] = "serving " + one_line(served.name)
+
+    def failed(self, path: str, why: str) -> None:
+        """A newer file is not served; "": nothing newer is there any more."""
+        if why:
+            self._failures[path] = one_line(why)
+        else:
+            self._failures.pop(path, None)
+
+    def ready(self, maps: Iterable[ServedMap]) -> None:
+        """These maps are served; to be called now and then, since owners of labels end."""
+        lines = []
+        for served in maps:
+            lines.append("ready: %s" % self._descriptions.get(served.uuid, served.name))
+            lines += ["note: %s" % note for note in self._notes.get(served.path, ())]
+            owner = served.labels.owner
+            if owner is not None:
+                lines.append("labels: edits of labels are sent to %s" % owner_text(owner))
+            if served.path in self._failures:
+                lines.append("failed: %s" % self._failures[served.path])
+        self._say("\n".join(lines))
+
+    def _say(self, text: str) -> None:
+        with self._lock:
+            if text != self._said:
+                self._said = text
+                self._publisher.publish(String(data=text))

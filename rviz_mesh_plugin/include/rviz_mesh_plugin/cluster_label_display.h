@@ -1,0 +1,138 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <map>
+#include <memory>
+#include <new>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#ifndef Q_MOC_RUN
+#include <OgreQuaternion.h>
+#include <rviz/display.h>
+
+#include "rviz_mesh_plugin/label_colors.h"
+#include "rviz_mesh_plugin/label_owner.h"
+#include "rviz_mesh_plugin/label_status.h"
+#include "rviz_mesh_plugin/label_store.h"
+#include "rviz_mesh_plugin/mesh_data.h"
+#include "rviz_mesh_plugin/mesh_inbox.h"
+#include "rviz_mesh_plugin/mesh_loader.h"
+#include "rviz_mesh_plugin/mesh_services.h"
+#include "rviz_mesh_plugin/mesh_source.h"
+#include "rviz_mesh_plugin/mesh_topics.h"
+#include "rviz_mesh_plugin/status_lines.h"
+#endif
+
+namespace rviz_mesh_plugin {
+
+class LabelOverlay;
+class LabelProperties;
+
+/// Shows the labelled clusters of a mesh, and gives others (tools, panels) what they need to change
+/// them. As a child of Map3D its source is set; on its own it has properties for that.
+///
+/// Status lines: Geometry, Labels, Services, Transform, Edits.
+class ClusterLabelDisplay : public rviz::Display
+{
+  Q_OBJECT
+
+ public:
+  ClusterLabelDisplay();
+  ~ClusterLabelDisplay() override;
+
+  /// From now on mesh and labels come from there, and the properties for topics are hidden.
+  void setSource(const MeshSource& source);
+
+  /// The mesh that is labelled; null before it has arrived.
+  MeshDataConstPtr mesh() const { return store_.mesh(); }
+
+  /// All labels of the mesh as they are now.
+  const LabelFaces& labels() const { return store_.labels(); }
+
+  /// The label that is chosen to be edited; empty for a new one ("__NEW__").
+  std::string activeLabel() const;
+  void setActiveLabel(const std::string& label);
+
+  /// In meters.
+  float brushSize() const;
+
+  /// Asks the owner of the labels to store a label with these faces and no others: it shows once it
+  /// is stored. Returns why that cannot be asked for, else an empty string.
+  std::string setLabelFaces(const std::string& label, const std::vector<std::uint32_t>& faces);
+
+  /// The same for a color of the label's own; null: that of its class again.
+  std::string setLabelColor(const std::string& label, const Rgba8* color);
+
+  void setTopic(const QString& topic, const QString& datatype) override;
+  void update(float wall_dt, float ros_dt) override;
+  void reset() override;
+
+ protected:
+  void onInitialize() override;
+  void onEnable() override;
+  void onDisable() override;
+
+ private Q_SLOTS:
+  void onTopics();
+  void onLook();
+  void onLabelVisibility(const QString& label);
+  void onClassVisibility(const QString& label_class);
+  void onColorChosen(const QString& label);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// RViz must not end by an exception: it becomes a status line.
+  template <class Work>
+  void guarded(const Work& work)
+  {
+    try {
+      work();
+    } catch (const std::bad_alloc&) {
+      failure_ = "there is not enough memory: show a smaller mesh, or close other programs";
+    } catch (const std::exception& error) {
+      failure_ = error.what();
+    }
+  }
+
+  std::string geometryTopic() const;
+  std::string labelsTopic() const;
+  std::string serviceNamespace() const;
+  void subscribe();
+  void unsubscribe();
+  void restart();
+  void takeMessages();
+  void takeColors();
+  void applyChanges();
+  void applyLook(const std::string& label);
+  void updatePose();
+  void updateStatuses();
+  std::string whyNotEditable(const std::string& label) const;
+
+  LabelProperties* properties_;
+  std::shared_ptr<MeshInbox> inbox_;
+  std::shared_ptr<MeshLoader> loader_;
+  MeshTopics topics_;
+  MeshServices services_;
+  LabelOwner owner_;
+  LabelStore store_;
+  LabelColors colors_;
+  StatusLines lines_;
+  std::unique_ptr<LabelOverlay> overlay_;
+  std::optional<MeshSource> source_;
+  LabelDisplayState state_;
+  std::set<std::string> to_show_;  ///< labels whose faces the overlay does not have yet
+  std::map<std::string, std::size_t> classes_;
+  std::vector<std::string> names_;                  ///< that the properties have been told
+  bool recount_ = true;                             ///< the hidden labels
+  std::map<std::string, Clock::time_point> edits_;  ///< labels that were sent to be stored
+  std::string edit_failure_;
+  std::string failure_;  ///< why nothing can be drawn
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "rviz_mesh_plugin/mesh_data.h"
+
+namespace rviz_mesh_plugin {
+
+/// The class of a label: "tree" of "tree_1", the whole of a text without underscore.
+std::string labelClass(const std::string& label);
+
+/// Colors of labels: a label's own where it has one, else that of its class.
+///
+/// A class has the color that its name stands for, the same in every process. Of two classes whose
+/// names stand for the same color, the one that is asked for later gets another one, which no other
+/// class has as long as there are enough.
+class LabelColors
+{
+ public:
+  /// So many colors can be told apart; more classes share them.
+  static constexpr std::size_t PALETTE_SIZE = 36;
+
+  Rgba8 color(const std::string& label);
+  Rgba8 classColor(const std::string& label_class);
+
+  /// Gives a label a color of its own.
+  void setOwn(const std::string& label, const Rgba8& color) { own_[label] = color; }
+  void removeOwn(const std::string& label) { own_.erase(label); }
+  bool hasOwn(const std::string& label) const { return own_.count(label) != 0; }
+  const std::map<std::string, Rgba8>& own() const { return own_; }
+
+  /// Forgets all labels and classes.
+  void clear();
+
+ private:
+  std::map<std::string, Rgba8> own_;
+  std::map<std::string, std::size_t> classes_;  ///< to places in the palette
+  std::set<std::size_t> used_;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+#include <ros/subscriber.h>
+
+#include "rviz_mesh_plugin/mesh_data.h"
+
+namespace rviz_mesh_plugin {
+
+/// The way to who owns the labels of a map (hdf5_map_server, label_manager): edits go there, the
+/// labels' own colors come from there. GUI thread only; nothing waits for an answer.
+class LabelOwner
+{
+ public:
+  using Colors = std::map<std::string, Rgba8>;
+
+  LabelOwner();
+  ~LabelOwner();
+  LabelOwner(const LabelOwner&) = delete;
+  LabelOwner& operator=(const LabelOwner&) = delete;
+
+  /// Uses the topics cluster_label and label_colors and the service set_label_color in this
+  /// namespace, on the callback queue of @a node_handle; none where it is empty. @throw
+  /// ros::InvalidNameException
+  void connect(ros::NodeHandle& node_handle, const std::string& name_space);
+  void disconnect();
+
+  /// Where edits go; empty while not connected.
+  std::string topic() const { return publisher_.getTopic(); }
+  bool isHeard() const { return publisher_ && publisher_.getNumSubscribers() > 0; }
+
+  /// Has these faces stored as the label, instead of those it has.
+  void store(const MeshData& mesh, const std::string& label,
+             const std::vector<std::uint32_t>& faces);
+
+  /// Has a color stored; null: none. What goes wrong is in takeFailure().
+  void setColor(const std::string& uuid, const std::string& label, const Rgba8* color);
+
+  /// The labels of a mesh that have a color of their own; nothing where that has not changed since
+  /// it was taken before.
+  std::optional<Colors> takeColors(const std::string& uuid);
+
+  /// Why the newest color could not be stored; empty where nothing new went wrong.
+  std::string takeFailure();
+
+ private:
+  struct Shared;
+  static void work(const std::shared_ptr<Shared>& shared);
+
+  std::shared_ptr<Shared> shared_;
+  std::string color_service_;
+  ros::Publisher publisher_;
+  ros::Subscriber subscriber_;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <OgreHardwareIndexBuffer.h>
+#include <OgreHardwareVertexBuffer.h>
+#include <OgreVertexIndexData.h>
+
+#include "rviz_mesh_plugin/mesh_layout.h"
+
+namespace rviz_mesh_plugin {
+
+/// No slice of an upload has more bytes than this.
+constexpr std::size_t SLICE_BYTES = std::size_t{4} << 20;
+
+/// The vertices, texture coordinates and faces of one layout on the graphics card, uploaded in
+/// slices: first the vertices, then the faces from the coarsest level of detail to the full one.
+class MeshBuffers
+{
+ public:
+  /// The layout has at least one vertex and one face.
+  explicit MeshBuffers(const MeshLayoutConstPtr& layout);
+
+  /// Nothing is left to upload.
+  bool complete() const { return next_ == streams_.size(); }
+  bool verticesComplete() const;
+  /// All indices of the mesh before this one are uploaded.
+  std::size_t uploadedIndices() const;
+
+  /// Allocates one buffer (software drivers fill it with zeros, which takes its time) or uploads at
+  /// most SLICE_BYTES of it, if anything is left.
+  void uploadSlice();
+
+  std::size_t bytes() const { return bytes_; }
+  std::size_t uploadedBytes() const { return uploaded_bytes_; }
+
+  Ogre::VertexData* vertices() { return &vertices_; }
+  const Ogre::HardwareIndexBufferSharedPtr& indices() const { return indices_; }
+
+  /// Draws with these colors, one per vertex, from now on; without any if the pointer is empty.
+  void bindColors(const Ogre::HardwareVertexBufferSharedPtr& colors);
+
+ private:
+  struct Stream
+  {
+    const void* data;
+    std::size_t size;
+    std::size_t element_size;
+    unsigned short binding;  ///< of vertices
+    std::size_t done = 0;
+    Ogre::HardwareBuffer* buffer = nullptr;
+  };
+
+  void addStream(const Stream& stream);
+  void allocate(Stream* stream);
+
+  MeshLayoutConstPtr layout_;
+  Ogre::VertexData vertices_;
+  Ogre::HardwareIndexBufferSharedPtr indices_;
+  std::vector<Stream> streams_;  ///< the last one is that of the indices
+  std::size_t next_ = 0;
+  std::size_t bytes_ = 0;
+  std::size_t uploaded_bytes_ = 0;
+};
+
+}  // namespace rviz_mesh_plugin

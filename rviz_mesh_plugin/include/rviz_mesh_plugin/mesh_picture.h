@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <OgrePrerequisites.h>
+
+#include "rviz_mesh_plugin/mesh_buffers.h"
+#include "rviz_mesh_plugin/mesh_layout.h"
+#include "rviz_mesh_plugin/mesh_part_object.h"
+#include "rviz_mesh_plugin/mesh_style.h"
+#include "rviz_mesh_plugin/part_materials.h"
+#include "rviz_mesh_plugin/vertex_colors.h"
+
+namespace rviz_mesh_plugin {
+
+/// Everything that OGRE holds of one layout: buffers, colors, materials, textures, and the parts,
+/// below a scene node of its own. Uploaded in slices. GUI thread only.
+class MeshPicture
+{
+ public:
+  MeshPicture(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout);
+  ~MeshPicture();
+  MeshPicture(const MeshPicture&) = delete;
+  MeshPicture& operator=(const MeshPicture&) = delete;
+
+  const MeshLayoutConstPtr& layout() const { return layout_; }
+
+  /// Puts it below a scene node.
+  void show(Ogre::SceneNode* parent);
+
+  /// Uploads one slice; false where nothing was left to do.
+  bool uploadSlice();
+
+  /// The coarsest level of detail can be drawn, in its colors if there are any.
+  bool drawable() const;
+  bool geometryComplete() const { return !buffers_ || buffers_->complete(); }
+  /// The part of vertices and faces that is uploaded, 0..1.
+  float progress() const;
+
+  void setStyle(const MeshStyle& style);
+  void setColors(const ColorSource& colors, bool translucent);
+  void updateColors(const std::vector<std::uint32_t>& changed);
+  void clearColors();
+  void setTexture(const TextureImageConstPtr& image);
+  void clearTextures();
+
+  std::size_t colorUploads() const { return colors_.uploads(); }
+  std::size_t gpuBytes() const;
+  const std::vector<std::unique_ptr<MeshPartObject>>& parts() const { return parts_; }
+
+ private:
+  void makeParts();
+  void applyStyle();
+  void assignMaterials();
+
+  MeshLayoutConstPtr layout_;
+  std::unique_ptr<MeshBuffers> buffers_;  ///< null where there is nothing to draw
+  VertexColors colors_;
+  Ogre::HardwareVertexBufferSharedPtr bound_colors_;
+  PartMaterials materials_;
+  MeshStyle style_;
+  bool translucent_colors_ = false;  ///< of those bound
+  bool translucent_coming_ = false;
+  PartDrawing drawing_;
+  std::size_t coarsest_end_ = 0;  ///< of the indices of all parts' coarsest levels
+  std::vector<std::unique_ptr<MeshPartObject>> parts_;
+  Ogre::SceneNode* node_;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace rviz_mesh_plugin {
+
+class MeshFeed;
+class MeshProperties;
+class MeshStore;
+
+/// Asks services for what a mesh display needs and its topics do not bring.
+class MeshRequests
+{
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  /// Topics get this much time, where they are named.
+  static constexpr std::chrono::milliseconds PATIENCE{1000};
+
+  /// To be called regularly.
+  void update(Clock::time_point now, MeshFeed& feed, const MeshProperties& properties,
+              const MeshStore& store);
+
+  /// Begins anew: everything is asked again that is still missing.
+  void restart()
+  {
+    since_.clear();
+    mesh_asked_ = false;
+  }
+
+ private:
+  bool due(const std::string& what, bool needed, bool has_topic, Clock::time_point now);
+
+  std::map<std::string, Clock::time_point> since_;  ///< when what is missing was missed first
+  bool mesh_asked_ = false;
+};
+
+}  // namespace rviz_mesh_plugin

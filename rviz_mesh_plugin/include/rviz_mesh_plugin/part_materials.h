@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "rviz_mesh_plugin/mesh_layout.h"
+#include "rviz_mesh_plugin/mesh_material.h"
+#include "rviz_mesh_plugin/mesh_style.h"
+#include "rviz_mesh_plugin/mesh_texture.h"
+
+namespace rviz_mesh_plugin {
+
+/// The OGRE materials and textures of one layout: one for all parts or, where these have materials
+/// of their own (Split::BY_MATERIAL), one for all without a texture and one per texture. GUI thread
+/// only.
+class PartMaterials
+{
+ public:
+  explicit PartMaterials(const MeshLayoutConstPtr& layout);
+
+  /// Rebuilds the materials; callers assign them to the parts then.
+  /// @param has_colors, translucent_colors of the vertex buffer
+  void apply(const MeshStyle& style, bool has_colors, bool translucent_colors);
+
+  /// Null where nothing of the part is drawn.
+  Ogre::MaterialPtr of(const MeshPart& part) const;
+  /// What MeshPartObject::setColor() takes.
+  Ogre::ColourValue colorOf(const MeshPart& part) const;
+
+  /// An image that no material refers to is left out.
+  void setTexture(const TextureImageConstPtr& image);
+  void clearTextures();
+  bool complete() const { return uploading_.empty(); }
+  /// True where a texture has become complete: apply() shows it.
+  bool uploadSlice();
+
+  std::size_t bytes() const;
+
+ private:
+  struct Texture
+  {
+    std::unique_ptr<MeshTexture> texture;
+    std::unique_ptr<MeshMaterial> material;  ///< once the texture is complete
+  };
+
+  /// Null where the part has none.
+  const Material* materialOf(const MeshPart& part) const;
+  void applyTexture(const Texture& texture) const;
+
+  MeshLayoutConstPtr layout_;
+  MeshStyle style_;
+  bool textures_drawn_ = false;
+  std::set<std::uint32_t> used_textures_;
+  std::map<std::uint32_t, Texture> textures_;
+  std::set<std::uint32_t> uploading_;
+  MeshMaterial opaque_;                        ///< of all parts without a texture
+  std::unique_ptr<MeshMaterial> translucent_;  ///< of parts with a translucent color
+  std::unique_ptr<MeshMaterial> lines_only_;   ///< of parts whose faces are left out
+};
+
+}  // namespace rviz_mesh_plugin

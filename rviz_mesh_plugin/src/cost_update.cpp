@@ -1,0 +1,61 @@
+#include "rviz_mesh_plugin/cost_update.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rviz_mesh_plugin/cost_summary.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Adds a cost to the counts, or takes it away.
+void count(CostSummary& summary, float cost, std::size_t by)
+{
+  std::size_t& kind =
+      std::isnan(cost) ? summary.unknown : (std::isinf(cost) ? summary.lethal : summary.finite);
+  kind += by;
+  summary.positive += std::isfinite(cost) && cost > 0.0f ? by : 0;
+}
+
+void widen(CostSummary& summary, float cost)
+{
+  const bool first = summary.finite == 1;
+  CostLimits& limits = summary.limits;
+  limits.lower = first ? cost : std::min(limits.lower, cost);
+  limits.upper = first ? cost : std::max(limits.upper, cost);
+  if (cost > 0.0f && (summary.positive == 1 || cost < summary.least_positive)) {
+    summary.least_positive = cost;
+  }
+}
+
+}  // namespace
+
+std::string applyUpdate(CostLayer& layer, const CostUpdate& update)
+{
+  if (update.vertices.size() != update.costs.size()) {
+    return "an update of layer '" + layer.type + "' has " + std::to_string(update.costs.size()) +
+           " costs for " + std::to_string(update.vertices.size()) + " vertices";
+  }
+  for (const std::uint32_t vertex : update.vertices) {
+    if (vertex >= layer.costs.size()) {
+      return "an update of layer '" + layer.type + "' names vertex " + std::to_string(vertex) +
+             ", but the layer has " + std::to_string(layer.costs.size()) + " costs";
+    }
+  }
+  CostSummary& summary = layer.summary;
+  for (std::size_t i = 0; i < update.vertices.size(); ++i) {
+    float& cost = layer.costs[update.vertices[i]];
+    count(summary, cost, std::size_t(-1));
+    cost = update.costs[i];
+    count(summary, cost, 1);
+    if (std::isfinite(cost)) {
+      widen(summary, cost);
+    }
+  }
+  if (layer.costs.size() <= MAX_SUMMARIZED_AGAIN) {
+    summary = summarizeCosts(layer.costs);
+  }
+  return std::string();
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,168 @@
+#include "rviz_mesh_plugin/service_call.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include <ros/header.h>
+#include <ros/master.h>
+#include <ros/network.h>
+#include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcValue.h>
+#include <boost/shared_array.hpp>
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr std::size_t MOST_MASTER_BYTES = 1 << 20;
+constexpr int MASTER_MILLISECONDS = 10000;
+constexpr std::uint32_t MOST_HEADER_BYTES = 1 << 20;
+constexpr std::uint32_t MOST_TEXT_BYTES = 1 << 20;
+
+std::string lookupRequest(const std::string& name)
+{
+  const std::string body =
+      "<?xml version=\"1.0\"?>\n<methodCall><methodName>lookupService</methodName><params><param>"
+      "<value><string>" +
+      ros::this_node::getName() + "</string></value></param><param><value><string>" + name +
+      "</string></value></param></params></methodCall>\n";
+  return "POST /RPC2 HTTP/1.0\r\nHost: " + ros::master::getHost() +
+         "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) +
+         "\r\nConnection: close\r\n\r\n" + body;
+}
+
+/// The fields of the header with which the peer answers.
+ros::Header readHeader(TcpStream& stream)
+{
+  std::uint32_t size = 0;
+  stream.readExactly(&size, sizeof(size));
+  if (size > MOST_HEADER_BYTES) {
+    throw ConnectionLost("the answer is none of a ROS service");
+  }
+  const boost::shared_array<std::uint8_t> bytes(new std::uint8_t[size + 1]);
+  stream.readExactly(bytes.get(), size);
+  ros::Header header;
+  std::string error;
+  if (!header.parse(bytes, size, error)) {
+    throw ConnectionLost("the answer is none of a ROS service: " + error);
+  }
+  return header;
+}
+
+ros::Header exchangeHeaders(TcpStream& stream, const std::string& name, const std::string& md5)
+{
+  const ros::M_string fields = {
+      {"service", name}, {"md5sum", md5}, {"callerid", ros::this_node::getName()}};
+  boost::shared_array<std::uint8_t> bytes;
+  std::uint32_t size = 0;
+  ros::Header::write(fields, bytes, size);
+  stream.write(&size, sizeof(size));
+  stream.write(bytes.get(), size);
+  return readHeader(stream);
+}
+
+/// Which of the types the service has; nothing where it is another one.
+std::optional<std::size_t> typeOf(const ros::Header& header, const std::vector<ServiceType>& types)
+{
+  std::string md5;
+  header.getValue("md5sum", md5);
+  const auto found = std::find_if(types.begin(), types.end(),
+                                  [&](const ServiceType& type) { return type.md5 == md5; });
+  if (found == types.end()) {
+    return std::nullopt;
+  }
+  return static_cast<std::size_t>(found - types.begin());
+}
+
+ServiceAnswer exchange(TcpStream& stream, const ros::SerializedMessage& request,
+                       const std::function<void(std::size_t, std::size_t)>& progress)
+{
+  stream.write(request.buf.get(), request.num_bytes);
+  std::uint8_t good = 0;
+  std::uint32_t size = 0;
+  stream.readExactly(&good, sizeof(good));
+  stream.readExactly(&size, sizeof(size));
+  if (good == 0 && size > MOST_TEXT_BYTES) {
+    throw ConnectionLost("the answer is none of a ROS service");
+  }
+  // Not set to zero: memory is only taken as bytes arrive.
+  const boost::shared_array<std::uint8_t> bytes(new std::uint8_t[std::size_t(size) + 1]);
+  stream.readExactly(bytes.get(), size, [&](std::size_t done) { progress(done, size); });
+  ServiceAnswer answer;
+  if (good == 0) {
+    answer.refusal.assign(reinterpret_cast<const char*>(bytes.get()), size);
+    if (answer.refusal.empty()) {
+      answer.refusal = "it gives no reason";
+    }
+  } else {
+    answer.response = ros::SerializedMessage(bytes, size);
+    answer.response.message_start = bytes.get();
+  }
+  return answer;
+}
+
+}  // namespace
+
+std::optional<ServiceAddress> lookUpService(const std::string& name,
+                                            const Cancellation& cancellation)
+{
+  std::string answer;
+  try {
+    TcpStream stream(ros::master::getHost(), ros::master::getPort(), cancellation);
+    const std::string request = lookupRequest(name);
+    stream.write(request.data(), request.size());
+    answer = stream.readToEnd(MOST_MASTER_BYTES, MASTER_MILLISECONDS);
+  } catch (const ConnectionLost& lost) {
+    throw ConnectionLost(std::string("the ROS master cannot be asked: ") + lost.what());
+  }
+  const std::size_t start = answer.find("<param>");
+  if (start == std::string::npos) {
+    throw ConnectionLost("the ROS master's answer cannot be understood");
+  }
+  int offset = static_cast<int>(start + std::strlen("<param>"));
+  XmlRpc::XmlRpcValue value(answer, &offset);  // code, text, URI
+  if (value.getType() != XmlRpc::XmlRpcValue::TypeArray || value.size() != 3 ||
+      value[0].getType() != XmlRpc::XmlRpcValue::TypeInt || int(value[0]) != 1 ||
+      value[2].getType() != XmlRpc::XmlRpcValue::TypeString) {
+    return std::nullopt;
+  }
+  const std::string uri = value[2];
+  const std::string protocol = "rosrpc://";
+  ServiceAddress address;
+  if (uri.compare(0, protocol.size(), protocol) != 0 ||
+      !ros::network::splitURI(uri, address.host, address.port)) {
+    throw ConnectionLost("the ROS master names no usable address for " + name);
+  }
+  return address;
+}
+
+ServiceAnswer callService(const std::string& name, const ServiceAddress& address,
+                          const std::vector<ServiceType>& types,
+                          const ros::SerializedMessage& request, const Cancellation& cancellation,
+                          const std::function<void(std::size_t, std::size_t)>& progress)
+{
+  // Any type first, since the answer names it; servers that do not know that are asked for each.
+  std::vector<std::string> sums = {"*"};
+  for (const ServiceType& type : types) {
+    sums.push_back(type.md5);
+  }
+  std::string reason;
+  for (const std::string& md5 : sums) {
+    TcpStream stream(address.host, address.port, cancellation);
+    const ros::Header header = exchangeHeaders(stream, name, md5);
+    if (header.getValue("error", reason)) {
+      continue;
+    }
+    if (const auto type = typeOf(header, types)) {
+      ServiceAnswer answer = exchange(stream, request, progress);
+      answer.type = *type;
+      return answer;
+    }
+    std::string given;
+    header.getValue("type", given);
+    throw WrongService("it is of the type " + (given.empty() ? "'unknown'" : given) +
+                       " and not of " + types.front().name + " as of release 1.1");
+  }
+  throw WrongService(reason);
+}
+
+}  // namespace rviz_mesh_plugin

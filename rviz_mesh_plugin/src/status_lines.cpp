@@ -1,0 +1,34 @@
+#include "rviz_mesh_plugin/status_lines.h"
+
+#include <rviz/display.h>
+
+namespace rviz_mesh_plugin {
+
+void StatusLines::report(const std::string& name, const OptionalStatus& status)
+{
+  const auto shown = lines_.find(name);
+  if (!status) {
+    if (shown != lines_.end()) {
+      lines_.erase(shown);
+      display_->deleteStatusStd(name);
+    }
+    return;
+  }
+  if (shown != lines_.end() && shown->second.level == status->level &&
+      shown->second.text == status->text) {
+    return;
+  }
+  lines_[name] = *status;
+  display_->setStatusStd(static_cast<rviz::StatusProperty::Level>(status->level), name,
+                         status->text);
+}
+
+void StatusLines::clear()
+{
+  for (const auto& line : lines_) {
+    display_->deleteStatusStd(line.first);
+  }
+  lines_.clear();
+}
+
+}  // namespace rviz_mesh_plugin

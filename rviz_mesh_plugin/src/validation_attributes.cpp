@@ -1,0 +1,232 @@
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <utility>
+
+#include "rviz_mesh_plugin/validation.h"
+#include "validation_findings.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr std::size_t MAX_LABEL_BYTES = 255;  // labels become names of files
+
+/// @a noun is what refers to an index of the mesh, @a target what it refers to.
+void checkIndices(std::vector<Finding>& findings, const char* rule, const std::string& noun,
+                  const char* target, const std::vector<std::uint32_t>& indices,
+                  std::optional<std::size_t> limit, const char* hint)
+{
+  if (limit) {
+    addFinding(
+        findings, rule, indices, [&](std::uint32_t index) { return index >= *limit; },
+        [&](std::size_t first) {
+          return text(noun, " ", first, " refers to ", target, " ", indices[first],
+                      ", but there are ", *limit);
+        },
+        hint);
+  }
+}
+
+/// What makes a label unusable; empty: nothing.
+std::string faultOf(const std::string& label)
+{
+  const auto is_control = [](unsigned char c) { return c < 32 || c == 127; };
+  if (std::any_of(label.begin(), label.end(), is_control)) {
+    return text("the label ", shown(label), " contains a control character");
+  }
+  if (label.find('/') != std::string::npos) {
+    return text("the label ", shown(label), " contains '/'");
+  }
+  if (label == "." || label == "..") {
+    return text("the label is ", shown(label));
+  }
+  if (label.size() > MAX_LABEL_BYTES) {
+    return text("the label has ", label.size(), " bytes");
+  }
+  return std::string();
+}
+
+void checkCluster(std::vector<Finding>& findings, const mesh_msgs::MeshFaceCluster& cluster,
+                  std::optional<std::size_t> face_count, const std::string& prefix)
+{
+  checkIndices(findings, "cluster_face_out_of_range", prefix + "entry", "face",
+               cluster.face_indices, face_count, "name faces of the mesh that the uuid stands for");
+  const std::string fault = faultOf(cluster.label);
+  if (!fault.empty()) {
+    findings.push_back({"label_unusable", prefix + fault, std::nullopt, 1,
+                        "choose up to 255 bytes without '/', such as 'tree_1'"});
+  }
+}
+
+std::optional<Finding> checkCoordinateCount(std::size_t count, std::size_t vertex_count)
+{
+  if (count == 0 || count == vertex_count) {
+    return std::nullopt;
+  }
+  return Finding{"texture_coordinate_count",
+                 text("there are ", count, " texture coordinates for ", vertex_count, " vertices"),
+                 std::nullopt, 1, "send a pair for each vertex, or none at all"};
+}
+
+void checkCoordinates(std::vector<Finding>& findings,
+                      const std::vector<mesh_msgs::MeshVertexTexCoords>& coordinates,
+                      std::optional<std::size_t> vertex_count)
+{
+  if (vertex_count) {
+    if (auto finding = checkCoordinateCount(coordinates.size(), *vertex_count)) {
+      findings.push_back(std::move(*finding));
+    }
+  }
+  addFinding(
+      findings, "texture_coordinate_not_finite", coordinates,
+      [](const auto& pair) { return !isFinite(pair.u) || !isFinite(pair.v); },
+      [&](std::size_t first) {
+        return text("texture coordinate ", first, " is (", coordinates[first].u, ", ",
+                    coordinates[first].v, ")");
+      },
+      "send 0 where there is no texture");
+}
+
+struct Encoding
+{
+  const char* name;
+  std::uint64_t bytes;  ///< per pixel
+};
+constexpr std::array<Encoding, 12> ENCODINGS{{{"rgb8", 3},
+                                              {"bgr8", 3},
+                                              {"rgba8", 4},
+                                              {"bgra8", 4},
+                                              {"mono8", 1},
+                                              {"8UC1", 1},
+                                              {"8UC3", 3},
+                                              {"8UC4", 4},
+                                              {"mono16", 2},
+                                              {"16UC1", 2},
+                                              {"rgb16", 6},
+                                              {"rgba16", 8}}};
+
+std::optional<Finding> checkImage(const sensor_msgs::Image& image)
+{
+  const auto encoding =
+      std::find_if(ENCODINGS.begin(), ENCODINGS.end(),
+                   [&](const Encoding& known) { return image.encoding == known.name; });
+  if (encoding == ENCODINGS.end()) {
+    std::string names;
+    for (const Encoding& known : ENCODINGS) {
+      names += text(names.empty() ? "" : ", ", known.name);
+    }
+    return Finding{"image_encoding", text("the texture has the encoding ", shown(image.encoding)),
+                   std::nullopt, 1, text("use one of ", names)};
+  }
+  if (image.width == 0 || image.height == 0) {
+    return Finding{"image_empty",
+                   text("the texture has ", image.width, " x ", image.height, " pixels"),
+                   std::nullopt, 1, "leave the texture out"};
+  }
+  // All 32-bit numbers, and at most 8 bytes: nothing overflows in 64 bits.
+  const std::uint64_t row = image.width * encoding->bytes;
+  if (image.step >= row && image.data.size() >= std::uint64_t(image.step) * image.height) {
+    return std::nullopt;
+  }
+  return Finding{
+      "image_size",
+      text("a texture of ", image.width, " x ", image.height, " pixels in ", image.encoding,
+           " has a step of ", image.step, " and ", image.data.size(), " bytes"),
+      std::nullopt, 1, text("send ", row, " bytes for each row")};
+}
+
+}  // namespace
+
+std::vector<Finding> check(const mesh_msgs::MeshVertexCostsSparseStamped& message,
+                           std::optional<std::size_t> vertex_count, const std::string& uuid)
+{
+  const auto& sparse = message.mesh_vertex_costs;
+  std::vector<Finding> findings;
+  if (sparse.costs.size() != sparse.vertices.size()) {
+    findings.push_back({"cost_count",
+                        text("there are ", sparse.costs.size(), " costs for ",
+                             sparse.vertices.size(), " vertices"),
+                        std::nullopt, 1, "send a cost for each of the vertices"});
+  }
+  checkCostValues(findings, sparse.costs, "entry");
+  if (std::isinf(sparse.default_value) && sparse.default_value < 0.0f) {
+    findings.push_back({"cost_negative_infinity", "default_value is -inf", std::nullopt, 1,
+                        "lethal is +inf, unknown is NaN"});
+  }
+  checkIndices(findings, "vertex_index_out_of_range", "entry", "vertex", sparse.vertices,
+               vertex_count, "name vertices of the mesh that the uuid stands for");
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshFaceCluster& message,
+                           std::optional<std::size_t> face_count)
+{
+  std::vector<Finding> findings;
+  checkCluster(findings, message, face_count, "");
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshMaterialsStamped& message,
+                           std::optional<std::size_t> vertex_count,
+                           std::optional<std::size_t> face_count, const std::string& uuid)
+{
+  const auto& given = message.mesh_materials;
+  std::vector<Finding> findings;
+  for (std::size_t i = 0; i < given.clusters.size(); ++i) {
+    checkCluster(findings, given.clusters[i], face_count, text("cluster ", i, ": "));
+  }
+  if (given.cluster_materials.size() != given.clusters.size()) {
+    findings.push_back({"cluster_material_count",
+                        text("there are ", given.cluster_materials.size(),
+                             " cluster_materials for ", given.clusters.size(), " clusters"),
+                        std::nullopt, 1, "send the index of a material for each cluster"});
+  }
+  checkIndices(findings, "material_index_out_of_range", "cluster", "material",
+               given.cluster_materials, given.materials.size(), "send the index of a material");
+  checkChannels(
+      findings, given.materials, [](const auto& material) -> const auto& { return material.color; },
+      [&](std::size_t first) {
+        const auto& color = given.materials[first].color;
+        return text("the color of material ", first, " is (", color.r, ", ", color.g, ", ", color.b,
+                    ", ", color.a, ")");
+      });
+  checkCoordinates(findings, given.vertex_tex_coords, vertex_count);
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshTexture& message, const std::string& uuid)
+{
+  std::vector<Finding> findings;
+  if (auto finding = checkImage(message.image)) {
+    findings.push_back(std::move(*finding));
+  }
+  checkUuid(findings, message.uuid, uuid);
+  return findings;
+}
+
+std::optional<Finding> checkUpdateFits(const CostUpdate& update, std::size_t vertex_count)
+{
+  std::vector<Finding> findings;
+  checkIndices(findings, "vertex_index_out_of_range", "entry", "vertex", update.vertices,
+               vertex_count, "publish the update for this geometry");
+  return findings.empty() ? std::nullopt : std::make_optional(findings.front());
+}
+
+std::optional<Finding> checkMaterialsFit(const Materials& materials, std::size_t vertex_count,
+                                         std::size_t face_count)
+{
+  if (!materials.faces.empty() && materials.faces.back() >= face_count) {
+    const auto first = std::lower_bound(materials.faces.begin(), materials.faces.end(), face_count);
+    return Finding{
+        "cluster_face_out_of_range",
+        text("the materials refer to face ", *first, ", but the mesh has ", face_count, " faces"),
+        std::nullopt, static_cast<std::size_t>(materials.faces.end() - first),
+        "publish the materials of this geometry"};
+  }
+  return checkCoordinateCount(materials.texture_coordinates.size(), vertex_count);
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,187 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <mesh_msgs/GetLabeledClusters.h>
+#include <mesh_msgs/MeshFaceCluster.h>
+#include <mesh_msgs/MeshFaceClusterStamped.h>
+#include <mesh_msgs/MeshLabelColors.h>
+#include <mesh_msgs/SetLabelColor.h>
+#include <ros/callback_queue.h>
+#include <ros/service_server.h>
+#include <ros/spinner.h>
+#include <ros/subscriber.h>
+
+#include "display_fixture.h"
+#include "rviz_mesh_plugin/cluster_label_display.h"
+
+/// What hdf5_map_server has for labels, in this process, on threads of its own.
+class LabelServer
+{
+ public:
+  explicit LabelServer(const std::string& name_space) : spinner_(1, &queue_)
+  {
+    node_.setCallbackQueue(&queue_);
+    labels = node_.advertise<mesh_msgs::MeshFaceCluster>(name_space + "/new_cluster_label", 100);
+    colors = node_.advertise<mesh_msgs::MeshLabelColors>(name_space + "/label_colors", 10, true);
+    clusters_ = node_.advertiseService(name_space + "/get_labeled_clusters",
+                                       &LabelServer::getClusters, this);
+    color_ = node_.advertiseService(name_space + "/set_label_color", &LabelServer::setColor, this);
+    spinner_.start();
+  }
+
+  ~LabelServer()
+  {
+    spinner_.stop();
+    // They use the queue, which is gone before them.
+    labels.shutdown();
+    colors.shutdown();
+    clusters_.shutdown();
+    color_.shutdown();
+    edits_.shutdown();
+  }
+
+  void listen(const std::string& name_space)
+  {
+    edits_ = node_.subscribe(name_space + "/cluster_label", 10, &LabelServer::take, this);
+  }
+
+  void addLabel(const std::string& label, const std::vector<std::uint32_t>& faces)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    all_.push_back(cluster(label, faces));
+  }
+
+  static mesh_msgs::MeshFaceCluster cluster(const std::string& label,
+                                            const std::vector<std::uint32_t>& faces)
+  {
+    mesh_msgs::MeshFaceCluster message;
+    message.label = label;
+    message.face_indices = faces;
+    return message;
+  }
+
+  std::vector<mesh_msgs::MeshFaceClusterStamped> edits()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return received_;
+  }
+
+  std::vector<mesh_msgs::SetLabelColor::Request> colorsSet()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return colors_set_;
+  }
+
+  ros::Publisher labels;
+  ros::Publisher colors;
+  bool refuses_colors = false;
+
+ private:
+  bool getClusters(mesh_msgs::GetLabeledClusters::Request& request,
+                   mesh_msgs::GetLabeledClusters::Response& response)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    response.clusters = all_;
+    return request.uuid == "mesh";
+  }
+
+  bool setColor(mesh_msgs::SetLabelColor::Request& request,
+                mesh_msgs::SetLabelColor::Response& /*response*/)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    colors_set_.push_back(request);
+    return !refuses_colors;
+  }
+
+  void take(const mesh_msgs::MeshFaceClusterStamped& message)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    received_.push_back(message);
+  }
+
+  std::mutex mutex_;
+  std::vector<mesh_msgs::MeshFaceCluster> all_;
+  std::vector<mesh_msgs::MeshFaceClusterStamped> received_;
+  std::vector<mesh_msgs::SetLabelColor::Request> colors_set_;
+  ros::CallbackQueue queue_;
+  ros::NodeHandle node_;
+  ros::ServiceServer clusters_;
+  ros::ServiceServer color_;
+  ros::Subscriber edits_;
+  ros::AsyncSpinner spinner_;
+};
+
+/// A display of labels with topics, services and a mesh of 10 x 10 squares of its own.
+class LabelDisplayFixture : public DisplayFixture
+{
+ protected:
+  using Display = rviz_mesh_plugin::ClusterLabelDisplay;
+
+  void SetUp() override
+  {
+    DisplayFixture::SetUp();
+    name_space = std::string("/") + testing::UnitTest::GetInstance()->current_test_info()->name();
+    server = std::make_unique<LabelServer>(name_space);
+  }
+
+  void TearDown() override
+  {
+    DisplayFixture::TearDown();
+    server.reset();
+  }
+
+  Display* createLabels(const std::string& class_id = "rviz_mesh_plugin/ClusterLabel")
+  {
+    auto* display = createDisplayAs<Display>(class_id);
+    set(display, {"Geometry Topic"}, geometry_topic.c_str());
+    set(display, {"Labels Topic"}, (name_space + "/new_cluster_label").c_str());
+    return display;
+  }
+
+  void publishMesh()
+  {
+    geometry.publish(test_meshes::terrain(10, [](double, double) { return 0.0; }));
+  }
+
+  /// "Ok: text" of one line of the status tree; empty where there is none.
+  static std::string statusOf(rviz::Display* display, const std::string& name)
+  {
+    for (int i = 0; i < display->numChildren(); ++i) {
+      auto* list = dynamic_cast<rviz::StatusList*>(display->childAt(i));
+      for (int j = 0; list && j < list->numChildren(); ++j) {
+        auto* line = dynamic_cast<rviz::StatusProperty*>(list->childAt(j));
+        if (line && line->getNameStd() == name) {
+          return (rviz::StatusProperty::statusWord(line->getLevel()) + ": " +
+                  line->getValue().toString())
+              .toStdString();
+        }
+      }
+    }
+    return std::string();
+  }
+
+  static testing::AssertionResult says(rviz::Display* display, const std::string& name,
+                                       const std::string& text)
+  {
+    if (spinUntil([&] { return statusOf(display, name).find(text) != std::string::npos; })) {
+      return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure()
+           << "status '" << name << "' is '" << statusOf(display, name) << "'";
+  }
+
+  osmesa_harness::Image picture()
+  {
+    viewFromAbove();
+    return grab();
+  }
+
+  std::string name_space;
+  std::unique_ptr<LabelServer> server;
+};

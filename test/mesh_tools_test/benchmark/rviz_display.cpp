@@ -1,0 +1,220 @@
+// The C++ side of rviz_display.py: RViz's own panel and manager show one mesh in one way.
+//
+//     headless --master rviz_display_benchmark FOLDER SUBJECT QUIET [PICTURES]
+//
+// FOLDER has vertices.f32 and faces.u32; SUBJECT is mesh, marker or manual_object. A picture is
+// complete when it has stayed the same for QUIET seconds. PICTURES: a folder for what was seen.
+// Prints lines "name value": milliseconds, bytes and counts.
+#include <malloc.h>
+#include <ros/init.h>
+#include <ros/master.h>
+#include <rviz/ogre_helpers/render_system.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+
+#include "rviz_subjects.h"
+
+namespace {
+
+using namespace rviz_benchmark;
+
+constexpr int WIDTH = 1280;
+constexpr int HEIGHT = 960;
+constexpr double TIMEOUT = 120000.0;  // milliseconds
+constexpr int FRAMES = 7;
+
+void tell(const std::string& name, double value)
+{
+  std::printf("%s %.9g\n", name.c_str(), value);
+  std::fflush(stdout);
+}
+
+template <class T>
+std::vector<T> read(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  std::vector<T> values(file ? static_cast<std::size_t>(file.tellg()) / sizeof(T) : 0);
+  file.seekg(0);
+  file.read(reinterpret_cast<char*>(values.data()),
+            static_cast<std::streamsize>(values.size() * sizeof(T)));
+  if (!file || values.empty()) {
+    throw std::runtime_error(path + " cannot be read");
+  }
+  return values;
+}
+
+World readWorld(const std::string& folder)
+{
+  World world;
+  world.vertices = read<std::array<float, 3>>(folder + "/vertices.f32");
+  world.faces = read<std::array<std::uint32_t, 3>>(folder + "/faces.u32");
+  world.lower = world.upper = world.vertices.front();
+  for (const auto& p : world.vertices) {
+    for (int k = 0; k < 3; ++k) {
+      world.lower[k] = std::min(world.lower[k], p[k]);
+      world.upper[k] = std::max(world.upper[k], p[k]);
+    }
+  }
+  return world;
+}
+
+/// A line of /proc/self/status in bytes.
+double memory(const std::string& key)
+{
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.compare(0, key.size() + 1, key + ":") == 0) {
+      return 1024.0 * std::stod(line.substr(key.size() + 1));
+    }
+  }
+  return 0.0;
+}
+
+/// What is in use now: what malloc keeps for later goes back first.
+double resident()
+{
+  malloc_trim(0);
+  return memory("VmRSS");
+}
+
+double gpuBytes()
+{
+  const auto counts = Stage::counts();
+  return static_cast<double>(counts.vertex_buffer_bytes + counts.index_buffer_bytes);
+}
+
+struct View
+{
+  const char* name;
+  Stage::Point eye;
+  Stage::Point target;
+};
+
+/// Far: the mesh is about a sixth as wide as the window. Full: it fills it. Inside: a person's eyes
+/// in the middle, looking along the ground; what is behind is most of it.
+std::array<View, 3> views(const World& world)
+{
+  const double x = 0.5 * (world.lower[0] + world.upper[0]);
+  const double y = 0.5 * (world.lower[1] + world.upper[1]);
+  const double z = 0.5 * (world.lower[2] + world.upper[2]);
+  const double size = std::max(world.upper[0] - world.lower[0], world.upper[1] - world.lower[1]);
+  double nearest = 1e30, ground = z;
+  for (const auto& p : world.vertices) {
+    const double distance = std::hypot(p[0] - x, p[1] - y);
+    if (distance < nearest) {
+      nearest = distance;
+      ground = p[2];
+    }
+  }
+  return {View{"far", {x - 4.0 * size, y, z + 3.0 * size}, {x, y, z}},
+          View{"full", {x - 0.9 * size, y, z + 0.7 * size}, {x, y, z}},
+          View{"inside", {x, y, ground + 1.7}, {x + 10.0, y + 1.0, ground + 1.5}}};
+}
+
+void measureFrames(const View& view, const std::string& pictures)
+{
+  Stage::lookAt(view.eye, view.target);
+  Stage::spinFrames(4);
+  Ogre::RenderTarget* window = Stage::panel()->getRenderWindow();
+  std::vector<double> times;
+  for (int i = 0; i < FRAMES; ++i) {
+    const auto start = Clock::now();
+    window->update(true);  // OSMesa finishes drawing when buffers are swapped
+    times.push_back(milliseconds(Clock::now() - start));
+  }
+  std::nth_element(times.begin(), times.begin() + FRAMES / 2, times.end());
+  tell(std::string("frame_") + view.name, times[FRAMES / 2]);
+  tell(std::string("triangles_") + view.name,
+       static_cast<double>(window->getStatistics().triangleCount));
+  if (!pictures.empty()) {
+    osmesa_harness::Image image(WIDTH, HEIGHT);
+    window->writeContentsToFile(pictures + "_" + view.name + ".png");
+  }
+}
+
+void tellWatch(const Watch& watch, const std::string& name)
+{
+  tell(name + "_first", watch.firstChanged()->end);
+  tell(name + "_complete", watch.firstComplete()->end);
+  tell(name + "_cpu", watch.firstComplete()->cpu);
+  tell(name + "_update", watch.longestUpdate());
+  tell(name + "_block", watch.longestBlock());
+}
+
+void measure(const World& world, Subject& subject, double quiet, const std::string& pictures)
+{
+  Stage::SetUpTestSuite();
+  Stage::manager()->setFixedFrame("map");
+  Stage::resizePanel(WIDTH, HEIGHT);
+  const auto all_views = views(world);
+  Stage::lookAt(all_views[1].eye, all_views[1].target);
+  Watch watch([&subject] { subject.create(); });
+  if (!Stage::spinUntil([&subject] { return subject.ready(); })) {
+    throw std::runtime_error("the display did not subscribe within 10 s");
+  }
+  Stage::spinFrames(10);
+  const double gpu_before = gpuBytes();
+  const double memory_before = resident();
+  subject.prepare(world);
+  Stage::spinFrames(2);
+  watch.start([&subject] { subject.show(); });
+  if (!watch.settle(quiet, TIMEOUT)) {
+    throw std::runtime_error("nothing appeared within 2 minutes");
+  }
+  tellWatch(watch, "show");
+  tell("memory", resident() - memory_before);
+  tell("memory_peak", memory("VmHWM") - memory_before);
+  for (const View& view : all_views) {
+    measureFrames(view, pictures);
+  }
+
+  Stage::lookAt(all_views[1].eye, all_views[1].target);
+  subject.prepareLayers(world);
+  subject.switchTo(0);
+  Stage::spin(static_cast<int>(quiet));
+  // The second switch and not the first: that has to make room for colors.
+  watch.start([&subject] { subject.switchTo(1); });
+  if (!watch.settle(quiet, TIMEOUT)) {
+    throw std::runtime_error("the layer did not change within 2 minutes");
+  }
+  tellWatch(watch, "switch");
+  tell("gpu", gpuBytes() - gpu_before);
+  tell("memory_layers", resident() - memory_before);
+  if (!pictures.empty()) {
+    Stage::panel()->getRenderWindow()->writeContentsToFile(pictures + "_layer.png");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+  ros::init(argc, argv, "rviz_display_benchmark", ros::init_options::AnonymousName);
+  const std::string name = argc > 2 ? argv[2] : "";
+  if (argc < 4 || (name != "mesh" && name != "marker" && name != "manual_object")) {
+    std::cerr
+        << "usage: rviz_display_benchmark FOLDER mesh|marker|manual_object QUIET [PICTURES]\n";
+    return 2;
+  }
+  if (!ros::master::check()) {
+    std::cerr << "no ROS master: start it with `rosrun osmesa_harness headless --master`\n";
+    return 1;
+  }
+  try {
+    const World world = readWorld(argv[1]);
+    QApplication application(argc, argv);
+    application.setQuitOnLastWindowClosed(false);
+    rviz::RenderSystem::disableAntiAliasing();
+    ros::NodeHandle keeps_ros_running;
+    const std::unique_ptr<Subject> subject = makeSubject(name);
+    measure(world, *subject, 1000.0 * std::stod(argv[3]),
+            argc > 4 ? std::string(argv[4]) + "/" + name : "");
+    std::_Exit(0);  // whatever the ends of RViz and OGRE take is not measured
+  } catch (const std::exception& error) {
+    std::cerr << "rviz_display_benchmark: " << error.what() << "\n";
+    return 1;
+  }
+}
