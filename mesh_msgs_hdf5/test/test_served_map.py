@@ -16,7 +16,7 @@ from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.mesh import Mesh
 from mesh_msgs_hdf5.server import received
-from mesh_msgs_hdf5.server.map_loading import load
+from mesh_msgs_hdf5.server.map_loading import load, owner_notes
 from mesh_msgs_hdf5.server.map_messages import MapMessages
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
@@ -223,8 +223,10 @@ def test_read_only_leaves_no_trace(opened, path, tmp_path):
 @pytest.mark.parametrize("stores_all", [True, False])
 def test_what_another_server_owns_is_stored_there(opened, path, stores_all):
     with LabelStore(path, owner_info={"node": "/other", STORES_ALL: stores_all}):
-        served, (note,) = opened(path)
+        served, _ = opened(path)
+        (note,) = owner_notes([served], False)
         assert "its labels belong to /other" in note
+        assert owner_notes([served], True) == []
         if stores_all:
             with pytest.raises(Refused, match="belongs to /other .*: store it there"):
                 store_layer(served, "new")

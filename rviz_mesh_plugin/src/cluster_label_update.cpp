@@ -102,9 +102,6 @@ void ClusterLabelDisplay::applyChanges()
       names_ = names;
       properties_->setLabels(names_);
     }
-    for (const std::string& label : changed) {
-      applyLook(label);
-    }
   }
   if (!overlay_) {
     return;
@@ -118,6 +115,7 @@ void ClusterLabelDisplay::applyChanges()
     if (faces == store_.labels().end()) {
       overlay_->removeLabel(label);
     } else {
+      applyLook(label);
       overlay_->setLabel({label, faces->second});
     }
     new_objects = true;

@@ -191,7 +191,7 @@ void LabelObject::_updateRenderQueue(Ogre::RenderQueue* queue)
   if (material_->isTranslucent()) {
     queue->addRenderable(this, AFTER_MESHES, OGRE_RENDERABLE_DEFAULT_PRIORITY);
   } else {
-    queue->addRenderable(this, BEFORE_MESHES, rank_);
+    queue->addRenderable(this, BEFORE_MESHES, OGRE_RENDERABLE_DEFAULT_PRIORITY + layer_);
   }
 }
 

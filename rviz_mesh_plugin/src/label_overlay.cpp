@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <set>
@@ -11,6 +10,7 @@
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
 
+#include "rviz_mesh_plugin/label_layers.h"
 #include "rviz_mesh_plugin/label_material.h"
 #include "rviz_mesh_plugin/label_object.h"
 #include "rviz_mesh_plugin/label_order.h"
@@ -53,6 +53,8 @@ class LabelOverlay::Scene
     labels_.clear();
     waiting_.clear();
     vertices_.setMesh(mesh);
+    layers_.reset(mesh ? mesh->faceCount() : 0);
+    has_layers_ = false;
     if (phantom_shown_) {
       setPhantom(true);
     }
@@ -84,17 +86,24 @@ class LabelOverlay::Scene
     if (!object) {
       object = std::make_unique<LabelObject>(node_, vertices_.shared());
       applyLook(label.label, *object);
-      ranks_known_ = false;
     }
+    layers_.remove(object->faces());
     object->setFaces(*faces);
+    layers_.add(object->faces());
+    is_arranged_ = false;
     waiting_.insert(label.label);
     return beyond;
   }
 
   void removeLabel(const std::string& label)
   {
-    labels_.erase(label);
-    waiting_.erase(label);
+    const auto known = labels_.find(label);
+    if (known != labels_.end()) {
+      layers_.remove(known->second->faces());
+      labels_.erase(known);
+      waiting_.erase(label);
+      is_arranged_ = false;
+    }
   }
 
   void setColor(const std::string& label, const Rgba8& color)
@@ -144,7 +153,7 @@ class LabelOverlay::Scene
   bool upload(std::chrono::microseconds budget)
   {
     const auto end = std::chrono::steady_clock::now() + budget;
-    rank();
+    arrange();
     try {
       do {
         if (!uploadSlice()) {
@@ -193,18 +202,23 @@ class LabelOverlay::Scene
     }
   }
 
-  /// Numbers the labels in their order; the last ones alike where there are more than numbers.
-  void rank()
+  /// Puts labels that share faces in layers, in the order of their names.
+  void arrange()
   {
-    if (ranks_known_) {
+    if (is_arranged_ || (!layers_.overlap() && !has_layers_)) {
       return;
     }
-    unsigned short rank = 0;
+    std::vector<const LabelLayers::Faces*> faces;
     for (const auto& label : labels_) {
-      label.second->setRank(rank);
-      rank += rank < std::numeric_limits<unsigned short>::max() ? 1 : 0;
+      faces.push_back(&label.second->faces());
     }
-    ranks_known_ = true;
+    const std::vector<unsigned short> layers = layers_.layers(faces);
+    std::size_t i = 0;
+    for (const auto& label : labels_) {
+      label.second->setLayer(layers[i++]);
+    }
+    has_layers_ = layers_.overlap();
+    is_arranged_ = true;
   }
 
   /// False where there was nothing to do.
@@ -243,7 +257,9 @@ class LabelOverlay::Scene
   std::set<std::string> waiting_;  ///< labels with something to upload
   std::unique_ptr<LabelObject> phantom_;
   bool phantom_shown_ = false;
-  bool ranks_known_ = true;
+  LabelLayers layers_;
+  bool has_layers_ = false;
+  bool is_arranged_ = true;
   std::size_t uploaded_bytes_ = 0;
 };
 

@@ -154,9 +154,18 @@ Qt::ItemFlags Map3DDisplay::getViewFlags(int column) const
   return rviz::DisplayGroup::getViewFlags(column) & ~Qt::ItemFlags(Qt::ItemIsDropEnabled);
 }
 
+void Map3DDisplay::guarded(const std::function<void()>& work)
+{
+  try {
+    work();
+  } catch (const std::exception& error) {
+    lines_.report("Map", StatusLine{StatusLine::ERROR, error.what()});
+  }
+}
+
 void Map3DDisplay::onEnable()
 {
-  session_->retry();
+  guarded([this] { session_->retry(); });
 }
 
 void Map3DDisplay::onDisable()
@@ -169,20 +178,23 @@ void Map3DDisplay::reset()
 {
   rviz::DisplayGroup::reset();
   lines_.forget();
-  session_->retry();
-  applySource();
+  guarded([this] {
+    session_->retry();
+    applySource();
+  });
 }
 
 void Map3DDisplay::onFile()
 {
-  session_->setFile(file_property_->getStdString());
-  applySource();
+  guarded([this] {
+    session_->setFile(file_property_->getStdString());
+    applySource();
+  });
 }
 
 void Map3DDisplay::onFrame()
 {
-  shown_namespace_.clear();
-  applySource();
+  guarded([this] { applySource(); });
 }
 
 std::string Map3DDisplay::frame() const
@@ -206,7 +218,7 @@ void Map3DDisplay::applySource()
 
 void Map3DDisplay::update(float wall_dt, float ros_dt)
 {
-  try {
+  guarded([this] {
     session_->update(threaded_nh_);
     const MapServer* server = session_->server();
     if (shown_namespace_ != (server ? server->ns() : std::string())) {
@@ -216,9 +228,7 @@ void Map3DDisplay::update(float wall_dt, float ros_dt)
     lines_.report("Map", mapStatus(state));
     lines_.report("IO", ioStatus(state));
     lines_.report("Label", labelStatus(state));
-  } catch (const std::exception& error) {
-    lines_.report("Map", StatusLine{StatusLine::ERROR, error.what()});
-  }
+  });
   rviz::DisplayGroup::update(wall_dt, ros_dt);
 }
 

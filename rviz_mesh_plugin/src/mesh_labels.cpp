@@ -4,8 +4,8 @@
 
 namespace rviz_mesh_plugin {
 
-void MeshLabels::show(const MeshDataConstPtr &mesh, const Clusters &labels,
-                      float alpha) {
+void MeshLabels::show(const MeshDataConstPtr& mesh, const Clusters& labels, float alpha)
+{
   if (mesh != mesh_ || labels.empty()) {
     clear();
   }
@@ -27,8 +27,8 @@ void MeshLabels::show(const MeshDataConstPtr &mesh, const Clusters &labels,
       ++item;
     }
   }
-  for (const auto &label : labels) {
-    LabelClusterConstPtr &drawn = drawn_[label.first];
+  for (const auto& label : labels) {
+    LabelClusterConstPtr& drawn = drawn_[label.first];
     if (drawn != label.second) {
       overlay_->setColor(label.first, colors_.color(label.first));
       left_out_[label.first] = overlay_->setLabel(*label.second);
@@ -38,18 +38,21 @@ void MeshLabels::show(const MeshDataConstPtr &mesh, const Clusters &labels,
   overlay_->setAlpha(alpha);
 }
 
-void MeshLabels::clear() {
+void MeshLabels::clear()
+{
   overlay_.reset();
   mesh_.reset();
   drawn_.clear();
   left_out_.clear();
 }
 
-bool MeshLabels::upload(std::chrono::microseconds budget) {
+bool MeshLabels::upload(std::chrono::microseconds budget)
+{
   return !overlay_ || overlay_->upload(budget);
 }
 
-void MeshLabels::setPose(const std::optional<MeshPainter::Pose> &pose) {
+void MeshLabels::setPose(const std::optional<MeshPainter::Pose>& pose)
+{
   pose_ = pose;
   if (overlay_) {
     overlay_->setVisible(pose.has_value());
@@ -59,10 +62,10 @@ void MeshLabels::setPose(const std::optional<MeshPainter::Pose> &pose) {
   }
 }
 
-std::size_t MeshLabels::leftOut() const {
-  return std::accumulate(
-      left_out_.begin(), left_out_.end(), std::size_t{0},
-      [](std::size_t sum, const auto &label) { return sum + label.second; });
+std::size_t MeshLabels::leftOut() const
+{
+  return std::accumulate(left_out_.begin(), left_out_.end(), std::size_t{0},
+                         [](std::size_t sum, const auto& label) { return sum + label.second; });
 }
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

@@ -27,7 +27,7 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-constexpr std::array<std::pair<const char *, DisplayType>, 5> DISPLAY_TYPES{
+constexpr std::array<std::pair<const char*, DisplayType>, 5> DISPLAY_TYPES{
     {{"Fixed Color", DisplayType::FIXED_COLOR},
      {"Vertex Color", DisplayType::VERTEX_COLOR},
      {"Textures", DisplayType::TEXTURES},
@@ -37,16 +37,17 @@ constexpr std::array<std::pair<const char *, DisplayType>, 5> DISPLAY_TYPES{
 const Ogre::ColourValue MISSING_COLORS{0.6f, 0.6f, 0.6f, 1.0f};
 
 template <class Message>
-rviz::RosTopicProperty *makeTopic(const char *name, const char *description,
-                                  rviz::Property *parent, QObject *receiver) {
-  return new rviz::RosTopicProperty(
-      name, "", QString::fromLatin1(ros::message_traits::datatype<Message>()),
-      description, parent, SIGNAL(sourceChanged()), receiver);
+rviz::RosTopicProperty* makeTopic(const char* name, const char* description, rviz::Property* parent,
+                                  QObject* receiver)
+{
+  return new rviz::RosTopicProperty(name, "",
+                                    QString::fromLatin1(ros::message_traits::datatype<Message>()),
+                                    description, parent, SIGNAL(sourceChanged()), receiver);
 }
 
-rviz::StringProperty *makeService(const char *name, const char *service,
-                                  const char *of_what, rviz::Property *parent,
-                                  QObject *receiver) {
+rviz::StringProperty* makeService(const char* name, const char* service, const char* of_what,
+                                  rviz::Property* parent, QObject* receiver)
+{
   return new rviz::StringProperty(
       name, service,
       QString("Asked for %1 that no topic brings. A name without a slash in "
@@ -57,30 +58,28 @@ rviz::StringProperty *makeService(const char *name, const char *service,
       parent, SIGNAL(sourceChanged()), receiver);
 }
 
-} // namespace
+}  // namespace
 
-MeshProperties::MeshProperties(rviz::Property *parent) : QObject(parent) {
-  geometry_topic_ = makeTopic<mesh_msgs::MeshGeometryStamped>(
-      "Geometry Topic", "The mesh.", parent, this);
-  buffer_size_ = new rviz::IntProperty(
-      "Buffer Size", 1,
-      "So many meshes (by their uuid) are shown, the newest ones.", parent,
-      SIGNAL(contentChanged()), this);
+MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
+{
+  geometry_topic_ =
+      makeTopic<mesh_msgs::MeshGeometryStamped>("Geometry Topic", "The mesh.", parent, this);
+  buffer_size_ = new rviz::IntProperty("Buffer Size", 1,
+                                       "So many meshes (by their uuid) are shown, the newest ones.",
+                                       parent, SIGNAL(contentChanged()), this);
   buffer_size_->setMin(1);
-  display_type_ = new rviz::EnumProperty("Display Type", "Fixed Color",
-                                         "What the faces are colored by.",
-                                         parent, SLOT(onDisplayType()), this);
+  display_type_ =
+      new rviz::EnumProperty("Display Type", "Fixed Color", "What the faces are colored by.",
+                             parent, SLOT(onDisplayType()), this);
   addFaces(display_type_);
   addTextures(display_type_);
   costs_ = new CostProperties(display_type_);
-  update_rate_ =
-      new rviz::FloatProperty("Visualization Update Rate", 10.0f,
-                              "How often updates of costs become seen, in Hz; "
-                              "those that come in between are put together.",
-                              display_type_);
+  update_rate_ = new rviz::FloatProperty("Visualization Update Rate", 10.0f,
+                                         "How often updates of costs become seen, in Hz; "
+                                         "those that come in between are put together.",
+                                         display_type_);
   update_rate_->setMin(1.0f);
-  alpha_ =
-      makeAlpha("Alpha", "faces", display_type_, SIGNAL(styleChanged()), this);
+  alpha_ = makeAlpha("Alpha", "faces", display_type_, SIGNAL(styleChanged()), this);
   look_ = new LookProperties(parent);
   addLabels(parent);
   connect(costs_, SIGNAL(topicsChanged()), SIGNAL(sourceChanged()));
@@ -91,59 +90,55 @@ MeshProperties::MeshProperties(rviz::Property *parent) : QObject(parent) {
   onDisplayType();
 }
 
-void MeshProperties::addFaces(rviz::Property *parent) {
-  faces_color_ = new rviz::ColorProperty(
-      "Faces Color", QColor(0, 255, 0),
-      "Color of the faces; with textures: of those without a "
-      "material.",
-      parent, SIGNAL(styleChanged()), this);
-  faces_alpha_ =
-      makeAlpha("Faces Alpha", "faces", parent, SIGNAL(styleChanged()), this);
+void MeshProperties::addFaces(rviz::Property* parent)
+{
+  faces_color_ = new rviz::ColorProperty("Faces Color", QColor(0, 255, 0),
+                                         "Color of the faces; with textures: of those without a "
+                                         "material.",
+                                         parent, SIGNAL(styleChanged()), this);
+  faces_alpha_ = makeAlpha("Faces Alpha", "faces", parent, SIGNAL(styleChanged()), this);
   colors_topic_ = makeTopic<mesh_msgs::MeshVertexColorsStamped>(
       "Vertex Colors Topic", "The colors of the vertices.", parent, this);
   colors_service_ =
-      makeService("Vertex Color Service Name", "get_vertex_colors",
-                  "vertex colors", parent, this);
+      makeService("Vertex Color Service Name", "get_vertex_colors", "vertex colors", parent, this);
 }
 
-void MeshProperties::addTextures(rviz::Property *parent) {
-  only_textured_ =
-      new rviz::BoolProperty("Show textured faces only", false,
-                             "Leave out the faces that have no texture.",
-                             parent, SIGNAL(styleChanged()), this);
-  materials_service_ = makeService("Material Service Name", "get_materials",
-                                   "materials", parent, this);
-  texture_service_ = makeService("Texture Service Name", "get_texture",
-                                 "textures", parent, this);
+void MeshProperties::addTextures(rviz::Property* parent)
+{
+  only_textured_ = new rviz::BoolProperty("Show textured faces only", false,
+                                          "Leave out the faces that have no texture.", parent,
+                                          SIGNAL(styleChanged()), this);
+  materials_service_ =
+      makeService("Material Service Name", "get_materials", "materials", parent, this);
+  texture_service_ = makeService("Texture Service Name", "get_texture", "textures", parent, this);
   materials_topic_ = makeTopic<mesh_msgs::MeshMaterialsStamped>(
-      "Materials Topic",
-      "The materials of the faces, where they are published.", parent, this);
+      "Materials Topic", "The materials of the faces, where they are published.", parent, this);
   textures_topic_ = makeTopic<mesh_msgs::MeshTexture>(
-      "Textures Topic",
-      "The images of the materials, where they are published.", parent, this);
+      "Textures Topic", "The images of the materials, where they are published.", parent, this);
 }
 
-void MeshProperties::addLabels(rviz::Property *parent) {
-  show_labels_ = new rviz::BoolProperty(
-      "Show Labels", false, "Draw labelled faces in the color of their label.",
-      parent, SIGNAL(contentChanged()), this);
+void MeshProperties::addLabels(rviz::Property* parent)
+{
+  show_labels_ = new rviz::BoolProperty("Show Labels", false,
+                                        "Draw labelled faces in the color of their label.", parent,
+                                        SIGNAL(contentChanged()), this);
   show_labels_->setDisableChildrenIfFalse(true);
   labels_topic_ = new rviz::RosTopicProperty(
       "Labels Topic", "",
-      QString::fromLatin1(
-          ros::message_traits::datatype<mesh_msgs::MeshFaceCluster>()),
+      QString::fromLatin1(ros::message_traits::datatype<mesh_msgs::MeshFaceCluster>()),
       "Labels as they change.", show_labels_, SIGNAL(sourceChanged()), this);
-  labels_alpha_ = makeAlpha("Labels Alpha", "labelled faces", show_labels_,
-                            SIGNAL(contentChanged()), this);
+  labels_alpha_ =
+      makeAlpha("Labels Alpha", "labelled faces", show_labels_, SIGNAL(contentChanged()), this);
 }
 
-void MeshProperties::onDisplayType() {
+void MeshProperties::onDisplayType()
+{
   const DisplayType type = displayType();
   const bool own = !given_;
   const bool colors = type == DisplayType::VERTEX_COLOR;
   const bool textures = type == DisplayType::TEXTURES;
   const bool costs = type == DisplayType::VERTEX_COSTS;
-  const std::pair<rviz::Property *, bool> seen[] = {
+  const std::pair<rviz::Property*, bool> seen[] = {
       {faces_color_, type == DisplayType::FIXED_COLOR || textures},
       {faces_alpha_, type == DisplayType::FIXED_COLOR},
       {colors_topic_, colors && own},
@@ -156,20 +151,20 @@ void MeshProperties::onDisplayType() {
       {update_rate_, costs},
       {alpha_, colors || textures || costs},
   };
-  for (const auto &property : seen) {
+  for (const auto& property : seen) {
     property.first->setHidden(!property.second);
   }
   costs_->setHidden(!costs);
   Q_EMIT contentChanged();
 }
 
-void MeshProperties::offerTypes() {
-  const bool offered[] = {true, !given_ || available_.colors,
-                          !given_ || available_.materials,
+void MeshProperties::offerTypes()
+{
+  const bool offered[] = {true, !given_ || available_.colors, !given_ || available_.materials,
                           !given_ || available_.costs, true};
   const QString chosen = display_type_->getString();
   display_type_->clearOptions();
-  for (const auto &type : DISPLAY_TYPES) {
+  for (const auto& type : DISPLAY_TYPES) {
     const int number = static_cast<int>(type.second);
     // A choice from a file stays and waits for its data.
     if (offered[number] || chosen == type.first) {
@@ -178,9 +173,9 @@ void MeshProperties::offerTypes() {
   }
 }
 
-void MeshProperties::setAvailable(const AvailableData &available) {
-  if (available.colors == available_.colors &&
-      available.materials == available_.materials &&
+void MeshProperties::setAvailable(const AvailableData& available)
+{
+  if (available.colors == available_.colors && available.materials == available_.materials &&
       available.costs == available_.costs) {
     return;
   }
@@ -188,7 +183,8 @@ void MeshProperties::setAvailable(const AvailableData &available) {
   offerTypes();
 }
 
-MeshSource MeshProperties::source() const {
+MeshSource MeshProperties::source() const
+{
   if (given_) {
     return *given_;
   }
@@ -201,7 +197,8 @@ MeshSource MeshProperties::source() const {
   return source;
 }
 
-void MeshProperties::setSource(const MeshSource &source) {
+void MeshProperties::setSource(const MeshSource& source)
+{
   given_ = source;
   geometry_topic_->hide();
   buffer_size_->hide();
@@ -212,12 +209,13 @@ void MeshProperties::setSource(const MeshSource &source) {
   Q_EMIT sourceChanged();
 }
 
-void MeshProperties::setGeometryTopic(const QString &topic) {
+void MeshProperties::setGeometryTopic(const QString& topic)
+{
   geometry_topic_->setString(topic);
 }
 
-void MeshProperties::proposeTopics(const QString &costs,
-                                   const QString &colors) {
+void MeshProperties::proposeTopics(const QString& costs, const QString& colors)
+{
   if (colors_topic_->getTopic().isEmpty()) {
     colors_topic_->setString(colors);
   }
@@ -226,23 +224,26 @@ void MeshProperties::proposeTopics(const QString &costs,
   }
 }
 
-std::string MeshProperties::updatesTopic() const {
+std::string MeshProperties::updatesTopic() const
+{
   if (!given_) {
     return costs_->updateTopic();
   }
-  return given_->costs_topic.empty() ? std::string()
-                                     : given_->costs_topic + "/updates";
+  return given_->costs_topic.empty() ? std::string() : given_->costs_topic + "/updates";
 }
 
-std::string MeshProperties::materialsTopic() const {
+std::string MeshProperties::materialsTopic() const
+{
   return given_ ? std::string() : materials_topic_->getTopicStd();
 }
 
-std::string MeshProperties::texturesTopic() const {
+std::string MeshProperties::texturesTopic() const
+{
   return given_ ? std::string() : textures_topic_->getTopicStd();
 }
 
-ServiceNames MeshProperties::services() const {
+ServiceNames MeshProperties::services() const
+{
   ServiceNames names;
   names.colors = colors_service_->getStdString();
   names.materials = materials_service_->getStdString();
@@ -252,14 +253,15 @@ ServiceNames MeshProperties::services() const {
   return names;
 }
 
-std::size_t MeshProperties::bufferSize() const {
-  return given_ ? 1
-                : static_cast<std::size_t>(std::max(1, buffer_size_->getInt()));
+std::size_t MeshProperties::bufferSize() const
+{
+  return given_ ? 1 : static_cast<std::size_t>(std::max(1, buffer_size_->getInt()));
 }
 
-DisplayType MeshProperties::displayType() const {
+DisplayType MeshProperties::displayType() const
+{
   const QString chosen = display_type_->getString();
-  for (const auto &type : DISPLAY_TYPES) {
+  for (const auto& type : DISPLAY_TYPES) {
     if (chosen == type.first) {
       return type.second;
     }
@@ -267,33 +269,46 @@ DisplayType MeshProperties::displayType() const {
   return DisplayType::FIXED_COLOR;
 }
 
-float MeshProperties::updateRate() const { return update_rate_->getFloat(); }
+float MeshProperties::updateRate() const
+{
+  return update_rate_->getFloat();
+}
 
-bool MeshProperties::labelsShown() const { return show_labels_->getBool(); }
+bool MeshProperties::labelsShown() const
+{
+  return show_labels_->getBool();
+}
 
-float MeshProperties::labelsAlpha() const { return labels_alpha_->getFloat(); }
+float MeshProperties::labelsAlpha() const
+{
+  return labels_alpha_->getFloat();
+}
 
-bool MeshProperties::normalsShown() const { return look_->normalsShown(); }
+bool MeshProperties::normalsShown() const
+{
+  return look_->normalsShown();
+}
 
-MeshStyle MeshProperties::style(bool at_hand) const {
+MeshStyle MeshProperties::style(bool at_hand) const
+{
   MeshStyle style;
   look_->apply(style);
   style.alpha = alpha_->getFloat();
   style.only_textured = only_textured_->getBool();
   style.faces_color = faces_color_->getOgreColor();
   switch (displayType()) {
-  case DisplayType::FIXED_COLOR:
-    style.faces_color.a = faces_alpha_->getFloat();
-    return style;
-  case DisplayType::HIDE_FACES:
-    style.faces = MeshStyle::Faces::HIDDEN;
-    return style;
-  case DisplayType::TEXTURES:
-    style.faces = MeshStyle::Faces::TEXTURES;
-    style.faces_color.a = style.alpha;
-    break;
-  default:
-    style.faces = MeshStyle::Faces::VERTEX_COLORS;
+    case DisplayType::FIXED_COLOR:
+      style.faces_color.a = faces_alpha_->getFloat();
+      return style;
+    case DisplayType::HIDE_FACES:
+      style.faces = MeshStyle::Faces::HIDDEN;
+      return style;
+    case DisplayType::TEXTURES:
+      style.faces = MeshStyle::Faces::TEXTURES;
+      style.faces_color.a = style.alpha;
+      break;
+    default:
+      style.faces = MeshStyle::Faces::VERTEX_COLORS;
   }
   if (!at_hand) {
     style.faces = MeshStyle::Faces::FIXED_COLOR;
@@ -302,12 +317,12 @@ MeshStyle MeshProperties::style(bool at_hand) const {
   return style;
 }
 
-void MeshProperties::loadOlderKeys(const rviz::Config &config) {
+void MeshProperties::loadOlderKeys(const rviz::Config& config)
+{
   int size = 0;
-  if (!config.mapGetInt("Buffer Size", &size) &&
-      config.mapGetInt("Mesh Buffer Size", &size)) {
+  if (!config.mapGetInt("Buffer Size", &size) && config.mapGetInt("Mesh Buffer Size", &size)) {
     buffer_size_->setInt(size);
   }
 }
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

@@ -12,25 +12,25 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-Reception sum(const Reception &a, const Reception &b) {
+Reception sum(const Reception& a, const Reception& b)
+{
   return {a.accepted + b.accepted, a.refused + b.refused,
           a.refusal.empty() ? b.refusal : a.refusal};
 }
 
-const std::string &firstOf(const std::string &a, const std::string &b) {
+const std::string& firstOf(const std::string& a, const std::string& b)
+{
   return a.empty() ? b : a;
 }
 
-} // namespace
+}  // namespace
 
-void MeshReport::report(const InboxContent &inbox,
-                        const Reception &geometry_reception,
-                        const std::string &working, StatusLines &lines) const {
+void MeshReport::report(const InboxContent& inbox, const Reception& geometry_reception,
+                        const std::string& working, StatusLines& lines) const
+{
   lines.report("Topic", topicStatus(feed_.topic(MeshFeed::GEOMETRY),
-                                    feed_.error(MeshFeed::GEOMETRY),
-                                    geometry_reception));
-  lines.report("Geometry",
-               geometryStatus(geometry(geometry_reception, working)));
+                                    feed_.error(MeshFeed::GEOMETRY), geometry_reception));
+  lines.report("Geometry", geometryStatus(geometry(geometry_reception, working)));
   lines.report("Costs", costsStatus(costs(inbox)));
   lines.report("Colors", colorsStatus(colors(inbox)));
   lines.report("Textures", texturesStatus(textures(inbox)));
@@ -38,17 +38,17 @@ void MeshReport::report(const InboxContent &inbox,
   lines.report("Services", services());
 }
 
-GeometryState MeshReport::geometry(const Reception &reception,
-                                   const std::string &working) const {
+GeometryState MeshReport::geometry(const Reception& reception, const std::string& working) const
+{
   GeometryState state;
   state.mesh = store_.newest();
   state.reception = reception;
   state.working = working;
   state.normals_shown = properties_.normalsShown();
   state.others = store_.meshes().empty() ? 0 : store_.meshes().size() - 1;
-  if (const MeshPainters::Mesh *newest = painters_.newest()) {
+  if (const MeshPainters::Mesh* newest = painters_.newest()) {
     state.error = newest->painter->error();
-    const MeshVisual *visual = newest->painter->visual();
+    const MeshVisual* visual = newest->painter->visual();
     state.drawn = visual && visual->shownLayout();
     state.preview = state.drawn && visual->shownLayout()->preview;
     state.progress = visual ? visual->progress() : 0.0f;
@@ -56,18 +56,17 @@ GeometryState MeshReport::geometry(const Reception &reception,
   return state;
 }
 
-CostsState MeshReport::costs(const InboxContent &inbox) const {
+CostsState MeshReport::costs(const InboxContent& inbox) const
+{
   CostsState state;
   state.chosen = properties_.displayType() == DisplayType::VERTEX_COSTS;
   state.topic_given = properties_.sourceGiven();
-  state.topic =
-      firstOf(feed_.topic(MeshFeed::COSTS), feed_.topic(MeshFeed::FACE_COSTS));
-  state.subscription_error = firstOf(feed_.error(MeshFeed::COSTS),
-                                     firstOf(feed_.error(MeshFeed::FACE_COSTS),
-                                             feed_.error(MeshFeed::UPDATES)));
+  state.topic = firstOf(feed_.topic(MeshFeed::COSTS), feed_.topic(MeshFeed::FACE_COSTS));
+  state.subscription_error =
+      firstOf(feed_.error(MeshFeed::COSTS),
+              firstOf(feed_.error(MeshFeed::FACE_COSTS), feed_.error(MeshFeed::UPDATES)));
   state.reception = sum(inbox.costs_reception, inbox.face_costs_reception);
-  state.update_problem =
-      firstOf(inbox.updates_reception.refusal, store_.updateProblem());
+  state.update_problem = firstOf(inbox.updates_reception.refusal, store_.updateProblem());
   state.waiting = store_.waitingCosts();
   state.type = properties_.costs().costsType();
   state.types = store_.costTypes();
@@ -89,7 +88,8 @@ CostsState MeshReport::costs(const InboxContent &inbox) const {
   return state;
 }
 
-AttributeState MeshReport::colors(const InboxContent &inbox) const {
+AttributeState MeshReport::colors(const InboxContent& inbox) const
+{
   AttributeState state;
   state.chosen = properties_.displayType() == DisplayType::VERTEX_COLOR;
   state.topic_given = properties_.sourceGiven();
@@ -107,11 +107,12 @@ AttributeState MeshReport::colors(const InboxContent &inbox) const {
   return state;
 }
 
-TexturesState MeshReport::textures(const InboxContent &inbox) const {
+TexturesState MeshReport::textures(const InboxContent& inbox) const
+{
   TexturesState state;
   state.chosen = properties_.displayType() == DisplayType::TEXTURES;
-  state.subscription_error = firstOf(feed_.error(MeshFeed::MATERIALS),
-                                     feed_.error(MeshFeed::TEXTURES));
+  state.subscription_error =
+      firstOf(feed_.error(MeshFeed::MATERIALS), feed_.error(MeshFeed::TEXTURES));
   state.materials_reception = inbox.materials_reception;
   state.textures_reception = inbox.textures_reception;
   const MeshDataConstPtr mesh = store_.newest();
@@ -121,11 +122,11 @@ TexturesState MeshReport::textures(const InboxContent &inbox) const {
   state.mesh_shown = true;
   state.vertex_count = mesh->vertexCount();
   state.face_count = mesh->faceCount();
-  const MeshAttributes &attributes = store_.attributes();
+  const MeshAttributes& attributes = store_.attributes();
   state.materials = attributes.materials;
   if (state.materials) {
     std::set<std::uint32_t> received;
-    for (const Material &material : state.materials->materials) {
+    for (const Material& material : state.materials->materials) {
       if (attributes.textures.count(material.texture_index) != 0) {
         received.insert(material.texture_index);
       }
@@ -135,13 +136,14 @@ TexturesState MeshReport::textures(const InboxContent &inbox) const {
   return state;
 }
 
-LabelsState MeshReport::labels(const InboxContent &inbox) const {
+LabelsState MeshReport::labels(const InboxContent& inbox) const
+{
   LabelsState state;
   state.chosen = properties_.labelsShown();
   state.subscription_error = feed_.error(MeshFeed::LABELS);
   state.reception = inbox.labels_reception;
   state.mesh_shown = store_.newest() != nullptr;
-  if (const MeshPainters::Mesh *newest = painters_.newest()) {
+  if (const MeshPainters::Mesh* newest = painters_.newest()) {
     state.labels = newest->labels->count();
     state.left_out = newest->labels->leftOut();
     state.error = newest->labels_error;
@@ -149,7 +151,8 @@ LabelsState MeshReport::labels(const InboxContent &inbox) const {
   return state;
 }
 
-OptionalStatus MeshReport::services() const {
+OptionalStatus MeshReport::services() const
+{
   const MeshServices::Report report = feed_.services().report();
   if (report.lines.empty()) {
     return std::nullopt;
@@ -158,4 +161,4 @@ OptionalStatus MeshReport::services() const {
   return StatusLine{failed ? StatusLine::WARN : StatusLine::OK, report.text()};
 }
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

@@ -9,45 +9,49 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-const char *const GREY = "; until then the mesh is drawn in grey";
+const char* const GREY = "; until then the mesh is drawn in grey";
 
-template <class... Parts> std::string text(const Parts &...parts) {
+template <class... Parts>
+std::string text(const Parts&... parts)
+{
   std::ostringstream stream;
   (stream << ... << parts);
   return stream.str();
 }
 
-std::string join(const std::vector<std::string> &names) {
+std::string join(const std::vector<std::string>& names)
+{
   std::string joined;
-  for (const std::string &name : names) {
+  for (const std::string& name : names) {
     joined += (joined.empty() ? "'" : ", '") + name + "'";
   }
   return joined;
 }
 
 /// "1 layer", "2 layers"
-std::string counted(std::size_t count, const char *one, const char *many) {
+std::string counted(std::size_t count, const char* one, const char* many)
+{
   return text(count, " ", count == 1 ? one : many);
 }
 
-std::string refusals(const Reception &reception) {
+std::string refusals(const Reception& reception)
+{
   return reception.refused == 0
              ? std::string()
              : text("; ", reception.refused, " of ",
-                    counted(reception.received(), "message", "messages"),
-                    " refused");
+                    counted(reception.received(), "message", "messages"), " refused");
 }
 
 /// What is the same for costs and colors: nullopt where all is well so far.
-OptionalStatus attributeProblem(const AttributeState &state, const char *what,
-                                const char *topic_property,
-                                const std::optional<Finding> &wrong_count) {
+OptionalStatus attributeProblem(const AttributeState& state, const char* what,
+                                const char* topic_property,
+                                const std::optional<Finding>& wrong_count)
+{
   if (!state.subscription_error.empty()) {
     return StatusLine{StatusLine::ERROR, state.subscription_error};
   }
   if (!state.reception.refusal.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      text("message ignored: ", state.reception.refusal)};
+    return StatusLine{StatusLine::ERROR, text("message ignored: ", state.reception.refusal)};
   }
   if (wrong_count) {
     return StatusLine{StatusLine::ERROR, wrong_count->sentence() + GREY};
@@ -55,103 +59,88 @@ OptionalStatus attributeProblem(const AttributeState &state, const char *what,
   if (!state.chosen || state.size || !state.mesh_shown) {
     return std::nullopt;
   }
-  if (state.topic.empty() && state.reception.received() == 0 &&
-      !state.topic_given) {
-    return StatusLine{StatusLine::WARN, text("no topic chosen: set '",
-                                             topic_property, "'", GREY)};
+  if (state.topic.empty() && state.reception.received() == 0 && !state.topic_given) {
+    return StatusLine{StatusLine::WARN, text("no topic chosen: set '", topic_property, "'", GREY)};
   }
   if (state.reception.received() == 0) {
     return StatusLine{
         StatusLine::WARN,
-        text("no ", what, " received",
-             state.topic.empty() ? std::string() : " on " + state.topic, " yet",
-             GREY)};
+        text("no ", what, " received", state.topic.empty() ? std::string() : " on " + state.topic,
+             " yet", GREY)};
   }
   return std::nullopt;
 }
 
-std::string waitingText(std::size_t waiting, const char *one,
-                        const char *many) {
-  return counted(waiting, one, many) +
-         (waiting == 1 ? " waits for a geometry with its uuid"
-                       : " wait for a geometry with their uuid");
+std::string waitingText(std::size_t waiting, const char* one, const char* many)
+{
+  return counted(waiting, one, many) + (waiting == 1 ? " waits for a geometry with its uuid"
+                                                     : " wait for a geometry with their uuid");
 }
 
-} // namespace
+}  // namespace
 
-StatusLine topicStatus(const std::string &topic,
-                       const std::string &subscription_error,
-                       const Reception &reception) {
+StatusLine topicStatus(const std::string& topic, const std::string& subscription_error,
+                       const Reception& reception)
+{
   if (!subscription_error.empty()) {
-    return {StatusLine::ERROR,
-            text("cannot subscribe to '", topic, "': ", subscription_error)};
+    return {StatusLine::ERROR, text("cannot subscribe to '", topic, "': ", subscription_error)};
   }
   if (topic.empty()) {
-    return {StatusLine::WARN, "no topic chosen: set 'Geometry Topic' to one of "
-                              "type mesh_msgs/MeshGeometryStamped"};
+    return {StatusLine::WARN,
+            "no topic chosen: set 'Geometry Topic' to one of "
+            "type mesh_msgs/MeshGeometryStamped"};
   }
   if (reception.received() == 0) {
-    return {StatusLine::WARN,
-            text("no message received on ", topic, " yet; is it published?")};
+    return {StatusLine::WARN, text("no message received on ", topic, " yet; is it published?")};
   }
-  return {StatusLine::OK, counted(reception.received(), "message", "messages") +
-                              " received" + refusals(reception)};
+  return {StatusLine::OK,
+          counted(reception.received(), "message", "messages") + " received" + refusals(reception)};
 }
 
-OptionalStatus geometryStatus(const GeometryState &state) {
-  const MeshDataConstPtr &mesh = state.mesh;
+OptionalStatus geometryStatus(const GeometryState& state)
+{
+  const MeshDataConstPtr& mesh = state.mesh;
   if (!state.error.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      text("the mesh cannot be drawn: ", state.error)};
+    return StatusLine{StatusLine::ERROR, text("the mesh cannot be drawn: ", state.error)};
   }
   if (!state.reception.refusal.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      text("message ignored: ", state.reception.refusal,
-                           mesh ? "; the mesh before it stays" : "")};
+    return StatusLine{StatusLine::ERROR, text("message ignored: ", state.reception.refusal,
+                                              mesh ? "; the mesh before it stays" : "")};
   }
-  const std::string working =
-      state.working.empty() ? std::string() : "; " + state.working;
+  const std::string working = state.working.empty() ? std::string() : "; " + state.working;
   if (!mesh) {
-    return working.empty() ? OptionalStatus()
-                           : StatusLine{StatusLine::OK, state.working};
+    return working.empty() ? OptionalStatus() : StatusLine{StatusLine::OK, state.working};
   }
   const std::size_t stride = normalStride(mesh->vertexCount());
   std::string line =
-      text(mesh->vertexCount(), " vertices, ",
-           counted(mesh->faceCount(), "face", "faces"), ", normals ",
-           mesh->normals_given ? "given" : "computed",
-           state.normals_shown && stride > 1
-               ? text(" (one in ", stride, " is drawn)")
-               : "",
+      text(mesh->vertexCount(), " vertices, ", counted(mesh->faceCount(), "face", "faces"),
+           ", normals ", mesh->normals_given ? "given" : "computed",
+           state.normals_shown && stride > 1 ? text(" (one in ", stride, " is drawn)") : "",
            ", uuid '", mesh->uuid, "'");
   if (state.others > 0) {
-    line += "; " + counted(state.others, "older mesh is", "older meshes are") +
-            " shown too";
+    line += "; " + counted(state.others, "older mesh is", "older meshes are") + " shown too";
   }
   if (!state.drawn) {
     line += "; not drawn yet";
   } else if (state.preview) {
     line += "; a coarse picture is shown so far";
   } else if (state.progress < 1.0f) {
-    line += text("; ", 10 * static_cast<int>(10.0f * state.progress),
-                 " % uploaded");
+    line += text("; ", 10 * static_cast<int>(10.0f * state.progress), " % uploaded");
   }
   return StatusLine{StatusLine::OK, line + working};
 }
 
-OptionalStatus colorsStatus(const AttributeState &state) {
-  const auto wrong_count =
-      state.size && state.mesh_shown
-          ? checkColorCount(*state.size, state.vertex_count)
-          : std::nullopt;
-  if (auto problem = attributeProblem(state, "colors", "Vertex Colors Topic",
-                                      wrong_count)) {
+OptionalStatus colorsStatus(const AttributeState& state)
+{
+  const auto wrong_count = state.size && state.mesh_shown
+                               ? checkColorCount(*state.size, state.vertex_count)
+                               : std::nullopt;
+  if (auto problem = attributeProblem(state, "colors", "Vertex Colors Topic", wrong_count)) {
     return problem;
   }
   if (state.size) {
     return StatusLine{StatusLine::OK,
-                      text(counted(*state.size, "color", "colors"),
-                           refusals(state.reception))};
+                      text(counted(*state.size, "color", "colors"), refusals(state.reception))};
   }
   if (state.waiting == 0) {
     return std::nullopt;
@@ -159,150 +148,128 @@ OptionalStatus colorsStatus(const AttributeState &state) {
   const bool missed = state.chosen && state.mesh_shown;
   return StatusLine{
       missed ? StatusLine::WARN : StatusLine::OK,
-      waitingText(state.waiting, "set of colors", "sets of colors") +
-          (missed ? GREY : "")};
+      waitingText(state.waiting, "set of colors", "sets of colors") + (missed ? GREY : "")};
 }
 
-OptionalStatus costsStatus(const CostsState &state) {
+OptionalStatus costsStatus(const CostsState& state)
+{
   auto wrong_count = state.size && state.mesh_shown && !state.on_faces
                          ? checkCostCount(*state.size, state.vertex_count)
                          : std::nullopt;
-  if (state.on_faces && state.size && state.mesh_shown &&
-      *state.size != state.face_count) {
+  if (state.on_faces && state.size && state.mesh_shown && *state.size != state.face_count) {
     wrong_count =
         Finding{"face_cost_count",
-                text("there are ", *state.size, " costs for ", state.face_count,
-                     " faces"),
+                text("there are ", *state.size, " costs for ", state.face_count, " faces"),
                 std::nullopt, 1, "publish one cost per face of the mesh"};
   }
-  if (auto problem =
-          attributeProblem(state, "costs", "Vertex Costs Topic", wrong_count)) {
+  if (auto problem = attributeProblem(state, "costs", "Vertex Costs Topic", wrong_count)) {
     if (wrong_count && problem->level == StatusLine::ERROR) {
       problem->text = text("layer '", state.type, "': ", problem->text);
     }
     return problem;
   }
   if (!state.update_problem.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      "update ignored: " + state.update_problem};
+    return StatusLine{StatusLine::ERROR, "update ignored: " + state.update_problem};
   }
   const std::string waiting =
-      state.waiting > 0 ? "; " + waitingText(state.waiting, "layer", "layers")
-                        : "";
+      state.waiting > 0 ? "; " + waitingText(state.waiting, "layer", "layers") : "";
   if (!state.chosen || !state.mesh_shown) {
     if (state.types.empty() && state.waiting == 0) {
       return std::nullopt;
     }
-    return StatusLine{StatusLine::OK,
-                      text(counted(state.types.size(), "layer", "layers"),
-                           state.types.empty() ? "" : ": ", join(state.types),
-                           waiting, refusals(state.reception))};
+    return StatusLine{StatusLine::OK, text(counted(state.types.size(), "layer", "layers"),
+                                           state.types.empty() ? "" : ": ", join(state.types),
+                                           waiting, refusals(state.reception))};
   }
   if (state.types.empty()) {
-    return StatusLine{StatusLine::WARN,
-                      text("no layer of this mesh received", waiting, GREY)};
+    return StatusLine{StatusLine::WARN, text("no layer of this mesh received", waiting, GREY)};
   }
   if (state.type.empty()) {
-    return StatusLine{
-        StatusLine::WARN,
-        text("no layer chosen: set 'Vertex Costs Type' to one of ",
-             join(state.types), GREY)};
+    return StatusLine{StatusLine::WARN, text("no layer chosen: set 'Vertex Costs Type' to one of ",
+                                             join(state.types), GREY)};
   }
   if (!state.size) {
-    return StatusLine{StatusLine::WARN,
-                      text("layer '", state.type, "' has not arrived, but ",
-                           join(state.types), waiting, GREY)};
+    return StatusLine{StatusLine::WARN, text("layer '", state.type, "' has not arrived, but ",
+                                             join(state.types), waiting, GREY)};
   }
-  const CostSummary &summary = state.summary;
+  const CostSummary& summary = state.summary;
   std::string line =
-      text("'", state.type, "': ", summary.finite, " costs from ",
-           summary.limits.lower, " to ", summary.limits.upper, ", ",
-           summary.lethal, " lethal, ", summary.unknown, " unknown",
+      text("'", state.type, "': ", summary.finite, " costs from ", summary.limits.lower, " to ",
+           summary.limits.upper, ", ", summary.lethal, " lethal, ", summary.unknown, " unknown",
            state.on_faces ? " (of faces)" : "");
   if (!state.note.empty()) {
     line += "; " + state.note;
   }
   if (state.limits.lower > state.limits.upper) {
     return StatusLine{StatusLine::WARN,
-                      text(line, "; the lower limit ", state.limits.lower,
-                           " is above the upper ", state.limits.upper,
-                           ": the scale runs backwards")};
+                      text(line, "; the lower limit ", state.limits.lower, " is above the upper ",
+                           state.limits.upper, ": the scale runs backwards")};
   }
-  return StatusLine{StatusLine::OK,
-                    text(line, "; colors from ", state.limits.lower, " to ",
-                         state.limits.upper, refusals(state.reception))};
+  return StatusLine{StatusLine::OK, text(line, "; colors from ", state.limits.lower, " to ",
+                                         state.limits.upper, refusals(state.reception))};
 }
 
-OptionalStatus texturesStatus(const TexturesState &state) {
+OptionalStatus texturesStatus(const TexturesState& state)
+{
   if (!state.subscription_error.empty()) {
     return StatusLine{StatusLine::ERROR, state.subscription_error};
   }
-  for (const Reception *reception :
-       {&state.materials_reception, &state.textures_reception}) {
+  for (const Reception* reception : {&state.materials_reception, &state.textures_reception}) {
     if (!reception->refusal.empty()) {
-      return StatusLine{StatusLine::ERROR,
-                        text("message ignored: ", reception->refusal)};
+      return StatusLine{StatusLine::ERROR, text("message ignored: ", reception->refusal)};
     }
   }
   if (!state.materials) {
     return state.chosen && state.mesh_shown
-               ? StatusLine{StatusLine::WARN,
-                            text("no materials of this mesh yet: set "
-                                 "'Materials Topic', or "
-                                 "'Material Service Name' to a service that "
-                                 "has them",
-                                 GREY)}
+               ? StatusLine{StatusLine::WARN, text("no materials of this mesh yet: set "
+                                                   "'Materials Topic', or "
+                                                   "'Material Service Name' to a service that "
+                                                   "has them",
+                                                   GREY)}
                : OptionalStatus();
   }
-  const Materials &materials = *state.materials;
-  if (state.mesh_shown && !materials.faces.empty() &&
-      materials.faces.back() >= state.face_count) {
+  const Materials& materials = *state.materials;
+  if (state.mesh_shown && !materials.faces.empty() && materials.faces.back() >= state.face_count) {
     return StatusLine{StatusLine::ERROR,
-                      text("a material is that of face ",
-                           materials.faces.back(), ", but the mesh has ",
-                           counted(state.face_count, "face", "faces"))};
+                      text("a material is that of face ", materials.faces.back(),
+                           ", but the mesh has ", counted(state.face_count, "face", "faces"))};
   }
   const std::size_t coordinates = materials.texture_coordinates.size();
-  if (state.mesh_shown && coordinates > 0 &&
-      coordinates != state.vertex_count) {
-    return StatusLine{StatusLine::ERROR, text("there are ", coordinates,
-                                              " texture coordinates for ",
-                                              state.vertex_count, " vertices")};
+  if (state.mesh_shown && coordinates > 0 && coordinates != state.vertex_count) {
+    return StatusLine{StatusLine::ERROR,
+                      text("there are ", coordinates, " texture coordinates for ",
+                           state.vertex_count, " vertices")};
   }
   std::set<std::uint32_t> named;
-  for (const Material &material : materials.materials) {
+  for (const Material& material : materials.materials) {
     if (material.texture_index != NONE) {
       named.insert(material.texture_index);
     }
   }
-  std::string line = text(
-      counted(materials.materials.size(), "material", "materials"), " on ",
-      counted(materials.faces.size(), "face", "faces"), ", ", state.textures,
-      " of ", counted(named.size(), "texture", "textures"), " received");
+  std::string line = text(counted(materials.materials.size(), "material", "materials"), " on ",
+                          counted(materials.faces.size(), "face", "faces"), ", ", state.textures,
+                          " of ", counted(named.size(), "texture", "textures"), " received");
   if (!named.empty() && coordinates == 0) {
     return StatusLine{StatusLine::WARN,
-                      line +
-                          "; without texture coordinates they cannot be drawn"};
+                      line + "; without texture coordinates they cannot be drawn"};
   }
   if (state.textures < named.size()) {
-    line +=
-        "; until the others come their faces have the color of the material";
+    line += "; until the others come their faces have the color of the material";
     return StatusLine{state.chosen ? StatusLine::WARN : StatusLine::OK, line};
   }
   return StatusLine{StatusLine::OK, line};
 }
 
-OptionalStatus labelsStatus(const LabelsState &state) {
+OptionalStatus labelsStatus(const LabelsState& state)
+{
   if (!state.error.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      text("the labels cannot be drawn: ", state.error)};
+    return StatusLine{StatusLine::ERROR, text("the labels cannot be drawn: ", state.error)};
   }
   if (!state.subscription_error.empty()) {
     return StatusLine{StatusLine::ERROR, state.subscription_error};
   }
   if (!state.reception.refusal.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      text("message ignored: ", state.reception.refusal)};
+    return StatusLine{StatusLine::ERROR, text("message ignored: ", state.reception.refusal)};
   }
   if (!state.chosen || !state.mesh_shown) {
     return std::nullopt;
@@ -312,16 +279,15 @@ OptionalStatus labelsStatus(const LabelsState &state) {
   }
   const std::string line = counted(state.labels, "label", "labels");
   if (state.left_out > 0) {
-    return StatusLine{
-        StatusLine::WARN,
-        text(line, "; ",
-             counted(state.left_out, "face that the mesh does not have is",
-                     "faces that "
-                     "the mesh does not have are"),
-             " left out: were they labelled on "
-             "another mesh?")};
+    return StatusLine{StatusLine::WARN,
+                      text(line, "; ",
+                           counted(state.left_out, "face that the mesh does not have is",
+                                   "faces that "
+                                   "the mesh does not have are"),
+                           " left out: were they labelled on "
+                           "another mesh?")};
   }
   return StatusLine{StatusLine::OK, line};
 }
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

@@ -7,11 +7,12 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-const char *const ON_FACES = " (faces)";
+const char* const ON_FACES = " (faces)";
 
-const StoredCosts *find(const std::vector<StoredCosts> &costs,
-                        const std::string &type, bool on_faces) {
-  for (const StoredCosts &stored : costs) {
+const StoredCosts* find(const std::vector<StoredCosts>& costs, const std::string& type,
+                        bool on_faces)
+{
+  for (const StoredCosts& stored : costs) {
     if (stored.layer->type == type && stored.layer->on_faces == on_faces) {
       return &stored;
     }
@@ -20,16 +21,17 @@ const StoredCosts *find(const std::vector<StoredCosts> &costs,
 }
 
 /// The name that tells a layer from the others of its geometry.
-std::string nameOf(const CostLayer &layer, const MeshAttributes &attributes) {
-  const bool ambiguous =
-      layer.on_faces && find(attributes.costs, layer.type, false);
+std::string nameOf(const CostLayer& layer, const MeshAttributes& attributes)
+{
+  const bool ambiguous = layer.on_faces && find(attributes.costs, layer.type, false);
   return ambiguous ? layer.type + ON_FACES : layer.type;
 }
 
-} // namespace
+}  // namespace
 
-CostLayerConstPtr MeshAttributes::cost(const std::string &name) const {
-  for (const StoredCosts &stored : costs) {
+CostLayerConstPtr MeshAttributes::cost(const std::string& name) const
+{
+  for (const StoredCosts& stored : costs) {
     if (nameOf(*stored.layer, *this) == name) {
       return stored.layer;
     }
@@ -37,40 +39,40 @@ CostLayerConstPtr MeshAttributes::cost(const std::string &name) const {
   return nullptr;
 }
 
-void MeshStore::setCapacity(std::size_t capacity) {
+void MeshStore::setCapacity(std::size_t capacity)
+{
   capacity_ = std::max<std::size_t>(1, capacity);
   if (meshes_.size() > capacity_) {
     meshes_.resize(capacity_);
   }
 }
 
-void MeshStore::addMesh(const MeshDataConstPtr &mesh) {
-  meshes_.erase(std::remove_if(meshes_.begin(), meshes_.end(),
-                               [&](const MeshDataConstPtr &other) {
-                                 return other->uuid == mesh->uuid;
-                               }),
-                meshes_.end());
+void MeshStore::addMesh(const MeshDataConstPtr& mesh)
+{
+  meshes_.erase(
+      std::remove_if(meshes_.begin(), meshes_.end(),
+                     [&](const MeshDataConstPtr& other) { return other->uuid == mesh->uuid; }),
+      meshes_.end());
   meshes_.insert(meshes_.begin(), mesh);
   setCapacity(capacity_);
   // Labels of "the only mesh" that came before it.
-  if (auto early = attributes(std::string()).labels;
-      !early.empty() && !mesh->uuid.empty()) {
+  if (auto early = attributes(std::string()).labels; !early.empty() && !mesh->uuid.empty()) {
     attributesOf(std::string()).labels.clear();
     attributesOf(mesh->uuid).labels.merge(early);
   }
 }
 
-MeshDataConstPtr MeshStore::mesh(const std::string &uuid) const {
-  const auto found = std::find_if(
-      meshes_.begin(), meshes_.end(),
-      [&](const MeshDataConstPtr &mesh) { return mesh->uuid == uuid; });
+MeshDataConstPtr MeshStore::mesh(const std::string& uuid) const
+{
+  const auto found = std::find_if(meshes_.begin(), meshes_.end(),
+                                  [&](const MeshDataConstPtr& mesh) { return mesh->uuid == uuid; });
   return found == meshes_.end() ? nullptr : *found;
 }
 
-MeshAttributes &MeshStore::attributesOf(const std::string &uuid) {
-  const auto found = std::find_if(
-      attributes_.begin(), attributes_.end(),
-      [&](const MeshAttributes &other) { return other.uuid == uuid; });
+MeshAttributes& MeshStore::attributesOf(const std::string& uuid)
+{
+  const auto found = std::find_if(attributes_.begin(), attributes_.end(),
+                                  [&](const MeshAttributes& other) { return other.uuid == uuid; });
   if (found != attributes_.end()) {
     attributes_.splice(attributes_.begin(), attributes_, found);
     return attributes_.front();
@@ -85,22 +87,24 @@ MeshAttributes &MeshStore::attributesOf(const std::string &uuid) {
   return attributes_.front();
 }
 
-const MeshAttributes &MeshStore::attributes(const std::string &uuid) const {
+const MeshAttributes& MeshStore::attributes(const std::string& uuid) const
+{
   static const MeshAttributes NOTHING;
-  const auto found = std::find_if(
-      attributes_.begin(), attributes_.end(),
-      [&](const MeshAttributes &other) { return other.uuid == uuid; });
+  const auto found = std::find_if(attributes_.begin(), attributes_.end(),
+                                  [&](const MeshAttributes& other) { return other.uuid == uuid; });
   return found == attributes_.end() ? NOTHING : *found;
 }
 
-const MeshAttributes &MeshStore::attributes() const {
+const MeshAttributes& MeshStore::attributes() const
+{
   return attributes(meshes_.empty() ? std::string() : meshes_.front()->uuid);
 }
 
-void MeshStore::addCosts(const CostLayerConstPtr &layer) {
-  auto &costs = attributesOf(layer->uuid).costs;
-  if (const StoredCosts *found = find(costs, layer->type, layer->on_faces)) {
-    auto &stored = costs[static_cast<std::size_t>(found - costs.data())];
+void MeshStore::addCosts(const CostLayerConstPtr& layer)
+{
+  auto& costs = attributesOf(layer->uuid).costs;
+  if (const StoredCosts* found = find(costs, layer->type, layer->on_faces)) {
+    auto& stored = costs[static_cast<std::size_t>(found - costs.data())];
     stored = {layer, nullptr};
     applyWaiting(stored);
     return;
@@ -112,27 +116,29 @@ void MeshStore::addCosts(const CostLayerConstPtr &layer) {
   applyWaiting(costs.back());
 }
 
-void MeshStore::addColors(const ColorLayerConstPtr &layer) {
+void MeshStore::addColors(const ColorLayerConstPtr& layer)
+{
   attributesOf(layer->uuid).colors = layer;
 }
 
-void MeshStore::addMaterials(const MaterialsConstPtr &materials) {
+void MeshStore::addMaterials(const MaterialsConstPtr& materials)
+{
   attributesOf(materials->uuid).materials = materials;
 }
 
-void MeshStore::addTexture(const TextureImageConstPtr &texture) {
+void MeshStore::addTexture(const TextureImageConstPtr& texture)
+{
   attributesOf(texture->uuid).textures[texture->index] = texture;
 }
 
-void MeshStore::addLabels(const LabelSetConstPtr &labels) {
+void MeshStore::addLabels(const LabelSetConstPtr& labels)
+{
   const MeshDataConstPtr only = newest();
-  auto &stored =
-      attributesOf(labels->uuid.empty() && only ? only->uuid : labels->uuid)
-          .labels;
+  auto& stored = attributesOf(labels->uuid.empty() && only ? only->uuid : labels->uuid).labels;
   if (labels->all) {
     stored.clear();
   }
-  for (const LabelCluster &cluster : labels->clusters) {
+  for (const LabelCluster& cluster : labels->clusters) {
     if (cluster.faces.empty()) {
       stored.erase(cluster.label);
     } else {
@@ -141,19 +147,19 @@ void MeshStore::addLabels(const LabelSetConstPtr &labels) {
   }
 }
 
-CostLayerConstPtr MeshStore::update(const CostUpdateConstPtr &update) {
+CostLayerConstPtr MeshStore::update(const CostUpdateConstPtr& update)
+{
   update_problem_.clear();
-  auto &costs = attributesOf(update->uuid).costs;
-  if (const StoredCosts *found = find(costs, update->type, false)) {
-    return apply(costs[static_cast<std::size_t>(found - costs.data())],
-                 *update);
+  auto& costs = attributesOf(update->uuid).costs;
+  if (const StoredCosts* found = find(costs, update->type, false)) {
+    return apply(costs[static_cast<std::size_t>(found - costs.data())], *update);
   }
   keepWaiting(update);
   return nullptr;
 }
 
-CostLayerConstPtr MeshStore::apply(StoredCosts &costs,
-                                   const CostUpdate &update) {
+CostLayerConstPtr MeshStore::apply(StoredCosts& costs, const CostUpdate& update)
+{
   if (!costs.own) {
     costs.own = std::make_shared<CostLayer>(*costs.layer);
   }
@@ -165,7 +171,8 @@ CostLayerConstPtr MeshStore::apply(StoredCosts &costs,
   return costs.layer;
 }
 
-void MeshStore::keepWaiting(const CostUpdateConstPtr &update) {
+void MeshStore::keepWaiting(const CostUpdateConstPtr& update)
+{
   waiting_updates_.push_back(update);
   waiting_values_ += update->costs.size();
   while (waiting_values_ > MAX_WAITING_VALUES && waiting_updates_.size() > 1) {
@@ -174,7 +181,8 @@ void MeshStore::keepWaiting(const CostUpdateConstPtr &update) {
   }
 }
 
-void MeshStore::applyWaiting(StoredCosts &costs) {
+void MeshStore::applyWaiting(StoredCosts& costs)
+{
   if (costs.layer->on_faces) {
     return;
   }
@@ -191,8 +199,9 @@ void MeshStore::applyWaiting(StoredCosts &costs) {
   }
 }
 
-void MeshStore::clearCosts() {
-  for (MeshAttributes &attributes : attributes_) {
+void MeshStore::clearCosts()
+{
+  for (MeshAttributes& attributes : attributes_) {
     attributes.costs.clear();
   }
   waiting_updates_.clear();
@@ -200,36 +209,41 @@ void MeshStore::clearCosts() {
   update_problem_.clear();
 }
 
-void MeshStore::clearColors() {
-  for (MeshAttributes &attributes : attributes_) {
+void MeshStore::clearColors()
+{
+  for (MeshAttributes& attributes : attributes_) {
     attributes.colors.reset();
   }
 }
 
-void MeshStore::clearMaterials() {
-  for (MeshAttributes &attributes : attributes_) {
+void MeshStore::clearMaterials()
+{
+  for (MeshAttributes& attributes : attributes_) {
     attributes.materials.reset();
     attributes.textures.clear();
   }
 }
 
-void MeshStore::clearLabels() {
-  for (MeshAttributes &attributes : attributes_) {
+void MeshStore::clearLabels()
+{
+  for (MeshAttributes& attributes : attributes_) {
     attributes.labels.clear();
   }
 }
 
-void MeshStore::clear() {
+void MeshStore::clear()
+{
   clearCosts();
   meshes_.clear();
   attributes_.clear();
 }
 
-std::vector<std::string> MeshStore::costTypes() const {
+std::vector<std::string> MeshStore::costTypes() const
+{
   std::vector<std::string> names;
-  for (const MeshDataConstPtr &mesh : meshes_) {
-    const MeshAttributes &of_mesh = attributes(mesh->uuid);
-    for (const StoredCosts &stored : of_mesh.costs) {
+  for (const MeshDataConstPtr& mesh : meshes_) {
+    const MeshAttributes& of_mesh = attributes(mesh->uuid);
+    for (const StoredCosts& stored : of_mesh.costs) {
       std::string name = nameOf(*stored.layer, of_mesh);
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         names.push_back(std::move(name));
@@ -239,20 +253,21 @@ std::vector<std::string> MeshStore::costTypes() const {
   return names;
 }
 
-std::size_t MeshStore::waitingCosts() const {
+std::size_t MeshStore::waitingCosts() const
+{
   std::size_t count = 0;
-  for (const MeshAttributes &attributes : attributes_) {
+  for (const MeshAttributes& attributes : attributes_) {
     count += shown(attributes.uuid) ? 0 : attributes.costs.size();
   }
   return count;
 }
 
-std::size_t MeshStore::waitingColors() const {
+std::size_t MeshStore::waitingColors() const
+{
   return static_cast<std::size_t>(
-      std::count_if(attributes_.begin(), attributes_.end(),
-                    [&](const MeshAttributes &attributes) {
-                      return attributes.colors && !shown(attributes.uuid);
-                    }));
+      std::count_if(attributes_.begin(), attributes_.end(), [&](const MeshAttributes& attributes) {
+        return attributes.colors && !shown(attributes.uuid);
+      }));
 }
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

@@ -7,13 +7,13 @@
 
 namespace rviz_mesh_plugin {
 
-CostColoring commonColoring(const MeshStore &store, const std::string &layer,
-                            CostColoring coloring) {
+CostColoring commonColoring(const MeshStore& store, const std::string& layer, CostColoring coloring)
+{
   if (coloring.custom_limits) {
     return coloring;
   }
   std::optional<CostLimits> common;
-  for (const MeshDataConstPtr &mesh : store.meshes()) {
+  for (const MeshDataConstPtr& mesh : store.meshes()) {
     const CostLayerConstPtr costs = store.attributes(mesh->uuid).cost(layer);
     if (!costs || costs->summary.finite == 0) {
       continue;
@@ -30,4 +30,4 @@ CostColoring commonColoring(const MeshStore &store, const std::string &layer,
   return coloring;
 }
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

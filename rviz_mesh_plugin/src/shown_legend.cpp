@@ -11,10 +11,10 @@ ShownLegend::ShownLegend() = default;
 
 ShownLegend::~ShownLegend() = default;
 
-void ShownLegend::update(const MeshProperties &properties,
-                         const MeshPainters &painters) {
-  const MeshPainter *painter = nullptr;
-  for (const MeshPainters::Mesh &mesh : painters.meshes()) {
+void ShownLegend::update(const MeshProperties& properties, const MeshPainters& painters)
+{
+  const MeshPainter* painter = nullptr;
+  for (const MeshPainters::Mesh& mesh : painters.meshes()) {
     if (!painter && mesh.painter->costs()) {
       painter = mesh.painter.get();
     }
@@ -25,7 +25,7 @@ void ShownLegend::update(const MeshProperties &properties,
   }
   const std::string layer = properties.costs().costsType();
   const std::string unit = properties.costs().unit();
-  const CostColoring &coloring = painter->coloring();
+  const CostColoring& coloring = painter->coloring();
   const CostLimits limits = limitsOf(coloring, painter->costs()->summary);
   if (legend_ && layer == layer_ && unit == unit_ && coloring == coloring_ &&
       limits.lower == limits_.lower && limits.upper == limits_.upper) {
@@ -41,6 +41,9 @@ void ShownLegend::update(const MeshProperties &properties,
   limits_ = limits;
 }
 
-void ShownLegend::hide() { legend_.reset(); }
+void ShownLegend::hide()
+{
+  legend_.reset();
+}
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

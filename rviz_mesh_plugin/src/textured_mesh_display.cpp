@@ -28,10 +28,10 @@ constexpr std::chrono::milliseconds UPLOAD_BUDGET{15};
 /// A topic of this type in a namespace, the one of this name first; empty where
 /// there is none.
 template <class Message>
-QString topicIn(const std::string &parent, const char *name,
-                const ros::master::V_TopicInfo &topics) {
+QString topicIn(const std::string& parent, const char* name, const ros::master::V_TopicInfo& topics)
+{
   std::string found;
-  for (const ros::master::TopicInfo &topic : topics) {
+  for (const ros::master::TopicInfo& topic : topics) {
     if (topic.datatype == ros::message_traits::datatype<Message>() &&
         ros::names::parentNamespace(topic.name) == parent) {
       if (topic.name == ros::names::append(parent, name)) {
@@ -43,36 +43,38 @@ QString topicIn(const std::string &parent, const char *name,
   return QString::fromStdString(found);
 }
 
-} // namespace
+}  // namespace
 
-TexturedMeshDisplay::TexturedMeshDisplay()
-    : properties_(new MeshProperties(this)), lines_(this) {}
+TexturedMeshDisplay::TexturedMeshDisplay() : properties_(new MeshProperties(this)), lines_(this) {}
 
 TexturedMeshDisplay::~TexturedMeshDisplay() = default;
 
-void TexturedMeshDisplay::onInitialize() {
-  painters_ = std::make_unique<MeshPainters>(MeshPainter::Context{
-      store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
-  report_ =
-      std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_);
+void TexturedMeshDisplay::onInitialize()
+{
+  painters_ = std::make_unique<MeshPainters>(
+      MeshPainter::Context{store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
+  report_ = std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_);
   connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
   connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
   connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
 }
 
-void TexturedMeshDisplay::setSource(const MeshSource &source) {
+void TexturedMeshDisplay::setSource(const MeshSource& source)
+{
   properties_->setSource(source);
 }
 
-MeshDataConstPtr TexturedMeshDisplay::mesh() const {
-  const MeshPainters::Mesh *newest = painters_ ? painters_->newest() : nullptr;
+MeshDataConstPtr TexturedMeshDisplay::mesh() const
+{
+  const MeshPainters::Mesh* newest = painters_ ? painters_->newest() : nullptr;
   return newest ? newest->painter->mesh() : nullptr;
 }
 
-std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const {
+std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
+{
   std::vector<ShownMesh> shown;
   if (isEnabled() && painters_) {
-    for (const MeshPainters::Mesh &mesh : painters_->meshes()) {
+    for (const MeshPainters::Mesh& mesh : painters_->meshes()) {
       if (mesh.painter->mesh() && mesh.painter->pose()) {
         shown.push_back({mesh.painter->mesh(), mesh.painter->pose()->position,
                          mesh.painter->pose()->orientation});
@@ -82,36 +84,39 @@ std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const {
   return shown;
 }
 
-const MeshVisual *TexturedMeshDisplay::visual() const {
-  const MeshPainters::Mesh *newest = painters_ ? painters_->newest() : nullptr;
+const MeshVisual* TexturedMeshDisplay::visual() const
+{
+  const MeshPainters::Mesh* newest = painters_ ? painters_->newest() : nullptr;
   return newest ? newest->painter->visual() : nullptr;
 }
 
-void TexturedMeshDisplay::setTopic(const QString &topic,
-                                   const QString & /*datatype*/) {
+void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*datatype*/)
+{
   properties_->setGeometryTopic(topic);
   // RViz has just asked the master for the same list, to offer this topic.
   ros::master::V_TopicInfo topics;
   if (ros::master::getTopics(topics)) {
     const std::string parent = ros::names::parentNamespace(topic.toStdString());
-    properties_->proposeTopics(topicIn<mesh_msgs::MeshVertexCostsStamped>(
-                                   parent, "vertex_costs", topics),
-                               topicIn<mesh_msgs::MeshVertexColorsStamped>(
-                                   parent, "vertex_colors", topics));
+    properties_->proposeTopics(
+        topicIn<mesh_msgs::MeshVertexCostsStamped>(parent, "vertex_costs", topics),
+        topicIn<mesh_msgs::MeshVertexColorsStamped>(parent, "vertex_colors", topics));
   }
 }
 
-void TexturedMeshDisplay::load(const rviz::Config &config) {
+void TexturedMeshDisplay::load(const rviz::Config& config)
+{
   Display::load(config);
   properties_->loadOlderKeys(config);
 }
 
-void TexturedMeshDisplay::onEnable() {
+void TexturedMeshDisplay::onEnable()
+{
   onSource();
   onContent();
 }
 
-void TexturedMeshDisplay::onDisable() {
+void TexturedMeshDisplay::onDisable()
+{
   feed_.disconnect();
   requests_.restart();
   legend_.hide();
@@ -119,7 +124,8 @@ void TexturedMeshDisplay::onDisable() {
   lines_.forget();
 }
 
-void TexturedMeshDisplay::reset() {
+void TexturedMeshDisplay::reset()
+{
   Display::reset();
   lines_.forget();
   feed_.clear();
@@ -136,30 +142,32 @@ void TexturedMeshDisplay::reset() {
   onContent();
 }
 
-void TexturedMeshDisplay::onSource() {
+void TexturedMeshDisplay::onSource()
+{
   source_changed_ = true;
   queueRender();
 }
 
-void TexturedMeshDisplay::onContent() {
+void TexturedMeshDisplay::onContent()
+{
   content_changed_ = true;
   queueRender();
 }
 
-void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/) {
+void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
+{
   try {
     work();
     lines_.report("Display", std::nullopt);
-  } catch (const std::exception &error) {
-    lines_.report(
-        "Display",
-        StatusLine{StatusLine::ERROR, std::string("the display cannot do what "
-                                                  "it should: ") +
-                                          error.what()});
+  } catch (const std::exception& error) {
+    lines_.report("Display", StatusLine{StatusLine::ERROR, std::string("the display cannot do what "
+                                                                       "it should: ") +
+                                                               error.what()});
   }
 }
 
-void TexturedMeshDisplay::work() {
+void TexturedMeshDisplay::work()
+{
   if (source_changed_) {
     source_changed_ = false;
     if (feed_.connect(threaded_nh_, *properties_, store_)) {
@@ -174,7 +182,7 @@ void TexturedMeshDisplay::work() {
     content_changed_ = false;
     store_.setCapacity(properties_->bufferSize());
     painters_->paint();
-    setVisibilityBits(getVisibilityBits()); // for the objects that are new
+    setVisibilityBits(getVisibilityBits());  // for the objects that are new
     queueRender();
   }
   showUpdates();
@@ -184,30 +192,31 @@ void TexturedMeshDisplay::work() {
   report_->report(received_, geometry_reception_, working_, lines_);
 }
 
-void TexturedMeshDisplay::takeMessages() {
+void TexturedMeshDisplay::takeMessages()
+{
   const MeshLoader::Content loaded = feed_.loader().take();
   geometry_reception_ = loaded.reception;
   working_ = loaded.working;
-  for (const MeshDataConstPtr &mesh : loaded.meshes) {
+  for (const MeshDataConstPtr& mesh : loaded.meshes) {
     if (store_.mesh(mesh->uuid) != mesh) {
       store_.addMesh(mesh);
       content_changed_ = true;
     }
   }
   InboxContent content = feed_.inbox().take();
-  for (const CostLayerConstPtr &layer : content.costs) {
+  for (const CostLayerConstPtr& layer : content.costs) {
     store_.addCosts(layer);
   }
-  for (const ColorLayerConstPtr &layer : content.colors) {
+  for (const ColorLayerConstPtr& layer : content.colors) {
     store_.addColors(layer);
   }
-  for (const MaterialsConstPtr &materials : content.materials) {
+  for (const MaterialsConstPtr& materials : content.materials) {
     store_.addMaterials(materials);
   }
-  for (const TextureImageConstPtr &texture : content.textures) {
+  for (const TextureImageConstPtr& texture : content.textures) {
     store_.addTexture(texture);
   }
-  for (const LabelSetConstPtr &labels : content.labels) {
+  for (const LabelSetConstPtr& labels : content.labels) {
     store_.addLabels(labels);
   }
   content_changed_ |= !content.costs.empty() || !content.colors.empty() ||
@@ -215,7 +224,7 @@ void TexturedMeshDisplay::takeMessages() {
                       !content.labels.empty();
   takeUpdates(content.updates);
   if (!loaded.layouts.empty()) {
-    painters_->paint(); // there is a painter for each mesh then
+    painters_->paint();  // there is a painter for each mesh then
     painters_->setLayouts(loaded.layouts);
     content_changed_ = true;
   }
@@ -229,103 +238,101 @@ void TexturedMeshDisplay::takeMessages() {
   received_ = std::move(content);
 }
 
-void TexturedMeshDisplay::takeUpdates(
-    const std::vector<CostUpdateConstPtr> &updates) {
-  for (const CostUpdateConstPtr &update : updates) {
+void TexturedMeshDisplay::takeUpdates(const std::vector<CostUpdateConstPtr>& updates)
+{
+  for (const CostUpdateConstPtr& update : updates) {
     if (const CostLayerConstPtr layer = store_.update(update)) {
-      ChangedCosts &changed = changed_costs_[{update->uuid, update->type}];
+      ChangedCosts& changed = changed_costs_[{update->uuid, update->type}];
       changed.layer = layer;
       changed.vertices.insert(changed.vertices.end(), update->vertices.begin(),
                               update->vertices.end());
       if (changed.vertices.size() > layer->costs.size()) {
         std::sort(changed.vertices.begin(), changed.vertices.end());
-        changed.vertices.erase(
-            std::unique(changed.vertices.begin(), changed.vertices.end()),
-            changed.vertices.end());
+        changed.vertices.erase(std::unique(changed.vertices.begin(), changed.vertices.end()),
+                               changed.vertices.end());
       }
     }
   }
 }
 
-void TexturedMeshDisplay::showUpdates() {
+void TexturedMeshDisplay::showUpdates()
+{
   const Clock::time_point now = Clock::now();
   const std::chrono::duration<float> interval(1.0f / properties_->updateRate());
   if (changed_costs_.empty() || now - updates_shown_ < interval) {
     return;
   }
   updates_shown_ = now;
-  for (const auto &changed : changed_costs_) {
+  for (const auto& changed : changed_costs_) {
     painters_->updateCosts(changed.second.layer, changed.second.vertices);
   }
   changed_costs_.clear();
   queueRender();
 }
 
-void TexturedMeshDisplay::offerChoices() {
+void TexturedMeshDisplay::offerChoices()
+{
   std::vector<std::string> types = store_.costTypes();
   if (const MeshDataConstPtr newest = store_.newest()) {
-    for (const std::string &layer : feed_.services().layers(newest->uuid)) {
+    for (const std::string& layer : feed_.services().layers(newest->uuid)) {
       if (std::find(types.begin(), types.end(), layer) == types.end()) {
         types.push_back(layer);
       }
     }
   }
-  const MeshAttributes &attributes = store_.attributes();
-  properties_->setAvailable({attributes.colors != nullptr,
-                             attributes.materials != nullptr, !types.empty()});
+  const MeshAttributes& attributes = store_.attributes();
+  properties_->setAvailable(
+      {attributes.colors != nullptr, attributes.materials != nullptr, !types.empty()});
   if (types != cost_types_) {
     cost_types_ = types;
     properties_->costs().setCostsTypes(types);
   }
 }
 
-void TexturedMeshDisplay::upload() {
+void TexturedMeshDisplay::upload()
+{
   if (!painters_->upload(UPLOAD_BUDGET)) {
     setVisibilityBits(getVisibilityBits());
     queueRender();
   }
 }
 
-void TexturedMeshDisplay::updatePoses() {
+void TexturedMeshDisplay::updatePoses()
+{
   std::optional<StatusLine> line;
-  painters_->setPoses(
-      [&](const std::string & /*uuid*/, const std::string &frame) {
-        const std::string given = properties_->source().frame;
-        StatusLine found;
-        const auto pose = findPose(given.empty() ? frame : given, found);
-        if (!line || found.level > line->level) {
-          line = found;
-        }
-        return pose;
-      });
+  painters_->setPoses([&](const std::string& /*uuid*/, const std::string& frame) {
+    const std::string given = properties_->source().frame;
+    StatusLine found;
+    const auto pose = findPose(given.empty() ? frame : given, found);
+    if (!line || found.level > line->level) {
+      line = found;
+    }
+    return pose;
+  });
   lines_.report("Transform", line);
 }
 
-std::optional<MeshPainter::Pose>
-TexturedMeshDisplay::findPose(const std::string &frame,
-                              StatusLine &line) const {
-  rviz::FrameManager *frames = context_->getFrameManager();
+std::optional<MeshPainter::Pose> TexturedMeshDisplay::findPose(const std::string& frame,
+                                                               StatusLine& line) const
+{
+  rviz::FrameManager* frames = context_->getFrameManager();
   MeshPainter::Pose pose;
   // The newest transform: a mesh is a map, its stamp tells when it was made.
-  const bool known =
-      frames->getTransform(frame, ros::Time(), pose.position, pose.orientation);
-  if (known && rviz::validateFloats(pose.position) &&
-      rviz::validateFloats(pose.orientation)) {
+  const bool known = frames->getTransform(frame, ros::Time(), pose.position, pose.orientation);
+  if (known && rviz::validateFloats(pose.position) && rviz::validateFloats(pose.orientation)) {
     pose.orientation.normalise();
-    line = {StatusLine::OK, "frame '" + frame +
-                                "' is known in the fixed frame '" +
-                                frames->getFixedFrame() + "'"};
+    line = {StatusLine::OK,
+            "frame '" + frame + "' is known in the fixed frame '" + frames->getFixedFrame() + "'"};
     return pose;
   }
   std::string reason = "the transform contains NaN or infinity";
   if (!known && !frames->transformHasProblems(frame, ros::Time(), reason)) {
     reason = "nobody publishes it yet";
   }
-  line = {StatusLine::ERROR, "no transform from frame '" + frame +
-                                 "' to the fixed frame '" +
+  line = {StatusLine::ERROR, "no transform from frame '" + frame + "' to the fixed frame '" +
                                  frames->getFixedFrame() +
                                  "', the mesh is hidden until then: " + reason};
   return std::nullopt;
 }
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

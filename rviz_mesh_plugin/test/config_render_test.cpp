@@ -17,14 +17,16 @@
 
 namespace {
 
-struct Row {
-  std::vector<const char *> path;
+struct Row
+{
+  std::vector<const char*> path;
   QVariant default_value;
-  QVariant other_value; ///< for the round trip
+  QVariant other_value;  ///< for the round trip
 };
 
 /// The file-format contract with the released plugin.
-const std::vector<Row> &table() {
+const std::vector<Row>& table()
+{
   static const std::vector<Row> rows{
       {{"Geometry Topic"}, "", "/some/mesh"},
       {{"Buffer Size"}, 1, 3},
@@ -32,24 +34,16 @@ const std::vector<Row> &table() {
       {{"Display Type", "Faces Color"}, "0; 255; 0", "1; 2; 3"},
       {{"Display Type", "Faces Alpha"}, 1.0f, 0.25f},
       {{"Display Type", "Vertex Colors Topic"}, "", "/some/colors"},
-      {{"Display Type", "Vertex Color Service Name"},
-       "get_vertex_colors",
-       "/x/colors"},
+      {{"Display Type", "Vertex Color Service Name"}, "get_vertex_colors", "/x/colors"},
       {{"Display Type", "Show textured faces only"}, false, true},
-      {{"Display Type", "Material Service Name"},
-       "get_materials",
-       "/x/materials"},
+      {{"Display Type", "Material Service Name"}, "get_materials", "/x/materials"},
       {{"Display Type", "Texture Service Name"}, "get_texture", "/x/texture"},
       {{"Display Type", "Color Scale"}, "Rainbow", "Red Green"},
       {{"Display Type", "Vertex Costs Topic"}, "", "/some/costs"},
       {{"Display Type", "Vertex Costs Type"}, "-- None --", "Potential"},
       {{"Display Type", "Use Custom limits"}, false, true},
-      {{"Display Type", "Use Custom limits", "Vertex Costs Lower Limit"},
-       0.0f,
-       -2.5f},
-      {{"Display Type", "Use Custom limits", "Vertex Costs Upper Limit"},
-       1.0f,
-       7.5f},
+      {{"Display Type", "Use Custom limits", "Vertex Costs Lower Limit"}, 0.0f, -2.5f},
+      {{"Display Type", "Use Custom limits", "Vertex Costs Upper Limit"}, 1.0f, 7.5f},
       {{"Show Wireframe"}, true, false},
       {{"Show Wireframe", "Wireframe Color"}, "0; 0; 0", "4; 5; 6"},
       {{"Show Wireframe", "Wireframe Alpha"}, 1.0f, 0.125f},
@@ -62,7 +56,8 @@ const std::vector<Row> &table() {
 }
 
 /// Properties that the released plugin does not have.
-const std::vector<Row> &ownTable() {
+const std::vector<Row>& ownTable()
+{
   static const std::vector<Row> rows{
       {{"Display Type", "Materials Topic"}, "", "/some/materials"},
       {{"Display Type", "Textures Topic"}, "", "/some/textures"},
@@ -79,15 +74,17 @@ const std::vector<Row> &ownTable() {
   return rows;
 }
 
-std::vector<Row> allRows() {
+std::vector<Row> allRows()
+{
   std::vector<Row> rows = table();
   rows.insert(rows.end(), ownTable().begin(), ownTable().end());
   return rows;
 }
 
-std::string name(const Row &row) {
+std::string name(const Row& row)
+{
   std::string joined;
-  for (const char *part : row.path) {
+  for (const char* part : row.path) {
     joined += std::string("/") + part;
   }
   return joined;
@@ -96,7 +93,7 @@ std::string name(const Row &row) {
 /// As mesh_navigation's stone quarry and farmer's pit have it, written by the
 /// released plugin (with keys that are not ours, one of them the older "Mesh
 /// Buffer Size").
-const char *const RELEASED_FILE = R"(
+const char* const RELEASED_FILE = R"(
 Displays:
   - Class: rviz_map_plugin/Mesh
     Display Type:
@@ -131,56 +128,53 @@ Displays:
     Value: true
 )";
 
-} // namespace
+}  // namespace
 
-class ConfigTest : public DisplayFixture {};
+class ConfigTest : public DisplayFixture
+{
+};
 
-TEST_F(
-    ConfigTest,
-    both_class_names_give_the_same_display_with_the_properties_of_the_released_one) {
-  for (const char *class_id :
-       {"rviz_mesh_plugin/TexturedMesh", "rviz_map_plugin/Mesh"}) {
-    auto *display = createDisplayAs<Display>(class_id);
+TEST_F(ConfigTest, both_class_names_give_the_same_display_with_the_properties_of_the_released_one)
+{
+  for (const char* class_id : {"rviz_mesh_plugin/TexturedMesh", "rviz_map_plugin/Mesh"}) {
+    auto* display = createDisplayAs<Display>(class_id);
     EXPECT_EQ(display->getClassId().toStdString(), class_id);
-    for (const Row &row : allRows()) {
-      rviz::Property *property = find(display, row.path);
+    for (const Row& row : allRows()) {
+      rviz::Property* property = find(display, row.path);
       EXPECT_EQ(property->getNameStd(), row.path.back());
-      EXPECT_EQ(property->getValue().toString(), row.default_value.toString())
-          << name(row);
+      EXPECT_EQ(property->getValue().toString(), row.default_value.toString()) << name(row);
     }
   }
 }
 
-TEST_F(ConfigTest, every_property_survives_saving_and_loading) {
-  auto *saved =
-      createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh", "saved", false);
-  for (const Row &row : allRows()) {
+TEST_F(ConfigTest, every_property_survives_saving_and_loading)
+{
+  auto* saved = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh", "saved", false);
+  for (const Row& row : allRows()) {
     ASSERT_NE(row.default_value, row.other_value);
     set(saved, row.path, row.other_value);
   }
   rviz::Config config;
   saved->save(config);
-  auto *loaded = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh",
-                                          "loaded", false);
+  auto* loaded = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh", "loaded", false);
   loaded->load(config);
-  for (const Row &row : allRows()) {
-    EXPECT_EQ(find(loaded, row.path)->getValue().toString(),
-              row.other_value.toString())
+  for (const Row& row : allRows()) {
+    EXPECT_EQ(find(loaded, row.path)->getValue().toString(), row.other_value.toString())
         << name(row);
   }
   EXPECT_EQ(loaded->getNameStd(), "saved");
 }
 
-TEST_F(ConfigTest,
-       a_file_written_against_the_released_plugin_shows_the_same_choice) {
+TEST_F(ConfigTest, a_file_written_against_the_released_plugin_shows_the_same_choice)
+{
   rviz::Config config;
   rviz::YamlConfigReader reader;
   reader.readString(config, RELEASED_FILE);
   ASSERT_FALSE(reader.error()) << reader.errorMessage().toStdString();
-  rviz::DisplayGroup *root = manager()->getRootDisplayGroup();
+  rviz::DisplayGroup* root = manager()->getRootDisplayGroup();
   root->load(config);
   ASSERT_EQ(root->numDisplays(), 1);
-  auto *display = dynamic_cast<Display *>(root->getDisplayAt(0));
+  auto* display = dynamic_cast<Display*>(root->getDisplayAt(0));
   ASSERT_TRUE(display) << "rviz_map_plugin/Mesh did not become our display";
   EXPECT_TRUE(display->isEnabled());
   const std::map<std::string, std::string> expected{
@@ -193,11 +187,9 @@ TEST_F(ConfigTest,
       {"/Display Type/Texture Service Name", "get_texture"},
       {"/Display Type/Faces Color", "0; 0; 0"},
       {"/Display Type/Faces Alpha", "0.1"},
-      {"/Display Type/Vertex Colors Topic",
-       "/move_base_flex/mesh_map/vertex_colors"},
+      {"/Display Type/Vertex Colors Topic", "/move_base_flex/mesh_map/vertex_colors"},
       {"/Display Type/Color Scale", "Red Green"},
-      {"/Display Type/Vertex Costs Topic",
-       "/move_base_flex/mesh_map/vertex_costs"},
+      {"/Display Type/Vertex Costs Topic", "/move_base_flex/mesh_map/vertex_costs"},
       {"/Display Type/Vertex Costs Type", "Combined Costs"},
       {"/Display Type/Use Custom limits", "true"},
       {"/Display Type/Use Custom limits/Vertex Costs Lower Limit", "0"},
@@ -211,7 +203,7 @@ TEST_F(ConfigTest,
       {"/Show Normals/Normals Scaling Factor", "0.3"},
   };
   ASSERT_EQ(expected.size(), table().size());
-  for (const Row &row : table()) {
+  for (const Row& row : table()) {
     const QString value = find(display, row.path)->getValue().toString();
     const QString other = QString::fromStdString(expected.at(name(row)));
     bool number = false;
@@ -223,37 +215,34 @@ TEST_F(ConfigTest,
   }
 }
 
-TEST_F(ConfigTest, a_costs_type_from_a_file_waits_for_its_layer) {
-  auto *display = createMeshDisplay();
+TEST_F(ConfigTest, a_costs_type_from_a_file_waits_for_its_layer)
+{
+  auto* display = createMeshDisplay();
   set(display, {"Display Type"}, "Vertex Costs");
   set(display, {"Display Type", "Vertex Costs Type"}, "Potential");
   ASSERT_TRUE(show(display, test_meshes::square()));
   costs.publish(test_meshes::costs("height_diff", {0, 0, 0, 1}));
-  EXPECT_TRUE(
-      waitForStatus(display, "Costs", "Warn",
-                    "layer 'Potential' has not arrived, but 'height_diff'"));
-  EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Type"})
-                ->getValue()
-                .toString(),
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Warn",
+                            "layer 'Potential' has not arrived, but 'height_diff'"));
+  EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Type"})->getValue().toString(),
             "Potential");
   costs.publish(test_meshes::costs("Potential", {0, 1, 2, 3}));
-  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok",
-                            "'Potential': 4 costs from 0 to 3"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'Potential': 4 costs from 0 to 3"));
 }
 
-TEST_F(ConfigTest, only_properties_of_the_chosen_display_type_are_seen) {
-  auto *display = createMeshDisplay();
+TEST_F(ConfigTest, only_properties_of_the_chosen_display_type_are_seen)
+{
+  auto* display = createMeshDisplay();
   const std::map<std::string, std::vector<std::string>> seen{
       {"Fixed Color", {"Faces Color", "Faces Alpha"}},
-      {"Vertex Color",
-       {"Vertex Colors Topic", "Vertex Color Service Name", "Alpha"}},
+      {"Vertex Color", {"Vertex Colors Topic", "Vertex Color Service Name", "Alpha"}},
       {"Textures",
-       {"Faces Color", "Show textured faces only", "Material Service Name",
-        "Texture Service Name", "Materials Topic", "Textures Topic", "Alpha"}},
+       {"Faces Color", "Show textured faces only", "Material Service Name", "Texture Service Name",
+        "Materials Topic", "Textures Topic", "Alpha"}},
       {"Hide Faces", {}},
   };
-  rviz::Property *type = display->subProp("Display Type");
-  for (const auto &choice : seen) {
+  rviz::Property* type = display->subProp("Display Type");
+  for (const auto& choice : seen) {
     type->setValue(QString::fromStdString(choice.first));
     std::vector<std::string> names;
     for (int i = 0; i < type->numChildren(); ++i) {
@@ -265,36 +254,30 @@ TEST_F(ConfigTest, only_properties_of_the_chosen_display_type_are_seen) {
   }
 }
 
-TEST_F(ConfigTest, is_offered_for_mesh_topics) {
-  auto *display = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh");
+TEST_F(ConfigTest, is_offered_for_mesh_topics)
+{
+  auto* display = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh");
   display->setTopic("/some/mesh", "mesh_msgs/MeshGeometryStamped");
-  EXPECT_EQ(display->subProp("Geometry Topic")->getValue().toString(),
-            "/some/mesh");
+  EXPECT_EQ(display->subProp("Geometry Topic")->getValue().toString(), "/some/mesh");
 }
 
-TEST_F(ConfigTest, adding_by_topic_finds_the_costs_and_colors_beside_the_mesh) {
-  auto *display = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh");
+TEST_F(ConfigTest, adding_by_topic_finds_the_costs_and_colors_beside_the_mesh)
+{
+  auto* display = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh");
   display->setTopic(geometry_topic.c_str(), "mesh_msgs/MeshGeometryStamped");
-  EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Topic"})
-                ->getValue()
-                .toString(),
+  EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Topic"})->getValue().toString(),
             costs_topic.c_str());
-  EXPECT_EQ(find(display, {"Display Type", "Vertex Colors Topic"})
-                ->getValue()
-                .toString(),
+  EXPECT_EQ(find(display, {"Display Type", "Vertex Colors Topic"})->getValue().toString(),
             colors_topic.c_str());
   set(display, {"Display Type", "Vertex Costs Topic"}, "/chosen");
   display->setTopic(geometry_topic.c_str(), "mesh_msgs/MeshGeometryStamped");
-  EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Topic"})
-                ->getValue()
-                .toString(),
+  EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Topic"})->getValue().toString(),
             "/chosen");
 }
 
-TEST_F(
-    ConfigTest,
-    within_another_display_types_are_offered_with_their_data_and_a_choice_stays) {
-  auto *display = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh");
+TEST_F(ConfigTest, within_another_display_types_are_offered_with_their_data_and_a_choice_stays)
+{
+  auto* display = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh");
   set(display, {"Display Type"}, "Textures");
   rviz_mesh_plugin::MeshSource source;
   source.geometry_topic = geometry_topic;
@@ -302,33 +285,28 @@ TEST_F(
   source.colors_topic = colors_topic;
   source.service_namespace = "/nobody";
   display->setSource(source);
-  for (const char *hidden : {"Geometry Topic", "Buffer Size"}) {
+  for (const char* hidden : {"Geometry Topic", "Buffer Size"}) {
     EXPECT_TRUE(find(display, {hidden})->getHidden()) << hidden;
   }
-  auto *type =
-      dynamic_cast<rviz::EnumProperty *>(display->subProp("Display Type"));
+  auto* type = dynamic_cast<rviz::EnumProperty*>(display->subProp("Display Type"));
   const auto offered = [&] {
     std::vector<std::string> names;
     QStyleOptionViewItem option;
     const std::unique_ptr<QWidget> editor(type->createEditor(nullptr, option));
-    const auto *box = dynamic_cast<QComboBox *>(editor.get());
+    const auto* box = dynamic_cast<QComboBox*>(editor.get());
     for (int i = 0; box && i < box->count(); ++i) {
       names.push_back(box->itemText(i).toStdString());
     }
     return names;
   };
-  EXPECT_EQ(offered(), (std::vector<std::string>{"Fixed Color", "Textures",
-                                                 "Hide Faces"}));
+  EXPECT_EQ(offered(), (std::vector<std::string>{"Fixed Color", "Textures", "Hide Faces"}));
   ASSERT_TRUE(show(display, test_meshes::square()));
   costs.publish(test_meshes::costs("a", {0, 0, 0, 1}));
   ASSERT_TRUE(waitForStatus(display, "Costs", "Ok", "'a'"));
   EXPECT_EQ(offered(),
-            (std::vector<std::string>{"Fixed Color", "Textures", "Vertex Costs",
-                                      "Hide Faces"}));
+            (std::vector<std::string>{"Fixed Color", "Textures", "Vertex Costs", "Hide Faces"}));
   EXPECT_EQ(type->getString(), "Textures") << "is kept and waits for its data";
   set(display, {"Display Type"}, "Vertex Costs");
-  EXPECT_TRUE(
-      find(display, {"Display Type", "Vertex Costs Topic"})->getHidden());
-  EXPECT_FALSE(
-      find(display, {"Display Type", "Vertex Costs Type"})->getHidden());
+  EXPECT_TRUE(find(display, {"Display Type", "Vertex Costs Topic"})->getHidden());
+  EXPECT_FALSE(find(display, {"Display Type", "Vertex Costs Type"})->getHidden());
 }

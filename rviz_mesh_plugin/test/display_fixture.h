@@ -19,32 +19,30 @@
 #include "rviz_mesh_plugin/textured_mesh_display.h"
 
 /// A display on topics of its own, and publishers on them.
-class DisplayFixture : public osmesa_harness::RenderFixture {
-protected:
+class DisplayFixture : public osmesa_harness::RenderFixture
+{
+ protected:
   using Display = rviz_mesh_plugin::TexturedMeshDisplay;
 
-  void SetUp() override {
+  void SetUp() override
+  {
     osmesa_harness::RenderFixture::SetUp();
     // Names of their own for each test: nothing latched by another one arrives
     // here.
-    const std::string name =
-        testing::UnitTest::GetInstance()->current_test_info()->name();
+    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
     geometry_topic = "/" + name + "/mesh";
     costs_topic = "/" + name + "/vertex_costs";
     colors_topic = "/" + name + "/vertex_colors";
-    geometry = node.advertise<mesh_msgs::MeshGeometryStamped>(geometry_topic,
-                                                              100, true);
-    costs = node.advertise<mesh_msgs::MeshVertexCostsStamped>(costs_topic, 100,
-                                                              true);
-    colors = node.advertise<mesh_msgs::MeshVertexColorsStamped>(colors_topic,
-                                                                100, true);
+    geometry = node.advertise<mesh_msgs::MeshGeometryStamped>(geometry_topic, 100, true);
+    costs = node.advertise<mesh_msgs::MeshVertexCostsStamped>(costs_topic, 100, true);
+    colors = node.advertise<mesh_msgs::MeshVertexColorsStamped>(colors_topic, 100, true);
   }
 
   /// A display without wireframe and normals on the topics above, by the name
   /// that it is loaded with.
-  Display *createMeshDisplay(
-      const std::string &class_id = "rviz_mesh_plugin/TexturedMesh") {
-    auto *display = createDisplayAs<Display>(class_id);
+  Display* createMeshDisplay(const std::string& class_id = "rviz_mesh_plugin/TexturedMesh")
+  {
+    auto* display = createDisplayAs<Display>(class_id);
     set(display, {"Show Wireframe"}, false);
     set(display, {"Show Normals"}, false);
     set(display, {"Display Type", "Legend"}, false);
@@ -55,31 +53,32 @@ protected:
     return display;
   }
 
-  static rviz::Property *find(rviz::Property *property,
-                              const std::vector<const char *> &path) {
-    for (const char *name : path) {
+  static rviz::Property* find(rviz::Property* property, const std::vector<const char*>& path)
+  {
+    for (const char* name : path) {
       property = property->subProp(name);
     }
     return property;
   }
 
   /// Changes a property, and lets a display that draws already follow.
-  static void set(rviz::Property *property,
-                  const std::vector<const char *> &path,
-                  const QVariant &value) {
+  static void set(rviz::Property* property, const std::vector<const char*>& path,
+                  const QVariant& value)
+  {
     find(property, path)->setValue(value);
-    const auto *display = dynamic_cast<Display *>(property);
+    const auto* display = dynamic_cast<Display*>(property);
     if (display && display->isEnabled() && display->visual()) {
       spinFrames(1);
     }
   }
 
   /// "Ok: text" of one line of the status tree; empty where there is none.
-  static std::string status(Display *display, const std::string &name) {
+  static std::string status(Display* display, const std::string& name)
+  {
     for (int i = 0; i < display->numChildren(); ++i) {
-      auto *list = dynamic_cast<rviz::StatusList *>(display->childAt(i));
+      auto* list = dynamic_cast<rviz::StatusList*>(display->childAt(i));
       for (int j = 0; list && j < list->numChildren(); ++j) {
-        auto *line = dynamic_cast<rviz::StatusProperty *>(list->childAt(j));
+        auto* line = dynamic_cast<rviz::StatusProperty*>(list->childAt(j));
         if (line && line->getNameStd() == name) {
           return (rviz::StatusProperty::statusWord(line->getLevel()) + ": " +
                   line->getValue().toString())
@@ -92,14 +91,12 @@ protected:
 
   /// Waits until a status line starts with "Ok", "Warn" or "Error" and contains
   /// a text.
-  static testing::AssertionResult waitForStatus(Display *display,
-                                                const std::string &name,
-                                                const std::string &level,
-                                                const std::string &text) {
+  static testing::AssertionResult waitForStatus(Display* display, const std::string& name,
+                                                const std::string& level, const std::string& text)
+  {
     const auto matches = [&] {
       const std::string line = status(display, name);
-      return line.rfind(level + ":", 0) == 0 &&
-             line.find(text) != std::string::npos;
+      return line.rfind(level + ":", 0) == 0 && line.find(text) != std::string::npos;
     };
     if (spinUntil(matches)) {
       return testing::AssertionSuccess();
@@ -109,31 +106,28 @@ protected:
   }
 
   /// Whether the display draws this mesh, in full.
-  static bool shows(const Display *display,
-                    const rviz_mesh_plugin::MeshData &expected) {
+  static bool shows(const Display* display, const rviz_mesh_plugin::MeshData& expected)
+  {
     const auto drawn = display->mesh();
-    const auto *visual = display->visual();
-    return drawn && drawn->uuid == expected.uuid &&
-           drawn->indices == expected.indices &&
+    const auto* visual = display->visual();
+    return drawn && drawn->uuid == expected.uuid && drawn->indices == expected.indices &&
            drawn->vertices.size() == expected.vertices.size() &&
            std::memcmp(drawn->vertices.data(), expected.vertices.data(),
-                       expected.vertices.size() *
-                           sizeof(expected.vertices[0])) == 0 &&
-           visual && visual->layout() == visual->shownLayout() &&
-           !visual->layout()->preview && visual->progress() >= 1.0f;
+                       expected.vertices.size() * sizeof(expected.vertices[0])) == 0 &&
+           visual && visual->layout() == visual->shownLayout() && !visual->layout()->preview &&
+           visual->progress() >= 1.0f;
   }
 
   /// Publishes a mesh and waits until the display draws it.
-  testing::AssertionResult show(Display *display,
-                                const mesh_msgs::MeshGeometryStamped &message) {
+  testing::AssertionResult show(Display* display, const mesh_msgs::MeshGeometryStamped& message)
+  {
     const auto expected = rviz_mesh_plugin::convert(message);
     geometry.publish(message);
     if (spinUntil([&] { return shows(display, *expected); })) {
       return testing::AssertionSuccess();
     }
-    return testing::AssertionFailure()
-           << "Topic: " << status(display, "Topic")
-           << "\nGeometry: " << status(display, "Geometry");
+    return testing::AssertionFailure() << "Topic: " << status(display, "Topic")
+                                       << "\nGeometry: " << status(display, "Geometry");
   }
 
   ros::NodeHandle node;

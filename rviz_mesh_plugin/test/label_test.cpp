@@ -10,11 +10,13 @@
 #include <gtest/gtest.h>
 
 #include "rviz_mesh_plugin/label_colors.h"
+#include "rviz_mesh_plugin/label_layers.h"
 #include "rviz_mesh_plugin/label_order.h"
 #include "rviz_mesh_plugin/label_slots.h"
 
 using rviz_mesh_plugin::joined;
 using rviz_mesh_plugin::LabelColors;
+using rviz_mesh_plugin::LabelLayers;
 using rviz_mesh_plugin::LabelLess;
 using rviz_mesh_plugin::LabelSlots;
 using rviz_mesh_plugin::Rgba8;
@@ -212,4 +214,46 @@ TEST(LabelSlotsTest, ranges_are_joined_where_they_are_near_and_cut_at_the_end)
   EXPECT_EQ(result[1].begin, 500u);
   EXPECT_EQ(result[1].end, 600u);
   EXPECT_TRUE(joined({{3, 3}, {7, 9}}, 7).empty());
+}
+
+TEST(LabelLayersTest, labels_that_share_faces_lie_on_each_other_in_their_order)
+{
+  const LabelLayers::Faces a{0, 1, 2}, b{3, 4}, c{2, 3}, d{4}, e{9};
+  LabelLayers layers;
+  layers.reset(10);
+  layers.add(a);
+  layers.add(b);
+  EXPECT_FALSE(layers.overlap());
+  EXPECT_EQ(layers.layers({&a, &b}), (std::vector<unsigned short>{0, 0}));
+  layers.add(c);
+  layers.add(d);
+  layers.add(e);
+  EXPECT_TRUE(layers.overlap());
+  EXPECT_EQ(layers.layers({&a, &b, &c, &d, &e}), (std::vector<unsigned short>{0, 0, 1, 1, 0}));
+  EXPECT_EQ(layers.layers({&e, &d, &c, &b, &a}), (std::vector<unsigned short>{0, 0, 0, 1, 1}));
+  layers.remove(c);
+  EXPECT_TRUE(layers.overlap()) << "b and d";
+  layers.remove(d);
+  EXPECT_FALSE(layers.overlap());
+}
+
+TEST(LabelLayersTest, there_are_never_many_layers)
+{
+  const LabelLayers::Faces face{0};
+  LabelLayers layers;
+  layers.reset(1);
+  std::vector<const LabelLayers::Faces*> labels;
+  for (int i = 0; i < 1000; ++i) {
+    layers.add(face);
+    labels.push_back(&face);
+  }
+  const auto result = layers.layers(labels);
+  EXPECT_TRUE(std::is_sorted(result.begin(), result.end()));
+  EXPECT_EQ(result.back(), LabelLayers::COUNT - 1);
+  for (int i = 0; i < 1000; ++i) {
+    layers.remove(face);
+  }
+  EXPECT_TRUE(layers.overlap()) << "more than can be counted: for ever";
+  layers.reset(1);
+  EXPECT_FALSE(layers.overlap());
 }

@@ -26,41 +26,41 @@ using rviz_mesh_plugin::MeshStore;
 
 namespace {
 
-rviz_mesh_plugin::MeshDataConstPtr mesh(const std::string &uuid) {
+rviz_mesh_plugin::MeshDataConstPtr mesh(const std::string& uuid)
+{
   auto message = test_meshes::square();
   message.uuid = uuid;
   return convert(message);
 }
 
-CostUpdateConstPtr update(const std::string &type,
-                          const std::vector<std::uint32_t> &vertices,
-                          const std::vector<float> &costs) {
+CostUpdateConstPtr update(const std::string& type, const std::vector<std::uint32_t>& vertices,
+                          const std::vector<float>& costs)
+{
   return std::make_shared<CostUpdate>(CostUpdate{"a", type, vertices, costs});
 }
 
-LabelSetConstPtr labels(const std::string &uuid, bool all,
-                        const std::vector<LabelCluster> &clusters) {
+LabelSetConstPtr labels(const std::string& uuid, bool all,
+                        const std::vector<LabelCluster>& clusters)
+{
   return std::make_shared<LabelSet>(LabelSet{uuid, all, clusters});
 }
 
-} // namespace
+}  // namespace
 
-TEST(MeshStore, keeps_costs_and_colors_until_their_geometry_comes) {
+TEST(MeshStore, keeps_costs_and_colors_until_their_geometry_comes)
+{
   MeshStore store;
   store.addCosts(convert(test_meshes::costs("roughness", {1, 2, 3, 4}, "a")));
   store.addCosts(convert(test_meshes::costs("height", {5, 6, 7, 8}, "b")));
-  store.addColors(
-      convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "b")));
+  store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "b")));
   EXPECT_TRUE(store.costTypes().empty());
   EXPECT_EQ(store.waitingCosts(), 2u);
   EXPECT_EQ(store.waitingColors(), 1u);
   store.addMesh(mesh("b"));
   EXPECT_EQ(store.costTypes(), (std::vector<std::string>{"height"}));
   ASSERT_TRUE(store.attributes().cost("height"));
-  EXPECT_EQ(store.attributes().cost("height")->costs,
-            (std::vector<float>{5, 6, 7, 8}));
-  EXPECT_FALSE(store.attributes().cost("roughness"))
-      << "belongs to the other mesh";
+  EXPECT_EQ(store.attributes().cost("height")->costs, (std::vector<float>{5, 6, 7, 8}));
+  EXPECT_FALSE(store.attributes().cost("roughness")) << "belongs to the other mesh";
   EXPECT_TRUE(store.attributes().colors);
   EXPECT_EQ(store.waitingCosts(), 1u);
   EXPECT_EQ(store.waitingColors(), 0u);
@@ -69,44 +69,40 @@ TEST(MeshStore, keeps_costs_and_colors_until_their_geometry_comes) {
   EXPECT_FALSE(store.attributes().colors);
 }
 
-TEST(MeshStore, replaces_a_layer_in_its_place) {
+TEST(MeshStore, replaces_a_layer_in_its_place)
+{
   MeshStore store;
   store.addMesh(mesh("a"));
-  for (const char *type : {"first", "second", "first"}) {
-    store.addCosts(convert(
-        test_meshes::costs(type, {float(store.costTypes().size())}, "a")));
+  for (const char* type : {"first", "second", "first"}) {
+    store.addCosts(convert(test_meshes::costs(type, {float(store.costTypes().size())}, "a")));
   }
   EXPECT_EQ(store.costTypes(), (std::vector<std::string>{"first", "second"}));
-  EXPECT_EQ(store.attributes().cost("first")->costs,
-            (std::vector<float>{2.0f}));
+  EXPECT_EQ(store.attributes().cost("first")->costs, (std::vector<float>{2.0f}));
 }
 
-TEST(MeshStore,
-     forgets_the_oldest_beyond_its_bounds_but_never_those_of_the_mesh_shown) {
+TEST(MeshStore, forgets_the_oldest_beyond_its_bounds_but_never_those_of_the_mesh_shown)
+{
   MeshStore store;
   store.addMesh(mesh("shown"));
   store.addCosts(convert(test_meshes::costs("kept", {1}, "shown")));
   for (std::size_t i = 0; i < 3 * MeshStore::MAX_WAITING; ++i) {
-    store.addCosts(
-        convert(test_meshes::costs("x", {1}, "other " + std::to_string(i))));
+    store.addCosts(convert(test_meshes::costs("x", {1}, "other " + std::to_string(i))));
   }
   EXPECT_TRUE(store.attributes().cost("kept"));
   EXPECT_EQ(store.waitingCosts(), MeshStore::MAX_WAITING);
   for (std::size_t i = 0; i < 2 * MeshStore::MAX_LAYERS; ++i) {
-    store.addCosts(convert(
-        test_meshes::costs("layer " + std::to_string(i), {1}, "shown")));
+    store.addCosts(convert(test_meshes::costs("layer " + std::to_string(i), {1}, "shown")));
   }
   EXPECT_EQ(store.costTypes().size(), MeshStore::MAX_LAYERS);
-  EXPECT_TRUE(store.attributes().cost(
-      "layer " + std::to_string(2 * MeshStore::MAX_LAYERS - 1)));
+  EXPECT_TRUE(store.attributes().cost("layer " + std::to_string(2 * MeshStore::MAX_LAYERS - 1)));
 }
 
-TEST(MeshStore, clears_each_kind_on_its_own) {
+TEST(MeshStore, clears_each_kind_on_its_own)
+{
   MeshStore store;
   store.addMesh(mesh("a"));
   store.addCosts(convert(test_meshes::costs("x", {1}, "a")));
-  store.addColors(
-      convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
+  store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
   store.clearCosts();
   EXPECT_FALSE(store.attributes().cost("x"));
   EXPECT_TRUE(store.attributes().colors);
@@ -117,10 +113,11 @@ TEST(MeshStore, clears_each_kind_on_its_own) {
   EXPECT_FALSE(store.newest());
 }
 
-TEST(MeshStore, keeps_the_newest_meshes_up_to_its_capacity) {
+TEST(MeshStore, keeps_the_newest_meshes_up_to_its_capacity)
+{
   MeshStore store;
   store.setCapacity(2);
-  for (const char *uuid : {"a", "b", "a", "c"}) {
+  for (const char* uuid : {"a", "b", "a", "c"}) {
     store.addMesh(mesh(uuid));
   }
   ASSERT_EQ(store.meshes().size(), 2u);
@@ -133,7 +130,8 @@ TEST(MeshStore, keeps_the_newest_meshes_up_to_its_capacity) {
   EXPECT_EQ(store.newest()->uuid, "c");
 }
 
-TEST(MeshStore, lists_the_layers_of_all_meshes_and_tells_those_of_faces_apart) {
+TEST(MeshStore, lists_the_layers_of_all_meshes_and_tells_those_of_faces_apart)
+{
   MeshStore store;
   store.setCapacity(2);
   store.addMesh(mesh("a"));
@@ -141,7 +139,7 @@ TEST(MeshStore, lists_the_layers_of_all_meshes_and_tells_those_of_faces_apart) {
   store.addCosts(convert(test_meshes::costs("only a", {1}, "a")));
   store.addCosts(convert(test_meshes::costs("both", {1}, "a")));
   store.addCosts(convert(test_meshes::costs("both", {2}, "b")));
-  for (const char *type : {"both", "of faces"}) {
+  for (const char* type : {"both", "of faces"}) {
     auto layer = std::make_shared<CostLayer>();
     layer->uuid = "b";
     layer->type = type;
@@ -149,35 +147,31 @@ TEST(MeshStore, lists_the_layers_of_all_meshes_and_tells_those_of_faces_apart) {
     layer->costs = {7};
     store.addCosts(layer);
   }
-  EXPECT_EQ(
-      store.costTypes(),
-      (std::vector<std::string>{"both", "both (faces)", "of faces", "only a"}));
+  EXPECT_EQ(store.costTypes(),
+            (std::vector<std::string>{"both", "both (faces)", "of faces", "only a"}));
   EXPECT_EQ(store.attributes("b").cost("both")->costs[0], 2.0f);
   EXPECT_EQ(store.attributes("b").cost("both (faces)")->costs[0], 7.0f);
   EXPECT_TRUE(store.attributes("b").cost("of faces")->on_faces);
   EXPECT_FALSE(store.attributes("a").cost("both (faces)"));
 }
 
-TEST(MeshStore, an_update_changes_only_what_it_names) {
+TEST(MeshStore, an_update_changes_only_what_it_names)
+{
   MeshStore store;
-  const CostLayerConstPtr given =
-      convert(test_meshes::costs("x", {1, 2, 3, 4}, "a"));
+  const CostLayerConstPtr given = convert(test_meshes::costs("x", {1, 2, 3, 4}, "a"));
   store.addCosts(given);
   const CostLayerConstPtr updated = store.update(update("x", {2, 0}, {9, NAN}));
   ASSERT_TRUE(updated);
-  EXPECT_EQ(given->costs, (std::vector<float>{1, 2, 3, 4}))
-      << "may be read elsewhere";
+  EXPECT_EQ(given->costs, (std::vector<float>{1, 2, 3, 4})) << "may be read elsewhere";
   EXPECT_TRUE(std::isnan(updated->costs[0]));
-  EXPECT_EQ(
-      std::vector<float>(updated->costs.begin() + 1, updated->costs.end()),
-      (std::vector<float>{2, 9, 4}));
+  EXPECT_EQ(std::vector<float>(updated->costs.begin() + 1, updated->costs.end()),
+            (std::vector<float>{2, 9, 4}));
   EXPECT_EQ(updated->summary.limits.lower, 2.0f);
   EXPECT_EQ(updated->summary.limits.upper, 9.0f);
   EXPECT_EQ(updated->summary.finite, 3u);
   EXPECT_EQ(updated->summary.unknown, 1u);
   EXPECT_EQ(store.attributes("a").cost("x"), updated);
-  EXPECT_EQ(store.update(update("x", {0}, {5})), updated)
-      << "in place from now on";
+  EXPECT_EQ(store.update(update("x", {0}, {5})), updated) << "in place from now on";
   EXPECT_EQ(updated->costs[0], 5.0f);
   EXPECT_FALSE(store.update(update("x", {1, 4}, {0, 0})));
   EXPECT_EQ(store.updateProblem(),
@@ -189,7 +183,8 @@ TEST(MeshStore, an_update_changes_only_what_it_names) {
   EXPECT_EQ(store.updateProblem(), "");
 }
 
-TEST(MeshStore, updates_wait_for_their_layer) {
+TEST(MeshStore, updates_wait_for_their_layer)
+{
   MeshStore store;
   EXPECT_FALSE(store.update(update("x", {0}, {7})));
   EXPECT_FALSE(store.update(update("x", {0, 1}, {8, 8})));
@@ -199,19 +194,18 @@ TEST(MeshStore, updates_wait_for_their_layer) {
   store.addCosts(convert(test_meshes::costs("x", {1, 2, 3, 4}, "b")));
   EXPECT_EQ(store.waitingValues(), 4u) << "another mesh";
   store.addCosts(convert(test_meshes::costs("x", {1, 2, 3, 4}, "a")));
-  EXPECT_EQ(store.attributes("a").cost("x")->costs,
-            (std::vector<float>{8, 8, 3, 4}));
+  EXPECT_EQ(store.attributes("a").cost("x")->costs, (std::vector<float>{8, 8, 3, 4}));
   EXPECT_EQ(store.waitingValues(), 1u);
   for (std::size_t i = 0; i < 3 * MeshStore::MAX_WAITING_VALUES / 1000; ++i) {
-    store.update(update("never comes", std::vector<std::uint32_t>(1000),
-                        std::vector<float>(1000)));
+    store.update(update("never comes", std::vector<std::uint32_t>(1000), std::vector<float>(1000)));
   }
   EXPECT_EQ(store.waitingValues(), MeshStore::MAX_WAITING_VALUES);
   store.clearCosts();
   EXPECT_EQ(store.waitingValues(), 0u);
 }
 
-TEST(MeshStore, a_whole_layer_replaces_what_was_updated) {
+TEST(MeshStore, a_whole_layer_replaces_what_was_updated)
+{
   MeshStore store;
   store.addCosts(convert(test_meshes::costs("x", {1, 2}, "a")));
   store.update(update("x", {0}, {7}));
@@ -220,13 +214,12 @@ TEST(MeshStore, a_whole_layer_replaces_what_was_updated) {
   EXPECT_EQ(store.attributes("a").cost("x")->costs, (std::vector<float>{3, 9}));
 }
 
-TEST(CostUpdate, limits_of_a_large_layer_widen_and_its_counts_stay_exact) {
+TEST(CostUpdate, limits_of_a_large_layer_widen_and_its_counts_stay_exact)
+{
   CostLayer layer;
   layer.costs.assign(rviz_mesh_plugin::MAX_SUMMARIZED_AGAIN + 1, 1.0f);
   layer.summary = rviz_mesh_plugin::summarizeCosts(layer.costs);
-  EXPECT_EQ(
-      applyUpdate(layer, *update("x", {0, 1, 2, 3}, {-5, INFINITY, NAN, 0.5f})),
-      "");
+  EXPECT_EQ(applyUpdate(layer, *update("x", {0, 1, 2, 3}, {-5, INFINITY, NAN, 0.5f})), "");
   EXPECT_EQ(layer.summary.limits.lower, -5.0f);
   EXPECT_EQ(layer.summary.limits.upper, 1.0f);
   EXPECT_EQ(layer.summary.finite, layer.costs.size() - 2);
@@ -243,25 +236,24 @@ TEST(CostUpdate, limits_of_a_large_layer_widen_and_its_counts_stay_exact) {
   EXPECT_EQ(layer.summary.limits.upper, -2.0f);
 }
 
-TEST(MeshStore, labels_come_one_by_one_or_all_at_once_and_before_their_mesh) {
+TEST(MeshStore, labels_come_one_by_one_or_all_at_once_and_before_their_mesh)
+{
   MeshStore store;
   store.addLabels(labels("", false, {{"tree_1", {0, 1}}}));
   store.addMesh(mesh("a"));
-  EXPECT_EQ(store.attributes().labels.count("tree_1"), 1u)
-      << "of the only mesh";
+  EXPECT_EQ(store.attributes().labels.count("tree_1"), 1u) << "of the only mesh";
   store.addLabels(labels("a", false, {{"tree_2", {1}}, {"tree_1", {0}}}));
   ASSERT_EQ(store.attributes().labels.size(), 2u);
-  EXPECT_EQ(store.attributes().labels.at("tree_1")->faces,
-            (std::vector<std::uint32_t>{0}));
+  EXPECT_EQ(store.attributes().labels.at("tree_1")->faces, (std::vector<std::uint32_t>{0}));
   store.addLabels(labels("a", false, {{"tree_1", {}}}));
-  EXPECT_EQ(store.attributes().labels.count("tree_1"), 0u)
-      << "without faces it is gone";
+  EXPECT_EQ(store.attributes().labels.count("tree_1"), 0u) << "without faces it is gone";
   store.addLabels(labels("a", true, {{"house_1", {0}}}));
   EXPECT_EQ(store.attributes().labels.size(), 1u);
   EXPECT_EQ(store.attributes().labels.count("house_1"), 1u);
 }
 
-TEST(ShownCosts, automatic_limits_span_all_meshes_and_custom_ones_stay) {
+TEST(ShownCosts, automatic_limits_span_all_meshes_and_custom_ones_stay)
+{
   MeshStore store;
   store.setCapacity(2);
   store.addMesh(mesh("a"));
@@ -278,7 +270,8 @@ TEST(ShownCosts, automatic_limits_span_all_meshes_and_custom_ones_stay) {
   EXPECT_EQ(rviz_mesh_plugin::commonColoring(store, "x", coloring), coloring);
 }
 
-TEST(MeshInbox, hands_over_the_newest_of_each_kind_once) {
+TEST(MeshInbox, hands_over_the_newest_of_each_kind_once)
+{
   MeshInbox inbox;
   for (const float value : {1.0f, 2.0f}) {
     inbox.receive(test_meshes::square(value));
@@ -302,8 +295,8 @@ TEST(MeshInbox, hands_over_the_newest_of_each_kind_once) {
   EXPECT_EQ(content.geometry_reception.accepted, 2u) << "goes on counting";
 }
 
-TEST(MeshInbox,
-     keeps_the_last_good_mesh_and_tells_why_the_newest_message_was_refused) {
+TEST(MeshInbox, keeps_the_last_good_mesh_and_tells_why_the_newest_message_was_refused)
+{
   MeshInbox inbox;
   auto bad = test_meshes::square();
   bad.mesh_geometry.faces[0].vertex_indices[0] = 77;
@@ -313,16 +306,15 @@ TEST(MeshInbox,
   EXPECT_TRUE(content.geometry);
   EXPECT_EQ(content.geometry_reception.accepted, 1u);
   EXPECT_EQ(content.geometry_reception.refused, 1u);
-  EXPECT_NE(content.geometry_reception.refusal.find("refers to vertex 77"),
-            std::string::npos);
+  EXPECT_NE(content.geometry_reception.refusal.find("refers to vertex 77"), std::string::npos);
   inbox.receive(test_meshes::square());
   content = inbox.take();
-  EXPECT_EQ(content.geometry_reception.refusal, "")
-      << "the newest message was good";
+  EXPECT_EQ(content.geometry_reception.refusal, "") << "the newest message was good";
   EXPECT_EQ(content.geometry_reception.refused, 1u);
 }
 
-TEST(MeshInbox, loses_nothing_between_two_threads) {
+TEST(MeshInbox, loses_nothing_between_two_threads)
+{
   constexpr std::size_t LAYERS = 250;  // as many as wait at once
   MeshInbox inbox;
   std::thread sender([&] {
@@ -335,7 +327,7 @@ TEST(MeshInbox, loses_nothing_between_two_threads) {
   while (accepted < LAYERS) {
     const auto content = inbox.take();
     accepted = content.costs_reception.accepted;
-    for (const auto &layer : content.costs) {
+    for (const auto& layer : content.costs) {
       types.push_back(layer->type);
     }
     std::this_thread::yield();

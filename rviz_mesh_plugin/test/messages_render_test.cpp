@@ -10,21 +10,24 @@
 
 namespace {
 
-mesh_msgs::MeshGeometryStamped grid(std::uint32_t cells) {
-  return test_meshes::terrain(cells,
-                              [](double x, double y) { return 0.1 * x * y; });
+mesh_msgs::MeshGeometryStamped grid(std::uint32_t cells)
+{
+  return test_meshes::terrain(cells, [](double x, double y) { return 0.1 * x * y; });
 }
 
-} // namespace
+}  // namespace
 
-class MessagesTest : public DisplayFixture {};
+class MessagesTest : public DisplayFixture
+{
+};
 
-TEST_F(MessagesTest,
-       bad_geometry_is_refused_with_a_reason_and_makes_no_object) {
-  auto *display = createMeshDisplay();
+TEST_F(MessagesTest, bad_geometry_is_refused_with_a_reason_and_makes_no_object)
+{
+  auto* display = createMeshDisplay();
   spinFrames();
   const auto empty = counts();
-  struct Case {
+  struct Case
+  {
     mesh_msgs::MeshGeometryStamped message;
     std::string reason;
   };
@@ -33,8 +36,7 @@ TEST_F(MessagesTest,
   cases[0].reason = "face 5 refers to vertex 9, but the mesh has 9 vertices";
   cases[1].message.mesh_geometry.faces[0].vertex_indices[0] = 0xFFFFFFFF;
   cases[1].reason = "face 0 refers to vertex 4294967295";
-  cases[2].message.mesh_geometry.vertices[3].z =
-      std::numeric_limits<double>::quiet_NaN();
+  cases[2].message.mesh_geometry.vertices[3].z = std::numeric_limits<double>::quiet_NaN();
   cases[2].reason = "vertex 3 is";
   cases[3].message.mesh_geometry.vertices[8].x = 1e60;
   cases[3].reason = "vertex 8 is (1e+60";
@@ -48,7 +50,7 @@ TEST_F(MessagesTest,
   cases[7].reason = "there are 8 normals for 9 vertices";
   cases[8].message.header.frame_id.clear();
   cases[8].reason = "frame_id is empty";
-  for (const Case &one : cases) {
+  for (const Case& one : cases) {
     geometry.publish(one.message);
     EXPECT_TRUE(waitForStatus(display, "Geometry", "Error", one.reason));
     EXPECT_FALSE(display->visual());
@@ -56,52 +58,47 @@ TEST_F(MessagesTest,
   EXPECT_EQ(counts(), empty);
   ASSERT_TRUE(show(display, grid(2)));
   EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "9 vertices, 8 faces"));
-  EXPECT_TRUE(waitForStatus(display, "Topic", "Ok",
-                            "10 messages received; 9 of 10 messages refused"));
-  geometry.publish(cases[0].message);
   EXPECT_TRUE(
-      waitForStatus(display, "Geometry", "Error", "the mesh before it stays"));
+      waitForStatus(display, "Topic", "Ok", "10 messages received; 9 of 10 messages refused"));
+  geometry.publish(cases[0].message);
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Error", "the mesh before it stays"));
   EXPECT_TRUE(display->visual());
 }
 
-TEST_F(MessagesTest, bad_costs_and_colors_are_refused_with_a_reason) {
-  auto *display = createMeshDisplay();
+TEST_F(MessagesTest, bad_costs_and_colors_are_refused_with_a_reason)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(1)));
   costs.publish(test_meshes::costs("a", {0, 0, -INFINITY, 0}));
-  EXPECT_TRUE(
-      waitForStatus(display, "Costs", "Error", "the cost of vertex 2 is -inf"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Error", "the cost of vertex 2 is -inf"));
   colors.publish(test_meshes::colors({test_meshes::color(0, 0, 255)}));
-  EXPECT_TRUE(waitForStatus(display, "Colors", "Error",
-                            "the color of vertex 0 is (0, 0, 255, 1)"));
+  EXPECT_TRUE(waitForStatus(display, "Colors", "Error", "the color of vertex 0 is (0, 0, 255, 1)"));
   costs.publish(test_meshes::costs("a", {0, 0, 0}));
   set(display, {"Display Type"}, "Vertex Costs");
   set(display, {"Display Type", "Vertex Costs Type"}, "a");
-  EXPECT_TRUE(waitForStatus(display, "Costs", "Error",
-                            "layer 'a': there are 3 costs for 4 vertices"));
+  EXPECT_TRUE(
+      waitForStatus(display, "Costs", "Error", "layer 'a': there are 3 costs for 4 vertices"));
   colors.publish(test_meshes::colors({test_meshes::color(0, 0, 1)}));
   set(display, {"Display Type"}, "Vertex Color");
-  EXPECT_TRUE(waitForStatus(display, "Colors", "Error",
-                            "there are 1 colors for 4 vertices"));
+  EXPECT_TRUE(waitForStatus(display, "Colors", "Error", "there are 1 colors for 4 vertices"));
   EXPECT_EQ(display->visual()->colorUploads(), 0u);
 }
 
-TEST_F(MessagesTest,
-       costs_and_colors_before_their_geometry_are_applied_when_it_comes) {
-  auto *display = createMeshDisplay();
+TEST_F(MessagesTest, costs_and_colors_before_their_geometry_are_applied_when_it_comes)
+{
+  auto* display = createMeshDisplay();
   set(display, {"Display Type"}, "Vertex Costs");
   set(display, {"Display Type", "Vertex Costs Type"}, "a");
   costs.publish(test_meshes::costs("a", {0, 1, 2, 3}));
   costs.publish(test_meshes::costs("a", {5, 6, 7, 8}, "another mesh"));
-  colors.publish(test_meshes::colors(
-      std::vector<std_msgs::ColorRGBA>(4, test_meshes::color(1, 0, 0))));
-  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok",
-                            "2 layers wait for a geometry with their uuid"));
+  colors.publish(
+      test_meshes::colors(std::vector<std_msgs::ColorRGBA>(4, test_meshes::color(1, 0, 0))));
   EXPECT_TRUE(
-      waitForStatus(display, "Colors", "Ok",
-                    "1 set of colors waits for a geometry with its uuid"));
+      waitForStatus(display, "Costs", "Ok", "2 layers wait for a geometry with their uuid"));
+  EXPECT_TRUE(
+      waitForStatus(display, "Colors", "Ok", "1 set of colors waits for a geometry with its uuid"));
   ASSERT_TRUE(show(display, grid(1)));
-  EXPECT_TRUE(
-      waitForStatus(display, "Costs", "Ok", "'a': 4 costs from 0 to 3"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'a': 4 costs from 0 to 3"));
   EXPECT_EQ(display->visual()->colorUploads(), 1u);
   set(display, {"Display Type"}, "Vertex Color");
   EXPECT_EQ(display->visual()->colorUploads(), 2u);
@@ -110,41 +107,37 @@ TEST_F(MessagesTest,
   other.uuid = "another mesh";
   set(display, {"Display Type"}, "Vertex Costs");
   ASSERT_TRUE(show(display, other));
-  EXPECT_TRUE(
-      waitForStatus(display, "Costs", "Ok", "'a': 4 costs from 5 to 8"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'a': 4 costs from 5 to 8"));
 }
 
-TEST_F(MessagesTest, a_burst_of_layers_arrives_whole) {
-  auto *display = createMeshDisplay();
+TEST_F(MessagesTest, a_burst_of_layers_arrives_whole)
+{
+  auto* display = createMeshDisplay();
   set(display, {"Display Type"}, "Vertex Costs");
   ASSERT_TRUE(show(display, grid(1)));
   for (int i = 0; i < 30; ++i) {
-    costs.publish(
-        test_meshes::costs("layer " + std::to_string(i), {0, 1, 2, float(i)}));
+    costs.publish(test_meshes::costs("layer " + std::to_string(i), {0, 1, 2, float(i)}));
   }
-  EXPECT_TRUE(
-      waitForStatus(display, "Costs", "Warn", "'layer 28', 'layer 29'"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Warn", "'layer 28', 'layer 29'"));
   for (int i = 0; i < 30; ++i) {
-    set(display, {"Display Type", "Vertex Costs Type"},
-        QString("layer %1").arg(i));
-    EXPECT_EQ(display->visual()->colorUploads(), i + 1u)
-        << "layer " << i << " was lost";
+    set(display, {"Display Type", "Vertex Costs Type"}, QString("layer %1").arg(i));
+    EXPECT_EQ(display->visual()->colorUploads(), i + 1u) << "layer " << i << " was lost";
   }
 }
 
-TEST_F(MessagesTest, textures_are_announced_as_missing) {
-  auto *display = createMeshDisplay();
+TEST_F(MessagesTest, textures_are_announced_as_missing)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(1)));
   set(display, {"Display Type"}, "Textures");
-  EXPECT_TRUE(
-      waitForStatus(display, "Textures", "Warn", "set 'Materials Topic'"));
+  EXPECT_TRUE(waitForStatus(display, "Textures", "Warn", "set 'Materials Topic'"));
   set(display, {"Display Type"}, "Fixed Color");
   EXPECT_TRUE(spinUntil([&] { return status(display, "Textures").empty(); }));
 }
 
-TEST_F(MessagesTest,
-       a_fast_stream_of_changing_sizes_with_malformed_messages_does_no_harm) {
-  auto *display = createMeshDisplay();
+TEST_F(MessagesTest, a_fast_stream_of_changing_sizes_with_malformed_messages_does_no_harm)
+{
+  auto* display = createMeshDisplay();
   set(display, {"Show Wireframe"}, true);
   set(display, {"Show Normals"}, true);
   set(display, {"Display Type"}, "Vertex Costs");
@@ -165,27 +158,25 @@ TEST_F(MessagesTest,
     geometry.publish(message);
     // Costs of the right and of the wrong length in turn.
     costs.publish(test_meshes::costs(
-        "a",
-        std::vector<float>(i % 2 ? 4 : (cells + 1) * (cells + 1), float(i))));
+        "a", std::vector<float>(i % 2 ? 4 : (cells + 1) * (cells + 1), float(i))));
     spin(20);
   }
   ASSERT_TRUE(show(display, grid(4)));
   costs.publish(test_meshes::costs("a", std::vector<float>(25, 2.0f)));
-  EXPECT_TRUE(
-      waitForStatus(display, "Costs", "Ok", "'a': 25 costs from 2 to 2"));
-  EXPECT_TRUE(
-      waitForStatus(display, "Geometry", "Ok", "25 vertices, 32 faces"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'a': 25 costs from 2 to 2"));
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "25 vertices, 32 faces"));
   EXPECT_TRUE(waitForStatus(display, "Topic", "Ok", "refused"));
   spinFrames();
   EXPECT_EQ(counts(), before);
 }
 
-TEST_F(MessagesTest, removal_in_the_middle_of_a_stream_does_no_harm) {
+TEST_F(MessagesTest, removal_in_the_middle_of_a_stream_does_no_harm)
+{
   const auto message = grid(60);
   spinFrames();
   const auto before = counts();
   for (int i = 0; i < 20; ++i) {
-    auto *display = createMeshDisplay();
+    auto* display = createMeshDisplay();
     for (int j = 0; j < 5; ++j) {
       geometry.publish(message);
     }

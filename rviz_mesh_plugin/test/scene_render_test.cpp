@@ -8,12 +8,13 @@
 
 namespace {
 
-mesh_msgs::MeshGeometryStamped grid(std::uint32_t cells) {
-  return test_meshes::terrain(cells,
-                              [](double x, double y) { return 0.1 * x * y; });
+mesh_msgs::MeshGeometryStamped grid(std::uint32_t cells)
+{
+  return test_meshes::terrain(cells, [](double x, double y) { return 0.1 * x * y; });
 }
 
-std::vector<float> ramp(std::size_t count) {
+std::vector<float> ramp(std::size_t count)
+{
   std::vector<float> values(count);
   for (std::size_t i = 0; i < count; ++i) {
     values[i] = static_cast<float>(i);
@@ -21,27 +22,29 @@ std::vector<float> ramp(std::size_t count) {
   return values;
 }
 
-} // namespace
+}  // namespace
 
-class SceneTest : public DisplayFixture {
-protected:
+class SceneTest : public DisplayFixture
+{
+ protected:
   /// Counts an empty scene, after the programs that all meshes share exist.
-  void SetUp() override {
+  void SetUp() override
+  {
     DisplayFixture::SetUp();
-    auto *warm_up = createMeshDisplay();
+    auto* warm_up = createMeshDisplay();
     ASSERT_TRUE(show(warm_up, grid(1)));
     warm_up->setEnabled(false);
     delete warm_up;
     // What it latched would be the first mesh of the test's own display.
     geometry.shutdown();
-    geometry = node.advertise<mesh_msgs::MeshGeometryStamped>(geometry_topic,
-                                                              100, true);
+    geometry = node.advertise<mesh_msgs::MeshGeometryStamped>(geometry_topic, 100, true);
     spinFrames();
     empty = counts();
   }
 
   /// A display that has its own scene node and nothing else.
-  osmesa_harness::SceneCounts withEmptyDisplay() const {
+  osmesa_harness::SceneCounts withEmptyDisplay() const
+  {
     auto one_more = empty;
     ++one_more.nodes;
     return one_more;
@@ -50,8 +53,9 @@ protected:
   osmesa_harness::SceneCounts empty;
 };
 
-TEST_F(SceneTest, one_mesh_takes_no_more_memory_than_it_has_to) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, one_mesh_takes_no_more_memory_than_it_has_to)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(200)));
   spinFrames();
   const auto shown = counts();
@@ -59,18 +63,15 @@ TEST_F(SceneTest, one_mesh_takes_no_more_memory_than_it_has_to) {
   EXPECT_EQ(shown.gpu_programs, empty.gpu_programs);
   // Position and normal; three indices, and at most half as much again for
   // levels of detail.
-  EXPECT_GE(shown.vertex_buffer_bytes,
-            empty.vertex_buffer_bytes + 24 * 201 * 201);
-  EXPECT_LE(shown.vertex_buffer_bytes,
-            empty.vertex_buffer_bytes + 36 * 201 * 201);
-  EXPECT_GE(shown.index_buffer_bytes,
-            empty.index_buffer_bytes + 12 * 2 * 200 * 200);
-  EXPECT_LE(shown.index_buffer_bytes,
-            empty.index_buffer_bytes + 18 * 2 * 200 * 200);
+  EXPECT_GE(shown.vertex_buffer_bytes, empty.vertex_buffer_bytes + 24 * 201 * 201);
+  EXPECT_LE(shown.vertex_buffer_bytes, empty.vertex_buffer_bytes + 36 * 201 * 201);
+  EXPECT_GE(shown.index_buffer_bytes, empty.index_buffer_bytes + 12 * 2 * 200 * 200);
+  EXPECT_LE(shown.index_buffer_bytes, empty.index_buffer_bytes + 18 * 2 * 200 * 200);
 }
 
-TEST_F(SceneTest, a_layer_switch_uploads_colors_only) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, a_layer_switch_uploads_colors_only)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(20)));
   spinFrames();
   const auto before = counts();
@@ -93,11 +94,12 @@ TEST_F(SceneTest, a_layer_switch_uploads_colors_only) {
   EXPECT_EQ(counts(), before) << "the buffer of the colors is freed";
 }
 
-TEST_F(SceneTest, a_change_of_style_uploads_nothing) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, a_change_of_style_uploads_nothing)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(20)));
-  colors.publish(test_meshes::colors(
-      std::vector<std_msgs::ColorRGBA>(441, test_meshes::color(1, 0, 0))));
+  colors.publish(
+      test_meshes::colors(std::vector<std_msgs::ColorRGBA>(441, test_meshes::color(1, 0, 0))));
   set(display, {"Display Type"}, "Vertex Color");
   ASSERT_TRUE(waitForStatus(display, "Colors", "Ok", "441 colors"));
   const std::size_t color_uploads = display->visual()->colorUploads();
@@ -112,14 +114,14 @@ TEST_F(SceneTest, a_change_of_style_uploads_nothing) {
   EXPECT_EQ(counts(), before);
 }
 
-TEST_F(SceneTest, normals_are_built_only_while_shown) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, normals_are_built_only_while_shown)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(20)));
   const auto before = counts();
   set(display, {"Show Normals"}, true);
   EXPECT_EQ(counts().meshes, before.meshes + 1);
-  EXPECT_EQ(counts().vertex_buffer_bytes,
-            before.vertex_buffer_bytes + 2 * 12 * 441);
+  EXPECT_EQ(counts().vertex_buffer_bytes, before.vertex_buffer_bytes + 2 * 12 * 441);
   set(display, {"Show Normals", "Normals Scaling Factor"}, 0.5f);
   set(display, {"Show Normals", "Normals Alpha"}, 0.5f);
   EXPECT_EQ(counts().meshes, before.meshes + 1);
@@ -127,22 +129,21 @@ TEST_F(SceneTest, normals_are_built_only_while_shown) {
   EXPECT_EQ(counts(), before);
 }
 
-TEST_F(SceneTest, normals_of_a_large_mesh_are_thinned_out) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, normals_of_a_large_mesh_are_thinned_out)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(400)));
   const auto before = counts();
-  EXPECT_TRUE(
-      waitForStatus(display, "Geometry", "Ok", "normals computed, uuid"));
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "normals computed, uuid"));
   set(display, {"Show Normals"}, true);
   const std::size_t lines = (401 * 401 + 1) / 2;
-  EXPECT_EQ(counts().vertex_buffer_bytes,
-            before.vertex_buffer_bytes + 2 * 12 * lines);
-  EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok",
-                            "normals computed (one in 2 is drawn)"));
+  EXPECT_EQ(counts().vertex_buffer_bytes, before.vertex_buffer_bytes + 2 * 12 * lines);
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "normals computed (one in 2 is drawn)"));
 }
 
-TEST_F(SceneTest, only_the_colors_that_are_shown_are_uploaded) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, only_the_colors_that_are_shown_are_uploaded)
+{
+  auto* display = createMeshDisplay();
   set(display, {"Display Type"}, "Vertex Costs");
   set(display, {"Display Type", "Vertex Costs Type"}, "a");
   ASSERT_TRUE(show(display, grid(20)));
@@ -151,17 +152,16 @@ TEST_F(SceneTest, only_the_colors_that_are_shown_are_uploaded) {
   EXPECT_EQ(display->visual()->colorUploads(), 1u);
   costs.publish(test_meshes::costs("a", ramp(441), "another mesh"));
   costs.publish(test_meshes::costs("b", ramp(441)));
-  colors.publish(test_meshes::colors(
-      std::vector<std_msgs::ColorRGBA>(441, test_meshes::color(1, 0, 0))));
+  colors.publish(
+      test_meshes::colors(std::vector<std_msgs::ColorRGBA>(441, test_meshes::color(1, 0, 0))));
   ASSERT_TRUE(waitForStatus(display, "Costs", "Ok", "'a'"));
   ASSERT_TRUE(waitForStatus(display, "Colors", "Ok", "441 colors"));
   EXPECT_EQ(display->visual()->colorUploads(), 1u);
 }
 
-TEST_F(
-    SceneTest,
-    nothing_grows_with_updates_and_nothing_is_left_after_reset_disable_and_removal) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, nothing_grows_with_updates_and_nothing_is_left_after_reset_disable_and_removal)
+{
+  auto* display = createMeshDisplay();
   set(display, {"Show Wireframe"}, true);
   set(display, {"Show Normals"}, true);
   set(display, {"Display Type"}, "Vertex Costs");
@@ -188,7 +188,7 @@ TEST_F(
   }
   spinFrames();
   EXPECT_EQ(counts(), shown) << "enabled again";
-  geometry.shutdown(); // no latched mesh comes back
+  geometry.shutdown();  // no latched mesh comes back
   costs.shutdown();
   for (int i = 0; i < 100; ++i) {
     display->reset();
@@ -201,19 +201,20 @@ TEST_F(
   EXPECT_EQ(counts(), empty) << "after removal";
 }
 
-TEST_F(SceneTest, reset_gets_the_latched_mesh_again) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, reset_gets_the_latched_mesh_again)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(10)));
   const auto shown = counts();
   display->reset();
-  ASSERT_TRUE(spinUntil([&] { return display->mesh() != nullptr; }))
-      << status(display, "Topic");
+  ASSERT_TRUE(spinUntil([&] { return display->mesh() != nullptr; })) << status(display, "Topic");
   spinFrames();
   EXPECT_EQ(counts(), shown);
 }
 
-TEST_F(SceneTest, enabling_shows_the_kept_mesh_without_any_publisher) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, enabling_shows_the_kept_mesh_without_any_publisher)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(10)));
   spinFrames();
   const auto shown = counts();
@@ -224,30 +225,29 @@ TEST_F(SceneTest, enabling_shows_the_kept_mesh_without_any_publisher) {
   display->setEnabled(true);
   spinFrames();
   EXPECT_EQ(counts(), shown);
-  EXPECT_TRUE(
-      waitForStatus(display, "Geometry", "Ok", "121 vertices, 200 faces"));
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "121 vertices, 200 faces"));
 }
 
-TEST_F(SceneTest, another_topic_takes_the_mesh_away) {
-  auto *display = createMeshDisplay();
+TEST_F(SceneTest, another_topic_takes_the_mesh_away)
+{
+  auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, grid(10)));
   set(display, {"Geometry Topic"}, "/nobody/publishes/this");
   EXPECT_TRUE(spinUntil([&] { return !display->visual(); }));
   EXPECT_TRUE(
-      waitForStatus(display, "Topic", "Warn",
-                    "no message received on /nobody/publishes/this yet"));
+      waitForStatus(display, "Topic", "Warn", "no message received on /nobody/publishes/this yet"));
   EXPECT_EQ(status(display, "Geometry"), "");
   EXPECT_EQ(counts(), withEmptyDisplay());
   set(display, {"Geometry Topic"}, "not a name");
-  EXPECT_TRUE(waitForStatus(display, "Topic", "Error",
-                            "cannot subscribe to 'not a name'"));
+  EXPECT_TRUE(waitForStatus(display, "Topic", "Error", "cannot subscribe to 'not a name'"));
   set(display, {"Geometry Topic"}, "");
   EXPECT_TRUE(waitForStatus(display, "Topic", "Warn", "no topic chosen"));
 }
 
-TEST_F(SceneTest, two_displays_of_one_topic_do_not_disturb_each_other) {
-  auto *first = createMeshDisplay();
-  auto *second = createMeshDisplay("rviz_map_plugin/Mesh");
+TEST_F(SceneTest, two_displays_of_one_topic_do_not_disturb_each_other)
+{
+  auto* first = createMeshDisplay();
+  auto* second = createMeshDisplay("rviz_map_plugin/Mesh");
   ASSERT_TRUE(show(first, grid(10)));
   ASSERT_TRUE(spinUntil([&] { return second->mesh() != nullptr; }));
   EXPECT_EQ(first->mesh(), second->mesh()) << "one copy in memory";

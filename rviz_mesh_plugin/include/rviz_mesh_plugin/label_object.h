@@ -46,8 +46,10 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   void setFaces(const std::vector<std::uint32_t>& faces, bool growing = true);
   void setMaterial(const std::shared_ptr<LabelMaterial>& material) { material_ = material; }
   void setShown(bool shown) { shown_ = shown; }
-  /// Of labels that lie on the same faces, the one with the higher rank is seen.
-  void setRank(unsigned short rank) { rank_ = rank; }
+  /// Of labels that lie on the same faces, the one with the higher layer is seen.
+  void setLayer(unsigned short layer) { layer_ = layer; }
+  /// In any order.
+  const std::vector<std::uint32_t>& faces() const { return slots_.faces(); }
 
   bool isComplete() const { return dirty_.empty(); }
   /// Uploads at most @a limit bytes (but one face at least); returns how many.
@@ -82,7 +84,7 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   Ogre::IndexData drawn_;
   Ogre::AxisAlignedBox bounds_;  ///< of all faces uploaded so far
   bool shown_ = true;
-  unsigned short rank_ = 0;
+  unsigned short layer_ = 0;
   /// The faces are drawn nearer to the camera by this share of their distance (or, in a parallel
   /// projection, by so many meters towards the camera).
   float nearer_ = 0.0f;

@@ -16,7 +16,8 @@ namespace rviz_mesh_plugin {
 ///
 /// One vertex buffer, made with the first label, and an index buffer per label of which only what
 /// changed is uploaded, in slices by upload(). Opaque labels that lie on the same faces are drawn
-/// in the order of their names (LabelLess), so that the last one is seen; translucent ones blend.
+/// in the order of their names (LabelLess), so that the last one is seen (of more
+/// than 16 on one face: one of the last); translucent ones blend.
 class LabelOverlay
 {
  public:

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <string>
 
 #include <QPointer>
 #include <QString>
@@ -62,6 +64,8 @@ class Map3DDisplay : public rviz::DisplayGroup
   void applySource();
   void applyFileParameter();
   std::string frame() const;
+  /// An exception becomes a status line.
+  void guarded(const std::function<void()>& work);
 
   MapFileProperty* file_property_;
   rviz::TfFrameProperty* frame_property_;

@@ -31,25 +31,27 @@ class MeshVisual;
 ///
 /// Where OGRE cannot take the data (memory), what is drawn stays and error()
 /// says why.
-class MeshPainter {
-public:
+class MeshPainter
+{
+ public:
   /// All of them have to outlive the painter.
-  struct Context {
-    const MeshStore &store;
-    const MeshProperties &properties;
-    MeshLoader &loader;
-    Ogre::SceneManager *scene_manager;
-    Ogre::SceneNode *parent;
+  struct Context
+  {
+    const MeshStore& store;
+    const MeshProperties& properties;
+    MeshLoader& loader;
+    Ogre::SceneManager* scene_manager;
+    Ogre::SceneNode* parent;
   };
 
-  MeshPainter(const Context &context, std::string uuid);
+  MeshPainter(const Context& context, std::string uuid);
   ~MeshPainter();
 
-  const std::string &uuid() const { return uuid_; }
+  const std::string& uuid() const { return uuid_; }
 
   /// Shows a layout of the mesh of this uuid, unless it is not (or no longer)
   /// asked for. What is new stays hidden until setPose().
-  void setLayout(const MeshLayoutConstPtr &layout);
+  void setLayout(const MeshLayoutConstPtr& layout);
 
   /// Applies all that the properties ask for; colors that are the same as
   /// before are not uploaded.
@@ -57,24 +59,24 @@ public:
 
   /// Colors these vertices anew: their costs in the layer that is shown have
   /// changed.
-  void updateCosts(const CostLayerConstPtr &layer,
-                   const std::vector<std::uint32_t> &vertices);
+  void updateCosts(const CostLayerConstPtr& layer, const std::vector<std::uint32_t>& vertices);
 
   /// True where nothing is left to upload.
   bool upload(std::chrono::microseconds budget);
 
-  struct Pose {
+  struct Pose
+  {
     Ogre::Vector3 position;
     Ogre::Quaternion orientation;
   };
   /// Where the mesh is drawn; not at all where that is not known.
-  void setPose(const std::optional<Pose> &pose);
-  const std::optional<Pose> &pose() const { return pose_; }
+  void setPose(const std::optional<Pose>& pose);
+  const std::optional<Pose>& pose() const { return pose_; }
 
   /// The mesh whose picture is seen, which may be older than that of the store;
   /// null where there is none yet.
   MeshDataConstPtr mesh() const;
-  MeshVisual *visual() const { return visual_.get(); }
+  MeshVisual* visual() const { return visual_.get(); }
 
   /// Whether the colors (or textures) that the display type asks for are there.
   bool colorsAtHand() const { return at_hand_; }
@@ -82,27 +84,28 @@ public:
   bool waiting() const;
 
   /// The cost layer that is drawn, null where none is, and how.
-  const CostLayerConstPtr &costs() const { return costs_; }
-  const CostColoring &coloring() const { return colors_.coloring; }
+  const CostLayerConstPtr& costs() const { return costs_; }
+  const CostColoring& coloring() const { return colors_.coloring; }
 
   /// Empty where all went well.
-  const std::string &error() const { return error_; }
+  const std::string& error() const { return error_; }
 
-private:
+ private:
   /// What the colors that have been uploaded were made from.
-  struct Colors {
-    const void *data = nullptr;
-    const void *mesh = nullptr;
+  struct Colors
+  {
+    const void* data = nullptr;
+    const void* mesh = nullptr;
     CostColoring coloring;
 
-    bool operator==(const Colors &other) const {
-      return data == other.data && mesh == other.mesh &&
-             coloring == other.coloring;
+    bool operator==(const Colors& other) const
+    {
+      return data == other.data && mesh == other.mesh && coloring == other.coloring;
     }
   };
 
-  void attempt(const std::function<void()> &upload);
-  bool accepts(const MeshLayout &layout) const;
+  void attempt(const std::function<void()>& upload);
+  bool accepts(const MeshLayout& layout) const;
   bool requestLayout();
   bool paintAttributes();
   bool paintCosts();
@@ -120,10 +123,9 @@ private:
   Split requested_split_ = Split::NONE;
   Colors colors_;
   CostLayerConstPtr costs_;
-  std::map<std::uint32_t, TextureImageConstPtr>
-      textures_; ///< that the visual has
+  std::map<std::uint32_t, TextureImageConstPtr> textures_;  ///< that the visual has
   bool at_hand_ = false;
   std::string error_;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

@@ -24,7 +24,7 @@ class IntProperty;
 class Property;
 class RosTopicProperty;
 class StringProperty;
-} // namespace rviz
+}  // namespace rviz
 
 namespace rviz_mesh_plugin {
 
@@ -32,7 +32,8 @@ class CostProperties;
 class LookProperties;
 
 /// Numbers and names as in .rviz files (property "Display Type").
-enum class DisplayType {
+enum class DisplayType
+{
   FIXED_COLOR = 0,
   VERTEX_COLOR = 1,
   TEXTURES = 2,
@@ -41,7 +42,8 @@ enum class DisplayType {
 };
 
 /// For which display types there are data.
-struct AvailableData {
+struct AvailableData
+{
   bool colors = false;
   bool materials = false;
   bool costs = false;
@@ -50,25 +52,26 @@ struct AvailableData {
 /// The properties of a mesh display. Names, types, defaults and nesting of
 /// those that the released rviz_map_plugin/Mesh has are the same: .rviz files
 /// in the field depend on them.
-class MeshProperties : public QObject {
+class MeshProperties : public QObject
+{
   Q_OBJECT
 
-public:
+ public:
   /// Adds the properties to @a parent, which owns them from then on.
-  explicit MeshProperties(rviz::Property *parent);
+  explicit MeshProperties(rviz::Property* parent);
 
   /// Where everything comes from: as chosen, or as another display has given
   /// it.
   MeshSource source() const;
   /// Hides the properties for topics and services; display types are offered
   /// once there are data for them.
-  void setSource(const MeshSource &source);
+  void setSource(const MeshSource& source);
   bool sourceGiven() const { return given_.has_value(); }
-  void setAvailable(const AvailableData &available);
+  void setAvailable(const AvailableData& available);
 
-  void setGeometryTopic(const QString &topic);
+  void setGeometryTopic(const QString& topic);
   /// For those that have not been chosen yet.
-  void proposeTopics(const QString &costs, const QString &colors);
+  void proposeTopics(const QString& costs, const QString& colors);
 
   std::string updatesTopic() const;
   std::string materialsTopic() const;
@@ -77,7 +80,7 @@ public:
 
   std::size_t bufferSize() const;
   DisplayType displayType() const;
-  CostProperties &costs() const { return *costs_; }
+  CostProperties& costs() const { return *costs_; }
   /// In Hz: how often updates of costs become seen.
   float updateRate() const;
 
@@ -91,44 +94,43 @@ public:
   MeshStyle style(bool at_hand) const;
 
   /// Reads what has had another name in older versions.
-  void loadOlderKeys(const rviz::Config &config);
+  void loadOlderKeys(const rviz::Config& config);
 
-Q_SIGNALS:
-  void sourceChanged(); ///< topics and services
-  void
-  contentChanged();    ///< what each vertex's color is, how many meshes, labels
-  void styleChanged(); ///< everything else
+ Q_SIGNALS:
+  void sourceChanged();   ///< topics and services
+  void contentChanged();  ///< what each vertex's color is, how many meshes, labels
+  void styleChanged();    ///< everything else
 
-private Q_SLOTS:
+ private Q_SLOTS:
   void onDisplayType();
 
-private:
-  void addFaces(rviz::Property *parent);
-  void addTextures(rviz::Property *parent);
-  void addLabels(rviz::Property *parent);
+ private:
+  void addFaces(rviz::Property* parent);
+  void addTextures(rviz::Property* parent);
+  void addLabels(rviz::Property* parent);
   void offerTypes();
 
-  rviz::RosTopicProperty *geometry_topic_;
-  rviz::IntProperty *buffer_size_;
-  rviz::EnumProperty *display_type_;
-  rviz::ColorProperty *faces_color_;
-  rviz::FloatProperty *faces_alpha_;
-  rviz::RosTopicProperty *colors_topic_;
-  rviz::StringProperty *colors_service_;
-  rviz::BoolProperty *only_textured_;
-  rviz::StringProperty *materials_service_;
-  rviz::StringProperty *texture_service_;
-  rviz::RosTopicProperty *materials_topic_;
-  rviz::RosTopicProperty *textures_topic_;
-  CostProperties *costs_;
-  rviz::FloatProperty *update_rate_;
-  rviz::FloatProperty *alpha_;
-  LookProperties *look_;
-  rviz::BoolProperty *show_labels_;
-  rviz::RosTopicProperty *labels_topic_;
-  rviz::FloatProperty *labels_alpha_;
+  rviz::RosTopicProperty* geometry_topic_;
+  rviz::IntProperty* buffer_size_;
+  rviz::EnumProperty* display_type_;
+  rviz::ColorProperty* faces_color_;
+  rviz::FloatProperty* faces_alpha_;
+  rviz::RosTopicProperty* colors_topic_;
+  rviz::StringProperty* colors_service_;
+  rviz::BoolProperty* only_textured_;
+  rviz::StringProperty* materials_service_;
+  rviz::StringProperty* texture_service_;
+  rviz::RosTopicProperty* materials_topic_;
+  rviz::RosTopicProperty* textures_topic_;
+  CostProperties* costs_;
+  rviz::FloatProperty* update_rate_;
+  rviz::FloatProperty* alpha_;
+  LookProperties* look_;
+  rviz::BoolProperty* show_labels_;
+  rviz::RosTopicProperty* labels_topic_;
+  rviz::FloatProperty* labels_alpha_;
   std::optional<MeshSource> given_;
   AvailableData available_;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

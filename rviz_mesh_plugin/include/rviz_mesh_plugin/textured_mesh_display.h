@@ -30,7 +30,8 @@ class MeshProperties;
 class MeshVisual;
 
 /// A mesh as it lies in the fixed frame.
-struct ShownMesh {
+struct ShownMesh
+{
   MeshDataConstPtr mesh;
   Ogre::Vector3 position;
   Ogre::Quaternion orientation;
@@ -44,16 +45,17 @@ struct ShownMesh {
 /// over and uploads them in slices. Disabling hides and unsubscribes; data stay
 /// until reset(). One status line per concern: Topic, Geometry, Costs, Colors,
 /// Textures, Transform, Labels, Services.
-class TexturedMeshDisplay : public rviz::Display {
+class TexturedMeshDisplay : public rviz::Display
+{
   Q_OBJECT
 
-public:
+ public:
   TexturedMeshDisplay();
   ~TexturedMeshDisplay() override;
 
   /// Shows what this source has from now on; the properties for topics and
   /// services are hidden.
-  void setSource(const MeshSource &source);
+  void setSource(const MeshSource& source);
 
   /// The newest mesh that is shown; null where there is none.
   MeshDataConstPtr mesh() const;
@@ -62,41 +64,41 @@ public:
   std::vector<ShownMesh> shownMeshes() const;
 
   /// What draws the newest mesh; null without one.
-  const MeshVisual *visual() const;
+  const MeshVisual* visual() const;
 
-  void setTopic(const QString &topic, const QString &datatype) override;
-  void load(const rviz::Config &config) override;
+  void setTopic(const QString& topic, const QString& datatype) override;
+  void load(const rviz::Config& config) override;
   void update(float wall_dt, float ros_dt) override;
   void reset() override;
 
-protected:
+ protected:
   void onInitialize() override;
   void onEnable() override;
   void onDisable() override;
 
-private Q_SLOTS:
+ private Q_SLOTS:
   void onSource();
   void onContent();
 
-private:
+ private:
   using Clock = std::chrono::steady_clock;
-  using Layer = std::pair<std::string, std::string>; ///< uuid and type
-  struct ChangedCosts {
+  using Layer = std::pair<std::string, std::string>;  ///< uuid and type
+  struct ChangedCosts
+  {
     CostLayerConstPtr layer;
     std::vector<std::uint32_t> vertices;
   };
 
   void work();
   void takeMessages();
-  void takeUpdates(const std::vector<CostUpdateConstPtr> &updates);
+  void takeUpdates(const std::vector<CostUpdateConstPtr>& updates);
   void showUpdates();
   void offerChoices();
   void updatePoses();
-  std::optional<MeshPainter::Pose> findPose(const std::string &frame,
-                                            StatusLine &line) const;
+  std::optional<MeshPainter::Pose> findPose(const std::string& frame, StatusLine& line) const;
   void upload();
 
-  MeshProperties *properties_;
+  MeshProperties* properties_;
   MeshStore store_;
   MeshFeed feed_;
   MeshRequests requests_;
@@ -104,14 +106,14 @@ private:
   std::unique_ptr<MeshReport> report_;
   ShownLegend legend_;
   StatusLines lines_;
-  InboxContent received_; ///< for its receptions
+  InboxContent received_;  ///< for its receptions
   Reception geometry_reception_;
-  std::string working_;                         ///< what the loader is doing
-  std::map<Layer, ChangedCosts> changed_costs_; ///< that are not seen yet
+  std::string working_;                          ///< what the loader is doing
+  std::map<Layer, ChangedCosts> changed_costs_;  ///< that are not seen yet
   Clock::time_point updates_shown_;
-  std::vector<std::string> cost_types_; ///< that are offered
+  std::vector<std::string> cost_types_;  ///< that are offered
   bool source_changed_ = false;
   bool content_changed_ = false;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin
