@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "label_display_fixture.h"
 #include "label_fixture.h"
 #include "rviz_mesh_plugin/label_colors.h"
+#include "service_servers.h"
 
 using osmesa_harness::Rgb;
 using rviz_mesh_plugin::LabelColors;
@@ -241,9 +244,35 @@ TEST_F(ClusterLabelTest, a_label_has_its_own_color_where_its_owner_says_so)
   set(display, {"Colors", "tree_1"}, QColor(of_class.red, of_class.green, of_class.blue));
   ASSERT_TRUE(spinUntil([&] { return server->colorsSet().size() == 2; }));
   EXPECT_EQ(server->colorsSet()[1].color.a, 0.0f);
-  server->refuses_colors = true;
+  server->refusal = "the map is\nread-only";
   set(display, {"Colors", "tree_2"}, QColor(1, 2, 3));
-  EXPECT_TRUE(says(display, "Edits", "Error: the color of 'tree_2' is not stored"));
+  EXPECT_TRUE(says(display, "Edits",
+                   "Error: the color of 'tree_2' is not stored: " + name_space +
+                       "/set_label_color refuses it: the map is read-only"));
+}
+
+TEST_F(ClusterLabelTest, a_color_that_is_never_answered_holds_up_nothing)
+{
+  service_servers::Gate gate;
+  server->before_colors = [&] { gate.pass(); };
+  server->listen(name_space);
+  server->addLabel("tree_1", rows(10, 0, 2));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "1 label"));
+  const auto threads = [] {
+    return std::distance(std::filesystem::directory_iterator("/proc/self/task"),
+                         std::filesystem::directory_iterator());
+  };
+  const auto before = threads();
+  for (int i = 1; i <= 10; ++i) {
+    set(display, {"Colors", "tree_1"}, QColor(i, 0, 0));
+  }
+  ASSERT_TRUE(spinUntil([&] { return gate.reached == 1; }));
+  display->setEnabled(false);
+  EXPECT_TRUE(spinUntil([&] { return threads() <= before; })) << "the asking thread is over";
+  delete display;
+  gate.open();
 }
 
 TEST_F(ClusterLabelTest, nothing_is_left_after_disabling_reset_and_removal)

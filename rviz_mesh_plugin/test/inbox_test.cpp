@@ -186,6 +186,19 @@ TEST(Inbox, leaves_out_labels_that_cannot_be_used_and_says_so)
   EXPECT_EQ(content.labels_reception.refused, 1u);
 }
 
+TEST(Inbox, refuses_labels_that_are_no_text)
+{
+  // Their names would be others in a property than they are.
+  for (const char* label : {"tree_\xff", "\xc3", "tr\xc0\xa9", "\xed\xa0\x80", "a\xe2\x82"}) {
+    MeshInbox inbox;
+    EXPECT_FALSE(inbox.receive(cluster(label, {1}))) << label;
+    const std::string refusal = inbox.take().labels_reception.refusal;
+    EXPECT_NE(refusal.find("is no UTF-8"), std::string::npos) << refusal;
+  }
+  MeshInbox inbox;
+  EXPECT_TRUE(inbox.receive(cluster("b\xc3\xa4ume_\xf0\x9f\x8c\xb3", {1})));
+}
+
 TEST(Inbox, drops_what_is_not_wanted_any_more_without_a_trace)
 {
   MeshInbox inbox;

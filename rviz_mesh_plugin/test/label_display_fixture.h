@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -80,7 +82,8 @@ class LabelServer
 
   ros::Publisher labels;
   ros::Publisher colors;
-  bool refuses_colors = false;
+  std::string refusal;                  ///< of colors; empty: they are taken
+  std::function<void()> before_colors;  ///< is called before they are
 
  private:
   bool getClusters(mesh_msgs::GetLabeledClusters::Request& request,
@@ -94,9 +97,15 @@ class LabelServer
   bool setColor(mesh_msgs::SetLabelColor::Request& request,
                 mesh_msgs::SetLabelColor::Response& /*response*/)
   {
+    if (before_colors) {
+      before_colors();
+    }
     const std::lock_guard<std::mutex> lock(mutex_);
     colors_set_.push_back(request);
-    return !refuses_colors;
+    if (!refusal.empty()) {
+      throw std::runtime_error(refusal);
+    }
+    return true;
   }
 
   void take(const mesh_msgs::MeshFaceClusterStamped& message)

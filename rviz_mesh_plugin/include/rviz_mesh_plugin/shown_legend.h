@@ -13,20 +13,21 @@ class MeshProperties;
 
 /// The legend of a mesh display: there while a cost layer is drawn and the
 /// properties ask for it. GUI thread only.
-class ShownLegend {
-public:
+class ShownLegend
+{
+ public:
   ShownLegend();
   ~ShownLegend();
 
-  void update(const MeshProperties &properties, const MeshPainters &painters);
+  void update(const MeshProperties& properties, const MeshPainters& painters);
   void hide();
 
-private:
-  std::unique_ptr<Legend> legend_; ///< only while shown
+ private:
+  std::unique_ptr<Legend> legend_;  ///< only while shown
   std::string layer_;
   std::string unit_;
   CostColoring coloring_;
   CostLimits limits_;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin
