@@ -58,6 +58,12 @@ def color(r=0.0, g=0.0, b=0.0, a=1.0):
     return get_message_class("std_msgs/ColorRGBA")(r, g, b, a)
 
 
+def label_colors():
+    message = mesh_msgs.msg.MeshLabelColors(uuid="mesh", labels=["tree_1", "wall"])
+    message.colors = [color(1.0, 0.5), color()]
+    return message
+
+
 def numbers(*values):
     return [get_message_class("std_msgs/Float32")(value) for value in values]
 
@@ -113,6 +119,7 @@ VALID = {
     "mesh_face_costs_stamped": stamped(FACE_COSTS),
     "mesh_vertex_costs_sparse_stamped": stamped(sparse()),
     "mesh_face_cluster_stamped": stamped(cluster()),
+    "mesh_label_colors": label_colors(),
     "mesh_material": mesh_msgs.msg.MeshMaterial(),
     "mesh_vertex_tex_coords": mesh_msgs.msg.MeshVertexTexCoords(-1.5, 7.0),
     "mesh_materials_stamped": stamped(
@@ -168,6 +175,13 @@ BROKEN = [  # validator, member, value, rule, first index, count
     ),
     ("mesh_vertex_costs_sparse_stamped", "uuid", "", "uuid_mismatch", None, 1),
     ("mesh_vertex_costs_sparse_stamped", "header.frame_id", "", "frame_id_empty", None, 1),
+    ("mesh_label_colors", "colors", [color()], "color_count", 1, 1),
+    ("mesh_label_colors", "colors", [], "color_count", 0, 2),
+    ("mesh_label_colors", "colors.1.g", NAN, "color_not_finite", 1, 1),
+    ("mesh_label_colors", "colors.0.r", 1.5, "color_out_of_range", 0, 1),
+    ("mesh_label_colors", "labels.1", "", "label_empty", 1, 1),
+    ("mesh_label_colors", "labels.1", "a/b", "label_unusable", 1, 1),
+    ("mesh_label_colors", "uuid", "other", "uuid_mismatch", None, 1),
     (
         "mesh_face_cluster_stamped",
         "cluster.face_indices",

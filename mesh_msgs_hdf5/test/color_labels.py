@@ -2,6 +2,7 @@
 """Colors of labels over ROS: both nodes, late subscribers, an owner elsewhere, errors."""
 import os
 import shutil
+import signal
 import tempfile
 import unittest
 
@@ -116,6 +117,23 @@ class Colors(unittest.TestCase):
         found = {text: label.color for text, label in labels.items()}
         self.assertEqual(found, {"tree_1": (7, 8, 9), "wall_1": None})
         self.assertEqual(labels["tree_1"].faces.tolist(), [9])
+
+    def test_a_color_that_was_answered_survives_the_death_of_the_server(self):
+        killed = self.start("/killed")
+        killed.call("set_label_color", SetLabelColor, "", "tree_2", rgba(1, 2, 3))
+        killed.call("set_label_color", SetLabelColor, "", "tree_1", rgba(0, 0, 0, 0.0))
+        self.assertEqual(killed.stop(signal.SIGKILL), -signal.SIGKILL)
+        self.assertEqual(MapFile(self.path).labels()["tree_2"].color, None)
+        server = self.start("/survivor")
+        self.check_all(server, "", {"tree_2": (1, 2, 3)})
+        self.assertEqual(server.stop(), 0)
+        self.assertEqual(MapFile(self.path).labels()["tree_2"].color, (1, 2, 3))
+
+    def test_a_server_that_is_to_change_nothing_refuses(self):
+        self.servers.append(Server("/fixed", inputFile=self.path, read_only=True))
+        server = self.servers[-1]
+        self.assertIn("read only", self.refused(server, "", "tree_1", rgba(1, 2, 3)))
+        self.check_all(server, "", {"tree_1": (255, 0, 51)})
 
     def test_what_is_wrong_is_an_error_and_changes_nothing(self):
         server = self.start("/wrong")

@@ -172,6 +172,7 @@ void ClusterLabelDisplay::updatePose()
 
 void ClusterLabelDisplay::updateStatuses()
 {
+  state_.source_given = source_.has_value();
   state_.geometry_topic = geometryTopic();
   state_.labels_topic = labelsTopic();
   state_.label_count = store_.labels().size();

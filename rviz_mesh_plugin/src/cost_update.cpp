@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rviz_mesh_plugin/cost_summary.h"
+#include "rviz_mesh_plugin/validation.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -36,11 +37,8 @@ std::string applyUpdate(CostLayer& layer, const CostUpdate& update)
     return "an update of layer '" + layer.type + "' has " + std::to_string(update.costs.size()) +
            " costs for " + std::to_string(update.vertices.size()) + " vertices";
   }
-  for (const std::uint32_t vertex : update.vertices) {
-    if (vertex >= layer.costs.size()) {
-      return "an update of layer '" + layer.type + "' names vertex " + std::to_string(vertex) +
-             ", but the layer has " + std::to_string(layer.costs.size()) + " costs";
-    }
+  if (const auto misfit = checkUpdateFits(update, layer.costs.size())) {
+    return "an update of layer '" + layer.type + "': " + misfit->sentence();
   }
   CostSummary& summary = layer.summary;
   for (std::size_t i = 0; i < update.vertices.size(); ++i) {

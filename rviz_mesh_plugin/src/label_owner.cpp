@@ -2,25 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
-#include <deque>
 #include <exception>
 #include <mutex>
 #include <set>
-#include <thread>
 
 #include <mesh_msgs/MeshFaceClusterStamped.h>
 #include <mesh_msgs/MeshLabelColors.h>
 #include <mesh_msgs/SetLabelColor.h>
 #include <ros/names.h>
-#include <ros/service.h>
+#include <ros/serialization.h>
+#include <ros/service_traits.h>
 #include <boost/function.hpp>
+
+#include "rviz_mesh_plugin/service_call.h"
+#include "rviz_mesh_plugin/service_log.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
 constexpr std::uint32_t QUEUE = 10;
-const ros::Duration PATIENCE(5.0);  // until the service is there
+constexpr int TRIES = 5;  // a second apart, until the service is there
 
 std::uint8_t toByte(float channel)
 {
@@ -39,25 +40,35 @@ LabelOwner::Colors convert(const mesh_msgs::MeshLabelColors& message)
   return colors;
 }
 
+/// What went wrong; empty: nothing.
+std::string call(const std::string& service, const mesh_msgs::SetLabelColor::Request& request,
+                 const Cancellation& cancellation)
+{
+  namespace traits = ros::service_traits;
+  const ServiceType type = {traits::datatype<mesh_msgs::SetLabelColor>(),
+                            traits::md5sum<mesh_msgs::SetLabelColor>()};
+  for (int i = 0; i < TRIES; ++i) {
+    if (const auto address = lookUpService(service, cancellation)) {
+      const ServiceAnswer answer =
+          callService(service, *address, {type}, ros::serialization::serializeMessage(request),
+                      cancellation, [](std::size_t, std::size_t) {});
+      return answer.refusal.empty() ? "" : service + " refuses it: " + answer.refusal;
+    }
+    cancellation.wait(-1, 0, 1000);
+  }
+  return "nobody offers the service " + service;
+}
+
 }  // namespace
 
-/// What threads of ROS and the one that calls the service use, too; it outlives them.
+/// What threads of ROS and the one that calls the service use, too.
 struct LabelOwner::Shared
 {
-  struct Request
-  {
-    std::string service;
-    mesh_msgs::SetLabelColor call;
-  };
-
   std::mutex mutex;
-  std::condition_variable wake;
-  std::map<std::string, Colors> colors;  ///< by uuid
-  std::set<std::string> changed;         ///< uuids
-  std::deque<Request> requests;
+  std::map<std::string, Colors> colors;                               ///< by uuid
+  std::set<std::string> changed;                                      ///< uuids
+  std::map<std::string, mesh_msgs::SetLabelColor::Request> requests;  ///< by label
   std::string failure;
-  bool is_working = false;
-  bool is_over = false;
 };
 
 LabelOwner::LabelOwner() : shared_(std::make_shared<Shared>()) {}
@@ -93,12 +104,11 @@ void LabelOwner::disconnect()
   publisher_.shutdown();
   publisher_ = ros::Publisher();
   subscriber_.shutdown();
-  {
-    const std::lock_guard<std::mutex> lock(shared_->mutex);
-    shared_->is_over = true;
-    shared_->requests.clear();
+  if (cancellation_) {
+    cancellation_->set();
+    cancellation_.reset();
+    lanes_.reset();
   }
-  shared_->wake.notify_all();
   shared_ = std::make_shared<Shared>();  // what is on its way arrives in the old one
 }
 
@@ -117,60 +127,53 @@ void LabelOwner::store(const MeshData& mesh, const std::string& label,
 
 void LabelOwner::setColor(const std::string& uuid, const std::string& label, const Rgba8* color)
 {
-  Shared::Request request;
-  request.service = color_service_;
-  request.call.request.uuid = uuid;
-  request.call.request.label = label;
+  if (!cancellation_) {
+    lanes_ = std::make_unique<WorkLanes>();
+    cancellation_ = std::make_shared<Cancellation>();
+  }
+  mesh_msgs::SetLabelColor::Request request;
+  request.uuid = uuid;
+  request.label = label;
   if (color) {
-    request.call.request.color.r = color->red / 255.0f;
-    request.call.request.color.g = color->green / 255.0f;
-    request.call.request.color.b = color->blue / 255.0f;
-    request.call.request.color.a = 1.0f;
+    request.color.r = color->red / 255.0f;
+    request.color.g = color->green / 255.0f;
+    request.color.b = color->blue / 255.0f;
+    request.color.a = 1.0f;
   }
-  const std::lock_guard<std::mutex> lock(shared_->mutex);
-  // Of a color that is dragged about, the newest counts.
-  auto& requests = shared_->requests;
-  requests.erase(std::remove_if(requests.begin(), requests.end(),
-                                [&](const Shared::Request& other) {
-                                  return other.call.request.label == label;
-                                }),
-                 requests.end());
-  requests.push_back(request);
-  if (!shared_->is_working) {
-    // Detached: a service may never answer, and nobody waits for it then.
-    std::thread(work, shared_).detach();
-    shared_->is_working = true;
+  {
+    const std::lock_guard<std::mutex> lock(shared_->mutex);
+    // Of a color that is dragged about, the newest counts.
+    shared_->requests[label] = request;
   }
-  shared_->wake.notify_all();
+  lanes_->add("colors", [shared = shared_, cancellation = cancellation_, name = color_service_,
+                         label] { storeColor(*shared, name, label, *cancellation); });
 }
 
-void LabelOwner::work(const std::shared_ptr<Shared>& shared)
+void LabelOwner::storeColor(Shared& shared, const std::string& service, const std::string& label,
+                            const Cancellation& cancellation)
 {
-  std::unique_lock<std::mutex> lock(shared->mutex);
-  while (!shared->is_over) {
-    if (shared->requests.empty()) {
-      shared->wake.wait(lock);
-      continue;
+  mesh_msgs::SetLabelColor::Request request;
+  {
+    const std::lock_guard<std::mutex> lock(shared.mutex);
+    const auto newest = shared.requests.find(label);
+    if (newest == shared.requests.end()) {
+      return;  // it has been sent already
     }
-    Shared::Request request = shared->requests.front();
-    shared->requests.pop_front();
-    lock.unlock();
-    std::string failure;
-    try {
-      if (!ros::service::waitForService(request.service, PATIENCE)) {
-        failure = "nobody offers the service " + request.service;
-      } else if (!ros::service::call(request.service, request.call)) {
-        failure = "the service " + request.service + " refused it: see the log of its node";
-      }
-    } catch (const std::exception& error) {
-      failure = error.what();
-    }
-    lock.lock();
-    if (!failure.empty()) {
-      shared->failure =
-          "the color of '" + request.call.request.label + "' is not stored: " + failure;
-      shared->changed.insert(request.call.request.uuid);  // as it was
-    }
+    request = newest->second;
+    shared.requests.erase(newest);
+  }
+  std::string failure;
+  try {
+    failure = call(service, request, cancellation);
+  } catch (const Cancelled&) {
+    return;
+  } catch (const std::exception& error) {
+    failure = service + " cannot be called: " + error.what();
+  }
+  if (!failure.empty()) {
+    const std::lock_guard<std::mutex> lock(shared.mutex);
+    shared.failure = "the color of '" + label + "' is not stored: " + shortened(failure);
+    shared.changed.insert(request.uuid);  // as it was
   }
 }
 

@@ -15,6 +15,9 @@ StatusLine labelGeometryStatus(const LabelDisplayState& state, const LabelStore&
   if (!state.subscription_error.empty()) {
     return {StatusLine::ERROR, state.subscription_error};
   }
+  if (state.geometry_topic.empty() && state.source_given) {
+    return noMapOpen();
+  }
   if (state.geometry_topic.empty()) {
     return {StatusLine::ERROR,
             "there is no mesh to label: choose a 'Geometry Topic' and a 'Labels Topic', or add a "

@@ -1,6 +1,8 @@
 #include "rviz_mesh_plugin/mesh_buffers.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <iterator>
 
 #include <OgreHardwareBufferManager.h>
 
@@ -12,6 +14,32 @@ namespace {
 constexpr unsigned short GEOMETRY_BINDING = 0;
 constexpr unsigned short COLOR_BINDING = 1;
 constexpr unsigned short TEXTURE_BINDING = 2;
+
+/// An index buffer ends where the next range of a part would make it larger than this.
+constexpr std::size_t INDEX_BUFFER_SIZE = (std::size_t{32} << 20) / sizeof(std::uint32_t);
+
+/// Where the index buffers of a layout begin, and the end.
+std::vector<std::size_t> cutIndices(const MeshLayout& layout)
+{
+  std::vector<IndexRange> ranges;
+  for (const MeshPart& part : layout.parts) {
+    ranges.insert(ranges.end(), part.levels.begin(), part.levels.end());
+  }
+  std::sort(ranges.begin(), ranges.end(),
+            [](const IndexRange& a, const IndexRange& b) { return a.start < b.start; });
+  std::vector<std::size_t> cuts{0};
+  std::size_t behind = 0;  // all ranges so far
+  for (const IndexRange& range : ranges) {
+    const std::size_t end = std::size_t{range.start} + range.count;
+    if (range.start >= behind && range.start > cuts.back() &&
+        end - cuts.back() > INDEX_BUFFER_SIZE) {
+      cuts.push_back(range.start);
+    }
+    behind = std::max(behind, end);
+  }
+  cuts.push_back(layout.indices.size());
+  return cuts;
+}
 
 }  // namespace
 
@@ -30,8 +58,25 @@ MeshBuffers::MeshBuffers(const MeshLayoutConstPtr& layout) : layout_(layout)
                layout->texture_coordinates.size() * 2 * sizeof(float), 2 * sizeof(float),
                TEXTURE_BINDING});
   }
-  addStream({layout->indices.data(), layout->indices.size() * sizeof(std::uint32_t),
-             sizeof(std::uint32_t), 0});
+  const std::vector<std::size_t> cuts = cutIndices(*layout);
+  for (std::size_t i = 1; i < cuts.size(); ++i) {
+    addIndices(cuts[i - 1], cuts[i]);
+  }
+}
+
+void MeshBuffers::addIndices(std::size_t begin, std::size_t end)
+{
+  addStream({layout_->indices.data() + begin, (end - begin) * sizeof(std::uint32_t),
+             sizeof(std::uint32_t), static_cast<unsigned short>(indices_.size())});
+  indices_.push_back({begin, {}});
+}
+
+const MeshBuffers::IndexBuffer& MeshBuffers::indexBuffer(std::size_t index) const
+{
+  const auto behind = std::upper_bound(
+      indices_.begin(), indices_.end(), index,
+      [](std::size_t value, const IndexBuffer& buffer) { return value < buffer.begin; });
+  return *std::prev(behind);
 }
 
 void MeshBuffers::addStream(const Stream& stream)
@@ -44,10 +89,11 @@ void MeshBuffers::allocate(Stream* stream)
 {
   auto& manager = Ogre::HardwareBufferManager::getSingleton();
   const std::size_t count = stream->size / stream->element_size;
-  if (stream == &streams_.back()) {
-    indices_ = manager.createIndexBuffer(Ogre::HardwareIndexBuffer::IT_32BIT, count,
-                                         Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
-    stream->buffer = indices_.get();
+  if (verticesComplete()) {
+    auto& indices = indices_[stream->binding].buffer;
+    indices = manager.createIndexBuffer(Ogre::HardwareIndexBuffer::IT_32BIT, count,
+                                        Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
+    stream->buffer = indices.get();
     return;
   }
   const auto buffer = manager.createVertexBuffer(stream->element_size, count,
@@ -58,12 +104,16 @@ void MeshBuffers::allocate(Stream* stream)
 
 bool MeshBuffers::verticesComplete() const
 {
-  return next_ + 1 >= streams_.size();
+  return next_ + indices_.size() >= streams_.size();
 }
 
 std::size_t MeshBuffers::uploadedIndices() const
 {
-  return streams_.back().done / sizeof(std::uint32_t);
+  std::size_t bytes = 0;
+  for (std::size_t i = streams_.size() - indices_.size(); i < streams_.size(); ++i) {
+    bytes += streams_[i].done;
+  }
+  return bytes / sizeof(std::uint32_t);
 }
 
 void MeshBuffers::uploadSlice()

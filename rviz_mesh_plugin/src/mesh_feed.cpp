@@ -39,11 +39,20 @@ bool MeshFeed::connect(ros::NodeHandle& node_handle, const MeshProperties& prope
       source.geometry_topic,      source.costs_topic,  source.face_costs_topic,
       properties.updatesTopic(),  source.colors_topic, properties.materialsTopic(),
       properties.texturesTopic(), source.labels_topic};
+  std::array<std::string, KINDS> services;
+  services[COLORS] = properties.services().colors;
+  services[MATERIALS] = properties.services().materials;
+  services[TEXTURES] = properties.services().texture;
+  std::array<bool, KINDS> renamed{};
+  for (int kind = 0; kind < KINDS; ++kind) {
+    renamed[kind] = topics_[kind].name != names[kind] || topics_[kind].service != services[kind];
+  }
+  // Textures are asked for with their materials.
+  renamed[MATERIALS] = renamed[TEXTURES] = renamed[MATERIALS] || renamed[TEXTURES];
   bool forgotten = false;
   for (int kind = 0; kind < KINDS; ++kind) {
     Topic& topic = topics_[kind];
-    const bool renamed = topic.name != names[kind];
-    if (renamed) {
+    if (renamed[kind]) {
       (subscriptions_.*SUBSCRIBE[kind])(node_handle, std::string());
       topic.subscribed = false;
       forget(static_cast<Kind>(kind), store);
@@ -51,6 +60,7 @@ bool MeshFeed::connect(ros::NodeHandle& node_handle, const MeshProperties& prope
     }
     if (!topic.subscribed) {
       topic.name = names[kind];
+      topic.service = services[kind];
       topic.error = (subscriptions_.*SUBSCRIBE[kind])(node_handle, topic.name);
       topic.subscribed = true;
     }
@@ -69,12 +79,16 @@ void MeshFeed::forget(Kind kind, MeshStore& store)
       store.clearMeshes();
       break;
     case COSTS:
-    case FACE_COSTS:
-    case UPDATES:
       inbox_->clearCosts();
+      store.clearCosts(false);
+      break;
+    case FACE_COSTS:
       inbox_->clearFaceCosts();
+      store.clearCosts(true);
+      break;
+    case UPDATES:
       inbox_->clearUpdates();
-      store.clearCosts();
+      store.clearUpdates();
       break;
     case COLORS:
       inbox_->clearColors();

@@ -7,7 +7,6 @@
 
 #include "rviz_mesh_plugin/attribute_conversion.h"
 #include "rviz_mesh_plugin/material_conversion.h"
-#include "rviz_mesh_plugin/mesh_conversion.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -16,8 +15,8 @@ namespace {
 constexpr std::size_t MAX_LAYERS = 256;
 constexpr std::size_t MAX_MESHES = 8;
 constexpr std::size_t MAX_TEXTURES = 4096;
-/// More updates of a layer than this are joined.
-constexpr std::size_t MAX_UPDATES = 64;
+/// More updates of a layer than this are joined, so that few are left to the GUI thread.
+constexpr std::size_t MAX_UPDATES = 16;
 
 /// Puts @a item behind the others, in place of the one that it supersedes.
 template <class Pointer, class IsSame>
@@ -168,12 +167,6 @@ void MeshInbox::store(const LabelSetConstPtr& labels)
   }
 }
 
-void MeshInbox::receive(const mesh_msgs::MeshGeometryStamped& message)
-{
-  accept([&]() { return convert(message); }, &InboxContent::geometry_reception,
-         [this](const MeshDataConstPtr& mesh) { content_.geometry = mesh; });
-}
-
 bool MeshInbox::receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped)
 {
   return accept([&]() { return convert(message); }, &InboxContent::costs_reception,
@@ -249,7 +242,6 @@ InboxContent MeshInbox::take()
   const std::lock_guard<std::mutex> lock(mutex_);
   InboxContent taken = std::move(content_);
   content_ = InboxContent();
-  content_.geometry_reception = taken.geometry_reception;
   content_.costs_reception = taken.costs_reception;
   content_.face_costs_reception = taken.face_costs_reception;
   content_.updates_reception = taken.updates_reception;
@@ -258,13 +250,6 @@ InboxContent MeshInbox::take()
   content_.textures_reception = taken.textures_reception;
   content_.labels_reception = taken.labels_reception;
   return taken;
-}
-
-void MeshInbox::clearGeometry()
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  content_.geometry.reset();
-  content_.geometry_reception = Reception();
 }
 
 void MeshInbox::clearCosts()

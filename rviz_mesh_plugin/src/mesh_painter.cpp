@@ -10,6 +10,7 @@
 #include "rviz_mesh_plugin/mesh_store.h"
 #include "rviz_mesh_plugin/mesh_visual.h"
 #include "rviz_mesh_plugin/shown_costs.h"
+#include "rviz_mesh_plugin/validation.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -20,14 +21,6 @@ bool fits(const MeshLayout& layout, std::size_t count, bool on_faces)
 {
   return on_faces ? layout.split == Split::BY_FACE && count == layout.mesh->faceCount()
                   : layout.split != Split::BY_FACE && count == layout.mesh->vertexCount();
-}
-
-/// Whether all that materials name is there.
-bool fits(const Materials& materials, const MeshData& mesh)
-{
-  return (materials.faces.empty() || materials.faces.back() < mesh.faceCount()) &&
-         (materials.texture_coordinates.empty() ||
-          materials.texture_coordinates.size() == mesh.vertexCount());
 }
 
 /// Reads nothing beyond the end: OGRE may ask for the colors of a mesh that is
@@ -80,7 +73,10 @@ void MeshPainter::setLayout(const MeshLayoutConstPtr& layout)
       visual_ = std::make_unique<MeshVisual>(context_.scene_manager, context_.parent);
       visual_->setVisible(false);
     }
+    const MeshLayoutConstPtr before = visual_->layout();
     visual_->setLayout(layout);
+    // Another mesh does not wait in the colors of the one before.
+    at_hand_ = at_hand_ && before && before->mesh == layout->mesh;
     textures_.clear();  // freed with the layout before
   });
   paint();
@@ -128,7 +124,7 @@ bool MeshPainter::requestLayout()
       split = Split::BY_FACE;
     }
   } else if (type == DisplayType::TEXTURES && attributes.materials &&
-             fits(*attributes.materials, *mesh)) {
+             !checkMaterialsFit(*attributes.materials, mesh->vertexCount(), mesh->faceCount())) {
     split = Split::BY_MATERIAL;
     materials = attributes.materials;
   }

@@ -7,6 +7,7 @@
 
 #include "rviz_mesh_plugin/finite_bounds.h"
 #include "rviz_mesh_plugin/level_choice.h"
+#include "rviz_mesh_plugin/mesh_buffers.h"
 #include "rviz_mesh_plugin/ogre_compatibility.h"
 #include "rviz_mesh_plugin/unique_name.h"
 
@@ -76,8 +77,9 @@ void MeshPartObject::visitRenderables(Ogre::Renderable::Visitor* visitor,
 
 void MeshPartObject::getRenderOperation(Ogre::RenderOperation& operation)
 {
-  index_data_.indexBuffer = drawing_.indices;
-  index_data_.indexStart = drawn_.start;
+  const MeshBuffers::IndexBuffer& indices = drawing_.buffers->indexBuffer(drawn_.start);
+  index_data_.indexBuffer = indices.buffer;
+  index_data_.indexStart = drawn_.start - indices.begin;
   index_data_.indexCount = drawn_.count;
   operation.operationType = Ogre::RenderOperation::OT_TRIANGLE_LIST;
   operation.vertexData = drawing_.vertices;

@@ -17,6 +17,7 @@ MeshPicture::MeshPicture(Ogre::SceneManager* scene_manager, const MeshLayoutCons
     if (!layout->vertices.empty() && !layout->indices.empty()) {
       buffers_ = std::make_unique<MeshBuffers>(layout);
       drawing_.vertices = buffers_->vertices();
+      drawing_.buffers = buffers_.get();
       makeParts();
     }
     applyStyle();
@@ -81,7 +82,6 @@ bool MeshPicture::uploadSlice()
   }
   if (!buffers_->complete()) {
     buffers_->uploadSlice();
-    drawing_.indices = buffers_->indices();
     drawing_.uploaded_indices = buffers_->uploadedIndices();
     return true;
   }

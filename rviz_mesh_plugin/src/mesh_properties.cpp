@@ -86,7 +86,6 @@ MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
   connect(costs_, SIGNAL(coloringChanged()), SIGNAL(contentChanged()));
   connect(costs_, SIGNAL(legendChanged()), SIGNAL(styleChanged()));
   connect(look_, SIGNAL(styleChanged()), SIGNAL(styleChanged()));
-  offerTypes();
   onDisplayType();
 }
 
@@ -155,6 +154,7 @@ void MeshProperties::onDisplayType()
     property.first->setHidden(!property.second);
   }
   costs_->setHidden(!costs);
+  offerTypes();  // the one before is offered no longer where it has no data
   Q_EMIT contentChanged();
 }
 
@@ -204,7 +204,6 @@ void MeshProperties::setSource(const MeshSource& source)
   buffer_size_->hide();
   labels_topic_->hide();
   costs_->setTopicsHidden(true);
-  offerTypes();
   onDisplayType();
   Q_EMIT sourceChanged();
 }

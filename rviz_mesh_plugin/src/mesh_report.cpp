@@ -8,6 +8,7 @@
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_store.h"
 #include "rviz_mesh_plugin/mesh_visual.h"
+#include "rviz_mesh_plugin/shown_costs.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -28,8 +29,11 @@ const std::string& firstOf(const std::string& a, const std::string& b)
 void MeshReport::report(const InboxContent& inbox, const Reception& geometry_reception,
                         const std::string& working, StatusLines& lines) const
 {
-  lines.report("Topic", topicStatus(feed_.topic(MeshFeed::GEOMETRY),
-                                    feed_.error(MeshFeed::GEOMETRY), geometry_reception));
+  const std::string& topic = feed_.topic(MeshFeed::GEOMETRY);
+  lines.report("Topic",
+               topic.empty() && properties_.sourceGiven()
+                   ? noMapOpen()
+                   : topicStatus(topic, feed_.error(MeshFeed::GEOMETRY), geometry_reception));
   lines.report("Geometry", geometryStatus(geometry(geometry_reception, working)));
   lines.report("Costs", costsStatus(costs(inbox)));
   lines.report("Colors", colorsStatus(colors(inbox)));
@@ -82,7 +86,8 @@ CostsState MeshReport::costs(const InboxContent& inbox) const
     state.on_faces = layer->on_faces;
     state.summary = layer->summary;
     const CostColoring coloring = properties_.costs().coloring();
-    state.limits = limitsOf(coloring, layer->summary);
+    // As drawn: one scale for all meshes.
+    state.limits = limitsOf(commonColoring(store_, state.type, coloring), layer->summary);
     state.note = coloringNote(coloring, layer->summary);
   }
   return state;

@@ -1,6 +1,7 @@
 #include "rviz_mesh_plugin/mesh_requests.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "rviz_mesh_plugin/cost_properties.h"
 #include "rviz_mesh_plugin/mesh_feed.h"
@@ -24,8 +25,11 @@ void MeshRequests::update(Clock::time_point now, MeshFeed& feed, const MeshPrope
 {
   MeshServices& services = feed.services();
   const MeshDataConstPtr mesh = store.newest();
+  forgetGone(services, store);
   const bool has_topic = !feed.topic(MeshFeed::GEOMETRY).empty();
-  if (due("mesh", !mesh, has_topic, now)) {
+  // Within another display that shows nothing, a server that happens to be there is not meant.
+  const bool wanted = has_topic || !properties.sourceGiven();
+  if (due("mesh", !mesh && wanted, has_topic, now)) {
     services.requestMesh(std::string());
     mesh_asked_ = true;
   }
@@ -40,34 +44,57 @@ void MeshRequests::update(Clock::time_point now, MeshFeed& feed, const MeshPrope
       since_.clear();
     }
   }
-  const MeshAttributes& attributes = store.attributes();
+  for (const MeshDataConstPtr& shown : store.meshes()) {
+    requestAttributes(now, shown->uuid, feed, properties, store);
+  }
+}
+
+void MeshRequests::forgetGone(MeshServices& services, const MeshStore& store)
+{
+  std::set<std::string> uuids;
+  for (const MeshDataConstPtr& mesh : store.meshes()) {
+    uuids.insert(mesh->uuid);
+  }
+  // Else a publisher of ever new uuids would leave a request behind for each of them.
+  if (!std::includes(uuids.begin(), uuids.end(), uuids_.begin(), uuids_.end())) {
+    services.cancel();
+    since_.clear();
+  }
+  uuids_ = std::move(uuids);
+}
+
+void MeshRequests::requestAttributes(Clock::time_point now, const std::string& uuid, MeshFeed& feed,
+                                     const MeshProperties& properties, const MeshStore& store)
+{
+  MeshServices& services = feed.services();
+  const MeshAttributes& attributes = store.attributes(uuid);
   const DisplayType type = properties.displayType();
   // A display within another one shows what there is to be chosen.
   const bool everything = properties.sourceGiven();
-  const std::string suffix = " " + mesh->uuid;
+  const std::string suffix = " " + uuid;
   if (due("colors" + suffix,
           (everything || type == DisplayType::VERTEX_COLOR) && !attributes.colors,
           !feed.topic(MeshFeed::COLORS).empty(), now)) {
-    services.requestColors(mesh->uuid);
+    services.requestColors(uuid);
   }
   if (due("materials" + suffix,
           (everything || type == DisplayType::TEXTURES) && !attributes.materials,
           !feed.topic(MeshFeed::MATERIALS).empty(), now)) {
-    services.requestMaterials(mesh->uuid);
+    services.requestMaterials(uuid);
   }
   const std::string chosen = properties.costs().costsType();
   const bool layer_missing = chosen.empty() ? attributes.costs.empty() : !attributes.cost(chosen);
   const bool costs = type == DisplayType::VERTEX_COSTS;
   if (due("costs" + suffix, (costs && layer_missing) || (everything && attributes.costs.empty()),
           !feed.topic(MeshFeed::COSTS).empty() || !feed.topic(MeshFeed::FACE_COSTS).empty(), now)) {
-    services.requestCosts(mesh->uuid);
-    const std::vector<std::string> layers = services.layers(mesh->uuid);
+    services.requestCosts(uuid);
+    const std::vector<std::string> layers = services.layers(uuid);
     if (costs && std::find(layers.begin(), layers.end(), chosen) != layers.end()) {
-      services.requestLayer(mesh->uuid, chosen);
+      services.requestLayer(uuid, chosen);
     }
   }
   if (due("labels" + suffix, properties.labelsShown(), false, now)) {
-    services.requestLabels(mesh->uuid);
+    services.requestLabels(uuid);
   }
 }
 

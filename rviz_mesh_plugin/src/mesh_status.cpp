@@ -85,13 +85,17 @@ StatusLine topicStatus(const std::string& topic, const std::string& subscription
   if (!subscription_error.empty()) {
     return {StatusLine::ERROR, text("cannot subscribe to '", topic, "': ", subscription_error)};
   }
+  if (topic.empty() && reception.accepted > 0) {
+    return {StatusLine::OK, "no topic chosen; a service has brought the mesh"};
+  }
   if (topic.empty()) {
     return {StatusLine::WARN,
             "no topic chosen: set 'Geometry Topic' to one of "
             "type mesh_msgs/MeshGeometryStamped"};
   }
   if (reception.received() == 0) {
-    return {StatusLine::WARN, text("no message received on ", topic, " yet; is it published?")};
+    return {StatusLine::WARN, text("no message received on ", topic,
+                                   " yet; is it published, as mesh_msgs/MeshGeometryStamped?")};
   }
   return {StatusLine::OK,
           counted(reception.received(), "message", "messages") + " received" + refusals(reception)};
@@ -153,14 +157,10 @@ OptionalStatus colorsStatus(const AttributeState& state)
 
 OptionalStatus costsStatus(const CostsState& state)
 {
-  auto wrong_count = state.size && state.mesh_shown && !state.on_faces
-                         ? checkCostCount(*state.size, state.vertex_count)
-                         : std::nullopt;
-  if (state.on_faces && state.size && state.mesh_shown && *state.size != state.face_count) {
-    wrong_count =
-        Finding{"face_cost_count",
-                text("there are ", *state.size, " costs for ", state.face_count, " faces"),
-                std::nullopt, 1, "publish one cost per face of the mesh"};
+  std::optional<Finding> wrong_count;
+  if (state.size && state.mesh_shown) {
+    wrong_count = state.on_faces ? checkFaceCostCount(*state.size, state.face_count)
+                                 : checkCostCount(*state.size, state.vertex_count);
   }
   if (auto problem = attributeProblem(state, "costs", "Vertex Costs Topic", wrong_count)) {
     if (wrong_count && problem->level == StatusLine::ERROR) {
@@ -189,7 +189,7 @@ OptionalStatus costsStatus(const CostsState& state)
                                              join(state.types), GREY)};
   }
   if (!state.size) {
-    return StatusLine{StatusLine::WARN, text("layer '", state.type, "' has not arrived, but ",
+    return StatusLine{StatusLine::WARN, text("layer '", state.type, "' has not arrived; there are ",
                                              join(state.types), waiting, GREY)};
   }
   const CostSummary& summary = state.summary;
@@ -229,16 +229,10 @@ OptionalStatus texturesStatus(const TexturesState& state)
                : OptionalStatus();
   }
   const Materials& materials = *state.materials;
-  if (state.mesh_shown && !materials.faces.empty() && materials.faces.back() >= state.face_count) {
-    return StatusLine{StatusLine::ERROR,
-                      text("a material is that of face ", materials.faces.back(),
-                           ", but the mesh has ", counted(state.face_count, "face", "faces"))};
-  }
-  const std::size_t coordinates = materials.texture_coordinates.size();
-  if (state.mesh_shown && coordinates > 0 && coordinates != state.vertex_count) {
-    return StatusLine{StatusLine::ERROR,
-                      text("there are ", coordinates, " texture coordinates for ",
-                           state.vertex_count, " vertices")};
+  if (state.mesh_shown) {
+    if (const auto misfit = checkMaterialsFit(materials, state.vertex_count, state.face_count)) {
+      return StatusLine{StatusLine::ERROR, misfit->sentence() + (state.chosen ? GREY : "")};
+    }
   }
   std::set<std::uint32_t> named;
   for (const Material& material : materials.materials) {
@@ -249,7 +243,7 @@ OptionalStatus texturesStatus(const TexturesState& state)
   std::string line = text(counted(materials.materials.size(), "material", "materials"), " on ",
                           counted(materials.faces.size(), "face", "faces"), ", ", state.textures,
                           " of ", counted(named.size(), "texture", "textures"), " received");
-  if (!named.empty() && coordinates == 0) {
+  if (!named.empty() && materials.texture_coordinates.empty()) {
     return StatusLine{StatusLine::WARN,
                       line + "; without texture coordinates they cannot be drawn"};
   }

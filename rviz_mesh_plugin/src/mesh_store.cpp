@@ -1,6 +1,7 @@
 #include "rviz_mesh_plugin/mesh_store.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "rviz_mesh_plugin/cost_update.h"
 
@@ -128,7 +129,11 @@ void MeshStore::addMaterials(const MaterialsConstPtr& materials)
 
 void MeshStore::addTexture(const TextureImageConstPtr& texture)
 {
-  attributesOf(texture->uuid).textures[texture->index] = texture;
+  auto& textures = attributesOf(texture->uuid).textures;
+  textures[texture->index] = texture;
+  if (textures.size() > MAX_TEXTURES) {
+    textures.erase(std::prev(textures.end()));
+  }
 }
 
 void MeshStore::addLabels(const LabelSetConstPtr& labels)
@@ -175,7 +180,8 @@ void MeshStore::keepWaiting(const CostUpdateConstPtr& update)
 {
   waiting_updates_.push_back(update);
   waiting_values_ += update->costs.size();
-  while (waiting_values_ > MAX_WAITING_VALUES && waiting_updates_.size() > 1) {
+  while (waiting_updates_.size() > MAX_WAITING_UPDATES ||
+         (waiting_values_ > MAX_WAITING_VALUES && waiting_updates_.size() > 1)) {
     waiting_values_ -= waiting_updates_.front()->costs.size();
     waiting_updates_.pop_front();
   }
@@ -199,11 +205,19 @@ void MeshStore::applyWaiting(StoredCosts& costs)
   }
 }
 
-void MeshStore::clearCosts()
+void MeshStore::clearCosts(bool on_faces)
 {
   for (MeshAttributes& attributes : attributes_) {
-    attributes.costs.clear();
+    auto& costs = attributes.costs;
+    costs.erase(std::remove_if(
+                    costs.begin(), costs.end(),
+                    [&](const StoredCosts& stored) { return stored.layer->on_faces == on_faces; }),
+                costs.end());
   }
+}
+
+void MeshStore::clearUpdates()
+{
   waiting_updates_.clear();
   waiting_values_ = 0;
   update_problem_.clear();
@@ -233,7 +247,7 @@ void MeshStore::clearLabels()
 
 void MeshStore::clear()
 {
-  clearCosts();
+  clearUpdates();
   meshes_.clear();
   attributes_.clear();
 }

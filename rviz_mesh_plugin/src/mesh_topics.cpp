@@ -55,9 +55,6 @@ MeshTopics::MeshTopics(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoa
 std::string MeshTopics::subscribeGeometry(ros::NodeHandle& node_handle, const std::string& topic)
 {
   using Message = mesh_msgs::MeshGeometryStamped;
-  if (!loader_) {
-    return subscribe<Message>(geometry_, node_handle, topic, GEOMETRY_QUEUE, inbox_);
-  }
   return subscribe<Message>(
       geometry_, node_handle, topic, GEOMETRY_QUEUE,
       [loader = loader_](const Message::ConstPtr& message) { loader->receive(message); });

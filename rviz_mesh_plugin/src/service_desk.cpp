@@ -225,8 +225,13 @@ void ServiceDesk::fetchColors(const std::string& uuid)
   mesh_msgs::GetVertexColors::Response response;
   std::string name;
   auto& colors = response.mesh_vertex_colors_stamped;
-  if (get<mesh_msgs::GetVertexColors>(names_.colors, request, response, name) &&
-      belongs(names_.colors, name, uuid, colors.uuid)) {
+  if (!get<mesh_msgs::GetVertexColors>(names_.colors, request, response, name)) {
+    return;
+  }
+  // Servers answer so, with or without the uuid, for a mesh that has none.
+  if (colors.mesh_vertex_colors.vertex_colors.empty()) {
+    log_.answer(names_.colors, name, "the mesh has no vertex colors");
+  } else if (belongs(names_.colors, name, uuid, colors.uuid)) {
     finish(names_.colors, name, inbox_->receive(colors, &cancellation_.flag()));
   }
 }
@@ -239,8 +244,14 @@ void ServiceDesk::fetchMaterials(const std::string& uuid)
   mesh_msgs::GetMaterials::Response response;
   std::string name;
   auto& materials = response.mesh_materials_stamped;
-  if (!get<mesh_msgs::GetMaterials>(names_.materials, request, response, name) ||
-      !belongs(names_.materials, name, uuid, materials.uuid)) {
+  if (!get<mesh_msgs::GetMaterials>(names_.materials, request, response, name)) {
+    return;
+  }
+  if (materials.mesh_materials.materials.empty()) {
+    log_.answer(names_.materials, name, "the mesh has no materials");
+    return;
+  }
+  if (!belongs(names_.materials, name, uuid, materials.uuid)) {
     return;
   }
   const bool accepted = inbox_->receive(materials, &cancellation_.flag());

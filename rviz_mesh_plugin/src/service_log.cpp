@@ -28,7 +28,8 @@ std::string join(const std::vector<std::string>& names)
   return text;
 }
 
-/// A reason of somebody else's, short and on one line.
+}  // namespace
+
 std::string shortened(std::string text)
 {
   if (text.size() > 300) {
@@ -38,8 +39,6 @@ std::string shortened(std::string text)
       text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
   return text;
 }
-
-}  // namespace
 
 State ServiceReport::worst() const
 {

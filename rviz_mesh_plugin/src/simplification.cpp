@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <unordered_map>
 #include <utility>
+
+#include "rviz_mesh_plugin/mesh_border.h"
 
 #ifdef HAVE_MESHOPTIMIZER
 #include <meshoptimizer.h>
@@ -18,6 +22,8 @@ constexpr std::size_t FEW_FACES = 1000;
 constexpr std::size_t COARSEST = 256;
 /// A coarser grid would show nothing of the mesh.
 constexpr int LEAST_CELLS = 8;
+/// Where one vertex of so many lies on a border, faces share hardly any: there is no border to see.
+constexpr std::size_t MUCH_BORDER = 8;
 
 }  // namespace
 
@@ -45,6 +51,7 @@ Simplifier::Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion
     }
   }
   extent_ = grid.hasExtent() ? grid.extent() : 0.0f;
+  origin_ = grid.lower;
 }
 
 std::vector<std::uint32_t> Simplifier::simplify(const std::vector<std::uint32_t>& indices,
@@ -56,13 +63,10 @@ std::vector<std::uint32_t> Simplifier::simplify(const std::vector<std::uint32_t>
   std::vector<std::uint32_t> inside;
   std::vector<std::uint32_t> outside;
   if (!region_.whole) {
-    const auto is_outside = [this](std::uint32_t index) {
-      return clamped_[index] != (*vertices_)[index].position;
-    };
     inside.reserve(indices.size());
     for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
       const bool keep =
-          is_outside(indices[i]) || is_outside(indices[i + 1]) || is_outside(indices[i + 2]);
+          isOutside(indices[i]) || isOutside(indices[i + 1]) || isOutside(indices[i + 2]);
       auto& faces = keep ? outside : inside;
       faces.insert(faces.end(), indices.begin() + i, indices.begin() + i + 3);
     }
@@ -78,6 +82,55 @@ std::vector<std::uint32_t> Simplifier::simplify(const std::vector<std::uint32_t>
                                            count_, stride, 0, error, nullptr));
   simplified.insert(simplified.end(), outside.begin(), outside.end());
   return simplified;
+}
+
+bool Simplifier::isOutside(std::uint32_t vertex) const
+{
+  return !region_.whole && clamped_[vertex] != (*vertices_)[vertex].position;
+}
+
+std::uint64_t Simplifier::cell(std::uint32_t vertex, int cells) const
+{
+  const auto& position = (*vertices_)[vertex].position;
+  std::uint64_t id = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float place = (position[axis] - origin_[axis]) * (1.0f / extent_);
+    id = id << 20 | static_cast<std::uint64_t>(place * static_cast<float>(cells) + 0.5f);
+  }
+  return id;
+}
+
+void Simplifier::keepBorder(const std::vector<std::uint32_t>& border, int cells,
+                            std::vector<std::uint32_t>* simplified) const
+{
+  if (!(extent_ > 0.0f) || border.empty()) {
+    return;
+  }
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> candidates;
+  for (const std::uint32_t vertex : border) {
+    if (!isOutside(vertex)) {
+      candidates[cell(vertex, cells)].push_back(vertex);
+    }
+  }
+  std::vector<std::uint32_t> places(count_, NONE);
+  for (std::uint32_t& index : *simplified) {
+    if (places[index] == NONE) {
+      places[index] = index;
+      const auto found = isOutside(index) ? candidates.end() : candidates.find(cell(index, cells));
+      if (found != candidates.end()) {
+        // The farthest: next to a corner, that is the corner.
+        const auto distance = [this, index](std::uint32_t vertex) {
+          const auto& a = (*vertices_)[index].position;
+          const auto& b = (*vertices_)[vertex].position;
+          return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+        };
+        places[index] = *std::max_element(
+            found->second.begin(), found->second.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
+      }
+    }
+    index = places[index];
+  }
 }
 
 #else
@@ -98,6 +151,11 @@ std::vector<std::uint32_t> Simplifier::simplify(const std::vector<std::uint32_t>
   return indices;
 }
 
+void Simplifier::keepBorder(const std::vector<std::uint32_t>& /*border*/, int /*cells*/,
+                            std::vector<std::uint32_t>* /*simplified*/) const
+{
+}
+
 #endif
 
 std::vector<SimplifiedLevel> simplifyInLevels(const Simplifier& simplifier,
@@ -112,6 +170,10 @@ std::vector<SimplifiedLevel> simplifyInLevels(const Simplifier& simplifier,
   const float wanted = edge > 0.0f ? extent / (2.0f * edge) : Simplifier::MOST_CELLS;
   int cells = static_cast<int>(std::min<float>(wanted, Simplifier::MOST_CELLS));
   const std::size_t few = std::max(3 * FEW_FACES, indices.size() / COARSEST);
+  std::vector<std::uint32_t> border = borderVertices(indices, simplifier.vertexCount());
+  if (border.size() > simplifier.vertexCount() / MUCH_BORDER) {
+    border.clear();
+  }
   const std::vector<std::uint32_t>* finer = &indices;
   for (; cells >= LEAST_CELLS && finer->size() > few && !cancelled; cells /= 2) {
     SimplifiedLevel level{simplifier.cellSize(cells), simplifier.simplify(*finer, cells)};
@@ -119,6 +181,7 @@ std::vector<SimplifiedLevel> simplifyInLevels(const Simplifier& simplifier,
       break;
     }
     if (3 * level.indices.size() <= finer->size()) {
+      simplifier.keepBorder(border, cells, &level.indices);
       level.indices.shrink_to_fit();
       levels.push_back(std::move(level));
       finer = &levels.back().indices;

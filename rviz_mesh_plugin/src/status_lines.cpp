@@ -1,8 +1,15 @@
 #include "rviz_mesh_plugin/status_lines.h"
 
+#include <exception>
+
 #include <rviz/display.h>
 
 namespace rviz_mesh_plugin {
+
+StatusLine noMapOpen()
+{
+  return {StatusLine::WARN, "no map is open; the line 'Map' of the display above tells why"};
+}
 
 void StatusLines::report(const std::string& name, const OptionalStatus& status)
 {
@@ -21,6 +28,19 @@ void StatusLines::report(const std::string& name, const OptionalStatus& status)
   lines_[name] = *status;
   display_->setStatusStd(static_cast<rviz::StatusProperty::Level>(status->level), name,
                          status->text);
+}
+
+bool StatusLines::attempt(const std::function<void()>& work)
+{
+  try {
+    work();
+    return true;
+  } catch (const std::exception& error) {  // Ogre::Exception, ros::Exception, std::bad_alloc
+    report("Display",
+           StatusLine{StatusLine::ERROR,
+                      std::string("the display cannot do what it should: ") + error.what()});
+    return false;
+  }
 }
 
 void StatusLines::clear()

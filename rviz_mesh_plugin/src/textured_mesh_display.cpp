@@ -1,15 +1,9 @@
 #include "rviz_mesh_plugin/textured_mesh_display.h"
 
 #include <algorithm>
-#include <exception>
 
 #include <OgreSceneNode.h>
 
-#include <mesh_msgs/MeshVertexColorsStamped.h>
-#include <mesh_msgs/MeshVertexCostsStamped.h>
-#include <ros/master.h>
-#include <ros/message_traits.h>
-#include <ros/names.h>
 #include <rviz/config.h>
 #include <rviz/display_context.h>
 #include <rviz/frame_manager.h>
@@ -23,25 +17,7 @@ namespace rviz_mesh_plugin {
 namespace {
 
 /// What an update may take for uploads, so that the GUI stays fluid.
-constexpr std::chrono::milliseconds UPLOAD_BUDGET{15};
-
-/// A topic of this type in a namespace, the one of this name first; empty where
-/// there is none.
-template <class Message>
-QString topicIn(const std::string& parent, const char* name, const ros::master::V_TopicInfo& topics)
-{
-  std::string found;
-  for (const ros::master::TopicInfo& topic : topics) {
-    if (topic.datatype == ros::message_traits::datatype<Message>() &&
-        ros::names::parentNamespace(topic.name) == parent) {
-      if (topic.name == ros::names::append(parent, name)) {
-        return QString::fromStdString(topic.name);
-      }
-      found = found.empty() ? topic.name : found;
-    }
-  }
-  return QString::fromStdString(found);
-}
+constexpr std::chrono::milliseconds UPLOAD_BUDGET{30};
 
 }  // namespace
 
@@ -51,17 +27,19 @@ TexturedMeshDisplay::~TexturedMeshDisplay() = default;
 
 void TexturedMeshDisplay::onInitialize()
 {
-  painters_ = std::make_unique<MeshPainters>(
-      MeshPainter::Context{store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
-  report_ = std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_);
-  connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
-  connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
-  connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
+  lines_.attempt([this] {
+    painters_ = std::make_unique<MeshPainters>(
+        MeshPainter::Context{store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
+    report_ = std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_);
+    connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
+    connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
+    connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
+  });
 }
 
 void TexturedMeshDisplay::setSource(const MeshSource& source)
 {
-  properties_->setSource(source);
+  lines_.attempt([&] { properties_->setSource(source); });
 }
 
 MeshDataConstPtr TexturedMeshDisplay::mesh() const
@@ -92,21 +70,18 @@ const MeshVisual* TexturedMeshDisplay::visual() const
 
 void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*datatype*/)
 {
-  properties_->setGeometryTopic(topic);
-  // RViz has just asked the master for the same list, to offer this topic.
-  ros::master::V_TopicInfo topics;
-  if (ros::master::getTopics(topics)) {
-    const std::string parent = ros::names::parentNamespace(topic.toStdString());
-    properties_->proposeTopics(
-        topicIn<mesh_msgs::MeshVertexCostsStamped>(parent, "vertex_costs", topics),
-        topicIn<mesh_msgs::MeshVertexColorsStamped>(parent, "vertex_colors", topics));
-  }
+  lines_.attempt([&] {
+    properties_->setGeometryTopic(topic);
+    proposal_.ask(topic.toStdString());
+  });
 }
 
 void TexturedMeshDisplay::load(const rviz::Config& config)
 {
-  Display::load(config);
-  properties_->loadOlderKeys(config);
+  lines_.attempt([&] {
+    Display::load(config);
+    properties_->loadOlderKeys(config);
+  });
 }
 
 void TexturedMeshDisplay::onEnable()
@@ -117,27 +92,31 @@ void TexturedMeshDisplay::onEnable()
 
 void TexturedMeshDisplay::onDisable()
 {
-  feed_.disconnect();
-  requests_.restart();
-  legend_.hide();
-  clearStatuses();
-  lines_.forget();
+  lines_.attempt([this] {
+    feed_.disconnect();
+    requests_.restart();
+    legend_.hide();
+    clearStatuses();
+    lines_.forget();
+  });
 }
 
 void TexturedMeshDisplay::reset()
 {
-  Display::reset();
-  lines_.forget();
-  feed_.clear();
-  requests_.restart();
-  store_.clear();
-  changed_costs_.clear();
-  if (painters_) {
-    painters_->clear();
-  }
-  legend_.hide();
-  received_ = InboxContent();
-  geometry_reception_ = Reception();
+  lines_.attempt([this] {
+    Display::reset();
+    lines_.forget();
+    feed_.clear();
+    requests_.restart();
+    store_.clear();
+    pending_costs_.clear();
+    if (painters_) {
+      painters_->clear();
+    }
+    legend_.hide();
+    received_ = InboxContent();
+    geometry_reception_ = Reception();
+  });
   onSource();
   onContent();
 }
@@ -156,18 +135,19 @@ void TexturedMeshDisplay::onContent()
 
 void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
 {
-  try {
-    work();
+  const bool done = lines_.attempt([this] { work(); });
+  if (done && work_failed_) {
     lines_.report("Display", std::nullopt);
-  } catch (const std::exception& error) {
-    lines_.report("Display", StatusLine{StatusLine::ERROR, std::string("the display cannot do what "
-                                                                       "it should: ") +
-                                                               error.what()});
   }
+  work_failed_ = !done;
 }
 
 void TexturedMeshDisplay::work()
 {
+  if (const auto topics = proposal_.take()) {
+    properties_->proposeTopics(QString::fromStdString(topics->costs),
+                               QString::fromStdString(topics->colors));
+  }
   if (source_changed_) {
     source_changed_ = false;
     if (feed_.connect(threaded_nh_, *properties_, store_)) {
@@ -182,10 +162,11 @@ void TexturedMeshDisplay::work()
     content_changed_ = false;
     store_.setCapacity(properties_->bufferSize());
     painters_->paint();
-    setVisibilityBits(getVisibilityBits());  // for the objects that are new
-    queueRender();
+    uploading_ = true;
   }
-  showUpdates();
+  if (pending_costs_.show(Clock::now(), properties_->updateRate(), *painters_)) {
+    uploading_ = true;
+  }
   upload();
   updatePoses();
   legend_.update(*properties_, *painters_);
@@ -222,7 +203,7 @@ void TexturedMeshDisplay::takeMessages()
   content_changed_ |= !content.costs.empty() || !content.colors.empty() ||
                       !content.materials.empty() || !content.textures.empty() ||
                       !content.labels.empty();
-  takeUpdates(content.updates);
+  pending_costs_.take(content.updates, store_);
   if (!loaded.layouts.empty()) {
     painters_->paint();  // there is a painter for each mesh then
     painters_->setLayouts(loaded.layouts);
@@ -236,38 +217,6 @@ void TexturedMeshDisplay::takeMessages()
   content.textures.clear();
   content.labels.clear();
   received_ = std::move(content);
-}
-
-void TexturedMeshDisplay::takeUpdates(const std::vector<CostUpdateConstPtr>& updates)
-{
-  for (const CostUpdateConstPtr& update : updates) {
-    if (const CostLayerConstPtr layer = store_.update(update)) {
-      ChangedCosts& changed = changed_costs_[{update->uuid, update->type}];
-      changed.layer = layer;
-      changed.vertices.insert(changed.vertices.end(), update->vertices.begin(),
-                              update->vertices.end());
-      if (changed.vertices.size() > layer->costs.size()) {
-        std::sort(changed.vertices.begin(), changed.vertices.end());
-        changed.vertices.erase(std::unique(changed.vertices.begin(), changed.vertices.end()),
-                               changed.vertices.end());
-      }
-    }
-  }
-}
-
-void TexturedMeshDisplay::showUpdates()
-{
-  const Clock::time_point now = Clock::now();
-  const std::chrono::duration<float> interval(1.0f / properties_->updateRate());
-  if (changed_costs_.empty() || now - updates_shown_ < interval) {
-    return;
-  }
-  updates_shown_ = now;
-  for (const auto& changed : changed_costs_) {
-    painters_->updateCosts(changed.second.layer, changed.second.vertices);
-  }
-  changed_costs_.clear();
-  queueRender();
 }
 
 void TexturedMeshDisplay::offerChoices()
@@ -291,10 +240,12 @@ void TexturedMeshDisplay::offerChoices()
 
 void TexturedMeshDisplay::upload()
 {
-  if (!painters_->upload(UPLOAD_BUDGET)) {
-    setVisibilityBits(getVisibilityBits());
+  const bool done = painters_->upload(UPLOAD_BUDGET);
+  if (uploading_ || !done) {
+    setVisibilityBits(getVisibilityBits());  // for the objects that are new
     queueRender();
   }
+  uploading_ = !done;
 }
 
 void TexturedMeshDisplay::updatePoses()

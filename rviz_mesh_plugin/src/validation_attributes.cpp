@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include <boost/locale/utf.hpp>
+
 #include "rviz_mesh_plugin/validation.h"
 #include "validation_findings.h"
 
@@ -28,6 +30,18 @@ void checkIndices(std::vector<Finding>& findings, const char* rule, const std::s
   }
 }
 
+bool isUtf8(const std::string& text)
+{
+  namespace utf = boost::locale::utf;
+  for (auto at = text.begin(); at != text.end();) {
+    const utf::code_point point = utf::utf_traits<char>::decode(at, text.end());
+    if (point == utf::illegal || point == utf::incomplete) {
+      return false;
+    }
+  }
+  return true;
+}
+
 /// What makes a label unusable; empty: nothing.
 std::string faultOf(const std::string& label)
 {
@@ -43,6 +57,9 @@ std::string faultOf(const std::string& label)
   }
   if (label.size() > MAX_LABEL_BYTES) {
     return text("the label has ", label.size(), " bytes");
+  }
+  if (!isUtf8(label)) {
+    return text("the label ", shown(label), " is no UTF-8");
   }
   return std::string();
 }

@@ -161,6 +161,8 @@ TEST_F(ClusterLabelTest, released_properties_have_their_names_types_and_defaults
   EXPECT_EQ(find(display, {"Colors"})->numChildren(), 0);
   EXPECT_TRUE(says(display, "Geometry", "Error: there is no mesh to label: choose"));
   MeshSource source;
+  display->setSource(source);
+  EXPECT_TRUE(says(display, "Geometry", "Warn: no map is open"));
   source.geometry_topic = geometry_topic;
   source.labels_topic = name_space + "/new_cluster_label";
   source.service_namespace = name_space;
@@ -264,13 +266,15 @@ TEST_F(ClusterLabelTest, a_color_that_is_never_answered_holds_up_nothing)
     return std::distance(std::filesystem::directory_iterator("/proc/self/task"),
                          std::filesystem::directory_iterator());
   };
-  const auto before = threads();
-  for (int i = 1; i <= 10; ++i) {
-    set(display, {"Colors", "tree_1"}, QColor(i, 0, 0));
-  }
+  display->setEnabled(false);
+  spinFrames(5);
+  const auto idle = threads();
+  display->setEnabled(true);
+  const Rgba8 red{255, 0, 0, 255};
+  ASSERT_TRUE(spinUntil([&] { return display->setLabelColor("tree_1", &red).empty(); }));
   ASSERT_TRUE(spinUntil([&] { return gate.reached == 1; }));
   display->setEnabled(false);
-  EXPECT_TRUE(spinUntil([&] { return threads() <= before; })) << "the asking thread is over";
+  EXPECT_TRUE(spinUntil([&] { return threads() <= idle; })) << "the asking thread is over";
   delete display;
   gate.open();
 }

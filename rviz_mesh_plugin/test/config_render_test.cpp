@@ -66,7 +66,7 @@ const std::vector<Row>& ownTable()
       {{"Culling Mode (HW)"}, "None", "Anticlockwise"},
       {{"Shading"}, "Smooth", "Flat"},
       {{"Level of Detail"}, true, false},
-      {{"Level of Detail", "Detail in pixels"}, 2.5f, 5.0f},
+      {{"Level of Detail", "Detail in pixels"}, 4.0f, 5.0f},
       {{"Show Labels"}, false, true},
       {{"Show Labels", "Labels Topic"}, "", "/some/labels"},
       {{"Show Labels", "Labels Alpha"}, 1.0f, 0.25f},
@@ -223,7 +223,7 @@ TEST_F(ConfigTest, a_costs_type_from_a_file_waits_for_its_layer)
   ASSERT_TRUE(show(display, test_meshes::square()));
   costs.publish(test_meshes::costs("height_diff", {0, 0, 0, 1}));
   EXPECT_TRUE(waitForStatus(display, "Costs", "Warn",
-                            "layer 'Potential' has not arrived, but 'height_diff'"));
+                            "layer 'Potential' has not arrived; there are 'height_diff'"));
   EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Type"})->getValue().toString(),
             "Potential");
   costs.publish(test_meshes::costs("Potential", {0, 1, 2, 3}));
@@ -265,12 +265,20 @@ TEST_F(ConfigTest, adding_by_topic_finds_the_costs_and_colors_beside_the_mesh)
 {
   auto* display = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh");
   display->setTopic(geometry_topic.c_str(), "mesh_msgs/MeshGeometryStamped");
-  EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Topic"})->getValue().toString(),
-            costs_topic.c_str());
+  // The master is asked on a thread of its own.
+  EXPECT_TRUE(spinUntil([&] {
+    return find(display, {"Display Type", "Vertex Costs Topic"})->getValue().toString() ==
+           costs_topic.c_str();
+  }));
   EXPECT_EQ(find(display, {"Display Type", "Vertex Colors Topic"})->getValue().toString(),
             colors_topic.c_str());
   set(display, {"Display Type", "Vertex Costs Topic"}, "/chosen");
+  set(display, {"Display Type", "Vertex Colors Topic"}, "");
   display->setTopic(geometry_topic.c_str(), "mesh_msgs/MeshGeometryStamped");
+  EXPECT_TRUE(spinUntil([&] {
+    return find(display, {"Display Type", "Vertex Colors Topic"})->getValue().toString() ==
+           colors_topic.c_str();
+  }));
   EXPECT_EQ(find(display, {"Display Type", "Vertex Costs Topic"})->getValue().toString(),
             "/chosen");
 }

@@ -166,7 +166,7 @@ TEST_F(MeshDisplayTest, updates_change_only_the_vertices_that_they_name)
   EXPECT_TRUE(shows(-0.75, -0.75, GREEN));
   update.mesh_vertex_costs.vertices = {25};
   updates.publish(update);
-  EXPECT_TRUE(waitForStatus(display, "Costs", "Error", "names vertex 25"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Error", "entry 0 refers to vertex 25"));
   EXPECT_EQ(display->visual()->geometryUploads(), uploads);
 }
 

@@ -54,6 +54,8 @@ TEST(TopicStatus, tells_what_is_missing)
       says(rviz_mesh_plugin::topicStatus("/m m", "bad name", {}), StatusLine::ERROR, "bad name"));
   EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("/mesh", "", {3, 2, ""}), StatusLine::OK,
                    "5 messages received; 2 of 5 messages refused"));
+  EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("", "", {1, 0, ""}), StatusLine::OK,
+                   "a service has brought the mesh"));
 }
 
 TEST(GeometryStatus, gives_the_numbers_or_the_reason)
@@ -113,7 +115,7 @@ TEST(CostsStatus, leads_from_nothing_to_the_layer_step_by_step)
       says(costsStatus(state), StatusLine::WARN, "set 'Vertex Costs Type' to one of 'a', 'b'"));
   state.type = "Potential";
   EXPECT_TRUE(says(costsStatus(state), StatusLine::WARN,
-                   "layer 'Potential' has not arrived, but 'a', 'b'"));
+                   "layer 'Potential' has not arrived; there are 'a', 'b'"));
   state.type = "a";
   state.size = 3;
   EXPECT_TRUE(
@@ -206,8 +208,8 @@ TEST(TexturesStatus, leads_from_nothing_to_the_textures)
   EXPECT_TRUE(says(texturesStatus(state), StatusLine::ERROR,
                    "there are 4 texture coordinates for 5 vertices"));
   state.face_count = 1;
-  EXPECT_TRUE(
-      says(texturesStatus(state), StatusLine::ERROR, "that of face 1, but the mesh has 1 face"));
+  EXPECT_TRUE(says(texturesStatus(state), StatusLine::ERROR,
+                   "the materials refer to face 1, but the mesh has 1 face"));
   state.textures_reception = {0, 1, "the image is empty"};
   EXPECT_TRUE(
       says(texturesStatus(state), StatusLine::ERROR, "message ignored: the image is empty"));

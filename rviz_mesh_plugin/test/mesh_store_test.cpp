@@ -103,7 +103,9 @@ TEST(MeshStore, clears_each_kind_on_its_own)
   store.addMesh(mesh("a"));
   store.addCosts(convert(test_meshes::costs("x", {1}, "a")));
   store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
-  store.clearCosts();
+  store.clearCosts(true);
+  EXPECT_TRUE(store.attributes().cost("x")) << "it is one of vertices";
+  store.clearCosts(false);
   EXPECT_FALSE(store.attributes().cost("x"));
   EXPECT_TRUE(store.attributes().colors);
   store.clearColors();
@@ -174,8 +176,10 @@ TEST(MeshStore, an_update_changes_only_what_it_names)
   EXPECT_EQ(store.update(update("x", {0}, {5})), updated) << "in place from now on";
   EXPECT_EQ(updated->costs[0], 5.0f);
   EXPECT_FALSE(store.update(update("x", {1, 4}, {0, 0})));
-  EXPECT_EQ(store.updateProblem(),
-            "an update of layer 'x' names vertex 4, but the layer has 4 costs");
+  EXPECT_EQ(
+      store.updateProblem(),
+      "an update of layer 'x': entry 1 refers to vertex 4, but there are 4; publish the update "
+      "for this geometry");
   EXPECT_EQ(updated->costs[1], 2.0f) << "all or nothing";
   EXPECT_FALSE(store.update(update("x", {1}, {0, 0})));
   EXPECT_NE(store.updateProblem(), "");
@@ -200,8 +204,35 @@ TEST(MeshStore, updates_wait_for_their_layer)
     store.update(update("never comes", std::vector<std::uint32_t>(1000), std::vector<float>(1000)));
   }
   EXPECT_EQ(store.waitingValues(), MeshStore::MAX_WAITING_VALUES);
-  store.clearCosts();
+  store.clearUpdates();
   EXPECT_EQ(store.waitingValues(), 0u);
+}
+
+TEST(MeshStore, small_updates_that_wait_are_bounded_too)
+{
+  MeshStore store;
+  for (std::size_t i = 0; i < MeshStore::MAX_WAITING_UPDATES + 5; ++i) {
+    store.update(update("never comes", {0}, {1}));
+  }
+  EXPECT_EQ(store.waitingValues(), MeshStore::MAX_WAITING_UPDATES);
+  const auto empty = update("never comes", {}, {});
+  for (std::size_t i = 0; i <= MeshStore::MAX_WAITING_UPDATES; ++i) {
+    store.update(empty);
+  }
+  EXPECT_EQ(store.waitingValues(), 0u);
+  EXPECT_LE(empty.use_count(), long(MeshStore::MAX_WAITING_UPDATES) + 1);
+}
+
+TEST(MeshStore, keeps_a_bounded_number_of_textures)
+{
+  MeshStore store;
+  for (std::uint32_t i = 0; i < MeshStore::MAX_TEXTURES + 5; ++i) {
+    auto texture = std::make_shared<rviz_mesh_plugin::TextureImage>();
+    texture->uuid = "a";
+    texture->index = i;
+    store.addTexture(texture);
+  }
+  EXPECT_EQ(store.attributes("a").textures.size(), MeshStore::MAX_TEXTURES);
 }
 
 TEST(MeshStore, a_whole_layer_replaces_what_was_updated)
@@ -274,14 +305,11 @@ TEST(MeshInbox, hands_over_the_newest_of_each_kind_once)
 {
   MeshInbox inbox;
   for (const float value : {1.0f, 2.0f}) {
-    inbox.receive(test_meshes::square(value));
     inbox.receive(test_meshes::costs("x", {value}));
     inbox.receive(test_meshes::costs("y", {value}));
     inbox.receive(test_meshes::colors({test_meshes::color(value / 2, 0, 0)}));
   }
   auto content = inbox.take();
-  ASSERT_TRUE(content.geometry);
-  EXPECT_EQ(content.geometry->vertices[0].position[2], 2.0f);
   ASSERT_EQ(content.costs.size(), 2u);
   EXPECT_EQ(content.costs[0]->type, "x");
   EXPECT_EQ(content.costs[0]->costs[0], 2.0f);
@@ -289,28 +317,9 @@ TEST(MeshInbox, hands_over_the_newest_of_each_kind_once)
   EXPECT_EQ(content.colors[0]->colors[0].red, 255);
   EXPECT_EQ(content.costs_reception.accepted, 4u);
   content = inbox.take();
-  EXPECT_FALSE(content.geometry);
   EXPECT_TRUE(content.costs.empty());
   EXPECT_TRUE(content.colors.empty());
-  EXPECT_EQ(content.geometry_reception.accepted, 2u) << "goes on counting";
-}
-
-TEST(MeshInbox, keeps_the_last_good_mesh_and_tells_why_the_newest_message_was_refused)
-{
-  MeshInbox inbox;
-  auto bad = test_meshes::square();
-  bad.mesh_geometry.faces[0].vertex_indices[0] = 77;
-  inbox.receive(test_meshes::square());
-  inbox.receive(bad);
-  auto content = inbox.take();
-  EXPECT_TRUE(content.geometry);
-  EXPECT_EQ(content.geometry_reception.accepted, 1u);
-  EXPECT_EQ(content.geometry_reception.refused, 1u);
-  EXPECT_NE(content.geometry_reception.refusal.find("refers to vertex 77"), std::string::npos);
-  inbox.receive(test_meshes::square());
-  content = inbox.take();
-  EXPECT_EQ(content.geometry_reception.refusal, "") << "the newest message was good";
-  EXPECT_EQ(content.geometry_reception.refused, 1u);
+  EXPECT_EQ(content.costs_reception.accepted, 4u) << "goes on counting";
 }
 
 TEST(MeshInbox, loses_nothing_between_two_threads)

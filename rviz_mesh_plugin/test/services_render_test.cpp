@@ -215,6 +215,25 @@ TEST_F(Services, that_refuse_are_asked_once_and_their_reason_is_told)
   EXPECT_EQ(calls, 2);
 }
 
+TEST_F(Services, that_have_nothing_of_a_mesh_say_so_and_bring_nothing)
+{
+  const auto colors = servers.serve<GetVertexColors>(
+      space + "/get_vertex_colors",
+      [](GetVertexColors::Request&, GetVertexColors::Response&) { return true; });
+  const auto materials = servers.serve<GetMaterials>(
+      space + "/get_materials", [](GetMaterials::Request& request, GetMaterials::Response& answer) {
+        answer.mesh_materials_stamped.uuid = request.uuid;
+        return true;
+      });
+  services->requestColors("mesh");
+  ASSERT_TRUE(reaches(State::ANSWERED, "has answered: the mesh has no vertex colors"));
+  services->requestMaterials("mesh");
+  ASSERT_TRUE(reaches(State::ANSWERED, "has answered: the mesh has no materials"));
+  const InboxContent content = inbox->take();
+  EXPECT_TRUE(content.colors.empty());
+  EXPECT_TRUE(content.materials.empty());
+}
+
 TEST_F(Services, that_hang_hold_up_nothing_else)
 {
   Gate gate;

@@ -1,6 +1,8 @@
-"""Validation of sparse costs, clusters, materials and textures."""
+"""Validation of sparse costs, clusters, labels, materials and textures."""
 
 from typing import Any, List, Optional
+
+import numpy as np
 
 from mesh_msgs._checks import Finding, as_array, check_count, check_finite, check_header
 from mesh_msgs._checks import check_indices, check_uuid, shown
@@ -11,6 +13,8 @@ MAX_LABEL_BYTES = 255  # labels become names of files and HDF5 datasets
 # Bytes per pixel of the encodings of sensor_msgs/Image that a texture may have.
 _ENCODINGS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3}
 _ENCODINGS.update({"8UC4": 4, "mono16": 2, "16UC1": 2, "rgb16": 6, "rgba16": 8})
+
+_NO_LABEL = Finding("label_empty", "there is no text", None, 1, "choose one such as 'tree_1'")
 
 
 def mesh_vertex_costs_sparse(msg: Any, vertex_count: Optional[int] = None) -> List[Finding]:
@@ -67,9 +71,19 @@ def mesh_face_cluster_stamped(
     """See mesh_face_cluster; label_empty, frame_id_empty, uuid_mismatch."""
     findings = mesh_face_cluster(msg.cluster, face_count)
     if not msg.cluster.label:
-        hint = "choose one such as 'tree_1'"
-        findings.append(Finding("label_empty", "the cluster has no label", None, 1, hint))
+        findings.append(_NO_LABEL._replace(what="the cluster has no label"))
     return findings + check_header(msg) + check_uuid(msg.uuid, uuid)
+
+
+def mesh_label_colors(msg: Any, uuid: Optional[str] = None) -> List[Finding]:
+    """See check_colors; label_empty, label_unusable, uuid_mismatch."""
+    rows = [[getattr(color, name) for name in RGBA] for color in msg.colors]
+    findings = check_colors(np.array(rows, float).reshape(-1, 4), len(msg.labels), "labels")
+    for number, label in enumerate(msg.labels):
+        for finding in _check_label(label) if label else [_NO_LABEL]:
+            what = "label %d: %s" % (number, finding.what)
+            findings.append(finding._replace(what=what, index=number))
+    return findings + check_uuid(msg.uuid, uuid)
 
 
 def mesh_material(msg: Any) -> List[Finding]:

@@ -22,6 +22,7 @@ from mesh_msgs._checks import Finding
 from mesh_msgs._cluster_checks import (
     mesh_face_cluster,
     mesh_face_cluster_stamped,
+    mesh_label_colors,
     mesh_material,
     mesh_materials,
     mesh_materials_stamped,
@@ -66,6 +67,7 @@ __all__ = [
     "mesh_features",
     "mesh_geometry",
     "mesh_geometry_stamped",
+    "mesh_label_colors",
     "mesh_material",
     "mesh_materials",
     "mesh_materials_stamped",

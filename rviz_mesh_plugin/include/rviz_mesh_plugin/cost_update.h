@@ -10,7 +10,7 @@ namespace rviz_mesh_plugin {
 /// The summary of a layer with more values than this is not made anew for an
 /// update: its limits only widen until the whole layer comes again. Its counts
 /// are exact.
-constexpr std::size_t MAX_SUMMARIZED_AGAIN = 200000;
+constexpr std::size_t MAX_SUMMARIZED_AGAIN = 50000;
 
 /// Changes the values that the update names, and the summary.
 /// @return why nothing was changed: the update does not fit; else an empty

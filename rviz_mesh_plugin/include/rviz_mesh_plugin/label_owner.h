@@ -11,7 +11,9 @@
 #include <ros/publisher.h>
 #include <ros/subscriber.h>
 
+#include "rviz_mesh_plugin/cancellation.h"
 #include "rviz_mesh_plugin/mesh_data.h"
+#include "rviz_mesh_plugin/work_lanes.h"
 
 namespace rviz_mesh_plugin {
 
@@ -53,12 +55,15 @@ class LabelOwner
 
  private:
   struct Shared;
-  static void work(const std::shared_ptr<Shared>& shared);
+  static void storeColor(Shared& shared, const std::string& service, const std::string& label,
+                         const Cancellation& cancellation);
 
   std::shared_ptr<Shared> shared_;
   std::string color_service_;
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
+  std::shared_ptr<Cancellation> cancellation_;  ///< with the lanes; null: nothing has been asked
+  std::unique_ptr<WorkLanes> lanes_;
 };
 
 }  // namespace rviz_mesh_plugin

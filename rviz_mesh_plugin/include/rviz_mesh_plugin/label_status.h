@@ -14,6 +14,7 @@ namespace rviz_mesh_plugin {
 /// What the status lines of a display of labels are made of.
 struct LabelDisplayState
 {
+  bool source_given = false;  ///< another display decides what is shown
   std::string geometry_topic;
   std::string labels_topic;
   std::string subscription_error;

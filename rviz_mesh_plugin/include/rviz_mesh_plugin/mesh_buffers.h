@@ -37,7 +37,15 @@ class MeshBuffers
   std::size_t uploadedBytes() const { return uploaded_bytes_; }
 
   Ogre::VertexData* vertices() { return &vertices_; }
-  const Ogre::HardwareIndexBufferSharedPtr& indices() const { return indices_; }
+
+  /// The indices of the layout from @a begin on, until the next one begins. There are several, so
+  /// that none takes long to allocate; no range of a part lies in two.
+  struct IndexBuffer
+  {
+    std::size_t begin = 0;
+    Ogre::HardwareIndexBufferSharedPtr buffer;
+  };
+  const IndexBuffer& indexBuffer(std::size_t index) const;
 
   /// Draws with these colors, one per vertex, from now on; without any if the pointer is empty.
   void bindColors(const Ogre::HardwareVertexBufferSharedPtr& colors);
@@ -48,18 +56,19 @@ class MeshBuffers
     const void* data;
     std::size_t size;
     std::size_t element_size;
-    unsigned short binding;  ///< of vertices
+    unsigned short binding;  ///< of vertices; of indices: which of the index buffers
     std::size_t done = 0;
     Ogre::HardwareBuffer* buffer = nullptr;
   };
 
   void addStream(const Stream& stream);
+  void addIndices(std::size_t begin, std::size_t end);
   void allocate(Stream* stream);
 
   MeshLayoutConstPtr layout_;
   Ogre::VertexData vertices_;
-  Ogre::HardwareIndexBufferSharedPtr indices_;
-  std::vector<Stream> streams_;  ///< the last one is that of the indices
+  std::vector<IndexBuffer> indices_;
+  std::vector<Stream> streams_;  ///< the last ones are those of the indices
   std::size_t next_ = 0;
   std::size_t bytes_ = 0;
   std::size_t uploaded_bytes_ = 0;

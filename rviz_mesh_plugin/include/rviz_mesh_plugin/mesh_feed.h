@@ -18,9 +18,11 @@ class MeshStore;
 
 /// Where the data of a mesh display come from: its subscriptions and services,
 /// and what converts what they bring.
-class MeshFeed {
-public:
-  enum Kind {
+class MeshFeed
+{
+ public:
+  enum Kind
+  {
     GEOMETRY,
     COSTS,
     FACE_COSTS,
@@ -35,11 +37,10 @@ public:
   MeshFeed();
   ~MeshFeed();
 
-  /// Subscribes to the topics that the properties name; what came from a topic
-  /// that is no longer named is forgotten, in the store too.
+  /// Subscribes to the topics that the properties name; what came from a topic (or service) that is
+  /// no longer named is forgotten, in the store too, and nothing else.
   /// @return whether anything was forgotten
-  bool connect(ros::NodeHandle &node_handle, const MeshProperties &properties,
-               MeshStore &store);
+  bool connect(ros::NodeHandle& node_handle, const MeshProperties& properties, MeshStore& store);
 
   /// Unsubscribes and gives up what services are asked; nothing is forgotten.
   void disconnect();
@@ -47,23 +48,25 @@ public:
   /// Unsubscribes and forgets what has not been taken yet.
   void clear();
 
-  MeshInbox &inbox() { return *inbox_; }
-  MeshLoader &loader() { return *loader_; }
-  MeshServices &services() { return *services_; }
-  const MeshServices &services() const { return *services_; }
+  MeshInbox& inbox() { return *inbox_; }
+  MeshLoader& loader() { return *loader_; }
+  MeshServices& services() { return *services_; }
+  const MeshServices& services() const { return *services_; }
 
-  const std::string &topic(Kind kind) const { return topics_[kind].name; }
+  const std::string& topic(Kind kind) const { return topics_[kind].name; }
   /// Why the topic could not be subscribed to; else empty.
-  const std::string &error(Kind kind) const { return topics_[kind].error; }
+  const std::string& error(Kind kind) const { return topics_[kind].error; }
 
-private:
-  struct Topic {
+ private:
+  struct Topic
+  {
     std::string name;
+    std::string service;  ///< asked for what no topic brings
     std::string error;
     bool subscribed = false;
   };
 
-  void forget(Kind kind, MeshStore &store);
+  void forget(Kind kind, MeshStore& store);
 
   std::shared_ptr<MeshInbox> inbox_;
   std::shared_ptr<MeshLoader> loader_;
@@ -72,4 +75,4 @@ private:
   std::array<Topic, KINDS> topics_;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

@@ -7,7 +7,6 @@
 
 #include <mesh_msgs/MeshFaceCluster.h>
 #include <mesh_msgs/MeshFaceCostsStamped.h>
-#include <mesh_msgs/MeshGeometryStamped.h>
 #include <mesh_msgs/MeshMaterialsStamped.h>
 #include <mesh_msgs/MeshTexture.h>
 #include <mesh_msgs/MeshVertexColorsStamped.h>
@@ -23,7 +22,6 @@ namespace rviz_mesh_plugin {
 /// All lists are in order of arrival.
 struct InboxContent
 {
-  MeshDataConstPtr geometry;             ///< null: nothing new
   std::vector<CostLayerConstPtr> costs;  ///< one per uuid, type and kind (vertices, faces)
   /// To be applied after costs, in this order: those that an entire layer made obsolete are gone.
   std::vector<CostUpdateConstPtr> updates;
@@ -31,7 +29,6 @@ struct InboxContent
   std::vector<MaterialsConstPtr> materials;    ///< one per uuid
   std::vector<TextureImageConstPtr> textures;  ///< one per uuid and index
   std::vector<LabelSetConstPtr> labels;        ///< to be applied in this order
-  Reception geometry_reception;
   Reception costs_reception;
   Reception face_costs_reception;
   Reception updates_reception;
@@ -52,8 +49,6 @@ class MeshInbox
  public:
   using Flag = std::atomic<bool>;
 
-  void receive(const mesh_msgs::MeshGeometryStamped& message);
-
   /// All these return whether the message was accepted; if not, its reception says why.
   bool receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped = nullptr);
   bool receive(const mesh_msgs::MeshFaceCostsStamped& message);
@@ -72,7 +67,6 @@ class MeshInbox
   InboxContent take();
 
   /// Forget what has arrived on one topic, and its reception.
-  void clearGeometry();
   void clearCosts();  ///< of vertices
   void clearFaceCosts();
   void clearUpdates();

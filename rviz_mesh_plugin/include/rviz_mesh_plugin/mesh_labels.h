@@ -17,33 +17,36 @@
 namespace rviz_mesh_plugin {
 
 /// The labels of one mesh, drawn over it. GUI thread only.
-class MeshLabels {
-public:
-  MeshLabels(Ogre::SceneManager *scene_manager, Ogre::SceneNode *parent)
-      : scene_manager_(scene_manager), parent_(parent) {}
+class MeshLabels
+{
+ public:
+  MeshLabels(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
+      : scene_manager_(scene_manager), parent_(parent)
+  {
+  }
 
   using Clusters = std::map<std::string, LabelClusterConstPtr>;
 
   /// Draws these labels and no others; only those that are new or have changed
   /// are uploaded.
   /// @throw Ogre::Exception, std::bad_alloc
-  void show(const MeshDataConstPtr &mesh, const Clusters &labels, float alpha);
+  void show(const MeshDataConstPtr& mesh, const Clusters& labels, float alpha);
   void hide() { clear(); }
 
   /// True where nothing is left to upload.
   bool upload(std::chrono::microseconds budget);
-  void setPose(const std::optional<MeshPainter::Pose> &pose);
+  void setPose(const std::optional<MeshPainter::Pose>& pose);
 
   std::size_t count() const { return drawn_.size(); }
   /// Faces of labels that the mesh does not have.
   std::size_t leftOut() const;
 
-private:
+ private:
   void clear();
 
-  Ogre::SceneManager *scene_manager_;
-  Ogre::SceneNode *parent_;
-  std::unique_ptr<LabelOverlay> overlay_; ///< only while there are labels
+  Ogre::SceneManager* scene_manager_;
+  Ogre::SceneNode* parent_;
+  std::unique_ptr<LabelOverlay> overlay_;  ///< only while there are labels
   MeshDataConstPtr mesh_;
   Clusters drawn_;
   std::map<std::string, std::size_t> left_out_;
@@ -51,4 +54,4 @@ private:
   std::optional<MeshPainter::Pose> pose_;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

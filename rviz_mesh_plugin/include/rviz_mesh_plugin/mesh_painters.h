@@ -19,48 +19,46 @@ namespace rviz_mesh_plugin {
 ///
 /// A mesh that the store no longer has is seen until there is a picture of the
 /// newest one.
-class MeshPainters {
-public:
-  explicit MeshPainters(const MeshPainter::Context &context)
-      : context_(context) {}
+class MeshPainters
+{
+ public:
+  explicit MeshPainters(const MeshPainter::Context& context) : context_(context) {}
 
-  void setLayouts(const std::vector<MeshLayoutConstPtr> &layouts);
+  void setLayouts(const std::vector<MeshLayoutConstPtr>& layouts);
 
   /// Applies what store and properties say now.
   void paint();
 
-  void updateCosts(const CostLayerConstPtr &layer,
-                   const std::vector<std::uint32_t> &vertices);
+  void updateCosts(const CostLayerConstPtr& layer, const std::vector<std::uint32_t>& vertices);
 
   /// For about this long; true where nothing is left to do.
   bool upload(std::chrono::microseconds budget);
 
   /// @param find_pose of a frame in the fixed frame, where it is known
-  using FindPose = std::function<std::optional<MeshPainter::Pose>(
-      const std::string &uuid, const std::string &frame)>;
-  void setPoses(const FindPose &find_pose);
+  using FindPose = std::function<std::optional<MeshPainter::Pose>(const std::string& uuid,
+                                                                  const std::string& frame)>;
+  void setPoses(const FindPose& find_pose);
 
   void clear() { meshes_.clear(); }
 
-  struct Mesh {
+  struct Mesh
+  {
     std::unique_ptr<MeshPainter> painter;
     std::unique_ptr<MeshLabels> labels;
-    std::string labels_error; ///< why they cannot be drawn
+    std::string labels_error;  ///< why they cannot be drawn
   };
   /// The newest first.
-  const std::list<Mesh> &meshes() const { return meshes_; }
+  const std::list<Mesh>& meshes() const { return meshes_; }
   /// Null where there is none.
-  const Mesh *newest() const {
-    return meshes_.empty() ? nullptr : &meshes_.front();
-  }
+  const Mesh* newest() const { return meshes_.empty() ? nullptr : &meshes_.front(); }
 
-private:
-  Mesh *find(const std::string &uuid);
+ private:
+  Mesh* find(const std::string& uuid);
   void retire();
-  void paintLabels(Mesh &mesh);
+  void paintLabels(Mesh& mesh);
 
   const MeshPainter::Context context_;
   std::list<Mesh> meshes_;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

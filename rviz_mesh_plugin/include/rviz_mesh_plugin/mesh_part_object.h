@@ -5,7 +5,6 @@
 
 #include <OgreAxisAlignedBox.h>
 #include <OgreColourValue.h>
-#include <OgreHardwareIndexBuffer.h>
 #include <OgreMaterial.h>
 #include <OgreMovableObject.h>
 #include <OgreRenderable.h>
@@ -15,11 +14,13 @@
 
 namespace rviz_mesh_plugin {
 
+class MeshBuffers;
+
 /// What all parts of one mesh are drawn by; changes take effect with the next frame.
 struct PartDrawing
 {
   Ogre::VertexData* vertices = nullptr;
-  Ogre::HardwareIndexBufferSharedPtr indices;
+  const MeshBuffers* buffers = nullptr;  ///< of the indices
   /// This many indices, from the first one, can be drawn.
   std::size_t uploaded_indices = 0;
   /// Faces smaller than this many pixels may be merged; 0: never.

@@ -14,32 +14,33 @@ class MeshProperties;
 class MeshStore;
 
 /// Puts together what the status tree of a mesh display says.
-class MeshReport {
-public:
-  MeshReport(const MeshFeed &feed, const MeshProperties &properties,
-             const MeshStore &store, const MeshPainters &painters)
-      : feed_(feed), properties_(properties), store_(store),
-        painters_(painters) {}
+class MeshReport
+{
+ public:
+  MeshReport(const MeshFeed& feed, const MeshProperties& properties, const MeshStore& store,
+             const MeshPainters& painters)
+      : feed_(feed), properties_(properties), store_(store), painters_(painters)
+  {
+  }
 
   /// @param inbox for the receptions
   /// @param geometry how it went with the meshes
   /// @param working what the loader is doing
-  void report(const InboxContent &inbox, const Reception &geometry,
-              const std::string &working, StatusLines &lines) const;
+  void report(const InboxContent& inbox, const Reception& geometry, const std::string& working,
+              StatusLines& lines) const;
 
-private:
-  GeometryState geometry(const Reception &reception,
-                         const std::string &working) const;
-  CostsState costs(const InboxContent &inbox) const;
-  AttributeState colors(const InboxContent &inbox) const;
-  TexturesState textures(const InboxContent &inbox) const;
-  LabelsState labels(const InboxContent &inbox) const;
+ private:
+  GeometryState geometry(const Reception& reception, const std::string& working) const;
+  CostsState costs(const InboxContent& inbox) const;
+  AttributeState colors(const InboxContent& inbox) const;
+  TexturesState textures(const InboxContent& inbox) const;
+  LabelsState labels(const InboxContent& inbox) const;
   OptionalStatus services() const;
 
-  const MeshFeed &feed_;
-  const MeshProperties &properties_;
-  const MeshStore &store_;
-  const MeshPainters &painters_;
+  const MeshFeed& feed_;
+  const MeshProperties& properties_;
+  const MeshStore& store_;
+  const MeshPainters& painters_;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

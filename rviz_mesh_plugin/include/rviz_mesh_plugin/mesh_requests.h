@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@ namespace rviz_mesh_plugin {
 
 class MeshFeed;
 class MeshProperties;
+class MeshServices;
 class MeshStore;
 
 /// Asks services for what a mesh display needs and its topics do not bring.
@@ -28,13 +30,18 @@ class MeshRequests
   void restart()
   {
     since_.clear();
+    uuids_.clear();
     mesh_asked_ = false;
   }
 
  private:
+  void forgetGone(MeshServices& services, const MeshStore& store);
+  void requestAttributes(Clock::time_point now, const std::string& uuid, MeshFeed& feed,
+                         const MeshProperties& properties, const MeshStore& store);
   bool due(const std::string& what, bool needed, bool has_topic, Clock::time_point now);
 
   std::map<std::string, Clock::time_point> since_;  ///< when what is missing was missed first
+  std::set<std::string> uuids_;                     ///< of the meshes that there were
   bool mesh_asked_ = false;
 };
 

@@ -12,7 +12,8 @@
 
 namespace rviz_mesh_plugin {
 
-struct StoredCosts {
+struct StoredCosts
+{
   CostLayerConstPtr layer;
   /// The same, once it has been updated: a copy that nobody else reads in
   /// another thread.
@@ -20,70 +21,73 @@ struct StoredCosts {
 };
 
 /// What belongs to one geometry.
-struct MeshAttributes {
+struct MeshAttributes
+{
   std::string uuid;
-  std::vector<StoredCosts> costs; ///< of vertices and of faces
+  std::vector<StoredCosts> costs;  ///< of vertices and of faces
   ColorLayerConstPtr colors;
   MaterialsConstPtr materials;
-  std::map<std::uint32_t, TextureImageConstPtr> textures; ///< by index
+  std::map<std::uint32_t, TextureImageConstPtr> textures;  ///< by index
   std::map<std::string, LabelClusterConstPtr> labels;
 
   /// A layer by the name that costTypes() gave it; null where it is not there.
-  CostLayerConstPtr cost(const std::string &name) const;
+  CostLayerConstPtr cost(const std::string& name) const;
 };
 
 /// The newest meshes, and the attributes of these and of others, by uuid: what
 /// arrives before its geometry waits here for it. GUI thread only.
-class MeshStore {
-public:
+class MeshStore
+{
+ public:
   /// Attributes are kept for this many meshes besides those shown, the last
   /// changed ones; of each this many cost layers, and this many values of
   /// updates that wait for their layer.
   static constexpr std::size_t MAX_WAITING = 8;
   static constexpr std::size_t MAX_LAYERS = 256;
   static constexpr std::size_t MAX_WAITING_VALUES = 1000000;
+  static constexpr std::size_t MAX_WAITING_UPDATES = 10000;  ///< however small
+  static constexpr std::size_t MAX_TEXTURES = 4096;          ///< of each, those of lower index
 
   /// How many meshes are kept, at least 1.
   void setCapacity(std::size_t capacity);
 
   /// Replaces the mesh of that uuid, or else the oldest one.
-  void addMesh(const MeshDataConstPtr &mesh);
-  void addCosts(const CostLayerConstPtr &layer);
-  void addColors(const ColorLayerConstPtr &layer);
-  void addMaterials(const MaterialsConstPtr &materials);
-  void addTexture(const TextureImageConstPtr &texture);
-  void addLabels(const LabelSetConstPtr &labels);
+  void addMesh(const MeshDataConstPtr& mesh);
+  void addCosts(const CostLayerConstPtr& layer);
+  void addColors(const ColorLayerConstPtr& layer);
+  void addMaterials(const MaterialsConstPtr& materials);
+  void addTexture(const TextureImageConstPtr& texture);
+  void addLabels(const LabelSetConstPtr& labels);
 
   /// Changes the values that the update names. Of a layer that is not there it
   /// waits for it; where it does not fit, nothing changes.
   /// @return the layer that has changed, the same pointer as before from the
   /// second time on; null
   ///   where none has
-  CostLayerConstPtr update(const CostUpdateConstPtr &update);
+  CostLayerConstPtr update(const CostUpdateConstPtr& update);
 
   /// Why the newest update could not be applied; empty if it could.
-  const std::string &updateProblem() const { return update_problem_; }
+  const std::string& updateProblem() const { return update_problem_; }
   /// How many values of updates wait for their layer.
   std::size_t waitingValues() const { return waiting_values_; }
 
   void clearMeshes() { meshes_.clear(); }
-  void clearCosts();
+  void clearCosts(bool on_faces);
+  void clearUpdates();  ///< that wait for their layer
   void clearColors();
-  void clearMaterials(); ///< and textures
+  void clearMaterials();  ///< and textures
   void clearLabels();
   void clear();
 
   /// The newest first.
-  const std::vector<MeshDataConstPtr> &meshes() const { return meshes_; }
+  const std::vector<MeshDataConstPtr>& meshes() const { return meshes_; }
   /// Null where there is none.
-  MeshDataConstPtr newest() const {
-    return meshes_.empty() ? nullptr : meshes_.front();
-  }
-  MeshDataConstPtr mesh(const std::string &uuid) const;
+  MeshDataConstPtr newest() const { return meshes_.empty() ? nullptr : meshes_.front(); }
+  MeshDataConstPtr mesh(const std::string& uuid) const;
 
   /// Of one geometry; without anything in it where nothing has arrived.
-  const MeshAttributes &attributes(const std::string &uuid) const;
-  const MeshAttributes &attributes() const; ///< of the newest mesh
+  const MeshAttributes& attributes(const std::string& uuid) const;
+  const MeshAttributes& attributes() const;  ///< of the newest mesh
 
   /// Names of the cost layers of the meshes shown, in order of their first
   /// arrival. That of a face layer whose type is also one of a vertex layer
@@ -94,19 +98,19 @@ public:
   std::size_t waitingCosts() const;
   std::size_t waitingColors() const;
 
-private:
-  MeshAttributes &attributesOf(const std::string &uuid);
-  bool shown(const std::string &uuid) const { return mesh(uuid) != nullptr; }
-  CostLayerConstPtr apply(StoredCosts &costs, const CostUpdate &update);
-  void applyWaiting(StoredCosts &costs);
-  void keepWaiting(const CostUpdateConstPtr &update);
+ private:
+  MeshAttributes& attributesOf(const std::string& uuid);
+  bool shown(const std::string& uuid) const { return mesh(uuid) != nullptr; }
+  CostLayerConstPtr apply(StoredCosts& costs, const CostUpdate& update);
+  void applyWaiting(StoredCosts& costs);
+  void keepWaiting(const CostUpdateConstPtr& update);
 
   std::size_t capacity_ = 1;
   std::vector<MeshDataConstPtr> meshes_;
-  std::list<MeshAttributes> attributes_; ///< the last changed first
+  std::list<MeshAttributes> attributes_;  ///< the last changed first
   std::list<CostUpdateConstPtr> waiting_updates_;
   std::size_t waiting_values_ = 0;
   std::string update_problem_;
 };
 
-} // namespace rviz_mesh_plugin
+}  // namespace rviz_mesh_plugin

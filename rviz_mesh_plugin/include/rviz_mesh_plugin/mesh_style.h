@@ -33,7 +33,7 @@ struct MeshStyle
   bool flat_shading = false;   ///< light each face by its plane, not by the normals of its vertices
   Culling culling = Culling::NONE;
   bool level_of_detail = true;
-  float detail_pixels = 2.5f;  ///< faces smaller than this may be merged
+  float detail_pixels = 4.0f;  ///< faces smaller than this may be merged
   bool show_wireframe = false;
   Ogre::ColourValue wireframe_color{0.0f, 0.0f, 0.0f, 1.0f};
   bool show_normals = false;

@@ -16,9 +16,7 @@ class MeshLoader;
 class MeshTopics
 {
  public:
-  /// @param loader null: meshes go to the inbox, too
-  explicit MeshTopics(std::shared_ptr<MeshInbox> inbox,
-                      std::shared_ptr<MeshLoader> loader = nullptr);
+  MeshTopics(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader);
 
   /// (Re)subscribes on the callback queue of @a node_handle; an empty @a topic only unsubscribes.
   /// After that no message of the topic before arrives any more. Returns why it is not possible,

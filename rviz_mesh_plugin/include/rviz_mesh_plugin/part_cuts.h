@@ -8,7 +8,7 @@
 namespace rviz_mesh_plugin {
 
 /// A part has at most this many faces.
-constexpr std::size_t PART_FACES = 16384;
+constexpr std::size_t PART_FACES = 8192;
 
 /// Cuts faces that are ordered in space into parts of one material that have small boxes: gives the
 /// first face of each part, and the end.

@@ -8,6 +8,9 @@
 
 namespace rviz_mesh_plugin {
 
+/// A reason of somebody else's, short and on one line.
+std::string shortened(std::string text);
+
 /// What has become of what services were asked, for a status line.
 struct ServiceReport
 {

@@ -29,13 +29,24 @@ class Simplifier
   /// @param cells along the longest side of the region, 2 to MOST_CELLS
   std::vector<std::uint32_t> simplify(const std::vector<std::uint32_t>& indices, int cells) const;
 
+  /// Puts a vertex of @a border in place of each one of @a simplified in whose cell there is one,
+  /// so that an open border stays where it is.
+  /// @param cells as in simplify()
+  void keepBorder(const std::vector<std::uint32_t>& border, int cells,
+                  std::vector<std::uint32_t>* simplified) const;
+
   /// In meters. No corner is moved further than the diagonal of a cell.
   float cellSize(int cells) const { return extent_ / cells; }
 
   const MeshRegion& region() const { return region_; }
+  std::size_t vertexCount() const { return count_; }
 
  private:
+  bool isOutside(std::uint32_t vertex) const;
+  std::uint64_t cell(std::uint32_t vertex, int cells) const;
+
   MeshRegion region_;
+  std::array<float, 3> origin_{};  ///< of the grid
   float extent_;
   std::size_t count_;
   const std::vector<MeshVertex>* vertices_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -27,6 +28,9 @@ struct StatusLine
 /// No line at all where there is nothing to say.
 using OptionalStatus = std::optional<StatusLine>;
 
+/// What the displays within another one say while that has nothing to show.
+StatusLine noMapOpen();
+
 /// The lines of one display as they are shown: only changes go to RViz, so that they may be
 /// reported every frame. GUI thread only.
 class StatusLines
@@ -37,6 +41,11 @@ class StatusLines
 
   /// Shows, replaces or, where there is nothing to say, takes away a line.
   void report(const std::string& name, const OptionalStatus& status);
+
+  /// Does what RViz, Qt or a timer asked for: nothing is thrown, the line "Display" says what went
+  /// wrong, and goes on saying so until it is taken away.
+  /// @return whether all went well
+  bool attempt(const std::function<void()>& work);
 
   /// Takes away all lines reported here.
   void clear();

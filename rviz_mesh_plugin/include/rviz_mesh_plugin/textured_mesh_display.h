@@ -1,11 +1,9 @@
 #pragma once
 
 #include <chrono>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #ifndef Q_MOC_RUN
@@ -20,8 +18,10 @@
 #include "rviz_mesh_plugin/mesh_requests.h"
 #include "rviz_mesh_plugin/mesh_source.h"
 #include "rviz_mesh_plugin/mesh_store.h"
+#include "rviz_mesh_plugin/pending_costs.h"
 #include "rviz_mesh_plugin/shown_legend.h"
 #include "rviz_mesh_plugin/status_lines.h"
+#include "rviz_mesh_plugin/topic_proposal.h"
 #endif
 
 namespace rviz_mesh_plugin {
@@ -82,17 +82,9 @@ class TexturedMeshDisplay : public rviz::Display
 
  private:
   using Clock = std::chrono::steady_clock;
-  using Layer = std::pair<std::string, std::string>;  ///< uuid and type
-  struct ChangedCosts
-  {
-    CostLayerConstPtr layer;
-    std::vector<std::uint32_t> vertices;
-  };
 
   void work();
   void takeMessages();
-  void takeUpdates(const std::vector<CostUpdateConstPtr>& updates);
-  void showUpdates();
   void offerChoices();
   void updatePoses();
   std::optional<MeshPainter::Pose> findPose(const std::string& frame, StatusLine& line) const;
@@ -108,12 +100,14 @@ class TexturedMeshDisplay : public rviz::Display
   StatusLines lines_;
   InboxContent received_;  ///< for its receptions
   Reception geometry_reception_;
-  std::string working_;                          ///< what the loader is doing
-  std::map<Layer, ChangedCosts> changed_costs_;  ///< that are not seen yet
-  Clock::time_point updates_shown_;
+  std::string working_;  ///< what the loader is doing
+  PendingCosts pending_costs_;
+  TopicProposal proposal_;
   std::vector<std::string> cost_types_;  ///< that are offered
   bool source_changed_ = false;
   bool content_changed_ = false;
+  bool uploading_ = false;
+  bool work_failed_ = false;
 };
 
 }  // namespace rviz_mesh_plugin
