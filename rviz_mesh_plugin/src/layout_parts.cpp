@@ -3,14 +3,17 @@
 #include <mesh_map/parallel.h>
 
 #include <algorithm>
-#include <array>
+#include <utility>
 
 #include "rviz_mesh_plugin/part_cuts.h"
 
 namespace rviz_mesh_plugin {
 
 LayoutParts::LayoutParts(const SplitFaces& faces, MeshLayout& layout)
-    : faces_(faces), layout_(layout), begins_(cutIntoParts(faces, layout.vertices))
+    : faces_(faces),
+      layout_(layout),
+      vertex_count_(layout.vertices.size()),
+      begins_(cutIntoParts(faces, layout.vertices))
 {
   fillParts();
 }
@@ -83,33 +86,98 @@ void LayoutParts::write(const std::vector<SimplifiedLevel>& levels, LayoutSplit&
   }
 }
 
+/// The parts that the corners of a face belong to, that of the first one, which is the face's own,
+/// first.
+std::vector<std::uint32_t> LayoutParts::partsOf(const Face& face) const
+{
+  std::vector<std::uint32_t> parts;
+  for (const std::uint32_t vertex : face) {
+    const auto behind = std::upper_bound(vertex_begins_.begin(), vertex_begins_.end(), vertex);
+    const auto part = static_cast<std::uint32_t>(behind - vertex_begins_.begin() - 1);
+    // Copies of vertices, which are none of any part, stand behind all others.
+    const bool counts = parts.empty() || (vertex < vertex_count_ && sameMaterial(part, parts[0]));
+    if (counts && std::find(parts.begin(), parts.end(), part) == parts.end()) {
+      parts.push_back(part);
+    }
+  }
+  return parts;
+}
+
+bool LayoutParts::sameMaterial(std::uint32_t a, std::uint32_t b) const
+{
+  return layout_.parts[a].material == layout_.parts[b].material;
+}
+
+/// Of each face the parts that draw it, its own first: also those that a face beside it touches,
+/// since vertices of these parts may have been merged into its corners.
+std::vector<std::vector<std::uint32_t>> LayoutParts::partsOfAll(
+    const std::vector<Face>& faces) const
+{
+  std::vector<std::vector<std::uint32_t>> parts(faces.size());
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> met;  // vertices and parts
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    parts[i] = partsOf(faces[i]);
+    if (parts[i].size() > 1) {
+      for (const std::uint32_t vertex : faces[i]) {
+        for (const std::uint32_t part : parts[i]) {
+          met.emplace_back(vertex, part);
+        }
+      }
+    }
+  }
+  std::sort(met.begin(), met.end());
+  met.erase(std::unique(met.begin(), met.end()), met.end());
+  std::vector<bool> meets(layout_.vertices.size(), false);
+  for (const auto& pair : met) {
+    meets[pair.first] = true;
+  }
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    for (const std::uint32_t vertex : faces[i]) {
+      if (!meets[vertex]) {
+        continue;
+      }
+      auto pair = std::lower_bound(met.begin(), met.end(), std::make_pair(vertex, 0u));
+      for (; pair != met.end() && pair->first == vertex; ++pair) {
+        if (sameMaterial(pair->second, parts[i][0]) &&
+            std::find(parts[i].begin(), parts[i].end(), pair->second) == parts[i].end()) {
+          parts[i].push_back(pair->second);
+        }
+      }
+    }
+  }
+  return parts;
+}
+
 /// The indices, part after part, and the range of each part in them.
 std::vector<std::uint32_t> LayoutParts::placeFaces(const SimplifiedLevel& level, LayoutSplit& split,
                                                    std::vector<IndexRange>& ranges)
 {
-  const std::size_t count = level.indices.size() / 3;
-  std::vector<std::array<std::uint32_t, 3>> faces(count);
-  std::vector<std::uint32_t> parts(count);
-  ranges.assign(layout_.parts.size(), IndexRange{});
-  for (std::size_t i = 0; i < count; ++i) {
-    faces[i] = split.corners(&level.indices[3 * i], layout_);
-    const auto behind = std::upper_bound(vertex_begins_.begin(), vertex_begins_.end(), faces[i][0]);
-    parts[i] = static_cast<std::uint32_t>(behind - vertex_begins_.begin() - 1);
-    for (const std::uint32_t vertex : faces[i]) {
-      enclose(layout_.parts[parts[i]], vertex);
+  std::vector<Face> faces;
+  for (std::size_t i = 0; i < level.indices.size(); i += 3) {
+    faces.push_back(split.corners(&level.indices[i], layout_));
+  }
+  const auto parts = partsOfAll(faces);
+  std::vector<std::vector<Face>> own(layout_.parts.size());
+  std::vector<std::vector<Face>> beside(layout_.parts.size());
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    for (const std::uint32_t part : parts[i]) {
+      (part == parts[i][0] ? own : beside)[part].push_back(faces[i]);
     }
-    ranges[parts[i]].count += 3;
+    for (const std::uint32_t vertex : faces[i]) {
+      enclose(layout_.parts[parts[i][0]], vertex);
+    }
   }
-  std::vector<std::uint32_t> next(ranges.size());
-  std::uint32_t start = 0;
-  for (std::size_t i = 0; i < ranges.size(); ++i) {
-    ranges[i].start = next[i] = start;
-    start += ranges[i].count;
-  }
-  std::vector<std::uint32_t> indices(3 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    std::copy(faces[i].begin(), faces[i].end(), indices.begin() + next[parts[i]]);
-    next[parts[i]] += 3;
+  std::vector<std::uint32_t> indices;
+  ranges.assign(layout_.parts.size(), IndexRange{});
+  for (std::size_t part = 0; part < ranges.size(); ++part) {
+    ranges[part].start = static_cast<std::uint32_t>(indices.size());
+    ranges[part].count = static_cast<std::uint32_t>(3 * own[part].size());
+    ranges[part].seam_count = static_cast<std::uint32_t>(3 * beside[part].size());
+    for (const auto* drawn : {&own[part], &beside[part]}) {
+      for (const Face& face : *drawn) {
+        indices.insert(indices.end(), face.begin(), face.end());
+      }
+    }
   }
   return indices;
 }

@@ -30,7 +30,7 @@ std::vector<std::size_t> cutIndices(const MeshLayout& layout)
   std::vector<std::size_t> cuts{0};
   std::size_t behind = 0;  // all ranges so far
   for (const IndexRange& range : ranges) {
-    const std::size_t end = std::size_t{range.start} + range.count;
+    const std::size_t end = range.end();
     if (range.start >= behind && range.start > cuts.back() &&
         end - cuts.back() > INDEX_BUFFER_SIZE) {
       cuts.push_back(range.start);

@@ -24,6 +24,12 @@ MeshPartObject::MeshPartObject(const PartDrawing& drawing, const MeshPart& part)
   setColor(Ogre::ColourValue::White);
 }
 
+void MeshPartObject::setMaterial(const Ogre::MaterialPtr& material)
+{
+  material_ = material;
+  opaque_ = !isSet(material) || !material->isTransparent();
+}
+
 void MeshPartObject::setColor(const Ogre::ColourValue& color)
 {
   setCustomParameter(COLOR_PARAMETER, Ogre::Vector4(color.r, color.g, color.b, color.a));
@@ -52,8 +58,11 @@ IndexRange MeshPartObject::choose(const Ogre::Camera& camera) const
         chooseLevel(*drawing_.cell_sizes, drawing_.detail_pixels * pixelSize(camera).at(distance));
   }
   for (; level < part_.levels.size(); ++level) {
-    const IndexRange& range = part_.levels[level];
-    if (std::size_t{range.start} + range.count <= drawing_.uploaded_indices) {
+    IndexRange range = part_.levels[level];
+    if (range.end() <= drawing_.uploaded_indices) {
+      // What lies there twice is seen twice where it is translucent.
+      range.count += opaque_ ? range.seam_count : 0;
+      range.seam_count = 0;
       return range;
     }
   }

@@ -42,8 +42,7 @@ void MeshPicture::makeParts()
     }
     parts_.push_back(std::make_unique<MeshPartObject>(drawing_, part));
     node_->createChildSceneNode()->attachObject(parts_.back().get());
-    const IndexRange& coarsest = part.levels.back();
-    coarsest_end_ = std::max(coarsest_end_, std::size_t{coarsest.start} + coarsest.count);
+    coarsest_end_ = std::max(coarsest_end_, part.levels.back().end());
   }
 }
 

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t FEW_FACES = 1000;
 /// Nor does a level with less than one face of so many save anything: the draw calls of the parts
 /// take longer, and its faces reach far out of the parts.
-constexpr std::size_t COARSEST = 256;
+constexpr std::size_t COARSEST = 64;
 /// A coarser grid would show nothing of the mesh.
 constexpr int LEAST_CELLS = 8;
 /// Where one vertex of so many lies on a border, faces share hardly any: there is no border to see.

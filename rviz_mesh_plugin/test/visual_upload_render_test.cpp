@@ -1,5 +1,7 @@
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include <OgreRenderWindow.h>
@@ -252,6 +254,42 @@ TEST_F(VisualUpload, far_away_fewer_faces_look_the_same)
   EXPECT_LT(small, mesh->faceCount() / 500);
   viewFromAbove(0.0, 0.0, 1000.0);
   EXPECT_GT(both("orthographic_large", 1e-4), mesh->faceCount() / 5);
+}
+
+TEST_F(VisualUpload, neighbors_in_different_detail_leave_no_gaps)
+{
+  const auto mesh = grid(700, hills);
+  const std::atomic<bool> go_on{false};
+  const auto layout = rviz_mesh_plugin::layOut(mesh, rviz_mesh_plugin::Split::NONE, nullptr, go_on);
+  draw(std::make_shared<rviz_mesh_plugin::MeshLayout>(*layout));
+  const Rgb background = [&] {
+    visual->setVisible(false);
+    const Rgb color = grab().center();
+    visual->setVisible(true);
+    return color;
+  }();
+  for (const float pixels : {2.0f, 4.0f}) {
+    style.detail_pixels = pixels;
+    visual->setStyle(style);
+    for (const double distance : {0.1, 0.2, 0.35}) {
+      // Along the surface: near and far parts, and nothing but mesh below.
+      lookAt({-0.6, -0.6, 0.15 + distance}, {0.3, 0.3, -0.6});
+      const Image image = grab();
+      std::size_t holes = 0;
+      for (int x = 0; x < image.width(); ++x) {
+        int y = 0;
+        while (y < image.height() && image.at(x, y) == background) {
+          ++y;
+        }
+        for (; y < image.height(); ++y) {
+          holes += image.at(x, y) == background ? 1 : 0;
+        }
+      }
+      EXPECT_EQ(holes, 0u) << pixels << " pixels, from " << distance << " m above";
+      image.save(osmesa_harness::resultsFolder() + "/gaps_" + std::to_string(pixels) + "_" +
+                 std::to_string(distance) + ".png");
+    }
+  }
 }
 
 TEST_F(VisualUpload, more_pixels_of_detail_draw_fewer_faces)

@@ -24,12 +24,17 @@ struct IndexRange
 {
   std::uint32_t start = 0;
   std::uint32_t count = 0;
+  /// Right behind them in coarser levels: faces of other parts beside this one. They close the
+  /// gaps to neighbors that are drawn in more detail.
+  std::uint32_t seam_count = 0;
+
+  std::size_t end() const { return std::size_t{start} + count + seam_count; }
 };
 
 /// What is culled and drawn at once: faces near to each other that have the same material.
 struct MeshPart
 {
-  std::array<float, 3> lower{};  ///< bounding box of all levels, in meters
+  std::array<float, 3> lower{};  ///< bounding box of all levels without seams, in meters
   std::array<float, 3> upper{};
   std::uint32_t material = NONE;  ///< BY_MATERIAL: index into Materials::materials
   /// One range per level of detail, the full one first.

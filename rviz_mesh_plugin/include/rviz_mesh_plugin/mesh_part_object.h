@@ -40,8 +40,8 @@ class MeshPartObject : public Ogre::MovableObject, public Ogre::Renderable
   /// @param drawing, part have to outlive the object
   MeshPartObject(const PartDrawing& drawing, const MeshPart& part);
 
-  /// Without a material nothing is drawn.
-  void setMaterial(const Ogre::MaterialPtr& material) { material_ = material; }
+  /// Without a material nothing is drawn. Call it again when the material has changed.
+  void setMaterial(const Ogre::MaterialPtr& material);
 
   /// For materials that ask for the part's own color.
   void setColor(const Ogre::ColourValue& color);
@@ -73,6 +73,7 @@ class MeshPartObject : public Ogre::MovableObject, public Ogre::Renderable
   Ogre::Real radius_ = 0;
   Ogre::IndexData index_data_;
   Ogre::MaterialPtr material_;
+  bool opaque_ = true;
   IndexRange drawn_;
 };
 
