@@ -162,7 +162,7 @@ class Colors(unittest.TestCase):
         manager = Server(
             "/managed",
             executable="label_manager",
-            ready="label_manager/save_map",
+            ready="label_manager/set_label_color",
             map_file=self.path,
             folder_path=folder,
         )
