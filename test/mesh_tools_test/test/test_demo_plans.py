@@ -58,6 +58,29 @@ def test_rviz_draws_every_path_in_a_color_and_at_a_height_of_its_own():
 
 
 @pytest.mark.parametrize(
+    "start, goal",
+    [((0, 0, 0), (30, 40, 2)), ((5, -3, 1), (-20, -3, 1)), ((1, 2, 0), (1, 30, -4))],
+)
+def test_start_and_goal_are_seen_beside_the_legend(start, goal):
+    text = rviz_config(start, goal, "map", plans.POTENTIAL, (0.0, 9.0), PLANNERS)
+    manager = yaml.safe_load(text)["Visualization Manager"]
+    view = manager["Views"]["Current"]
+    (arrow,) = (each for each in manager["Displays"] if each["Name"] == "Goal")
+    heading = np.array([goal[0] - start[0], goal[1] - start[1], 0.0])
+    heading *= (arrow["Shaft Length"] + arrow["Head Length"]) / np.linalg.norm(heading)
+    # As RViz's orbit camera: 45 degrees from top to bottom; the 3D view is about 900 x 870 pixels.
+    pitch, yaw = view["Pitch"], view["Yaw"]
+    out = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), np.sin(pitch)])
+    right = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+    up = np.cross(out, right)
+    for point in (start, goal, goal + heading):
+        offset = point - np.array([view["Focal Point"][axis] for axis in "XYZ"])
+        half = np.tan(np.pi / 8) * (view["Distance"] - offset @ out)
+        column, row = 450 + 435 * (offset @ right) / half, 435 - 435 * (offset @ up) / half
+        assert 50 < column < 900 - 135 and 50 < row < 870 - 50  # the legend has up to 125 pixels
+
+
+@pytest.mark.parametrize(
     "potentials, upper",
     [
         ([[0, 8, np.inf], [0, 7, np.inf]], 10.0),

@@ -7,6 +7,9 @@ ROBOT_FRAME = "base_footprint"
 GOAL_TOPIC = "/goal"  # where the MeshGoal tool publishes, too
 TRACK_TOPIC, TRACK_COLOR = "/track", (0, 255, 60)
 WINDOW = (1280, 960)  # pixels, the whole window of RViz: all of the virtual screen
+# In distances from start to goal: the camera's from the middle of its picture, and how far that is
+# moved towards the goal, so that the legend at the right covers neither.
+CAMERA_DISTANCE, ASIDE = 1.9, 0.12
 
 
 def mesh_display(layer, limits):
@@ -97,13 +100,13 @@ def robot_display(length):
 
 def orbit_view(start, goal):
     """A camera that looks down on start and goal, from the side of the line between them."""
-    center = (start + goal) / 2
+    center = (start + goal) / 2 + ASIDE * (goal - start)
     along = np.arctan2(goal[1] - start[1], goal[0] - start[0])
     return {
         "Class": "rviz/Orbit",
         "Name": "Current View",
         "Target Frame": "<Fixed Frame>",
-        "Distance": float(max(1.65 * np.linalg.norm(goal - start), 4.0)),
+        "Distance": float(max(CAMERA_DISTANCE * np.linalg.norm(goal - start), 4.0)),
         "Focal Point": dict(zip("XYZ", map(float, center))),
         "Pitch": 0.9,
         "Yaw": float((along - np.pi / 2) % (2 * np.pi)),
