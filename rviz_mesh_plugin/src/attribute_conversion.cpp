@@ -4,17 +4,21 @@
 #include <unordered_map>
 #include <utility>
 
+#include "rviz_mesh_plugin/label_faces.h"
+
 namespace rviz_mesh_plugin {
 namespace {
 
 template <class Message>
-CostLayerConstPtr toLayer(const Message& message, const std::vector<float>& costs, bool on_faces)
+std::shared_ptr<CostLayer> toLayer(const Message& message, const std::vector<float>& costs,
+                                   bool on_faces)
 {
   refuse(check(message));
   auto layer = std::make_shared<CostLayer>();
   layer->uuid = message.uuid;
   layer->type = message.type;
   layer->on_faces = on_faces;
+  layer->stamp = layer->outdated = message.header.stamp.toNSec();
   layer->costs = costs;
   layer->summary = summarizeCosts(layer->costs);
   return layer;
@@ -32,12 +36,12 @@ std::vector<Finding> checkLabel(const mesh_msgs::MeshFaceCluster& cluster)
 
 }  // namespace
 
-CostLayerConstPtr convert(const mesh_msgs::MeshVertexCostsStamped& message)
+std::shared_ptr<CostLayer> convert(const mesh_msgs::MeshVertexCostsStamped& message)
 {
   return toLayer(message, message.mesh_vertex_costs.costs, false);
 }
 
-CostLayerConstPtr convert(const mesh_msgs::MeshFaceCostsStamped& message)
+std::shared_ptr<CostLayer> convert(const mesh_msgs::MeshFaceCostsStamped& message)
 {
   return toLayer(message, message.mesh_face_costs.costs, true);
 }
@@ -48,6 +52,7 @@ CostUpdateConstPtr convert(const mesh_msgs::MeshVertexCostsSparseStamped& messag
   auto update = std::make_shared<CostUpdate>();
   update->uuid = message.uuid;
   update->type = message.type;
+  update->stamp = message.header.stamp.toNSec();
   update->vertices = message.mesh_vertex_costs.vertices;
   update->costs = message.mesh_vertex_costs.costs;
   return update;
@@ -78,6 +83,7 @@ LabelSetConstPtr convert(const mesh_msgs::MeshFaceCluster& message)
   refuse(checkLabel(message));
   auto labels = std::make_shared<LabelSet>();
   labels->clusters.push_back({message.label, message.face_indices});
+  sortFaces(labels->clusters.back().faces);
   return labels;
 }
 
@@ -104,6 +110,9 @@ LabelSetConstPtr convertLabels(const std::string& uuid,
       auto& faces = labels->clusters[place.first->second].faces;
       faces.insert(faces.end(), cluster.face_indices.begin(), cluster.face_indices.end());
     }
+  }
+  for (LabelCluster& cluster : labels->clusters) {
+    sortFaces(cluster.faces);
   }
   if (bad > 0) {
     left_out = std::to_string(bad) + " of " + std::to_string(clusters.size()) +

@@ -2,12 +2,12 @@
 
 #include <mesh_msgs/MeshGeometryStamped.h>
 #include <ros/message_traits.h>
-#include <ros/names.h>
 
 #include "rviz_mesh_plugin/label_overlay.h"
 #include "rviz_mesh_plugin/label_properties.h"
 
 namespace rviz_mesh_plugin {
+
 ClusterLabelDisplay::ClusterLabelDisplay()
     : properties_(new LabelProperties(this)),
       inbox_(std::make_shared<MeshInbox>()),
@@ -32,7 +32,7 @@ ClusterLabelDisplay::~ClusterLabelDisplay()
 
 void ClusterLabelDisplay::onInitialize()
 {
-  guarded([this] {
+  lines_.attempt([this] {
     overlay_ = std::make_unique<LabelOverlay>(scene_manager_, scene_node_);
     overlay_->setVisible(false);
   });
@@ -63,34 +63,25 @@ void ClusterLabelDisplay::setTopic(const QString& topic, const QString& datatype
   }
 }
 
-std::string ClusterLabelDisplay::geometryTopic() const
-{
-  return source_ ? source_->geometry_topic : properties_->geometryTopic();
-}
-
-std::string ClusterLabelDisplay::labelsTopic() const
-{
-  return source_ ? source_->labels_topic : properties_->labelsTopic();
-}
-
-/// Services and the topic of edits are beside that of the labels.
-std::string ClusterLabelDisplay::serviceNamespace() const
+MeshSource ClusterLabelDisplay::source() const
 {
   if (source_) {
-    return source_->service_namespace;
+    return *source_;
   }
-  const std::string topic = labelsTopic();
-  return topic.empty() ? std::string() : ros::names::parentNamespace(ros::names::resolve(topic));
+  MeshSource source;
+  source.geometry_topic = properties_->geometryTopic();
+  source.labels_topic = properties_->labelsTopic();
+  return source;
 }
 
 void ClusterLabelDisplay::onEnable()
 {
-  guarded([this] { subscribe(); });
+  lines_.attempt([this] { subscribe(); });
 }
 
 void ClusterLabelDisplay::onDisable()
 {
-  guarded([this] {
+  lines_.attempt([this] {
     unsubscribe();
     if (overlay_) {
       overlay_->setVisible(false);
@@ -101,23 +92,25 @@ void ClusterLabelDisplay::onDisable()
 void ClusterLabelDisplay::subscribe()
 {
   unsubscribe();
+  const MeshSource source = this->source();
   state_.subscription_error.clear();
-  failure_.clear();
   try {
+    // Services and the topic of edits are beside that of the labels.
     ServiceNames names;
-    names.geometry_topic = geometryTopic();
-    names.service_namespace = serviceNamespace();
+    names.geometry_topic = source.geometry_topic;
+    names.service_namespace = labelNamespace(source);
     services_.setNames(names);
-    state_.subscription_error = topics_.subscribeGeometry(threaded_nh_, geometryTopic());
-    const std::string error = topics_.subscribeLabels(threaded_nh_, labelsTopic());
+    state_.subscription_error = topics_.subscribeGeometry(threaded_nh_, source.geometry_topic);
+    const std::string error = topics_.subscribeLabels(threaded_nh_, source.labels_topic);
     if (state_.subscription_error.empty()) {
       state_.subscription_error = error;
     }
-    owner_.connect(threaded_nh_, serviceNamespace());
+    owner_.connect(threaded_nh_, names.service_namespace);
+    label_colors_.connect(threaded_nh_, names.service_namespace);
   } catch (const ros::Exception& error) {
     state_.subscription_error = "these topics cannot be used: " + std::string(error.what());
   }
-  if (store_.mesh() && !labelsTopic().empty()) {
+  if (store_.mesh() && !source.labels_topic.empty()) {
     services_.requestLabels(store_.mesh()->uuid);  // changes may have been missed
   }
 }
@@ -127,15 +120,17 @@ void ClusterLabelDisplay::unsubscribe()
   topics_.unsubscribe();
   services_.cancel();
   owner_.disconnect();
+  label_colors_.disconnect();
 }
 
 void ClusterLabelDisplay::restart()
 {
-  guarded([this] {
+  lines_.attempt([this] {
     unsubscribe();
     loader_->clear();
     inbox_->clearLabels();
     store_.clear();
+    label_colors_.clear();
     colors_.clear();
     edits_.clear();
     edit_failure_.clear();
@@ -164,7 +159,7 @@ void ClusterLabelDisplay::onTopics()
 
 void ClusterLabelDisplay::onLook()
 {
-  guarded([this] {
+  lines_.attempt([this] {
     if (overlay_) {
       overlay_->setAlpha(properties_->alpha());
       overlay_->setPhantom(properties_->phantom());
@@ -177,13 +172,13 @@ void ClusterLabelDisplay::onLook()
 void ClusterLabelDisplay::onLabelVisibility(const QString& label)
 {
   recount_ = true;
-  guarded([&] { applyLook(label.toStdString()); });
+  lines_.attempt([&] { applyLook(label.toStdString()); });
 }
 
 void ClusterLabelDisplay::onClassVisibility(const QString& label_class)
 {
   recount_ = true;
-  guarded([&] {
+  lines_.attempt([&] {
     for (const auto& label : store_.labels()) {
       if (labelClass(label.first) == label_class.toStdString()) {
         applyLook(label.first);
@@ -194,7 +189,7 @@ void ClusterLabelDisplay::onClassVisibility(const QString& label_class)
 
 void ClusterLabelDisplay::onColorChosen(const QString& label)
 {
-  guarded([&] {
+  lines_.attempt([&] {
     const std::string name = label.toStdString();
     const Rgba8 color = properties_->chosenColor(name);
     const bool of_class = color == colors_.classColor(labelClass(name));
@@ -239,7 +234,7 @@ std::string ClusterLabelDisplay::setLabelFaces(const std::string& label,
   std::string reason = whyNotEditable(label);
   if (reason.empty()) {
     edit_failure_.clear();
-    guarded([&] {
+    lines_.attempt([&] {
       owner_.store(*store_.mesh(), label, faces);
       edits_[label] = Clock::now();
     });
@@ -252,7 +247,7 @@ std::string ClusterLabelDisplay::setLabelColor(const std::string& label, const R
   std::string reason = whyNotEditable(label);
   if (reason.empty()) {
     edit_failure_.clear();
-    guarded([&] { owner_.setColor(store_.mesh()->uuid, label, color); });
+    lines_.attempt([&] { owner_.setColor(store_.mesh()->uuid, label, color); });
   }
   return reason;
 }

@@ -3,9 +3,8 @@
 #include <algorithm>
 
 #include <rviz/display_context.h>
-#include <rviz/frame_manager.h>
-#include <rviz/validate_floats.h>
 
+#include "rviz_mesh_plugin/frame_pose.h"
 #include "rviz_mesh_plugin/label_overlay.h"
 #include "rviz_mesh_plugin/label_properties.h"
 
@@ -19,14 +18,21 @@ constexpr std::chrono::seconds PATIENCE(10);    // until a label that was sent s
 
 void ClusterLabelDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
 {
-  guarded([this] {
-    takeMessages();
-    takeColors();
-    applyChanges();
-    properties_->work(BUDGET);
-    updatePose();
-    updateStatuses();
-  });
+  const bool done = lines_.attempt([this] { work(); });
+  if (done && work_failed_) {
+    lines_.report("Display", std::nullopt);
+  }
+  work_failed_ = !done;
+}
+
+void ClusterLabelDisplay::work()
+{
+  takeMessages();
+  takeColors();
+  applyChanges();
+  properties_->work(BUDGET);
+  updatePose();
+  updateStatuses();
 }
 
 void ClusterLabelDisplay::takeMessages()
@@ -35,14 +41,14 @@ void ClusterLabelDisplay::takeMessages()
   state_.geometry = content.reception;
   state_.working = content.working;
   if (!content.meshes.empty() && content.meshes.back() != store_.mesh()) {
-    failure_.clear();
     store_.setMesh(content.meshes.back());
     if (overlay_) {
       overlay_->setMesh(store_.mesh());
     }
-    if (!labelsTopic().empty()) {
-      services_.requestLabels(store_.mesh()->uuid);
-    }
+    services_.cancel();  // the labels of a mesh that was here before are asked for once more
+  }
+  if (store_.mesh() && !source().labels_topic.empty()) {
+    services_.requestLabels(store_.mesh()->uuid);
   }
   const InboxContent news = inbox_->take();
   state_.labels = news.labels_reception;
@@ -63,24 +69,9 @@ void ClusterLabelDisplay::takeColors()
   if (!failure.empty()) {
     edit_failure_ = failure;
   }
-  const auto news = owner_.takeColors(store_.mesh()->uuid);
-  if (!news) {
-    return;
-  }
-  std::set<std::string> changed;
-  for (const auto& old : colors_.own()) {
-    changed.insert(old.first);
-  }
-  for (const std::string& label : changed) {
-    if (news->count(label) == 0) {
-      colors_.removeOwn(label);
-    }
-  }
-  for (const auto& color : *news) {
-    colors_.setOwn(color.first, color.second);
-    changed.insert(color.first);
-  }
-  for (const std::string& label : changed) {
+  const std::string& uuid = store_.mesh()->uuid;
+  label_colors_.request(uuid);
+  for (const std::string& label : colors_.setOwn(label_colors_.colors(uuid))) {
     applyLook(label);
   }
 }
@@ -116,7 +107,7 @@ void ClusterLabelDisplay::applyChanges()
       overlay_->removeLabel(label);
     } else {
       applyLook(label);
-      overlay_->setLabel({label, faces->second});
+      overlay_->setLabel(faces->second);
     }
     new_objects = true;
   }
@@ -148,33 +139,24 @@ void ClusterLabelDisplay::updatePose()
     lines_.report("Transform", std::nullopt);
     return;
   }
-  const std::string frame =
-      source_ && !source_->frame.empty() ? source_->frame : store_.mesh()->frame_id;
-  rviz::FrameManager* frames = context_->getFrameManager();
-  Ogre::Vector3 position;
-  Ogre::Quaternion orientation;
-  const bool known = frames->getTransform(frame, ros::Time(), position, orientation) &&
-                     rviz::validateFloats(position) && rviz::validateFloats(orientation);
-  overlay_->setVisible(known && isEnabled());
-  if (known) {
-    orientation.normalise();
-    overlay_->setPose(position, orientation);
-    lines_.report("Transform",
-                  StatusLine{StatusLine::OK, "frame '" + frame + "' is known in the fixed frame '" +
-                                                 frames->getFixedFrame() + "'"});
-  } else {
-    lines_.report("Transform",
-                  StatusLine{StatusLine::ERROR,
-                             "no transform from frame '" + frame + "' to the fixed frame '" +
-                                 frames->getFixedFrame() + "', the labels are hidden until then"});
+  StatusLine line;
+  const auto pose =
+      findPose(*context_->getFrameManager(),
+               source_ && !source_->frame.empty() ? source_->frame : store_.mesh()->frame_id,
+               "the labels are", line);
+  overlay_->setVisible(pose && isEnabled());
+  if (pose) {
+    overlay_->setPose(pose->position, pose->orientation);
   }
+  lines_.report("Transform", line);
 }
 
 void ClusterLabelDisplay::updateStatuses()
 {
   state_.source_given = source_.has_value();
-  state_.geometry_topic = geometryTopic();
-  state_.labels_topic = labelsTopic();
+  const MeshSource source = this->source();
+  state_.geometry_topic = source.geometry_topic;
+  state_.labels_topic = source.labels_topic;
   state_.label_count = store_.labels().size();
   state_.class_count = classes_.size();
   state_.to_show = to_show_.size();
@@ -185,9 +167,8 @@ void ClusterLabelDisplay::updateStatuses()
                       [this](const auto& label) { return !properties_->isShown(label.first); }));
   }
   lines_.report("Geometry", labelGeometryStatus(state_, store_));
-  lines_.report("Labels", failure_.empty() ? labelsStatus(state_, store_)
-                                           : StatusLine{StatusLine::ERROR,
-                                                        "labels cannot be drawn: " + failure_});
+  lines_.report("Labels", labelsStatus(state_, store_));
+  lines_.report("Label colors", label_colors_.status());
   lines_.report("Services", servicesStatus(services_.report()));
   const auto late = std::find_if(edits_.begin(), edits_.end(), [](const auto& edit) {
     return Clock::now() - edit.second > PATIENCE;

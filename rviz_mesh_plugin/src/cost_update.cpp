@@ -31,6 +31,47 @@ void widen(CostSummary& summary, float cost)
 
 }  // namespace
 
+CostUpdateConstPtr select(const CostUpdateConstPtr& update,
+                          const std::function<bool(std::uint32_t, std::uint64_t)>& counts)
+{
+  std::vector<std::size_t> chosen;
+  const std::size_t size = update->vertices.size();
+  if (update->costs.size() != size) {
+    return update;  // applyUpdate() tells that
+  }
+  for (std::size_t i = 0; i < size; ++i) {
+    if (counts(update->vertices[i], update->stampOf(i))) {
+      chosen.push_back(i);
+    }
+  }
+  if (chosen.size() == size) {
+    return update;
+  }
+  if (chosen.empty()) {
+    return nullptr;
+  }
+  auto part = std::make_shared<CostUpdate>();
+  part->uuid = update->uuid;
+  part->type = update->type;
+  part->stamp = update->stamp;
+  for (const std::size_t i : chosen) {
+    part->vertices.push_back(update->vertices[i]);
+    part->costs.push_back(update->costs[i]);
+    if (!update->stamps.empty()) {
+      part->stamps.push_back(update->stamps[i]);
+    }
+  }
+  return part;
+}
+
+CostUpdateConstPtr leftOver(const CostUpdateConstPtr& update, const CostLayer& layer)
+{
+  if (layer.outdated == 0 || update->vertices.empty()) {
+    return nullptr;
+  }
+  return select(update, [&](std::uint32_t, std::uint64_t stamp) { return stamp > layer.outdated; });
+}
+
 std::string applyUpdate(CostLayer& layer, const CostUpdate& update)
 {
   if (update.vertices.size() != update.costs.size()) {

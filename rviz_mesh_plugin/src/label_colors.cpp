@@ -48,8 +48,38 @@ std::string labelClass(const std::string& label)
 
 Rgba8 LabelColors::color(const std::string& label)
 {
-  const auto own = own_.find(label);
-  return own != own_.end() ? own->second : classColor(labelClass(label));
+  if (own_) {
+    const auto own = own_->find(label);
+    if (own != own_->end()) {
+      return own->second;
+    }
+  }
+  return classColor(labelClass(label));
+}
+
+std::vector<std::string> LabelColors::setOwn(const OwnColorsConstPtr& own)
+{
+  std::vector<std::string> changed;
+  if (own == own_) {
+    return changed;
+  }
+  const OwnColorsConstPtr before = own_;
+  const auto differs = [&](const std::string& label, const Rgba8& color) {
+    return !(this->color(label) == color);
+  };
+  own_ = own;
+  for (const auto& old : before ? *before : OwnColors()) {
+    if (differs(old.first, old.second)) {
+      changed.push_back(old.first);
+    }
+  }
+  for (const auto& color : own ? *own : OwnColors()) {
+    const bool known = before && before->count(color.first) != 0;
+    if (!known && differs(color.first, classColor(labelClass(color.first)))) {
+      changed.push_back(color.first);
+    }
+  }
+  return changed;
 }
 
 Rgba8 LabelColors::classColor(const std::string& label_class)
@@ -71,7 +101,7 @@ Rgba8 LabelColors::classColor(const std::string& label_class)
 
 void LabelColors::clear()
 {
-  own_.clear();
+  own_.reset();
   classes_.clear();
   used_.clear();
 }

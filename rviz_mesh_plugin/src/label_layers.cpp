@@ -1,65 +1,59 @@
 #include "rviz_mesh_plugin/label_layers.h"
 
 #include <algorithm>
-#include <limits>
+#include <utility>
 
 namespace rviz_mesh_plugin {
-namespace {
 
-constexpr std::uint8_t MANY = std::numeric_limits<std::uint8_t>::max();
-
-}  // namespace
-
-void LabelLayers::reset(std::size_t face_count)
+void LabelLayers::start(std::size_t face_count, Labels labels)
 {
-  counts_.assign(face_count, 0);
-  counts_.shrink_to_fit();
-  overlapping_ = 0;
+  labels_ = std::move(labels);
+  above_.assign(face_count, 0);
+  label_ = 0;
+  next_ = 0;
+  layer_ = 0;
+  found_ = false;
 }
 
-void LabelLayers::add(const Faces& faces)
+std::size_t LabelLayers::work(std::size_t limit, const Place& place)
 {
-  for (const std::uint32_t face : faces) {
-    std::uint8_t& count = counts_[face];
-    if (count < MANY) {
-      ++count;
-      overlapping_ += count == 2 ? 1 : 0;
+  std::size_t looked = 0;
+  while (!isDone() && looked < limit) {
+    const LabelCluster& label = *labels_[label_];
+    looked += look(label, limit - looked) + 1;
+    if (next_ < label.faces.size()) {
+      continue;
+    }
+    next_ = 0;
+    if (!found_) {
+      layer_ = std::min<unsigned short>(layer_, COUNT - 1);
+      found_ = true;
+      place(label, layer_);
+      continue;
+    }
+    found_ = false;
+    layer_ = 0;
+    if (++label_ == labels_.size()) {
+      labels_.clear();
     }
   }
+  return looked;
 }
 
-void LabelLayers::remove(const Faces& faces)
+std::size_t LabelLayers::look(const LabelCluster& label, std::size_t limit)
 {
-  for (const std::uint32_t face : faces) {
-    std::uint8_t& count = counts_[face];
-    if (count < MANY) {
-      overlapping_ -= count == 2 ? 1 : 0;
-      --count;
+  const std::size_t begin = next_;
+  const std::size_t end = std::min(label.faces.size(), begin + limit);
+  const auto next = static_cast<std::uint8_t>(std::min<unsigned short>(layer_ + 1, COUNT - 1));
+  for (; next_ < end; ++next_) {
+    std::uint8_t& above = above_[label.faces[next_]];
+    if (found_) {
+      above = next;
+    } else {
+      layer_ = std::max<unsigned short>(layer_, above);
     }
   }
-}
-
-std::vector<unsigned short> LabelLayers::layers(const std::vector<const Faces*>& labels) const
-{
-  std::vector<unsigned short> result;
-  if (!overlap()) {
-    result.assign(labels.size(), 0);
-    return result;
-  }
-  std::vector<std::uint8_t> above(counts_.size(), 0);  // the first free layer over each face
-  result.reserve(labels.size());
-  for (const Faces* faces : labels) {
-    unsigned short layer = 0;
-    for (const std::uint32_t face : *faces) {
-      layer = std::max<unsigned short>(layer, above[face]);
-    }
-    result.push_back(std::min<unsigned short>(layer, COUNT - 1));
-    const auto next = static_cast<std::uint8_t>(std::min<unsigned short>(layer + 1, COUNT - 1));
-    for (const std::uint32_t face : *faces) {
-      above[face] = next;
-    }
-  }
-  return result;
+  return end - begin;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -27,10 +27,19 @@ constexpr Ogre::uint8 AFTER_MESHES = Ogre::RENDER_QUEUE_MAIN + 1;
 
 constexpr std::size_t FACE_BYTES = 3 * sizeof(std::uint32_t);
 
+/// That are prepared at a time.
+constexpr std::size_t UPLOAD_SLICE = 1 << 18;
+
+/// To look at a face takes as long as to upload so many bytes.
+constexpr std::size_t LOOK_BYTES = 4;
+
 }  // namespace
 
-LabelObject::LabelObject(Ogre::SceneNode* parent, const LabelledMesh& mesh)
-    : Ogre::MovableObject(uniqueName("Label")), node_(parent->createChildSceneNode()), mesh_(mesh)
+LabelObject::LabelObject(Ogre::SceneNode* parent, const LabelledMesh& mesh, bool growing)
+    : Ogre::MovableObject(uniqueName("Label")),
+      node_(parent->createChildSceneNode()),
+      mesh_(mesh),
+      growing_(growing)
 {
   setCastShadows(false);
   setQueryFlags(0);
@@ -43,30 +52,10 @@ LabelObject::~LabelObject()
   destroySceneNode(node_);
 }
 
-void LabelObject::setFaces(const std::vector<std::uint32_t>& faces, bool growing)
+std::size_t LabelObject::upload(std::size_t& left)
 {
-  std::vector<LabelSlots::Range> changed = slots_.assign(faces);
-  const std::size_t count = slots_.faces().size();
-  const bool rebuilt = !isSet(buffer_) || buffer_->getNumIndexes() < 3 * count;
-  if (rebuilt) {
-    buffer_ = Ogre::HardwareBufferManager::getSingleton().createIndexBuffer(
-        Ogre::HardwareIndexBuffer::IT_32BIT, 3 * (growing ? count + count / 4 + 16 : count),
-        Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY);
-    changed = {{0, count}};
-    bounds_.setNull();
-  } else {
-    changed.insert(changed.end(), dirty_.begin(), dirty_.end());
-    drawn_.indexCount = std::min(drawn_.indexCount, 3 * count);
-  }
-  dirty_ = joined(std::move(changed), count);
-  if (dirty_.empty()) {
-    drawAll();
-  }
-}
-
-std::size_t LabelObject::upload(std::size_t limit)
-{
-  std::size_t faces_left = std::max<std::size_t>(1, limit / FACE_BYTES);
+  prepare(left);
+  std::size_t faces_left = dirty_.empty() ? 0 : std::max<std::size_t>(1, left / FACE_BYTES);
   std::size_t written = 0;
   while (!dirty_.empty() && faces_left > 0) {
     LabelSlots::Range& range = dirty_.back();
@@ -82,11 +71,60 @@ std::size_t LabelObject::upload(std::size_t limit)
   }
   if (written > 0) {
     node_->needUpdate();
+    if (dirty_.empty()) {
+      drawAll();
+    }
+  }
+  left -= std::min(left, written * FACE_BYTES);
+  return written * FACE_BYTES;
+}
+
+std::size_t LabelObject::changeFaces(const LabelSlots::Faces& added,
+                                     const LabelSlots::Faces& removed)
+{
+  slots_.change(added, removed);
+  takeChanges();
+  std::size_t uploaded = 0;
+  while (!dirty_.empty()) {
+    std::size_t left = UPLOAD_SLICE;
+    uploaded += upload(left);
+  }
+  return uploaded;
+}
+
+/// What is being uploaded is finished first, so that faces that change all the time show, too.
+void LabelObject::prepare(std::size_t& left)
+{
+  if (!dirty_.empty()) {
+    return;
+  }
+  if (slots_.isSettled() && wanted_) {
+    slots_.assign(std::move(wanted_));
+    wanted_.reset();
+  }
+  const std::size_t looked = slots_.work(std::max<std::size_t>(1, left / LOOK_BYTES));
+  left -= std::min(left, looked * LOOK_BYTES);
+  if (looked > 0 && slots_.isSettled()) {
+    takeChanges();
+  }
+}
+
+void LabelObject::takeChanges()
+{
+  dirty_ = slots_.takeChanged();
+  const std::size_t count = slots_.faces().size();
+  if (!isSet(buffer_) || buffer_->getNumIndexes() < 3 * count) {
+    buffer_ = Ogre::HardwareBufferManager::getSingleton().createIndexBuffer(
+        Ogre::HardwareIndexBuffer::IT_32BIT, 3 * (growing_ ? count + count / 4 + 16 : count),
+        Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY);
+    dirty_ = {{0, count}};
+    bounds_.setNull();
+  } else {
+    drawn_.indexCount = std::min(drawn_.indexCount, 3 * count);
   }
   if (dirty_.empty()) {
     drawAll();
   }
-  return written * FACE_BYTES;
 }
 
 void LabelObject::drawAll()

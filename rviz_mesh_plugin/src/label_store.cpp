@@ -1,6 +1,6 @@
 #include "rviz_mesh_plugin/label_store.h"
 
-#include <algorithm>
+#include "rviz_mesh_plugin/label_faces.h"
 
 namespace rviz_mesh_plugin {
 
@@ -26,7 +26,7 @@ void LabelStore::setMesh(const MeshDataConstPtr& mesh)
   std::deque<LabelSetConstPtr> others;
   for (const LabelSetConstPtr& labels : waiting_) {
     if (mesh_ && isOfMesh(*labels)) {
-      apply(*labels);
+      apply(labels);
     } else {
       others.push_back(labels);
     }
@@ -37,7 +37,7 @@ void LabelStore::setMesh(const MeshDataConstPtr& mesh)
 void LabelStore::add(const LabelSetConstPtr& labels)
 {
   if (mesh_ && isOfMesh(*labels)) {
-    apply(*labels);
+    apply(labels);
     return;
   }
   waiting_.push_back(labels);
@@ -57,11 +57,11 @@ bool LabelStore::isOfMesh(const LabelSet& labels) const
   return labels.uuid.empty() || labels.uuid == mesh_->uuid;
 }
 
-void LabelStore::apply(const LabelSet& labels)
+void LabelStore::apply(const LabelSetConstPtr& labels)
 {
-  if (labels.all) {
+  if (labels->all) {
     std::set<std::string> there;
-    for (const LabelCluster& cluster : labels.clusters) {
+    for (const LabelCluster& cluster : labels->clusters) {
       there.insert(cluster.label);
     }
     for (auto label = labels_.begin(); label != labels_.end();) {
@@ -75,33 +75,28 @@ void LabelStore::apply(const LabelSet& labels)
     }
     complete_ = true;
   }
-  for (const LabelCluster& cluster : labels.clusters) {
-    put(cluster);
+  for (const LabelCluster& cluster : labels->clusters) {
+    put(LabelClusterConstPtr(labels, &cluster));
   }
 }
 
-void LabelStore::put(const LabelCluster& cluster)
+void LabelStore::put(const LabelClusterConstPtr& cluster)
 {
-  std::vector<std::uint32_t> faces = cluster.faces;
-  if (!std::is_sorted(faces.begin(), faces.end())) {
-    std::sort(faces.begin(), faces.end());
+  const std::string& name = cluster->label;
+  const LabelClusterConstPtr inside = withinMesh(cluster, mesh_->faceCount());
+  beyond_.erase(name);
+  if (inside != cluster) {
+    beyond_[name] = cluster->faces.size() - inside->faces.size();
   }
-  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-  const auto end = std::lower_bound(faces.begin(), faces.end(), mesh_->faceCount());
-  beyond_.erase(cluster.label);
-  if (end != faces.end()) {
-    beyond_[cluster.label] = static_cast<std::size_t>(faces.end() - end);
-    faces.erase(end, faces.end());
-  }
-  const auto known = labels_.find(cluster.label);
-  if (faces.empty()) {
+  const auto known = labels_.find(name);
+  if (inside->faces.empty()) {
     if (known != labels_.end()) {
       labels_.erase(known);
-      changed_.insert(cluster.label);
+      changed_.insert(name);
     }
-  } else if (known == labels_.end() || known->second != faces) {
-    labels_[cluster.label] = std::move(faces);
-    changed_.insert(cluster.label);
+  } else if (known == labels_.end() || known->second->faces != inside->faces) {
+    labels_[name] = inside;
+    changed_.insert(name);
   }
 }
 
@@ -125,7 +120,7 @@ std::size_t LabelStore::faceCount() const
 {
   std::size_t sum = 0;
   for (const auto& label : labels_) {
-    sum += label.second.size();
+    sum += label.second->faces.size();
   }
   return sum;
 }

@@ -10,10 +10,7 @@
 namespace rviz_mesh_plugin {
 
 LayoutParts::LayoutParts(const SplitFaces& faces, MeshLayout& layout)
-    : faces_(faces),
-      layout_(layout),
-      vertex_count_(layout.vertices.size()),
-      begins_(cutIntoParts(faces, layout.vertices))
+    : faces_(faces), layout_(layout), begins_(cutIntoParts(faces, layout.vertices))
 {
   fillParts();
 }
@@ -21,11 +18,11 @@ LayoutParts::LayoutParts(const SplitFaces& faces, MeshLayout& layout)
 void LayoutParts::fillParts()
 {
   layout_.parts.assign(begins_.size() - 1, MeshPart{});
-  vertex_begins_.assign(begins_.size() - 1, 0);
-  mesh_map::parallelFor(layout_.parts.size(), 1, 0, [this]() -> mesh_map::RangeBody {
-    return [this](std::size_t first, std::size_t last) {
+  std::vector<std::uint32_t> vertex_ends(layout_.parts.size());
+  mesh_map::parallelFor(layout_.parts.size(), 1, 0, [&]() -> mesh_map::RangeBody {
+    return [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
-        MeshPart& part = layout_.parts[i];
+        MeshPart part;
         part.material = faces_.materials.empty() ? NONE : faces_.materials[begins_[i]];
         part.lower = part.upper = layout_.vertices[faces_.indices[3 * begins_[i]]].position;
         std::uint32_t greatest = 0;
@@ -33,15 +30,16 @@ void LayoutParts::fillParts()
           enclose(part, faces_.indices[k]);
           greatest = std::max(greatest, faces_.indices[k]);
         }
-        // Vertices are numbered by first use.
-        if (i + 1 < vertex_begins_.size()) {
-          vertex_begins_[i + 1] = greatest + 1;
-        }
+        vertex_ends[i] = greatest + 1;
+        layout_.parts[i] = std::move(part);
       }
     };
   });
-  for (std::size_t i = 1; i < vertex_begins_.size(); ++i) {
-    vertex_begins_[i] = std::max(vertex_begins_[i], vertex_begins_[i - 1]);
+  // Vertices are numbered by first use.
+  part_of_vertex_.reserve(layout_.vertices.size());
+  for (std::size_t i = 0; i < vertex_ends.size(); ++i) {
+    part_of_vertex_.resize(std::max<std::size_t>(part_of_vertex_.size(), vertex_ends[i]),
+                           static_cast<std::uint32_t>(i));
   }
 }
 
@@ -56,23 +54,16 @@ void LayoutParts::enclose(MeshPart& part, std::uint32_t vertex) const
 
 void LayoutParts::write(const std::vector<SimplifiedLevel>& levels, LayoutSplit& split)
 {
-  std::vector<std::vector<std::uint32_t>> coarse;
-  std::vector<std::vector<IndexRange>> ranges(levels.size());
   layout_.cell_sizes = {0.0f};
-  for (std::size_t i = 0; i < levels.size(); ++i) {
-    coarse.push_back(placeFaces(levels[i], split, ranges[i]));
-    layout_.cell_sizes.push_back(levels[i].cell_size);
-  }
   std::size_t total = faces_.indices.size();
-  for (const auto& indices : coarse) {
-    total += indices.size();
+  for (const SimplifiedLevel& level : levels) {
+    layout_.cell_sizes.push_back(level.cell_size);
+    total += level.indices.size() + level.indices.size() / 2;  // with seams
   }
   layout_.indices.reserve(total);
+  std::vector<std::vector<IndexRange>> ranges(levels.size());
   for (std::size_t i = levels.size(); i-- > 0;) {
-    for (IndexRange& range : ranges[i]) {
-      range.start += static_cast<std::uint32_t>(layout_.indices.size());
-    }
-    layout_.indices.insert(layout_.indices.end(), coarse[i].begin(), coarse[i].end());
+    ranges[i] = placeFaces(levels[i], split);
   }
   const std::size_t full = layout_.indices.size();
   layout_.indices.insert(layout_.indices.end(), faces_.indices.begin(), faces_.indices.end());
@@ -86,21 +77,12 @@ void LayoutParts::write(const std::vector<SimplifiedLevel>& levels, LayoutSplit&
   }
 }
 
-/// The parts that the corners of a face belong to, that of the first one, which is the face's own,
-/// first.
-std::vector<std::uint32_t> LayoutParts::partsOf(const Face& face) const
+/// Whether a vertex of a face lies in another part of the same material. Copies of vertices, which
+/// are none of any part, stand behind all others.
+bool LayoutParts::isAbroad(std::uint32_t vertex, std::uint32_t part) const
 {
-  std::vector<std::uint32_t> parts;
-  for (const std::uint32_t vertex : face) {
-    const auto behind = std::upper_bound(vertex_begins_.begin(), vertex_begins_.end(), vertex);
-    const auto part = static_cast<std::uint32_t>(behind - vertex_begins_.begin() - 1);
-    // Copies of vertices, which are none of any part, stand behind all others.
-    const bool counts = parts.empty() || (vertex < vertex_count_ && sameMaterial(part, parts[0]));
-    if (counts && std::find(parts.begin(), parts.end(), part) == parts.end()) {
-      parts.push_back(part);
-    }
-  }
-  return parts;
+  return vertex < part_of_vertex_.size() && part_of_vertex_[vertex] != part &&
+         sameMaterial(part_of_vertex_[vertex], part);
 }
 
 bool LayoutParts::sameMaterial(std::uint32_t a, std::uint32_t b) const
@@ -108,78 +90,95 @@ bool LayoutParts::sameMaterial(std::uint32_t a, std::uint32_t b) const
   return layout_.parts[a].material == layout_.parts[b].material;
 }
 
-/// Of each face the parts that draw it, its own first: also those that a face beside it touches,
-/// since vertices of these parts may have been merged into its corners.
-std::vector<std::vector<std::uint32_t>> LayoutParts::partsOfAll(
-    const std::vector<Face>& faces) const
+/// Each vertex of the faces that join parts, with each of these parts, in ascending order.
+std::vector<LayoutParts::Meeting> LayoutParts::meetings(const std::vector<Face>& faces) const
 {
-  std::vector<std::vector<std::uint32_t>> parts(faces.size());
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> met;  // vertices and parts
-  for (std::size_t i = 0; i < faces.size(); ++i) {
-    parts[i] = partsOf(faces[i]);
-    if (parts[i].size() > 1) {
-      for (const std::uint32_t vertex : faces[i]) {
-        for (const std::uint32_t part : parts[i]) {
-          met.emplace_back(vertex, part);
+  std::vector<Meeting> meetings;
+  for (const Face& face : faces) {
+    const std::uint32_t own = part_of_vertex_[face[0]];
+    if (!isAbroad(face[1], own) && !isAbroad(face[2], own)) {
+      continue;
+    }
+    for (const std::uint32_t corner : face) {
+      if (corner == face[0] || isAbroad(corner, own)) {
+        for (const std::uint32_t vertex : face) {
+          meetings.push_back(Meeting{vertex} << 32 | part_of_vertex_[corner]);
         }
       }
     }
   }
-  std::sort(met.begin(), met.end());
-  met.erase(std::unique(met.begin(), met.end()), met.end());
-  std::vector<bool> meets(layout_.vertices.size(), false);
-  for (const auto& pair : met) {
-    meets[pair.first] = true;
-  }
-  for (std::size_t i = 0; i < faces.size(); ++i) {
-    for (const std::uint32_t vertex : faces[i]) {
-      if (!meets[vertex]) {
-        continue;
-      }
-      auto pair = std::lower_bound(met.begin(), met.end(), std::make_pair(vertex, 0u));
-      for (; pair != met.end() && pair->first == vertex; ++pair) {
-        if (sameMaterial(pair->second, parts[i][0]) &&
-            std::find(parts[i].begin(), parts[i].end(), pair->second) == parts[i].end()) {
-          parts[i].push_back(pair->second);
-        }
-      }
-    }
-  }
-  return parts;
+  std::sort(meetings.begin(), meetings.end());
+  meetings.erase(std::unique(meetings.begin(), meetings.end()), meetings.end());
+  return meetings;
 }
 
-/// The indices, part after part, and the range of each part in them.
-std::vector<std::uint32_t> LayoutParts::placeFaces(const SimplifiedLevel& level, LayoutSplit& split,
-                                                   std::vector<IndexRange>& ranges)
+/// The parts that draw a face beside its own, with the face: those that it touches, and those that
+/// a face beside it touches, since vertices of these parts may have been merged into its corners.
+std::vector<LayoutParts::FaceBeside> LayoutParts::facesBeside(const std::vector<Face>& faces) const
 {
-  std::vector<Face> faces;
-  for (std::size_t i = 0; i < level.indices.size(); i += 3) {
-    faces.push_back(split.corners(&level.indices[i], layout_));
+  const std::vector<Meeting> met = meetings(faces);
+  std::vector<std::uint32_t> first(layout_.vertices.size(), NONE);  // of each vertex in met
+  for (std::size_t i = met.size(); i-- > 0;) {
+    first[met[i] >> 32] = static_cast<std::uint32_t>(i);
   }
-  const auto parts = partsOfAll(faces);
-  std::vector<std::vector<Face>> own(layout_.parts.size());
-  std::vector<std::vector<Face>> beside(layout_.parts.size());
+  std::vector<FaceBeside> beside;
   for (std::size_t i = 0; i < faces.size(); ++i) {
-    for (const std::uint32_t part : parts[i]) {
-      (part == parts[i][0] ? own : beside)[part].push_back(faces[i]);
-    }
+    const std::size_t others = beside.size();
+    const std::uint32_t own = part_of_vertex_[faces[i][0]];
     for (const std::uint32_t vertex : faces[i]) {
-      enclose(layout_.parts[parts[i][0]], vertex);
-    }
-  }
-  std::vector<std::uint32_t> indices;
-  ranges.assign(layout_.parts.size(), IndexRange{});
-  for (std::size_t part = 0; part < ranges.size(); ++part) {
-    ranges[part].start = static_cast<std::uint32_t>(indices.size());
-    ranges[part].count = static_cast<std::uint32_t>(3 * own[part].size());
-    ranges[part].seam_count = static_cast<std::uint32_t>(3 * beside[part].size());
-    for (const auto* drawn : {&own[part], &beside[part]}) {
-      for (const Face& face : *drawn) {
-        indices.insert(indices.end(), face.begin(), face.end());
+      for (std::size_t k = first[vertex]; k < met.size() && met[k] >> 32 == vertex; ++k) {
+        const FaceBeside other{static_cast<std::uint32_t>(met[k]), static_cast<std::uint32_t>(i)};
+        if (other.first != own && sameMaterial(other.first, own) &&
+            std::find(beside.begin() + others, beside.end(), other) == beside.end()) {
+          beside.push_back(other);
+        }
       }
     }
   }
-  return indices;
+  return beside;
+}
+
+/// Appends the faces, part after part; returns the range of each part.
+std::vector<IndexRange> LayoutParts::placeFaces(const SimplifiedLevel& level, LayoutSplit& split)
+{
+  std::vector<Face> faces;
+  faces.reserve(level.indices.size() / 3);
+  std::vector<IndexRange> ranges(layout_.parts.size());
+  for (std::size_t i = 0; i < level.indices.size(); i += 3) {
+    faces.push_back(split.corners(&level.indices[i], layout_));
+    const std::uint32_t own = part_of_vertex_[faces.back()[0]];
+    ranges[own].count += 3;
+    for (const std::uint32_t vertex : faces.back()) {
+      if (vertex >= part_of_vertex_.size() || part_of_vertex_[vertex] != own) {
+        enclose(layout_.parts[own], vertex);
+      }
+    }
+  }
+  const std::vector<FaceBeside> beside = facesBeside(faces);
+  for (const FaceBeside& other : beside) {
+    ranges[other.first].seam_count += 3;
+  }
+  std::vector<std::size_t> next_own(ranges.size());
+  std::vector<std::size_t> next_beside(ranges.size());
+  std::size_t end = layout_.indices.size();
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    ranges[i].start = static_cast<std::uint32_t>(end);
+    next_own[i] = end;
+    next_beside[i] = end + ranges[i].count;
+    end = ranges[i].end();
+  }
+  layout_.indices.resize(end);
+  const auto write = [this](const Face& face, std::size_t& place) {
+    std::copy(face.begin(), face.end(), layout_.indices.begin() + place);
+    place += face.size();
+  };
+  for (const Face& face : faces) {
+    write(face, next_own[part_of_vertex_[face[0]]]);
+  }
+  for (const FaceBeside& other : beside) {
+    write(faces[other.second], next_beside[other.first]);
+  }
+  return ranges;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -50,7 +50,11 @@ void Legend::hide()
 
 std::string Legend::error() const
 {
-  return panel_ ? panel_->error : error_;
+  if (!panel_) {
+    return error_;
+  }
+  return panel_->error.empty() && !panel_->has_room ? "the 3D view is too small for it"
+                                                    : panel_->error;
 }
 
 }  // namespace rviz_mesh_plugin

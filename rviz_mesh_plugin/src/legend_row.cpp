@@ -46,7 +46,8 @@ void LegendRow::place(LegendPanel& panel, int height, double ratio, int view_wid
     panel.drawn_ratio = ratio;
     panel.overlay.setPicture(drawLegend(panel.content, height, ratio));
   }
-  const bool fits = panel.error.empty() && *right + panel.overlay.width() <= view_width;
+  panel.has_room = *right + panel.overlay.width() <= view_width;
+  const bool fits = panel.error.empty() && panel.has_room;
   panel.overlay.setVisible(fits);
   if (fits) {
     panel.overlay.setPosition(*right, (view_height - panel.overlay.height()) / 2);
@@ -70,6 +71,7 @@ bool LegendRow::frameStarted(const Ogre::FrameEvent& /*event*/)
   for (LegendPanel* panel : panels_) {
     try {
       if (height < LEAST_LEGEND_HEIGHT) {
+        panel->has_room = false;
         panel->overlay.setVisible(false);
       } else {
         place(*panel, height, ratio, view_width, view_height, &right);

@@ -18,6 +18,7 @@ struct LegendPanel
   int drawn_height = 0;  ///< 0: the content has changed since
   double drawn_ratio = 1.0;
   std::string error;  ///< why it could not be drawn; it is not tried again with the same content
+  bool has_room = true;
 };
 
 /// Puts all legends side by side, the first at the right border, halfway up the view, and follows

@@ -50,6 +50,7 @@ Map3DState stateOf(const MapSession& session)
 {
   Map3DState state;
   state.file = session.file();
+  state.look_problem = session.lookProblem();
   state.problem = session.problem();
   state.progress = session.progress();
   state.label = session.label();
@@ -86,8 +87,10 @@ Map3DDisplay::~Map3DDisplay() = default;
 
 void Map3DDisplay::onInitialize()
 {
-  frame_property_->setFrameManager(context_->getFrameManager());
-  createChildren();
+  lines_.attempt([this] {
+    frame_property_->setFrameManager(context_->getFrameManager());
+    createChildren();
+  });
 }
 
 void Map3DDisplay::createChildren()
@@ -115,13 +118,15 @@ ClusterLabelDisplay* Map3DDisplay::labelDisplay() const
 
 void Map3DDisplay::load(const rviz::Config& config)
 {
-  createChildren();
-  // The children are not in a list of displays, but, as the released plugin has it, values like the
-  // properties.
-  rviz::Display::load(config);
-  labels_->load(config.mapGetChild("ClusterLabel"));
-  mesh_->load(config.mapGetChild("Mesh"));
-  applyFileParameter();
+  lines_.attempt([&] {
+    createChildren();
+    // The children are not in a list of displays, but, as the released plugin has it, values like
+    // the properties.
+    rviz::Display::load(config);
+    labels_->load(config.mapGetChild("ClusterLabel"));
+    mesh_->load(config.mapGetChild("Mesh"));
+    applyFileParameter();
+  });
 }
 
 void Map3DDisplay::save(rviz::Config config) const
@@ -154,18 +159,9 @@ Qt::ItemFlags Map3DDisplay::getViewFlags(int column) const
   return rviz::DisplayGroup::getViewFlags(column) & ~Qt::ItemFlags(Qt::ItemIsDropEnabled);
 }
 
-void Map3DDisplay::guarded(const std::function<void()>& work)
-{
-  try {
-    work();
-  } catch (const std::exception& error) {
-    lines_.report("Map", StatusLine{StatusLine::ERROR, error.what()});
-  }
-}
-
 void Map3DDisplay::onEnable()
 {
-  guarded([this] { session_->retry(); });
+  lines_.attempt([this] { session_->retry(); });
 }
 
 void Map3DDisplay::onDisable()
@@ -178,7 +174,7 @@ void Map3DDisplay::reset()
 {
   rviz::DisplayGroup::reset();
   lines_.forget();
-  guarded([this] {
+  lines_.attempt([this] {
     session_->retry();
     applySource();
   });
@@ -186,7 +182,7 @@ void Map3DDisplay::reset()
 
 void Map3DDisplay::onFile()
 {
-  guarded([this] {
+  lines_.attempt([this] {
     session_->setFile(file_property_->getStdString());
     applySource();
   });
@@ -194,7 +190,7 @@ void Map3DDisplay::onFile()
 
 void Map3DDisplay::onFrame()
 {
-  guarded([this] { applySource(); });
+  lines_.attempt([this] { applySource(); });
 }
 
 std::string Map3DDisplay::frame() const
@@ -218,7 +214,7 @@ void Map3DDisplay::applySource()
 
 void Map3DDisplay::update(float wall_dt, float ros_dt)
 {
-  guarded([this] {
+  const bool done = lines_.attempt([this] {
     session_->update(threaded_nh_);
     const MapServer* server = session_->server();
     if (shown_namespace_ != (server ? server->ns() : std::string())) {
@@ -229,6 +225,10 @@ void Map3DDisplay::update(float wall_dt, float ros_dt)
     lines_.report("IO", ioStatus(state));
     lines_.report("Label", labelStatus(state));
   });
+  if (done && work_failed_) {
+    lines_.report("Display", std::nullopt);
+  }
+  work_failed_ = !done;
   rviz::DisplayGroup::update(wall_dt, ros_dt);
 }
 

@@ -37,6 +37,8 @@ OptionalStatus fileProblem(const MapFile& file)
       return StatusLine{StatusLine::WARN,
                         "No map file path specified! Click on the value of 'Map file path' and on "
                         "'...', and choose a map (.h5) or a mesh (.ply, .obj, .stl, .dae, .glb)"};
+    case State::UNKNOWN:
+      return StatusLine{StatusLine::WARN, "looking at " + file.path};
     case State::MISSING:
       return StatusLine{StatusLine::ERROR,
                         "Specified map file does not exist! There is nothing at " + file.path +
@@ -105,6 +107,10 @@ StatusLine mapStatus(const Map3DState& state)
   if (isReady(state)) {
     return StatusLine{StatusLine::OK, state.progress.text};
   }
+  if (!state.started && !state.look_problem.empty()) {
+    return StatusLine{StatusLine::WARN,
+                      state.look_problem + "; it is loaded as soon as there is an answer"};
+  }
   if (const OptionalStatus problem = fileProblem(state.file)) {
     return *problem;
   }
@@ -134,6 +140,11 @@ OptionalStatus ioStatus(const Map3DState& state)
   }
   if (!state.started) {
     return std::nullopt;
+  }
+  if (!state.look_problem.empty()) {
+    return StatusLine{
+        StatusLine::WARN,
+        state.look_problem + (isReady(state) ? "; what was read of it is still shown" : "")};
   }
   if (isReady(state) && state.file.state != MapFile::State::PRESENT) {
     return StatusLine{StatusLine::WARN,

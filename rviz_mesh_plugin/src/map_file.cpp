@@ -65,7 +65,7 @@ std::string resolvedPath(const std::string& path)
   return name.empty() ? name : absolute(name);
 }
 
-MapFile lookAtFile(const std::string& path)
+MapFile nameOfFile(const std::string& path)
 {
   MapFile file;
   file.path = resolvedPath(path);
@@ -73,11 +73,18 @@ MapFile lookAtFile(const std::string& path)
     return file;
   }
   // What ROS takes for a remapping never reaches the node; nor does what follows a zero byte.
-  if (file.path.find(":=") != std::string::npos || file.path.find('\0') != std::string::npos) {
-    file.state = MapFile::State::BAD_NAME;
-    return file;
+  const bool bad =
+      file.path.find(":=") != std::string::npos || file.path.find('\0') != std::string::npos;
+  file.state = bad ? MapFile::State::BAD_NAME : MapFile::State::UNKNOWN;
+  return file;
+}
+
+MapFile lookAtFile(const std::string& path)
+{
+  MapFile file = nameOfFile(path);
+  if (file.state == MapFile::State::UNKNOWN) {
+    file.state = stateOf(file.path, file.stamp);
   }
-  file.state = stateOf(file.path, file.stamp);
   return file;
 }
 

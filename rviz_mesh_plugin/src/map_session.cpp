@@ -6,16 +6,9 @@
 #include "rviz_mesh_plugin/map_server.h"
 
 namespace rviz_mesh_plugin {
-namespace {
 
-constexpr std::chrono::milliseconds LOOK_EVERY(1000);
-/// A file is served when its path has not changed for so long: somebody may still be typing.
-constexpr std::chrono::milliseconds CHOICE_SETTLES(300);
-
-}  // namespace
-
-MapSession::MapSession(std::function<std::string()> find_program)
-    : find_program_(std::move(find_program))
+MapSession::MapSession(std::function<std::string()> find_program, MapFileWatch::Look look)
+    : find_program_(std::move(find_program)), watch_(std::move(look))
 {
 }
 
@@ -29,10 +22,7 @@ void MapSession::setFile(const std::string& path)
   label_.reset();
   tried_.reset();
   path_ = path;
-  file_ = lookAtFile(path);
-  settled_ = true;  // most files have been there for long
-  chosen_ = Clock::now();
-  next_look_ = chosen_ + CHOICE_SETTLES;
+  watch_.setPath(path);
 }
 
 void MapSession::retry()
@@ -48,28 +38,19 @@ void MapSession::update(ros::NodeHandle& nodes)
   if (server_) {
     server_->poll(progress_, label_);
   }
-  const Clock::time_point now = Clock::now();
-  if (now < next_look_) {
+  if (!watch_.update(MapFileWatch::Clock::now())) {
     return;
   }
-  next_look_ = now + LOOK_EVERY;
-  look();
   const bool failed = !server_ || server_->process().ended();
-  if (failed && file_.state == MapFile::State::PRESENT && settled_ && tried_ != file_.stamp) {
+  if (failed && file().state == MapFile::State::PRESENT && watch_.settled() &&
+      tried_ != file().stamp) {
     start(nodes);
   }
 }
 
-void MapSession::look()
-{
-  const MapFile before = file_;
-  file_ = lookAtFile(path_);
-  settled_ = file_.state == before.state && file_.stamp == before.stamp;
-}
-
 void MapSession::start(ros::NodeHandle& nodes)
 {
-  tried_ = file_.stamp;
+  tried_ = file().stamp;
   server_.reset();
   progress_ = MapProgress();
   label_.reset();
@@ -82,7 +63,7 @@ void MapSession::start(ros::NodeHandle& nodes)
       return;
     }
     problem_.clear();
-    server_ = std::make_unique<MapServer>(program, file_.path, nodes);
+    server_ = std::make_unique<MapServer>(program, file().path, nodes);
   } catch (const std::exception& error) {
     problem_ = std::string("hdf5_map_server cannot be started: ") + error.what();
   }

@@ -1,19 +1,26 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "rviz_mesh_plugin/layout_split.h"
+#include "rviz_mesh_plugin/mesh_border.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
 using TexturePoint = std::array<float, 2>;
 
-/// A simplified face over which the texture runs so much faster than over the material's faces on
-/// average joins vertices from both sides of a seam in the texture.
-constexpr float SEAM_FACTOR = 8.0f;
+/// A simplified face over which the texture runs so much faster than over the faces at its corners
+/// joins vertices from both sides of a seam in the texture.
+constexpr float SEAM_FACTOR = 2.0f;
+
+/// More vertices in one place make several rings: all of a ring are looked at for each face.
+constexpr std::size_t MOST_IN_RING = 64;
 
 float distance(const std::array<float, 3>& a, const std::array<float, 3>& b)
 {
@@ -25,10 +32,23 @@ float distance(const TexturePoint& a, const TexturePoint& b)
   return std::hypot(a[0] - b[0], a[1] - b[1]);
 }
 
+/// So that what is in one place comes one after the other when sorted: faster than by coordinates.
+std::uint64_t hash(const std::array<float, 3>& position)
+{
+  std::uint64_t sum = 0;
+  for (const float coordinate : position) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &coordinate, sizeof(bits));
+    sum = (sum ^ bits) * 0x9e3779b97f4a7c15u;
+    sum ^= sum >> 32;
+  }
+  return sum;
+}
+
 /// Faces of different materials share no vertex. Simplified faces are made of the vertices of all
-/// materials, so that no cracks open between materials; the corners that such a face has from
-/// another material, or from the other side of a seam, are copied for it, with the texture
-/// coordinates of its first corner.
+/// materials, so that no cracks open between materials. Where such a face has a corner from another
+/// material, or from the other side of a seam, it takes a vertex in the same place that fits; where
+/// there is none, the corner is copied for it, with the texture coordinates of its first corner.
 class MaterialSplit : public LayoutSplit
 {
  public:
@@ -38,9 +58,6 @@ class MaterialSplit : public LayoutSplit
   {
     const std::vector<std::uint32_t> of_face = facesToMaterials(mesh.faces.size());
     const std::vector<std::uint32_t> order = orderByMaterial(mesh, of_face);
-    const std::size_t kinds = materials_.materials.size() + 1;
-    std::vector<double> texture_lengths(kinds, 0.0);
-    std::vector<double> lengths(kinds, 0.0);
     textured_ = !materials_.texture_coordinates.empty();
     last_copy_.assign(mesh.vertices.size(), NONE);
     SplitFaces faces;
@@ -54,33 +71,39 @@ class MaterialSplit : public LayoutSplit
             use(mesh, mesh.indices[3 * std::size_t(i) + corner], material, layout));
       }
       if (textured_) {
-        const std::uint32_t* last = &faces.indices[faces.indices.size() - 3];
-        lengths[kind(material)] += edge(last[0], last[1], layout) + edge(last[1], last[2], layout);
-        texture_lengths[kind(material)] +=
-            textureEdge(last[0], last[1], layout) + textureEdge(last[1], last[2], layout);
+        noteDensities(&faces.indices[faces.indices.size() - 3], layout);
       }
     }
-    seam_densities_.resize(kinds);
-    for (std::size_t i = 0; i < kinds; ++i) {
-      seam_densities_[i] = lengths[i] > 0.0
-                               ? static_cast<float>(SEAM_FACTOR * texture_lengths[i] / lengths[i])
-                               : 0.0f;
-    }
+    linkPlaces(mesh);
     return faces;
   }
 
   std::array<std::uint32_t, 3> corners(const std::uint32_t* face, MeshLayout& layout) override
   {
     const std::uint32_t material = commonMaterial(face);
-    std::array<std::uint32_t, 3> copies;
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      copies[corner] = findCopy(face[corner], material);
+    std::array<std::uint32_t, 3> result{NONE, NONE, NONE};
+    std::size_t first = 0;
+    std::pair<int, float> best(3, 0.0f);  // corners that do not fit, way over the texture
+    for (std::size_t corner = 0; corner < 3 && best.first > 0; ++corner) {
+      forEachCopy(face[corner], [&](std::uint32_t copy) {
+        if (copy_materials_[copy] == material) {
+          const std::uint32_t second = findFitting(face[(corner + 1) % 3], copy, layout);
+          const std::uint32_t third = findFitting(face[(corner + 2) % 3], copy, layout);
+          std::pair<int, float> fit(0, 0.0f);
+          for (const std::uint32_t other : {second, third}) {
+            fit.first += other == NONE ? 1 : 0;
+            fit.second += other == NONE ? 0.0f : textureEdge(copy, other, layout);
+          }
+          if (fit < best) {
+            best = fit;
+            first = corner;
+            result = {copy, second, third};
+          }
+        }
+      });
     }
-    const std::size_t first = copies[0] != NONE ? 0 : copies[1] != NONE ? 1 : 2;
-    std::array<std::uint32_t, 3> result{copies[first], copies[(first + 1) % 3],
-                                        copies[(first + 2) % 3]};
     for (const std::size_t corner : {1, 2}) {
-      if (result[corner] == NONE || acrossSeam(result[0], result[corner], material, layout)) {
+      if (result[corner] == NONE) {
         const std::uint32_t any = last_copy_[face[(first + corner) % 3]];
         result[corner] = addCopy(any, result[0], layout);
       }
@@ -142,13 +165,78 @@ class MaterialSplit : public LayoutSplit
     return last;
   }
 
-  std::uint32_t findCopy(std::uint32_t vertex, std::uint32_t material) const
+  /// Of texture per meter at each vertex of the layout: the greatest one.
+  void noteDensities(const std::uint32_t* face, const MeshLayout& layout)
   {
-    std::uint32_t copy = last_copy_[vertex];
-    while (copy != NONE && copy_materials_[copy] != material) {
-      copy = earlier_copies_[copy];
+    densities_.resize(layout.vertices.size(), 0.0f);
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const std::uint32_t a = face[corner];
+      const std::uint32_t b = face[(corner + 1) % 3];
+      const float length = edge(a, b, layout);
+      const float density = length > 0.0f ? textureEdge(a, b, layout) / length : 0.0f;
+      densities_[a] = std::max(densities_[a], density);
+      densities_[b] = std::max(densities_[b], density);
     }
-    return copy;
+  }
+
+  /// Vertices in one place, which is how meshes have seams in their textures, make a ring.
+  void linkPlaces(const SortedMesh& mesh)
+  {
+    next_in_place_.resize(mesh.vertices.size());
+    std::iota(next_in_place_.begin(), next_in_place_.end(), 0);
+    if (!textured_) {
+      return;
+    }
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> seams;
+    for (const std::uint32_t vertex : borderVertices(mesh.indices, mesh.vertices.size())) {
+      seams.emplace_back(hash(mesh.vertices[vertex].position), vertex);
+    }
+    std::sort(seams.begin(), seams.end());
+    std::size_t linked = 1;
+    for (std::size_t i = 1; i < seams.size(); ++i) {
+      const std::uint32_t a = seams[i - 1].second;
+      const std::uint32_t b = seams[i].second;
+      const bool same = mesh.vertices[a].position == mesh.vertices[b].position;
+      linked = same && linked < MOST_IN_RING ? linked + 1 : 1;
+      if (linked > 1) {
+        std::swap(next_in_place_[a], next_in_place_[b]);
+      }
+    }
+  }
+
+  /// Calls @a visit with each copy of the vertex and of those in the same place.
+  template <class Visit>
+  void forEachCopy(std::uint32_t vertex, const Visit& visit) const
+  {
+    std::uint32_t other = vertex;
+    do {
+      for (std::uint32_t copy = last_copy_[other]; copy != NONE; copy = earlier_copies_[copy]) {
+        visit(copy);
+      }
+      other = next_in_place_[other];
+    } while (other != vertex);
+  }
+
+  bool hasCopy(std::uint32_t vertex, std::uint32_t material) const
+  {
+    bool found = false;
+    forEachCopy(vertex,
+                [&](std::uint32_t copy) { found = found || copy_materials_[copy] == material; });
+    return found;
+  }
+
+  /// The copy of a vertex for the material of another one that is nearest to that on the texture;
+  /// NONE where it lies on the other side of a seam.
+  std::uint32_t findFitting(std::uint32_t vertex, std::uint32_t to, const MeshLayout& layout) const
+  {
+    std::uint32_t nearest = NONE;
+    forEachCopy(vertex, [&](std::uint32_t copy) {
+      if (copy_materials_[copy] == copy_materials_[to] &&
+          (nearest == NONE || textureEdge(to, copy, layout) < textureEdge(to, nearest, layout))) {
+        nearest = copy;
+      }
+    });
+    return nearest == NONE || acrossSeam(to, nearest, layout) ? NONE : nearest;
   }
 
   /// A material of as many corners as possible.
@@ -157,18 +245,17 @@ class MaterialSplit : public LayoutSplit
     std::uint32_t best = NONE;
     int most = 0;
     for (std::size_t corner = 0; corner < 3 && most < 3 - static_cast<int>(corner); ++corner) {
-      for (std::uint32_t copy = last_copy_[face[corner]]; copy != NONE && most < 3;
-           copy = earlier_copies_[copy]) {
+      forEachCopy(face[corner], [&](std::uint32_t copy) {
         const std::uint32_t material = copy_materials_[copy];
         int count = 0;
         for (std::size_t other = 0; other < 3; ++other) {
-          count += findCopy(face[other], material) != NONE ? 1 : 0;
+          count += hasCopy(face[other], material) ? 1 : 0;
         }
         if (count > most) {
           most = count;
           best = material;
         }
-      }
+      });
     }
     return best;
   }
@@ -178,16 +265,17 @@ class MaterialSplit : public LayoutSplit
     return distance(layout.vertices[a].position, layout.vertices[b].position);
   }
 
-  static float textureEdge(std::uint32_t a, std::uint32_t b, const MeshLayout& layout)
+  float textureEdge(std::uint32_t a, std::uint32_t b, const MeshLayout& layout) const
   {
-    return distance(layout.texture_coordinates[a], layout.texture_coordinates[b]);
+    return textured_ ? distance(layout.texture_coordinates[a], layout.texture_coordinates[b])
+                     : 0.0f;
   }
 
-  bool acrossSeam(std::uint32_t a, std::uint32_t b, std::uint32_t material,
-                  const MeshLayout& layout) const
+  bool acrossSeam(std::uint32_t a, std::uint32_t b, const MeshLayout& layout) const
   {
-    return textured_ &&
-           textureEdge(a, b, layout) > seam_densities_[kind(material)] * edge(a, b, layout);
+    return textured_ && textureEdge(a, b, layout) > SEAM_FACTOR *
+                                                        std::max(densities_[a], densities_[b]) *
+                                                        edge(a, b, layout);
   }
 
   std::uint32_t addCopy(std::uint32_t vertex, std::uint32_t first, MeshLayout& layout) const
@@ -202,10 +290,11 @@ class MaterialSplit : public LayoutSplit
 
   const Materials& materials_;
   bool textured_ = false;
-  std::vector<float> seam_densities_;          ///< by kind: texture per meter
+  std::vector<float> densities_;               ///< of each vertex of the layout: texture per meter
   std::vector<std::uint32_t> last_copy_;       ///< of each vertex of the sorted mesh
   std::vector<std::uint32_t> earlier_copies_;  ///< of each copy: another one of the same vertex
   std::vector<std::uint32_t> copy_materials_;
+  std::vector<std::uint32_t> next_in_place_;  ///< of each vertex of the sorted mesh
 };
 
 }  // namespace

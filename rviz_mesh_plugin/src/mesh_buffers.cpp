@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <iterator>
 
 #include <OgreHardwareBufferManager.h>
@@ -11,15 +12,17 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-constexpr unsigned short GEOMETRY_BINDING = 0;
-constexpr unsigned short COLOR_BINDING = 1;
-constexpr unsigned short TEXTURE_BINDING = 2;
+/// Bytes that take 5 ms and more.
+constexpr std::size_t LONG_ALLOCATION = std::size_t{16} << 20;
 
-/// An index buffer ends where the next range of a part would make it larger than this.
-constexpr std::size_t INDEX_BUFFER_SIZE = (std::size_t{32} << 20) / sizeof(std::uint32_t);
+// Buffers of their own, so that none takes long to allocate.
+constexpr unsigned short POSITION_BINDING = 0;
+constexpr unsigned short NORMAL_BINDING = 1;
+constexpr unsigned short COLOR_BINDING = 2;
+constexpr unsigned short TEXTURE_BINDING = 3;
 
 /// Where the index buffers of a layout begin, and the end.
-std::vector<std::size_t> cutIndices(const MeshLayout& layout)
+std::vector<std::size_t> cutIndices(const MeshLayout& layout, std::size_t indices_per_buffer)
 {
   std::vector<IndexRange> ranges;
   for (const MeshPart& part : layout.parts) {
@@ -32,7 +35,7 @@ std::vector<std::size_t> cutIndices(const MeshLayout& layout)
   for (const IndexRange& range : ranges) {
     const std::size_t end = range.end();
     if (range.start >= behind && range.start > cuts.back() &&
-        end - cuts.back() > INDEX_BUFFER_SIZE) {
+        end - cuts.back() > indices_per_buffer) {
       cuts.push_back(range.start);
     }
     behind = std::max(behind, end);
@@ -43,31 +46,38 @@ std::vector<std::size_t> cutIndices(const MeshLayout& layout)
 
 }  // namespace
 
-MeshBuffers::MeshBuffers(const MeshLayoutConstPtr& layout) : layout_(layout)
+MeshBuffers::MeshBuffers(const MeshLayoutConstPtr& layout, std::size_t indices_per_buffer)
+    : layout_(layout)
 {
   vertices_.vertexStart = 0;
   vertices_.vertexCount = layout->vertices.size();
   auto* declaration = vertices_.vertexDeclaration;
-  declaration->addElement(GEOMETRY_BINDING, 0, Ogre::VET_FLOAT3, Ogre::VES_POSITION);
-  declaration->addElement(GEOMETRY_BINDING, 3 * sizeof(float), Ogre::VET_FLOAT3, Ogre::VES_NORMAL);
-  addStream({layout->vertices.data(), layout->vertices.size() * sizeof(MeshVertex),
-             sizeof(MeshVertex), GEOMETRY_BINDING});
+  declaration->addElement(POSITION_BINDING, 0, Ogre::VET_FLOAT3, Ogre::VES_POSITION);
+  declaration->addElement(NORMAL_BINDING, 0, Ogre::VET_FLOAT3, Ogre::VES_NORMAL);
+  addVertices(&layout->vertices.front().position, sizeof(MeshVertex), POSITION_BINDING);
+  addVertices(&layout->vertices.front().normal, sizeof(MeshVertex), NORMAL_BINDING);
   if (!layout->texture_coordinates.empty()) {
     declaration->addElement(TEXTURE_BINDING, 0, Ogre::VET_FLOAT2, Ogre::VES_TEXTURE_COORDINATES, 0);
-    addStream({layout->texture_coordinates.data(),
-               layout->texture_coordinates.size() * 2 * sizeof(float), 2 * sizeof(float),
-               TEXTURE_BINDING});
+    addVertices(layout->texture_coordinates.data(), sizeof(layout->texture_coordinates.front()),
+                TEXTURE_BINDING);
   }
-  const std::vector<std::size_t> cuts = cutIndices(*layout);
+  const std::vector<std::size_t> cuts = cutIndices(*layout, indices_per_buffer);
   for (std::size_t i = 1; i < cuts.size(); ++i) {
     addIndices(cuts[i - 1], cuts[i]);
   }
 }
 
+template <class Element>
+void MeshBuffers::addVertices(const Element* data, std::size_t stride, unsigned short binding)
+{
+  addStream({data, stride, vertices_.vertexCount * sizeof(Element), sizeof(Element), binding});
+}
+
 void MeshBuffers::addIndices(std::size_t begin, std::size_t end)
 {
-  addStream({layout_->indices.data() + begin, (end - begin) * sizeof(std::uint32_t),
-             sizeof(std::uint32_t), static_cast<unsigned short>(indices_.size())});
+  addStream({layout_->indices.data() + begin, sizeof(std::uint32_t),
+             (end - begin) * sizeof(std::uint32_t), sizeof(std::uint32_t),
+             static_cast<unsigned short>(indices_.size())});
   indices_.push_back({begin, {}});
 }
 
@@ -116,6 +126,11 @@ std::size_t MeshBuffers::uploadedIndices() const
   return bytes / sizeof(std::uint32_t);
 }
 
+bool MeshBuffers::nextSliceIsLong() const
+{
+  return !complete() && !streams_[next_].buffer && streams_[next_].size > LONG_ALLOCATION;
+}
+
 void MeshBuffers::uploadSlice()
 {
   if (complete()) {
@@ -126,14 +141,34 @@ void MeshBuffers::uploadSlice()
     allocate(&stream);
     return;
   }
-  const std::size_t size = std::min(SLICE_BYTES, stream.size - stream.done);
-  stream.buffer->writeData(stream.done, size,
-                           static_cast<const unsigned char*>(stream.data) + stream.done, false);
+  const std::size_t slice = SLICE_BYTES / stream.element_size * stream.element_size;
+  const std::size_t size = std::min(slice, stream.size - stream.done);
+  write(&stream, size);
   stream.done += size;
   uploaded_bytes_ += size;
   if (stream.done == stream.size) {
     ++next_;
   }
+  if (complete()) {
+    layout_ = nullptr;
+    scratch_ = std::vector<unsigned char>();
+  }
+}
+
+/// The next bytes of a stream.
+void MeshBuffers::write(Stream* stream, std::size_t size)
+{
+  const auto* from = static_cast<const unsigned char*>(stream->data) +
+                     stream->done / stream->element_size * stream->stride;
+  if (stream->stride == stream->element_size) {
+    stream->buffer->writeData(stream->done, size, from, false);
+    return;
+  }
+  scratch_.resize(std::max(scratch_.size(), size));
+  for (std::size_t i = 0; i < size; i += stream->element_size, from += stream->stride) {
+    std::memcpy(&scratch_[i], from, stream->element_size);
+  }
+  stream->buffer->writeData(stream->done, size, scratch_.data(), false);
 }
 
 void MeshBuffers::bindColors(const Ogre::HardwareVertexBufferSharedPtr& colors)

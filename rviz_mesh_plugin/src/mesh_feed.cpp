@@ -1,8 +1,11 @@
 #include "rviz_mesh_plugin/mesh_feed.h"
 
+#include <ros/message_traits.h>
+
 #include "rviz_mesh_plugin/cost_properties.h"
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_store.h"
+#include "rviz_mesh_plugin/source_properties.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -16,6 +19,20 @@ constexpr Subscribe SUBSCRIBE[MeshFeed::KINDS] = {
     &MeshTopics::subscribeTextures, &MeshTopics::subscribeLabels};
 
 }  // namespace
+
+const char* MeshFeed::type(Kind kind)
+{
+  using ros::message_traits::datatype;
+  static const char* const TYPES[KINDS] = {datatype<mesh_msgs::MeshGeometryStamped>(),
+                                           datatype<mesh_msgs::MeshVertexCostsStamped>(),
+                                           datatype<mesh_msgs::MeshFaceCostsStamped>(),
+                                           datatype<mesh_msgs::MeshVertexCostsSparseStamped>(),
+                                           datatype<mesh_msgs::MeshVertexColorsStamped>(),
+                                           datatype<mesh_msgs::MeshMaterialsStamped>(),
+                                           datatype<mesh_msgs::MeshTexture>(),
+                                           datatype<mesh_msgs::MeshFaceCluster>()};
+  return TYPES[kind];
+}
 
 MeshFeed::MeshFeed()
     : inbox_(std::make_shared<MeshInbox>()),
@@ -33,16 +50,18 @@ MeshFeed::~MeshFeed()
 bool MeshFeed::connect(ros::NodeHandle& node_handle, const MeshProperties& properties,
                        MeshStore& store)
 {
-  services_->setNames(properties.services());
-  const MeshSource source = properties.source();
-  const std::array<std::string, KINDS> names{
-      source.geometry_topic,      source.costs_topic,  source.face_costs_topic,
-      properties.updatesTopic(),  source.colors_topic, properties.materialsTopic(),
-      properties.texturesTopic(), source.labels_topic};
+  const SourceProperties& sources = properties.sources();
+  const ServiceNames service_names = sources.services();
+  services_->setNames(service_names);
+  const MeshSource source = sources.source();
+  const std::array<std::string, KINDS> names{source.geometry_topic,   source.costs_topic,
+                                             source.face_costs_topic, sources.updatesTopic(),
+                                             source.colors_topic,     sources.materialsTopic(),
+                                             sources.texturesTopic(), source.labels_topic};
   std::array<std::string, KINDS> services;
-  services[COLORS] = properties.services().colors;
-  services[MATERIALS] = properties.services().materials;
-  services[TEXTURES] = properties.services().texture;
+  services[COLORS] = service_names.colors;
+  services[MATERIALS] = service_names.materials;
+  services[TEXTURES] = service_names.texture;
   std::array<bool, KINDS> renamed{};
   for (int kind = 0; kind < KINDS; ++kind) {
     renamed[kind] = topics_[kind].name != names[kind] || topics_[kind].service != services[kind];
@@ -62,6 +81,9 @@ bool MeshFeed::connect(ros::NodeHandle& node_handle, const MeshProperties& prope
       topic.name = names[kind];
       topic.service = services[kind];
       topic.error = (subscriptions_.*SUBSCRIBE[kind])(node_handle, topic.name);
+      topic.resolved = topic.name.empty() || !topic.error.empty()
+                           ? std::string()
+                           : node_handle.resolveName(topic.name);
       topic.subscribed = true;
     }
   }
@@ -112,6 +134,7 @@ void MeshFeed::disconnect()
   for (Topic& topic : topics_) {
     topic.subscribed = false;
     topic.error.clear();
+    topic.resolved.clear();
   }
 }
 

@@ -12,11 +12,9 @@ namespace rviz_mesh_plugin {
 namespace {
 
 /// More than this is not kept while nobody takes it; the oldest goes.
-constexpr std::size_t MAX_LAYERS = 256;
+constexpr std::size_t MAX_LABEL_SETS = 256;
 constexpr std::size_t MAX_MESHES = 8;
 constexpr std::size_t MAX_TEXTURES = 4096;
-/// More updates of a layer than this are joined, so that few are left to the GUI thread.
-constexpr std::size_t MAX_UPDATES = 16;
 
 /// Puts @a item behind the others, in place of the one that it supersedes.
 template <class Pointer, class IsSame>
@@ -34,36 +32,6 @@ template <class Items, class IsGone>
 void eraseWhere(Items& items, const IsGone& is_gone)
 {
   items.erase(std::remove_if(items.begin(), items.end(), is_gone), items.end());
-}
-
-bool isOfLayer(const CostUpdate& update, const std::string& uuid, const std::string& type)
-{
-  return update.uuid == uuid && update.type == type;
-}
-
-/// All updates of one layer as one, in place of the newest: each vertex once, with its last cost.
-void joinUpdates(std::vector<CostUpdateConstPtr>& updates, const CostUpdateConstPtr& newest)
-{
-  auto joined = std::make_shared<CostUpdate>();
-  joined->uuid = newest->uuid;
-  joined->type = newest->type;
-  std::unordered_map<std::uint32_t, float> costs;
-  for (const CostUpdateConstPtr& update : updates) {
-    if (isOfLayer(*update, newest->uuid, newest->type)) {
-      for (std::size_t i = 0; i < update->vertices.size(); ++i) {
-        costs[update->vertices[i]] = update->costs[i];
-      }
-    }
-  }
-  joined->vertices.reserve(costs.size());
-  joined->costs.reserve(costs.size());
-  for (const auto& cost : costs) {
-    joined->vertices.push_back(cost.first);
-    joined->costs.push_back(cost.second);
-  }
-  eraseWhere(updates,
-             [&](const auto& update) { return isOfLayer(*update, joined->uuid, joined->type); });
-  updates.push_back(joined);
 }
 
 /// Joins neighbors of the same mesh: of each label the last cluster.
@@ -92,7 +60,46 @@ void joinLabels(std::vector<LabelSetConstPtr>& sets)
   sets = std::move(joined);
 }
 
+void addLabels(std::vector<LabelSetConstPtr>& sets, const LabelSetConstPtr& labels)
+{
+  if (labels->all) {
+    eraseWhere(sets, [&](const auto& other) { return other->uuid == labels->uuid; });
+  }
+  sets.push_back(labels);
+  if (sets.size() > MAX_LABEL_SETS) {
+    joinLabels(sets);
+  }
+  if (sets.size() > MAX_LABEL_SETS) {
+    sets.erase(sets.begin());
+  }
+}
+
 }  // namespace
+
+/// What the GUI thread does in the meantime counts: then all is done once more.
+template <class Edit>
+bool MeshInbox::change(const Edit& edit, const Flag* dropped)
+{
+  const std::lock_guard<std::mutex> changing(changing_);
+  while (true) {
+    InboxContent next;  // what it replaces is freed without the lock
+    std::uint64_t version = 0;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      next = content_;
+      version = version_;
+    }
+    edit(next);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (dropped != nullptr && *dropped) {
+      return false;
+    }
+    if (version == version_) {
+      std::swap(content_, next);
+      return true;
+    }
+  }
+}
 
 template <class Convert, class Store>
 bool MeshInbox::accept(const Convert& convert, Reception InboxContent::*reception,
@@ -102,93 +109,54 @@ bool MeshInbox::accept(const Convert& convert, Reception InboxContent::*receptio
   decltype(convert()) converted;
   try {
     converted = convert();
+    return change(
+        [&](InboxContent& content) {
+          (content.*reception).accept();
+          store(content, converted);
+        },
+        dropped);
   } catch (const RejectedMessage& rejected) {
     refusal = rejected.what();
   } catch (const std::exception& error) {  // out of memory
-    refusal = std::string("the message could not be converted: ") + error.what();
+    refusal = std::string("the message could not be ") + (converted ? "kept" : "converted") + ": " +
+              error.what();
   }
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (dropped != nullptr && *dropped) {
-    return false;
-  }
-  Reception& log = content_.*reception;
-  if (converted) {
-    try {
-      store(converted);
-    } catch (const std::exception& error) {
-      refusal = std::string("the message could not be kept: ") + error.what();
-      converted.reset();
-    }
-  }
-  ++(converted ? log.accepted : log.refused);
-  log.refusal = refusal;
-  return converted != nullptr;
+  refuse(reception, refusal, dropped);
+  return false;
 }
 
-void MeshInbox::store(const CostLayerConstPtr& layer)
+void MeshInbox::refuse(Reception InboxContent::*reception, const std::string& reason,
+                       const Flag* dropped)
 {
-  replaceOrAppend(content_.costs, layer, MAX_LAYERS, [&](const CostLayerConstPtr& other) {
-    return other->uuid == layer->uuid && other->type == layer->type &&
-           other->on_faces == layer->on_faces;
-  });
-  if (!layer->on_faces) {
-    eraseWhere(content_.updates,
-               [&](const auto& update) { return isOfLayer(*update, layer->uuid, layer->type); });
-  }
-}
-
-void MeshInbox::store(const CostUpdateConstPtr& update)
-{
-  auto& updates = content_.updates;
-  updates.push_back(update);
-  const auto count = std::count_if(updates.begin(), updates.end(), [&](const auto& other) {
-    return isOfLayer(*other, update->uuid, update->type);
-  });
-  if (static_cast<std::size_t>(count) > MAX_UPDATES) {
-    joinUpdates(updates, update);
-  }
-  if (updates.size() > MAX_LAYERS * MAX_UPDATES) {
-    updates.erase(updates.begin());
-  }
-}
-
-void MeshInbox::store(const LabelSetConstPtr& labels)
-{
-  auto& sets = content_.labels;
-  if (labels->all) {
-    eraseWhere(sets, [&](const auto& other) { return other->uuid == labels->uuid; });
-  }
-  sets.push_back(labels);
-  if (sets.size() > MAX_LAYERS) {
-    joinLabels(sets);
-  }
-  if (sets.size() > MAX_LAYERS) {
-    sets.erase(sets.begin());
-  }
+  change([&](InboxContent& content) { (content.*reception).refuse(reason); }, dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped)
 {
-  return accept([&]() { return convert(message); }, &InboxContent::costs_reception,
-                [this](const auto& layer) { store(layer); }, dropped);
+  const auto store = [outdated = message.header.stamp.toNSec()](InboxContent& content,
+                                                                const auto& layer) {
+    layer->outdated = outdated;  // as it was; add() may have changed it
+    content.add(layer);
+  };
+  return accept([&]() { return convert(message); }, &InboxContent::costs_reception, store, dropped);
 }
 
-bool MeshInbox::receive(const mesh_msgs::MeshFaceCostsStamped& message)
+bool MeshInbox::receive(const mesh_msgs::MeshFaceCostsStamped& message, const Flag* dropped)
 {
   return accept([&]() { return convert(message); }, &InboxContent::face_costs_reception,
-                [this](const auto& layer) { store(layer); });
+                [](InboxContent& content, const auto& layer) { content.add(layer); }, dropped);
 }
 
-bool MeshInbox::receive(const mesh_msgs::MeshVertexCostsSparseStamped& message)
+bool MeshInbox::receive(const mesh_msgs::MeshVertexCostsSparseStamped& message, const Flag* dropped)
 {
   return accept([&]() { return convert(message); }, &InboxContent::updates_reception,
-                [this](const auto& update) { store(update); });
+                [](InboxContent& content, const auto& update) { content.add(update); }, dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshVertexColorsStamped& message, const Flag* dropped)
 {
-  const auto store = [this](const ColorLayerConstPtr& layer) {
-    replaceOrAppend(content_.colors, layer, MAX_MESHES,
+  const auto store = [](InboxContent& content, const ColorLayerConstPtr& layer) {
+    replaceOrAppend(content.colors, layer, MAX_MESHES,
                     [&](const ColorLayerConstPtr& other) { return other->uuid == layer->uuid; });
   };
   return accept([&]() { return convert(message); }, &InboxContent::colors_reception, store,
@@ -197,8 +165,8 @@ bool MeshInbox::receive(const mesh_msgs::MeshVertexColorsStamped& message, const
 
 bool MeshInbox::receive(const mesh_msgs::MeshMaterialsStamped& message, const Flag* dropped)
 {
-  const auto store = [this](const MaterialsConstPtr& materials) {
-    replaceOrAppend(content_.materials, materials, MAX_MESHES,
+  const auto store = [](InboxContent& content, const MaterialsConstPtr& materials) {
+    replaceOrAppend(content.materials, materials, MAX_MESHES,
                     [&](const MaterialsConstPtr& other) { return other->uuid == materials->uuid; });
   };
   return accept([&]() { return convert(message); }, &InboxContent::materials_reception, store,
@@ -207,8 +175,8 @@ bool MeshInbox::receive(const mesh_msgs::MeshMaterialsStamped& message, const Fl
 
 bool MeshInbox::receive(const mesh_msgs::MeshTexture& message, const Flag* dropped)
 {
-  const auto store = [this](const TextureImageConstPtr& image) {
-    replaceOrAppend(content_.textures, image, MAX_TEXTURES, [&](const TextureImageConstPtr& other) {
+  const auto store = [](InboxContent& content, const TextureImageConstPtr& image) {
+    replaceOrAppend(content.textures, image, MAX_TEXTURES, [&](const TextureImageConstPtr& other) {
       return other->uuid == image->uuid && other->index == image->index;
     });
   };
@@ -216,10 +184,13 @@ bool MeshInbox::receive(const mesh_msgs::MeshTexture& message, const Flag* dropp
                 dropped);
 }
 
-bool MeshInbox::receive(const mesh_msgs::MeshFaceCluster& message)
+bool MeshInbox::receive(const mesh_msgs::MeshFaceCluster& message, const Flag* dropped)
 {
-  return accept([&]() { return convert(message); }, &InboxContent::labels_reception,
-                [this](const LabelSetConstPtr& labels) { store(labels); });
+  const auto store = [](InboxContent& content, const LabelSetConstPtr& labels) {
+    addLabels(content.labels, labels);
+  };
+  return accept([&]() { return convert(message); }, &InboxContent::labels_reception, store,
+                dropped);
 }
 
 bool MeshInbox::receiveLabels(const std::string& uuid,
@@ -227,21 +198,21 @@ bool MeshInbox::receiveLabels(const std::string& uuid,
                               const Flag* dropped)
 {
   std::string left_out;
-  const bool accepted = accept([&]() { return convertLabels(uuid, clusters, all, left_out); },
-                               &InboxContent::labels_reception,
-                               [this](const LabelSetConstPtr& labels) { store(labels); }, dropped);
-  if (accepted && !left_out.empty()) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    content_.labels_reception.refusal = left_out;
-  }
-  return accepted;
+  const auto store = [&left_out](InboxContent& content, const LabelSetConstPtr& labels) {
+    addLabels(content.labels, labels);
+    content.labels_reception.refusal = left_out;
+  };
+  return accept([&]() { return convertLabels(uuid, clusters, all, left_out); },
+                &InboxContent::labels_reception, store, dropped);
 }
 
 InboxContent MeshInbox::take()
 {
   const std::lock_guard<std::mutex> lock(mutex_);
+  ++version_;
   InboxContent taken = std::move(content_);
   content_ = InboxContent();
+  content_.stale = taken.stale;
   content_.costs_reception = taken.costs_reception;
   content_.face_costs_reception = taken.face_costs_reception;
   content_.updates_reception = taken.updates_reception;
@@ -252,48 +223,64 @@ InboxContent MeshInbox::take()
   return taken;
 }
 
-void MeshInbox::clearCosts()
+template <class Forget>
+void MeshInbox::forget(const Forget& forget)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  eraseWhere(content_.costs, [](const auto& layer) { return !layer->on_faces; });
-  content_.costs_reception = Reception();
+  ++version_;
+  forget(content_);
+}
+
+void MeshInbox::clearCosts()
+{
+  forget([](InboxContent& content) {
+    eraseWhere(content.costs, [](const auto& layer) { return !layer->on_faces; });
+    content.costs_reception = Reception();
+  });
 }
 
 void MeshInbox::clearFaceCosts()
 {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  eraseWhere(content_.costs, [](const auto& layer) { return layer->on_faces; });
-  content_.face_costs_reception = Reception();
+  forget([](InboxContent& content) {
+    eraseWhere(content.costs, [](const auto& layer) { return layer->on_faces; });
+    content.face_costs_reception = Reception();
+  });
 }
 
 void MeshInbox::clearUpdates()
 {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  content_.updates.clear();
-  content_.updates_reception = Reception();
+  forget([](InboxContent& content) {
+    content.earlier_updates.clear();
+    content.updates.clear();
+    content.stale = 0;
+    content.updates_reception = Reception();
+  });
 }
 
 void MeshInbox::clearColors()
 {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  content_.colors.clear();
-  content_.colors_reception = Reception();
+  forget([](InboxContent& content) {
+    content.colors.clear();
+    content.colors_reception = Reception();
+  });
 }
 
 void MeshInbox::clearMaterials()
 {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  content_.materials.clear();
-  content_.textures.clear();
-  content_.materials_reception = Reception();
-  content_.textures_reception = Reception();
+  forget([](InboxContent& content) {
+    content.materials.clear();
+    content.textures.clear();
+    content.materials_reception = Reception();
+    content.textures_reception = Reception();
+  });
 }
 
 void MeshInbox::clearLabels()
 {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  content_.labels.clear();
-  content_.labels_reception = Reception();
+  forget([](InboxContent& content) {
+    content.labels.clear();
+    content.labels_reception = Reception();
+  });
 }
 
 }  // namespace rviz_mesh_plugin

@@ -4,7 +4,7 @@
 
 namespace rviz_mesh_plugin {
 
-void MeshLabels::show(const MeshDataConstPtr& mesh, const Clusters& labels, float alpha)
+void MeshLabels::show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha)
 {
   if (mesh != mesh_ || labels.empty()) {
     clear();
@@ -31,11 +31,23 @@ void MeshLabels::show(const MeshDataConstPtr& mesh, const Clusters& labels, floa
     LabelClusterConstPtr& drawn = drawn_[label.first];
     if (drawn != label.second) {
       overlay_->setColor(label.first, colors_.color(label.first));
-      left_out_[label.first] = overlay_->setLabel(*label.second);
+      left_out_[label.first] = overlay_->setLabel(label.second);
       drawn = label.second;
     }
   }
   overlay_->setAlpha(alpha);
+}
+
+bool MeshLabels::setOwnColors(const OwnColorsConstPtr& own)
+{
+  bool changed = false;
+  for (const std::string& label : colors_.setOwn(own)) {
+    if (drawn_.count(label) != 0) {
+      overlay_->setColor(label, colors_.color(label));
+      changed = true;
+    }
+  }
+  return changed;
 }
 
 void MeshLabels::clear()
@@ -51,7 +63,7 @@ bool MeshLabels::upload(std::chrono::microseconds budget)
   return !overlay_ || overlay_->upload(budget);
 }
 
-void MeshLabels::setPose(const std::optional<MeshPainter::Pose>& pose)
+void MeshLabels::setPose(const std::optional<FramePose>& pose)
 {
   pose_ = pose;
   if (overlay_) {

@@ -2,9 +2,13 @@
 
 #include <mesh_map/parallel.h>
 
+#include <atomic>
+#include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "rviz_mesh_plugin/layout_parts.h"
 #include "rviz_mesh_plugin/layout_split.h"
@@ -16,7 +20,7 @@ namespace rviz_mesh_plugin {
 namespace {
 
 /// A preview has at most so many cells along its longest side.
-constexpr int PREVIEW_CELLS = 200;
+constexpr int PREVIEW_CELLS = 160;
 
 void refuseWrongMaterials(const MeshData& mesh, const Materials* materials)
 {
@@ -30,12 +34,24 @@ void refuseWrongMaterials(const MeshData& mesh, const Materials* materials)
 
 }  // namespace
 
+std::atomic<std::size_t> preview_faces{2500000};
+
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
-                          const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled)
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled,
+                          const PreviewReceiver& receive_preview)
 {
   refuseWrongMaterials(*mesh, materials.get());
+  if (cancelled) {
+    return nullptr;
+  }
   const auto splitter = makeSplit(split, materials.get());
   const MeshRegion region = mainRegion(*mesh);
+  if (receive_preview && mesh->faceCount() > preview_faces) {
+    receive_preview(layOutPreview(mesh));
+  }
+  if (cancelled) {
+    return nullptr;
+  }
   const SortedMesh sorted = sortInSpace(*mesh, region);
   if (cancelled) {
     return nullptr;
@@ -46,17 +62,21 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   layout->split = split;
   std::vector<SimplifiedLevel> levels;
   SplitFaces faces;
+  std::unique_ptr<LayoutParts> parts;
   mesh_map::parallelJobs({[&]() {
                             const Simplifier simplifier(sorted.vertices, region);
                             levels = simplifyInLevels(simplifier, sorted.indices,
                                                       typicalEdge(*mesh), cancelled);
                           },
-                          [&]() { faces = splitter->split(sorted, *layout); }},
+                          [&]() {
+                            faces = splitter->split(sorted, *layout);
+                            parts = std::make_unique<LayoutParts>(faces, *layout);
+                          }},
                          2);
   if (cancelled) {
     return nullptr;
   }
-  LayoutParts(faces, *layout).write(levels, *splitter);
+  parts->write(levels, *splitter);
   layout->vertices.shrink_to_fit();
   layout->sources.shrink_to_fit();
   layout->texture_coordinates.shrink_to_fit();

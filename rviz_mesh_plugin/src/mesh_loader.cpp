@@ -3,66 +3,23 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
-#include <deque>
-#include <functional>
-#include <iterator>
-#include <map>
+#include <exception>
 #include <mutex>
 #include <new>
 #include <utility>
 
 #include "rviz_mesh_plugin/ending_thread.h"
 #include "rviz_mesh_plugin/mesh_conversion.h"
+#include "rviz_mesh_plugin/mesh_jobs.h"
 #include "rviz_mesh_plugin/mesh_registry.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-/// Messages of more meshes than this do not wait: the oldest is refused.
-constexpr std::size_t MOST_WAITING = 16;
-
-/// A message to convert, or a mesh to lay out.
-struct Job
-{
-  std::string uuid;
-  mesh_msgs::MeshGeometryStamped::ConstPtr message;
-  MeshDataConstPtr mesh;
-  Split split = Split::NONE;
-  MaterialsConstPtr materials;
-
-  bool isSameLayout(const Job& other) const
-  {
-    return mesh == other.mesh && split == other.split && materials == other.materials;
-  }
-};
-
-/// How a mesh was asked to be laid out last.
-struct Wish
-{
-  std::weak_ptr<const MeshData> mesh;
-  Split split = Split::NONE;
-  std::weak_ptr<const Materials> materials;
-};
-
-std::string describe(const Job& job)
-{
-  const std::size_t faces =
-      job.message ? job.message->mesh_geometry.faces.size() : job.mesh->faceCount();
-  return std::to_string(faces) + " faces of mesh '" + job.uuid + "'";
-}
-
 template <class Entries, class Predicate>
 void eraseIf(Entries& entries, const Predicate& predicate)
 {
   entries.erase(std::remove_if(entries.begin(), entries.end(), predicate), entries.end());
-}
-
-template <class Predicate>
-void moveIf(std::deque<Job>& from, std::vector<Job>& to, const Predicate& predicate)
-{
-  const auto moved = std::stable_partition(from.begin(), from.end(), std::not_fn(predicate));
-  std::move(moved, from.end(), std::back_inserter(to));
-  from.erase(moved, from.end());
 }
 
 }  // namespace
@@ -73,25 +30,17 @@ class MeshLoader::Worker
  public:
   explicit Worker(bool with_layouts) : with_layouts_(with_layouts) {}
 
-  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message)
+  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message, const Flag* dropped)
   {
-    std::vector<Job> dropped;  // freed without the lock, which takes long
+    std::vector<MeshJob> removed;  // freed without the lock, which takes long
     const std::lock_guard<std::mutex> lock(mutex_);
-    moveIf(waiting_, dropped,
-           [&](const Job& job) { return job.message && job.uuid == message->uuid; });
-    const auto is_message = [](const Job& job) { return job.message != nullptr; };
-    if (static_cast<std::size_t>(std::count_if(waiting_.begin(), waiting_.end(), is_message)) >=
-        MOST_WAITING) {
-      const auto oldest = std::find_if(waiting_.begin(), waiting_.end(), is_message);
-      refuse("mesh '" + oldest->uuid + "' was dropped, because " + std::to_string(MOST_WAITING) +
-             " more arrived before it could be shown; publish them more slowly");
-      dropped.push_back(std::move(*oldest));
-      waiting_.erase(oldest);
+    if (dropped != nullptr && *dropped) {
+      return;
     }
-    Job job;
-    job.uuid = message->uuid;
-    job.message = message;
-    waiting_.push_back(std::move(job));
+    const std::string refusal = jobs_.add(message, removed);
+    if (!refusal.empty()) {
+      ready_.reception.refuse(refusal);
+    }
     // Never twice in a row: else a fast publisher would not be shown at all.
     if (laying_out_ && current_.uuid == message->uuid && !gave_up_) {
       cancelled_ = gave_up_ = true;
@@ -99,26 +48,30 @@ class MeshLoader::Worker
     wake_.notify_one();
   }
 
+  void refuse(const std::string& reason, const Flag* dropped)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (dropped == nullptr || !*dropped) {
+      ready_.reception.refuse(reason);
+    }
+  }
+
   void layOut(const MeshDataConstPtr& mesh, Split split, const MaterialsConstPtr& materials)
   {
-    Job job;
+    MeshJob job;
     job.uuid = mesh->uuid;
     job.mesh = mesh;
     job.split = split;
     job.materials = split == Split::BY_MATERIAL ? materials : nullptr;
     const std::lock_guard<std::mutex> lock(mutex_);
-    eraseIf(waiting_, [&](const Job& other) { return other.mesh && other.uuid == job.uuid; });
-    for (auto wish = wishes_.begin(); wish != wishes_.end();) {
-      wish = wish->second.mesh.expired() ? wishes_.erase(wish) : std::next(wish);
-    }
-    wishes_[job.uuid] = {mesh, split, job.materials};
+    jobs_.setWish(job);
     if (laying_out_ && current_.mesh == mesh && !cancelled_) {
       if (current_.isSameLayout(job)) {
         return;
       }
       cancelled_ = true;
     }
-    waiting_.push_back(std::move(job));
+    jobs_.add(std::move(job));
     wake_.notify_one();
   }
 
@@ -135,8 +88,7 @@ class MeshLoader::Worker
   void clear()
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    waiting_.clear();
-    wishes_.clear();
+    jobs_.clear();
     ready_ = Content();
     working_.clear();
     cancelled_ = true;
@@ -148,7 +100,7 @@ class MeshLoader::Worker
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stopped_ = cancelled_ = true;
-    waiting_.clear();
+    jobs_.clear();
     wake_.notify_one();
   }
 
@@ -156,21 +108,20 @@ class MeshLoader::Worker
   {
     std::unique_lock<std::mutex> lock(mutex_);
     while (true) {
-      wake_.wait(lock, [this]() { return stopped_ || !waiting_.empty(); });
+      wake_.wait(lock, [this]() { return stopped_ || !jobs_.empty(); });
       if (stopped_) {
         return;
       }
-      current_ = std::move(waiting_.front());
-      waiting_.pop_front();
+      current_ = jobs_.takeFirst();
       cancelled_ = false;
       current_generation_ = generation_;
       work(lock);
       laying_out_ = false;
       working_.clear();
-      Job done = std::move(current_);
-      current_ = Job();
+      MeshJob done = std::move(current_);
+      current_ = MeshJob();
       lock.unlock();
-      done = Job();  // freed without the lock, which takes long
+      done = MeshJob();  // freed without the lock, which takes long
       lock.lock();
     }
   }
@@ -194,7 +145,7 @@ class MeshLoader::Worker
     }
     lockAgain(lock);
     if (isWanted()) {
-      refuse(failure);
+      ready_.reception.refuse(failure);
     }
   }
 
@@ -208,7 +159,7 @@ class MeshLoader::Worker
   /// False where there is nothing to lay out.
   bool load(std::unique_lock<std::mutex>& lock)
   {
-    working_ = "converting " + describe(current_);
+    working_ = "converting " + current_.describe();
     auto message = std::move(current_.message);
     current_.message = nullptr;
     lock.unlock();
@@ -218,44 +169,35 @@ class MeshLoader::Worker
     if (!isWanted()) {
       return false;
     }
-    ++ready_.reception.accepted;
-    ready_.reception.refusal.clear();
+    ready_.reception.accept();
     eraseIf(ready_.meshes, [&](const auto& other) { return other->uuid == mesh->uuid; });
     eraseIf(ready_.layouts, [&](const auto& other) {
       return other->mesh->uuid == mesh->uuid && other->mesh != mesh;
     });
-    eraseIf(waiting_,
-            [&](const Job& job) { return job.mesh && job.uuid == mesh->uuid && job.mesh != mesh; });
+    jobs_.arrive(mesh);
     ready_.meshes.push_back(mesh);
     current_.mesh = mesh;
-    const auto wish = wishes_.find(mesh->uuid);
-    if (wish != wishes_.end() && wish->second.mesh.lock() == mesh) {
-      current_.split = wish->second.split;
-      current_.materials = wish->second.materials.lock();
-      if (current_.split == Split::BY_MATERIAL && !current_.materials) {
-        current_.split = Split::NONE;
-      }
-    }
+    jobs_.applyWish(current_);
     return with_layouts_;
   }
 
   void layOutCurrent(std::unique_lock<std::mutex>& lock)
   {
-    const Job job = current_;
+    const MeshJob job = current_;
     laying_out_ = true;
-    working_ = "laying out " + describe(job);
+    working_ = "laying out " + job.describe();
     lock.unlock();
     MeshLayoutConstPtr layout = findLayout(job.mesh, job.split, job.materials);
     if (!layout) {
-      if (job.split == Split::NONE && job.mesh->faceCount() > PREVIEW_FACES && !cancelled_) {
-        const MeshLayoutConstPtr preview = layOutPreview(job.mesh);
-        lock.lock();
-        deliver(preview);
-        lock.unlock();
+      PreviewReceiver receive_preview;
+      if (job.split == Split::NONE) {
+        receive_preview = [this](const MeshLayoutConstPtr& preview) {
+          const std::lock_guard<std::mutex> guard(mutex_);
+          deliver(preview);
+        };
       }
-      layout = cancelled_
-                   ? nullptr
-                   : rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, cancelled_);
+      layout =
+          rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, cancelled_, receive_preview);
       if (layout) {
         rememberLayout(layout);
       }
@@ -278,20 +220,13 @@ class MeshLoader::Worker
 
   bool isWanted() const { return !stopped_ && current_generation_ == generation_; }
 
-  void refuse(const std::string& reason)
-  {
-    ++ready_.reception.refused;
-    ready_.reception.refusal = reason;
-  }
-
   const bool with_layouts_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Job> waiting_;
-  std::map<std::string, Wish> wishes_;  ///< by uuid
+  MeshJobs jobs_;
   Content ready_;
   std::string working_;
-  Job current_;
+  MeshJob current_;
   bool laying_out_ = false;
   bool gave_up_ = false;  ///< the layout before this one, for a newer message
   bool stopped_ = false;
@@ -300,26 +235,46 @@ class MeshLoader::Worker
   std::atomic<bool> cancelled_{false};
 };
 
-MeshLoader::MeshLoader(bool with_layouts)
-    : worker_(std::make_shared<Worker>(with_layouts)),
-      thread_(std::make_unique<EndingThread>([worker = worker_]() { worker->run(); }))
-{
-}
+MeshLoader::MeshLoader(bool with_layouts) : worker_(std::make_shared<Worker>(with_layouts)) {}
 
 MeshLoader::~MeshLoader()
 {
   worker_->stop();
 }
 
-void MeshLoader::receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message)
+void MeshLoader::start()
 {
-  worker_->receive(message);
+  const std::lock_guard<std::mutex> lock(starting_);
+  if (!thread_) {
+    thread_ = std::make_unique<EndingThread>([worker = worker_]() { worker->run(); });
+  }
+}
+
+void MeshLoader::receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
+                         const Flag* dropped)
+{
+  try {
+    start();
+    worker_->receive(message, dropped);
+  } catch (const std::exception& error) {  // no more threads, or memory
+    worker_->refuse(std::string("the mesh cannot be loaded: ") + error.what(), dropped);
+  }
+}
+
+void MeshLoader::refuse(const std::string& reason, const Flag* dropped)
+{
+  worker_->refuse(reason, dropped);
 }
 
 void MeshLoader::layOut(const MeshDataConstPtr& mesh, Split split,
                         const MaterialsConstPtr& materials)
 {
-  worker_->layOut(mesh, split, materials);
+  try {
+    start();
+    worker_->layOut(mesh, split, materials);
+  } catch (const std::exception& error) {
+    worker_->refuse(std::string("the mesh cannot be laid out: ") + error.what(), nullptr);
+  }
 }
 
 MeshLoader::Content MeshLoader::take()

@@ -17,7 +17,7 @@ namespace {
 
 /// Whether a layout has, for each of these attributes, a vertex (or face) to
 /// color.
-bool fits(const MeshLayout& layout, std::size_t count, bool on_faces)
+bool fits(const LayoutOutline& layout, std::size_t count, bool on_faces)
 {
   return on_faces ? layout.split == Split::BY_FACE && count == layout.mesh->faceCount()
                   : layout.split != Split::BY_FACE && count == layout.mesh->vertexCount();
@@ -54,7 +54,7 @@ MeshDataConstPtr MeshPainter::mesh() const
 
 bool MeshPainter::accepts(const MeshLayout& layout) const
 {
-  const MeshLayoutConstPtr drawn = visual_ ? visual_->layout() : nullptr;
+  const LayoutOutlineConstPtr drawn = visual_ ? visual_->layout() : nullptr;
   if (!drawn || drawn->preview || drawn->mesh != layout.mesh) {
     return layout.mesh == context_.store.mesh(uuid_);
   }
@@ -67,18 +67,20 @@ void MeshPainter::setLayout(const MeshLayoutConstPtr& layout)
   if (!accepts(*layout)) {
     return;
   }
-  error_.clear();
-  attempt([&] {
+  const bool taken = attempt([&] {
     if (!visual_) {
       visual_ = std::make_unique<MeshVisual>(context_.scene_manager, context_.parent);
       visual_->setVisible(false);
     }
-    const MeshLayoutConstPtr before = visual_->layout();
+    const LayoutOutlineConstPtr before = visual_->layout();
     visual_->setLayout(layout);
     // Another mesh does not wait in the colors of the one before.
     at_hand_ = at_hand_ && before && before->mesh == layout->mesh;
     textures_.clear();  // freed with the layout before
   });
+  if (taken) {
+    geometry_error_.clear();
+  }
   paint();
   setPose(pose_);
 }
@@ -89,7 +91,7 @@ void MeshPainter::paint()
   if (!visual_ || !visual_->layout()) {
     return;
   }
-  attempt([&] {
+  painted_ = attempt([&] {
     const bool ready = paintAttributes();
     // A picture that is only being laid out anew stays as it is until then.
     const DisplayType type = context_.properties.displayType();
@@ -128,7 +130,7 @@ bool MeshPainter::requestLayout()
     split = Split::BY_MATERIAL;
     materials = attributes.materials;
   }
-  const MeshLayoutConstPtr drawn = visual_ ? visual_->layout() : nullptr;
+  const LayoutOutlineConstPtr drawn = visual_ ? visual_->layout() : nullptr;
   if (drawn && !drawn->preview && drawn->mesh == mesh) {
     // Vertices that are split by material can be colored as well as those that
     // are not.
@@ -199,7 +201,7 @@ void MeshPainter::updateCosts(const CostLayerConstPtr& layer,
   // Not all of them anew: the layer has been changed in place, the limits are
   // the same.
   if (visual_ && same_layer && costs_ == layer && colors_ == before) {
-    attempt([&] { visual_->updateColors(vertices); });
+    painted_ = attempt([&] { visual_->updateColors(vertices); });
   }
 }
 
@@ -226,7 +228,7 @@ bool MeshPainter::paintColors()
 
 bool MeshPainter::paintTextures()
 {
-  const MeshLayoutConstPtr& layout = visual_->layout();
+  const LayoutOutlineConstPtr& layout = visual_->layout();
   const MeshAttributes& attributes = context_.store.attributes(uuid_);
   if (layout->split != Split::BY_MATERIAL || layout->materials != attributes.materials) {
     return false;
@@ -259,13 +261,13 @@ void MeshPainter::clearColors()
 bool MeshPainter::upload(std::chrono::microseconds budget)
 {
   bool done = true;
-  if (visual_) {
-    attempt([&] { done = visual_->upload(budget); });
+  if (visual_ && attempt([&] { done = visual_->upload(budget); }) && done && painted_) {
+    colors_error_.clear();
   }
   return done;
 }
 
-void MeshPainter::setPose(const std::optional<Pose>& pose)
+void MeshPainter::setPose(const std::optional<FramePose>& pose)
 {
   pose_ = pose;
   if (visual_) {
@@ -276,13 +278,19 @@ void MeshPainter::setPose(const std::optional<Pose>& pose)
   }
 }
 
-void MeshPainter::attempt(const std::function<void()>& upload)
+bool MeshPainter::attempt(const std::function<void()>& work)
 {
+  const LayoutOutlineConstPtr layout = visual_ ? visual_->layout() : nullptr;
   try {
-    upload();
+    work();
+    return true;
   } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-    error_ = error.what();
+    // A layout that cannot be drawn is given up.
+    const bool given_up = !visual_ || !visual_->layout() || visual_->layout() != layout;
+    (given_up ? geometry_error_ : colors_error_) = error.what();
     colors_ = Colors();
+    painted_ = false;
+    return false;
   }
 }
 

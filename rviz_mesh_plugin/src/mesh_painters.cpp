@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "rviz_mesh_plugin/label_color_feed.h"
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_store.h"
 
@@ -59,10 +60,20 @@ void MeshPainters::retire()
   });
 }
 
+void MeshPainters::attempt(Mesh& mesh, const std::function<void()>& draw_labels)
+{
+  try {
+    draw_labels();
+  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+    mesh.labels->hide();
+    mesh.labels_error = error.what();
+  }
+}
+
 void MeshPainters::paintLabels(Mesh& mesh)
 {
   mesh.labels_error.clear();
-  try {
+  attempt(mesh, [&] {
     if (context_.properties.labelsShown()) {
       mesh.labels->show(context_.store.mesh(mesh.painter->uuid()),
                         context_.store.attributes(mesh.painter->uuid()).labels,
@@ -70,10 +81,16 @@ void MeshPainters::paintLabels(Mesh& mesh)
     } else {
       mesh.labels->hide();
     }
-  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-    mesh.labels->hide();
-    mesh.labels_error = error.what();
+  });
+}
+
+bool MeshPainters::colorLabels(const LabelColorFeed& feed)
+{
+  bool changed = false;
+  for (Mesh& mesh : meshes_) {
+    attempt(mesh, [&] { changed |= mesh.labels->setOwnColors(feed.colors(mesh.painter->uuid())); });
   }
+  return changed;
 }
 
 void MeshPainters::updateCosts(const CostLayerConstPtr& layer,
@@ -98,12 +115,7 @@ bool MeshPainters::upload(std::chrono::microseconds budget)
       break;
     }
     done &= mesh.painter->upload(std::max(left(), std::chrono::microseconds(1)));
-    try {
-      done &= left().count() > 0 ? mesh.labels->upload(left()) : false;
-    } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-      mesh.labels->hide();
-      mesh.labels_error = error.what();
-    }
+    attempt(mesh, [&] { done &= left().count() > 0 ? mesh.labels->upload(left()) : false; });
   }
   retire();
   return done;
@@ -114,7 +126,7 @@ void MeshPainters::setPoses(const FindPose& find_pose)
   for (Mesh& mesh : meshes_) {
     const MeshDataConstPtr drawn = mesh.painter->mesh();
     const MeshDataConstPtr data = drawn ? drawn : context_.store.mesh(mesh.painter->uuid());
-    const auto pose = data ? find_pose(data->uuid, data->frame_id) : std::nullopt;
+    const auto pose = data ? find_pose(data->frame_id) : std::nullopt;
     mesh.painter->setPose(pose);
     mesh.labels->setPose(pose);
   }

@@ -1,6 +1,7 @@
 #include "rviz_mesh_plugin/mesh_picture.h"
 
 #include <algorithm>
+#include <memory>
 
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
@@ -9,13 +10,17 @@
 
 namespace rviz_mesh_plugin {
 
-MeshPicture::MeshPicture(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout)
-    : layout_(layout), colors_(layout), materials_(layout), node_(scene_manager->createSceneNode())
+MeshPicture::MeshPicture(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout,
+                         std::size_t indices_per_buffer)
+    : layout_(std::make_shared<LayoutOutline>(*layout)),
+      colors_(layout_),
+      materials_(layout_),
+      node_(scene_manager->createSceneNode())
 {
-  drawing_.cell_sizes = &layout->cell_sizes;
+  drawing_.cell_sizes = &layout_->cell_sizes;
   try {
     if (!layout->vertices.empty() && !layout->indices.empty()) {
-      buffers_ = std::make_unique<MeshBuffers>(layout);
+      buffers_ = std::make_unique<MeshBuffers>(layout, indices_per_buffer);
       drawing_.vertices = buffers_->vertices();
       drawing_.buffers = buffers_.get();
       makeParts();

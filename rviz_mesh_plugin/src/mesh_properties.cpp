@@ -6,23 +6,16 @@
 
 #include <QColor>
 
-#include <mesh_msgs/MeshFaceClusterStamped.h>
-#include <mesh_msgs/MeshGeometryStamped.h>
-#include <mesh_msgs/MeshMaterialsStamped.h>
-#include <mesh_msgs/MeshTexture.h>
-#include <mesh_msgs/MeshVertexColorsStamped.h>
-#include <ros/message_traits.h>
 #include <rviz/config.h>
 #include <rviz/properties/bool_property.h>
 #include <rviz/properties/color_property.h>
 #include <rviz/properties/enum_property.h>
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/int_property.h>
-#include <rviz/properties/ros_topic_property.h>
-#include <rviz/properties/string_property.h>
 
 #include "rviz_mesh_plugin/cost_properties.h"
 #include "rviz_mesh_plugin/look_properties.h"
+#include "rviz_mesh_plugin/source_properties.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -36,34 +29,12 @@ constexpr std::array<std::pair<const char*, DisplayType>, 5> DISPLAY_TYPES{
 
 const Ogre::ColourValue MISSING_COLORS{0.6f, 0.6f, 0.6f, 1.0f};
 
-template <class Message>
-rviz::RosTopicProperty* makeTopic(const char* name, const char* description, rviz::Property* parent,
-                                  QObject* receiver)
-{
-  return new rviz::RosTopicProperty(name, "",
-                                    QString::fromLatin1(ros::message_traits::datatype<Message>()),
-                                    description, parent, SIGNAL(sourceChanged()), receiver);
-}
-
-rviz::StringProperty* makeService(const char* name, const char* service, const char* of_what,
-                                  rviz::Property* parent, QObject* receiver)
-{
-  return new rviz::StringProperty(
-      name, service,
-      QString("Asked for %1 that no topic brings. A name without a slash in "
-              "front is looked for "
-              "beside the geometry topic, in the namespaces above it and in "
-              "that of RViz.")
-          .arg(of_what),
-      parent, SIGNAL(sourceChanged()), receiver);
-}
-
 }  // namespace
 
 MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
 {
-  geometry_topic_ =
-      makeTopic<mesh_msgs::MeshGeometryStamped>("Geometry Topic", "The mesh.", parent, this);
+  sources_ = new SourceProperties(this);
+  sources_->addGeometry(parent);
   buffer_size_ = new rviz::IntProperty("Buffer Size", 1,
                                        "So many meshes (by their uuid) are shown, the newest ones.",
                                        parent, SIGNAL(contentChanged()), this);
@@ -74,6 +45,7 @@ MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
   addFaces(display_type_);
   addTextures(display_type_);
   costs_ = new CostProperties(display_type_);
+  sources_->addCosts(costs_);
   update_rate_ = new rviz::FloatProperty("Visualization Update Rate", 10.0f,
                                          "How often updates of costs become seen, in Hz; "
                                          "those that come in between are put together.",
@@ -82,7 +54,7 @@ MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
   alpha_ = makeAlpha("Alpha", "faces", display_type_, SIGNAL(styleChanged()), this);
   look_ = new LookProperties(parent);
   addLabels(parent);
-  connect(costs_, SIGNAL(topicsChanged()), SIGNAL(sourceChanged()));
+  connect(sources_, SIGNAL(changed()), SIGNAL(sourceChanged()));
   connect(costs_, SIGNAL(coloringChanged()), SIGNAL(contentChanged()));
   connect(costs_, SIGNAL(legendChanged()), SIGNAL(styleChanged()));
   connect(look_, SIGNAL(styleChanged()), SIGNAL(styleChanged()));
@@ -96,10 +68,7 @@ void MeshProperties::addFaces(rviz::Property* parent)
                                          "material.",
                                          parent, SIGNAL(styleChanged()), this);
   faces_alpha_ = makeAlpha("Faces Alpha", "faces", parent, SIGNAL(styleChanged()), this);
-  colors_topic_ = makeTopic<mesh_msgs::MeshVertexColorsStamped>(
-      "Vertex Colors Topic", "The colors of the vertices.", parent, this);
-  colors_service_ =
-      makeService("Vertex Color Service Name", "get_vertex_colors", "vertex colors", parent, this);
+  sources_->addColors(parent);
 }
 
 void MeshProperties::addTextures(rviz::Property* parent)
@@ -107,13 +76,7 @@ void MeshProperties::addTextures(rviz::Property* parent)
   only_textured_ = new rviz::BoolProperty("Show textured faces only", false,
                                           "Leave out the faces that have no texture.", parent,
                                           SIGNAL(styleChanged()), this);
-  materials_service_ =
-      makeService("Material Service Name", "get_materials", "materials", parent, this);
-  texture_service_ = makeService("Texture Service Name", "get_texture", "textures", parent, this);
-  materials_topic_ = makeTopic<mesh_msgs::MeshMaterialsStamped>(
-      "Materials Topic", "The materials of the faces, where they are published.", parent, this);
-  textures_topic_ = makeTopic<mesh_msgs::MeshTexture>(
-      "Textures Topic", "The images of the materials, where they are published.", parent, this);
+  sources_->addTextures(parent);
 }
 
 void MeshProperties::addLabels(rviz::Property* parent)
@@ -122,10 +85,7 @@ void MeshProperties::addLabels(rviz::Property* parent)
                                         "Draw labelled faces in the color of their label.", parent,
                                         SIGNAL(contentChanged()), this);
   show_labels_->setDisableChildrenIfFalse(true);
-  labels_topic_ = new rviz::RosTopicProperty(
-      "Labels Topic", "",
-      QString::fromLatin1(ros::message_traits::datatype<mesh_msgs::MeshFaceCluster>()),
-      "Labels as they change.", show_labels_, SIGNAL(sourceChanged()), this);
+  sources_->addLabels(show_labels_);
   labels_alpha_ =
       makeAlpha("Labels Alpha", "labelled faces", show_labels_, SIGNAL(contentChanged()), this);
 }
@@ -133,26 +93,20 @@ void MeshProperties::addLabels(rviz::Property* parent)
 void MeshProperties::onDisplayType()
 {
   const DisplayType type = displayType();
-  const bool own = !given_;
   const bool colors = type == DisplayType::VERTEX_COLOR;
   const bool textures = type == DisplayType::TEXTURES;
   const bool costs = type == DisplayType::VERTEX_COSTS;
   const std::pair<rviz::Property*, bool> seen[] = {
       {faces_color_, type == DisplayType::FIXED_COLOR || textures},
       {faces_alpha_, type == DisplayType::FIXED_COLOR},
-      {colors_topic_, colors && own},
-      {colors_service_, colors && own},
       {only_textured_, textures},
-      {materials_service_, textures && own},
-      {texture_service_, textures && own},
-      {materials_topic_, textures && own},
-      {textures_topic_, textures && own},
       {update_rate_, costs},
       {alpha_, colors || textures || costs},
   };
   for (const auto& property : seen) {
     property.first->setHidden(!property.second);
   }
+  sources_->show(colors, textures);
   costs_->setHidden(!costs);
   offerTypes();  // the one before is offered no longer where it has no data
   Q_EMIT contentChanged();
@@ -160,8 +114,9 @@ void MeshProperties::onDisplayType()
 
 void MeshProperties::offerTypes()
 {
-  const bool offered[] = {true, !given_ || available_.colors, !given_ || available_.materials,
-                          !given_ || available_.costs, true};
+  const bool own = !sources_->given();
+  const bool offered[] = {true, own || available_.colors, own || available_.materials,
+                          own || available_.costs, true};
   const QString chosen = display_type_->getString();
   display_type_->clearOptions();
   for (const auto& type : DISPLAY_TYPES) {
@@ -183,78 +138,17 @@ void MeshProperties::setAvailable(const AvailableData& available)
   offerTypes();
 }
 
-MeshSource MeshProperties::source() const
-{
-  if (given_) {
-    return *given_;
-  }
-  MeshSource source;
-  source.geometry_topic = geometry_topic_->getTopicStd();
-  source.costs_topic = costs_->costsTopic();
-  source.face_costs_topic = costs_->faceCostsTopic();
-  source.colors_topic = colors_topic_->getTopicStd();
-  source.labels_topic = labels_topic_->getTopicStd();
-  return source;
-}
-
 void MeshProperties::setSource(const MeshSource& source)
 {
-  given_ = source;
-  geometry_topic_->hide();
+  sources_->give(source);
   buffer_size_->hide();
-  labels_topic_->hide();
-  costs_->setTopicsHidden(true);
   onDisplayType();
   Q_EMIT sourceChanged();
 }
 
-void MeshProperties::setGeometryTopic(const QString& topic)
-{
-  geometry_topic_->setString(topic);
-}
-
-void MeshProperties::proposeTopics(const QString& costs, const QString& colors)
-{
-  if (colors_topic_->getTopic().isEmpty()) {
-    colors_topic_->setString(colors);
-  }
-  if (costs_->costsTopic().empty()) {
-    costs_->setCostsTopic(costs.toStdString());
-  }
-}
-
-std::string MeshProperties::updatesTopic() const
-{
-  if (!given_) {
-    return costs_->updateTopic();
-  }
-  return given_->costs_topic.empty() ? std::string() : given_->costs_topic + "/updates";
-}
-
-std::string MeshProperties::materialsTopic() const
-{
-  return given_ ? std::string() : materials_topic_->getTopicStd();
-}
-
-std::string MeshProperties::texturesTopic() const
-{
-  return given_ ? std::string() : textures_topic_->getTopicStd();
-}
-
-ServiceNames MeshProperties::services() const
-{
-  ServiceNames names;
-  names.colors = colors_service_->getStdString();
-  names.materials = materials_service_->getStdString();
-  names.texture = texture_service_->getStdString();
-  names.geometry_topic = source().geometry_topic;
-  names.service_namespace = source().service_namespace;
-  return names;
-}
-
 std::size_t MeshProperties::bufferSize() const
 {
-  return given_ ? 1 : static_cast<std::size_t>(std::max(1, buffer_size_->getInt()));
+  return sources_->given() ? 1 : static_cast<std::size_t>(std::max(1, buffer_size_->getInt()));
 }
 
 DisplayType MeshProperties::displayType() const

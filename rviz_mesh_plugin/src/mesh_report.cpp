@@ -3,43 +3,81 @@
 #include <set>
 
 #include "rviz_mesh_plugin/cost_properties.h"
-#include "rviz_mesh_plugin/mesh_feed.h"
 #include "rviz_mesh_plugin/mesh_painters.h"
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_store.h"
 #include "rviz_mesh_plugin/mesh_visual.h"
 #include "rviz_mesh_plugin/shown_costs.h"
+#include "rviz_mesh_plugin/shown_legend.h"
+#include "rviz_mesh_plugin/source_properties.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-Reception sum(const Reception& a, const Reception& b)
-{
-  return {a.accepted + b.accepted, a.refused + b.refused,
-          a.refusal.empty() ? b.refusal : a.refusal};
-}
-
-const std::string& firstOf(const std::string& a, const std::string& b)
+std::string firstOf(const std::string& a, const std::string& b)
 {
   return a.empty() ? b : a;
+}
+
+Reception sum(const Reception& a, const Reception& b)
+{
+  return {a.accepted + b.accepted, a.refused + b.refused, firstOf(a.refusal, b.refusal),
+          firstOf(a.last_refusal, b.last_refusal)};
 }
 
 }  // namespace
 
 void MeshReport::report(const InboxContent& inbox, const Reception& geometry_reception,
-                        const std::string& working, StatusLines& lines) const
+                        const std::string& working, StatusLines& lines)
 {
-  const std::string& topic = feed_.topic(MeshFeed::GEOMETRY);
-  lines.report("Topic",
-               topic.empty() && properties_.sourceGiven()
-                   ? noMapOpen()
-                   : topicStatus(topic, feed_.error(MeshFeed::GEOMETRY), geometry_reception));
+  findSilentTopics(inbox, geometry_reception);
+  lines.report("Topic", topic(geometry_reception));
   lines.report("Geometry", geometryStatus(geometry(geometry_reception, working)));
   lines.report("Costs", costsStatus(costs(inbox)));
   lines.report("Colors", colorsStatus(colors(inbox)));
   lines.report("Textures", texturesStatus(textures(inbox)));
   lines.report("Labels", labelsStatus(labels(inbox)));
   lines.report("Services", services());
+}
+
+void MeshReport::findSilentTopics(const InboxContent& inbox, const Reception& geometry)
+{
+  // In the order of MeshFeed::Kind.
+  const Reception* const receptions[MeshFeed::KINDS] = {&geometry,
+                                                        &inbox.costs_reception,
+                                                        &inbox.face_costs_reception,
+                                                        &inbox.updates_reception,
+                                                        &inbox.colors_reception,
+                                                        &inbox.materials_reception,
+                                                        &inbox.textures_reception,
+                                                        &inbox.labels_reception};
+  std::vector<std::string> silent;
+  for (int kind = 0; kind < MeshFeed::KINDS; ++kind) {
+    const std::string& topic = feed_.resolvedTopic(static_cast<MeshFeed::Kind>(kind));
+    if (!topic.empty() && receptions[kind]->received() == 0) {
+      silent.push_back(topic);
+    }
+  }
+  silent_topics_.update(SilentTopics::Clock::now(), silent);
+}
+
+std::string MeshReport::problem(MeshFeed::Kind kind) const
+{
+  const std::string& error = feed_.error(kind);
+  return error.empty() ? silent_topics_.problem(feed_.resolvedTopic(kind), MeshFeed::type(kind))
+                       : error;
+}
+
+StatusLine MeshReport::topic(const Reception& reception) const
+{
+  const std::string& topic = feed_.topic(MeshFeed::GEOMETRY);
+  const std::string& error = feed_.error(MeshFeed::GEOMETRY);
+  if (topic.empty() && properties_.sources().given()) {
+    return noMapOpen();
+  }
+  const std::string problem = this->problem(MeshFeed::GEOMETRY);
+  return error.empty() && !problem.empty() ? StatusLine{StatusLine::ERROR, problem}
+                                           : topicStatus(topic, error, reception);
 }
 
 GeometryState MeshReport::geometry(const Reception& reception, const std::string& working) const
@@ -64,13 +102,14 @@ CostsState MeshReport::costs(const InboxContent& inbox) const
 {
   CostsState state;
   state.chosen = properties_.displayType() == DisplayType::VERTEX_COSTS;
-  state.topic_given = properties_.sourceGiven();
+  state.topic_given = properties_.sources().given();
   state.topic = firstOf(feed_.topic(MeshFeed::COSTS), feed_.topic(MeshFeed::FACE_COSTS));
-  state.subscription_error =
-      firstOf(feed_.error(MeshFeed::COSTS),
-              firstOf(feed_.error(MeshFeed::FACE_COSTS), feed_.error(MeshFeed::UPDATES)));
+  state.subscription_error = firstOf(
+      problem(MeshFeed::COSTS), firstOf(problem(MeshFeed::FACE_COSTS), problem(MeshFeed::UPDATES)));
   state.reception = sum(inbox.costs_reception, inbox.face_costs_reception);
+  state.updates_reception = inbox.updates_reception;
   state.update_problem = firstOf(inbox.updates_reception.refusal, store_.updateProblem());
+  state.stale_updates = inbox.stale + store_.staleUpdates();
   state.waiting = store_.waitingCosts();
   state.type = properties_.costs().costsType();
   state.types = store_.costTypes();
@@ -89,6 +128,10 @@ CostsState MeshReport::costs(const InboxContent& inbox) const
     // As drawn: one scale for all meshes.
     state.limits = limitsOf(commonColoring(store_, state.type, coloring), layer->summary);
     state.note = coloringNote(coloring, layer->summary);
+    const std::string legend = legend_.error();
+    if (!legend.empty()) {
+      state.note += (state.note.empty() ? "" : "; ") + ("the legend is left out: " + legend);
+    }
   }
   return state;
 }
@@ -97,9 +140,9 @@ AttributeState MeshReport::colors(const InboxContent& inbox) const
 {
   AttributeState state;
   state.chosen = properties_.displayType() == DisplayType::VERTEX_COLOR;
-  state.topic_given = properties_.sourceGiven();
+  state.topic_given = properties_.sources().given();
   state.topic = feed_.topic(MeshFeed::COLORS);
-  state.subscription_error = feed_.error(MeshFeed::COLORS);
+  state.subscription_error = problem(MeshFeed::COLORS);
   state.reception = inbox.colors_reception;
   state.waiting = store_.waitingColors();
   if (const MeshDataConstPtr mesh = store_.newest()) {
@@ -116,8 +159,7 @@ TexturesState MeshReport::textures(const InboxContent& inbox) const
 {
   TexturesState state;
   state.chosen = properties_.displayType() == DisplayType::TEXTURES;
-  state.subscription_error =
-      firstOf(feed_.error(MeshFeed::MATERIALS), feed_.error(MeshFeed::TEXTURES));
+  state.subscription_error = firstOf(problem(MeshFeed::MATERIALS), problem(MeshFeed::TEXTURES));
   state.materials_reception = inbox.materials_reception;
   state.textures_reception = inbox.textures_reception;
   const MeshDataConstPtr mesh = store_.newest();
@@ -145,7 +187,7 @@ LabelsState MeshReport::labels(const InboxContent& inbox) const
 {
   LabelsState state;
   state.chosen = properties_.labelsShown();
-  state.subscription_error = feed_.error(MeshFeed::LABELS);
+  state.subscription_error = problem(MeshFeed::LABELS);
   state.reception = inbox.labels_reception;
   state.mesh_shown = store_.newest() != nullptr;
   if (const MeshPainters::Mesh* newest = painters_.newest()) {

@@ -7,6 +7,7 @@
 #include "rviz_mesh_plugin/mesh_feed.h"
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_store.h"
+#include "rviz_mesh_plugin/source_properties.h"
 
 namespace rviz_mesh_plugin {
 
@@ -28,7 +29,7 @@ void MeshRequests::update(Clock::time_point now, MeshFeed& feed, const MeshPrope
   forgetGone(services, store);
   const bool has_topic = !feed.topic(MeshFeed::GEOMETRY).empty();
   // Within another display that shows nothing, a server that happens to be there is not meant.
-  const bool wanted = has_topic || !properties.sourceGiven();
+  const bool wanted = has_topic || !properties.sources().given();
   if (due("mesh", !mesh && wanted, has_topic, now)) {
     services.requestMesh(std::string());
     mesh_asked_ = true;
@@ -70,7 +71,7 @@ void MeshRequests::requestAttributes(Clock::time_point now, const std::string& u
   const MeshAttributes& attributes = store.attributes(uuid);
   const DisplayType type = properties.displayType();
   // A display within another one shows what there is to be chosen.
-  const bool everything = properties.sourceGiven();
+  const bool everything = properties.sources().given();
   const std::string suffix = " " + uuid;
   if (due("colors" + suffix,
           (everything || type == DisplayType::VERTEX_COLOR) && !attributes.colors,
@@ -78,7 +79,8 @@ void MeshRequests::requestAttributes(Clock::time_point now, const std::string& u
     services.requestColors(uuid);
   }
   if (due("materials" + suffix,
-          (everything || type == DisplayType::TEXTURES) && !attributes.materials,
+          (everything || type == DisplayType::TEXTURES) &&
+              (!attributes.materials || services.missesTextures(uuid)),
           !feed.topic(MeshFeed::MATERIALS).empty(), now)) {
     services.requestMaterials(uuid);
   }

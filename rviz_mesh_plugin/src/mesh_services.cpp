@@ -1,7 +1,10 @@
 #include "rviz_mesh_plugin/mesh_services.h"
 
+#include <algorithm>
 #include <exception>
-#include <set>
+#include <map>
+#include <mutex>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -23,42 +26,83 @@ class MeshServices::Work
 {
  public:
   Work(const std::shared_ptr<MeshInbox>& inbox, const std::shared_ptr<MeshLoader>& loader,
-       const ServiceNames& names)
-      : desk_(std::make_shared<ServiceDesk>(inbox, loader, names))
+       const ServiceNames& names, const Pauses& pauses)
+      : desk_(std::make_shared<ServiceDesk>(inbox, loader, names)), pauses_(pauses)
   {
   }
 
   ~Work() { desk_->cancel(); }
 
-  /// @param fetch is given the desk
+  /// @param fetch is given the desk, and whether it asks again; returns whether that is all
   template <class Fetch>
   void add(const std::string& lane, const std::string& key, const Fetch& fetch)
   {
-    if (!asked_.insert(lane + "\n" + key).second) {
+    std::shared_ptr<Question>& question = questions_[lane + "\n" + key];
+    if (question && !question->isDue()) {
       return;
     }
-    lanes_.add(lane, [desk = desk_, fetch]() {
+    const auto asked = std::make_shared<Question>();
+    const bool again = question != nullptr;
+    asked->pause = again ? std::min(2 * question->pause, pauses_.greatest) : pauses_.first;
+    lanes_.add(lane, [desk = desk_, fetch, asked, again]() {
+      bool complete = false;
       try {
-        fetch(*desk);
+        complete = fetch(*desk, again);
       } catch (const Cancelled&) {
+        return;
       } catch (const std::exception& error) {
         desk->log().want("services");
         desk->log().fail("services", "the services",
                          std::string("cannot be asked: ") + error.what());
       }
+      asked->end(complete);
     });
+    question = asked;
   }
 
   ServiceDesk& desk() { return *desk_; }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  class Question
+  {
+   public:
+    std::chrono::milliseconds pause{0};  ///< after it
+
+    void end(bool complete)
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (!complete) {
+        due_ = Clock::now() + pause;
+      }
+    }
+
+    bool isDue() const
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      return due_ && Clock::now() >= *due_;
+    }
+
+   private:
+    mutable std::mutex mutex_;
+    std::optional<Clock::time_point> due_;  ///< nothing: it is being asked, or all has come
+  };
+
   std::shared_ptr<ServiceDesk> desk_;
-  std::set<std::string> asked_;
+  const Pauses pauses_;
+  std::map<std::string, std::shared_ptr<Question>> questions_;
   WorkLanes lanes_;
 };
 
+MeshServices::MeshServices(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader,
+                           Pauses pauses)
+    : inbox_(std::move(inbox)), loader_(std::move(loader)), pauses_(pauses)
+{
+}
+
 MeshServices::MeshServices(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader)
-    : inbox_(std::move(inbox)), loader_(std::move(loader))
+    : MeshServices(std::move(inbox), std::move(loader), Pauses())
 {
 }
 
@@ -83,7 +127,7 @@ void MeshServices::request(const std::string& key, const Request& request)
 {
   try {
     if (!work_) {
-      work_ = std::make_unique<Work>(inbox_, loader_, names_);
+      work_ = std::make_unique<Work>(inbox_, loader_, names_, pauses_);
     }
     request(*work_, key);
   } catch (const std::exception& error) {  // no more threads or files
@@ -94,7 +138,8 @@ void MeshServices::request(const std::string& key, const Request& request)
 void MeshServices::requestMesh(const std::string& uuid)
 {
   request(uuid, [](Work& work, const std::string& key) {
-    work.add("mesh", key, [key](ServiceDesk& desk) { desk.fetchMesh(key); });
+    work.add("mesh", key,
+             [key](ServiceDesk& desk, bool again) { return desk.fetchMesh(key, again); });
   });
 }
 
@@ -102,7 +147,8 @@ void MeshServices::requestColors(const std::string& uuid)
 {
   if (!names_.colors.empty()) {
     request(uuid, [](Work& work, const std::string& key) {
-      work.add("colors", key, [key](ServiceDesk& desk) { desk.fetchColors(key); });
+      work.add("colors", key,
+               [key](ServiceDesk& desk, bool again) { return desk.fetchColors(key, again); });
     });
   }
 }
@@ -111,7 +157,8 @@ void MeshServices::requestMaterials(const std::string& uuid)
 {
   if (!names_.materials.empty()) {
     request(uuid, [](Work& work, const std::string& key) {
-      work.add("materials", key, [key](ServiceDesk& desk) { desk.fetchMaterials(key); });
+      work.add("materials", key,
+               [key](ServiceDesk& desk, bool again) { return desk.fetchMaterials(key, again); });
     });
   }
 }
@@ -119,23 +166,31 @@ void MeshServices::requestMaterials(const std::string& uuid)
 void MeshServices::requestCosts(const std::string& uuid)
 {
   request(uuid, [](Work& work, const std::string& key) {
-    work.add("layer names", key, [key](ServiceDesk& desk) { desk.fetchLayerNames(key); });
+    work.add("layer names", key,
+             [key](ServiceDesk& desk, bool again) { return desk.fetchLayerNames(key, again); });
   });
 }
 
 void MeshServices::requestLayer(const std::string& uuid, const std::string& type)
 {
   request(uuid, [&](Work& work, const std::string&) {
-    work.add("layers", uuid + "\n" + type,
-             [uuid, type](ServiceDesk& desk) { desk.fetchLayer(uuid, type); });
+    work.add("layers", uuid + "\n" + type, [uuid, type](ServiceDesk& desk, bool again) {
+      return desk.fetchLayer(uuid, type, again);
+    });
   });
 }
 
 void MeshServices::requestLabels(const std::string& uuid)
 {
   request(uuid, [](Work& work, const std::string& key) {
-    work.add("labels", key, [key](ServiceDesk& desk) { desk.fetchLabels(key); });
+    work.add("labels", key,
+             [key](ServiceDesk& desk, bool again) { return desk.fetchLabels(key, again); });
   });
+}
+
+bool MeshServices::missesTextures(const std::string& uuid) const
+{
+  return work_ && work_->desk().missesTextures(uuid);
 }
 
 std::vector<std::string> MeshServices::layers(const std::string& uuid) const

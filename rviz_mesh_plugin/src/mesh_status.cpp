@@ -39,7 +39,9 @@ std::string refusals(const Reception& reception)
   return reception.refused == 0
              ? std::string()
              : text("; ", reception.refused, " of ",
-                    counted(reception.received(), "message", "messages"), " refused");
+                    counted(reception.received(), "message", "messages"), " refused",
+                    reception.last_refusal.empty() ? "" : ", the last one: ",
+                    reception.last_refusal);
 }
 
 /// What is the same for costs and colors: nullopt where all is well so far.
@@ -200,13 +202,18 @@ OptionalStatus costsStatus(const CostsState& state)
   if (!state.note.empty()) {
     line += "; " + state.note;
   }
+  if (state.stale_updates > 0) {
+    line += "; " + counted(state.stale_updates, "update is", "updates are") +
+            " left out, older by the stamp than what is shown";
+  }
   if (state.limits.lower > state.limits.upper) {
     return StatusLine{StatusLine::WARN,
                       text(line, "; the lower limit ", state.limits.lower, " is above the upper ",
                            state.limits.upper, ": the scale runs backwards")};
   }
-  return StatusLine{StatusLine::OK, text(line, "; colors from ", state.limits.lower, " to ",
-                                         state.limits.upper, refusals(state.reception))};
+  return StatusLine{StatusLine::OK,
+                    text(line, "; colors from ", state.limits.lower, " to ", state.limits.upper,
+                         refusals(state.reception), refusals(state.updates_reception))};
 }
 
 OptionalStatus texturesStatus(const TexturesState& state)
@@ -249,9 +256,11 @@ OptionalStatus texturesStatus(const TexturesState& state)
   }
   if (state.textures < named.size()) {
     line += "; until the others come their faces have the color of the material";
-    return StatusLine{state.chosen ? StatusLine::WARN : StatusLine::OK, line};
   }
-  return StatusLine{StatusLine::OK, line};
+  const bool incomplete = state.textures < named.size();
+  return StatusLine{
+      incomplete && state.chosen ? StatusLine::WARN : StatusLine::OK,
+      line + refusals(state.materials_reception) + refusals(state.textures_reception)};
 }
 
 OptionalStatus labelsStatus(const LabelsState& state)
@@ -281,7 +290,7 @@ OptionalStatus labelsStatus(const LabelsState& state)
                            " left out: were they labelled on "
                            "another mesh?")};
   }
-  return StatusLine{StatusLine::OK, line};
+  return StatusLine{StatusLine::OK, line + refusals(state.reception)};
 }
 
 }  // namespace rviz_mesh_plugin

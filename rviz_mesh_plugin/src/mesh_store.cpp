@@ -14,7 +14,7 @@ const StoredCosts* find(const std::vector<StoredCosts>& costs, const std::string
                         bool on_faces)
 {
   for (const StoredCosts& stored : costs) {
-    if (stored.layer->type == type && stored.layer->on_faces == on_faces) {
+    if (stored.layer()->type == type && stored.layer()->on_faces == on_faces) {
       return &stored;
     }
   }
@@ -33,8 +33,8 @@ std::string nameOf(const CostLayer& layer, const MeshAttributes& attributes)
 CostLayerConstPtr MeshAttributes::cost(const std::string& name) const
 {
   for (const StoredCosts& stored : costs) {
-    if (nameOf(*stored.layer, *this) == name) {
-      return stored.layer;
+    if (nameOf(*stored.layer(), *this) == name) {
+      return stored.layer();
     }
   }
   return nullptr;
@@ -105,15 +105,13 @@ void MeshStore::addCosts(const CostLayerConstPtr& layer)
 {
   auto& costs = attributesOf(layer->uuid).costs;
   if (const StoredCosts* found = find(costs, layer->type, layer->on_faces)) {
-    auto& stored = costs[static_cast<std::size_t>(found - costs.data())];
-    stored = {layer, nullptr};
-    applyWaiting(stored);
+    costs[static_cast<std::size_t>(found - costs.data())].replace(layer);
     return;
   }
   if (costs.size() == MAX_LAYERS) {
     costs.erase(costs.begin());
   }
-  costs.push_back({layer, nullptr});
+  costs.emplace_back(layer);
   applyWaiting(costs.back());
 }
 
@@ -155,25 +153,20 @@ void MeshStore::addLabels(const LabelSetConstPtr& labels)
 CostLayerConstPtr MeshStore::update(const CostUpdateConstPtr& update)
 {
   update_problem_.clear();
-  auto& costs = attributesOf(update->uuid).costs;
-  if (const StoredCosts* found = find(costs, update->type, false)) {
-    return apply(costs[static_cast<std::size_t>(found - costs.data())], *update);
-  }
-  keepWaiting(update);
-  return nullptr;
-}
-
-CostLayerConstPtr MeshStore::apply(StoredCosts& costs, const CostUpdate& update)
-{
-  if (!costs.own) {
-    costs.own = std::make_shared<CostLayer>(*costs.layer);
-  }
-  update_problem_ = applyUpdate(*costs.own, update);
-  if (!update_problem_.empty()) {
+  if (!find(attributes(update->uuid).costs, update->type, false)) {
+    keepWaiting(update);  // and nothing that waits for its mesh has to go for it
     return nullptr;
   }
-  costs.layer = costs.own;
-  return costs.layer;
+  auto& costs = attributesOf(update->uuid).costs;
+  const StoredCosts* found = find(costs, update->type, false);
+  return apply(costs[static_cast<std::size_t>(found - costs.data())], update);
+}
+
+CostLayerConstPtr MeshStore::apply(StoredCosts& costs, const CostUpdateConstPtr& update)
+{
+  const StoredCosts::Outcome outcome = costs.apply(update, update_problem_);
+  stale_updates_ += outcome == StoredCosts::Outcome::STALE ? 1 : 0;
+  return outcome == StoredCosts::Outcome::CHANGED ? costs.layer() : nullptr;
 }
 
 void MeshStore::keepWaiting(const CostUpdateConstPtr& update)
@@ -189,10 +182,10 @@ void MeshStore::keepWaiting(const CostUpdateConstPtr& update)
 
 void MeshStore::applyWaiting(StoredCosts& costs)
 {
-  if (costs.layer->on_faces) {
+  if (costs.layer()->on_faces) {
     return;
   }
-  const CostLayerConstPtr arrived = costs.layer;
+  const CostLayerConstPtr arrived = costs.layer();
   for (auto item = waiting_updates_.begin(); item != waiting_updates_.end();) {
     const CostUpdateConstPtr update = *item;
     if (update->uuid != arrived->uuid || update->type != arrived->type) {
@@ -201,7 +194,9 @@ void MeshStore::applyWaiting(StoredCosts& costs)
     }
     waiting_values_ -= update->costs.size();
     item = waiting_updates_.erase(item);
-    apply(costs, *update);
+    if (const auto newer = leftOver(update, *arrived)) {
+      apply(costs, newer);
+    }
   }
 }
 
@@ -209,9 +204,10 @@ void MeshStore::clearCosts(bool on_faces)
 {
   for (MeshAttributes& attributes : attributes_) {
     auto& costs = attributes.costs;
-    costs.erase(std::remove_if(
-                    costs.begin(), costs.end(),
-                    [&](const StoredCosts& stored) { return stored.layer->on_faces == on_faces; }),
+    costs.erase(std::remove_if(costs.begin(), costs.end(),
+                               [&](const StoredCosts& stored) {
+                                 return stored.layer()->on_faces == on_faces;
+                               }),
                 costs.end());
   }
 }
@@ -221,6 +217,7 @@ void MeshStore::clearUpdates()
   waiting_updates_.clear();
   waiting_values_ = 0;
   update_problem_.clear();
+  stale_updates_ = 0;
 }
 
 void MeshStore::clearColors()
@@ -258,7 +255,7 @@ std::vector<std::string> MeshStore::costTypes() const
   for (const MeshDataConstPtr& mesh : meshes_) {
     const MeshAttributes& of_mesh = attributes(mesh->uuid);
     for (const StoredCosts& stored : of_mesh.costs) {
-      std::string name = nameOf(*stored.layer, of_mesh);
+      std::string name = nameOf(*stored.layer(), of_mesh);
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         names.push_back(std::move(name));
       }

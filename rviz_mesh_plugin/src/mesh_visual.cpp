@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
@@ -15,7 +16,7 @@ namespace rviz_mesh_plugin {
 namespace {
 
 /// Colors of one can be used for the other.
-bool sameSources(const MeshLayout& a, const MeshLayout& b)
+bool sameSources(const LayoutOutline& a, const LayoutOutline& b)
 {
   return a.mesh == b.mesh && (a.split == Split::BY_FACE) == (b.split == Split::BY_FACE);
 }
@@ -37,8 +38,12 @@ std::vector<std::array<float, 3>> normalLines(const MeshData& mesh, float length
 
 }  // namespace
 
-MeshVisual::MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
-    : scene_manager_(scene_manager), parent_(parent), node_(parent->createChildSceneNode())
+MeshVisual::MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent,
+                       std::size_t indices_per_buffer)
+    : scene_manager_(scene_manager),
+      parent_(parent),
+      node_(parent->createChildSceneNode()),
+      indices_per_buffer_(indices_per_buffer)
 {
 }
 
@@ -52,22 +57,25 @@ MeshVisual::~MeshVisual()
 
 void MeshVisual::setLayout(const MeshLayoutConstPtr& layout)
 {
-  if (layout == layout_) {
+  if (layout_ && layout == given_.lock()) {
     return;
   }
   const bool keep_colors = layout_ && sameSources(*layout_, *layout);
   coming_.reset();
   layout_ = shown_layout_;
+  given_.reset();
   if (!keep_colors) {
     colors_ = nullptr;
   }
-  auto picture = std::make_unique<MeshPicture>(scene_manager_, layout);
+  auto picture = std::make_unique<MeshPicture>(scene_manager_, layout, indices_per_buffer_);
   picture->setStyle(style_);
   if (colors_) {
     picture->setColors(colors_, translucent_colors_);
   }
-  layout_ = layout;
+  layout_ = picture->layout();
+  given_ = layout;
   coming_ = std::move(picture);
+  fresh_ = true;
   uploadIfSmall();
 }
 
@@ -81,17 +89,21 @@ void MeshVisual::uploadIfSmall()
 bool MeshVisual::upload(std::chrono::microseconds budget)
 {
   const auto end = std::chrono::steady_clock::now() + budget;
+  if (std::exchange(fresh_, false) && newest() && newest()->nextSliceIsLong()) {
+    return false;  // setLayout() has taken its time already
+  }
   try {
     do {
       if (!uploadSlice()) {
         return true;
       }
-    } while (std::chrono::steady_clock::now() < end);
+    } while (std::chrono::steady_clock::now() < end && !newest()->nextSliceIsLong());
   } catch (...) {
     // What is drawn stays as it is, but for colors that never became complete.
     if (coming_) {
       coming_.reset();
       layout_ = shown_layout_;
+      given_.reset();
     }
     colors_ = nullptr;
     throw;

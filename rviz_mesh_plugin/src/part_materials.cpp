@@ -14,7 +14,7 @@ Ogre::ColourValue ogreColor(const Rgba8& color)
 
 }  // namespace
 
-PartMaterials::PartMaterials(const MeshLayoutConstPtr& layout) : layout_(layout)
+PartMaterials::PartMaterials(const LayoutOutlineConstPtr& layout) : layout_(layout)
 {
   if (layout->materials) {
     for (const Material& material : layout->materials->materials) {

@@ -1,34 +1,19 @@
 #include "rviz_mesh_plugin/service_call.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include <ros/header.h>
-#include <ros/master.h>
 #include <ros/network.h>
 #include <ros/this_node.h>
-#include <xmlrpcpp/XmlRpcValue.h>
 #include <boost/shared_array.hpp>
+
+#include "rviz_mesh_plugin/master_call.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-constexpr std::size_t MOST_MASTER_BYTES = 1 << 20;
-constexpr int MASTER_MILLISECONDS = 10000;
 constexpr std::uint32_t MOST_HEADER_BYTES = 1 << 20;
 constexpr std::uint32_t MOST_TEXT_BYTES = 1 << 20;
-
-std::string lookupRequest(const std::string& name)
-{
-  const std::string body =
-      "<?xml version=\"1.0\"?>\n<methodCall><methodName>lookupService</methodName><params><param>"
-      "<value><string>" +
-      ros::this_node::getName() + "</string></value></param><param><value><string>" + name +
-      "</string></value></param></params></methodCall>\n";
-  return "POST /RPC2 HTTP/1.0\r\nHost: " + ros::master::getHost() +
-         "\r\nContent-Type: text/xml\r\nContent-Length: " + std::to_string(body.size()) +
-         "\r\nConnection: close\r\n\r\n" + body;
-}
 
 /// The fields of the header with which the peer answers.
 ros::Header readHeader(TcpStream& stream)
@@ -105,27 +90,11 @@ ServiceAnswer exchange(TcpStream& stream, const ros::SerializedMessage& request,
 std::optional<ServiceAddress> lookUpService(const std::string& name,
                                             const Cancellation& cancellation)
 {
-  std::string answer;
-  try {
-    TcpStream stream(ros::master::getHost(), ros::master::getPort(), cancellation);
-    const std::string request = lookupRequest(name);
-    stream.write(request.data(), request.size());
-    answer = stream.readToEnd(MOST_MASTER_BYTES, MASTER_MILLISECONDS);
-  } catch (const ConnectionLost& lost) {
-    throw ConnectionLost(std::string("the ROS master cannot be asked: ") + lost.what());
-  }
-  const std::size_t start = answer.find("<param>");
-  if (start == std::string::npos) {
-    throw ConnectionLost("the ROS master's answer cannot be understood");
-  }
-  int offset = static_cast<int>(start + std::strlen("<param>"));
-  XmlRpc::XmlRpcValue value(answer, &offset);  // code, text, URI
-  if (value.getType() != XmlRpc::XmlRpcValue::TypeArray || value.size() != 3 ||
-      value[0].getType() != XmlRpc::XmlRpcValue::TypeInt || int(value[0]) != 1 ||
-      value[2].getType() != XmlRpc::XmlRpcValue::TypeString) {
+  auto found = callMaster("lookupService", {name}, cancellation);
+  if (!found || found->getType() != XmlRpc::XmlRpcValue::TypeString) {
     return std::nullopt;
   }
-  const std::string uri = value[2];
+  const std::string uri = *found;
   const std::string protocol = "rosrpc://";
   ServiceAddress address;
   if (uri.compare(0, protocol.size(), protocol) != 0 ||

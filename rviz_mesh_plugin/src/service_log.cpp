@@ -75,12 +75,18 @@ ServiceLog::Entry& ServiceLog::entry(const std::string& service)
   return entries_.back();
 }
 
-void ServiceLog::want(const std::string& service, const std::string& items)
+void ServiceLog::want(const std::string& service, const std::string& items, bool again)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
   Entry& entry = this->entry(service);
   entry.items = items;
-  ++entry.wanted;
+  if (again && entry.failed > 0) {
+    --entry.failed;
+  } else if (again && entry.answered > 0) {
+    --entry.answered;
+  } else {
+    ++entry.wanted;
+  }
 }
 
 void ServiceLog::search(const std::string& service, const std::vector<std::string>& tried,
@@ -169,7 +175,7 @@ ServiceReport::Line ServiceLog::line(const Entry& entry)
     text << entry.name << " has answered";
     text << (entry.remark.empty() ? "" : ": ") << entry.remark;
   } else {
-    text << entry.name << " " << entry.failure;
+    text << entry.name << " " << entry.failure << "; it is asked again from time to time";
   }
   if (!entry.items.empty()) {
     text << " (" << entry.answered << " of " << entry.wanted << " " << entry.items;

@@ -46,4 +46,9 @@ void ShownLegend::hide()
   legend_.reset();
 }
 
+std::string ShownLegend::error() const
+{
+  return legend_ ? legend_->error() : std::string();
+}
+
 }  // namespace rviz_mesh_plugin

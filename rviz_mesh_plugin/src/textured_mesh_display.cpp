@@ -6,18 +6,17 @@
 
 #include <rviz/config.h>
 #include <rviz/display_context.h>
-#include <rviz/frame_manager.h>
-#include <rviz/validate_floats.h>
 
 #include "rviz_mesh_plugin/cost_properties.h"
 #include "rviz_mesh_plugin/mesh_properties.h"
 #include "rviz_mesh_plugin/mesh_visual.h"
+#include "rviz_mesh_plugin/source_properties.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-/// What an update may take for uploads, so that the GUI stays fluid.
-constexpr std::chrono::milliseconds UPLOAD_BUDGET{30};
+/// An update uploads until it has taken so long in all, so that the GUI stays fluid.
+constexpr std::chrono::milliseconds UPDATE_BUDGET{32};
 
 }  // namespace
 
@@ -30,7 +29,7 @@ void TexturedMeshDisplay::onInitialize()
   lines_.attempt([this] {
     painters_ = std::make_unique<MeshPainters>(
         MeshPainter::Context{store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
-    report_ = std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_);
+    report_ = std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_, legend_);
     connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
     connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
     connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
@@ -55,11 +54,24 @@ std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
     for (const MeshPainters::Mesh& mesh : painters_->meshes()) {
       if (mesh.painter->mesh() && mesh.painter->pose()) {
         shown.push_back({mesh.painter->mesh(), mesh.painter->pose()->position,
-                         mesh.painter->pose()->orientation});
+                         mesh.painter->pose()->orientation, getNameStd(),
+                         properties_->sources().source()});
       }
     }
   }
   return shown;
+}
+
+bool TexturedMeshDisplay::has(const MeshDataConstPtr& mesh) const
+{
+  if (mesh && painters_) {
+    for (const MeshPainters::Mesh& known : painters_->meshes()) {
+      if (known.painter->mesh() == mesh) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 const MeshVisual* TexturedMeshDisplay::visual() const
@@ -71,7 +83,7 @@ const MeshVisual* TexturedMeshDisplay::visual() const
 void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*datatype*/)
 {
   lines_.attempt([&] {
-    properties_->setGeometryTopic(topic);
+    properties_->sources().setGeometryTopic(topic);
     proposal_.ask(topic.toStdString());
   });
 }
@@ -94,6 +106,7 @@ void TexturedMeshDisplay::onDisable()
 {
   lines_.attempt([this] {
     feed_.disconnect();
+    label_colors_.disconnect();
     requests_.restart();
     legend_.hide();
     clearStatuses();
@@ -107,6 +120,7 @@ void TexturedMeshDisplay::reset()
     Display::reset();
     lines_.forget();
     feed_.clear();
+    label_colors_.clear();
     requests_.restart();
     store_.clear();
     pending_costs_.clear();
@@ -144,9 +158,13 @@ void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
 
 void TexturedMeshDisplay::work()
 {
+  if (!report_) {
+    return;  // onInitialize() has failed, and said why
+  }
+  const Clock::time_point end = Clock::now() + UPDATE_BUDGET;
   if (const auto topics = proposal_.take()) {
-    properties_->proposeTopics(QString::fromStdString(topics->costs),
-                               QString::fromStdString(topics->colors));
+    properties_->sources().proposeTopics(QString::fromStdString(topics->costs),
+                                         QString::fromStdString(topics->colors));
   }
   if (source_changed_) {
     source_changed_ = false;
@@ -167,7 +185,8 @@ void TexturedMeshDisplay::work()
   if (pending_costs_.show(Clock::now(), properties_->updateRate(), *painters_)) {
     uploading_ = true;
   }
-  upload();
+  followLabelColors();
+  upload(end);
   updatePoses();
   legend_.update(*properties_, *painters_);
   report_->report(received_, geometry_reception_, working_, lines_);
@@ -185,6 +204,7 @@ void TexturedMeshDisplay::takeMessages()
     }
   }
   InboxContent content = feed_.inbox().take();
+  pending_costs_.take(content.earlier_updates, store_);
   for (const CostLayerConstPtr& layer : content.costs) {
     store_.addCosts(layer);
   }
@@ -211,6 +231,7 @@ void TexturedMeshDisplay::takeMessages()
   }
   // Only the receptions are looked at from now on.
   content.costs.clear();
+  content.earlier_updates.clear();
   content.updates.clear();
   content.colors.clear();
   content.materials.clear();
@@ -238,9 +259,25 @@ void TexturedMeshDisplay::offerChoices()
   }
 }
 
-void TexturedMeshDisplay::upload()
+void TexturedMeshDisplay::followLabelColors()
 {
-  const bool done = painters_->upload(UPLOAD_BUDGET);
+  if (!properties_->labelsShown()) {
+    label_colors_.disconnect();
+    lines_.report("Label colors", std::nullopt);
+    return;
+  }
+  label_colors_.connect(threaded_nh_, labelNamespace(properties_->sources().source()));
+  for (const MeshDataConstPtr& mesh : store_.meshes()) {
+    label_colors_.request(mesh->uuid);
+  }
+  uploading_ |= painters_->colorLabels(label_colors_);
+  lines_.report("Label colors", label_colors_.status());
+}
+
+void TexturedMeshDisplay::upload(Clock::time_point end)
+{
+  const auto left = std::chrono::duration_cast<std::chrono::microseconds>(end - Clock::now());
+  const bool done = painters_->upload(std::max(left, std::chrono::microseconds(0)));
   if (uploading_ || !done) {
     setVisibilityBits(getVisibilityBits());  // for the objects that are new
     queueRender();
@@ -251,39 +288,17 @@ void TexturedMeshDisplay::upload()
 void TexturedMeshDisplay::updatePoses()
 {
   std::optional<StatusLine> line;
-  painters_->setPoses([&](const std::string& /*uuid*/, const std::string& frame) {
-    const std::string given = properties_->source().frame;
+  painters_->setPoses([&](const std::string& frame) {
+    const std::string given = properties_->sources().source().frame;
     StatusLine found;
-    const auto pose = findPose(given.empty() ? frame : given, found);
+    const auto pose =
+        findPose(*context_->getFrameManager(), given.empty() ? frame : given, "the mesh is", found);
     if (!line || found.level > line->level) {
       line = found;
     }
     return pose;
   });
   lines_.report("Transform", line);
-}
-
-std::optional<MeshPainter::Pose> TexturedMeshDisplay::findPose(const std::string& frame,
-                                                               StatusLine& line) const
-{
-  rviz::FrameManager* frames = context_->getFrameManager();
-  MeshPainter::Pose pose;
-  // The newest transform: a mesh is a map, its stamp tells when it was made.
-  const bool known = frames->getTransform(frame, ros::Time(), pose.position, pose.orientation);
-  if (known && rviz::validateFloats(pose.position) && rviz::validateFloats(pose.orientation)) {
-    pose.orientation.normalise();
-    line = {StatusLine::OK,
-            "frame '" + frame + "' is known in the fixed frame '" + frames->getFixedFrame() + "'"};
-    return pose;
-  }
-  std::string reason = "the transform contains NaN or infinity";
-  if (!known && !frames->transformHasProblems(frame, ros::Time(), reason)) {
-    reason = "nobody publishes it yet";
-  }
-  line = {StatusLine::ERROR, "no transform from frame '" + frame + "' to the fixed frame '" +
-                                 frames->getFixedFrame() +
-                                 "', the mesh is hidden until then: " + reason};
-  return std::nullopt;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -23,7 +23,7 @@ constexpr std::size_t SLICE_CHANGES = 20000;
 
 }  // namespace
 
-VertexColors::VertexColors(const MeshLayoutConstPtr& layout) : layout_(layout) {}
+VertexColors::VertexColors(const LayoutOutlineConstPtr& layout) : layout_(layout) {}
 
 void VertexColors::start(const ColorSource& source)
 {

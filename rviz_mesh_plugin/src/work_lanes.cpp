@@ -135,12 +135,13 @@ WorkLanes::~WorkLanes()
 
 void WorkLanes::add(const std::string& lane, Task task)
 {
-  auto& place = lanes_[lane];
-  if (!place) {
+  auto place = lanes_.find(lane);
+  if (place == lanes_.end()) {
     Leftovers::instance();  // made before the thread is, and so destroyed later
-    place = std::make_unique<Lane>();
+    auto made = std::make_unique<Lane>();
+    place = lanes_.emplace(lane, std::move(made)).first;
   }
-  place->add(std::move(task));
+  place->second->add(std::move(task));
 }
 
 }  // namespace rviz_mesh_plugin

@@ -12,31 +12,14 @@
 
 #include "label_display_fixture.h"
 #include "label_fixture.h"
-#include "rviz_mesh_plugin/label_colors.h"
 #include "service_servers.h"
 
 using osmesa_harness::Rgb;
-using rviz_mesh_plugin::LabelColors;
 using rviz_mesh_plugin::MeshSource;
 using rviz_mesh_plugin::Rgba8;
+using test_labels::colorOf;
+using test_labels::ROW;
 using test_labels::rows;
-
-namespace {
-
-constexpr std::size_t ROW = 200 * 20;  // pixels of a row of faces
-
-Rgb colorOf(const std::string& label_class)
-{
-  const Rgba8 color = LabelColors().classColor(label_class);
-  return {color.red, color.green, color.blue};
-}
-
-std_msgs::ColorRGBA rgba(float red, float green, float blue)
-{
-  return test_meshes::color(red / 255.0f, green / 255.0f, blue / 255.0f);
-}
-
-}  // namespace
 
 class ClusterLabelTest : public LabelDisplayFixture
 {
@@ -56,7 +39,7 @@ TEST_F(ClusterLabelTest, shows_all_labels_of_the_service_in_the_colors_of_their_
   const auto image = picture();
   EXPECT_EQ(image.count(colorOf("tree")), 3 * ROW);
   EXPECT_EQ(image.count(colorOf("wall")), 3 * ROW);
-  EXPECT_EQ(display->labels().at("tree_2"), rows(10, 3, 4));
+  EXPECT_EQ(display->labels().at("tree_2")->faces, rows(10, 3, 4));
   EXPECT_EQ(display->mesh()->faceCount(), 200u);
 }
 
@@ -206,7 +189,7 @@ TEST_F(ClusterLabelTest, edits_go_to_the_owner_and_show_once_they_are_stored)
   EXPECT_TRUE(display->labels().empty());
   server->labels.publish(edit.cluster);
   ASSERT_TRUE(says(display, "Labels", "1 label"));
-  EXPECT_TRUE(spinUntil([&] { return statusOf(display, "Edits").empty(); }));
+  EXPECT_TRUE(spinUntil([&] { return status(display, "Edits").empty(); }));
 }
 
 TEST_F(ClusterLabelTest, a_label_has_its_own_color_where_its_owner_says_so)
@@ -217,11 +200,7 @@ TEST_F(ClusterLabelTest, a_label_has_its_own_color_where_its_owner_says_so)
   auto* display = createLabels();
   publishMesh();
   ASSERT_TRUE(says(display, "Labels", "2 labels"));
-  mesh_msgs::MeshLabelColors message;
-  message.uuid = "mesh";
-  message.labels = {"tree_2"};
-  message.colors = {rgba(10, 20, 30)};
-  server->colors.publish(message);
+  server->colors.publish(colorsOf({{"tree_2", {10, 20, 30}}}));
   ASSERT_TRUE(spinUntil([&] { return picture().count({10, 20, 30}) == ROW; }));
   EXPECT_EQ(picture().count(colorOf("tree")), 2 * ROW);
   EXPECT_EQ(find(display, {"Colors", "tree_2"})->getValue(), QVariant("10; 20; 30"));
@@ -236,9 +215,7 @@ TEST_F(ClusterLabelTest, a_label_has_its_own_color_where_its_owner_says_so)
   EXPECT_FLOAT_EQ(request.color.b, 0.2f);
   EXPECT_EQ(request.color.a, 1.0f);
   EXPECT_EQ(picture().count(colorOf("tree")), 2 * ROW) << "not stored yet";
-  message.labels = {"tree_1"};
-  message.colors = {rgba(255, 0, 51)};
-  server->colors.publish(message);
+  server->colors.publish(colorsOf({{"tree_1", {255, 0, 51}}}));
   ASSERT_TRUE(spinUntil([&] { return picture().count({255, 0, 51}) == 2 * ROW; }));
   EXPECT_EQ(picture().count(colorOf("tree")), ROW) << "tree_2 has none any more";
   // The color of the class takes the label's own away.
@@ -326,9 +303,9 @@ TEST_F(ClusterLabelTest, ten_thousand_labels_do_not_block)
     display->update(0.0f, 0.0f);
     longest = std::max(longest, std::chrono::steady_clock::now() - start);
     return find(display, {"Colors"})->numChildren() == 10000 &&
-           statusOf(display, "Labels").find("to be shown") == std::string::npos;
+           status(display, "Labels").find("to be shown") == std::string::npos;
   };
-  ASSERT_TRUE(spinUntil(shown, 60000)) << statusOf(display, "Labels");
+  ASSERT_TRUE(spinUntil(shown, 60000)) << status(display, "Labels");
   EXPECT_TRUE(says(display, "Labels", "10000 labels of 50 classes"));
   RecordProperty(
       "longest_update_ms",

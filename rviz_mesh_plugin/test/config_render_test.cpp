@@ -1,6 +1,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <QComboBox>
@@ -10,6 +11,7 @@
 #include <rviz/config.h>
 #include <rviz/display_group.h>
 #include <rviz/properties/enum_property.h>
+#include <rviz/properties/ros_topic_property.h>
 #include <rviz/visualization_manager.h>
 #include <rviz/yaml_config_reader.h>
 
@@ -144,6 +146,49 @@ TEST_F(ConfigTest, both_class_names_give_the_same_display_with_the_properties_of
       EXPECT_EQ(property->getNameStd(), row.path.back());
       EXPECT_EQ(property->getValue().toString(), row.default_value.toString()) << name(row);
     }
+  }
+}
+
+TEST_F(ConfigTest, properties_are_of_the_released_types_and_limits)
+{
+  auto* display = createDisplayAs<Display>("rviz_mesh_plugin/TexturedMesh");
+  const std::map<std::vector<const char*>, QString> topics{
+      {{"Geometry Topic"}, "mesh_msgs/MeshGeometryStamped"},
+      {{"Display Type", "Vertex Colors Topic"}, "mesh_msgs/MeshVertexColorsStamped"},
+      {{"Display Type", "Vertex Costs Topic"}, "mesh_msgs/MeshVertexCostsStamped"},
+      {{"Display Type", "Face Costs Topic"}, "mesh_msgs/MeshFaceCostsStamped"},
+      {{"Display Type", "Update Topic"}, "mesh_msgs/MeshVertexCostsSparseStamped"},
+      {{"Display Type", "Materials Topic"}, "mesh_msgs/MeshMaterialsStamped"},
+      {{"Display Type", "Textures Topic"}, "mesh_msgs/MeshTexture"},
+      {{"Show Labels", "Labels Topic"}, "mesh_msgs/MeshFaceCluster"},
+  };
+  for (const auto& [path, type] : topics) {
+    auto* topic = dynamic_cast<rviz::RosTopicProperty*>(find(display, path));
+    ASSERT_TRUE(topic) << path.back();
+    EXPECT_EQ(topic->getMessageType(), type) << path.back();
+  }
+  for (const std::vector<const char*>& path :
+       {std::vector<const char*>{"Display Type", "Faces Alpha"},
+        {"Show Wireframe", "Wireframe Alpha"},
+        {"Show Normals", "Normals Alpha"}}) {
+    rviz::Property* alpha = find(display, path);
+    alpha->setValue(-0.5f);
+    EXPECT_EQ(alpha->getValue().toFloat(), 0.0f) << path.back();
+    alpha->setValue(1.5f);
+    EXPECT_EQ(alpha->getValue().toFloat(), 1.0f) << path.back();
+  }
+  display->subProp("Buffer Size")->setValue(0);
+  EXPECT_EQ(display->subProp("Buffer Size")->getValue().toInt(), 1);
+  const std::vector<std::pair<const char*, int>> types{{"Fixed Color", 0},
+                                                       {"Vertex Color", 1},
+                                                       {"Textures", 2},
+                                                       {"Vertex Costs", 3},
+                                                       {"Hide Faces", 4}};
+  auto* type = dynamic_cast<rviz::EnumProperty*>(display->subProp("Display Type"));
+  ASSERT_TRUE(type);
+  for (const auto& [text, number] : types) {
+    type->setValue(text);
+    EXPECT_EQ(type->getOptionInt(), number) << text;
   }
 }
 

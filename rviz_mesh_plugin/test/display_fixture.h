@@ -5,28 +5,26 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <osmesa_harness/render_fixture.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 #include <rviz/display.h>
 #include <rviz/properties/property.h>
-#include <rviz/properties/status_list.h>
-#include <rviz/properties/status_property.h>
 
 #include "meshes.h"
 #include "rviz_mesh_plugin/mesh_conversion.h"
 #include "rviz_mesh_plugin/mesh_visual.h"
 #include "rviz_mesh_plugin/textured_mesh_display.h"
+#include "status_fixture.h"
 
 /// A display on topics of its own, and publishers on them.
-class DisplayFixture : public osmesa_harness::RenderFixture
+class DisplayFixture : public StatusFixture
 {
  protected:
   using Display = rviz_mesh_plugin::TexturedMeshDisplay;
 
   void SetUp() override
   {
-    osmesa_harness::RenderFixture::SetUp();
+    StatusFixture::SetUp();
     // Names of their own for each test: nothing latched by another one arrives
     // here.
     const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
@@ -70,39 +68,6 @@ class DisplayFixture : public osmesa_harness::RenderFixture
     if (display && display->isEnabled() && display->visual()) {
       spinFrames(1);
     }
-  }
-
-  /// "Ok: text" of one line of the status tree; empty where there is none.
-  static std::string status(Display* display, const std::string& name)
-  {
-    for (int i = 0; i < display->numChildren(); ++i) {
-      auto* list = dynamic_cast<rviz::StatusList*>(display->childAt(i));
-      for (int j = 0; list && j < list->numChildren(); ++j) {
-        auto* line = dynamic_cast<rviz::StatusProperty*>(list->childAt(j));
-        if (line && line->getNameStd() == name) {
-          return (rviz::StatusProperty::statusWord(line->getLevel()) + ": " +
-                  line->getValue().toString())
-              .toStdString();
-        }
-      }
-    }
-    return std::string();
-  }
-
-  /// Waits until a status line starts with "Ok", "Warn" or "Error" and contains
-  /// a text.
-  static testing::AssertionResult waitForStatus(Display* display, const std::string& name,
-                                                const std::string& level, const std::string& text)
-  {
-    const auto matches = [&] {
-      const std::string line = status(display, name);
-      return line.rfind(level + ":", 0) == 0 && line.find(text) != std::string::npos;
-    };
-    if (spinUntil(matches)) {
-      return testing::AssertionSuccess();
-    }
-    return testing::AssertionFailure()
-           << "status '" << name << "' is '" << status(display, name) << "'";
   }
 
   /// Whether the display draws this mesh, in full.

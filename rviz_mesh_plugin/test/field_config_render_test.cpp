@@ -50,7 +50,7 @@ constexpr FieldFile FIELD_FILES[] = {
 };
 
 /// The display as the released plugin writes it, all keys.
-std::string textOf(const FieldFile& file)
+std::string fieldConfig(const FieldFile& file)
 {
   const auto line = [](int indent, const std::string& key, const std::string& value) {
     return std::string(static_cast<std::size_t>(indent), ' ') + key + ": " + value + "\n";
@@ -176,7 +176,7 @@ TEST_F(FieldConfigTest, all_six_configurations_in_the_field_keep_their_choices)
 {
   for (const FieldFile& file : FIELD_FILES) {
     SCOPED_TRACE(file.name);
-    const rviz::Config config = parse(QString::fromStdString(textOf(file)));
+    const rviz::Config config = parse(QString::fromStdString(fieldConfig(file)));
     rviz::DisplayGroup* root = manager()->getRootDisplayGroup();
     root->load(config);
     ASSERT_EQ(root->numDisplays(), 1);

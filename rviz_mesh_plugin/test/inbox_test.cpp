@@ -2,7 +2,9 @@
 #include <atomic>
 #include <limits>
 #include <map>
+#include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -231,4 +233,80 @@ TEST(Inbox, counts_refusals_of_each_kind_with_their_reason)
   EXPECT_NE(content.textures_reception.refusal.find("encoding 'jpeg'"), std::string::npos);
   EXPECT_NE(content.materials_reception.refusal.find("frame_id"), std::string::npos);
   EXPECT_EQ(content.materials_reception.refused, 1u);
+  inbox.receive(faceCosts("slope", 1.0f));
+  inbox.refuse(&rviz_mesh_plugin::InboxContent::textures_reception, "it ends in the middle");
+  const auto later = inbox.take();
+  EXPECT_EQ(later.face_costs_reception.refusal, "");
+  EXPECT_EQ(later.face_costs_reception.last_refusal, content.face_costs_reception.refusal);
+  EXPECT_EQ(later.textures_reception.refusal, "it ends in the middle");
+  EXPECT_EQ(later.textures_reception.refused, 2u);
+}
+
+// The GUI thread takes and forgets while messages are joined with those before them.
+TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
+{
+  constexpr std::uint32_t VERTICES = 20000;
+  constexpr int UPDATES = 400;
+  MeshInbox inbox;
+  inbox.receive(test_meshes::costs("slope", std::vector<float>(VERTICES, -1.0f)));
+  std::thread sender([&] {
+    mesh_msgs::MeshVertexCostsSparseStamped all = update("slope", 0, 0.0f);
+    for (int i = 0; i < UPDATES; ++i) {
+      all.mesh_vertex_costs.vertices.clear();
+      for (std::uint32_t vertex = i % 7; vertex < VERTICES; vertex += 7) {
+        all.mesh_vertex_costs.vertices.push_back(vertex);
+      }
+      all.mesh_vertex_costs.costs.assign(all.mesh_vertex_costs.vertices.size(), float(i));
+      inbox.receive(all);
+      inbox.receive(texture(static_cast<std::uint32_t>(i)));
+    }
+  });
+  std::vector<float> costs(VERTICES, -1.0f);
+  std::set<std::uint32_t> textures;
+  std::size_t received = 0;
+  while (received < UPDATES) {
+    const auto content = inbox.take();
+    received = content.textures_reception.accepted;
+    for (const auto& one : content.updates) {
+      for (std::size_t i = 0; i < one->vertices.size(); ++i) {
+        EXPECT_GE(one->costs[i], costs[one->vertices[i]]);
+        costs[one->vertices[i]] = one->costs[i];
+      }
+    }
+    for (const auto& one : content.textures) {
+      EXPECT_TRUE(textures.insert(one->index).second);
+    }
+    inbox.clearLabels();
+  }
+  sender.join();
+  EXPECT_EQ(textures.size(), std::size_t(UPDATES));
+  for (std::uint32_t vertex = 0; vertex < VERTICES; ++vertex) {
+    const int last = UPDATES - 1 - (UPDATES - 1 - int(vertex % 7)) % 7;
+    ASSERT_EQ(costs[vertex], float(last)) << vertex;
+  }
+}
+
+// Updates that a layer has made obsolete are so for the next one too, if it comes in its place.
+TEST(Inbox, says_of_a_layer_what_the_one_before_did_only_where_that_was_not_taken)
+{
+  std::atomic<bool> ended{false};
+  MeshInbox inbox;
+  std::thread sender([&] {
+    for (int i = 0; i < 20000; ++i) {
+      auto message = test_meshes::costs("slope", {float(i)});
+      message.header.stamp.sec = 2 - i % 2;
+      inbox.receive(message);
+    }
+    ended = true;
+  });
+  int last = -1;
+  while (!ended) {
+    for (const auto& layer : inbox.take().costs) {
+      const int i = int(layer->costs[0]);
+      const bool alone = i % 2 == 1 && i == last + 1;
+      EXPECT_EQ(layer->outdated, alone ? 1000000000u : 2000000000u) << i << " after " << last;
+      last = i;
+    }
+  }
+  sender.join();
 }

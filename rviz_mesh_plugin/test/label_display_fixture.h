@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <mesh_msgs/GetLabelColors.h>
 #include <mesh_msgs/GetLabeledClusters.h>
 #include <mesh_msgs/MeshFaceCluster.h>
 #include <mesh_msgs/MeshFaceClusterStamped.h>
@@ -34,6 +35,8 @@ class LabelServer
     clusters_ = node_.advertiseService(name_space + "/get_labeled_clusters",
                                        &LabelServer::getClusters, this);
     color_ = node_.advertiseService(name_space + "/set_label_color", &LabelServer::setColor, this);
+    own_colors_ =
+        node_.advertiseService(name_space + "/get_label_colors", &LabelServer::getColors, this);
     spinner_.start();
   }
 
@@ -45,6 +48,7 @@ class LabelServer
     colors.shutdown();
     clusters_.shutdown();
     color_.shutdown();
+    own_colors_.shutdown();
     edits_.shutdown();
   }
 
@@ -72,6 +76,20 @@ class LabelServer
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     return received_;
+  }
+
+  /// What get_label_colors says, until the next time.
+  void setColors(const mesh_msgs::MeshLabelColors& colors)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    own_ = colors;
+  }
+
+  /// The uuids that colors were asked for.
+  std::vector<std::string> colorsAsked()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return colors_asked_;
   }
 
   std::vector<mesh_msgs::SetLabelColor::Request> colorsSet()
@@ -108,6 +126,16 @@ class LabelServer
     return true;
   }
 
+  bool getColors(mesh_msgs::GetLabelColors::Request& request,
+                 mesh_msgs::GetLabelColors::Response& response)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    colors_asked_.push_back(request.uuid);
+    response.labels = own_.labels;
+    response.colors = own_.colors;
+    return true;
+  }
+
   void take(const mesh_msgs::MeshFaceClusterStamped& message)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -118,10 +146,13 @@ class LabelServer
   std::vector<mesh_msgs::MeshFaceCluster> all_;
   std::vector<mesh_msgs::MeshFaceClusterStamped> received_;
   std::vector<mesh_msgs::SetLabelColor::Request> colors_set_;
+  mesh_msgs::MeshLabelColors own_;
+  std::vector<std::string> colors_asked_;
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   ros::ServiceServer clusters_;
   ros::ServiceServer color_;
+  ros::ServiceServer own_colors_;
   ros::Subscriber edits_;
   ros::AsyncSpinner spinner_;
 };
@@ -158,31 +189,29 @@ class LabelDisplayFixture : public DisplayFixture
     geometry.publish(test_meshes::terrain(10, [](double, double) { return 0.0; }));
   }
 
-  /// "Ok: text" of one line of the status tree; empty where there is none.
-  static std::string statusOf(rviz::Display* display, const std::string& name)
-  {
-    for (int i = 0; i < display->numChildren(); ++i) {
-      auto* list = dynamic_cast<rviz::StatusList*>(display->childAt(i));
-      for (int j = 0; list && j < list->numChildren(); ++j) {
-        auto* line = dynamic_cast<rviz::StatusProperty*>(list->childAt(j));
-        if (line && line->getNameStd() == name) {
-          return (rviz::StatusProperty::statusWord(line->getLevel()) + ": " +
-                  line->getValue().toString())
-              .toStdString();
-        }
-      }
-    }
-    return std::string();
-  }
-
   static testing::AssertionResult says(rviz::Display* display, const std::string& name,
                                        const std::string& text)
   {
-    if (spinUntil([&] { return statusOf(display, name).find(text) != std::string::npos; })) {
+    if (spinUntil([&] { return status(display, name).find(text) != std::string::npos; })) {
       return testing::AssertionSuccess();
     }
     return testing::AssertionFailure()
-           << "status '" << name << "' is '" << statusOf(display, name) << "'";
+           << "status '" << name << "' is '" << status(display, name) << "'";
+  }
+
+  /// Own colors, of channels 0..255.
+  static mesh_msgs::MeshLabelColors colorsOf(
+      const std::map<std::string, osmesa_harness::Rgb>& colors)
+  {
+    mesh_msgs::MeshLabelColors message;
+    message.uuid = "mesh";
+    for (const auto& color : colors) {
+      const osmesa_harness::Rgb& rgb = color.second;
+      message.labels.push_back(color.first);
+      message.colors.push_back(
+          test_meshes::color(rgb.red / 255.0f, rgb.green / 255.0f, rgb.blue / 255.0f));
+    }
+    return message;
   }
 
   osmesa_harness::Image picture()

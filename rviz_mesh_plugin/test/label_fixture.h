@@ -1,13 +1,17 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <osmesa_harness/render_fixture.h>
 
 #include "meshes.h"
+#include "rviz_mesh_plugin/label_colors.h"
+#include "rviz_mesh_plugin/label_overlay.h"
 #include "rviz_mesh_plugin/mesh_conversion.h"
 #include "rviz_mesh_plugin/mesh_data.h"
 #include "rviz_mesh_plugin/mesh_layout.h"
@@ -28,6 +32,20 @@ inline std::vector<std::uint32_t> rows(std::uint32_t cells, std::uint32_t first,
     faces.push_back(face);
   }
   return faces;
+}
+
+constexpr std::size_t ROW = 200 * 20;  ///< pixels of a row of faces of a grid of 10 x 10
+
+inline osmesa_harness::Rgb colorOf(const std::string& label_class)
+{
+  const rviz_mesh_plugin::Rgba8 color = rviz_mesh_plugin::LabelColors().classColor(label_class);
+  return {color.red, color.green, color.blue};
+}
+
+inline std::size_t put(rviz_mesh_plugin::LabelOverlay& overlay,
+                       const rviz_mesh_plugin::LabelCluster& label)
+{
+  return overlay.setLabel(std::make_shared<rviz_mesh_plugin::LabelCluster>(label));
 }
 
 }  // namespace test_labels

@@ -23,6 +23,8 @@ using rviz_mesh_plugin::MeshDataConstPtr;
 using rviz_mesh_plugin::MeshVisual;
 using rviz_mesh_plugin::Rgba8;
 using test_labels::flatGrid;
+using test_labels::put;
+using test_labels::ROW;
 using test_labels::rows;
 
 namespace {
@@ -34,7 +36,6 @@ const Rgb BLUE{0, 0, 255};
 const Rgba8 RED_COLOR{255, 0, 0, 255};
 const Rgba8 BLUE_COLOR{0, 0, 255, 255};
 constexpr std::uint32_t CELLS = 10;  // of 20 pixels each
-constexpr std::size_t ROW = 200 * 20;
 
 void uploadAll(LabelOverlay& overlay)
 {
@@ -80,7 +81,7 @@ class LabelOverlayTest : public osmesa_harness::RenderFixture
   void label(const std::string& name, const std::vector<std::uint32_t>& faces, const Rgba8& color)
   {
     overlay->setColor(name, color);
-    EXPECT_EQ(overlay->setLabel({name, faces}), 0u);
+    EXPECT_EQ(put(*overlay, {name, faces}), 0u);
   }
 
   Image picture()
@@ -118,7 +119,7 @@ TEST_F(LabelOverlayTest, labelled_faces_have_their_color_and_the_others_that_of_
   overlay->setVisible(false);
   EXPECT_EQ(picture().count(BACKGROUND), 640u * 480u);
   overlay->setVisible(true);
-  overlay->setLabel({"tree_2", {}});
+  put(*overlay, {"tree_2", {}});
   EXPECT_EQ(picture().count(BACKGROUND), 640u * 480u);
 }
 
@@ -162,8 +163,8 @@ TEST_F(LabelOverlayTest, visibility_and_color_may_be_set_before_the_label_and_su
   for (int i = 0; i < 2; ++i) {
     overlay->setMesh(flatGrid(CELLS));
     EXPECT_EQ(picture().count(BACKGROUND), 640u * 480u) << "labels are gone";
-    overlay->setLabel({"a_1", rows(CELLS, 0, 1)});
-    overlay->setLabel({"a_2", rows(CELLS, 1, 2)});
+    put(*overlay, {"a_1", rows(CELLS, 0, 1)});
+    put(*overlay, {"a_2", rows(CELLS, 1, 2)});
     const Image image = picture();
     EXPECT_EQ(image.count(BLUE), ROW);
     EXPECT_EQ(image.count(BACKGROUND), 640u * 480u - ROW);
@@ -266,16 +267,30 @@ TEST_F(LabelOverlayTest, uploads_go_in_slices_and_a_label_shows_once_it_is_compl
   EXPECT_EQ(picture().count(RED), 10 * ROW);
 }
 
-TEST_F(LabelOverlayTest, faces_in_any_order_twice_or_beyond_the_mesh_are_no_problem)
+TEST_F(LabelOverlayTest, faces_beyond_the_mesh_are_left_out)
 {
-  EXPECT_EQ(overlay->setLabel({"early", {0, 1}}), 2u) << "without a mesh";
+  EXPECT_EQ(put(*overlay, {"early", {0, 1}}), 2u) << "without a mesh";
   EXPECT_TRUE(overlay->upload());
   overlay->setMesh(flatGrid(CELLS));
   overlay->setColor("a", RED_COLOR);
-  EXPECT_EQ(overlay->setLabel({"a", {1, 0, 1, 200, 0, 4294967295u}}), 2u);
+  EXPECT_EQ(put(*overlay, {"a", {0, 1, 200, 4294967295u}}), 2u);
   EXPECT_EQ(picture().count(RED), 400u);
-  EXPECT_EQ(overlay->setLabel({"a", {200}}), 1u);
+  EXPECT_EQ(put(*overlay, {"a", {200}}), 1u);
   EXPECT_EQ(picture().count(RED), 0u);
+}
+
+TEST_F(LabelOverlayTest, faces_that_change_faster_than_they_are_uploaded_show_as_well)
+{
+  constexpr std::uint32_t FINE = 400;
+  overlay->setMesh(flatGrid(FINE));
+  overlay->setColor("a", RED_COLOR);
+  for (std::uint32_t i = 0; i <= 40; ++i) {
+    put(*overlay, {"a", rows(FINE, i, FINE - i)});
+    EXPECT_FALSE(overlay->upload(std::chrono::microseconds(0))) << "a slice";
+  }
+  viewFromAbove();
+  EXPECT_GT(grab().count(RED), 0u) << "some of those before";
+  EXPECT_EQ(picture().count(RED), 200u * 160) << "the last";
 }
 
 TEST_F(LabelOverlayTest, labels_move_with_their_pose)
@@ -353,7 +368,7 @@ TEST_F(LabelOverlayTest, nothing_is_left_after_many_meshes_and_labels)
   {
     LabelOverlay warm_up(sceneManager(), root);
     warm_up.setMesh(flatGrid(1));
-    warm_up.setLabel({"a", {0}});
+    put(warm_up, {"a", {0}});
     uploadAll(warm_up);
     viewFromAbove();
     grab();
@@ -366,14 +381,14 @@ TEST_F(LabelOverlayTest, nothing_is_left_after_many_meshes_and_labels)
     for (int i = 0; i < 3; ++i) {
       cycled.setMesh(i % 2 == 0 ? mesh : other);
       cycled.setColor("a", {static_cast<std::uint8_t>(cycle), 0, 0, 255});
-      cycled.setLabel({"a", {0, 1, 2}});
-      cycled.setLabel({"b", {3}});
+      put(cycled, {"a", {0, 1, 2}});
+      put(cycled, {"b", {3}});
       cycled.setPhantom(i == 1);
       cycled.setVisible(cycle % 2 == 0);
       if (cycle % 3 != 0) {
         cycled.upload();
       }
-      cycled.setLabel({"a", rows(5, 0, 4)});
+      put(cycled, {"a", rows(5, 0, 4)});
       cycled.removeLabel("b");
     }
   }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <numeric>
 #include <random>
 #include <set>
@@ -9,16 +10,24 @@
 
 #include <gtest/gtest.h>
 
+#include "rviz_mesh_plugin/attribute_conversion.h"
 #include "rviz_mesh_plugin/label_colors.h"
+#include "rviz_mesh_plugin/label_faces.h"
 #include "rviz_mesh_plugin/label_layers.h"
 #include "rviz_mesh_plugin/label_order.h"
 #include "rviz_mesh_plugin/label_slots.h"
+#include "rviz_mesh_plugin/label_store.h"
 
-using rviz_mesh_plugin::joined;
+using rviz_mesh_plugin::LabelCluster;
+using rviz_mesh_plugin::LabelClusterConstPtr;
 using rviz_mesh_plugin::LabelColors;
 using rviz_mesh_plugin::LabelLayers;
 using rviz_mesh_plugin::LabelLess;
+using rviz_mesh_plugin::LabelSet;
 using rviz_mesh_plugin::LabelSlots;
+using rviz_mesh_plugin::LabelStore;
+using rviz_mesh_plugin::MeshData;
+using rviz_mesh_plugin::OwnColors;
 using rviz_mesh_plugin::Rgba8;
 
 namespace {
@@ -28,41 +37,71 @@ int distance(const Rgba8& a, const Rgba8& b)
   return std::abs(a.red - b.red) + std::abs(a.green - b.green) + std::abs(a.blue - b.blue);
 }
 
-std::size_t length(const std::vector<LabelSlots::Range>& ranges)
-{
-  std::size_t sum = 0;
-  for (const auto& range : ranges) {
-    sum += range.end - range.begin;
-  }
-  return sum;
-}
-
 /// An index buffer that only gets what has changed.
 class Copy
 {
  public:
-  std::size_t update(const LabelSlots& slots, const std::vector<LabelSlots::Range>& changed)
+  /// Returns how many places of the buffer it took.
+  /// @param slice faces that are looked at in one go
+  std::size_t update(std::vector<std::uint32_t> faces, std::size_t slice)
   {
-    faces_.resize(slots.faces().size());
-    for (const auto& range : changed) {
-      EXPECT_LT(range.begin, range.end);
-      EXPECT_LE(range.end, faces_.size());
-      std::copy(slots.faces().begin() + range.begin, slots.faces().begin() + range.end,
-                faces_.begin() + range.begin);
+    std::sort(faces.begin(), faces.end());
+    slots_.assign(std::make_shared<LabelSlots::Faces>(faces));
+    while (!slots_.isSettled()) {
+      const std::size_t looked = slots_.work(slice);
+      EXPECT_GT(looked, 0u);
+      EXPECT_LE(looked, slice + 4) << "faces and steps";
     }
-    return length(changed);
+    EXPECT_EQ(slots_.work(slice), 0u);
+    buffer_.resize(slots_.faces().size());
+    std::size_t changed = 0;
+    std::size_t before = 0;
+    for (const auto& range : slots_.takeChanged()) {
+      EXPECT_LE(before, range.begin);
+      EXPECT_LT(range.begin, range.end);
+      EXPECT_LE(range.end, buffer_.size());
+      std::copy(slots_.faces().begin() + range.begin, slots_.faces().begin() + range.end,
+                buffer_.begin() + range.begin);
+      changed += range.end - range.begin;
+      before = range.end;
+    }
+    return changed;
   }
 
   std::vector<std::uint32_t> sorted() const
   {
-    auto result = faces_;
+    auto result = buffer_;
     std::sort(result.begin(), result.end());
     return result;
   }
 
  private:
-  std::vector<std::uint32_t> faces_;
+  LabelSlots slots_;
+  std::vector<std::uint32_t> buffer_;
 };
+
+LabelClusterConstPtr cluster(const std::string& label, const std::vector<std::uint32_t>& faces)
+{
+  return std::make_shared<LabelCluster>(LabelCluster{label, faces});
+}
+
+/// The layers of labels on a mesh of 10 faces, in their order.
+std::vector<unsigned short> layersOf(const LabelLayers::Labels& labels, std::size_t slice)
+{
+  std::vector<unsigned short> found;
+  LabelLayers layers;
+  layers.start(10, labels);
+  while (!layers.isDone()) {
+    const std::size_t looked =
+        layers.work(slice, [&](const LabelCluster& label, unsigned short layer) {
+          EXPECT_EQ(label.label, labels.at(found.size())->label);
+          found.push_back(layer);
+        });
+    EXPECT_GT(looked, 0u);
+    EXPECT_LE(looked, slice + 1);
+  }
+  return found;
+}
 
 std::vector<std::uint32_t> range(std::uint32_t first, std::uint32_t count)
 {
@@ -88,12 +127,20 @@ TEST(LabelColorsTest, instances_share_the_color_of_their_class_unless_they_have_
   EXPECT_EQ(colors.color("tree_2"), tree);
   EXPECT_EQ(colors.classColor("tree"), tree);
   const Rgba8 own{1, 2, 3, 255};
-  colors.setOwn("tree_2", own);
+  using Labels = std::vector<std::string>;
+  const auto set = [&](const OwnColors& all) {
+    return colors.setOwn(std::make_shared<OwnColors>(all));
+  };
+  EXPECT_EQ(set({{"tree_2", own}, {"tree_3", tree}, {"wall_1", own}}),
+            (Labels{"tree_2", "wall_1"}));
   EXPECT_EQ(colors.color("tree_2"), own);
-  EXPECT_TRUE(colors.hasOwn("tree_2"));
   EXPECT_EQ(colors.color("tree_1"), tree);
-  colors.removeOwn("tree_2");
+  EXPECT_EQ(set({{"tree_2", {1, 2, 4, 255}}, {"wall_1", own}}), Labels{"tree_2"});
+  EXPECT_EQ(set({{"wall_1", own}}), Labels{"tree_2"});
   EXPECT_EQ(colors.color("tree_2"), tree);
+  EXPECT_EQ(colors.color("wall_1"), own);
+  EXPECT_EQ(colors.setOwn(nullptr), Labels{"wall_1"});
+  EXPECT_EQ(colors.color("wall_1"), colors.classColor("wall"));
 }
 
 TEST(LabelColorsTest, the_color_of_a_class_is_that_of_its_name_in_every_process)
@@ -171,89 +218,120 @@ TEST(LabelLessTest, is_a_strict_order_of_all_texts)
 
 TEST(LabelSlotsTest, what_grows_or_shrinks_by_some_faces_changes_some_places)
 {
-  LabelSlots slots;
-  Copy copy;
-  EXPECT_EQ(copy.update(slots, slots.assign(range(0, 10000))), 10000u);
-  EXPECT_EQ(copy.update(slots, slots.assign(range(0, 10010))), 10u);
-  EXPECT_EQ(copy.sorted(), range(0, 10010));
-  auto more = range(0, 10010);
-  more.insert(more.begin(), {20000, 20001, 20002});
-  EXPECT_EQ(copy.update(slots, slots.assign(more)), 3u) << "in any order";
-  EXPECT_EQ(copy.update(slots, slots.assign(range(10, 10000))), 10u) << "three holes at the end";
-  EXPECT_EQ(copy.sorted(), range(10, 10000));
-  EXPECT_EQ(copy.update(slots, slots.assign(range(10, 10000))), 0u) << "the same again";
-  EXPECT_EQ(copy.update(slots, slots.assign({})), 0u);
-  EXPECT_TRUE(slots.faces().empty());
+  for (const std::size_t slice : {1u, 7u, 1000000u}) {
+    Copy copy;
+    EXPECT_EQ(copy.update(range(0, 10000), slice), 10000u);
+    EXPECT_EQ(copy.update(range(0, 10010), slice), 10u);
+    EXPECT_EQ(copy.sorted(), range(0, 10010));
+    auto more = range(0, 10010);
+    more.insert(more.end(), {20000, 20001, 20002});
+    EXPECT_EQ(copy.update(more, slice), 3u);
+    EXPECT_EQ(copy.update(range(10, 10000), slice), 10u) << "three holes at the end";
+    EXPECT_EQ(copy.sorted(), range(10, 10000));
+    EXPECT_EQ(copy.update(range(10, 10000), slice), 0u) << "the same again";
+    EXPECT_EQ(copy.update({}, slice), 0u);
+    EXPECT_TRUE(copy.sorted().empty());
+  }
 }
 
 TEST(LabelSlotsTest, random_edits_leave_what_was_assigned)
 {
   std::mt19937 random(2);
-  LabelSlots slots;
   Copy copy;
   for (int round = 0; round < 500; ++round) {
     std::set<std::uint32_t> wanted;
-    const std::uint32_t universe = 1 + random() % 300;
-    const std::uint32_t count = random() % 200;
+    const std::uint32_t universe = 1 + random() % 3000;
+    const std::uint32_t count = random() % 2000;
     for (std::uint32_t i = 0; i < count; ++i) {
       wanted.insert(random() % universe);
     }
-    std::vector<std::uint32_t> faces(wanted.begin(), wanted.end());
-    std::shuffle(faces.begin(), faces.end(), random);
-    copy.update(slots, slots.assign(faces));
-    ASSERT_EQ(copy.sorted(), std::vector<std::uint32_t>(wanted.begin(), wanted.end()));
+    const std::vector<std::uint32_t> faces(wanted.begin(), wanted.end());
+    copy.update(faces, 1 + random() % 1000);
+    ASSERT_EQ(copy.sorted(), faces);
   }
 }
 
-TEST(LabelSlotsTest, ranges_are_joined_where_they_are_near_and_cut_at_the_end)
+TEST(LabelSlotsTest, changes_near_to_each_other_are_taken_together)
 {
-  const auto result = joined({{500, 510}, {0, 1}, {30, 40}, {505, 900}, {2000, 2001}}, 600);
-  ASSERT_EQ(result.size(), 2u);
-  EXPECT_EQ(result[0].begin, 0u);
-  EXPECT_EQ(result[0].end, 40u);
-  EXPECT_EQ(result[1].begin, 500u);
-  EXPECT_EQ(result[1].end, 600u);
-  EXPECT_TRUE(joined({{3, 3}, {7, 9}}, 7).empty());
+  LabelSlots slots;
+  const auto assign = [&](const std::vector<std::uint32_t>& faces) {
+    slots.assign(std::make_shared<LabelSlots::Faces>(faces));
+    slots.work(1000000);
+    return slots.takeChanged();
+  };
+  assign(range(0, 1000));
+  auto faces = range(0, 1000);
+  for (const std::uint32_t face : {900, 550, 500}) {  // three places; 50 and 350 apart
+    faces.erase(faces.begin() + face);
+  }
+  faces.insert(faces.end(), {2000, 2001, 2002});
+  const auto changed = assign(faces);
+  ASSERT_EQ(changed.size(), 2u);
+  EXPECT_EQ(changed[0].begin, 500u);
+  EXPECT_EQ(changed[0].end, 551u);
+  EXPECT_EQ(changed[1].begin, 900u);
+  EXPECT_EQ(changed[1].end, 901u);
 }
 
 TEST(LabelLayersTest, labels_that_share_faces_lie_on_each_other_in_their_order)
 {
-  const LabelLayers::Faces a{0, 1, 2}, b{3, 4}, c{2, 3}, d{4}, e{9};
-  LabelLayers layers;
-  layers.reset(10);
-  layers.add(a);
-  layers.add(b);
-  EXPECT_FALSE(layers.overlap());
-  EXPECT_EQ(layers.layers({&a, &b}), (std::vector<unsigned short>{0, 0}));
-  layers.add(c);
-  layers.add(d);
-  layers.add(e);
-  EXPECT_TRUE(layers.overlap());
-  EXPECT_EQ(layers.layers({&a, &b, &c, &d, &e}), (std::vector<unsigned short>{0, 0, 1, 1, 0}));
-  EXPECT_EQ(layers.layers({&e, &d, &c, &b, &a}), (std::vector<unsigned short>{0, 0, 0, 1, 1}));
-  layers.remove(c);
-  EXPECT_TRUE(layers.overlap()) << "b and d";
-  layers.remove(d);
-  EXPECT_FALSE(layers.overlap());
+  const auto a = cluster("a", {0, 1, 2}), b = cluster("b", {3, 4}), c = cluster("c", {2, 3}),
+             d = cluster("d", {4}), e = cluster("e", {9});
+  for (const std::size_t slice : {1u, 2u, 1000u}) {
+    EXPECT_EQ(layersOf({a, b}, slice), (std::vector<unsigned short>{0, 0}));
+    EXPECT_EQ(layersOf({a, b, c, d, e}, slice), (std::vector<unsigned short>{0, 0, 1, 1, 0}));
+    EXPECT_EQ(layersOf({e, d, c, b, a}, slice), (std::vector<unsigned short>{0, 0, 0, 1, 1}));
+  }
+  EXPECT_TRUE(layersOf({}, 1).empty());
 }
 
 TEST(LabelLayersTest, there_are_never_many_layers)
 {
-  const LabelLayers::Faces face{0};
-  LabelLayers layers;
-  layers.reset(1);
-  std::vector<const LabelLayers::Faces*> labels;
-  for (int i = 0; i < 1000; ++i) {
-    layers.add(face);
-    labels.push_back(&face);
-  }
-  const auto result = layers.layers(labels);
-  EXPECT_TRUE(std::is_sorted(result.begin(), result.end()));
-  EXPECT_EQ(result.back(), LabelLayers::COUNT - 1);
-  for (int i = 0; i < 1000; ++i) {
-    layers.remove(face);
-  }
-  EXPECT_TRUE(layers.overlap()) << "more than can be counted: for ever";
-  layers.reset(1);
-  EXPECT_FALSE(layers.overlap());
+  const auto layers = layersOf(LabelLayers::Labels(1000, cluster("a", {0})), 100);
+  EXPECT_TRUE(std::is_sorted(layers.begin(), layers.end()));
+  EXPECT_EQ(layers.back(), LabelLayers::COUNT - 1);
+}
+
+TEST(LabelFacesTest, clusters_that_arrive_have_each_face_once_in_ascending_order)
+{
+  mesh_msgs::MeshFaceCluster message;
+  message.label = "tree_1";
+  message.face_indices = {7, 3, 7, 0, 4294967295u, 3};
+  const std::vector<std::uint32_t> expected{0, 3, 7, 4294967295u};
+  EXPECT_EQ(rviz_mesh_plugin::convert(message)->clusters.at(0).faces, expected);
+  std::string left_out;
+  auto second = message;
+  second.face_indices = {5, 4, 7};
+  const auto joined = rviz_mesh_plugin::convertLabels("mesh", {message, second}, true, left_out);
+  ASSERT_EQ(joined->clusters.size(), 1u);
+  EXPECT_EQ(joined->clusters[0].faces, (std::vector<std::uint32_t>{0, 3, 4, 5, 7, 4294967295u}));
+}
+
+TEST(LabelFacesTest, what_a_mesh_does_not_have_is_left_out_and_nothing_else_copied)
+{
+  const auto label = cluster("a", {0, 5, 9});
+  EXPECT_EQ(rviz_mesh_plugin::withinMesh(label, 10), label);
+  EXPECT_EQ(rviz_mesh_plugin::withinMesh(label, 9)->faces, (std::vector<std::uint32_t>{0, 5}));
+  EXPECT_EQ(rviz_mesh_plugin::withinMesh(label, 9)->label, "a");
+  EXPECT_TRUE(rviz_mesh_plugin::withinMesh(label, 0)->faces.empty());
+}
+
+TEST(LabelStoreTest, labels_are_shared_with_the_set_that_brought_them)
+{
+  auto mesh = std::make_shared<MeshData>();
+  mesh->uuid = "mesh";
+  mesh->indices.resize(30);
+  LabelStore store;
+  store.setMesh(mesh);
+  const auto set = std::make_shared<LabelSet>(
+      LabelSet{"mesh", true, {{"a", {1, 2}}, {"b", {3, 9, 10, 11}}, {"c", {10}}}});
+  store.add(set);
+  ASSERT_EQ(store.labels().size(), 2u);
+  EXPECT_EQ(store.labels().at("a").get(), &set->clusters[0]);
+  EXPECT_EQ(store.labels().at("b")->faces, (std::vector<std::uint32_t>{3, 9}));
+  EXPECT_EQ(store.facesBeyond(), 3u);
+  EXPECT_EQ(store.faceCount(), 4u);
+  EXPECT_EQ(store.takeChanged(), (std::set<std::string>{"a", "b"}));
+  store.add(std::make_shared<LabelSet>(LabelSet{"mesh", true, {{"a", {1, 2}}}}));
+  EXPECT_EQ(store.takeChanged(), (std::set<std::string>{"b"})) << "a is as before";
 }

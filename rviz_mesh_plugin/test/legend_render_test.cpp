@@ -16,8 +16,12 @@
 #include <QColor>
 #include <QImage>
 
+#include "legend_checks.h"
 #include "rviz_mesh_plugin/legend_picture.h"
 
+using legend_checks::differences;
+using legend_checks::DISTANCE;
+using legend_checks::toRgb;
 using osmesa_harness::Image;
 using osmesa_harness::isNear;
 using osmesa_harness::Rgb;
@@ -32,22 +36,10 @@ using rviz_mesh_plugin::Rgba8;
 
 namespace {
 
-constexpr int DISTANCE = 8;  ///< to the border and between legends
 constexpr int BAR_LEFT =
     8;  ///< columns of a legend that its bar begins, has its middle and ends at
 constexpr int BAR_MIDDLE = BAR_LEFT + 9;
 constexpr int BAR_RIGHT = BAR_LEFT + 18;
-
-Rgb toRgb(const Rgba8& color)
-{
-  return {color.red, color.green, color.blue};
-}
-
-Rgb toRgb(QRgb color)
-{
-  return {static_cast<std::uint8_t>(qRed(color)), static_cast<std::uint8_t>(qGreen(color)),
-          static_cast<std::uint8_t>(qBlue(color))};
-}
 
 LegendContent content(ColorScale scale = ColorScale::RAINBOW)
 {
@@ -97,33 +89,6 @@ class LegendTest : public osmesa_harness::RenderFixture
   {
     legend.show(shown.layer, shown.unit, shown.coloring, shown.limits);
   }
-
-  /// The picture of a legend over a background.
-  static Rgb blend(QRgb pixel, const Rgb& background)
-  {
-    const double alpha = qAlpha(pixel) / 255.0;
-    const auto mix = [&](int above, int below) {
-      return static_cast<std::uint8_t>(std::lround(alpha * above + (1.0 - alpha) * below));
-    };
-    return {mix(qRed(pixel), background.red), mix(qGreen(pixel), background.green),
-            mix(qBlue(pixel), background.blue)};
-  }
-
-  /// How many pixels of an image differ from those of a legend whose right side is @a right pixels
-  /// from the border.
-  static int differences(const Image& image, const QImage& picture, int right,
-                         const Rgb& background = {48, 48, 48})
-  {
-    const int left = image.width() - right - picture.width();
-    const int top = (image.height() - picture.height()) / 2;
-    int count = 0;
-    for (int y = 0; y < picture.height(); ++y) {
-      for (int x = 0; x < picture.width(); ++x) {
-        count += !isNear(image.at(left + x, top + y), blend(picture.pixel(x, y), background), 2);
-      }
-    }
-    return count;
-  }
 };
 
 TEST_F(LegendTest, the_bar_has_the_colors_of_each_scale)
@@ -143,6 +108,25 @@ TEST_F(LegendTest, the_bar_has_the_colors_of_each_scale)
             << named.name << " at " << height;
       }
     }
+  }
+}
+
+TEST_F(LegendTest, ticks_stand_at_their_heights)
+{
+  LegendContent shown = content();
+  shown.limits = {0.0f, 1.0f};
+  const QImage picture = drawLegend(shown, LEGEND_HEIGHT);
+  const Bar bar = findBar(picture);
+  std::vector<int> ticks;
+  for (int row = bar.top - 1; row <= bar.bottom + 1; ++row) {
+    if (qGray(picture.pixel(BAR_RIGHT + 2, row)) > 180) {
+      ticks.push_back(row);
+    }
+  }
+  ASSERT_GE(ticks.size(), 3u);
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const double height = static_cast<double>(i) / static_cast<double>(ticks.size() - 1);
+    EXPECT_NEAR(ticks[i], bar.top + height * (bar.bottom - bar.top), 0.51);
   }
 }
 
@@ -290,9 +274,19 @@ TEST_F(LegendTest, follows_the_size_of_the_view)
   resizePanel(400, 100);  // no room
   grab();
   EXPECT_EQ(grab().count({48, 48, 48}), 400u * 100u);
+  EXPECT_EQ(legend.error(), "the 3D view is too small for it");
   resizePanel(640, 480);
   grab();
   EXPECT_EQ(differences(grab(), picture, DISTANCE), 0);
+  EXPECT_EQ(legend.error(), "");
+  Legend second;  // beside the first there is no room for it
+  show(second, content());
+  resizePanel(picture.width() + 40, 480);
+  grab();
+  EXPECT_EQ(differences(grab(), picture, DISTANCE), 0);
+  EXPECT_EQ(legend.error(), "");
+  EXPECT_EQ(second.error(), "the 3D view is too small for it");
+  resizePanel(640, 480);
 }
 
 TEST_F(LegendTest, is_readable_on_white_and_on_black)

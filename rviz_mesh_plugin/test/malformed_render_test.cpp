@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <random>
 #include <string>
 #include <vector>
@@ -14,9 +16,6 @@
 namespace {
 
 constexpr int MUTATIONS = 400;  // of each type
-
-/// roscpp really makes room for so many elements before it finds that they are not there.
-constexpr std::uint32_t TOO_LONG = 100000;
 
 mesh_msgs::MeshGeometryStamped grid(std::uint32_t cells)
 {
@@ -71,9 +70,6 @@ class Mutator
   std::mt19937 random_{7};
 };
 
-/// MeshGeometryStamped on the wire: points and normals of 24 bytes, faces of 12.
-const std::string GEOMETRY = "hs(24)(24)(12)";
-
 }  // namespace
 
 class MalformedTest : public DisplayFixture
@@ -96,8 +92,7 @@ class MalformedTest : public DisplayFixture
 
   /// @param typed what publishes on the topic; roscpp would number its headers in the raw messages
   template <class Message>
-  void bombard(const std::string& topic, ros::Publisher& typed, const Message& message,
-               const std::string& fields)
+  void bombard(const std::string& topic, ros::Publisher& typed, const Message& message)
   {
     typed.shutdown();
     ros::Publisher raw = raw_messages::advertise<Message>(node, topic);
@@ -106,9 +101,7 @@ class MalformedTest : public DisplayFixture
     std::vector<std::uint8_t> all_ones(4096, 0xFF);
     Mutator mutate;
     for (int i = 0; i <= MUTATIONS; ++i) {
-      RawBytes damaged{i == 0 ? all_ones : mutate(bytes)};
-      raw_messages::restrainLengths(damaged.bytes, fields, TOO_LONG);
-      raw.publish(damaged);
+      raw.publish(RawBytes{i == 0 ? all_ones : mutate(bytes)});
       spin(2);
     }
     raw.publish(RawBytes{bytes});  // it is the format of the topic, after all
@@ -118,24 +111,36 @@ class MalformedTest : public DisplayFixture
   }
 };
 
-TEST_F(MalformedTest, lengths_that_cannot_be_are_found)
+// roscpp would make room for 13 GB, and fill it.
+TEST_F(MalformedTest, a_message_that_lies_about_its_length_is_refused)
 {
+  auto* first = createMeshDisplay();
+  auto* second = createMeshDisplay();
+  geometry.shutdown();
+  auto raw = raw_messages::advertise<mesh_msgs::MeshGeometryStamped>(node, geometry_topic);
+  ASSERT_TRUE(spinUntil([&raw] { return raw.getNumSubscribers() > 0; }));
   auto message = grid(2);
-  const auto bytes = raw_messages::bytesOf(message);
-  auto changed = bytes;
-  raw_messages::restrainLengths(changed, GEOMETRY, 7);
-  EXPECT_EQ(changed, bytes);
-  changed.resize(bytes.size() - 1);
-  raw_messages::restrainLengths(changed, GEOMETRY, 7);
-  const std::size_t faces = bytes.size() - 12 * message.mesh_geometry.faces.size() - 4;
-  EXPECT_EQ(bytes[faces], message.mesh_geometry.faces.size());
-  EXPECT_EQ(changed[faces], 7);
+  auto bytes = raw_messages::bytesOf(message);
+  const std::size_t vertices = 12 + 4 + 3 + 4 + 4;  // after header and uuid
+  const std::uint32_t huge = 0x20000000;
+  std::memcpy(bytes.data() + vertices, &huge, sizeof(huge));
+  raw.publish(RawBytes{bytes});
+  for (auto* display : {first, second}) {
+    EXPECT_TRUE(waitForStatus(display, "Geometry", "Error",
+                              "an array of 536870912 geometry_msgs/Point needs 12884901888 bytes"));
+  }
+  raw.publish(RawBytes{raw_messages::bytesOf(message)});
+  for (auto* display : {first, second}) {
+    EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "9 vertices, 8 faces"));
+    EXPECT_TRUE(waitForStatus(display, "Topic", "Ok",
+                              "1 of 2 messages refused, the last one: an array of 536870912"));
+  }
 }
 
 TEST_F(MalformedTest, damaged_bytes_of_a_geometry_do_no_harm)
 {
   auto* display = createMeshDisplay();
-  bombard(geometry_topic, geometry, grid(3), GEOMETRY);
+  bombard(geometry_topic, geometry, grid(3));
   geometry.publish(grid(4));
   EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "25 vertices, 32 faces"));
   EXPECT_TRUE(waitForStatus(display, "Topic", "Ok", "refused"));
@@ -148,9 +153,9 @@ TEST_F(MalformedTest, damaged_bytes_of_costs_and_colors_do_no_harm)
   set(display, {"Display Type", "Vertex Costs Type"}, "a");
   ASSERT_TRUE(show(display, grid(4)));
   const auto layer = test_meshes::costs("a", std::vector<float>(25, 1.0f));
-  bombard(costs_topic, costs, layer, "hss(4)");
+  bombard(costs_topic, costs, layer);
   const std::vector<std_msgs::ColorRGBA> red(25, test_meshes::color(1, 0, 0));
-  bombard(colors_topic, colors, test_meshes::colors(red), "hs(16)");
+  bombard(colors_topic, colors, test_meshes::colors(red));
   spinFrames();
   auto better = layer;
   std::fill(better.mesh_vertex_costs.costs.begin(), better.mesh_vertex_costs.costs.end(), 2.0f);
@@ -176,7 +181,7 @@ TEST_F(MalformedTest, damaged_bytes_of_updates_do_no_harm)
   update.mesh_vertex_costs.vertices = {3, 7};
   update.mesh_vertex_costs.costs = {3.0f, 4.0f};
   ros::Publisher updates;
-  bombard(costs_topic + "/updates", updates, update, "hss(4)(4)");
+  bombard(costs_topic + "/updates", updates, update);
   costs.publish(test_meshes::costs("a", std::vector<float>(25, 2.0f)));
   EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'a': 25 costs from 2 to 2"));
 }

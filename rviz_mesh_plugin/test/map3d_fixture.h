@@ -9,11 +9,8 @@
 
 #include <dirent.h>
 #include <gtest/gtest.h>
-#include <osmesa_harness/render_fixture.h>
 #include <ros/node_handle.h>
 #include <rviz/properties/property.h>
-#include <rviz/properties/status_list.h>
-#include <rviz/properties/status_property.h>
 #include <rviz/visualization_manager.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -21,17 +18,17 @@
 #include "rviz_mesh_plugin/map3d_display.h"
 #include "rviz_mesh_plugin/map_server.h"
 #include "rviz_mesh_plugin/textured_mesh_display.h"
+#include "status_fixture.h"
 
 /// Map3D displays, and files for them in a folder of the test's own.
-class Map3DFixture : public osmesa_harness::RenderFixture
+class Map3DFixture : public StatusFixture
 {
  protected:
   using Display = rviz_mesh_plugin::Map3DDisplay;
-  static constexpr int TIMEOUT = 60000;  // milliseconds; only reached when something is broken
 
   void SetUp() override
   {
-    osmesa_harness::RenderFixture::SetUp();
+    StatusFixture::SetUp();
     char pattern[] = "/tmp/map3d_test_XXXXXX";
     ASSERT_NE(::mkdtemp(pattern), nullptr);
     folder = pattern;
@@ -39,7 +36,7 @@ class Map3DFixture : public osmesa_harness::RenderFixture
 
   void TearDown() override
   {
-    osmesa_harness::RenderFixture::TearDown();
+    StatusFixture::TearDown();
     EXPECT_TRUE(spinUntil([] { return children().empty(); }, TIMEOUT)) << "a process was left";
     EXPECT_EQ(std::system(("rm -r '" + folder + "'").c_str()), 0);
   }
@@ -115,38 +112,6 @@ class Map3DFixture : public osmesa_harness::RenderFixture
   static void choose(Display* display, const std::string& file)
   {
     display->subProp("Map file path")->setValue(QString::fromStdString(file));
-  }
-
-  /// "Ok: text" of one line of the status tree; empty where there is none.
-  static std::string status(rviz::Display* display, const std::string& name)
-  {
-    for (int i = 0; i < display->numChildren(); ++i) {
-      auto* list = dynamic_cast<rviz::StatusList*>(display->childAt(i));
-      for (int j = 0; list && j < list->numChildren(); ++j) {
-        auto* line = dynamic_cast<rviz::StatusProperty*>(list->childAt(j));
-        if (line && line->getNameStd() == name) {
-          return (rviz::StatusProperty::statusWord(line->getLevel()) + ": " +
-                  line->getValue().toString())
-              .toStdString();
-        }
-      }
-    }
-    return std::string();
-  }
-
-  static testing::AssertionResult waitForStatus(rviz::Display* display, const std::string& name,
-                                                const std::string& level, const std::string& text)
-  {
-    const auto matches = [&] {
-      const std::string line = status(display, name);
-      return line.rfind(level + ":", 0) == 0 && line.find(text) != std::string::npos;
-    };
-    if (spinUntil(matches, TIMEOUT)) {
-      return testing::AssertionSuccess();
-    }
-    return testing::AssertionFailure()
-           << "'" << name << "' is '" << status(display, name) << "'; Map: '"
-           << status(display, "Map") << "', IO: '" << status(display, "IO") << "'";
   }
 
   /// Waits until the child Mesh has a mesh of so many faces.

@@ -1,4 +1,7 @@
 // Map3D and its child process hdf5_map_server.
+#include <future>
+#include <memory>
+
 #include <mesh_msgs/MeshFaceClusterStamped.h>
 #include <ros/publisher.h>
 
@@ -110,7 +113,9 @@ TEST_F(Map3DServer, says_what_reading_has_left_out)
   write("a.ply", text);
   Display* display = createMap(path("a.ply"));
   EXPECT_TRUE(waitForStatus(display, "Map", "Ok", "2 faces"));
-  EXPECT_TRUE(waitForStatus(display, "IO", "Ok", "serves the file ("));
+  EXPECT_TRUE(
+      waitForStatus(display, "IO", "Ok", "a.ply: left out: 1 textures, for want of coordinates"));
+  EXPECT_NE(status(display, "IO").find(" serves the file ("), std::string::npos);
 }
 
 TEST_F(Map3DServer, survives_the_death_of_its_process)
@@ -188,4 +193,37 @@ TEST_F(Map3DServer, that_is_not_installed_is_explained)
       TIMEOUT));
   EXPECT_NE(broken.server()->ending().find("cannot be started"), std::string::npos)
       << broken.server()->ending();
+}
+
+TEST_F(Map3DServer, waits_for_no_share_that_does_not_answer)
+{
+  std::promise<void> gate;
+  const auto opened = gate.get_future().share();
+  write("b.ply", strip(3));
+  auto session = std::make_unique<rviz_mesh_plugin::MapSession>(
+      rviz_mesh_plugin::findMapServer, [opened](const std::string& file) {
+        if (file.find("/share/") != std::string::npos) {
+          opened.wait();
+        }
+        return rviz_mesh_plugin::lookAtFile(file);
+      });
+  session->setFile(path("share/a.ply"));
+  const auto problemIs = [&](const std::string& words) {
+    session->update(node);
+    return session->lookProblem().find(words) != std::string::npos;
+  };
+  EXPECT_TRUE(spinUntil([&] { return problemIs("share/a.ply takes long"); }, TIMEOUT));
+  EXPECT_EQ(session->server(), nullptr);
+  session->setFile(path("b.ply"));
+  EXPECT_TRUE(spinUntil(
+      [&] {
+        session->update(node);
+        return session->progress().stage == rviz_mesh_plugin::MapProgress::Stage::READY;
+      },
+      TIMEOUT));
+  EXPECT_EQ(session->lookProblem(), "");
+  session->setFile(path("share/a.ply"));
+  session->update(node);
+  session.reset();
+  gate.set_value();
 }

@@ -118,6 +118,25 @@ TEST(MapLine, says_what_to_do_with_each_file)
   EXPECT_FALSE(labelStatus(state));
 }
 
+TEST(MapLine, says_that_nothing_is_known_of_the_file)
+{
+  Map3DState state;
+  state.file.path = "/share/x.h5";
+  state.file.state = State::UNKNOWN;
+  expectLine(mapStatus(state), StatusLine::WARN, "looking at /share/x.h5");
+  state.look_problem = "looking at /share/x.h5 takes long";
+  expectLine(mapStatus(state), StatusLine::WARN, "takes long; it is loaded as soon as");
+  EXPECT_FALSE(ioStatus(state));
+  state = running();
+  state.look_problem = "looking at it takes long";
+  expectLine(mapStatus(state), StatusLine::WARN, "loading /maps/garden.ply");
+  expectLine(ioStatus(state), StatusLine::WARN, "looking at it takes long");
+  state = ready();
+  state.look_problem = "looking at it takes long";
+  expectLine(mapStatus(state), StatusLine::OK, "serving");
+  expectLine(ioStatus(state), StatusLine::WARN, "takes long; what was read of it is still shown");
+}
+
 TEST(MapLine, follows_the_loading)
 {
   expectLine(mapStatus(present()), StatusLine::WARN, "loading /maps/garden.ply (1.5 MB)");

@@ -9,6 +9,7 @@
 
 using rviz_mesh_plugin::lookAtFile;
 using rviz_mesh_plugin::MapFile;
+using rviz_mesh_plugin::nameOfFile;
 using rviz_mesh_plugin::resolvedPath;
 using State = rviz_mesh_plugin::MapFile::State;
 
@@ -55,6 +56,16 @@ TEST(ResolvedPath, is_absolute)
   EXPECT_EQ(resolvedPath("~b.h5"), std::string(here) + "/~b.h5");
   EXPECT_EQ(resolvedPath(" \t"), "");
   EXPECT_EQ(resolvedPath("file://"), "");
+}
+
+TEST(NameOfFile, tells_what_needs_no_look)
+{
+  EXPECT_EQ(nameOfFile(" ").state, State::NOT_CHOSEN);
+  EXPECT_EQ(nameOfFile("/path/to/map.h5").state, State::NOT_CHOSEN);
+  EXPECT_EQ(nameOfFile("/a:=b.h5").state, State::BAD_NAME);
+  EXPECT_EQ(nameOfFile(std::string("/a\0b.h5", 8)).state, State::BAD_NAME);
+  EXPECT_EQ(nameOfFile("/dev/null").state, State::UNKNOWN);
+  EXPECT_EQ(nameOfFile("file:///a/b.h5").path, "/a/b.h5");
 }
 
 TEST_F(AFolder, is_looked_at)

@@ -147,11 +147,14 @@ TEST_F(MeshDisplayTest, updates_change_only_the_vertices_that_they_name)
   update.type = "a";
   update.mesh_vertex_costs.vertices = {0, 1, 5, 6};  // the corner at (-1, -1)
   update.mesh_vertex_costs.costs = {1, 1, 1, 1};
-  updates.publish(update);  // waits for its layer
+  update.header.stamp = ros::Time(2, 0);
+  updates.publish(update);  // waits for its layer, which is older
   std::vector<float> values(25, 0.0f);
   values[24] = 1.0f;
   spin(200);
-  costs.publish(test_meshes::costs("a", values));
+  auto layer = test_meshes::costs("a", values);
+  layer.header.stamp = ros::Time(1, 0);
+  costs.publish(layer);
   EXPECT_TRUE(shows(-0.75, -0.75, RED));
   EXPECT_TRUE(shows(0, 0, GREEN));
   const std::size_t uploads = display->visual()->geometryUploads();

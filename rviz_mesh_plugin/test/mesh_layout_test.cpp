@@ -212,38 +212,54 @@ TEST(Layout, gives_simplified_faces_the_color_of_a_face_nearby)
 
 TEST(Layout, does_not_smear_textures_over_seams)
 {
-  // Two halves of a plane, their common vertices twice, far from each other in the texture.
-  auto mesh = mesh_zoo::terrain(100, 100);
-  const std::size_t seam = mesh->vertices.size();
-  for (std::uint32_t row = 0; row <= 100; ++row) {
-    mesh->vertices.push_back(MeshVertex(mesh->vertices[row * 101 + 50]));
-  }
-  auto materials = std::make_shared<Materials>();
-  materials->materials.resize(1);
-  materials->materials[0].texture_index = 0;
-  for (std::uint32_t face = 0; face < mesh->faceCount(); ++face) {
-    materials->faces.push_back(face);
-    materials->face_materials.push_back(0);
-    const bool right = face / 2 % 100 >= 50;
-    for (std::size_t corner = 0; corner < 3 && right; ++corner) {
-      std::uint32_t& index = mesh->indices[3 * face + corner];
-      index = index % 101 == 50 ? static_cast<std::uint32_t>(seam + index / 101) : index;
+  for (const float jump : {0.5f, 100.0f}) {
+    SCOPED_TRACE(jump);
+    // Two halves of a plane, their common vertices twice, the halves apart in the texture.
+    auto mesh = mesh_zoo::terrain(100, 100);
+    const std::size_t seam = mesh->vertices.size();
+    for (std::uint32_t row = 0; row <= 100; ++row) {
+      mesh->vertices.push_back(MeshVertex(mesh->vertices[row * 101 + 50]));
     }
-  }
-  for (std::size_t i = 0; i < mesh->vertices.size(); ++i) {
-    const auto& position = mesh->vertices[i].position;
-    const bool right = i >= seam || i % 101 > 50;
-    materials->texture_coordinates.push_back(
-        {position[0] / 10.0f + (right ? 100.0f : 0.0f), position[1] / 10.0f});
-  }
-  const auto layout = layOutNow(mesh, Split::BY_MATERIAL, materials);
-  expectSound(*layout);
-  ASSERT_EQ(layout->cell_sizes.size() > 1, canSimplify());
-  for (std::size_t i = 0; i < layout->indices.size(); ++i) {
-    const std::uint32_t a = layout->indices[i];
-    const std::uint32_t b = layout->indices[i - i % 3 + (i + 1) % 3];
-    ASSERT_LT(std::abs(layout->texture_coordinates[a][0] - layout->texture_coordinates[b][0]),
-              50.0f);
+    auto materials = std::make_shared<Materials>();
+    materials->materials.resize(1);
+    materials->materials[0].texture_index = 0;
+    for (std::uint32_t face = 0; face < mesh->faceCount(); ++face) {
+      materials->faces.push_back(face);
+      materials->face_materials.push_back(0);
+      const bool right = face / 2 % 100 >= 50;
+      for (std::size_t corner = 0; corner < 3 && right; ++corner) {
+        std::uint32_t& index = mesh->indices[3 * face + corner];
+        index = index % 101 == 50 ? static_cast<std::uint32_t>(seam + index / 101) : index;
+      }
+    }
+    for (std::size_t i = 0; i < mesh->vertices.size(); ++i) {
+      const auto& position = mesh->vertices[i].position;
+      const bool right = i >= seam || i % 101 > 50;
+      materials->texture_coordinates.push_back(
+          {position[0] / 10.0f + (right ? jump : 0.0f), position[1] / 10.0f});
+    }
+    const auto layout = layOutNow(mesh, Split::BY_MATERIAL, materials);
+    expectSound(*layout);
+    ASSERT_EQ(layout->cell_sizes.size() > 1, canSimplify());
+    // All corners of a face lie in one half, where they belong; hardly a face is of one color.
+    std::size_t copies = 0;
+    for (std::size_t i = 0; i < layout->indices.size(); i += 3) {
+      std::array<float, 3> shifts;
+      bool has_copy = false;
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        const std::uint32_t vertex = layout->indices[i + corner];
+        const float x = layout->vertices[vertex].position[0] / 10.0f;
+        shifts[corner] = layout->texture_coordinates[vertex][0] - x;
+        has_copy = has_copy || vertex >= mesh->vertices.size();
+      }
+      const auto range = std::minmax({shifts[0], shifts[1], shifts[2]});
+      if (has_copy) {
+        ++copies;
+      } else {
+        ASSERT_NEAR(range.first, range.second, 1e-4f) << "across the seam";
+      }
+    }
+    EXPECT_LE(copies, layout->indices.size() / 3 / 1000);
   }
 }
 
@@ -290,9 +306,9 @@ TEST(Preview, is_a_small_part_of_the_mesh)
     EXPECT_TRUE(preview->preview);
     EXPECT_EQ(preview->mesh, mesh);
     ASSERT_EQ(preview->cell_sizes.size(), 1u);
-    EXPECT_NEAR(preview->cell_sizes[0], 0.36f, 0.01f);
+    EXPECT_NEAR(preview->cell_sizes[0], 0.45f, 0.01f);
     EXPECT_LT(preview->indices.size(), mesh->indices.size() / 5);
-    EXPECT_GT(preview->indices.size(), 3u * 50000u);
+    EXPECT_GT(preview->indices.size(), 3u * 30000u);
     layout_checks::expectRangesInOrder(*preview);
     layout_checks::expectFacesInBoxes(*preview);
     for (std::size_t i = 0; i < preview->vertices.size(); ++i) {

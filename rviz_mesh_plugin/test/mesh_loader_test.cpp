@@ -10,6 +10,7 @@
 
 #include "layout_checks.h"
 #include "meshes.h"
+#include "no_threads.h"
 #include "rviz_mesh_plugin/mesh_loader.h"
 
 using namespace rviz_mesh_plugin;
@@ -109,6 +110,35 @@ TEST(Loader, refuses_with_a_sentence_and_goes_on)
   EXPECT_EQ(receiver.reception.accepted, 1u);
   EXPECT_EQ(receiver.reception.refused, 1u);
   EXPECT_EQ(receiver.reception.refusal, "");
+  EXPECT_NE(receiver.reception.last_refusal.find("refers to vertex 4"), std::string::npos);
+}
+
+TEST(Loader, says_where_no_thread_can_be_started_and_begins_later)
+{
+  Receiver receiver;
+  {
+    const NoThreads none;
+    receiver.loader.receive(terrain(5));
+  }
+  receiver.take();
+  EXPECT_EQ(receiver.reception.refused, 1u);
+  EXPECT_NE(receiver.reception.refusal.find("the mesh cannot be loaded: "), std::string::npos)
+      << receiver.reception.refusal;
+  receiver.loader.receive(terrain(5));
+  ASSERT_TRUE(receiver.waitForLayout(50));
+}
+
+TEST(Loader, takes_nothing_that_nobody_wants_any_more)
+{
+  Receiver receiver;
+  const MeshLoader::Flag dropped{true};
+  receiver.loader.receive(terrain(5, "dropped"), &dropped);
+  receiver.loader.refuse("dropped", &dropped);
+  receiver.loader.receive(terrain(5, "wanted"));
+  ASSERT_TRUE(receiver.waitForLayout(50));
+  ASSERT_EQ(receiver.meshes.size(), 1u);
+  EXPECT_EQ(receiver.meshes[0]->uuid, "wanted");
+  EXPECT_EQ(receiver.reception.received(), 1u);
 }
 
 TEST(Loader, tells_that_materials_belong_to_another_mesh)
@@ -187,9 +217,12 @@ TEST(Loader, lays_out_as_asked_for_and_so_again_when_the_same_mesh_comes_again)
 
 TEST(Loader, never_hands_over_a_preview_after_the_layout)
 {
+  const std::size_t usual = rviz_mesh_plugin::preview_faces.exchange(500000);
   Receiver receiver;
   receiver.loader.receive(terrain(510));
-  ASSERT_TRUE(receiver.waitForLayout(520200));
+  const bool laid_out = receiver.waitForLayout(520200);
+  rviz_mesh_plugin::preview_faces = usual;
+  ASSERT_TRUE(laid_out);
   ASSERT_LE(receiver.layouts.size(), 2u);
   if (receiver.layouts.size() == 2) {
     EXPECT_TRUE(receiver.layouts[0]->preview);
@@ -213,12 +246,17 @@ TEST(Loader, shows_the_last_of_a_storm_of_messages)
 TEST(Loader, shows_meshes_while_a_storm_lasts)
 {
   Receiver receiver;
-  std::uint32_t sent = 0;
-  // Each arrives before the one before is laid out, or not, as the machine has it.
+  std::vector<Message::ConstPtr> storm;
+  for (int i = 0; i < 4; ++i) {
+    storm.push_back(terrain(300, "mesh", i));
+  }
+  std::size_t sent = 0;
+  // Many arrive while one is laid out.
   ASSERT_TRUE(receiver.waitFor([&]() {
-    receiver.loader.receive(terrain(90 + sent++ % 20));
+    receiver.loader.receive(storm[sent++ % storm.size()]);
     return receiver.layouts.size() >= 3;
   }));
+  EXPECT_GT(sent, 10 * receiver.layouts.size());
 }
 
 TEST(Loader, drops_the_oldest_of_too_many_meshes_with_a_sentence)

@@ -52,9 +52,10 @@ TEST(TopicStatus, tells_what_is_missing)
                    "no message received on /mesh"));
   EXPECT_TRUE(
       says(rviz_mesh_plugin::topicStatus("/m m", "bad name", {}), StatusLine::ERROR, "bad name"));
-  EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("/mesh", "", {3, 2, ""}), StatusLine::OK,
-                   "5 messages received; 2 of 5 messages refused"));
-  EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("", "", {1, 0, ""}), StatusLine::OK,
+  EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("/mesh", "", {3, 2, "", "it is empty"}),
+                   StatusLine::OK,
+                   "5 messages received; 2 of 5 messages refused, the last one: it is empty"));
+  EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("", "", {1, 0, "", ""}), StatusLine::OK,
                    "a service has brought the mesh"));
 }
 
@@ -78,7 +79,7 @@ TEST(GeometryStatus, gives_the_numbers_or_the_reason)
                    "; a coarse picture is shown so far; laying out 2 faces"));
   state.drawn = false;
   EXPECT_TRUE(says(geometryStatus(state), StatusLine::OK, "; not drawn yet; laying out 2 faces"));
-  state.reception = {1, 1, "face 1 is bad"};
+  state.reception = {1, 1, "face 1 is bad", ""};
   EXPECT_TRUE(says(geometryStatus(state), StatusLine::ERROR,
                    "message ignored: face 1 is bad; the mesh before it stays"));
   state.mesh.reset();
@@ -133,7 +134,7 @@ TEST(CostsStatus, reports_refused_messages_whatever_is_chosen)
 {
   CostsState state = chosenCosts();
   state.chosen = false;
-  state.reception = {0, 1, "the cost of vertex 2 is -inf"};
+  state.reception = {0, 1, "the cost of vertex 2 is -inf", ""};
   EXPECT_TRUE(
       says(costsStatus(state), StatusLine::ERROR, "message ignored: the cost of vertex 2 is -inf"));
   state.subscription_error = "bad name";
@@ -171,7 +172,13 @@ TEST(CostsStatus, counts_faces_for_layers_of_faces_and_tells_of_updates)
       says(costsStatus(state), StatusLine::ERROR, "layer 'a': there are 4 costs for 2 faces"));
   state.size = 2;
   state.note = "the scale is linear";
-  EXPECT_TRUE(says(costsStatus(state), StatusLine::OK, "(of faces); the scale is linear"));
+  EXPECT_TRUE(says(costsStatus(state), StatusLine::OK, "(of faces); the scale is linear; colors"));
+  state.stale_updates = 3;
+  EXPECT_TRUE(says(costsStatus(state), StatusLine::OK,
+                   "; 3 updates are left out, older by the stamp than what is shown; colors"));
+  state.updates_reception = {4, 1, "", "it names vertex -1"};
+  EXPECT_TRUE(says(costsStatus(state), StatusLine::OK,
+                   "; 1 of 5 messages refused, the last one: it names vertex -1"));
   state.update_problem = "vertex 7 is too much";
   EXPECT_TRUE(says(costsStatus(state), StatusLine::ERROR, "update ignored: vertex 7 is too much"));
 }
@@ -210,7 +217,7 @@ TEST(TexturesStatus, leads_from_nothing_to_the_textures)
   state.face_count = 1;
   EXPECT_TRUE(says(texturesStatus(state), StatusLine::ERROR,
                    "the materials refer to face 1, but the mesh has 1 face"));
-  state.textures_reception = {0, 1, "the image is empty"};
+  state.textures_reception = {0, 1, "the image is empty", ""};
   EXPECT_TRUE(
       says(texturesStatus(state), StatusLine::ERROR, "message ignored: the image is empty"));
 }

@@ -34,9 +34,16 @@ rviz_mesh_plugin::MeshDataConstPtr mesh(const std::string& uuid)
 }
 
 CostUpdateConstPtr update(const std::string& type, const std::vector<std::uint32_t>& vertices,
-                          const std::vector<float>& costs)
+                          const std::vector<float>& costs, std::uint64_t stamp = 0)
 {
-  return std::make_shared<CostUpdate>(CostUpdate{"a", type, vertices, costs});
+  return std::make_shared<CostUpdate>(CostUpdate{"a", type, vertices, costs, stamp, {}});
+}
+
+CostLayerConstPtr layer(const std::string& uuid, std::uint32_t seconds)
+{
+  auto message = test_meshes::costs("x", {1, 2, 3, 4}, uuid);
+  message.header.stamp.sec = seconds;
+  return convert(message);
 }
 
 LabelSetConstPtr labels(const std::string& uuid, bool all,
@@ -85,11 +92,15 @@ TEST(MeshStore, forgets_the_oldest_beyond_its_bounds_but_never_those_of_the_mesh
   MeshStore store;
   store.addMesh(mesh("shown"));
   store.addCosts(convert(test_meshes::costs("kept", {1}, "shown")));
+  store.addCosts(convert(test_meshes::costs("first", {1}, "often")));
   for (std::size_t i = 0; i < 3 * MeshStore::MAX_WAITING; ++i) {
     store.addCosts(convert(test_meshes::costs("x", {1}, "other " + std::to_string(i))));
+    store.addCosts(convert(test_meshes::costs("x", {1}, "often")));
   }
   EXPECT_TRUE(store.attributes().cost("kept"));
-  EXPECT_EQ(store.waitingCosts(), MeshStore::MAX_WAITING);
+  EXPECT_TRUE(store.attributes("often").cost("first"))
+      << "the oldest is what has not come for longest";
+  EXPECT_EQ(store.waitingCosts(), MeshStore::MAX_WAITING + 1);
   for (std::size_t i = 0; i < 2 * MeshStore::MAX_LAYERS; ++i) {
     store.addCosts(convert(test_meshes::costs("layer " + std::to_string(i), {1}, "shown")));
   }
@@ -187,17 +198,19 @@ TEST(MeshStore, an_update_changes_only_what_it_names)
   EXPECT_EQ(store.updateProblem(), "");
 }
 
-TEST(MeshStore, updates_wait_for_their_layer)
+TEST(MeshStore, updates_that_are_newer_than_their_layer_wait_for_it)
 {
+  constexpr std::uint64_t SECOND = 1000000000;
   MeshStore store;
-  EXPECT_FALSE(store.update(update("x", {0}, {7})));
-  EXPECT_FALSE(store.update(update("x", {0, 1}, {8, 8})));
+  EXPECT_FALSE(store.update(update("x", {0}, {7}, 2 * SECOND)));
+  EXPECT_FALSE(store.update(update("x", {0, 1}, {8, 8}, 3 * SECOND)));
+  EXPECT_FALSE(store.update(update("x", {3}, {9})));
   EXPECT_FALSE(store.update(update("y", {0}, {1})));
   EXPECT_EQ(store.updateProblem(), "");
-  EXPECT_EQ(store.waitingValues(), 4u);
-  store.addCosts(convert(test_meshes::costs("x", {1, 2, 3, 4}, "b")));
-  EXPECT_EQ(store.waitingValues(), 4u) << "another mesh";
-  store.addCosts(convert(test_meshes::costs("x", {1, 2, 3, 4}, "a")));
+  EXPECT_EQ(store.waitingValues(), 5u);
+  store.addCosts(layer("b", 1));
+  EXPECT_EQ(store.waitingValues(), 5u) << "another mesh";
+  store.addCosts(layer("a", 1));
   EXPECT_EQ(store.attributes("a").cost("x")->costs, (std::vector<float>{8, 8, 3, 4}));
   EXPECT_EQ(store.waitingValues(), 1u);
   for (std::size_t i = 0; i < 3 * MeshStore::MAX_WAITING_VALUES / 1000; ++i) {
@@ -221,6 +234,18 @@ TEST(MeshStore, small_updates_that_wait_are_bounded_too)
   }
   EXPECT_EQ(store.waitingValues(), 0u);
   EXPECT_LE(empty.use_count(), long(MeshStore::MAX_WAITING_UPDATES) + 1);
+}
+
+TEST(MeshStore, updates_of_other_meshes_drive_nothing_out_that_waits)
+{
+  MeshStore store;
+  store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
+  for (std::size_t i = 0; i < 2 * MeshStore::MAX_WAITING; ++i) {
+    store.update(std::make_shared<CostUpdate>(
+        CostUpdate{"other " + std::to_string(i), "x", {0}, {1.0f}, 0, {}}));
+  }
+  store.addMesh(mesh("a"));
+  EXPECT_TRUE(store.attributes().colors);
 }
 
 TEST(MeshStore, keeps_a_bounded_number_of_textures)

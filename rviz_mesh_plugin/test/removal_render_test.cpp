@@ -22,7 +22,8 @@
 namespace {
 
 constexpr std::uint32_t CELLS = 100;
-constexpr std::uint32_t MANY_CELLS = 600;  // so many have a preview
+constexpr std::size_t PREVIEW_FACES = 500000;
+constexpr std::uint32_t MANY_CELLS = 600;  // more than PREVIEW_FACES
 
 mesh_msgs::MeshGeometryStampedPtr grid(std::uint32_t cells)
 {
@@ -53,6 +54,7 @@ class RemovalTest : public DisplayFixture
   void SetUp() override
   {
     DisplayFixture::SetUp();
+    rviz_mesh_plugin::preview_faces = PREVIEW_FACES;
     space_ = geometry_topic + "_services";
     // What is shared by all meshes exists before anything is counted.
     auto* display = createMeshDisplay();

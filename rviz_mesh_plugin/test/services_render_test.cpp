@@ -1,5 +1,6 @@
 #include <chrono>
 #include <cstdint>
+#include <cstring>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -18,8 +19,27 @@
 #include <mesh_msgs/GetVertexCosts.h>
 
 #include "meshes.h"
+#include "raw_messages.h"
 #include "rviz_mesh_plugin/mesh_services.h"
 #include "service_servers.h"
+
+namespace ros {
+namespace service_traits {
+
+template <>
+struct MD5Sum<RawBytes>
+{
+  static const char* value() { return MD5Sum<mesh_msgs::GetVertexColors>::value(); }
+};
+
+template <>
+struct DataType<RawBytes>
+{
+  static const char* value() { return DataType<mesh_msgs::GetVertexColors>::value(); }
+};
+
+}  // namespace service_traits
+}  // namespace ros
 
 using namespace mesh_msgs;
 using rviz_mesh_plugin::InboxContent;
@@ -32,6 +52,13 @@ using service_servers::waitFor;
 using State = MeshServices::Report::State;
 
 namespace {
+
+/// get_vertex_colors with any bytes as the answer.
+struct RawService
+{
+  using Request = RawBytes;
+  using Response = RawBytes;
+};
 
 class Services : public testing::Test
 {
@@ -167,9 +194,11 @@ TEST_F(Services, bring_materials_and_each_of_fifty_textures_once)
         image.data = {static_cast<std::uint8_t>(request.texture_index)};
         return request.texture_index != 30;
       });
+  EXPECT_FALSE(services->missesTextures("mesh"));
   services->requestMaterials("mesh");
   services->requestMaterials("mesh");
   ASSERT_TRUE(reaches(State::FAILED, "(47 of 50 textures, 3 refused)"));
+  EXPECT_TRUE(waitFor([&] { return services->missesTextures("mesh"); }));
   EXPECT_NE(services->report().text().find("answers with what cannot be shown"), std::string::npos)
       << "the first of the three: " << services->report().text();
   const auto content = inbox->take();
@@ -194,7 +223,7 @@ TEST_F(Services, are_waited_for)
   ASSERT_TRUE(reaches(State::ANSWERED, space + "/get_vertex_colors has answered"));
 }
 
-TEST_F(Services, that_refuse_are_asked_once_and_their_reason_is_told)
+TEST_F(Services, that_refuse_are_not_asked_at_once_and_their_reason_is_told)
 {
   std::atomic<int> calls{0};
   const auto server = servers.serve<GetVertexColors>(
@@ -213,6 +242,73 @@ TEST_F(Services, that_refuse_are_asked_once_and_their_reason_is_told)
   services->requestColors("mesh");
   ASSERT_TRUE(reaches(State::FAILED, "refuses: there are no colors in garden.h5"));
   EXPECT_EQ(calls, 2);
+}
+
+TEST_F(Services, that_refuse_or_have_nothing_are_asked_again_while_it_is_wanted)
+{
+  services = std::make_unique<MeshServices>(
+      inbox, loader,
+      MeshServices::Pauses{std::chrono::milliseconds(5), std::chrono::milliseconds(20)});
+  services->setNames(names);
+  std::atomic<bool> loaded{false};
+  std::atomic<int> layer_calls{0};
+  const auto layers = servers.serve<GetVertexCostLayers>(
+      space + "/get_vertex_cost_layers",
+      [&](GetVertexCostLayers::Request&, GetVertexCostLayers::Response& response) {
+        response.layers.resize(++layer_calls > 2 ? 1 : 0, "late");
+        return true;
+      });
+  std::atomic<int> cost_calls{0};
+  const auto costs = servers.serve<GetVertexCosts>(
+      space + "/get_vertex_costs",
+      [&](GetVertexCosts::Request& request, GetVertexCosts::Response& response) {
+        response.mesh_vertex_costs_stamped = test_meshes::costs(request.layer, {1.0f});
+        return ++cost_calls > 3;
+      });
+  const auto geometry = servers.serve<GetGeometry>(
+      space + "/get_geometry", [&](GetGeometry::Request& request, GetGeometry::Response& response) {
+        response.mesh_geometry_stamped = test_meshes::square();
+        response.mesh_geometry_stamped.uuid = request.uuid;
+        return loaded.load();
+      });
+  services->requestMesh("mesh");
+  ASSERT_TRUE(
+      reaches(State::FAILED, "get_geometry refuses: it gives no reason; it is asked again"));
+  loaded = true;
+  ASSERT_TRUE(waitFor([&] {
+    services->requestMesh("mesh");
+    return !loader->take().meshes.empty();
+  }));
+  ASSERT_TRUE(waitFor([&] {
+    services->requestCosts("mesh");
+    return !services->layers("mesh").empty();
+  }));
+  EXPECT_EQ(services->layers("mesh"), std::vector<std::string>{"late"});
+  ASSERT_TRUE(waitFor([&] {
+    services->requestLayer("mesh", "late");
+    return cost_calls == 4;
+  }));
+  ASSERT_TRUE(reaches(State::ANSWERED, "(1 of 1 layers)")) << "a refusal of before counts no more";
+  for (int i = 0; i < 100; ++i) {
+    services->requestLayer("mesh", "late");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(cost_calls, 4) << "what has come is not asked for again";
+}
+
+TEST_F(Services, whose_answer_lies_about_its_length_are_refused)
+{
+  const auto liar =
+      servers.serve<RawService>(space + "/get_vertex_colors", [](RawBytes&, RawBytes& response) {
+        response.bytes = raw_messages::bytesOf(GetVertexColors::Response());
+        const std::uint32_t huge = 0x20000000;
+        std::memcpy(response.bytes.data() + response.bytes.size() - 4, &huge, sizeof(huge));
+        return true;
+      });
+  services->requestColors("mesh");
+  ASSERT_TRUE(reaches(State::FAILED,
+                      "gives an answer that cannot be read: an array of 536870912 "
+                      "std_msgs/ColorRGBA needs 8589934592 bytes"));
 }
 
 TEST_F(Services, that_have_nothing_of_a_mesh_say_so_and_bring_nothing)

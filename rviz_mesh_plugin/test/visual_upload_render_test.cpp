@@ -10,6 +10,7 @@
 #include <rviz/selection/selection_manager.h>
 #include <rviz/visualization_manager.h>
 
+#include "rviz_mesh_plugin/simplification.h"
 #include "visual_fixture.h"
 
 using osmesa_harness::difference;
@@ -42,6 +43,20 @@ class VisualUpload : public VisualFixture
     visual->setStyle(style);
   }
 
+  /// Expects the same picture with levels of detail as without; returns how many faces they have.
+  std::size_t drawnAlike(const char* name, double limit)
+  {
+    style.level_of_detail = true;
+    visual->setStyle(style);
+    const Image simplified = grab();
+    const std::size_t faces = visual->facesDrawn();
+    style.level_of_detail = false;
+    visual->setStyle(style);
+    EXPECT_TRUE(imagesMatch(name, simplified, grab(), limit)) << faces;
+    EXPECT_EQ(visual->facesDrawn(), visual->layout()->mesh->faceCount());
+    return faces;
+  }
+
   static ColorSource oneColor(const Rgba8& color, std::size_t* asked = nullptr)
   {
     return [color, asked](const std::uint32_t*, std::size_t count, Rgba8* colors) {
@@ -72,7 +87,7 @@ TEST_F(VisualUpload, the_old_picture_stays_until_the_new_one_has_its_coarsest_le
   const auto layout = test_layouts::tiled(mesh, 512, 8, 5);
   visual->setLayout(layout);
   visual->setColors(oneColor({0, 0, 255, 255}), false);
-  EXPECT_EQ(visual->layout(), layout);
+  EXPECT_EQ(visual->layout()->mesh, mesh);
   float progress = -1.0f;
   std::size_t slices = 0;
   while (visual->shownLayout() == old_layout) {
@@ -82,9 +97,9 @@ TEST_F(VisualUpload, the_old_picture_stays_until_the_new_one_has_its_coarsest_le
     ASSERT_FALSE(visual->upload(std::chrono::microseconds(0)));
     ASSERT_LT(++slices, 100u);
   }
-  // 263,169 vertices of 24 bytes in two slices and colors in two, then the first of the faces; two
+  // 263,169 positions, as many normals, colors in two slices, then the first of the faces; three
   // more to allocate.
-  EXPECT_EQ(slices, 7u);
+  EXPECT_EQ(slices, 8u);
   EXPECT_EQ(picture().count({0, 0, 255}), 40000u);
   EXPECT_LT(visual->progress(), 1.0f);
   EXPECT_EQ(visual->geometryUploads(), 1u);
@@ -209,8 +224,26 @@ TEST_F(VisualUpload, no_slice_is_larger_than_the_limit)
     EXPECT_LE((visual->progress() - before) * bytes, 1.001 * SLICE_BYTES);
     before = visual->progress();
   }
-  EXPECT_EQ(slices, 2 + (24 * layout->vertices.size() + SLICE_BYTES - 1) / SLICE_BYTES +
+  EXPECT_EQ(slices, 3 + 2 * ((12 * layout->vertices.size() + SLICE_BYTES - 1) / SLICE_BYTES) +
                         (4 * layout->indices.size() + SLICE_BYTES - 1) / SLICE_BYTES);
+}
+
+TEST_F(VisualUpload, keeps_only_the_outline_of_what_is_uploaded)
+{
+  auto layout = test_layouts::tiled(grid(512, flat), 512, 8, 5);
+  const std::weak_ptr<const rviz_mesh_plugin::MeshLayout> held = layout;
+  visual->setLayout(layout);
+  layout = nullptr;
+  EXPECT_FALSE(held.expired());
+  uploadAll();
+  EXPECT_TRUE(held.expired());
+  EXPECT_EQ(visual->layout()->parts.size(), 64u);
+  showColors();
+  visual->setColors(oneColor({0, 0, 255, 255}), false);
+  uploadAll();
+  visual->updateColors({0, 1, 2});
+  uploadAll();
+  EXPECT_EQ(picture().count({0, 0, 255}), 40000u);
 }
 
 TEST_F(VisualUpload, memory_is_28_bytes_per_vertex_and_12_per_face)
@@ -230,30 +263,35 @@ TEST_F(VisualUpload, far_away_fewer_faces_look_the_same)
 {
   const auto mesh = grid(512, hills);
   draw(test_layouts::tiled(mesh, 512, 16, 7));
-  const auto both = [&](const char* name, double limit) {
-    style.level_of_detail = true;
-    visual->setStyle(style);
-    const Image simplified = grab();
-    const std::size_t faces = visual->facesDrawn();
-    style.level_of_detail = false;
-    visual->setStyle(style);
-    const Image full = grab();
-    EXPECT_EQ(visual->facesDrawn(), mesh->faceCount());
-    EXPECT_TRUE(imagesMatch(name, simplified, full, limit));
-    return faces;
-  };
   lookAt({20.0, 20.0, 15.0}, {0.0, 0.0, 0.0});
-  const std::size_t far = both("far", 1e-4);
+  const std::size_t far = drawnAlike("far", 1e-4);
   EXPECT_LT(far, mesh->faceCount() / 500);
   lookAt({2.5, 2.5, 2.0}, {0.0, 0.0, 0.0});
-  const std::size_t middle = both("middle", 2e-4);
+  const std::size_t middle = drawnAlike("middle", 2e-4);
   EXPECT_LT(middle, mesh->faceCount() / 3);
   EXPECT_GT(middle, 4 * far);
   viewFromAbove(0.0, 0.0, 10.0);
-  const std::size_t small = both("orthographic_small", 1e-4);
+  const std::size_t small = drawnAlike("orthographic_small", 1e-4);
   EXPECT_LT(small, mesh->faceCount() / 500);
   viewFromAbove(0.0, 0.0, 1000.0);
-  EXPECT_GT(both("orthographic_large", 1e-4), mesh->faceCount() / 5);
+  EXPECT_GT(drawnAlike("orthographic_large", 1e-4), mesh->faceCount() / 5);
+}
+
+TEST_F(VisualUpload, levels_of_detail_look_like_the_whole_mesh)
+{
+  if (!rviz_mesh_plugin::canSimplify()) {
+    return;
+  }
+  const auto mesh = grid(700, hills);
+  const std::atomic<bool> go_on{false};
+  visual->setLayout(rviz_mesh_plugin::layOut(mesh, rviz_mesh_plugin::Split::NONE, nullptr, go_on));
+  uploadAll();
+  lookAt({20.0, 20.0, 15.0}, {0.0, 0.0, 0.0});
+  EXPECT_LT(drawnAlike("real_far", 3e-6), mesh->faceCount() / 30);
+  lookAt({3.0, 3.0, 2.5}, {0.0, 0.0, 0.0});
+  EXPECT_LT(drawnAlike("real_middle", 1e-5), mesh->faceCount() / 3);
+  lookAt({0.5, 0.5, 0.4}, {0.0, 0.0, 0.0});
+  EXPECT_GT(drawnAlike("real_near", 3e-6), mesh->faceCount() / 30);
 }
 
 TEST_F(VisualUpload, neighbors_in_different_detail_leave_no_gaps)
@@ -340,6 +378,7 @@ TEST_F(VisualUpload, counts_are_those_of_the_start_after_1000_layouts)
   }
   const auto last = counts();
   EXPECT_EQ(last.materials, empty.materials + 2) << "faces and normals";
+  EXPECT_LT(last.nodes, empty.nodes + 20) << "of the parts of the last layout alone";
   visual.reset();
   EXPECT_EQ(counts(), empty);
 }

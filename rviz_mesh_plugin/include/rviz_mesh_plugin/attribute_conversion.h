@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,8 @@ namespace rviz_mesh_plugin {
 
 /// The number of costs is compared with the geometry later, which may not have arrived; so are
 /// indices. @throw RejectedMessage
-CostLayerConstPtr convert(const mesh_msgs::MeshVertexCostsStamped& message);
-CostLayerConstPtr convert(const mesh_msgs::MeshFaceCostsStamped& message);
+std::shared_ptr<CostLayer> convert(const mesh_msgs::MeshVertexCostsStamped& message);
+std::shared_ptr<CostLayer> convert(const mesh_msgs::MeshFaceCostsStamped& message);
 CostUpdateConstPtr convert(const mesh_msgs::MeshVertexCostsSparseStamped& message);
 
 /// As for costs. @throw RejectedMessage

@@ -2,19 +2,17 @@
 
 #include <chrono>
 #include <cstdint>
-#include <exception>
 #include <map>
 #include <memory>
-#include <new>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #ifndef Q_MOC_RUN
-#include <OgreQuaternion.h>
 #include <rviz/display.h>
 
+#include "rviz_mesh_plugin/label_color_feed.h"
 #include "rviz_mesh_plugin/label_colors.h"
 #include "rviz_mesh_plugin/label_owner.h"
 #include "rviz_mesh_plugin/label_status.h"
@@ -36,7 +34,8 @@ class LabelProperties;
 /// Shows the labelled clusters of a mesh, and gives others (tools, panels) what they need to change
 /// them. As a child of Map3D its source is set; on its own it has properties for that.
 ///
-/// Status lines: Geometry, Labels, Services, Transform, Edits.
+/// Status lines: Geometry, Labels, Label colors, Services, Transform, Edits; Display, where
+/// something went wrong.
 class ClusterLabelDisplay : public rviz::Display
 {
   Q_OBJECT
@@ -52,7 +51,7 @@ class ClusterLabelDisplay : public rviz::Display
   MeshDataConstPtr mesh() const { return store_.mesh(); }
 
   /// All labels of the mesh as they are now.
-  const LabelFaces& labels() const { return store_.labels(); }
+  const LabelClusters& labels() const { return store_.labels(); }
 
   /// The label that is chosen to be edited; empty for a new one ("__NEW__").
   std::string activeLabel() const;
@@ -87,22 +86,8 @@ class ClusterLabelDisplay : public rviz::Display
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// RViz must not end by an exception: it becomes a status line.
-  template <class Work>
-  void guarded(const Work& work)
-  {
-    try {
-      work();
-    } catch (const std::bad_alloc&) {
-      failure_ = "there is not enough memory: show a smaller mesh, or close other programs";
-    } catch (const std::exception& error) {
-      failure_ = error.what();
-    }
-  }
-
-  std::string geometryTopic() const;
-  std::string labelsTopic() const;
-  std::string serviceNamespace() const;
+  MeshSource source() const;
+  void work();
   void subscribe();
   void unsubscribe();
   void restart();
@@ -120,6 +105,7 @@ class ClusterLabelDisplay : public rviz::Display
   MeshTopics topics_;
   MeshServices services_;
   LabelOwner owner_;
+  LabelColorFeed label_colors_;
   LabelStore store_;
   LabelColors colors_;
   StatusLines lines_;
@@ -132,7 +118,7 @@ class ClusterLabelDisplay : public rviz::Display
   bool recount_ = true;                             ///< the hidden labels
   std::map<std::string, Clock::time_point> edits_;  ///< labels that were sent to be stored
   std::string edit_failure_;
-  std::string failure_;  ///< why nothing can be drawn
+  bool work_failed_ = false;
 };
 
 }  // namespace rviz_mesh_plugin

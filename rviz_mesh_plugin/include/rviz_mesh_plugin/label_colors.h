@@ -1,8 +1,10 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "rviz_mesh_plugin/mesh_data.h"
 
@@ -10,6 +12,10 @@ namespace rviz_mesh_plugin {
 
 /// The class of a label: "tree" of "tree_1", the whole of a text without underscore.
 std::string labelClass(const std::string& label);
+
+/// The labels that have a color of their own.
+using OwnColors = std::map<std::string, Rgba8>;
+using OwnColorsConstPtr = std::shared_ptr<const OwnColors>;
 
 /// Colors of labels: a label's own where it has one, else that of its class.
 ///
@@ -25,17 +31,15 @@ class LabelColors
   Rgba8 color(const std::string& label);
   Rgba8 classColor(const std::string& label_class);
 
-  /// Gives a label a color of its own.
-  void setOwn(const std::string& label, const Rgba8& color) { own_[label] = color; }
-  void removeOwn(const std::string& label) { own_.erase(label); }
-  bool hasOwn(const std::string& label) const { return own_.count(label) != 0; }
-  const std::map<std::string, Rgba8>& own() const { return own_; }
+  /// Gives these labels (null: none) colors of their own, and no others; returns the labels whose
+  /// color is another one than before.
+  std::vector<std::string> setOwn(const OwnColorsConstPtr& own);
 
   /// Forgets all labels and classes.
   void clear();
 
  private:
-  std::map<std::string, Rgba8> own_;
+  OwnColorsConstPtr own_;
   std::map<std::string, std::size_t> classes_;  ///< to places in the palette
   std::set<std::size_t> used_;
 };

@@ -2,34 +2,42 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
+
+#include "rviz_mesh_plugin/mesh_data.h"
 
 namespace rviz_mesh_plugin {
 
-/// Which labels have to be drawn over which: those that have faces in common. As long as none has,
-/// that costs nothing but a byte per face.
+/// Which labels have to be drawn over which: those that have faces in common. Found in slices.
 class LabelLayers
 {
  public:
-  using Faces = std::vector<std::uint32_t>;
-
   /// OGRE is slow with many layers: of more labels on one face, it is open which one is seen.
   static constexpr unsigned short COUNT = 16;
 
-  /// Forgets all labels.
-  void reset(std::size_t face_count);
-  void add(const Faces& faces);
-  void remove(const Faces& faces);
+  using Labels = std::vector<LabelClusterConstPtr>;
+  /// Is told the layer of a label, 0 at the bottom.
+  using Place = std::function<void(const LabelCluster& label, unsigned short layer)>;
 
-  /// Whether a face has two labels.
-  bool overlap() const { return overlapping_ > 0; }
+  /// Begins anew.
+  /// @param labels from the bottom to the top, all on a mesh of so many faces: those that share
+  /// faces get ascending layers
+  void start(std::size_t face_count, Labels labels);
 
-  /// The layer of each label, 0 at the bottom: labels that share faces have ascending ones.
-  std::vector<unsigned short> layers(const std::vector<const Faces*>& labels) const;
+  /// Looks at about so many faces; returns at how many, 0 where all labels have been placed.
+  std::size_t work(std::size_t limit, const Place& place);
+  bool isDone() const { return labels_.empty(); }
 
  private:
-  std::vector<std::uint8_t> counts_;  ///< labels of each face; 255 and more are not counted down
-  std::size_t overlapping_ = 0;       ///< faces with several labels
+  std::size_t look(const LabelCluster& label, std::size_t limit);
+
+  Labels labels_;
+  std::size_t label_ = 0;            ///< that is being looked at
+  std::vector<std::uint8_t> above_;  ///< the first free layer over each face
+  bool found_ = false;               ///< the layer of the label
+  std::size_t next_ = 0;             ///< of its faces, to find its layer or to be covered
+  unsigned short layer_ = 0;         ///< of the label
 };
 
 }  // namespace rviz_mesh_plugin

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <OgreAxisAlignedBox.h>
@@ -33,27 +34,30 @@ struct LabelledMesh
 /// Draws some faces of a mesh in one color, with an index buffer and bounds of its own, below a
 /// scene node of its own, so that OGRE leaves it out where it is out of sight.
 ///
-/// Faces that are new appear once all of them have been uploaded.
+/// Faces that are new appear once all of them have been uploaded. Of faces that are set faster than
+/// that, the last ones follow.
 class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
 {
  public:
   /// @param mesh outlives the object
-  LabelObject(Ogre::SceneNode* parent, const LabelledMesh& mesh);
+  /// @param growing leaves room in the buffer for more faces
+  LabelObject(Ogre::SceneNode* parent, const LabelledMesh& mesh, bool growing = true);
   ~LabelObject() override;
 
   /// @param faces ascending, each once, all of the mesh
-  /// @param growing leaves room in the buffer for more
-  void setFaces(const std::vector<std::uint32_t>& faces, bool growing = true);
+  void setFaces(std::shared_ptr<const LabelSlots::Faces> faces) { wanted_ = std::move(faces); }
+  /// Adds faces to those that are drawn, takes others away, and uploads that: what is changed like
+  /// this is never set as a whole. Returns how many bytes were uploaded.
+  std::size_t changeFaces(const LabelSlots::Faces& added, const LabelSlots::Faces& removed);
   void setMaterial(const std::shared_ptr<LabelMaterial>& material) { material_ = material; }
   void setShown(bool shown) { shown_ = shown; }
   /// Of labels that lie on the same faces, the one with the higher layer is seen.
   void setLayer(unsigned short layer) { layer_ = layer; }
-  /// In any order.
-  const std::vector<std::uint32_t>& faces() const { return slots_.faces(); }
 
-  bool isComplete() const { return dirty_.empty(); }
-  /// Uploads at most @a limit bytes (but one face at least); returns how many.
-  std::size_t upload(std::size_t limit);
+  bool isComplete() const { return !wanted_ && slots_.isSettled() && dirty_.empty(); }
+  /// Prepares and uploads what takes about as long as uploading @a left bytes (but one face at
+  /// least), and takes that off it; returns how many bytes were uploaded.
+  std::size_t upload(std::size_t& left);
   std::size_t gpuBytes() const;
 
   /// MovableObject and Renderable.
@@ -71,12 +75,16 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   const Ogre::LightList& getLights() const override { return queryLights(); }
 
  private:
+  void prepare(std::size_t& left);
+  void takeChanges();
   void drawAll();
   void write(std::size_t begin, std::size_t end);
 
   Ogre::SceneNode* node_;
   const LabelledMesh& mesh_;
   std::shared_ptr<LabelMaterial> material_;
+  const bool growing_;
+  std::shared_ptr<const LabelSlots::Faces> wanted_;  ///< newer than those of the slots
   LabelSlots slots_;
   std::vector<LabelSlots::Range> dirty_;
   Ogre::HardwareIndexBufferSharedPtr buffer_;  ///< uploaded to

@@ -2,11 +2,15 @@
 
 #include <chrono>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <string>
 
 #include <OgrePrerequisites.h>
 
+#include "rviz_mesh_plugin/label_material.h"
+#include "rviz_mesh_plugin/label_objects.h"
+#include "rviz_mesh_plugin/label_vertices.h"
 #include "rviz_mesh_plugin/mesh_data.h"
 
 namespace rviz_mesh_plugin {
@@ -31,12 +35,12 @@ class LabelOverlay
 
   /// Adds or replaces one label; without faces it is removed. Faces beyond the mesh are left out;
   /// returns how many.
-  std::size_t setLabel(const LabelCluster& label);
+  std::size_t setLabel(const LabelClusterConstPtr& label);
   void removeLabel(const std::string& label);
 
   void setColor(const std::string& label, const Rgba8& color);
   void setVisible(const std::string& label, bool visible);
-  void setAlpha(float alpha);
+  void setAlpha(float alpha) { materials_.setAlpha(alpha); }
   /// Draws the whole mesh, rgb .2/.3/.2, alpha .1.
   void setPhantom(bool shown);
   void setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation);
@@ -50,11 +54,27 @@ class LabelOverlay
   /// Of vertices and labels.
   std::size_t gpuBytes() const;
   /// Since the beginning.
-  std::size_t uploadedBytes() const;
+  std::size_t uploadedBytes() const { return uploaded_bytes_; }
 
  private:
-  class Scene;
-  std::unique_ptr<Scene> scene_;
+  struct Look
+  {
+    Rgba8 color{200, 200, 200, 255};
+    bool visible = true;
+  };
+
+  void applyLook(const std::string& label);
+  bool uploadSlice();
+
+  Ogre::SceneNode* parent_;
+  Ogre::SceneNode* node_;
+  LabelMaterials materials_;
+  LabelVertices vertices_;
+  LabelObjects labels_;
+  std::map<std::string, Look> looks_;
+  std::unique_ptr<LabelObject> phantom_;
+  bool phantom_shown_ = false;
+  std::size_t uploaded_bytes_ = 0;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -1,15 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#include <ros/subscriber.h>
 
 #include "rviz_mesh_plugin/cancellation.h"
 #include "rviz_mesh_plugin/mesh_data.h"
@@ -17,21 +14,18 @@
 
 namespace rviz_mesh_plugin {
 
-/// The way to who owns the labels of a map (hdf5_map_server, label_manager): edits go there, the
-/// labels' own colors come from there. GUI thread only; nothing waits for an answer.
+/// The way of edits to who owns the labels of a map (hdf5_map_server, label_manager). GUI thread
+/// only; nothing waits for an answer.
 class LabelOwner
 {
  public:
-  using Colors = std::map<std::string, Rgba8>;
-
   LabelOwner();
   ~LabelOwner();
   LabelOwner(const LabelOwner&) = delete;
   LabelOwner& operator=(const LabelOwner&) = delete;
 
-  /// Uses the topics cluster_label and label_colors and the service set_label_color in this
-  /// namespace, on the callback queue of @a node_handle; none where it is empty. @throw
-  /// ros::InvalidNameException
+  /// Uses the topic cluster_label and the service set_label_color in this namespace; none where it
+  /// is empty. @throw ros::InvalidNameException
   void connect(ros::NodeHandle& node_handle, const std::string& name_space);
   void disconnect();
 
@@ -46,10 +40,6 @@ class LabelOwner
   /// Has a color stored; null: none. What goes wrong is in takeFailure().
   void setColor(const std::string& uuid, const std::string& label, const Rgba8* color);
 
-  /// The labels of a mesh that have a color of their own; nothing where that has not changed since
-  /// it was taken before.
-  std::optional<Colors> takeColors(const std::string& uuid);
-
   /// Why the newest color could not be stored; empty where nothing new went wrong.
   std::string takeFailure();
 
@@ -61,7 +51,6 @@ class LabelOwner
   std::shared_ptr<Shared> shared_;
   std::string color_service_;
   ros::Publisher publisher_;
-  ros::Subscriber subscriber_;
   std::shared_ptr<Cancellation> cancellation_;  ///< with the lanes; null: nothing has been asked
   std::unique_ptr<WorkLanes> lanes_;
 };

@@ -1,19 +1,14 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <map>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "rviz_mesh_plugin/mesh_data.h"
 
 namespace rviz_mesh_plugin {
-
-/// Faces by label, ascending.
-using LabelFaces = std::map<std::string, std::vector<std::uint32_t>>;
 
 /// The labels of the mesh that is shown. Those that arrive before their mesh wait here for it.
 class LabelStore
@@ -28,7 +23,7 @@ class LabelStore
   void clear();
 
   const MeshDataConstPtr& mesh() const { return mesh_; }
-  const LabelFaces& labels() const { return labels_; }
+  const LabelClusters& labels() const { return labels_; }
 
   /// Labels that are other than when they were taken before: new, changed, or gone.
   std::set<std::string> takeChanged();
@@ -43,11 +38,11 @@ class LabelStore
 
  private:
   bool isOfMesh(const LabelSet& labels) const;
-  void apply(const LabelSet& labels);
-  void put(const LabelCluster& cluster);
+  void apply(const LabelSetConstPtr& labels);
+  void put(const LabelClusterConstPtr& cluster);
 
   MeshDataConstPtr mesh_;
-  LabelFaces labels_;
+  LabelClusters labels_;
   std::set<std::string> changed_;
   std::map<std::string, std::size_t> beyond_;
   std::deque<LabelSetConstPtr> waiting_;

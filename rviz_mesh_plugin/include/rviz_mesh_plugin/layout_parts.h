@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "rviz_mesh_plugin/layout_split.h"
@@ -23,20 +24,22 @@ class LayoutParts
 
  private:
   using Face = std::array<std::uint32_t, 3>;
+  using Meeting = std::uint64_t;  ///< a vertex, and in the lower half a part
+  using FaceBeside = std::pair<std::uint32_t, std::uint32_t>;  ///< a part, a face
 
   void fillParts();
-  std::vector<std::uint32_t> placeFaces(const SimplifiedLevel& level, LayoutSplit& split,
-                                        std::vector<IndexRange>& ranges);
-  std::vector<std::uint32_t> partsOf(const Face& face) const;
-  std::vector<std::vector<std::uint32_t>> partsOfAll(const std::vector<Face>& faces) const;
-  bool sameMaterial(std::uint32_t a, std::uint32_t b) const;
   void enclose(MeshPart& part, std::uint32_t vertex) const;
+  std::vector<IndexRange> placeFaces(const SimplifiedLevel& level, LayoutSplit& split);
+  std::vector<FaceBeside> facesBeside(const std::vector<Face>& faces) const;
+  std::vector<Meeting> meetings(const std::vector<Face>& faces) const;
+  bool isAbroad(std::uint32_t vertex, std::uint32_t part) const;
+  bool sameMaterial(std::uint32_t a, std::uint32_t b) const;
 
   const SplitFaces& faces_;
   MeshLayout& layout_;
-  std::size_t vertex_count_;                  ///< without copies that levels need
-  std::vector<std::size_t> begins_;           ///< first face of each part, and the end
-  std::vector<std::uint32_t> vertex_begins_;  ///< first vertex that each part is the first to use
+  std::vector<std::size_t> begins_;  ///< first face of each part, and the end
+  /// The first one to use it, without copies that levels need.
+  std::vector<std::uint32_t> part_of_vertex_;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -25,7 +25,7 @@ class Legend
             const CostLimits& limits);
   void hide();
 
-  /// Why there is no legend though it is to be shown; empty where it is drawn.
+  /// Why there was no legend in the newest frame though it is to be shown; empty where it is drawn.
   std::string error() const;
 
  private:

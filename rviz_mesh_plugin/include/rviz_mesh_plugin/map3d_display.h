@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -64,8 +63,6 @@ class Map3DDisplay : public rviz::DisplayGroup
   void applySource();
   void applyFileParameter();
   std::string frame() const;
-  /// An exception becomes a status line.
-  void guarded(const std::function<void()>& work);
 
   MapFileProperty* file_property_;
   rviz::TfFrameProperty* frame_property_;
@@ -74,6 +71,7 @@ class Map3DDisplay : public rviz::DisplayGroup
   std::unique_ptr<MapSession> session_;
   std::string shown_namespace_;  ///< that the children have been told
   StatusLines lines_;
+  bool work_failed_ = false;
 };
 
 }  // namespace rviz_mesh_plugin

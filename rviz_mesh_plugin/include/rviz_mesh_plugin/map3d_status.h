@@ -14,12 +14,13 @@ namespace rviz_mesh_plugin {
 struct Map3DState
 {
   MapFile file;
-  std::string problem;   ///< why no process can be started
-  bool started = false;  ///< a process has been started
-  std::int64_t pid = 0;  ///< 0: it has ended
-  std::string server;    ///< its namespace
-  std::string ending;    ///< why it has ended
-  double seconds = 0.0;  ///< since it was started
+  std::string look_problem;  ///< why nothing newer is known of the file; else empty
+  std::string problem;       ///< why no process can be started
+  bool started = false;      ///< a process has been started
+  std::int64_t pid = 0;      ///< 0: it has ended
+  std::string server;        ///< its namespace
+  std::string ending;        ///< why it has ended
+  double seconds = 0.0;      ///< since it was started
   MapProgress progress;
   std::optional<LabelEvent> label;
 };

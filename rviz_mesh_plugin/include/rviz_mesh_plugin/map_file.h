@@ -18,6 +18,7 @@ struct MapFile
   enum class State
   {
     NOT_CHOSEN,
+    UNKNOWN,  ///< nobody has looked yet
     MISSING,
     DIRECTORY,
     NOT_REGULAR,  ///< a device, a pipe …
@@ -37,7 +38,10 @@ struct MapFile
 /// was started; without spaces at the ends and the prefix "file://".
 std::string resolvedPath(const std::string& path);
 
-/// Looks at the file system, but opens nothing.
+/// What the path alone tells: NOT_CHOSEN, BAD_NAME or UNKNOWN.
+MapFile nameOfFile(const std::string& path);
+
+/// Looks at the file system, but opens nothing. On a network share this may take forever.
 MapFile lookAtFile(const std::string& path);
 
 }  // namespace rviz_mesh_plugin

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <chrono>
-#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,7 +7,7 @@
 
 #include <ros/node_handle.h>
 
-#include "rviz_mesh_plugin/map_file.h"
+#include "rviz_mesh_plugin/map_file_watch.h"
 #include "rviz_mesh_plugin/map_progress.h"
 
 namespace rviz_mesh_plugin {
@@ -23,22 +21,25 @@ class MapSession
 {
  public:
   /// @param find_program tells the path of hdf5_map_server; empty where there is none
-  explicit MapSession(std::function<std::string()> find_program);
+  /// @param look at the file, see MapFileWatch
+  explicit MapSession(std::function<std::string()> find_program,
+                      MapFileWatch::Look look = lookAtFile);
   ~MapSession();  ///< ends the process, see MapServerProcess
 
   /// Ends what is running. Another file is served a moment after this.
   /// @param path as the user gave it, see resolvedPath()
   void setFile(const std::string& path);
-  const std::string& path() const { return path_; }
 
   /// Starts a process that has failed once more.
   void retry();
 
-  /// To be called often: looks at the file about once a second.
+  /// To be called often.
   /// @param nodes for subscriptions; called back in any thread
   void update(ros::NodeHandle& nodes);
 
-  const MapFile& file() const { return file_; }
+  const MapFile& file() const { return watch_.file(); }
+  /// Why nothing newer is known of it, in a sentence; else empty.
+  const std::string& lookProblem() const { return watch_.problem(); }
   /// What has been started last; null where nothing has.
   const MapServer* server() const { return server_.get(); }
   /// Why nothing can be started, in a sentence; empty if nothing prevents it.
@@ -49,17 +50,11 @@ class MapSession
   const std::optional<LabelEvent>& label() const { return label_; }
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  void look();
   void start(ros::NodeHandle& nodes);
 
   std::function<std::string()> find_program_;
   std::string path_;
-  MapFile file_;
-  Clock::time_point chosen_{};      ///< when setFile() was called
-  Clock::time_point next_look_{};   ///< at the file
-  bool settled_ = false;            ///< the file was the same at two looks
+  MapFileWatch watch_;
   std::optional<FileStamp> tried_;  ///< the file that a process has been started for
   std::unique_ptr<MapServer> server_;
   std::string problem_;

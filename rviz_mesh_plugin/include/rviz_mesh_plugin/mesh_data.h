@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -58,16 +59,24 @@ struct CostLayer
   std::string type;  ///< name of the layer
   bool on_faces = false;
   std::vector<float> costs;
-  CostSummary summary;  ///< of the costs
+  CostSummary summary;      ///< of the costs
+  std::uint64_t stamp = 0;  ///< of the message, in nanoseconds; 0: it has none
+  /// Updates that came before the layer and are newer than this count still; 0: none does.
+  std::uint64_t outdated = 0;
 };
 
-/// New costs of some vertices of a layer: costs[i] is that of vertices[i], the last one counts.
+/// New costs of some vertices of a layer: costs[i] is that of vertices[i]. The newest counts, of
+/// equally new ones the last.
 struct CostUpdate
 {
   std::string uuid;  ///< of the geometry
   std::string type;  ///< name of the layer
   std::vector<std::uint32_t> vertices;
-  std::vector<float> costs;  ///< as many
+  std::vector<float> costs;           ///< as many
+  std::uint64_t stamp = 0;            ///< of the message, in nanoseconds; 0: it has none
+  std::vector<std::uint64_t> stamps;  ///< as many, where several messages are joined; else empty
+
+  std::uint64_t stampOf(std::size_t i) const { return stamps.empty() ? stamp : stamps[i]; }
 };
 
 /// One color per vertex.
@@ -114,7 +123,7 @@ struct TextureImage
 struct LabelCluster
 {
   std::string label;
-  std::vector<std::uint32_t> faces;
+  std::vector<std::uint32_t> faces;  ///< ascending, each once
 };
 
 /// Labels as they are now.
@@ -133,5 +142,7 @@ using MaterialsConstPtr = std::shared_ptr<const Materials>;
 using TextureImageConstPtr = std::shared_ptr<const TextureImage>;
 using LabelClusterConstPtr = std::shared_ptr<const LabelCluster>;
 using LabelSetConstPtr = std::shared_ptr<const LabelSet>;
+/// By label.
+using LabelClusters = std::map<std::string, LabelClusterConstPtr>;
 
 }  // namespace rviz_mesh_plugin

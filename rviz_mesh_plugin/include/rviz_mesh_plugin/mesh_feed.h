@@ -54,6 +54,10 @@ class MeshFeed
   const MeshServices& services() const { return *services_; }
 
   const std::string& topic(Kind kind) const { return topics_[kind].name; }
+  /// As others know it; empty where it is not subscribed to.
+  const std::string& resolvedTopic(Kind kind) const { return topics_[kind].resolved; }
+  /// Of the messages of a topic.
+  static const char* type(Kind kind);
   /// Why the topic could not be subscribed to; else empty.
   const std::string& error(Kind kind) const { return topics_[kind].error; }
 
@@ -63,6 +67,7 @@ class MeshFeed
     std::string name;
     std::string service;  ///< asked for what no topic brings
     std::string error;
+    std::string resolved;
     bool subscribed = false;
   };
 

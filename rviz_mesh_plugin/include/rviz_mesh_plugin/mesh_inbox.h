@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 #include <mesh_msgs/MeshVertexCostsStamped.h>
 
+#include "rviz_mesh_plugin/cost_news.h"
 #include "rviz_mesh_plugin/mesh_data.h"
 #include "rviz_mesh_plugin/reception.h"
 
@@ -20,11 +22,8 @@ namespace rviz_mesh_plugin {
 
 /// What the GUI thread takes from the inbox: the newest of each kind, and the receptions so far.
 /// All lists are in order of arrival.
-struct InboxContent
+struct InboxContent : CostNews
 {
-  std::vector<CostLayerConstPtr> costs;  ///< one per uuid, type and kind (vertices, faces)
-  /// To be applied after costs, in this order: those that an entire layer made obsolete are gone.
-  std::vector<CostUpdateConstPtr> updates;
   std::vector<ColorLayerConstPtr> colors;      ///< one per uuid
   std::vector<MaterialsConstPtr> materials;    ///< one per uuid
   std::vector<TextureImageConstPtr> textures;  ///< one per uuid and index
@@ -42,7 +41,7 @@ struct InboxContent
 /// messages on the former, hands the newest over to the latter, so that a fast publisher can
 /// neither block RViz nor fill its memory. Thread safe.
 ///
-/// What a service answered is received with a flag: where that is set at the end of the conversion,
+/// What may be too late is received with a flag: where that is set at the end of the conversion,
 /// the message is dropped without a trace.
 class MeshInbox
 {
@@ -51,19 +50,25 @@ class MeshInbox
 
   /// All these return whether the message was accepted; if not, its reception says why.
   bool receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped = nullptr);
-  bool receive(const mesh_msgs::MeshFaceCostsStamped& message);
-  bool receive(const mesh_msgs::MeshVertexCostsSparseStamped& message);
+  bool receive(const mesh_msgs::MeshFaceCostsStamped& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshVertexCostsSparseStamped& message,
+               const Flag* dropped = nullptr);
   bool receive(const mesh_msgs::MeshVertexColorsStamped& message, const Flag* dropped = nullptr);
   bool receive(const mesh_msgs::MeshMaterialsStamped& message, const Flag* dropped = nullptr);
   bool receive(const mesh_msgs::MeshTexture& message, const Flag* dropped = nullptr);
   /// One label of the only mesh, as it is now.
-  bool receive(const mesh_msgs::MeshFaceCluster& message);
+  bool receive(const mesh_msgs::MeshFaceCluster& message, const Flag* dropped = nullptr);
   /// @param all these are all labels of the mesh
   bool receiveLabels(const std::string& uuid,
                      const std::vector<mesh_msgs::MeshFaceCluster>& clusters, bool all,
                      const Flag* dropped = nullptr);
 
-  /// Hands over and forgets what has arrived; the receptions go on counting.
+  /// Counts a message that could not even be read.
+  void refuse(Reception InboxContent::*reception, const std::string& reason,
+              const Flag* dropped = nullptr);
+
+  /// Hands over and forgets what has arrived; the receptions go on counting. Never waits for a
+  /// message that is being converted, or joined with others.
   InboxContent take();
 
   /// Forget what has arrived on one topic, and its reception.
@@ -77,13 +82,17 @@ class MeshInbox
  private:
   template <class Convert, class Store>
   bool accept(const Convert& convert, Reception InboxContent::*reception, const Store& store,
-              const Flag* dropped = nullptr);
-  void store(const CostLayerConstPtr& layer);
-  void store(const CostUpdateConstPtr& update);
-  void store(const LabelSetConstPtr& labels);
+              const Flag* dropped);
+  /// @param edit is given a copy, maybe more than once: what the GUI thread has left of it
+  template <class Edit>
+  bool change(const Edit& edit, const Flag* dropped);
+  template <class Forget>
+  void forget(const Forget& forget);
 
-  std::mutex mutex_;
+  std::mutex changing_;  ///< by one thread at a time, which may take long
+  std::mutex mutex_;     ///< for a moment
   InboxContent content_;
+  std::uint64_t version_ = 0;  ///< counts what the GUI thread has taken or forgotten
 };
 
 }  // namespace rviz_mesh_plugin

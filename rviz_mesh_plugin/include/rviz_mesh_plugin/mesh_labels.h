@@ -9,10 +9,10 @@
 
 #include <OgrePrerequisites.h>
 
+#include "rviz_mesh_plugin/frame_pose.h"
 #include "rviz_mesh_plugin/label_colors.h"
 #include "rviz_mesh_plugin/label_overlay.h"
 #include "rviz_mesh_plugin/mesh_data.h"
-#include "rviz_mesh_plugin/mesh_painter.h"
 
 namespace rviz_mesh_plugin {
 
@@ -25,17 +25,19 @@ class MeshLabels
   {
   }
 
-  using Clusters = std::map<std::string, LabelClusterConstPtr>;
-
   /// Draws these labels and no others; only those that are new or have changed
   /// are uploaded.
   /// @throw Ogre::Exception, std::bad_alloc
-  void show(const MeshDataConstPtr& mesh, const Clusters& labels, float alpha);
+  void show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha);
   void hide() { clear(); }
+
+  /// Labels have these colors from now on; returns whether one that is drawn has another one than
+  /// before. @throw Ogre::Exception, std::bad_alloc
+  bool setOwnColors(const OwnColorsConstPtr& own);
 
   /// True where nothing is left to upload.
   bool upload(std::chrono::microseconds budget);
-  void setPose(const std::optional<MeshPainter::Pose>& pose);
+  void setPose(const std::optional<FramePose>& pose);
 
   std::size_t count() const { return drawn_.size(); }
   /// Faces of labels that the mesh does not have.
@@ -48,10 +50,10 @@ class MeshLabels
   Ogre::SceneNode* parent_;
   std::unique_ptr<LabelOverlay> overlay_;  ///< only while there are labels
   MeshDataConstPtr mesh_;
-  Clusters drawn_;
+  LabelClusters drawn_;
   std::map<std::string, std::size_t> left_out_;
   LabelColors colors_;
-  std::optional<MeshPainter::Pose> pose_;
+  std::optional<FramePose> pose_;
 };
 
 }  // namespace rviz_mesh_plugin

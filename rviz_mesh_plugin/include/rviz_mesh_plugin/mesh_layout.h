@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -41,35 +42,48 @@ struct MeshPart
   std::vector<IndexRange> levels;
 };
 
-/// A mesh as it lies in the buffers of the graphics card: sorted in space, cut into parts, with
-/// simplified levels of detail that use the same vertices.
-struct MeshLayout
+/// What is kept of a layout as long as it is drawn.
+struct LayoutOutline
 {
   MeshDataConstPtr mesh;
   MaterialsConstPtr materials;  ///< BY_MATERIAL
   Split split = Split::NONE;
   bool preview = false;  ///< a coarse picture of the mesh, soon to be replaced
 
-  std::vector<MeshVertex> vertices;
   /// What each vertex has its color from: a vertex of the mesh; BY_FACE: a face of the mesh.
   std::vector<std::uint32_t> sources;
-  std::vector<std::array<float, 2>> texture_coordinates;  ///< BY_MATERIAL, where there are any
-  std::vector<std::uint32_t> indices;  ///< three per face; the coarsest level first
   /// Of each level, in meters: faces smaller than this have been merged. 0 for the full level.
   std::vector<float> cell_sizes;
   std::vector<MeshPart> parts;
 };
+using LayoutOutlineConstPtr = std::shared_ptr<const LayoutOutline>;
+
+/// A mesh as it lies in the buffers of the graphics card: sorted in space, cut into parts, with
+/// simplified levels of detail that use the same vertices.
+struct MeshLayout : LayoutOutline
+{
+  std::vector<MeshVertex> vertices;
+  std::vector<std::array<float, 2>> texture_coordinates;  ///< BY_MATERIAL, where there are any
+  std::vector<std::uint32_t> indices;  ///< three per face; the coarsest level first
+};
 using MeshLayoutConstPtr = std::shared_ptr<const MeshLayout>;
 
-/// Meshes with more faces than this get a preview.
-constexpr std::size_t PREVIEW_FACES = 500000;
+/// Meshes with more faces than this get a preview; those with less are laid out within a second.
+/// Only tests change it.
+extern std::atomic<std::size_t> preview_faces;
 
-/// Takes about 0.25 s per million faces, on one core.
+/// Given a layout, or null where there is none.
+using PreviewReceiver = std::function<void(const MeshLayoutConstPtr&)>;
+
+/// Takes about 0.25 s per million faces, on two cores.
 /// @param materials needed for BY_MATERIAL
 /// @param cancelled where it becomes true, null is returned soon
+/// @param receive_preview where given, gets layOutPreview() of a mesh of more than preview_faces
+///        before anything else is done
 /// @throw std::invalid_argument where the materials belong to another mesh
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
-                          const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled);
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled,
+                          const PreviewReceiver& receive_preview = nullptr);
 
 /// A coarse picture of a large mesh, made in a fraction of the time; not split. Null where that
 /// cannot be: without meshoptimizer, or where the mesh has few faces for its size.

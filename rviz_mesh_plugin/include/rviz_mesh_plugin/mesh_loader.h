@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -14,7 +16,8 @@ namespace rviz_mesh_plugin {
 
 class EndingThread;
 
-/// Checks, converts and lays out meshes on a thread of its own. Thread safe.
+/// Checks, converts and lays out meshes on a thread of its own, which starts with the first of
+/// them. Thread safe.
 ///
 /// Of each uuid only the newest message counts: work on an older one is given up, but never twice
 /// in a row, so that meshes of a fast publisher are shown. A message with the content of a mesh
@@ -29,8 +32,15 @@ class MeshLoader
   MeshLoader(const MeshLoader&) = delete;
   MeshLoader& operator=(const MeshLoader&) = delete;
 
-  /// Called by ROS or a service.
-  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message);
+  using Flag = std::atomic<bool>;
+
+  /// Called by ROS or a service. What cannot be done counts as refused.
+  /// @param dropped where that is set, nothing happens
+  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
+               const Flag* dropped = nullptr);
+
+  /// Counts a message that could not even be read.
+  void refuse(const std::string& reason, const Flag* dropped = nullptr);
 
   /// Lays a mesh out anew, split otherwise; later requests for the same mesh replace earlier ones.
   /// New messages are laid out with Split::NONE, those that bring the same mesh again as asked for.
@@ -52,7 +62,10 @@ class MeshLoader
 
  private:
   class Worker;
+  void start();
+
   std::shared_ptr<Worker> worker_;
+  std::mutex starting_;
   std::unique_ptr<EndingThread> thread_;
 };
 

@@ -10,10 +10,9 @@
 #include <vector>
 
 #include <OgrePrerequisites.h>
-#include <OgreQuaternion.h>
-#include <OgreVector3.h>
 
 #include "rviz_mesh_plugin/cost_coloring.h"
+#include "rviz_mesh_plugin/frame_pose.h"
 #include "rviz_mesh_plugin/mesh_data.h"
 #include "rviz_mesh_plugin/mesh_layout.h"
 #include "rviz_mesh_plugin/mesh_style.h"
@@ -64,14 +63,9 @@ class MeshPainter
   /// True where nothing is left to upload.
   bool upload(std::chrono::microseconds budget);
 
-  struct Pose
-  {
-    Ogre::Vector3 position;
-    Ogre::Quaternion orientation;
-  };
   /// Where the mesh is drawn; not at all where that is not known.
-  void setPose(const std::optional<Pose>& pose);
-  const std::optional<Pose>& pose() const { return pose_; }
+  void setPose(const std::optional<FramePose>& pose);
+  const std::optional<FramePose>& pose() const { return pose_; }
 
   /// The mesh whose picture is seen, which may be older than that of the store;
   /// null where there is none yet.
@@ -87,8 +81,11 @@ class MeshPainter
   const CostLayerConstPtr& costs() const { return costs_; }
   const CostColoring& coloring() const { return colors_.coloring; }
 
-  /// Empty where all went well.
-  const std::string& error() const { return error_; }
+  /// Why the mesh, or its colors, cannot be drawn; empty where that went well since.
+  const std::string& error() const
+  {
+    return geometry_error_.empty() ? colors_error_ : geometry_error_;
+  }
 
  private:
   /// What the colors that have been uploaded were made from.
@@ -104,7 +101,7 @@ class MeshPainter
     }
   };
 
-  void attempt(const std::function<void()>& upload);
+  bool attempt(const std::function<void()>& work);
   bool accepts(const MeshLayout& layout) const;
   bool requestLayout();
   bool paintAttributes();
@@ -116,7 +113,7 @@ class MeshPainter
   const Context context_;
   const std::string uuid_;
   std::unique_ptr<MeshVisual> visual_;
-  std::optional<Pose> pose_;
+  std::optional<FramePose> pose_;
   MeshStyle style_;
   MeshDataConstPtr requested_mesh_;
   MaterialsConstPtr requested_materials_;
@@ -125,7 +122,9 @@ class MeshPainter
   CostLayerConstPtr costs_;
   std::map<std::uint32_t, TextureImageConstPtr> textures_;  ///< that the visual has
   bool at_hand_ = false;
-  std::string error_;
+  std::string geometry_error_;  ///< of the layout that could not be drawn
+  std::string colors_error_;
+  bool painted_ = false;  ///< since the last error of colors
 };
 
 }  // namespace rviz_mesh_plugin

@@ -15,6 +15,8 @@
 
 namespace rviz_mesh_plugin {
 
+class LabelColorFeed;
+
 /// Draws all meshes of a MeshStore, with their labels. GUI thread only.
 ///
 /// A mesh that the store no longer has is seen until there is a picture of the
@@ -29,14 +31,17 @@ class MeshPainters
   /// Applies what store and properties say now.
   void paint();
 
+  /// Gives labels the colors of their own that are known; returns whether one that is drawn
+  /// changes.
+  bool colorLabels(const LabelColorFeed& feed);
+
   void updateCosts(const CostLayerConstPtr& layer, const std::vector<std::uint32_t>& vertices);
 
   /// For about this long; true where nothing is left to do.
   bool upload(std::chrono::microseconds budget);
 
   /// @param find_pose of a frame in the fixed frame, where it is known
-  using FindPose = std::function<std::optional<MeshPainter::Pose>(const std::string& uuid,
-                                                                  const std::string& frame)>;
+  using FindPose = std::function<std::optional<FramePose>(const std::string& frame)>;
   void setPoses(const FindPose& find_pose);
 
   void clear() { meshes_.clear(); }
@@ -56,6 +61,7 @@ class MeshPainters
   Mesh* find(const std::string& uuid);
   void retire();
   void paintLabels(Mesh& mesh);
+  static void attempt(Mesh& mesh, const std::function<void()>& draw_labels);
 
   const MeshPainter::Context context_;
   std::list<Mesh> meshes_;

@@ -25,7 +25,7 @@ struct PartDrawing
   std::size_t uploaded_indices = 0;
   /// Faces smaller than this many pixels may be merged; 0: never.
   float detail_pixels = 0.0f;
-  const std::vector<float>* cell_sizes = nullptr;  ///< see MeshLayout
+  const std::vector<float>* cell_sizes = nullptr;  ///< see LayoutOutline
 };
 
 /// One part of a mesh in the scene, attached to a node of its own, so that OGRE culls it. For each

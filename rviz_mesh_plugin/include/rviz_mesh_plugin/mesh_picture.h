@@ -16,22 +16,26 @@
 namespace rviz_mesh_plugin {
 
 /// Everything that OGRE holds of one layout: buffers, colors, materials, textures, and the parts,
-/// below a scene node of its own. Uploaded in slices. GUI thread only.
+/// below a scene node of its own. Uploaded in slices; the rest of the layout is let go then. GUI
+/// thread only.
 class MeshPicture
 {
  public:
-  MeshPicture(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout);
+  MeshPicture(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout,
+              std::size_t indices_per_buffer = INDICES_PER_BUFFER);
   ~MeshPicture();
   MeshPicture(const MeshPicture&) = delete;
   MeshPicture& operator=(const MeshPicture&) = delete;
 
-  const MeshLayoutConstPtr& layout() const { return layout_; }
+  const LayoutOutlineConstPtr& layout() const { return layout_; }
 
   /// Puts it below a scene node.
   void show(Ogre::SceneNode* parent);
 
   /// Uploads one slice; false where nothing was left to do.
   bool uploadSlice();
+  /// It would take about as long as all slices of one frame.
+  bool nextSliceIsLong() const { return buffers_ && buffers_->nextSliceIsLong(); }
 
   /// The coarsest level of detail can be drawn, in its colors if there are any.
   bool drawable() const;
@@ -55,7 +59,7 @@ class MeshPicture
   void applyStyle();
   void assignMaterials();
 
-  MeshLayoutConstPtr layout_;
+  LayoutOutlineConstPtr layout_;
   std::unique_ptr<MeshBuffers> buffers_;  ///< null where there is nothing to draw
   VertexColors colors_;
   Ogre::HardwareVertexBufferSharedPtr bound_colors_;

@@ -1,15 +1,12 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include <QObject>
 #include <QString>
 
 #ifndef Q_MOC_RUN
-#include "rviz_mesh_plugin/mesh_services.h"
 #include "rviz_mesh_plugin/mesh_source.h"
 #include "rviz_mesh_plugin/mesh_style.h"
 #endif
@@ -22,14 +19,13 @@ class EnumProperty;
 class FloatProperty;
 class IntProperty;
 class Property;
-class RosTopicProperty;
-class StringProperty;
 }  // namespace rviz
 
 namespace rviz_mesh_plugin {
 
 class CostProperties;
 class LookProperties;
+class SourceProperties;
 
 /// Numbers and names as in .rviz files (property "Display Type").
 enum class DisplayType
@@ -60,23 +56,11 @@ class MeshProperties : public QObject
   /// Adds the properties to @a parent, which owns them from then on.
   explicit MeshProperties(rviz::Property* parent);
 
-  /// Where everything comes from: as chosen, or as another display has given
-  /// it.
-  MeshSource source() const;
+  SourceProperties& sources() const { return *sources_; }
   /// Hides the properties for topics and services; display types are offered
   /// once there are data for them.
   void setSource(const MeshSource& source);
-  bool sourceGiven() const { return given_.has_value(); }
   void setAvailable(const AvailableData& available);
-
-  void setGeometryTopic(const QString& topic);
-  /// For those that have not been chosen yet.
-  void proposeTopics(const QString& costs, const QString& colors);
-
-  std::string updatesTopic() const;
-  std::string materialsTopic() const;
-  std::string texturesTopic() const;
-  ServiceNames services() const;
 
   std::size_t bufferSize() const;
   DisplayType displayType() const;
@@ -110,26 +94,18 @@ class MeshProperties : public QObject
   void addLabels(rviz::Property* parent);
   void offerTypes();
 
-  rviz::RosTopicProperty* geometry_topic_;
+  SourceProperties* sources_;
   rviz::IntProperty* buffer_size_;
   rviz::EnumProperty* display_type_;
   rviz::ColorProperty* faces_color_;
   rviz::FloatProperty* faces_alpha_;
-  rviz::RosTopicProperty* colors_topic_;
-  rviz::StringProperty* colors_service_;
   rviz::BoolProperty* only_textured_;
-  rviz::StringProperty* materials_service_;
-  rviz::StringProperty* texture_service_;
-  rviz::RosTopicProperty* materials_topic_;
-  rviz::RosTopicProperty* textures_topic_;
   CostProperties* costs_;
   rviz::FloatProperty* update_rate_;
   rviz::FloatProperty* alpha_;
   LookProperties* look_;
   rviz::BoolProperty* show_labels_;
-  rviz::RosTopicProperty* labels_topic_;
   rviz::FloatProperty* labels_alpha_;
-  std::optional<MeshSource> given_;
   AvailableData available_;
 };
 

@@ -2,24 +2,26 @@
 
 #include <string>
 
+#include "rviz_mesh_plugin/mesh_feed.h"
 #include "rviz_mesh_plugin/mesh_inbox.h"
 #include "rviz_mesh_plugin/mesh_status.h"
+#include "rviz_mesh_plugin/silent_topics.h"
 #include "rviz_mesh_plugin/status_lines.h"
 
 namespace rviz_mesh_plugin {
 
-class MeshFeed;
 class MeshPainters;
 class MeshProperties;
 class MeshStore;
+class ShownLegend;
 
 /// Puts together what the status tree of a mesh display says.
 class MeshReport
 {
  public:
   MeshReport(const MeshFeed& feed, const MeshProperties& properties, const MeshStore& store,
-             const MeshPainters& painters)
-      : feed_(feed), properties_(properties), store_(store), painters_(painters)
+             const MeshPainters& painters, const ShownLegend& legend)
+      : feed_(feed), properties_(properties), store_(store), painters_(painters), legend_(legend)
   {
   }
 
@@ -27,9 +29,13 @@ class MeshReport
   /// @param geometry how it went with the meshes
   /// @param working what the loader is doing
   void report(const InboxContent& inbox, const Reception& geometry, const std::string& working,
-              StatusLines& lines) const;
+              StatusLines& lines);
 
  private:
+  void findSilentTopics(const InboxContent& inbox, const Reception& geometry);
+  StatusLine topic(const Reception& geometry) const;
+  /// Why nothing comes from a topic; else empty.
+  std::string problem(MeshFeed::Kind kind) const;
   GeometryState geometry(const Reception& reception, const std::string& working) const;
   CostsState costs(const InboxContent& inbox) const;
   AttributeState colors(const InboxContent& inbox) const;
@@ -41,6 +47,8 @@ class MeshReport
   const MeshProperties& properties_;
   const MeshStore& store_;
   const MeshPainters& painters_;
+  const ShownLegend& legend_;
+  SilentTopics silent_topics_;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,12 +16,22 @@ namespace rviz_mesh_plugin {
 /// and the loader as if it had come as messages, checked in the same way. To be used by one thread;
 /// no call waits for a service, not even the destructor.
 ///
-/// Each thing is asked once until cancel(), however often it is requested. While no service of the
-/// name answers, it is looked for once a second; a refusal is an answer.
+/// Each thing is brought once until cancel(), however often it is requested. While no service of
+/// the name answers, it is looked for once a second. Where a service refuses, or has nothing, and
+/// the thing is requested still, it is asked again, more and more rarely: it may be loading its
+/// map, or a layer may be computed only later.
 class MeshServices
 {
  public:
+  /// Between two questions about the same thing; the first, and the greatest that this grows to.
+  struct Pauses
+  {
+    std::chrono::milliseconds first{5000};
+    std::chrono::milliseconds greatest{30000};
+  };
+
   /// @param loader may be null where no mesh is ever requested
+  MeshServices(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader, Pauses pauses);
   MeshServices(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader);
   ~MeshServices();
   MeshServices(const MeshServices&) = delete;
@@ -33,8 +44,10 @@ class MeshServices
   /// get_geometry answers
   void requestMesh(const std::string& uuid);
   void requestColors(const std::string& uuid);
-  /// Then its textures, each once.
+  /// Then its textures, each once; further requests bring those that were refused.
   void requestMaterials(const std::string& uuid);
+  /// Whether there are textures of its materials that a service has refused.
+  bool missesTextures(const std::string& uuid) const;
   /// The names of its cost layers: see layers().
   void requestCosts(const std::string& uuid);
   void requestLayer(const std::string& uuid, const std::string& type);
@@ -56,6 +69,7 @@ class MeshServices
 
   std::shared_ptr<MeshInbox> inbox_;
   std::shared_ptr<MeshLoader> loader_;
+  const Pauses pauses_;
   ServiceNames names_;
   std::unique_ptr<Work> work_;  ///< null: nothing has been asked
   std::string failure_;         ///< why nothing can be asked

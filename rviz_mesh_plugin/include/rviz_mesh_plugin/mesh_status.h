@@ -48,9 +48,11 @@ struct CostsState : AttributeState
   bool on_faces = false;  ///< the layer in question
   std::size_t face_count = 0;
   CostSummary summary;
-  CostLimits limits;           ///< that the scale spans
-  std::string note;            ///< what is done with costs that cannot be shown as asked
-  std::string update_problem;  ///< why the newest update could not be applied
+  CostLimits limits;              ///< that the scale spans
+  std::string note;               ///< what is done with costs that cannot be shown as asked
+  std::size_t stale_updates = 0;  ///< older than their layer
+  std::string update_problem;     ///< why the newest update could not be applied
+  Reception updates_reception;
 };
 
 /// What the line about textures is made of.

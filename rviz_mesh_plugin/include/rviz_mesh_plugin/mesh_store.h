@@ -9,16 +9,9 @@
 #include <vector>
 
 #include "rviz_mesh_plugin/mesh_data.h"
+#include "rviz_mesh_plugin/stored_costs.h"
 
 namespace rviz_mesh_plugin {
-
-struct StoredCosts
-{
-  CostLayerConstPtr layer;
-  /// The same, once it has been updated: a copy that nobody else reads in
-  /// another thread.
-  std::shared_ptr<CostLayer> own;
-};
 
 /// What belongs to one geometry.
 struct MeshAttributes
@@ -28,7 +21,7 @@ struct MeshAttributes
   ColorLayerConstPtr colors;
   MaterialsConstPtr materials;
   std::map<std::uint32_t, TextureImageConstPtr> textures;  ///< by index
-  std::map<std::string, LabelClusterConstPtr> labels;
+  LabelClusters labels;
 
   /// A layer by the name that costTypes() gave it; null where it is not there.
   CostLayerConstPtr cost(const std::string& name) const;
@@ -53,14 +46,15 @@ class MeshStore
 
   /// Replaces the mesh of that uuid, or else the oldest one.
   void addMesh(const MeshDataConstPtr& mesh);
+  /// Replaces the layer but for values that newer updates have brought.
   void addCosts(const CostLayerConstPtr& layer);
   void addColors(const ColorLayerConstPtr& layer);
   void addMaterials(const MaterialsConstPtr& materials);
   void addTexture(const TextureImageConstPtr& texture);
   void addLabels(const LabelSetConstPtr& labels);
 
-  /// Changes the values that the update names. Of a layer that is not there it
-  /// waits for it; where it does not fit, nothing changes.
+  /// Changes the values that the update names, and that are not newer. Of a layer that is not there
+  /// it waits for it; where it does not fit, nothing changes.
   /// @return the layer that has changed, the same pointer as before from the
   /// second time on; null
   ///   where none has
@@ -68,6 +62,8 @@ class MeshStore
 
   /// Why the newest update could not be applied; empty if it could.
   const std::string& updateProblem() const { return update_problem_; }
+  /// How many updates were left out, because all they name was newer.
+  std::size_t staleUpdates() const { return stale_updates_; }
   /// How many values of updates wait for their layer.
   std::size_t waitingValues() const { return waiting_values_; }
 
@@ -101,7 +97,7 @@ class MeshStore
  private:
   MeshAttributes& attributesOf(const std::string& uuid);
   bool shown(const std::string& uuid) const { return mesh(uuid) != nullptr; }
-  CostLayerConstPtr apply(StoredCosts& costs, const CostUpdate& update);
+  CostLayerConstPtr apply(StoredCosts& costs, const CostUpdateConstPtr& update);
   void applyWaiting(StoredCosts& costs);
   void keepWaiting(const CostUpdateConstPtr& update);
 
@@ -111,6 +107,7 @@ class MeshStore
   std::list<CostUpdateConstPtr> waiting_updates_;
   std::size_t waiting_values_ = 0;
   std::string update_problem_;
+  std::size_t stale_updates_ = 0;
 };
 
 }  // namespace rviz_mesh_plugin

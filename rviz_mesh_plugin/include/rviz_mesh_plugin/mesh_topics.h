@@ -1,26 +1,28 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include <ros/node_handle.h>
-#include <ros/subscriber.h>
 
 #include "rviz_mesh_plugin/mesh_inbox.h"
+#include "rviz_mesh_plugin/topic_receiver.h"
 
 namespace rviz_mesh_plugin {
 
 class MeshLoader;
 
-/// The subscriptions of one display; messages go to its inbox, meshes to its loader.
+/// The subscriptions of one display; messages go to its inbox, meshes to its loader. Nothing waits
+/// for a message that is being read.
 class MeshTopics
 {
  public:
   MeshTopics(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader);
 
-  /// (Re)subscribes on the callback queue of @a node_handle; an empty @a topic only unsubscribes.
-  /// After that no message of the topic before arrives any more. Returns why it is not possible,
-  /// else an empty string.
+  /// (Re)subscribes; an empty @a topic only unsubscribes. What is forgotten in the inbox (or the
+  /// loader) after that comes back from no message of the topic before. Returns why it is not
+  /// possible, else an empty string.
   std::string subscribeGeometry(ros::NodeHandle& node_handle, const std::string& topic);
   std::string subscribeCosts(ros::NodeHandle& node_handle, const std::string& topic);
   std::string subscribeFaceCosts(ros::NodeHandle& node_handle, const std::string& topic);
@@ -34,16 +36,28 @@ class MeshTopics
   void unsubscribe();
 
  private:
+  using Subscription = TopicReceiver::Subscription;
+
+  template <class Message>
+  std::string subscribe(Subscription& subscription, ros::NodeHandle& node_handle,
+                        const std::string& topic, std::uint32_t queue,
+                        const TopicReceiver::Callbacks<Message>& callbacks);
+  template <class Message>
+  std::string subscribe(Subscription& subscription, ros::NodeHandle& node_handle,
+                        const std::string& topic, std::uint32_t queue,
+                        Reception InboxContent::*reception);
+
   std::shared_ptr<MeshInbox> inbox_;
   std::shared_ptr<MeshLoader> loader_;
-  ros::Subscriber geometry_;
-  ros::Subscriber costs_;
-  ros::Subscriber face_costs_;
-  ros::Subscriber updates_;
-  ros::Subscriber colors_;
-  ros::Subscriber materials_;
-  ros::Subscriber textures_;
-  ros::Subscriber labels_;
+  TopicReceiver receiver_;
+  Subscription geometry_;
+  Subscription costs_;
+  Subscription face_costs_;
+  Subscription updates_;
+  Subscription colors_;
+  Subscription materials_;
+  Subscription textures_;
+  Subscription labels_;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -9,6 +9,7 @@
 #include <OgreQuaternion.h>
 
 #include "rviz_mesh_plugin/color_source.h"
+#include "rviz_mesh_plugin/mesh_buffers.h"
 #include "rviz_mesh_plugin/mesh_data.h"
 #include "rviz_mesh_plugin/mesh_layout.h"
 #include "rviz_mesh_plugin/mesh_style.h"
@@ -29,7 +30,8 @@ class MeshPicture;
 class MeshVisual
 {
  public:
-  MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent);
+  MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent,
+             std::size_t indices_per_buffer = INDICES_PER_BUFFER);
   ~MeshVisual();
   MeshVisual(const MeshVisual&) = delete;
   MeshVisual& operator=(const MeshVisual&) = delete;
@@ -39,12 +41,13 @@ class MeshVisual
   /// split BY_FACE or both are not); else those of setColors(), to be called before upload().
   /// @throw Ogre::Exception, std::bad_alloc: then what is drawn before stays
   void setLayout(const MeshLayoutConstPtr& layout);
-  /// The one set last; null before the first.
-  const MeshLayoutConstPtr& layout() const { return layout_; }
-  /// The one that is drawn now: that one, or the one before while it is not uploaded yet.
-  const MeshLayoutConstPtr& shownLayout() const { return shown_layout_; }
+  /// Of the one set last; null before the first.
+  const LayoutOutlineConstPtr& layout() const { return layout_; }
+  /// Of the one that is drawn now: that one, or the one before while it is not uploaded yet.
+  const LayoutOutlineConstPtr& shownLayout() const { return shown_layout_; }
 
-  /// Uploads for about this long, at least one slice; true where nothing is left to do.
+  /// Uploads for about this long, at least one slice (right behind setLayout() perhaps none); true
+  /// where nothing is left to do.
   /// @throw Ogre::Exception, std::bad_alloc; what was being uploaded is given up
   bool upload(std::chrono::microseconds budget = std::chrono::milliseconds(15));
 
@@ -91,9 +94,11 @@ class MeshVisual
   Ogre::SceneManager* scene_manager_;
   Ogre::SceneNode* parent_;
   Ogre::SceneNode* node_;
+  std::size_t indices_per_buffer_;
   MeshStyle style_;
-  MeshLayoutConstPtr layout_;
-  MeshLayoutConstPtr shown_layout_;
+  LayoutOutlineConstPtr layout_;
+  LayoutOutlineConstPtr shown_layout_;
+  std::weak_ptr<const MeshLayout> given_;  ///< that layout_ is the outline of
   std::unique_ptr<MeshPicture> shown_;
   std::unique_ptr<MeshPicture> coming_;  ///< of layout_, until it is drawable
   ColorSource colors_;
@@ -102,6 +107,7 @@ class MeshVisual
   std::unique_ptr<MeshObject> normals_;  ///< only while shown
   MeshDataConstPtr normals_mesh_;        ///< that normals_ has been built of
   float normals_length_ = 0.0f;          ///< that normals_ has been built with
+  bool fresh_ = false;                   ///< setLayout() has been called since the last upload()
   bool visible_ = true;
   std::size_t geometry_uploads_ = 0;
   std::size_t color_uploads_ = 0;

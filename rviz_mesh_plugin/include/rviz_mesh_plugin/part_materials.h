@@ -19,7 +19,7 @@ namespace rviz_mesh_plugin {
 class PartMaterials
 {
  public:
-  explicit PartMaterials(const MeshLayoutConstPtr& layout);
+  explicit PartMaterials(const LayoutOutlineConstPtr& layout);
 
   /// Rebuilds the materials; callers assign them to the parts then.
   /// @param has_colors, translucent_colors of the vertex buffer
@@ -50,7 +50,7 @@ class PartMaterials
   const Material* materialOf(const MeshPart& part) const;
   void applyTexture(const Texture& texture) const;
 
-  MeshLayoutConstPtr layout_;
+  LayoutOutlineConstPtr layout_;
   MeshStyle style_;
   bool textures_drawn_ = false;
   std::set<std::uint32_t> used_textures_;

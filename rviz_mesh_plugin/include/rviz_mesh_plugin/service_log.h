@@ -42,7 +42,9 @@ class ServiceLog
  public:
   /// One more thing is wanted of a service.
   /// @param items what these are, "textures"; empty where there is one thing only
-  void want(const std::string& service, const std::string& items = std::string());
+  /// @param again it was refused before, which does not count any more
+  void want(const std::string& service, const std::string& items = std::string(),
+            bool again = false);
 
   /// @param tried the names it is looked for by
   /// @param reason why it cannot be asked

@@ -22,6 +22,9 @@ class ShownLegend
   void update(const MeshProperties& properties, const MeshPainters& painters);
   void hide();
 
+  /// Why it is not drawn though it is to be; else empty.
+  std::string error() const;
+
  private:
   std::unique_ptr<Legend> legend_;  ///< only while shown
   std::string layer_;

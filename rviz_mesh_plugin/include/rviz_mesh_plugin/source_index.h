@@ -7,7 +7,7 @@
 namespace rviz_mesh_plugin {
 
 /// Finds the vertices of a layout that have their color from one vertex (or face) of the mesh: the
-/// inverse of MeshLayout::sources. Built in slices of a few milliseconds.
+/// inverse of LayoutOutline::sources. Built in slices of a few milliseconds.
 class SourceIndex
 {
  public:

@@ -7,10 +7,9 @@
 #include <vector>
 
 #ifndef Q_MOC_RUN
-#include <OgreQuaternion.h>
-#include <OgreVector3.h>
 #include <rviz/display.h>
 
+#include "rviz_mesh_plugin/label_color_feed.h"
 #include "rviz_mesh_plugin/mesh_data.h"
 #include "rviz_mesh_plugin/mesh_feed.h"
 #include "rviz_mesh_plugin/mesh_painters.h"
@@ -20,6 +19,7 @@
 #include "rviz_mesh_plugin/mesh_store.h"
 #include "rviz_mesh_plugin/pending_costs.h"
 #include "rviz_mesh_plugin/shown_legend.h"
+#include "rviz_mesh_plugin/shown_mesh.h"
 #include "rviz_mesh_plugin/status_lines.h"
 #include "rviz_mesh_plugin/topic_proposal.h"
 #endif
@@ -28,14 +28,6 @@ namespace rviz_mesh_plugin {
 
 class MeshProperties;
 class MeshVisual;
-
-/// A mesh as it lies in the fixed frame.
-struct ShownMesh
-{
-  MeshDataConstPtr mesh;
-  Ogre::Vector3 position;
-  Ogre::Quaternion orientation;
-};
 
 /// Shows the newest meshes of a mesh_msgs/MeshGeometryStamped topic, or of a
 /// service, in one color, in the colors of their vertices, with their textures,
@@ -63,6 +55,9 @@ class TexturedMeshDisplay : public rviz::Display
   /// The meshes that can be seen (and so be clicked at), the newest first.
   std::vector<ShownMesh> shownMeshes() const;
 
+  /// Whether this is one of its meshes, shown or not.
+  bool has(const MeshDataConstPtr& mesh) const;
+
   /// What draws the newest mesh; null without one.
   const MeshVisual* visual() const;
 
@@ -86,14 +81,15 @@ class TexturedMeshDisplay : public rviz::Display
   void work();
   void takeMessages();
   void offerChoices();
+  void followLabelColors();
   void updatePoses();
-  std::optional<MeshPainter::Pose> findPose(const std::string& frame, StatusLine& line) const;
-  void upload();
+  void upload(Clock::time_point end);
 
   MeshProperties* properties_;
   MeshStore store_;
   MeshFeed feed_;
   MeshRequests requests_;
+  LabelColorFeed label_colors_;
   std::unique_ptr<MeshPainters> painters_;
   std::unique_ptr<MeshReport> report_;
   ShownLegend legend_;

@@ -1,21 +1,16 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 
+#include "rviz_mesh_plugin/topic_list.h"
+
 namespace rviz_mesh_plugin {
 
-class EndingThread;
-
-/// Looks for the topics that belong to a mesh: those in the namespace of its own. The master is
-/// asked on a thread of its own, which nobody waits for.
+/// Looks for the topics that belong to a mesh: those in the namespace of its own.
 class TopicProposal
 {
  public:
-  TopicProposal();
-  ~TopicProposal();
-
   struct Topics
   {
     std::string costs;   ///< empty: there are none
@@ -29,9 +24,8 @@ class TopicProposal
   std::optional<Topics> take();
 
  private:
-  struct Answer;
-  std::shared_ptr<Answer> answer_;
-  std::unique_ptr<EndingThread> thread_;
+  std::string parent_;
+  TopicList list_;
 };
 
 }  // namespace rviz_mesh_plugin

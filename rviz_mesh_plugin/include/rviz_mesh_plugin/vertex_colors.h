@@ -19,7 +19,7 @@ namespace rviz_mesh_plugin {
 class VertexColors
 {
  public:
-  explicit VertexColors(const MeshLayoutConstPtr& layout);
+  explicit VertexColors(const LayoutOutlineConstPtr& layout);
 
   /// Colors all vertices anew.
   void start(const ColorSource& source);
@@ -45,7 +45,7 @@ class VertexColors
   /// Colors the vertices [start, start + count).
   void write(Ogre::HardwareVertexBuffer* buffer, std::size_t start, std::size_t count);
 
-  MeshLayoutConstPtr layout_;
+  LayoutOutlineConstPtr layout_;
   ColorSource source_;
   Ogre::HardwareVertexBufferSharedPtr buffer_;
   Ogre::HardwareVertexBufferSharedPtr coming_;
