@@ -6,58 +6,13 @@
 #include <utility>
 
 #include "face_runs.h"
+#include "face_words.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-using Word = std::uint64_t;
-constexpr std::uint32_t WORD_BITS = 64;
-
 /// What a step costs besides its bytes.
 constexpr std::size_t STEP_BYTES = sizeof(std::vector<std::uint8_t>) + 16;
-
-/// Calls back for each bit that is set, from the lowest.
-template <class Visit>
-void visitBits(Word word, std::uint32_t first, const Visit& visit)
-{
-  if (word == ~Word{0}) {
-    for (std::uint32_t bit = first; bit != first + WORD_BITS; ++bit) {
-      visit(bit);
-    }
-    return;
-  }
-  for (; word != 0; word &= word - 1) {
-    visit(first + static_cast<std::uint32_t>(__builtin_ctzll(word)));
-  }
-}
-
-/// The faces that are in the one and not in the other, ascending.
-void subtract(const std::vector<Word>& from, const std::vector<Word>& other,
-              FaceSelection::Faces& faces)
-{
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    count += static_cast<std::size_t>(__builtin_popcountll(from[i] & ~other[i]));
-  }
-  faces.resize(count);
-  std::uint32_t* next = faces.data();
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    visitBits(from[i] & ~other[i], static_cast<std::uint32_t>(WORD_BITS * i),
-              [&](std::uint32_t face) { *next++ = face; });
-  }
-}
-
-/// Turns the bits of [begin, end) round.
-void toggle(std::vector<Word>& words, std::uint32_t begin, std::uint32_t end)
-{
-  while (begin < end) {
-    const std::uint32_t bit = begin % WORD_BITS;
-    const std::uint32_t count = std::min(end - begin, WORD_BITS - bit);
-    const Word ones = count == WORD_BITS ? ~Word{0} : (Word{1} << count) - 1;
-    words[begin / WORD_BITS] ^= ones << bit;
-    begin += count;
-  }
-}
 
 /// The faces ascending and each once: themselves where they are so, else a copy.
 const FaceSelection::Faces& ordered(const FaceSelection::Faces& faces, FaceSelection::Faces& copy)
@@ -233,6 +188,15 @@ void FaceSelection::endStroke()
     done_.clear();
     used_bytes_ = 0;
   }
+}
+
+const FaceSelection::Change& FaceSelection::giveUpStroke()
+{
+  Words wanted(in_stroke_ ? before_ : words_);
+  compare(wanted);
+  in_stroke_ = false;
+  Words().swap(before_);
+  return become(wanted);
 }
 
 bool FaceSelection::canUndo() const

@@ -15,6 +15,7 @@
 #include "rviz_mesh_plugin/mesh_region.h"
 #include "rviz_mesh_plugin/simplification.h"
 #include "rviz_mesh_plugin/sorted_mesh.h"
+#include "vertex_clusters.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -86,12 +87,11 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
 MeshLayoutConstPtr layOutPreview(const MeshDataConstPtr& mesh)
 {
   const MeshRegion region = mainRegion(*mesh);
-  if (!canSimplify() || !region.hasExtent()) {
+  if (!region.hasExtent()) {
     return nullptr;
   }
-  const Simplifier simplifier(mesh->vertices, region);
   MeshData coarse;
-  coarse.indices = simplifier.simplify(mesh->indices, PREVIEW_CELLS);
+  coarse.indices = clusterVertices(*mesh, region, PREVIEW_CELLS);
   if (coarse.indices.empty() || 2 * coarse.indices.size() > mesh->indices.size()) {
     return nullptr;
   }
@@ -114,7 +114,7 @@ MeshLayoutConstPtr layOutPreview(const MeshDataConstPtr& mesh)
   layout->preview = true;
   const SplitFaces faces = splitter->split(sorted, *layout);
   LayoutParts(faces, *layout).write({}, *splitter);
-  layout->cell_sizes = {simplifier.cellSize(PREVIEW_CELLS)};
+  layout->cell_sizes = {region.extent() / PREVIEW_CELLS};
   for (std::uint32_t& source : layout->sources) {
     source = sources[source];
   }

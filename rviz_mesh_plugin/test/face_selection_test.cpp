@@ -95,6 +95,25 @@ Faces someFaces(std::mt19937& random, std::size_t size)
   return faces;
 }
 
+TEST(Strokes, that_are_given_up_leave_nothing)
+{
+  FaceSelection selection(200);
+  selection.select({3, 70});
+  const auto before = selection.faces();
+  selection.beginStroke();
+  selection.deselect({3});
+  selection.select({100, 199});
+  const auto& change = selection.giveUpStroke();
+  EXPECT_EQ(change.added, FaceSelection::Faces{3});
+  EXPECT_EQ(change.removed, (FaceSelection::Faces{100, 199}));
+  EXPECT_EQ(selection.faces(), before);
+  EXPECT_EQ(selection.count(), 2u);
+  EXPECT_FALSE(selection.inStroke() || selection.canRedo());
+  EXPECT_TRUE(selection.giveUpStroke().empty()) << "without a stroke nothing changes";
+  EXPECT_EQ(selection.undo().removed, before);
+  EXPECT_TRUE(selection.empty());
+}
+
 }  // namespace
 
 TEST(FaceSelectionTest, a_thousand_random_operations_do_what_they_do_to_sets)

@@ -56,6 +56,8 @@ class FaceSelection
   /// All changes between these are one step. undo() and redo() end it, too.
   void beginStroke();
   void endStroke();
+  /// Takes back the changes since beginStroke(): they are no step, not even to redo.
+  const Change& giveUpStroke();
   bool inStroke() const { return in_stroke_; }
 
   bool canUndo() const;

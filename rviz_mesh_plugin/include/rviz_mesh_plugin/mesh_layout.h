@@ -85,8 +85,8 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
                           const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled,
                           const PreviewReceiver& receive_preview = nullptr);
 
-/// A coarse picture of a large mesh, made in a fraction of the time; not split. Null where that
-/// cannot be: without meshoptimizer, or where the mesh has few faces for its size.
+/// A coarse picture of a large mesh, made in a fraction of the time; not split. Null where it
+/// would save nothing: where the mesh has few faces for its size.
 MeshLayoutConstPtr layOutPreview(const MeshDataConstPtr& mesh);
 
 }  // namespace rviz_mesh_plugin

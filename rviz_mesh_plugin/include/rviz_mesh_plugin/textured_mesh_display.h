@@ -58,6 +58,15 @@ class TexturedMeshDisplay : public rviz::Display
   /// Whether this is one of its meshes, shown or not.
   bool has(const MeshDataConstPtr& mesh) const;
 
+  /// Costs, colors and labels of a mesh, as far as they have arrived.
+  const MeshAttributes& attributes(const MeshData& mesh) const
+  {
+    return store_.attributes(mesh.uuid);
+  }
+
+  /// The cost layers that can be chosen, in this order; some of them may not have arrived.
+  const std::vector<std::string>& costTypes() const { return cost_types_; }
+
   /// What draws the newest mesh; null without one.
   const MeshVisual* visual() const;
 

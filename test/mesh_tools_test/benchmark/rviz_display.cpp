@@ -32,35 +32,6 @@ void tell(const std::string& name, double value)
   std::fflush(stdout);
 }
 
-template <class T>
-std::vector<T> read(const std::string& path)
-{
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  std::vector<T> values(file ? static_cast<std::size_t>(file.tellg()) / sizeof(T) : 0);
-  file.seekg(0);
-  file.read(reinterpret_cast<char*>(values.data()),
-            static_cast<std::streamsize>(values.size() * sizeof(T)));
-  if (!file || values.empty()) {
-    throw std::runtime_error(path + " cannot be read");
-  }
-  return values;
-}
-
-World readWorld(const std::string& folder)
-{
-  World world;
-  world.vertices = read<std::array<float, 3>>(folder + "/vertices.f32");
-  world.faces = read<std::array<std::uint32_t, 3>>(folder + "/faces.u32");
-  world.lower = world.upper = world.vertices.front();
-  for (const auto& p : world.vertices) {
-    for (int k = 0; k < 3; ++k) {
-      world.lower[k] = std::min(world.lower[k], p[k]);
-      world.upper[k] = std::max(world.upper[k], p[k]);
-    }
-  }
-  return world;
-}
-
 /// A line of /proc/self/status in bytes.
 double memory(const std::string& key)
 {

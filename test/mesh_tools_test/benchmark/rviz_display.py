@@ -17,6 +17,7 @@ from pathlib import Path
 
 from mesh_tools_test import rviz_benchmark
 from mesh_tools_test.exact_world import exact_world
+from mesh_tools_test.programs import find_program
 from mesh_tools_test.spatial.figures import table
 
 
@@ -31,7 +32,7 @@ def main() -> int:
     parser.add_argument("--pictures", type=Path, help="folder for what was seen")
     parser.add_argument("--json", metavar="FILE", help="also write the values there")
     options = parser.parse_args()
-    program = rviz_benchmark.find_program()
+    program = find_program(rviz_benchmark.PROGRAM)
     if program is None:
         print("not measured: the C++ program was not built (libgtest-dev was not there)")
         return 0

@@ -24,33 +24,11 @@
 #include <vector>
 
 #include "rviz_stage.h"
+#include "world.h"
 
 namespace rviz_benchmark {
 
 constexpr std::array<float, 3> GREEN{0.0f, 1.0f, 0.0f};
-
-/// The mesh to show, and two cost layers of it.
-struct World
-{
-  std::vector<std::array<float, 3>> vertices;
-  std::vector<std::array<std::uint32_t, 3>> faces;
-  std::array<float, 3> lower{};
-  std::array<float, 3> upper{};
-
-  float cost(int layer, std::size_t vertex) const
-  {
-    const auto& p = vertices[vertex];
-    return layer == 0 ? (p[2] - lower[2]) / std::max(upper[2] - lower[2], 1e-6f)
-                      : 0.5f + 0.5f * std::sin(0.7f * p[0]) * std::cos(0.7f * p[1]);
-  }
-
-  /// Blue to red.
-  std::array<float, 3> color(int layer, std::size_t vertex) const
-  {
-    const float c = cost(layer, vertex);
-    return {c, 0.2f, 1.0f - c};
-  }
-};
 
 /// One way to show it. All calls come from the GUI thread.
 class Subject

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from mesh_tools_test import rviz_benchmark
+from mesh_tools_test.programs import find_program
 from mesh_tools_test.spatial.figures import table
 
 SCRIPT = Path(__file__).resolve().parents[1] / "benchmark/rviz_display.py"
@@ -41,7 +42,7 @@ def test_a_peer_that_was_not_run_is_left_out():
     assert {f.peer for f in figures if f.name != "GPU buffers"} == {"ManualObject"}
 
 
-@pytest.mark.skipif(rviz_benchmark.find_program() is None, reason="libgtest-dev was not there")
+@pytest.mark.skipif(find_program(rviz_benchmark.PROGRAM) is None, reason="libgtest-dev was not there")
 def test_the_benchmark_runs(tmp_path):
     result = tmp_path / "values.json"
     command = [str(SCRIPT), "--faces", "20000", "--quiet", "0.5", "--json", str(result)]

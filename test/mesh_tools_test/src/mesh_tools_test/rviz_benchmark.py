@@ -1,13 +1,13 @@
 """The figures of benchmark/rviz_display.py: RViz shows one mesh in three ways, one process each."""
 
 import os
-import subprocess
 import tempfile
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from mesh_tools_test.programs import run_in_rviz
 from mesh_tools_test.spatial.figures import Figure
 
 PROGRAM = "rviz_display_benchmark"
@@ -45,34 +45,20 @@ class Setup(NamedTuple):
     pictures: Optional[Path] = None
 
 
-def find_program() -> Optional[str]:
-    """The path of the C++ program, None where it was not built: Google Test was not there."""
-    command = ["catkin_find", "--first-only", "--libexec", "mesh_tools_test", PROGRAM]
-    found = subprocess.run(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False
-    ).stdout.decode()
-    path = found.strip()
-    return path if path and os.path.isfile(path) else None
-
-
 def run_subject(program: str, folder: str, subject: str, setup: Setup) -> Values:
     """What the C++ program prints for one way to show the mesh in `folder`.
 
     :raises RuntimeError: with the end of its errors, if it fails.
     """
-    command = ["rosrun", "osmesa_harness", "headless", "--master", "--timeout", str(SECONDS)]
-    command += [program, folder, subject, str(setup.quiet)]
-    command += [str(setup.pictures)] if setup.pictures else []
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-    if done.returncode != 0:
-        errors = done.stderr.decode(errors="replace").strip().splitlines()[-5:]
-        raise RuntimeError(f"{PROGRAM} {subject} ended with {done.returncode}: {errors}")
-    lines = [line.split() for line in done.stdout.decode(errors="replace").splitlines()]
-    values = {}
-    for line in lines:  # RViz and OGRE print there, too
-        if len(line) == 2 and line[0].replace("_", "").isalpha() and line[0].islower():
-            values[line[0]] = float(line[1])
-    return values
+    arguments = [folder, subject, str(setup.quiet)]
+    arguments += [str(setup.pictures)] if setup.pictures else []
+    return run_in_rviz(program, arguments, SECONDS)
+
+
+def write_world(folder: str, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """The mesh as the C++ programs read it."""
+    np.ascontiguousarray(vertices, np.float32).tofile(os.path.join(folder, "vertices.f32"))
+    np.ascontiguousarray(faces, np.uint32).tofile(os.path.join(folder, "faces.u32"))
 
 
 def measure(
@@ -80,8 +66,7 @@ def measure(
 ) -> Dict[str, Values]:
     """The values of each way, run one after the other on the same mesh."""
     with tempfile.TemporaryDirectory(prefix="rviz_display") as folder:
-        np.ascontiguousarray(vertices, np.float32).tofile(os.path.join(folder, "vertices.f32"))
-        np.ascontiguousarray(faces, np.uint32).tofile(os.path.join(folder, "faces.u32"))
+        write_world(folder, vertices, faces)
         return {name: run_subject(program, folder, name, setup) for name in subjects}
 
 

@@ -7,17 +7,9 @@ from typing import Dict, Optional
 
 import numpy as np
 
-PROGRAM = "spatial_index_embree"
+from mesh_tools_test.programs import find_program
 
-
-def find_program() -> Optional[str]:
-    """The path of the C++ program, None where it was not built: Embree 3 was not there."""
-    command = ["catkin_find", "--first-only", "--libexec", "mesh_tools_test", PROGRAM]
-    found = subprocess.run(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False
-    ).stdout.decode()
-    path = found.strip()
-    return path if path and os.path.isfile(path) else None
+PROGRAM = "spatial_index_embree"  # not built where Embree 3 was not there
 
 
 def run(arrays: Dict[str, np.ndarray], repeats: int) -> Optional[Dict[str, float]]:
@@ -26,7 +18,7 @@ def run(arrays: Dict[str, np.ndarray], repeats: int) -> Optional[Dict[str, float
     :param arrays: file name -> array: `vertices.f32`, `faces.u32`, `coherent.f32`,
         `incoherent.f32` (6 numbers a ray), `points.f32`
     """
-    program = find_program()
+    program = find_program(PROGRAM)
     if program is None:
         return None
     with tempfile.TemporaryDirectory(prefix="spatial_index") as folder:
