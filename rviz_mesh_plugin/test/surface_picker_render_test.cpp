@@ -210,6 +210,42 @@ TEST_F(SurfacePickerTest, the_nearest_face_of_all_meshes_wherever_they_lie)
   EXPECT_TRUE(picker.exists(b.mesh));
 }
 
+TEST_F(SurfacePickerTest, what_is_drawn_in_the_middle_of_a_pixel_is_picked_there)
+{
+  auto* display = createMeshDisplay();
+  ASSERT_TRUE(show(display, test_meshes::square()));
+  waitUntilPrepared();
+  const std::vector<std::function<void()>> views{
+      [] { viewFromAbove(0.003, 0.002, 101.3); },
+      [] {
+        lookAt({1.3, -2.1, 1.7}, {0.1, 0.1, 0.0});
+      },
+  };
+  for (std::size_t view = 0; view < views.size(); ++view) {
+    views[view]();
+    spinFrames();
+    const auto image = grab();
+    const auto background = image.at(1, 1);
+    std::size_t border = 0, wrong = 0;
+    for (int y = 1; y + 1 < image.height(); ++y) {
+      for (int x = 1; x + 1 < image.width(); ++x) {
+        const bool drawn = image.at(x, y) != background;
+        if (drawn == (image.at(x - 1, y) != background) &&
+            drawn == (image.at(x, y - 1) != background) &&
+            drawn == (image.at(x + 1, y) != background) &&
+            drawn == (image.at(x, y + 1) != background)) {
+          continue;
+        }
+        ++border;
+        wrong += drawn != picker.pick(mouse(x, y)).hit.has_value();
+      }
+    }
+    EXPECT_GT(border, 500u);
+    // OpenGL rounds corners to parts of a pixel.
+    EXPECT_LT(wrong, border / 25) << "view " << view;
+  }
+}
+
 TEST_F(SurfacePickerTest, projection_is_that_of_ogre)
 {
   placed_.reserve(1);
