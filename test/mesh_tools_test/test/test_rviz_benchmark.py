@@ -42,7 +42,9 @@ def test_a_peer_that_was_not_run_is_left_out():
     assert {f.peer for f in figures if f.name != "GPU buffers"} == {"ManualObject"}
 
 
-@pytest.mark.skipif(find_program(rviz_benchmark.PROGRAM) is None, reason="libgtest-dev was not there")
+@pytest.mark.skipif(
+    find_program(rviz_benchmark.PROGRAM) is None, reason="libgtest-dev was not there"
+)
 def test_the_benchmark_runs(tmp_path):
     result = tmp_path / "values.json"
     command = [str(SCRIPT), "--faces", "20000", "--quiet", "0.5", "--json", str(result)]

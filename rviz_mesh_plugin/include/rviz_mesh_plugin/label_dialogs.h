@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <QColor>
+#include <QString>
+
+class QWidget;
+
+namespace rviz_mesh_plugin {
+
+/// Dialogs of the panel of labels: they open, return at once, and call back where the user has
+/// decided. They are gone with their parent. What is called back must not throw.
+
+/// Asks for class and instance, and suggests them.
+/// @param label to begin with; empty: none
+/// @param labels that there are: the name has to be another one
+void askLabel(QWidget* parent, const QString& title, const std::string& label,
+              const std::vector<std::string>& labels,
+              const std::function<void(const std::string& label)>& done);
+
+/// Asks which of these.
+void askChoice(QWidget* parent, const QString& title, const QString& question,
+               const std::vector<std::string>& choices,
+               const std::function<void(const std::string& choice)>& done);
+
+/// Asks to press one of these buttons, or Cancel.
+QWidget* askButton(QWidget* parent, const QString& title, const QString& question,
+                   const std::vector<QString>& buttons,
+                   const std::function<void(int button)>& done);
+
+void askColor(QWidget* parent, const QString& title, const QColor& color,
+              const std::function<void(const QColor& color)>& done);
+
+/// Asks for a file of labels to be read or written.
+void askFile(QWidget* parent, bool write, const std::function<void(const std::string& path)>& done);
+
+/// "a, b and 3 more".
+QString listed(const std::vector<std::string>& labels);
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <QAbstractTableModel>
+
+#ifndef Q_MOC_RUN
+#include "rviz_mesh_plugin/label_areas.h"
+#include "rviz_mesh_plugin/label_looks.h"
+#include "rviz_mesh_plugin/label_session.h"
+#endif
+
+namespace rviz_mesh_plugin {
+
+/// The labels of a session as a table, tree_2 before tree_10.
+class LabelListModel : public QAbstractTableModel
+{
+ public:
+  enum Column
+  {
+    CLASS,  ///< with a check box (drawn or not) and the color
+    INSTANCE,
+    FACES,
+    AREA,
+    STATE,
+    COLUMNS
+  };
+
+  /// @param session outlives this
+  explicit LabelListModel(LabelSession* session, QObject* parent = nullptr);
+
+  /// Follows the session; to be called often. True where the rows are others than before.
+  bool refresh();
+
+  const std::vector<std::string>& labels() const { return labels_; }
+
+  int rowCount(const QModelIndex& parent = QModelIndex()) const override;
+  int columnCount(const QModelIndex& parent = QModelIndex()) const override;
+  QVariant data(const QModelIndex& index, int role) const override;
+  bool setData(const QModelIndex& index, const QVariant& value, int role) override;
+  QVariant headerData(int section, Qt::Orientation orientation, int role) const override;
+  Qt::ItemFlags flags(const QModelIndex& index) const override;
+
+ private:
+  QVariant text(const std::string& label, int column) const;
+
+  LabelSession* session_;
+  std::vector<std::string> labels_;
+  std::size_t revision_ = 0;
+  LabelAreas areas_;
+  bool areas_known_ = false;
+  mutable LabelLooks looks_;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,140 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <QPointer>
+
+#ifndef Q_MOC_RUN
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+
+#include "rviz_mesh_plugin/background_task.h"
+#include "rviz_mesh_plugin/cancellation.h"
+#include "rviz_mesh_plugin/cluster_label_display.h"
+#include "rviz_mesh_plugin/label_color_feed.h"
+#include "rviz_mesh_plugin/label_edits.h"
+#include "rviz_mesh_plugin/label_files.h"
+#endif
+
+namespace rviz {
+class DisplayContext;
+}
+
+namespace rviz_mesh_plugin {
+
+/// Edits the labels of one mesh: finds the display that shows them, sends edits through it, follows
+/// them until they are stored and then saved in the map. GUI thread only; nothing here waits.
+///
+/// Functions that edit return why they cannot, else an empty string. What they were asked for is
+/// kept until it is stored, even where nobody listens, the display is gone, or the mesh changes.
+class LabelSession
+{
+ public:
+  using Faces = std::vector<std::uint32_t>;
+
+  /// @param context outlives this
+  /// @param patience until an edit that was sent should be stored
+  explicit LabelSession(rviz::DisplayContext* context,
+                        std::chrono::milliseconds patience = std::chrono::seconds(10));
+  ~LabelSession();
+
+  /// To be called often.
+  /// @param mesh whose labels are to be edited; null: of the first display that has one
+  void work(const MeshDataConstPtr& mesh);
+
+  ClusterLabelDisplay* display() const { return display_; }
+  MeshDataConstPtr mesh() const { return display_ ? display_->mesh() : nullptr; }
+  /// Whether that is this one.
+  bool isOf(const MeshDataConstPtr& mesh) const;
+  /// Another number wherever labels, edits or what is saved may have changed.
+  std::size_t revision() const { return revision_; }
+  /// As they are stored.
+  const LabelClusters& labels() const;
+  /// All labels that are stored or are to be.
+  std::vector<std::string> names() const;
+  /// Of a label, as they are to be.
+  Faces faces(const std::string& label) const;
+  std::size_t faceCount(const std::string& label) const;
+  /// With all that is not stored yet.
+  FileLabels content() const;
+
+  std::string assign(const std::string& label, const Faces& faces);
+  std::string add(const std::string& label, const Faces& faces);
+  std::string takeAway(const std::string& label, const Faces& faces);
+  /// Keeps a color of the label's own. The old label goes when the new one is stored.
+  std::string rename(const std::string& from, const std::string& to);
+  /// Into one of them. The others go when that is stored.
+  std::string merge(const std::vector<std::string>& labels, const std::string& into);
+  std::string remove(const std::vector<std::string>& labels);
+  /// Nothing: the color of its class.
+  std::string setColor(const std::vector<std::string>& labels, const std::optional<Rgba8>& color);
+  /// Labels of those names become what they are there; others stay.
+  std::string import(const FileLabels& labels);
+
+  /// Edits that are not stored.
+  std::size_t unstored() const { return edits_.count(); }
+  std::size_t failed() const { return edits_.failed(); }
+  bool isUnstored(const std::string& label) const;
+  /// Labels that were stored since they were saved last.
+  std::size_t unsaved() const { return unsaved_.size(); }
+  bool isUnsaved(const std::string& label) const;
+  /// Why something is not stored or saved; else empty.
+  std::string failure() const;
+  void sendAgain();
+  /// Forgets edits that are not stored.
+  void giveUp();
+
+  /// Asks those who store labels to write them into the maps.
+  std::string save();
+  bool isSaving() const { return saving_.isRunning(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  /// UUID of the mesh and label.
+  using Key = std::pair<std::string, std::string>;
+  struct Unsaved
+  {
+    std::string name_space;
+    std::size_t change = 0;
+  };
+
+  std::string put(LabelEdit edit);
+  const Faces* find(const std::string& label) const;
+  LabelEdit edit(const std::string& label) const;
+  std::string send(const LabelEdit& edit);
+  void tellEverybody(const LabelEdit& edit, const MeshData& mesh);
+  bool isStored(const LabelEdit& edit) const;
+  OwnColorsConstPtr ownColors() const;
+  void connect();
+  void takeSaved();
+
+  rviz::DisplayContext* context_;
+  QPointer<ClusterLabelDisplay> display_;
+  std::string namespace_;  ///< of who stores its labels
+  ros::NodeHandle node_;
+  ros::Publisher everybody_;
+  LabelColorFeed colors_;
+  LabelEdits edits_;
+  std::map<Key, Unsaved> unsaved_;
+  std::size_t changes_ = 0;
+  std::size_t revision_ = 0;
+  LabelClusters known_;  ///< at that revision
+  std::shared_ptr<Cancellation> cancellation_;
+  BackgroundTask<bool> saving_;
+  std::size_t saving_until_ = 0;  ///< changes that are saved then
+  Clock::time_point saving_since_;
+  std::string save_failure_;
+};
+
+/// The namespace of who stores the labels of a display; empty where it has no source of labels.
+std::string labelNamespace(const ClusterLabelDisplay& display);
+
+}  // namespace rviz_mesh_plugin

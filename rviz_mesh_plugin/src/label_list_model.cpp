@@ -1,0 +1,143 @@
+#include "rviz_mesh_plugin/label_list_model.h"
+
+#include <algorithm>
+#include <exception>
+
+#include <ros/console.h>
+#include <QLocale>
+
+#include "rviz_mesh_plugin/label_colors.h"
+#include "rviz_mesh_plugin/label_name.h"
+#include "rviz_mesh_plugin/label_order.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr std::chrono::milliseconds BUDGET(5);
+
+}  // namespace
+
+LabelListModel::LabelListModel(LabelSession* session, QObject* parent)
+    : QAbstractTableModel(parent), session_(session)
+{
+}
+
+bool LabelListModel::refresh()
+{
+  looks_.setDisplay(session_->display());
+  if (!areas_known_ || revision_ != session_->revision()) {
+    areas_known_ = areas_.work(session_->mesh(), session_->labels(), BUDGET);
+  }
+  if (revision_ == session_->revision()) {
+    return false;
+  }
+  revision_ = session_->revision();
+  std::vector<std::string> labels = session_->names();
+  std::sort(labels.begin(), labels.end(), LabelLess());
+  if (labels == labels_) {
+    return false;
+  }
+  beginResetModel();
+  labels_ = std::move(labels);
+  endResetModel();
+  return true;
+}
+
+int LabelListModel::rowCount(const QModelIndex& parent) const
+{
+  return parent.isValid() ? 0 : static_cast<int>(labels_.size());
+}
+
+int LabelListModel::columnCount(const QModelIndex& parent) const
+{
+  return parent.isValid() ? 0 : COLUMNS;
+}
+
+QVariant LabelListModel::text(const std::string& label, int column) const
+{
+  switch (column) {
+    case CLASS:
+      return QString::fromStdString(labelClass(label));
+    case INSTANCE:
+      return QString::fromStdString(labelInstance(label));
+    case FACES:
+      return QLocale().toString(static_cast<qulonglong>(session_->faceCount(label)));
+    case AREA: {
+      const auto area = areas_.area(label);
+      return area ? QLocale().toString(*area, 'f', 2) : QString();
+    }
+    case STATE:
+      return QString(session_->isUnstored(label) ? "…" : session_->isUnsaved(label) ? "*" : "");
+    default:
+      return {};
+  }
+}
+
+QVariant LabelListModel::data(const QModelIndex& index, int role) const
+{
+  if (!index.isValid() || index.row() >= rowCount()) {
+    return {};
+  }
+  try {
+    const std::string& label = labels_[static_cast<std::size_t>(index.row())];
+    const int column = index.column();
+    if (role == Qt::DisplayRole) {
+      return text(label, column);
+    }
+    if (role == Qt::TextAlignmentRole && (column == FACES || column == AREA)) {
+      return static_cast<int>(Qt::AlignRight | Qt::AlignVCenter);
+    }
+    if (role == Qt::ToolTipRole && column == STATE) {
+      return QString(session_->isUnstored(label)  ? "is not stored yet"
+                     : session_->isUnsaved(label) ? "is stored, but not saved in the map"
+                                                  : "");
+    }
+    if (role == Qt::CheckStateRole && column == CLASS) {
+      return looks_.isShown(label) ? Qt::Checked : Qt::Unchecked;
+    }
+    if (role == Qt::DecorationRole && column == CLASS) {
+      const QColor color = looks_.color(label);
+      return color.isValid() ? QVariant(color) : QVariant();
+    }
+  } catch (const std::exception& error) {
+    ROS_ERROR_THROTTLE(10, "the list of labels cannot be shown: %s", error.what());
+  }
+  return {};
+}
+
+bool LabelListModel::setData(const QModelIndex& index, const QVariant& value, int role)
+{
+  if (!index.isValid() || index.row() >= rowCount() || role != Qt::CheckStateRole) {
+    return false;
+  }
+  try {
+    looks_.setShown(labels_[static_cast<std::size_t>(index.row())], value.toInt() == Qt::Checked);
+  } catch (const std::exception& error) {
+    ROS_ERROR("the label cannot be shown or hidden: %s", error.what());
+    return false;
+  }
+  Q_EMIT dataChanged(this->index(0, CLASS), this->index(rowCount() - 1, CLASS));
+  return true;
+}
+
+QVariant LabelListModel::headerData(int section, Qt::Orientation orientation, int role) const
+{
+  if (orientation != Qt::Horizontal || section >= COLUMNS) {
+    return {};
+  }
+  static const char* const NAMES[] = {"Class", "Instance", "Faces", "Area [m²]", ""};
+  static const char* const TIPS[] = {"Checked: drawn", "", "", "Of its faces",
+                                     "…: not stored yet, *: not saved in the map"};
+  if (role == Qt::DisplayRole) {
+    return QString(NAMES[section]);
+  }
+  return role == Qt::ToolTipRole ? QVariant(QString(TIPS[section])) : QVariant();
+}
+
+Qt::ItemFlags LabelListModel::flags(const QModelIndex& index) const
+{
+  const Qt::ItemFlags flags = QAbstractTableModel::flags(index);
+  return index.column() == CLASS ? flags | Qt::ItemIsUserCheckable : flags;
+}
+
+}  // namespace rviz_mesh_plugin

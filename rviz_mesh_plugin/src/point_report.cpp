@@ -1,0 +1,77 @@
+#include "rviz_mesh_plugin/point_report.h"
+
+#include <algorithm>
+
+#include <rviz/display_context.h>
+#include <rviz/display_group.h>
+
+#include "rviz_mesh_plugin/cluster_label_display.h"
+#include "rviz_mesh_plugin/textured_mesh_display.h"
+#include "rviz_mesh_plugin/view_geometry.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// The first display that has a layer gives its value.
+void addLayer(const std::string& name, const PointValue& value, PointReport& report)
+{
+  const auto found = std::find_if(report.layers.begin(), report.layers.end(),
+                                  [&](const auto& layer) { return layer.name == name; });
+  if (found == report.layers.end()) {
+    report.layers.push_back({name, value});
+  } else if (found->value.kind == PointValue::NOT_LOADED) {
+    found->value = value;
+  }
+}
+
+void add(const TexturedMeshDisplay& display, const SurfaceHit& hit, PointReport& report)
+{
+  if (!display.has(hit.mesh)) {
+    return;
+  }
+  const MeshAttributes& attributes = display.attributes(*hit.mesh);
+  addLabelsAt(attributes.labels, hit.face, report.labels);
+  for (const std::string& name : display.costTypes()) {
+    const CostLayerConstPtr layer = attributes.cost(name);
+    addLayer(name, valueAt(layer.get(), *hit.mesh, hit.face, hit.barycentric), report);
+  }
+}
+
+void add(const rviz::DisplayGroup& group, const SurfaceHit& hit, PointReport& report)
+{
+  for (int i = 0; i < group.numDisplays(); ++i) {
+    const rviz::Display* display = group.getDisplayAt(i);
+    if (!display->isEnabled()) {
+      continue;
+    }
+    if (const auto* mesh = dynamic_cast<const TexturedMeshDisplay*>(display)) {
+      add(*mesh, hit, report);
+    } else if (const auto* labels = dynamic_cast<const ClusterLabelDisplay*>(display)) {
+      const MeshDataConstPtr labelled = labels->mesh();
+      if (labelled && labelled->uuid == hit.mesh->uuid &&
+          labelled->faceCount() == hit.mesh->faceCount()) {
+        addLabelsAt(labels->labels(), hit.face, report.labels);
+      }
+    } else if (const auto* inner = dynamic_cast<const rviz::DisplayGroup*>(display)) {
+      add(*inner, hit, report);
+    }
+  }
+}
+
+}  // namespace
+
+PointReport reportAt(const SurfaceHit& hit, rviz::DisplayContext& context)
+{
+  PointReport report;
+  report.face = hit.face;
+  report.vertex = nearestCorner(*hit.mesh, hit.face, hit.point);
+  report.in_mesh = {hit.source.frame.empty() ? hit.mesh->frame_id : hit.source.frame, hit.point};
+  report.in_fixed_frame = {context.getFixedFrame().toStdString(),
+                           pointInFixedFrame(hit.point, hit)};
+  if (const rviz::DisplayGroup* root = context.getRootDisplayGroup()) {
+    add(*root, hit, report);
+  }
+  return report;
+}
+
+}  // namespace rviz_mesh_plugin

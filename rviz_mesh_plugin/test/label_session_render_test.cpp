@@ -1,0 +1,303 @@
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rviz/visualization_manager.h>
+
+#include "label_display_fixture.h"
+#include "label_fixture.h"
+#include "rviz_mesh_plugin/label_session.h"
+#include "save_server.h"
+
+using namespace std::chrono_literals;
+using rviz_mesh_plugin::FileLabels;
+using rviz_mesh_plugin::LabelSession;
+using test_labels::rows;
+
+class LabelSessionTest : public LabelDisplayFixture
+{
+ protected:
+  using Faces = LabelSession::Faces;
+
+  void SetUp() override
+  {
+    LabelDisplayFixture::SetUp();
+    everybody = node.subscribe<mesh_msgs::MeshFaceClusterStamped>(
+        "/cluster_label", 100,
+        [this](const auto& message) { copies.push_back(message->uuid + message->cluster.label); });
+  }
+
+  void TearDown() override
+  {
+    session.reset();
+    LabelDisplayFixture::TearDown();
+  }
+
+  /// Stores tree_1 in row 0, tree_2 in row 1, wall_1 in row 2.
+  void start(std::chrono::milliseconds patience = 60s, bool listen = true)
+  {
+    server->addLabel("tree_1", rows(10, 0, 1));
+    server->addLabel("tree_2", rows(10, 1, 2));
+    server->addLabel("wall_1", rows(10, 2, 3));
+    if (listen) {
+      server->listen(name_space);
+    }
+    display = createLabels();
+    publishMesh();
+    ASSERT_TRUE(says(display, "Labels", "3 labels"));
+    session = std::make_unique<LabelSession>(manager(), patience);
+    ASSERT_TRUE(until([&] {
+      return session->display() && everybody.getNumPublishers() > 0 &&
+             server->labels.getNumSubscribers() > 0;
+    }));
+  }
+
+  template <class Done>
+  bool until(const Done& done)
+  {
+    return spinUntil([&] {
+      session->work(nullptr);
+      return done();
+    });
+  }
+
+  /// Waits until so many edits have been received in all, and stores the last.
+  testing::AssertionResult store(std::size_t count)
+  {
+    if (!until([&] { return server->edits().size() == count; })) {
+      return testing::AssertionFailure() << server->edits().size() << " edits";
+    }
+    const auto cluster = server->edits().back().cluster;
+    server->labels.publish(cluster);
+    const bool arrived = until([&] {
+      const auto label = display->labels().find(cluster.label);
+      return label == display->labels().end() ? cluster.face_indices.empty()
+                                              : label->second->faces == cluster.face_indices;
+    });
+    session->work(nullptr);
+    return arrived ? testing::AssertionSuccess() : testing::AssertionFailure() << "not shown";
+  }
+
+  testing::AssertionResult received(std::size_t place, const std::string& label, const Faces& faces)
+  {
+    const auto edits = server->edits();
+    const auto& edit = edits.at(place);
+    if (edit.cluster.label == label && edit.cluster.face_indices == faces && edit.override &&
+        edit.uuid == "mesh" && edit.header.frame_id == "map") {
+      return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure() << edit;
+  }
+
+  Display* display = nullptr;
+  std::unique_ptr<LabelSession> session;
+  ros::Subscriber everybody;
+  std::vector<std::string> copies;  ///< on /cluster_label
+};
+
+TEST_F(LabelSessionTest, a_label_is_unstored_then_unsaved)
+{
+  start();
+  EXPECT_EQ(session->display(), display);
+  EXPECT_EQ(session->names(), (std::vector<std::string>{"tree_1", "tree_2", "wall_1"}));
+  EXPECT_EQ(session->assign("car_1", {7, 5, 7}), "");
+  EXPECT_TRUE(session->isUnstored("car_1"));
+  EXPECT_EQ(session->faces("car_1"), (Faces{5, 7}));
+  EXPECT_EQ(session->names().front(), "car_1");
+  ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
+  EXPECT_TRUE(received(0, "car_1", {5, 7}));
+  EXPECT_TRUE(session->isUnstored("car_1")) << "it has not come back";
+  EXPECT_FALSE(session->isUnsaved("car_1"));
+  ASSERT_TRUE(store(1));
+  EXPECT_FALSE(session->isUnstored("car_1"));
+  EXPECT_TRUE(session->isUnsaved("car_1"));
+  EXPECT_EQ(session->unsaved(), 1u);
+}
+
+TEST_F(LabelSessionTest, faces_are_added_and_taken_away_even_before_they_are_stored)
+{
+  start();
+  EXPECT_EQ(session->add("tree_1", rows(10, 4, 5)), "");
+  EXPECT_EQ(session->takeAway("tree_1", {0, 1, 2, 199}), "");
+  Faces expected = rows(10, 0, 1);
+  expected.erase(expected.begin(), expected.begin() + 3);
+  const Faces more = rows(10, 4, 5);
+  expected.insert(expected.end(), more.begin(), more.end());
+  ASSERT_TRUE(store(1));
+  EXPECT_TRUE(received(0, "tree_1", expected));
+  EXPECT_EQ(session->unstored(), 0u);
+  EXPECT_EQ(session->remove({"tree_2"}), "");
+  ASSERT_TRUE(store(2));
+  EXPECT_TRUE(received(1, "tree_2", {}));
+  EXPECT_EQ(session->names(), (std::vector<std::string>{"tree_1", "wall_1"}));
+  EXPECT_NE(session->assign("a/b", {1}), "");
+  EXPECT_NE(session->assign("a", {200}), "") << "the mesh has 200 faces";
+}
+
+TEST_F(LabelSessionTest, renaming_stores_the_new_one_with_its_color_before_the_old_one_goes)
+{
+  server->setColors(colorsOf({{"tree_1", {10, 20, 30}}}));
+  start();
+  ASSERT_TRUE(until([&] { return session->content().at("tree_1").color.has_value(); }));
+  EXPECT_NE(session->rename("tree_1", "wall_1").find("already"), std::string::npos);
+  EXPECT_EQ(session->rename("tree_1", "bush_7"), "");
+  ASSERT_TRUE(store(1));
+  EXPECT_TRUE(received(0, "bush_7", rows(10, 0, 1)));
+  ASSERT_TRUE(until([&] { return server->colorsSet().size() == 1; }));
+  EXPECT_EQ(server->colorsSet()[0].label, "bush_7");
+  EXPECT_EQ(server->colorsSet()[0].color.g, 20 / 255.0f);
+  EXPECT_EQ(server->edits().size(), 1u) << "the color is not stored";
+  server->colors.publish(colorsOf({{"tree_1", {10, 20, 30}}, {"bush_7", {10, 20, 30}}}));
+  ASSERT_TRUE(store(2));
+  EXPECT_TRUE(received(1, "tree_1", {}));
+  EXPECT_EQ(session->unstored(), 0u);
+  EXPECT_EQ(session->names(), (std::vector<std::string>{"bush_7", "tree_2", "wall_1"}));
+}
+
+TEST_F(LabelSessionTest, merging_stores_all_faces_before_the_others_go)
+{
+  start();
+  EXPECT_EQ(session->merge({"tree_1", "tree_2", "wall_1"}, "tree_2"), "");
+  ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
+  spinFrames(5);
+  session->work(nullptr);
+  EXPECT_EQ(server->edits().size(), 1u) << "the others stay until it is stored";
+  ASSERT_TRUE(store(1));
+  EXPECT_TRUE(received(0, "tree_2", rows(10, 0, 3)));
+  ASSERT_TRUE(store(3));
+  EXPECT_TRUE(received(1, "tree_1", {}));
+  EXPECT_TRUE(received(2, "wall_1", {}));
+  EXPECT_EQ(session->unstored(), 1u) << "tree_1 has not come back";
+}
+
+TEST_F(LabelSessionTest, an_edit_that_is_lost_fails_and_is_sent_again)
+{
+  start(1ms);
+  session->assign("car_1", {5});
+  ASSERT_TRUE(until([&] { return session->failed() == 1; }));
+  EXPECT_NE(session->failure().find("'car_1' is not stored: it was sent, but"), std::string::npos);
+  ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
+  session->sendAgain();
+  ASSERT_TRUE(until([&] { return server->edits().size() == 2; }));
+  EXPECT_TRUE(received(1, "car_1", {5}));
+  ASSERT_TRUE(store(2));
+  EXPECT_EQ(session->unstored(), 0u);
+  EXPECT_EQ(session->failure(), "");
+}
+
+TEST_F(LabelSessionTest, where_nobody_listens_edits_are_kept)
+{
+  start(60s, false);
+  EXPECT_EQ(session->assign("car_1", {5}), "");
+  session->work(nullptr);
+  EXPECT_NE(session->failure().find("nobody stores labels"), std::string::npos)
+      << session->failure();
+  EXPECT_EQ(session->faces("car_1"), Faces{5});
+  server->listen(name_space);
+  ASSERT_TRUE(until([&] {
+    session->sendAgain();
+    return server->edits().size() == 1;
+  }));
+  ASSERT_TRUE(store(1));
+  EXPECT_EQ(session->unstored(), 0u);
+}
+
+TEST_F(LabelSessionTest, edits_survive_their_display)
+{
+  start();
+  session->assign("car_1", {5});
+  delete display;
+  session->work(nullptr);
+  EXPECT_FALSE(session->display());
+  EXPECT_EQ(session->unstored(), 1u);
+  EXPECT_NE(session->failure().find("no display shows"), std::string::npos) << session->failure();
+  EXPECT_NE(session->assign("car_2", {5}), "");
+  display = createLabels();
+  ASSERT_TRUE(says(display, "Labels", "3 labels"));
+  ASSERT_TRUE(until([&] {
+    session->sendAgain();
+    return !server->edits().empty();
+  }));
+  EXPECT_TRUE(received(0, "car_1", {5}));
+}
+
+TEST_F(LabelSessionTest, many_labels_arrive_all)
+{
+  start();
+  FileLabels labels;
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    labels["car_" + std::to_string(i)].faces = {i};
+  }
+  EXPECT_EQ(session->import(labels), "");
+  for (std::size_t stored = 0; session->unstored() > 0; ++stored) {
+    ASSERT_TRUE(until([&] { return server->edits().size() > stored; }));
+    server->labels.publish(server->edits()[stored].cluster);
+    ASSERT_TRUE(until([&] { return session->unstored() == 59 - stored; }));
+  }
+  EXPECT_EQ(session->content().size(), 63u);
+}
+
+TEST_F(LabelSessionTest, labels_are_saved_or_it_says_why_not)
+{
+  start();
+  session->assign("car_1", {5});
+  ASSERT_TRUE(store(1));
+  {
+    SaveServer saver(name_space);
+    saver.refusal = "the disk is full";
+    EXPECT_EQ(session->save(), "");
+    EXPECT_NE(session->save(), "") << "while it is saving";
+    ASSERT_TRUE(until([&] { return !session->isSaving(); }));
+    EXPECT_NE(session->failure().find("the disk is full"), std::string::npos) << session->failure();
+    EXPECT_TRUE(session->isUnsaved("car_1"));
+    saver.refusal.clear();
+    saver.held = true;
+    EXPECT_EQ(session->save(), "");
+    session->assign("car_2", {6});
+    ASSERT_TRUE(store(2));
+    EXPECT_TRUE(session->isSaving());
+    saver.held = false;
+    ASSERT_TRUE(until([&] { return !session->isSaving(); }));
+    EXPECT_EQ(session->failure(), "");
+    EXPECT_EQ(saver.calls, 2);
+    EXPECT_FALSE(session->isUnsaved("car_1"));
+    EXPECT_TRUE(session->isUnsaved("car_2")) << "it was stored after that";
+  }
+  EXPECT_EQ(session->save(), "");
+  ASSERT_TRUE(until([&] { return !session->isSaving(); }));
+  EXPECT_NE(session->failure().find("nobody offers the service " + name_space + "/save_map"),
+            std::string::npos)
+      << session->failure();
+  EXPECT_TRUE(session->isUnsaved("car_2"));
+}
+
+TEST_F(LabelSessionTest, what_goes_to_everybody_anyway_is_sent_once)
+{
+  name_space.clear();
+  server = std::make_unique<LabelServer>(name_space);
+  start();
+  session->assign("car_1", {5});
+  ASSERT_TRUE(store(1));
+  session->assign("car_2", {5});
+  ASSERT_TRUE(store(2));
+  EXPECT_TRUE(until([&] { return copies.size() >= 2; }));
+  EXPECT_EQ(copies, (std::vector<std::string>{"meshcar_1", "meshcar_2"}));
+}
+
+TEST_F(LabelSessionTest, everybody_hears_of_labels_of_a_mesh_with_a_name_of_its_own)
+{
+  start();
+  session->assign("car_1", {5});  // of "mesh", which is any mesh elsewhere
+  ASSERT_TRUE(store(1));
+  auto garden = test_meshes::square();
+  garden.uuid = "garden";
+  geometry.publish(garden);
+  ASSERT_TRUE(until([&] { return session->mesh()->uuid == "garden"; }));
+  EXPECT_NE(session->assign("car_1", {5}), "") << "the garden has 2 faces";
+  EXPECT_EQ(session->assign("car_1", {1}), "");
+  EXPECT_TRUE(until([&] { return copies == std::vector<std::string>{"gardencar_1"}; }));
+  ASSERT_TRUE(until([&] { return server->edits().size() == 2; }));
+  EXPECT_EQ(server->edits()[1].uuid, "garden");
+}

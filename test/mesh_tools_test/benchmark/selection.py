@@ -1,0 +1,81 @@
+#!/usr/bin/python3
+"""Faces are selected in RViz: the paper's Table 1, beside a scan of all faces by OpenCL.
+
+    selection.py [--faces N ...] [--json FILE]
+
+Single faces, a ball of 1 m and a rectangle of an eighth of the window's sides, each at 41 places,
+from the mouse event to the updated index buffer; then a stroke of the brush. Meshes are the
+generated outdoor world with as many faces as the paper's datasets. The tool is the one of RViz's
+plugin, in RViz's own panel, 1280 x 960, drawn by OSMesa. Floors hold for two cores without a GPU.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Dict, List
+
+from mesh_tools_test.exact_world import exact_world
+from mesh_tools_test.programs import find_program, run_in_rviz
+from mesh_tools_test.rviz_benchmark import write_world
+from mesh_tools_test.spatial.figures import Figure, table
+
+PROGRAM = "selection_benchmark"
+SECONDS = 600.0  # of one mesh
+# Table 1 of the paper: dataset, faces, milliseconds of single, box and radius
+TABLE = (
+    ("Botanical Garden", 1_430_188, {"single": 104.3, "box": 101.8, "radius": 147.3}),
+    ("Stone Quarry", 1_904_178, {"single": 148.6, "box": 146.0, "radius": 267.4}),
+    ("Physics Campus", 1_617_772, {"single": 97.1, "box": 121.4, "radius": 134.8}),
+    ("Farmer's Pit", 794_509, {"single": 82.5, "box": 81.8, "radius": 90.1}),
+    ("Market Garden", 2_656_283, {"single": 168.6, "box": 189.0, "radius": 214.8}),
+)
+FLOORS = {"single": 1.0, "radius": 2.0, "box": 10.0}  # milliseconds
+LEAST_RATE = 60.0  # events of the brush a second
+
+
+def figures(values: Dict[str, float], paper: Dict[str, float]) -> List[Figure]:
+    """The lines of one mesh."""
+    found = []
+    for mode, floor in FLOORS.items():
+        name = f"{mode}, {values[mode + '_faces']:,.0f} faces"
+        scan = values.get("scan_" + mode)
+        found.append(Figure(name, values[mode], "ms", "linear OpenCL scan", scan, floor))
+        found.append(Figure(f"{mode}, 95 of 100", values[mode + "_tail"], "ms"))
+        if paper:
+            found.append(Figure(name, values[mode], "ms", "the paper (its GPU)", paper[mode]))
+    found.append(Figure("stroke, events", values["stroke_rate"], "1/s", "", None, LEAST_RATE))
+    found.append(Figure("stroke, longest event", values["stroke_longest"], "ms"))
+    return found
+
+
+def main() -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--faces", type=int, nargs="+", help="other sizes than the paper's")
+    parser.add_argument("--json", metavar="FILE", help="also write the values there")
+    options = parser.parse_args()
+    program = find_program(PROGRAM)
+    if program is None:
+        print("not measured: the C++ program was not built (OpenCL or libgtest-dev was not there)")
+        return 0
+    meshes = TABLE
+    if options.faces:
+        meshes = tuple(("outdoor world", faces, {}) for faces in options.faces)
+    results = {}
+    for name, faces, paper in meshes:
+        vertices, triangles = exact_world(faces)
+        print(f"{name}: {len(vertices):,} vertices, {len(triangles):,} faces")
+        with tempfile.TemporaryDirectory(prefix="selection") as folder:
+            write_world(folder, vertices, triangles)
+            values = run_in_rviz(program, [folder], SECONDS)
+        print(table(figures(values, paper)))
+        results[str(faces)] = values
+    if options.json:
+        Path(options.json).write_text(json.dumps(results, indent=2), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
