@@ -105,15 +105,12 @@ TEST_F(LabelSessionTest, a_label_is_unstored_then_unsaved)
   EXPECT_EQ(session->assign("car_1", {7, 5, 7}), "");
   EXPECT_TRUE(session->isUnstored("car_1"));
   EXPECT_EQ(session->faces("car_1"), (Faces{5, 7}));
-  EXPECT_EQ(session->names().front(), "car_1");
   ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
   EXPECT_TRUE(received(0, "car_1", {5, 7}));
   EXPECT_TRUE(session->isUnstored("car_1")) << "it has not come back";
-  EXPECT_FALSE(session->isUnsaved("car_1"));
   ASSERT_TRUE(store(1));
   EXPECT_FALSE(session->isUnstored("car_1"));
   EXPECT_TRUE(session->isUnsaved("car_1"));
-  EXPECT_EQ(session->unsaved(), 1u);
 }
 
 TEST_F(LabelSessionTest, faces_are_added_and_taken_away_even_before_they_are_stored)

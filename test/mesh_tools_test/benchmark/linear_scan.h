@@ -37,7 +37,8 @@ class LinearScan
     }
     context_ = cl::Context(devices.front());
     queue_ = cl::CommandQueue(context_, devices.front());
-    cl::Program program(context_, std::string(SOURCE), true);
+    cl::Program program(context_, std::string(SOURCE));
+    program.build("");
     ray_ = cl::Kernel(program, "ray");
     sphere_ = cl::Kernel(program, "sphere");
     box_ = cl::Kernel(program, "box");
