@@ -54,10 +54,14 @@ LOOK = """Display Type: {Value: Fixed Color, Faces Alpha: 1, Faces Color: 0; 255
 SERVED = f"""
     - Class: rviz_mesh_plugin/TexturedMesh
       Name: Mesh
+      Enabled: true
+      Value: true
       Geometry Topic: {SERVER}/mesh/geometry
       {LOOK}
     - Class: rviz_mesh_plugin/ClusterLabel
       Name: Labels
+      Enabled: true
+      Value: true
       Geometry Topic: {SERVER}/mesh/geometry
       Labels Topic: {SERVER}/new_cluster_label
 """
@@ -65,8 +69,13 @@ SERVED = f"""
 MAP3D = f"""
     - Class: rviz_mesh_plugin/Map3D
       Name: Map3D
+      Enabled: true
+      Value: true
       Map file path: {{file}}
+      ClusterLabel: {{{{Enabled: true, Value: true}}}}
       Mesh:
+        Enabled: true
+        Value: true
         {LOOK.replace(chr(10), chr(10) + '  ').replace('{', '{{').replace('}', '}}')}
 """
 
@@ -101,7 +110,11 @@ class Screen:
         """What xdotool prints."""
         command = ["xdotool", *map(str, arguments)]
         return subprocess.run(
-            command, env=self.environment, check=True, stdout=subprocess.PIPE
+            command,
+            env=self.environment,
+            check=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
         ).stdout.decode()
 
     def pictures(self):
@@ -116,7 +129,10 @@ class Screen:
         def found():
             shapes = [p.shape[:2] for p in self.pictures() if is_map(p)]
             for window in self.do("search", "--maxdepth", 12, "--class", "").split():
-                lines = self.do("getwindowgeometry", "--shell", window).split()
+                try:
+                    lines = self.do("getwindowgeometry", "--shell", window).split()
+                except subprocess.CalledProcessError:  # gone meanwhile
+                    continue
                 values = dict(line.split("=") for line in lines)
                 place = [int(values[name]) for name in ("X", "Y", "WIDTH", "HEIGHT")]
                 if (place[3], place[2]) in shapes:
