@@ -54,6 +54,10 @@ void ClusterLabelPanel::onInitialize()
     list_->setModel(model_);
     list_->horizontalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
     list_->horizontalHeader()->setSectionResizeMode(LabelListModel::INSTANCE, QHeaderView::Stretch);
+    connect(model_, &QAbstractItemModel::dataChanged, list_, [this] {
+      list_->resizeColumnToContents(LabelListModel::FACES);
+      list_->resizeColumnToContents(LabelListModel::AREA);
+    });
     connect(list_->selectionModel(), &QItemSelectionModel::selectionChanged, this,
             [this] { showSituation(); });
     timer_->start(PERIOD);

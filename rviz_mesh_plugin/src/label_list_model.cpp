@@ -27,6 +27,9 @@ bool LabelListModel::refresh()
   looks_.setDisplay(session_->display());
   if (!areas_known_ || revision_ != session_->revision()) {
     areas_known_ = areas_.work(session_->mesh(), session_->labels(), BUDGET);
+    if (areas_known_ && rowCount() > 0) {
+      Q_EMIT dataChanged(index(0, AREA), index(rowCount() - 1, AREA));
+    }
   }
   if (revision_ == session_->revision()) {
     return false;
@@ -97,7 +100,7 @@ QVariant LabelListModel::data(const QModelIndex& index, int role) const
     }
     if (role == Qt::DecorationRole && column == CLASS) {
       const QColor color = looks_.color(label);
-      return color.isValid() ? QVariant(color) : QVariant();
+      return color.isValid() ? color : QColor(Qt::transparent);  // takes as much room
     }
   } catch (const std::exception& error) {
     ROS_ERROR_THROTTLE(10, "the list of labels cannot be shown: %s", error.what());
