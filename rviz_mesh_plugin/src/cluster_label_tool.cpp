@@ -10,7 +10,9 @@
 #include <rviz/visualization_manager.h>
 #include <QGuiApplication>
 
+#include "display_tree.h"
 #include "rviz_mesh_plugin/brush_ball.h"
+#include "rviz_mesh_plugin/cluster_label_display.h"
 #include "rviz_mesh_plugin/screen_outline.h"
 #include "rviz_mesh_plugin/selection_editor.h"
 #include "rviz_mesh_plugin/selection_hints.h"
@@ -163,7 +165,23 @@ void ClusterLabelTool::deactivate()
 void ClusterLabelTool::update(float /*wall_dt*/, float /*ros_dt*/)
 {
   if (active_ && editor_) {
-    attempt([&] { editor_->prepare(properties_->settings()); });
+    attempt([&] {
+      followBrushSize();
+      editor_->prepare(properties_->settings());
+    });
+  }
+}
+
+/// Displays have a property for the brush, too, which files in the field set.
+void ClusterLabelTool::followBrushSize()
+{
+  std::optional<float> size;
+  visitDisplays<ClusterLabelDisplay>(
+      context_->getRootDisplayGroup(), DisplayChoice::ENABLED,
+      [&](const ClusterLabelDisplay& display) { size = size ? size : display.brushSize(); });
+  if (size && *size != brush_size_) {
+    brush_size_ = *size;
+    properties_->setRadius(*size);
   }
 }
 

@@ -21,8 +21,6 @@ namespace {
 /// Of the brush's radius, per notch of the wheel.
 constexpr double RADIUS_FACTOR = 1.1;
 
-constexpr const char* STILL_LOOKING = "faces are still being looked for: wait, or give up with Esc";
-
 MouseInput inputOf(const rviz::ViewportMouseEvent& event)
 {
   MouseInput input;
@@ -224,7 +222,8 @@ bool ClusterLabelTool::switchTool(const QKeyEvent& event)
   if ((event.modifiers() & (Qt::ControlModifier | Qt::AltModifier | Qt::MetaModifier)) != 0) {
     return false;
   }
-  for (int i = 0; tools && i < tools->numTools(); ++i) {
+  // Of several with one key it is the last, as in RViz.
+  for (int i = tools ? tools->numTools() - 1 : -1; i >= 0; --i) {
     rviz::Tool* tool = tools->getTool(i);
     const QKeySequence shortcut{QString(QChar(tool->getShortcutKey()))};
     if (tool->getShortcutKey() != '\0' && shortcut.count() == 1 && shortcut[0] == event.key()) {

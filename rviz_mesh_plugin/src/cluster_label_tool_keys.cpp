@@ -6,8 +6,6 @@ namespace {
 
 using Change = FaceSelection::Change;
 
-constexpr const char* STILL_LOOKING = "faces are still being looked for: wait, or give up with Esc";
-
 }  // namespace
 
 void ClusterLabelTool::press(SelectionKey key)

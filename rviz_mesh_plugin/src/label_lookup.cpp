@@ -2,43 +2,41 @@
 
 #include <algorithm>
 
-#include <rviz/display_group.h>
-
+#include "display_tree.h"
 #include "rviz_mesh_plugin/cluster_label_display.h"
 
 namespace rviz_mesh_plugin {
-namespace {
 
-void takeSmaller(LabelClusterConstPtr& best, const LabelClusterConstPtr& other)
+std::vector<LabelClusterConstPtr> labelsAt(const rviz::DisplayGroup* displays, const MeshData& mesh,
+                                           std::uint32_t face)
 {
-  if (other && (!best || other->faces.size() < best->faces.size())) {
-    best = other;
-  }
+  std::vector<LabelClusterConstPtr> found;
+  visitDisplays<ClusterLabelDisplay>(
+      displays, DisplayChoice::ENABLED, [&](const ClusterLabelDisplay& display) {
+        // Displays that have received the same mesh share it; else its name tells.
+        const MeshDataConstPtr labelled = display.mesh();
+        if (!labelled || (labelled.get() != &mesh && (labelled->uuid != mesh.uuid ||
+                                                      labelled->faceCount() != mesh.faceCount()))) {
+          return;
+        }
+        for (const auto& label : display.labels()) {
+          const auto& faces = label.second->faces;
+          if (std::binary_search(faces.begin(), faces.end(), face)) {
+            found.push_back(label.second);
+          }
+        }
+      });
+  return found;
 }
-
-}  // namespace
 
 LabelClusterConstPtr labelAt(const rviz::DisplayGroup* displays, const MeshData& mesh,
                              std::uint32_t face)
 {
-  LabelClusterConstPtr best;
-  for (int i = 0; displays && i < displays->numDisplays(); ++i) {
-    const rviz::Display* display = displays->getDisplayAt(i);
-    const auto* labels = dynamic_cast<const ClusterLabelDisplay*>(display);
-    const MeshDataConstPtr labelled = labels && labels->isEnabled() ? labels->mesh() : nullptr;
-    // Displays that have received the same mesh share it; else its name tells.
-    if (labelled && (labelled.get() == &mesh ||
-                     (labelled->uuid == mesh.uuid && labelled->faceCount() == mesh.faceCount()))) {
-      for (const auto& entry : labels->labels()) {
-        const auto& faces = entry.second->faces;
-        if (std::binary_search(faces.begin(), faces.end(), face)) {
-          takeSmaller(best, entry.second);
-        }
-      }
-    }
-    takeSmaller(best, labelAt(dynamic_cast<const rviz::DisplayGroup*>(display), mesh, face));
-  }
-  return best;
+  const auto found = labelsAt(displays, mesh, face);
+  const auto best = std::min_element(found.begin(), found.end(), [](const auto& a, const auto& b) {
+    return a->faces.size() < b->faces.size();
+  });
+  return best == found.end() ? nullptr : *best;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include <rviz/display_context.h>
-#include <rviz/display_group.h>
 
-#include "rviz_mesh_plugin/cluster_label_display.h"
+#include "display_tree.h"
+#include "rviz_mesh_plugin/label_lookup.h"
 #include "rviz_mesh_plugin/textured_mesh_display.h"
 #include "rviz_mesh_plugin/view_geometry.h"
 
@@ -37,27 +37,6 @@ void add(const TexturedMeshDisplay& display, const SurfaceHit& hit, PointReport&
   }
 }
 
-void add(const rviz::DisplayGroup& group, const SurfaceHit& hit, PointReport& report)
-{
-  for (int i = 0; i < group.numDisplays(); ++i) {
-    const rviz::Display* display = group.getDisplayAt(i);
-    if (!display->isEnabled()) {
-      continue;
-    }
-    if (const auto* mesh = dynamic_cast<const TexturedMeshDisplay*>(display)) {
-      add(*mesh, hit, report);
-    } else if (const auto* labels = dynamic_cast<const ClusterLabelDisplay*>(display)) {
-      const MeshDataConstPtr labelled = labels->mesh();
-      if (labelled && labelled->uuid == hit.mesh->uuid &&
-          labelled->faceCount() == hit.mesh->faceCount()) {
-        addLabelsAt(labels->labels(), hit.face, report.labels);
-      }
-    } else if (const auto* inner = dynamic_cast<const rviz::DisplayGroup*>(display)) {
-      add(*inner, hit, report);
-    }
-  }
-}
-
 }  // namespace
 
 PointReport reportAt(const SurfaceHit& hit, rviz::DisplayContext& context)
@@ -68,8 +47,12 @@ PointReport reportAt(const SurfaceHit& hit, rviz::DisplayContext& context)
   report.in_mesh = {hit.source.frame.empty() ? hit.mesh->frame_id : hit.source.frame, hit.point};
   report.in_fixed_frame = {context.getFixedFrame().toStdString(),
                            pointInFixedFrame(hit.point, hit)};
-  if (const rviz::DisplayGroup* root = context.getRootDisplayGroup()) {
-    add(*root, hit, report);
+  const rviz::DisplayGroup* root = context.getRootDisplayGroup();
+  visitDisplays<TexturedMeshDisplay>(
+      root, DisplayChoice::ENABLED,
+      [&](const TexturedMeshDisplay& display) { add(display, hit, report); });
+  for (const LabelClusterConstPtr& label : labelsAt(root, *hit.mesh, hit.face)) {
+    report.labels.insert(label->label);
   }
   return report;
 }

@@ -99,6 +99,11 @@ void SelectionProperties::toggleBackFaces()
   back_faces_->setBool(!back_faces_->getBool());
 }
 
+void SelectionProperties::setRadius(float meters)
+{
+  radius_->setFloat(meters);
+}
+
 void SelectionProperties::scaleRadius(double factor)
 {
   radius_->setFloat(static_cast<float>(static_cast<double>(radius_->getFloat()) * factor));

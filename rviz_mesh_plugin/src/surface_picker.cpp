@@ -8,6 +8,7 @@
 #include <rviz/display_context.h>
 #include <rviz/display_group.h>
 
+#include "display_tree.h"
 #include "rviz_mesh_plugin/surface_index.h"
 #include "rviz_mesh_plugin/textured_mesh_display.h"
 
@@ -15,18 +16,6 @@ namespace rviz_mesh_plugin {
 namespace {
 
 constexpr double INF = std::numeric_limits<double>::infinity();
-
-template <class Visit>
-void visitDisplays(const rviz::DisplayGroup* group, const Visit& visit)
-{
-  for (int i = 0; group && i < group->numDisplays(); ++i) {
-    const rviz::Display* display = group->getDisplayAt(i);
-    if (const auto* mesh = dynamic_cast<const TexturedMeshDisplay*>(display)) {
-      visit(*mesh);
-    }
-    visitDisplays(dynamic_cast<const rviz::DisplayGroup*>(display), visit);
-  }
-}
 
 /// Where a ray enters the box around a mesh; infinite where it does not.
 double distanceToBox(const mesh_map::Ray& ray, const MeshData& mesh)
@@ -109,18 +98,20 @@ SurfacePicker::SurfacePicker(rviz::DisplayContext* context)
 std::vector<ShownMesh> SurfacePicker::meshes() const
 {
   std::vector<ShownMesh> meshes;
-  visitDisplays(context_->getRootDisplayGroup(), [&](const TexturedMeshDisplay& display) {
-    const auto shown = display.shownMeshes();
-    meshes.insert(meshes.end(), shown.begin(), shown.end());
-  });
+  visitDisplays<TexturedMeshDisplay>(context_->getRootDisplayGroup(), DisplayChoice::ALL,
+                                     [&](const TexturedMeshDisplay& display) {
+                                       const auto shown = display.shownMeshes();
+                                       meshes.insert(meshes.end(), shown.begin(), shown.end());
+                                     });
   return meshes;
 }
 
 bool SurfacePicker::exists(const MeshDataConstPtr& mesh) const
 {
   bool found = false;
-  visitDisplays(context_->getRootDisplayGroup(),
-                [&](const TexturedMeshDisplay& display) { found = found || display.has(mesh); });
+  visitDisplays<TexturedMeshDisplay>(
+      context_->getRootDisplayGroup(), DisplayChoice::ALL,
+      [&](const TexturedMeshDisplay& display) { found = found || display.has(mesh); });
   return found;
 }
 

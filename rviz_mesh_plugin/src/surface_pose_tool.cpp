@@ -74,8 +74,11 @@ SurfacePoseTool::SurfacePoseTool(const Kind& kind)
                                   parent);
   frame_->addOption("Fixed Frame", FIXED_FRAME);
   frame_->addOption("Mesh Frame", MESH_FRAME);
-  switched_ = new rviz::BoolProperty("Switch Bottom/Top", false,
-                                     "Turn the z and y axes of the pose over.", parent);
+  switched_ = new rviz::BoolProperty(
+      "Switch Bottom/Top", false,
+      "Turn the z and y axes of the pose over. (In the released plugin z pointed into the "
+      "ground without this; here it points out of it.)",
+      parent);
   z_axis_ = new rviz::EnumProperty("Z Axis", "Viewer",
                                    "To which side of the surface the z axis shows: to the one that "
                                    "is seen, or to the upper one in the fixed frame.",
@@ -121,7 +124,10 @@ int SurfacePoseTool::mouse(rviz::ViewportMouseEvent& event)
   if (!drag_) {
     return event.leftDown() ? press(event) : 0;
   }
-  if (event.rightDown()) {
+  // Where the button is up, its release went elsewhere.
+  const bool released_elsewhere =
+      event.leftDown() || (event.type == QEvent::MouseMove && !event.left());
+  if (event.rightDown() || released_elsewhere) {
     end();
     return Render;
   }

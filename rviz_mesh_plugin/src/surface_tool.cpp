@@ -37,12 +37,12 @@ void SurfaceTool::onInitialize()
   });
 }
 
+/// Looks at no display: RViz also calls this while it ends, when they are gone.
 void SurfaceTool::activate()
 {
   attempt([this] {
     camera_button_ = Qt::NoButton;
     if (picker_) {
-      picker_->prepare();
       begin();
     }
   });
@@ -57,6 +57,7 @@ void SurfaceTool::update(float /*wall_dt*/, float /*ros_dt*/)
 {
   attempt([this] {
     if (picker_) {
+      picker_->prepare();
       work();
     }
   });
@@ -83,12 +84,16 @@ bool SurfaceTool::movesCamera(const rviz::ViewportMouseEvent& event)
   return camera_button_ != Qt::NoButton && !by_other;
 }
 
-int SurfaceTool::processMouseEvent(rviz::ViewportMouseEvent& event)
+int SurfaceTool::processMouseEvent(rviz::ViewportMouseEvent& original)
 {
   int flags = 0;
   attempt([&] {
     if (!picker_) {
       return;
+    }
+    rviz::ViewportMouseEvent event = original;
+    if (event.type == QEvent::MouseButtonDblClick) {
+      event.type = QEvent::MouseButtonPress;  // the second of two quick ones
     }
     if (!movesCamera(event)) {
       flags = mouse(event);
@@ -98,6 +103,9 @@ int SurfaceTool::processMouseEvent(rviz::ViewportMouseEvent& event)
     rviz::ViewportMouseEvent camera_event = event;
     if (event.type != QEvent::Wheel) {
       camera_event.buttons_down &= camera_button_;  // not the one that drags something
+    }
+    if (camera_button_ == Qt::LeftButton) {  // does what it does without Shift in other tools
+      camera_event.modifiers &= ~Qt::KeyboardModifiers(Qt::ShiftModifier);
     }
     if (event.type == QEvent::MouseButtonRelease && event.acting_button == camera_button_) {
       camera_button_ = Qt::NoButton;

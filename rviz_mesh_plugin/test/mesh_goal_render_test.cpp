@@ -204,6 +204,27 @@ TEST_F(MeshGoalTest, right_button_and_escape_give_it_up)
   EXPECT_TRUE(received.empty());
 }
 
+TEST_F(MeshGoalTest, a_release_that_went_elsewhere_gives_it_up)
+{
+  showSquare(tilted, "tilted");
+  look(viewAt(2.5, 1.0));
+  press(325, 240);
+  move(400, 240);
+  move(300, 300, Qt::NoButton);
+  EXPECT_TRUE(says("given up")) << said;
+  EXPECT_EQ(countColored(grab(), 1), 0u);
+  EXPECT_EQ(release(300, 300), 0);
+  press(325, 240);
+  EXPECT_EQ(press(300, 300), rviz::Tool::Render) << "the second press without a release";
+  EXPECT_EQ(release(300, 300), 0);
+  // The second of two quick presses.
+  send(325, 240, QEvent::MouseButtonDblClick);
+  EXPECT_EQ(release(400, 240), FINISHED);
+  next();
+  spinFrames();
+  EXPECT_TRUE(received.empty());
+}
+
 TEST_F(MeshGoalTest, other_buttons_and_the_wheel_move_the_camera)
 {
   showSquare(tilted, "tilted");
@@ -231,6 +252,18 @@ TEST_F(MeshGoalTest, other_buttons_and_the_wheel_move_the_camera)
   EXPECT_TRUE(moved([&] { drag(Qt::RightButton); }));
   EXPECT_TRUE(moved([&] { drag(Qt::MiddleButton); }));
   EXPECT_TRUE(moved(turnWheel));
+  look(viewAt(2.5, 1.0));
+  const Ogre::Quaternion straight = camera()->getDerivedOrientation();
+  EXPECT_TRUE(moved([&] {
+    for (const auto type :
+         {QEvent::MouseButtonPress, QEvent::MouseMove, QEvent::MouseButtonRelease}) {
+      auto event = mouse(300, type == QEvent::MouseButtonPress ? 200 : 260, type, Qt::LeftButton);
+      event.modifiers = Qt::ShiftModifier;
+      event.last_y = 200;
+      tool->processMouseEvent(event);
+    }
+  }));
+  EXPECT_NE(camera()->getDerivedOrientation(), straight) << "as left alone does in Interact";
   look(viewAt(2.5, 1.0));
   press(325, 240);
   left = Qt::LeftButton;

@@ -223,6 +223,14 @@ TEST_F(SelectionToolRobustTest, takes_the_faces_of_a_label)
   EXPECT_EQ(selected(), wall);
   click({320, 240}, Qt::RightButton);
   EXPECT_TRUE(selected().empty());
+  set(labels, {"Brush Size"}, 0.25);
+  spinFrames();
+  tool->update(0.0f, 0.0f);
+  auto* radius = tool->getPropertyContainer()->subProp("Brush Radius");
+  EXPECT_EQ(radius->getValue().toDouble(), 0.25) << "the brush is also a property of the display";
+  radius->setValue(0.5);
+  tool->update(0.0f, 0.0f);
+  EXPECT_EQ(radius->getValue().toDouble(), 0.5) << "where only the tool's has changed";
   labels->setEnabled(false);
   click({320, 240});
   EXPECT_TRUE(says("This face has no label")) << said.toStdString();
@@ -273,5 +281,10 @@ TEST_F(SelectionToolRobustTest, camera_keys_and_configuration)
   EXPECT_EQ(selected().size(), shown().mesh->faceCount() - all_others.size());
   key(Qt::Key_I);
   EXPECT_EQ(tools->getCurrentTool()->getClassId(), "rviz/Interact");
+  rviz::Tool* goal = tools->addTool("rviz_mesh_plugin/MeshGoal");
+  ASSERT_TRUE(goal);
+  key(Qt::Key_M);
+  EXPECT_EQ(tools->getCurrentTool(), goal) << "of several tools with one key, the last one";
   tools->setCurrentTool(before_keys);
+  tools->removeTool(tools->numTools() - 1);
 }

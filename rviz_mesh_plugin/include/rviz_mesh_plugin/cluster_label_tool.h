@@ -68,6 +68,9 @@ class ClusterLabelTool : public rviz::Tool
   void onSettings();
 
  private:
+  static constexpr const char* STILL_LOOKING =
+      "faces are still being looked for: wait, or give up with Esc";
+
   bool attempt(const std::function<void()>& work);
   int handle(rviz::ViewportMouseEvent& event);
   void select(const rviz::ViewportMouseEvent& event, const Gesture& gesture);
@@ -81,6 +84,7 @@ class ClusterLabelTool : public rviz::Tool
   bool switchTool(const QKeyEvent& event);
   void giveUp();
   void say(const std::string& message);
+  void followBrushSize();
   void showStatus();
 
   SelectionProperties* properties_;
@@ -89,6 +93,7 @@ class ClusterLabelTool : public rviz::Tool
   std::unique_ptr<ScreenOutline> outline_;
   std::unique_ptr<BrushBall> ball_;
   bool active_ = false;
+  float brush_size_ = 1.0f;  ///< of the display, as it was last
   std::string message_;
   QString status_;  ///< as shown
 };

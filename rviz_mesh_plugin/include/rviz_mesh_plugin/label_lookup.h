@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "rviz_mesh_plugin/mesh_data.h"
 
@@ -10,8 +11,12 @@ class DisplayGroup;
 
 namespace rviz_mesh_plugin {
 
-/// The label that a face has, of those that ClusterLabel displays in this group (and groups in it)
-/// show of the mesh; null where it has none. Of several, it is the one with the fewest faces.
+/// The labels that a face has, of those that enabled ClusterLabel displays in this group (and
+/// groups in it) show of the mesh.
+std::vector<LabelClusterConstPtr> labelsAt(const rviz::DisplayGroup* displays, const MeshData& mesh,
+                                           std::uint32_t face);
+
+/// The one of them with the fewest faces; null where there is none.
 LabelClusterConstPtr labelAt(const rviz::DisplayGroup* displays, const MeshData& mesh,
                              std::uint32_t face);
 

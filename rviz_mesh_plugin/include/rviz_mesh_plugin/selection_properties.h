@@ -43,6 +43,7 @@ class SelectionProperties : public QObject
   void setTechnique(SelectionTechnique technique);
   void toggleVisibleOnly();
   void toggleBackFaces();
+  void setRadius(float meters);
   void scaleRadius(double factor);
 
  Q_SIGNALS:

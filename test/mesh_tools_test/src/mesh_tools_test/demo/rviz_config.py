@@ -158,7 +158,12 @@ def rviz_config(start, goal, frame, layer, limits, planners):
                 "Background Color": "64; 66; 72",
                 "Frame Rate": 10,
             },
-            "Tools": [{"Class": "rviz/MoveCamera"}, {"Class": "rviz/FocusCamera"}],
+            "Tools": [
+                {"Class": "rviz/MoveCamera"},
+                {"Class": "rviz/FocusCamera"},
+                {"Class": "rviz_mesh_plugin/MeshGoal", "Topic": GOAL_TOPIC},
+                {"Class": "rviz_mesh_plugin/MeshInspect"},
+            ],
             "Views": {"Current": view, "Saved": None},
             "Enabled": True,
             "Name": "root",
