@@ -14,7 +14,9 @@ import numpy as np
 import rosgraph
 import rospy
 import rostest
+from geometry_msgs.msg import PoseStamped
 from mesh_msgs import zoo
+from mesh_msgs.arrays import MeshGeometryStamped
 from mesh_msgs.msg import MeshFaceClusterStamped
 from mesh_msgs.srv import GetLabeledClusters
 from osmesa_harness.back_ends import BackEnd, environment_of
@@ -42,6 +44,7 @@ Visualization Manager:
   Tools:
     - {Class: rviz/MoveCamera}
     - {Class: rviz_mesh_plugin/ClusterLabel}
+    - {Class: rviz_mesh_plugin/MeshGoal}
   Views:
     Current: {Class: rviz/TopDownOrtho, Name: Current View, Scale: %g, X: 0, Y: 0, Angle: 0}
 Window Geometry: {Width: 1100, Height: 800, X: 0, Y: 0}
@@ -51,20 +54,21 @@ LOOK = """Display Type: {Value: Fixed Color, Faces Alpha: 1, Faces Color: 0; 255
       Show Normals: {Value: false}
       Show Wireframe: {Value: false}"""
 
-SERVED = f"""
+TOPICS = f"""
     - Class: rviz_mesh_plugin/TexturedMesh
       Name: Mesh
       Enabled: true
       Value: true
-      Geometry Topic: {SERVER}/mesh/geometry
-      {LOOK}
+      Geometry Topic: {{geometry}}
+      {LOOK.replace('{', '{{').replace('}', '}}')}
     - Class: rviz_mesh_plugin/ClusterLabel
       Name: Labels
       Enabled: true
       Value: true
-      Geometry Topic: {SERVER}/mesh/geometry
-      Labels Topic: {SERVER}/new_cluster_label
+      Geometry Topic: {{geometry}}
+      Labels Topic: {{labels}}/new_cluster_label
 """
+SERVED = TOPICS.format(geometry=f"{SERVER}/mesh/geometry", labels=SERVER)
 
 MAP3D = f"""
     - Class: rviz_mesh_plugin/Map3D
@@ -199,21 +203,26 @@ class RvizLabelling(unittest.TestCase):
             with process("rviz", command, folder, environment) as child:
                 yield Screen(child, folder, environment)
 
-    def clusters(self, name_space=SERVER):
+    def clusters(self, name_space=SERVER, uuid=""):
         """Label -> faces, as the owner of the labels tells them."""
         ask = rospy.ServiceProxy(name_space + "/get_labeled_clusters", GetLabeledClusters)
         ask.wait_for_service(60)
-        return {each.label: sorted(each.face_indices) for each in ask("").clusters}
+        return {each.label: sorted(each.face_indices) for each in ask(uuid).clusters}
+
+    def choose(self, screen, key):
+        """Chooses a tool by its key. Returns the middle of the 3D view."""
+        left, top, width, height = screen.view()
+        middle = np.array([left + 0.5 * width, top + 0.5 * height])
+        screen.do("mousemove", int(middle[0]), int(middle[1]))
+        time.sleep(0.5)  # as a person does
+        screen.do("key", key)
+        time.sleep(0.5)
+        return middle
 
     def label(self, screen, label_class, instance):
         """Selects the box with the mouse, and names it with the keyboard."""
-        left, top, width, height = screen.view()
-        middle = np.array([left + 0.5 * width, top + 0.5 * height])
+        middle = self.choose(screen, "l")
         (x0, y1), (x1, y0) = np.round(middle + BOX * (SCALE, -SCALE)).astype(int)
-        screen.do("mousemove", middle.astype(int)[0], middle.astype(int)[1])
-        time.sleep(0.5)  # as a person does
-        screen.do("key", "l")
-        time.sleep(0.5)
         before = [picture.tobytes() for picture in screen.pictures()]
         screen.do("mousemove", x0, y0, "mousedown", 1, "sleep", 0.2)
         screen.do("mousemove", (x0 + x1) // 2, (y0 + y1) // 2, "sleep", 0.2)
@@ -256,6 +265,52 @@ class RvizLabelling(unittest.TestCase):
                 )
 
             wait_until(seen, 60, "the label in the other RViz", [one.child, two.child])
+            for screen in (one, two):  # also where labels are not saved in the map
+                screen.child[1].send_signal(signal.SIGINT)
+                self.assertEqual(screen.child[1].wait(timeout=60), 0)
+
+    def test_label_manager_has_the_labels_of_a_mesh_without_a_map(self):
+        """They are on its disk."""
+        message = MeshGeometryStamped(uuid="field")
+        message.header.frame_id = "map"
+        message.mesh_geometry.vertices = self.vertices
+        message.mesh_geometry.faces = self.faces
+        publisher = rospy.Publisher("/field", MeshGeometryStamped, queue_size=1, latch=True)
+        self.stack.callback(publisher.unregister)
+        publisher.publish(message)
+        node = ["rosrun", "mesh_msgs_hdf5", "label_manager", f"_folder_path:={self.folder}/labels"]
+        displays = TOPICS.format(geometry="/field", labels="/label_manager")
+        with process("label_manager", node, self.folder / "logs") as manager:
+            with self.rviz("field", displays) as screen:
+                self.label(screen, "rock", "7")
+                journal = self.folder / "labels/field.labels.journal"
+                wait_until(journal.exists, 60, "the label", [screen.child, manager])
+                self.assertEqual(
+                    self.clusters("/label_manager", "field"), {"rock_7": self.expected()}
+                )
+        with process("label_manager", node, self.folder / "logs"):
+            self.assertEqual(self.clusters("/label_manager", "field"), {"rock_7": self.expected()})
+
+    def test_goal(self):
+        """Where the button was pressed, towards where it was released."""
+        goals = []
+        subscriber = rospy.Subscriber("/goal", PoseStamped, goals.append)
+        self.stack.callback(subscriber.unregister)
+        self.serve()
+        with self.rviz("goal", SERVED) as screen:
+            middle = self.choose(screen, "m")
+            begin, end = np.round(middle + ((90, 60), (190, -40))).astype(int)
+            screen.do("mousemove", *begin, "mousedown", 1, "sleep", 0.2)
+            screen.do("mousemove", *((begin + end) // 2), "sleep", 0.2)
+            screen.do("mousemove", *end, "sleep", 0.2, "mouseup", 1)
+            (goal,) = wait_until(lambda: goals, 60, "a goal", [screen.child])
+        x, y = (begin + 0.5 - middle) * (1.0, -1.0) / SCALE
+        self.assertEqual(goal.header.frame_id, "map")
+        place, turn = goal.pose.position, goal.pose.orientation
+        np.testing.assert_allclose([place.x, place.y, place.z], [x, y, 0.0], atol=1e-4)
+        half = np.pi / 8.0  # of 45 degrees
+        np.testing.assert_allclose([turn.x, turn.y], [0.0, 0.0], atol=1e-6)
+        np.testing.assert_allclose([turn.z, turn.w], [np.sin(half), np.cos(half)], atol=1e-4)
 
     def test_killed_in_the_middle_of_labelling(self):
         """What was confirmed is there after SIGKILL; the next RViz has it."""
@@ -272,6 +327,9 @@ class RvizLabelling(unittest.TestCase):
             wait_until(
                 lambda: "tree_1" in self.clusters(name_space()), 60, "the label", [screen.child]
             )
+            screen.do("key", "ctrl+q")
+            time.sleep(2.0)
+            self.assertIsNone(screen.child[1].poll(), "it asks before labels are not saved")
             os.kill(screen.pid(), signal.SIGKILL)
             wait_until(lambda: name_space() is None, 60, "the end of the server")
         with self.rviz("again", displays) as screen:
