@@ -231,11 +231,23 @@ std::string ClusterLabelDisplay::whyNotEditable(const std::string& label) const
 std::string ClusterLabelDisplay::setLabelFaces(const std::string& label,
                                                const std::vector<std::uint32_t>& faces)
 {
+  return storeFaces(label, faces, true);
+}
+
+std::string ClusterLabelDisplay::addLabelFaces(const std::string& label,
+                                               const std::vector<std::uint32_t>& faces)
+{
+  return storeFaces(label, faces, false);
+}
+
+std::string ClusterLabelDisplay::storeFaces(const std::string& label,
+                                            const std::vector<std::uint32_t>& faces, bool override)
+{
   std::string reason = whyNotEditable(label);
   if (reason.empty()) {
     edit_failure_.clear();
     lines_.attempt([&] {
-      owner_.store(*store_.mesh(), label, faces);
+      owner_.store(*store_.mesh(), label, faces, override);
       edits_[label] = Clock::now();
     });
   }

@@ -174,7 +174,6 @@ void ClusterLabelPanel::followList()
       list_->scrollToTop();
     }
   }
-  list_->viewport()->update();
 }
 
 std::vector<std::string> ClusterLabelPanel::chosen() const
@@ -214,6 +213,9 @@ void ClusterLabelPanel::showSituation()
       text += "<br><font color=\"#c00000\">" + QString::fromStdString(problem).toHtmlEscaped() +
               "</font>";
     }
+  }
+  if (!commands_->news().empty()) {
+    text += "<br>" + QString::fromStdString(commands_->news()).toHtmlEscaped() + ".";
   }
   if (status_->text() != text) {
     status_->setText(text);

@@ -20,6 +20,12 @@ void LabelCommands::attempt(const std::function<void()>& work)
   }
 }
 
+QString LabelCommands::unknownLabels()
+{
+  return "The labels of this mesh are not known yet: wait until who stores them has answered, see "
+         "the status of their display.";
+}
+
 LabelSituation LabelCommands::situation() const
 {
   LabelSituation situation;
@@ -42,6 +48,7 @@ void LabelCommands::run(LabelAction action, const std::string& name, const Label
     now.name = name;
     now.chosen = chosen.size();
     now.labels = session_->names().size();
+    news_.clear();
     message_ = whyNot(action, now);
     if (message_.empty()) {
       start(action, name, chosen);
@@ -49,21 +56,26 @@ void LabelCommands::run(LabelAction action, const std::string& name, const Label
   });
 }
 
-/// Commands that a dialog asks about go on when that is answered: by then all may have changed.
+std::string LabelCommands::whyNotOf(const MeshDataConstPtr& mesh) const
+{
+  if (session_->isOf(mesh)) {
+    return {};
+  }
+  return session_->mesh() ? "the mesh is another one now: nothing is done to its labels"
+                          : "there is no mesh to label any more";
+}
+
 void LabelCommands::start(LabelAction action, const std::string& name, const Labels& chosen)
 {
-  const auto then = [this](const auto& work) {
-    return [this, work](const auto& answer) { attempt([&] { message_ = work(answer); }); };
-  };
   switch (action) {
     case LabelAction::LABEL_CLUSTER:
-      return label(name);
+      message_ = label(name);
+      return;
     case LabelAction::RESET_FACES:
       return tool_->clearSelection();
     case LabelAction::NEW:
-      return askLabel(
-          parent_, "New Label", "", session_->names(),
-          then([this](const std::string& label) { return session_->assign(label, selection()); }));
+      return askLabel(parent_, "New Label", "", session_->names(),
+                      then([this](const std::string& label) { return this->label(label); }));
     case LabelAction::ASSIGN:
       message_ = session_->assign(chosen[0], selection());
       return;
@@ -76,10 +88,9 @@ void LabelCommands::start(LabelAction action, const std::string& name, const Lab
     case LabelAction::SELECT:
       return select(chosen);
     case LabelAction::RENAME:
-      return askLabel(parent_, "Rename " + listed(chosen), chosen[0], session_->names(),
-                      then([this, from = chosen[0]](const std::string& to) {
-                        return session_->rename(from, to);
-                      }));
+      return askLabel(
+          parent_, "Rename " + listed(chosen), chosen[0], session_->names(),
+          then([this, from = chosen[0]](const std::string& to) { return rename(from, to); }));
     case LabelAction::MERGE:
       return askChoice(
           parent_, "Merge Labels", "Make one label of " + listed(chosen) + ":", chosen,
@@ -93,9 +104,11 @@ void LabelCommands::start(LabelAction action, const std::string& name, const Lab
     case LabelAction::CLASS_COLOR:
       return askColors(withClasses(chosen));
     case LabelAction::IMPORT:
-      return askFile(parent_, false, [this](const std::string& path) { startImport(path); });
+      return askFile(parent_, false,
+                     then([this](const std::string& path) { return startImport(path); }));
     case LabelAction::EXPORT:
-      return askFile(parent_, true, [this](const std::string& path) { startExport(path); });
+      return askFile(parent_, true,
+                     then([this](const std::string& path) { return startExport(path); }));
     case LabelAction::SAVE:
       message_ = session_->save();
       return;
@@ -116,20 +129,35 @@ LabelSession::Faces LabelCommands::selection() const
   return tool_->selection().faces();
 }
 
-void LabelCommands::label(const std::string& name)
+std::string LabelCommands::label(const std::string& name)
 {
-  if (session_->faceCount(name) == 0) {
-    message_ = session_->assign(name, selection());
-    return;
+  const LabelSession::Faces faces = selection();
+  const QString label = QString::fromStdString(name);
+  QString question;
+  if (session_->faceCount(name) > 0) {
+    question = QString("There is a label %1 with faces already.").arg(label);
+  } else if (!session_->labelsKnown()) {
+    question = unknownLabels() + QString(" There may be a label %1 with faces already.").arg(label);
+  } else {
+    return session_->assign(name, faces);
   }
-  askButton(parent_, "Label Cluster",
-            QString("There is a label %1 with faces already.").arg(QString::fromStdString(name)),
-            {"Replace Them", "Add"}, [this, name](int button) {
-              attempt([&] {
-                message_ = button == 0 ? session_->assign(name, selection())
-                                       : session_->add(name, selection());
-              });
-            });
+  askButton(
+      parent_, "Label Cluster", question, {"Replace Them", "Add"}, then([this, name](int button) {
+        return button == 0 ? session_->assign(name, selection()) : session_->add(name, selection());
+      }));
+  return {};
+}
+
+std::string LabelCommands::rename(const std::string& from, const std::string& to)
+{
+  if (session_->labelsKnown()) {
+    return session_->rename(from, to);
+  }
+  askButton(
+      parent_, "Rename Label",
+      unknownLabels() + QString(" A label %1 would be replaced.").arg(QString::fromStdString(to)),
+      {"Rename"}, then([this, from, to](int) { return session_->rename(from, to); }));
+  return {};
 }
 
 void LabelCommands::select(const Labels& chosen)
@@ -144,13 +172,20 @@ void LabelCommands::select(const Labels& chosen)
 
 void LabelCommands::askColors(const Labels& labels)
 {
-  askColor(parent_, "Color of " + listed(labels), QColor(), [this, labels](const QColor& color) {
-    attempt([&] {
-      const auto channel = [](int value) { return static_cast<std::uint8_t>(value); };
-      message_ = session_->setColor(
-          labels, Rgba8{channel(color.red()), channel(color.green()), channel(color.blue()), 255});
-    });
-  });
+  const std::optional<Rgba8> now = session_->color(labels.at(0));
+  askColor(parent_, "Color of " + listed(labels),
+           now ? QColor(now->red, now->green, now->blue) : QColor(),
+           then([this, labels](const auto& color) { return setColor(labels, color); }));
+}
+
+std::string LabelCommands::setColor(const Labels& labels, const std::optional<QColor>& color)
+{
+  if (!color) {
+    return session_->setColor(labels, std::nullopt);
+  }
+  const auto channel = [](int value) { return static_cast<std::uint8_t>(value); };
+  return session_->setColor(
+      labels, Rgba8{channel(color->red()), channel(color->green()), channel(color->blue()), 255});
 }
 
 LabelCommands::Labels LabelCommands::withClasses(const Labels& chosen) const
@@ -165,74 +200,6 @@ LabelCommands::Labels LabelCommands::withClasses(const Labels& chosen) const
                      [&](const auto& label) { return classes.count(labelClass(label)) == 0; }),
       labels.end());
   return labels;
-}
-
-void LabelCommands::startImport(const std::string& path)
-{
-  attempt([&] {
-    if (const MeshDataConstPtr mesh = session_->mesh()) {
-      const std::size_t face_count = mesh->faceCount();
-      reading_.start([path, face_count] { return readLabelFile(path, face_count); });
-    }
-  });
-}
-
-void LabelCommands::startExport(const std::string& path)
-{
-  attempt([&] {
-    if (const MeshDataConstPtr mesh = session_->mesh()) {
-      LabelFile file;
-      file.uuid = mesh->uuid;
-      file.labels = session_->content();
-      writing_.start([path, file = std::move(file), face_count = mesh->faceCount()] {
-        writeLabelFile(path, file, face_count);
-        return path;
-      });
-    }
-  });
-}
-
-void LabelCommands::import(const LabelFile& file)
-{
-  Labels replaced;
-  for (const auto& label : file.labels) {
-    if (session_->faceCount(label.first) > 0 &&
-        session_->faces(label.first) != label.second.faces) {
-      replaced.push_back(label.first);
-    }
-  }
-  QString question;
-  const MeshDataConstPtr mesh = session_->mesh();
-  if (mesh && !file.uuid.empty() && file.uuid != mesh->uuid) {
-    question = "These labels were made for another mesh with as many faces. ";
-  }
-  if (!replaced.empty()) {
-    question += "They replace " + listed(replaced) + ".";
-  }
-  if (question.isEmpty()) {
-    message_ = session_->import(file.labels);
-    return;
-  }
-  askButton(parent_, "Import Labels", question, {"Import"}, [this, labels = file.labels](int) {
-    attempt([&] { message_ = session_->import(labels); });
-  });
-}
-
-void LabelCommands::work()
-{
-  attempt([&] {
-    if (const auto read = reading_.take()) {
-      if (read->result) {
-        import(*read->result);
-      } else {
-        message_ = read->error;
-      }
-    }
-    const auto written = writing_.take();
-    if (written && !written->result) {
-      message_ = written->error;
-    }
-  });
 }
 
 }  // namespace rviz_mesh_plugin

@@ -151,27 +151,39 @@ void askChoice(QWidget* parent, const QString& title, const QString& question,
 }
 
 QWidget* askButton(QWidget* parent, const QString& title, const QString& question,
-                   const std::vector<QString>& buttons, const std::function<void(int button)>& done)
+                   const std::vector<QString>& buttons, const std::function<void(int button)>& done,
+                   const QString& nothing)
 {
   auto* box = create<QMessageBox>(parent, title);
   box->setIcon(QMessageBox::Question);
   box->setText(question);
+  QPushButton* first = nullptr;
   for (std::size_t i = 0; i < buttons.size(); ++i) {
-    const QPushButton* button = box->addButton(buttons[i], QMessageBox::ActionRole);
+    QPushButton* button = box->addButton(buttons[i], QMessageBox::ActionRole);
     QObject::connect(button, &QPushButton::clicked, parent,
                      [done, i] { done(static_cast<int>(i)); });
+    first = first ? first : button;
   }
-  box->setDefaultButton(box->addButton(QMessageBox::Cancel));
+  QPushButton* cancel = box->addButton(nothing, QMessageBox::RejectRole);
+  box->setDefaultButton(nothing == "Cancel" ? cancel : first);
+  box->setEscapeButton(cancel);
   box->open();
   return box;
 }
 
 void askColor(QWidget* parent, const QString& title, const QColor& color,
-              const std::function<void(const QColor& color)>& done)
+              const std::function<void(const std::optional<QColor>& color)>& done)
 {
   auto* dialog = create<QColorDialog>(parent, title);
+  dialog->setOption(QColorDialog::DontUseNativeDialog);  // it gets one more button
   dialog->setCurrentColor(color.isValid() ? color : QColor(Qt::gray));
-  QObject::connect(dialog, &QColorDialog::colorSelected, parent, done);
+  if (auto* buttons = dialog->findChild<QDialogButtonBox*>()) {
+    const auto* of_class = buttons->addButton("Color of Class", QDialogButtonBox::ResetRole);
+    QObject::connect(of_class, &QPushButton::clicked, dialog, &QDialog::reject);
+    QObject::connect(of_class, &QPushButton::clicked, parent, [done] { done(std::nullopt); });
+  }
+  QObject::connect(dialog, &QColorDialog::colorSelected, parent,
+                   [done](const QColor& chosen) { done(chosen); });
   dialog->open();
 }
 

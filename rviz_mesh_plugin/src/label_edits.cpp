@@ -7,7 +7,7 @@ namespace rviz_mesh_plugin {
 
 void LabelEdits::add(LabelEdit edit)
 {
-  const Key key{edit.uuid, edit.label, edit.faces == nullptr};
+  const Key key{edit.mesh(), edit.label, edit.faces == nullptr};
   Pending pending;
   pending.edit = std::move(edit);
   edits_[key] = std::move(pending);
@@ -15,10 +15,10 @@ void LabelEdits::add(LabelEdit edit)
 
 bool LabelEdits::mustWait(const LabelEdit& edit) const
 {
-  if (!edit.faces && edits_.count({edit.uuid, edit.label, false}) != 0) {
+  if (!edit.faces && edits_.count({edit.mesh(), edit.label, false}) != 0) {
     return true;  // there may be no label to color yet
   }
-  return !edit.after.empty() && isPending(edit.uuid, edit.after);
+  return !edit.after.empty() && isPending(edit.mesh(), edit.after);
 }
 
 std::vector<LabelEdit> LabelEdits::work(Clock::time_point now,
@@ -88,23 +88,23 @@ std::string LabelEdits::failure() const
   return {};
 }
 
-bool LabelEdits::isPending(const std::string& uuid, const std::string& label) const
+bool LabelEdits::isPending(const MeshId& mesh, const std::string& label) const
 {
-  return edits_.count({uuid, label, false}) != 0 || edits_.count({uuid, label, true}) != 0;
+  return edits_.count({mesh, label, false}) != 0 || edits_.count({mesh, label, true}) != 0;
 }
 
-LabelEdit::Faces LabelEdits::faces(const std::string& uuid, const std::string& label) const
+const LabelEdit* LabelEdits::find(const MeshId& mesh, const std::string& label) const
 {
-  const auto found = edits_.find({uuid, label, false});
-  return found == edits_.end() ? nullptr : found->second.edit.faces;
+  const auto found = edits_.find({mesh, label, false});
+  return found == edits_.end() ? nullptr : &found->second.edit;
 }
 
-std::vector<std::string> LabelEdits::labels(const std::string& uuid) const
+std::vector<std::string> LabelEdits::labels(const MeshId& mesh) const
 {
   std::vector<std::string> labels;
   for (const auto& entry : edits_) {
     const LabelEdit& edit = entry.second.edit;
-    if (edit.uuid == uuid && edit.faces && !edit.faces->empty()) {
+    if (edit.mesh() == mesh && edit.faces && !edit.faces->empty()) {
       labels.push_back(edit.label);
     }
   }

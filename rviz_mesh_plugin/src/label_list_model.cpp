@@ -24,17 +24,22 @@ LabelListModel::LabelListModel(LabelSession* session, QObject* parent)
 
 bool LabelListModel::refresh()
 {
-  looks_.setDisplay(session_->display());
+  bool changed = looks_.refresh(session_->display());
   if (!areas_known_ || revision_ != session_->revision()) {
     areas_known_ = areas_.work(session_->mesh(), session_->labels(), BUDGET);
-    if (areas_known_ && rowCount() > 0) {
-      Q_EMIT dataChanged(index(0, AREA), index(rowCount() - 1, AREA));
-    }
+    changed = true;
   }
-  if (revision_ == session_->revision()) {
-    return false;
-  }
+  const bool revised = revision_ != session_->revision();
   revision_ = session_->revision();
+  const bool other_rows = revised && refreshRows();
+  if (changed && !other_rows && rowCount() > 0) {
+    Q_EMIT dataChanged(index(0, 0), index(rowCount() - 1, COLUMNS - 1));
+  }
+  return other_rows;
+}
+
+bool LabelListModel::refreshRows()
+{
   std::vector<std::string> labels = session_->names();
   std::sort(labels.begin(), labels.end(), LabelLess());
   if (labels == labels_) {

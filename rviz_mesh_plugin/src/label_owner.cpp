@@ -69,7 +69,7 @@ void LabelOwner::disconnect()
 }
 
 void LabelOwner::store(const MeshData& mesh, const std::string& label,
-                       const std::vector<std::uint32_t>& faces)
+                       const std::vector<std::uint32_t>& faces, bool override)
 {
   mesh_msgs::MeshFaceClusterStamped message;
   message.header.frame_id = mesh.frame_id;
@@ -77,7 +77,7 @@ void LabelOwner::store(const MeshData& mesh, const std::string& label,
   message.uuid = mesh.uuid;
   message.cluster.label = label;
   message.cluster.face_indices = faces;
-  message.override = true;
+  message.override = override;
   publisher_.publish(message);
 }
 

@@ -1,5 +1,6 @@
 // Closing RViz with labels that are not saved: a part of the panel.
 #include <exception>
+#include <iostream>
 #include <memory>
 #include <string>
 
@@ -30,7 +31,7 @@ std::string describeLoss(const LabelSession& session)
   return describeLoss(situation) + (failure.empty() ? "" : "\n\n" + failure);
 }
 
-void askWithoutPanel(const SharedSession& session, QWidget* window);
+void askWithoutPanel(const SharedSession& session, QWidget* window, const std::string& problem);
 
 /// Stores what is not stored, then saves; asks once more where that fails.
 void saveWithoutPanel(const SharedSession& session, QWidget* window)
@@ -39,17 +40,22 @@ void saveWithoutPanel(const SharedSession& session, QWidget* window)
   QObject::connect(timer, &QTimer::timeout, window, [=, saving = false]() mutable {
     try {
       session->work(nullptr);
-      if (session->unstored() > session->failed() || session->isSaving()) {
+      const bool failed = session->failed() > 0;  // others may wait for that one
+      if (session->isSaving() || (!failed && session->unstored() > 0)) {
         return;
       }
-      if (!saving && session->failed() == 0) {
-        saving = session->save().empty();
-        return;
+      std::string problem;
+      if (!saving && !failed) {
+        saving = true;
+        problem = session->save();
+        if (problem.empty()) {
+          return;
+        }
       }
       timer->deleteLater();
       timer->stop();
       if (session->unstored() + session->unsaved() > 0) {
-        askWithoutPanel(session, window);
+        askWithoutPanel(session, window, problem);
       }
     } catch (const std::exception& error) {
       timer->stop();
@@ -60,11 +66,12 @@ void saveWithoutPanel(const SharedSession& session, QWidget* window)
   timer->start(PERIOD);
 }
 
-void askWithoutPanel(const SharedSession& session, QWidget* window)
+void askWithoutPanel(const SharedSession& session, QWidget* window, const std::string& problem)
 {
-  askButton(window, "Labels Not Saved",
-            QString::fromStdString("The panel of labels is gone. " + describeLoss(*session)),
-            {"Save"}, [session, window](int) { saveWithoutPanel(session, window); });
+  askButton(
+      window, "Labels Not Saved",
+      QString::fromStdString("The panel of labels is gone. " + describeLoss(*session) + problem),
+      {"Save"}, [session, window](int) { saveWithoutPanel(session, window); }, "Discard");
 }
 
 }  // namespace
@@ -75,9 +82,11 @@ void ClusterLabelPanel::askWhenGone()
   if (!session_ || session_->unstored() + session_->unsaved() == 0) {
     return;
   }
-  ROS_WARN("The panel of labels is gone. %s", describeLoss(*session_).c_str());
+  if (!loss_told_) {
+    ROS_WARN("The panel of labels is gone. %s", describeLoss(*session_).c_str());
+  }
   if (window_ && window_ != this && window_->isVisible() && ros::ok()) {
-    askWithoutPanel(SharedSession(std::move(session_)), window_);
+    askWithoutPanel(SharedSession(std::move(session_)), window_, {});
   }
 }
 
@@ -97,7 +106,19 @@ bool ClusterLabelPanel::eventFilter(QObject* object, QEvent* event)
 
 bool ClusterLabelPanel::mayClose()
 {
-  return closing_ == Closing::NOW || !session_ || session_->unstored() + session_->unsaved() == 0;
+  if (closing_ == Closing::NOW || !session_ || session_->unstored() + session_->unsaved() == 0) {
+    return true;
+  }
+  if (ros::ok()) {
+    return false;
+  }
+  // Ctrl+C, or somebody ends the node: RViz closes its windows until they are gone. ROS_WARN says
+  // nothing any more.
+  if (!loss_told_) {
+    loss_told_ = true;
+    std::cerr << "RViz ends. " << describeLoss(*session_) << std::endl;
+  }
+  return true;
 }
 
 void ClusterLabelPanel::askToClose()

@@ -1,6 +1,7 @@
 #include "rviz_mesh_plugin/label_session.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include <mesh_msgs/MeshFaceClusterStamped.h>
@@ -28,6 +29,11 @@ void findDisplays(const rviz::DisplayGroup* group, std::vector<ClusterLabelDispl
   }
 }
 
+MeshId idOf(const MeshDataConstPtr& mesh)
+{
+  return mesh ? MeshId{mesh->uuid, mesh->faceCount()} : MeshId();
+}
+
 bool isSame(const MeshDataConstPtr& a, const MeshDataConstPtr& b)
 {
   return a == b || (a && b && a->uuid == b->uuid && a->faceCount() == b->faceCount() &&
@@ -48,6 +54,24 @@ ClusterLabelDisplay* chooseDisplay(const rviz::DisplayGroup* root, const MeshDat
   return best == displays.end() ? nullptr : *best;
 }
 
+/// None: the label is not there.
+const LabelSession::Faces& storedFaces(const ClusterLabelDisplay& display, const std::string& label)
+{
+  static const LabelSession::Faces none;
+  const auto stored = display.labels().find(label);
+  return stored == display.labels().end() ? none : stored->second->faces;
+}
+
+bool hasChanged(const LabelEdit& edit, const ClusterLabelDisplay& display)
+{
+  if (edit.based_on.empty()) {
+    return false;
+  }
+  const auto& faces = storedFaces(display, edit.label);
+  return std::none_of(edit.based_on.begin(), edit.based_on.end(),
+                      [&](const auto& expected) { return *expected == faces; });
+}
+
 }  // namespace
 
 LabelSession::LabelSession(rviz::DisplayContext* context, std::chrono::milliseconds patience)
@@ -58,20 +82,20 @@ LabelSession::LabelSession(rviz::DisplayContext* context, std::chrono::milliseco
 
 LabelSession::~LabelSession()
 {
-  if (cancellation_) {
-    cancellation_->set();
+  for (const auto& saving : saving_) {
+    saving.second.cancellation->set();
   }
 }
 
 void LabelSession::work(const MeshDataConstPtr& mesh)
 {
   display_ = chooseDisplay(context_->getRootDisplayGroup(), mesh);
-  connect();
+  namespace_ = display_ ? labelNamespace(*display_) : std::string();
   const auto stored = edits_.work(
       Clock::now(), [this](const LabelEdit& edit) { return isStored(edit); },
       [this](const LabelEdit& edit) { return send(edit); });
   for (const LabelEdit& edit : stored) {
-    unsaved_[{edit.uuid, edit.label}] = {namespace_, ++changes_};
+    unsaved_[{edit.mesh(), edit.label}] = {labelNamespace(*displayOf(edit)), ++changes_};
   }
   takeSaved();
   if (!stored.empty() || labels() != known_) {
@@ -97,28 +121,25 @@ void LabelSession::giveUp()
   ++revision_;
 }
 
-void LabelSession::connect()
-{
-  namespace_ = display_ ? labelNamespace(*display_) : std::string();
-  try {
-    colors_.connect(node_, namespace_);
-  } catch (const ros::InvalidNameException&) {  // the display says so
-  }
-  if (display_) {
-    colors_.request(display_->mesh()->uuid);
-  }
-}
-
 const LabelClusters& LabelSession::labels() const
 {
   static const LabelClusters none;
   return display_ ? display_->labels() : none;
 }
 
-OwnColorsConstPtr LabelSession::ownColors() const
+bool LabelSession::labelsKnown() const
 {
-  const MeshDataConstPtr mesh = this->mesh();
-  return mesh ? colors_.colors(mesh->uuid) : nullptr;
+  return !display_ || namespace_.empty() || display_->labelsComplete();
+}
+
+std::optional<Rgba8> LabelSession::color(const std::string& label) const
+{
+  return display_ ? std::optional<Rgba8>(display_->labelColor(label)) : std::nullopt;
+}
+
+MeshId LabelSession::id() const
+{
+  return idOf(mesh());
 }
 
 std::vector<std::string> LabelSession::names() const
@@ -127,98 +148,119 @@ std::vector<std::string> LabelSession::names() const
   for (const auto& label : labels()) {
     names.insert(label.first);
   }
-  if (const MeshDataConstPtr mesh = this->mesh()) {
-    const auto pending = edits_.labels(mesh->uuid);
-    names.insert(pending.begin(), pending.end());
-  }
+  const auto pending = edits_.labels(id());
+  names.insert(pending.begin(), pending.end());
   return {names.begin(), names.end()};
-}
-
-const LabelSession::Faces* LabelSession::find(const std::string& label) const
-{
-  const MeshDataConstPtr mesh = this->mesh();
-  if (const auto pending = mesh ? edits_.faces(mesh->uuid, label) : nullptr) {
-    return pending.get();
-  }
-  const auto stored = labels().find(label);
-  return stored == labels().end() ? nullptr : &stored->second->faces;
 }
 
 LabelSession::Faces LabelSession::faces(const std::string& label) const
 {
-  const Faces* found = find(label);
-  return found ? *found : Faces();
+  const LabelEdit* pending = edits_.find(id(), label);
+  if (pending && !pending->adds) {
+    return *pending->faces;
+  }
+  const Faces stored = display_ ? storedFaces(*display_, label) : Faces();
+  if (!pending) {
+    return stored;
+  }
+  Faces all;
+  std::set_union(stored.begin(), stored.end(), pending->faces->begin(), pending->faces->end(),
+                 std::back_inserter(all));
+  return all;
 }
 
 std::size_t LabelSession::faceCount(const std::string& label) const
 {
-  const Faces* found = find(label);
-  return found ? found->size() : 0;
+  if (edits_.find(id(), label)) {
+    return faces(label).size();
+  }
+  const auto stored = labels().find(label);
+  return stored == labels().end() ? 0 : stored->second->faces.size();
 }
 
 bool LabelSession::isUnstored(const std::string& label) const
 {
-  const MeshDataConstPtr mesh = this->mesh();
-  return mesh && edits_.isPending(mesh->uuid, label);
+  return edits_.isPending(id(), label);
 }
 
 bool LabelSession::isUnsaved(const std::string& label) const
 {
-  const MeshDataConstPtr mesh = this->mesh();
-  return mesh && unsaved_.count({mesh->uuid, label}) != 0;
+  return unsaved_.count({id(), label}) != 0;
+}
+
+ClusterLabelDisplay* LabelSession::displayOf(const LabelEdit& edit) const
+{
+  if (display_ && id() == edit.mesh()) {
+    return display_;
+  }
+  std::vector<ClusterLabelDisplay*> displays;
+  findDisplays(context_->getRootDisplayGroup(), displays);
+  ClusterLabelDisplay* found = nullptr;
+  for (ClusterLabelDisplay* display : displays) {
+    if (idOf(display->mesh()) == edit.mesh() && (!found || display->isEnabled())) {
+      found = display;
+    }
+  }
+  return found;
 }
 
 std::string LabelSession::send(const LabelEdit& edit)
 {
-  const MeshDataConstPtr mesh = this->mesh();
-  if (!mesh || mesh->uuid != edit.uuid) {
-    return "no display shows the labels of its mesh '" + edit.uuid +
-           "': show that mesh and its labels again, with Map3D";
-  }
-  if (mesh->faceCount() != edit.face_count) {
-    return "the mesh '" + edit.uuid + "' is another one now, with other faces";
+  ClusterLabelDisplay* display = displayOf(edit);
+  if (!display) {
+    return mesh() && mesh()->uuid == edit.uuid
+               ? "the mesh '" + edit.uuid + "' is another one now, with other faces"
+               : "no display shows the labels of its mesh '" + edit.uuid +
+                     "': show that mesh and its labels again, with Map3D";
   }
   if (!edit.faces) {
-    return display_->setLabelColor(edit.label, edit.color ? &*edit.color : nullptr);
+    return display->setLabelColor(edit.label, edit.color ? &*edit.color : nullptr);
   }
-  const std::string reason = display_->setLabelFaces(edit.label, *edit.faces);
+  if (hasChanged(edit, *display)) {
+    return "it has changed meanwhile, elsewhere, and what is new would be lost: give up and look "
+           "at it, or delete it";
+  }
+  const std::string reason = edit.adds ? display->addLabelFaces(edit.label, *edit.faces)
+                                       : display->setLabelFaces(edit.label, *edit.faces);
   if (reason.empty()) {
-    tellEverybody(edit, *mesh);
+    tellEverybody(edit, *display);
   }
   return reason;
 }
 
 /// Not where the UUID says "the only one": that may be another mesh for who hears it.
-void LabelSession::tellEverybody(const LabelEdit& edit, const MeshData& mesh)
+void LabelSession::tellEverybody(const LabelEdit& edit, const ClusterLabelDisplay& display)
 {
   if (edit.uuid.empty() || edit.uuid == "mesh" ||
-      ros::names::append(namespace_, "cluster_label") == EVERYBODY) {
+      ros::names::append(labelNamespace(display), "cluster_label") == EVERYBODY) {
     return;
   }
   mesh_msgs::MeshFaceClusterStamped message;
-  message.header.frame_id = mesh.frame_id;
+  message.header.frame_id = display.mesh()->frame_id;
   message.header.stamp = ros::Time::now();
   message.uuid = edit.uuid;
   message.cluster.label = edit.label;
   message.cluster.face_indices = *edit.faces;
-  message.override = true;
+  message.override = !edit.adds;
   everybody_.publish(message);
 }
 
 bool LabelSession::isStored(const LabelEdit& edit) const
 {
-  const MeshDataConstPtr mesh = this->mesh();
-  if (!mesh || mesh->uuid != edit.uuid) {
+  const ClusterLabelDisplay* display = displayOf(edit);
+  if (!display) {
     return false;
   }
   if (!edit.faces) {
-    const OwnColorsConstPtr own = ownColors();
+    const OwnColorsConstPtr own = display->ownColors();
     const auto color = own ? own->find(edit.label) : OwnColors::const_iterator();
     const bool has_own = own && color != own->end();
     return edit.color ? has_own && color->second == *edit.color : !has_own;
   }
-  const auto label = labels().find(edit.label);
-  return label == labels().end() ? edit.faces->empty() : label->second->faces == *edit.faces;
+  const Faces& stored = storedFaces(*display, edit.label);
+  return edit.adds
+             ? std::includes(stored.begin(), stored.end(), edit.faces->begin(), edit.faces->end())
+             : stored == *edit.faces;
 }
 
 std::string LabelSession::failure() const

@@ -39,6 +39,20 @@ LabelEdit LabelSession::edit(const std::string& label) const
   return edit;
 }
 
+/// Clears a label whose faces another one gets.
+LabelEdit LabelSession::clearing(const std::string& label, const std::string& after) const
+{
+  LabelEdit clear = edit(label);
+  clear.faces = std::make_shared<Faces>();
+  clear.after = after;
+  // What is on its way may have been sent, or not.
+  clear.based_on.push_back(std::make_shared<Faces>(faces(label)));
+  const auto stored = labels().find(label);
+  clear.based_on.push_back(
+      stored == labels().end() ? clear.faces : std::make_shared<Faces>(stored->second->faces));
+  return clear;
+}
+
 /// Checks what is to be kept until it is stored.
 std::string LabelSession::put(LabelEdit edit)
 {
@@ -69,9 +83,19 @@ std::string LabelSession::assign(const std::string& label, const Faces& faces)
 
 std::string LabelSession::add(const std::string& label, const Faces& faces)
 {
-  Faces all = this->faces(label);
-  all.insert(all.end(), faces.begin(), faces.end());
-  return assign(label, all);
+  if (faces.empty()) {
+    return {};
+  }
+  const LabelEdit* pending = edits_.find(id(), label);
+  LabelEdit change = pending ? *pending : edit(label);
+  change.adds = !pending || pending->adds;
+  auto all = std::make_shared<Faces>(faces);
+  if (pending) {
+    all->insert(all->end(), pending->faces->begin(), pending->faces->end());
+  }
+  sortFaces(*all);
+  change.faces = std::move(all);
+  return put(std::move(change));
 }
 
 std::string LabelSession::takeAway(const std::string& label, const Faces& faces)
@@ -98,10 +122,7 @@ std::string LabelSession::rename(const std::string& from, const std::string& to)
     reason = setColor({to}, color->second);
   }
   if (reason.empty()) {
-    LabelEdit clear = edit(from);
-    clear.faces = std::make_shared<Faces>();
-    clear.after = to;
-    reason = put(std::move(clear));
+    reason = put(clearing(from, to));
   }
   return reason;
 }
@@ -110,16 +131,13 @@ std::string LabelSession::merge(const std::vector<std::string>& labels, const st
 {
   Faces all;
   for (const std::string& label : labels) {
-    const Faces faces = this->faces(label);
+    const Faces faces = label == into ? Faces() : this->faces(label);
     all.insert(all.end(), faces.begin(), faces.end());
   }
-  std::string reason = assign(into, all);
+  std::string reason = add(into, all);
   for (const std::string& label : labels) {
     if (reason.empty() && label != into) {
-      LabelEdit clear = edit(label);
-      clear.faces = std::make_shared<Faces>();
-      clear.after = into;
-      reason = put(std::move(clear));
+      reason = put(clearing(label, into));
     }
   }
   return reason;

@@ -1,7 +1,10 @@
 // A part of the session: has labels written into maps.
+#include <iterator>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
+#include <ros/console.h>
 #include <ros/names.h>
 #include <std_srvs/Trigger.h>
 
@@ -15,15 +18,15 @@ namespace {
 
 constexpr std::chrono::seconds SAVE_PATIENCE(120);
 
-/// Asks who stores labels in this namespace to write them into the map.
+/// Asks who stores labels in this namespace to write them into the map; false: nobody is there.
 /// @throw std::runtime_error that says why they are not saved; Cancelled
-void saveLabels(const std::string& name_space, const Cancellation& cancellation)
+bool saveLabels(const std::string& name_space, const Cancellation& cancellation)
 {
   using std_srvs::Trigger;
   const std::string service = ros::names::append(name_space, "save_map");
   const auto answer = callLabelService<Trigger>(service, Trigger::Request(), cancellation);
   if (!answer) {
-    throw std::runtime_error("nobody offers the service " + service);
+    return false;
   }
   if (!answer->refusal.empty()) {
     throw std::runtime_error(service + " refuses it: " + shortened(answer->refusal));
@@ -39,6 +42,7 @@ void saveLabels(const std::string& name_space, const Cancellation& cancellation)
   if (!response.success) {
     throw std::runtime_error(service + " says: " + shortened(response.message));
   }
+  return true;
 }
 
 }  // namespace
@@ -55,41 +59,77 @@ std::string LabelSession::save()
   if (namespaces.empty()) {
     return "there is nothing to save: no display shows labels";
   }
-  if (saving_.isRunning()) {
+  if (isSaving()) {
     return "labels are being saved already";
   }
   save_failure_.clear();
-  saving_until_ = changes_;
-  saving_since_ = Clock::now();
-  cancellation_ = std::make_shared<Cancellation>();
-  saving_.start([namespaces, cancellation = cancellation_] {
-    for (const std::string& name_space : namespaces) {
-      saveLabels(name_space, *cancellation);
-    }
-    return true;
-  });
+  for (const std::string& name_space : namespaces) {
+    startSaving(name_space);
+  }
   return {};
+}
+
+void LabelSession::startSaving(const std::string& name_space)
+{
+  Saving saving;
+  saving.until = changes_;
+  saving.since = Clock::now();
+  saving.cancellation = std::make_shared<Cancellation>();
+  saving.task.start([name_space, cancellation = saving.cancellation] {
+    return saveLabels(name_space, *cancellation);
+  });
+  saving_.emplace(name_space, std::move(saving));
 }
 
 void LabelSession::takeSaved()
 {
-  if (saving_.isRunning() && Clock::now() - saving_since_ > SAVE_PATIENCE) {
-    cancellation_->set();
-    saving_.drop();
-    save_failure_ = "labels are not saved: save_map has not answered for two minutes";
+  for (auto saving = saving_.begin(); saving != saving_.end();) {
+    const std::string failure = takeSaved(saving->first, saving->second);
+    if (!failure.empty()) {
+      save_failure_ += (save_failure_.empty() ? "" : "; ") + failure;
+    }
+    if (saving->second.task.isRunning()) {
+      ++saving;
+    } else {
+      saving = saving_.erase(saving);
+      ++revision_;
+    }
   }
-  const auto outcome = saving_.take();
+}
+
+/// Forgets what has been saved. Returns what went wrong.
+std::string LabelSession::takeSaved(const std::string& name_space, Saving& saving)
+{
+  const auto outcome = saving.task.take();
+  if (!outcome && Clock::now() - saving.since <= SAVE_PATIENCE) {
+    return {};
+  }
+  const std::string service = ros::names::append(name_space, "save_map");
   if (!outcome) {
-    return;
+    saving.cancellation->set();
+    saving.task.drop();
+    return "labels are not saved: " + service + " has not answered for two minutes";
   }
   if (!outcome->result) {
-    save_failure_ = "labels are not saved: " + outcome->error;
-    return;
+    return "labels are not saved: " + outcome->error;
   }
-  ++revision_;
+  const bool is_there = *outcome->result;
+  if (!is_there && name_space == namespace_) {
+    return "labels are not saved: nobody offers the service " + service;
+  }
   for (auto label = unsaved_.begin(); label != unsaved_.end();) {
-    label = label->second.change <= saving_until_ ? unsaved_.erase(label) : std::next(label);
+    const bool is_over = label->second.name_space == name_space &&
+                         (!is_there || label->second.change <= saving.until);
+    label = is_over ? unsaved_.erase(label) : std::next(label);
   }
+  if (is_there) {
+    return {};
+  }
+  const std::string gone = "nobody offers the service " + service +
+                           " any more: labels that were stored there are in the map, or in the "
+                           "journal beside it, which its next server puts into it";
+  ROS_WARN("%s", gone.c_str());  // RViz may be closing
+  return gone;
 }
 
 }  // namespace rviz_mesh_plugin

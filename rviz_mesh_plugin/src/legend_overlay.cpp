@@ -12,6 +12,7 @@
 #include <Overlay/OgreOverlayContainer.h>
 #include <Overlay/OgreOverlayManager.h>
 
+#include "picture_material.h"
 #include "rviz_mesh_plugin/ogre_compatibility.h"
 #include "rviz_mesh_plugin/unique_name.h"
 
@@ -20,20 +21,6 @@ namespace {
 
 /// Below what other plugins put there on purpose (OGRE allows 0 to 650).
 constexpr unsigned short Z_ORDER = 300;
-
-Ogre::MaterialPtr createMaterial()
-{
-  Ogre::MaterialPtr material = Ogre::MaterialManager::getSingleton().create(
-      uniqueName("Legend material"), Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME);
-  material->setReceiveShadows(false);
-  Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
-  pass->setLightingEnabled(false);
-  pass->setDepthCheckEnabled(false);
-  pass->setDepthWriteEnabled(false);
-  pass->setCullingMode(Ogre::CULL_NONE);
-  pass->setSceneBlending(Ogre::SBT_TRANSPARENT_ALPHA);
-  return material;
-}
 
 }  // namespace
 
@@ -44,7 +31,7 @@ LegendOverlay::LegendOverlay()
     throw std::runtime_error("OGRE has been set up without overlays");
   }
   try {
-    material_ = createMaterial();
+    material_ = createPictureMaterial("Legend material");
     element_ = static_cast<Ogre::OverlayContainer*>(
         manager->createOverlayElement("Panel", uniqueName("Legend panel")));
     element_->setMetricsMode(Ogre::GMM_PIXELS);

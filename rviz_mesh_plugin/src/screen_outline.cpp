@@ -5,15 +5,13 @@
 #include <OgreCamera.h>
 #include <OgreHardwareBufferManager.h>
 #include <OgreMaterialManager.h>
-#include <OgrePass.h>
 #include <OgreRenderOperation.h>
 #include <OgreRenderQueue.h>
-#include <OgreResourceGroupManager.h>
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
-#include <OgreTechnique.h>
 #include <OgreViewport.h>
 
+#include "picture_material.h"
 #include "rviz_mesh_plugin/ogre_compatibility.h"
 #include "rviz_mesh_plugin/unique_name.h"
 
@@ -28,26 +26,12 @@ constexpr Rgba8 FILL{255, 140, 0, 40};
 constexpr double LIGHT_WIDTH = 2.0;
 constexpr double DARK_WIDTH = 4.0;
 
-Ogre::MaterialPtr createMaterial()
-{
-  Ogre::MaterialPtr material = Ogre::MaterialManager::getSingleton().create(
-      uniqueName("Outline material"), Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME);
-  material->setReceiveShadows(false);
-  Ogre::Pass* pass = material->getTechnique(0)->getPass(0);
-  pass->setLightingEnabled(false);
-  pass->setDepthCheckEnabled(false);
-  pass->setDepthWriteEnabled(false);
-  pass->setCullingMode(Ogre::CULL_NONE);
-  pass->setSceneBlending(Ogre::SBT_TRANSPARENT_ALPHA);
-  return material;
-}
-
 }  // namespace
 
 ScreenOutline::ScreenOutline(Ogre::SceneManager* scene_manager)
     : Ogre::MovableObject(uniqueName("Outline")),
       node_(scene_manager->getRootSceneNode()->createChildSceneNode()),
-      material_(createMaterial())
+      material_(createPictureMaterial("Outline material"))
 {
   setUseIdentityProjection(true);
   setUseIdentityView(true);

@@ -6,6 +6,7 @@
 #include <QColorDialog>
 #include <QComboBox>
 #include <QDialogButtonBox>
+#include <QEvent>
 #include <QFileDialog>
 #include <QInputDialog>
 #include <QLineEdit>
@@ -20,6 +21,17 @@ using test_labels::rows;
 
 class ClusterLabelPanelTest : public LabelPanelFixture
 {
+ protected:
+  class PaintCount : public QObject
+  {
+   public:
+    bool eventFilter(QObject* /*object*/, QEvent* event) override
+    {
+      paints += event->type() == QEvent::Paint ? 1 : 0;
+      return false;
+    }
+    int paints = 0;
+  };
 };
 
 TEST_F(ClusterLabelPanelTest, lists_the_labels)
@@ -173,6 +185,8 @@ TEST_F(ClusterLabelPanelTest, colors_are_set_for_labels_and_classes)
   choose({0});
   click("Color…");
   auto* colors = dialog<QColorDialog>();
+  const osmesa_harness::Rgb tree = test_labels::colorOf("tree");
+  EXPECT_EQ(colors->currentColor(), QColor(tree.red, tree.green, tree.blue)) << "that it has";
   colors->setCurrentColor(QColor(10, 20, 30));
   colors->accept();
   ASSERT_TRUE(spinUntil([&] { return server->colorsSet().size() == 1; }));
@@ -185,6 +199,59 @@ TEST_F(ClusterLabelPanelTest, colors_are_set_for_labels_and_classes)
   EXPECT_EQ(server->colorsSet()[2].label, "tree_2");
 }
 
+TEST_F(ClusterLabelPanelTest, a_label_gets_the_color_of_its_class_back)
+{
+  start();
+  server->colors.publish(colorsOf({{"tree_1", {10, 20, 30}}}));
+  const auto color = [&] {
+    return list()->model()->index(0, 0).data(Qt::DecorationRole).value<QColor>();
+  };
+  ASSERT_TRUE(spinUntil([&] { return color() == QColor(10, 20, 30); }));
+  choose({0});
+  click("Color…");
+  auto* colors = dialog<QColorDialog>();
+  EXPECT_EQ(colors->currentColor(), QColor(10, 20, 30)) << "the own one";
+  keep(colors, "panel_color");
+  for (auto* button : colors->findChildren<QPushButton*>()) {
+    if (button->text() == "Color of Class") {
+      button->click();
+    }
+  }
+  ASSERT_TRUE(noDialog<QColorDialog>());
+  ASSERT_TRUE(spinUntil([&] { return server->colorsSet().size() == 1; })) << text();
+  EXPECT_EQ(server->colorsSet()[0].label, "tree_1");
+  EXPECT_EQ(server->colorsSet()[0].color.a, 0.0f);
+  server->colors.publish(colorsOf({}));
+  const osmesa_harness::Rgb tree = test_labels::colorOf("tree");
+  EXPECT_TRUE(spinUntil([&] { return color() == QColor(tree.red, tree.green, tree.blue); }));
+  EXPECT_EQ(server->colorsSet().size(), 1u);
+}
+
+TEST_F(ClusterLabelPanelTest, the_list_is_painted_only_where_something_has_changed)
+{
+  start();
+  PaintCount count;
+  list()->viewport()->installEventFilter(&count);
+  const auto painted = [&] {
+    count.paints = 0;
+    for (int i = 0; i < 3; ++i) {
+      refresh();
+      spinFrames(1);
+    }
+    return count.paints > 0;
+  };
+  ASSERT_TRUE(spinUntil([&] { return !painted(); }));
+  server->colors.publish(colorsOf({{"tree_1", {10, 20, 30}}}));
+  EXPECT_TRUE(spinUntil(painted)) << "a color";
+  ASSERT_TRUE(spinUntil([&] { return !painted(); }));
+  find(display, {"Visible Labels", "tree"})->setValue(false);
+  EXPECT_TRUE(spinUntil(painted)) << "a class is hidden";
+  ASSERT_TRUE(spinUntil([&] { return !painted(); }));
+  server->labels.publish(LabelServer::cluster("tree_1", {1}));
+  EXPECT_TRUE(spinUntil(painted)) << "other faces";
+  EXPECT_EQ(cell(0, 2), "1");
+}
+
 TEST_F(ClusterLabelPanelTest, labels_are_exported_and_imported)
 {
   start();
@@ -194,7 +261,8 @@ TEST_F(ClusterLabelPanelTest, labels_are_exported_and_imported)
   auto* written = dialog<QFileDialog>();
   written->selectFile(path);
   static_cast<QDialog*>(written)->accept();
-  ASSERT_TRUE(spinUntil([&] { return QFile::exists(path); }));
+  EXPECT_TRUE(shows("3 labels exported to " + path.toStdString()));
+  keep(window.get(), "panel_exported");
   EXPECT_EQ(readLabelFile(path.toStdString(), 200).labels.at("tree_2").faces, rows(10, 1, 2));
   ASSERT_TRUE(noDialog<QFileDialog>());
   const auto import = [&](const char* content) {
@@ -214,6 +282,7 @@ TEST_F(ClusterLabelPanelTest, labels_are_exported_and_imported)
   };
   import("label,first_face\ncar_1,7\n");
   ASSERT_TRUE(stores(1, "car_1", {7}));
+  EXPECT_TRUE(shows("1 label imported from " + path.toStdString()));
   import("label,first_face\ncar_1,8\n");
   EXPECT_TRUE(dialog<QMessageBox>()->text().contains("replace car_1"));
   answer("Import");

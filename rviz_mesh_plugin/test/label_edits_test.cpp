@@ -82,11 +82,11 @@ TEST(LabelEdits, are_sent_once_and_end_when_they_are_stored)
   EXPECT_EQ(owner.sent, (Names{"a", "b"}));
   owner.stored = {"a"};
   EXPECT_EQ(owner.work(), 1u);
-  EXPECT_FALSE(owner.edits.isPending("mesh", "a"));
-  EXPECT_TRUE(owner.edits.isPending("mesh", "b"));
-  EXPECT_FALSE(owner.edits.isPending("other", "b"));
-  EXPECT_EQ(*owner.edits.faces("mesh", "b"), (std::vector<std::uint32_t>{2}));
-  EXPECT_EQ(owner.edits.labels("mesh"), Names{"b"});
+  EXPECT_FALSE(owner.edits.isPending({"mesh", 0}, "a"));
+  EXPECT_TRUE(owner.edits.isPending({"mesh", 0}, "b"));
+  EXPECT_FALSE(owner.edits.isPending({"other", 0}, "b"));
+  EXPECT_EQ(*owner.edits.find({"mesh", 0}, "b")->faces, (std::vector<std::uint32_t>{2}));
+  EXPECT_EQ(owner.edits.labels({"mesh", 0}), Names{"b"});
 }
 
 TEST(LabelEdits, wait_for_those_that_come_before_them)
@@ -143,7 +143,24 @@ TEST(LabelEdits, the_newest_of_a_label_counts)
   EXPECT_EQ(owner.edits.count(), 1u);
   owner.work();
   EXPECT_EQ(owner.sent, (Names{"a", "a"}));
-  EXPECT_EQ(*owner.edits.faces("mesh", "a"), (std::vector<std::uint32_t>{2}));
+  EXPECT_EQ(*owner.edits.find({"mesh", 0}, "a")->faces, (std::vector<std::uint32_t>{2}));
+}
+
+TEST(LabelEdits, of_meshes_with_one_uuid_are_kept_apart)
+{
+  Owner owner;
+  LabelEdit small = facesOf("a", {1});
+  small.face_count = 2;
+  LabelEdit large = facesOf("a", {1, 2});
+  large.face_count = 200;
+  owner.edits.add(small);
+  owner.edits.add(large);
+  EXPECT_EQ(owner.edits.count(), 2u);
+  EXPECT_EQ(*owner.edits.find({"mesh", 2}, "a")->faces, (std::vector<std::uint32_t>{1}));
+  EXPECT_EQ(*owner.edits.find({"mesh", 200}, "a")->faces, (std::vector<std::uint32_t>{1, 2}));
+  EXPECT_EQ(owner.edits.find({"mesh", 3}, "a"), nullptr);
+  EXPECT_FALSE(owner.edits.isPending({"mesh", 3}, "a"));
+  EXPECT_TRUE(owner.edits.labels({"mesh", 3}).empty());
 }
 
 TEST(LabelEdits, only_so_many_are_under_way)

@@ -17,6 +17,7 @@
 #include "label_fixture.h"
 #include "rviz_mesh_plugin/cluster_label_panel.h"
 #include "rviz_mesh_plugin/cluster_label_tool.h"
+#include "rviz_mesh_plugin/label_faces.h"
 
 /// The panel in a window of its own, with the tool and three labels.
 class LabelPanelFixture : public LabelDisplayFixture
@@ -63,6 +64,20 @@ class LabelPanelFixture : public LabelDisplayFixture
 
   /// What the panel does all the time.
   void refresh() { QMetaObject::invokeMethod(panel, "work", Qt::DirectConnection); }
+
+  /// Another mesh of as many faces comes, of whose labels nothing is known.
+  testing::AssertionResult showGarden()
+  {
+    auto mesh = test_meshes::terrain(10, [](double, double) { return 0.0; });
+    mesh.uuid = "garden";
+    geometry.publish(mesh);
+    const bool shown = spinUntil([&] {
+      refresh();
+      const auto now = panel->session()->mesh();
+      return now && now->uuid == "garden" && panel->session()->labels().empty();
+    });
+    return shown ? testing::AssertionSuccess() : testing::AssertionFailure() << text();
+  }
 
   testing::AssertionResult select(const Faces& faces)
   {
@@ -137,6 +152,7 @@ class LabelPanelFixture : public LabelDisplayFixture
 
   void answer(const QString& text)
   {
+    ASSERT_TRUE(dialog<QMessageBox>());
     for (QAbstractButton* button : dialog<QMessageBox>()->buttons()) {
       if (button->text().remove('&') == text) {
         button->click();
@@ -147,13 +163,20 @@ class LabelPanelFixture : public LabelDisplayFixture
     FAIL() << "no answer " << text.toStdString();
   }
 
-  /// Waits until so many edits have arrived, checks the last, and stores it.
+  /// Waits until so many edits have arrived, stores the last, and checks what its label has then.
   testing::AssertionResult stores(std::size_t count, const std::string& label, const Faces& faces)
   {
     if (!spinUntil([&] { return server->edits().size() >= count; })) {
       return testing::AssertionFailure() << server->edits().size() << " edits; " << text();
     }
-    const auto cluster = server->edits().at(count - 1).cluster;
+    const auto edit = server->edits().at(count - 1);
+    auto cluster = edit.cluster;
+    const auto known = display->labels().find(cluster.label);
+    if (!edit.override && known != display->labels().end()) {
+      const Faces& before = known->second->faces;
+      cluster.face_indices.insert(cluster.face_indices.end(), before.begin(), before.end());
+      rviz_mesh_plugin::sortFaces(cluster.face_indices);
+    }
     server->labels.publish(cluster);
     if (cluster.label != label || cluster.face_indices != faces) {
       return testing::AssertionFailure() << cluster;

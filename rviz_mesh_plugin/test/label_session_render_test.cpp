@@ -1,100 +1,14 @@
-#include <chrono>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include <gtest/gtest.h>
-#include <rviz/visualization_manager.h>
-
-#include "label_display_fixture.h"
-#include "label_fixture.h"
-#include "rviz_mesh_plugin/label_session.h"
-#include "save_server.h"
+#include "label_session_fixture.h"
 
 using namespace std::chrono_literals;
 using rviz_mesh_plugin::FileLabels;
-using rviz_mesh_plugin::LabelSession;
 using test_labels::rows;
 
-class LabelSessionTest : public LabelDisplayFixture
+class LabelSessionTest : public LabelSessionFixture
 {
- protected:
-  using Faces = LabelSession::Faces;
-
-  void SetUp() override
-  {
-    LabelDisplayFixture::SetUp();
-    everybody = node.subscribe<mesh_msgs::MeshFaceClusterStamped>(
-        "/cluster_label", 100,
-        [this](const auto& message) { copies.push_back(message->uuid + message->cluster.label); });
-  }
-
-  void TearDown() override
-  {
-    session.reset();
-    LabelDisplayFixture::TearDown();
-  }
-
-  /// Stores tree_1 in row 0, tree_2 in row 1, wall_1 in row 2.
-  void start(std::chrono::milliseconds patience = 60s, bool listen = true)
-  {
-    server->addLabel("tree_1", rows(10, 0, 1));
-    server->addLabel("tree_2", rows(10, 1, 2));
-    server->addLabel("wall_1", rows(10, 2, 3));
-    if (listen) {
-      server->listen(name_space);
-    }
-    display = createLabels();
-    publishMesh();
-    ASSERT_TRUE(says(display, "Labels", "3 labels"));
-    session = std::make_unique<LabelSession>(manager(), patience);
-    ASSERT_TRUE(until([&] {
-      return session->display() && everybody.getNumPublishers() > 0 &&
-             server->labels.getNumSubscribers() > 0;
-    }));
-  }
-
-  template <class Done>
-  bool until(const Done& done)
-  {
-    return spinUntil([&] {
-      session->work(nullptr);
-      return done();
-    });
-  }
-
-  /// Waits until so many edits have been received in all, and stores the last.
-  testing::AssertionResult store(std::size_t count)
-  {
-    if (!until([&] { return server->edits().size() == count; })) {
-      return testing::AssertionFailure() << server->edits().size() << " edits";
-    }
-    const auto cluster = server->edits().back().cluster;
-    server->labels.publish(cluster);
-    const bool arrived = until([&] {
-      const auto label = display->labels().find(cluster.label);
-      return label == display->labels().end() ? cluster.face_indices.empty()
-                                              : label->second->faces == cluster.face_indices;
-    });
-    session->work(nullptr);
-    return arrived ? testing::AssertionSuccess() : testing::AssertionFailure() << "not shown";
-  }
-
-  testing::AssertionResult received(std::size_t place, const std::string& label, const Faces& faces)
-  {
-    const auto edits = server->edits();
-    const auto& edit = edits.at(place);
-    if (edit.cluster.label == label && edit.cluster.face_indices == faces && edit.override &&
-        edit.uuid == "mesh" && edit.header.frame_id == "map") {
-      return testing::AssertionSuccess();
-    }
-    return testing::AssertionFailure() << edit;
-  }
-
-  Display* display = nullptr;
-  std::unique_ptr<LabelSession> session;
-  ros::Subscriber everybody;
-  std::vector<std::string> copies;  ///< on /cluster_label
 };
 
 TEST_F(LabelSessionTest, a_label_is_unstored_then_unsaved)
@@ -162,7 +76,11 @@ TEST_F(LabelSessionTest, merging_stores_all_faces_before_the_others_go)
   session->work(nullptr);
   EXPECT_EQ(server->edits().size(), 1u) << "the others stay until it is stored";
   ASSERT_TRUE(store(1));
-  EXPECT_TRUE(received(0, "tree_2", rows(10, 0, 3)));
+  Faces others = rows(10, 0, 1);
+  const Faces wall = rows(10, 2, 3);
+  others.insert(others.end(), wall.begin(), wall.end());
+  EXPECT_TRUE(received(0, "tree_2", others, false)) << "what others add to it stays";
+  EXPECT_EQ(session->faces("tree_2"), rows(10, 0, 3));
   ASSERT_TRUE(store(3));
   EXPECT_TRUE(received(1, "tree_1", {}));
   EXPECT_TRUE(received(2, "wall_1", {}));
@@ -234,40 +152,6 @@ TEST_F(LabelSessionTest, many_labels_arrive_all)
     ASSERT_TRUE(until([&] { return session->unstored() == 59 - stored; }));
   }
   EXPECT_EQ(session->content().size(), 63u);
-}
-
-TEST_F(LabelSessionTest, labels_are_saved_or_it_says_why_not)
-{
-  start();
-  session->assign("car_1", {5});
-  ASSERT_TRUE(store(1));
-  {
-    SaveServer saver(name_space);
-    saver.refusal = "the disk is full";
-    EXPECT_EQ(session->save(), "");
-    EXPECT_NE(session->save(), "") << "while it is saving";
-    ASSERT_TRUE(until([&] { return !session->isSaving(); }));
-    EXPECT_NE(session->failure().find("the disk is full"), std::string::npos) << session->failure();
-    EXPECT_TRUE(session->isUnsaved("car_1"));
-    saver.refusal.clear();
-    saver.held = true;
-    EXPECT_EQ(session->save(), "");
-    session->assign("car_2", {6});
-    ASSERT_TRUE(store(2));
-    EXPECT_TRUE(session->isSaving());
-    saver.held = false;
-    ASSERT_TRUE(until([&] { return !session->isSaving(); }));
-    EXPECT_EQ(session->failure(), "");
-    EXPECT_EQ(saver.calls, 2);
-    EXPECT_FALSE(session->isUnsaved("car_1"));
-    EXPECT_TRUE(session->isUnsaved("car_2")) << "it was stored after that";
-  }
-  EXPECT_EQ(session->save(), "");
-  ASSERT_TRUE(until([&] { return !session->isSaving(); }));
-  EXPECT_NE(session->failure().find("nobody offers the service " + name_space + "/save_map"),
-            std::string::npos)
-      << session->failure();
-  EXPECT_TRUE(session->isUnsaved("car_2"));
 }
 
 TEST_F(LabelSessionTest, what_goes_to_everybody_anyway_is_sent_once)

@@ -52,6 +52,16 @@ class ClusterLabelDisplay : public rviz::Display
 
   /// All labels of the mesh as they are now.
   const LabelClusters& labels() const { return store_.labels(); }
+  /// Whether there are no others: those who store them have said what there is.
+  bool labelsComplete() const { return store_.isComplete(); }
+
+  /// As it is drawn: the label's own, else that of its class.
+  Rgba8 labelColor(const std::string& label) { return colors_.color(label); }
+  /// Null while they are not known.
+  OwnColorsConstPtr ownColors() const
+  {
+    return mesh() ? label_colors_.colors(mesh()->uuid) : nullptr;
+  }
 
   /// The label that is chosen to be edited; empty for a new one ("__NEW__").
   std::string activeLabel() const;
@@ -63,6 +73,8 @@ class ClusterLabelDisplay : public rviz::Display
   /// Asks the owner of the labels to store a label with these faces and no others: it shows once it
   /// is stored. Returns why that cannot be asked for, else an empty string.
   std::string setLabelFaces(const std::string& label, const std::vector<std::uint32_t>& faces);
+  /// The same for these faces and those that it has.
+  std::string addLabelFaces(const std::string& label, const std::vector<std::uint32_t>& faces);
 
   /// The same for a color of the label's own; null: that of its class again.
   std::string setLabelColor(const std::string& label, const Rgba8* color);
@@ -98,6 +110,8 @@ class ClusterLabelDisplay : public rviz::Display
   void updatePose();
   void updateStatuses();
   std::string whyNotEditable(const std::string& label) const;
+  std::string storeFaces(const std::string& label, const std::vector<std::uint32_t>& faces,
+                         bool override);
 
   LabelProperties* properties_;
   std::shared_ptr<MeshInbox> inbox_;

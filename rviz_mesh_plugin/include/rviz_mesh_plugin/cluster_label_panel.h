@@ -86,6 +86,7 @@ class ClusterLabelPanel : public rviz::Panel
     NOW
   };
   Closing closing_ = Closing::NO;
+  bool loss_told_ = false;
   QPointer<QWidget> window_;    ///< the main one
   QPointer<QWidget> question_;  ///< whether to close it
 };

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <QColor>
 #include <QObject>
 #include <QPointer>
+#include <QString>
 
 #ifndef Q_MOC_RUN
 #include "rviz_mesh_plugin/background_task.h"
@@ -37,8 +40,10 @@ class LabelCommands
   /// To be called often.
   void work();
 
-  /// What became of the newest command; empty if all is well.
+  /// What went wrong with the newest command; empty if all is well.
   const std::string& message() const { return message_; }
+  /// What it has done, where that is not to be seen in the list.
+  const std::string& news() const { return news_; }
   void say(const std::string& message) { message_ = message; }
   /// Nothing is thrown: the message says what went wrong.
   void attempt(const std::function<void()>& work);
@@ -47,20 +52,49 @@ class LabelCommands
   using Labels = std::vector<std::string>;
   LabelSession::Faces selection() const;
   void start(LabelAction action, const std::string& name, const Labels& chosen);
-  void label(const std::string& name);
+  /// What a dialog calls back: does that work, which returns why it cannot, unless the mesh is
+  /// another one by then.
+  template <class Work>
+  auto then(const Work& work);
+  std::string whyNotOf(const MeshDataConstPtr& mesh) const;
+
+  static QString unknownLabels();
+
+  // These return why they cannot, else an empty string.
+  std::string label(const std::string& name);
+  std::string rename(const std::string& from, const std::string& to);
+  std::string setColor(const Labels& labels, const std::optional<QColor>& color);
+  std::string startImport(const std::string& path);
+  std::string startExport(const std::string& path);
+  std::string import(const LabelFile& file);
+  std::string importNow(const FileLabels& labels);
+
   void select(const Labels& chosen);
   void askColors(const Labels& labels);
   Labels withClasses(const Labels& chosen) const;
-  void startImport(const std::string& path);
-  void startExport(const std::string& path);
-  void import(const LabelFile& file);
 
   LabelSession* session_;
   QWidget* parent_;
   QPointer<ClusterLabelTool> tool_;
   std::string message_;
+  std::string news_;
   BackgroundTask<LabelFile> reading_;
-  BackgroundTask<std::string> writing_;  ///< the path
+  std::string read_path_;
+  MeshDataConstPtr read_for_;
+  BackgroundTask<std::string> writing_;  ///< the news
 };
+
+template <class Work>
+auto LabelCommands::then(const Work& work)
+{
+  return [this, work, mesh = session_->mesh()](const auto& answer) {
+    attempt([&] {
+      message_ = whyNotOf(mesh);
+      if (message_.empty()) {
+        message_ = work(answer);
+      }
+    });
+  };
+}
 
 }  // namespace rviz_mesh_plugin

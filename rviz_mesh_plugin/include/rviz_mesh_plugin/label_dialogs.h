@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,13 +27,16 @@ void askChoice(QWidget* parent, const QString& title, const QString& question,
                const std::vector<std::string>& choices,
                const std::function<void(const std::string& choice)>& done);
 
-/// Asks to press one of these buttons, or Cancel.
+/// Asks to press one of these buttons, or the one that does nothing, as the key Escape does. That
+/// is what the key Enter does, too, where it is called Cancel; else it presses the first one.
 QWidget* askButton(QWidget* parent, const QString& title, const QString& question,
-                   const std::vector<QString>& buttons,
-                   const std::function<void(int button)>& done);
+                   const std::vector<QString>& buttons, const std::function<void(int button)>& done,
+                   const QString& nothing = "Cancel");
 
+/// Asks for a color; none: that of the class.
+/// @param color to begin with
 void askColor(QWidget* parent, const QString& title, const QColor& color,
-              const std::function<void(const QColor& color)>& done);
+              const std::function<void(const std::optional<QColor>& color)>& done);
 
 /// Asks for a file of labels to be read or written.
 void askFile(QWidget* parent, bool write, const std::function<void(const std::string& path)>& done);

@@ -9,23 +9,31 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "rviz_mesh_plugin/mesh_data.h"
 
 namespace rviz_mesh_plugin {
 
+/// UUID and number of faces: another mesh may have the same UUID.
+using MeshId = std::pair<std::string, std::size_t>;
+
 /// What a label is to become.
 struct LabelEdit
 {
   using Faces = std::shared_ptr<const std::vector<std::uint32_t>>;
 
+  MeshId mesh() const { return {uuid, face_count}; }
+
   std::string uuid;  ///< of the mesh
   std::size_t face_count = 0;
   std::string label;
-  Faces faces;  ///< ascending, each once; none: it is deleted; null: its color changes
-  std::optional<Rgba8> color;  ///< of its own, or else that of its class
-  std::string after;           ///< is sent when the edits of this label are stored; else empty
+  Faces faces;        ///< ascending, each once; none: it is deleted; null: its color changes
+  bool adds = false;  ///< the faces to those it has then, else instead of them
+  std::vector<Faces> based_on;  ///< it has to have one of these then; empty: any
+  std::optional<Rgba8> color;   ///< of its own, or else that of its class
+  std::string after;            ///< is sent when the edits of this label are stored; else empty
 };
 
 /// Edits on their way to who stores labels. Each stays here until it has come back as stored, so
@@ -57,15 +65,15 @@ class LabelEdits
   std::size_t failed() const;
   /// Why the first that failed did; empty where none has.
   std::string failure() const;
-  bool isPending(const std::string& uuid, const std::string& label) const;
-  /// What the faces of a label are to become; null: nothing else than they are.
-  LabelEdit::Faces faces(const std::string& uuid, const std::string& label) const;
+  bool isPending(const MeshId& mesh, const std::string& label) const;
+  /// The one of the faces of a label; null: there is none. Until this changes.
+  const LabelEdit* find(const MeshId& mesh, const std::string& label) const;
   /// The labels of a mesh that get faces.
-  std::vector<std::string> labels(const std::string& uuid) const;
+  std::vector<std::string> labels(const MeshId& mesh) const;
 
  private:
-  /// UUID, label, whether of color.
-  using Key = std::tuple<std::string, std::string, bool>;
+  /// Mesh, label, whether of color.
+  using Key = std::tuple<MeshId, std::string, bool>;
   struct Pending
   {
     LabelEdit edit;

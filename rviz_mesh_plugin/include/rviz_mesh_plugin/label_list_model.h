@@ -43,6 +43,7 @@ class LabelListModel : public QAbstractTableModel
   Qt::ItemFlags flags(const QModelIndex& index) const override;
 
  private:
+  bool refreshRows();
   QVariant text(const std::string& label, int column) const;
 
   LabelSession* session_;
@@ -50,7 +51,7 @@ class LabelListModel : public QAbstractTableModel
   std::size_t revision_ = 0;
   LabelAreas areas_;
   bool areas_known_ = false;
-  mutable LabelLooks looks_;
+  LabelLooks looks_;
 };
 
 }  // namespace rviz_mesh_plugin

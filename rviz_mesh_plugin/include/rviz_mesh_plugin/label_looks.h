@@ -2,6 +2,8 @@
 
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <QColor>
 #include <QPointer>
@@ -18,12 +20,13 @@ namespace rviz_mesh_plugin {
 class LabelLooks
 {
  public:
-  /// To be called often: its properties are looked through once in between. Null: there is none.
-  void setDisplay(rviz::Display* display);
+  /// Follows the properties of a display (null: there is none); to be called often. True where
+  /// something looks other than before.
+  bool refresh(rviz::Display* display);
 
   /// Invalid while it is not known.
-  QColor color(const std::string& label);
-  bool isShown(const std::string& label);
+  QColor color(const std::string& label) const;
+  bool isShown(const std::string& label) const;
   /// Shows the class, too.
   void setShown(const std::string& label, bool shown);
 
@@ -33,13 +36,18 @@ class LabelLooks
     QPointer<rviz::ColorProperty> color;
     QPointer<rviz::BoolProperty> shown;
     QPointer<rviz::BoolProperty> class_shown;
+
+    bool isComplete() const { return color && shown && class_shown; }
+    bool isShown() const { return shown->getBool() && class_shown->getBool(); }
   };
-  Look* find(const std::string& label);
+  const Look* find(const std::string& label) const;
   void read();
+  bool isRead() const;
 
   QPointer<rviz::Display> display_;
   std::map<std::string, Look> looks_;
-  bool read_ = false;
+  std::size_t properties_ = 0;                 ///< that there were
+  std::vector<std::pair<QColor, bool>> seen_;  ///< color and visibility of all, in order
 };
 
 }  // namespace rviz_mesh_plugin

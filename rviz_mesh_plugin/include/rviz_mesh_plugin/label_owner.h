@@ -33,9 +33,9 @@ class LabelOwner
   std::string topic() const { return publisher_.getTopic(); }
   bool isHeard() const { return publisher_ && publisher_.getNumSubscribers() > 0; }
 
-  /// Has these faces stored as the label, instead of those it has.
+  /// Has these faces stored as the label, instead of those it has (@a override) or beside them.
   void store(const MeshData& mesh, const std::string& label,
-             const std::vector<std::uint32_t>& faces);
+             const std::vector<std::uint32_t>& faces, bool override);
 
   /// Has a color stored; null: none. What goes wrong is in takeFailure().
   void setColor(const std::string& uuid, const std::string& label, const Rgba8* color);

@@ -19,7 +19,6 @@
 #include "rviz_mesh_plugin/background_task.h"
 #include "rviz_mesh_plugin/cancellation.h"
 #include "rviz_mesh_plugin/cluster_label_display.h"
-#include "rviz_mesh_plugin/label_color_feed.h"
 #include "rviz_mesh_plugin/label_edits.h"
 #include "rviz_mesh_plugin/label_files.h"
 #endif
@@ -58,6 +57,10 @@ class LabelSession
   std::size_t revision() const { return revision_; }
   /// As they are stored.
   const LabelClusters& labels() const;
+  /// Whether there are no others; false while those who store them have not said what there is.
+  bool labelsKnown() const;
+  /// As it is drawn; nothing where there is no display.
+  std::optional<Rgba8> color(const std::string& label) const;
   /// All labels that are stored or are to be.
   std::vector<std::string> names() const;
   /// Of a label, as they are to be.
@@ -67,11 +70,13 @@ class LabelSession
   FileLabels content() const;
 
   std::string assign(const std::string& label, const Faces& faces);
+  /// Those that others add at the same time stay.
   std::string add(const std::string& label, const Faces& faces);
   std::string takeAway(const std::string& label, const Faces& faces);
-  /// Keeps a color of the label's own. The old label goes when the new one is stored.
+  /// Keeps a color of the label's own. The old label goes when the new one is stored, unless it
+  /// has changed by then.
   std::string rename(const std::string& from, const std::string& to);
-  /// Into one of them. The others go when that is stored.
+  /// Into one of them. The others go when that is stored, unless they have changed by then.
   std::string merge(const std::vector<std::string>& labels, const std::string& into);
   std::string remove(const std::vector<std::string>& labels);
   /// Nothing: the color of its class.
@@ -92,45 +97,52 @@ class LabelSession
   /// Forgets edits that are not stored.
   void giveUp();
 
-  /// Asks those who store labels to write them into the maps.
+  /// Asks those who store labels to write them into the maps, all at the same time.
   std::string save();
-  bool isSaving() const { return saving_.isRunning(); }
+  bool isSaving() const { return !saving_.empty(); }
 
  private:
   using Clock = std::chrono::steady_clock;
-  /// UUID of the mesh and label.
-  using Key = std::pair<std::string, std::string>;
+  using Key = std::pair<MeshId, std::string>;
   struct Unsaved
   {
     std::string name_space;
     std::size_t change = 0;
   };
+  /// By one of those who store labels.
+  struct Saving
+  {
+    std::shared_ptr<Cancellation> cancellation;
+    BackgroundTask<bool> task;  ///< false: nobody is there
+    std::size_t until = 0;      ///< changes that are saved then
+    Clock::time_point since;
+  };
 
   std::string put(LabelEdit edit);
-  const Faces* find(const std::string& label) const;
+  MeshId id() const;
   LabelEdit edit(const std::string& label) const;
+  LabelEdit clearing(const std::string& label, const std::string& after) const;
+  /// The mesh of an edit need not be the one whose labels are edited now.
+  ClusterLabelDisplay* displayOf(const LabelEdit& edit) const;
   std::string send(const LabelEdit& edit);
-  void tellEverybody(const LabelEdit& edit, const MeshData& mesh);
+  void tellEverybody(const LabelEdit& edit, const ClusterLabelDisplay& display);
   bool isStored(const LabelEdit& edit) const;
-  OwnColorsConstPtr ownColors() const;
-  void connect();
+  OwnColorsConstPtr ownColors() const { return display_ ? display_->ownColors() : nullptr; }
+  void startSaving(const std::string& name_space);
   void takeSaved();
+  std::string takeSaved(const std::string& name_space, Saving& saving);
 
   rviz::DisplayContext* context_;
   QPointer<ClusterLabelDisplay> display_;
   std::string namespace_;  ///< of who stores its labels
   ros::NodeHandle node_;
   ros::Publisher everybody_;
-  LabelColorFeed colors_;
   LabelEdits edits_;
   std::map<Key, Unsaved> unsaved_;
   std::size_t changes_ = 0;
   std::size_t revision_ = 0;
-  LabelClusters known_;  ///< at that revision
-  std::shared_ptr<Cancellation> cancellation_;
-  BackgroundTask<bool> saving_;
-  std::size_t saving_until_ = 0;  ///< changes that are saved then
-  Clock::time_point saving_since_;
+  LabelClusters known_;                   ///< at that revision
+  std::map<std::string, Saving> saving_;  ///< by namespace
   std::string save_failure_;
 };
 

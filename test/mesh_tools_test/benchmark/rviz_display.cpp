@@ -7,8 +7,6 @@
 // Prints lines "name value": milliseconds, bytes and counts.
 #include <malloc.h>
 #include <ros/init.h>
-#include <ros/master.h>
-#include <rviz/ogre_helpers/render_system.h>
 
 #include <cstdio>
 #include <fstream>
@@ -170,22 +168,10 @@ int main(int argc, char** argv)
         << "usage: rviz_display_benchmark FOLDER mesh|marker|manual_object QUIET [PICTURES]\n";
     return 2;
   }
-  if (!ros::master::check()) {
-    std::cerr << "no ROS master: start it with `rosrun osmesa_harness headless --master`\n";
-    return 1;
-  }
-  try {
+  return run("rviz_display_benchmark", argc, argv, [&] {
     const World world = readWorld(argv[1]);
-    QApplication application(argc, argv);
-    application.setQuitOnLastWindowClosed(false);
-    rviz::RenderSystem::disableAntiAliasing();
-    ros::NodeHandle keeps_ros_running;
     const std::unique_ptr<Subject> subject = makeSubject(name);
     measure(world, *subject, 1000.0 * std::stod(argv[3]),
             argc > 4 ? std::string(argv[4]) + "/" + name : "");
-    std::_Exit(0);  // whatever the ends of RViz and OGRE take is not measured
-  } catch (const std::exception& error) {
-    std::cerr << "rviz_display_benchmark: " << error.what() << "\n";
-    return 1;
-  }
+  });
 }

@@ -5,7 +5,10 @@
 #include <OgreRenderWindow.h>
 #include <OgreRoot.h>
 #include <osmesa_harness/render_fixture.h>
+#include <ros/master.h>
+#include <ros/node_handle.h>
 #include <rviz/display.h>
+#include <rviz/ogre_helpers/render_system.h>
 #include <rviz/render_panel.h>
 #include <rviz/visualization_manager.h>
 
@@ -15,8 +18,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <cstdlib>
 #include <ctime>
+#include <exception>
 #include <functional>
+#include <iostream>
 #include <string_view>
 #include <vector>
 
@@ -192,5 +198,25 @@ class Watch : public Ogre::FrameListener
   double drawing_ = 0.0;
   double drawing_cpu_ = 0.0;
 };
+
+/// Does it with RViz's Qt application and a ROS node that has been named; the exit code of main().
+inline int run(const char* program, int argc, char** argv, const std::function<void()>& work)
+{
+  if (!ros::master::check()) {
+    std::cerr << "no ROS master: start it with `rosrun osmesa_harness headless --master`\n";
+    return 1;
+  }
+  try {
+    QApplication application(argc, argv);
+    application.setQuitOnLastWindowClosed(false);
+    rviz::RenderSystem::disableAntiAliasing();
+    ros::NodeHandle keeps_ros_running;
+    work();
+    std::_Exit(0);  // whatever the ends of RViz and OGRE take is not measured
+  } catch (const std::exception& error) {
+    std::cerr << program << ": " << error.what() << "\n";
+    return 1;
+  }
+}
 
 }  // namespace rviz_benchmark

@@ -5,8 +5,6 @@
 //
 // FOLDER has vertices.f32 and faces.u32. Prints lines "name value": milliseconds and counts.
 #include <ros/init.h>
-#include <ros/master.h>
-#include <rviz/ogre_helpers/render_system.h>
 #include <rviz/properties/property.h>
 #include <rviz/tool_manager.h>
 #include <rviz/viewport_mouse_event.h>
@@ -263,20 +261,5 @@ int main(int argc, char** argv)
     std::cerr << "usage: selection_benchmark FOLDER\n";
     return 2;
   }
-  if (!ros::master::check()) {
-    std::cerr << "no ROS master: start it with `rosrun osmesa_harness headless --master`\n";
-    return 1;
-  }
-  try {
-    const World world = readWorld(argv[1]);
-    QApplication application(argc, argv);
-    application.setQuitOnLastWindowClosed(false);
-    rviz::RenderSystem::disableAntiAliasing();
-    ros::NodeHandle keeps_ros_running;
-    measure(world);
-    std::_Exit(0);  // whatever the ends of RViz and OGRE take is not measured
-  } catch (const std::exception& error) {
-    std::cerr << "selection_benchmark: " << error.what() << "\n";
-    return 1;
-  }
+  return run("selection_benchmark", argc, argv, [argv] { measure(readWorld(argv[1])); });
 }
