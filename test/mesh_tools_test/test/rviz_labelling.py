@@ -104,6 +104,16 @@ def touching(vertices, faces, box):
     return found
 
 
+def wait_for(condition, seconds):
+    """What the condition returns as soon as it is true; else what it returned last."""
+    end = time.monotonic() + seconds
+    value = condition()
+    while not value and time.monotonic() < end:
+        time.sleep(0.1)
+        value = condition()
+    return value
+
+
 class Screen:
     """RViz on a screen of its own, and the hands of its user."""
 
@@ -127,23 +137,44 @@ class Screen:
             with Image.open(str(path)) as image:
                 yield np.asarray(image.convert("RGB"))
 
-    def view(self):
-        """Left, top, width, height of the 3D view, once it shows the map."""
+    def try_to(self, *arguments):
+        """What xdotool prints; empty where it fails."""
+        try:
+            return self.do(*arguments)
+        except subprocess.CalledProcessError:
+            return ""
+
+    def drag(self, begin, end):
+        """With the left button."""
+        middle = [(a + b) // 2 for a, b in zip(begin, end)]
+        self.do("mousemove", *begin, "mousedown", 1, "sleep", 0.2)
+        self.do("mousemove", *middle, "sleep", 0.2)
+        self.do("mousemove", *end, "sleep", 0.2, "mouseup", 1)
+
+    def middle(self):
+        """Column and row of the middle of the 3D view, once it shows the map."""
 
         def found():
             shapes = [p.shape[:2] for p in self.pictures() if is_map(p)]
-            for window in self.do("search", "--maxdepth", 12, "--class", "").split():
-                try:
-                    lines = self.do("getwindowgeometry", "--shell", window).split()
-                except subprocess.CalledProcessError:  # gone meanwhile
-                    continue
+            windows = self.try_to("search", "--maxdepth", 12, "--class", "") if shapes else ""
+            for window in windows.split():
+                lines = self.try_to("getwindowgeometry", "--shell", window).split()
                 values = dict(line.split("=") for line in lines)
-                place = [int(values[name]) for name in ("X", "Y", "WIDTH", "HEIGHT")]
-                if (place[3], place[2]) in shapes:
-                    return place
+                left, top, width, height = [
+                    int(values.get(name, 0)) for name in ("X", "Y", "WIDTH", "HEIGHT")
+                ]
+                if (height, width) in shapes:
+                    return np.array([left + 0.5 * width, top + 0.5 * height])
             return None
 
-        return wait_until(found, 100, "a view of the map", [self.child])
+        place = []
+        wait_until(
+            lambda: place.append(found()) or place[-1] is not None,
+            100,
+            "a view of the map",
+            [self.child],
+        )
+        return place[-1]
 
     def pid(self):
         """Of RViz itself."""
@@ -209,34 +240,28 @@ class RvizLabelling(unittest.TestCase):
         ask.wait_for_service(60)
         return {each.label: sorted(each.face_indices) for each in ask(uuid).clusters}
 
-    def choose(self, screen, key):
-        """Chooses a tool by its key. Returns the middle of the 3D view."""
-        left, top, width, height = screen.view()
-        middle = np.array([left + 0.5 * width, top + 0.5 * height])
-        screen.do("mousemove", int(middle[0]), int(middle[1]))
-        time.sleep(0.5)  # as a person does
-        screen.do("key", key)
-        time.sleep(0.5)
-        return middle
+    def until(self, screen, act, condition, what):
+        """Does it, and again where nothing comes of it: a loaded RViz may not have looked yet."""
+
+        def done():
+            act()
+            return wait_for(condition, 15.0)
+
+        return wait_until(done, 100, what, [screen.child])
 
     def label(self, screen, label_class, instance):
         """Selects the box with the mouse, and names it with the keyboard."""
-        middle = self.choose(screen, "l")
+        middle = screen.middle()
         (x0, y1), (x1, y0) = np.round(middle + BOX * (SCALE, -SCALE)).astype(int)
-        before = [picture.tobytes() for picture in screen.pictures()]
-        screen.do("mousemove", x0, y0, "mousedown", 1, "sleep", 0.2)
-        screen.do("mousemove", (x0 + x1) // 2, (y0 + y1) // 2, "sleep", 0.2)
-        screen.do("mousemove", x1, y1, "sleep", 0.2, "mouseup", 1)
-        wait_until(
-            lambda: [picture.tobytes() for picture in screen.pictures()] != before,
-            60,
-            "a highlight",
-            [screen.child],
-        )
-        time.sleep(1.0)
-        screen.do("key", "Return")
-        time.sleep(1.0)
-        screen.do("type", "--delay", 30, label_class)
+
+        def select():
+            screen.do("mousemove", x0, y0, "key", "l", "sleep", 0.5)
+            screen.drag((x0, y0), (x1, y1))
+            screen.do("sleep", 0.5, "key", "Return")
+
+        dialog = ("search", "--onlyvisible", "--name", "^New Label$")
+        self.until(screen, select, lambda: screen.try_to(*dialog), "a dialog for the label")
+        screen.do("sleep", 0.5, "type", "--delay", 30, label_class)
         screen.do("key", "Tab", "key", "ctrl+a")
         screen.do("type", "--delay", 30, instance)
         screen.do("key", "Return")
@@ -248,7 +273,7 @@ class RvizLabelling(unittest.TestCase):
         """The faces are those of brute force, wherever one looks."""
         self.serve()
         with self.rviz("one", SERVED) as one, self.rviz("two", SERVED) as two:
-            two.view()
+            two.middle()
             self.label(one, "tree", "1")
             wait_until(lambda: "tree_1" in self.clusters(), 60, "the label", [one.child, two.child])
             self.assertEqual(self.clusters(), {"tree_1": self.expected()})
@@ -298,12 +323,15 @@ class RvizLabelling(unittest.TestCase):
         self.stack.callback(subscriber.unregister)
         self.serve()
         with self.rviz("goal", SERVED) as screen:
-            middle = self.choose(screen, "m")
+            middle = screen.middle()
             begin, end = np.round(middle + ((90, 60), (190, -40))).astype(int)
-            screen.do("mousemove", *begin, "mousedown", 1, "sleep", 0.2)
-            screen.do("mousemove", *((begin + end) // 2), "sleep", 0.2)
-            screen.do("mousemove", *end, "sleep", 0.2, "mouseup", 1)
-            (goal,) = wait_until(lambda: goals, 60, "a goal", [screen.child])
+
+            def set_goal():
+                screen.do("mousemove", *begin, "key", "m", "sleep", 0.5)
+                screen.drag(begin, end)
+
+            self.until(screen, set_goal, lambda: goals, "a goal")
+        goal = goals[0]
         x, y = (begin + 0.5 - middle) * (1.0, -1.0) / SCALE
         self.assertEqual(goal.header.frame_id, "map")
         place, turn = goal.pose.position, goal.pose.orientation
@@ -322,7 +350,7 @@ class RvizLabelling(unittest.TestCase):
 
         displays = MAP3D.format(file=self.file)
         with self.rviz("killed", displays) as screen:
-            screen.view()
+            screen.middle()
             self.label(screen, "tree", "1")
             wait_until(
                 lambda: "tree_1" in self.clusters(name_space()), 60, "the label", [screen.child]

@@ -37,6 +37,7 @@ def private_x_server(screen: str = "1280x960x24") -> Iterator[str]:
         raise FileNotFoundError(2, "not installed", "Xvfb")
     read_end, write_end = os.pipe()
     command = ["Xvfb", "-displayfd", str(write_end), "-screen", "0", screen, "-nolisten", "tcp"]
+    command += ["-noreset"]  # after the last client it would refuse the next one for a moment
     try:
         process = subprocess.Popen(
             tied(command),
