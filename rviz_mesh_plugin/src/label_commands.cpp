@@ -133,18 +133,15 @@ std::string LabelCommands::label(const std::string& name)
 {
   const LabelSession::Faces faces = selection();
   const QString label = QString::fromStdString(name);
-  QString question;
-  if (session_->faceCount(name) > 0) {
-    question = QString("There is a label %1 with faces already.").arg(label);
-  } else if (!session_->labelsKnown()) {
-    question = unknownLabels() + QString(" There may be a label %1 with faces already.").arg(label);
-  } else {
-    return session_->assign(name, faces);
+  if (session_->faceCount(name) == 0) {
+    // What the label may have already stays.
+    return session_->labelsKnown() ? session_->assign(name, faces) : session_->add(name, faces);
   }
-  askButton(
-      parent_, "Label Cluster", question, {"Replace Them", "Add"}, then([this, name](int button) {
-        return button == 0 ? session_->assign(name, selection()) : session_->add(name, selection());
-      }));
+  askButton(parent_, "Label Cluster", QString("There is a label %1 with faces already.").arg(label),
+            {"Replace Them", "Add"}, then([this, name](int button) {
+              return button == 0 ? session_->assign(name, selection())
+                                 : session_->add(name, selection());
+            }));
   return {};
 }
 
