@@ -62,11 +62,16 @@ class Servers
   ros::AsyncSpinner spinner_;
 };
 
-/// Holds a server's answer back.
+/// Holds a server's answer back. Its end waits until all are through.
 class Gate
 {
  public:
-  ~Gate() { open(); }
+  ~Gate()
+  {
+    open();
+    std::unique_lock<std::mutex> lock(mutex_);
+    opened_.wait(lock, [this]() { return inside_ == 0; });
+  }
 
   void open()
   {
@@ -78,8 +83,11 @@ class Gate
   void pass()
   {
     std::unique_lock<std::mutex> lock(mutex_);
+    ++inside_;
     ++reached;
     opened_.wait(lock, [this]() { return is_open_; });
+    --inside_;
+    opened_.notify_all();
   }
 
   std::atomic<int> reached{0};
@@ -88,6 +96,7 @@ class Gate
   std::mutex mutex_;
   std::condition_variable opened_;
   bool is_open_ = false;
+  int inside_ = 0;
 };
 
 /// Takes calls, answers a part of what it announces and closes the connection; as often as asked.
