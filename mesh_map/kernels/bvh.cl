@@ -1,5 +1,6 @@
-// Traversals of a bounding volume hierarchy (mesh_map/bvh.h) on an OpenCL device: 32-bit floats, no
-// recursion. mesh_map/bvh_device.h says what goes in and out, and packs and finishes it.
+// Traversals of a bounding volume hierarchy (mesh_map/bvh/tree/bvh.h) on an OpenCL device: 32-bit
+// floats, no recursion. mesh_map/bvh/device/bvh_device.h says what goes in and out, and packs and
+// finishes it.
 //
 // Kernels do not decide: they find the few triangles that may be the answer. Floats carry bounds of
 // their errors for that: results are rounded by 2^-24, quotients and roots by 2^-21 (as OpenCL
@@ -15,8 +16,8 @@
 #define MASKED 2u
 #define ANY_HIT 4u
 
-// mesh_map/bvh_node.h: the bounds of four boxes, lower ones of x, y, z, then (from UPPER on) upper
-// ones, and what is in them.
+// mesh_map/bvh/tree/bvh_node.h: the bounds of four boxes, lower ones of x, y, z, then (from UPPER
+// on) upper ones, and what is in them.
 typedef struct { float4 bounds[6]; uint4 child, count; } Node;
 #define UPPER 3u
 
@@ -110,14 +111,15 @@ void writeCandidates(const ulong* found, const uint room, float limit, global ui
 }
 
 #define RAY_ANSWERS 4u
-// With x, y, z being the axes of RayTest (mesh_map/bvh_rays.h): a line over z, slopes.xy, through
-// head + tail. Depth is the way along z from there on, limited by head.w. In tail.w: axesOf().
+// With x, y, z being the axes of RayTest (mesh_map/bvh/rays/bvh_rays.h): a line over z, slopes.xy,
+// through head + tail. Depth is the way along z from there on, limited by head.w. In tail.w:
+// axesOf().
 typedef struct { float4 head, tail, slopes, errors; } PackedRay;
 
 // Axes x, y, z, and 1 where the ray runs against the last.
 uint4 axesOf(uint code) { return ((uint4)(code) >> (uint4)(0, 2, 4, 6)) & 3; }
 
-// Returns whether there is a hit for sure. Its bounds are derived in src/bvh_device_rays.cpp.
+// Returns whether there is a hit for sure. Its bounds are derived in bvh_device_rays.cpp.
 bool castAtLeaf(global const float* corners, global const uchar* mask, uint flags, uint first,
                 uint count, const PackedRay* ray, float* limit, ulong* found) {
   const uint4 axes = axesOf(as_uint(ray->tail.w));
@@ -245,7 +247,7 @@ void tryEdge(Vectors start, Vectors edge, Vectors* nearest, float4* squared) {
   *squared = nearer ? other : *squared;
 }
 
-// Bounds of the distances of triangles from 0: src/bvh_device_points.cpp says why they are.
+// Bounds of the distances of triangles from 0: bvh_device_points.cpp says why they are.
 void distanceBounds(Corners t, float error, float4* low, float4* high) {
   const Vectors u = minus4(t.b, t.a), v = minus4(t.c, t.a), n = cross4(u, v);
   Vectors nearest = t.a;

@@ -9,6 +9,7 @@ LIBRARIES = [
     "arrays",
     "array_services",
     "identity",
+    "module_aliases",
     "outdoor_world",
     "transform",
     "validation",

@@ -1,15 +1,18 @@
 """What several tests share."""
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mesh_msgs_hdf5.mesh import Features, Label, Materials, Mesh
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
+
+sys.path.insert(0, str(Path(__file__).resolve().parent / "support"))
 
 
-@pytest.fixture
-def full_mesh():
+def make_full_mesh():
     """A small mesh with one of everything, special values among them."""
     rng = np.random.default_rng(7)
     costs = rng.random(40).astype(np.float32)
@@ -26,11 +29,10 @@ def full_mesh():
     )
 
 
-@pytest.fixture
-def rich_mesh(full_mesh):
-    """full_mesh with textures, materials, labels, features, face attributes and origin too."""
+def make_rich_mesh():
+    """The former with textures, materials, labels, features, face attributes and origin too."""
     rng = np.random.default_rng(8)
-    mesh = full_mesh
+    mesh = make_full_mesh()
     mesh.face_attributes = {
         "cost": rng.random(60).astype(np.float32),
         "segment": rng.integers(-(2**62), 2**62, 60),
@@ -65,6 +67,45 @@ def rich_mesh(full_mesh):
     mesh.origin = (4.3e5, 5.79e6, -0.1)
     mesh.crs = "EPSG:25832"
     return mesh
+
+
+@pytest.fixture
+def full_mesh():
+    """A mesh that the test may change."""
+    return make_full_mesh()
+
+
+@pytest.fixture
+def rich_mesh():
+    """A mesh of everything that the test may change."""
+    return make_rich_mesh()
+
+
+@pytest.fixture(scope="session")
+def full_data(tmp_path_factory):
+    """The bytes that MapFile.write makes of full_mesh."""
+    path = tmp_path_factory.mktemp("full") / "a.h5"
+    MapFile.write(path, make_full_mesh())
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="session")
+def rich_data(tmp_path_factory):
+    """The bytes that MapFile.write makes of rich_mesh."""
+    path = tmp_path_factory.mktemp("rich") / "a.h5"
+    MapFile.write(path, make_rich_mesh())
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="session")
+def strange_data(tmp_path_factory, rich_data):
+    """The same with strange things in it."""
+    from raw_contents import add_strange_things
+
+    path = tmp_path_factory.mktemp("strange") / "a.h5"
+    path.write_bytes(rich_data)
+    add_strange_things(path)
+    return path.read_bytes()
 
 
 def data_folder():

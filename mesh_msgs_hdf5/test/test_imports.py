@@ -1,4 +1,5 @@
-"""The library is ROS-free: only ros.py, *_ros.py and *_node.py import rospy."""
+"""The library is ROS-free: only ros.py, *_ros.py and *_node.py import rospy; names of before."""
+import importlib
 import re
 import subprocess
 import sys
@@ -23,3 +24,25 @@ def test_the_library_imports_no_ros(unwanted):
     program = "import sys, %s; sys.exit(%r in sys.modules)" % (", ".join(MODULES), unwanted)
     result = subprocess.run([sys.executable, "-c", program], timeout=60, check=False)
     assert result.returncode == 0
+
+
+@pytest.mark.parametrize(
+    "module, name",
+    [
+        ("confine", "confined_path"),
+        ("convert", "convert"),
+        ("convert", "repack"),
+        ("edit", "Edit"),
+        ("exporter", "write_mesh"),
+        ("importer", "read_mesh"),
+        ("isolation", "IsolatedMapFile"),
+        ("labels.label_store", "LabelStore"),
+        ("map_file", "MapFile"),
+        ("mesh", "Label"),
+        ("mesh", "Mesh"),
+    ],
+)
+def test_documented_names_stay(module, name):
+    """Under the name that the README has had since before the modules moved into rooms."""
+    found = getattr(importlib.import_module("mesh_msgs_hdf5." + module), name)
+    assert getattr(importlib.import_module(found.__module__), name) is found

@@ -1,16 +1,5 @@
-from setuptools import setup
+from setuptools import find_packages, setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(
-    **generate_distutils_setup(
-        packages=[
-            "mesh_navigation",
-            "mesh_navigation.controllers",
-            "mesh_navigation.planners",
-            "mesh_navigation.recoveries",
-            "mesh_navigation.simulation",
-        ],
-        package_dir={"": "src"},
-    )
-)
+setup(**generate_distutils_setup(packages=find_packages("src"), package_dir={"": "src"}))

@@ -4,14 +4,14 @@
 #include <rviz/panel.h>
 #include <rviz/tool.h>
 
-#include "rviz_mesh_plugin/cluster_label_display.h"
-#include "rviz_mesh_plugin/cluster_label_panel.h"
-#include "rviz_mesh_plugin/cluster_label_tool.h"
-#include "rviz_mesh_plugin/map3d_display.h"
-#include "rviz_mesh_plugin/mesh_goal_tool.h"
-#include "rviz_mesh_plugin/mesh_inspect_tool.h"
-#include "rviz_mesh_plugin/mesh_pose_estimate_tool.h"
-#include "rviz_mesh_plugin/textured_mesh_display.h"
+#include "displays/cluster_label_display.h"
+#include "displays/map3d_display.h"
+#include "displays/textured_mesh_display.h"
+#include "panel/cluster_label_panel.h"
+#include "tools/cluster_label_tool.h"
+#include "tools/mesh_goal_tool.h"
+#include "tools/mesh_inspect_tool.h"
+#include "tools/mesh_pose_estimate_tool.h"
 
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::ClusterLabelDisplay, rviz::Display)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::Map3DDisplay, rviz::Display)

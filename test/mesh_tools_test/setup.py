@@ -5,7 +5,9 @@ setup(
     **generate_distutils_setup(
         packages=[
             "mesh_tools_test",
+            "mesh_tools_test.base",
             "mesh_tools_test.demo",
+            "mesh_tools_test.display",
             "mesh_tools_test.driving",
             "mesh_tools_test.layers",
             "mesh_tools_test.planning",

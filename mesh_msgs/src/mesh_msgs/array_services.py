@@ -12,8 +12,8 @@ in `rospy.Service` as well as `rospy.ServiceProxy`; the other side may use the g
 import mesh_msgs.srv
 
 from mesh_msgs import arrays
-from mesh_msgs._array_message import ArrayMessage
-from mesh_msgs._fields import MessageField, MessageListField
+from mesh_msgs.wire.array_message import ArrayMessage
+from mesh_msgs.wire.fields import MessageField, MessageListField
 
 __all__ = [
     "DeleteLabel",

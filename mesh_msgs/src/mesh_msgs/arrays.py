@@ -22,12 +22,18 @@ import struct
 
 import mesh_msgs.msg
 
-from mesh_msgs._array_field import ArrayField
-from mesh_msgs._array_message import ArrayMessage
-from mesh_msgs._fields import HeaderField, MessageField, NumberField, StringField
-from mesh_msgs._fields import MessageListField, ScalarListField
-from mesh_msgs._material_field import MaterialListField
-from mesh_msgs._wire import ArrayError
+from mesh_msgs.wire.array_field import ArrayField
+from mesh_msgs.wire.array_message import ArrayMessage
+from mesh_msgs.wire.fields import (
+    HeaderField,
+    MaterialListField,
+    MessageField,
+    MessageListField,
+    NumberField,
+    ScalarListField,
+    StringField,
+)
+from mesh_msgs.wire.framing import ArrayError
 
 __all__ = [
     "ArrayError",

@@ -9,11 +9,11 @@ from typing import List
 
 import numpy as np
 
-from mesh_msgs import _bridge, _structures, _world_layout
-from mesh_msgs._part import Part
-from mesh_msgs._terrain import Terrain
-from mesh_msgs._triangulation import triangulate
-from mesh_msgs._zoo_mesh import ZooMesh
+from mesh_msgs.world import bridge, layout as plan, structures
+from mesh_msgs.world.part import Part
+from mesh_msgs.world.terrain import Terrain
+from mesh_msgs.world.triangulation import triangulate
+from mesh_msgs.world.zoo_mesh import ZooMesh
 
 LEAST_FACES, MOST_FACES = 1_000, 10_000_000
 _TRAITS = frozenset("boundary manifold oriented orientable multi_level".split())
@@ -41,7 +41,7 @@ def outdoor_world(faces: int = 200_000, seed: int = 0) -> ZooMesh:
         )
     size = float(np.clip(60.0 * (faces / 200_000) ** 0.222, 24.0, 100.0))
     edge = size * float(np.sqrt(2.0 / faces))
-    layout = _world_layout.Layout(size, seed)
+    layout = plan.Layout(size, seed)
     terrain = Terrain(layout, seed, edge)
     parts = _parts(layout, terrain, edge, seed)
 
@@ -53,13 +53,13 @@ def outdoor_world(faces: int = 200_000, seed: int = 0) -> ZooMesh:
     return _assemble(terrain, parts, points, len(ground.free), ground.faces)
 
 
-def _parts(layout: _world_layout.Layout, terrain: Terrain, edge: float, seed: int) -> List[Part]:
+def _parts(layout: plan.Layout, terrain: Terrain, edge: float, seed: int) -> List[Part]:
     rng = np.random.default_rng([seed, 6])
-    parts = [_bridge.bridge(terrain.height, edge, rng)]
-    parts += [_structures.wall(wall, terrain.height, edge, rng) for wall in layout.walls]
-    parts += [_structures.trunk(tree, terrain.height, edge, rng) for tree in layout.trees]
+    parts = [bridge.bridge(terrain.height, edge, rng)]
+    parts += [structures.wall(wall, terrain.height, edge, rng) for wall in layout.walls]
+    parts += [structures.trunk(tree, terrain.height, edge, rng) for tree in layout.trees]
     # Nobody drives on leaves: larger triangles.
-    parts += [_structures.crown(tree, terrain.height, 1.6 * edge, rng) for tree in layout.trees]
+    parts += [structures.crown(tree, terrain.height, 1.6 * edge, rng) for tree in layout.trees]
     return parts
 
 
@@ -86,7 +86,7 @@ def _assemble(
     for name, where in spots.items():
         places[name] = vertices[np.square(ground - where).sum(axis=1).argmin()]
     deck = vertices[len(ground) : len(ground) + len(parts[0].vertices)]
-    high = (np.abs(deck[:, 1]) < 1.0) & (deck[:, 2] > _world_layout.PATH_LEVEL)
+    high = (np.abs(deck[:, 1]) < 1.0) & (deck[:, 2] > plan.PATH_LEVEL)
     places["bridge_deck"] = deck[high][np.square(deck[high, :2]).sum(axis=1).argmin()]
     return ZooMesh(
         "outdoor_world",

@@ -1,18 +1,73 @@
 """Latched topics that carry several messages."""
-
 import io
 import itertools
 import struct
 import threading
 import time
 from collections import OrderedDict
-from typing import Any, Callable, Dict, Hashable, List, Type
+from typing import Any, Callable, Dict, Hashable, List, Optional, Tuple, Type
 
 import rospy
 
-from mesh_msgs._latched_messages import Kept, Recipient
-
 _LENGTH = struct.Struct("<I")
+
+
+class _Kept:
+    """A message that is kept: as it goes over the wire, or how to make it.
+
+    data: its bytes; None before it is made.
+    make_message: None afterwards.
+    spare: one that was being made when this one replaced it, so that subscribers also get
+        something where messages are replaced faster than they are made.
+    """
+
+    def __init__(
+        self,
+        data: Optional[bytes] = None,
+        make_message: Optional[Callable[[], Any]] = None,
+    ) -> None:
+        self.data = data
+        self.make_message = make_message
+        self.spare: Optional[bytes] = None
+
+
+class _Recipient:
+    """What one subscriber is still to get, and when."""
+
+    _POLL = 0.02  # seconds between two looks at a connection that is still writing
+
+    def __init__(self, connection: Any, keys: Any) -> None:
+        self._connection = connection
+        self._keys: "OrderedDict[Hashable, None]" = OrderedDict.fromkeys(keys)
+        self._written = connection.stat_num_msg
+        self._not_before = 0.0
+
+    def want(self, key: Hashable) -> None:
+        """Adds a key; one that waits already keeps its place."""
+        self._keys[key] = None
+
+    def pause(self, now: float) -> Optional[float]:
+        """Seconds until the next message may be sent, None if there is none."""
+        if not self._keys:
+            return None
+        at_least = self._POLL if self._connection.stat_num_msg < self._written else 0.0
+        return max(at_least, self._not_before - now)
+
+    def first(self, messages: Dict[Hashable, _Kept]) -> Tuple[Hashable, Optional[_Kept]]:
+        """The key that has waited longest, with its message; keys without one are dropped."""
+        while self._keys:
+            key = next(iter(self._keys))
+            if key in messages:
+                return key, messages[key]
+            del self._keys[key]
+        return None, None
+
+    def expect_one(self, key: Hashable, not_before: float) -> None:
+        """Notes, before the message of this key is handed to the connection, that it no longer
+        waits, and when the next one may follow."""
+        del self._keys[key]
+        self._written = self._connection.stat_num_msg + 1
+        self._not_before = not_before
 
 
 class LatchedTopics:
@@ -42,9 +97,9 @@ class LatchedTopics:
 
     def __init__(self, name: str, data_class: Type[Any], interval: float = 0.25) -> None:
         self._interval = interval
-        self._messages: "OrderedDict[Hashable, Kept]" = OrderedDict()
+        self._messages: "OrderedDict[Hashable, _Kept]" = OrderedDict()
         self._scheduled: Dict[Hashable, float] = {}
-        self._recipients: Dict[Any, Recipient] = {}
+        self._recipients: Dict[Any, _Recipient] = {}
         self._condition = threading.Condition()
         self._sequence = itertools.count(1)
         self._closed = False
@@ -70,7 +125,7 @@ class LatchedTopics:
             rospy.ROSException: after unregister().
         """
         self._check_open("publish()")
-        kept = Kept(data=self._frozen(message))
+        kept = _Kept(data=self._frozen(message))
         with self._condition:
             self._check_open("publish()")
             self._messages[key] = kept
@@ -91,7 +146,7 @@ class LatchedTopics:
         """
         with self._condition:
             self._check_open("keep()")
-            self._messages[key] = Kept(make_message=make_message)
+            self._messages[key] = _Kept(make_message=make_message)
             self._condition.notify_all()
 
     def send(self, key: Hashable, delay: float = 0.0) -> None:
@@ -168,14 +223,14 @@ class LatchedTopics:
                 if self._closed:
                     return
                 self._find_recipients()
-                needed: Dict[Hashable, Kept] = {}
+                needed: Dict[Hashable, _Kept] = {}
                 wait = self._send_due(time.monotonic(), needed)
                 if not needed:
                     self._condition.wait(wait)
             for key, kept in needed.items():  # may take long: nobody who publishes waits for it
                 self._make(key, kept)
 
-    def _make(self, key: Hashable, kept: Kept) -> None:
+    def _make(self, key: Hashable, kept: _Kept) -> None:
         data = None
         try:
             message = kept.make_message()
@@ -197,13 +252,13 @@ class LatchedTopics:
         """Compares the connections with those known: new ones want every key."""
         connections = list(self._publisher.impl.connections)
         known = self._recipients
-        self._recipients = {c: known.get(c) or Recipient(c, self._messages) for c in connections}
+        self._recipients = {c: known.get(c) or _Recipient(c, self._messages) for c in connections}
 
     def _want(self, key: Hashable) -> None:
         for recipient in self._recipients.values():
             recipient.want(key)
 
-    def _send_due(self, now: float, needed: Dict[Hashable, Kept]) -> float:
+    def _send_due(self, now: float, needed: Dict[Hashable, _Kept]) -> float:
         """Sends what is due and returns the number of seconds until there may be more to do.
 
         What is due but has to be made first is noted in `needed`.

@@ -18,8 +18,7 @@ refused. Degenerate, duplicate and flipped faces are no findings, nor are normal
 Of costs, NaN (unknown) and +inf (lethal) are legal.
 """
 
-from mesh_msgs._checks import Finding
-from mesh_msgs._cluster_checks import (
+from mesh_msgs.checks.clusters import (
     mesh_face_cluster,
     mesh_face_cluster_stamped,
     mesh_label_colors,
@@ -31,7 +30,7 @@ from mesh_msgs._cluster_checks import (
     mesh_vertex_costs_sparse_stamped,
     mesh_vertex_tex_coords,
 )
-from mesh_msgs._feature_checks import (
+from mesh_msgs.checks.features import (
     feature,
     mesh_features,
     triangle_mesh,
@@ -39,7 +38,8 @@ from mesh_msgs._feature_checks import (
     vector_field,
     vector_field_stamped,
 )
-from mesh_msgs._geometry_checks import (
+from mesh_msgs.checks.findings import Finding
+from mesh_msgs.checks.geometry import (
     check_colors,
     check_costs,
     check_geometry,

@@ -10,8 +10,8 @@ from typing import List, Tuple
 
 import numpy as np
 
-from mesh_msgs._zoo_mesh import TRAITS, ZooMesh, grid_faces, icosphere, zoo_mesh
 from mesh_msgs.outdoor_world import outdoor_world
+from mesh_msgs.world.zoo_mesh import TRAITS, ZooMesh, grid_faces, icosphere, zoo_mesh
 
 __all__ = [
     "TRAITS",

@@ -15,7 +15,7 @@ import rospy
 import rostest
 from mesh_msgs import arrays
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.model.mesh import Mesh
 from std_srvs.srv import Trigger
 
 WAIT = 30.0  # seconds; far more than anything takes

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from example_mesh_layer.smooth_layer import SmoothLayer
-from mesh_map.errors import MeshMapError
-from mesh_map.layer import LayerInput
-from mesh_map.mesh_map import MeshMap
-from mesh_map.plugins import find_class, find_plugins
+from mesh_map.base.errors import MeshMapError
+from mesh_map.base.plugins import find_class, find_plugins
+from mesh_map.costs.layer import LayerInput
+from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
 
 TYPE = "example_mesh_layer/SmoothLayer"

@@ -2,9 +2,9 @@
 #define MESH_TOOLS_TEST_EMBREE_SCENE_H
 
 #include <embree3/rtcore.h>
-#include <mesh_map/bvh_rays.h>
-#include <mesh_map/closest_point.h>
-#include <mesh_map/parallel.h>
+#include <mesh_map/base/parallel.h>
+#include <mesh_map/bvh/closest/closest_point.h>
+#include <mesh_map/bvh/rays/bvh_rays.h>
 
 #include <algorithm>
 #include <atomic>

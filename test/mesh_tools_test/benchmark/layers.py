@@ -15,9 +15,9 @@ import json
 import sys
 from typing import List
 
+from mesh_tools_test.base import figures
+from mesh_tools_test.base.noisy_world import noisy_world
 from mesh_tools_test.layers import changing, computing, starting
-from mesh_tools_test.layers.world import noisy_world
-from mesh_tools_test.spatial import figures
 
 PARTS = {**computing.PARTS, **changing.PARTS, **starting.PARTS}
 FLOORS_HOLD = 2_100_000  # faces: the world has about as many as asked for

@@ -2,7 +2,7 @@
 // paper's tool does. All results are read back, gathered, and made the indices of a highlight.
 #pragma once
 
-#include <rviz_mesh_plugin/opencl.h>
+#include "spatial/opencl.h"
 
 #include <array>
 #include <cstdint>

@@ -20,12 +20,12 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple
 
 import h5py
 import numpy as np
-from mesh_msgs_hdf5 import chunks
-from mesh_msgs_hdf5.importer import read_mesh
+from mesh_msgs_hdf5.map_file.hdf5 import chunks
+from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.mesh import Mesh
-from mesh_tools_test.large_map import large_map, write_ply
-from mesh_tools_test.server_start import start_to_messages
+from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_tools_test.base.large_map import large_map, write_ply
+from mesh_tools_test.base.server_start import start_to_messages
 
 LAYER = "height_diff"
 SLICE = 10_000

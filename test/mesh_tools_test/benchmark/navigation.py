@@ -15,10 +15,10 @@ import json
 import sys
 from typing import Any, Dict, List
 
+from mesh_tools_test.base import figures
 from mesh_tools_test.driving import cycles, drives, server_ros
 from mesh_tools_test.driving.verdicts import Statistics, failures, table
 from mesh_tools_test.driving.worlds import worlds
-from mesh_tools_test.spatial import figures
 
 PARTS = ("drives", "cycles", "server")
 GROUND = 60_000  # faces of the outdoor world for drives: edges of 0.3 m

@@ -15,9 +15,9 @@ import json
 import sys
 from typing import List
 
+from mesh_tools_test.base import figures
 from mesh_tools_test.planning import fields, growth, plans, success, updates
 from mesh_tools_test.planning.world import planning_world
-from mesh_tools_test.spatial import figures
 
 PARTS = {**fields.PARTS, **plans.PARTS, **updates.PARTS}
 FLOORS_HOLD = 2_100_000  # faces: the world has about as many as asked for

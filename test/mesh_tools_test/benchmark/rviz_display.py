@@ -15,10 +15,10 @@ import json
 import sys
 from pathlib import Path
 
-from mesh_tools_test import rviz_benchmark
-from mesh_tools_test.exact_world import exact_world
-from mesh_tools_test.programs import find_program
-from mesh_tools_test.spatial.figures import table
+from mesh_tools_test.base.exact_world import exact_world
+from mesh_tools_test.base.figures import table
+from mesh_tools_test.base.programs import find_program
+from mesh_tools_test.display import rviz_benchmark
 
 
 def main() -> int:

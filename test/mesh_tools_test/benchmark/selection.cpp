@@ -8,10 +8,10 @@
 #include <rviz/properties/property.h>
 #include <rviz/tool_manager.h>
 #include <rviz/viewport_mouse_event.h>
-#include <rviz_mesh_plugin/cluster_label_tool.h>
-#include <rviz_mesh_plugin/surface_index.h>
-#include <rviz_mesh_plugin/surface_picker.h>
-#include <rviz_mesh_plugin/view_geometry.h>
+#include "picking/surface_index.h"
+#include "picking/surface_picker.h"
+#include "picking/view_geometry.h"
+#include "tools/cluster_label_tool.h"
 
 #include <QMouseEvent>
 

@@ -16,10 +16,10 @@ import tempfile
 from pathlib import Path
 from typing import Dict, List
 
-from mesh_tools_test.exact_world import exact_world
-from mesh_tools_test.programs import find_program, run_in_rviz
-from mesh_tools_test.rviz_benchmark import write_world
-from mesh_tools_test.spatial.figures import Figure, table
+from mesh_tools_test.base.exact_world import exact_world
+from mesh_tools_test.base.figures import Figure, table
+from mesh_tools_test.base.programs import find_program, run_in_rviz
+from mesh_tools_test.display.rviz_benchmark import write_world
 
 PROGRAM = "selection_benchmark"
 SECONDS = 600.0  # of one mesh

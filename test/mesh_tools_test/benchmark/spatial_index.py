@@ -15,10 +15,11 @@ import sys
 from typing import Any, List, Optional
 
 import numpy as np
-from mesh_map.spatial_index import SpatialIndex
+from mesh_map.spatial.spatial_index import SpatialIndex
 
-from mesh_tools_test.exact_world import exact_world
-from mesh_tools_test.spatial import figures, growth, native, opencl, selections, table_one
+from mesh_tools_test.base import figures
+from mesh_tools_test.base.exact_world import exact_world
+from mesh_tools_test.spatial import growth, native, opencl, selections, table_one
 from mesh_tools_test.spatial.linear_scan import LinearScan
 
 PARTS = ("native", "selections", "opencl", "table1", "growth")

@@ -5,10 +5,10 @@
 //
 // FOLDER has vertices.f32, faces.u32, coherent.f32 and incoherent.f32 (6 numbers a ray) and
 // points.f32. Prints lines "name value": medians in milliseconds, and what is counted.
-#include <mesh_map/bvh.h>
-#include <mesh_map/bvh_closest.h>
-#include <mesh_map/bvh_rays.h>
-#include <mesh_map/bvh_selection.h>
+#include <mesh_map/bvh/closest/bvh_closest.h>
+#include <mesh_map/bvh/rays/bvh_rays.h>
+#include <mesh_map/bvh/selection/bvh_selection.h>
+#include <mesh_map/bvh/tree/bvh.h>
 
 #include <chrono>
 #include <cmath>

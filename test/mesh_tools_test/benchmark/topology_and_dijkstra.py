@@ -16,9 +16,9 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 
 import numpy as np
 from mesh_map import _kernels
-from mesh_map.dijkstra import DijkstraSolver
-from mesh_map.mesh_map import MeshMap
-from mesh_map.topology import Topology, edge_lengths
+from mesh_map.distance.dijkstra import DijkstraSolver
+from mesh_map.geometry.topology import Topology, edge_lengths
+from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.outdoor_world import outdoor_world
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra

@@ -1,14 +1,11 @@
 """Borders: where the surface ends, and a robot may fall off it."""
 
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mesh_map.parameter import Parameter
-from mesh_map.threshold_layer import ThresholdLayer
-
-if TYPE_CHECKING:
-    from mesh_map.mesh_map import MeshMap
+from mesh_map.base.parameter import Parameter
+from mesh_map.layers.threshold_layer import ThresholdLayer
+from mesh_map.map.mesh_map import MeshMap
 
 
 class BorderLayer(ThresholdLayer):
@@ -19,7 +16,7 @@ class BorderLayer(ThresholdLayer):
         Parameter("border_cost", 1.0, 0.02, 10.0, "cost of vertices on a border"),
     )
 
-    def compute_costs(self, mesh_map: "MeshMap") -> np.ndarray:
+    def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
         topology = mesh_map.topology
         costs = np.zeros(topology.vertex_count, np.float32)
         costs[topology.edges[topology.border_edges]] = self.params["border_cost"]

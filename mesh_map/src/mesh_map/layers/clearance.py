@@ -2,17 +2,15 @@
 
 import threading
 import weakref
-from typing import TYPE_CHECKING, Mapping, Optional
+from typing import Mapping, Optional
 
 import numpy as np
 
-from mesh_map.array_checks import read_only
-from mesh_map.layer import Layer, LayerInput, LayerResult
-from mesh_map.parameter import Parameter
-
-if TYPE_CHECKING:
-    from mesh_map.geometry import MeshGeometry
-    from mesh_map.mesh_map import MeshMap
+from mesh_map.base.array_checks import read_only
+from mesh_map.base.parameter import Parameter
+from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.map.mesh_map import MeshMap
 
 _LEAST_LIFT = 1e-3  # meters
 _BELOW_ONE = np.nextafter(np.float32(1), np.float32(0))
@@ -21,7 +19,7 @@ _known: "weakref.WeakKeyDictionary[MeshGeometry, np.ndarray]" = weakref.WeakKeyD
 _lock = threading.Lock()
 
 
-def clearances(geometry: "MeshGeometry") -> np.ndarray:
+def clearances(geometry: MeshGeometry) -> np.ndarray:
     """(V,) float32: meters from each vertex along its normal to the next face.
 
     A face counts from behind, too; +inf where there is none. Rays begin a millimeter above the
@@ -36,7 +34,7 @@ def clearances(geometry: "MeshGeometry") -> np.ndarray:
         return found
 
 
-def _cast(geometry: "MeshGeometry") -> np.ndarray:
+def _cast(geometry: MeshGeometry) -> np.ndarray:
     normals = geometry.vertex_normals.astype(np.float64)
     lifts = np.maximum(4 * np.spacing(np.abs(geometry.vertices).max(axis=1)), _LEAST_LIFT)
     hits = geometry.spatial_index.cast_batch(
@@ -59,7 +57,7 @@ class ClearanceLayer(Layer):
         Parameter("height_inflation", 0.3, 0.0, 100.0, "meters above that which cost something"),
     )
 
-    def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
         room = clearances(mesh_map.geometry)
         height, inflation = self.params["robot_height"], self.params["height_inflation"]
         costs = np.zeros(len(room), np.float32)
@@ -72,6 +70,6 @@ class ClearanceLayer(Layer):
         return LayerResult(read_only(costs), lethal)
 
     def reuse(
-        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+        self, costs: np.ndarray, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]
     ) -> Optional[LayerResult]:
         return LayerResult(costs, costs >= 1)

@@ -1,19 +1,17 @@
 """Inflation: costs around whatever other layers call lethal."""
 
 import math
-from typing import TYPE_CHECKING, Mapping, Optional, Tuple
+from typing import Mapping, Optional, Tuple
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.array_checks import read_only
-from mesh_map.front import ObstacleDistance, SurfaceFront
-from mesh_map.layer import Layer, LayerInput, LayerResult
-from mesh_map.parameter import Parameter
-
-if TYPE_CHECKING:
-    from mesh_map.geometry import MeshGeometry
-    from mesh_map.mesh_map import MeshMap
+from mesh_map.base.array_checks import read_only
+from mesh_map.base.parameter import Parameter
+from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.distance.front import ObstacleDistance, SurfaceFront
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.map.mesh_map import MeshMap
 
 _CHANGED_SHARE = 0.2  # of all vertices, above which the costs of all follow from distances again
 
@@ -21,7 +19,7 @@ _CHANGED_SHARE = 0.2  # of all vertices, above which the costs of all follow fro
 class _Inflated:
     """Distances, and the costs and vectors that follow from them, of one lethal mask."""
 
-    def __init__(self, geometry: "MeshGeometry", radius: float) -> None:
+    def __init__(self, geometry: MeshGeometry, radius: float) -> None:
         self.geometry = geometry
         self.radius = radius
         limit = np.nextafter(np.float32(radius), np.float32(np.inf))
@@ -77,7 +75,7 @@ class InflationLayer(Layer):
     """Costs around the lethal vertices of other layers, fading with the distance d from them.
 
     d is measured along the surface from lethal vertices, edges between two of them and faces
-    between three (see mesh_map.front). With the radii r (inscribed) and R (inflation):
+    between three (see mesh_map.distance.front). With the radii r (inscribed) and R (inflation):
 
     * lethal vertices stay lethal, and cost lethal_value (below 0: infinite; in the combination of a
       map lethal vertices are infinite anyway);
@@ -123,7 +121,7 @@ class InflationLayer(Layer):
 
     _inflated: Optional[_Inflated] = None
 
-    def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
         lethal = _lethal(mesh_map, inputs)
         fading = self._fading()
         radius = max(fading[:2])
@@ -135,7 +133,7 @@ class InflationLayer(Layer):
 
     def update(
         self,
-        mesh_map: "MeshMap",
+        mesh_map: MeshMap,
         inputs: Mapping[str, LayerInput],
         changed: np.ndarray,
         before: LayerResult,
@@ -154,7 +152,7 @@ class InflationLayer(Layer):
         return self._result(state)
 
     def reuse(
-        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+        self, costs: np.ndarray, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]
     ) -> Optional[LayerResult]:
         """The inputs say which vertices are lethal; vectors are not stored with costs.
 
@@ -184,7 +182,7 @@ class InflationLayer(Layer):
         )
 
 
-def _lethal(mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> np.ndarray:
+def _lethal(mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> np.ndarray:
     """(V,) bool, read-only: what is lethal in any of the inputs."""
     lethal = np.zeros(len(mesh_map.vertices), np.bool_)
     for layer_input in inputs.values():

@@ -2,19 +2,17 @@
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping
+from typing import Any, Dict, List, Mapping
 
 import numpy as np
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.label_names import split_label
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.label_names import split_label
 
-from mesh_map.errors import MeshMapError
-from mesh_map.file_layer import contents_of
-from mesh_map.layer import Layer, LayerInput, LayerResult
-from mesh_map.parameter import Parameter
-
-if TYPE_CHECKING:
-    from mesh_map.mesh_map import MeshMap
+from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import Parameter
+from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.layers.file_layer import contents_of
+from mesh_map.map.mesh_map import MeshMap
 
 _LOG = logging.getLogger("mesh_map")
 _FEW = 2  # labels that are read one by one; more at once
@@ -42,10 +40,10 @@ class LabelLayer(Layer):
         Parameter("other_cost", 0.5, 0.0, None, "of what is not labeled, if there are preferred"),
     )
     STORABLE = False  # reading the labels is needed anyway, and takes longer than the rest
-    ROS_ADAPTER = "mesh_map.labels_watch.LabelWatcher"
+    ROS_ADAPTER = "mesh_map.ros.labels_watch.LabelWatcher"
     labels_version: Any = None
 
-    def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
         prices = self._prices()
         names = list(self._names("lethal")) + list(prices) + list(self._names("preferred"))
         contents = contents_of(mesh_map)

@@ -2,21 +2,96 @@
 
 import math
 import threading
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
+from dataclasses import dataclass
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mesh_map.array_checks import read_only
-from mesh_map.cloud_view import CloudView
-from mesh_map.hits import NO_FACE
-from mesh_map.layer import Layer, LayerInput, LayerResult
-from mesh_map.layers.obstacle_parameters import OBSTACLE_PARAMETERS, contradictions
-from mesh_map.obstacles import CloudPoints, ObstacleLimits, ObstacleMarks, find_obstacles
-from mesh_map.query_arguments import number, points_array, vector
+from mesh_map.base.array_checks import read_only
+from mesh_map.base.parameter import Parameter
+from mesh_map.base.query_arguments import number, points_array, vector
+from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.layers.cloud_view import CloudView
+from mesh_map.layers.obstacles import CloudPoints, ObstacleLimits, ObstacleMarks, find_obstacles
+from mesh_map.map.mesh_map import MeshMap
+from mesh_map.spatial.hits import NO_FACE
 
-if TYPE_CHECKING:
-    from mesh_map.geometry import MeshGeometry
-    from mesh_map.mesh_map import MeshMap
+UNTIL_NEXT_CLOUD = -1.0  # of "decay"
+
+
+@dataclass(frozen=True)
+class DirectionParameter(Parameter):
+    """A direction: a list of three numbers, not all 0."""
+
+    def checked(self, value: Any) -> Tuple[Any, str]:
+        try:
+            direction = tuple(number(part, self.name) for part in value)
+        except (TypeError, ValueError):
+            direction = ()
+        if len(direction) != 3 or not 0 < math.hypot(*direction) < math.inf:
+            raise self._wrong(value, "three numbers, not all 0")
+        return direction, ""
+
+
+def _parameter(name: str, default: Any, low: Any, high: Any, text: str) -> Parameter:
+    return Parameter(name, default, low, high, text, affects_costs=False)
+
+
+OBSTACLE_PARAMETERS = (
+    _parameter("topic", "", None, None, "sensor_msgs/PointCloud2 to subscribe to"),
+    Parameter(
+        "qos",
+        "Reliable",
+        description="of ROS 2; without effect",
+        affects_costs=False,
+        choices=("Reliable", "BestEffort"),
+    ),
+    _parameter("robot_height", math.inf, 0.0, math.inf, "meters; higher points pass above"),
+    _parameter("min_obstacle_height", 0.0, 0.0, 10.0, "meters; points within are ground"),
+    _parameter("max_obstacle_dist", math.inf, 0.0, math.inf, "meters from the sensor"),
+    _parameter("min_obstacle_dist", 0.0, 0.0, 100.0, "meters; nearer is the robot itself"),
+    _parameter("tf_tolerance", 0.1, 0.0, 10.0, "seconds to wait for a transform"),
+    DirectionParameter(
+        "down_axis", (0.0, 0.0, -1.0), description="in axis_frame", affects_costs=False
+    ),
+    _parameter(
+        "axis_frame",
+        "",
+        None,
+        None,
+        "frame of down_axis; if empty, the parameter robot_frame above, else that of the map",
+    ),
+    _parameter(
+        "sensor_frame",
+        "",
+        None,
+        None,
+        "frame at whose origin the sensor is; if empty, that of the clouds",
+    ),
+    _parameter(
+        "decay",
+        10.0,
+        UNTIL_NEXT_CLOUD,
+        86400.0,
+        "seconds without being seen; 0: until cleared; below 0: until the next cloud",
+    ),
+    _parameter("clearing", True, None, None, "remove what a later cloud sees past"),
+    _parameter("clearing_angle", 1.0, 0.1, 10.0, "degrees; cells of the view of a cloud"),
+    _parameter("clearing_margin", 0.2, 0.0, 10.0, "meters that it has to see beyond a mark"),
+)
+
+
+def contradictions(params: Mapping[str, Any]) -> List[str]:
+    """One line for each pair of limits between which there is nothing."""
+    return [
+        "%s %g is not below %s %g: no point is an obstacle" % (low, params[low], high, params[high])
+        for low, high in (
+            ("min_obstacle_height", "robot_height"),
+            ("min_obstacle_dist", "max_obstacle_dist"),
+        )
+        if not params[low] < params[high]
+    ]
 
 
 class CloudSummary(NamedTuple):
@@ -42,8 +117,8 @@ class ObstacleLayer(Layer):
     """Vertices of faces on which something stands are lethal; all others cost 0.
 
     insert_cloud() casts each point of a cloud down onto the mesh, as the released layer did, and
-    marks the face that it meets. A mark goes when a later cloud sees past it (mesh_map.cloud_view),
-    when it is older than "decay", or by clear(); in the released layer, each cloud replaced the one
+    marks the face that it meets. A mark goes when a later cloud sees past it (see CloudView), when
+    it is older than "decay", or by clear(); in the released layer, each cloud replaced the one
     before, which "decay" -1 still says.
 
     Parameters take effect with the next cloud. Any thread may call any method.
@@ -54,7 +129,7 @@ class ObstacleLayer(Layer):
 
     PARAMETERS = OBSTACLE_PARAMETERS
     STORABLE = False
-    ROS_ADAPTER = "mesh_map.obstacles_node.ObstacleAdapter"
+    ROS_ADAPTER = "mesh_map.ros.obstacle_adapter.ObstacleAdapter"
 
     def __init__(
         self, name: str, params: Optional[Mapping[str, Any]] = None, type_name: str = ""
@@ -63,7 +138,7 @@ class ObstacleLayer(Layer):
         self.warnings += contradictions(self.params)
         self.last_cloud: Optional[CloudSummary] = None
         self._lock = threading.Lock()
-        self._geometry: Optional["MeshGeometry"] = None
+        self._geometry: Optional[MeshGeometry] = None
         self._marks = ObstacleMarks(0)
 
     def checked_changes(self, values: Mapping[str, Any]) -> Tuple[Dict[str, Any], List[str]]:
@@ -75,7 +150,7 @@ class ObstacleLayer(Layer):
         """(K,) uint32, ascending: the faces on which something stands."""
         return read_only(self._marks.faces)
 
-    def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
         # As quick as an update could be: that, too, would have to copy V numbers.
         costs = np.zeros(len(mesh_map.vertices), np.float32)
         if self._geometry is mesh_map.geometry:
@@ -84,7 +159,7 @@ class ObstacleLayer(Layer):
 
     def insert_cloud(
         self,
-        mesh_map: "MeshMap",
+        mesh_map: MeshMap,
         points: Any,
         origin: Any,
         stamp: float,
@@ -163,7 +238,7 @@ class ObstacleLayer(Layer):
             highest=params["robot_height"],
         )
 
-    def _marks_of(self, mesh_map: "MeshMap") -> ObstacleMarks:
+    def _marks_of(self, mesh_map: MeshMap) -> ObstacleMarks:
         if self._geometry is not mesh_map.geometry:
             self._marks = ObstacleMarks(len(mesh_map.faces))
             self._geometry = mesh_map.geometry

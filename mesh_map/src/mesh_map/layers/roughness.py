@@ -1,7 +1,7 @@
 """Roughness: ground that shakes a robot."""
 
-from mesh_map.parameter import Parameter
-from mesh_map.threshold_layer import RadiusLayer
+from mesh_map.base.parameter import Parameter
+from mesh_map.layers.threshold_layer import RadiusLayer
 
 
 class RoughnessLayer(RadiusLayer):

@@ -1,15 +1,12 @@
 """Steepness: slopes on which a robot slides or topples."""
 
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.parameter import Parameter
-from mesh_map.threshold_layer import ThresholdLayer
-
-if TYPE_CHECKING:
-    from mesh_map.mesh_map import MeshMap
+from mesh_map.base.parameter import Parameter
+from mesh_map.layers.threshold_layer import ThresholdLayer
+from mesh_map.map.mesh_map import MeshMap
 
 
 class SteepnessLayer(ThresholdLayer):
@@ -23,5 +20,5 @@ class SteepnessLayer(ThresholdLayer):
         Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in radians", affects_costs=False),
     )
 
-    def compute_costs(self, mesh_map: "MeshMap") -> np.ndarray:
+    def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
         return _kernels._angles_to(mesh_map.vertex_normals, mesh_map.geometry.up)

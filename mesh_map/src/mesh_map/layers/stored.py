@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mesh_map.errors import MeshMapError
-from mesh_map.file_layer import SOURCE_PARAMETERS, FileLayer
-from mesh_map.parameter import Parameter
+from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import Parameter
+from mesh_map.layers.file_layer import SOURCE_PARAMETERS, FileLayer
 
 _INFINITE = float("inf")
 

@@ -4,8 +4,8 @@ from typing import Mapping
 
 import numpy as np
 
-from mesh_map.combination_layer import CombinationLayer, Vertices
-from mesh_map.layer import LayerInput
+from mesh_map.costs.layer import LayerInput
+from mesh_map.layers.combination_layer import CombinationLayer, Vertices
 
 
 class SumCombinationLayer(CombinationLayer):

@@ -1,25 +1,289 @@
 """The values of a mesh, checked once when it enters: from a file, or to be saved.
 
-Also the place of the checks of single members: check_arrays, check_annotations.
+A refusal names the first index, the number of such values and the way out.
 """
 import json
-from typing import Any, Dict, Optional
+from typing import Any, Collection, Dict, Optional
 
 import numpy as np
 
-from mesh_msgs_hdf5 import schema
-from mesh_msgs_hdf5.checks.check_annotations import (
-    checked_face_attribute,
-    checked_features,
-    checked_image,
-    checked_label,
-    checked_materials,
-    checked_texture_coordinates,
-)
-from mesh_msgs_hdf5.checks.check_arrays import check_faces, check_finite, checked_costs, shaped
 from mesh_msgs_hdf5.checks.exact import to_exact
-from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
-from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.model import schema
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.label_names import check_label
+from mesh_msgs_hdf5.model.mesh import Color, Features, Label, Materials, Mesh
+
+REPAIR = "repair the mesh where it was made"
+MAX_TEXTURE_INDEX = (1 << 31) - 1  # a material's textureIndex is an int32
+MAX_FEATURES = 100_000  # each is a dataset of its own, and no group of a map may have more
+_DTYPE_HINT = "convert it where it was made"
+
+
+def check_finite(path: PathLike, name: str, array: np.ndarray) -> None:
+    """Refuse an (N, C) float array in which a row is not finite."""
+    if np.isfinite(array).all():
+        return
+    rows = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    raise MapFileError(
+        "not_finite",
+        path,
+        "row %d of %s is not finite (%s), %d in all" % (rows[0], name, array[rows[0]], len(rows)),
+        REPAIR,
+    )
+
+
+def check_faces(path: PathLike, faces: np.ndarray, vertex_count: int) -> None:
+    """Refuse a mesh without faces, and faces that refer to no vertex.
+
+    Faces: (F, 3) of any integer type.
+    """
+    if not len(faces):
+        raise MapFileError(
+            "no_faces",
+            path,
+            "the mesh has no faces",
+            "a map needs triangles: mesh the points first",
+        )
+    wrong = _outside(faces, vertex_count)
+    if wrong.any():
+        rows = np.flatnonzero(wrong.any(axis=1))
+        row = rows[0]
+        raise MapFileError(
+            "index",
+            path,
+            "face %d refers to vertex %d, but the mesh has %d vertices; %d faces do so"
+            % (row, faces[row][wrong[row]][0], vertex_count, len(rows)),
+            REPAIR,
+        )
+
+
+def check_indices(
+    path: PathLike, what: str, indices: np.ndarray, count: int, of: str, hint: str = REPAIR
+) -> None:
+    """Refuse (N,) integer indices that are not from 0 to count - 1.
+
+    what, of: for the error, "<what> <position> refers to <index>, but there are <count> <of>".
+    """
+    wrong = _outside(indices, count)
+    if wrong.any():
+        rows = np.flatnonzero(wrong)
+        raise MapFileError(
+            "index",
+            path,
+            "%s %d refers to %d, but there are %d %s; %d do so"
+            % (what, rows[0], indices[rows[0]], count, of, len(rows)),
+            hint,
+        )
+
+
+def _outside(indices, count):
+    wrong = indices >= count
+    if indices.dtype.kind == "i":
+        wrong |= indices < 0
+    return wrong
+
+
+def shaped(
+    path: PathLike, name: str, array: np.ndarray, columns: int, rows: Optional[int] = None
+) -> np.ndarray:
+    """The array as (rows, columns), or as (rows,) for one column, from rank 1 or 2.
+
+    Refuses any other shape.
+    """
+    shape = array.shape
+    fits = array.ndim == 1 and array.size % columns == 0 or array.ndim == 2 and shape[1] == columns
+    if not fits or rows is not None and array.size != rows * columns:
+        wanted = "[%s,%d]" % ("N" if rows is None else rows, columns)
+        raise MapFileError(
+            "shape",
+            path,
+            "%s has the shape %s, not %s" % (name, list(shape), wanted),
+            "is it another mesh's, or in a layout of another program?",
+        )
+    return array.reshape(-1) if columns == 1 else array.reshape(-1, columns)
+
+
+def check_costs(path: PathLike, name: str, costs: np.ndarray, place: str = "vertex") -> None:
+    """Refuse -inf in the costs (N,) called name; place: what has a cost.
+
+    NaN is unknown, +inf lethal, and a negative cost is its maker's business.
+    """
+    wrong = costs == -np.inf
+    if wrong.any():
+        raise MapFileError(
+            "value",
+            path,
+            "%s is -inf at %s %d, %d in all"
+            % (name, place, np.flatnonzero(wrong)[0], np.count_nonzero(wrong)),
+            "NaN means unknown, +inf lethal",
+        )
+
+
+def checked_costs(path: PathLike, name: str, costs: np.ndarray, vertex_count: int) -> np.ndarray:
+    """The costs of a layer as (V,) float32."""
+    name = "layer %s" % name
+    costs = shaped(path, name, np.asarray(costs), 1, vertex_count)
+    costs = np.ascontiguousarray(to_exact(costs, schema.COST_DTYPE, path, name))
+    check_costs(path, name, costs)
+    return costs
+
+
+def checked_label(path: PathLike, text: str, label: Label, face_count: int) -> Label:
+    """A Label with faces (K,) uint32 below face_count, each once (the first is kept), and a color
+    of three ints from 0 to 255, or None.
+    """
+    check_label(path, text)
+    name = "label %s" % text
+    faces = np.asarray(label.faces)
+    if not faces.size:  # an empty list has no type
+        faces = faces.astype(np.uint32)
+    faces = shaped(path, name, faces, 1)
+    if faces.dtype.kind in "iu":  # before conversion: -1 is a wrong index
+        check_indices(path, "entry", faces, face_count, "faces (%s)" % name, "label it again")
+    faces = np.ascontiguousarray(to_exact(faces, "<u4", path, name))
+    if faces.size and not (faces[1:] > faces[:-1]).all():
+        firsts = np.unique(faces, return_index=True)[1]
+        if len(firsts) < len(faces):
+            faces = faces[np.sort(firsts)]
+    return Label(faces, _checked_color(path, name, label.color))
+
+
+def _checked_color(path, name, color: Any) -> Optional[Color]:
+    if color is None:
+        return None
+    values = np.asarray(color)
+    if (
+        values.shape != (3,)
+        or values.dtype.kind not in "iu"
+        or ((values < 0) | (values > 255)).any()
+    ):
+        raise MapFileError(
+            "value",
+            path,
+            "the color of %s is %s" % (name, one_line(repr(color))[:80]),
+            "red, green and blue are whole numbers from 0 to 255",
+        )
+    return tuple(int(value) for value in values)  # type: ignore[return-value]
+
+
+def checked_image(path: PathLike, index: int, image: np.ndarray) -> np.ndarray:
+    """The texture as (height, width, 3 or 4) uint8."""
+    whole = isinstance(index, (int, np.integer)) and not isinstance(index, bool)
+    if not whole or not 0 <= index <= MAX_TEXTURE_INDEX:
+        raise MapFileError(
+            "index",
+            path,
+            "a texture has the index %s" % one_line(repr(index))[:80],
+            "textures are counted from 0",
+        )
+    image = np.asarray(image)
+    if image.ndim != 3 or image.shape[2] not in (3, 4) or not image.size:
+        raise MapFileError(
+            "shape",
+            path,
+            "texture %d has the shape %s, not [height,width,3]" % (index, list(image.shape)),
+            "red, green and blue (and alpha, as a fourth) of each pixel",
+        )
+    return np.ascontiguousarray(to_exact(image, "|u1", path, "texture %d" % index))
+
+
+def checked_materials(
+    path: PathLike, materials: Materials, face_count: int, texture_indices: Collection[int]
+) -> Materials:
+    """Materials whose textures are among texture_indices (or -1: none), one for each face."""
+    colors = shaped(path, "the colors of materials", np.asarray(materials.colors), 3)
+    colors = np.ascontiguousarray(to_exact(colors, "|u1", path, "the colors of materials"))
+    name = "the texture indices of materials"
+    indices = shaped(path, name, np.asarray(materials.texture_indices), 1, len(colors))
+    indices = np.ascontiguousarray(to_exact(indices, "<i4", path, name))
+    known = np.array(sorted(texture_indices), dtype=np.int64)
+    wrong = ~np.isin(indices, np.append(known, -1))
+    if wrong.any():
+        rows = np.flatnonzero(wrong)
+        raise MapFileError(
+            "index",
+            path,
+            "material %d has the texture %d, which is not there; %d materials do so"
+            % (rows[0], indices[rows[0]], len(rows)),
+            "textures: %s; -1 means none" % (", ".join(map(str, known[:10])) or "none"),
+        )
+    name = "the materials of faces"
+    faces = shaped(path, name, np.asarray(materials.face_materials), 1, face_count)
+    if faces.dtype.kind in "iu":
+        check_indices(path, "the material of face", faces, len(colors), "materials")
+    faces = np.ascontiguousarray(to_exact(faces, "<u4", path, name))
+    return Materials(colors, indices, faces)
+
+
+def checked_texture_coordinates(path: PathLike, uv: np.ndarray, vertex_count: int) -> np.ndarray:
+    """(V, 2) float32, finite."""
+    name = "texture coordinates"
+    uv = shaped(path, name, np.asarray(uv), 2, vertex_count)
+    uv = np.ascontiguousarray(to_exact(uv, "<f4", path, name))
+    check_finite(path, name, uv)
+    return uv
+
+
+def checked_features(path: PathLike, features: Features) -> Optional[Features]:
+    """Features with finite float32 locations (N, 3) and descriptors (N, D); None if N is 0, which
+    is what a file says of no features.
+    """
+    locations = shaped(path, "the locations of features", np.asarray(features.locations), 3)
+    descriptors = np.asarray(features.descriptors)
+    if descriptors.ndim != 2 or len(descriptors) != len(locations):
+        raise MapFileError(
+            "shape",
+            path,
+            "the descriptors of %d features have the shape %s, not [%d,D]"
+            % (len(locations), list(descriptors.shape), len(locations)),
+            "one row for each location",
+        )
+    if len(locations) > MAX_FEATURES:
+        raise MapFileError(
+            "size",
+            path,
+            "there are %d features, more than the %d allowed" % (len(locations), MAX_FEATURES),
+            "keep the strongest",
+        )
+    if not len(locations):
+        return None
+    arrays = []
+    for name, values in (("locations", locations), ("descriptors", descriptors)):
+        name = "the %s of features" % name
+        values = np.ascontiguousarray(to_exact(values, "<f4", path, name))
+        check_finite(path, name, values)
+        arrays.append(values)
+    return Features(*arrays)
+
+
+def checked_face_attribute(
+    path: PathLike, name: str, values: np.ndarray, face_count: int
+) -> np.ndarray:
+    """(F,) or (F, C) numbers in their own type, little-endian; one column is (F,).
+
+    (F,) float32 are costs of faces: -inf is refused.
+    """
+    schema.check_face_attribute_name(path, name)
+    what = "face attribute %s" % name
+    values = np.asarray(values)
+    if values.dtype.kind not in "fiu" or values.dtype.itemsize > 8:
+        raise MapFileError(
+            "dtype", path, "%s is of type %s, not numbers" % (what, values.dtype), _DTYPE_HINT
+        )
+    if values.ndim not in (1, 2) or len(values) != face_count or not values.size:
+        raise MapFileError(
+            "shape",
+            path,
+            "%s has the shape %s, not [%d] or [%d,C]"
+            % (what, list(values.shape), face_count, face_count),
+            "one row for each face",
+        )
+    if values.shape[1:] == (1,):
+        values = values.reshape(-1)
+    values = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
+    if values.ndim == 1 and values.dtype == np.float32:
+        check_costs(path, what, values, "face")
+    return values
 
 
 def identical(one: Optional[np.ndarray], other: Optional[np.ndarray]) -> bool:

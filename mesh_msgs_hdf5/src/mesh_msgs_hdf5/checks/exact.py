@@ -3,7 +3,7 @@ from typing import Any, Sequence, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 # what a stored array may be made of, by the kind of array asked for
 _KINDS = {"f": "fiu", "u": "iu", "i": "iu"}

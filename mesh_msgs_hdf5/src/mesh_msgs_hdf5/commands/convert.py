@@ -8,8 +8,8 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
+from mesh_msgs_hdf5.commands.progress import Progress
 from mesh_msgs_hdf5.isolation import isolated
-from mesh_msgs_hdf5.progress import Progress
 
 NAME = "convert"
 HELP = "make a map file of schema S1 of one of any schema (S0, S1, S2, LVR2's); keeps all groups"

@@ -1,10 +1,10 @@
 """mesh_tool diff: what differs between two meshes."""
 import argparse
 
-from mesh_msgs_hdf5.any_mesh import open_members
 from mesh_msgs_hdf5.commands._common import add_output_options, say
+from mesh_msgs_hdf5.commands.progress import Progress
 from mesh_msgs_hdf5.comparison.diff import MEMBERS, compare
-from mesh_msgs_hdf5.progress import Progress
+from mesh_msgs_hdf5.formats.any_mesh import open_members
 
 NAME = "diff"
 HELP = "say what differs between two meshes (exit code 0: nothing, 1: something, 2: trouble)"

@@ -8,9 +8,9 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
-from mesh_msgs_hdf5.exporter import write_mesh
-from mesh_msgs_hdf5.importer import read_mesh
-from mesh_msgs_hdf5.progress import Progress
+from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.formats.exporter import write_mesh
+from mesh_msgs_hdf5.formats.importer import read_mesh
 
 NAME = "export"
 HELP = "write a mesh for other programs (.ply .obj .stl .glb); says what the format cannot hold"

@@ -8,10 +8,10 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
-from mesh_msgs_hdf5.importer import read_mesh
+from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.progress import Progress
-from mesh_msgs_hdf5.schema import check_frame_id
+from mesh_msgs_hdf5.model.schema import check_frame_id
 
 NAME = "import"
 HELP = "make a map file (.h5) of a mesh (.ply .obj .stl .dae .glb .gltf .h5)"

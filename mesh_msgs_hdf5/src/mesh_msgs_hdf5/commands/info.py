@@ -4,8 +4,8 @@ import json
 from typing import Any, Dict
 
 from mesh_msgs_hdf5.commands._common import add_output_options, add_part, say
-from mesh_msgs_hdf5.progress import Progress
-from mesh_msgs_hdf5.summary import summarize
+from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.summary import summarize
 
 NAME = "info"
 HELP = "say what is in a mesh file"

@@ -2,8 +2,7 @@
 import argparse
 
 from mesh_msgs_hdf5.commands._common import add_actions, check_output, file_bytes, say
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.label_changes import (
+from mesh_msgs_hdf5.commands.label_changes import (
     changing,
     colored,
     deleted,
@@ -12,7 +11,8 @@ from mesh_msgs_hdf5.label_changes import (
     renamed,
     save,
 )
-from mesh_msgs_hdf5.label_names import split_label
+from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.files.save import save_file
 from mesh_msgs_hdf5.labels.label_tables import (
     color_text,
     labels_to_csv,
@@ -20,8 +20,8 @@ from mesh_msgs_hdf5.labels.label_tables import (
     parse_color,
     read_labels,
 )
-from mesh_msgs_hdf5.progress import Progress
-from mesh_msgs_hdf5.writing.save import save_file
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.label_names import split_label
 
 NAME = "labels"
 HELP = "list, export, import, delete, rename and color the labels of a map file"

@@ -1,14 +1,14 @@
 """mesh_tool layers: the cost layers (or, with --face, the face attributes) of a map file."""
 import argparse
 
-from mesh_msgs_hdf5.any_mesh import open_members
 from mesh_msgs_hdf5.commands._common import add_actions, say
 from mesh_msgs_hdf5.commands.info import values_text
-from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.commands.layer_changes import copied, deleted, names_of, renamed
+from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.summary import face_attribute_summary, layer_summary
+from mesh_msgs_hdf5.formats.any_mesh import open_members
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
-from mesh_msgs_hdf5.layer_changes import copied, deleted, names_of, renamed
-from mesh_msgs_hdf5.progress import Progress
-from mesh_msgs_hdf5.summary import face_attribute_summary, layer_summary
+from mesh_msgs_hdf5.model.errors import MapFileError
 
 NAME = "layers"
 HELP = "list, copy, delete and rename the layers of a map file"

@@ -2,7 +2,6 @@
 import argparse
 import os
 
-from mesh_msgs_hdf5.any_mesh import open_members
 from mesh_msgs_hdf5.commands._common import (
     add_output_options,
     add_part,
@@ -10,13 +9,14 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.progress import Progress
+from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.files.save import save_file
+from mesh_msgs_hdf5.formats.any_mesh import open_members
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.rendering.render import choose_paint
 from mesh_msgs_hdf5.rendering.render_camera import VIEWS
 from mesh_msgs_hdf5.rendering.render_figure import LARGEST, SMALLEST, picture_png
 from mesh_msgs_hdf5.rendering.render_scale import SCALES
-from mesh_msgs_hdf5.writing.save import save_file
 
 NAME = "render"
 HELP = "draw a mesh into a PNG, with scale, color bar and legend; needs no display"

@@ -2,9 +2,9 @@
 import argparse
 
 from mesh_msgs_hdf5.commands._common import add_output_options, check_output, file_bytes, say
+from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.files.probe import read_head
 from mesh_msgs_hdf5.isolation import isolated
-from mesh_msgs_hdf5.probe import read_head
-from mesh_msgs_hdf5.progress import Progress
 
 NAME = "repack"
 HELP = "write a map file anew: without the gaps that other programs left, compressed or not"

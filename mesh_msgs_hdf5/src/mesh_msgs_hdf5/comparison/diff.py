@@ -4,11 +4,10 @@ from typing import Any, Callable, Dict, Iterator, List
 
 import numpy as np
 
-from mesh_msgs_hdf5.any_mesh import Members
-from mesh_msgs_hdf5.comparison.diff_geometry import compare_geometry, moved
-from mesh_msgs_hdf5.comparison.difference import Difference
-from mesh_msgs_hdf5.errors import one_line
-from mesh_msgs_hdf5.reading.label_reader import natural_order
+from mesh_msgs_hdf5.comparison.diff_geometry import Difference, compare_geometry, moved
+from mesh_msgs_hdf5.formats.any_mesh import Members
+from mesh_msgs_hdf5.model.errors import one_line
+from mesh_msgs_hdf5.model.label_names import natural_order
 
 MEMBERS = ("geometry", "normals", "colors", "layers", "faces", "labels", "textures", "features")
 MEMBERS += ("frame", "origin", "source", "other")

@@ -1,11 +1,25 @@
 """What differs between the vertices and faces of two meshes."""
-from typing import Any, Dict, Iterator, List, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.comparison.difference import Difference
-
 _BLOCK = 1 << 20
+
+
+class Difference(NamedTuple):
+    """member: what differs, such as "vertices", "layers/slope" or "labels/tree_1"; kind: "count",
+    "changed", "only in one", "only in other", or "same" for a remark on the others; text: a
+    sentence; details: numbers for programs.
+    """
+
+    member: str
+    kind: str
+    text: str
+    details: Dict[str, Any]
+
+    def line(self) -> str:
+        """For a person."""
+        return "%s: %s" % (self.member, self.text)
 
 
 def compare_geometry(one, other, tolerance: float) -> Tuple[List[Difference], bool, bool]:

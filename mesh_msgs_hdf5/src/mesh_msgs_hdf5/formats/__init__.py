@@ -1,1 +1,1 @@
-"""Mesh files of other programs: a reader (import_*) and a writer (export_*) for each format."""
+"""Meshes of other programs, read and written."""

@@ -1,10 +1,9 @@
 """Labels that cannot be changed, with the interface of LabelStore."""
 from typing import Any, Dict, List, NoReturn, Optional
 
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.label_names import split_label
-from mesh_msgs_hdf5.mesh import Label
-from mesh_msgs_hdf5.reading.label_reader import natural_order
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.label_names import natural_order, split_label
+from mesh_msgs_hdf5.model.mesh import Label
 
 
 class FixedLabels:

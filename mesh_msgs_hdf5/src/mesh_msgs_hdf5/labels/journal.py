@@ -11,7 +11,6 @@ import os
 import time
 from typing import Any, Mapping, Optional
 
-from mesh_msgs_hdf5.errors import PathLike
 from mesh_msgs_hdf5.labels import journal_lines
 from mesh_msgs_hdf5.labels.journal_files import (
     create,
@@ -25,7 +24,8 @@ from mesh_msgs_hdf5.labels.journal_files import (
     write_all,
 )
 from mesh_msgs_hdf5.labels.journal_reading import OwnedError, content_of, lock
-from mesh_msgs_hdf5.mesh import Label
+from mesh_msgs_hdf5.model.errors import PathLike
+from mesh_msgs_hdf5.model.mesh import Label
 
 _WAIT = 0.1  # seconds: somebody who only looks whether there is an owner holds the lock shortly
 _NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EINVAL)

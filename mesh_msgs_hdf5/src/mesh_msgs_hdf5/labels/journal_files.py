@@ -7,8 +7,8 @@ import secrets
 import stat
 from typing import Iterable, List, Optional
 
-from mesh_msgs_hdf5.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.probe import check_name
+from mesh_msgs_hdf5.files.probe import check_name
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 _DAMAGED = ".damaged"
 _TEMPORARY = ".mesh_msgs_hdf5.tmp"  # save.py sweeps those of killed programs

@@ -20,9 +20,9 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.label_names import check_label
-from mesh_msgs_hdf5.mesh import Color, Label
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.label_names import check_label
+from mesh_msgs_hdf5.model.mesh import Color, Label
 
 FORMAT = "mesh_msgs_hdf5 labels"
 VERSION = 1

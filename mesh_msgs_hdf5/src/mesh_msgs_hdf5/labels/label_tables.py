@@ -18,10 +18,10 @@ from typing import Any, Dict, List, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.checks.check import checked_label
-from mesh_msgs_hdf5.errors import MapFileError, PathLike, one_line
-from mesh_msgs_hdf5.label_names import split_label
-from mesh_msgs_hdf5.mesh import Color, Label
-from mesh_msgs_hdf5.probe import read_file
+from mesh_msgs_hdf5.files.probe import read_file
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.label_names import split_label
+from mesh_msgs_hdf5.model.mesh import Color, Label
 
 FORMAT, VERSION = "mesh_labels", 1
 COLUMNS = ("label", "class", "instance", "color", "first_face", "last_face")

@@ -3,8 +3,8 @@ from typing import Callable, Optional, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.rendering.render_camera import Camera
 from mesh_msgs_hdf5.rendering.render_paint import (
     FaceValues,

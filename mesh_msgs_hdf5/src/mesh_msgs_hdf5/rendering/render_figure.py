@@ -7,8 +7,8 @@ from typing import Any, Callable, Sequence, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.errors import one_line
-from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.model.errors import one_line
+from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.rendering.render import paint_mesh
 from mesh_msgs_hdf5.rendering.render_camera import Camera, axis_names, look_at, view_axes
 from mesh_msgs_hdf5.rendering.render_scale import scale_colors

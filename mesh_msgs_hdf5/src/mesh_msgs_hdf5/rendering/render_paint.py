@@ -7,8 +7,8 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.label_names import split_label
-from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.model.label_names import split_label
+from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.rendering.render_scale import (
     LETHAL,
     RAINBOW,

@@ -5,10 +5,10 @@ from typing import Callable, List, Optional
 import rospy
 from mesh_msgs.init_node import init_node
 
-from mesh_msgs_hdf5.errors import MapFileError, one_line
-from mesh_msgs_hdf5.labels.label_colors_ros import Found, LabelColors
-from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder, owner_info
-from mesh_msgs_hdf5.server.loading_signals import ended_by_signals
+from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColors
+from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
+from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.server.map_loading import load, owner_notes
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry

@@ -4,14 +4,14 @@ from typing import Any, Dict, List, Tuple
 
 import genpy
 
-from mesh_msgs_hdf5.any_mesh import Members, MeshMembers
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.importer import read_mesh
+from mesh_msgs_hdf5.files.probe import kind_of, read_head
+from mesh_msgs_hdf5.formats.any_mesh import Members, MeshMembers
+from mesh_msgs_hdf5.formats.importer import read_mesh
+from mesh_msgs_hdf5.isolation.map_access import list_parts, open_map
 from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
 from mesh_msgs_hdf5.labels.label_store import LabelStore, label_target
-from mesh_msgs_hdf5.map_access import list_parts, open_map
-from mesh_msgs_hdf5.probe import kind_of, read_head
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.served_map import ServedMap
 from mesh_msgs_hdf5.server.server_options import ALL_PARTS, ROOT, MapRequest

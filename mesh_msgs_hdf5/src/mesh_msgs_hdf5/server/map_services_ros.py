@@ -16,9 +16,9 @@ from mesh_msgs.srv import (
     GetVertexCostLayersResponse,
 )
 
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder
-from mesh_msgs_hdf5.server.map_messages import FACES, NORMALS, VERTICES, cluster, clusters
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
+from mesh_msgs_hdf5.ros.map_messages import FACES, NORMALS, VERTICES, cluster, clusters
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
 from mesh_msgs_hdf5.server.received import Refused

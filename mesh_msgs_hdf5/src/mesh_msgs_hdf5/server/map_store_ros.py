@@ -8,11 +8,11 @@ from mesh_msgs import arrays
 from mesh_msgs.msg import MeshFeatures, MeshTexture
 from std_srvs.srv import Trigger, TriggerResponse
 
-from mesh_msgs_hdf5.errors import MapFileError, one_line
-from mesh_msgs_hdf5.labels.label_forwarding_ros import LabelForwarder
-from mesh_msgs_hdf5.mesh import Label
+from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.mesh import Label
+from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
+from mesh_msgs_hdf5.ros.map_messages import cluster
 from mesh_msgs_hdf5.server import received
-from mesh_msgs_hdf5.server.map_messages import cluster
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
 from mesh_msgs_hdf5.server.received import Refused

@@ -12,11 +12,11 @@ from typing import Any, Hashable, List
 import numpy as np
 from mesh_msgs import validation
 
-from mesh_msgs_hdf5.checks.check_annotations import checked_features, checked_label
-from mesh_msgs_hdf5.edit import Edit
-from mesh_msgs_hdf5.errors import MapFileError
-from mesh_msgs_hdf5.mesh import Features, Label, Materials
-from mesh_msgs_hdf5.schema import check_face_attribute_name, check_layer_name
+from mesh_msgs_hdf5.checks.check import checked_features, checked_label
+from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
+from mesh_msgs_hdf5.model.schema import check_face_attribute_name, check_layer_name
 
 # encoding -> (channels, which of them are red, green, blue and alpha)
 _ENCODINGS = {

@@ -6,21 +6,20 @@ from typing import Any, Callable, List, Tuple, Union
 
 import genpy
 
-from mesh_msgs_hdf5.any_mesh import MeshMembers
-from mesh_msgs_hdf5.edit import Edit
-from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.files.save import stamp as file_stamp
+from mesh_msgs_hdf5.formats.any_mesh import MeshMembers
 from mesh_msgs_hdf5.isolation import isolated
+from mesh_msgs_hdf5.isolation.map_access import open_map
 from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
 from mesh_msgs_hdf5.labels.label_store import LabelStore
-from mesh_msgs_hdf5.map_access import open_map
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.server.edits import is_empty
-from mesh_msgs_hdf5.server.map_messages import MapMessages
-from mesh_msgs_hdf5.server.map_overlay import MapOverlay
+from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.ros.map_messages import MapMessages
+from mesh_msgs_hdf5.server.map_overlay import MapOverlay, is_empty
 from mesh_msgs_hdf5.server.received import Received, Refused
 from mesh_msgs_hdf5.server.server_options import MapRequest
-from mesh_msgs_hdf5.writing.save import stamp as file_stamp
 
 _PLURALS = {
     "vertex_costs": "layers",

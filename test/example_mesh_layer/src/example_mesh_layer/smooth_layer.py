@@ -3,13 +3,13 @@
 from typing import TYPE_CHECKING, Mapping, Optional, Tuple
 
 import numpy as np
-from mesh_map.errors import MeshMapError
-from mesh_map.layer import Layer, LayerInput, LayerResult
-from mesh_map.parameter import Parameter
+from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import Parameter
+from mesh_map.costs.layer import Layer, LayerInput, LayerResult
 
 if TYPE_CHECKING:
-    from mesh_map.mesh_map import MeshMap
-    from mesh_map.topology import Topology
+    from mesh_map.geometry.topology import Topology
+    from mesh_map.map.mesh_map import MeshMap
 
 
 class SmoothLayer(Layer):
@@ -20,8 +20,8 @@ class SmoothLayer(Layer):
     count for its neighbors.
     """
 
-    # What users may set; see mesh_map.parameter. All layers have factor and combination_weight, and
-    # those that read other layers have inputs.
+    # What users may set; see mesh_map.base.parameter. All layers have factor and
+    # combination_weight, and those that read other layers have inputs.
     PARAMETERS = (
         Parameter("strength", 0.5, 0.0, 1.0, "share of the neighbors in a cost"),
         Parameter("rounds", 1, 1, 20, "how often: each reaches one edge farther"),

@@ -8,7 +8,7 @@
 
 #include <cstring>
 
-#include "context.h"
+#include "glx.h"
 #include "shim.h"
 
 namespace {

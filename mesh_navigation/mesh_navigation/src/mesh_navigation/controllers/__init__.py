@@ -1,1 +1,1 @@
-"""Controllers that are part of this package."""
+"""The controllers of this package, described in controllers.xml, and what they are made of."""

@@ -5,13 +5,13 @@ from typing import NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from mesh_navigation.controller import ControlFailure
+from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.pose import vector_text
 from mesh_navigation.controllers.sight import Sight
 from mesh_navigation.controllers.standing import Standing
 from mesh_navigation.controllers.vector3 import along_plane, dot, signed_angle, vector3
 from mesh_navigation.controllers.way import Way
-from mesh_navigation.outcomes import ExePathOutcome
-from mesh_navigation.pose import vector_text
+from mesh_navigation.plugins.controller import ControlFailure
 
 _HALVINGS = 8
 _WIDE_HALVINGS = 4  # with room on both sides

@@ -5,7 +5,7 @@ from typing import Optional
 
 import numpy as np
 
-from mesh_map.walk import SurfaceWalker, WalkEnd
+from mesh_map.geometry.walk import SurfaceWalker, WalkEnd
 
 from mesh_navigation.controllers.ground import Ground
 from mesh_navigation.controllers.standing import MAX_STEPS, Standing

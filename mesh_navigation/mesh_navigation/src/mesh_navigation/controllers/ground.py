@@ -4,8 +4,8 @@ from typing import Iterator, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mesh_map.geometry import MeshGeometry
-from mesh_map.hits import NO_FACE
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.spatial.hits import NO_FACE
 
 from mesh_navigation.controllers.barycentric import barycentric
 

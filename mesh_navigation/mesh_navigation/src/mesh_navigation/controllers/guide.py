@@ -4,15 +4,15 @@ from typing import List, NamedTuple, Optional
 
 import numpy as np
 
-from mesh_map.geometry import MeshGeometry
-from mesh_map.surface_path import FieldTracer
+from mesh_map.distance.surface_path import FieldTracer
+from mesh_map.geometry.mesh_geometry import MeshGeometry
 
-from mesh_navigation.controller import ControlFailure, ControllerPlan
+from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.pose import vector_text
 from mesh_navigation.controllers.standing import Standing
 from mesh_navigation.controllers.track import Track
 from mesh_navigation.controllers.way import Way
-from mesh_navigation.outcomes import ExePathOutcome
-from mesh_navigation.pose import vector_text
+from mesh_navigation.plugins.controller import ControlFailure, ControllerPlan
 
 _BACK = 0.5  # m before the point of the path that is nearest, to where it may have to go back
 

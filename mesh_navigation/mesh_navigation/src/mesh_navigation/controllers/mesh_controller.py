@@ -5,27 +5,63 @@ from typing import Any, List, Mapping, Optional
 
 import numpy as np
 
-from mesh_map.mesh_map import MeshMap
-from mesh_map.surface_path import FieldTracer
+from mesh_map.base.parameter import Parameter
+from mesh_map.distance.surface_path import FieldTracer
+from mesh_map.map.mesh_map import MeshMap
 
-from mesh_navigation.cancellation import Cancellation
-from mesh_navigation.controller import Command, ControlFailure, ControllerPlan
-from mesh_navigation.controller import MeshController as Controller
-from mesh_navigation.controllers.bends import speed_before_bends
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.pose import vector_text
+from mesh_navigation.base.robot import STOP, RobotState, Velocity
 from mesh_navigation.controllers.carrot import find_carrot, heading_error
 from mesh_navigation.controllers.foresight import free_arc
-from mesh_navigation.controllers.free_speed import CLEARANCE, on_free_ground
 from mesh_navigation.controllers.ground import Ground
 from mesh_navigation.controllers.guide import Guide
-from mesh_navigation.controllers.mesh_controller_parameters import FIELD, PARAMETERS
 from mesh_navigation.controllers.sight import Sight
-from mesh_navigation.controllers.speeds import approached, stopping_distance
 from mesh_navigation.controllers.standing import MAX_STEPS, Locator, Standing
-from mesh_navigation.controllers.steering import Ahead, steer, turning_speed
-from mesh_navigation.controllers.stuck import StuckWatch
-from mesh_navigation.outcomes import ExePathOutcome
-from mesh_navigation.pose import vector_text
-from mesh_navigation.robot import STOP, RobotState, Velocity
+from mesh_navigation.controllers.steering import (
+    CLEARANCE,
+    Ahead,
+    approached,
+    on_free_ground,
+    speed_before_bends,
+    steer,
+    stopping_distance,
+    turning_speed,
+)
+from mesh_navigation.controllers.vector3 import dot, minus
+from mesh_navigation.plugins.controller import (
+    Command,
+    ControlFailure,
+    ControllerPlan,
+    MeshController as Controller,
+)
+
+FIELD, PATH = "field", "path"
+
+PARAMETERS = (
+    Parameter("max_lin_velocity", 1.0, 0.0, 5.0, "fastest (m/s)"),
+    Parameter("max_ang_velocity", 0.5, 0.0, 2.0, "fastest turn, to either side (rad/s)"),
+    Parameter("max_lin_acceleration", 1.0, 0.05, 20.0, "to drive and to brake (m/s^2)"),
+    Parameter("max_ang_acceleration", 2.0, 0.05, 50.0, "of turns (rad/s^2)"),
+    Parameter("min_lin_velocity", 0.05, 0.0, 1.0, "slowest on arrival (m/s)"),
+    Parameter("arrival_fading", 0.5, 0.0, 5.0, "slows down over this way to the goal (m)"),
+    Parameter("ang_vel_factor", 1.0, 0.1, 10.0, "multiplies turns, within their limit"),
+    Parameter("lin_vel_factor", 1.0, 0.1, 10.0, "multiplies speeds, within their limit"),
+    Parameter("max_angle", 20.0, 1.0, 180.0, "to the carrot; beyond, turns on the spot (deg)"),
+    Parameter("lookahead_distance", 0.6, 0.05, 5.0, "how far ahead it looks (m)"),
+    Parameter("blocked_distance", 0.3, 0.0, 5.0, "stops this far before blocked surface (m)"),
+    Parameter("side_clearance", 0.1, 0.0, 1.0, "room beside it, where there is any (m)"),
+    Parameter("max_path_distance", 1.0, 0.05, 10.0, "from the path that it follows (m)"),
+    Parameter("max_search_radius", 0.4, 0.01, 2.0, "around where it was, for the surface (m)"),
+    Parameter("max_search_distance", 0.4, 0.01, 2.0, "from the surface, still on the map (m)"),
+    Parameter("turn_to_goal_heading", True, description="turns to the goal's heading at the end"),
+    Parameter(
+        "stuck_timeout", 4.0, 0.0, 60.0, "told to move, but not moving (s), 0: not looked at"
+    ),
+    Parameter("follow", FIELD, description="of the plan: field or path", choices=(FIELD, PATH)),
+)
+
 
 FIRST_PERIOD = 0.05  # s, until the period of the cycles is known
 _PERIODS = 0.005, 1.0  # s that a period is taken for, whatever the clock says
@@ -294,3 +330,64 @@ def _no_speed_text(distance: float, values: Mapping[str, Any]) -> str:
         f"{values['max_lin_velocity']:.2f} m/s, max_ang_velocity "
         f"{values['max_ang_velocity']:.2f} rad/s"
     )
+
+
+MOVED = 0.05  # m that count as moving
+TURNED = 0.1  # rad that count as moving
+ROUND_AND_ROUND = 4 * math.pi  # rad on one spot; no goal needs more than half a turn
+
+
+class StuckWatch:
+    """Adds up what was commanded since the robot has last moved."""
+
+    def __init__(self) -> None:
+        self._since: Optional[Standing] = None
+        self._spot: Optional[Standing] = None
+        self.turned = 0.0
+        self._forget()
+
+    def _forget(self) -> None:
+        self.seconds, self.length, self.angle = 0.0, 0.0, 0.0
+
+    def take_new_goal(self) -> None:
+        """Turns on the spot for other goals do not count."""
+        self.turned = 0.0
+
+    def look(self, standing: Standing) -> None:
+        """Note where the robot is; once per cycle."""
+        if self._since is None or _has_moved(self._since, standing):
+            self._since = standing
+            self._forget()
+        if self._spot is None or math.dist(self._spot.position, standing.position) > 2 * MOVED:
+            self._spot = standing
+            self.turned = 0.0
+
+    def commanded(self, velocity: Velocity, period: float) -> None:
+        """Note what it was told to do for one period (s)."""
+        if velocity.x or velocity.yaw:
+            self.seconds += period
+            self.length += abs(velocity.x) * period
+            self.angle += velocity.yaw * period  # to both sides it has turned, but stays
+            self.turned += abs(velocity.yaw) * period
+
+    def is_stuck(self, timeout: float) -> bool:
+        """Whether it did not move, told to for this long (s), far enough to see it; or turned
+        round and round on one spot. Never with a timeout of 0."""
+        enough = self.length > 2 * MOVED or abs(self.angle) > 2 * TURNED
+        stands = timeout <= self.seconds and enough
+        return timeout > 0.0 and (stands or self.turned > ROUND_AND_ROUND)
+
+    def text(self) -> str:
+        """What was seen, as the end of a sentence."""
+        if self.turned > ROUND_AND_ROUND:
+            return f"turns without getting on: {self.turned:.1f} rad within {2 * MOVED:.2f} m"
+        return (
+            f"does not move: in {self.seconds:.1f} s it was told to drive {self.length:.2f} m and "
+            f"to turn {abs(self.angle):.2f} rad"
+        )
+
+
+def _has_moved(before: Standing, now: Standing) -> bool:
+    step = minus(now.point, before.point)
+    turned = dot(before.heading, now.heading) < 1.0 - TURNED * TURNED / 2
+    return dot(step, step) > MOVED * MOVED or turned

@@ -5,8 +5,8 @@ from typing import Any, List, NamedTuple, Optional
 
 import numpy as np
 
-from mesh_map.geometry import MeshGeometry
-from mesh_map.hits import NO_FACE, SurfacePoint
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.spatial.hits import NO_FACE, SurfacePoint
 
 from mesh_navigation.controllers.barycentric import inside
 from mesh_navigation.controllers.ground import Ground

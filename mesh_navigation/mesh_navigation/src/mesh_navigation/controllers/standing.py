@@ -4,11 +4,12 @@ from typing import Any, NamedTuple, Optional
 
 import numpy as np
 
-from mesh_map.geometry import MeshGeometry
-from mesh_map.queries import SurfaceQueries
-from mesh_map.walk import WalkEnd
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.walk import WalkEnd
+from mesh_map.map.queries import SurfaceQueries
 
-from mesh_navigation.controller import ControlFailure
+from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.pose import Pose, number_text, rotate, vector_text
 from mesh_navigation.controllers.vector3 import (
     Vector3,
     along_plane,
@@ -18,8 +19,7 @@ from mesh_navigation.controllers.vector3 import (
     unit,
     vector3,
 )
-from mesh_navigation.outcomes import ExePathOutcome
-from mesh_navigation.pose import Pose, number_text, rotate, vector_text
+from mesh_navigation.plugins.controller import ControlFailure
 
 MAX_STEPS = 100_000  # faces of one walk
 SAME_SHEET = 0.02  # m from where a walk ends to the place that it looked for

@@ -3,9 +3,54 @@
 import math
 from typing import Any, Mapping, NamedTuple
 
+import numpy as np
+
+from mesh_map.geometry.walk import SurfaceWalker
+
+from mesh_navigation.base.robot import Velocity
 from mesh_navigation.controllers.carrot import Carrot
-from mesh_navigation.controllers.speeds import braking_speed, limited
-from mesh_navigation.robot import Velocity
+from mesh_navigation.controllers.foresight import free_arc
+from mesh_navigation.controllers.ground import Ground
+from mesh_navigation.controllers.standing import Standing
+from mesh_navigation.controllers.vector3 import Vector3
+from mesh_navigation.controllers.way import Way
+
+
+def braking_speed(distance: float, deceleration: float, period: float) -> float:
+    """The highest speed at which one still stops within a distance.
+
+    The speed holds for one period, then falls by ``deceleration * period`` each period until it is
+    0: m speeds v, v - a T, v - 2 a T and so on lead m v T - a T^2 m (m - 1) / 2 far. The same for
+    angles.
+
+    Args:
+        distance: m, or rad.
+        deceleration: m/s^2, or rad/s^2, above 0.
+        period: of commands, s, above 0.
+    """
+    if not distance > 0.0:
+        return 0.0
+    if math.isinf(distance):
+        return math.inf
+    step = deceleration * period
+    count = max(math.ceil((math.sqrt(1 + 8 * distance / (step * period)) - 1) / 2), 1)
+    return (distance / period + step * count * (count - 1) / 2) / count
+
+
+def stopping_distance(speed: float, deceleration: float, period: float) -> float:
+    """What is driven until it stands: one period at this speed, then braking (m)."""
+    return speed * period + speed * speed / (2 * deceleration)
+
+
+def limited(value: float, limit: float) -> float:
+    """Within -limit to limit."""
+    return max(-limit, min(limit, value))
+
+
+def approached(target: float, present: float, step: float) -> float:
+    """As near to a target as one step from the present value allows."""
+    return present + limited(target - present, step)
+
 
 SHARP = math.pi / 2  # rad; no arc leads to what is farther to the side
 _DEAD_BEAT = 0.7  # of an angle is turned in one period at most: more would swing
@@ -95,3 +140,90 @@ def _slowed_down(carrot: Carrot, ahead: Ahead, values: Mapping[str, Any], period
     for distance in (ahead.goal, ahead.stop):
         speed = min(speed, braking_speed(distance, brakes, period))
     return speed
+
+
+_MOST = 32  # places that are looked at
+
+
+def speed_before_bends(
+    way: Way, up: Vector3, farthest: float, values: Mapping[str, Any], period: float
+) -> float:
+    """The highest speed from which one can brake to that of each bend of the way (m/s).
+
+    Those nearer than lookahead_distance are left out: the angle to the carrot tells of them.
+
+    Args:
+        way: ahead of the robot.
+        up: from the surface.
+        farthest: m, to where bends count: the robot can stop before all others.
+        values: of the parameters.
+        period: of commands (s).
+    """
+    look = values["lookahead_distance"]
+    farthest = min(farthest, way.length - look / 2)
+    if farthest <= look:
+        return math.inf
+    places = np.linspace(look, farthest, min(math.ceil((farthest - look) / (look / 4)) + 1, _MOST))
+    before = _level(way, places - look / 2, places, up)
+    behind = _level(way, places, places + look / 2, up)
+    angles = np.arccos(np.clip(np.einsum("ij,ij->i", before, behind), -1.0, 1.0))
+    brakes = values["max_lin_acceleration"]
+    return min(
+        math.hypot(speed_towards(angle, look, values), braking_speed(place, brakes, period))
+        for place, angle in zip(places.tolist(), angles.tolist())
+    )
+
+
+def _level(way: Way, starts: np.ndarray, ends: np.ndarray, up: Vector3) -> np.ndarray:
+    """(N,3) directions of length 1 between points of the way, as seen from above."""
+    chords = _at(way, ends) - _at(way, starts)
+    chords -= (chords @ np.array(up))[:, None] * np.array(up)
+    return chords / np.maximum(np.linalg.norm(chords, axis=1, keepdims=True), 1e-9)
+
+
+def _at(way: Way, lengths: np.ndarray) -> np.ndarray:
+    columns = (np.interp(lengths, way.travelled, way.points[:, axis]) for axis in range(3))
+    return np.stack(list(columns), axis=1)
+
+
+CLEARANCE = 0.05  # m that an arc has to be free beyond where the robot would stand
+_SHARES = 1.0, 0.7, 0.4, 0.2, 0.1  # of a speed, until its arc is free
+_STRAIGHT = 0.02  # rad; an arc to what is less to the side is the straight line to it
+
+
+def on_free_ground(
+    wanted: Velocity,
+    walker: SurfaceWalker,
+    ground: Ground,
+    standing: Standing,
+    carrot: Carrot,
+    values: Mapping[str, Any],
+    period: float,
+) -> Velocity:
+    """The fastest share of a velocity whose arc is free until the robot could stand; a turn on the
+    spot where there is none.
+
+    Args:
+        wanted: that velocity, towards the carrot.
+        walker: over the surface.
+        ground: where it is blocked.
+        standing: where the robot is.
+        carrot: beyond it, nothing is looked at.
+        values: of the parameters.
+        period: of commands (s).
+    """
+    if wanted.x <= 0.0 or abs(carrot.angle) < _STRAIGHT:
+        return wanted
+    for share in _SHARES:
+        speed = share * wanted.x
+        length = stopping_distance(speed, values["max_lin_acceleration"], period) + CLEARANCE
+        length = min(length, _arc_length(carrot))
+        if free_arc(walker, ground, standing, wanted.yaw / speed, length) is None:
+            return wanted._replace(x=speed)
+    return Velocity(yaw=turning_speed(carrot.angle, values, period))
+
+
+def _arc_length(carrot: Carrot) -> float:
+    """From the robot to the carrot (m)."""
+    angle = min(abs(carrot.angle), SHARP)
+    return carrot.distance * angle / math.sin(angle) if angle > 0.0 else carrot.distance

@@ -1,21 +1,22 @@
 """Shortest paths along the edges of the mesh."""
 
-from typing import Any, List, Mapping, Optional, Sequence, Tuple
+import threading
+from typing import Any, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from mesh_map.array_checks import read_only
-from mesh_map.cancel import CancelFlag
-from mesh_map.dijkstra import DijkstraField
+from mesh_map.base.array_checks import read_only
+from mesh_map.base.cancel import CancelFlag
+from mesh_map.costs.edge_weights import PlanningCosts
+from mesh_map.distance.dijkstra import DijkstraField, DijkstraSolver, is_lengths_or_closed
+from mesh_map.map.mesh_map import MeshMap
 
-from mesh_navigation.edge_solver import EdgeSolvers
-from mesh_navigation.path import path_length, without_repeats
-from mesh_navigation.places import Place
-from mesh_navigation.plan_field import PlanField
+from mesh_navigation.base.path import path_length, without_repeats
+from mesh_navigation.planners.places import Place
 from mesh_navigation.planners.surface_planner import Held, Search, SurfacePlanner, Track
-from mesh_navigation.slowness import changed_vertices, is_much
-from mesh_navigation.up_normals import face_up_normals, vertex_up_normals
-from mesh_navigation.vectors import edge_directions, face_means
+from mesh_navigation.plugins.planner import PlanField
+from mesh_navigation.surface.slowness import changed_vertices, is_much
+from mesh_navigation.surface.up_normals import area_vectors, face_up_normals, vertex_up_normals
 
 
 class DijkstraMeshPlanner(SurfacePlanner):
@@ -94,3 +95,94 @@ def _first_corner(start: Sequence[Tuple[int, float]], field: DijkstraField) -> T
     sums = [(distance + float(field.potential[vertex]), vertex) for vertex, distance in start]
     least, vertex = min(sums, key=lambda item: item[0])
     return vertex, least
+
+
+class EdgeSolver(NamedTuple):
+    """What one plan works with, all of one moment."""
+
+    costs: np.ndarray
+    """(V,) of the map."""
+    solver: DijkstraSolver
+    weighted: bool
+    """Whether edges weigh other than their length (m), so that the potential is no distance."""
+
+
+class EdgeSolvers:
+    """Makes them for one map; may be used from several threads at once."""
+
+    def __init__(self, mesh_map: MeshMap) -> None:
+        self._map = mesh_map
+        self._lock = threading.Lock()
+        self._plain: Optional[DijkstraSolver] = None
+        self._weights: Optional[np.ndarray] = None  # of the plan before
+        self._solver: Optional[DijkstraSolver] = None  # for these
+
+    def newest(self) -> EdgeSolver:
+        """For the costs that the map has now."""
+        return self.of(self._map.planning_costs())
+
+    def of(self, snapshot: PlanningCosts) -> EdgeSolver:
+        """For these costs.
+
+        Edges of infinite weight end at vertices that are lethal or unknown, which a solver does not
+        pass anyway. So where all others weigh what they are long, the one that knows lengths alone
+        will do, and it is the same however often obstacles come and go.
+        """
+        with self._lock:
+            weights = snapshot.edge_weights
+            if self._weights is not weights:
+                self._solver, self._weights = self._for(weights), weights
+            return EdgeSolver(snapshot.costs, self._solver, self._solver is not self._plain)
+
+    def _for(self, weights: np.ndarray) -> DijkstraSolver:
+        lengths = self._map.geometry.edge_lengths
+        if is_lengths_or_closed(weights, lengths):
+            if self._plain is None:
+                self._plain = self._made(lengths)
+            return self._plain
+        if self._solver is None or self._solver is self._plain:
+            return self._made(weights)
+        return self._solver.with_weights(weights)
+
+    def _made(self, weights: np.ndarray) -> DijkstraSolver:
+        return DijkstraSolver(topology=self._map.topology, edge_lengths=weights)
+
+
+def edge_directions(vertices: np.ndarray, predecessors: np.ndarray) -> np.ndarray:
+    """(V,3) float32 unit vectors to the next vertex; zero where that is the vertex itself.
+
+    Args:
+        vertices: (V,3) m.
+        predecessors: (V,) the next vertex on the way to the goal.
+    """
+    moving = np.flatnonzero(predecessors != np.arange(len(vertices)))
+    steps = vertices[predecessors[moving]] - vertices[moving]
+    directions = np.zeros((len(vertices), 3), dtype=np.float32)
+    directions[moving] = _units(steps)
+    return directions
+
+
+def face_means(vertices: np.ndarray, faces: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """(F,3) float32 unit vectors: in the plane of each face, the mean of those at its corners.
+
+    Zero where there is none at any corner, and where the corners contradict each other.
+
+    Args:
+        vertices: (V,3) m.
+        faces: (F,3).
+        directions: (V,3) unit vectors or zeros.
+    """
+    means = np.zeros((len(faces), 3), dtype=np.float32)
+    used = np.flatnonzero(directions.any(axis=1)[faces].any(axis=1))
+    corners = faces[used]
+    normals = _units(area_vectors(vertices, corners))
+    sums = directions[corners].sum(axis=1, dtype=np.float64)
+    along = sums - np.sum(sums * normals, axis=1, keepdims=True) * normals
+    usable = np.linalg.norm(along, axis=1) > 1e-3
+    means[used[usable]] = _units(along[usable])
+    return means
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(lengths > 0, lengths, 1)

@@ -4,13 +4,13 @@ from typing import Any, Mapping
 
 import numpy as np
 
-from mesh_map.dijkstra import DijkstraSolver
-from mesh_map.exact_geodesic import ExactGeodesic
-from mesh_map.parameter import Parameter
-from mesh_map.surface_path import SurfacePath
-from mesh_map.wave_front import WaveFrontField
+from mesh_map.base.parameter import Parameter
+from mesh_map.distance.dijkstra import DijkstraSolver
+from mesh_map.distance.exact_geodesic import ExactGeodesic
+from mesh_map.distance.surface_path import SurfacePath
+from mesh_map.distance.wave_front import WaveFrontField
 
-from mesh_navigation.places import Place
+from mesh_navigation.planners.places import Place
 from mesh_navigation.planners.surface_planner import PARAMETERS, Search
 from mesh_navigation.planners.wave_front import STEP_WIDTH, WaveFrontPlanner
 

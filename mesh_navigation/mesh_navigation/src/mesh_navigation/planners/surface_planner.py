@@ -1,25 +1,32 @@
 """What planners have in common that search from the goal over the whole surface."""
 
+import threading
+from collections import OrderedDict
 from contextlib import contextmanager
-from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Tuple
+from functools import cached_property
+from typing import Any, Hashable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mesh_map.cancel import CancelFlag
-from mesh_map.errors import Cancelled
-from mesh_map.mesh_map import MeshMap
-from mesh_map.parameter import Parameter
+from mesh_map.base.cancel import CancelFlag
+from mesh_map.base.errors import Cancelled
+from mesh_map.base.parameter import Parameter
+from mesh_map.geometry.topology import Topology
+from mesh_map.map.mesh_map import MeshMap
 
-from mesh_navigation.cancellation import Cancellation
-from mesh_navigation.field_cache import FieldCache
-from mesh_navigation.outcomes import GetPathOutcome
-from mesh_navigation.path import path_length, path_poses
-from mesh_navigation.plan_field import PlanField
-from mesh_navigation.places import Place, find_place, nearest_place
-from mesh_navigation.planner import MeshPlanner, PlanFailure, PlanResult, stop_if_canceled
-from mesh_navigation.pose import Pose
-from mesh_navigation.reachability import Components, not_reached
-from mesh_navigation.slowness import Ground, Grounds
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.outcomes import GetPathOutcome
+from mesh_navigation.base.path import path_length, path_poses
+from mesh_navigation.base.pose import Pose, vector_text
+from mesh_navigation.planners.places import Place, find_place, nearest_place
+from mesh_navigation.plugins.planner import (
+    MeshPlanner,
+    PlanFailure,
+    PlanField,
+    PlanResult,
+    stop_if_canceled,
+)
+from mesh_navigation.surface.slowness import Ground, Grounds
 
 PARAMETERS = (
     Parameter("cost_limit", 1.0, 0.0, 10.0, "highest cost of a vertex that may be passed"),
@@ -195,3 +202,87 @@ class SurfacePlanner(MeshPlanner):
     ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
         """Directions at vertices and in faces, None unless asked for."""
         raise NotImplementedError
+
+
+# A field of a million vertices takes some dozens of megabytes.
+_KEPT = 3
+
+
+class FieldCache:
+    """What plans found out about a goal; from any thread.
+
+    A plan takes a field out and puts it back: nobody else has it meanwhile, so it does not change
+    under the plan. Another plan to the same goal at the same time makes one of its own. A plan that
+    fails in the middle of a change does not put the field back.
+    """
+
+    def __init__(self, size: int = _KEPT) -> None:
+        self._size = size
+        self._lock = threading.Lock()
+        self._fields: "OrderedDict[Hashable, Any]" = OrderedDict()
+
+    def take(self, goal: Hashable) -> Optional[Any]:
+        """The field of a goal, which is then no longer in here; None if there is none."""
+        with self._lock:
+            return self._fields.pop(goal, None)
+
+    def put(self, goal: Hashable, field: Any) -> None:
+        """Keep a field; those that were used longest ago go."""
+        with self._lock:
+            self._fields.pop(goal, None)
+            self._fields[goal] = field
+            while len(self._fields) > self._size:
+                self._fields.popitem(last=False)
+
+
+class Components:
+    """The connected parts of a mesh, numbered from 1 for people."""
+
+    def __init__(self, topology: Topology) -> None:
+        self._topology = topology
+
+    def number(self, place: Place) -> int:
+        """That of a place."""
+        return int(self._topology.components[place.anchor.corners[0]]) + 1
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """(C,) numbers of vertices."""
+        topology = self._topology
+        return np.bincount(topology.components, minlength=topology.component_count)
+
+    def check_same(self, origin: Place, target: Place) -> None:
+        """
+        Raises:
+            PlanFailure: start and goal are in different ones.
+        """
+        start, goal = self.number(origin), self.number(target)
+        if start != goal:
+            raise PlanFailure(
+                GetPathOutcome.NO_PATH_FOUND,
+                f"no path: start is in component {start} of {self._topology.component_count}, "
+                f"goal in component {goal}",
+            )
+
+
+def not_reached(
+    components: Components, origin: Place, target: Place, ground: Ground, potential: np.ndarray
+) -> PlanFailure:
+    """The failure of a search that has seen everything around the goal, but not the start.
+
+    Args:
+        components: of the map.
+        origin, target: start and goal.
+        ground: what may be passed.
+        potential: (V,) of the search.
+    """
+    number = components.number(target)
+    reached = int(np.count_nonzero(np.isfinite(potential)))
+    return PlanFailure(
+        GetPathOutcome.NO_PATH_FOUND,
+        f"no path: {reached} of {components.sizes[number - 1]} vertices of component {number} can "
+        f"be reached from the goal, none of them at the start {vector_text(origin.position)}; "
+        f"{ground.blocked_count} vertices of the map are lethal, unknown or over the cost limit "
+        f"{ground.cost_limit:.3g}",
+        potential,
+    )

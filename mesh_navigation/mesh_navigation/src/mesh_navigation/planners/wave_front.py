@@ -4,24 +4,18 @@ from typing import Any, List, Mapping, Optional, Tuple
 
 import numpy as np
 
-from mesh_map.array_checks import read_only
-from mesh_map.cancel import CancelFlag
-from mesh_map.parameter import Parameter
-from mesh_map.surface_path import FieldTracer, SurfacePath
-from mesh_map.wave_front import WaveFrontField, WaveFrontSolver
+from mesh_map.base.array_checks import read_only
+from mesh_map.base.cancel import CancelFlag
+from mesh_map.base.parameter import Parameter
+from mesh_map.distance.surface_path import FieldTracer, SurfacePath
+from mesh_map.distance.wave_front import WaveFrontField, WaveFrontSolver
 
-from mesh_navigation.path import spaced_out
-from mesh_navigation.places import Place
-from mesh_navigation.plan_field import PlanField
-from mesh_navigation.planners.surface_planner import (
-    PARAMETERS,
-    Held,
-    Search,
-    SurfacePlanner,
-    Track,
-)
-from mesh_navigation.slowness import changed_vertices
-from mesh_navigation.up_normals import face_up_normals
+from mesh_navigation.base.path import spaced_out
+from mesh_navigation.planners.places import Place
+from mesh_navigation.planners.surface_planner import PARAMETERS, Held, Search, SurfacePlanner, Track
+from mesh_navigation.plugins.planner import PlanField
+from mesh_navigation.surface.slowness import changed_vertices
+from mesh_navigation.surface.up_normals import face_up_normals
 
 STEP_WIDTH = Parameter("step_width", 0.4, 0.01, 1.0, "longest way from a pose to the next (m)")
 

@@ -1,22 +1,25 @@
 """Back up the way the robot came."""
 
 import math
-from typing import Mapping, NamedTuple, Optional, Tuple
+from typing import List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mesh_map.parameter import Parameter, Value
+from mesh_map.base.parameter import Parameter, Value
+from mesh_map.geometry.walk import WalkEnd
+from mesh_map.map.mesh_map import MeshMap
+from mesh_map.spatial.hits import SurfacePoint
 
-from mesh_navigation.anchors import MAX_DISTANCE
-from mesh_navigation.cancellation import Cancellation
-from mesh_navigation.clock import Clock
-from mesh_navigation.ground_ahead import free_way
-from mesh_navigation.outcomes import RecoveryOutcome
-from mesh_navigation.pose import Pose, rotate, vector_text
-from mesh_navigation.progress_watch import ProgressWatch
-from mesh_navigation.recovery import MeshRecovery, RecoveryResult
-from mesh_navigation.robot import STOP, Robot, RobotState, Velocity
-from mesh_navigation.way_back import WayBack
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Clock
+from mesh_navigation.base.outcomes import RecoveryOutcome
+from mesh_navigation.base.pose import Pose, rotate, vector_text
+from mesh_navigation.base.progress_watch import ProgressWatch
+from mesh_navigation.base.robot import STOP, Robot, RobotState, Velocity
+from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
+from mesh_navigation.surface.anchors import MAX_DISTANCE, obstacle_at
+from mesh_navigation.surface.slowness import passable
+from mesh_navigation.surface.surface_corners import corners_along
 
 PERIOD = 0.05  # s between two commands
 ARRIVED = 0.01  # m from the end that are good enough
@@ -25,6 +28,135 @@ LOOKAHEAD = 0.3  # m, to the point of the way that is steered to
 TURN_FIRST = math.radians(60)  # if that point is farther to the side, the robot turns on the spot
 STUCK = 3.0  # s without getting on by MOVED m or TURNED rad
 MOVED, TURNED = 0.02, 0.05
+REACH = 0.5  # m; a trail that is farther away is not where the robot came from
+_WINDOW = 1.0  # m, how far the way back is searched for where the robot is now
+
+
+class WayBack:
+    """The last poses of a robot, from where it is to the oldest; straight back from there.
+
+    Where it is, is told by `gone`, which only ever grows.
+    """
+
+    def __init__(self, pose: Pose, trail: List[Pose]) -> None:
+        """
+        Args:
+            pose: of the robot.
+            trail: its last poses, the newest first. Those that are newer than the one at which it
+                is (or were left in another direction) are not behind it.
+        """
+        self._newer = 0
+        points = []
+        begin = _nearest(pose, trail)
+        if begin is not None:
+            if (trail[begin].position - pose.position) @ pose.heading > 0.0:
+                begin += 1
+            self._newer = begin
+            points = [pose.position] + [known.position for known in trail[begin:]]
+        self._points = np.array(points).reshape(-1, 3)
+        steps = np.linalg.norm(np.diff(self._points, axis=0), axis=1)
+        self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
+        self._segment = 0
+        self._straight: Optional[np.ndarray] = None
+        self._gone = 0.0
+        self._gone_straight = 0.0
+
+    @property
+    def passed(self) -> int:
+        """How many of the newest poses of the trail are not behind the robot any more."""
+        return self._newer + self._segment
+
+    def gone(self, position: np.ndarray) -> float:
+        """How far the robot has gone back (m): along the way, then straight from its end."""
+        if self._straight is None and self._segment < len(self._points) - 1:
+            self._gone = max(self._gone, self._project(position))
+        elif self._straight is None:
+            self._straight = np.array(position)
+        if self._straight is not None:
+            self._gone_straight = float(np.linalg.norm(position - self._straight))
+        return self._gone + self._gone_straight
+
+    def target(self, ahead: float) -> Optional[np.ndarray]:
+        """(3,) m: where to go from where the robot was last, so far on; None: straight back."""
+        if self._segment >= len(self._points) - 1:
+            return None
+        wanted = self._lengths[self._segment] + ahead
+        index = int(np.searchsorted(self._lengths, wanted))
+        return self._points[min(index, len(self._points) - 1)]
+
+    def _project(self, position: np.ndarray) -> float:
+        """m along the points, of the one nearest to a position; notes the segment it is on."""
+        begin = self._segment
+        end = int(np.searchsorted(self._lengths, self._lengths[begin] + _WINDOW)) + 1
+        points = self._points[begin : end + 1]
+        sides = np.diff(points, axis=0)
+        squared = np.maximum(np.einsum("ij,ij->i", sides, sides), 1e-18)
+        shares = np.einsum("ij,ij->i", position - points[:-1], sides) / squared
+        clipped = np.clip(shares, 0.0, 1.0)
+        away = np.linalg.norm(points[:-1] + clipped[:, None] * sides - position, axis=1)
+        best = int(np.argmin(away))
+        self._segment = begin + best
+        if self._segment == len(self._points) - 2 and shares[best] >= 1.0:
+            self._segment += 1  # all of it is done
+        return float(self._lengths[begin + best] + clipped[best] * np.sqrt(squared[best]))
+
+
+def _nearest(pose: Pose, trail: List[Pose]) -> Optional[int]:
+    """The pose of the trail at which the robot is, looking as then; None if it is at none."""
+    best, distance = None, REACH
+    heading = pose.heading
+    for index, known in enumerate(trail):
+        away = float(np.linalg.norm(known.position - pose.position))
+        if away < distance and float(known.heading @ heading) > 0.0:
+            best, distance = index, away
+    return best
+
+
+class FreeWay(NamedTuple):
+    """The ground in one direction."""
+
+    length: float
+    """m that are free; as much as was looked at where nothing is in the way."""
+    obstacle: str
+    """What is in the way, as a phrase; empty if nothing is."""
+
+
+def free_way(
+    mesh_map: MeshMap, start: SurfacePoint, direction: np.ndarray, length: float
+) -> FreeWay:
+    """Look straight on over the surface.
+
+    Ground is blocked where the nearest corner of its face is lethal or unknown. Blocked ground at
+    the start itself does not count as long as free ground follows: who stands on it may leave it.
+
+    Args:
+        mesh_map: the map, with its costs of now.
+        start: where the robot stands.
+        direction: (3,), what of it is along the surface counts.
+        length: how far to look (m).
+    """
+    costs = mesh_map.planning_costs().costs
+    walk = mesh_map.geometry.walker.walk(start=start, direction=direction, length=length, path=True)
+    if walk.end == WalkEnd.NOWHERE or walk.path is None:
+        return FreeWay(0.0, f"there is no way on from {vector_text(start.position)}")
+    along = corners_along(mesh_map.geometry, walk.path)
+    free = passable(costs[along.vertices], np.inf)
+    first = _first_blocked(free)
+    if first is not None:
+        vertex = int(along.vertices[first])
+        what = obstacle_at(mesh_map, vertex, float(costs[vertex]), np.inf)
+        where = vector_text(mesh_map.vertices[vertex])
+        return FreeWay(float(along.entered[first]), f"vertex {vertex} at {where} is {what}")
+    if walk.end != WalkEnd.ARRIVED:
+        return FreeWay(walk.length, f"the surface ends at {vector_text(walk.position)}")
+    return FreeWay(walk.length, "")
+
+
+def _first_blocked(free: np.ndarray) -> Optional[int]:
+    """Of (K,) bool, the first False that is not of a beginning which free ground follows."""
+    begin = int(np.argmax(free)) if free.any() else 0
+    blocked = np.flatnonzero(~free[begin:])
+    return begin + int(blocked[0]) if len(blocked) else None
 
 
 class _Way(NamedTuple):

@@ -1,13 +1,12 @@
 """Wait: others may go away."""
 
-from mesh_map.parameter import Parameter
+from mesh_map.base.parameter import Parameter
 
-from mesh_navigation.cancellation import Cancellation
-from mesh_navigation.clock import Clock
-from mesh_navigation.outcomes import RecoveryOutcome
-from mesh_navigation.recovery import MeshRecovery, RecoveryResult
-from mesh_navigation.robot import Robot
-from mesh_navigation.stopwatch import Stopwatch
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Clock, Stopwatch
+from mesh_navigation.base.outcomes import RecoveryOutcome
+from mesh_navigation.base.robot import Robot
+from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
 
 
 class Wait(MeshRecovery):

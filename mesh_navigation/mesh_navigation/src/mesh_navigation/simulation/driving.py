@@ -1,7 +1,7 @@
 """A whole drive without ROS: plan, follow the plan, and see how it went::
 
-    from mesh_navigation.planning import load_map
-    from mesh_navigation.pose import Pose
+    from mesh_navigation.execution.planning import load_map
+    from mesh_navigation.base.pose import Pose
     from mesh_navigation.simulation.driving import drive
 
     went = drive(load_map("garden.h5"), start=Pose.at((1, 2, 0)), goal=Pose.at((8, 9, 0.5), 1.57))
@@ -14,27 +14,27 @@ from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Tuple, Un
 
 import numpy as np
 
-from mesh_map.errors import MeshMapError
-from mesh_map.mesh_map import MeshMap
+from mesh_map.base.errors import MeshMapError
+from mesh_map.map.mesh_map import MeshMap
+from mesh_map.spatial.spatial_index import SpatialIndex
 
-from mesh_navigation.cancellation import Cancellation
-from mesh_navigation.controller import ControllerPlan, MeshController
-from mesh_navigation.outcomes import is_success
-from mesh_navigation.parameters import changed_parameters
-from mesh_navigation.path import path_length
-from mesh_navigation.path_execution import (
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.outcomes import is_success
+from mesh_navigation.base.parameters import changed_parameters
+from mesh_navigation.base.path import path_length
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.execution.path_execution import (
     Cycle,
     ExecutionResult,
     PathExecution,
     Tolerances,
     default_values,
 )
-from mesh_navigation.planner import MeshPlanner, PlanResult
-from mesh_navigation.planning import make_planner
-from mesh_navigation.plugin_list import CONTROLLERS, find_plugin
-from mesh_navigation.pose import Pose
-from mesh_navigation.server_parameters import PARAMETERS
-from mesh_navigation.simulation.clearance import clearances, on_blocked
+from mesh_navigation.execution.planning import make_planner
+from mesh_navigation.execution.server_parameters import PARAMETERS
+from mesh_navigation.plugins.controller import ControllerPlan, MeshController
+from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
+from mesh_navigation.plugins.plugin_list import CONTROLLERS, find_plugin
 from mesh_navigation.simulation.simulated_robot import STEP, SimulatedClock, SimulatedRobot
 from mesh_navigation.simulation.surface_robot import SurfaceRobot
 
@@ -120,8 +120,8 @@ def drive(
 
     Args:
         mesh_map: the map.
-        planner: one of `mesh_navigation.planning.SHORT_NAMES`, the type of any plugin, or a planner
-            that is initialized.
+        planner: one of `mesh_navigation.execution.planning.SHORT_NAMES`, the type of any plugin, or
+            a planner that is initialized.
         controller: the type of any plugin, or a controller that is initialized; a copy drives.
         start: where the robot is put.
         goal: where to arrive, and with which heading.
@@ -234,3 +234,26 @@ class _Drive:
             if plan.succeeded:
                 newer = ControllerPlan(plan.poses, plan.plan_field)
                 self._execution.replace(self._execution.prepared(newer), self._tolerances)
+
+
+def clearances(mesh_map: MeshMap, positions: np.ndarray) -> np.ndarray:
+    """(N,) m from each of (N,3) positions to the nearest lethal or unknown vertex; inf if none."""
+    blocked = np.flatnonzero(~np.isfinite(mesh_map.planning_costs().costs))
+    if not len(blocked):
+        return np.full(len(positions), np.inf)
+    # Faces that are points: the index finds the nearest without looking at all of them.
+    points = np.repeat(np.arange(len(blocked))[:, None], 3, axis=1)
+    index = SpatialIndex(mesh_map.vertices[blocked], points, device="off")
+    return index.closest_batch(points=positions).distances
+
+
+def on_blocked(mesh_map: MeshMap, place: Any) -> bool:
+    """Whether a place of the surface is blocked: the nearest corner of its face, that of the
+    largest weight, is lethal or unknown.
+
+    Args:
+        mesh_map: the map.
+        place: what has a face and barycentric coordinates.
+    """
+    vertex = mesh_map.faces[place.face][np.argmax(place.barycentric)]
+    return not np.isfinite(mesh_map.planning_costs().costs[vertex])

@@ -6,15 +6,9 @@ import numpy as np
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from mesh_map.errors import MeshMapError
+from mesh_map.base.errors import MeshMapError
 
-from mesh_navigation.simulation.obstacles import (
-    BOX,
-    CYLINDER,
-    MAX_OBSTACLES,
-    SPHERE,
-    Obstacle,
-)
+from mesh_navigation.simulation.obstacles import BOX, CYLINDER, MAX_OBSTACLES, SPHERE, Obstacle
 from mesh_navigation.simulation.robot_messages import bare_pose, pose_of
 
 _SHAPES = {Marker.CUBE: BOX, Marker.CYLINDER: CYLINDER, Marker.SPHERE: SPHERE}

@@ -4,9 +4,9 @@ from typing import Any, List, Mapping, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from mesh_map.errors import MeshMapError
+from mesh_map.base.errors import MeshMapError
 
-from mesh_navigation.pose import Pose, rotate
+from mesh_navigation.base.pose import Pose, rotate
 
 BOX, CYLINDER, SPHERE = "box", "cylinder", "sphere"
 SHAPES = (BOX, CYLINDER, SPHERE)

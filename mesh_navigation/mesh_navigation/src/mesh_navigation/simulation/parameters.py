@@ -2,8 +2,8 @@
 
 from typing import Any, Mapping
 
-from mesh_map.errors import MeshMapError
-from mesh_map.parameter import Parameter
+from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import Parameter
 
 MAP_TOPIC = "/move_base_flex/mesh_map/mesh"
 

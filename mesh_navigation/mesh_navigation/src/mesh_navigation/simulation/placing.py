@@ -5,11 +5,11 @@ from typing import Any, Optional, Sequence
 
 import numpy as np
 
-from mesh_map.errors import MeshMapError
-from mesh_map.mesh_map import MeshMap
+from mesh_map.base.errors import MeshMapError
+from mesh_map.map.mesh_map import MeshMap
 
-from mesh_navigation.planning import surface_heights
-from mesh_navigation.pose import Pose
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.execution.planning import surface_heights
 
 ON_SURFACE = 0.05  # m
 _ABOVE = 1.0  # m above the highest point

@@ -7,8 +7,27 @@ from geometry_msgs.msg import Point, Pose as PoseMessage, Quaternion, TransformS
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2, PointField
 
-from mesh_navigation.pose import Pose
-from mesh_navigation.robot import Velocity
+from mesh_navigation.base.pose import Pose, multiply, rotate
+from mesh_navigation.base.robot import Velocity
+
+
+def inverted(pose: Pose) -> Pose:
+    """The parent's pose in the child, of a child's pose (unit quaternion) in the parent."""
+    back = pose.orientation * np.array([-1.0, -1.0, -1.0, 1.0])
+    return Pose(-rotate(back, pose.position), back)
+
+
+def combined(first: Pose, second: Pose) -> Pose:
+    """The pose in the grandparent of a ``second`` that is given in the frame of the ``first``."""
+    return Pose(
+        first.position + rotate(first.orientation, second.position),
+        multiply(first.orientation, second.orientation),
+    )
+
+
+def odometry_origin(truth: Pose, odometry: Pose) -> Pose:
+    """The pose of the odometry's frame in the map, so that ``odometry`` in it is the ``truth``."""
+    return combined(truth, inverted(odometry))
 
 
 def velocity_of(message: Twist) -> Velocity:

@@ -5,10 +5,10 @@ from typing import Any, Sequence
 
 import numpy as np
 
-from mesh_map.hits import NO_FACE
-from mesh_map.spatial_index import SpatialIndex
+from mesh_map.spatial.hits import NO_FACE
+from mesh_map.spatial.spatial_index import SpatialIndex
 
-from mesh_navigation.pose import Pose, rotate
+from mesh_navigation.base.pose import Pose, rotate
 from mesh_navigation.simulation.obstacles import Obstacle, ray_distances
 
 

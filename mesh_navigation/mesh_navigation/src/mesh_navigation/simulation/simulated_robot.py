@@ -6,12 +6,11 @@ from typing import Callable
 
 import numpy as np
 
-from mesh_navigation.cancellation import Cancellation
-from mesh_navigation.clock import Clock
-from mesh_navigation.pose import Pose, multiply
-from mesh_navigation.robot import STOP, Robot, RobotState, Velocity
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Clock
+from mesh_navigation.base.pose import Pose, multiply
+from mesh_navigation.base.robot import STOP, Robot, RobotState, Trail, Velocity
 from mesh_navigation.simulation.surface_robot import SurfaceRobot
-from mesh_navigation.trail import Trail
 
 COMMAND_TIMEOUT = 0.5  # s that a velocity holds without a new one
 STEP = 0.02  # s

@@ -1,20 +1,18 @@
 """A robot that drives on the faces of a mesh."""
 
 import math
-from typing import Any, Callable, Optional
+from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
 
-from mesh_map.errors import MeshMapError
-from mesh_map.geometry import MeshGeometry
-from mesh_map.walk import SurfaceWalk, WalkEnd
+from mesh_map.base.errors import MeshMapError
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.walk import SurfaceWalk, WalkEnd
 
-from mesh_navigation.pose import Pose, multiply, quaternions_from_axes, rotate, vector_text
-from mesh_navigation.robot import Velocity
-from mesh_navigation.simulation.motion_noise import Motion, MotionNoise
-from mesh_navigation.simulation.steep_ground import SteepGround
+from mesh_navigation.base.pose import Pose, multiply, quaternions_from_axes, rotate, vector_text
+from mesh_navigation.base.robot import Velocity
 from mesh_navigation.simulation.wheels import BaseLimits, Wheels
-from mesh_navigation.up_normals import face_up_normals
+from mesh_navigation.surface.up_normals import face_up_normals
 
 PLACING = 1.0  # m from the surface, where a robot may be put
 LONGEST_STEP = 0.02  # s that are computed at once
@@ -23,6 +21,89 @@ _OBSTRUCTIONS = {
     WalkEnd.BLOCKED: "the surface is too steep here",
     WalkEnd.NOWHERE: "there is no way on from here",
 }
+
+
+class Motion(NamedTuple):
+    """A short piece of a drive, on the ground or as wheels count it."""
+
+    way: float
+    """m."""
+    turn: float
+    """To the left (rad)."""
+
+
+class MotionNoise:
+    """Errors whose variance is proportional to the motion, so that the steps do not matter."""
+
+    def __init__(self, share: float, seed: int) -> None:
+        """
+        Args:
+            share: standard deviation (m) of the way after 1 m, (rad) of the heading after 1 m, and
+                (rad) after turning by 1 rad.
+            seed: the same seed makes the same errors.
+        """
+        if not 0 <= share < math.inf:
+            raise ValueError(f"noise of motions is {share}, but has to be >= 0 and finite")
+        self._share = share
+        self._random = np.random.default_rng(seed)
+
+    def on(self, motion: Motion) -> Motion:
+        """The motion with errors; none where there is no motion."""
+        if self._share == 0:
+            return motion
+        way, bend, turn = self._share * self._random.standard_normal(3)
+        root = math.sqrt(abs(motion.way))
+        return Motion(
+            motion.way + way * root,
+            motion.turn + bend * root + turn * math.sqrt(abs(motion.turn)),
+        )
+
+
+REACH = 5  # times the height of a step: how far its side may go, along a ramp or askew
+
+
+class SteepGround:
+    """Walks of a robot over a mesh. Which way faces are wound makes no difference."""
+
+    def __init__(self, geometry: MeshGeometry, max_slope: Optional[float], max_step: float) -> None:
+        """
+        Args:
+            geometry: the mesh.
+            max_slope: rad; faces that are steeper stop the robot. None: none does.
+            max_step: m; but not where they lead up or down by no more.
+        """
+        self._geometry, self._max_step = geometry, max_step
+        self._gentle: Optional[np.ndarray] = None
+        if max_slope is not None:
+            upward = np.abs(geometry.face_normals @ geometry.up)
+            gentle = upward >= math.cos(min(max_slope, math.pi / 2)) - 1e-6
+            self._gentle = gentle | geometry.faces_without_area
+
+    def walk(self, start: SurfaceWalk, length: float) -> SurfaceWalk:
+        """Straight on (m, below 0: back) as far as it gets."""
+        walker = self._geometry.walker
+        walk = walker.walk(start=start, length=length, mask=self._gentle)
+        if walk.end == WalkEnd.BLOCKED and self._is_step(walk, math.copysign(1.0, length)):
+            return walker.walk(start=start, length=length)
+        return walk
+
+    def _is_step(self, walk: SurfaceWalk, sign: float) -> bool:
+        """Whether what stopped a walk is so low that wheels climb it."""
+        ahead = self._geometry.walker.walk(
+            start=walk, length=sign * REACH * self._max_step, path=True
+        )
+        if ahead.path is None or self._gentle is None:
+            return False
+        steep = ~self._gentle[ahead.path.faces]
+        if not steep.any():
+            return False
+        first = int(np.argmax(steep))
+        rest = steep[first:]
+        if rest.all():
+            return False  # it does not end within reach
+        last = first + int(np.argmin(rest))
+        side = ahead.path.points[last] - ahead.path.points[first]
+        return abs(float(side @ self._geometry.up)) <= self._max_step + 1e-6
 
 
 class SurfaceRobot:

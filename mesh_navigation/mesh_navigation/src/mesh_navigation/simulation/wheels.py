@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple, Tuple
 
-from mesh_navigation.robot import STOP, Velocity
+from mesh_navigation.base.robot import STOP, Velocity
 
 
 class BaseLimits(NamedTuple):

@@ -1,8 +1,8 @@
 """The robot of the demo: a simulated one, that goes where it is told."""
 import rospy
 from geometry_msgs.msg import PoseStamped
-from mesh_navigation.messages import pose_from_message
-from mesh_navigation.navigation_result import NavigationError
+from mesh_navigation.base.messages import pose_from_message
+from mesh_navigation.client.navigation_result import NavigationError
 from nav_msgs.msg import Path
 
 from mesh_tools_test.demo import navigation_node

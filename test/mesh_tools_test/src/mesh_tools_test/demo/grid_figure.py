@@ -7,14 +7,14 @@ import io
 from typing import Any, NamedTuple
 
 import numpy as np
-from mesh_map.mesh_map import MeshMap
+from PIL import Image
+from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.zoo import grid
-from mesh_navigation.picture import plan_picture
-from mesh_navigation.planner import PlanResult
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.commands.picture import plan_picture
 from mesh_navigation.planners.dijkstra import DijkstraMeshPlanner
 from mesh_navigation.planners.wave_front import WaveFrontPlanner
-from mesh_navigation.pose import Pose
-from PIL import Image
+from mesh_navigation.plugins.planner import PlanResult
 
 from mesh_tools_test.demo.processes import DemoError
 

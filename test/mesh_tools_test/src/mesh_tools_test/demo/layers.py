@@ -2,8 +2,8 @@
 import numpy as np
 import yaml
 
-from mesh_map.combination import COMBINED_COSTS
-from mesh_msgs_hdf5.mesh import Label
+from mesh_map.costs.combination import COMBINED_COSTS
+from mesh_msgs_hdf5.model.mesh import Label
 
 # what RViz shows beside the potentials: file, layer, limits of its colors
 PICTURES = (

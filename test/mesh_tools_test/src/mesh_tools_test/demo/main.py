@@ -7,9 +7,9 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
-from mesh_map.errors import MeshMapError
+from mesh_map.base.errors import MeshMapError
 from mesh_msgs.outdoor_world import LEAST_FACES, MOST_FACES
-from mesh_msgs_hdf5.errors import MapFileError
+from mesh_msgs_hdf5.model.errors import MapFileError
 from osmesa_harness.back_ends import HeadlessError
 
 from mesh_tools_test.demo import pipeline

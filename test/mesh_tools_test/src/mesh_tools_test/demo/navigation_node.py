@@ -5,10 +5,10 @@ import time
 import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped
-from mesh_map.combination import COMBINED_COSTS
+from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_msgs.arrays import MeshGeometryStamped, MeshVertexCostsStamped
 from mesh_navigation import MeshNavigator
-from mesh_navigation.navigation_result import NavigationError
+from mesh_navigation.client.navigation_result import NavigationError
 
 from mesh_tools_test.demo.plans import POTENTIAL, Plan
 from mesh_tools_test.demo.processes import DemoError, wait_until

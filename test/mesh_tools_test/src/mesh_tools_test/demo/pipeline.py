@@ -8,9 +8,11 @@ from typing import Any, NamedTuple
 import meshio
 import numpy as np
 
-from mesh_map.map_source import MapSource
+from mesh_map.distance.dijkstra import DijkstraSolver
+from mesh_map.geometry.topology import edge_lengths
+from mesh_map.io.map_source import MapSource
 from mesh_msgs.zoo import outdoor_world
-from mesh_msgs_hdf5.importer import read_mesh
+from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 
 from mesh_tools_test.demo.layers import (
@@ -20,11 +22,11 @@ from mesh_tools_test.demo.layers import (
     FOR_WORLD,
     flower_bed,
 )
-from mesh_tools_test.demo.poses import reachable_pair
 from mesh_tools_test.demo.processes import DemoError
 from mesh_tools_test.demo.results import SUCCESS
 
 COST_LIMIT = 1.0  # default of the released planners
+FAR = 0.85  # of the longest way: its very ends lie in corners of the map
 
 
 class Prepared(NamedTuple):
@@ -102,6 +104,53 @@ def save_layers(report, source, mesh_map):
         notes.append(f"{len(names)}; {os.path.getsize(source.path) / 1e6:.1f} MB")
 
 
+def free_components(topology, costs, cost_limit):
+    """Vertices that can be driven on, grouped by the connected component of the mesh they lie in.
+
+    :param costs: (V,) float32, combined costs; lethal, unknown and above cost_limit is not free
+    :returns: free: (V,) bool; sizes: number of free vertices in each component
+    """
+    free = np.isfinite(costs) & (costs <= cost_limit)
+    sizes = np.bincount(topology.components[free], minlength=topology.component_count)
+    return free, sizes
+
+
+def reachable_pair(mesh_map, cost_limit, attempts=12, seed=0):
+    """Start and goal vertex, far apart and connected by free vertices, deterministic.
+
+    Two sweeps of Dijkstra, as one finds the diameter of a tree, from several vertices of the
+    component with most free vertices; the best pair is taken.
+
+    :returns: (start, goal, length [m]) or None when no free vertex has a free neighbor
+    """
+    topology = mesh_map.topology
+    free, sizes = free_components(topology, mesh_map.costs, cost_limit)
+    if not free.any():
+        return None
+    candidates = np.flatnonzero(free & (topology.components == sizes.argmax()))
+    lengths = edge_lengths(mesh_map.vertices, topology.edges)
+    solver = DijkstraSolver(topology=topology, edge_lengths=lengths)
+    random = np.random.default_rng(seed)
+    best = None
+    for vertex in random.choice(candidates, size=min(attempts, len(candidates)), replace=False):
+        far, _ = farthest(solver, vertex, mesh_map.costs, cost_limit, 1.0)
+        start, length = farthest(solver, far, mesh_map.costs, cost_limit, FAR)
+        if start != far and (best is None or length > best[2]):
+            best = int(start), int(far), length
+    return best
+
+
+def farthest(solver, source, costs, cost_limit, fraction):
+    """The vertex at that fraction of the longest distance from source, and its distance [m]."""
+    potential = solver.solve(
+        source=int(source), vertex_costs=costs, cost_limit=cost_limit
+    ).potential
+    reached = np.flatnonzero(np.isfinite(potential))
+    wanted = fraction * potential[reached].max()
+    vertex = reached[np.abs(potential[reached] - wanted).argmin()]
+    return int(vertex), float(potential[vertex])
+
+
 def choose_poses(report, mesh_map, places):
     """Start and goal [m]: the places of the generated world, or two far but connected vertices."""
     with report.step("choose poses") as notes:
@@ -118,7 +167,7 @@ def choose_poses(report, mesh_map, places):
             start, goal = mesh_map.vertices[pair[0]], mesh_map.vertices[pair[1]]
             component = mesh_map.topology.components[pair[0]]
             notes.append(
-                f"component {component} of {mesh_map.topology.component_count}, "
+                f"component {component} of {mesh_map.geometry.topology.component_count}, "
                 f"{pair[2]:.1f} m apart along the edges"
             )
         notes.append(f"from {format_point(start)} to {format_point(goal)}")

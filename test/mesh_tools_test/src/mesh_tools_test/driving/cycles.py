@@ -3,14 +3,14 @@
 from typing import Any, List, NamedTuple
 
 import numpy as np
-from mesh_map.geometry import MeshGeometry
-from mesh_navigation.planning import make_planner
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_navigation.execution.planning import make_planner
 from mesh_navigation.simulation.driving import drive, make_controller
 
+from mesh_tools_test.base.figures import Figure
+from mesh_tools_test.base.noisy_world import map_with, noisy_world
 from mesh_tools_test.driving.trips import Trip, trip
 from mesh_tools_test.driving.worlds import DrivingWorld, layer, robot_layers
-from mesh_tools_test.layers.world import map_with, noisy_world
-from mesh_tools_test.spatial.figures import Figure
 
 FLOOR = 5.0  # ms, of 99 of 100 cycles
 NEW_COSTS = 0.1  # s from one change to the next

@@ -2,7 +2,7 @@
 
 from typing import Any, Callable, List, Mapping
 
-from mesh_navigation.planning import make_planner
+from mesh_navigation.execution.planning import make_planner
 from mesh_navigation.simulation.driving import drive, make_controller
 
 from mesh_tools_test.driving.trips import trip
@@ -25,7 +25,7 @@ def driven(
     Args:
         world: where.
         seeds: of the trips; that of a trip is that of the noise as well.
-        planner: see `mesh_navigation.planning.make_planner`.
+        planner: see `mesh_navigation.execution.planning.make_planner`.
         controller: its parameters, those that differ from their defaults.
         on_verdict: called after each drive.
         body: of the simulated robot, see `mesh_navigation.simulation.surface_robot.SurfaceRobot`;

@@ -3,9 +3,9 @@
 from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
-from mesh_map.mesh_map import MeshMap
+from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
-from mesh_navigation.pose import Pose, rotate
+from mesh_navigation.base.pose import Pose, rotate
 from mesh_navigation.simulation.obstacles import Obstacle
 from mesh_navigation.simulation.scan import SimulatedScan
 from mesh_navigation.simulation.simulated_robot import SimulatedRobot

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from mesh_map.mesh_map import MeshMap
-from mesh_navigation.pose import Pose
+from mesh_map.map.mesh_map import MeshMap
+from mesh_navigation.base.pose import Pose
 from scipy.spatial import cKDTree
 
 

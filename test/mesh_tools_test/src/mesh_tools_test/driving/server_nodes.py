@@ -6,13 +6,13 @@ import subprocess
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, NamedTuple
 
-from mesh_map.map_source import MapSource
+from mesh_map.io.map_source import MapSource
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.mesh import Mesh
-from mesh_navigation.pose import Pose
+from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_navigation.base.pose import Pose
 
+from mesh_tools_test.base.noisy_world import noisy_world
 from mesh_tools_test.driving.worlds import DrivingWorld, layer, robot_layers
-from mesh_tools_test.layers.world import noisy_world
 
 SERVER, ROBOT = "/move_base_flex", "/surface_robot"
 CLOUDS = "/cloud"

@@ -17,16 +17,16 @@ from mbf_msgs.msg import (
     MoveBaseAction,
     MoveBaseGoal,
 )
-from mesh_navigation.planning import make_planner
-from mesh_navigation.pose import Pose
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.execution.planning import make_planner
 from osmesa_harness.master import private_master
 from std_msgs.msg import Float32
 
+from mesh_tools_test.base.figures import Figure
 from mesh_tools_test.driving import server_nodes
 from mesh_tools_test.driving.server_nodes import SERVER, Nodes
 from mesh_tools_test.driving.trips import Trip, near_trip, trip
 from mesh_tools_test.driving.worlds import DrivingWorld
-from mesh_tools_test.spatial.figures import Figure
 
 PERIOD = 0.05  # s, of control cycles
 PATIENCE = 300.0  # s, for anything

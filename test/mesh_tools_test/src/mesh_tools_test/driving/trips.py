@@ -3,7 +3,7 @@
 from typing import List, NamedTuple
 
 import numpy as np
-from mesh_navigation.pose import Pose
+from mesh_navigation.base.pose import Pose
 
 from mesh_tools_test.driving.worlds import DrivingWorld
 

@@ -3,8 +3,8 @@
 from typing import Any, List, NamedTuple, Sequence
 
 import numpy as np
-from mesh_navigation.outcomes import is_success
-from mesh_navigation.pose import vector_text
+from mesh_navigation.base.outcomes import is_success
+from mesh_navigation.base.pose import vector_text
 
 from mesh_tools_test.driving.oracle import arrival, on_the_map
 from mesh_tools_test.driving.trips import Trip

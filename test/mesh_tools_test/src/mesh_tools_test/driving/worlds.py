@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
-from mesh_map.mesh_map import MeshMap
+from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
 from mesh_msgs.outdoor_world import outdoor_world
-from mesh_navigation.map_loading import load_map
+from mesh_navigation.surface.map_loading import load_map
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 

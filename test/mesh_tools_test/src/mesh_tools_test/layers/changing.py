@@ -4,11 +4,11 @@ import itertools
 from typing import Any, Callable, Dict, List, Tuple
 
 import numpy as np
-from mesh_map.layer import LayerInput
-from mesh_map.mesh_map import MeshMap
+from mesh_map.costs.layer import LayerInput
+from mesh_map.map.mesh_map import MeshMap
 
-from mesh_tools_test.layers.world import STEP, World, layer, map_with
-from mesh_tools_test.spatial.figures import Figure, timed
+from mesh_tools_test.base.figures import Figure, timed
+from mesh_tools_test.base.noisy_world import STEP, World, layer, map_with
 
 POINTS = 100_000
 SENSOR = 1.2  # meters above the ground

@@ -5,18 +5,17 @@ import time
 from typing import Any, Callable, Dict, List, Optional
 
 import numpy as np
-from mesh_map.combination import combine
-from mesh_map.geometry import MeshGeometry
-from mesh_map.layer import Layer, LayerInput
-from mesh_map.layer_list import make_layers
-from mesh_map.layer_result import checked_result
-from mesh_map.mesh_map import MeshMap
-from mesh_map.normals import face_normals, vertex_normals
-from mesh_map.topology import Topology
+from mesh_map.costs.combination import combine
+from mesh_map.costs.layer import Layer, LayerInput, checked_result
+from mesh_map.costs.layer_set import make_layers
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.normals import face_normals, vertex_normals
+from mesh_map.geometry.topology import Topology
+from mesh_map.map.mesh_map import MeshMap
 
+from mesh_tools_test.base.figures import Figure, timed
+from mesh_tools_test.base.noisy_world import STEP, World, layer, map_with
 from mesh_tools_test.layers import peers
-from mesh_tools_test.layers.world import STEP, World, layer, map_with
-from mesh_tools_test.spatial.figures import Figure, timed
 
 SHARE = 50  # every so-manieth vertex by cKDTree, whose time is multiplied
 STATISTICS = ("height_difference", "roughness")

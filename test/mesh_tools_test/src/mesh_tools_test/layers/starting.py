@@ -7,14 +7,14 @@ import sys
 import tempfile
 from typing import Any, Callable, Dict, List
 
-from mesh_map.map_source import MapSource
+from mesh_map.io.map_source import MapSource
 from mesh_msgs import arrays
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.mesh import Mesh
+from mesh_msgs_hdf5.model.mesh import Mesh
 
-from mesh_tools_test.layers.world import STEP, World, layer
-from mesh_tools_test.server_start import arrivals, executable
-from mesh_tools_test.spatial.figures import Figure, timed
+from mesh_tools_test.base.figures import Figure, timed
+from mesh_tools_test.base.noisy_world import STEP, World, layer
+from mesh_tools_test.base.server_start import arrivals, executable
 
 CONFIG = [
     layer("height_diff", "HeightDiff", threshold=STEP),
@@ -28,12 +28,12 @@ MIB = 1 << 20
 # A process that loads a map and keeps it; prints its memory before and after, in bytes.
 _LOADING = """
 import json, sys
-import numpy, mesh_map.map_source
+import numpy, mesh_map.io.map_source
 def memory(name):
     with open("/proc/self/status") as file:
         return next(int(line.split()[1]) for line in file if line.startswith(name)) * 1024
 before = memory("VmRSS")
-source = mesh_map.map_source.MapSource(sys.argv[1])
+source = mesh_map.io.map_source.MapSource(sys.argv[1])
 made = source.make_map()
 made.compute_layers(json.loads(sys.argv[2]), None, source.stored_costs)
 made.planning_costs().edge_weights

@@ -3,13 +3,13 @@
 from typing import Callable, Dict, List, Tuple
 
 import numpy as np
-from mesh_map.dijkstra import DijkstraSolver
-from mesh_map.surface_path import FieldTracer
-from mesh_map.wave_front import WaveFrontSolver
+from mesh_map.distance.dijkstra import DijkstraSolver
+from mesh_map.distance.surface_path import FieldTracer
+from mesh_map.distance.wave_front import WaveFrontSolver
 
+from mesh_tools_test.base.figures import Figure, timed
 from mesh_tools_test.planning import peers
 from mesh_tools_test.planning.world import PlanningWorld
-from mesh_tools_test.spatial.figures import Figure, timed
 
 SCIPY = "SciPy dijkstra"
 EXACT_RADIUS = 20.0  # m

@@ -3,13 +3,13 @@
 from typing import Any, Callable, Dict, List
 
 import numpy as np
-from mesh_map.dijkstra import DijkstraSolver
-from mesh_map.surface_path import FieldTracer
-from mesh_map.wave_front import WaveFrontSolver
+from mesh_map.distance.dijkstra import DijkstraSolver
+from mesh_map.distance.surface_path import FieldTracer
+from mesh_map.distance.wave_front import WaveFrontSolver
 
+from mesh_tools_test.base.figures import timed
 from mesh_tools_test.planning import peers
 from mesh_tools_test.planning.world import DISTANCE, PlanningWorld, divided, planning_world
-from mesh_tools_test.spatial.figures import timed
 
 SIZES = (10_000, 100_000, 1_000_000)  # vertices
 LARGE = 10_000_000

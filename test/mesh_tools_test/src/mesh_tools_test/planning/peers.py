@@ -3,7 +3,7 @@
 from typing import Any, Callable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
-from mesh_map.topology import Topology
+from mesh_map.geometry.topology import Topology
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 

@@ -3,14 +3,13 @@
 from typing import Any, Callable, Dict, List
 
 import numpy as np
-from mesh_map.wave_front import WaveFrontSolver
-from mesh_navigation.planner import MeshPlanner, PlanResult
-from mesh_navigation.plugin_list import PLANNERS as PLANNER_PLUGINS
-from mesh_navigation.plugin_list import find_plugin
-from mesh_navigation.pose import Pose
+from mesh_map.distance.wave_front import WaveFrontSolver
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
+from mesh_navigation.plugins.plugin_list import PLANNERS as PLANNER_PLUGINS, find_plugin
 
+from mesh_tools_test.base.figures import Figure, timed
 from mesh_tools_test.planning.world import CostedMap, PlanningWorld, patch
-from mesh_tools_test.spatial.figures import Figure, timed
 
 PLANNERS = {
     "Dijkstra": ("dijkstra_mesh_planner/DijkstraMeshPlanner", {}),

@@ -3,11 +3,11 @@
 from typing import Any, List, NamedTuple, Optional
 
 import numpy as np
-from mesh_map.surface_path import FieldTracer
-from mesh_map.wave_front import WaveFrontSolver
+from mesh_map.distance.surface_path import FieldTracer
+from mesh_map.distance.wave_front import WaveFrontSolver
 
+from mesh_tools_test.base.figures import Figure
 from mesh_tools_test.planning.world import PlanningWorld, planning_world
-from mesh_tools_test.spatial.figures import Figure
 
 NOISE = (0.0, 0.002, 0.005, 0.01, 0.02, 0.05)  # meters of each height
 GOALS, STARTS = 50, 20

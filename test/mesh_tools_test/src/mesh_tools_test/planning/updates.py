@@ -3,10 +3,10 @@
 from typing import Callable, Dict, List
 
 import numpy as np
-from mesh_map.wave_front import WaveFrontSolver
+from mesh_map.distance.wave_front import WaveFrontSolver
 
+from mesh_tools_test.base.figures import Figure, timed
 from mesh_tools_test.planning.world import PlanningWorld, patch
-from mesh_tools_test.spatial.figures import Figure, timed
 
 SIZES = (10, 100, 1_000, 10_000, 100_000)
 DISTANCE = 30.0  # meters from the goal, where the costs change

@@ -4,10 +4,10 @@ from functools import cached_property
 from typing import Any, List, NamedTuple, Optional
 
 import numpy as np
-from mesh_map.edge_weights import PlanningCosts
-from mesh_map.geometry import MeshGeometry
-from mesh_map.mesh_map import MeshMap
-from mesh_map.settings import MapSettings
+from mesh_map.costs.edge_weights import PlanningCosts
+from mesh_map.costs.settings import MapSettings
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.outdoor_world import outdoor_world
 
 NOISE = 0.003  # meters

@@ -7,7 +7,7 @@ from typing import Dict, Optional
 
 import numpy as np
 
-from mesh_tools_test.programs import find_program
+from mesh_tools_test.base.programs import find_program
 
 PROGRAM = "spatial_index_embree"  # not built where Embree 3 was not there
 

@@ -1,12 +1,12 @@
 """How each time grows with the mesh."""
 
-from typing import Any, Callable, Dict, List
 import numpy as np
-from mesh_map.spatial_index import SpatialIndex
+from mesh_map.spatial.spatial_index import SpatialIndex
+from typing import Any, Callable, Dict, List
 
-from mesh_tools_test.exact_world import exact_world
+from mesh_tools_test.base.exact_world import exact_world
+from mesh_tools_test.base.figures import timed
 from mesh_tools_test.spatial import questions
-from mesh_tools_test.spatial.figures import timed
 
 SIZES = (10_000, 100_000, 1_000_000)
 LARGE = 10_000_000

@@ -4,8 +4,8 @@ from typing import Dict, List, Optional
 
 import numpy as np
 
+from mesh_tools_test.base.figures import Figure, million_per_second
 from mesh_tools_test.spatial import embree, questions
-from mesh_tools_test.spatial.figures import Figure, million_per_second
 
 INCOHERENT, POINTS = 500_000, 200_000
 

@@ -8,12 +8,12 @@ import tempfile
 from typing import Any, List, Optional
 
 import numpy as np
-from mesh_map.opencl.device import choose_device, device_wish, list_devices
-from mesh_map.raycast import RayCaster
-from mesh_map.spatial_index import SpatialIndex, query_counts
+from mesh_map.spatial.device_batches import RayCaster
+from mesh_map.spatial.opencl.device import choose_device, device_wish, list_devices
+from mesh_map.spatial.spatial_index import SpatialIndex, query_counts
 
+from mesh_tools_test.base.figures import Figure, million_per_second, timed
 from mesh_tools_test.spatial import questions
-from mesh_tools_test.spatial.figures import Figure, million_per_second, timed
 from mesh_tools_test.spatial.linear_scan import LinearScan
 from mesh_tools_test.spatial.native import INCOHERENT, POINTS
 
@@ -21,7 +21,7 @@ from mesh_tools_test.spatial.native import INCOHERENT, POINTS
 START = """
 import time
 import numpy as np
-from mesh_map.spatial_index import SpatialIndex
+from mesh_map.spatial.spatial_index import SpatialIndex
 index = SpatialIndex(np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.uint32))
 before = time.perf_counter()
 import pyopencl

@@ -3,10 +3,10 @@
 from typing import List, Optional
 
 import numpy as np
-from mesh_map.spatial_index import SpatialIndex
+from mesh_map.spatial.spatial_index import SpatialIndex
 
+from mesh_tools_test.base.figures import Figure, timed
 from mesh_tools_test.spatial import questions
-from mesh_tools_test.spatial.figures import Figure, timed
 from mesh_tools_test.spatial.linear_scan import LinearScan
 
 SCAN = "linear OpenCL scan"

@@ -3,11 +3,11 @@
 from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
-from mesh_map.spatial_index import SpatialIndex
+from mesh_map.spatial.spatial_index import SpatialIndex
 
-from mesh_tools_test.exact_world import exact_world
+from mesh_tools_test.base.exact_world import exact_world
+from mesh_tools_test.base.figures import timed
 from mesh_tools_test.spatial import questions
-from mesh_tools_test.spatial.figures import timed
 from mesh_tools_test.spatial.linear_scan import LinearScan
 
 # name, triangles, and the paper's milliseconds for Single, Box and Radius

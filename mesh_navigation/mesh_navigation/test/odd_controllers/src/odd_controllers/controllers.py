@@ -4,10 +4,10 @@ import time
 
 import numpy as np
 
-from mesh_map.parameter import Parameter
+from mesh_map.base.parameter import Parameter
 
-from mesh_navigation.controller import Command, ControlFailure, MeshController
-from mesh_navigation.robot import Velocity
+from mesh_navigation.base.robot import Velocity
+from mesh_navigation.plugins.controller import Command, ControlFailure, MeshController
 
 FORWARD = Velocity(0.5, 0.0, 0.1)
 

@@ -5,13 +5,13 @@ import math
 
 import numpy as np
 
-from mesh_map.parameter import Parameter
+from mesh_map.base.parameter import Parameter
 
-from mesh_navigation.controller import Command, MeshController
-from mesh_navigation.planner import MeshPlanner, PlanResult
-from mesh_navigation.pose import rotate
-from mesh_navigation.recovery import MeshRecovery, RecoveryResult
-from mesh_navigation.robot import Velocity
+from mesh_navigation.base.pose import rotate
+from mesh_navigation.base.robot import Velocity
+from mesh_navigation.plugins.controller import Command, MeshController
+from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
+from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
 
 LIST = (
     Parameter("outcomes", "0", description="outcomes of the first, second, ... goal"),

@@ -5,8 +5,8 @@ import time
 
 import numpy as np
 
-from mesh_map.layer import Layer, LayerResult
-from mesh_map.parameter import Parameter
+from mesh_map.base.parameter import Parameter
+from mesh_map.costs.layer import Layer, LayerResult
 
 
 class PatientLayer(Layer):

@@ -4,9 +4,9 @@ import time
 
 import numpy as np
 
-from mesh_map.parameter import Parameter
+from mesh_map.base.parameter import Parameter
 
-from mesh_navigation.planner import MeshPlanner, PlanResult
+from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 
 STRAIGHT = np.array([[0, 0, 0, 0, 0, 0, 1.0], [1, 0, 0, 0, 0, 0, 1.0]])
 

@@ -3,10 +3,10 @@
 import math
 import time
 
-from mesh_map.parameter import Parameter
+from mesh_map.base.parameter import Parameter
 
-from mesh_navigation.recovery import MeshRecovery, RecoveryResult
-from mesh_navigation.robot import RobotLost, Velocity
+from mesh_navigation.base.robot import RobotLost, Velocity
+from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
 
 BACK = Velocity(-0.2)
 

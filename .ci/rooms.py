@@ -1,0 +1,87 @@
+"""The rooms of each package, from top to bottom: a file may use its own room and those below it.
+
+A layer is a set of rooms that do not use each other. A room is a folder below the package's sources
+(C++: src/ and include/<package>/, which have the same rooms; Python: src/<package>/); "" stands for
+the files at their top, "bvh/rays" is a room of its own. The top __init__.py of a Python package may
+use all. docs/architecture.md says what each room is.
+"""
+
+CPP = {
+    "mesh_map": [
+        {"bindings"},
+        {"bvh/device", "paths"},
+        {"bvh/selection", "distance/obstacles"},
+        {"bvh/closest", "bvh/rays", "distance/fast_marching"},
+        {"bvh/tree", "distance/dijkstra", "mesh"},
+        {"base"},
+    ],
+    "mesh_msgs_hdf5": [
+        {"deflate"},
+    ],
+    "osmesa_harness": [
+        {"harness", "shim"},
+        {""},  # the public headers, and the main() of render tests
+    ],
+    "rviz_mesh_plugin": [
+        {""},  # the entry points of pluginlib
+        {"panel"},
+        {"tools"},
+        {"tools/selection"},
+        {"label_editing", "picking"},
+        {"displays", "selection"},
+        {"mesh_view"},
+        {"map_server", "properties"},
+        {"sources"},
+        {"incoming", "legend", "rendering/labels"},
+        {"conversion", "rendering"},
+        {"coloring", "labels", "level_of_detail", "ros_client"},
+        {"base", "spatial", "threads"},
+    ],
+}
+
+PYTHON = {
+    "example_mesh_layer": [{""}],
+    "mesh_map": [
+        {"ros"},
+        {"io", "layers"},
+        {"map"},
+        {"costs", "distance"},
+        {"geometry"},
+        {"spatial"},
+        {"spatial/opencl"},
+        {"", "base"},
+    ],
+    "mesh_msgs": [
+        {""},  # what others import: arrays, validation, transform, zoo, ...
+        {"checks"},
+        {"wire", "world"},
+    ],
+    "mesh_msgs_hdf5": [
+        {"commands", "label_manager", "server"},
+        {"ros", "validation"},
+        {"comparison", "labels"},
+        {"formats"},
+        {"isolation"},
+        {"map_file"},
+        {"map_file/writing"},
+        {"formats/dae", "formats/gltf", "formats/obj", "formats/ply", "map_file/reading"},
+        {"formats/base", "map_file/hdf5"},
+        {"checks", "files", "rendering"},
+        {"", "model"},
+    ],
+    "mesh_navigation": [
+        {"server/ros"},
+        {"server", "simulation/ros"},
+        {"commands", "move_base", "simulation"},
+        {"execution", "planners", "recoveries"},
+        {"controllers", "surface"},
+        {"client", "plugins"},
+        {"", "base"},
+    ],
+    "mesh_tools_test": [
+        {"demo"},
+        {"driving", "layers", "planning", "spatial", "display"},
+        {"", "base"},
+    ],
+    "osmesa_harness": [{""}],
+}

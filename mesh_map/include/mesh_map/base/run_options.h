@@ -1,0 +1,28 @@
+#ifndef MESH_MAP_BASE_RUN_OPTIONS_H
+#define MESH_MAP_BASE_RUN_OPTIONS_H
+
+#include <atomic>
+#include <functional>
+#include <stdexcept>
+
+namespace mesh_map {
+
+/// Thrown out of a build or a batch of queries whose cancel flag was set.
+class Cancelled : public std::runtime_error
+{
+ public:
+  Cancelled() : std::runtime_error("cancelled") {}
+};
+
+/// How to run something long.
+struct BvhOptions
+{
+  unsigned threads = 0;                           ///< 0: all cores
+  const std::atomic<bool>* cancel = nullptr;      ///< looked at every few milliseconds
+  std::function<void(double fraction)> progress;  ///< from 0 to 1, never falling; from any thread,
+                                                  ///< one call at a time
+};
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_BASE_RUN_OPTIONS_H

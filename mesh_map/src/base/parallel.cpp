@@ -1,0 +1,72 @@
+#include <mesh_map/base/parallel.h>
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+namespace mesh_map {
+
+unsigned resolveThreads(unsigned requested)
+{
+  return requested > 0 ? requested : std::max(1u, std::thread::hardware_concurrency());
+}
+
+void parallelFor(std::size_t count, std::size_t chunk, unsigned threads,
+                 const std::function<RangeBody()>& make_worker)
+{
+  if (count == 0) {
+    return;
+  }
+  chunk = std::max<std::size_t>(chunk, 1);
+  const std::size_t chunks = (count + chunk - 1) / chunk;
+  const std::size_t workers = std::min<std::size_t>(resolveThreads(threads), chunks);
+
+  std::atomic<std::size_t> next_chunk{0};
+  std::mutex error_mutex;
+  std::exception_ptr error;
+  const auto work = [&]() {
+    try {
+      const RangeBody body = make_worker();
+      for (std::size_t i = next_chunk++; i < chunks; i = next_chunk++) {
+        body(i * chunk, std::min(count, (i + 1) * chunk));
+      }
+    } catch (...) {
+      const std::lock_guard<std::mutex> lock(error_mutex);
+      error = error ? error : std::current_exception();
+      next_chunk = chunks;
+    }
+  };
+
+  std::vector<std::thread> others;
+  others.reserve(workers);
+  try {
+    while (others.size() + 1 < workers) {
+      others.emplace_back(work);
+    }
+  } catch (const std::exception&) {
+    // No more threads (std::system_error) or no memory for them (std::bad_alloc): those that run,
+    // and this one, take all chunks.
+  }
+  work();
+  for (std::thread& thread : others) {
+    thread.join();
+  }
+  if (error) {
+    std::rethrow_exception(error);
+  }
+}
+
+void parallelJobs(const std::vector<std::function<void()>>& jobs, unsigned threads)
+{
+  parallelFor(jobs.size(), 1, threads, [&jobs]() -> RangeBody {
+    return [&jobs](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        jobs[i]();
+      }
+    };
+  });
+}
+
+}  // namespace mesh_map

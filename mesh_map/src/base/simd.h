@@ -1,0 +1,120 @@
+#ifndef MESH_MAP_SRC_BASE_SIMD_H
+#define MESH_MAP_SRC_BASE_SIMD_H
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#ifdef __SSE__
+#include <immintrin.h>
+#endif
+
+namespace mesh_map {
+
+/// Four floats side by side, on any processor; comparisons give Ints4 of 0 and -1.
+typedef float Floats4 __attribute__((vector_size(16)));
+typedef std::int32_t Ints4 __attribute__((vector_size(16)));
+
+/// The same in memory at any place.
+inline Floats4 load4(const float* from)
+{
+  Floats4 result;
+  std::memcpy(&result, from, sizeof(result));
+  return result;
+}
+
+inline Floats4 all4(float value)
+{
+  return Floats4{value, value, value, value};
+}
+
+/// Where one is NaN: the second.
+inline Floats4 minimum(Floats4 a, Floats4 b)
+{
+#ifdef __SSE__
+  return _mm_min_ps(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
+
+inline Floats4 maximum(Floats4 a, Floats4 b)
+{
+#ifdef __SSE__
+  return _mm_max_ps(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
+
+inline Floats4 absolute(Floats4 a)
+{
+  return reinterpret_cast<Floats4>(reinterpret_cast<Ints4>(a) & 0x7FFFFFFF);
+}
+
+/// Bit k is set where element k is.
+inline unsigned bits(Ints4 mask)
+{
+#ifdef __SSE__
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<Floats4>(mask)));
+#else
+  return (mask[0] & 1u) | (mask[1] & 2u) | (mask[2] & 4u) | (mask[3] & 8u);
+#endif
+}
+
+/// Rows become columns.
+inline void transpose(Floats4& a, Floats4& b, Floats4& c, Floats4& d)
+{
+  const Floats4 ab_low = __builtin_shuffle(a, b, Ints4{0, 4, 1, 5});
+  const Floats4 ab_high = __builtin_shuffle(a, b, Ints4{2, 6, 3, 7});
+  const Floats4 cd_low = __builtin_shuffle(c, d, Ints4{0, 4, 1, 5});
+  const Floats4 cd_high = __builtin_shuffle(c, d, Ints4{2, 6, 3, 7});
+  a = __builtin_shuffle(ab_low, cd_low, Ints4{0, 1, 4, 5});
+  b = __builtin_shuffle(ab_low, cd_low, Ints4{2, 3, 6, 7});
+  c = __builtin_shuffle(ab_high, cd_high, Ints4{0, 1, 4, 5});
+  d = __builtin_shuffle(ab_high, cd_high, Ints4{2, 3, 6, 7});
+}
+
+/// Two doubles side by side.
+typedef double Doubles2 __attribute__((vector_size(16)));
+typedef std::int64_t Ints2 __attribute__((vector_size(16)));
+
+inline Doubles2 maximum(Doubles2 a, Doubles2 b)
+{
+#ifdef __SSE2__
+  return _mm_max_pd(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
+
+inline Doubles2 absolute(Doubles2 a)
+{
+  return reinterpret_cast<Doubles2>(reinterpret_cast<Ints2>(a) & INT64_MAX);
+}
+
+/// -a where the sign of `other` is negative, else a.
+inline Doubles2 timesSign(Doubles2 a, Doubles2 other)
+{
+  return reinterpret_cast<Doubles2>(reinterpret_cast<Ints2>(a) ^
+                                    (reinterpret_cast<Ints2>(other) & INT64_MIN));
+}
+
+inline bool both(Ints2 mask)
+{
+#ifdef __SSE2__
+  return _mm_movemask_pd(reinterpret_cast<Doubles2>(mask)) == 3;
+#else
+  return (mask[0] & mask[1]) != 0;
+#endif
+}
+
+/// Index of the lowest bit that is set, of which there is one.
+inline unsigned lowestBit(unsigned mask)
+{
+  return static_cast<unsigned>(__builtin_ctz(mask));
+}
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_BASE_SIMD_H

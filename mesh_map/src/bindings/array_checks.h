@@ -1,0 +1,117 @@
+#ifndef MESH_MAP_SRC_BINDINGS_ARRAY_CHECKS_H
+#define MESH_MAP_SRC_BINDINGS_ARRAY_CHECKS_H
+
+#include <mesh_map/base/array_view.h>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace mesh_map {
+
+namespace py = pybind11;
+
+/// Any length, in the list of extents given to view().
+constexpr py::ssize_t ANY = -1;
+
+inline void requireValue(bool condition, const std::string& message)
+{
+  if (!condition) {
+    throw py::value_error(message);
+  }
+}
+
+/// A view of a C-contiguous array of exactly this type and shape; ValueError for any other. The
+/// array has to stay alive while the view is used: the arguments of a bound function do.
+template <class T>
+ArrayView<T> view(const py::array& array, const char* name,
+                  std::initializer_list<py::ssize_t> shape)
+{
+  requireValue(py::isinstance<py::array_t<T>>(array),
+               std::string(name) + " has to be an array of " +
+                   py::cast<std::string>(py::str(py::dtype::of<T>())) + ", not of " +
+                   py::cast<std::string>(py::str(array.dtype())));
+  bool fits = array.ndim() == static_cast<py::ssize_t>(shape.size());
+  std::string expected;
+  py::ssize_t axis = 0;
+  for (const py::ssize_t extent : shape) {
+    fits = fits && (extent == ANY || array.shape(axis) == extent);
+    expected += (axis++ > 0 ? ", " : "") + (extent == ANY ? "N" : std::to_string(extent));
+  }
+  requireValue(fits, std::string(name) + " has to have the shape (" + expected + "), not " +
+                         py::cast<std::string>(py::str(array.attr("shape"))));
+  requireValue((array.flags() & py::array::c_style) != 0,
+               std::string(name) + " has to be contiguous in C order");
+  return {static_cast<const T*>(array.data()), static_cast<std::size_t>(array.size())};
+}
+
+/// ValueError unless all indices are below the limit.
+inline void checkIndices(ArrayView<std::uint32_t> indices, std::size_t limit, const char* name)
+{
+  const auto* const wrong =
+      std::find_if(indices.begin(), indices.end(), [limit](auto index) { return index >= limit; });
+  if (wrong != indices.end()) {
+    throw py::value_error(std::string(name) + " has the index " + std::to_string(*wrong) +
+                          " at position " + std::to_string(wrong - indices.begin()) +
+                          ", but only " + std::to_string(limit) + " exist");
+  }
+}
+
+/// Checked rows of indices below `limit`.
+inline RowsView rowsView(const py::array& offsets, const py::array& values, std::size_t limit,
+                         const char* name)
+{
+  const RowsView rows = {view<std::uint32_t>(offsets, "offsets", {ANY}),
+                         view<std::uint32_t>(values, name, {ANY})};
+  bool valid = !rows.offsets.empty() && rows.offsets[0] == 0 &&
+               rows.offsets[rows.rowCount()] == rows.values.size();
+  for (std::size_t i = 0; valid && i < rows.rowCount(); ++i) {
+    valid = rows.offsets[i] <= rows.offsets[i + 1];
+  }
+  requireValue(valid, std::string("offsets do not divide ") + name + " into rows");
+  checkIndices(rows.values, limit, name);
+  return rows;
+}
+
+/// A checked mesh.
+inline MeshView meshView(const py::array& vertices, const py::array& faces)
+{
+  const MeshView mesh = {view<float>(vertices, "vertices", {ANY, 3}),
+                         view<std::uint32_t>(faces, "faces", {ANY, 3})};
+  checkIndices(mesh.faces, mesh.vertexCount(), "faces");
+  return mesh;
+}
+
+/// Gives the memory of a vector to a new array, without a copy.
+template <class T, class A>
+py::array_t<T> toArray(std::vector<T, A>&& values, std::vector<py::ssize_t> shape)
+{
+  auto* const owner = new std::vector<T, A>(std::move(values));
+  const py::capsule capsule(owner,
+                            [](void* memory) { delete static_cast<std::vector<T, A>*>(memory); });
+  return py::array_t<T>(std::move(shape), owner->data(), capsule);
+}
+
+template <class T, class A>
+py::array_t<T> toArray(std::vector<T, A>&& values)
+{
+  const auto size = static_cast<py::ssize_t>(values.size());
+  return toArray(std::move(values), {size});
+}
+
+/// Rows of `width` values each.
+template <class T, class A>
+py::array_t<T> toRows(std::vector<T, A>&& values, py::ssize_t width)
+{
+  const auto rows = static_cast<py::ssize_t>(values.size()) / width;
+  return toArray(std::move(values), {rows, width});
+}
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_BINDINGS_ARRAY_CHECKS_H

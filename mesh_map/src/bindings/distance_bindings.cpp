@@ -1,0 +1,479 @@
+// Distances over edges and over the surface for Python (private; see mesh_map.dijkstra and
+// mesh_map.wave_front).
+
+#include <mesh_map/distance/fast_marching/front_mesh.h>
+#include <mesh_map/distance/fast_marching/wave_front.h>
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bindings/array_checks.h"
+#include "bindings/bindings.h"
+#include "distance/dijkstra/dijkstra.h"
+#include "distance/dijkstra/dijkstra_labels.h"
+#include "distance/obstacles/inflation.h"
+
+namespace mesh_map {
+
+namespace {
+
+using Array = const py::array&;
+using Object = const py::object&;
+
+std::shared_ptr<DijkstraGraph> makeGraph(Array offsets, Array neighbors, Array neighbor_edges,
+                                         Array edge_weights)
+{
+  const auto weights = view<float>(edge_weights, "edge_lengths", {ANY});
+  const auto vertex_count = static_cast<std::size_t>(offsets.size() - (offsets.size() > 0));
+  const RowsView rows = rowsView(offsets, neighbors, vertex_count, "neighbors");
+  const auto edges = view<std::uint32_t>(neighbor_edges, "neighbor_edges", {neighbors.size()});
+  checkIndices(edges, weights.size(), "neighbor_edges");
+  const py::gil_scoped_release release;
+  return std::make_shared<DijkstraGraph>(rows, edges, weights);
+}
+
+/// Edges, and two weights for each.
+struct EdgeWeights
+{
+  EdgeWeights(Array edge_array, Array before_array, Array after_array)
+      : edges(view<std::uint32_t>(edge_array, "edges", {ANY, 2})),
+        before(view<float>(before_array, "edge_lengths before", {edge_array.shape(0)})),
+        after(view<float>(after_array, "edge_lengths", {edge_array.shape(0)}))
+  {
+  }
+
+  ArrayView<std::uint32_t> edges;
+  ArrayView<float> before, after;
+};
+
+std::shared_ptr<DijkstraGraph> graphWithWeights(const DijkstraGraph& self, Array edges,
+                                                Array before, Array after)
+{
+  const EdgeWeights weights(edges, before, after);
+  checkIndices(weights.edges, self.vertexCount(), "edges");
+  const py::gil_scoped_release release;
+  return self.withWeights(weights.edges, weights.before, weights.after);
+}
+
+py::array changedVertices(Array edges, Array before, Array after)
+{
+  const EdgeWeights weights(edges, before, after);
+  std::vector<std::uint32_t> vertices;
+  {
+    const py::gil_scoped_release release;
+    vertices = verticesAtChanges(weights.edges, weights.before, weights.after);
+  }
+  return toArray(std::move(vertices));
+}
+
+bool lengthsOrClosed(Array weights, Array lengths)
+{
+  const auto values = view<float>(weights, "edge weights", {ANY});
+  const auto expected = view<float>(lengths, "edge lengths", {weights.size()});
+  const py::gil_scoped_release release;
+  return areLengthsOrClosed(values, expected);
+}
+
+DijkstraQueue parseQueue(const std::string& name)
+{
+  if (name == "automatic") {
+    return DijkstraQueue::AUTOMATIC;
+  }
+  if (name == "buckets") {
+    return DijkstraQueue::BUCKETS;
+  }
+  if (name == "heap") {
+    return DijkstraQueue::HEAP;
+  }
+  throw std::invalid_argument("queue has to be automatic, buckets or heap");
+}
+
+/// A field, and the costs that it looks at.
+class DijkstraKernel
+{
+ public:
+  DijkstraKernel(std::shared_ptr<DijkstraGraph> graph, std::shared_ptr<DijkstraPool> pool,
+                 Array sources, Array source_distances, const py::object& costs, float cost_limit)
+      : kept_costs_(costs)
+  {
+    const VertexCosts vertex_costs = costsView(costs, cost_limit, graph->vertexCount());
+    const auto vertices = view<std::uint32_t>(sources, "sources", {ANY});
+    const auto distances = view<float>(source_distances, "source distances", {sources.size()});
+    const py::gil_scoped_release release;
+    field_ = std::make_unique<DijkstraField>(std::move(graph), std::move(pool), vertices, distances,
+                                             vertex_costs);
+  }
+
+  bool extend(Array targets, float offset, float max_distance, const CancelFlag* cancel,
+              const std::string& queue)
+  {
+    DijkstraReach reach;
+    reach.targets = view<std::uint32_t>(targets, "targets", {ANY});
+    reach.offset = offset;
+    reach.max_distance = max_distance;
+    const py::gil_scoped_release release;
+    return field_->extend(reach, flagOf(cancel), parseQueue(queue));
+  }
+
+  py::tuple update(std::shared_ptr<DijkstraGraph> graph, const py::object& costs, Array changed,
+                   const CancelFlag* cancel)
+  {
+    const VertexCosts vertex_costs = costsView(costs, field_->costs().limit, field_->vertexCount());
+    const auto vertices = view<std::uint32_t>(changed, "changed", {ANY});
+    kept_costs_ = py::make_tuple(kept_costs_, costs);  // whichever it looks at after an exception
+    bool done = false;
+    std::size_t count = 0;
+    {
+      const py::gil_scoped_release release;
+      done = field_->update(std::move(graph), vertex_costs, vertices, count, flagOf(cancel));
+    }
+    kept_costs_ = costs;
+    return py::make_tuple(done, count);
+  }
+
+  /// The vertices that may be passed with one of the costs, and not with the other.
+  py::array openedOrClosed(const py::object& costs) const
+  {
+    const VertexCosts& before = field_->costs();
+    const VertexCosts after = costsView(costs, before.limit, field_->vertexCount());
+    std::vector<std::uint32_t> vertices;
+    {
+      const py::gil_scoped_release release;
+      for (std::uint32_t v = 0; v < field_->vertexCount(); ++v) {
+        if (before.isPassable(v) != after.isPassable(v)) {
+          vertices.push_back(v);
+        }
+      }
+    }
+    return toArray(std::move(vertices));
+  }
+
+  py::array potential() const
+  {
+    std::vector<float> values(field_->vertexCount());
+    {
+      const py::gil_scoped_release release;
+      field_->writePotential(values.data());
+    }
+    return toArray(std::move(values));
+  }
+
+  py::array predecessors() const
+  {
+    std::vector<std::uint32_t> values(field_->vertexCount());
+    {
+      const py::gil_scoped_release release;
+      field_->writePredecessors(values.data());
+    }
+    return toArray(std::move(values));
+  }
+
+  py::array reaches(Array vertices) const
+  {
+    const auto wanted = view<std::uint32_t>(vertices, "vertices", {ANY});
+    checkIndices(wanted, field_->vertexCount(), "vertices");
+    py::array_t<bool> result(vertices.size());
+    bool* const values = result.mutable_data();
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      values[i] = field_->reaches(wanted[i]);
+    }
+    return result;
+  }
+
+  py::array wayFrom(std::uint32_t vertex) const { return toArray(field_->wayFrom(vertex)); }
+
+  float limit() const { return field_->limit(); }
+
+ private:
+  static VertexCosts costsView(const py::object& costs, float limit, std::size_t vertex_count)
+  {
+    VertexCosts result;
+    result.limit = limit;
+    if (!costs.is_none()) {
+      const auto size = static_cast<py::ssize_t>(vertex_count);
+      result.values = view<float>(py::cast<py::array>(costs), "vertex_costs", {size});
+    }
+    return result;
+  }
+
+  py::object kept_costs_;
+  std::unique_ptr<DijkstraField> field_;
+};
+
+}  // namespace
+
+void bindDijkstra(py::module_& module)
+{
+  using py::arg;
+  py::class_<DijkstraGraph, std::shared_ptr<DijkstraGraph>>(module, "_DijkstraGraph",
+                                                            py::module_local())
+      .def(py::init(&makeGraph), arg("offsets"), arg("neighbors"), arg("neighbor_edges"),
+           arg("edge_lengths"))
+      .def("_with_weights", &graphWithWeights, arg("edges"), arg("before"), arg("after"));
+  py::class_<DijkstraPool, std::shared_ptr<DijkstraPool>>(module, "_DijkstraPool",
+                                                          py::module_local())
+      .def(py::init(&makeDijkstraPool), arg("vertex_count"));
+  py::class_<DijkstraKernel>(module, "_DijkstraField", py::module_local())
+      .def(py::init<std::shared_ptr<DijkstraGraph>, std::shared_ptr<DijkstraPool>, const py::array&,
+                    const py::array&, const py::object&, float>(),
+           arg("graph"), arg("pool"), arg("sources"), arg("source_distances"), arg("vertex_costs"),
+           arg("cost_limit"))
+      .def("_extend", &DijkstraKernel::extend, arg("targets"), arg("offset"), arg("max_distance"),
+           arg("cancel"), arg("queue") = "automatic")
+      .def("_update", &DijkstraKernel::update, arg("graph"), arg("vertex_costs"), arg("changed"),
+           arg("cancel"))
+      .def("_opened_or_closed", &DijkstraKernel::openedOrClosed, arg("vertex_costs"))
+      .def("_potential", &DijkstraKernel::potential)
+      .def("_predecessors", &DijkstraKernel::predecessors)
+      .def("_reaches", &DijkstraKernel::reaches, arg("vertices"))
+      .def("_way_from", &DijkstraKernel::wayFrom, arg("vertex"))
+      .def("_limit", &DijkstraKernel::limit);
+  module.def("_vertices_at_changes", &changedVertices, arg("edges"), arg("before"), arg("after"));
+  module.def("_are_lengths_or_closed", &lengthsOrClosed, arg("weights"), arg("lengths"));
+}
+
+namespace {
+
+std::shared_ptr<FrontMesh> makeMesh(Array vertices, Array faces, Array offsets, Array vertex_faces,
+                                    unsigned threads)
+{
+  const MeshView mesh = meshView(vertices, faces);
+  const RowsView rows = rowsView(offsets, vertex_faces, mesh.faceCount(), "vertex_faces");
+  const py::gil_scoped_release release;
+  return std::make_shared<FrontMesh>(mesh, rows, threads);
+}
+
+ArrayView<std::uint8_t> lethalView(const ObstacleDistance& self, Array lethal)
+{
+  const auto count = static_cast<py::ssize_t>(self.mesh().vertexCount());
+  return view<std::uint8_t>(lethal, "lethal", {count});
+}
+
+bool computeObstacles(ObstacleDistance& self, Array lethal, const CancelFlag* cancel,
+                      unsigned threads)
+{
+  const ArrayView<std::uint8_t> flags = lethalView(self, lethal);
+  const py::gil_scoped_release release;
+  return self.compute(flags, flagOf(cancel), threads);
+}
+
+py::array updateObstacles(ObstacleDistance& self, Array lethal)
+{
+  const ArrayView<std::uint8_t> flags = lethalView(self, lethal);
+  std::vector<std::uint32_t> changed;
+  {
+    const py::gil_scoped_release release;
+    changed = self.update(flags);
+  }
+  return toArray(std::move(changed));
+}
+
+py::array obstacleDistances(const ObstacleDistance& self)
+{
+  return toArray(std::vector<float>(self.distances().begin(), self.distances().end()));
+}
+
+py::array obstacleDistancesOf(const ObstacleDistance& self, Array vertices)
+{
+  const auto wanted = view<std::uint32_t>(vertices, "vertices", {ANY});
+  checkIndices(wanted, self.mesh().vertexCount(), "vertices");
+  std::vector<float> distances;
+  for (const std::uint32_t v : wanted) {
+    distances.push_back(self.distances()[v]);
+  }
+  return toArray(std::move(distances));
+}
+
+py::array obstacleRepulsion(const ObstacleDistance& self, Array vertices, const Fading& fading,
+                            unsigned threads)
+{
+  const auto wanted = view<std::uint32_t>(vertices, "vertices", {ANY});
+  checkIndices(wanted, self.mesh().vertexCount(), "vertices");
+  std::vector<float> vectors;
+  {
+    const py::gil_scoped_release release;
+    vectors = repulsion(self, wanted, fading, threads);
+  }
+  return toRows(std::move(vectors), 3);
+}
+
+py::array obstacleNeighbors(const ObstacleDistance& self, Array vertices)
+{
+  const auto wanted = view<std::uint32_t>(vertices, "vertices", {ANY});
+  checkIndices(wanted, self.mesh().vertexCount(), "vertices");
+  return toArray(withNeighbors(self.mesh(), wanted));
+}
+
+py::array computeFadingCosts(Array distances, const Fading& fading, unsigned threads)
+{
+  const auto values = view<float>(distances, "distances", {ANY});
+  std::vector<float> costs;
+  {
+    const py::gil_scoped_release release;
+    costs = fadingCosts(values, fading, threads);
+  }
+  return toArray(std::move(costs));
+}
+
+}  // namespace
+
+void bindFrontKernels(py::module_& module)
+{
+  using py::arg;
+  py::class_<FrontMesh, std::shared_ptr<FrontMesh>>(module, "_FrontMesh", py::module_local())
+      .def(py::init(&makeMesh), arg("vertices"), arg("faces"), arg("offsets"), arg("vertex_faces"),
+           arg("threads") = 0u);
+  py::class_<Fading>(module, "_Fading", py::module_local())
+      .def(py::init([](double inscribed_radius, double inflation_radius, double lethal_value,
+                       double inscribed_value, bool is_exponential, double cost_scaling) {
+             return Fading{inscribed_radius, inflation_radius, lethal_value,
+                           inscribed_value,  is_exponential,   cost_scaling};
+           }),
+           arg("inscribed_radius"), arg("inflation_radius"), arg("lethal_value"),
+           arg("inscribed_value"), arg("is_exponential"), arg("cost_scaling"));
+  py::class_<ObstacleDistance>(module, "_ObstacleDistance", py::module_local())
+      .def(py::init([](std::shared_ptr<FrontMesh> mesh, float max_distance) {
+             const py::gil_scoped_release release;
+             return std::make_unique<ObstacleDistance>(std::move(mesh), max_distance);
+           }),
+           arg("mesh"), arg("max_distance"))
+      .def("_compute", &computeObstacles, arg("lethal"), arg("cancel") = py::none(),
+           arg("threads") = 0u)
+      .def("_update", &updateObstacles, arg("lethal"))
+      .def("_distances", &obstacleDistances)
+      .def("_distances_of", &obstacleDistancesOf, arg("vertices"))
+      .def("_repulsion", &obstacleRepulsion, arg("vertices"), arg("fading"), arg("threads") = 0u)
+      .def("_with_neighbors", &obstacleNeighbors, arg("vertices"));
+  module.def("_fading_costs", &computeFadingCosts, arg("distances"), arg("fading"),
+             arg("threads") = 0u);
+}
+
+namespace {
+
+std::vector<WaveFrontSeed> seedsOf(Array vertices, Array labels)
+{
+  const auto vertex_view = view<std::uint32_t>(vertices, "sources", {ANY});
+  const auto label_view = view<double>(labels, "source distances", {vertices.size()});
+  std::vector<WaveFrontSeed> seeds;
+  for (std::size_t i = 0; i < vertex_view.size(); ++i) {
+    seeds.push_back({vertex_view[i], label_view[i]});
+  }
+  return seeds;
+}
+
+/// A field, and what its kernels are given again each time.
+class Field
+{
+ public:
+  Field(std::shared_ptr<WaveFrontPool> pool, Array sources, Array source_labels, Object slowness)
+      : vertex_count_(static_cast<py::ssize_t>(pool->mesh().vertexCount())), slowness_(slowness)
+  {
+    const ArrayView<float> values = slownessView();
+    std::vector<WaveFrontSeed> seeds = seedsOf(sources, source_labels);
+    const py::gil_scoped_release release;
+    field_ = std::make_unique<WaveFrontField>(std::move(pool), std::move(seeds), values);
+  }
+
+  Field(const Field&) = delete;
+  Field& operator=(const Field&) = delete;
+
+  /// Clears buffers for later, which takes milliseconds: other threads go on meanwhile.
+  ~Field()
+  {
+    const py::gil_scoped_release release;
+    field_.reset();
+  }
+
+  bool extend(Array targets, double offset, double max_distance, const CancelFlag* cancel)
+  {
+    WaveFrontStop stop;
+    stop.targets = view<std::uint32_t>(targets, "targets", {ANY});
+    stop.offset = offset;
+    stop.max_distance = max_distance;
+    stop.cancel = flagOf(cancel);
+    const ArrayView<float> values = slownessView();
+    const py::gil_scoped_release release;
+    return field_->extend(values, stop);
+  }
+
+  py::tuple update(Array sources, Array source_labels, Object slowness, Array changed,
+                   const CancelFlag* cancel)
+  {
+    std::vector<WaveFrontSeed> seeds = seedsOf(sources, source_labels);
+    const auto vertices = view<std::uint32_t>(changed, "changed", {ANY});
+    const py::object before = slowness_;
+    slowness_ = slowness;
+    WaveFrontField::Update done;
+    try {
+      const ArrayView<float> values = slownessView();
+      const py::gil_scoped_release release;
+      done = field_->update(std::move(seeds), values, vertices, flagOf(cancel));
+    } catch (...) {
+      slowness_ = before;
+      throw;
+    }
+    return py::make_tuple(done.count, done.cancelled);
+  }
+
+  double limit() const { return field_->limit(); }
+
+  py::array potential() const
+  {
+    std::vector<float> values(static_cast<std::size_t>(vertex_count_));
+    {
+      const py::gil_scoped_release release;
+      field_->writePotential(values.data());
+    }
+    return toArray(std::move(values));
+  }
+
+  /// The labels themselves; the field lives as long as this array does.
+  static py::array labels(Object self)
+  {
+    const ArrayView<double> labels = py::cast<const Field&>(self).field_->labels();
+    py::array_t<double> array({static_cast<py::ssize_t>(labels.size())}, labels.data(), self);
+    array.attr("flags").attr("writeable") = false;
+    return std::move(array);
+  }
+
+ private:
+  ArrayView<float> slownessView() const
+  {
+    if (slowness_.is_none()) {
+      return {};
+    }
+    return view<float>(py::cast<py::array>(slowness_), "slowness", {vertex_count_});
+  }
+
+  py::ssize_t vertex_count_;
+  py::object slowness_;
+  std::unique_ptr<WaveFrontField> field_;
+};
+
+}  // namespace
+
+void bindWaveFront(py::module_& module)
+{
+  using py::arg;
+  py::class_<WaveFrontPool, std::shared_ptr<WaveFrontPool>>(module, "_WaveFrontPool",
+                                                            py::module_local())
+      .def(py::init([](std::shared_ptr<FrontMesh> mesh) {
+             return std::make_shared<WaveFrontPool>(std::move(mesh));
+           }),
+           arg("mesh"));
+  py::class_<Field>(module, "_WaveFrontField", py::module_local())
+      .def(py::init<std::shared_ptr<WaveFrontPool>, Array, Array, Object>(), arg("pool"),
+           arg("sources"), arg("source_labels"), arg("slowness"))
+      .def("_extend", &Field::extend, arg("targets"), arg("offset"), arg("max_distance"),
+           arg("cancel"))
+      .def("_update", &Field::update, arg("sources"), arg("source_labels"), arg("slowness"),
+           arg("changed"), arg("cancel"))
+      .def("_limit", &Field::limit)
+      .def("_potential", &Field::potential)
+      .def("_labels", &Field::labels);
+}
+
+}  // namespace mesh_map

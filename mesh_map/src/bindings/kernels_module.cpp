@@ -1,0 +1,54 @@
+// mesh_map._kernels: the kernels of mesh_map_core for Python. Private: the public, typed classes
+// are in the modules of mesh_map that import it. Arrays are checked here, once (ValueError), and
+// the GIL is released while a kernel runs.
+
+#include <mesh_map/bvh/closest/closest_point.h>
+
+#include "bindings/array_checks.h"
+#include "bindings/bindings.h"
+
+namespace mesh_map {
+namespace {
+
+using Array = const py::array&;
+
+py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double max_distance)
+{
+  const auto positions = view<float>(vertices, "vertices", {ANY, 3});
+  const auto eligible_view = view<std::uint8_t>(eligible, "eligible", {vertices.shape(0)});
+  const auto query = view<double>(point, "point", {3});
+  requireValue(max_distance >= 0.0, "the maximum distance has to be 0 or more");
+  VertexHit hit;
+  {
+    const py::gil_scoped_release release;
+    hit = closestVertex(positions, eligible_view, query.data(), max_distance);
+  }
+  return py::make_tuple(hit.vertex, hit.distance);
+}
+
+}  // namespace
+}  // namespace mesh_map
+
+PYBIND11_MODULE(_kernels, module)
+{
+  using namespace mesh_map;
+  namespace py = pybind11;
+  using py::arg;
+
+  module.doc() = "Kernels of mesh_map_core. Private: use the modules of mesh_map.";
+  module.attr("_NO_INDEX") = NO_INDEX;
+  module.def("_closest_vertex", &findClosestVertex, arg("vertices"), arg("eligible"), arg("point"),
+             arg("max_distance"));
+  py::class_<CancelFlag>(module, "_CancelFlag", py::module_local())
+      .def(py::init<>())
+      .def("_set", [](CancelFlag& self) { self.flag = true; })
+      .def("_is_set", [](const CancelFlag& self) { return self.flag.load(); });
+  bindMesh(module);
+  bindSpatial(module);
+  bindDijkstra(module);
+  bindFrontKernels(module);
+  bindWaveFront(module);
+  bindQueryKernels(module);
+  bindGeodesicKernels(module);
+  bindTraceKernels(module);
+}

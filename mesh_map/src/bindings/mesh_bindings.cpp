@@ -1,0 +1,239 @@
+// Topology, normals, orientation and statistics of neighborhoods for Python (private).
+
+#include <mesh_map/mesh/edge_faces.h>
+#include <mesh_map/mesh/topology.h>
+
+#include <pybind11/stl.h>
+
+#include <array>
+#include <string>
+
+#include "bindings/array_checks.h"
+#include "bindings/bindings.h"
+#include "mesh/edge_angles.h"
+#include "mesh/normals.h"
+#include "mesh/orientation.h"
+#include "mesh/radius_statistics.h"
+
+namespace mesh_map {
+namespace {
+
+using Array = const py::array&;
+
+py::dict topology(Array faces, std::size_t vertex_count, unsigned threads)
+{
+  const auto face_view = view<std::uint32_t>(faces, "faces", {ANY, 3});
+  Topology result;
+  {
+    const py::gil_scoped_release release;
+    result = buildTopology(face_view, vertex_count, threads);
+  }
+  py::dict arrays;
+  arrays["component_count"] = result.component_count;
+  arrays["edges"] = toRows(std::move(result.edges), 2);
+  arrays["face_edges"] = toRows(std::move(result.face_edges), 3);
+  arrays["edge_face_counts"] = toArray(std::move(result.edge_face_counts));
+  arrays["edge_flags"] = toArray(std::move(result.edge_flags));
+  arrays["face_flags"] = toArray(std::move(result.face_flags));
+  arrays["vertex_flags"] = toArray(std::move(result.vertex_flags));
+  arrays["neighbor_offsets"] = toArray(std::move(result.neighbor_offsets));
+  arrays["neighbors"] = toArray(std::move(result.neighbors));
+  arrays["neighbor_edges"] = toArray(std::move(result.neighbor_edges));
+  arrays["vertex_face_offsets"] = toArray(std::move(result.vertex_face_offsets));
+  arrays["vertex_faces"] = toArray(std::move(result.vertex_faces));
+  arrays["components"] = toArray(std::move(result.components));
+  return arrays;
+}
+
+py::array computeEdgeLengths(Array vertices, Array edges, unsigned threads)
+{
+  const auto positions = view<float>(vertices, "vertices", {ANY, 3});
+  const auto edge_view = view<std::uint32_t>(edges, "edges", {ANY, 2});
+  checkIndices(edge_view, static_cast<std::size_t>(vertices.shape(0)), "edges");
+  std::vector<float> lengths;
+  {
+    const py::gil_scoped_release release;
+    lengths = edgeLengths(positions, edge_view, threads);
+  }
+  return toArray(std::move(lengths));
+}
+
+py::tuple edgeRows(Array face_edges, std::size_t edge_count)
+{
+  const auto edges = view<std::uint32_t>(face_edges, "face_edges", {ANY, 3});
+  EdgeFaces rows;
+  {
+    const py::gil_scoped_release release;
+    rows = edgeFaces(edges, edge_count);
+  }
+  return py::make_tuple(toArray(std::move(rows.offsets)), toArray(std::move(rows.faces)));
+}
+
+template <class T>
+std::array<T, 3> direction(Array values, const char* name)
+{
+  const auto numbers = view<T>(values, name, {3});
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+py::tuple computeFaceNormals(Array vertices, Array faces, const std::array<float, 3>& fallback,
+                             unsigned threads)
+{
+  const MeshView mesh = meshView(vertices, faces);
+  FaceNormals result;
+  {
+    const py::gil_scoped_release release;
+    result = faceNormals(mesh, fallback, threads);
+  }
+  return py::make_tuple(toRows(std::move(result.normals), 3),
+                        toArray(std::move(result.without_area)));
+}
+
+py::array computeCornerAngles(Array vertices, Array faces, unsigned threads)
+{
+  const MeshView mesh = meshView(vertices, faces);
+  std::vector<float> angles;
+  {
+    const py::gil_scoped_release release;
+    angles = cornerAngles(mesh, threads);
+  }
+  return toRows(std::move(angles), 3);
+}
+
+py::array computeVertexNormals(Array face_normals, Array offsets, Array vertex_faces, Array ignored,
+                               const py::object& faces, const py::object& corner_angles,
+                               const std::array<float, 3>& fallback, unsigned threads)
+{
+  VertexNormalsInput input;
+  input.face_normals = view<float>(face_normals, "face_normals", {ANY, 3});
+  const py::ssize_t face_count = face_normals.shape(0);
+  input.ignored = view<std::uint8_t>(ignored, "ignored", {face_count});
+  input.vertex_faces =
+      rowsView(offsets, vertex_faces, static_cast<std::size_t>(face_count), "vertex_faces");
+  if (!corner_angles.is_none()) {
+    input.faces = view<std::uint32_t>(py::cast<py::array>(faces), "faces", {face_count, 3});
+    input.corner_angles =
+        view<float>(py::cast<py::array>(corner_angles), "corner_angles", {face_count, 3});
+  }
+  input.fallback = fallback;
+  std::vector<float> result;
+  {
+    const py::gil_scoped_release release;
+    result = vertexNormals(input, threads);
+  }
+  return toRows(std::move(result), 3);
+}
+
+py::tuple computeOrientation(Array vertices, Array faces, Array face_edges, Array edge_face_counts,
+                             Array edge_flags, Array up)
+{
+  const MeshView mesh = meshView(vertices, faces);
+  const auto face_count = static_cast<py::ssize_t>(mesh.faceCount());
+  const auto sides = view<std::uint32_t>(face_edges, "face_edges", {face_count, 3});
+  const auto counts = view<std::uint32_t>(edge_face_counts, "edge_face_counts", {ANY});
+  const auto flags = view<std::uint8_t>(edge_flags, "edge_flags", {edge_face_counts.shape(0)});
+  const auto to = direction<double>(up, "up");
+  Orientation result;
+  {
+    const py::gil_scoped_release release;
+    result = orientFaces(mesh, sides, counts, flags, to);
+  }
+  return py::make_tuple(toArray(std::move(result.turned)), result.patch_count, result.conflicts);
+}
+
+RadiusSearch parseSearch(const std::string& name)
+{
+  if (name == "automatic") {
+    return RadiusSearch::AUTOMATIC;
+  }
+  if (name == "edges") {
+    return RadiusSearch::EDGES;
+  }
+  requireValue(name == "grid", "search has to be automatic, edges or grid");
+  return RadiusSearch::GRID;
+}
+
+py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors, Array angles,
+                                  Array normals, Array up, double radius, unsigned wanted,
+                                  const std::string& search, unsigned threads)
+{
+  const py::ssize_t rows = vertices.ndim() == 2 ? vertices.shape(0) : 0;
+  const auto vertex_count = static_cast<std::size_t>(rows);
+  RadiusQuery query;
+  query.positions = view<float>(vertices, "vertices", {ANY, 3});
+  query.neighbors = rowsView(offsets, neighbors, vertex_count, "neighbors");
+  requireValue(query.neighbors.rowCount() == vertex_count, "offsets need one row per vertex");
+  query.angles = view<float>(angles, "angles", {wanted & ROUGHNESS ? rows : ANY});
+  query.normals = view<float>(normals, "normals", {wanted & RIDGE ? rows : ANY, 3});
+  query.up = direction<double>(up, "up");
+  requireValue(radius > 0.0, "the radius has to be above 0");
+  query.radius = radius;
+  query.wanted = wanted;
+  query.search = parseSearch(search);
+  query.threads = threads;
+  RadiusStatistics result;
+  {
+    const py::gil_scoped_release release;
+    result = radiusStatistics(query);
+  }
+  return py::make_tuple(toArray(std::move(result.height_differences)),
+                        toArray(std::move(result.roughnesses)), toArray(std::move(result.ridges)));
+}
+
+py::array computeMeanEdgeAngles(Array normals, Array edges, Array offsets, Array neighbor_edges,
+                                unsigned threads)
+{
+  const auto normal_view = view<float>(normals, "normals", {ANY, 3});
+  const auto edge_view = view<std::uint32_t>(edges, "edges", {ANY, 2});
+  checkIndices(edge_view, static_cast<std::size_t>(normals.shape(0)), "edges");
+  const RowsView rows = rowsView(offsets, neighbor_edges, edge_view.size() / 2, "neighbor_edges");
+  requireValue(rows.rowCount() == normal_view.size() / 3, "offsets need one row per vertex");
+  std::vector<float> result;
+  {
+    const py::gil_scoped_release release;
+    result = meanEdgeAngles(normal_view, edge_view, rows, threads);
+  }
+  return toArray(std::move(result));
+}
+
+py::array computeAnglesTo(Array normals, Array up, unsigned threads)
+{
+  const auto normal_view = view<float>(normals, "normals", {ANY, 3});
+  const auto to = direction<double>(up, "direction");
+  std::vector<float> result;
+  {
+    const py::gil_scoped_release release;
+    result = anglesTo(normal_view, to, threads);
+  }
+  return toArray(std::move(result));
+}
+
+}  // namespace
+
+void bindMesh(py::module_& module)
+{
+  using py::arg;
+
+  module.def("_topology", &topology, arg("faces"), arg("vertex_count"), arg("threads") = 0u);
+  module.def("_edge_lengths", &computeEdgeLengths, arg("vertices"), arg("edges"),
+             arg("threads") = 0u);
+  module.def("_edge_faces", &edgeRows, arg("face_edges"), arg("edge_count"));
+  const std::array<float, 3> upward = {0.0f, 0.0f, 1.0f};
+  module.def("_face_normals", &computeFaceNormals, arg("vertices"), arg("faces"),
+             arg("fallback") = upward, arg("threads") = 0u);
+  module.def("_corner_angles", &computeCornerAngles, arg("vertices"), arg("faces"),
+             arg("threads") = 0u);
+  module.def("_vertex_normals", &computeVertexNormals, arg("face_normals"), arg("offsets"),
+             arg("vertex_faces"), arg("ignored"), arg("faces") = py::none(),
+             arg("corner_angles") = py::none(), arg("fallback") = upward, arg("threads") = 0u);
+  module.def("_orientation", &computeOrientation, arg("vertices"), arg("faces"), arg("face_edges"),
+             arg("edge_face_counts"), arg("edge_flags"), arg("up"));
+  module.def("_radius_statistics", &computeRadiusStatistics, arg("vertices"), arg("offsets"),
+             arg("neighbors"), arg("angles"), arg("normals"), arg("up"), arg("radius"),
+             arg("wanted"), arg("search") = "automatic", arg("threads") = 0u);
+  module.def("_mean_edge_angles", &computeMeanEdgeAngles, arg("normals"), arg("edges"),
+             arg("offsets"), arg("neighbor_edges"), arg("threads") = 0u);
+  module.def("_angles_to", &computeAnglesTo, arg("normals"), arg("direction"), arg("threads") = 0u);
+}
+
+}  // namespace mesh_map

@@ -1,0 +1,36 @@
+#ifndef MESH_MAP_SRC_BVH_CLOSEST_NORMAL_FILTER_H
+#define MESH_MAP_SRC_BVH_CLOSEST_NORMAL_FILTER_H
+
+#include "base/vector3.h"
+
+namespace mesh_map {
+
+/// Which triangles have a normal within an angle of a direction: normalWithin() for many triangles.
+class NormalFilter
+{
+ public:
+  /// All have.
+  NormalFilter() = default;
+
+  /// Of a direction of any length.
+  NormalFilter(const double* direction, double max_angle);
+
+  /// Of a unit vector.
+  NormalFilter(const Vector3& direction, double max_angle);
+
+  /// False: for a direction or an angle for which no triangle can count.
+  bool valid() const { return valid_; }
+
+  bool operator()(const float* corners) const { return all_ || within(corners); }
+
+ private:
+  bool within(const float* corners) const;
+
+  bool valid_ = true, all_ = true;
+  Vector3 direction_{};
+  double max_angle_ = 0.0, cosine_ = 0.0;
+};
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_BVH_CLOSEST_NORMAL_FILTER_H

@@ -1,0 +1,102 @@
+#ifndef MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_FILTERS_H
+#define MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_FILTERS_H
+
+#include <mesh_map/bvh/selection/region.h>
+#include <mesh_map/bvh/tree/bvh.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+/// What a traversal asks a region about the four children of a node at once, in floats that are
+/// local to the hierarchy, with bounds of what these round. A filter may say TOUCHING of any child;
+/// what else it says holds for Region::triangle() of every triangle there.
+///
+/// Each node has planes that may cut it: below one that a plane contains, it is not asked again.
+namespace mesh_map {
+
+/// Four of a kind, as in BvhNode.
+typedef float Float4 __attribute__((vector_size(16)));
+typedef std::int32_t Mask4 __attribute__((vector_size(16)));
+static_assert(BVH_WIDTH == 4, "one vector per node");
+
+/// How the children of a node lie to a region, and which planes may cut them.
+struct ChildSides
+{
+  std::array<Side, BVH_WIDTH> side;
+  std::array<std::uint32_t, BVH_WIDTH> cutting;
+};
+
+/// The box of a child in the coordinates of the mesh (rounded monotonously, so it still has its
+/// triangles).
+Box childBox(const Bvh& bvh, const BvhNode& node, std::size_t child);
+
+/// Any region, one child after the other.
+class RegionFilter
+{
+ public:
+  RegionFilter(const Bvh& bvh, const Region& region) : bvh_(bvh), region_(region) {}
+  static std::uint32_t cutting() { return 0; }
+  void children(const BvhNode& node, std::uint32_t cutting, ChildSides& sides) const;
+  Side triangle(const float* corners, std::uint32_t) const { return region_.triangle(corners); }
+
+ private:
+  const Bvh& bvh_;
+  const Region& region_;
+};
+
+class SphereFilter
+{
+ public:
+  SphereFilter(const Bvh& bvh, const SphereRegion& sphere);
+  static std::uint32_t cutting() { return 0; }
+  void children(const BvhNode& node, std::uint32_t cutting, ChildSides& sides) const;
+  Side triangle(const float* corners, std::uint32_t) const { return sphere_.triangle(corners); }
+
+ private:
+  const SphereRegion& sphere_;
+  std::array<float, 3> center_;
+  float outside_, inside_;  // squared radii beyond and within which it is sure
+};
+
+class ConvexFilter
+{
+ public:
+  ConvexFilter(const Bvh& bvh, const ConvexRegion& region);
+  std::uint32_t cutting() const { return (1u << planes_.size()) - 1u; }
+  void children(const BvhNode& node, std::uint32_t cutting, ChildSides& sides) const;
+  Side triangle(const float* corners, std::uint32_t cutting) const
+  {
+    return region_.triangle(corners, cutting);
+  }
+
+ private:
+  struct LocalPlane
+  {
+    std::array<float, 4> plane;
+    float rounding;  // beside that of floats, which is relative to terms
+  };
+  const ConvexRegion& region_;
+  std::vector<LocalPlane> planes_;
+};
+
+class LassoFilter
+{
+ public:
+  LassoFilter(const Bvh& bvh, const LassoRegion& lasso);
+  std::uint32_t cutting() const { return frustum_.cutting(); }
+  void children(const BvhNode& node, std::uint32_t cutting, ChildSides& sides) const;
+  Side triangle(const float* corners, std::uint32_t cutting) const
+  {
+    return lasso_.triangle(corners, cutting);
+  }
+
+ private:
+  const Bvh& bvh_;
+  const LassoRegion& lasso_;
+  ConvexFilter frustum_;
+};
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_FILTERS_H

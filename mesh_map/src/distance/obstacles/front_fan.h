@@ -1,0 +1,172 @@
+#ifndef MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_FAN_H
+#define MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_FAN_H
+
+#include <mesh_map/distance/fast_marching/front_mesh.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace mesh_map {
+
+struct PlanePoint
+{
+  double x, y;
+};
+
+inline double cross(PlanePoint a, PlanePoint b)
+{
+  return a.x * b.y - a.y * b.x;
+}
+inline double dot(PlanePoint a, PlanePoint b)
+{
+  return a.x * b.x + a.y * b.y;
+}
+
+/// Where a point lies in the plane, beyond the line from a to b as seen from the origin, at given
+/// squared distances from these.
+inline bool placeBeyond(PlanePoint a, PlanePoint b, double from_a, double from_b,
+                        PlanePoint& result)
+{
+  const PlanePoint side{b.x - a.x, b.y - a.y};
+  const double squared = dot(side, side);
+  if (!(squared > 0.0)) {
+    return false;
+  }
+  const double along = 0.5 * (from_a + squared - from_b) / squared;
+  const double height = std::sqrt(std::max(0.0, from_a / squared - along * along));
+  // Counterclockwise from a to b around the origin: beyond is to the right of the side.
+  result = {a.x + along * side.x + height * side.y, a.y + along * side.y - height * side.x};
+  return true;
+}
+
+/// A vertex next to the one in the middle, as a walk around the middle comes to it: its direction
+/// with all faces passed unfolded into a plane, and the one that it came to before.
+struct FanStep
+{
+  std::size_t node;
+  std::size_t before;
+  PlanePoint direction;  // of length 1
+};
+
+/// The vertices next to one, and walks among them from face to face. Owns scratch memory.
+class FrontFan
+{
+ public:
+  struct Node
+  {
+    std::uint32_t vertex;
+    double x, y, z;  // from the middle, of length 1
+    double length;
+  };
+  struct Turn
+  {
+    double cosine, sine;
+  };
+
+  static Node node(const PackedPosition& from, const PackedPosition& to, std::uint32_t vertex)
+  {
+    const double x = double{to.x} - from.x, y = double{to.y} - from.y, z = double{to.z} - from.z;
+    const double length = std::sqrt(x * x + y * y + z * z);
+    const double scale = length > 0.0 ? 1.0 / length : 0.0;
+    return {vertex, scale * x, scale * y, scale * z, length};
+  }
+
+  /// The angle between two sides; none where one of them is without length.
+  static Turn turn(const Node& a, const Node& b)
+  {
+    const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
+    const double sine = std::sqrt(x * x + y * y + z * z);
+    const double cosine = a.x * b.x + a.y * b.y + a.z * b.z;
+    return {sine + std::abs(cosine) > 0.5 ? cosine : 1.0, sine};
+  }
+
+  void gather(const FrontMesh& mesh, std::uint32_t middle);
+
+  const std::vector<Node>& nodes() const { return nodes_; }
+  /// Number of the node of a vertex; nodes().size() where it is none.
+  std::size_t find(std::uint32_t vertex) const;
+
+  /// Walks from the node `axis`, whose direction is (1, 0), toward `side` (or away from it), with
+  /// directions that turn counterclockwise. Calls body(step) for each node it comes to, which
+  /// returns whether to go on beyond it. In a fan this is simply one after the other; where more
+  /// than two faces meet at an edge, it goes through all of them, and comes to each node on the
+  /// shortest way round.
+  template <class Body>
+  void walk(std::size_t axis, std::size_t side, bool toward, Body&& body)
+  {
+    if (is_fan_) {
+      walkFan(axis, side, toward, body);
+    } else {
+      walkAny(axis, side, toward, body);
+    }
+  }
+
+ private:
+  struct Arc
+  {
+    std::size_t from, to;
+    double angle;
+  };
+  struct Place
+  {
+    double angle;
+    std::size_t node, before;
+    bool operator>(const Place& other) const
+    {
+      return angle != other.angle ? angle > other.angle : node > other.node;
+    }
+  };
+
+  void gatherAny(const FrontMesh& mesh, std::uint32_t middle);
+
+  template <class Body>
+  void walkFan(std::size_t axis, std::size_t side, bool toward, Body&& body)
+  {
+    const std::size_t count = nodes_.size();
+    const bool up = ((axis + 1 < count || is_closed_) && side == (axis + 1) % count) == toward;
+    FanStep step{axis, axis, {1.0, 0.0}};
+    for (std::size_t i = 0; i < turns_.size(); ++i) {
+      if (!is_closed_ && (up ? step.node + 1 == count : step.node == 0)) {
+        return;
+      }
+      step.before = step.node;
+      step.node = up ? (step.node + 1) % count : (step.node + count - 1) % count;
+      const Turn& by = turns_[up ? step.before : step.node];
+      step.direction = {step.direction.x * by.cosine - step.direction.y * by.sine,
+                        step.direction.y * by.cosine + step.direction.x * by.sine};
+      if (!body(static_cast<const FanStep&>(step))) {
+        return;
+      }
+    }
+  }
+
+  template <class Body>
+  void walkAny(std::size_t axis, std::size_t side, bool toward, Body&& body)
+  {
+    startAny(axis, side, toward);
+    Place place;
+    while (nextAny(place)) {
+      if (body(FanStep{place.node, place.before, {std::cos(place.angle), std::sin(place.angle)}})) {
+        leaveAny(place);
+      }
+    }
+  }
+
+  void startAny(std::size_t axis, std::size_t side, bool toward);
+  bool nextAny(Place& place);
+  void leaveAny(const Place& place);
+
+  bool is_fan_ = false, is_closed_ = false;
+  std::vector<Node> nodes_;
+  std::vector<Turn> turns_;              // in a fan: from each node to the next one
+  std::vector<Arc> arcs_;                // elsewhere: faces in both directions, sorted by `from`
+  std::vector<std::size_t> arc_starts_;  // rows of arcs_
+  std::vector<Place> places_;            // heap
+  std::vector<bool> reached_;
+};
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_FAN_H

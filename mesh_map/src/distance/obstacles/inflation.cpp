@@ -1,0 +1,83 @@
+#include "distance/obstacles/inflation.h"
+
+#include <mesh_map/base/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace mesh_map {
+namespace {
+
+constexpr double PI = 3.14159265358979323846;
+
+float cost(double distance, const Fading& fading)
+{
+  const double inner = fading.inscribed_radius;
+  if (distance == 0.0) {
+    return static_cast<float>(fading.lethal_value);
+  }
+  if (distance <= inner) {
+    return static_cast<float>(fading.inscribed_value);
+  }
+  if (!(distance <= fading.inflation_radius)) {
+    return 0.0f;
+  }
+  const double beyond = distance - inner;
+  const double share =
+      fading.is_exponential
+          ? std::exp(-fading.cost_scaling * beyond)
+          : 0.5 * (std::cos(PI * beyond / (fading.inflation_radius - inner)) + 1.0);
+  return static_cast<float>(fading.inscribed_value * share);
+}
+
+}  // namespace
+
+std::vector<float> fadingCosts(ArrayView<float> distances, const Fading& fading, unsigned threads)
+{
+  std::vector<float> costs(distances.size());
+  parallelFor(distances.size(), 16384, threads, [&]() -> RangeBody {
+    return [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        costs[i] = cost(distances[i], fading);
+      }
+    };
+  });
+  return costs;
+}
+
+std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::uint32_t> vertices,
+                             Fading fading, unsigned threads)
+{
+  fading.lethal_value = fading.inscribed_value = 1.0;
+  std::vector<float> vectors(3 * vertices.size());
+  parallelFor(vertices.size(), 4096, threads, [&]() -> RangeBody {
+    return [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const float length = cost(distance.distances()[vertices[i]], fading);
+        if (length > 0.0f) {
+          const std::array<float, 3> direction = distance.direction(vertices[i]);
+          for (unsigned axis = 0; axis < 3; ++axis) {
+            vectors[3 * i + axis] = length * direction[axis];
+          }
+        }
+      }
+    };
+  });
+  return vectors;
+}
+
+std::vector<std::uint32_t> withNeighbors(const FrontMesh& mesh, ArrayView<std::uint32_t> vertices)
+{
+  std::vector<std::uint32_t> result(vertices.begin(), vertices.end());
+  for (const std::uint32_t v : vertices) {
+    for (const FrontCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v); ++corner) {
+      result.push_back(corner->a);
+      result.push_back(corner->b);
+    }
+  }
+  std::sort(result.begin(), result.end());
+  result.erase(std::unique(result.begin(), result.end()), result.end());
+  return result;
+}
+
+}  // namespace mesh_map

@@ -1,0 +1,151 @@
+// What a vertex passes on to one that is not its neighbor, but across the opposite edge of one of
+// its faces. Where that one has an obtuse corner there, it may be nearer to the obstacle than both
+// ends of the edge, and these, which know of it only later, have nothing to tell.
+
+#include <cmath>
+
+#include "distance/obstacles/obstacle_spread.h"
+
+namespace mesh_map {
+namespace {
+
+double squaredDistance(const PackedPosition& p, const PackedPosition& q)
+{
+  const double x = double{p.x} - q.x, y = double{p.y} - q.y, z = double{p.z} - q.z;
+  return x * x + y * y + z * z;
+}
+
+}  // namespace
+
+/// What does not know of the obstacle yet, with an edge between of which the same is true of at
+/// least one end: of two that know, what they have to tell is enough.
+void ObstacleDistance::Spread::findAcross()
+{
+  across_.clear();
+  const FrontAcross* const end = mesh_.acrossEnd(vertex_);
+  for (const FrontAcross* across = mesh_.acrossBegin(vertex_); across != end; ++across) {
+    if (isOpen(across->vertex) && !(isKnown(across->a) && isKnown(across->b))) {
+      across_.push_back(*across);
+    }
+  }
+}
+
+/// Offers what is across the edge from the node `before` to the node k, both unfolded into the
+/// plane, counterclockwise. `is_past`: the direction to `before` is already past the obstacle.
+void ObstacleDistance::Spread::offerAcross(std::size_t before, PlanePoint before_place,
+                                           std::size_t k, PlanePoint place, bool is_past)
+{
+  const std::uint32_t a = fan_.nodes()[before].vertex, b = fan_.nodes()[k].vertex;
+  for (const FrontAcross& across : across_) {
+    const bool is_here = (across.a == a && across.b == b) || (across.a == b && across.b == a);
+    const std::uint32_t v = across.vertex;
+    PlanePoint seen;
+    if (!is_here ||
+        !placeBeyond(before_place, place, squaredDistance(mesh_.position(a), mesh_.position(v)),
+                     squaredDistance(mesh_.position(b), mesh_.position(v)), seen)) {
+      continue;
+    }
+    // Where does the way cross the edge? Not at all where the obstacle lies beyond it, too.
+    const PlanePoint nearest = nearestOnSegment(piece_.a, piece_.b, seen);
+    const PlanePoint edge{place.x - before_place.x, place.y - before_place.y};
+    const double from_nearest =
+        cross({before_place.x - nearest.x, before_place.y - nearest.y}, edge);
+    const double from_seen = cross({seen.x - before_place.x, seen.y - before_place.y}, edge);
+    if (!(from_nearest > 0.0 && from_seen > 0.0)) {
+      continue;
+    }
+    const double t = from_nearest / (from_nearest + from_seen);
+    const PlanePoint away{seen.x - nearest.x, seen.y - nearest.y};
+    const double squared = dot(away, away);
+    const PlanePoint to_a{before_place.x - nearest.x, before_place.y - nearest.y};
+    const PlanePoint to_b{place.x - nearest.x, place.y - nearest.y};
+    if (squared >= dot(to_a, to_a) && squared >= dot(to_b, to_b)) {
+      continue;  // both ends will know before it, and tell
+    }
+    const PlanePoint crossing{nearest.x + t * away.x, nearest.y + t * away.y};
+    const double along =
+        dot({crossing.x - before_place.x, crossing.y - before_place.y}, edge) / dot(edge, edge);
+    const bool bends_here = is_past && cross(nearest, crossing) < 0.0;
+    if (!(along >= 0.0 && along <= 1.0) || bends_here || hiding(crossing, nearest) != nullptr) {
+      continue;
+    }
+    double length = piece_.offset + std::sqrt(squared);
+    length = atLeastAcross(length, before, before_place, seen);
+    length = atLeastAcross(length, k, place, seen);
+    const auto distance = static_cast<float>(length);
+    // Only to what is farther: see the order in which distances follow from each other.
+    if (distance >= above(distance_) && isBetter(distance, v, b, a)) {
+      // As seen from there: the x axis points to b, the y axis to where a is.
+      const PlanePoint axis{place.x - seen.x, place.y - seen.y};
+      const double scale = 1.0 / std::sqrt(dot(axis, axis));
+      const PlanePoint u{scale * axis.x, scale * axis.y};
+      const auto x = [&](PlanePoint p) {
+        return static_cast<float>((p.x - seen.x) * u.x + (p.y - seen.y) * u.y);
+      };
+      const auto y = [&](PlanePoint p) {
+        return static_cast<float>(u.x * (p.y - seen.y) - u.y * (p.x - seen.x));
+      };
+      take(v, distance,
+           {static_cast<float>(piece_.offset), x(piece_.a), y(piece_.a), x(piece_.b), y(piece_.b),
+            b, a});
+    }
+  }
+}
+
+/// A lethal vertex with what it knows: itself, and the edges from it to other lethal ones.
+void ObstacleDistance::Spread::passAcrossFromLethal()
+{
+  findAcross();
+  if (across_.empty()) {
+    return;
+  }
+  fan_.gather(mesh_, vertex_);
+  const auto& nodes = fan_.nodes();
+  for (const FrontAcross& across : across_) {
+    // What has a lethal neighbor there knows of the edge to that one (see seed()).
+    if (owner_.lethal_[across.a] != 0 || owner_.lethal_[across.b] != 0) {
+      continue;
+    }
+    const std::size_t a = fan_.find(across.a), b = fan_.find(across.b);
+    const FrontFan::Turn by = FrontFan::turn(nodes[a], nodes[b]);
+    for (const bool from_a : {true, false}) {
+      const std::size_t before = from_a ? a : b, k = from_a ? b : a;
+      const PlanePoint before_place{nodes[before].length, 0.0};
+      const PlanePoint place{nodes[k].length * by.cosine, nodes[k].length * by.sine};
+      piece_ = {};
+      bounds_.clear();
+      bounds_.push_back({{1.0, 0.0}, nodes[before].length, {}});
+      // The walk goes away from there, so mirrored; the way must not leave the fan in between.
+      fan_.walk(before, k, false, [&](const FanStep& step) {
+        const FrontFan::Node& node = nodes[step.node];
+        if (step.direction.y < 0.0) {
+          return false;
+        }
+        const PlanePoint direction{step.direction.x, -step.direction.y};
+        if (owner_.lethal_[node.vertex] != 0) {
+          piece_.b = {node.length * direction.x, node.length * direction.y};
+          return false;
+        }
+        bounds_.push_back({direction, node.length, {}});
+        return true;
+      });
+      offerAcross(before, before_place, k, place, true);
+    }
+  }
+}
+
+/// The distance, or what follows from that of this vertex and the node k where that is more.
+double ObstacleDistance::Spread::atLeastAcross(double distance, std::size_t k, PlanePoint place,
+                                               PlanePoint seen) const
+{
+  const FrontFan::Node& node = fan_.nodes()[k];
+  if (!isKnown(node.vertex) || !(node.length > 0.0)) {
+    return distance;
+  }
+  const double least =
+      leastDistance(distance_, owner_.distance_[node.vertex], node.length,
+                    dot(seen, place) / node.length, std::abs(cross(seen, place)) / node.length);
+  return least > distance + SHORTER_THAN_KNOWN * std::sqrt(dot(seen, seen)) ? least : distance;
+}
+
+}  // namespace mesh_map

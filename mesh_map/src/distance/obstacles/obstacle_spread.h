@@ -1,0 +1,140 @@
+#ifndef MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_SPREAD_H
+#define MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_SPREAD_H
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include "distance/obstacles/front_fan.h"
+#include "distance/obstacles/front_queue.h"
+#include "distance/obstacles/obstacle_distance.h"
+
+namespace mesh_map {
+
+/// The next larger float of one that is finite and >= 0: what every step of a front adds at least,
+/// so that "nearer to the obstacle" is an order without ties along any way.
+inline float above(float distance)
+{
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &distance, sizeof(bits));
+  ++bits;
+  std::memcpy(&distance, &bits, sizeof(bits));
+  return distance;
+}
+
+/// Calls body(u) for the neighbors u of v; one may come several times.
+template <class Body>
+void forNeighbors(const FrontMesh& mesh, std::uint32_t v, Body&& body)
+{
+  for (const FrontCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v); ++corner) {
+    body(corner->a);
+    body(corner->b);
+  }
+}
+
+/// The point of the segment from a to b that is nearest to p.
+inline PlanePoint nearestOnSegment(PlanePoint a, PlanePoint b, PlanePoint p)
+{
+  const PlanePoint side{b.x - a.x, b.y - a.y};
+  const double squared = dot(side, side);
+  if (!(squared > 0.0)) {
+    return a;
+  }
+  const double t = dot({p.x - a.x, p.y - a.y}, side) / squared;
+  const double within = std::min(1.0, std::max(0.0, t));
+  return {a.x + within * side.x, a.y + within * side.y};
+}
+
+/// Where a way is shorter than two known distances allow, by this part of the edge, the surface is
+/// too curved for what was unfolded, and the two distances count.
+constexpr double SHORTER_THAN_KNOWN = 0.02;
+
+/// The least distance of the third corner of a triangle in the plane, (x, y) beyond the base on the
+/// x axis, from anything that is u from its one end, at the origin, and v from its other end, at
+/// (base, 0); 0 where the way does not cross the base.
+inline double leastDistance(double u, double v, double base, double x, double y)
+{
+  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  const double sy = std::sqrt(std::max(0.0, (u - sx) * (u + sx)));
+  const double crossing = sx * y + x * sy;
+  const bool crosses = crossing >= 0.0 && crossing <= base * (sy + y);
+  return crosses ? std::sqrt((x - sx) * (x - sx) + (y + sy) * (y + sy)) : 0.0;
+}
+
+/// One run of a front over a part of the mesh: the vertices with its stamp. A vertex that has its
+/// distance passes on to its neighbors what it knows of the obstacle.
+class ObstacleDistance::Spread
+{
+ public:
+  /// What lies outside of the part is held fast, or, while it changes in other threads, not looked
+  /// at.
+  Spread(ObstacleDistance& owner, std::uint8_t stamp, bool sees_outside);
+
+  /// A vertex that has a distance and passes it on.
+  void start(std::uint32_t vertex) { queue_.push(owner_.distance_[vertex], vertex); }
+
+  /// False where it was cancelled.
+  bool run(const std::atomic<bool>* cancel);
+
+ private:
+  /// A piece of the obstacle, or a vertex where the way to it bends, `offset` from it.
+  struct Piece
+  {
+    PlanePoint a, b;
+    double offset;
+  };
+  /// A neighbor beyond which the obstacle cannot be seen, and the way from what lies behind.
+  struct Bound
+  {
+    PlanePoint direction;
+    double length;
+    Piece piece;
+  };
+
+  void prefetch() const;
+  void spread(std::uint32_t vertex);
+  bool hasOpenNeighbor() const;
+  void passAcrossFromLethal();
+  void offerAcross(std::size_t before, PlanePoint before_place, std::size_t k, PlanePoint place,
+                   bool is_past);
+  void look(std::size_t axis, std::size_t side, bool toward);
+  const Bound* hiding(PlanePoint place, PlanePoint nearest) const;
+  void findAcross();
+  void addBound(const FanStep& step, PlanePoint place, PlanePoint nearest);
+  void offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest, const Piece& piece);
+  double atLeast(double distance, const FanStep& step) const;
+  double atLeastAcross(double distance, std::size_t k, PlanePoint place, PlanePoint seen) const;
+  void offerBent(std::size_t k);
+
+  bool isInPart(std::uint32_t v) const { return owner_.stamps_[v] == stamp_; }
+  /// Was its distance known before that of the vertex that is looked at?
+  bool isBefore(std::uint32_t v) const
+  {
+    const float distance = owner_.distance_[v];
+    return distance < distance_ || (distance == distance_ && v < vertex_);
+  }
+  bool isKnown(std::uint32_t v) const { return (sees_outside_ || isInPart(v)) && isBefore(v); }
+  bool isOpen(std::uint32_t v) const { return isInPart(v) && !isBefore(v); }
+  bool isBetter(float distance, std::uint32_t v, std::uint32_t axis, std::uint32_t side) const;
+  void take(std::uint32_t v, float distance, const Source& source);
+
+  ObstacleDistance& owner_;
+  const FrontMesh& mesh_;
+  FrontQueue queue_;
+  std::uint8_t stamp_;
+  bool sees_outside_;
+
+  // Of the vertex that is looked at:
+  FrontFan fan_;
+  std::uint32_t vertex_ = 0;
+  float distance_ = 0.0f;
+  std::vector<FrontAcross> across_;  // those to which it may have something to tell
+  Piece piece_{};                    // mirrored where the walk goes away from `side`
+  std::vector<std::uint8_t> seen_;   // per node: is it reached without a bend?
+  std::vector<Bound> bounds_;
+};
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_SPREAD_H

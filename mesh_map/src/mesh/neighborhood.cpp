@@ -1,0 +1,63 @@
+#include <mesh_map/mesh/neighborhood.h>
+
+#include <cstddef>
+
+namespace mesh_map {
+
+std::vector<PackedPosition> packPositions(ArrayView<float> positions)
+{
+  std::vector<PackedPosition> packed(positions.size() / 3);
+  for (std::size_t v = 0; v < packed.size(); ++v) {
+    packed[v] = {positions[3 * v], positions[3 * v + 1], positions[3 * v + 2], 0.0f};
+  }
+  return packed;
+}
+
+RadiusNeighborhood::RadiusNeighborhood(const std::vector<PackedPosition>& positions,
+                                       const RowsView& neighbors)
+    : positions_(positions.data()),
+      offsets_(neighbors.offsets.data()),
+      neighbors_(neighbors.values.data()),
+      stamps_(positions.size(), NO_INDEX),
+      found_(1)
+{
+}
+
+ArrayView<std::uint32_t> RadiusNeighborhood::find(std::uint32_t v, double radius)
+{
+  // Local copies: what is written below could be a member, as far as the compiler knows.
+  const PackedPosition* const positions = positions_;
+  const std::uint32_t* const offsets = offsets_;
+  const std::uint32_t* const neighbors = neighbors_;
+  std::uint32_t* const stamps = stamps_.data();
+  std::uint32_t* found = found_.data();
+
+  const PackedPosition center = positions[v];
+  const double squared_radius = radius * radius;
+  std::size_t count = 1;
+  found[0] = v;
+  stamps[v] = v;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t begin = offsets[found[i]], end = offsets[found[i] + 1];
+    if (count + (end - begin) > found_.size()) {
+      found_.resize(2 * (count + (end - begin)));
+      found = found_.data();
+    }
+    for (std::uint32_t k = begin; k < end; ++k) {
+      const std::uint32_t to = neighbors[k];
+      if (stamps[to] == v) {
+        continue;
+      }
+      stamps[to] = v;
+      const double x = double{positions[to].x} - center.x;
+      const double y = double{positions[to].y} - center.y;
+      const double z = double{positions[to].z} - center.z;
+      // Without a branch, which would be mispredicted all along the rim.
+      found[count] = to;
+      count += x * x + y * y + z * z < squared_radius;
+    }
+  }
+  return {found, count};
+}
+
+}  // namespace mesh_map

@@ -1,0 +1,44 @@
+#ifndef MESH_MAP_SRC_MESH_NORMALS_H
+#define MESH_MAP_SRC_MESH_NORMALS_H
+
+#include <mesh_map/base/array_view.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace mesh_map {
+
+/// Normals of faces.
+struct FaceNormals
+{
+  std::vector<float> normals;              ///< 3 per face, of length 1
+  std::vector<std::uint8_t> without_area;  ///< 1 for every face without area
+};
+
+/// (v1 - v0) x (v2 - v0) by length, computed in double precision. A face without area (two corners
+/// in one place, or all three on a line, as far as double precision tells) has the fallback.
+FaceNormals faceNormals(const MeshView& mesh, const std::array<float, 3>& fallback,
+                        unsigned threads = 0);
+
+/// Interior angles of faces at their corners in radians, 3 per face; 0 where they cannot be told.
+std::vector<float> cornerAngles(const MeshView& mesh, unsigned threads = 0);
+
+/// What vertexNormals() reads.
+struct VertexNormalsInput
+{
+  ArrayView<std::uint32_t> faces;
+  ArrayView<float> face_normals;
+  RowsView vertex_faces;            ///< the faces around each vertex
+  ArrayView<std::uint8_t> ignored;  ///< 1 for faces that do not count
+  ArrayView<float> corner_angles;   ///< weights; empty where all faces count the same
+  std::array<float, 3> fallback = {0.0f, 0.0f, 1.0f};  ///< where that leaves nothing
+};
+
+/// Unit normals of the vertices: the mean of the unit normals of the faces around. Thresholds in
+/// the field were chosen for that without weights.
+std::vector<float> vertexNormals(const VertexNormalsInput& input, unsigned threads = 0);
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_MESH_NORMALS_H

@@ -1,0 +1,63 @@
+#ifndef MESH_MAP_SRC_MESH_RADIUS_STATISTICS_H
+#define MESH_MAP_SRC_MESH_RADIUS_STATISTICS_H
+
+#include <mesh_map/base/array_view.h>
+
+#include <array>
+#include <vector>
+
+namespace mesh_map {
+
+/// Bits of RadiusQuery::wanted.
+enum RadiusStatistic : unsigned
+{
+  /// The largest minus the smallest height.
+  HEIGHT_DIFFERENCE = 1,
+  /// The mean of the angles (see edge_angles.h).
+  ROUGHNESS = 2,
+  /// The mean distance of position + normal from that of the vertex itself, over the other
+  /// vertices; 0 where there are none.
+  RIDGE = 4
+};
+
+/// How the vertices around a vertex are found. The results are the same, bit for bit.
+enum class RadiusSearch
+{
+  AUTOMATIC,
+  /// From vertex to vertex along edges: best where only a few are within the radius.
+  EDGES,
+  /// By distance, in cells of a grid; then it is checked that edges connect them.
+  GRID
+};
+
+/// What to compute over N_r(v) (see neighborhood.h) and v itself, for every vertex v.
+struct RadiusQuery
+{
+  ArrayView<float> positions;                  ///< 3 per vertex
+  RowsView neighbors;                          ///< of each vertex, without itself
+  ArrayView<float> angles;                     ///< for ROUGHNESS: one per vertex, 0 to pi
+  ArrayView<float> normals;                    ///< for RIDGE: 3 per vertex, of length 1
+  std::array<double, 3> up = {0.0, 0.0, 1.0};  ///< of length 1: heights are along it
+  double radius = 0.0;                         ///< above 0
+  unsigned wanted = 0;
+  RadiusSearch search = RadiusSearch::AUTOMATIC;
+  unsigned threads = 0;
+};
+
+/// One number per vertex for what was wanted; the others are empty.
+struct RadiusStatistics
+{
+  std::vector<float> height_differences;
+  std::vector<float> roughnesses;
+  std::vector<float> ridges;
+};
+
+/// All that is wanted in one pass. Sums are of whole numbers (of 2^-30 radians, and of less than
+/// 2e-9 of the largest distance), so that the order of the vertices does not matter. The vertex
+/// itself counts, so one without neighbors in reach has a height difference of 0, not -inf as in
+/// the released mesh_map.
+RadiusStatistics radiusStatistics(const RadiusQuery& query);
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_MESH_RADIUS_STATISTICS_H

@@ -1,0 +1,38 @@
+"""The errors of this package."""
+
+
+def one_line(text: object) -> str:
+    """The text of an error or message without line breaks and control characters."""
+    return "".join(c if c.isprintable() else " " for c in str(text)).strip()
+
+
+class MeshMapError(Exception):
+    """A map, layer or parameter that cannot be used.
+
+    str() is one line: what is wrong, and the way out if there is one.
+
+    Attributes: message, hint (may be empty).
+    """
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message, hint)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return one_line(self.message + (" (%s)" % self.hint if self.hint else ""))
+
+
+class PluginError(MeshMapError):
+    """A plugin that is not known, or cannot be loaded."""
+
+
+class Cancelled(Exception):
+    """Something long was ended by its CancelFlag; nothing has changed."""
+
+
+def error_line(error: BaseException) -> str:
+    """One line for users; errors that are not for users are named with their type."""
+    if isinstance(error, MeshMapError):
+        return str(error)
+    return "%s: %s" % (type(error).__name__, one_line(error))

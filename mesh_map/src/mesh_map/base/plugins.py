@@ -1,0 +1,177 @@
+"""Plugins in Python, described in XML and exported from package.xml as pluginlib and rqt do.
+
+package.xml of a package with layers (the tag is the name of the package that uses the plugins):
+
+    <export><mesh_map plugin="${prefix}/layers.xml"/></export>
+
+layers.xml:
+
+    <library path="my_package">
+      <class name="my_layers/SlopeLayer" type="my_package.slope.SlopeLayer"
+             base_class_type="mesh_map::Layer">
+        <description>What it does.</description>
+      </class>
+    </library>
+
+`type` is a class in a module that can be imported where the package is sourced, in devel and
+install space alike. The root may also be <class_libraries> with several libraries in it.
+"""
+
+import contextlib
+import importlib
+import logging
+import os
+import threading
+from typing import Dict, Iterator, List, NamedTuple, Tuple
+from xml.etree import ElementTree
+
+import rospkg
+
+from mesh_map.base.errors import PluginError, one_line
+
+_LOG = logging.getLogger("mesh_map")
+_MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
+
+
+_SCANS = threading.local()  # what scanned_once() keeps, of the thread that is within
+
+
+class Plugin(NamedTuple):
+    """What is said about a plugin.
+
+    name: as users write it.
+    type: module and class.
+    package: where it is described.
+    description: for users.
+    """
+
+    name: str
+    type: str
+    package: str
+    description: str
+
+
+def find_plugins(package: str, base_class_type: str) -> Dict[str, Plugin]:
+    """All plugins of a base class that packages export for `package`, by their names.
+
+    Packages are those on ROS_PACKAGE_PATH.
+
+    A description that cannot be read is logged and left out; of two plugins of one name, the first
+    package counts (its own package before others, then in alphabetical order).
+    """
+    plugins, problems = _scan(package, base_class_type)
+    for problem in problems:
+        _LOG.warning("%s", problem)
+    return plugins
+
+
+def find_class(package: str, base_class_type: str, type_name: str) -> type:
+    """The class of a plugin.
+
+    Args:
+        package: the package that uses the plugins, such as "mesh_map"; its name is the export tag.
+        base_class_type: such as "mesh_map::Layer".
+        type_name: the name of the plugin, such as "mesh_layers/HeightDiffLayer".
+    Raises:
+        PluginError: no such plugin (the known ones are named), or it cannot be imported.
+    """
+    plugins, problems = _scan(package, base_class_type)
+    plugin = plugins.get(type_name)
+    if plugin is None:
+        known = "known: " + (", ".join(sorted(plugins)) or "none")
+        raise PluginError(
+            "there is no %s of the type %s" % (base_class_type, type_name),
+            "; ".join([known] + problems),
+        )
+    module_name, _, class_name = plugin.type.rpartition(".")
+    try:
+        found = getattr(importlib.import_module(module_name), class_name)
+    except Exception as error:  # a plugin may fail in any way while it is imported
+        raise PluginError(
+            "%s: %s of package %s cannot be imported: %s: %s"
+            % (type_name, plugin.type, plugin.package, type(error).__name__, one_line(error)),
+            "is the workspace with this package sourced?",
+        ) from error
+    if not isinstance(found, type):
+        raise PluginError("%s: %s is no class" % (type_name, plugin.type))
+    return found
+
+
+@contextlib.contextmanager
+def scanned_once() -> Iterator[None]:
+    """Within, packages are looked through once, however many plugins this thread asks for.
+
+    Each look takes 60 ms where a few hundred packages are installed.
+    """
+    before = getattr(_SCANS, "known", None)
+    _SCANS.known = {} if before is None else before
+    try:
+        yield
+    finally:
+        _SCANS.known = before
+
+
+def _scan(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[str]]:
+    """The plugins, and one line for each description that cannot be used."""
+    known = getattr(_SCANS, "known", None)
+    if known is None:
+        return _scan_packages(package, base_class_type)
+    if (package, base_class_type) not in known:
+        known[package, base_class_type] = _scan_packages(package, base_class_type)
+    return known[package, base_class_type]
+
+
+def _scan_packages(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[str]]:
+    plugins: Dict[str, Plugin] = {}
+    problems: List[str] = []
+    packages = rospkg.RosPack()
+    for name in sorted(packages.list(), key=lambda name: (name != package, name)):
+        try:
+            paths = _descriptions(packages, name, package)
+            found = [plugin for path in paths for plugin in _read(path, name, base_class_type)]
+        except (PluginError, OSError, rospkg.ResourceNotFound, rospkg.InvalidManifest) as error:
+            problems.append("plugins of package %s are left out: %s" % (name, one_line(error)))
+            continue
+        for plugin in found:
+            first = plugins.setdefault(plugin.name, plugin)
+            if first is not plugin:
+                problems.append(
+                    "plugin %s of package %s is left out: package %s has one of this name"
+                    % (plugin.name, name, first.package)
+                )
+    return plugins, problems
+
+
+def _descriptions(packages: rospkg.RosPack, name: str, tag: str) -> List[str]:
+    """Paths of the XML files that a package exports under this tag."""
+    # Most packages export nothing of ours, and reading a manifest properly takes far longer than
+    # this look at it.
+    with open(os.path.join(packages.get_path(name), "package.xml"), "rb") as manifest:
+        if b"<" + tag.encode() not in manifest.read(_MAX_BYTES):
+            return []
+    return packages.get_manifest(name).get_export(tag, "plugin")
+
+
+def _read(path: str, package: str, base_class_type: str) -> List[Plugin]:
+    with open(path, "rb") as file:
+        text = file.read(_MAX_BYTES + 1)
+    if len(text) > _MAX_BYTES:
+        raise PluginError("%s is larger than 1 MB" % path)
+    if b"<!" in text.replace(b"<!--", b""):
+        # Entities can refer to other files and grow without bounds; a description needs none.
+        raise PluginError("%s has a document type or CDATA, which is not allowed" % path)
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise PluginError("%s is no XML: %s" % (path, error)) from error
+    plugins = []
+    for element in root.iter("class"):
+        if element.get("base_class_type") != base_class_type:
+            continue
+        type_path = element.get("type", "")
+        name = element.get("name") or type_path
+        if "." not in type_path:
+            raise PluginError("%s: %s needs a type of the form module.Class" % (path, name))
+        description = one_line(" ".join((element.findtext("description") or "").split()))
+        plugins.append(Plugin(name, type_path, package, description))
+    return plugins

@@ -1,0 +1,329 @@
+"""Layers on a mesh, what follows from them, and how they are changed while in use."""
+
+import contextlib
+import logging
+import threading
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional
+
+import numpy as np
+
+from mesh_map.base.errors import MeshMapError, error_line
+from mesh_map.base.parameter import Value
+from mesh_map.costs.combination import COMBINED_COSTS, Combination
+from mesh_map.costs.edge_weights import PlanningCosts
+from mesh_map.costs.layer import Layer, LayerResult
+from mesh_map.costs.layer_changes import (
+    LayerChange,
+    Listener,
+    Listeners,
+    ResultDifference,
+    different,
+)
+from mesh_map.costs.layer_set import LayerSet, OnLayer, Progress, StoredCosts
+from mesh_map.costs.propagation import Propagation
+from mesh_map.costs.settings import MapSettings
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+
+_LOG = logging.getLogger("mesh_map")
+
+
+class _State(NamedTuple):
+    """All that readers see; replaced as a whole."""
+
+    layer_set: LayerSet
+    settings: MapSettings
+    combination: Combination
+    planning: PlanningCosts
+
+
+class LayeredCosts:
+    """Cost layers on one geometry, and their combination. All arrays are read-only.
+
+    Changes (compute_layers, set_layer_parameters, refresh_layer, clear_layers, set_settings) may be
+    made from any thread, and are made one after the other. All else may be read meanwhile, never
+    waits, and is as it was before the change until the change is complete; only `params` of the
+    layer in question are new while it is evaluated.
+
+    Attributes:
+        geometry: the mesh; may be shared with other maps.
+    """
+
+    def __init__(self, geometry: MeshGeometry) -> None:
+        """No layers: every vertex is free."""
+        self.geometry = geometry
+        self._lock = threading.RLock()
+        self._changing = False
+        self._listeners = Listeners()
+        combination = Combination([], len(geometry.vertices))
+        settings = MapSettings()
+        planning = PlanningCosts(0, combination.costs, geometry, settings)
+        self._state = _State(LayerSet(), settings, combination, planning)
+
+    @property
+    def layers(self) -> Dict[str, Layer]:
+        """name -> Layer, in the order of evaluation; only those that have a result."""
+        return self._state.layer_set.layers
+
+    @property
+    def layer_errors(self) -> Dict[str, str]:
+        """name -> one line, for the layers of the last compute_layers() that are left out."""
+        return self._state.layer_set.errors
+
+    @property
+    def costs(self) -> np.ndarray:
+        """(V,) float32, all layers in one: >= 0, +inf lethal, NaN unknown; zeros without layers."""
+        return self._state.combination.costs
+
+    @property
+    def settings(self) -> MapSettings:
+        """How costs are combined, and what they mean to planners."""
+        return self._state.settings
+
+    def planning_costs(self) -> PlanningCosts:
+        """Costs and weights of edges that belong together; keeps what it is for good."""
+        return self._state.planning
+
+    def compute_layers(
+        self,
+        config: Any,
+        progress: Optional[Progress] = None,
+        stored: Optional[StoredCosts] = None,
+        on_layer: Optional[OnLayer] = None,
+    ) -> None:
+        """Loads and evaluates layers in order, and combines them. Replaces what was there.
+
+        A layer that cannot be used is logged in one line, noted in layer_errors, and left out; the
+        others go on. So is one whose "inputs" name one that is left out, or which reads itself over
+        others. If default_layer is none of the layers, that is logged, and all are combined.
+
+        Listeners are told of all costs that differ from those before of the same name.
+
+        Args:
+            config: list of {"name": ..., "type": ..., "params": {...}}; params may be missing.
+            progress: called with the share that is done (0 to 1) and what comes next. What it
+                or on_layer raises ends the computation and leaves everything as it was.
+            stored: gives costs (V,) that a layer (of a name) had before with the same
+                fingerprint(), or None.
+            on_layer: called with each layer as soon as it has its result.
+        """
+        with self._change():
+            layer_set = LayerSet.computed(self, config, progress, stored, on_layer)
+            settings = self.settings
+            if settings.default_layer and settings.default_layer not in layer_set.layers:
+                text = "%s is no layer: all layers are combined" % settings.default_layer
+                layer_set.errors.setdefault("default_layer", text)
+                _LOG.error("default_layer %s", text)
+            results = {name: layer.result for name, layer in layer_set.layers.items()}
+            combination = self._combined(layer_set, results, settings)
+            if progress:
+                progress(1.0, "done")
+            changes = []
+            for name, result in results.items():
+                known = self.layers[name].result if name in self.layers else None
+                vertices = ResultDifference.between(known, result).shown
+                changes.append(LayerChange(name, vertices, result.costs))
+            self._commit(layer_set, settings, combination, changes)
+        self._listeners.tell()
+
+    def set_layer_parameters(self, name: str, values: Mapping[str, Any]) -> Dict[str, Value]:
+        """Changes parameters of a layer, and evaluates it and those that read it where needed.
+
+        A value out of its range is moved to the limit with a warning; an unknown name is logged.
+        Nothing is evaluated where nothing changes, and only the combination where `factor` does.
+
+        Returns:
+            all parameters of the layer as they are now.
+        Raises:
+            MeshMapError: no such layer, a value that is NaN or of another type, or the layer cannot
+                be evaluated with these: then nothing has changed.
+        """
+        with self._change():
+            layer = self._layer(name)
+            params, warnings = layer.checked_changes(values)
+            for warning in warnings:
+                _LOG.warning("layer %s: %s", name, warning)
+            before = layer.params
+            changed = {key for key in params if params[key] != before[key]}
+            if changed:
+                layer.params = params
+                try:
+                    propagation = Propagation(self, self._state.layer_set)
+                    propagation.parameters_changed(name, changed)
+                    self._follow(propagation)
+                except BaseException as error:
+                    layer.params = before
+                    if isinstance(error, MeshMapError) or not isinstance(error, Exception):
+                        raise
+                    raise MeshMapError("layer %s: %s" % (name, error_line(error))) from error
+            found = dict(layer.params)
+        self._listeners.tell()
+        return found
+
+    def refresh_layer(self, name: str) -> None:
+        """Evaluates a layer whose own data have changed, and those that read it.
+
+        A layer that fails stays as it was, which is logged.
+
+        Raises:
+            MeshMapError: no such layer.
+        """
+        with self._change():
+            self._layer(name)
+            propagation = Propagation(self, self._state.layer_set)
+            try:
+                propagation.update(name, np.zeros(0, np.uint32))
+            except Exception as error:  # a stranger's plugin may fail in any way
+                propagation.fail(name, error)
+            self._follow(propagation)
+        self._listeners.tell()
+
+    def clear_layers(self, names: Optional[Iterable[str]] = None) -> Dict[str, int]:
+        """Has layers forget what sensors have seen, and evaluates them and those that read them.
+
+        A layer that fails is logged; the others go on.
+
+        Args:
+            names: of layers; None for all that can be cleared.
+        Returns:
+            name -> how many things a layer forgot, of those that could be cleared.
+        Raises:
+            MeshMapError: no such layer; then nothing has changed.
+        """
+        counts: Dict[str, int] = {}
+        with self._change():
+            layers = [self._layer(name) for name in (self.layers if names is None else names)]
+            propagation = Propagation(self, self._state.layer_set)
+            for layer in layers:
+                if not layer.can_be_cleared():
+                    continue
+                try:
+                    count = int(layer.clear())
+                    propagation.update(layer.name, np.zeros(0, np.uint32))
+                    counts[layer.name] = count
+                except Exception as error:  # a stranger's plugin may fail in any way
+                    propagation.fail(layer.name, error)
+            self._follow(propagation)
+        self._listeners.tell()
+        return counts
+
+    def set_settings(self, **values: Any) -> MapSettings:
+        """Changes settings (see mesh_map.costs.settings); takes effect at once.
+
+        Returns:
+            all settings as they are now; numbers out of range are moved to the limit.
+        Raises:
+            MeshMapError: an unknown name, a wrong type, none of the choices, or a default_layer
+                that is none of the layers (any will do before there are layers): then nothing has
+                changed.
+        """
+        with self._change():
+            settings, warnings = self.settings.changed(values)
+            chosen = settings.default_layer
+            if "default_layer" in values and chosen and self.layers and chosen not in self.layers:
+                raise MeshMapError(
+                    "default_layer is %s, which is no layer" % chosen,
+                    "known: " + ", ".join(self.layers),
+                )
+            for warning in warnings:
+                _LOG.warning("%s", warning)
+            if settings != self.settings:
+                layer_set = self._state.layer_set
+                results = {name: layer.result for name, layer in layer_set.layers.items()}
+                combination = self._combined(layer_set, results, settings)
+                self._commit(layer_set, settings, combination, [])
+        self._listeners.tell()
+        return settings
+
+    @contextlib.contextmanager
+    def unchanged(self) -> Iterator[None]:
+        """Within, no other thread changes anything: for reading what belongs together."""
+        with self._lock:
+            yield
+
+    @contextlib.contextmanager
+    def _change(self) -> Iterator[None]:
+        """Only one change at a time, and none from within another one."""
+        with self._lock:
+            if self._changing:
+                raise MeshMapError("the map cannot be changed by what a change of it has called")
+            self._changing = True
+            try:
+                yield
+            finally:
+                self._changing = False
+
+    def add_listener(self, listener: Listener) -> None:
+        """Calls listener(changes) after each change of costs, in the order of the changes.
+
+        changes: a list of LayerChange, of layers in the order of evaluation, "Combined Costs" last;
+        what is as before is not in it. It is called by the thread that made the change, or one that
+        is just calling for an earlier one, without any lock of the map. Whoever makes changes waits
+        for it, so it should be quick. What it raises is logged.
+        """
+        self._listeners.add(listener)
+
+    def remove_listener(self, listener: Listener) -> None:
+        """Ends what add_listener() began."""
+        self._listeners.remove(listener)
+
+    def _layer(self, name: str) -> Layer:
+        if name not in self.layers:
+            reason = self.layer_errors.get(name)
+            known = "it is left out: %s" % reason if reason else "known: " + ", ".join(self.layers)
+            raise MeshMapError("there is no layer %s" % name, known)
+        return self.layers[name]
+
+    def _follow(self, propagation: Propagation) -> None:
+        """What follows from the change of a layer; all of it comes into force, or nothing."""
+        propagation.follow()
+        state = self._state
+        combination = self._combined(
+            state.layer_set, propagation.results, state.settings, propagation.changed_vertices()
+        )
+        changes = [
+            LayerChange(name, propagation.differences[name].shown, propagation.results[name].costs)
+            for name in state.layer_set.layers
+            if name in propagation.differences
+        ]
+        self._commit(state.layer_set, state.settings, combination, changes, propagation)
+
+    def _combined(
+        self,
+        layer_set: LayerSet,
+        results: Mapping[str, LayerResult],
+        settings: MapSettings,
+        changed: Optional[np.ndarray] = None,
+    ) -> Combination:
+        """The combination of results, of which only some vertices may have changed."""
+        layers = layer_set.layers
+        mode = settings.combination
+        terms = [(results[name], layer.params["factor"]) for name, layer in layers.items()]
+        if settings.default_layer in layers:
+            mode, terms = "sum", [(results[settings.default_layer], 1.0)]
+        before = self._state.combination if changed is not None else None
+        return Combination(terms, len(self.geometry.vertices), mode, before, changed)
+
+    def _commit(
+        self,
+        layer_set: LayerSet,
+        settings: MapSettings,
+        combination: Combination,
+        changes: List[LayerChange],
+        propagation: Optional[Propagation] = None,
+    ) -> None:
+        """Puts a new state in force, and has listeners told of it."""
+        state = self._state
+        changed = different(state.combination.costs, combination.costs).astype(np.uint32)
+        changes = [change for change in changes if len(change.vertices)]
+        if len(changed):
+            changes.append(LayerChange(COMBINED_COSTS, changed, combination.costs))
+        planning = state.planning
+        if len(changed) or settings != state.settings:
+            same_weights = (planning, changed) if settings == state.settings else ()
+            planning = PlanningCosts(
+                planning.version + 1, combination.costs, self.geometry, settings, *same_weights
+            )
+        if propagation is not None:
+            propagation.commit()
+        self._state = _State(layer_set, settings, combination, planning)
+        self._listeners.put(changes)

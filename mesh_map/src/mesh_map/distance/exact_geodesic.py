@@ -1,0 +1,118 @@
+"""Locally shortest paths over a surface."""
+
+import operator
+import threading
+import weakref
+from typing import Any, Optional
+
+import numpy as np
+
+from mesh_map import _kernels
+from mesh_map.base.array_checks import read_only
+from mesh_map.base.cancel import CancelFlag, kernel_flag
+from mesh_map.base.errors import Cancelled
+from mesh_map.base.query_arguments import mask_array, points_array
+from mesh_map.distance.surface_path import SurfacePath
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.topology import Topology
+from mesh_map.geometry.walk import walk_arrays
+
+MAX_TURNS = 10_000_000  # ways around vertices that are tried for one path
+
+_made: "weakref.WeakKeyDictionary[MeshGeometry, ExactGeodesic]" = weakref.WeakKeyDictionary()
+_lock = threading.Lock()
+
+
+class ExactGeodesic:
+    """Pulls paths over a mesh taut, until they are geodesics: straight where the faces that they
+    cross are unfolded into a plane, and bent only at vertices around which every way is 180 degrees
+    or more, or that the surface (or what of it counts) does not go around.
+
+    With that no path nearby is shorter. Which side of a hill a path takes is up to what is given:
+    what follows a wave front takes the shorter one, but for such as differ by less than the error
+    of the front.
+
+    Any triangle soup will do. The same path gives the same result, and any thread may ask at any
+    time; the GIL is released meanwhile.
+    """
+
+    def __init__(self, *, vertices: Any, faces: Any, topology: Topology) -> None:
+        """Args:
+            vertices: (V, 3) meters.
+            faces: (F, 3) vertex indices.
+            topology: of these faces.
+        Raises:
+            ValueError: a face that refers to no vertex, or the topology of another mesh.
+        """
+        arrays = walk_arrays(vertices, faces, topology)
+        self._face_count = len(arrays[1])
+        self._kernel = _kernels._Geodesics(*arrays)
+
+    @classmethod
+    def of(cls, geometry: MeshGeometry) -> "ExactGeodesic":
+        """That of a geometry: prepared once, however many planners ask."""
+        with _lock:
+            found = _made.get(geometry)
+            if found is None:
+                found = _made[geometry] = cls(
+                    vertices=geometry.vertices, faces=geometry.faces, topology=geometry.topology
+                )
+            return found
+
+    def shorten(
+        self,
+        path: SurfacePath,
+        *,
+        mask: Optional[Any] = None,
+        over_hills: bool = False,
+        max_turns: int = MAX_TURNS,
+        cancel: Optional[CancelFlag] = None,
+    ) -> SurfacePath:
+        """The locally shortest path that a path becomes when it is pulled taut.
+
+        Both ends stay exactly where they are. It is never longer than what was given: a geodesic
+        comes back as it is, but for its potentials.
+
+        Args:
+            path: points within the faces that they are said to be in.
+            mask: (F,) bool, the faces that may be entered; None for all. Where the path is in
+                others and does not run along the edge of one that counts, it stays as it is.
+            over_hills: True to look for a shorter path on the other side of each vertex beside it
+                with less than 360 degrees of surface around it, too: rough ground has many paths
+                that are taut.
+            max_turns: ways around vertices to try before it gives up and returns the path as short
+                as it is by then.
+            cancel: ends this when it is set.
+        Returns:
+            The path; its potentials are the lengths that remain (meters).
+        Raises:
+            ValueError: a point that is not in its face (the first is named), a mask of another
+                type or length, or a number of turns out of its range.
+            Cancelled: by `cancel`.
+        """
+        if not 0 <= operator.index(max_turns) < 1 << 63:
+            raise ValueError("max_turns has to be from 0 to 2 ** 63 - 1, not %d" % max_turns)
+        points, faces, _, _, cancelled = self._kernel._shorten(
+            points_array(path.points, "the points of a path"),
+            _face_array(path.faces),
+            mask_array(mask, self._face_count),
+            over_hills,
+            max_turns,
+            kernel_flag(cancel),
+        )
+        if cancelled:
+            raise Cancelled("the shortest path was cancelled")
+        steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        remaining = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+        return SurfacePath(
+            points=read_only(points), faces=read_only(faces), potentials=read_only(remaining)
+        )
+
+
+def _face_array(faces: Any) -> np.ndarray:
+    array = np.asarray(faces)
+    if array.size and array.dtype.kind not in "iu":
+        raise ValueError("the faces of a path have to be whole numbers, not %s" % array.dtype)
+    if array.size and (array.min() < 0 or array.max() > 0xFFFFFFFF):
+        raise ValueError("the faces of a path have to be indices of faces of the mesh")
+    return np.ascontiguousarray(array, np.uint32)

@@ -1,0 +1,130 @@
+"""Distances along the surface from obstacles, and the mesh that all fronts share."""
+
+import threading
+import weakref
+from typing import Any, Optional
+
+import numpy as np
+
+from mesh_map import _kernels
+from mesh_map.base.array_checks import as_faces, as_vertices
+from mesh_map.base.cancel import CancelFlag, kernel_flag
+from mesh_map.base.errors import Cancelled
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.topology import Topology
+
+_fronts: "weakref.WeakKeyDictionary[MeshGeometry, SurfaceFront]" = weakref.WeakKeyDictionary()
+_lock = threading.Lock()
+
+
+class SurfaceFront:
+    """One mesh, any triangle soup, prepared for fronts; for many, from any number of threads.
+
+    Fronts from a point are mesh_map.distance.wave_front.WaveFrontSolver's.
+    """
+
+    def __init__(self, *, vertices: Any, faces: Any, topology: Topology, threads: int = 0) -> None:
+        """Prepares the mesh.
+
+        Args:
+            vertices: (V, 3) finite meters.
+            faces: (F, 3) vertex indices.
+            topology: of these.
+            threads: 0 for all cores.
+        Raises:
+            ValueError: wrong shapes, or a topology of another mesh.
+        """
+        self._vertex_count = topology.vertex_count
+        self._mesh = _kernels._FrontMesh(
+            as_vertices(vertices),
+            as_faces(faces),
+            topology.vertex_face_offsets,
+            topology.vertex_faces,
+            threads,
+        )
+
+    @classmethod
+    def of(cls, geometry: MeshGeometry) -> "SurfaceFront":
+        """That of a geometry: prepared once, whatever number of layers and planners ask."""
+        with _lock:
+            front = _fronts.get(geometry)
+            if front is None:
+                front = _fronts[geometry] = cls(
+                    vertices=geometry.vertices, faces=geometry.faces, topology=geometry.topology
+                )
+            return front
+
+    def distance_to_obstacles(
+        self, lethal: Any, max_distance: float, cancel: Optional[CancelFlag] = None
+    ) -> np.ndarray:
+        """(V,) float32 meters from what is lethal, as ObstacleDistance computes them.
+
+        Raises:
+            ValueError: a distance that is not above 0, or a wrong number of vertices.
+            Cancelled: `cancel` was set.
+        """
+        obstacles = ObstacleDistance(front=self, max_distance=max_distance)
+        obstacles.compute(lethal, cancel)
+        return obstacles.distances()
+
+
+class ObstacleDistance:
+    """Distances along the surface from obstacles, and directions away from them.
+
+    Obstacles are lethal vertices, edges between two of them, and faces between three. The front
+    carries with each vertex the piece of the obstacle that is nearest, unfolded into a plane, so
+    that it stays straight along edges and round at corners: on a plane distances are Euclidean, but
+    for rare vertices to which no neighbor could tell of the nearest piece, and where holes are in
+    between. They differ along an edge by no more than its length.
+
+    One call at a time.
+    """
+
+    def __init__(self, *, front: SurfaceFront, max_distance: float) -> None:
+        """
+        Args:
+            front: of the mesh.
+            max_distance: meters, above 0; distances beyond are infinite.
+        Raises:
+            ValueError: a distance that is not above 0.
+        """
+        self._vertex_count = front._vertex_count
+        self.kernel = _kernels._ObstacleDistance(front._mesh, float(max_distance))
+
+    def compute(self, lethal: Any, cancel: Optional[CancelFlag] = None) -> None:
+        """From everything.
+
+        Args:
+            lethal: (V,) bool.
+            cancel: ends this when it is set.
+        Raises:
+            ValueError: a wrong number of vertices.
+            Cancelled: `cancel` was set.
+        """
+        if not self.kernel._compute(self._flags(lethal), kernel_flag(cancel)):
+            raise Cancelled("the distances from obstacles were cancelled")
+
+    def update(self, lethal: Any) -> np.ndarray:
+        """The same as compute(), bit for bit, by looking only at what is around changes.
+
+        Where that is more than a few percent of the mesh, everything is computed.
+
+        Returns:
+            (K,) uint32, ascending: the vertices where a distance or a direction may have changed.
+        Raises:
+            ValueError: a wrong number of vertices.
+        """
+        return self.kernel._update(self._flags(lethal))
+
+    def distances(self) -> np.ndarray:
+        """(V,) float32 meters: 0 for what is lethal, +inf beyond the maximum. A copy."""
+        return self.kernel._distances()
+
+    def _flags(self, lethal: Any) -> np.ndarray:
+        lethal = np.ascontiguousarray(lethal, np.bool_)
+        if lethal.shape != (self._vertex_count,):
+            raise ValueError(
+                "lethal has the shape %s, but there are %d vertices"
+                % (lethal.shape, self._vertex_count)
+            )
+        return lethal.view(np.uint8)

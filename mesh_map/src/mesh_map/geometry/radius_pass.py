@@ -1,0 +1,146 @@
+"""Statistics of what is around each vertex, in one pass for all that is wanted."""
+
+import threading
+from collections import OrderedDict
+from typing import Any, Dict, Protocol, Set
+
+import numpy as np
+
+from mesh_map import _kernels
+from mesh_map.base.array_checks import read_only
+
+_BITS = {"height_difference": 1, "roughness": 2, "ridge": 4}  # radius_statistics.h
+
+
+class Surface(Protocol):
+    """What a pass reads of a MeshGeometry; normals only where they are wanted."""
+
+    vertices: np.ndarray
+    up: np.ndarray
+
+    @property
+    def topology(self) -> Any:
+        """Topology."""
+
+    @property
+    def vertex_normals(self) -> np.ndarray:
+        """(V, 3) float32."""
+
+
+class RadiusPass:
+    """Height difference, roughness and ridge over the vertices around each vertex.
+
+    "Around" means: reached over edges through vertices whose Euclidean distance from the vertex is
+    below the radius. The vertex itself is one of them.
+
+    Whoever will ask for something requests it first, so that what is asked for first computes all
+    of it. Threads may share one.
+    """
+
+    def __init__(self, geometry: Surface, radius: float, search: str = "automatic") -> None:
+        """For MeshGeometry.radius_pass().
+
+        Args:
+            geometry: the mesh, a MeshGeometry.
+            radius: meters, above 0.
+            search: "automatic", along "edges", or by "grid", with the same results.
+        Raises:
+            ValueError: a radius that is not above 0, or another search.
+        """
+        self._radius = float(radius)
+        if not self._radius > 0.0:
+            raise ValueError("the radius is %s, but it has to be above 0" % radius)
+        if search not in ("automatic", "edges", "grid"):
+            raise ValueError("search is %r, but it has to be automatic, edges or grid" % (search,))
+        self._geometry = geometry
+        self._search = search
+        self._wanted: Set[str] = set()
+        self._results: Dict[str, np.ndarray] = {}
+        self._lock = threading.Lock()
+
+    def request(self, *wanted: str) -> None:
+        """Names of methods below that will be called.
+
+        Raises:
+            ValueError: another name.
+        """
+        for name in wanted:
+            if name not in _BITS:
+                raise ValueError("%r is none of %s" % (name, ", ".join(_BITS)))
+        with self._lock:
+            self._wanted.update(wanted)
+
+    def height_difference(self) -> np.ndarray:
+        """(V,) float32, the largest minus the smallest height (along up) in meters."""
+        return self._result("height_difference")
+
+    def roughness(self) -> np.ndarray:
+        """(V,) float32, in radians: the mean of the mean edge angles of the vertices.
+
+        The mean edge angle of a vertex is that between its normal and those of its neighbors.
+        """
+        return self._result("roughness")
+
+    def ridge(self) -> np.ndarray:
+        """(V,) float32, in meters: the mean distance of position + normal from that of the vertex.
+
+        The mean is over the other vertices; 0 where there are none.
+        """
+        return self._result("ridge")
+
+    def _result(self, name: str) -> np.ndarray:
+        with self._lock:
+            if name not in self._results:
+                self._compute((self._wanted | {name}) - set(self._results))
+            return self._results[name]
+
+    def _compute(self, wanted: Set[str]) -> None:
+        geometry, topology = self._geometry, self._geometry.topology
+        nothing = np.zeros((0, 3), np.float32)
+        angles = nothing[:, 0].copy()
+        if "roughness" in wanted:
+            angles = _kernels._mean_edge_angles(
+                geometry.vertex_normals,
+                topology.edges,
+                topology.neighbor_offsets,
+                topology.neighbor_edges,
+            )
+        found = _kernels._radius_statistics(
+            geometry.vertices,
+            topology.neighbor_offsets,
+            topology.neighbors,
+            angles,
+            geometry.vertex_normals if "ridge" in wanted else nothing,
+            geometry.up,
+            self._radius,
+            sum(_BITS[name] for name in wanted),
+            self._search,
+        )
+        for name, result in zip(_BITS, found):
+            if name in wanted:
+                self._results[name] = read_only(result)
+
+
+class RadiusPasses:
+    """Those of the last few radii of a geometry."""
+
+    KEPT = 4
+
+    def __init__(self, geometry: Surface) -> None:
+        self._geometry = geometry
+        self._passes: "OrderedDict[float, RadiusPass]" = OrderedDict()
+        self._lock = threading.Lock()
+
+    def of(self, radius: float) -> RadiusPass:
+        """The one of this radius; of as yet unknown ones, a new one.
+
+        Raises:
+            ValueError: a radius that is not above 0.
+        """
+        radius = float(radius)
+        with self._lock:
+            found = self._passes.pop(radius, None) or RadiusPass(self._geometry, radius)
+            self._passes[radius] = found
+            while len(self._passes) > self.KEPT:
+                self._passes.popitem(last=False)
+            return found

@@ -1,0 +1,156 @@
+"""Points on and near the surface of a mesh, and what is between its vertices there."""
+
+from typing import Any
+
+import numpy as np
+
+from mesh_map.base.array_checks import as_faces, as_vertices
+from mesh_map.base.query_arguments import checked_distance, points_array
+from mesh_map.spatial.hits import NO_FACE, SurfacePoint, SurfacePoints
+from mesh_map.spatial.spatial_index import SpatialIndex
+
+__all__ = [
+    "NO_FACE",
+    "SurfacePoint",
+    "SurfacePoints",
+    "barycentric_coordinates",
+    "closest_points",
+    "interpolate",
+    "interpolate_directions",
+    "is_inside",
+]
+
+# A corner of smaller weight does not count: what is said of an edge or vertex does not depend on
+# the face that is looked at, also where points were rounded to 32-bit floats.
+NO_WEIGHT = 1e-6
+
+
+def barycentric_coordinates(points: Any, a: Any, b: Any, c: Any) -> np.ndarray:
+    """Coordinates (alpha, beta, gamma) of the projections of points on the planes of triangles abc.
+
+    Equation 1 of the paper (Heidrich's method): the projection is alpha a + beta b + gamma c.
+
+    Args:
+        points, a, b, c: (..., 3), broadcast against each other.
+    Returns:
+        (..., 3) float64; NaN for a triangle without area.
+    """
+    points, a, b, c = (np.asarray(array, np.float64) for array in (points, a, b, c))
+    u, v, w = b - a, c - a, points - a
+    n = np.cross(u, v)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        squared = np.sum(n * n, axis=-1)
+        gamma = np.sum(np.cross(u, w) * n, axis=-1) / squared
+        beta = np.sum(np.cross(w, v) * n, axis=-1) / squared
+        return np.stack([1.0 - gamma - beta, beta, gamma], axis=-1)
+
+
+def is_inside(barycentric: Any, tolerance: float = 0.0) -> np.ndarray:
+    """Whether projections lie inside their triangles.
+
+    Equation 2 of the paper, widened by the tolerance.
+
+    Args:
+        barycentric: (..., 3), from barycentric_coordinates(). NaN is outside.
+    Returns:
+        (...) bool.
+    """
+    barycentric = np.asarray(barycentric)
+    inside = (barycentric >= -tolerance) & (barycentric <= 1.0 + tolerance)
+    return np.all(inside, axis=-1)
+
+
+def closest_points(
+    *, vertices: Any, faces: Any, points: Any, max_distance: float = float("inf")
+) -> SurfacePoints:
+    """The nearest point of a mesh for each of N points.
+
+    As SpatialIndex.closest_batch(), which is for more than one call about the same mesh: here the
+    index is built anew each time. A mesh without faces has no nearest points.
+
+    Args:
+        vertices: (V, 3) meters.
+        faces: (F, 3) vertex indices.
+        points: (N, 3) meters; one that is not finite finds nothing.
+        max_distance: meters, >= 0; counts on both sides of the surface.
+    Raises:
+        ValueError: wrong shapes, a face that refers to no vertex, a vertex of a face that is not
+            finite, or a distance that is negative or NaN.
+    """
+    corners, triangles = as_vertices(vertices), as_faces(faces)
+    queries = points_array(points, "points")
+    distance = checked_distance(max_distance)
+    if not len(triangles):
+        count = len(queries)
+        return SurfacePoints(
+            np.full(count, NO_FACE, np.uint32),
+            np.zeros((count, 3)),
+            np.zeros((count, 3)),
+            np.full(count, np.inf),
+        )
+    index = SpatialIndex(corners, triangles)
+    return index.closest_batch(points=queries, max_distance=distance)
+
+
+def _weights(barycentric: np.ndarray) -> np.ndarray:
+    """(N, 3): 0 for corners that do not count, sum 1; NaN for what are no weights."""
+    weights = np.where(barycentric <= NO_WEIGHT, 0.0, barycentric)
+    total = weights.sum(1, keepdims=True)
+    return weights / np.where(total > 0.0, total, np.nan)
+
+
+def interpolate(values: Any, faces: np.ndarray, points: Any) -> np.ndarray:
+    """A field of vertices at points of the surface (equation 4 of the paper).
+
+    Of the corners of the face that have a weight (above 1e-6): +inf if one has +inf (lethal,
+    unreached), else NaN if one is unknown, else linear.
+
+    Args:
+        values: (V,) or (V, K).
+        faces: (F, 3) vertex indices.
+        points: SurfacePoints or SurfaceWalks: faces (N,) and barycentric (N, 3).
+    Returns:
+        (N,) or (N, K) float64; NaN where there is no face.
+    """
+    field = np.asarray(values)
+    found = np.asarray(points.faces) != NO_FACE
+    weights = _weights(np.asarray(points.barycentric, np.float64)[found])
+    corners = field[faces[np.asarray(points.faces)[found]]].astype(np.float64)
+    if corners.ndim == 3:
+        weights = weights[:, :, None]
+    counts = np.broadcast_to(weights != 0.0, corners.shape)
+    infinite = (np.isposinf(corners) & counts).any(1)
+    parts = np.multiply(
+        corners, weights, out=np.zeros(corners.shape), where=counts & ~np.isposinf(corners)
+    )
+    result = np.full((len(found), *field.shape[1:]), np.nan)
+    result[found] = np.where(infinite, np.inf, parts.sum(1))
+    return result
+
+
+def interpolate_directions(vectors: Any, faces: np.ndarray, points: Any) -> np.ndarray:
+    """A field of directions at points of the surface (equation 3 of the paper).
+
+    Corners without a direction (0, or not finite) are left out, as in the released mesh_map.
+
+    Args:
+        vectors: (V, 3).
+        faces: (F, 3) vertex indices.
+        points: SurfacePoints or SurfaceWalks: faces (N,) and barycentric (N, 3).
+    Returns:
+        (N, 3) float64 of length 1; zeros where there is no face, no corner has a direction, or they
+        cancel out.
+    """
+    field = np.asarray(vectors)
+    found = np.asarray(points.faces) != NO_FACE
+    weights = _weights(np.asarray(points.barycentric, np.float64)[found])
+    corners = field[faces[np.asarray(points.faces)[found]]].astype(np.float64)
+    usable = np.isfinite(corners).all(2, keepdims=True)
+    corners = np.where(usable, corners, 0.0)
+    sums = np.einsum("nk,nkd->nd", weights, corners)
+    lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+    largest = np.linalg.norm(corners, axis=2).max(1, initial=0.0)[:, None]
+    exists = lengths > 1e-12 * largest
+    result = np.zeros((len(found), 3))
+    result[found] = np.where(exists, sums / np.where(exists, lengths, 1.0), 0.0)
+    return result

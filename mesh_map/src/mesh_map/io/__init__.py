@@ -1,0 +1,1 @@
+"""Maps from files, their parameters, and messages of them; without rospy."""

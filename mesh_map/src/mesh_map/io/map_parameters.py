@@ -1,0 +1,78 @@
+"""The parameters of a map, as ROS users write them, in a dictionary."""
+
+from dataclasses import dataclass
+from typing import Any, Mapping, Optional
+
+from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import Parameter
+
+_STRINGS = (
+    Parameter("mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .dae)"),
+    Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
+    Parameter("global_frame", "", description="frame of all messages; empty: that of the file"),
+)
+GEOMETRY_PARAMETERS = (
+    Parameter("up_direction", (0.0, 0.0, 1.0), description="against which heights are measured"),
+    Parameter("orient", False, description="turn faces so that neighbors agree, and most face up"),
+    Parameter(
+        "normals",
+        "mean",
+        description="normals of vertices: mean of the faces around, or weighted by their angle",
+        choices=("mean", "angle"),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class MapParameters:
+    """Parameters that have been checked.
+
+    mesh_file, mesh_part, global_frame: as in the README.
+    layers: the list for MeshMap.compute_layers().
+    geometry: up_direction, orient and normals, for MapSource.make_map().
+    """
+
+    mesh_file: str
+    mesh_part: Optional[str]
+    global_frame: str
+    layers: Any
+    geometry: Mapping[str, Any]
+
+
+def map_parameters(values: Any) -> MapParameters:
+    """Reads parameters as ROS users write them: each layer has its own in a dictionary of its name.
+
+    The layers are a list of {name, type}, or as for ROS 2 a list of names, with the type among the
+    parameters of the layer.
+
+    Raises:
+        MeshMapError: no mesh_file, or a value of the wrong type.
+    """
+    if not isinstance(values, Mapping):
+        raise MeshMapError("the parameters are %r, not a dictionary" % (values,))
+    known = _STRINGS + GEOMETRY_PARAMETERS
+    checked = {p.name: p.checked(values.get(p.name, p.default))[0] for p in known}
+    if values.get("server_url") and not checked["mesh_file"]:
+        raise MeshMapError("maps of a mesh server (server_url) are not supported", "set mesh_file")
+    if not checked["mesh_file"]:
+        raise MeshMapError("mesh_file is not set", "name a map file (.h5) or a mesh (.ply .obj …)")
+    layers = values.get("layers", [])
+    if isinstance(layers, list):
+        layers = [_with_params(entry, values) for entry in layers]
+    return MapParameters(
+        checked["mesh_file"],
+        checked["mesh_part"] or None,
+        checked["global_frame"],
+        layers,
+        {p.name: checked[p.name] for p in GEOMETRY_PARAMETERS},
+    )
+
+
+def _with_params(entry: Any, values: Mapping[str, Any]) -> Any:
+    if isinstance(entry, str) and isinstance(values.get(entry), Mapping):
+        params = dict(values[entry])
+        named = {"type": params.pop("type")} if "type" in params else {}
+        return dict(named, name=entry, params=params)
+    if not isinstance(entry, Mapping) or not isinstance(entry.get("name"), str):
+        return entry  # MeshMap says what is wrong with it
+    return dict(entry, params=values.get(entry["name"], entry.get("params", {})))

@@ -1,0 +1,236 @@
+"""Where a mesh map comes from: a map file, or a mesh file of any format."""
+
+import json
+import logging
+import math
+import threading
+import weakref
+from typing import Any, Callable, Dict, List, Mapping, Optional
+
+import numpy as np
+from mesh_msgs.identity import geometry_uuid
+from mesh_msgs_hdf5.formats.any_mesh import open_members
+from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.files.save import stamp
+
+from mesh_map.base.digest import digest
+from mesh_map.base.errors import MeshMapError
+from mesh_map.costs.layer import Layer
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.normals import checked_up
+from mesh_map.io.map_contents import MapContents
+from mesh_map.map.mesh_map import MeshMap
+
+_LOG = logging.getLogger("mesh_map")
+_TRIES = 5
+
+
+class SharedGeometries:
+    """The geometries that maps of this process use now: equal ones are there once."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._known: "weakref.WeakValueDictionary[Any, MeshGeometry]"
+        self._known = weakref.WeakValueDictionary()
+
+    def of(self, key: Any, make: Callable[[], MeshGeometry]) -> MeshGeometry:
+        """The one of this key (all that it is made of) that is in use; it is made if there is none.
+
+        Whoever asks meanwhile waits for it.
+        """
+        with self._lock:
+            found = self._known.get(key)
+            if found is None:
+                found = self._known[key] = make()
+            return found
+
+
+_GEOMETRIES = SharedGeometries()
+
+
+class MapSource:
+    """A mesh that has been read, and the layers stored with it, which are read when needed.
+
+    Attributes: path, is_map_file (HDF5: layers can be saved), mesh (mesh_msgs_hdf5; geometry,
+    normals and colors), uuid, contents (MapContents).
+    """
+
+    def __init__(self, path: str, part: Optional[str] = None) -> None:
+        """Reads a map file, or a mesh in any format that mesh_msgs_hdf5 knows.
+
+        part: which mesh of a map file; None is "mesh" if there is one, else the only one.
+
+        Raises:
+            MeshMapError: a file that cannot be read as a mesh.
+        """
+        self.path = path
+        try:
+            opened = open_members(path, part)
+            self._members = opened.members
+            self.mesh = self._members.read(("vertex_normals", "vertex_colors"))
+            self.uuid: str = self._members.uuid
+        except MapFileError as error:
+            raise MeshMapError(str(error)) from error
+        self.is_map_file = opened.is_map
+        self.contents = MapContents(self._members, opened.is_map)
+        self._geometry: Optional[MeshGeometry] = None
+        self._options: Dict[str, Any] = {}
+        self._identity: Dict[str, Any] = {}
+        self._stored: Dict[str, Dict[str, Any]] = {}
+        self._stamp: Any = None  # of the file when _stored was read
+        for note in opened.notes:
+            _LOG.warning("%s: %s", path, note)
+
+    def make_map(
+        self,
+        frame_id: str = "",
+        up_direction: Any = (0.0, 0.0, 1.0),
+        orient: bool = False,
+        normals: str = "mean",
+    ) -> MeshMap:
+        """A map without layers. All maps of this process with this mesh share what follows from it.
+
+        Args:
+            frame_id: instead of that of the file.
+            up_direction, orient, normals: as for MeshGeometry.
+        Raises:
+            MeshMapError: no usable mesh, or a wrong option.
+        """
+        mesh, frame_id = self.mesh, frame_id or self.mesh.frame_id
+        content = self._content_uuid()
+        options = {"up_direction": up_direction, "orient": orient, "normals": normals}
+
+        def made() -> MeshGeometry:
+            vertices, faces, normals = mesh.vertices, mesh.faces, mesh.vertex_normals
+            geometry = MeshGeometry(vertices, faces, normals, frame_id, self.uuid, **options)
+            geometry.content_uuid = content
+            return geometry
+
+        given = "" if mesh.vertex_normals is None else digest(mesh.vertex_normals)
+        of_options = tuple(checked_up(up_direction)), bool(orient), repr(normals)
+        key = (content, self.uuid, frame_id, given, of_options)
+        self._geometry = _GEOMETRIES.of(key, made)
+        self._options, self._identity = options, {}
+        if given and self._has_usual_normals():
+            self._identity["vertex_normals"] = given
+        return MeshMap.of(self._geometry, self.contents)
+
+    def _content_uuid(self) -> str:
+        # Files of ours are checked for that while they are read, and meshes of other formats have
+        # no other UUID.
+        if self._members.schema_version or not self.is_map_file:
+            return self.uuid
+        return geometry_uuid(self.mesh.vertices, self.mesh.faces)
+
+    def stored_costs(self, name: str, fingerprint: Mapping[str, Any]) -> Optional[np.ndarray]:
+        """The costs in the file of a layer that was computed with this fingerprint, if there are.
+
+        Those under the name of the layer count first, then others: another robot may have stored
+        them. A file that does not say how, or for which geometry, its costs were made may hold
+        those of another radius: they are not used, nor are those of a damaged or meanwhile replaced
+        file; that is logged.
+        """
+        wanted = self._storable(fingerprint)
+        try:
+            for _ in range(_TRIES):
+                stored = self._stored_parameters()
+                names = [other for other in stored if stored[other] == wanted]
+                if not names:
+                    break
+                costs = self._members.vertex_costs(name if name in names else names[0])
+                if stamp(self.path) == self._stamp:  # so these are the costs of those parameters
+                    return costs
+        except MapFileError as error:
+            _LOG.warning("layer %s is computed anew: %s", name, error)
+            return None
+        if name in stored:
+            _LOG.info("layer %s is computed anew: %s", name, _difference(stored[name], wanted))
+        return None
+
+    def _stored_parameters(self) -> Dict[str, Dict[str, Any]]:
+        """Layer name -> parameters, as they are in the file now."""
+        now = stamp(self.path)
+        if self._stamp is None or self._stamp != now:
+            self._stored = self._members.all_layer_parameters()
+            self._stamp = now
+        return self._stored
+
+    def save_layers(self, layers: Mapping[str, Layer]) -> List[str]:
+        """Writes layers with their parameters to the map file; returns their names.
+
+        Normals of vertices are stored too where the file has none, so that nobody computes them
+        again. Layers that say so (STORABLE) are left out.
+
+        Raises:
+            MeshMapError: no map file, no layers, or a file that cannot be written.
+        """
+        if not self.is_map_file:
+            raise MeshMapError(
+                "%s is no map file, so layers cannot be stored in it" % self.path,
+                "rosrun mesh_msgs_hdf5 mesh_tool import IN OUT.h5",
+            )
+        edit = Edit()
+        for name, layer in layers.items():
+            if layer.result is not None and layer.STORABLE:
+                edit.vertex_costs[name] = layer.result.costs
+                edit.layer_parameters[name] = self._storable(layer.identity)
+        if not edit.vertex_costs:
+            raise MeshMapError("there are no layers to store")
+        try:
+            self._update(edit)
+        except MapFileError as error:
+            raise MeshMapError(str(error)) from error
+        return list(edit.vertex_costs)
+
+    def _update(self, edit: Edit) -> None:
+        for tries_left in range(_TRIES - 1, -1, -1):
+            self._members.layer_names()  # looks at the file as it is now: has_normals follows
+            if self._has_usual_normals():
+                has_normals = self._members.has_normals
+                edit.vertex_normals = None if has_normals else self._geometry.vertex_normals
+            try:
+                return self._members.update(edit)
+            except MapFileError as error:
+                if error.code != "changed" or not tries_left:
+                    raise  # else somebody else has saved in this moment
+
+    def _has_usual_normals(self) -> bool:
+        options = self._options
+        usual = not options.get("orient") and options.get("normals", "mean") == "mean"
+        return self._geometry is not None and usual
+
+    def _storable(self, fingerprint: Mapping[str, Any]) -> Dict[str, Any]:
+        """The fingerprint as it comes back from the file, with what else costs may follow from."""
+        geometry = self._geometry
+        if geometry is not None:
+            if "vertex_normals" not in self._identity:
+                self._identity["vertex_normals"] = digest(geometry.vertex_normals)
+            if tuple(geometry.up) != (0.0, 0.0, 1.0):
+                self._identity["up_direction"] = geometry.up.tolist()
+            if self._options.get("orient"):
+                self._identity["orient"] = True
+        return json.loads(json.dumps(_finite(dict(fingerprint, **self._identity))))
+
+
+def _finite(value: Any) -> Any:
+    """Infinite numbers as texts: JSON has none."""
+    if isinstance(value, Mapping):
+        return {str(key): _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    return str(value) if isinstance(value, float) and math.isinf(value) else value
+
+
+def _difference(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    """Why costs are not used, for users."""
+    if stored == wanted:
+        return "other programs change the file all the time"
+    if "geometry" not in stored:
+        return "the file does not say for which geometry its costs were computed"
+    names = sorted(
+        name
+        for name in set(stored) | set(wanted)
+        if name not in stored or name not in wanted or stored[name] != wanted[name]
+    )
+    return "its costs in the file were computed with other values of " + ", ".join(names)

@@ -1,0 +1,302 @@
+"""The mesh map on ROS: one map below a namespace, with all that is said about it in the README."""
+
+import copy
+import logging
+import threading
+import time
+from typing import Any, Callable, Dict, List, Optional
+
+import numpy as np
+import rospy
+from mesh_msgs_hdf5.isolation import prepare
+from visualization_msgs.msg import Marker
+
+from mesh_map.base.errors import MeshMapError, error_line
+from mesh_map.base.parameter import Parameter, Value
+from mesh_map.costs.combination import COMBINED_COSTS
+from mesh_map.costs.layer import Layer
+from mesh_map.costs.settings import SETTINGS
+from mesh_map.geometry.topology import quantity
+from mesh_map.io.map_parameters import map_parameters
+from mesh_map.io.map_source import MapSource
+from mesh_map.map.mesh_map import MeshMap
+from mesh_map.ros.layer_adapters import LayerAdapters
+from mesh_map.ros.log import forward_log
+from mesh_map.ros.map_services import MapServices
+from mesh_map.ros.map_topics import MapTopics
+from mesh_map.ros.reconfigure import MAP_PARAMETERS, MapReconfigure
+
+__all__ = ["COMBINED_COSTS", "MeshMapServer", "forward_log"]
+
+COSTS_PERIOD = Parameter(
+    "costs_period", 1.0, 0.0, 3600.0, "shortest time between whole messages of a layer (s)"
+)
+
+_LOG = logging.getLogger("mesh_map")
+
+
+class MeshMapServer:
+    """Loads a map as the parameters below a namespace say, and publishes it there.
+
+    All names are below the namespace, so the map of the node move_base_flex with the default
+    namespace is published on /move_base_flex/mesh_map/mesh.
+    """
+
+    def __init__(self, namespace: str = "~mesh_map") -> None:
+        """Advertises topics and services; load() fills them.
+
+        Args:
+            namespace: of parameters, topics and services, such as "~mesh_map", or "~" for those of
+                the node itself.
+        """
+        forward_log()
+        prepare()
+        own = namespace in ("", "~")
+        self.namespace = rospy.get_name() if own else rospy.resolve_name(namespace)
+        self._lock = threading.RLock()
+        self._map: Optional[MeshMap] = None
+        self._source: Optional[MapSource] = None
+        self._why_not = "no map is loaded"
+        self._ended = False
+        self._in_use: List[Callable[[], None]] = []
+        self._topics = MapTopics(self.namespace)
+        self._services = MapServices(
+            self.namespace,
+            lambda: self.map,
+            self._all_costs,
+            lambda: self._source.mesh.vertex_colors if self._source else None,
+            self._save,
+        )
+
+    @property
+    def map(self) -> MeshMap:
+        """The map.
+
+        Raises:
+            MeshMapError: before load() has succeeded.
+        """
+        if self._map is None:
+            raise MeshMapError(self._why_not)
+        return self._map
+
+    def load(self) -> MeshMap:
+        """Reads the parameters and the file, computes the layers, and publishes everything.
+
+        The geometry is published first, each layer as soon as it is there, and the combination
+        last. A layer that cannot be used is logged, and the others go on. After an error, the map
+        before stays.
+
+        Raises:
+            MeshMapError: the map cannot be loaded, or ROS or this server is shut down meanwhile;
+                one line for users.
+        """
+        with self._lock:
+            self._why_not = "the map is being loaded"
+            try:
+                return self._load()
+            except Exception as error:
+                self._why_not = "there is no map: %s" % error_line(error)
+                if not self._is_shut_down():
+                    self._topics.publish_progress("failed: %s" % error_line(error))
+                raise
+
+    def publish_costs(self, type_name: str, costs: np.ndarray) -> None:
+        """Publishes costs of all vertices, such as the "Potential" of a plan.
+
+        Late subscribers get the last ones of each type.
+
+        Args:
+            type_name: what RViz offers in its list of vertex costs.
+            costs: (V,) numbers.
+        Raises:
+            MeshMapError: a wrong number of costs, or no map.
+        """
+        costs = np.array(costs, np.float32)
+        self._check_count(costs, (len(self.map.vertices),), type_name)
+        self._topics.publish_costs(type_name, costs)
+
+    def publish_face_costs(self, type_name: str, costs: np.ndarray) -> None:
+        """Publishes costs of all faces. Late subscribers get the last ones of each type.
+
+        Args:
+            type_name: what RViz offers in its list of face costs.
+            costs: (F,) numbers.
+        Raises:
+            MeshMapError: a wrong number of costs, or no map.
+        """
+        costs = np.array(costs, np.float32)
+        self._check_count(costs, (len(self.map.faces),), type_name, "faces")
+        self._topics.publish_face_costs(type_name, lambda: costs)
+
+    def publish_vector_field(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
+        """Publishes directions at the vertices as a marker, such as those of a plan.
+
+        Args:
+            namespace: of the marker, under which RViz lists it; a later one replaces it.
+            vectors: (V, 3), of length 1 or zero.
+            values: (V,), by which the lines are colored.
+        Raises:
+            MeshMapError: a wrong number of vectors or values, or no map.
+        """
+        count = len(self.map.vertices)
+        vectors, values = np.array(vectors, np.float32), np.array(values, np.float32)
+        self._check_count(vectors, (count, 3), namespace)
+        self._check_count(values, (count,), namespace)
+        self._topics.publish_vectors(namespace, vectors, values)
+
+    def publish_face_vectors(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
+        """Publishes directions in the middle of the faces as a marker.
+
+        Args:
+            namespace: as for publish_vector_field().
+            vectors: (F, 3), of length 1 or zero.
+            values: (V,) at the vertices; the mean of its corners colors the line of a face.
+        Raises:
+            MeshMapError: a wrong number of vectors or values, or no map.
+        """
+        vectors, values = np.array(vectors, np.float32), np.array(values, np.float32)
+        self._check_count(vectors, (len(self.map.faces), 3), namespace, "faces")
+        self._check_count(values, (len(self.map.vertices),), namespace)
+        self._topics.publish_face_vectors(namespace, vectors, values)
+
+    def remove_vectors(self, namespace: str) -> None:
+        """Takes the vectors of a namespace away, if any were published.
+
+        Raises:
+            MeshMapError: no map.
+        """
+        if self.map is not None:
+            self._topics.remove_vectors(namespace)
+
+    def publish_marker(self, namespace: str, make_marker: Callable[[], Marker]) -> None:
+        """Publishes a marker for debugging.
+
+        Args:
+            namespace: of the marker; a later one replaces it.
+            make_marker: gives it; not called where nobody looks.
+        """
+        self._topics.publish_marker(namespace, make_marker)
+
+    def shutdown(self) -> None:
+        """Ends topics, services and what layers do on ROS; waits for load() to give up."""
+        self._ended = True
+        with self._lock:
+            self._release()
+            self._services.shutdown()
+            self._topics.shutdown()
+
+    def _load(self) -> MeshMap:
+        self._stop_at_shutdown()
+        given = rospy.get_param(self.namespace, {})
+        parameters = map_parameters(given)
+        values = _checked_values(given)
+        start = time.monotonic()
+        self._topics.publish_progress("reading %s" % parameters.mesh_file)
+        source = MapSource(parameters.mesh_file, parameters.mesh_part)
+        self._stop_at_shutdown()
+        mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
+        mesh_map.set_settings(**{p.name: values[p.name] for p in SETTINGS})
+        self._release()
+        self._topics.set_period(values[COSTS_PERIOD.name])
+        self._topics.begin(mesh_map, source.mesh.vertex_colors)
+        mesh_map.compute_layers(
+            parameters.layers, self._progress, source.stored_costs, self._publish_layer
+        )
+        if not mesh_map.layers:
+            _LOG.warning("the map has no layers: every vertex is free")
+        self._topics.publish_costs(COMBINED_COSTS, mesh_map.planning_costs().costs)
+        self._topics.publish_layer_vectors(mesh_map.layers.values())
+        self._map, self._source = mesh_map, source
+        self._publish_face_costs(mesh_map)
+
+        def publish_changes(changes: Any) -> None:
+            self._topics.publish_changes(mesh_map, changes)
+
+        mesh_map.add_listener(publish_changes)
+        self._in_use.append(lambda: mesh_map.remove_listener(publish_changes))
+        adapters = LayerAdapters(self.namespace, mesh_map)
+        self._in_use.append(adapters.shutdown)
+        reconfigure = MapReconfigure(self.namespace, mesh_map, values)
+        self._in_use.append(reconfigure.shutdown)
+        text = "map %s with %s is ready after %.2f s" % (
+            mesh_map.uuid,
+            quantity(len(mesh_map.layers), "layers"),
+            time.monotonic() - start,
+        )
+        self._topics.publish_progress("ready: " + text)
+        _LOG.info("%s", text)
+        _LOG.info("%s: %s", parameters.mesh_file, mesh_map.report())
+        return mesh_map
+
+    def _is_shut_down(self) -> bool:
+        return self._ended or rospy.is_shutdown()
+
+    def _stop_at_shutdown(self) -> None:
+        if self._is_shut_down():
+            raise MeshMapError("the node is shut down")
+
+    def _release(self) -> None:
+        """Ends what works for the map of before."""
+        while self._in_use:
+            self._in_use.pop()()
+
+    def _progress(self, share: float, what: str) -> None:
+        self._stop_at_shutdown()
+        self._topics.publish_progress("%.0f %%: %s" % (100 * share, what))
+
+    def _publish_layer(self, layer: Layer) -> None:
+        self._topics.publish_costs(layer.name, layer.result.costs)
+
+    def _publish_face_costs(self, mesh_map: MeshMap) -> None:
+        contents = mesh_map.contents
+        for name in contents.face_attribute_names() if contents is not None else ():
+            self._topics.publish_face_costs(name, lambda name=name: _face_costs(mesh_map, name))
+
+    def _all_costs(self) -> Dict[str, np.ndarray]:
+        """Those of the layers, their combination, and others that were published."""
+        mesh_map = self.map
+        known = {name: layer.result.costs for name, layer in mesh_map.layers.items()}
+        known[COMBINED_COSTS] = mesh_map.planning_costs().costs
+        if self._topics.map is mesh_map:  # not while another one is being loaded
+            others = dict(self._topics.costs)
+            known.update((name, others[name]) for name in others if name not in known)
+        return known
+
+    @staticmethod
+    def _check_count(values: np.ndarray, shape: Any, what: str, of: str = "vertices") -> None:
+        if values.shape != shape:
+            kind = "costs" if len(shape) == 1 else "vectors"
+            raise MeshMapError("%s has %s %s for %d %s" % (what, values.shape, kind, shape[0], of))
+
+    def _save(self) -> str:
+        with self._lock:
+            mesh_map = self.map
+            with mesh_map.unchanged():  # costs, and the parameters that they were computed with
+                layers = {name: copy.copy(layer) for name, layer in mesh_map.layers.items()}
+            names = self._source.save_layers(layers)  # may take seconds
+        message = "stored in %s: %s" % (self._source.path, ", ".join(names))
+        _LOG.info("%s", message)
+        return message
+
+
+def _face_costs(mesh_map: MeshMap, name: str) -> Optional[np.ndarray]:
+    """A face attribute of the file that is a cost (one float32 for each face); None for others."""
+    costs = mesh_map.contents.face_attribute(name)
+    count = len(mesh_map.faces)
+    is_cost = costs.dtype == np.float32 and costs.shape in ((count,), (count, 1))
+    return costs.reshape(-1) if is_cost else None
+
+
+def _checked_values(given: Any) -> Dict[str, Value]:
+    """The parameters of the map itself; what cannot be used is logged, the default counts."""
+    values = {}
+    for parameter in MAP_PARAMETERS + (COSTS_PERIOD,):
+        try:
+            value, warning = parameter.checked(given.get(parameter.name, parameter.default))
+        except MeshMapError as error:
+            value, warning = parameter.default, ""
+            _LOG.error("%s: the default %r is used", error, value)
+        if warning:
+            _LOG.warning("%s", warning)
+        values[parameter.name] = value
+    return values

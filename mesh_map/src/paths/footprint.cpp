@@ -1,0 +1,503 @@
+#include "paths/footprint.h"
+
+#include <mesh_map/bvh/selection/bvh_selection.h>
+#include <mesh_map/bvh/selection/region.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "base/run.h"
+#include "base/vector3.h"
+#include "bvh/selection/region_clip.h"
+
+namespace mesh_map {
+
+namespace {
+
+using Point2 = std::array<double, 2>;
+
+/// Where a robot is: the rows of its matrix.
+class RobotPose
+{
+ public:
+  explicit RobotPose(const double* numbers);
+
+  bool finite() const { return finite_; }
+
+  /// A plane of the frame of the robot in that of the mesh.
+  Plane plane(const Plane& robot) const;
+
+  /// A point of the mesh in the frame of the robot.
+  Vector3 local(const Vector3& point) const;
+
+ private:
+  std::array<Vector3, 3> rows_;
+  Vector3 shift_;
+  bool finite_ = true;
+};
+
+/// A footprint, ready to be asked.
+class FootprintShape
+{
+ public:
+  /// Throws std::invalid_argument for a polygon that is not convex and counter-clockwise.
+  explicit FootprintShape(const Footprint& footprint);
+
+  /// The band, cut into pieces of few enough planes for a ConvexRegion.
+  const std::vector<std::vector<Plane>>& pieces() const { return pieces_; }
+
+  /// Points of the polygon: the centers of the cells of a grid. In rows.
+  std::size_t sampleCount() const { return sample_count_; }
+
+  /// Marks the samples in a convex polygon, whichever way round it runs.
+  void mark(const std::vector<Point2>& polygon, std::vector<std::uint8_t>& samples) const;
+
+  /// Share of the samples that are marked.
+  double share(const std::vector<std::uint8_t>& samples) const;
+
+ private:
+  void addPiece(const Footprint& footprint, std::size_t first, std::size_t last);
+  void addSamples(const std::vector<Point2>& corners);
+
+  struct Row
+  {
+    double y;
+    double first_x;
+    std::size_t begin, count;  // in the samples
+  };
+  std::vector<std::vector<Plane>> pieces_;
+  std::vector<Row> rows_;
+  std::size_t sample_count_ = 0;
+  double step_ = 0.0;
+};
+
+/// Corners of a piece: its sides and the two ends of the band are planes.
+constexpr std::size_t MOST_CORNERS = ConvexRegion::MAX_PLANES - 2;
+
+Plane leftOf(const Point2& from, const Point2& to)
+{
+  const double a = from[1] - to[1], b = to[0] - from[0];
+  return {a, b, 0.0, -(a * from[0] + b * from[1])};
+}
+
+/// From where to where a convex polygon reaches at a height; empty (from > to) where it does not.
+std::array<double, 2> reachAt(const std::vector<Point2>& polygon, double y)
+{
+  std::array<double, 2> reach{std::numeric_limits<double>::infinity(),
+                              -std::numeric_limits<double>::infinity()};
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Point2 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    if (std::min(p[1], q[1]) > y || std::max(p[1], q[1]) < y) {
+      continue;
+    }
+    for (const Point2* end : {&p, &q}) {
+      const double x = p[1] == q[1] ? (*end)[0] : p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0]);
+      reach = {std::min(reach[0], x), std::max(reach[1], x)};
+    }
+  }
+  return reach;
+}
+
+RobotPose::RobotPose(const double* numbers)
+{
+  for (std::size_t i = 0; i < 3; ++i) {
+    rows_[i] = {numbers[4 * i], numbers[4 * i + 1], numbers[4 * i + 2]};
+    shift_[i] = numbers[4 * i + 3];
+    finite_ = finite_ && isFinite(rows_[i]) && std::isfinite(shift_[i]);
+  }
+}
+
+Plane RobotPose::plane(const Plane& robot) const
+{
+  const Vector3 normal{robot[0], robot[1], robot[2]};
+  const Vector3 turned{dot(rows_[0], normal), dot(rows_[1], normal), dot(rows_[2], normal)};
+  return {turned[0], turned[1], turned[2], robot[3] - dot(turned, shift_)};
+}
+
+Vector3 RobotPose::local(const Vector3& point) const
+{
+  const Vector3 gap = point - shift_;
+  Vector3 result{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      result[k] += gap[i] * rows_[i][k];
+    }
+  }
+  return result;
+}
+
+FootprintShape::FootprintShape(const Footprint& footprint)
+{
+  const std::vector<Point2>& corners = footprint.corners;
+  const std::size_t count = corners.size();
+  bool convex = count >= 3 && footprint.lowest <= footprint.highest;
+  double turned = 0.0;
+  for (std::size_t i = 0; convex && i < count; ++i) {
+    const Point2 &p = corners[i], &q = corners[(i + 1) % count], &r = corners[(i + 2) % count];
+    const double x = q[0] - p[0], y = q[1] - p[1], next_x = r[0] - q[0], next_y = r[1] - q[1];
+    const double cross = x * next_y - y * next_x;
+    convex = std::isfinite(cross) && cross >= 0.0 && (x != 0.0 || y != 0.0);
+    turned += std::atan2(cross, x * next_x + y * next_y);
+  }
+  if (!convex || std::abs(turned - 2.0 * 3.14159265358979323846) > 1e-3) {
+    throw std::invalid_argument(
+        "the footprint has to be convex and counter-clockwise, with a band"
+        " from its lowest to its highest z");
+  }
+  for (std::size_t first = 1; first + 1 < count; first += MOST_CORNERS - 2) {
+    addPiece(footprint, first, std::min(count - 1, first + MOST_CORNERS - 2));
+  }
+  addSamples(corners);
+}
+
+/// Corner 0 and those from first to last.
+void FootprintShape::addPiece(const Footprint& footprint, std::size_t first, std::size_t last)
+{
+  const std::vector<Point2>& corners = footprint.corners;
+  std::vector<Plane> planes = {{0.0, 0.0, 1.0, -footprint.lowest},
+                               {0.0, 0.0, -1.0, footprint.highest}};
+  planes.push_back(leftOf(corners[0], corners[first]));
+  for (std::size_t i = first; i < last; ++i) {
+    planes.push_back(leftOf(corners[i], corners[i + 1]));
+  }
+  planes.push_back(leftOf(corners[last], corners[0]));
+  pieces_.push_back(std::move(planes));
+}
+
+void FootprintShape::addSamples(const std::vector<Point2>& corners)
+{
+  Point2 low = corners[0], high = corners[0];
+  for (const Point2& corner : corners) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      low[axis] = std::min(low[axis], corner[axis]);
+      high[axis] = std::max(high[axis], corner[axis]);
+    }
+  }
+  step_ = std::max(high[0] - low[0], high[1] - low[1]) / GROUND_SAMPLES;
+  const auto rows = static_cast<std::size_t>(
+      std::max(1.0, std::ceil((high[1] - low[1]) / step_ - 1e-9)));  // one of a thin footprint
+  const double row_step = (high[1] - low[1]) / static_cast<double>(rows);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double y = low[1] + (static_cast<double>(i) + 0.5) * row_step;
+    const std::array<double, 2> reach = reachAt(corners, y);
+    const auto count =
+        static_cast<std::size_t>(std::max(1.0, std::round((reach[1] - reach[0]) / step_)));
+    const double middle = (reach[0] + reach[1]) / 2.0;
+    rows_.push_back(
+        {y, middle - 0.5 * step_ * static_cast<double>(count - 1), sample_count_, count});
+    sample_count_ += count;
+  }
+}
+
+void FootprintShape::mark(const std::vector<Point2>& polygon,
+                          std::vector<std::uint8_t>& samples) const
+{
+  for (const Row& row : rows_) {
+    const std::array<double, 2> reach = reachAt(polygon, row.y);
+    const double slack = 1e-9 * step_;  // so that no sample is lost between two faces
+    const double first = std::ceil((reach[0] - slack - row.first_x) / step_);
+    const double last = std::floor((reach[1] + slack - row.first_x) / step_);
+    const auto most = static_cast<double>(row.count) - 1.0;
+    for (double k = std::max(0.0, first); k <= std::min(most, last); k += 1.0) {
+      samples[row.begin + static_cast<std::size_t>(k)] = 1;
+    }
+  }
+}
+
+double FootprintShape::share(const std::vector<std::uint8_t>& samples) const
+{
+  const auto marked = std::count(samples.begin(), samples.end(), std::uint8_t{1});
+  return static_cast<double>(marked) / static_cast<double>(sample_count_);
+}
+
+/// The weights of the corners of a triangle at a point of it (equation 1 of the paper).
+class TriangleWeights
+{
+ public:
+  explicit TriangleWeights(const float* corners)
+      : origin_{double{corners[0]}, double{corners[1]}, double{corners[2]}},
+        u_(difference(corners + 3, corners)),
+        w_(difference(corners + 6, corners)),
+        n_(cross(u_, w_))
+  {
+  }
+
+  bool exist() const { return dot(n_, n_) > 0.0; }
+
+  double value(const std::array<float, 3>& costs, const Vector3& point) const
+  {
+    const Vector3 gap = point - origin_;
+    const double squared = dot(n_, n_);
+    const double gamma = dot(cross(u_, gap), n_) / squared;
+    const double beta = dot(cross(gap, w_), n_) / squared;
+    return (1.0 - beta - gamma) * costs[0] + beta * costs[1] + gamma * costs[2];
+  }
+
+ private:
+  Vector3 origin_, u_, w_, n_;
+};
+
+/// What is under one footprint after another. Owns scratch memory: one per thread.
+class FootprintQuery
+{
+ public:
+  FootprintQuery(const Bvh& bvh, const MeshView& mesh, ArrayView<float> costs,
+                 const FootprintShape& shape, FootprintCosts& result)
+      : bvh_(bvh), mesh_(mesh), costs_(costs), shape_(shape), result_(result)
+  {
+  }
+
+  void ask(std::size_t index, const RobotPose& pose)
+  {
+    samples_.assign(shape_.sampleCount(), 0);
+    seen_.clear();
+    if (pose.finite()) {
+      for (const std::vector<Plane>& piece : shape_.pieces()) {
+        planes_.clear();
+        for (const Plane& plane : piece) {
+          planes_.push_back(pose.plane(plane));
+        }
+        const ConvexRegion region(planes_);
+        for (const std::uint32_t face : selectFaces(bvh_, region)) {
+          add(index, pose, region, face);
+        }
+      }
+    }
+    std::sort(seen_.begin(), seen_.end());
+    seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
+    result_.face_counts[index] = static_cast<std::uint32_t>(seen_.size());
+    result_.ground[index] = shape_.share(samples_);
+  }
+
+ private:
+  void add(std::size_t index, const RobotPose& pose, const ConvexRegion& region, std::uint32_t face)
+  {
+    std::array<float, 9> corners;
+    std::array<float, 3> costs;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t vertex = mesh_.faces[3 * std::size_t{face} + k];
+      std::copy_n(mesh_.positions.data() + 3 * vertex, 3, corners.data() + 3 * k);
+      costs[k] = costs_[vertex];
+    }
+    seen_.push_back(face);
+    const bool lethal =
+        std::any_of(costs.begin(), costs.end(), [](float cost) { return std::isinf(cost); });
+    const bool unknown =
+        std::any_of(costs.begin(), costs.end(), [](float cost) { return std::isnan(cost); });
+    result_.lethal[index] |= lethal ? 1 : 0;
+    result_.unknown[index] |= unknown ? 1 : 0;
+
+    ClippedTriangle part(corners.data());
+    for (const Plane& plane : region.planes()) {
+      part.cut(plane);
+    }
+    const TriangleWeights weights(corners.data());
+    const float low = std::min({costs[0], costs[1], costs[2]});
+    const float high = std::max({costs[0], costs[1], costs[2]});
+    outline_.clear();
+    double cost = weights.exist() && !part.empty() ? low : high;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const Vector3 local = pose.local(part[i]);
+      outline_.push_back({local[0], local[1]});
+      cost = weights.exist() ? std::max(cost, weights.value(costs, part[i])) : cost;
+    }
+    if (!lethal && !unknown) {
+      result_.max_costs[index] =
+          std::max(result_.max_costs[index], std::min(high, static_cast<float>(cost)));
+    }
+    if (!outline_.empty()) {
+      shape_.mark(outline_, samples_);
+    }
+  }
+
+  const Bvh& bvh_;
+  const MeshView& mesh_;
+  ArrayView<float> costs_;
+  const FootprintShape& shape_;
+  FootprintCosts& result_;
+  std::vector<Plane> planes_;
+  std::vector<std::uint8_t> samples_;
+  std::vector<std::uint32_t> seen_;
+  std::vector<Point2> outline_;
+};
+
+}  // namespace
+
+FootprintCosts footprintCosts(const Bvh& bvh, const MeshView& mesh, ArrayView<float> costs,
+                              const Footprint& footprint, ArrayView<double> poses,
+                              const BvhOptions& run_options)
+{
+  if (bvh.faceCount() != mesh.faceCount() || costs.size() != mesh.vertexCount() ||
+      poses.size() % 12 != 0) {
+    throw std::invalid_argument("one cost per vertex and 12 numbers per pose are needed");
+  }
+  const FootprintShape shape(footprint);
+  const std::size_t count = poses.size() / 12;
+  FootprintCosts result;
+  result.max_costs.assign(count, 0.0f);
+  result.lethal.assign(count, 0);
+  result.unknown.assign(count, 0);
+  result.ground.assign(count, 0.0);
+  result.face_counts.assign(count, 0);
+
+  Run run(run_options);
+  constexpr std::size_t chunk = 16;
+  run.loop(count, chunk, 1.0, [&]() -> RangeBody {
+    return [&, query = FootprintQuery(bvh, mesh, costs, shape, result)](std::size_t begin,
+                                                                        std::size_t end) mutable {
+      for (std::size_t i = begin; i < end; ++i) {
+        run.check();
+        query.ask(i, RobotPose(poses.data() + 12 * i));
+      }
+    };
+  });
+  run.finish();
+  return result;
+}
+
+namespace {
+
+/// Keeps what of a convex polygon has a coordinate of 0 or more.
+void keepUpperPart(const std::vector<Point2>& polygon, std::size_t axis, std::vector<Point2>& kept)
+{
+  kept.clear();
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Point2 &p = polygon[i], &q = polygon[i + 1 < polygon.size() ? i + 1 : 0];
+    if (p[axis] >= 0.0) {
+      kept.push_back(p);
+    }
+    if ((p[axis] < 0.0) != (q[axis] < 0.0)) {
+      const double t = p[axis] / (p[axis] - q[axis]);
+      Point2 crossing{p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])};
+      crossing[axis] = 0.0;
+      kept.push_back(crossing);
+    }
+  }
+}
+
+/// How much nearer a point is to one place than to another: linear in the point, 0 half-way.
+double nearness(const Vector3& point, const Vector3& to, const Vector3& than)
+{
+  const Vector3 away = than - to;
+  return 0.5 * dot(away, away) - dot(point - to, away);
+}
+
+/// What is under one footprint after another. Owns scratch memory: one per thread.
+class VerticesQuery
+{
+ public:
+  VerticesQuery(const Bvh& bvh, const MeshView& mesh, const FootprintShape& shape)
+      : bvh_(bvh), mesh_(mesh), shape_(shape)
+  {
+  }
+
+  std::vector<std::uint32_t> under(const RobotPose& pose)
+  {
+    found_.clear();
+    if (pose.finite()) {
+      for (const std::vector<Plane>& piece : shape_.pieces()) {
+        planes_.clear();
+        for (const Plane& plane : piece) {
+          planes_.push_back(pose.plane(plane));
+        }
+        const ConvexRegion region(planes_);
+        for (const std::uint32_t face : selectFaces(bvh_, region)) {
+          add(face);
+        }
+      }
+    }
+    std::sort(found_.begin(), found_.end());
+    found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
+    return found_;
+  }
+
+ private:
+  void add(std::uint32_t face)
+  {
+    std::array<float, 9> corners;
+    const std::uint32_t* const vertices = mesh_.faces.data() + 3 * std::size_t{face};
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::copy_n(mesh_.positions.data() + 3 * std::size_t{vertices[k]}, 3, corners.data() + 3 * k);
+    }
+    const PlaneSides sides = planeSides(planes_, ALL_PLANES, corners.data());
+    if (sides.outside == 0 && sides.cutting == 0) {
+      found_.insert(found_.end(), vertices, vertices + 3);
+      return;
+    }
+    ClippedTriangle part(corners.data());
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      if (((sides.outside | sides.cutting) >> i & 1u) != 0) {
+        part.cut(planes_[i]);
+      }
+    }
+    const auto corner = [&](std::size_t k) {
+      return Vector3{double{corners[3 * k]}, double{corners[3 * k + 1]},
+                     double{corners[3 * k + 2]}};
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (reaches(part, corner(k), corner((k + 1) % 3), corner((k + 2) % 3))) {
+        found_.push_back(vertices[k]);
+      }
+    }
+  }
+
+  /// Whether a point of the polygon is as near to one place as to two others.
+  bool reaches(const ClippedTriangle& part, const Vector3& to, const Vector3& first,
+               const Vector3& second)
+  {
+    outline_.clear();
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      outline_.push_back({nearness(part[i], to, first), nearness(part[i], to, second)});
+    }
+    keepUpperPart(outline_, 0, half_);
+    keepUpperPart(half_, 1, quarter_);
+    return !quarter_.empty();
+  }
+
+  const Bvh& bvh_;
+  const MeshView& mesh_;
+  const FootprintShape& shape_;
+  std::vector<Plane> planes_;
+  std::vector<std::uint32_t> found_;
+  std::vector<Point2> outline_, half_, quarter_;
+};
+
+}  // namespace
+
+FootprintVertices footprintVertices(const Bvh& bvh, const MeshView& mesh,
+                                    const Footprint& footprint, ArrayView<double> poses,
+                                    const BvhOptions& run_options)
+{
+  if (bvh.faceCount() != mesh.faceCount() || poses.size() % 12 != 0) {
+    throw std::invalid_argument("the hierarchy of the mesh and 12 numbers per pose are needed");
+  }
+  const FootprintShape shape(footprint);
+  std::vector<std::vector<std::uint32_t>> rows(poses.size() / 12);
+  Run run(run_options);
+  constexpr std::size_t chunk = 16;
+  run.loop(rows.size(), chunk, 1.0, [&]() -> RangeBody {
+    return
+        [&, query = VerticesQuery(bvh, mesh, shape)](std::size_t begin, std::size_t end) mutable {
+          for (std::size_t i = begin; i < end; ++i) {
+            run.check();
+            rows[i] = query.under(RobotPose(poses.data() + 12 * i));
+          }
+        };
+  });
+  run.finish();
+
+  FootprintVertices result{{0}, {}};
+  for (const std::vector<std::uint32_t>& row : rows) {
+    result.vertices.insert(result.vertices.end(), row.begin(), row.end());
+    result.offsets.push_back(result.vertices.size());
+  }
+  return result;
+}
+
+}  // namespace mesh_map

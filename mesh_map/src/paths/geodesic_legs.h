@@ -1,0 +1,52 @@
+#ifndef MESH_MAP_SRC_PATHS_GEODESIC_LEGS_H
+#define MESH_MAP_SRC_PATHS_GEODESIC_LEGS_H
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "paths/geodesic_strip.h"
+#include "paths/geodesic_turn.h"
+
+namespace mesh_map {
+
+/// Where two legs meet, or an end of the path.
+struct Joint
+{
+  Vector3 position;
+  std::uint32_t vertex;  ///< NO_INDEX: the path stays as it is here
+  bool settled = false;  ///< there is no shorter way around it
+};
+
+/// A straight part of a path, through a strip.
+struct Leg
+{
+  Strip strip;
+  double length = 0.0;
+  Ray at_start{}, at_end{};  ///< where it leaves its joints; without a face: not to be moved
+};
+
+/// Some legs, one after the other, and the joints between them.
+struct Legs
+{
+  std::vector<Leg> legs;
+  std::vector<Joint> joints;  ///< one less
+
+  double length() const;
+};
+
+/// A leg along a line in a face, as it is.
+Leg fixedLeg(std::uint32_t face, const Vector3& from, const Vector3& to);
+
+/// The shortest way through a strip; nothing where that is not to be told (a strip whose faces do
+/// not hang together).
+std::optional<Legs> straighten(const WalkMesh& mesh, Strip strip, const Joint& from,
+                               const Joint& to);
+
+/// The points of a leg after its first one, up to its end.
+void traceLeg(const WalkMesh& mesh, const Leg& leg, const Vector3& from, const Vector3& to,
+              WalkTrace& trace);
+
+}  // namespace mesh_map
+
+#endif  // MESH_MAP_SRC_PATHS_GEODESIC_LEGS_H

@@ -1,0 +1,169 @@
+// What threads do at the same time: the same answers from any number of them, and from many callers
+// at once. With ThreadSanitizer this is the proof that they do not race.
+#include <mesh_map/base/parallel.h>
+#include <mesh_map/bvh/closest/bvh_closest.h>
+#include <mesh_map/bvh/rays/bvh_rays.h>
+#include <mesh_map/bvh/selection/bvh_selection.h>
+#include <mesh_map/bvh/tree/back_end.h>
+#include <mesh_map/bvh/tree/bvh.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <random>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "core/support/test_meshes.h"
+
+using mesh_map::Bvh;
+using mesh_map::BvhOptions;
+
+namespace {
+
+constexpr std::size_t COUNT = 5000;  // rays and points: several chunks for each of 8 threads
+
+BvhOptions onThreads(unsigned threads)
+{
+  BvhOptions options;
+  options.threads = threads;
+  return options;
+}
+
+/// Rays downwards from above the terrain, tilted, some of which miss it.
+struct Questions
+{
+  std::vector<double> origins, directions;
+
+  Questions()
+  {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> place(-1.0, 11.0), tilt(-0.5, 0.5);
+    for (std::size_t i = 0; i < COUNT; ++i) {
+      origins.insert(origins.end(), {place(random), place(random), 5.0});
+      directions.insert(directions.end(), {tilt(random), tilt(random), -1.0});
+    }
+  }
+  mesh_map::RayBatch rays() const { return {origins, directions, {}}; }
+};
+
+struct Answers
+{
+  mesh_map::RayHits hits;
+  std::vector<std::uint8_t> any;
+  mesh_map::SurfaceHits closest;
+  std::vector<std::uint32_t> touched;
+
+  Answers(const Bvh& bvh, const Questions& questions, unsigned threads)
+      : hits(castRays(bvh, questions.rays(), {}, onThreads(threads))),
+        any(raysHitAny(bvh, questions.rays(), {}, onThreads(threads))),
+        closest(closestPoints(bvh, questions.origins, {}, onThreads(threads))),
+        touched(selectFaces(bvh, mesh_map::SphereRegion({5.0, 5.0, 0.0}, 2.0)))
+  {
+  }
+
+  bool operator==(const Answers& other) const
+  {
+    return hits.faces == other.hits.faces && hits.distances == other.hits.distances &&
+           any == other.any && closest.faces == other.closest.faces &&
+           closest.distances == other.closest.distances &&
+           closest.positions == other.closest.positions && touched == other.touched;
+  }
+};
+
+TEST(Threads, AnyNumberBuildsAndAnswersAlike)
+{
+  const TestMesh mesh = terrain(100);
+  const Questions questions;
+  const Answers expected(Bvh::build(mesh.view(), onThreads(1)), questions, 1);
+  EXPECT_GT(expected.touched.size(), 100u);
+  for (const unsigned threads : {3u, 8u}) {
+    Bvh bvh = Bvh::build(mesh.view(), onThreads(threads));
+    EXPECT_TRUE(Answers(bvh, questions, threads) == expected) << threads << " threads";
+    bvh.refit(mesh.view(), onThreads(threads));
+    EXPECT_TRUE(Answers(bvh, questions, threads) == expected) << threads << " threads, refitted";
+  }
+}
+
+TEST(Threads, ManyCallersMayAskAtOnce)
+{
+  const TestMesh mesh = terrain(60);
+  const Bvh bvh = Bvh::build(mesh.view());
+  const Questions questions;
+  const Answers expected(bvh, questions, 1);
+  const auto before = queryCount(mesh_map::BackEnd::OPENCL, mesh_map::Query::LASSO);
+  std::atomic<int> same{0};
+  std::vector<std::thread> callers;
+  for (unsigned i = 0; i < 4; ++i) {
+    callers.emplace_back([&] {
+      same += Answers(bvh, questions, 2) == expected;
+      for (unsigned k = 0; k < 1000; ++k) {
+        countQueries(mesh_map::BackEnd::OPENCL, mesh_map::Query::LASSO, 3);
+      }
+    });
+  }
+  for (std::thread& caller : callers) {
+    caller.join();
+  }
+  EXPECT_EQ(same, 4);
+  EXPECT_EQ(queryCount(mesh_map::BackEnd::OPENCL, mesh_map::Query::LASSO) - before, 12000u);
+}
+
+TEST(Threads, ProgressIsToldInOrderAndByOneAtATime)
+{
+  const TestMesh mesh = terrain(150);
+  std::vector<double> told;  // by whichever thread, without a lock
+  BvhOptions options = onThreads(4);
+  options.progress = [&](double fraction) { told.push_back(fraction); };
+  Bvh::build(mesh.view(), options);
+  ASSERT_FALSE(told.empty());
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_GE(told.front(), 0.0);
+  EXPECT_EQ(told.back(), 1.0);
+}
+
+TEST(Threads, AnotherThreadMayCancelAtAnyTime)
+{
+  const TestMesh mesh = terrain(150);
+  const Questions questions;
+  const Answers expected(Bvh::build(mesh.view()), questions, 1);
+  for (unsigned microseconds = 0; microseconds < 30000; microseconds += 1500) {
+    std::atomic<bool> cancel{false};
+    BvhOptions options = onThreads(4);
+    options.cancel = &cancel;
+    std::thread other([&] {
+      std::this_thread::sleep_for(std::chrono::microseconds(microseconds));
+      cancel = true;
+    });
+    try {
+      const Bvh bvh = Bvh::build(mesh.view(), options);
+      const auto hits = castRays(bvh, questions.rays(), {}, options);
+      EXPECT_EQ(hits.faces, expected.hits.faces);
+      const auto closest = closestPoints(bvh, questions.origins, {}, options);
+      EXPECT_EQ(closest.faces, expected.closest.faces);
+    } catch (const mesh_map::Cancelled&) {
+      EXPECT_TRUE(cancel);
+    }
+    other.join();
+  }
+}
+
+TEST(Threads, AnErrorInOneEndsTheLoopAndArrives)
+{
+  std::atomic<std::size_t> done{0};
+  const auto worker = [&]() -> mesh_map::RangeBody {
+    return [&](std::size_t begin, std::size_t end) {
+      if (begin <= 700 && 700 < end) {
+        throw std::runtime_error("item 700");
+      }
+      done += end - begin;
+    };
+  };
+  EXPECT_THROW(mesh_map::parallelFor(10000, 10, 4, worker), std::runtime_error);
+  EXPECT_LT(done, 10000u);
+}
+
+}  // namespace

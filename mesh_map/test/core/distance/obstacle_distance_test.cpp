@@ -1,0 +1,380 @@
+// Distances from obstacles: Euclidean on planes, the same however they are found, on any mesh.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "core/support/front_checks.h"
+#include "distance/obstacles/obstacle_distance.h"
+
+namespace mesh_map {
+namespace {
+
+/// From lethal vertices and edges between them, on a plane.
+double euclidean(const FrontSample& sample, const std::vector<std::uint8_t>& lethal, std::size_t v)
+{
+  double best = FAR;
+  for (std::size_t u = 0; u < sample.size(); ++u) {
+    best = lethal[u] != 0 ? std::min(best, between(sample.mesh, u, v)) : best;
+  }
+  const std::vector<float>& p = sample.mesh.positions;
+  for (std::size_t e = 0; e < sample.topology.edgeCount(); ++e) {
+    const std::size_t a = sample.topology.edges[2 * e], b = sample.topology.edges[2 * e + 1];
+    if (lethal[a] != 0 && lethal[b] != 0) {
+      const double x = double{p[3 * b]} - p[3 * a], y = double{p[3 * b + 1]} - p[3 * a + 1];
+      const double i = double{p[3 * v]} - p[3 * a], j = double{p[3 * v + 1]} - p[3 * a + 1];
+      const double t = std::min(1.0, std::max(0.0, (x * i + y * j) / (x * x + y * y)));
+      best = std::min(best, std::hypot(i - t * x, j - t * y));
+    }
+  }
+  return best;
+}
+
+std::vector<float> distancesOf(const ObstacleDistance& obstacles)
+{
+  return {obstacles.distances().begin(), obstacles.distances().end()};
+}
+
+std::vector<std::array<float, 3>> directionsOf(const ObstacleDistance& obstacles)
+{
+  std::vector<std::array<float, 3>> found;
+  for (std::uint32_t v = 0; v < obstacles.distances().size(); ++v) {
+    found.push_back(obstacles.direction(v));
+  }
+  return found;
+}
+
+/// All that can be asked of one, bit for bit.
+void expectSame(const ObstacleDistance& found, const ObstacleDistance& expected)
+{
+  const std::size_t size = expected.distances().size();
+  ASSERT_EQ(0, std::memcmp(found.distances().data(), expected.distances().data(), 4 * size));
+  ASSERT_EQ(directionsOf(found), directionsOf(expected));
+}
+
+TEST(ObstacleDistance, IsEuclideanOnAPlane)
+{
+  struct Case
+  {
+    double jitter, share;
+  };
+  for (const Case& one :
+       {Case{0.0, 0.01}, Case{0.24, 0.002}, Case{0.24, 0.02}, Case{0.24, 0.2}, Case{0.24, 0.5}}) {
+    const FrontSample sample(plane(60, one.jitter));
+    const std::vector<std::uint8_t> lethal = randomMask(sample.size(), one.share, 5);
+    ObstacleDistance obstacles(sample.front, 1.0f);
+    ASSERT_TRUE(obstacles.compute(lethal));
+    const double edge = sample.longestEdge();
+    std::size_t exact = 0, count = 0;
+    double sum = 0.0;
+    for (std::size_t v = 0; v < sample.size(); ++v) {
+      const double expected = euclidean(sample, lethal, v), d = obstacles.distances()[v];
+      if (expected > 1.0) {
+        continue;
+      }
+      ASSERT_GT(d, expected - 1e-6) << "vertex " << v;
+      if (d < FAR) {
+        ASSERT_LT(d, expected + 0.35 * edge) << "vertex " << v;
+        sum += d - expected;
+        exact += d < expected + 1e-5;
+        ++count;
+      } else {
+        ASSERT_GT(expected, 1.0 - 0.35 * edge);
+      }
+    }
+    EXPECT_GT(count, 300u);
+    EXPECT_GT(exact, 0.95 * count);
+    EXPECT_LT(sum / count, 0.002 * edge);
+  }
+}
+
+/// A front from a straight row of edges stays straight: exactly where it meets vertices opposite to
+/// them, and nearly where none of these has told others which edge is nearest.
+TEST(ObstacleDistance, IsStraightFromAStraightRow)
+{
+  for (const float jitter : {0.0f, 0.024f}) {
+    TestMesh mesh = plane(40, 0.0);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<float> moved(-jitter, jitter);
+    std::vector<std::uint8_t> lethal(mesh.positions.size() / 3);
+    for (std::size_t v = 0; v < lethal.size(); ++v) {
+      lethal[v] = mesh.positions[3 * v] < 0.55f ? 1 : 0;
+      if (lethal[v] == 0) {
+        mesh.positions[3 * v] += moved(random);
+        mesh.positions[3 * v + 1] += moved(random);
+      }
+    }
+    const FrontSample sample(mesh);
+    ObstacleDistance obstacles(sample.front, FAR);
+    obstacles.compute(lethal);
+    for (std::size_t v = 0; v < sample.size(); ++v) {
+      const double x = mesh.positions[3 * v], y = mesh.positions[3 * v + 1];
+      const double beyond = std::max(0.0, std::max(-y, y - 4.0));
+      const double expected = lethal[v] != 0 ? 0.0 : std::hypot(x - 0.5, beyond);
+      const double d = obstacles.distances()[v];
+      EXPECT_GT(d, expected - 2e-6) << "vertex " << v;
+      EXPECT_LT(d, expected + (jitter > 0.0f ? 0.012 : 2e-6)) << "vertex " << v;
+      if (lethal[v] == 0 && jitter == 0.0f) {
+        EXPECT_NEAR(obstacles.direction(v)[0], 1.0, 1e-5);
+      }
+    }
+  }
+}
+
+/// The vertex 2 is as near to the end of the obstacle as to its edge, but 4 is nearer to the edge.
+TEST(ObstacleDistance, AnEdgeIsBetterThanItsEnd)
+{
+  const FrontSample sample(TestMesh{
+      "edge", {0, 0, 0, 2, 0, 0, 0, 0.5f, 0, 2, 0.5f, 0, 1, 1, 0}, {0, 1, 2, 2, 1, 3, 2, 3, 4}});
+  ObstacleDistance obstacles(sample.front, FAR);
+  obstacles.compute(std::vector<std::uint8_t>{1, 1, 0, 0, 0});
+  EXPECT_EQ(distancesOf(obstacles), (std::vector<float>{0.0f, 0.0f, 0.5f, 0.5f, 1.0f}));
+}
+
+TEST(ObstacleDistance, GrowsNoFasterThanEdgesOnAnyMesh)
+{
+  for (const TestMesh& mesh : frontMeshes()) {
+    const FrontSample sample(mesh);
+    for (const double share : {0.02, 0.3}) {
+      std::vector<std::uint8_t> lethal = randomMask(sample.size(), share, 2);
+      lethal[0] = 1;
+      ObstacleDistance obstacles(sample.front, FAR);
+      ASSERT_TRUE(obstacles.compute(lethal)) << mesh.name;
+      const ArrayView<float> distances = obstacles.distances();
+      EXPECT_LE(sample.lipschitzExcess(distances), 2e-7 * (1.0 + sample.longestEdge()))
+          << mesh.name;
+      for (std::size_t e = 0; e < sample.topology.edgeCount(); ++e) {
+        const bool first = distances[sample.topology.edges[2 * e]] < FAR;
+        EXPECT_EQ(first, distances[sample.topology.edges[2 * e + 1]] < FAR) << mesh.name;
+      }
+      for (std::size_t v = 0; v < sample.size(); ++v) {
+        ASSERT_EQ(distances[v] == 0.0f, lethal[v] != 0) << mesh.name;
+      }
+    }
+  }
+}
+
+/// On a regular plane many pieces of the obstacle are equally near, and the choice has to be one.
+TEST(ObstacleDistance, UpdatesAreAsIfComputedAnew)
+{
+  std::vector<TestMesh> meshes = frontMeshes();
+  meshes.push_back(plane(30, 0.0));
+  for (const TestMesh& mesh : meshes) {
+    const FrontSample sample(mesh);
+    const double edge = sample.front->meanEdge();
+    for (const double range : {1.5, 6.0}) {
+      std::vector<std::uint8_t> lethal = randomMask(sample.size(), 0.05, 3);
+      ObstacleDistance updated(sample.front, static_cast<float>(range * edge));
+      updated.compute(lethal);
+      std::mt19937 random(4);
+      for (unsigned round = 0; round < (sample.size() > 1000 ? 4 : 10); ++round) {
+        const std::vector<float> before = distancesOf(updated);
+        const std::vector<std::array<float, 3>> directions = directionsOf(updated);
+        for (unsigned i = 0; i < 1 + round % 3 * 5; ++i) {
+          lethal[random() % sample.size()] ^= 1;
+        }
+        // Around changes only, or, at some point, from everything.
+        const double most = round % 4 == 3 ? 0.3 : round % 4 == 2 ? 0.05 : 1.0;
+        const std::vector<std::uint32_t> changed = updated.update(lethal, most);
+        ObstacleDistance anew(sample.front, static_cast<float>(range * edge));
+        anew.compute(lethal);
+        ASSERT_NO_FATAL_FAILURE(expectSame(updated, anew)) << mesh.name << " round " << round;
+        EXPECT_TRUE(std::is_sorted(changed.begin(), changed.end()));
+        for (std::uint32_t v = 0; v < sample.size(); ++v) {
+          const bool is_same = updated.distances()[v] == before[v] &&
+                               (before[v] == 0.0f || updated.direction(v) == directions[v]);
+          EXPECT_TRUE(is_same || std::binary_search(changed.begin(), changed.end(), v));
+        }
+      }
+      EXPECT_TRUE(updated.update(lethal, 1.0).empty());
+    }
+  }
+}
+
+/// As many as there are different stamps for the regions of updates, and what is far apart meets
+/// the same one again.
+TEST(ObstacleDistance, VeryManyUpdatesAreAsIfComputedAnew)
+{
+  const FrontSample sample(plane(40, 0.24));
+  const auto size = static_cast<std::uint32_t>(sample.size());
+  std::vector<std::uint8_t> lethal = randomMask(size, 0.02, 3);
+  ObstacleDistance updated(sample.front, 0.3f), anew(sample.front, 0.3f);
+  EXPECT_EQ(distancesOf(updated), std::vector<float>(size, FAR));
+  updated.compute(lethal);
+  std::mt19937 random(4);
+  for (unsigned round = 0; round < 1100; ++round) {
+    const auto place = static_cast<std::uint32_t>(random() % 80);
+    lethal[round % 255 == 0 ? place : size - 1 - place] ^= 1;
+    updated.update(lethal, 1.0);
+    if (round % 255 < 2) {
+      anew.compute(lethal);
+      ASSERT_NO_FATAL_FAILURE(expectSame(updated, anew)) << "round " << round;
+    }
+  }
+}
+
+/// Large enough to be divided among threads: the same bits, and what happens where parts meet.
+TEST(ObstacleDistance, IsTheSameWithAnyNumberOfThreads)
+{
+  const FrontSample sample(plane(320, 0.24));
+  const std::vector<std::uint8_t> lethal = randomMask(sample.size(), 0.01, 6);
+  ObstacleDistance one(sample.front, 0.5f);
+  one.compute(lethal, nullptr, 1);
+  for (const unsigned threads : {2u, 3u}) {
+    ObstacleDistance several(sample.front, 0.5f);
+    several.compute(lethal, nullptr, threads);
+    ASSERT_NO_FATAL_FAILURE(expectSame(several, one)) << threads;
+  }
+}
+
+/// On the surface of a cube: unfolded across its edges.
+TEST(ObstacleDistance, GoesAcrossEdgesOfACube)
+{
+  TestMesh mesh = cube(8);
+  // Vertices of the six sides at the same place are one.
+  const std::size_t count = mesh.positions.size() / 3;
+  std::vector<std::uint32_t> first(count);
+  for (std::uint32_t v = 0; v < count; ++v) {
+    first[v] = 0;
+    while (between(mesh, first[v], v) > 1e-6) {
+      ++first[v];
+    }
+  }
+  for (std::uint32_t& corner : mesh.faces) {
+    corner = first[corner];
+  }
+  const FrontSample sample(mesh);
+  std::vector<std::uint8_t> lethal(count);
+  std::size_t source = 0;
+  while (mesh.positions[3 * source] != 0.5f || mesh.positions[3 * source + 1] != 0.5f ||
+         mesh.positions[3 * source + 2] != 1.0f) {
+    ++source;
+  }
+  lethal[first[source]] = 1;
+  ObstacleDistance obstacles(sample.front, FAR);
+  obstacles.compute(lethal);
+  for (std::uint32_t v = 0; v < count; ++v) {
+    const float x = mesh.positions[3 * v], y = mesh.positions[3 * v + 1],
+                z = mesh.positions[3 * v + 2];
+    if (first[v] == v && x == 1.0f && z > 0.0f) {  // the side next to the top
+      const double over_edge = std::hypot(0.5 + (1.0 - z), y - 0.5);
+      const double round_corner = std::hypot(0.5 + (1.0 - y), 0.5 + (1.0 - z));
+      const double round_other = std::hypot(0.5 + y, 0.5 + (1.0 - z));
+      const double expected = std::min({over_edge, round_corner, round_other});
+      EXPECT_NEAR(obstacles.distances()[v], expected, 1e-5) << y << " " << z;
+    }
+  }
+}
+
+/// Behind a slit in a plane the way goes round its ends.
+TEST(ObstacleDistance, GoesRoundHoles)
+{
+  TestMesh mesh = plane(40, 0.2);
+  std::vector<std::uint32_t> kept;
+  const unsigned row = 41;
+  for (std::size_t f = 0; f < mesh.faceCount(); ++f) {
+    const std::size_t i = f / 2 / 40, j = f / 2 % 40;
+    const bool is_slit = i == 20 && j >= 10 && j < 30;
+    if (!is_slit) {
+      kept.insert(kept.end(), &mesh.faces[3 * f], &mesh.faces[3 * f] + 3);
+    }
+  }
+  mesh.faces = kept;
+  const FrontSample sample(mesh);
+  std::vector<std::uint8_t> lethal(sample.size());
+  const std::uint32_t source = 15 * row + 20;
+  lethal[source] = 1;
+  ObstacleDistance obstacles(sample.front, FAR);
+  obstacles.compute(lethal);
+  const auto corner = [&](std::uint32_t i, std::uint32_t j) { return i * row + j; };
+  std::size_t behind = 0;
+  for (std::uint32_t j = 12; j < 29; ++j) {
+    for (std::uint32_t i = 22; i < 26; ++i) {
+      const std::uint32_t v = corner(i, j);
+      double expected = FAR;
+      for (const std::uint32_t end : {10u, 30u}) {
+        const double near = between(sample.mesh, source, corner(20, end));
+        expected =
+            std::min(expected, near + between(sample.mesh, corner(20, end), corner(21, end)) +
+                                   between(sample.mesh, corner(21, end), v));
+      }
+      const double straight = between(sample.mesh, source, v);
+      if (expected > straight + 0.3) {
+        ++behind;
+        EXPECT_LT(obstacles.distances()[v], expected + 0.05) << i << " " << j;
+        EXPECT_GT(obstacles.distances()[v], expected - 0.15) << i << " " << j;
+      }
+    }
+  }
+  EXPECT_GT(behind, 20u);
+}
+
+TEST(ObstacleDistance, WithoutObstaclesNothingIsReached)
+{
+  const FrontSample sample(terrain(5));
+  ObstacleDistance obstacles(sample.front, 1.0f);
+  std::vector<std::uint8_t> lethal(sample.size());
+  ASSERT_TRUE(obstacles.compute(lethal));
+  EXPECT_EQ(distancesOf(obstacles), std::vector<float>(sample.size(), FAR));
+  EXPECT_EQ(obstacles.direction(3), (std::array<float, 3>{}));
+  lethal.assign(sample.size(), 1);
+  obstacles.update(lethal, 1.0);
+  EXPECT_EQ(distancesOf(obstacles), std::vector<float>(sample.size(), 0.0f));
+}
+
+TEST(ObstacleDistance, ManyEqualTrianglesAreNoTrouble)
+{
+  const FrontSample sample(identical(100000));
+  ObstacleDistance obstacles(sample.front, FAR);
+  obstacles.compute(std::vector<std::uint8_t>{1, 0, 0});
+  EXPECT_EQ(distancesOf(obstacles), (std::vector<float>{0.0f, 1.0f, 1.0f}));
+}
+
+/// Nor is a vertex with very many different faces, which a quadratic effort would show.
+TEST(ObstacleDistance, AHubIsNoTrouble)
+{
+  constexpr unsigned COUNT = 50000;
+  TestMesh mesh{"hub", {0.0f, 0.0f, 0.0f}, {}};
+  for (unsigned i = 0; i < COUNT; ++i) {
+    const double angle = 6.283185307179586 * i / COUNT;
+    mesh.positions.insert(mesh.positions.end(), {static_cast<float>(std::cos(angle)),
+                                                 static_cast<float>(std::sin(angle)), 0.0f});
+    mesh.faces.insert(mesh.faces.end(), {0u, i + 1, (i + 1) % COUNT + 1});
+  }
+  const FrontSample sample(mesh);
+  std::vector<std::uint8_t> lethal(COUNT + 1);
+  ObstacleDistance obstacles(sample.front, FAR);
+  lethal[0] = 1;
+  obstacles.compute(lethal);
+  EXPECT_NEAR(obstacles.distances()[77], 1.0, 1e-6);
+  lethal[0] = 0;
+  lethal[1] = 1;
+  obstacles.update(lethal, 1.0);
+  EXPECT_NEAR(obstacles.distances()[0], 1.0, 1e-6);
+  EXPECT_NEAR(obstacles.distances()[1 + COUNT / 2], 2.0, 1e-3);
+}
+
+TEST(ObstacleDistance, EndsWhenCancelled)
+{
+  const FrontSample sample(plane(150, 0.2));
+  const std::vector<std::uint8_t> lethal = randomMask(sample.size(), 0.01, 1);
+  ObstacleDistance obstacles(sample.front, 1.0f), expected(sample.front, 1.0f);
+  const std::atomic<bool> cancel{true};
+  EXPECT_FALSE(obstacles.compute(lethal, &cancel));
+  expected.compute(lethal);
+  EXPECT_EQ(obstacles.update(lethal, 1.0).size(), sample.size());
+  expectSame(obstacles, expected);
+}
+
+TEST(ObstacleDistance, RefusesWhatDoesNotFit)
+{
+  const FrontSample sample(terrain(5));
+  EXPECT_THROW(ObstacleDistance(sample.front, 0.0f), std::invalid_argument);
+  EXPECT_THROW(ObstacleDistance(sample.front, std::nanf("")), std::invalid_argument);
+  ObstacleDistance obstacles(sample.front, 1.0f);
+  EXPECT_THROW(obstacles.compute(std::vector<std::uint8_t>(3)), std::invalid_argument);
+  EXPECT_THROW(obstacles.update(std::vector<std::uint8_t>(3)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace mesh_map

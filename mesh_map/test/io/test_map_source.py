@@ -1,0 +1,414 @@
+"""Maps from files, and layers stored in them."""
+
+import logging
+import math
+
+import numpy as np
+import pytest
+from mesh_map.base.errors import MeshMapError
+from mesh_map.costs.layer import LayerResult
+from mesh_map.io.map_parameters import map_parameters
+from mesh_map.io.map_source import MapSource
+from mesh_msgs.identity import geometry_uuid
+from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.mesh import Mesh
+from meshes import terrain
+
+HEIGHT_DIFF = {"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"}
+
+
+@pytest.fixture
+def map_file(tmp_path):
+    mesh = terrain(12)
+    path = str(tmp_path / "map.h5")
+    return MapFile.write(path, Mesh(mesh.vertices, mesh.faces, frame_id="hall"))
+
+
+def loaded(path, layers=(HEIGHT_DIFF,), **options):
+    """The source of a map, and the map with its layers as a node has it."""
+    source = MapSource(path)
+    mesh_map = source.make_map(**options)
+    mesh_map.compute_layers(list(layers), stored=source.stored_costs)
+    return source, mesh_map
+
+
+def costs_of(path, layers=(HEIGHT_DIFF,), **options):
+    return loaded(path, layers, **options)[1].layers["height_diff"].result.costs
+
+
+@pytest.fixture
+def parameters(map_file):
+    """What is stored with the layer HEIGHT_DIFF of map_file, whose file says nothing of it yet."""
+    source, mesh_map = loaded(map_file.path)
+    source.save_layers(mesh_map.layers)
+    found = map_file.layer_parameters("height_diff")
+    MapFile.write(map_file.path, map_file.read(()))
+    return found
+
+
+def test_a_map_file(map_file):
+    source = MapSource(map_file.path)
+    mesh_map = source.make_map()
+    assert source.is_map_file and mesh_map.frame_id == "hall" and mesh_map.uuid == map_file.uuid
+    assert np.array_equal(mesh_map.vertices, map_file.vertices)
+    assert np.array_equal(mesh_map.faces, map_file.faces)
+    assert source.make_map("floor").frame_id == "floor"
+
+
+MARKED = np.linspace(0, 1, 144).astype(np.float32)
+
+
+def test_layers_are_reused_when_their_parameters_are_the_same(map_file, parameters):
+    map_file.write_layers({"height_diff": (MARKED, parameters)})
+    assert np.array_equal(costs_of(map_file.path), MARKED)
+    threshold = dict(HEIGHT_DIFF, params={"threshold": 0.5, "factor": 0.1})
+    assert np.array_equal(costs_of(map_file.path, [threshold]), MARKED)
+    radius = dict(HEIGHT_DIFF, params={"radius": 0.2})
+    assert not np.array_equal(costs_of(map_file.path, [radius]), MARKED)
+
+
+def test_what_is_stored_says_how_and_for_what_it_was_computed(map_file, parameters):
+    normals = parameters.pop("vertex_normals")
+    assert len(normals) == 32 and set(normals) <= set("0123456789abcdef")
+    kind = "mesh_layers/HeightDiffLayer"
+    assert parameters == {"type": kind, "radius": 0.3, "geometry": map_file.uuid}
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (None, "does not say for which geometry"),
+        ({"geometry": None}, "does not say for which geometry"),
+        ({"geometry": "f00"}, "other values of geometry"),
+        ({"radius": 0.2, "vertex_normals": "0"}, "other values of radius, vertex_normals"),
+        ({"type": "x"}, "other values of type"),
+        ({"more": 1}, "other values of more"),
+    ],
+)
+def test_layers_of_other_parameters_are_computed(map_file, parameters, change, said, caplog):
+    caplog.set_level(logging.INFO, "mesh_map")
+    fresh = costs_of(map_file.path)
+    if change is not None:
+        changed = {k: v for k, v in dict(parameters, **change).items() if v is not None}
+    map_file.write_layers({"height_diff": (MARKED, None if change is None else changed)})
+    assert fresh.any() and np.array_equal(costs_of(map_file.path), fresh)
+    assert "layer height_diff is computed anew: " in caplog.text and said in caplog.text
+
+
+def test_layers_are_found_under_another_name(map_file, parameters):
+    """Another robot may call the same layer otherwise; its own name counts first."""
+    map_file.write_layers({"steps": (MARKED, parameters)})
+    assert np.array_equal(costs_of(map_file.path), MARKED)
+    map_file.write_layers({"height_diff": (MARKED / 2, parameters)})
+    assert np.array_equal(costs_of(map_file.path), MARKED / 2)
+    map_file.write_layers({"height_diff": (MARKED / 2, dict(parameters, radius=0.2))})
+    assert np.array_equal(costs_of(map_file.path), MARKED)
+
+
+@pytest.mark.parametrize(
+    "options", [{"up_direction": [0, 1, 0]}, {"normals": "angle"}, {"orient": True}]
+)
+def test_layers_of_another_view_of_the_geometry_are_computed(tmp_path, options):
+    mesh = terrain(12)
+    upside_down = Mesh(mesh.vertices, np.ascontiguousarray(mesh.faces[:, ::-1]))
+    path = MapFile.write(str(tmp_path / "map.h5"), upside_down).path
+    source, mesh_map = loaded(path)
+    source.save_layers(mesh_map.layers)
+    file = MapFile(path)
+    file.write_layers({"height_diff": (MARKED, file.layer_parameters("height_diff"))})
+    assert np.array_equal(costs_of(path), MARKED)
+    assert not np.array_equal(costs_of(path, **options), MARKED)
+    source, mesh_map = loaded(path, **options)
+    source.save_layers(mesh_map.layers)
+    assert np.array_equal(costs_of(path, **options), mesh_map.layers["height_diff"].result.costs)
+    again = MapSource(path)
+    again.make_map(**options)
+    assert again.stored_costs("height_diff", mesh_map.layers["height_diff"].identity) is not None
+
+
+def test_a_layer_that_is_replaced_while_it_is_read(map_file, parameters, monkeypatch):
+    """Between parameters and costs, another robot stores the layer with another radius."""
+    map_file.write_layers({"height_diff": (MARKED, parameters)})
+    source = MapSource(map_file.path)
+    source.make_map()
+    fingerprint = {k: v for k, v in parameters.items() if k != "vertex_normals"}
+    read = source._members.all_layer_parameters
+
+    def interrupted():
+        found = read()
+        map_file.write_layers({"height_diff": (MARKED / 2, dict(parameters, radius=0.2))})
+        monkeypatch.setattr(source._members, "all_layer_parameters", read)
+        return found
+
+    monkeypatch.setattr(source._members, "all_layer_parameters", interrupted)
+    assert source.stored_costs("height_diff", fingerprint) is None
+    map_file.write_layers({"height_diff": (MARKED, parameters)})
+    assert np.array_equal(source.stored_costs("height_diff", fingerprint), MARKED)
+
+
+def test_layers_of_a_replaced_file_are_computed_anew(map_file, parameters, caplog):
+    fresh = costs_of(map_file.path)
+    map_file.write_layers({"height_diff": (MARKED, parameters)})
+    source = MapSource(map_file.path)
+    MapFile.write(map_file.path, Mesh(np.ones((3, 3), np.float32), np.array([[0, 1, 2]])))
+    mesh_map = source.make_map()
+    mesh_map.compute_layers([HEIGHT_DIFF], stored=source.stored_costs)
+    assert np.array_equal(mesh_map.layers["height_diff"].result.costs, fresh)
+    assert "layer height_diff is computed anew" in caplog.text and "replaced" in caplog.text
+
+
+def test_infinite_parameters_are_stored_as_texts(map_file):
+    """JSON has no infinite numbers."""
+    source = MapSource(map_file.path)
+    source.make_map()
+    layer = TestLayer("endless")
+    source.save_layers({"endless": layer})
+    saved = MapFile(map_file.path).layer_parameters("endless")
+    assert (saved["limit"], saved["list"], saved["table"]) == ("inf", [1, "-inf"], {"a": "inf"})
+    assert np.array_equal(source.stored_costs("endless", layer.identity), MARKED)
+    assert source.stored_costs("endless", dict(layer.identity, limit=1.0)) is None
+
+
+class TestLayer:
+    """What save_layers() looks at."""
+
+    __test__ = False
+    STORABLE = True
+    identity = {"limit": math.inf, "list": (1, -math.inf), "table": {"a": math.inf}, "geometry": ""}
+
+    def __init__(self, name):
+        self.name, self.result = name, LayerResult(MARKED, MARKED > 2)
+
+
+def test_only_what_is_needed_is_read(map_file, monkeypatch):
+    """A map may hold textures of gigabytes."""
+    seen = []
+    monkeypatch.setattr(
+        type(MapSource(map_file.path)._members),
+        "read",
+        lambda self, members=None: seen.append(members) or map_file.read(members),
+    )
+    MapSource(map_file.path)
+    assert seen == [("vertex_normals", "vertex_colors")]
+
+
+def test_save_and_load(map_file):
+    before = map_file.layer_names()
+    source = MapSource(map_file.path)
+    mesh_map = source.make_map()
+    mesh_map.compute_layers([HEIGHT_DIFF, dict(HEIGHT_DIFF, name="wide", params={"radius": 0.6})])
+    assert map_file.layer_names() == before == []
+    assert source.save_layers(mesh_map.layers) == ["height_diff", "wide"]
+    saved = MapFile(map_file.path)
+    assert saved.layer_names() == ["height_diff", "wide"]
+    assert saved.layer_parameters("wide")["radius"] == 0.6
+    for name, layer in mesh_map.layers.items():
+        assert np.array_equal(saved.vertex_costs(name), layer.result.costs)
+    assert saved.uuid == mesh_map.uuid
+    again, other = loaded(map_file.path, [dict(HEIGHT_DIFF, name="a"), HEIGHT_DIFF])
+    assert again.save_layers(other.layers) == ["a", "height_diff"]
+    assert MapFile(map_file.path).layer_names() == ["a", "height_diff", "wide"]
+
+
+def test_normals_are_stored_where_there_are_none(map_file):
+    source, mesh_map = loaded(map_file.path)
+    assert not map_file.has_normals
+    source.save_layers(mesh_map.layers)
+    assert np.array_equal(MapFile(map_file.path).vertex_normals, mesh_map.vertex_normals)
+    marked = np.tile(np.float32([0, 1, 0]), (144, 1))
+    map_file.update(Edit(vertex_normals=marked))
+    source, mesh_map = loaded(map_file.path)
+    assert np.array_equal(mesh_map.vertex_normals, marked)
+    source.save_layers(mesh_map.layers)
+    assert np.array_equal(MapFile(map_file.path).vertex_normals, marked)
+
+
+def test_normals_that_somebody_else_has_stored_meanwhile_stay(map_file):
+    source, mesh_map = loaded(map_file.path)
+    marked = np.tile(np.float32([0, 1, 0]), (144, 1))
+    map_file.update(Edit(vertex_normals=marked))
+    source.save_layers(mesh_map.layers)
+    assert np.array_equal(MapFile(map_file.path).vertex_normals, marked)
+
+
+@pytest.mark.parametrize("times, given_up", [(0, False), (4, False), (5, True)])
+def test_two_robots_store_at_once(map_file, monkeypatch, times, given_up):
+    """Another one saves, with normals, while this one writes: then the file is read again."""
+    source, mesh_map = loaded(map_file.path)
+    update, seen = source._members.update, []
+    marked = np.tile(np.float32([0, 1, 0]), (144, 1))
+
+    def interrupted(edit):
+        seen.append(edit.vertex_normals)
+        if len(seen) > times:
+            return update(edit)
+        map_file.update(Edit(vertex_normals=marked, vertex_costs={"other": MARKED}))
+        raise MapFileError("changed", map_file.path, "another program saved it meanwhile")
+
+    monkeypatch.setattr(source._members, "update", interrupted)
+    if given_up:
+        with pytest.raises(MeshMapError, match="another program saved it meanwhile"):
+            source.save_layers(mesh_map.layers)
+    else:
+        assert source.save_layers(mesh_map.layers) == ["height_diff"]
+    assert [normals is None for normals in seen] == [False] + [True] * (len(seen) - 1)
+    names = ["height_diff"] * (not given_up) + ["other"] * (times > 0)
+    assert map_file.layer_names() == names
+    assert times == 0 or np.array_equal(map_file.vertex_normals, marked)
+
+
+def test_the_identity_is_that_of_the_content(map_file, monkeypatch):
+    uuid = geometry_uuid(map_file.vertices, map_file.faces)
+    for options in ({}, {"orient": True}, {"normals": "angle"}):
+        geometry = MapSource(map_file.path).make_map(**options).geometry
+        assert geometry.content_uuid == geometry.uuid == map_file.uuid == uuid
+    source = MapSource(map_file.path)  # as if of another program, with a UUID of its own
+    source.uuid = "of-somebody-else"
+    monkeypatch.setattr(type(source._members), "schema_version", 0, raising=False)
+    geometry = source.make_map().geometry
+    assert (geometry.content_uuid, geometry.uuid) == (uuid, "of-somebody-else")
+
+
+def test_turned_faces_are_stored_as_such(map_file):
+    source, mesh_map = loaded(map_file.path, orient=True)
+    source.save_layers(mesh_map.layers)
+    assert map_file.layer_parameters("height_diff")["orient"] is True
+
+
+@pytest.mark.parametrize("options", [{"normals": "angle"}, {"orient": True}])
+def test_normals_of_one_robot_only_are_not_stored(map_file, options):
+    source, mesh_map = loaded(map_file.path, **options)
+    source.save_layers(mesh_map.layers)
+    assert not MapFile(map_file.path).has_normals
+
+
+def test_layers_that_are_not_to_be_stored_are_left_out(map_file):
+    map_file.write_layers({"slope": (MARKED, None)})
+    stored = {"name": "again", "type": "mesh_layers/StoredLayer", "params": {"layer": "slope"}}
+    own = {"name": "slope", "type": "mesh_layers/StoredLayer", "params": {"scale": 2.0}}
+    source, mesh_map = loaded(map_file.path, [stored, own, HEIGHT_DIFF])
+    assert source.save_layers(mesh_map.layers) == ["height_diff"]
+    assert np.array_equal(MapFile(map_file.path).vertex_costs("slope"), MARKED)
+    source, mesh_map = loaded(map_file.path, [stored])
+    with pytest.raises(MeshMapError, match="there are no layers to store"):
+        source.save_layers(mesh_map.layers)
+
+
+def write_obj(path):
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0.25\nf 1 2 3\n")
+    return str(path)
+
+
+def test_a_mesh_file_is_a_map_too(tmp_path):
+    source = MapSource(write_obj(tmp_path / "mesh.obj"))
+    mesh_map = source.make_map()
+    assert not source.is_map_file and mesh_map.frame_id == "map" and len(mesh_map.uuid) == 36
+    mesh_map.compute_layers([dict(HEIGHT_DIFF, params={"radius": 1.0})], stored=source.stored_costs)
+    assert mesh_map.layers["height_diff"].result.costs.tolist() == [0, 0, 0]
+    with pytest.raises(MeshMapError, match="mesh.obj is no map file.*mesh_tool import"):
+        source.save_layers(mesh_map.layers)
+
+
+def test_nothing_to_save(map_file):
+    with pytest.raises(MeshMapError, match="there are no layers to store"):
+        MapSource(map_file.path).save_layers({})
+
+
+@pytest.mark.parametrize(
+    "content", [None, b"", b"version https://git-lfs.github.com/spec/v1\n", b"\x89HDF\r\n\x1a\n"]
+)
+def test_files_that_are_no_maps(tmp_path, content):
+    path = tmp_path / "map.h5"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(MeshMapError) as error:
+        MapSource(str(path))
+    assert str(path) in str(error.value) and "\n" not in str(error.value)
+    with pytest.raises(MeshMapError):
+        MapSource(str(tmp_path))
+
+
+def test_parameters_as_ros_users_write_them():
+    """The map of a robot in the field, as rosparam gives it."""
+    parameters = map_parameters(
+        {
+            "mesh_file": "map.h5",
+            "mesh_part": "mesh",
+            "global_frame": "map",
+            "robot_frame": "base_footprint",
+            "layers": [
+                {"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"},
+                {"name": "inflation", "type": "mesh_layers/InflationLayer"},
+            ],
+            "height_diff": {"factor": 0.7, "threshold": 0.7, "radius": 0.0},
+        }
+    )
+    assert (parameters.mesh_file, parameters.mesh_part) == ("map.h5", "mesh")
+    assert parameters.global_frame == "map"
+    assert parameters.layers == [
+        dict(HEIGHT_DIFF, params={"factor": 0.7, "threshold": 0.7, "radius": 0.0}),
+        {"name": "inflation", "type": "mesh_layers/InflationLayer", "params": {}},
+    ]
+    least = map_parameters({"mesh_file": "a.ply"})
+    assert (least.mesh_part, least.global_frame, least.layers) == (None, "", [])
+    assert least.geometry == {"up_direction": (0, 0, 1), "orient": False, "normals": "mean"}
+
+
+def test_parameters_as_for_ros_2():
+    values = {
+        "mesh_file": "a.h5",
+        "layers": ["border", "static"],
+        "border": {"type": "mesh_layers/BorderLayer", "threshold": 0.2},
+        "static": {"type": "mesh_layers/MaxCombinationLayer", "inputs": ["border"]},
+    }
+    assert map_parameters(values).layers == [
+        {"name": "border", "type": "mesh_layers/BorderLayer", "params": {"threshold": 0.2}},
+        {
+            "name": "static",
+            "type": "mesh_layers/MaxCombinationLayer",
+            "params": {"inputs": ["border"]},
+        },
+    ]
+    assert values["border"]["type"] == "mesh_layers/BorderLayer"
+    named = map_parameters({"mesh_file": "a.h5", "layers": ["border", "x"], "border": {"a": 1}})
+    assert named.layers == [{"name": "border", "params": {"a": 1}}, "x"]
+
+
+def test_parameters_of_the_geometry(map_file):
+    values = {"up_direction": [0, 2, 0], "orient": True, "normals": "angle"}
+    parameters = map_parameters(dict(values, mesh_file=map_file.path))
+    mesh_map = MapSource(map_file.path).make_map(**parameters.geometry)
+    assert mesh_map.geometry.up.tolist() == [0, 1, 0]
+    with pytest.raises(MeshMapError, match="up_direction"):
+        MapSource(map_file.path).make_map(up_direction=(0, 0, 0))
+
+
+def test_layers_of_a_wrong_shape_are_passed_on_to_be_named():
+    for layers in ("height_diff", {"name": "a"}, None, 3):
+        assert map_parameters({"mesh_file": "a", "layers": layers}).layers == layers
+    odd = [["a"], {"type": "t"}, {"name": math.nan}, {"name": "a", "params": {"factor": 1.0}}]
+    assert map_parameters({"mesh_file": "a", "layers": odd}).layers == odd
+
+
+@pytest.mark.parametrize(
+    "values, message",
+    [
+        ({}, "mesh_file is not set"),
+        ({"mesh_file": ""}, "mesh_file is not set"),
+        ({"mesh_file": 3}, "mesh_file is 3, but it has to be a string"),
+        ({"mesh_file": "a", "mesh_part": ["mesh"]}, "mesh_part is"),
+        ({"mesh_file": "a", "orient": 1}, "orient is 1, but it has to be a boolean"),
+        (
+            {"mesh_file": "a", "normals": "best"},
+            "normals is 'best', but it has to be one of mean, angle",
+        ),
+        ({"mesh_file": "a", "up_direction": "z"}, "up_direction is 'z', but it has to be a list"),
+        ({"server_url": "http://a"}, r"\(server_url\) are not supported \(set mesh_file\)"),
+        ("map.h5", "the parameters are 'map.h5', not a dictionary"),
+    ],
+)
+def test_bad_parameters_are_refused(values, message):
+    with pytest.raises(MeshMapError, match=message):
+        map_parameters(values)

@@ -1,0 +1,90 @@
+"""The height difference layer against a search in plain Python, and the sheet's oracle numbers."""
+
+import numpy as np
+import pytest
+from mesh_map.layers.height_diff import HeightDiffLayer
+from mesh_map.map.mesh_map import MeshMap
+from meshes import BOTANICAL, TRAY, TestMesh, data_mesh, renumbered, small, terrain
+from surroundings import neighborhoods
+
+
+def height_diff(mesh, **params):
+    mesh_map = MeshMap(mesh.vertices, mesh.faces)
+    return HeightDiffLayer("height_diff", params).evaluate(mesh_map, {})
+
+
+def expected(mesh, radius):
+    z = mesh.vertices[:, 2]
+    around = [[v] + others for v, others in enumerate(neighborhoods(mesh, radius))]
+    return np.array([z[rows].max() - z[rows].min() for rows in around], np.float32)
+
+
+@small
+@pytest.mark.parametrize("radius", [0.05, 0.3, 1.0])
+def test_equals_plain_python(mesh, radius):
+    assert np.array_equal(height_diff(mesh, radius=radius).costs, expected(mesh, radius))
+
+
+@pytest.mark.parametrize("radius", [0.1, 0.3])
+def test_equals_plain_python_on_terrain(radius):
+    mesh = terrain()
+    costs = height_diff(mesh, radius=radius).costs
+    assert np.array_equal(costs, expected(mesh, radius)) and costs.max() > 0.05
+
+
+def test_tray():
+    """Mean edge 0.51 m: as released, only 88 vertices have neighbors; the others have 0 here."""
+    mesh = data_mesh(TRAY)
+    costs = height_diff(mesh).costs
+    assert np.array_equal(costs, expected(mesh, 0.3))
+    lonely = np.array([not others for others in neighborhoods(mesh, 0.3)])
+    assert (~lonely).sum() == 88 and not costs[lonely].any() and np.isfinite(costs).all()
+
+
+def test_botanical_garden():
+    """Without the vertex itself, as released, our neighborhoods give the released numbers."""
+    mesh = data_mesh(BOTANICAL)
+    z = mesh.vertices[:, 2]
+    rows = neighborhoods(mesh, 0.3)
+    costs = height_diff(mesh).costs
+    own = np.array([z[[v] + n].max() - z[[v] + n].min() for v, n in enumerate(rows)], np.float32)
+    assert np.array_equal(costs, own)
+    released = np.array([z[n].max() - z[n].min() if n else -np.inf for n in rows], np.float32)
+    finite = np.isfinite(released)
+    assert (~finite).sum() == 84
+    assert released[finite].mean(dtype=np.float64) == pytest.approx(0.2261, abs=5e-5)
+    assert released[finite].max() == pytest.approx(0.4570, abs=5e-5)
+    assert (costs[finite] >= released[finite]).all() and not costs[~finite].any()
+
+
+def test_neighbors_are_reached_over_edges():
+    """Two sheets 0.1 m apart that no edge connects do not see each other."""
+    mesh = terrain(10)
+    above = mesh.vertices + np.float32((0, 0, 0.1))
+    two = TestMesh(
+        "two",
+        np.concatenate([mesh.vertices, above]),
+        np.concatenate([mesh.faces, mesh.faces + np.uint32(100)]),
+    )
+    alone, both = height_diff(mesh).costs, height_diff(two).costs
+    assert np.array_equal(both[:100], alone)
+
+
+def test_the_radius_is_exclusive():
+    mesh = TestMesh("steps", np.array([[0, 0, 0], [0.5, 0, 0.0], [0, 0, 0.5]]), [[0, 1, 2]])
+    assert height_diff(mesh, radius=0.5).costs.tolist() == [0, 0, 0]
+    wider = height_diff(mesh, radius=float(np.nextafter(0.5, 1))).costs.tolist()
+    assert wider == [0.5, 0, 0.5]
+
+
+def test_the_order_of_vertices_does_not_matter():
+    mesh = terrain()
+    other, new = renumbered(mesh)
+    assert np.array_equal(height_diff(mesh).costs, height_diff(other).costs[new])
+
+
+def test_lethal_is_above_the_threshold():
+    mesh = terrain()
+    result = height_diff(mesh, threshold=0.1)
+    assert np.array_equal(result.lethal, result.costs > np.float32(0.1))
+    assert 0 < result.lethal.sum() < len(result.lethal)

@@ -1,0 +1,277 @@
+#!/usr/bin/python3
+"""Clouds on a running ROS: from a topic to lethal vertices, in the node and the adapter alone."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+from unittest import mock
+
+import numpy as np
+import roslib.packages
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+from mesh_map.layers.obstacle import ObstacleLayer
+from mesh_map.map.mesh_map import COMBINED_COSTS, MeshMap
+from mesh_map.ros.obstacle_adapter import ObstacleAdapter
+from mesh_msgs import arrays
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.mesh import Mesh
+from sensor_msgs.msg import PointCloud2, PointField
+from std_srvs.srv import Trigger
+
+WAIT = 20.0  # seconds; far more than anything takes
+FLOOR = [[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]]
+WALL = [[-5.5, -1, 0], [-5.5, 1, 0], [-5.5, 0, 3]]
+VERTICES = np.array(FLOOR + WALL, np.float32)
+FACES = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]], np.uint32)
+RIGHT, LEFT = [2.0, -2.0, 0.5], [-2.0, 2.0, 0.5]  # over faces 0 and 1
+INF = np.inf
+
+
+def wait_until(condition, wait=WAIT):
+    end = time.monotonic() + wait
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.02)
+    return condition()
+
+
+def cloud(points, frame="laser", stamp=None):
+    """A big-endian cloud with z first, as no usual driver sends it."""
+    data = np.zeros(len(points), [("z", ">f8"), ("x", ">f4"), ("y", ">f4")])
+    for column, name in enumerate("xyz"):
+        data[name] = np.asarray(points, float).reshape(-1, 3)[:, column]
+    message = PointCloud2(height=1, width=len(points), is_bigendian=True, data=data.tobytes())
+    message.fields = [
+        PointField("z", 0, PointField.FLOAT64, 1),
+        PointField("x", 8, PointField.FLOAT32, 1),
+        PointField("y", 12, PointField.FLOAT32, 1),
+    ]
+    message.point_step, message.row_step = 16, 16 * len(points)
+    message.header.frame_id = frame
+    message.header.stamp = rospy.Time(0) if stamp is None else stamp
+    return message
+
+
+def transform(child, translation, quaternion=(0, 0, 0, 1)):
+    made = TransformStamped()
+    made.header.frame_id, made.child_frame_id = "map", child
+    made.transform.translation.x, made.transform.translation.y = translation[:2]
+    made.transform.translation.z = translation[2]
+    rotation = made.transform.rotation
+    rotation.x, rotation.y, rotation.z, rotation.w = quaternion
+    return made
+
+
+class Obstacles(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        half = np.sqrt(0.5)
+        cls.broadcaster = tf2_ros.StaticTransformBroadcaster()
+        cls.broadcaster.sendTransform(
+            [
+                transform("laser", (1, 1, 1), (0, 0, 1, 0)),  # looks back: x and y are turned
+                transform("leaning", (0, 0, 0), (0, half, 0, half)),  # its z is x of the map
+            ]
+        )
+
+    def to_laser(self, points):
+        return (np.asarray(points, float) - 1) * [-1, -1, 1]
+
+    def publisher(self, topic):
+        publisher = rospy.Publisher(topic, PointCloud2, queue_size=20)
+        self.addCleanup(publisher.unregister)
+        return publisher
+
+    def adapter(self, namespace, wait=0.0, **params):
+        """An adapter on its own, with a list of what was marked at each refresh."""
+        mesh_map, seen = MeshMap(VERTICES, FACES), []
+        layer = ObstacleLayer("obstacles", dict({"decay": 0.0, "tf_tolerance": 2.0}, **params))
+
+        def refresh():
+            seen.append(layer.marked_faces.tolist())
+            time.sleep(wait)
+
+        adapter = ObstacleAdapter(namespace, mesh_map, layer, refresh)
+        self.addCleanup(adapter.shutdown)
+        return adapter, layer, seen
+
+    def send(self, publisher, message):
+        self.assertTrue(wait_until(lambda: publisher.get_num_connections() > 0))
+        publisher.publish(message)
+
+    def test_from_a_cloud_to_lethal_vertices_and_back(self):
+        folder = tempfile.mkdtemp()
+        self.addCleanup(shutil.rmtree, folder)
+        path = os.path.join(folder, "map.h5")
+        MapFile.write(path, Mesh(VERTICES, FACES))
+        rospy.set_param(
+            "/node",
+            {
+                "mesh_file": path,
+                "layers": [{"name": "obstacles", "type": "mesh_layers/ObstacleLayer"}],
+                "obstacles": {"topic": "cloud", "decay": 3.0, "tf_tolerance": 2.0},
+            },
+        )
+        executable = roslib.packages.find_node("mesh_map", "mesh_map")[0]
+        with open(os.path.join(folder, "log"), "w+") as log:
+            node = subprocess.Popen(
+                [executable, "__name:=node"], stdout=log, stderr=subprocess.STDOUT
+            )
+            self.addCleanup(node.wait, WAIT)
+            self.addCleanup(node.terminate)
+            found = {}
+            self.addCleanup(
+                rospy.Subscriber(
+                    "/node/vertex_costs",
+                    arrays.MeshVertexCostsStamped,
+                    lambda m: found.update({m.type: list(m.mesh_vertex_costs.costs)}),
+                    queue_size=10,
+                ).unregister
+            )
+            free, right = [0.0] * 7, [INF] * 3 + [0.0] * 4
+
+            def both(costs):
+                return lambda: [found.get(n) for n in ("obstacles", COMBINED_COSTS)] == [costs] * 2
+
+            self.assertTrue(wait_until(both(free)), found)
+            publisher = self.publisher("/cloud")
+            nowhere = cloud(self.to_laser([RIGHT]), frame="nowhere")
+            self.send(publisher, nowhere)
+            self.send(publisher, nowhere)
+            self.send(publisher, cloud(self.to_laser([RIGHT, [np.nan, 0, 0]])))
+            self.assertTrue(wait_until(both(right)), found)
+            self.assertTrue(wait_until(both(free)), found)  # it is not seen again
+            self.assertIsNone(node.poll())
+            log.seek(0)
+            lines = [line for line in log.read().splitlines() if "cannot be used" in line]
+            self.assertEqual(len(lines), 1, lines)
+            self.assertIn("nowhere", lines[0])
+            self.assertIn("/cloud", lines[0])
+
+    def test_clearing_and_the_service(self):
+        adapter, layer, seen = self.adapter("/one/obstacles", topic="one")
+        publisher = self.publisher("/one")
+        self.send(publisher, cloud([RIGHT, LEFT], frame="/map"))
+        self.assertTrue(wait_until(lambda: seen == [[0, 1]]), seen)
+        self.send(publisher, cloud([RIGHT, LEFT], frame="map"))  # nothing new: no refresh
+        beyond = cloud([np.multiply(RIGHT, 10)], frame="map")  # seen from the origin of the map
+        self.send(publisher, beyond)
+        self.assertTrue(wait_until(lambda: seen == [[0, 1], [1]]), seen)
+        clear = rospy.ServiceProxy("/one/obstacles/clear", Trigger)
+        self.assertEqual(clear().message, "forgotten: 1 marked face")
+        self.assertEqual(seen, [[0, 1], [1], []])
+        self.assertEqual(clear().message, "forgotten: 0 marked faces")
+        self.assertEqual(len(seen), 3)
+
+    def test_the_newest_cloud_counts(self):
+        adapter, layer, seen = self.adapter("/two/obstacles", 0.5, topic="two", decay=-1.0)
+        publisher = self.publisher("/two")
+        for number in range(20):
+            self.send(publisher, cloud([(RIGHT, LEFT)[number % 2]], frame="map"))
+            time.sleep(0.02)
+        self.assertTrue(wait_until(lambda: seen and seen[-1] == [1]), seen)
+        self.assertLess(len(seen), 10)
+
+    def test_down_is_where_the_robot_says(self):
+        down = {"topic": "three", "down_axis": [0, 0, -2]}
+        rospy.set_param("/three/robot_frame", "leaning")
+        adapter, layer, seen = self.adapter("/three/map/obstacles", **down)
+        other, plain, straight = self.adapter("/three/map/straight", axis_frame="laser", **down)
+        publisher = self.publisher("/three")
+        self.assertTrue(wait_until(lambda: publisher.get_num_connections() > 0))
+        self.send(publisher, cloud(self.to_laser([RIGHT, [-3.0, 0.3, 1.0]])))
+        self.assertTrue(wait_until(lambda: straight == [[0, 1]]), straight)
+        self.assertTrue(wait_until(lambda: seen == [[2]]), seen)
+        self.assertEqual((layer.last_cloud.elsewhere, layer.last_cloud.obstacles), (1, 1))
+
+    def test_the_topic_may_change(self):
+        adapter, layer, seen = self.adapter("/four/obstacles", topic="")
+        publisher = self.publisher("/four")
+        layer.params["topic"] = "four"
+        self.send(publisher, cloud([LEFT], frame="map"))
+        self.assertTrue(wait_until(lambda: seen == [[1]]), seen)
+        layer.params["topic"] = "/not a name"
+        self.assertTrue(wait_until(lambda: publisher.get_num_connections() == 0))
+        layer.params["topic"] = "four"
+        self.send(publisher, cloud([RIGHT], frame="map"))
+        self.assertTrue(wait_until(lambda: len(seen) > 1), seen)
+
+    def test_bad_clouds_do_no_harm(self):
+        adapter, layer, seen = self.adapter("/five/obstacles", topic="five", tf_tolerance=0.0)
+        publisher = self.publisher("/five")
+        broken = cloud([LEFT], frame="map")
+        broken.point_step = 3
+        old = cloud([LEFT], stamp=rospy.Time(1))
+        for message in (broken, cloud([LEFT], frame=""), cloud([LEFT], frame="?"), old):
+            self.send(publisher, message)
+            time.sleep(0.05)
+        self.send(publisher, cloud([], frame="map"))
+        self.send(publisher, cloud([RIGHT], frame="map"))
+        self.assertTrue(wait_until(lambda: bool(seen)), seen)
+        self.assertEqual(seen[0][0], 0)
+
+    def test_a_bag_that_begins_again(self):
+        """rospy ends whoever waits for time to pass when the clock is set back."""
+        adapter, layer, seen = self.adapter("/eight/obstacles", topic="eight")
+        said = []
+        adapter._complaints.add = lambda kind, reason: said.append((kind, str(reason)))
+        back = rospy.exceptions.ROSTimeMovedBackwardsException(-3.0)
+        with mock.patch.object(adapter._transforms.buffer, "lookup_transform", side_effect=back):
+            adapter._on_cloud(cloud(self.to_laser([LEFT])))
+        self.assertEqual(said, [("clouds from /eight cannot be used", str(back))])
+        adapter._on_cloud(cloud(self.to_laser([LEFT])))
+        self.assertEqual((seen, len(said)), ([[1]], 1))
+
+    def test_clouds_that_are_not_in_the_frame_of_their_sensor(self):
+        """Seen from the laser; from the origin of the map, it would be the other way round."""
+        at_laser = np.array([1.0, 1.0, 1.0])
+        behind = at_laser + 10 * (np.array(LEFT) - at_laser)
+        for sensor_frame, marked in (("laser", []), ("", [1])):
+            layer_name = "/nine%s/obstacles" % sensor_frame
+            adapter, layer, seen = self.adapter(layer_name, topic="", sensor_frame=sensor_frame)
+            said = []
+            adapter._complaints.add = lambda kind, reason, said=said: said.append(str(reason))
+            adapter._on_cloud(cloud([LEFT], frame="map"))
+            adapter._on_cloud(cloud([behind], frame="map"))
+            self.assertEqual(layer.marked_faces.tolist(), marked)
+            self.assertEqual(said, [] if sensor_frame else ["set sensor_frame"] * 2)
+
+    def test_nothing_comes_after_shutdown(self):
+        adapter, layer, seen = self.adapter("/six/obstacles", 0.3, topic="six", decay=0.5)
+        publisher = self.publisher("/six")
+        self.send(publisher, cloud([LEFT], frame="map"))
+        self.assertTrue(wait_until(lambda: bool(seen)))
+        adapter.shutdown()
+        adapter.shutdown()
+        count = len(seen)
+        publisher.publish(cloud([RIGHT], frame="map"))
+        time.sleep(1.0)  # longer than decay
+        self.assertEqual(len(seen), count)
+        with self.assertRaises(rospy.ROSException):
+            rospy.wait_for_service("/six/obstacles/clear", 0.2)
+        self.assertFalse([t.name for t in threading.enumerate() if t is adapter._thread])
+
+    def test_a_map_that_fails_does_not_end_the_adapter(self):
+        adapter, layer, seen = self.adapter("/seven/obstacles", topic="seven")
+        failures = [0, 0, 0, 1]
+        adapter.refresh = lambda refresh=adapter.refresh: (refresh(), 1 / failures.pop(0))
+        publisher = self.publisher("/seven")
+        self.send(publisher, cloud([LEFT], frame="map"))
+        self.assertTrue(wait_until(lambda: not failures), failures)  # it is tried again
+        self.assertEqual(seen, [[1]] * 4)
+        time.sleep(0.5)  # longer than until the next try
+        self.assertEqual(len(seen), 4)
+        failures.append(1)
+        self.send(publisher, cloud([RIGHT], frame="map"))
+        self.assertTrue(wait_until(lambda: len(seen) == 5), seen)
+
+
+if __name__ == "__main__":
+    rospy.init_node("obstacle_check")
+    rostest.rosrun("mesh_map", "obstacle_check", Obstacles)

@@ -1,0 +1,1 @@
+"""The rules that received messages keep, for each kind of message."""

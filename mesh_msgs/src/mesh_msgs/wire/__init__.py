@@ -1,0 +1,1 @@
+"""Messages as arrays laid over their bytes: framing, members, classes."""

@@ -1,0 +1,147 @@
+"""What is in a mesh file, as plain values."""
+import os
+from typing import Any, Dict, List, Optional
+
+import numpy as np
+
+from mesh_msgs_hdf5.formats.any_mesh import Members, open_members
+from mesh_msgs_hdf5.model.label_names import split_label
+
+
+def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict[str, Any]:
+    """What a file holds: counts, bounds in meters, layers, labels, textures, frame, UUID, ...
+
+    Of a map file the arrays that have to be known are read, not the faces, normals and colors;
+    with fast none is. Other formats are read as a whole. The result is made of dicts, lists, texts
+    and numbers. Raises MapFileError.
+    """
+    file, form, notes = open_members(path, part)
+    fast = fast and form == "HDF5"
+    read: List[str] = []
+    summary: Dict[str, Any] = {
+        "path": os.fsdecode(path),
+        "format": form,
+        "file_bytes": os.stat(path).st_size,
+        "schema": file.schema,
+        "schema_version": file.schema_version,
+        "part": file.part,
+        "parts": list(file.parts),
+        "vertices": file.vertex_count,
+        "faces": file.face_count,
+        "normals": file.has_normals,
+        "colors": file.has_colors,
+        "frame_id": file.frame_id,
+        "origin": [float(value) for value in file.origin],
+        "crs": file.crs,
+        # files of ours say it; for others it would have to be computed
+        "uuid": file.uuid if file.schema_version or not fast else None,
+        "source": file.source,
+        "notes": list(notes),
+    }
+    summary.update(_bounds(file, fast, read))
+    summary["layers"] = [layer_summary(file, name, fast, read) for name in file.layer_names()]
+    names = file.face_attribute_names()
+    summary["face_attributes"] = [face_attribute_summary(file, name, fast, read) for name in names]
+    indices = file.texture_indices()
+    summary["textures"] = [_texture(file, index, fast, read) for index in indices]
+    summary["texture_coordinates"] = None if fast else file.texture_coordinates is not None
+    if summary["texture_coordinates"]:
+        read.append("texture coordinates")
+    materials = None if fast else file.materials
+    summary["materials"] = None
+    if materials is not None:
+        read.append("materials")
+        textured = int(np.count_nonzero(materials.texture_indices >= 0))
+        summary["materials"] = {"count": len(materials.colors), "textured": textured}
+    summary["labels"] = _labels(file, fast, read)
+    features = None if fast else file.features
+    summary["features"] = None
+    if features is not None:
+        read.append("features")
+        count, dimensions = features.descriptors.shape
+        summary["features"] = {"count": count, "dimensions": dimensions}
+    summary["other_contents"] = file.other_contents()
+    summary["arrays_read"] = read if form == "HDF5" else None
+    return summary
+
+
+def _bounds(file, fast, read):
+    if fast:
+        return {"bounds": None, "georeferenced": None}
+    read.append("vertices")
+    vertices = file.vertices
+    low, high = (
+        (vertices.min(axis=0), vertices.max(axis=0)) if len(vertices) else (np.zeros(3),) * 2
+    )
+    bounds = {"min": low.tolist(), "max": high.tolist()}
+    if not any(file.origin):
+        return {"bounds": bounds, "georeferenced": None}
+    origin = np.array(file.origin, dtype=np.float64)
+    placed = {"min": (low + origin).tolist(), "max": (high + origin).tolist()}
+    return {"bounds": bounds, "georeferenced": placed}
+
+
+def layer_summary(file: Members, name: str, fast: bool = False, read=None) -> Dict[str, Any]:
+    """Name, parameters and, unless fast, costs_summary() of a layer; read gets what was read."""
+    entry = {"name": name, "parameters": file.layer_parameters(name)}
+    if not fast:
+        _note(read, "layer " + name)
+        entry.update(costs_summary(file.vertex_costs(name)))
+    return entry
+
+
+def face_attribute_summary(
+    file: Members, name: str, fast: bool = False, read=None
+) -> Dict[str, Any]:
+    """As layer_summary(); unless fast also the type of its numbers."""
+    entry = {"name": name, "parameters": file.face_parameters(name)}
+    if not fast:
+        _note(read, "face attribute " + name)
+        values = file.face_attribute(name)
+        columns = 1 if values.ndim == 1 else values.shape[1]
+        entry["type"] = str(values.dtype) + ("" if columns == 1 else " x %d" % columns)
+        entry.update(costs_summary(values))
+    return entry
+
+
+def _note(read: Optional[List[str]], name):
+    if read is not None:
+        read.append(name)
+
+
+def _texture(file, index, fast, read):
+    if fast:
+        return {"index": index}
+    read.append("texture %d" % index)
+    height, width, channels = file.texture(index).shape
+    return {"index": index, "width": width, "height": height, "channels": channels}
+
+
+def _labels(file, fast, read):
+    names = file.label_names()
+    labels = {} if fast else file.labels()
+    classes: Dict[str, Dict[str, Any]] = {}
+    for name in names:
+        entry = classes.setdefault(split_label(name)[0], {"labels": 0, "faces": None})
+        entry["labels"] += 1
+        if not fast:
+            entry["faces"] = (entry["faces"] or 0) + len(labels[name].faces)
+    if labels:
+        read.append("labels")
+    return {"count": len(names), "classes": classes}
+
+
+def costs_summary(costs: np.ndarray) -> Dict[str, Any]:
+    """Range of the finite values, and counts of lethal, unknown and negative ones.
+
+    min and max are None if no value is finite.
+    """
+    finite = costs[np.isfinite(costs)]
+    number = float if costs.dtype.kind == "f" else int
+    return {
+        "min": number(finite.min()) if len(finite) else None,
+        "max": number(finite.max()) if len(finite) else None,
+        "lethal": int(np.count_nonzero(costs == np.inf)),
+        "unknown": int(np.count_nonzero(np.isnan(costs))),
+        "negative": int(np.count_nonzero(costs < 0)),
+    }

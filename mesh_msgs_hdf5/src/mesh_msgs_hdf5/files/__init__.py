@@ -1,0 +1,1 @@
+"""Files on the disk: their kinds, names that stay in a folder, saving in one step."""

@@ -1,0 +1,118 @@
+"""Values of corners of faces as values of vertices: where they agree, or by splitting vertices."""
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mesh_msgs_hdf5.formats.base.report import ImportReport
+
+SPLIT = "--split-seams splits them"
+
+
+def agreed(index: np.ndarray, values: np.ndarray, vertex_count: int) -> Optional[np.ndarray]:
+    """Values (vertex_count, ...) of vertices from values (N, ...) of corners.
+
+    index: (N,) vertex of each corner. None if a vertex has corners of different values; 0 where a
+    vertex has no corner. NaN is the same as NaN.
+    """
+    result = np.zeros((vertex_count,) + values.shape[1:], values.dtype)
+    result[index] = values
+    found = result[index]
+    same = found == values
+    if values.dtype.kind == "f":
+        same |= np.isnan(found) & np.isnan(values)
+    return result if same.all() else None
+
+
+def note_missing(count: int, report: ImportReport) -> None:
+    """Say how many corners have no texture coordinates."""
+    if count:
+        report.note("%d face corners have no texture coordinates", count)
+
+
+class Seams(NamedTuple):
+    """The outcome of texture_vertices.
+
+    coordinates: (V + len(sources), 2), or None: left out; index: (N,) vertex of each corner, as it
+    was or with the vertices that were split; sources: the vertex that each appended one is like.
+    """
+
+    coordinates: Optional[np.ndarray]
+    index: np.ndarray
+    sources: np.ndarray
+
+
+def texture_vertices(
+    index: np.ndarray,
+    coordinates: np.ndarray,
+    known: Optional[np.ndarray],
+    vertex_count: int,
+    split: bool,
+    report: ImportReport,
+) -> Seams:
+    """Texture coordinates of vertices from those of corners.
+
+    index: (N,) vertex of each corner; coordinates: (N, 2) float32; known: (N,) bool, which corners
+    have one, or None for all. A vertex whose corners differ is split if asked for: the first
+    coordinates stay with it, a vertex for each further pair is appended behind all others; else
+    the coordinates are left out. The report says how many.
+    """
+    none = np.zeros(0, np.int64)
+    coordinates = np.ascontiguousarray(coordinates + np.float32(0))  # -0.0 is 0.0
+    at = np.arange(len(index)) if known is None else np.flatnonzero(known)
+    wrong = at[~np.isfinite(coordinates[at]).all(axis=1)]
+    if len(wrong):
+        report.note(
+            "texture coordinates left out: %d corners have some that are not finite, first %d",
+            len(wrong),
+            wrong[0],
+        )
+        return Seams(None, index, none)
+    if not coordinates[at].any():
+        if len(at):  # what some programs write where there are none
+            report.note("texture coordinates left out: all of them are 0")
+        return Seams(None, index, none)
+    note_missing(len(index) - len(at), report)
+    result = agreed(index[at], coordinates[at], vertex_count)
+    if result is not None:
+        return Seams(result, index, none)
+    vertex, pair, first = _pairs(index[at], coordinates[at])
+    own = np.ones(len(vertex), bool)
+    own[1:] = vertex[1:] != vertex[:-1]
+    seams = len(np.unique(vertex[~own]))
+    if not split:
+        report.note(
+            "texture coordinates left out: %d vertices have several (seams); %s", seams, SPLIT
+        )
+        return Seams(None, index, none)
+    # the pairs that need a vertex of their own, in the order in which they come first
+    extra = np.flatnonzero(~own)[np.argsort(first[~own], kind="stable")]
+    place = vertex.copy()
+    place[extra] = vertex_count + np.arange(len(extra))
+    result = np.zeros((vertex_count + len(extra), 2), np.float32)
+    result[place] = coordinates[at][first]
+    moved = index.astype(np.int64)
+    moved[at] = place[pair]
+    report.split += len(extra)
+    report.note("%d seam vertices were split: %d vertices appended", seams, len(extra))
+    return Seams(result, moved, vertex[extra])
+
+
+def _pairs(index: np.ndarray, coordinates: np.ndarray) -> Tuple[np.ndarray, ...]:
+    """The different pairs of vertex and coordinates, by vertex and then by first appearance.
+
+    Returns (vertex (P,), pair of each corner (N,), first corner of each pair (P,)).
+    """
+    keys = (coordinates[:, 1], coordinates[:, 0], index)
+    order = np.lexsort(keys)  # stable: the first corner of a pair comes first
+    new = np.ones(len(order), bool)
+    new[1:] = False
+    for key in keys:
+        new[1:] |= key[order[1:]] != key[order[:-1]]
+    first = order[new]
+    group = np.zeros(len(order), np.int64)
+    group[order] = np.cumsum(new) - 1
+    by_appearance = np.lexsort((first, index[first]))
+    rank = np.zeros(len(first), np.int64)
+    rank[by_appearance] = np.arange(len(first))
+    first = first[by_appearance]
+    return index[first].astype(np.int64), rank[group], first

@@ -1,0 +1,124 @@
+"""What the writers of all formats share: the files of an export, names, and what is left out."""
+import os
+import re
+from dataclasses import dataclass, field
+from typing import Any, Collection, Dict, Iterable, List
+
+import numpy as np
+
+from mesh_msgs_hdf5.formats.base.images import png
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+_UNSAFE = re.compile(r"[^A-Za-z0-9_.-]")
+
+
+@dataclass
+class Export:
+    """content: the bytes of the file; beside: name -> bytes of the files that it names; notes: what
+    the format cannot take.
+    """
+
+    content: bytes = b""
+    beside: Dict[str, bytes] = field(default_factory=dict)
+    notes: List[str] = field(default_factory=list)
+
+    def note(self, text: str, *values: Any) -> None:
+        """Add a sentence; values are put into it by %."""
+        self.notes.append(one_line(text % values if values else text))
+
+    def leave_out(self, mesh: Mesh, format: str, *names: str) -> None:
+        """A note for each of the members of a mesh (or their parts) that the format has no place
+        for, where the mesh has it.
+        """
+        for name in names:
+            number = _number(getattr(mesh, name))
+            if number:
+                hint = (
+                    "; --layer NAME paints one into the colors"
+                    if name == "vertex_costs" and format != "STL"
+                    else ""
+                )
+                self.note(
+                    "left out: %s, which %s does not have%s", _MEANING[name] % number, format, hint
+                )
+
+
+_MEANING = {
+    "vertex_normals": "%d normals",
+    "vertex_colors": "%d vertex colors",
+    "vertex_costs": "%d layers",
+    "face_attributes": "%d face attributes",
+    "texture_coordinates": "%d texture coordinates",
+    "textures": "%d textures",
+    "materials": "%d materials",
+    "labels": "%d labels",
+    "features": "%d texture features",
+    "origin": "the origin (%d coordinates)",
+    "crs": "the coordinate reference system (%d letters)",
+}
+
+
+def _number(value: Any) -> int:
+    if value is None:
+        return 0
+    if hasattr(value, "locations"):
+        return len(value.locations)
+    if hasattr(value, "face_materials"):
+        return len(value.colors)
+    if isinstance(value, tuple):  # the origin
+        return len(value) if any(value) else 0
+    return len(value)
+
+
+def safe_name(text: str, taken: Collection[str], prefix: str = "") -> str:
+    """The text in letters, digits, points and dashes, other than what is taken."""
+    name = _UNSAFE.sub("_", text)[:100] or "_"
+    name = prefix + name if prefix and name in taken else name
+    number, result = 2, name
+    while result in taken:
+        result, number = "%s_%d" % (name, number), number + 1
+    return result
+
+
+def file_stem(path: PathLike) -> str:
+    """What the names of files beside this one begin with: without blanks, which some programs do
+    not read.
+    """
+    name = os.path.basename(os.path.realpath(os.fsdecode(path)))
+    return _UNSAFE.sub("_", os.path.splitext(name)[0])[:100] or "_"
+
+
+def texture_files(path: PathLike, mesh: Mesh, export: Export) -> Dict[int, str]:
+    """Put a PNG of each texture beside the file; returns texture index -> file name."""
+    names = {
+        index: "%s_texture_%d.png" % (file_stem(path), index) for index in sorted(mesh.textures)
+    }
+    for index, name in names.items():
+        export.beside[name] = png(mesh.textures[index])
+    return names
+
+
+def text_rows(pattern: str, table: np.ndarray) -> bytes:
+    """A line of ASCII for each row of a table (N, C); pattern: one line, ending in a newline."""
+    parts: List[bytes] = []
+    for start in range(0, len(table), 1 << 15):
+        block = table[start : start + (1 << 15)]
+        parts.append((pattern * len(block) % tuple(block.reshape(-1).tolist())).encode("ascii"))
+    return b"".join(parts)
+
+
+def check_size(path: PathLike, size: int, format: str) -> None:
+    """Refuse what has more bytes than four can count."""
+    if size >= 1 << 32:
+        raise MapFileError(
+            "size",
+            path,
+            "a %s file holds at most 4 GiB, this would be %d bytes" % (format, size),
+            "choose another format",
+        )
+
+
+def lines(texts: Iterable[str]) -> bytes:
+    """ASCII, each text a line."""
+    return "".join(text + "\n" for text in texts).encode("ascii")

@@ -1,0 +1,113 @@
+"""Polygons and triangle soups to indexed triangles, vectorized."""
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+
+
+def check_corners(
+    path: PathLike,
+    counts: np.ndarray,
+    corners: np.ndarray,
+    vertex_count: int,
+    shown: Optional[np.ndarray] = None,
+) -> None:
+    """Refuse polygons that refer to no vertex.
+
+    counts: (N,) corners of each polygon; corners: all their vertex indices, one after the other,
+    signed or wide enough;
+    shown: the indices as they stand in the file, where they differ (for the message).
+    """
+    wrong = corners >= vertex_count
+    if corners.dtype.kind == "i":
+        wrong |= corners < 0
+    if not wrong.any():
+        return
+    at = np.flatnonzero(wrong)
+    polygons = np.searchsorted(np.cumsum(counts), at, side="right")
+    raise MapFileError(
+        "index",
+        path,
+        "face %d refers to vertex %d, but the file has %d vertices; %d faces do so"
+        % (
+            polygons[0],
+            (corners if shown is None else shown)[at[0]],
+            vertex_count,
+            len(np.unique(polygons)),
+        ),
+        "repair the mesh where it was made",
+    )
+
+
+class Triangles(NamedTuple):
+    """faces: (F, 3) uint32; polygons: (F,) from which polygon each comes, places: (F, 3) from which
+    place in the list of all corners; both None if every polygon is a triangle.
+    """
+
+    faces: np.ndarray
+    polygons: Optional[np.ndarray] = None
+    places: Optional[np.ndarray] = None
+
+    def of_polygons(self, values: np.ndarray) -> np.ndarray:
+        """Values (F, ...) of the triangles from values of the polygons."""
+        return values if self.polygons is None else values[self.polygons]
+
+    def of_corners(self, values: np.ndarray) -> np.ndarray:
+        """Values (3 F, ...) of the triangles' corners from values of the polygons' corners."""
+        return values if self.places is None else values[self.places.reshape(-1)]
+
+
+def triangulate(counts: np.ndarray, corners: np.ndarray, report: ImportReport) -> Triangles:
+    """The triangles of polygons in their order, each cut as a fan from its first corner.
+
+    counts: (N,) corners of each polygon; corners: all their vertices, one after the other. Polygons
+    of more than three corners are counted, those of fewer are left out; the report says both.
+    """
+    counts = np.asarray(counts, dtype=np.int64)
+    large, small = np.count_nonzero(counts > 3), np.flatnonzero(counts < 3)
+    if large:
+        report.triangulated += int(large)
+        report.note("%d faces of more than three corners were cut into triangles (fans)", large)
+    if len(small):
+        report.note(
+            "%d faces of fewer than three corners were left out, first face %d",
+            len(small),
+            small[0],
+        )
+    if not large and not len(small):
+        return Triangles(np.ascontiguousarray(corners, dtype="<u4").reshape(-1, 3))
+    triangles = np.maximum(counts - 2, 0)
+    starts = np.repeat(np.cumsum(counts) - counts, triangles)
+    step = np.arange(triangles.sum()) - np.repeat(np.cumsum(triangles) - triangles, triangles)
+    places = np.stack([starts, starts + step + 1, starts + step + 2], axis=1)
+    polygons = np.repeat(np.arange(len(counts)), triangles)
+    return Triangles(np.ascontiguousarray(corners[places], dtype="<u4"), polygons, places)
+
+
+def weld(corners: np.ndarray, report: ImportReport) -> Tuple[np.ndarray, np.ndarray]:
+    """Vertices and faces of a triangle soup: corners at the same position become one vertex.
+
+    corners: (N, 3) float32 positions. Returns (vertices (V, 3) float32 in the order in which they
+    come first, index (N,) uint32 of each corner's vertex).
+    """
+    positions = corners + np.float32(0)  # -0.0 and 0.0 are one place
+    order = np.lexsort(positions.T[::-1])
+    ordered = positions[order]
+    new = np.ones(len(ordered), dtype=bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    group = np.zeros(len(ordered), dtype=np.int64)
+    group[order] = np.cumsum(new) - 1
+    # lexsort is stable: the first of each group is the one that comes first in the file
+    first = order[new]
+    rank = np.zeros(len(first), dtype=np.uint32)
+    by_place = np.argsort(first, kind="stable")
+    rank[by_place] = np.arange(len(first), dtype=np.uint32)
+    report.merged += len(corners) - len(first)
+    report.note(
+        "welded: %d corners at %d different positions; the order of vertices is that of the faces",
+        len(corners),
+        len(first),
+    )
+    return np.ascontiguousarray(positions[first[by_place]]), rank[group]

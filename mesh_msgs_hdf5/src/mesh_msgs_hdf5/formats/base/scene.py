@@ -1,0 +1,187 @@
+"""A scene of parts with vertices of their own (COLLADA, glTF), and one mesh made of it."""
+from dataclasses import dataclass, field, replace
+from typing import Dict, List, Optional, Tuple
+
+import numpy as np
+
+from mesh_msgs_hdf5.formats.base.corners import agreed, texture_vertices
+from mesh_msgs_hdf5.formats.base.options import Options, placed
+from mesh_msgs_hdf5.formats.base.polygons import weld
+from mesh_msgs_hdf5.formats.base.remap import take_vertices
+from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.formats.base.values import add_layer, normals_or_none
+from mesh_msgs_hdf5.model.errors import PathLike
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+
+@dataclass
+class Part:
+    """Triangles with vertices of their own.
+
+    positions: (N, 3) float; faces: (F, 3) int64, below N; materials: (F,) int64; normals: (N, 3);
+    colors: (N, 3) uint8; coordinates: (N, 2) float32; layers: name -> (N,).
+    """
+
+    positions: np.ndarray
+    faces: np.ndarray
+    materials: np.ndarray
+    normals: Optional[np.ndarray] = None
+    colors: Optional[np.ndarray] = None
+    coordinates: Optional[np.ndarray] = None
+    layers: Dict[str, np.ndarray] = field(default_factory=dict)
+
+    def moved(self, transform: np.ndarray) -> "Part":
+        """The part after a 4 x 4 transform; where that mirrors, outside stays outside."""
+        if np.array_equal(transform, np.eye(4)):
+            return self
+        matrix, faces, normals = transform[:3, :3], self.faces, self.normals
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            positions = self.positions.astype(np.float64) @ matrix.T + transform[:3, 3]
+            if np.linalg.det(matrix) < 0:
+                faces = faces[:, ::-1]
+            if normals is not None:
+                # normals go with the inverse transposed, here times the determinant
+                cofactors = np.stack(
+                    [np.cross(matrix[(i + 1) % 3], matrix[(i + 2) % 3]) for i in range(3)]
+                )
+                turned = normals.astype(np.float64) @ cofactors.T
+                turned *= np.sign(np.linalg.det(matrix))
+                length = np.linalg.norm(turned, axis=1, keepdims=True)
+                normals = turned / np.where(length > 0, length, 1)
+        return replace(self, positions=positions, faces=faces, normals=normals)
+
+
+@dataclass
+class Scene:
+    """All parts as one: arrays as in Part.
+
+    known: (N,) bool, which vertices have texture coordinates; face_materials: (F,).
+    """
+
+    positions: np.ndarray
+    faces: np.ndarray
+    face_materials: np.ndarray
+    normals: Optional[np.ndarray] = None
+    colors: Optional[np.ndarray] = None
+    coordinates: Optional[np.ndarray] = None
+    known: Optional[np.ndarray] = None
+    layers: Dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def joined(parts: List[Part], report: ImportReport) -> Scene:
+    """One scene of all parts.
+
+    Where only some have colors the others are white, where only some have a layer the others are
+    unknown there; normals need all.
+    """
+    rows = [len(part.positions) for part in parts]
+    starts = np.cumsum([0] + rows)[:-1]
+    if not parts:
+        none = np.zeros((0, 3))
+        return Scene(none, none.astype(np.int64), none[:, 0].astype(np.int64))
+
+    def filled(values, width, fill, dtype):
+        shapes = [(n,) + ((width,) if width else ()) for n in rows]
+        return np.concatenate(
+            [np.full(s, fill, dtype) if v is None else v for v, s in zip(values, shapes)]
+        )
+
+    have = {
+        name: [getattr(part, name) is not None for part in parts]
+        for name in ("normals", "colors", "coordinates")
+    }
+    if any(have["normals"]) and not all(have["normals"]):
+        report.note("normals left out: %d parts have none", have["normals"].count(False))
+    if any(have["colors"]) and not all(have["colors"]):
+        report.note("white where there is no color: %d parts", have["colors"].count(False))
+    names = list(dict.fromkeys(name for part in parts for name in part.layers))
+    textured = any(have["coordinates"])
+    return Scene(
+        np.concatenate([part.positions for part in parts]),
+        np.concatenate([part.faces + start for part, start in zip(parts, starts)]),
+        np.concatenate([part.materials for part in parts]),
+        np.concatenate([part.normals for part in parts]) if all(have["normals"]) else None,
+        filled([part.colors for part in parts], 3, 255, np.uint8) if any(have["colors"]) else None,
+        filled([part.coordinates for part in parts], 2, 0, np.float32) if textured else None,
+        np.repeat(have["coordinates"], rows) if textured else None,
+        {
+            name: filled([part.layers.get(name) for part in parts], 0, np.nan, np.float32)
+            for name in names
+        },
+    )
+
+
+def z_up(vectors: Optional[np.ndarray]) -> Optional[np.ndarray]:
+    """(N, 3) of axes x right, y up, z to the viewer as x, -z, y."""
+    if vectors is None:
+        return None
+    return np.stack([vectors[:, 0], -vectors[:, 2], vectors[:, 1]], axis=1)
+
+
+def unwelded_mesh(
+    path: PathLike,
+    scene: Scene,
+    options: Options,
+    report: ImportReport,
+    offset: Tuple[float, float, float],
+) -> Mesh:
+    """A Mesh with the vertices of the scene as they are."""
+    vertices, origin = placed(path, scene.positions, "vertex", options, report, offset)
+    mesh = Mesh(vertices, scene.faces.astype(np.uint32), vertex_colors=scene.colors, origin=origin)
+    if scene.normals is not None:
+        mesh.vertex_normals = normals_or_none(scene.normals, report)
+    mesh.texture_coordinates = scene.coordinates
+    for name, values in scene.layers.items():
+        add_layer(path, mesh, name, values, report)
+    return mesh
+
+
+def welded_mesh(path: PathLike, scene: Scene, options: Options, report: ImportReport) -> Mesh:
+    """A Mesh in which vertices at exactly the same position are one, in the order of the faces.
+
+    Normals, colors and layers are kept where those that fell together agree; texture coordinates
+    as texture_vertices says. Everything else is noted.
+    """
+    # the vertices that faces refer to, in the order in which they come first
+    named, first = np.unique(scene.faces, return_index=True)
+    rows = named[np.argsort(first, kind="stable")]
+    number = np.zeros(len(scene.positions), np.int64)
+    number[rows] = np.arange(len(rows))
+    if len(rows) < len(scene.positions):
+        report.note("left out: %d vertices without faces", len(scene.positions) - len(rows))
+    positions, origin = placed(path, scene.positions[rows], "corner", options, report)
+    vertices, index = weld(positions, report)
+    index = index.astype(np.int64)
+    mesh = Mesh(vertices, index[number[scene.faces]].astype(np.uint32), origin=origin)
+
+    def taken(values, what):
+        found = agreed(index, values[rows], len(vertices))
+        if found is None:
+            report.note("%s left out: corners that were welded have different ones", what)
+        return found
+
+    if scene.normals is not None:
+        with np.errstate(over="ignore"):
+            normals = taken(scene.normals.astype(np.float32), "normals")
+        mesh.vertex_normals = None if normals is None else normals_or_none(normals, report)
+    if scene.colors is not None:
+        mesh.vertex_colors = taken(scene.colors, "colors")
+    for name, values in scene.layers.items():
+        costs = taken(values, "layer %s" % name)
+        if costs is not None:
+            add_layer(path, mesh, name, costs, report)
+    if scene.coordinates is not None and scene.known is not None:
+        known = scene.known[rows]
+        seams = texture_vertices(
+            index,
+            scene.coordinates[rows],
+            None if known.all() else known,
+            len(vertices),
+            options.split_seams,
+            report,
+        )
+        if len(seams.sources):
+            mesh = take_vertices(mesh, np.append(np.arange(len(vertices)), seams.sources))
+            mesh.faces = seams.index[number[scene.faces]].astype(np.uint32)
+        mesh.texture_coordinates = seams.coordinates
+    return mesh

@@ -1,0 +1,134 @@
+"""Normals, colors and layers of files as a mesh keeps them; what cannot be kept is noted."""
+from typing import Any, Dict, Optional, Set
+
+import numpy as np
+
+from mesh_msgs_hdf5.formats.base.report import ImportReport, note_costs
+from mesh_msgs_hdf5.model import schema
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+
+def normals_or_none(normals: np.ndarray, report: ImportReport) -> Optional[np.ndarray]:
+    """(V, 3) float32 normals, or None with a note if one is not finite."""
+    with np.errstate(over="ignore"):
+        normals = np.ascontiguousarray(normals, dtype=np.float32)
+    wrong = np.flatnonzero(~np.isfinite(normals).all(axis=1))
+    if not len(wrong):
+        return normals
+    report.note(
+        "normals left out: %d of them are not finite, first at vertex %d", len(wrong), wrong[0]
+    )
+    return None
+
+
+def coordinates_or_none(coordinates: np.ndarray, report: ImportReport) -> Optional[np.ndarray]:
+    """(V, 2) float32 texture coordinates, or None with a note if one is not finite."""
+    with np.errstate(over="ignore"):
+        coordinates = np.ascontiguousarray(coordinates, dtype=np.float32)
+    wrong = np.flatnonzero(~np.isfinite(coordinates).all(axis=1))
+    if not len(wrong):
+        return coordinates
+    report.note(
+        "texture coordinates left out: %d of them are not finite, first at vertex %d",
+        len(wrong),
+        wrong[0],
+    )
+    return None
+
+
+def colors_or_none(
+    colors: np.ndarray, kinds: Set[str], report: ImportReport, place: str = "vertex"
+) -> Optional[np.ndarray]:
+    """(N, 3) uint8 colors of bytes, or of floats from 0 to 1; None with a note if they are neither.
+
+    kinds: the types in the file ({"u1"}, {"f4"}, ...); place: what has a color.
+    """
+    is_float = any(kind[0] == "f" for kind in kinds)
+    scale = 255 if is_float else 1
+    wrong = ~((colors >= 0) & (colors <= 255 / scale)).all(axis=1)
+    if wrong.any():
+        report.note(
+            "colors left out: %d of them are not within 0..%d, first at %s %d",
+            np.count_nonzero(wrong),
+            255 // scale,
+            place,
+            np.flatnonzero(wrong)[0],
+        )
+        return None
+    return np.ascontiguousarray(np.rint(colors * scale) if is_float else colors, dtype=np.uint8)
+
+
+def add_layer(
+    path: PathLike,
+    mesh: Mesh,
+    name: str,
+    values: np.ndarray,
+    report: ImportReport,
+    parameters: Optional[Dict[str, Any]] = None,
+) -> None:
+    """Give the mesh a layer; a slash in its name becomes _.
+
+    Whole numbers are taken if float32 holds each exactly; MapFileError not_finite where a float is
+    too large for it.
+    """
+    stored = one_line(name.replace("/", "_"))
+    try:
+        schema.check_layer_name(path, stored)
+    except MapFileError as error:
+        report.note("property %s left out: %s", name, error.message)
+        return
+    if stored in mesh.vertex_costs:
+        report.note("property %s left out: there is a layer of that name already", name)
+        return
+    with np.errstate(over="ignore"):
+        costs = np.ascontiguousarray(values, dtype=np.float32)
+    if values.dtype.kind in "iu":
+        wrong = np.flatnonzero(costs.astype(np.float64) != values)
+        if len(wrong):
+            report.note(
+                "property %s left out: %d whole numbers do not fit float32, first %d at vertex %d",
+                name,
+                len(wrong),
+                values[wrong[0]],
+                wrong[0],
+            )
+            return
+    overflow = np.flatnonzero(np.isinf(costs) & ~np.isinf(values))
+    if len(overflow):
+        raise MapFileError(
+            "not_finite",
+            path,
+            "property %s of vertex %d is too large for float32 (%g), %d in all"
+            % (name, overflow[0], values[overflow[0]], len(overflow)),
+            "repair it where it was made; inf means lethal",
+        )
+    mesh.vertex_costs[stored] = costs
+    if parameters:
+        mesh.layer_parameters[stored] = parameters
+    note_costs(report, stored, costs)
+
+
+def add_face_attribute(
+    path: PathLike,
+    mesh: Mesh,
+    name: str,
+    values: np.ndarray,
+    report: ImportReport,
+    parameters: Optional[Dict[str, Any]] = None,
+) -> None:
+    """Give the mesh a face attribute (F,) or (F, C) in its own type; a slash becomes _."""
+    stored = one_line(name.replace("/", "_"))
+    try:
+        schema.check_face_attribute_name(path, stored)
+    except MapFileError as error:
+        report.note("property %s of the faces left out: %s", name, error.message)
+        return
+    if stored in mesh.face_attributes:
+        report.note("property %s of the faces left out: the name is taken", name)
+        return
+    mesh.face_attributes[stored] = np.ascontiguousarray(
+        values, dtype=values.dtype.newbyteorder("=")
+    )
+    if parameters:
+        mesh.face_parameters[stored] = parameters

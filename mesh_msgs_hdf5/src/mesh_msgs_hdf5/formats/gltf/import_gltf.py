@@ -1,0 +1,135 @@
+"""glTF 2.0 (.glb, .gltf) to Mesh: in meters, z up (REP 103).
+
+Vertices at the same position become one, as welded_mesh says; what our export wrote comes back as
+it was.
+"""
+from typing import Any, Dict, List, Optional
+
+import numpy as np
+
+from mesh_msgs_hdf5.formats.base.material_list import Textures, give_materials
+from mesh_msgs_hdf5.formats.base.options import Options
+from mesh_msgs_hdf5.formats.base.remarks import (
+    Remark,
+    about,
+    add_label,
+    parameters_of,
+    parsed_remarks,
+    remarked_origin,
+    take_mesh_remark,
+)
+from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.formats.base.scene import Scene, joined, unwelded_mesh, welded_mesh, z_up
+from mesh_msgs_hdf5.formats.base.values import add_face_attribute
+from mesh_msgs_hdf5.formats.gltf.gltf_file import GltfFile
+from mesh_msgs_hdf5.formats.gltf.gltf_materials import MaterialReader
+from mesh_msgs_hdf5.formats.gltf.gltf_scene import SceneReader, check_extensions
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+_NUMBERS = ("f2", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8")
+
+
+def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    """A Mesh of the scene in a GLB file, or in glTF's JSON with its files beside it."""
+    file = GltfFile(path, data)
+    check_extensions(file)
+    remarks = parsed_remarks(_remark_lines(file), report)
+    scene = joined(SceneReader(file, report).parts(), report)
+    if not len(scene.faces):
+        raise MapFileError("no_faces", path, "the glTF file has no faces in its scene", "")
+    scene.positions, scene.normals = z_up(scene.positions), z_up(scene.normals)
+    own = [remark["vertices"] for remark in about(remarks, "vertices", int)]
+    exact = own == [len(scene.positions)]
+    scene.layers, parameters = _named_layers(scene.layers, remarks)
+    if exact:
+        _restore_order(file, scene, remarks)
+        mesh = unwelded_mesh(path, scene, options, report, remarked_origin(remarks))
+        take_mesh_remark(path, mesh, remarks, report)
+    else:
+        report.note("glTF's up axis was applied: z up")
+        mesh = welded_mesh(path, scene, options, report)
+    mesh.layer_parameters = {
+        name: parameters[name] for name in mesh.vertex_costs if parameters.get(name)
+    }
+    useful = mesh.texture_coordinates is not None or exact
+    textures = Textures(file.folder, report, wanted=useful)
+    reader = MaterialReader(file, remarks if exact else [], textures, report)
+    materials, numbers = reader.chosen(scene.face_materials, keep_all=exact)
+    give_materials(mesh, materials, numbers, textures, exact and bool(file.items("materials")))
+    if exact:
+        _take_face_values(file, mesh, remarks, report)
+    return mesh
+
+
+def _remark_lines(file: GltfFile) -> List[str]:
+    extras = file.json["asset"].get("extras")
+    lines = extras.get("mesh_tools") if isinstance(extras, dict) else None
+    return [line for line in lines if isinstance(line, str)] if isinstance(lines, list) else []
+
+
+def _named_layers(layers, remarks):
+    """(layers by the names that they are to have, parameters by name)."""
+    named = {
+        remark["attribute"]: remark
+        for remark in about(remarks, "layer")
+        if isinstance(remark.get("attribute"), str)
+    }
+    found, parameters = {}, {}
+    for attribute, values in layers.items():
+        remark = named.get(attribute, {})
+        name = remark.get("layer", attribute.lstrip("_") or "_")
+        for key, meaning in (("lethal", np.inf), ("unknown", np.nan)):
+            if isinstance(remark.get(key), float):
+                values = np.where(values == np.float32(remark[key]), np.float32(meaning), values)
+        found[name] = values
+        parameters[name] = parameters_of(remark)
+    return found, parameters
+
+
+def _restore_order(file: GltfFile, scene: Scene, remarks: List[Remark]) -> None:
+    """Faces as they stood in the mesh that was exported: the file has them by material."""
+    for remark in about(remarks, "face_order", int)[:1]:
+        order = _array(file, remark["face_order"], "u4", len(scene.faces), 1)
+        if order is None or not np.array_equal(np.sort(order[:, 0]), np.arange(len(order))):
+            file.damaged("the order of the faces is none")
+        place = np.zeros(len(order), np.int64)
+        place[order[:, 0]] = np.arange(len(order))
+        scene.faces, scene.face_materials = scene.faces[place], scene.face_materials[place]
+
+
+def _array(file: GltfFile, view: Any, kind: Any, rows: int, width: Any) -> Optional[np.ndarray]:
+    """(rows, width) numbers in a buffer view of our export, or None if it does not fit."""
+    if kind not in _NUMBERS or type(width) is not int or type(rows) is not int or width < 1:
+        return None
+    data = np.frombuffer(file.view(view), np.uint8)
+    if len(data) != rows * width * np.dtype(kind).itemsize:
+        return None
+    return data.view("<" + kind).reshape(rows, width)
+
+
+def _take_face_values(file, mesh, remarks, report):
+    damaged: Dict[str, int] = {}
+    for remark in about(remarks, "face_attribute"):
+        values = _array(
+            file, remark.get("view"), remark.get("type"), len(mesh.faces), remark.get("columns")
+        )
+        if values is None:
+            damaged["face attributes"] = damaged.get("face attributes", 0) + 1
+            continue
+        values = values[:, 0] if remark.get("rank") == 1 else values
+        name, parameters = remark["face_attribute"], parameters_of(remark)
+        add_face_attribute(file.path, mesh, name, values, report, parameters)
+    for remark in about(remarks, "label"):
+        count = remark.get("count")
+        faces = (
+            np.zeros((0, 1), np.uint32)
+            if count == 0
+            else _array(file, remark.get("view"), "u4", count, 1)
+        )
+        if faces is None or (faces >= len(mesh.faces)).any():
+            damaged["labels"] = damaged.get("labels", 0) + 1
+        else:
+            add_label(file.path, mesh, remark, faces[:, 0], report)
+    for what, number in damaged.items():
+        report.note("left out: %d %s that are damaged", number, what)

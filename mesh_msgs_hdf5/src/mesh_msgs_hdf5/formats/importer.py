@@ -1,0 +1,142 @@
+"""Reads a mesh from any known format: PLY, OBJ, STL, DAE (COLLADA), glTF, and map files themselves.
+"""
+import datetime
+import hashlib
+import os
+from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
+
+from mesh_msgs_hdf5 import __version__
+from mesh_msgs_hdf5.checks.check import checked_mesh
+from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
+from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed
+from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.formats.dae.import_dae import read_dae
+from mesh_msgs_hdf5.formats.gltf.import_gltf import read_gltf
+from mesh_msgs_hdf5.formats.merge import merge_vertices
+from mesh_msgs_hdf5.formats.obj.import_obj import read_obj
+from mesh_msgs_hdf5.formats.ply.import_ply import read_ply
+from mesh_msgs_hdf5.formats.repair import repair
+from mesh_msgs_hdf5.formats.stl import read_stl
+from mesh_msgs_hdf5.isolation import IsolatedMapFile
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+
+class Format(NamedTuple):
+    """A file format: its name in reports, and a reader of path, bytes, options and report.
+
+    suffixes: what names of such files end with.
+    """
+
+    name: str
+    suffixes: Tuple[str, ...]
+    read: Callable[[PathLike, bytes, Options, ImportReport], Mesh]
+
+
+def _read_dae(path: PathLike, _data: bytes, options: Options, report: ImportReport) -> Mesh:
+    return read_dae(path, options, report)
+
+
+# what probe.kind_of says -> what reads it; a map file is none of these
+FORMATS: Dict[str, Format] = {
+    "ply": Format("PLY", (".ply",), read_ply),
+    "obj": Format("OBJ", (".obj",), read_obj),
+    "stl": Format("STL", (".stl",), read_stl),
+    "dae": Format("DAE", (".dae",), _read_dae),
+    "glb": Format("GLB", (".glb",), read_gltf),
+    "gltf": Format("glTF", (".gltf",), read_gltf),
+}
+MAP_SUFFIXES = (".h5", ".hdf5")
+
+
+def import_suffixes() -> Tuple[str, ...]:
+    """What names of files that can be read end with."""
+    found = [suffix for format in FORMATS.values() for suffix in format.suffixes]
+    return tuple(found) + MAP_SUFFIXES
+
+
+def read_mesh(
+    path: PathLike, part: Optional[str] = None, **options: Any
+) -> Tuple[Mesh, ImportReport]:
+    """The mesh of a .ply, .obj, .stl, .dae, .glb, .gltf or .h5 file and what reading it changed.
+
+    The content decides where it can, else the suffix. PLY and OBJ keep the order and number of
+    vertices; STL, DAE and glTF are welded, except for glTF that this package wrote. part: which
+    mesh of a map file. options: origin, split_seams, merge_vertices, repair, see formats.options.
+    Every face index and coordinate is checked. Raises MapFileError.
+    """
+    path = os.fsdecode(path)
+    chosen = checked_options(path, **options)
+    kind = kind_of(path, read_head(path))
+    if not kind:
+        raise MapFileError(
+            "format",
+            path,
+            "its content is no mesh that is known, nor is its suffix",
+            "known: %s" % " ".join(import_suffixes()),
+        )
+    report = ImportReport(path, "HDF5" if kind == "h5" else FORMATS[kind].name)
+    try:
+        if kind == "h5":
+            mesh = _from_map(path, part, chosen, report)
+        else:
+            mesh = _from_format(path, FORMATS[kind], chosen, report)
+    except MemoryError as error:
+        raise MapFileError("size", path, "there is not enough memory to read it", "") from error
+    report.count(mesh)
+    return mesh, report
+
+
+def _from_format(path, format, options, report):
+    # assimp reads the file itself; the bytes are for the provenance
+    data = read_file(path)
+    mesh = format.read(path, data, options, report)
+    mesh = _mended(path, mesh, options, report)
+    mesh.source = _provenance(path, data, mesh.source, options, report)
+    return checked_mesh(path, mesh)
+
+
+def _mended(path, mesh, options, report):
+    if options.merge_vertices is not None:
+        mesh = merge_vertices(path, mesh, options.merge_vertices, report)
+    return repair(path, mesh, report) if options.repair else mesh
+
+
+def _provenance(path, data, before, options, report):
+    """Where the mesh comes from: the same file gives the same, at any time and place."""
+    changed = datetime.datetime.fromtimestamp(int(os.stat(path).st_mtime), datetime.timezone.utc)
+    source: Dict[str, Any] = {
+        "file": os.path.basename(path),
+        "format": report.format,
+        "bytes": len(data),
+        "sha256": hashlib.sha256(data).hexdigest(),
+        "file_date": changed.isoformat(),
+        "tool": "mesh_msgs_hdf5 " + __version__,
+    }
+    for name, value in (
+        ("options", options.recorded()),
+        ("notes", list(report.notes)),
+        ("before", before),
+    ):
+        if value:
+            source[name] = value
+    return source
+
+
+def _from_map(path, part, options, report):
+    file = IsolatedMapFile(path, part)  # it may come from anywhere
+    mesh = file.read()
+    others = file.other_contents()
+    if others:
+        shown = ", ".join(others[:5]) + (", ..." if len(others) > 5 else "")
+        report.note("left out: %d other objects of the file (%s)", len(others), shown)
+    if options == Options():
+        return mesh
+    if options.origin is not None:
+        mesh.vertices, mesh.origin = placed(
+            path, mesh.vertices, "vertex", options, report, tuple(mesh.origin)
+        )
+    # what was read is checked already; merging and repairing keep it sound
+    mesh = _mended(path, mesh, options, report)
+    mesh.source = dict(mesh.source, options=options.recorded())
+    return checked_mesh(path, mesh)

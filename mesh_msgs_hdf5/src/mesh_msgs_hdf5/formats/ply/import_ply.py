@@ -1,0 +1,134 @@
+"""PLY to Mesh: vertex order and count are kept."""
+import numpy as np
+
+from mesh_msgs_hdf5.formats.base.options import Options, placed
+from mesh_msgs_hdf5.formats.base.polygons import check_corners, triangulate
+from mesh_msgs_hdf5.formats.base.remarks import (
+    about,
+    parameters_of,
+    parsed_remarks,
+    remarked_origin,
+    take_mesh_remark,
+)
+from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.formats.base.values import (
+    add_layer,
+    colors_or_none,
+    coordinates_or_none,
+    normals_or_none,
+)
+from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, FaceReader
+from mesh_msgs_hdf5.formats.ply.ply_file import PlyFile, columns, read_elements
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+POSITION, NORMAL = ("x", "y", "z"), ("nx", "ny", "nz")
+COLORS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
+TEXTURE = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
+# numbers that are no costs, even where they stand alone; flags are MeshLab's marks of its own
+NO_LAYERS = frozenset(["alpha", "diffuse_alpha", "flags"]).union(NORMAL, *COLORS, *TEXTURE)
+
+
+def read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    """A Mesh of a PLY file's bytes.
+
+    Properties of the vertices become colors (red, green, blue: bytes, or floats from 0 to 1),
+    normals, texture coordinates and layers; those of the faces, see ply_faces. What our export
+    wrote into comments comes back.
+    """
+    file = read_elements(path, data)
+    vertex, face = file.elements.get("vertex"), file.elements.get("face")
+    if vertex is None or not set(POSITION) <= set(vertex.values):
+        raise MapFileError("format", path, "the PLY file has no vertices with x, y and z", "")
+    remarks = parsed_remarks(file.comments, report)
+    positions = columns(vertex, POSITION)
+    vertices, origin = placed(path, positions, "vertex", options, report, remarked_origin(remarks))
+    counts, corners = _polygons(path, face, len(vertices), "tristrips" in file.elements)
+    triangles = triangulate(counts, corners, report)
+    mesh = Mesh(vertices, triangles.faces, origin=origin)
+    take_mesh_remark(path, mesh, remarks, report)
+    used = _take_vertex_properties(path, mesh, vertex, remarks, report)
+    reader = FaceReader(path, file, triangles, remarks, options, report)
+    mesh = reader.take(mesh)
+    _note_left_out(file, used, reader.used, report)
+    return mesh
+
+
+def _polygons(path, face, vertex_count, strips):
+    """(corners of each polygon (N,), the vertices of all corners)."""
+    found = [name for name in CORNERS if face is not None and name in face.lists]
+    if not found:
+        raise MapFileError(
+            "no_faces",
+            path,
+            "the PLY file has no faces (element face with a list vertex_indices)",
+            "triangle strips are not read: save it as triangles, with MeshLab for example"
+            if strips
+            else "a map needs triangles: mesh the points first",
+        )
+    counts, corners = face.lists[found[0]]
+    if corners.dtype.kind == "f":
+        whole = corners == np.floor(corners)
+        if not whole.all():
+            at = np.flatnonzero(~whole)[0]
+            raise MapFileError(
+                "index", path, "vertex index %s is no whole number" % corners[at], ""
+            )
+        corners = corners.astype(np.int64)
+    check_corners(path, counts, corners, vertex_count)
+    return counts, corners
+
+
+def _take_vertex_properties(path, mesh, vertex, remarks, report):
+    """Fill the mesh; returns the names of the properties that are done with."""
+    types = {p.name: p.type for p in vertex.properties if not p.count}
+    floats = {name for name in types if types[name][0] == "f"}
+    used = set(POSITION)
+    if set(NORMAL) <= floats:
+        used |= set(NORMAL)
+        mesh.vertex_normals = normals_or_none(columns(vertex, NORMAL), report)
+    for names in COLORS:
+        if mesh.vertex_colors is None and set(names) <= set(types):
+            used |= set(names)
+            kinds = {types[name] for name in names}
+            mesh.vertex_colors = colors_or_none(columns(vertex, names), kinds, report)
+    for names in TEXTURE:
+        if mesh.texture_coordinates is None and set(names) <= floats:
+            used |= set(names)
+            mesh.texture_coordinates = coordinates_or_none(columns(vertex, names), report)
+    named = {
+        remark["property"]: remark
+        for remark in about(remarks, "layer")
+        if isinstance(remark.get("property"), str)
+    }
+    for name, values in vertex.values.items():
+        remark = named.get(name)
+        if name in used or remark is None and name in NO_LAYERS:
+            continue
+        used.add(name)
+        if remark is None:
+            add_layer(path, mesh, name, vertex.typed(name), report)
+        else:
+            add_layer(path, mesh, remark["layer"], values, report, parameters_of(remark))
+    return used | _opaque_alpha(vertex)
+
+
+def _opaque_alpha(vertex):
+    """Names of the alpha property if it says nothing (all opaque)."""
+    alpha = vertex.values.get("alpha")
+    kinds = {p.type[0] for p in vertex.properties if p.name == "alpha"}
+    opaque = alpha is not None and (alpha == (1.0 if "f" in kinds else 255)).all()
+    return {"alpha"} if opaque else set()
+
+
+def _note_left_out(file: PlyFile, of_vertices, of_faces, report):
+    for name, used, whose in (("vertex", of_vertices, "vertices"), ("face", of_faces, "faces")):
+        for p in file.elements[name].properties:
+            if p.name not in used:
+                kind = "list" if p.count else p.type
+                report.note("left out: property %s of the %s (%s)", p.name, whose, kind)
+    for element in file.elements.values():
+        if element.name not in ("vertex", "face") and element.rows:
+            report.note("left out: element %s (%d rows)", element.name, element.rows)
+    if file.left_over:
+        report.note("left out: %d values after the last element", file.left_over)

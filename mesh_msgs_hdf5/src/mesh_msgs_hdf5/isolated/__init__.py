@@ -1,1 +1,0 @@
-"""Processes of their own, in which hostile files are read."""

@@ -1,0 +1,235 @@
+"""Map files read in processes of their own: whatever is in the file, this process goes on.
+
+Damaged files have made libhdf5 crash, loop for ever and take all memory. Here each of that is a
+MapFileError like any other: code crashed, timeout or size. See zygote.py and wire.py.
+"""
+import contextlib
+import functools
+import inspect
+import os
+import signal
+import socket
+import time
+from typing import Any, Dict, Optional, Tuple
+
+from mesh_msgs_hdf5.isolation.typed import fits, hints_of
+from mesh_msgs_hdf5.isolation.wire import Wire, WireError
+from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY, Zygote, ZygoteEnded
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import default_budget
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+DEFAULT_TIMEOUT = 600.0
+
+# name -> (module, function): what may be called by isolated(); the first argument is the file
+FUNCTIONS: Dict[str, Tuple[str, str]] = {
+    "convert": ("mesh_msgs_hdf5.map_file.convert", "convert"),
+    "repack": ("mesh_msgs_hdf5.map_file.convert", "repack"),
+    "parts": ("mesh_msgs_hdf5.map_file.map_file", "parts_of"),
+}
+_USE_MAP_FILE = ("mesh_msgs_hdf5.isolation.isolated_calls", "use_map_file")
+_RESTORE = "restore it from a copy, or import the mesh again"
+_zygote = Zygote()
+
+
+def isolated(
+    function_name: str,
+    path: PathLike,
+    *arguments: Any,
+    memory_limit: Optional[int] = None,
+    timeout: Optional[float] = None,
+    **keywords: Any,
+) -> Any:
+    """What a function of FUNCTIONS returns, called in a process of its own.
+
+    path: its first argument, the file that errors are about. Arguments and result are what wire.py
+    can carry. memory_limit: bytes that the process may take (default: hdf5_guard.default_budget).
+    timeout: seconds (default: DEFAULT_TIMEOUT). Safe to call from several threads at once.
+
+    Raises the function's MapFileError; MapFileError crashed, timeout, size if the process ended
+    otherwise, and then whatever it was writing was not put in place.
+    """
+    arguments = (os.fsdecode(path), *(_plain(argument) for argument in arguments))
+    keywords = {name: _plain(value) for name, value in keywords.items()}
+    return _call(path, FUNCTIONS[function_name], arguments, keywords, memory_limit, timeout)
+
+
+def prepare() -> None:
+    """Start what the first call needs, which takes a third of a second, and do not wait for it.
+
+    For programs that have other things to do until they read a file.
+    """
+    with contextlib.suppress(OSError):  # the first call will say what is wrong
+        _zygote.start()
+
+
+def zygote_pid() -> Optional[int]:
+    """The id of the process that forks the others; None before the first call."""
+    return _zygote.pid
+
+
+class IsolatedMapFile:
+    """A MapFile (which see) whose every access to the file happens in a process of its own.
+
+    It has all public members of MapFile. memory_limit, timeout: of each call, as in isolated().
+    Also a context manager; after close() it refuses to be used. No process, no file stays open
+    between calls; a call after a crash is like any other. Safe for threads.
+    """
+
+    def __init__(
+        self,
+        path: PathLike,
+        part: Optional[str] = None,
+        memory_limit: Optional[int] = None,
+        timeout: Optional[float] = None,
+    ) -> None:
+        self._limits = (memory_limit, timeout)
+        self._state: Optional[Dict[str, Any]] = {"path": os.fsdecode(path), "part": part}
+        self._use(None, None, (), {}, opening=True)
+
+    @classmethod
+    def write(cls, path: PathLike, mesh: Mesh, *arguments: Any, **keywords: Any):
+        """As MapFile.write, which reads no file but the one it has just made."""
+        return cls(path, MapFile.write(path, mesh, *arguments, **keywords).part)
+
+    def close(self) -> None:
+        """Refuse further calls (ValueError)."""
+        self._state = None
+
+    def __enter__(self) -> "IsolatedMapFile":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def __getattr__(self, name: str) -> Any:
+        state = self.__dict__.get("_state")
+        if state is None or name.startswith("_") or name not in state:
+            raise AttributeError("%s has no attribute %r" % (type(self).__name__, name))
+        return state[name]
+
+    def _use(self, member, hint, arguments, keywords, opening=False):
+        """The value of MapFile's member; what the file looked like is kept for the next call."""
+        old = self._state
+        if old is None:
+            raise ValueError("the map file is closed")
+        path = old["path"]
+        arguments = (path, old["part"], None if opening else old, member, arguments, keywords)
+        answer = _call(path, _USE_MAP_FILE, arguments, {}, *self._limits)
+        if not fits(answer, Tuple[hint, Dict[str, Any]]):
+            raise _no_answer(path, "%s: %.200r" % (member, answer))
+        if self._state is not None:
+            self._state = answer[1]
+        return answer[0]
+
+
+def _forwarded_property(name, original):
+    hint = hints_of(original.fget).get("return", Any)
+    return property(lambda self: self._use(name, hint, [], {}), doc=original.__doc__)
+
+
+def _forwarded_method(name, original):
+    signature = inspect.signature(original)
+    hint = hints_of(original).get("return", Any)
+
+    @functools.wraps(original)
+    def method(self, *arguments, **keywords):
+        signature.bind(self, *arguments, **keywords)  # a wrong call is a TypeError here
+        return self._use(name, hint, [_plain(value) for value in arguments], keywords)
+
+    return method
+
+
+for _name, _member in vars(MapFile).items():
+    if not _name.startswith("_") and isinstance(_member, property):
+        setattr(IsolatedMapFile, _name, _forwarded_property(_name, _member))
+    elif not _name.startswith("_") and inspect.isfunction(_member):
+        setattr(IsolatedMapFile, _name, _forwarded_method(_name, _member))
+
+
+def _plain(value):
+    return os.fsdecode(value) if isinstance(value, (bytes, os.PathLike)) else value
+
+
+def _call(path, function, arguments, keywords, memory_limit, timeout):
+    memory_limit = memory_limit or default_budget()
+    timeout = timeout or DEFAULT_TIMEOUT
+    deadline = time.monotonic() + timeout
+    request = [_folder(), *function, list(arguments), keywords]
+    try:
+        child = _forked(memory_limit)
+        try:
+            wire = Wire(child.connection, deadline)
+            try:
+                wire.send(request)
+                child.wait_for_answer(timeout)
+                reply = wire.receive(memory_limit)
+            except socket.timeout as error:
+                text = "reading it takes more than %g seconds" % timeout
+                raise MapFileError("timeout", path, text, _RESTORE) from error
+            except (EOFError, OSError) as error:
+                raise _ended(path, child.wait(), memory_limit) from error
+            except WireError as error:
+                raise _no_answer(path, error) from error
+            except MemoryError as error:
+                raise _too_big(path, memory_limit) from error
+        finally:
+            child.close()
+    except ZygoteEnded as error:
+        text = "the process that reads map files cannot be started, or was ended (%s)" % error
+        raise MapFileError("crashed", path, text, "see its last words, and try again") from error
+    return _value_of(path, reply, memory_limit)
+
+
+def _forked(memory_limit):
+    try:
+        return _zygote.child(memory_limit)
+    except ZygoteEnded:  # between two requests: the next one starts it anew
+        return _zygote.child(memory_limit)
+
+
+def _folder():
+    try:
+        return os.getcwd()
+    except OSError:  # it was removed
+        return ""
+
+
+def _value_of(path, reply, memory_limit):
+    kind, content = (reply[0], reply[1:]) if isinstance(reply, list) and reply else (None, [])
+    if kind == "done" and len(content) == 1:
+        return content[0]
+    if kind == "memory":
+        raise _too_big(path, memory_limit)
+    if kind == "refused" and len(content) == 4 and all(isinstance(text, str) for text in content):
+        raise MapFileError(*content)
+    if kind == "failed" and len(content) == 1:
+        text = "reading it failed: %s" % one_line(str(content[0]))[:300]
+        raise MapFileError("crashed", path, text, _RESTORE)
+    raise _no_answer(path, kind)
+
+
+def _ended(path, code, memory_limit):
+    """The error of a process that ended without an answer, with this status."""
+    if code == -signal.SIGKILL:  # nobody here did it
+        return _too_big(path, memory_limit, "; the system ran out of memory")
+    if code == OUT_OF_MEMORY:
+        return _too_big(path, memory_limit)
+    if code >= 0:
+        return _no_answer(path, "exit code %d" % code)
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:
+        name = "signal %d" % -code
+    return MapFileError("crashed", path, "libhdf5 ended with %s while reading it" % name, _RESTORE)
+
+
+def _too_big(path, memory_limit, why=""):
+    text = "reading it takes more memory than the %d MiB allowed%s" % (memory_limit >> 20, why)
+    return MapFileError("size", path, text, "is it a mesh map? If so, a machine with more memory")
+
+
+def _no_answer(path, what):
+    text = "the process that read it gave no proper answer: %s" % one_line(str(what))[:300]
+    return MapFileError("crashed", path, text, _RESTORE)

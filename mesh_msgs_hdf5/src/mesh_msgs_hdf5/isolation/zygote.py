@@ -1,0 +1,155 @@
+"""A small process that makes others: it has everything loaded and forks one for each request.
+
+A process with many threads cannot be forked safely, and starting Python with NumPy and h5py takes
+0.3 s; so one is started by the first request, stays single-threaded and ends with this one.
+"""
+import array
+import contextlib
+import json
+import os
+import select
+import socket
+import subprocess
+import sys
+import threading
+from typing import Optional, Tuple
+
+# -I: not the modules of the current folder, but those of this process
+_PROGRAM = """
+import json, sys
+sys.path[:] = json.loads(sys.argv[1])
+from mesh_msgs_hdf5.isolation.zygote_child import serve
+serve(int(sys.argv[2]))
+"""
+# libraries that would start threads of their own; and libhdf5 loads no code of others
+_ENVIRONMENT = {
+    "OMP_NUM_THREADS": "1",
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "HDF5_PLUGIN_PRELOAD": "::",
+}
+OUT_OF_MEMORY = 77  # exit status of a process that could not even say so
+_END_SECONDS = 5
+_STATUS_SECONDS = 10
+
+
+class ZygoteEnded(Exception):
+    """The zygote itself is gone: it could not be started, or something has ended it."""
+
+
+class Child:
+    """A forked process: its connection, and what becomes of it. Closing ends it at once."""
+
+    def __init__(self, connection: socket.socket, status: socket.socket) -> None:
+        self.connection = connection
+        self._status = status
+
+    def wait_for_answer(self, timeout: float) -> None:
+        """Return when there is something to receive, or it has ended, or after timeout seconds."""
+        poll = select.poll()
+        poll.register(self.connection, select.POLLIN)
+        poll.register(self._status, select.POLLIN)
+        poll.poll(max(1, 1000 * timeout))
+
+    def wait(self) -> int:
+        """Its exit status, negative for the signal that ended it, as in subprocess.
+
+        Call this when the connection has closed. Raises ZygoteEnded.
+        """
+        self._status.settimeout(_STATUS_SECONDS)
+        try:
+            said = self._status.recv(64)
+            return int(said)
+        except (OSError, ValueError) as error:
+            raise ZygoteEnded("nobody says how it ended") from error
+
+    def close(self) -> None:
+        """End it, whatever it is doing."""
+        self._status.close()
+        self.connection.close()
+
+
+class Zygote:
+    """Starts its process at the first request; safe for threads and after os.fork.
+
+    The process ends when this one does, in whatever way: then its socket closes.
+    """
+
+    def __init__(self) -> None:
+        self._forget()
+        os.register_at_fork(after_in_child=self._forget)
+
+    def _forget(self):
+        self._lock = threading.Lock()
+        self._process: Optional[subprocess.Popen] = None
+        self._control: Optional[socket.socket] = None
+
+    @property
+    def pid(self) -> Optional[int]:
+        """Its process id, None before the first request."""
+        return self._process.pid if self._process else None
+
+    def child(self, memory_limit: int) -> Child:
+        """A new process that takes requests (zygote_child.answer) through its connection.
+
+        memory_limit: bytes it may have beyond what it starts with. Raises ZygoteEnded.
+        """
+        with _pair(socket.SOCK_STREAM) as (mine, its), _pair(socket.SOCK_STREAM) as (status, end):
+            with self._lock:
+                self._start_if_needed()
+                try:
+                    _send_request(self._control, memory_limit, (its, end))
+                except OSError as error:
+                    raise ZygoteEnded("no process can be forked: %s" % error) from error
+            return Child(mine.dup(), status.dup())
+
+    def start(self) -> None:
+        """Start its process now, and do not wait for it. Raises OSError."""
+        with self._lock:
+            self._start_if_needed()
+
+    def stop(self) -> None:
+        """End it and what it has forked."""
+        with self._lock:
+            process, self._process = self._process, None
+            if process is None:
+                return
+            self._control.close()
+            try:
+                process.wait(_END_SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def _start_if_needed(self):
+        if self._process is None or self._process.poll() is not None:
+            self._start()
+
+    def _start(self):
+        if self._control is not None:
+            self._control.close()
+        search = json.dumps([place for place in sys.path if place])
+        with _pair(socket.SOCK_SEQPACKET) as (mine, its):
+            self._process = subprocess.Popen(
+                [sys.executable or "/usr/bin/python3", "-I", "-c", _PROGRAM, search]
+                + [str(its.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                pass_fds=[its.fileno()],
+                env=dict(os.environ, **_ENVIRONMENT),
+                start_new_session=True,  # Ctrl+C in the terminal is for its parent, who ends it
+            )
+            self._control = mine.dup()
+
+
+def _send_request(control, memory_limit, sockets: Tuple[socket.socket, ...]):
+    numbers = array.array("i", [one.fileno() for one in sockets])
+    control.sendmsg([b"%d" % memory_limit], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, numbers)])
+
+
+@contextlib.contextmanager
+def _pair(kind):
+    """Two connected sockets, closed at the end (dup what is to stay)."""
+    mine, its = socket.socketpair(socket.AF_UNIX, kind)
+    with mine, its:
+        yield mine, its

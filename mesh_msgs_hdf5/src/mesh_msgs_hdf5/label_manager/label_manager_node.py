@@ -1,0 +1,235 @@
+"""Node label_manager: stores labeled clusters of faces, and answers what is labeled."""
+import contextlib
+import sys
+from typing import Any, Callable, Set
+
+import rospy
+from mesh_msgs import array_services, arrays, validation
+from mesh_msgs.init_node import init_node
+from mesh_msgs.srv import GetLabelGroups, GetLabelGroupsResponse, GetUUIDs
+from std_srvs.srv import Trigger, TriggerResponse
+
+from mesh_msgs_hdf5.label_manager.label_manager_options import LabelOptions, parse
+from mesh_msgs_hdf5.label_manager.label_maps import LabelMaps
+from mesh_msgs_hdf5.labels.label_edits import LabelEdits
+from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColors
+from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
+from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
+from mesh_msgs_hdf5.ros.map_messages import cluster, clusters
+
+_OWN, _SHARED = "~cluster_label", "cluster_label"
+_QUEUE = 100
+_POLL = 0.5  # seconds between two looks whether somebody wants the colors of labels
+_QUIET = 10  # seconds between two equal error lines
+
+
+class LabelManager:
+    """Topics and services over the labels of some maps.
+
+    A label of a map that another process owns is sent to that one.
+    """
+
+    def __init__(self, maps: LabelMaps, import_folder: str) -> None:
+        """import_folder: where ~import_labels looks for the files of label_manager 1.x."""
+        self._maps = maps
+        self._import_folder = import_folder
+        self._forwarder = LabelForwarder()
+        self._log_notes()
+        self._colored: Set[str] = set()
+        self._stored = rospy.Publisher(
+            "~new_cluster_label", arrays.MeshFaceCluster, queue_size=_QUEUE
+        )
+        self._services = [
+            rospy.Service("~" + name, kind, self._answering(handler))
+            for name, kind, handler in (
+                ("get_labeled_clusters", array_services.GetLabeledClusters, self._get_clusters),
+                ("get_label_groups", GetLabelGroups, self._get_groups),
+                (
+                    "get_labeled_cluster_group",
+                    array_services.GetLabeledClusterGroup,
+                    self._get_group,
+                ),
+                ("delete_label", array_services.DeleteLabel, self._delete),
+                ("save_map", Trigger, self._save),
+                ("import_labels", Trigger, self._import),
+            )
+        ]
+        self._colors = LabelColors("~", self._found, self._answering, self._forwarder)
+        self._timer = rospy.Timer(rospy.Duration(_POLL), lambda _event: self._publish_colors())
+        self._subscribers = [
+            rospy.Subscriber(
+                name, arrays.MeshFaceClusterStamped, self._receive, name, queue_size=_QUEUE
+            )
+            # where the names are remapped to one topic, it is subscribed to once
+            for name in {rospy.resolve_name(name): name for name in (_SHARED, _OWN)}.values()
+        ]
+
+    def close(self) -> None:
+        """Receive nothing more, and put all edits into the map files."""
+        self._timer.shutdown()
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        self._save()
+        self._maps.close()
+
+    def _receive(self, message: Any, topic: str) -> None:
+        try:
+            if topic == _SHARED and self._is_served_elsewhere(message.uuid):
+                return
+            labels = self._maps.find_or_make(message.uuid)
+            self._log_notes()
+            self._store(labels, message, topic)
+        except MapFileError as error:
+            rospy.logerr_throttle_identical(_QUIET, "label not stored: %s" % error)
+            return
+        self._stored.publish(message.cluster)
+        self._colors.changed(labels.uuid, labels)
+
+    def _store(self, labels: LabelEdits, message: Any, topic: str) -> None:
+        received = message.cluster
+        findings = validation.mesh_face_cluster(received, labels.face_count)
+        if findings:
+            raise MapFileError(findings[0].rule, labels.path, str(findings[0]))
+        try:
+            labels.set(received.label, received.face_indices, override=bool(message.override))
+        except MapFileError as error:
+            if error.code != "owned":
+                raise
+            self._forwarder.store(labels, message, topic)
+
+    def _is_served_elsewhere(self, uuid: str) -> bool:
+        """True for a label, on the topic of hdf5_map_server, that the server here stores."""
+        if self._maps.is_known(uuid):
+            return False
+        try:
+            served = rospy.ServiceProxy("get_uuids", GetUUIDs)().uuids
+        except (rospy.ServiceException, rospy.ROSException):
+            return False  # there is no server
+        return uuid in served or uuid in ("", "mesh")
+
+    def _answering(self, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        def answer(request: Any) -> Any:
+            try:
+                return handler(request)
+            except MapFileError as error:
+                raise rospy.ServiceException(str(error)) from error
+            except MemoryError as error:
+                raise rospy.ServiceException("there is not enough memory to answer") from error
+
+        return answer
+
+    def _get_clusters(self, request):
+        found = clusters(self._maps.find(request.uuid).all())
+        return array_services.GetLabeledClustersResponse(clusters=found)
+
+    def _get_groups(self, request):
+        return GetLabelGroupsResponse(labels=self._maps.find(request.uuid).groups())
+
+    def _get_group(self, request):
+        found = clusters(self._maps.find(request.uuid).group(request.labelGroup))
+        return array_services.GetLabeledClusterGroupResponse(clusters=found)
+
+    def _delete(self, request):
+        labels = self._maps.find(request.uuid)
+        try:
+            label = labels.delete(request.label)
+        except MapFileError as error:
+            if error.code != "owned":
+                raise
+            deleted = self._forwarder.delete(labels, request.label)
+        else:
+            deleted = cluster(request.label, label)
+        self._stored.publish(arrays.MeshFaceCluster(label=request.label))
+        self._colors.changed(labels.uuid, labels)
+        return array_services.DeleteLabelResponse(cluster=deleted)
+
+    def _found(self, uuid: str) -> Found:
+        labels = self._maps.find(uuid)
+        return labels.uuid, labels
+
+    def _publish_colors(self) -> None:
+        """Of meshes that were not published yet, and what has changed."""
+        for uuid in self._maps.uuids():
+            if uuid not in self._colored:
+                with contextlib.suppress(MapFileError):  # moved to another map meanwhile
+                    self._colors.changed(uuid, self._maps.find(uuid))
+                    self._colored.add(uuid)
+        self._colors.publish_wanted()
+
+    def _save(self, _request=None):
+        done, failed = self._maps.save()
+        for line in done:
+            rospy.loginfo("%s", line)
+        for line in failed:
+            rospy.logerr("labels stay in the journal: %s", line)
+        return TriggerResponse(
+            success=not failed, message="; ".join(failed or done) or "no changes"
+        )
+
+    def _import(self, _request):
+        try:
+            done = self._maps.import_folder(self._import_folder)
+        except MapFileError as error:
+            return TriggerResponse(success=False, message=str(error))
+        for line in done:
+            rospy.loginfo("%s", line)
+        good = not any(line.startswith("not ") for line in done)
+        return TriggerResponse(success=good, message="; ".join(done))
+
+    def _log_notes(self) -> None:
+        for note in self._maps.taken_notes():
+            rospy.loginfo("%s", one_line(note))
+
+
+def load_maps(options: LabelOptions) -> LabelMaps:
+    """The labels of all maps that are named, imported ones among them. Raises MapFileError."""
+    maps = LabelMaps(options.folder, owner_info(_OWN, "~delete_label", "~set_label_color"))
+    try:
+        for path in options.maps:
+            try:
+                store = maps.add(path, options.part)
+            except MapFileError as error:
+                if len(options.maps) == 1:
+                    raise
+                rospy.logerr("not loaded: %s", error)
+                continue
+            rospy.loginfo("%s", one_line(describe(store)))
+        if not options.maps:
+            rospy.loginfo("no ~map_file is named: labels are kept in %s", maps.folder)
+        if options.import_at_start:
+            for line in maps.import_folder(options.import_folder):
+                rospy.loginfo("%s", one_line(line))
+    except BaseException:
+        maps.close()
+        raise
+    return maps
+
+
+def describe(store: LabelEdits) -> str:
+    """Whose labels are there, in one line."""
+    line = "labels of %s: %d, uuid %s" % (store.path, len(store.names()), store.uuid)
+    return line if store.is_owner else "%s; %s" % (line, store.refusal)
+
+
+def main() -> int:
+    """Run the node; returns the exit code."""
+    manager = None
+    try:
+        init_node("label_manager")
+        options = parse(rospy.get_param("~", {}))
+        with ended_by_signals():
+            maps = load_maps(options)
+        manager = LabelManager(maps, options.import_folder)
+        rospy.spin()
+    except (MapFileError, ValueError) as error:
+        sys.stderr.write("label_manager: error: %s\n" % one_line(str(error)))
+        return 1
+    except KeyboardInterrupt:
+        return 130  # as shells say it: ended by a signal before it answered anything
+    except rospy.ROSInterruptException:
+        pass
+    finally:
+        if manager is not None:  # in the main thread: at exit, Python starts no threads elsewhere
+            manager.close()
+    return 0

@@ -1,0 +1,213 @@
+"""Rewrites map files: from any schema to S1, for LVR2, and without unused space."""
+import os
+from typing import Iterable, List, Optional, Set
+
+import h5py
+
+from mesh_msgs_hdf5.files.save import check_target, stamp
+from mesh_msgs_hdf5.map_file.hdf5 import chunks
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_files import reading
+from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
+from mesh_msgs_hdf5.map_file.writing.hdf5_stream import Stream, building, reading_stream
+from mesh_msgs_hdf5.map_file.writing.map_saving import bytes_of, part_group, save_built, verify
+from mesh_msgs_hdf5.map_file.writing.object_writer import (
+    SMALL_BYTES,
+    ObjectWriter,
+    check_compression,
+    free,
+)
+from mesh_msgs_hdf5.map_file.writing.part_names import PartNames
+from mesh_msgs_hdf5.map_file.writing.part_writer import PartWriter
+from mesh_msgs_hdf5.map_file.writing.raw_compare import RawComparison
+from mesh_msgs_hdf5.map_file.writing.raw_copy import copy_attributes, copy_everything
+from mesh_msgs_hdf5.map_file.writing.references import carry_references
+from mesh_msgs_hdf5.map_file.writing.texture_writer import IMAGE_ATTRIBUTES
+from mesh_msgs_hdf5.model import schema
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.label_names import TEXT
+
+PROFILES = ("s1", "lvr2")
+_NOT_IMAGES = "not textures"  # a group of the part, for what LVR2 would take for a texture
+_KNOWN_ATTRIBUTES = frozenset(IMAGE_ATTRIBUTES) | {
+    schema.PARAMETERS,
+    schema.LABEL_COLOR,
+    schema.FEATURE_LOCATION,
+    TEXT,
+}
+
+
+def convert(
+    source_path: PathLike,
+    target_path: PathLike,
+    part: Optional[str] = None,
+    profile: str = "s1",
+    overwrite: bool = False,
+) -> List[str]:
+    """Write a part of a map file of any schema as schema S1; returns notes on what changed.
+
+    part: as in MapFile. profile: "s1", or "lvr2" with textures and materials as LVR2 had them until
+    2024-11, so that its MeshIO loads the file. A part at the root becomes mesh, except in S1.
+    Everything else in the file is carried over as it is stored, other parts included; what is in
+    the way gets another name, which is noted. The source is not touched. Raises MapFileError.
+    """
+    if profile not in PROFILES:
+        raise MapFileError(
+            "value", target_path, "profile %r is not known" % (profile,), "s1 or lvr2"
+        )
+    check_target(target_path, overwrite)
+    _check_not_the_same(source_path, target_path)
+    notes: List[str] = []
+    with reading(source_path) as source:
+        reader = MapReader(source, source_path, part)
+        _check_version(reader)
+        mesh = reader.read()
+        names = PartNames.of_mesh(mesh)
+        own = reader.own_paths()
+        target_part = _target_part(reader, notes)
+        _note_what_is_lost(source, reader, own, mesh.uuid, notes)
+
+        def build(stream: Stream) -> None:
+            writer = ObjectWriter(target_path, notes=notes)
+            with building(stream, target_path, source) as file:
+                copy_everything(source_path, source, file)
+                _remove(writer, file, own)
+                group = part_group(writer, file, target_part)
+                if profile == "lvr2":
+                    _clear_textures(writer, group)
+                PartWriter(writer, group, lvr2=profile == "lvr2").mesh(mesh)
+                carry_references(source, file, writer.moved)
+            verify(target_path, stream, writer, target_part, names, source)
+
+        room = source.id.get_filesize() + bytes_of(mesh)
+        save_built(target_path, build, room, overwrite=overwrite, compact=True)
+    return notes
+
+
+def repack(
+    source_path: PathLike,
+    target_path: PathLike,
+    compression: str = "gzip",
+    overwrite: bool = False,
+) -> None:
+    """Write a map file anew, without unused space, and with the arrays of its meshes compressed
+    ("gzip") or contiguous ("none").
+
+    All else is carried over as it is stored. With overwrite, source and target may be the same
+    file. Raises MapFileError.
+    """
+    check_compression(target_path, compression)
+    check_target(target_path, overwrite)
+    same = os.path.exists(target_path) and os.path.samefile(source_path, target_path)
+    expected = stamp(source_path) if same else None
+    with reading(source_path) as source:
+        own: Set[str] = set()
+        for part in MapReader(source, source_path).parts:
+            own |= MapReader(source, source_path, part).own_paths()
+        own = {place for place in own if _is_worth_recoding(source[place])}
+
+        def build(stream: Stream) -> None:
+            with building(stream, target_path, source) as file:
+                copy_everything(source_path, source, file)
+                for place in sorted(own):
+                    _recode(target_path, file[place], compression)
+                carry_references(source, file, {})
+            with reading_stream(stream, target_path) as file:
+                RawComparison(target_path, recoded=own).check(source, file)
+
+        room = source.id.get_filesize() + 2 * _stored_bytes(source, own)
+        save_built(target_path, build, room, expected=expected, overwrite=overwrite, compact=True)
+
+
+def _check_not_the_same(source_path, target_path):
+    if os.path.exists(target_path) and os.path.samefile(source_path, target_path):
+        raise MapFileError(
+            "exists", target_path, "it is the file that is to be converted", "name another one"
+        )
+
+
+def _check_version(reader):
+    if reader.schema_version > schema.VERSION:
+        raise MapFileError(
+            "version",
+            reader.path,
+            "it was written by a newer Mesh Tools (schema %d)" % reader.schema_version,
+            "use that one",
+        )
+
+
+def _target_part(reader, notes):
+    """The part's name in S1; one that no other part has."""
+    part = reader.part
+    if reader.schema == "S1":
+        return part
+    if reader.layout.below:
+        part = part[len(reader.layout.below) + 1 :]
+    wanted = part = part or "mesh"
+    number = 1
+    while part != reader.part and part in reader.parts:
+        number += 1
+        part = "%s (%d)" % (wanted, number)
+    if part != reader.part:
+        notes.append("the part /%s is now /%s" % (reader.part, part))
+    return part
+
+
+def _note_what_is_lost(source, reader, own, uuid, notes):
+    lost = []
+    for place in sorted(own):
+        names = set(source[place].attrs) - _KNOWN_ATTRIBUTES
+        lost += ["%s of %s" % (name, place) for name in sorted(names)]
+    if lost:
+        notes.append("left out: %d attributes of arrays, first %s" % (len(lost), lost[0]))
+    stored = reader.stored_uuid
+    if stored and stored != uuid:
+        notes.append("the UUID %s is now that of the geometry, %s" % (stored, uuid))
+
+
+def _remove(writer: ObjectWriter, file: h5py.File, own: Iterable[str]) -> None:
+    """Remove what went into the mesh, and the groups that are empty then and say nothing."""
+    ways = set()
+    for place in sorted(own, key=len, reverse=True):
+        way, _, name = place.rpartition("/")
+        writer.remove(file[way or "/"], name)
+        while way:
+            ways.add(way)
+            way = way.rpartition("/")[0]
+    for place in sorted(ways, key=len, reverse=True):
+        way, _, name = place.rpartition("/")
+        if not len(file[place]) and not len(file[place].attrs):
+            writer.remove(file[way or "/"], name)
+
+
+def _clear_textures(writer, part):
+    """LVR2 reads every child of textures as an image, whatever it is."""
+    textures = part.get(schema.TEXTURES)
+    if isinstance(textures, h5py.Group) and len(textures):
+        others = writer.group(part, free(part, _NOT_IMAGES))
+        for name in list(textures):
+            new = writer.move(textures, name, others, name)
+            writer.note("%s/%s was moved to %s, for LVR2's sake", textures.name, name, new)
+
+
+def _is_worth_recoding(found):
+    if not isinstance(found, h5py.Dataset):
+        return False
+    if h5py.h5o.get_info(found.id).rc > 1:
+        return False  # its other names would still lead to the old one
+    return found.size * found.dtype.itemsize >= SMALL_BYTES
+
+
+def _recode(path, found, compression):
+    """Store a dataset anew, with its attributes."""
+    parent, name = found.parent, found.name.rpartition("/")[2]
+    writer = ObjectWriter(path, compression)
+    new_name = free(parent, name)
+    copy_attributes(found, writer.array(parent, new_name, chunks.load(found)))
+    parent.id.unlink(name.encode("utf-8"))
+    parent.id.links.move(new_name.encode("utf-8"), parent.id, name.encode("utf-8"))
+
+
+def _stored_bytes(source, places):
+    """The bytes of arrays when they are not compressed."""
+    found = (source[place] for place in places)
+    return sum(d.size * d.dtype.itemsize for d in found if isinstance(d, h5py.Dataset))

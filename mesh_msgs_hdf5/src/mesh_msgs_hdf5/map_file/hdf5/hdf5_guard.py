@@ -1,0 +1,185 @@
+"""Guarded access to the groups and names of an open HDF5 file.
+
+Nothing outside the file is read. Every function takes the name of the file for its errors. HDF5
+follows external links to any file that the process may read; so each step on the way to an object
+is looked at before it is taken.
+"""
+import contextlib
+import os
+from typing import Any, Iterator, List, Optional
+
+import h5py
+
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import check_storage
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+
+MAX_CHILDREN = 50_000
+_LINK_INFO = 2  # a message in a group's header (HDF5 File Format Specification, IV.A.2.c)
+_LINKS = {h5py.h5l.TYPE_SOFT: "a soft link", h5py.h5l.TYPE_EXTERNAL: "an external link"}
+# shape and type are asked for once only; h5py before 3.0 has no such choice
+_CACHING = {"readonly": True} if h5py.version.version_tuple[0] >= 3 else {}
+
+
+def default_budget() -> int:
+    """Bytes that the arrays read in one call may have: half of the memory, at most 8 GiB."""
+    return min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)
+
+
+@contextlib.contextmanager
+def translated_errors(path: PathLike, building: bool = False) -> Iterator[None]:
+    """Whatever h5py raises on a damaged file, or in building a new one, becomes a MapFileError."""
+    try:
+        yield
+    except MapFileError:
+        raise
+    except (
+        OSError,
+        LookupError,
+        RuntimeError,
+        ValueError,
+        TypeError,
+        MemoryError,
+        AttributeError,
+        ArithmeticError,
+    ) as error:
+        text = one_line(str(error))[:200] or type(error).__name__
+        if building:
+            raise MapFileError(
+                "save", path, "the new file cannot be built: %s" % text, ""
+            ) from error
+        if isinstance(error, MemoryError):
+            raise MapFileError(
+                "size",
+                path,
+                "there is not enough memory to read it: %s" % text,
+                "is it a mesh map? If so, read its arrays one by one",
+            ) from error
+        if "truncated file" in text:
+            raise MapFileError(
+                "truncated", path, "the file is cut off (%s)" % text, "copy or fetch it again"
+            ) from error
+        raise MapFileError(
+            "damaged",
+            path,
+            "the file is damaged; HDF5 says: %s" % text,
+            "restore it from a copy, or import the mesh again",
+        ) from error
+
+
+def link_kind(group: h5py.Group, name: str) -> Optional[int]:
+    """h5py.h5l.TYPE_HARD, TYPE_SOFT, TYPE_EXTERNAL, ..., or None if there is no such name."""
+    key = name.encode("utf-8")
+    return group.id.links.get_info(key).type if group.id.links.exists(key) else None
+
+
+def exists(group: h5py.Group, place: str) -> bool:
+    """True if something has that place, were it a link; none is followed on the way."""
+    *way, last = place.split("/")
+    for name in way:
+        if link_kind(group, name) != h5py.h5l.TYPE_HARD:
+            return False
+        group = group[name]
+        if not isinstance(group, h5py.Group):
+            return False
+    return link_kind(group, last) is not None
+
+
+def child(path: PathLike, group: h5py.Group, name: str) -> Any:
+    """The group or dataset of that name in the group, None if there is none; refuses links."""
+    kind = link_kind(group, name)
+    if kind is None:
+        return None
+    if kind != h5py.h5l.TYPE_HARD:
+        raise MapFileError(
+            "link",
+            path,
+            "%s is %s" % (join(group, name), _LINKS.get(kind, "a link of an unknown kind")),
+            "only what is stored in the file itself is read: copy the data into it",
+        )
+    found = h5py.h5o.open(group.id, name.encode("utf-8"))
+    if isinstance(found, h5py.h5g.GroupID):  # group[name] takes three times as long
+        return h5py.Group(found)
+    return h5py.Dataset(found, **_CACHING) if isinstance(found, h5py.h5d.DatasetID) else group[name]
+
+
+def first_keys(group: h5py.Group, most: int) -> List[bytes]:
+    """The first names in a group, in no order; no more are looked at than that."""
+    keys: List[bytes] = []
+
+    def take(key):
+        keys.append(key)
+        return True if len(keys) >= most else None  # True ends it
+
+    if most > 0:
+        group.id.links.iterate(take, order=h5py.h5.ITER_NATIVE)
+    return keys
+
+
+def children(path: PathLike, group: h5py.Group, most: int = MAX_CHILDREN) -> List[str]:
+    """The names in a group, sorted; refuses more than `most`, and names that are not UTF-8."""
+    # a group in the new style knows their number; one in the old would count for seconds
+    new_style = h5py.h5o.get_info(group.id).hdr.mesg.present >> _LINK_INFO & 1
+    too_many = bool(new_style) and len(group) > most
+    keys = [] if too_many else first_keys(group, most + 1)
+    if too_many or len(keys) > most:
+        raise MapFileError(
+            "size",
+            path,
+            "%s has more than the %d entries allowed" % (group.name, most),
+            "is it a mesh map?",
+        )
+    names = []
+    for key in keys:
+        try:
+            names.append(key.decode("utf-8"))
+        except UnicodeDecodeError as error:
+            raise MapFileError(
+                "value", path, "a name in %s is not UTF-8: %r" % (group.name, key), "rename it"
+            ) from error
+    return sorted(names)
+
+
+def is_group_of_this_file(group: h5py.Group, name: str) -> bool:
+    """True if the group has a child of that name that is a group and no link."""
+    return isinstance(hard_object(group, name), h5py.h5g.GroupID)
+
+
+def is_dataset_of_this_file(group: h5py.Group, name: str) -> bool:
+    """True if the group has a child of that name that is a dataset and no link."""
+    return isinstance(hard_object(group, name), h5py.h5d.DatasetID)
+
+
+def hard_object(group: h5py.Group, name: str) -> Any:
+    """The h5py.h5g.GroupID, h5d.DatasetID or h5t.TypeID of a name; None if there is none."""
+    if link_kind(group, name) != h5py.h5l.TYPE_HARD:
+        return None
+    return h5py.h5o.open(group.id, name.encode("utf-8"))
+
+
+def join(group: h5py.Group, name: str) -> str:
+    """The path of a child, for messages."""
+    return "%s/%s" % (group.name.rstrip("/"), name)
+
+
+def subgroup(path: PathLike, group: h5py.Group, name: str) -> Optional[h5py.Group]:
+    """The group of that name, None if there is none; MapFileError if it is something else."""
+    found = child(path, group, name)
+    if found is not None and not isinstance(found, h5py.Group):
+        raise MapFileError("shape", path, "%s is not a group" % join(group, name), "")
+    return found
+
+
+def dataset(
+    path: PathLike, group: h5py.Group, name: str, budget: int, fields: bool = False
+) -> Optional[h5py.Dataset]:
+    """The dataset of that name, None if there is none; refused if it cannot be read safely.
+
+    It holds numbers, or, with fields, a compound of numbers.
+    """
+    found = child(path, group, name)
+    if found is None:
+        return None
+    if not isinstance(found, h5py.Dataset):
+        raise MapFileError("shape", path, "%s is not a dataset" % join(group, name), "")
+    check_storage(path, found, budget, fields)
+    return found

@@ -1,0 +1,1 @@
+"""From the groups of a map file to the members of a mesh."""

@@ -1,0 +1,321 @@
+"""Reads one part of an open map file, one object at a time, in whatever layout it has."""
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields
+from typing import Any, Dict, Iterable, List, Optional, Set, Tuple, Union
+
+import h5py
+import numpy as np
+
+from mesh_msgs_hdf5.checks.check import checked_crs, checked_origin, from_json
+from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute, row_attribute, text_attribute
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import children, is_group_of_this_file, subgroup
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import declared_bytes
+from mesh_msgs_hdf5.map_file.reading.feature_reader import FeatureReader
+from mesh_msgs_hdf5.map_file.reading.geometry_reader import GeometryReader
+from mesh_msgs_hdf5.map_file.reading.label_reader import LabelReader
+from mesh_msgs_hdf5.map_file.reading.layouts import ROOT, default_part, find_parts, layout_of
+from mesh_msgs_hdf5.map_file.reading.material_reader import MaterialReader
+from mesh_msgs_hdf5.map_file.reading.named_arrays import FaceAttributeReader, LayerReader
+from mesh_msgs_hdf5.map_file.reading.texture_reader import TextureReader
+from mesh_msgs_hdf5.model import schema
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
+from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh, geometry_uuid
+
+# members of Mesh that are dictionaries: what gives their keys, and a value
+_NAMED = {
+    "vertex_costs": ("layer_names", "vertex_costs"),
+    "layer_parameters": ("layer_names", "layer_parameters"),
+    "face_attributes": ("face_attribute_names", "face_attribute"),
+    "face_parameters": ("face_attribute_names", "face_parameters"),
+    "textures": ("texture_indices", "texture"),
+}
+_PLACE = ("frame_id", "origin", "crs")  # without which vertices mean nothing
+_MEMBERS = tuple(f.name for f in fields(Mesh) if f.name not in ("vertices", "faces") + _PLACE)
+
+
+class MapReader:
+    """One part of an open h5py.File. Opening reads names, shapes and attributes, no arrays.
+
+    Its members are those of MapFile, which says what they are; this one reads the file as it is
+    open. Every member raises MapFileError (with the given path) where the file is not sound.
+
+    Attributes: path, part, layout, group (of the part), vertex_count, face_count.
+    """
+
+    def __init__(
+        self,
+        file: h5py.File,
+        path: PathLike,
+        part: Optional[str] = None,
+        budget: Optional[int] = None,
+    ) -> None:
+        self.path = path
+        self._file = file
+        if part is None:
+            part = default_part(file, path, find_parts(file, path))
+        components = schema.part_path(path, part)
+        self.part = "/".join(components)
+        group: Optional[h5py.Group] = file["/"]
+        for name in components:
+            group = subgroup(path, group, name) if group is not None else None
+        layout = None if group is None else layout_of(group, components)[0]
+        if layout is None:
+            raise self._no_mesh()
+        self.group = group
+        self.layout = layout
+        self.guarded = GuardedGroup(path, group, budget)
+        self._geometry = GeometryReader(self.guarded, layout)
+        self.vertex_count = self._geometry.vertex_count
+        self.face_count = self._geometry.face_count
+        self._layers = LayerReader(self.guarded, layout, self.vertex_count)
+        self._face_attributes = FaceAttributeReader(self.guarded, layout, self.face_count)
+        self._textures = TextureReader(self.guarded, layout, self.vertex_count)
+        self._materials = MaterialReader(self.guarded, layout, self.face_count)
+        self._labels = LabelReader(self.guarded, layout.labels, self.face_count)
+        self._features = FeatureReader(self.guarded, layout.features)
+
+    def _no_mesh(self):
+        known = [part or "/" for part in self.parts]
+        return MapFileError(
+            "part" if known else "no_mesh",
+            self.path,
+            "there is no mesh in /%s" % self.part,
+            (
+                "parts of this file: %s" % ", ".join(known)
+                if known
+                else "is it a mesh map? one of ours has /mesh/channels/vertices"
+            ),
+        )
+
+    def _absolute(self, place):
+        return "/".join(("", self.part, place)) if self.part != ROOT else "/" + place
+
+    @property
+    def parts(self) -> List[str]:
+        return find_parts(self._file, self.path)
+
+    @property
+    def schema(self) -> str:
+        return self.layout.schema
+
+    @property
+    def schema_version(self) -> int:
+        if self.schema != "S1":
+            return 0
+        value = self.attribute(schema.SCHEMA_VERSION)
+        if value is not None and (not isinstance(value, int) or value < 0):
+            raise MapFileError("value", self.path, "%s is %r" % (schema.SCHEMA_VERSION, value), "")
+        return value or 0
+
+    # arrays of the geometry
+
+    @property
+    def vertices(self) -> np.ndarray:
+        return self._geometry.vertices()
+
+    @property
+    def faces(self) -> np.ndarray:
+        return self._geometry.faces()
+
+    @property
+    def vertex_normals(self) -> Optional[np.ndarray]:
+        return self._geometry.normals()
+
+    @property
+    def vertex_colors(self) -> Optional[np.ndarray]:
+        return self._geometry.colors()
+
+    @property
+    def has_normals(self) -> bool:
+        return self._geometry.has_normals()
+
+    @property
+    def has_colors(self) -> bool:
+        return self._geometry.has_colors()
+
+    # what has names
+
+    def layer_names(self) -> List[str]:
+        return self._layers.names()
+
+    def vertex_costs(self, name: str) -> np.ndarray:
+        return self._layers.values(name)
+
+    def layer_parameters(self, name: str) -> Dict[str, Any]:
+        return self._layers.parameters(name)
+
+    def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
+        return {name: self.layer_parameters(name) for name in self.layer_names()}
+
+    def face_attribute_names(self) -> List[str]:
+        return self._face_attributes.names()
+
+    def face_attribute(self, name: str) -> np.ndarray:
+        return self._face_attributes.values(name)
+
+    def face_parameters(self, name: str) -> Dict[str, Any]:
+        return self._face_attributes.parameters(name)
+
+    # textures, labels, features
+
+    @property
+    def texture_coordinates(self) -> Optional[np.ndarray]:
+        return self._textures.coordinates()
+
+    def texture_indices(self) -> List[int]:
+        return self._textures.indices()
+
+    def texture(self, index: int) -> np.ndarray:
+        return self._textures.texture(index)
+
+    @property
+    def materials(self) -> Optional[Materials]:
+        return self._materials.materials(self.texture_indices())
+
+    def label_names(self) -> List[str]:
+        return list(self._labels.paths())
+
+    def label_paths(self) -> Dict[str, Tuple[str, str]]:
+        """Text -> (group, dataset) of each label, below the group of the labels."""
+        return self._labels.paths()
+
+    def label(self, text: str) -> Label:
+        return self._labels.label(text)
+
+    def labels(self) -> Dict[str, Label]:
+        return self._labels.labels()
+
+    @property
+    def features(self) -> Optional[Features]:
+        return self._features.features()
+
+    # attributes of the part
+
+    def attribute(self, name: str) -> Union[str, int, float, None]:
+        """The value of an attribute of the part's group; None if there is none."""
+        return attribute(self.path, self.group, name)
+
+    def text(self, name: str, default: Optional[str] = None) -> Optional[str]:
+        """The same, refused if it is not a text."""
+        value = text_attribute(self.path, self.group, name)
+        return default if value is None else value
+
+    @property
+    def frame_id(self) -> str:
+        frame_id = self.text(schema.FRAME_ID, "map")
+        schema.check_frame_id(self.path, frame_id)
+        return frame_id
+
+    @property
+    def origin(self) -> Tuple[float, float, float]:
+        origin = row_attribute(self.path, self.group, schema.ORIGIN, 3)
+        return (0.0, 0.0, 0.0) if origin is None else checked_origin(self.path, origin)
+
+    @property
+    def crs(self) -> str:
+        return checked_crs(self.path, self.text(schema.CRS, ""))
+
+    @property
+    def source(self) -> Dict[str, Any]:
+        return from_json(self.path, "attribute " + schema.SOURCE, self.text(schema.SOURCE))
+
+    @property
+    def stored_uuid(self) -> Optional[str]:
+        """The UUID that the file says its geometry has; None if it does not."""
+        return self.text(schema.UUID) or None
+
+    # all of it
+
+    def read(self, members: Optional[Iterable[str]] = None) -> Mesh:
+        """See MapFile.read."""
+        if members is None:
+            datasets = [self.guarded.dataset(place, fields=True) for place in self._places()]
+            self.guarded.check_total(sum(map(declared_bytes, datasets)))
+        mesh = Mesh(vertices=self.vertices, faces=self.faces)
+        stored = self.stored_uuid if self.schema_version else None
+        with ThreadPoolExecutor(1) as pool:  # the hash takes a third of the time of reading
+            uuid = pool.submit(geometry_uuid, mesh.vertices, mesh.faces) if stored else None
+            self._read_attributes(mesh, members)
+        if stored and stored != uuid.result():
+            raise MapFileError(
+                "uuid",
+                self.path,
+                "vertices and faces are not those of UUID %s: the file was damaged, or another "
+                "program changed them" % stored,
+                "restore the file, or import the mesh again",
+            )
+        return mesh
+
+    def _read_attributes(self, mesh, members):
+        for name in _PLACE + (_MEMBERS if members is None else tuple(members)):
+            if name not in _PLACE + _MEMBERS:
+                raise MapFileError("value", self.path, "a mesh has no member %r" % name, "")
+            value = getattr(self, _NAMED[name][0] if name in _NAMED else name)
+            if name in _NAMED:
+                value = {key: getattr(self, _NAMED[name][1])(key) for key in value()}
+            elif name == "labels":
+                value = value()
+            if name.endswith("_parameters"):
+                value = {key: parameters for key, parameters in value.items() if parameters}
+            setattr(mesh, name, value)
+
+    def own_paths(self) -> Set[str]:
+        """The absolute paths of all datasets of the Mesh, and of groups that say nothing.
+
+        All else in the file is unknown to us, and is to survive.
+        """
+        own = {self._absolute(place) for place in self._places()}
+        own.update(self._features.paths().values())
+        labels = self.layout.labels
+        for place in self.label_paths().values():
+            own.add(self._absolute("/".join((labels,) + place)))
+        groups = list(self.layout.structure)
+        if labels:
+            groups += ["%s/%s" % (labels, name) for name in self.guarded.names(labels)]
+        own.update(self._absolute(place) for place in groups if self.guarded.is_empty(place))
+        return own
+
+    def _places(self):
+        """Where all of the Mesh is but labels and features, of which there may be very many."""
+        places = self._geometry.places()
+        places += self._layers.places().values()
+        places += self._face_attributes.places().values()
+        return places + self._textures.places() + self._materials.places()
+
+    def other_contents(self) -> List[str]:
+        structure = {self._absolute(place) for place in self.layout.structure}
+        others = [part for part in self.parts if part and part != self.part]
+        return other_contents(self._file, self.path, self.own_paths(), structure, others)
+
+
+def other_contents(
+    file: h5py.File, path: PathLike, own: Set[str], structure: Set[str], others: Iterable[str]
+) -> List[str]:
+    """The absolute paths of what is neither in own (see MapReader.own_paths) nor in another part.
+
+    structure: absolute paths of groups that say nothing by themselves. others: names of the other
+    parts. Of any other group in which nothing is ours the group is named, not what is in it; links
+    are not followed. In the order of a walk through the file.
+    """
+    known = own.union("/" + part for part in others)
+    ways = set(structure)
+    for place in known | structure:
+        while "/" in place[1:]:
+            place = place.rpartition("/")[0]
+            ways.add(place)
+    found: List[str] = []
+    _walk(path, file["/"], "", known, ways, found)
+    return found
+
+
+def _walk(path, group, prefix, known, ways, found):
+    """No deeper than what is known, so that nothing can make it go deep."""
+    for name in children(path, group):
+        place = "%s/%s" % (prefix, name)
+        if place in known:
+            continue
+        if place in ways and is_group_of_this_file(group, name):
+            _walk(path, group[name], place, known, ways, found)
+        else:
+            found.append(place)

@@ -1,0 +1,134 @@
+"""Reads textures, in the form of hdf5_map_io (HDF5 images) or in LVR2's, as a part has them."""
+from typing import List, Optional
+
+import h5py
+import numpy as np
+
+from mesh_msgs_hdf5.checks.check import checked_image, checked_texture_coordinates
+from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup, check_shape
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import is_group_of_this_file
+from mesh_msgs_hdf5.map_file.reading.layouts import Layout
+from mesh_msgs_hdf5.model import schema
+from mesh_msgs_hdf5.model.errors import MapFileError
+
+MAX_TEXTURES = 10_000
+_MAX_INDEX = (1 << 31) - 1
+# where the planes are: https://docs.hdfgroup.org/hdf5/v1_14/_i_m_g.html (HDF5 Image and Palette
+# Specification 1.2, INTERLACE_MODE); the axis of the colors
+_PLANES = {"INTERLACE_PIXEL": 2, "INTERLACE_LINE": 1, "INTERLACE_PLANE": 0}
+_GRAY = ("IMAGE_GRAYSCALE", "IMAGE_INDEXED")
+
+
+class TextureReader:
+    """The textures and texture coordinates of a part."""
+
+    def __init__(self, part: GuardedGroup, layout: Layout, vertex_count: int) -> None:
+        self._part = part
+        self._layout = layout
+        self._vertex_count = vertex_count
+        self._indices: Optional[List[int]] = None
+
+    def places(self) -> List[str]:
+        """Where texture coordinates and textures are."""
+        place = self._place()
+        found = self._part.first(self._layout.texture_coordinates)
+        return found + ["%s/%d" % (place, index) for index in self.indices()]
+
+    def coordinates(self) -> Optional[np.ndarray]:
+        """(V, 2) float32; None if there are none. A third value of each vertex is left out."""
+        found = self._part.first_dataset(self._layout.texture_coordinates)
+        if found is None:
+            return None
+        columns = check_shape(self._part.path, found, (3, 2), self._vertex_count)
+        values = self._part.values(found).reshape(-1, columns)[:, :2]
+        return checked_texture_coordinates(self._part.path, values, self._vertex_count)
+
+    def indices(self) -> List[int]:
+        """The indices of the textures, ascending. The file is looked through once.
+
+        They are decimal numbers without leading zeros; what has another name is no texture.
+        """
+        if self._indices is None:
+            place = self._place()
+            names = self._part.dataset_names(place, MAX_TEXTURES) if place else []
+            self._indices = sorted(int(name) for name in names if _is_index(name))
+        return list(self._indices)
+
+    def texture(self, index: int) -> np.ndarray:
+        """(height, width, 3 or 4) uint8; gray images become red, green and blue."""
+        part = self._part
+        known = self.indices()
+        if index not in known:
+            raise MapFileError(
+                "index",
+                part.path,
+                "there is no texture %s" % (index,),
+                "textures of this file: %s" % (", ".join(map(str, known)) or "none"),
+            )
+        place = self._place()
+        found = part.dataset("%s/%d" % (place, index))
+        if place != self._layout.textures:
+            return checked_image(part.path, index, _colored(self._image(found)))
+        if found.ndim != 3 or not found.size:
+            raise self._no_image(found)
+        # LVR2 stores the rows of the image one after the other, but declares its width first
+        width, height, planes = found.shape
+        pixels = part.values(found).reshape(height, width, planes)
+        return checked_image(part.path, index, _colored(pixels))
+
+    def _place(self):
+        """The group of the images; "" if there is none."""
+        textures = self._layout.textures
+        group = self._part.subgroup(textures) if textures else None
+        if group is None:
+            return ""
+        if is_group_of_this_file(group, schema.IMAGES):
+            return textures + "/" + schema.IMAGES
+        return textures if self._layout.lvr2_materials else ""
+
+    def _image(self, found):
+        """The planes of an HDF5 image as (height, width, planes)."""
+        path = self._part.path
+        kind = attribute(path, found, "IMAGE_SUBCLASS")
+        if h5py.h5a.exists(found.id, b"PALETTE") or kind not in (None, "IMAGE_TRUECOLOR") + _GRAY:
+            raise MapFileError(
+                "value",
+                path,
+                "%s is an image with a palette or of the unknown kind %s" % (found.name, kind),
+                "store red, green and blue of each pixel",
+            )
+        if found.ndim == 2 and kind != "IMAGE_TRUECOLOR" and found.size:
+            return self._gray(found)[:, :, np.newaxis]
+        mode = attribute(path, found, "INTERLACE_MODE")
+        axis = _PLANES.get(mode if mode is not None else "INTERLACE_PIXEL")
+        if found.ndim != 3 or axis is None or not found.size or found.shape[axis] not in (3, 4):
+            raise self._no_image(found)
+        return np.moveaxis(self._part.values(found), axis, 2)
+
+    def _gray(self, found):
+        values = self._part.values(found)
+        if attribute(self._part.path, found, "IMAGE_WHITE_IS_ZERO") not in (None, 0):
+            if values.dtype != np.uint8:
+                raise self._no_image(found)
+            values = 255 - values
+        return values
+
+    def _no_image(self, found):
+        return MapFileError(
+            "shape",
+            self._part.path,
+            "%s has the shape %s and type %s: no image of 8-bit red, green and blue"
+            % (found.name, list(found.shape), found.dtype),
+            "[height,width,3], as the HDF5 Image specification has it",
+        )
+
+
+def _is_index(name):
+    plain = name.isascii() and name.isdigit() and len(name) <= 10
+    return plain and str(int(name)) == name and int(name) <= _MAX_INDEX
+
+
+def _colored(pixels):
+    """Gray as red, green and blue."""
+    return np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels

@@ -1,0 +1,107 @@
+"""Applies an Edit to a part of a file that is being built."""
+from typing import Dict, Set, Tuple
+
+import h5py
+
+from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
+from mesh_msgs_hdf5.map_file.writing.object_writer import ObjectWriter
+from mesh_msgs_hdf5.map_file.writing.part_writer import PartWriter
+from mesh_msgs_hdf5.map_file.writing.texture_writer import has_lvr2_form
+from mesh_msgs_hdf5.model import schema
+from mesh_msgs_hdf5.model.edit import Edit
+
+
+def apply_edit(writer: ObjectWriter, part: h5py.Group, reader: MapReader, edit: Edit) -> None:
+    """Change the group of a part, which is a copy of that of reader, as checked_edit gave it."""
+    members = PartWriter(writer, part, has_lvr2_form(part))
+    members.header(edit.frame_id, edit.origin, edit.crs, edit.source)
+    channels = part[schema.CHANNELS]
+    for name, channel in (("vertex_normals", schema.NORMALS), ("vertex_colors", schema.COLORS)):
+        if _is_edited(edit, name):
+            writer.remove(channels, channel)
+        if getattr(edit, name) is not None:
+            members.channel(channel, getattr(edit, name))
+    _edit_layers(writer, channels, members, reader, edit)
+    _edit_face_attributes(writer, part, members, reader, edit)
+    _edit_textures(members, edit)
+    if edit.labels:
+        _edit_labels(writer, part, members, reader.label_paths(), edit)
+    if _is_edited(edit, "features"):
+        _remove_features(writer, channels, reader.own_paths())
+    if edit.features is not None:
+        members.features(edit.features)
+
+
+def _is_edited(edit, name):
+    return name in edit.remove or getattr(edit, name) is not None
+
+
+def _edit_layers(writer, channels, members, reader, edit):
+    present = set(reader.layer_names()) & (set(edit.vertex_costs) | set(edit.layer_parameters))
+    for name, costs in edit.vertex_costs.items():
+        if name in present:
+            writer.remove(channels, name)
+        if costs is not None:
+            members.layer(name, costs, edit.layer_parameters.get(name))
+    for name, parameters in edit.layer_parameters.items():
+        if name not in edit.vertex_costs and name in present:
+            members.parameters(channels[name], parameters)
+
+
+def _edit_face_attributes(writer, part, members, reader, edit):
+    group = part.get(schema.FACE_ATTRIBUTES)
+    names = set(edit.face_attributes) | set(edit.face_parameters)
+    present = set(reader.face_attribute_names()) & names
+    for name, values in edit.face_attributes.items():
+        if name in present:
+            writer.remove(group, name)
+        if values is not None:
+            members.face_attribute(name, values, edit.face_parameters.get(name))
+    for name, parameters in edit.face_parameters.items():
+        if name not in edit.face_attributes and name in present:
+            members.parameters(group[name], parameters)
+
+
+def _edit_textures(members, edit):
+    textures = members.textures
+    if _is_edited(edit, "texture_coordinates"):
+        textures.remove_coordinates()
+    if edit.texture_coordinates is not None:
+        textures.coordinates(edit.texture_coordinates)
+    textures.remove_textures(edit.textures)
+    images = {index: image for index, image in edit.textures.items() if image is not None}
+    textures.textures(images)
+    if _is_edited(edit, "materials"):
+        textures.remove_materials()
+    if edit.materials is not None:
+        textures.materials(edit.materials)
+
+
+def _edit_labels(
+    writer: ObjectWriter,
+    part: h5py.Group,
+    members: PartWriter,
+    places: Dict[str, Tuple[str, str]],
+    edit: Edit,
+) -> None:
+    groups: Set[str] = set()
+    for text in edit.labels:
+        if text in places:
+            group, name = places[text]
+            writer.remove(part[schema.LABELS][group], name)
+            groups.add(group)
+    for text, label in edit.labels.items():
+        if label is not None:
+            members.label(text, label, places.get(text))
+    for name in groups:
+        group = part[schema.LABELS][name]
+        if not len(group) and not len(group.attrs):
+            writer.remove(part[schema.LABELS], name)
+
+
+def _remove_features(writer, channels, own):
+    group = channels.get(schema.FEATURES)
+    if isinstance(group, h5py.Group):
+        for name in list(group):
+            if "%s/%s" % (group.name, name) in own:
+                writer.remove(group, name)

@@ -1,0 +1,35 @@
+"""A change of a map file: what is to be added, replaced or removed; all else stays as it is."""
+from dataclasses import dataclass, field
+from typing import Any, Dict, FrozenSet, Optional, Tuple
+
+import numpy as np
+
+from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
+
+
+@dataclass
+class Edit:
+    """Arrays as in Mesh. In the dictionaries, None removes what has that key.
+
+    layer_parameters, face_parameters: of the layers and face attributes in this edit; a layer that
+    is not in vertex_costs keeps its parameters.
+    remove: names of members below that hold one array, which is to go: "vertex_normals",
+    "vertex_colors", "texture_coordinates", "materials", "features".
+    """
+
+    vertex_costs: Dict[str, Optional[np.ndarray]] = field(default_factory=dict)
+    layer_parameters: Dict[str, Optional[Dict[str, Any]]] = field(default_factory=dict)
+    face_attributes: Dict[str, Optional[np.ndarray]] = field(default_factory=dict)
+    face_parameters: Dict[str, Optional[Dict[str, Any]]] = field(default_factory=dict)
+    labels: Dict[str, Optional[Label]] = field(default_factory=dict)
+    textures: Dict[int, Optional[np.ndarray]] = field(default_factory=dict)
+    vertex_normals: Optional[np.ndarray] = None
+    vertex_colors: Optional[np.ndarray] = None
+    texture_coordinates: Optional[np.ndarray] = None
+    materials: Optional[Materials] = None
+    features: Optional[Features] = None
+    frame_id: Optional[str] = None
+    origin: Optional[Tuple[float, float, float]] = None
+    crs: Optional[str] = None
+    source: Optional[Dict[str, Any]] = None
+    remove: FrozenSet[str] = frozenset()

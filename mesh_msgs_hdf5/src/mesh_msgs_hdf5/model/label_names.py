@@ -1,0 +1,64 @@
+"""Names of labels: the text "tree_1" is instance 1 of the class tree, in the file tree/1.
+
+A text without an underscore is a free one; it has a class and an empty instance. Texts that have no
+plain path (free ones, and those with an empty or dotted part) are kept in an attribute of the
+dataset too, from which they are read back.
+"""
+import re
+from typing import Any, List, Tuple
+
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+
+TEXT = "label"  # attribute with the whole text, where the path does not tell it
+MAX_LABELS = 50_000  # of a map
+_MAX_BYTES = 255
+# what HDF5 does not take as a name, or takes for "here" and "above"
+_ESCAPED = {"": "%", ".": "%2E", "..": "%2E%2E"}
+
+
+def split_label(text: str) -> Tuple[str, str]:
+    """(class, instance) of a label's text: before and after the first underscore."""
+    class_name, _, instance = text.partition("_")
+    return class_name, instance
+
+
+def join_label(class_name: str, instance: str) -> str:
+    """The text of a label from its path in a file that does not say it otherwise."""
+    return "%s_%s" % (class_name, instance)
+
+
+def natural_order(text: str) -> List[Any]:
+    """A sort key that counts: tree_2 comes before tree_10."""
+    parts = re.split("([0-9]+)", text)
+    return [(int(part), part) if index % 2 else part for index, part in enumerate(parts)]
+
+
+def label_path(text: str) -> Tuple[str, str, bool]:
+    """(group, dataset, plain) of a label; if it is not plain, TEXT must be stored with it."""
+    class_name, instance = split_label(text)
+    group, dataset = (_escaped(name) for name in (class_name, instance))
+    return group, dataset, "_" in text and (group, dataset) == (class_name, instance)
+
+
+def _escaped(name):
+    return "%25" + name[1:] if name.startswith("%") else _ESCAPED.get(name, name)
+
+
+def check_label(path: PathLike, text: str) -> None:
+    """Refuse a text that cannot be a label: code label, path is that of the map, for the error."""
+    try:
+        size = len(text.encode("utf-8"))
+    except UnicodeEncodeError:
+        size = 0
+    if not 0 < size <= _MAX_BYTES:
+        reason = "is empty, no UTF-8, or longer than %d bytes" % _MAX_BYTES
+    elif "/" in text or not text.isprintable() or text in (".", ".."):
+        reason = "contains a slash or a control character, or is . or .."
+    else:
+        return
+    raise MapFileError(
+        "label",
+        path,
+        "label %r %s" % (one_line(text)[:80], reason),
+        "name it like tree_1: class, underscore, instance",
+    )

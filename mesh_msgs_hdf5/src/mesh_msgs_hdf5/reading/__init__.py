@@ -1,1 +1,0 @@
-"""Reads a part of an open map file, in whatever layout it has."""

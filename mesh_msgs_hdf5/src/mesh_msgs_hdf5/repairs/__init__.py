@@ -1,1 +1,0 @@
-"""Meshes with other vertices and faces, everything that they have following."""

@@ -1,0 +1,1 @@
+"""What both nodes say and hear: messages of a mesh, labels for the process that owns them."""

@@ -1,0 +1,174 @@
+"""The messages of mesh_msgs for what a map holds.
+
+Each is made when it is asked for, from a map file that is read lazily. What a 1.x client knows is
+as released: colors are bytes / 255 with alpha 1, material i has cluster i, textures are rgb8 (or
+rgba8), texture coordinates are those of the file (v upwards).
+"""
+from typing import Any, Dict, Hashable, List, Optional, Tuple
+
+import genpy
+import numpy as np
+from mesh_msgs import arrays
+from mesh_msgs.msg import Feature, MeshFeatures, MeshMaterial, MeshTexture
+from sensor_msgs.msg import Image
+from std_msgs.msg import ColorRGBA, Float32, Header
+
+from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
+
+VERTICES, FACES, NORMALS = "vertices", "faces", "vertex_normals"
+_ALL = (VERTICES, FACES, NORMALS)
+_ENCODINGS = {3: "rgb8", 4: "rgba8"}
+
+
+class MapMessages:
+    """The messages of one map.
+
+    Args:
+        source: a MapFile, or what has its interface.
+        uuid: of the geometry, for every message.
+        stamp: when the map was loaded, for every header but those of touch().
+    """
+
+    def __init__(self, source: Any, uuid: str, stamp: genpy.Time) -> None:
+        self._source = source
+        self.uuid = uuid
+        self._frame_id = source.frame_id
+        self._stamp = stamp
+        self._stamps: Dict[Tuple[str, Hashable], genpy.Time] = {}
+
+    def touch(self, member: str, key: Hashable, stamp: genpy.Time) -> None:
+        """From now on the member (vertex_costs, ...; key: its name or index) has this stamp."""
+        self._stamps[member, key] = stamp
+
+    def geometry(self, parts: Tuple[str, ...] = _ALL) -> arrays.MeshGeometryStamped:
+        """parts: of VERTICES, FACES, NORMALS; the others stay empty and are not read."""
+        none = np.zeros((0, 3), np.float32)
+        found = {name: getattr(self._source, name) if name in parts else none for name in _ALL}
+        if found[NORMALS] is None:
+            found[NORMALS] = none
+        return arrays.MeshGeometryStamped(
+            header=self._header(), uuid=self.uuid, mesh_geometry=arrays.MeshGeometry(**found)
+        )
+
+    def vertex_colors(self) -> arrays.MeshVertexColorsStamped:
+        """Without colors in the map: none."""
+        return arrays.MeshVertexColorsStamped(
+            header=self._header("vertex_colors"),
+            uuid=self.uuid,
+            mesh_vertex_colors=arrays.MeshVertexColors(rgba(self._source.vertex_colors)),
+        )
+
+    def vertex_costs(self, name: str) -> arrays.MeshVertexCostsStamped:
+        """One layer."""
+        return arrays.MeshVertexCostsStamped(
+            header=self._header("vertex_costs", name),
+            uuid=self.uuid,
+            type=name,
+            mesh_vertex_costs=arrays.MeshVertexCosts(self._source.vertex_costs(name)),
+        )
+
+    def face_costs(self, name: str) -> Optional[arrays.MeshFaceCostsStamped]:
+        """A face attribute that is a cost (float32, one for each face); None for any other."""
+        costs = self._source.face_attribute(name)
+        if costs.dtype != np.float32 or costs.shape not in ((len(costs),), (len(costs), 1)):
+            return None
+        return arrays.MeshFaceCostsStamped(
+            header=self._header("face_attributes", name),
+            uuid=self.uuid,
+            type=name,
+            mesh_face_costs=arrays.MeshFaceCosts(costs.reshape(-1)),
+        )
+
+    def materials(self) -> arrays.MeshMaterialsStamped:
+        """Without materials in the map: none."""
+        coordinates = self._source.texture_coordinates
+        return arrays.MeshMaterialsStamped(
+            header=self._header("materials"),
+            uuid=self.uuid,
+            mesh_materials=materials_message(self._source.materials, coordinates),
+        )
+
+    def texture(self, index: int) -> MeshTexture:
+        """One texture, the only one that is read."""
+        image = texture_image(self._source.texture(index))
+        image.header = self._header("textures", index)
+        return MeshTexture(uuid=self.uuid, texture_index=index, image=image)
+
+    def features(self) -> Optional[MeshFeatures]:
+        """The texture features; None if the map has none."""
+        features = self._source.features
+        if features is None:
+            return None
+        return MeshFeatures(map_uuid=self.uuid, features=feature_list(features))
+
+    def _header(self, member: str = "", key: Hashable = None) -> Header:
+        stamp = self._stamps.get((member, key), self._stamp)
+        return Header(stamp=stamp, frame_id=self._frame_id)
+
+
+def rgba(rgb: Optional[np.ndarray]) -> np.ndarray:
+    """(N, 3) uint8 as (N, 4) float32 from 0 to 1, alpha 1; None as (0, 4)."""
+    if rgb is None:
+        return np.zeros((0, 4), np.float32)
+    colors = np.ones((len(rgb), 4), np.float32)
+    np.divide(rgb, np.float32(255), out=colors[:, :3])
+    return colors
+
+
+def materials_message(
+    materials: Optional[Materials], coordinates: Optional[np.ndarray]
+) -> arrays.MeshMaterials:
+    """A cluster for each material, with its faces in ascending order."""
+    message = arrays.MeshMaterials(
+        vertex_tex_coords=np.zeros((0, 2), np.float32) if coordinates is None else coordinates
+    )
+    if materials is None:
+        return message
+    count = len(materials.colors)
+    order = np.argsort(materials.face_materials, kind="stable").astype(np.uint32)
+    ends = np.cumsum(np.bincount(materials.face_materials, minlength=count))
+    for number, color in enumerate(rgba(materials.colors)):
+        index = int(materials.texture_indices[number])
+        faces = order[ends[number - 1] if number else 0 : ends[number]]
+        message.clusters.append(arrays.MeshFaceCluster(face_indices=faces))
+        # no texture is -1 in a file, and has_texture here: as uint32 it would be 4294967295
+        message.materials.append(
+            MeshMaterial(
+                texture_index=max(index, 0), color=ColorRGBA(*color), has_texture=index >= 0
+            )
+        )
+    message.cluster_materials = list(range(count))
+    return message
+
+
+def texture_image(pixels: np.ndarray) -> Image:
+    """(height, width, 3 or 4) uint8 as an rgb8 or rgba8 image without padding."""
+    height, width, channels = pixels.shape
+    return Image(
+        height=height,
+        width=width,
+        encoding=_ENCODINGS[channels],
+        step=channels * width,
+        data=pixels.tobytes(),
+    )
+
+
+def cluster(text: str, label: Label) -> arrays.MeshFaceCluster:
+    """A label with its faces."""
+    return arrays.MeshFaceCluster(face_indices=label.faces, label=text)
+
+
+def clusters(labels: Dict[str, Label]) -> List[arrays.MeshFaceCluster]:
+    """All labels in their order."""
+    return [cluster(text, label) for text, label in labels.items()]
+
+
+def feature_list(features: Features) -> List[Feature]:
+    """The places with their descriptors."""
+    rows = zip(features.locations.tolist(), features.descriptors.tolist())
+    found = []
+    for (x, y, z), descriptor in rows:
+        feature = Feature(descriptor=[Float32(number) for number in descriptor])
+        feature.location.x, feature.location.y, feature.location.z = x, y, z
+        found.append(feature)
+    return found

@@ -1,1 +1,0 @@
-"""Builds map files, verifies them and puts them in their place."""

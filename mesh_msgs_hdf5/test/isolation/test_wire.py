@@ -1,0 +1,318 @@
+"""What goes over the wire arrives the same; what is no message is refused, and takes no memory."""
+import json
+import socket
+import struct
+import threading
+import time
+from typing import Any, Dict, FrozenSet, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from peak_memory import peak_memory
+
+from mesh_msgs_hdf5.checks.check import identical
+from mesh_msgs_hdf5.isolation.typed import fits
+from mesh_msgs_hdf5.isolation.wire import MAX_DEPTH, MAX_HEADER_BYTES, Wire, WireError
+from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
+from mesh_msgs_hdf5.model.schema import MATERIAL_DTYPE
+
+
+def carried(value, limit=1 << 40):
+    """The value as it arrives at the other end."""
+    one, other = socket.socketpair()
+    with one, other:
+        errors = []
+
+        def send():
+            try:
+                Wire(one).send(value)
+            except WireError as error:
+                errors.append(error)
+            one.shutdown(socket.SHUT_WR)
+
+        thread = threading.Thread(target=send)
+        thread.start()
+        try:
+            result = Wire(other).receive(limit)
+        except EOFError:
+            thread.join()
+            raise (errors or [AssertionError("nothing came")])[0]
+        finally:
+            other.shutdown(socket.SHUT_RD)  # so that the sender ends in any case
+            thread.join()
+        assert not errors and not other.recv(1)
+        return result
+
+
+def received(raw, limit=1 << 30):
+    """What these bytes mean."""
+    one, other = socket.socketpair()
+    with other:
+        with one:
+            thread = threading.Thread(target=one.sendall, args=(raw,))
+            thread.start()
+            thread.join()
+        return Wire(other).receive(limit)
+
+
+def same(one, other):
+    if isinstance(one, np.ndarray):
+        return isinstance(other, np.ndarray) and identical(one, other)
+    if isinstance(one, dict):
+        return list(one) == list(other) and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, (list, tuple)):
+        return type(one) is type(other) and len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, frozenset):  # whose order is another one in each process
+        return type(one) is type(other) and same(sorted(one, key=repr), sorted(other, key=repr))
+    if isinstance(one, (Mesh, Materials, Features, Label, Edit)):
+        return type(one) is type(other) and same(vars(one), vars(other))
+    return type(one) is type(other) and repr(one) == repr(other)
+
+
+NAN = float("nan")
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(st.characters()),
+    lambda inner: st.lists(inner)
+    | st.lists(inner).map(tuple)
+    | st.dictionaries(st.text() | st.integers(), inner),
+    max_leaves=10,
+)
+
+
+@settings(max_examples=100, deadline=None)
+@given(PLAIN)
+def test_plain_values_arrive_as_they_are(value):
+    assert same(carried(value), value)
+
+
+@pytest.mark.parametrize(
+    "value,expected",
+    [
+        ([NAN, -float("inf"), -0.0, 5e-324], None),
+        ("\udcff\0 ä 😀", None),
+        ({1: "a", "1": "b"}, None),
+        (frozenset({"a", 1}), frozenset({"a", 1})),
+        ({"a", "b"}, frozenset({"a", "b"})),
+        (np.float32(0.1), float(np.float32(0.1))),
+        (np.int64(-5), -5),
+        (np.bool_(True), True),
+        (np.str_("x"), "x"),
+        ({"array": ["<f4", [1]]}, None),  # no confusion with what stands for an array
+    ],
+)
+def test_special_values(value, expected):
+    assert same(carried(value), value if expected is None else expected)
+
+
+ARRAYS = [
+    np.arange(12).reshape(3, 4).astype(kind)
+    for kind in ("?", "u1", "i1", "<u2", ">i4", "<u8", "<f2", ">f4", "<f8", "g")
+] + [
+    np.array(3, "f4"),
+    np.zeros((0, 3), "f4"),
+    np.zeros((5, 0), "u4"),
+    np.arange(24.0).reshape(2, 3, 4).transpose(2, 0, 1),
+    np.arange(100, dtype="u4")[::-3],
+    np.zeros(4, MATERIAL_DTYPE),
+    np.frombuffer(b"\x01\x00\x80\x7f" * 3, "<f4"),  # a NaN with a content of its own
+    np.ones(70_000, "u1"),
+    np.random.default_rng(1).random((1000, 1000)),
+]
+
+
+@pytest.mark.parametrize("array", ARRAYS, ids=lambda array: "%s%s" % (array.dtype, array.shape))
+def test_arrays_arrive_bit_for_bit(array):
+    result = carried([array, {"x": array}])
+    for found in (result[0], result[1]["x"]):
+        assert identical(found, np.asarray(array, order="C"))
+        assert found.flags.writeable and found.flags.c_contiguous and found.flags.aligned
+
+
+def test_the_data_model_arrives(rich_mesh):
+    assert same(carried(rich_mesh), rich_mesh)
+    edit = Edit(
+        vertex_costs={"a": np.ones(3, "f4"), "b": None},
+        labels={"tree_1": Label(np.arange(3), (1, 2, 3)), "tree_2": None},
+        remove=frozenset({"features"}),
+        origin=(1.0, 2.0, 3.0),
+        materials=rich_mesh.materials,
+    )
+    found = carried(edit)
+    assert found.remove == edit.remove
+    assert same(vars(found), {**vars(edit), "remove": found.remove})
+
+
+def test_many_small_arrays(rich_mesh):
+    rich_mesh.labels = {"a_%d" % i: Label(np.arange(i % 7)) for i in range(20_000)}
+    assert same(carried(rich_mesh), rich_mesh)
+
+
+@pytest.mark.parametrize(
+    "value", [object(), b"bytes", {1.5: 2}, {None: 1}, 1j, np.array(["a"]), np.array([None]), Wire]
+)
+def test_what_cannot_be_sent_is_refused_before_anything_is(value):
+    with pytest.raises(WireError, match="cannot be sent"):
+        carried([1, value])
+
+
+def test_depth_is_bounded():
+    value = 1
+    for _ in range(MAX_DEPTH):
+        value = [value]
+    assert carried(value) == value
+    with pytest.raises(WireError, match="nested"):
+        carried([[value]])
+
+
+def message(header, body=b"", length=None):
+    raw = header if isinstance(header, bytes) else json.dumps(header).encode()
+    return b"MESH" + struct.pack("<I", len(raw) if length is None else length) + raw + body
+
+
+HUGE = 1 << 40
+BAD = [
+    b"HSEM\0\0\0\0",
+    b"GET / HTTP/1.0\r\n\r\n",
+    message(b"", length=MAX_HEADER_BYTES + 1),
+    message(b"[1"),
+    message(b"\xff"),
+    message(b"[" * 100_000),
+    message(b"1" * 100_000),
+    message({}),
+    message({"array": ["<f4", [1]], "dict": []}),
+    message({"array": 5}),
+    message({"array": ["<f4"]}),
+    message({"array": ["<f4", 3]}),
+    message({"array": ["<f4", [-1]]}),
+    message({"array": ["<f4", [1.0]]}),
+    message({"array": ["<f4", [True]]}),
+    message({"array": ["<f4", [HUGE]]}),
+    message({"array": ["<f4", [HUGE, HUGE]]}),
+    message({"array": ["<f4", [1 << 63]]}),
+    message({"array": ["<f4", [10**30]]}),
+    message({"array": ["<f4", [0, 1 << 47, 1 << 47]]}),
+    message({"array": ["<f4", [1] * 33]}),
+    message({"array": ["|O", [1]]}),
+    message({"array": ["<O8", [1]]}),
+    message({"array": ["<U4", [1]]}),
+    message({"array": ["<M8", [1]]}),
+    message({"array": ["f4,f4", [1]]}),
+    message({"array": [None, [1]]}),
+    message({"array": [{}, [1]]}),
+    message({"array": [[["a", "|O", 0], 8], [1]]}),
+    message({"array": [[["a", "<f4", 0], 2], [1]]}),
+    message({"array": [[["a", "<f4", -4], 8], [1]]}),
+    message({"array": [[["a", "<f4"], 8], [1]]}),
+    message({"array": [[8], [1]]}),
+    message({"array": [[["a", "<f4", 0], ["a", "<f4", 4], 8], [1]]}),
+    message({"array": [[["a", "<f4", 0], 1 << 40], [1]]}),
+    message({"dict": [1]}),
+    message({"dict": [None, 1]}),
+    message({"dict": [[], 1]}),
+    message({"frozenset": [[1]]}),
+    message({"os.system": ["command", "id"]}),
+    message({"Mesh": []}),
+    message({"Label": ["faces", 5]}),
+    message({"Label": ["faces", {"array": ["<u4", [0]]}, "color", "red"]}),
+    message({"Label": ["faces", {"array": ["<u4", [0]]}, "__class__", 1]}),
+    message({"Edit": ["remove", [1]]}),
+    message({"Edit": [1, 1]}),
+]
+
+
+@pytest.mark.parametrize("raw", BAD, ids=lambda raw: repr(raw[8:60]))
+def test_what_is_no_message_is_refused(raw):
+    with pytest.raises(WireError):
+        received(raw)
+
+
+@pytest.mark.parametrize("raw", [b"", b"MES", message([1])[:-1], message({"array": ["<f4", [9]]})])
+def test_a_message_that_ends_early(raw):
+    with pytest.raises(EOFError):
+        received(raw)
+
+
+def test_sizes_are_bounded_in_all():
+    arrays = [np.zeros(1000, "u1")] * 3
+    assert same(carried(arrays, limit=3000), arrays)
+    with pytest.raises(WireError, match="more than"):
+        received(message([{"array": ["|u1", [1000]]}] * 3, bytes(3000)), limit=2999)
+
+
+def test_a_length_that_lies_takes_no_memory():
+    with peak_memory() as growth:
+        for raw in (message(b"[", length=MAX_HEADER_BYTES), message({"array": ["<f8", [1 << 26]]})):
+            with pytest.raises(EOFError):
+                received(raw)
+        assert growth() < 20_000
+
+
+def test_noise_is_refused(rich_mesh):
+    """Mutations of a message and plain noise: an object of the data model, or one error."""
+    one, other = socket.socketpair()
+    with one, other:
+        rich_mesh.textures = {}
+        thread = threading.Thread(target=Wire(one).send, args=(rich_mesh,))
+        thread.start()
+        raw = bytearray(other.recv(1 << 20))
+        thread.join()
+    rng = np.random.default_rng(5)
+    good = 0
+    for _ in range(1500):
+        noise = bytearray(raw)
+        for place in rng.integers(0, len(raw) // 2, rng.integers(1, 4)):
+            noise[place] = rng.integers(0, 256)
+        try:
+            good += isinstance(received(bytes(noise), 1 << 24), Mesh)
+        except (WireError, EOFError):
+            pass
+    assert 0 < good < 1500
+
+
+def test_a_deadline_is_kept():
+    one, other = socket.socketpair()
+    with one, other:
+        started = time.monotonic()
+        with pytest.raises(socket.timeout):
+            Wire(other, started + 0.1).receive(1000)
+        with pytest.raises(socket.timeout):
+            Wire(one, started + 0.2).send(np.zeros(1 << 24, "u1"))
+        with pytest.raises(socket.timeout):  # even if there is something to receive
+            Wire(other, time.monotonic() - 1).receive(1 << 30)
+
+
+@pytest.mark.parametrize(
+    "value,hint,expected",
+    [
+        (1, int, True),
+        (True, int, False),
+        (1, float, True),
+        (1.0, int, False),
+        (None, Optional[int], True),
+        ("a", Optional[int], False),
+        (None, type(None), True),
+        ([1, 2], List[int], True),
+        ([1, "a"], List[int], False),
+        ((1,), List[int], False),
+        ((1, 2), Tuple[int, int], True),
+        ((1, 2, 3), Tuple[int, int], False),
+        ((1, 2, 3), Tuple[int, ...], True),
+        ({"a": [1]}, Dict[str, List[int]], True),
+        ({1: [1]}, Dict[str, List[int]], False),
+        ({1: 2}, Dict, True),
+        ({1: 2}, dict, True),
+        ([1], Sequence[int], True),
+        (frozenset({"a"}), FrozenSet[str], True),
+        (frozenset({1}), FrozenSet[str], False),
+        ("a", Union[int, str], True),
+        (np.zeros(3), np.ndarray, True),
+        ([0.0], np.ndarray, False),
+        (object(), Any, True),
+        (5, None, False),
+    ],
+)
+def test_types_are_those_of_the_annotation(value, hint, expected):
+    assert fits(value, hint) is expected

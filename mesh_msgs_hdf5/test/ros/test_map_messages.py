@@ -1,0 +1,198 @@
+"""What is served of a map, and that only what is asked for is read."""
+import io
+
+import genpy
+import mesh_msgs.msg
+import numpy as np
+import pytest
+from mesh_msgs import validation
+from server_samples import everything
+
+from mesh_msgs_hdf5.formats.any_mesh import MeshMembers
+from mesh_msgs_hdf5.model.mesh import Materials, Mesh
+from mesh_msgs_hdf5.ros.map_messages import (
+    FACES,
+    NORMALS,
+    VERTICES,
+    MapMessages,
+    clusters,
+    materials_message,
+)
+
+STAMP = genpy.Time(7, 5)
+
+
+class Watched:
+    """A source that notes what is read of it."""
+
+    def __init__(self, mesh):
+        self.mesh = mesh
+        self.read = []
+        self._source = MeshMembers("a.h5", mesh)
+
+    def __getattr__(self, name):
+        self.read.append(name)
+        return getattr(self._source, name)
+
+
+@pytest.fixture
+def mesh():
+    return everything()
+
+
+@pytest.fixture
+def source(mesh):
+    return Watched(mesh)
+
+
+@pytest.fixture
+def messages(source):
+    made = MapMessages(source, source.mesh.uuid, STAMP)
+    del source.read[:]
+    return made
+
+
+@pytest.fixture
+def bare():
+    mesh = everything()
+    plain = Mesh(mesh.vertices, mesh.faces)
+    return MapMessages(MeshMembers("a.ply", plain), plain.uuid, STAMP)
+
+
+def stock(message):
+    """The message as a client with the generated classes gets it."""
+    buffer = io.BytesIO()
+    message.serialize(buffer)
+    kind = getattr(mesh_msgs.msg, message._type.split("/")[1])
+    return kind().deserialize(buffer.getvalue())
+
+
+def xyz(points):
+    return np.array([[p.x, p.y, p.z] for p in points]).reshape(-1, 3)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [(VERTICES, FACES, NORMALS), (VERTICES,), (FACES,), (NORMALS,)],
+)
+def test_geometry_and_its_parts(messages, source, mesh, parts):
+    message = messages.geometry(parts)
+    assert sorted(source.read) == sorted(parts)
+    assert (message.header.frame_id, message.header.stamp) == ("floor", STAMP)
+    assert message.uuid == mesh.uuid
+    geometry = stock(message).mesh_geometry
+    faces = np.array([f.vertex_indices for f in geometry.faces]).reshape(-1, 3)
+    for name, found in (
+        (VERTICES, xyz(geometry.vertices)),
+        (NORMALS, xyz(geometry.vertex_normals)),
+        (FACES, faces),
+    ):
+        expected = getattr(mesh, name) if name in parts else np.zeros((0, 3))
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_colors_are_bytes_by_255_and_opaque(messages, source, mesh):
+    message = stock(messages.vertex_colors())
+    assert source.read == ["vertex_colors"]
+    found = [(c.r, c.g, c.b, c.a) for c in message.mesh_vertex_colors.vertex_colors]
+    expected = [
+        (*(float(np.float32(byte) / np.float32(255)) for byte in row), 1.0)
+        for row in mesh.vertex_colors
+    ]
+    assert found == expected
+
+
+def test_one_layer_is_read_alone(messages, source, mesh):
+    message = stock(messages.vertex_costs("height_diff"))
+    assert source.read == ["vertex_costs"]
+    assert message.type == "height_diff"
+    expected = mesh.vertex_costs["height_diff"]
+    np.testing.assert_array_equal(np.float32(message.mesh_vertex_costs.costs), expected)
+
+
+def test_only_face_attributes_that_are_costs_are_face_costs(messages, mesh):
+    message = stock(messages.face_costs("slope"))
+    assert message.type == "slope"
+    expected = mesh.face_attributes["slope"]
+    np.testing.assert_array_equal(np.float32(message.mesh_face_costs.costs), expected)
+    assert messages.face_costs("face_normals") is None
+
+
+@pytest.mark.parametrize("dtype", ["<f8", "<u4", "|i1"])
+def test_a_face_attribute_of_other_numbers_is_no_cost(mesh, dtype):
+    mesh.face_attributes["zone"] = np.zeros(len(mesh.faces), dtype)
+    assert MapMessages(MeshMembers("a.h5", mesh), "u", STAMP).face_costs("zone") is None
+
+
+def test_materials_one_cluster_each(messages, source, mesh):
+    message = messages.materials()
+    assert sorted(source.read) == ["materials", "texture_coordinates"]
+    assert not validation.mesh_materials_stamped(message, len(mesh.vertices), len(mesh.faces))
+    parts = stock(message).mesh_materials
+    assert list(parts.cluster_materials) == [0, 1, 2]
+    faces = mesh.materials.face_materials
+    for number, cluster in enumerate(parts.clusters):
+        assert list(cluster.face_indices) == [i for i, m in enumerate(faces) if m == number]
+        assert cluster.label == ""
+    assert [m.has_texture for m in parts.materials] == [True, False, True]
+    # -1, "no texture", must not become 4294967295
+    assert [m.texture_index for m in parts.materials] == [3, 0, 0]
+    for material, color in zip(parts.materials, mesh.materials.colors):
+        shown = [material.color.r, material.color.g, material.color.b, material.color.a]
+        expected = [float(np.float32(byte) / np.float32(255)) for byte in color] + [1.0]
+        assert shown == expected
+    found = np.float32([[c.u, c.v] for c in parts.vertex_tex_coords])
+    np.testing.assert_array_equal(found, mesh.texture_coordinates)
+
+
+def test_clusters_of_many_faces_are_ascending():
+    faces = np.random.default_rng(1).integers(0, 5, 5000).astype(np.uint32)
+    materials = Materials(np.zeros((5, 3), np.uint8), np.full(5, -1, np.int32), faces)
+    for number, cluster in enumerate(materials_message(materials, None).clusters):
+        np.testing.assert_array_equal(cluster.face_indices, np.flatnonzero(faces == number))
+
+
+@pytest.mark.parametrize("index, encoding", [(0, "rgb8"), (3, "rgba8")])
+def test_one_texture_is_read_alone(messages, source, mesh, index, encoding):
+    message = messages.texture(index)
+    assert source.read == ["texture"]
+    assert not validation.mesh_texture(message, mesh.uuid)
+    image = stock(message).image
+    height, width, channels = mesh.textures[index].shape
+    assert (message.uuid, message.texture_index) == (mesh.uuid, index)
+    assert (image.encoding, image.step) == (encoding, channels * width)
+    assert (image.height, image.width, image.is_bigendian) == (height, width, 0)
+    assert image.data == mesh.textures[index].tobytes()
+
+
+def test_labels_as_clusters(mesh):
+    found = {c.label: c.face_indices.tolist() for c in clusters(mesh.labels)}
+    assert found == {"tree_1": [0, 2], "tree_2": [1], "bench_left": [3, 4, 5]}
+
+
+def test_features(messages, source, mesh):
+    message = stock(messages.features())
+    assert source.read == ["features"]
+    assert message.map_uuid == mesh.uuid
+    np.testing.assert_array_equal(
+        xyz([f.location for f in message.features]), mesh.features.locations
+    )
+    found = np.float32([[number.data for number in f.descriptor] for f in message.features])
+    np.testing.assert_array_equal(found, mesh.features.descriptors)
+
+
+def test_what_a_map_does_not_have_is_empty(bare):
+    assert bare.geometry().mesh_geometry.vertex_normals.shape == (0, 3)
+    assert bare.vertex_colors().mesh_vertex_colors.vertex_colors.shape == (0, 4)
+    parts = stock(bare.materials()).mesh_materials
+    assert not any((parts.clusters, parts.materials, parts.cluster_materials))
+    assert not parts.vertex_tex_coords
+    assert bare.features() is None
+
+
+def test_what_was_received_has_its_own_stamp(messages):
+    later = genpy.Time(9, 1)
+    messages.touch("vertex_costs", "roughness", later)
+    assert messages.vertex_costs("roughness").header.stamp == later
+    assert messages.vertex_costs("height_diff").header.stamp == STAMP
+    assert messages.vertex_colors().header.stamp == STAMP

@@ -1,0 +1,227 @@
+#!/usr/bin/python3
+"""The node hdf5_map_server over ROS: latched topics for a late subscriber, services, errors, its
+end.
+"""
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from mesh_msgs import array_services, arrays, msg as stock
+from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers, GetVertexCosts
+from std_msgs.msg import String
+
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from mesh_writers import SQUARE, TWO_FACES, ply, xyz  # noqa: E402
+
+LAYERS = {"layer_%d" % i: np.float32([i, np.inf, np.nan, 0.5]) for i in range(10)}
+MESH = Mesh(
+    SQUARE,
+    TWO_FACES,
+    vertex_normals=np.float32([[0, 0, 1]] * 4),
+    vertex_colors=np.uint8([[0, 51, 255]] * 4),
+    vertex_costs=LAYERS,
+    frame_id="floor",
+)
+
+
+def node_command(*arguments, name="hdf5_map_server"):
+    return ["rosrun", "mesh_msgs_hdf5", "hdf5_map_server", "__name:=" + name, *arguments]
+
+
+class Server:
+    """A running node in a namespace of its own."""
+
+    def __init__(self, namespace, path):
+        environment = dict(os.environ, ROS_NAMESPACE=namespace)
+        self.process = subprocess.Popen(
+            node_command("_inputFile:=" + path), env=environment, stdout=subprocess.DEVNULL
+        )
+        self.namespace = namespace
+        rospy.wait_for_service(namespace + "/get_vertex_cost_layers", 30)
+
+    def call(self, name, kind, *arguments):
+        return rospy.ServiceProxy(self.namespace + "/" + name, kind)(*arguments)
+
+    def stop(self):
+        self.process.terminate()
+        return self.process.wait(20)
+
+
+class ServeAMap(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = os.path.join(cls.folder.name, "a.h5")
+        MapFile.write(cls.path, MESH)
+        cls.server = Server("/one", cls.path)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.server.stop()
+        cls.folder.cleanup()
+
+    def received(self, topic, kind, count, queue_size=4):
+        """Messages that a subscriber gets which comes after all was published."""
+        found, done = [], threading.Event()
+
+        def take(message):
+            found.append(message)
+            if len(found) >= count:
+                done.set()
+
+        subscriber = rospy.Subscriber(
+            self.server.namespace + topic, kind, take, queue_size=queue_size
+        )
+        done.wait(20)
+        time.sleep(0.3)  # whether there are more
+        subscriber.unregister()
+        return found
+
+    def check_header(self, message):
+        self.assertEqual(message.header.frame_id, "floor")
+        self.assertEqual(message.uuid, MESH.uuid)
+        self.assertGreater(message.header.stamp.to_sec(), 0)
+
+    def test_geometry_is_latched(self):
+        (message,) = self.received("/mesh/geometry", arrays.MeshGeometryStamped, 1)
+        self.check_header(message)
+        geometry = message.mesh_geometry
+        np.testing.assert_array_equal(geometry.vertices, SQUARE)
+        np.testing.assert_array_equal(geometry.faces, TWO_FACES)
+        np.testing.assert_array_equal(geometry.vertex_normals, MESH.vertex_normals)
+
+    def test_what_is_served_is_said_on_progress(self):
+        (message,) = self.received("/progress", String, 1)
+        text = "ready: serving %s: 4 vertices, 2 faces, layers: layer_0, " % self.path
+        self.assertTrue(message.data.startswith(text), message.data)
+
+    def test_a_stock_subscriber_gets_it_too(self):
+        (message,) = self.received("/mesh/geometry", stock.MeshGeometryStamped, 1)
+        found = [(p.x, p.y, p.z) for p in message.mesh_geometry.vertices]
+        self.assertEqual(found, [tuple(v) for v in SQUARE.tolist()])
+
+    def test_colors_are_latched(self):
+        (message,) = self.received("/mesh/vertex_colors", arrays.MeshVertexColorsStamped, 1)
+        self.check_header(message)
+        expected = np.float32([[0, 0.2, 1, 1]] * 4)
+        np.testing.assert_array_equal(message.mesh_vertex_colors.vertex_colors, expected)
+
+    def test_a_late_subscriber_gets_every_layer(self):
+        for _ in range(2):
+            messages = self.received("/mesh/vertex_costs", arrays.MeshVertexCostsStamped, 10)
+            self.assertEqual(sorted(message.type for message in messages), sorted(LAYERS))
+            for message in messages:
+                self.check_header(message)
+                costs = message.mesh_vertex_costs.costs
+                np.testing.assert_array_equal(costs, LAYERS[message.type])
+
+    def test_services_answer_for_the_uuid_and_its_short_names(self):
+        self.assertEqual(self.server.call("get_uuids", GetUUIDs).uuids, [MESH.uuid])
+        for uuid in (MESH.uuid, "", "mesh"):
+            answer = self.server.call("get_geometry", array_services.GetGeometry, uuid)
+            self.check_header(answer.mesh_geometry_stamped)
+            geometry = answer.mesh_geometry_stamped.mesh_geometry
+            np.testing.assert_array_equal(geometry.faces, TWO_FACES)
+            answer = self.server.call("get_vertex_colors", array_services.GetVertexColors, uuid)
+            colors = answer.mesh_vertex_colors_stamped
+            self.check_header(colors)
+            self.assertEqual(colors.mesh_vertex_colors.vertex_colors.shape, (4, 4))
+            layers = self.server.call("get_vertex_cost_layers", GetVertexCostLayers, uuid).layers
+            self.assertEqual(layers, sorted(LAYERS))
+            answer = self.server.call("get_vertex_costs", GetVertexCosts, uuid, "layer_3")
+            costs = answer.mesh_vertex_costs_stamped
+            self.check_header(costs)
+            self.assertEqual(costs.type, "layer_3")
+            np.testing.assert_array_equal(costs.mesh_vertex_costs.costs, LAYERS["layer_3"])
+
+    def test_what_is_unknown_is_a_service_error_that_names_the_known(self):
+        for name, kind, arguments, words in (
+            ("get_geometry", array_services.GetGeometry, ("other",), MESH.uuid),
+            ("get_vertex_colors", array_services.GetVertexColors, ("other",), MESH.uuid),
+            ("get_vertex_costs", GetVertexCosts, ("other", "layer_1"), MESH.uuid),
+            ("get_vertex_cost_layers", GetVertexCostLayers, ("other",), MESH.uuid),
+            ("get_vertex_costs", GetVertexCosts, ("", "height"), "layer_0, layer_1, layer_2"),
+        ):
+            with self.assertRaises(rospy.ServiceException) as refused:
+                self.server.call(name, kind, *arguments)
+            self.assertIn(words, str(refused.exception))
+        self.assertIsNone(self.server.process.poll())
+
+    def test_a_mesh_without_colors_and_layers_from_a_ply_file(self):
+        path = os.path.join(self.folder.name, "b.ply")
+        with open(path, "wb") as stream:
+            stream.write(ply(xyz(SQUARE), TWO_FACES))
+        server = Server("/two", path)
+        try:
+            answer = server.call("get_geometry", array_services.GetGeometry, "")
+            message = answer.mesh_geometry_stamped
+            self.assertEqual((message.uuid, message.header.frame_id), (MESH.uuid, "map"))
+            self.assertEqual(message.mesh_geometry.vertex_normals.shape, (0, 3))
+            self.assertEqual(
+                server.call("get_vertex_cost_layers", GetVertexCostLayers, "").layers, []
+            )
+            answer = server.call("get_vertex_colors", array_services.GetVertexColors, "")
+            colors = answer.mesh_vertex_colors_stamped.mesh_vertex_colors
+            self.assertEqual(colors.vertex_colors.shape, (0, 4))
+            with self.assertRaises(rospy.ServiceException) as refused:
+                server.call("get_vertex_costs", GetVertexCosts, "", "x")
+            self.assertIn("known: none", str(refused.exception))
+        finally:
+            self.assertEqual(server.stop(), 0)
+
+    def test_a_bad_file_ends_the_node_with_one_line(self):
+        result = subprocess.run(
+            node_command("_inputFile:=nowhere.h5", name="bad"),
+            cwd=self.folder.name,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            timeout=60,
+            check=False,
+        )
+        self.assertEqual(result.returncode, 1)
+        path = os.path.join(self.folder.name, "nowhere.h5")  # whole: where was it looked for?
+        line = "hdf5_map_server: error: %s: there is no such file (check the path)\n" % path
+        self.assertEqual(result.stderr, line.encode())
+
+    def test_signals_end_the_load(self):
+        before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with self.assertRaises(KeyboardInterrupt), ended_by_signals():
+                os.kill(os.getpid(), number)
+                time.sleep(20)
+        after = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+        self.assertEqual(after, before)
+        self.assertFalse(rospy.is_shutdown())
+
+    def test_without_a_roscore_it_says_so_and_can_be_interrupted(self):
+        uri = "http://localhost:1"
+        process = subprocess.Popen(
+            node_command(name="lonely"),
+            env=dict(os.environ, ROS_MASTER_URI=uri),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+        )
+        line = process.stderr.readline()
+        self.assertEqual(line, b"hdf5_map_server: waiting for roscore at %s\n" % uri.encode())
+        process.send_signal(2)
+        self.assertEqual(process.stderr.read(), b"")
+        self.assertEqual(process.wait(20), 130)
+        process.stderr.close()
+
+
+if __name__ == "__main__":
+    rospy.init_node("serve_a_map")
+    rostest.rosrun("mesh_msgs_hdf5", "serve_a_map", ServeAMap)

@@ -1,0 +1,44 @@
+"""Time for what waits in cycles: of the system, of ROS, or of a simulation."""
+
+import abc
+import time
+
+from mesh_navigation.base.cancellation import Cancellation
+
+
+class Clock(abc.ABC):
+    """May be used from any thread."""
+
+    @abc.abstractmethod
+    def now(self) -> float:
+        """The time (s)."""
+
+    @abc.abstractmethod
+    def wait_until(self, moment: float, cancellation: Cancellation) -> None:
+        """Sleep until then; returns as soon as the cancellation is canceled, or time jumps back."""
+
+
+class SystemClock(Clock):
+    """That of the computer, which only goes on."""
+
+    def now(self) -> float:
+        return time.monotonic()
+
+    def wait_until(self, moment: float, cancellation: Cancellation) -> None:
+        cancellation.wait(max(0.0, moment - time.monotonic()))
+
+
+class Stopwatch:
+    """Counts from its making on. For one thread."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._last = clock.now()
+        self._seconds = 0.0
+
+    def seconds(self) -> float:
+        """Time that has passed (s); ask at least as often as the clock may be set back."""
+        now = self._clock.now()
+        self._seconds += max(0.0, now - self._last)
+        self._last = now
+        return self._seconds

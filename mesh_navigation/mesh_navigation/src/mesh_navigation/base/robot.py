@@ -1,0 +1,133 @@
+"""The robot as controllers and recovery behaviors see it: poses come in, velocities go out."""
+
+import abc
+import math
+import threading
+from collections import deque
+from typing import Deque, List, NamedTuple
+
+import numpy as np
+
+from mesh_navigation.base.pose import Pose
+
+SPACING = 0.05  # m, from one pose to the next
+LENGTH = 20.0  # m, that are remembered
+JUMP = 1.0  # m; a robot that was put elsewhere did not drive there
+
+
+class Trail:
+    """The robot's last poses, `SPACING` apart. From any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._poses: Deque[Pose] = deque(maxlen=int(LENGTH / SPACING))
+
+    def add(self, pose: Pose) -> None:
+        """Note where the robot is."""
+        with self._lock:
+            if self._poses:
+                step = float(np.linalg.norm(pose.position - self._poses[-1].position))
+                if step < SPACING:
+                    return
+                if step > JUMP:
+                    self._poses.clear()
+            self._poses.append(pose)
+
+    def back(self) -> List[Pose]:
+        """The poses, the last one first."""
+        with self._lock:
+            return list(reversed(self._poses))
+
+    def forget_last(self, count: int) -> None:
+        """The robot went back: its last poses are not behind it any more."""
+        with self._lock:
+            for _ in range(min(count, len(self._poses))):
+                self._poses.pop()
+
+    def clear(self) -> None:
+        """Forget all: the robot was put elsewhere, or there is another map."""
+        with self._lock:
+            self._poses.clear()
+
+
+class Velocity(NamedTuple):
+    """Of the robot, in its own frame."""
+
+    x: float = 0.0
+    """Ahead (m/s)."""
+    y: float = 0.0
+    """To the left (m/s)."""
+    yaw: float = 0.0
+    """To the left (rad/s)."""
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether it may be sent."""
+        return all(map(math.isfinite, self))
+
+
+STOP = Velocity()
+
+
+class RobotState(NamedTuple):
+    """The robot at one moment."""
+
+    time: float
+    """Of the clock of the execution (s)."""
+    pose: Pose
+    """In the map's frame, with a unit quaternion; all numbers are finite."""
+    velocity: Velocity
+    """Measured where there is odometry, else what was commanded last."""
+
+
+class RobotLost(Exception):
+    """The robot's pose is not known; the message says why, with numbers."""
+
+
+class Robot(abc.ABC):
+    """One robot. Methods may be called from any thread and return at once."""
+
+    trail: Trail
+    """Where it has been; those that drive it add to it."""
+
+    @abc.abstractmethod
+    def state(self) -> RobotState:
+        """The newest pose.
+
+        Raises:
+            RobotLost: there is none, it is too old, or it is not finite.
+        """
+
+    @abc.abstractmethod
+    def drive(self, velocity: Velocity) -> None:
+        """Command a velocity, which holds until the next one. What is not finite becomes `STOP`."""
+
+
+class GuardedRobot(Robot):
+    """Passes everything on to a robot until it is closed; commands that come later are dropped."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._lock = threading.Lock()
+        self._closed = False
+
+    @property
+    def trail(self) -> Trail:  # type: ignore[override]
+        """That of the robot."""
+        return self._robot.trail
+
+    def state(self) -> RobotState:
+        return self._robot.state()
+
+    def drive(self, velocity: Velocity) -> None:
+        # Under the lock: no command can overtake the last stop.
+        with self._lock:
+            if not self._closed:
+                self._robot.drive(velocity)
+
+    def close(self) -> None:
+        """Stop the robot; from now on it obeys others only."""
+        with self._lock:
+            if not self._closed:
+                self._closed = True
+                self._robot.drive(STOP)

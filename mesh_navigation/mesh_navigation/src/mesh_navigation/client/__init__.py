@@ -1,0 +1,1 @@
+"""Goals for a server from programs: `MeshNavigator`, and what it is made of."""

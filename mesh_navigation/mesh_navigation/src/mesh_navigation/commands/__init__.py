@@ -1,0 +1,1 @@
+"""The commands plan and go_to, and the node that passes clicked goals on."""

@@ -1,0 +1,67 @@
+"""What the commands of this package have in common."""
+
+import argparse
+import math
+import sys
+from typing import Any
+
+from mesh_msgs_hdf5.commands.completion import bash_script
+
+from mesh_map.base.errors import one_line
+
+TROUBLE = 2  # exit code: wrong usage, or what is needed is not there
+
+
+class CommandParser(argparse.ArgumentParser):
+    """A parser that complains in one line, and has ``--completion``."""
+
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(allow_abbrev=False, **arguments)
+        text = "print what makes bash complete these arguments, for .bashrc"
+        self.add_argument("--completion", nargs=0, action=_Completion, help=text)
+
+    def error(self, message: str) -> None:
+        complain(self.prog, f"{message} ({self.prog} --help)")
+        sys.exit(TROUBLE)
+
+
+class _Completion(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, *_arguments: Any) -> None:
+        sys.stdout.write(bash_script(parser.prog, "mesh_navigation", alone=False))
+        sys.exit(0)
+
+
+def complete(parser: argparse.ArgumentParser) -> None:
+    """Tell the shell what could come next, and end; without argcomplete: nothing."""
+    try:
+        import argcomplete
+    except ImportError:
+        sys.exit(1)
+    argcomplete.autocomplete(parser, always_complete_options="long")
+
+
+def is_number(word: str) -> bool:
+    """Whether a word is a number, as those with a sign are that argparse takes for options."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def number(text: str) -> float:
+    """A type of arguments: a finite number."""
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(text)
+    return value
+
+
+def tell(program: str, text: str) -> None:
+    """One line on standard error."""
+    sys.stderr.write(f"{program}: {one_line(text)}\n")
+
+
+def complain(program: str, text: str) -> None:
+    """The same of an error."""
+    tell(program, f"error: {text}")

@@ -1,0 +1,1 @@
+"""Running one plan, drive or recovery behavior: patience, retries, and an answer in any case."""

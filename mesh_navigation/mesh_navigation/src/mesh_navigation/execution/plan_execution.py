@@ -1,0 +1,111 @@
+"""Running a planner for one goal: patience, retries, and answers even if the planner gives none."""
+
+import threading
+import time
+from typing import Callable, Optional
+
+from mesh_map.base.errors import one_line
+
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.outcomes import GetPathOutcome, may_change_by_itself
+from mesh_navigation.execution.result_check import checked_result
+from mesh_navigation.plugins.planner import PlanResult
+
+# How long a planner may take to stop once told to, before the answer goes out without it (s).
+GRACE = 0.5
+# Pause between two attempts (s): what may change by itself does not change at once.
+RETRY_PAUSE = 0.1
+
+Plan = Callable[[Cancellation], PlanResult]
+
+
+class PlanExecution:
+    """One goal's attempts to plan. ``run`` is called in the thread that waits for the answer."""
+
+    def __init__(self, plan: Plan, patience: float, max_retries: int) -> None:
+        """
+        Args:
+            plan: makes one attempt; it stops when the `Cancellation` it gets says so.
+            patience: longest time for all attempts together (s); 0: no limit.
+            max_retries: attempts after the first; negative: as many as patience allows.
+        """
+        self._plan = plan
+        self._patience = patience
+        self._max_retries = max_retries
+
+    def run(self, cancellation: Cancellation) -> PlanResult:
+        """Plan until there is an answer, the patience is gone or ``cancellation`` is canceled."""
+        deadline = time.monotonic() + self._patience if self._patience > 0 else None
+        retries = 0
+        while True:
+            result = self._attempt(cancellation, deadline)
+            if not may_change_by_itself(result.outcome) or retries == self._max_retries:
+                return result
+            retries += 1
+            cancellation.wait(_shorter(RETRY_PAUSE, deadline))
+            if cancellation.canceled:
+                return _canceled(cancellation)
+            if deadline is not None and time.monotonic() >= deadline:
+                return self._impatient(
+                    f"after {retries} attempts, the last of which: {result.message}"
+                )
+
+    def _attempt(self, cancellation: Cancellation, deadline: Optional[float]) -> PlanResult:
+        """One attempt, in a thread of its own: a planner that never returns blocks nobody."""
+        attempt = Cancellation()
+        answers = []
+        wake = threading.Event()
+
+        def work() -> None:
+            answers.append(_answer(self._plan, attempt))
+            wake.set()
+
+        with cancellation.calling(wake.set):
+            if cancellation.canceled:
+                return _canceled(cancellation)
+            thread = threading.Thread(target=work, name="plan", daemon=True)
+            thread.start()
+            wake.wait(_shorter(None, deadline))
+            if cancellation.canceled:
+                return self._stopped(attempt, thread, _canceled(cancellation), cancellation.reason)
+        if answers:
+            return answers[0]
+        impatient = self._impatient("and the planner was stopped")
+        return self._stopped(attempt, thread, impatient, "out of patience")
+
+    @staticmethod
+    def _stopped(
+        attempt: Cancellation, thread: threading.Thread, result: PlanResult, reason: str
+    ) -> PlanResult:
+        attempt.cancel(reason)
+        thread.join(GRACE)
+        if thread.is_alive():
+            result.message += f"; the planner did not stop within {GRACE} s"
+        return result
+
+    def _impatient(self, how: str) -> PlanResult:
+        return PlanResult(
+            GetPathOutcome.PAT_EXCEEDED,
+            f"no path within the patience of {self._patience:.2f} s (planner_patience) {how}",
+        )
+
+
+def _shorter(seconds: Optional[float], deadline: Optional[float]) -> Optional[float]:
+    """The time to wait (s): ``seconds``, but not beyond the deadline; None is without end."""
+    if deadline is None:
+        return seconds
+    left = max(0.0, deadline - time.monotonic())
+    return left if seconds is None else min(seconds, left)
+
+
+def _canceled(cancellation: Cancellation) -> PlanResult:
+    return PlanResult(GetPathOutcome.CANCELED, f"planning stopped: {cancellation.reason}")
+
+
+def _answer(plan: Plan, cancellation: Cancellation) -> PlanResult:
+    """An attempt's result, with the planner's own faults turned into outcomes."""
+    try:
+        return checked_result(plan(cancellation))
+    except (Exception, SystemExit) as error:  # A plugin may raise anything; its goal is answered.
+        text = one_line(f"the planner failed with {type(error).__name__}: {error}")
+        return PlanResult(GetPathOutcome.INTERNAL_ERROR, text)

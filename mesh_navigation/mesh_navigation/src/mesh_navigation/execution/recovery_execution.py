@@ -1,0 +1,124 @@
+"""Running one recovery behavior: patience, and an answer even if the behavior gives none."""
+
+import threading
+from typing import Any, Callable, List, Mapping
+
+import numpy as np
+
+from mesh_map.base.errors import one_line
+from mesh_map.base.parameter import Value
+
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Clock, Stopwatch
+from mesh_navigation.base.outcomes import RecoveryOutcome
+from mesh_navigation.base.robot import GuardedRobot, Robot, RobotLost
+from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
+
+# How long a behavior may take to stop once told to, before the answer goes out without it (s).
+GRACE = 0.5
+# Between two looks at the clock (s, of the computer's time): one that stands still holds up nobody.
+LOOK = 0.05
+
+
+class RecoveryExecution:
+    """One run of a behavior in a thread of its own, under a watch.
+
+    The robot stands when `run` returns, and what the behavior commands later does not reach it.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        clock: Clock,
+        values: Callable[[], Mapping[str, Value]],
+    ) -> None:
+        """
+        Args:
+            robot: to be driven.
+            clock: by which patience is measured; any whose time goes on by itself.
+            values: of the parameters, of which recovery_patience is read: longest time (s), 0: no
+                limit.
+        """
+        self._robot = robot
+        self._clock = clock
+        self._values = values
+
+    def run(
+        self, behavior: MeshRecovery, cancellation: Cancellation, map_gone: Cancellation
+    ) -> RecoveryResult:
+        """Run it to its end, or until it is canceled, or patience or the map is gone.
+
+        Args:
+            behavior: ready for a map.
+            cancellation: ends it: CANCELED.
+            map_gone: is canceled when its map is replaced: NOT_INITIALIZED.
+        """
+        robot, attempt = GuardedRobot(self._robot), Cancellation()
+        results: List[RecoveryResult] = []
+        wake, done = threading.Event(), threading.Event()
+
+        def work() -> None:
+            results.append(_result(behavior, robot, self._clock, attempt))
+            done.set()
+            wake.set()
+
+        with cancellation.calling(wake.set), map_gone.calling(wake.set):
+            if not wake.is_set():
+                threading.Thread(target=work, name="recovery", daemon=True).start()
+                impatient = self._watch(wake)
+            else:
+                impatient, results = "", [_canceled("it did not start")]
+        late = ""
+        if not results:
+            attempt.cancel(impatient or cancellation.reason or map_gone.reason)
+            robot.close()
+            if not done.wait(GRACE):
+                late = f"; the behavior did not stop within {GRACE} s"
+        robot.close()
+        if cancellation.canceled and not (done.is_set() and results[0].succeeded):
+            return _canceled(f"{cancellation.reason}{late}")
+        if map_gone.canceled:
+            text = f"recovery stopped: {map_gone.reason}{late}"
+            return RecoveryResult(RecoveryOutcome.NOT_INITIALIZED, text)
+        if impatient:
+            return RecoveryResult(RecoveryOutcome.PAT_EXCEEDED, impatient + late)
+        return results[0]
+
+    def _watch(self, wake: threading.Event) -> str:
+        """Wait for the end; or why the patience is gone."""
+        watch = Stopwatch(self._clock)
+        while not wake.wait(LOOK):
+            patience, seconds = self._values()["recovery_patience"], watch.seconds()
+            if 0.0 < patience < seconds:
+                return f"not done within the patience of {patience:.2f} s (recovery_patience)"
+        return ""
+
+
+def _canceled(reason: str) -> RecoveryResult:
+    return RecoveryResult(RecoveryOutcome.CANCELED, f"recovery stopped: {reason}")
+
+
+def _result(
+    behavior: MeshRecovery, robot: Robot, clock: Clock, cancellation: Cancellation
+) -> RecoveryResult:
+    """What a behavior returns, with its own faults turned into outcomes."""
+    try:
+        return _checked(behavior.run(robot, clock, cancellation))
+    except RobotLost as error:
+        return RecoveryResult(RecoveryOutcome.TF_ERROR, one_line(error))
+    except (Exception, SystemExit) as error:  # A plugin may raise anything; its goal is answered.
+        return _fault(f"it failed with {type(error).__name__}: {error}")
+
+
+def _checked(returned: Any) -> RecoveryResult:
+    if not isinstance(returned, RecoveryResult):
+        return _fault(f"it returned a {type(returned).__name__} instead of a RecoveryResult")
+    outcome, message = returned
+    if not isinstance(outcome, (int, np.integer)) or not 0 <= outcome < 256:
+        return _fault(f"its outcome is {outcome!r}, not a number from 0 to 255")
+    return RecoveryResult(int(outcome), one_line(message) or f"outcome {int(outcome)}")
+
+
+def _fault(what: str) -> RecoveryResult:
+    text = one_line(f"the recovery behavior is at fault: {what}")
+    return RecoveryResult(RecoveryOutcome.INTERNAL_ERROR, text)

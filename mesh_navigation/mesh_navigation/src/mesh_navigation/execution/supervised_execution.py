@@ -1,0 +1,172 @@
+"""Driving along a path with a controller that may block: nobody waits for it, the robot stands."""
+
+import threading
+import time
+from contextlib import contextmanager
+from typing import Any, Callable, Iterator, List, Mapping, Optional, Tuple
+
+from mesh_map.base.errors import one_line
+from mesh_map.base.parameter import Value
+
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Clock
+from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.base.robot import STOP, GuardedRobot, Robot, RobotLost, RobotState
+from mesh_navigation.execution.drive_result import Cycle, ExecutionResult, Tolerances, to_goal
+from mesh_navigation.execution.path_execution import PathExecution, default_values
+from mesh_navigation.plugins.controller import Command, ControllerPlan, MeshController
+
+# How long a controller may take to stop once told to, before the answer goes out without it (s).
+GRACE = 0.5
+# Between two looks at the controller (s, of the computer's time).
+LOOK = 0.05
+# A controller that takes longer (s), by both the computer's time and the clock, does not drive.
+LONGEST_CALL = 0.2
+
+
+class _Watched(MeshController):
+    """Passes everything on to a controller, and knows for how long that has been at it."""
+
+    def __init__(self, controller: MeshController, clock: Clock) -> None:
+        self._controller, self._clock = controller, clock
+        self._called: Optional[Tuple[float, float]] = None
+
+    @contextmanager
+    def _call(self) -> Iterator[None]:
+        self._called = time.monotonic(), self._clock.now()
+        try:
+            yield
+        finally:
+            self._called = None
+
+    def busy(self) -> Tuple[float, float]:
+        """Since when the controller has been at it: seconds of the computer and of the clock."""
+        called = self._called
+        if called is None:
+            return 0.0, 0.0
+        return time.monotonic() - called[0], self._clock.now() - called[1]
+
+    def prepare_plan(self, plan: ControllerPlan) -> Any:
+        return self._controller.prepare_plan(plan)  # No cycle waits for it.
+
+    def set_plan(self, plan: ControllerPlan) -> None:
+        with self._call():
+            self._controller.set_plan(plan)
+
+    def compute_velocity(self, state: RobotState, cancellation: Cancellation) -> Command:
+        with self._call():
+            return self._controller.compute_velocity(state, cancellation)
+
+    def is_goal_reached(
+        self, state: RobotState, dist_tolerance: float, angle_tolerance: float
+    ) -> bool:
+        with self._call():
+            return self._controller.is_goal_reached(state, dist_tolerance, angle_tolerance)
+
+
+class SupervisedExecution:
+    """A `PathExecution` in a thread of its own, under a watch. Used as that is.
+
+    While the controller takes long, the robot stands. A cancel is answered half a second later at
+    the latest, and the patience ends a controller that blocks too; what such a controller still
+    commands does not reach the robot.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        clock: Clock,
+        values: Callable[[], Mapping[str, Value]] = default_values,
+        on_cycle: Callable[[Cycle], None] = lambda cycle: None,
+        is_map_current: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """Arguments of `PathExecution`; the clock may be any whose time goes on by itself."""
+        self._robot, self._clock, self._values = GuardedRobot(robot), clock, values
+        self._listener = on_cycle
+        self._lock = threading.Lock()
+        self._answered = False
+        self._execution = PathExecution(self._robot, clock, values, self._on_cycle, is_map_current)
+
+    def prepared(self, plan: ControllerPlan) -> ControllerPlan:
+        """As `PathExecution.prepared`."""
+        return self._execution.prepared(plan)
+
+    def replace(self, plan: ControllerPlan, tolerances: Tolerances) -> bool:
+        """As `PathExecution.replace`."""
+        taken = self._execution.replace(plan, tolerances)
+        if taken:
+            self._plan = plan
+        return taken
+
+    def run(
+        self,
+        controller: MeshController,
+        plan: ControllerPlan,
+        tolerances: Tolerances,
+        cancellation: Cancellation,
+    ) -> ExecutionResult:
+        """As `PathExecution.run`."""
+        self._plan = plan
+        watched, attempt = _Watched(controller, self._clock), Cancellation()
+        results: List[ExecutionResult] = []
+        wake, done = threading.Event(), threading.Event()
+
+        def work() -> None:
+            results.append(self._driven(watched, plan, tolerances, attempt))
+            done.set()
+            wake.set()
+
+        threading.Thread(target=work, name="drive", daemon=True).start()
+        with cancellation.calling(wake.set):
+            impatient = self._watch(watched, wake)
+        finished = bool(results)
+        if not finished:
+            self._execution.close()
+            attempt.cancel(impatient or cancellation.reason)
+            self._robot.drive(STOP)
+            done.wait(GRACE)
+        with self._lock:
+            self._answered = True
+        self._robot.close()
+        if finished or (results and not impatient):
+            return results[0]
+        late = "" if results else f"; the controller did not stop within {GRACE} s"
+        if impatient:
+            return self._result(ExePathOutcome.PAT_EXCEEDED, impatient + late)
+        message = f"driving stopped: {cancellation.reason}{late}"
+        return self._result(ExePathOutcome.CANCELED, message)
+
+    def _driven(self, *arguments: Any) -> ExecutionResult:
+        try:
+            return self._execution.run(*arguments)
+        except (Exception, SystemExit) as error:  # The goal gets its answer, whatever it is.
+            text = one_line(f"driving failed with {type(error).__name__}: {error}")
+            return self._result(ExePathOutcome.INTERNAL_ERROR, text)
+
+    def _watch(self, watched: _Watched, wake: threading.Event) -> str:
+        """Look after the controller until something else ends it; or why the patience is gone."""
+        while not wake.wait(LOOK):
+            system, clock = watched.busy()
+            if min(system, clock) > LONGEST_CALL:
+                self._robot.drive(STOP)
+            patience = self._values()["controller_patience"]
+            if 0.0 < patience < clock:
+                return (
+                    f"the controller did not answer for {clock:.2f} s "
+                    f"(controller_patience {patience:.2f} s)"
+                )
+        return ""
+
+    def _on_cycle(self, cycle: Cycle) -> None:
+        # Under the lock: nothing is heard of a drive after its answer.
+        with self._lock:
+            if not self._answered:
+                self._listener(cycle)
+
+    def _result(self, outcome: int, message: str) -> ExecutionResult:
+        try:
+            pose: Optional[Pose] = self._robot.state().pose
+        except RobotLost:
+            pose = None
+        return ExecutionResult(outcome, message, pose, *to_goal(self._plan, pose))

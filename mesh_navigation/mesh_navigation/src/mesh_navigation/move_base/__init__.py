@@ -1,0 +1,1 @@
+"""Going to a goal: plans, drives and recovery behaviors one after the other, without ROS."""

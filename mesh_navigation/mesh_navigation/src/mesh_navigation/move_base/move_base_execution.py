@@ -1,0 +1,156 @@
+"""Going to a goal: plan, drive, and recover where one of them fails. No ROS in here."""
+
+import enum
+from typing import Any, Callable, List, Mapping, Optional, Sequence, Set
+
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Clock
+from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome
+from mesh_navigation.move_base.move_base_drive import Drive
+from mesh_navigation.move_base.move_base_end import MoveBaseEnd, Over, ended
+from mesh_navigation.move_base.sub_goals import SubActions, SubEnd
+
+
+class Trouble(enum.Enum):
+    """What recovery behaviors are tried for."""
+
+    PLANNING = "planning"
+    DRIVING = "driving"
+
+
+class RecoveryChain:
+    """Behaviors in their order, each once; from the first again when the troubles are overcome.
+
+    Troubles are kept apart: a plan that is found again does not help a robot that still gets
+    nowhere, so that the two taking turns come to an end too.
+    """
+
+    def __init__(self, behaviors: Sequence[str]) -> None:
+        self._behaviors = list(behaviors)
+        self._tried = 0
+        self._troubles: Set[Trouble] = set()
+
+    @property
+    def tried(self) -> List[str]:
+        """Those that were tried since the last start."""
+        return self._behaviors[: self._tried]
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether there is none left."""
+        return self._tried >= len(self._behaviors)
+
+    def next(self, trouble: Trouble) -> Optional[str]:
+        """The behavior to try for a trouble; None if there is none left."""
+        self._troubles.add(trouble)
+        if self.exhausted:
+            return None
+        self._tried += 1
+        return self._behaviors[self._tried - 1]
+
+    def overcome(self, trouble: Trouble) -> bool:
+        """A trouble is over. Returns whether the chain starts anew, now that the last one is."""
+        if trouble not in self._troubles:
+            return False
+        self._troubles.discard(trouble)
+        if self._troubles:
+            return False
+        self._tried = 0
+        return True
+
+
+FINAL = frozenset(
+    (
+        GetPathOutcome.TF_ERROR,
+        GetPathOutcome.NOT_INITIALIZED,
+        GetPathOutcome.INVALID_PLUGIN,
+        GetPathOutcome.INTERNAL_ERROR,
+        GetPathOutcome.OUT_OF_MAP,
+        GetPathOutcome.MAP_ERROR,
+        GetPathOutcome.STOPPED,
+        ExePathOutcome.INVALID_PATH,
+        ExePathOutcome.TF_ERROR,
+        ExePathOutcome.NOT_INITIALIZED,
+        ExePathOutcome.INVALID_PLUGIN,
+        ExePathOutcome.INTERNAL_ERROR,
+        ExePathOutcome.STOPPED,
+    )
+)
+"""Failures that no recovery behavior can change. INVALID_GOAL is none of them: what is on a goal
+may go away, and goals off the map do not come this far."""
+
+
+class MoveBaseExecution:
+    """One goal. ``run`` is called in the thread that waits for the answer."""
+
+    def __init__(
+        self,
+        actions: SubActions,
+        clock: Clock,
+        values: Callable[[], Mapping[str, Any]],
+        behaviors: Sequence[str],
+        log: Callable[[str], None] = lambda message: None,
+    ) -> None:
+        """
+        Args:
+            actions: sends the sub-goals.
+            clock: for the frequency of plans and for oscillation.
+            values: parameters of the server, of now.
+            behaviors: recovery behaviors in their order.
+            log: gets sentences for people, about what is not as it should be.
+        """
+        self._actions = actions
+        self._values = values
+        self._log = log
+        self._chain = RecoveryChain(behaviors)
+        self._drive = Drive(
+            actions, clock, values, log, lambda: self._overcome(Trouble.DRIVING, "gets on")
+        )
+
+    def run(self, cancellation: Cancellation) -> MoveBaseEnd:
+        """Go to the goal; returns when the robot stands there, or it has ended otherwise."""
+        try:
+            while True:
+                plan = ended(self._actions.plan(), "get_path", cancellation)
+                if not plan.succeeded:
+                    self._recover(Trouble.PLANNING, plan, cancellation)
+                    continue
+                self._overcome(Trouble.PLANNING, "has a plan")
+                drive = self._drive.run(plan.path, cancellation)
+                if drive.succeeded:
+                    return MoveBaseEnd(drive.outcome, drive.message, drive.drive)
+                self._recover(Trouble.DRIVING, drive, cancellation)
+        except Over as over:
+            return over.end
+
+    def _overcome(self, trouble: Trouble, what: str) -> None:
+        tried = ", ".join(self._chain.tried)
+        if self._chain.overcome(trouble):
+            self._log(f"the robot {what} again, after {tried}")
+
+    def _recover(self, trouble: Trouble, failure: SubEnd, cancellation: Cancellation) -> None:
+        """Run the next behavior.
+
+        Raises:
+            Over: there is nothing that could help.
+        """
+        final = MoveBaseEnd(int(failure.outcome), failure.message, failure.drive)
+        if failure.outcome in FINAL or not self._values()["recovery_enabled"]:
+            raise Over(final)
+        tried = self._chain.tried
+        name = self._chain.next(trouble)
+        if name is None:
+            raise Over(_in_vain(final, tried))
+        self._log(f"{trouble.value} failed: {failure.message} ({failure.outcome}); trying {name}")
+        end = ended(self._actions.recover(name), f"recovery {name}", cancellation)
+        if not end.succeeded:
+            self._log(f"recovery {name} failed: {end.message} ({end.outcome})")
+            if self._chain.exhausted:
+                raise Over(_in_vain(final, self._chain.tried))
+
+
+def _in_vain(end: MoveBaseEnd, tried: Sequence[str]) -> MoveBaseEnd:
+    """What led to the recovery, not what came of that, is what the goal failed for."""
+    if not tried:
+        return end
+    return end._replace(message=f"{end.message}; recovery did not help: {', '.join(tried)}")

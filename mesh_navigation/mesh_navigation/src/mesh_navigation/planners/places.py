@@ -1,0 +1,148 @@
+"""Where a path may begin and end: checked poses, and what is near a goal that cannot be reached."""
+
+from typing import Dict, Hashable, List, NamedTuple, Tuple
+
+import numpy as np
+
+from mesh_map.map.mesh_map import MeshMap
+
+from mesh_navigation.base.path import SAME_POINT
+from mesh_navigation.base.pose import number_text
+from mesh_navigation.plugins.planner import PlanFailure
+from mesh_navigation.surface.anchors import Anchor, check_passable, find_anchor
+from mesh_navigation.surface.slowness import Ground
+
+
+class Place(NamedTuple):
+    """Start or goal on the surface."""
+
+    anchor: Anchor
+    ways: List[Tuple[int, float]]
+    """Passable corners of its face with the length of the straight way to each (m)."""
+    remark: str = ""
+    """What to tell where this is not the goal asked for."""
+
+    @property
+    def position(self) -> np.ndarray:
+        """(3,) m."""
+        return self.anchor.position
+
+    @property
+    def vertices(self) -> List[int]:
+        """The passable corners."""
+        return [vertex for vertex, _ in self.ways]
+
+    @property
+    def whole(self) -> bool:
+        """Whether its face may be crossed anywhere."""
+        return len(self.ways) == 3
+
+    @property
+    def key(self) -> Hashable:
+        """Equal for places from which a search finds the same."""
+        return self.anchor.face, self.position.tobytes(), tuple(self.vertices)
+
+    def sees(self, other: "Place") -> bool:
+        """Whether the straight way to another place of the same face may be taken.
+
+        It may where the face may be crossed anywhere. Where a corner is blocked, all of the way has
+        to be nearer to the same passable corner.
+        """
+        if self.anchor.face != other.anchor.face:
+            return False
+        here, there = self._distances(), other._distances()
+        blocked = [vertex for vertex in here if vertex not in self.vertices]
+        return any(
+            all(here[near] <= here[far] and there[near] <= there[far] for far in blocked)
+            for near in self.vertices
+        )
+
+    def _distances(self) -> Dict[int, float]:
+        return dict(zip(self.anchor.corners.tolist(), self.anchor.distances.tolist()))
+
+
+def find_place(
+    mesh_map: MeshMap, position: np.ndarray, ground: Ground, what: str, outcome: int
+) -> Place:
+    """The place of the surface that is nearest to a position.
+
+    If that is at an edge or a vertex, in a face there that may be crossed, where there is one.
+
+    Args:
+        mesh_map: the map.
+        position: (3,) m.
+        ground: what may be passed.
+        what: "start" or "goal", for the message.
+        outcome: of a failure.
+
+    Raises:
+        PlanFailure: it is too far from the surface, or blocked.
+    """
+    anchor = find_anchor(mesh_map, position, what, outcome)
+    check_passable(mesh_map, anchor, ground.costs, ground.cost_limit, what, outcome)
+    place = _place(anchor, ground)
+    if place.whole:
+        return place
+    found = mesh_map.spatial_index.closest(
+        point=anchor.position, max_distance=SAME_POINT, mask=ground.open_faces
+    )
+    return place if found is None else _place(Anchor.at(mesh_map, *found[:2]), ground)
+
+
+def nearest_place(
+    mesh_map: MeshMap,
+    position: np.ndarray,
+    tolerance: float,
+    reached: np.ndarray,
+    ground: Ground,
+    failure: PlanFailure,
+) -> Place:
+    """What to take for a goal that cannot be reached: the nearest place within the tolerance.
+
+    Args:
+        mesh_map: the map.
+        position: (3,) m, the goal.
+        tolerance: m.
+        reached: (V,) bool: vertices to which a way leads from the start.
+        ground: what may be passed.
+        failure: why it is not the goal itself.
+
+    Raises:
+        PlanFailure: nothing can be reached within the tolerance; that failure, with more words.
+    """
+    best, distance = None, tolerance
+    faces = reached[mesh_map.faces].all(axis=1)
+    found = mesh_map.spatial_index.closest(point=position, max_distance=tolerance, mask=faces)
+    if found is not None:
+        best = _place(Anchor.at(mesh_map, found.face, found.position), ground)
+        distance = found.distance
+    distances = np.linalg.norm(mesh_map.vertices - position, axis=1)
+    near = np.flatnonzero((distances <= tolerance) & reached)
+    if len(near) and distances[near].min() < distance - 1e-6:
+        vertex = int(near[np.argmin(distances[near])])
+        best, distance = _place_at_vertex(mesh_map, vertex), distances[vertex]
+    if best is None:
+        count = int(np.count_nonzero(distances <= tolerance))
+        raise PlanFailure(
+            failure.outcome,
+            f"{failure.message}; of {count} vertices within the tolerance of "
+            f"{number_text(tolerance)} m none can be reached",
+            failure.potential,
+        )
+    remark = (
+        f"; it ends {number_text(distance)} m from the goal "
+        f"(tolerance {number_text(tolerance)} m), because {failure.message}"
+    )
+    return best._replace(remark=remark)
+
+
+def _place(anchor: Anchor, ground: Ground) -> Place:
+    usable = ground.passable[anchor.corners]
+    corners = zip(anchor.corners[usable], anchor.distances[usable])
+    return Place(anchor, [(int(vertex), float(distance)) for vertex, distance in corners])
+
+
+def _place_at_vertex(mesh_map: MeshMap, vertex: int) -> Place:
+    face = int(mesh_map.topology.faces_of(vertex)[0])
+    position = mesh_map.vertices[vertex].astype(np.float64)
+    return Place(Anchor.at(mesh_map, face, position), [(vertex, 0.0)])

@@ -1,0 +1,1 @@
+"""What planners, controllers and recovery behaviors are, and how they are found."""

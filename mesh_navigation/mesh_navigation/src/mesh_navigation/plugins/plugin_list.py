@@ -1,0 +1,210 @@
+"""The plugins of a server: found by name in plugin descriptions, made ready for a map."""
+
+import re
+from typing import Any, Dict, Generic, List, Mapping, NamedTuple, Optional, Tuple, Type, TypeVar
+
+from mesh_map.base.errors import PluginError
+from mesh_map.base.plugins import find_class, scanned_once
+from mesh_map.map.mesh_map import MeshMap
+
+from mesh_navigation.plugins.controller import MeshController
+from mesh_navigation.plugins.planner import MeshPlanner
+from mesh_navigation.plugins.plugin import MeshPlugin
+from mesh_navigation.plugins.recovery import MeshRecovery
+
+PluginType = TypeVar("PluginType", bound=MeshPlugin)
+
+
+class PluginKind(NamedTuple):
+    """One of the kinds of plugins that a server has."""
+
+    what: str
+    """What one is called in messages."""
+    parameter: str
+    """The list of them."""
+    base_class_type: str
+    """In plugin descriptions."""
+    cls: Type[MeshPlugin]
+    default: Tuple[Mapping[str, str], ...]
+    """Where no others are configured: those of the released configurations, by their names there,
+    as far as they had names there."""
+
+
+PLANNERS = PluginKind(
+    "planner",
+    "~planners",
+    "mesh_navigation::MeshPlanner",
+    MeshPlanner,
+    (
+        {"name": "dijkstra_mesh_planner", "type": "dijkstra_mesh_planner/DijkstraMeshPlanner"},
+        {"name": "wave_front_planner", "type": "wave_front_planner/WaveFrontPlanner"},
+        {"name": "mmp_planner", "type": "mmp_planner/MMPPlanner"},
+    ),
+)
+CONTROLLERS = PluginKind(
+    "controller",
+    "~controllers",
+    "mesh_navigation::MeshController",
+    MeshController,
+    ({"name": "mesh_controller", "type": "mesh_controller/MeshController"},),
+)
+BEHAVIORS = PluginKind(
+    "recovery behavior",
+    "~recovery_behaviors",
+    "mesh_navigation::MeshRecovery",
+    MeshRecovery,
+    (
+        {"name": "clear_layers", "type": "mesh_recovery/ClearLayers"},
+        {"name": "wait", "type": "mesh_recovery/Wait"},
+        {"name": "back_up", "type": "mesh_recovery/BackUp"},
+    ),
+)
+
+
+# Topics and parameters of a plugin have its name.
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+class Entry(NamedTuple):
+    """One line of a list of plugins."""
+
+    name: str
+    type: str
+
+
+def read_entries(value: Any, parameter: str) -> Tuple[List[Entry], List[str]]:
+    """The entries of a plugin list, and one sentence for each that is none.
+
+    Args:
+        value: what the user gave, a list of ``{name: ..., type: ...}``.
+        parameter: its name, for the sentences.
+    """
+    if not isinstance(value, (list, tuple)):
+        return [], [f"{parameter} is no list of {{name, type}} but {value!r}"]
+    entries: List[Entry] = []
+    complaints = []
+    for index, item in enumerate(value):
+        where = f"{parameter}[{index}]"
+        if not isinstance(item, Mapping) or not all(
+            isinstance(item.get(key), str) and item[key] for key in Entry._fields
+        ):
+            complaints.append(f"{where} is skipped: it is no {{name, type}} of texts but {item!r}")
+        elif not _NAME.fullmatch(item["name"]):
+            complaints.append(
+                f"{where} is skipped: {item['name']!r} is no name of letters, digits and _"
+            )
+        elif item["name"] in [entry.name for entry in entries]:
+            complaints.append(f"{where} is skipped: there is a '{item['name']}' before it")
+        else:
+            entries.append(Entry(item["name"], item["type"]))
+    return entries, complaints
+
+
+class Prepared(Generic[PluginType]):
+    """The plugins of one kind, ready for one map; those that could not be made so have a fault."""
+
+    def __init__(self) -> None:
+        self.complaints: List[str] = []
+        """One sentence for each thing that is not as the user asked."""
+        self._plugins: Dict[str, PluginType] = {}
+        self._faults: Dict[str, str] = {}
+
+    def add(self, name: str, plugin: PluginType, complaints: List[str]) -> None:
+        """One that is ready, and what it complains of nevertheless."""
+        self._plugins[name] = plugin
+        self.complaints += [f"{name}/{complaint}" for complaint in complaints]
+
+    def add_fault(self, kind: PluginKind, name: str, error: BaseException) -> None:
+        """One that could not be made ready."""
+        text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
+        self._faults[name] = f"{kind.what} '{name}' could not be initialized: {text}"
+        self.complaints.append(self._faults[name])
+
+    def fault(self, name: str) -> Optional[str]:
+        """Why a plugin cannot be used although it was loaded, or None."""
+        return self._faults.get(name)
+
+    def ready(self) -> List[PluginType]:
+        """Those that can be used, in the order of the list."""
+        return list(self._plugins.values())
+
+    def __getitem__(self, name: str) -> PluginType:
+        return self._plugins[name]
+
+
+class PluginList:
+    """Plugins of one kind by name, in the order of the list; the first is the default.
+
+    Names are known at once. The plugins themselves are made anew for each map.
+    """
+
+    def __init__(self, kind: PluginKind, value: Any = None) -> None:
+        """Find the class of each entry. What cannot be used is left out, see ``complaints``.
+
+        Args:
+            kind: of the plugins.
+            value: what the user gave as the list; None: nothing, the default of the kind counts.
+        """
+        self.kind = kind
+        entries, self.complaints = read_entries(
+            kind.default if value is None else value, kind.parameter
+        )
+        self._classes: Dict[str, Type[MeshPlugin]] = {}
+        with scanned_once():
+            for entry in entries:
+                try:
+                    self._classes[entry.name] = type(find_plugin(kind, entry.type))
+                except PluginError as error:
+                    self.complaints.append(f"{kind.what} '{entry.name}' is skipped: {error}")
+
+    @property
+    def names(self) -> List[str]:
+        """Names of the plugins that could be loaded, the default first."""
+        return list(self._classes)
+
+    def choose(self, name: str) -> Optional[str]:
+        """The name of the plugin to use, empty for the default; None if there is none of it."""
+        if not name:
+            return next(iter(self._classes), None)
+        return name if name in self._classes else None
+
+    def why_not(self, name: str) -> str:
+        """The sentence for a name that `choose` has no plugin for."""
+        known = ", ".join(self.names) or "none could be loaded"
+        return f"there is no {self.kind.what} '{name}'; known: {known}"
+
+    def prepared(
+        self, mesh_map: MeshMap, parameters: Mapping[str, Mapping[str, Any]] = {}
+    ) -> Prepared:
+        """New plugins, ready for a map; those for another map are as they were.
+
+        Args:
+            mesh_map: the map.
+            parameters: given parameters by the plugin's name.
+        """
+        prepared: Prepared = Prepared()
+        for name, cls in self._classes.items():
+            try:
+                plugin = cls()
+                complaints = plugin.initialize(name, mesh_map, parameters.get(name, {}))
+            except (Exception, SystemExit) as error:  # Whatever it raises, the others go on.
+                prepared.add_fault(self.kind, name, error)
+            else:
+                prepared.add(name, plugin, list(complaints or []))
+        return prepared
+
+
+def find_plugin(kind: PluginKind, type_name: str) -> Any:
+    """A plugin of the type that a plugin description names, not yet initialized.
+
+    Raises:
+        PluginError: there is none, or it cannot be made.
+    """
+    cls = find_class("mesh_navigation", kind.base_class_type, type_name)
+    if not (isinstance(cls, type) and issubclass(cls, kind.cls)):
+        base = f"{kind.cls.__module__}.{kind.cls.__name__}"
+        raise PluginError(f"{type_name} is no subclass of {base}")
+    try:
+        return cls()
+    except (Exception, SystemExit) as error:  # Whatever it raises, the others go on.
+        raise PluginError(f"{type_name}() fails with {type(error).__name__}: {error}") from error

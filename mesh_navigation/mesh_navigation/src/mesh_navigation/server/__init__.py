@@ -1,0 +1,1 @@
+"""What the Move Base Flex server is made of, as far as that needs no rospy."""

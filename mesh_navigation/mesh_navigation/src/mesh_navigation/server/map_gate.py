@@ -1,0 +1,147 @@
+"""The map arrives while goals may already be there: they wait for it, or are told why not."""
+
+import threading
+import time
+from typing import Callable, NamedTuple, Optional
+
+from mesh_map.map.mesh_map import MeshMap
+
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.plugins.plugin_list import Prepared
+
+REPLACED = "the map is loaded anew"
+
+
+class Ready(NamedTuple):
+    """A map, and the plugins that work on it."""
+
+    map: MeshMap
+    planners: Prepared
+    controllers: Prepared
+    behaviors: Prepared
+
+
+class MapNotReady(Exception):
+    """There is no map to work on."""
+
+    def __init__(self, kind: str, message: str) -> None:
+        """
+        Args:
+            kind: CANCELED (who waited was canceled), NOT_INITIALIZED (it is not there yet, and
+                nobody shall wait), or MAP_ERROR (it could not be loaded): the name of an outcome.
+            message: one sentence for people.
+        """
+        super().__init__(message)
+        self.kind = kind
+        self.message = message
+
+
+class MapGate:
+    """Loads a map in a thread; open once it is there, or shut with the reason why it is not."""
+
+    def __init__(self, load: Callable[[], Ready], wait: bool = True) -> None:
+        """
+        Args:
+            load: loads the map and makes all ready for it; any exception is the reason why not.
+            wait: whether goals wait for the map.
+        """
+        self._load = load
+        self._wait = wait
+        self._changed = threading.Condition()
+        self._loading = True  # Goals may come before the start.
+        self._running = False
+        self._again = False
+        self._ready: Optional[Ready] = None
+        self._fault = ""
+        self._replaced = Cancellation()
+        self._begin = time.monotonic()
+
+    def start(self) -> None:
+        """Begin to load."""
+        self.reload()
+
+    def reload(self) -> None:
+        """Load again, in a thread; meanwhile goals wait, and what works on the map before ends.
+
+        While a map is being loaded, what comes of that does not count: it is loaded once more.
+        """
+        with self._changed:
+            replaced, self._replaced = self._replaced, Cancellation()
+            self._ready = None
+            self._begin = time.monotonic()
+            begin, self._again = not self._running, self._running
+            self._loading = self._running = True
+        replaced.cancel(REPLACED)
+        if begin:
+            threading.Thread(target=self._run, name="map", daemon=True).start()
+
+    def _run(self) -> None:
+        again = True
+        while again:
+            ready, fault = None, ""
+            try:
+                ready = self._load()
+            except (Exception, SystemExit) as error:  # Goals must hear of it and not wait on.
+                fault = str(error) or type(error).__name__
+            with self._changed:
+                again, self._again = self._again, False
+                if not again:
+                    self._ready, self._fault = ready, fault
+                    self._loading = self._running = False
+                    self._changed.notify_all()
+
+    def _notify(self) -> None:
+        with self._changed:
+            self._changed.notify_all()
+
+    def wait(self, cancellation: Cancellation, patient: bool = False) -> Ready:
+        """The map and its plugins, as soon as they are there.
+
+        Args:
+            cancellation: ends the waiting.
+            patient: wait, even if goals shall not.
+
+        Raises:
+            MapNotReady: there is none.
+        """
+        with cancellation.calling(self._notify), self._changed:
+            if self._wait or patient:
+                self._changed.wait_for(lambda: not self._loading or cancellation.canceled)
+                if cancellation.canceled:
+                    raise MapNotReady(
+                        "CANCELED", f"stopped while waiting for the map: {cancellation.reason}"
+                    )
+            return self._present("; goals wait for it if the parameter wait_for_map is true")
+
+    def now(self) -> Ready:
+        """The map and its plugins of this moment, for who never waits.
+
+        Raises:
+            MapNotReady: there is none, or it is being replaced.
+        """
+        with self._changed:
+            return self._present("")
+
+    def _present(self, remark: str) -> Ready:
+        if self._loading:
+            seconds = time.monotonic() - self._begin
+            raise MapNotReady(
+                "NOT_INITIALIZED",
+                f"the map is still being loaded, for {seconds:.0f} s now{remark}",
+            )
+        if self._ready is None:
+            raise MapNotReady("MAP_ERROR", f"there is no map: {self._fault}")
+        return self._ready
+
+    def is_current(self, ready: Ready) -> bool:
+        """Whether that is the map of now; False from the moment a reload begins."""
+        return self._ready is ready
+
+    def replaced(self, ready: Ready) -> Cancellation:
+        """Is canceled as soon as that is no longer the map of now."""
+        with self._changed:
+            if self._ready is ready:
+                return self._replaced
+        gone = Cancellation()
+        gone.cancel(REPLACED)
+        return gone

@@ -1,0 +1,1 @@
+"""The Move Base Flex server: its actions, services and topics."""

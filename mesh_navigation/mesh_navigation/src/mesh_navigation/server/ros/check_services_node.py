@@ -1,0 +1,172 @@
+"""The services that tell what the map says about a robot, and the one that clears layers."""
+
+from contextlib import contextmanager
+from typing import Any, Callable, Iterator, Mapping
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import PoseStamped
+from mbf_msgs.srv import (
+    CheckPath,
+    CheckPathResponse,
+    CheckPoint,
+    CheckPointResponse,
+    CheckPose,
+    CheckPoseResponse,
+)
+from nav_msgs.msg import Path
+from std_srvs.srv import Empty, EmptyResponse
+
+from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import Parameter
+from mesh_map.map.mesh_map import MeshMap
+
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.messages import pose_from_message, poses_from_path
+from mesh_navigation.base.parameters import read_parameters
+from mesh_navigation.execution.path_check import transformed_path
+from mesh_navigation.plugins.planner import PlanFailure
+from mesh_navigation.server.map_gate import MapGate, MapNotReady
+from mesh_navigation.server.ros.transforms_ros import Transforms
+from mesh_navigation.surface.check_costs import CostChecks
+from mesh_navigation.surface.cost_scale import Factors
+from mesh_navigation.surface.robot_shape import RobotShape
+
+COST_LIMIT = Parameter("cost_limit", 1.0, 0.0, 10.0, "vertices of a higher cost are INSCRIBED")
+
+
+class CheckServices:
+    """Serves ``~check_point_cost``, ``~check_pose_cost``, ``~check_path_cost``, ``~clear_mesh``.
+
+    They never wait for the map. A call that cannot be answered fails, with the reason for the
+    client. What is asked about is looked for in the only map, whichever ``costmap`` is asked for.
+    """
+
+    def __init__(
+        self,
+        gate: MapGate,
+        transforms: Transforms,
+        robot_frame: str,
+        given: Mapping[str, Any],
+    ) -> None:
+        """
+        Args:
+            gate: where the map comes from.
+            transforms: for places in other frames, and for the robot's.
+            robot_frame: the robot's frame.
+            given: the node's parameters, of which footprint, robot_radius and cost_limit are read.
+        """
+        self._gate = gate
+        self._transforms = transforms
+        self._robot_frame = robot_frame
+        self._shape, complaints = RobotShape.of_parameters(given)
+        values, more = read_parameters((COST_LIMIT,), given)
+        self._cost_limit = float(values[COST_LIMIT.name])  # type: ignore[arg-type]
+        for complaint in complaints + more:
+            rospy.logwarn("parameter ~%s", complaint)
+        self._stopped = Cancellation()
+        self._services = [
+            _service("~check_point_cost", CheckPoint, self._check_point),
+            _service("~check_pose_cost", CheckPose, self._check_pose),
+            _service("~check_path_cost", CheckPath, self._check_path),
+            _service("~clear_mesh", Empty, self._clear_mesh),
+        ]
+
+    def stop(self, reason: str) -> None:
+        """Nobody waits for a transform any longer."""
+        self._stopped.cancel(reason)
+
+    def _checks(self, mesh_map: MeshMap) -> CostChecks:
+        return CostChecks(mesh_map, self._shape, self._cost_limit)
+
+    def _check_point(self, request: Any) -> CheckPointResponse:
+        mesh_map = self._gate.now().map
+        point = request.point.point
+        row = np.array([[point.x, point.y, point.z, 0.0, 0.0, 0.0, 1.0]])
+        row = self._in_map(mesh_map, request.point.header, row, "requested")[0]
+        found = self._checks(mesh_map).point(row[:3])
+        return CheckPointResponse(state=found.state, cost=found.cost)
+
+    def _check_pose(self, request: Any) -> CheckPoseResponse:
+        mesh_map = self._gate.now().map
+        if request.current_pose:
+            frame = mesh_map.frame_id
+            pose = self._transforms.robot_pose(frame, self._robot_frame, self._stopped)
+        else:
+            pose = pose_from_message(request.pose)
+        row = np.concatenate(pose)
+        if not request.current_pose:
+            row = self._in_map(mesh_map, request.pose.header, row[None], "requested")[0]
+        found = self._checks(mesh_map).pose(row, request.safety_dist, _factors(request))
+        return CheckPoseResponse(state=found.state, cost=found.cost)
+
+    def _check_path(self, request: Any) -> CheckPathResponse:
+        mesh_map = self._gate.now().map
+        rows = poses_from_path(request.path)
+        if len(rows):
+            rows = self._in_map(mesh_map, _header_of(request.path), rows, "path")
+        found = self._checks(mesh_map).path(
+            rows,
+            request.safety_dist,
+            _factors(request),
+            request.return_on,
+            request.skip_poses,
+            request.path_cells_only,
+        )
+        return CheckPathResponse(
+            last_checked=found.last_checked, state=found.state, cost=found.cost
+        )
+
+    def _in_map(self, mesh_map: MeshMap, header: Any, rows: np.ndarray, what: str) -> np.ndarray:
+        """Poses (N,7) given in the frame of a header, in that of the map."""
+        if header.frame_id.lstrip("/") == mesh_map.frame_id:
+            return rows
+        origin = PoseStamped(header=header)
+        origin.pose.orientation.w = 1.0
+        pose = self._transforms.pose_in(mesh_map.frame_id, origin, what, self._stopped)
+        return transformed_path(rows, pose)
+
+    def _clear_mesh(self, _request: Any) -> EmptyResponse:
+        counts = self._gate.now().map.clear_layers()
+        told = ", ".join(f"{count} in layer {name}" for name, count in counts.items())
+        rospy.loginfo("clear_mesh: cleared %s", told or "nothing: no layer can be cleared")
+        return EmptyResponse()
+
+
+def _service(name: str, kind: Any, handler: Callable[[Any], Any]) -> rospy.Service:
+    def answer(request: Any) -> Any:
+        with _failures_for_clients(name):
+            return handler(request)
+
+    return rospy.Service(name, kind, answer)
+
+
+@contextmanager
+def _failures_for_clients(name: str) -> Iterator[None]:
+    """What rospy sends to the client, and logs, is the message alone."""
+    try:
+        yield
+    except (MapNotReady, MeshMapError, PlanFailure) as error:
+        raise rospy.ServiceException(str(error)) from error
+    except Exception as error:  # A layer of a stranger may raise anything.
+        text = f"{type(error).__name__}: {error}"
+        rospy.logerr("%s: %s", name.lstrip("~"), text)
+        raise rospy.ServiceException(text) from error
+
+
+def _factors(request: Any) -> Factors:
+    return Factors(request.lethal_cost_mult, request.inscrib_cost_mult, request.unknown_cost_mult)
+
+
+def _header_of(path: Path) -> Any:
+    """That of the path, or of its poses where it has no frame.
+
+    Raises:
+        MeshMapError: they are in several frames.
+    """
+    headers = [path.header] + [pose.header for pose in path.poses]
+    named = [header for header in headers if header.frame_id]
+    frames = sorted({header.frame_id.lstrip("/") for header in named})
+    if len(frames) > 1:
+        raise MeshMapError(f"the path is in {len(frames)} frames, but one is needed: {frames}")
+    return named[0] if named else path.header

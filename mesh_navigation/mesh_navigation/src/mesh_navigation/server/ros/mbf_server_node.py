@@ -1,0 +1,134 @@
+"""The Move Base Flex server on a mesh map."""
+
+import sys
+import threading
+import time
+from typing import List, Optional, Sequence
+
+import rospy
+
+from mesh_msgs.init_node import init_node
+
+from mesh_navigation.base.clock_ros import RosClock
+from mesh_navigation.base.robot import STOP
+from mesh_navigation.server.map_gate import Ready
+from mesh_navigation.server.plan_store import PlanStore
+from mesh_navigation.server.ros.check_services_node import CheckServices
+from mesh_navigation.server.ros.exe_path_node import ExePathServer
+from mesh_navigation.server.ros.get_path_node import GetPathServer, Plan
+from mesh_navigation.server.ros.move_base_node import MoveBaseServer, Plugins, Servers
+from mesh_navigation.server.ros.plan_topics_ros import PlanTopics
+from mesh_navigation.server.ros.recovery_node import RecoveryServer
+from mesh_navigation.server.ros.robot_ros import RobotRos
+from mesh_navigation.server.ros.server_map_ros import ServerMap, map_text
+from mesh_navigation.server.ros.server_values_ros import ServerValues
+from mesh_navigation.server.ros.slot_action_node import SlotActionServer
+from mesh_navigation.server.ros.transforms_ros import Transforms
+from mesh_navigation.server.settled_memory import give_back_large_arrays, settle
+
+SHUT_DOWN = "the server is shut down"
+# s, from a shutdown to the last answer; then what was sent gets a moment to leave.
+LAST_ANSWERS, LAST_MESSAGES = 3.0, 0.2
+# s, after which Python lets another thread go on: a cycle of control does not wait for planners.
+SWITCH_INTERVAL = 0.0001
+
+
+class MbfServer:
+    """The node: a map below ``~mesh_map``, plugins below their names, four actions, services.
+
+    Actions exist at once, while the map is loaded in a thread.
+    """
+
+    def __init__(self) -> None:
+        self._values = values = ServerValues()
+        self._transforms = Transforms(values["tf_cache_time"], values["tf_timeout"])
+        self._robot = RobotRos(
+            self._transforms, values["robot_frame"], values["tf_timeout"], values["odom_topic"]
+        )
+        self._plans = PlanStore()
+        self._map = ServerMap(values["wait_for_map"], self._begin)
+        self._plan_topics = PlanTopics(self._map.server)
+        self._to_show: Optional[Plan] = None
+        self._showing = threading.Lock()
+        self._servers = self._make_servers()
+        self._checks = CheckServices(
+            self._map.gate, self._transforms, values["robot_frame"], rospy.get_param("~", {}) or {}
+        )
+        rospy.on_shutdown(self._stop)
+
+    def _make_servers(self) -> List[SlotActionServer]:
+        loaded, clock = self._map, RosClock()
+        gate, transforms, values = loaded.gate, self._transforms, self._values
+        get_path = GetPathServer(loaded.planners, gate, transforms, values, self._plans, self._show)
+        exe_path = ExePathServer(
+            loaded.controllers, gate, transforms, self._robot, clock, values, self._plans
+        )
+        recovery = RecoveryServer(loaded.behaviors, gate, self._robot, clock, values)
+        plugins = Plugins(loaded.planners, loaded.controllers, loaded.behaviors)
+        servers = Servers(get_path, exe_path, recovery)
+        return [*servers, MoveBaseServer(plugins, servers, gate, transforms, clock, values)]
+
+    def start(self) -> None:
+        """Accept goals and begin to load the map."""
+        for server in self._servers:
+            server.start()
+        name = rospy.get_name()
+        parts = []
+        for plugins in (self._map.planners, self._map.controllers, self._map.behaviors):
+            parts.append(f"{plugins.kind.what}s " + (", ".join(plugins.names) or "none"))
+        rospy.loginfo(
+            "%s: %s; waiting for the map, then for goals on %s/{%s}/goal",
+            name,
+            "; ".join(parts),
+            name.rstrip("/"),
+            ",".join(server.name for server in self._servers),
+        )
+        self._map.start()
+
+    def _begin(self, ready: Ready) -> None:
+        """Before the first goal gets a new map."""
+        self._plans.clear()
+        self._robot.trail.clear()
+        self._robot.frame = ready.map.frame_id
+        settle()
+        rospy.loginfo(
+            "%s: ready, %s; waiting for goals, and for TF from '%s' to '%s' (not for plans with a "
+            "start)",
+            rospy.get_name(),
+            map_text(ready),
+            self._values["robot_frame"],
+            ready.map.frame_id,
+        )
+
+    def _stop(self) -> None:
+        self._map.stop(SHUT_DOWN)
+        self._checks.stop(SHUT_DOWN)
+        end = time.monotonic() + LAST_ANSWERS
+        for server in reversed(self._servers):  # move_base first, or it would go on with a failure
+            server.stop(SHUT_DOWN)
+        for server in self._servers:
+            server.join(max(0.0, end - time.monotonic()))
+        self._robot.drive(STOP)
+        time.sleep(LAST_MESSAGES)
+
+    def _show(self, plan: Plan) -> None:
+        # One at a time; of plans that wait for their turn (other slots'), only the last is shown.
+        self._to_show = plan
+        with self._showing:
+            waiting, self._to_show = self._to_show, None
+            if waiting is not None:
+                self._plan_topics.show(waiting.result, waiting.map, waiting.ends)
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Run the node until it is shut down."""
+    sys.setswitchinterval(SWITCH_INTERVAL)
+    give_back_large_arrays()
+    init_node("mbf_mesh_nav", argv=arguments)
+    try:
+        server = MbfServer()
+        server.start()
+        rospy.spin()
+    except rospy.ROSException:  # A signal during the start leaves parts undone: no error then.
+        if not rospy.is_shutdown():
+            raise

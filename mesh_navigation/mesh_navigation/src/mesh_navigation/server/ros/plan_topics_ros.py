@@ -1,0 +1,49 @@
+"""What a plan leaves on the topics of the map: markers, the potential and the directions."""
+
+from typing import Optional, Tuple
+
+import numpy as np
+import rospy
+
+from mesh_map.map.mesh_map import MeshMap
+from mesh_map.ros import MeshMapServer
+
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.plugins.planner import PlanResult
+from mesh_navigation.server.plan_markers import plan_markers
+
+POTENTIAL = "Potential"
+VECTOR_FIELD, FACE_VECTORS = "vector_field", "face_vectors"
+
+
+class PlanTopics:
+    """Shows one plan after the other; what the newest does not have is taken away."""
+
+    def __init__(self, map_server: MeshMapServer) -> None:
+        self._server = map_server
+
+    def show(
+        self, result: PlanResult, mesh_map: MeshMap, ends: Optional[Tuple[Pose, Pose]]
+    ) -> None:
+        """Publish a plan, a failed one too; one call at a time.
+
+        Args:
+            result: of the plan. A potential it does not have is one that is infinite everywhere.
+            mesh_map: the map of the server.
+            ends: start and goal in the frame of the map, None if these are not known.
+        """
+        markers = plan_markers(mesh_map, ends, result, rospy.Time.now())
+        for namespace, make in markers.items():
+            self._server.publish_marker(namespace, make)
+        potential = result.potential
+        if potential is None:
+            potential = np.full(len(mesh_map.vertices), np.inf, np.float32)
+        self._server.publish_costs(POTENTIAL, potential)
+        for namespace, vectors, publish in (
+            (VECTOR_FIELD, result.vector_field, self._server.publish_vector_field),
+            (FACE_VECTORS, result.face_vectors, self._server.publish_face_vectors),
+        ):
+            if vectors is None:
+                self._server.remove_vectors(namespace)
+            else:
+                publish(namespace, vectors, potential)

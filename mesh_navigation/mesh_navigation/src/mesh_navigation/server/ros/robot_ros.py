@@ -1,0 +1,85 @@
+"""The robot over TF, odometry and velocity commands."""
+
+import threading
+from typing import Optional, Tuple
+
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+
+from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Trail, Velocity
+from mesh_navigation.server.ros.transforms_ros import Transforms
+
+# Odometry that is older (s, of ROS time) says nothing about the velocity of now.
+ODOMETRY_AGE = 1.0
+
+
+class RobotRos(Robot):
+    """Poses from TF, velocities from odometry where there is some; commands go to ``cmd_vel``."""
+
+    def __init__(
+        self, transforms: Transforms, robot_frame: str, tf_timeout: float, odom_topic: str = ""
+    ) -> None:
+        """
+        Args:
+            transforms: to ask for the pose.
+            robot_frame: the robot's frame in TF.
+            tf_timeout: how old its pose may be, or how far ahead of time (s).
+            odom_topic: nav_msgs/Odometry, whose twist is in the robot's frame; empty: none.
+        """
+        self.trail = Trail()
+        self.frame = ""
+        """The map's frame; empty as long as there is no map."""
+        self._transforms, self._robot_frame, self._timeout = transforms, robot_frame, tf_timeout
+        self._lock = threading.Lock()
+        self._commanded = STOP
+        self._odometry: Optional[Tuple[float, Velocity]] = None
+        self._commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        if odom_topic:
+            rospy.Subscriber(odom_topic, Odometry, self._on_odometry, queue_size=1)
+
+    def state(self) -> RobotState:
+        if not self.frame:
+            raise RobotLost("the robot's pose is not known: there is no map yet")
+        now = rospy.get_time()
+        what = f"the robot's pose ('{self._robot_frame}' in '{self.frame}')"
+        pose, stamp = self._transforms.newest(self.frame, self._robot_frame)
+        fault = pose.fault()
+        if fault:
+            raise RobotLost(f"{what} is none: {fault}")
+        # A chain of static transforms has the stamp 0 and is always up to date.
+        age = now - stamp if stamp else 0.0
+        if abs(age) > self._timeout:
+            when = "old" if age > 0 else "ahead of time"
+            raise RobotLost(
+                f"{what} is {abs(age):.1f} s {when}, allowed are {self._timeout:.1f} s (tf_timeout)"
+            )
+        return RobotState(now - age, pose.normalized(), self._velocity(now))
+
+    def drive(self, velocity: Velocity) -> None:
+        # During a shutdown nobody drives any more, however late it is.
+        if rospy.core.is_shutdown_requested() or not velocity.is_finite:
+            velocity = STOP
+        message = Twist()
+        message.linear.x, message.linear.y, message.angular.z = map(float, velocity)
+        # Under the lock: commands leave in the order in which they are noted.
+        with self._lock:
+            self._commanded = velocity
+            try:
+                self._commands.publish(message)
+            except rospy.ROSException:
+                # A shutdown closes topics at any moment, and before rospy.is_shutdown() says so.
+                if not rospy.core.is_shutdown_requested():
+                    raise
+
+    def _velocity(self, now: float) -> Velocity:
+        odometry = self._odometry
+        if odometry is not None and abs(now - odometry[0]) <= ODOMETRY_AGE:
+            return odometry[1]
+        return self._commanded
+
+    def _on_odometry(self, message: Odometry) -> None:
+        twist = message.twist.twist
+        velocity = Velocity(twist.linear.x, twist.linear.y, twist.angular.z)
+        if velocity.is_finite:
+            self._odometry = rospy.get_time(), velocity

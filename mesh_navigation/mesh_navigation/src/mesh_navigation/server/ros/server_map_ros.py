@@ -1,0 +1,107 @@
+"""The server's map, with the plugins that work on it; both can be loaded anew."""
+
+import threading
+from typing import Any, Callable, Dict, Iterator
+
+import rospy
+from std_srvs.srv import Trigger, TriggerResponse
+
+from mesh_map.ros import MeshMapServer
+
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.plugins.plugin import MeshPlugin
+from mesh_navigation.plugins.plugin_list import (
+    BEHAVIORS,
+    CONTROLLERS,
+    PLANNERS,
+    PluginKind,
+    PluginList,
+)
+from mesh_navigation.server.map_gate import MapGate, MapNotReady, Ready
+from mesh_navigation.server.ros.plugin_reconfigure_ros import PluginReconfigure
+
+
+class ServerMap:
+    """The map below ``~mesh_map``, plugins below their names, and the service ``~reload_map``."""
+
+    def __init__(self, wait: bool, on_ready: Callable[[Ready], None]) -> None:
+        """
+        Args:
+            wait: whether goals wait for the map.
+            on_ready: called with each new map before a goal gets it.
+        """
+        self.planners = _plugins(PLANNERS)
+        self.controllers = _plugins(CONTROLLERS)
+        self.behaviors = _plugins(BEHAVIORS)
+        self.server = MeshMapServer("~mesh_map")
+        self.gate = MapGate(self._load, wait)
+        self._on_ready = on_ready
+        self._reconfigure = PluginReconfigure("", ())
+        self._ending = Cancellation()
+        self._one_at_a_time = threading.Lock()
+        self._service = rospy.Service("~reload_map", Trigger, self._reload)
+
+    def start(self) -> None:
+        """Begin to load."""
+        self.gate.start()
+
+    def stop(self, reason: str) -> None:
+        """Let nobody wait for a map any longer."""
+        self._ending.cancel(reason)
+
+    def _load(self) -> Ready:
+        try:
+            self._reconfigure.shutdown()
+            self.server.load()
+            ready = self._prepared()
+            self._reconfigure = PluginReconfigure(rospy.get_name(), _usable(ready))
+            self._on_ready(ready)
+        except Exception as error:
+            if not rospy.is_shutdown():  # which ends the loading
+                rospy.logerr("no map, goals will fail: %s", error)
+            raise
+        return ready
+
+    def _prepared(self) -> Ready:
+        prepared = []
+        for plugins in (self.planners, self.controllers, self.behaviors):
+            given = {name: _dictionary(f"~{name}") for name in plugins.names}
+            prepared.append(plugins.prepared(self.server.map, given))
+            for complaint in prepared[-1].complaints:
+                rospy.logwarn("%s", complaint)
+        return Ready(self.server.map, *prepared)
+
+    def _reload(self, _request: Any) -> TriggerResponse:
+        with self._one_at_a_time:
+            rospy.loginfo("%s: the map is loaded anew", rospy.get_name())
+            self.gate.reload()
+            try:
+                ready = self.gate.wait(self._ending, patient=True)
+            except MapNotReady as error:
+                return TriggerResponse(False, error.message)
+        return TriggerResponse(True, map_text(ready))
+
+
+def map_text(ready: Ready) -> str:
+    """What map that is, as a phrase."""
+    vertices, faces = len(ready.map.vertices), len(ready.map.faces)
+    return f"map of {vertices} vertices and {faces} faces in frame '{ready.map.frame_id}'"
+
+
+def _plugins(kind: PluginKind) -> PluginList:
+    """Those that the user lists, or the default ones."""
+    plugins = PluginList(kind, rospy.get_param(kind.parameter, None))
+    for complaint in plugins.complaints:
+        rospy.logerr("%s", complaint)
+    return plugins
+
+
+def _usable(ready: Ready) -> Iterator[MeshPlugin]:
+    for prepared in (ready.planners, ready.controllers, ready.behaviors):
+        yield from prepared.ready()
+
+
+def _dictionary(name: str) -> Dict[str, Any]:
+    """The parameters below a name; none if there is a single value of that name."""
+    value = rospy.get_param(name, {})
+    return value if isinstance(value, dict) else {}

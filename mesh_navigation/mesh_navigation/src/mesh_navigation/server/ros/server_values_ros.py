@@ -1,0 +1,65 @@
+"""The parameters of the server itself, from the parameter server and dynamic_reconfigure."""
+
+from typing import Any, Dict, Iterator, List, Mapping, Tuple
+
+import rospy
+
+from mesh_map.base.parameter import Value
+from mesh_map.ros.parameter_server import ParameterServer
+
+from mesh_navigation.base.parameters import changed_parameters, read_parameters
+from mesh_navigation.execution.server_parameters import (
+    DYNAMIC_PARAMETERS,
+    PARAMETERS,
+    RESTORE_DEFAULTS,
+)
+
+
+class ServerValues(Mapping[str, Value]):
+    """Values by name, always those of now; a call returns a mapping that stays as it is."""
+
+    def __init__(self) -> None:
+        """Reads what the user gave, logs what of it cannot be used, and serves changes."""
+        given = rospy.get_param("~", {})
+        self._values, complaints = read_parameters(PARAMETERS, given or {})
+        self._values[RESTORE_DEFAULTS] = False
+        _log(complaints)
+        self._server = ParameterServer(
+            rospy.get_name(), DYNAMIC_PARAMETERS, self._values, self._change
+        )
+
+    def __getitem__(self, name: str) -> Value:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __call__(self) -> Mapping[str, Value]:
+        return self._values
+
+    def _change(self, given: Dict[str, Value]) -> Mapping[str, Value]:
+        self._values, complaints = changed_values(self._values, given)
+        _log(complaints)
+        return self._values
+
+
+def changed_values(
+    present: Mapping[str, Value], given: Mapping[str, Any]
+) -> Tuple[Dict[str, Value], List[str]]:
+    """All values after a change, and one sentence for each that could not be used as it is.
+
+    The parameter restore_defaults brings back the defaults of all that may change, and is false
+    again after that; what is given beside it is forgotten.
+    """
+    if given.get(RESTORE_DEFAULTS) is True:
+        defaults = {parameter.name: parameter.default for parameter in DYNAMIC_PARAMETERS}
+        return {**present, **defaults}, []
+    return changed_parameters(DYNAMIC_PARAMETERS, present, given)
+
+
+def _log(complaints: List[str]) -> None:
+    for complaint in complaints:
+        rospy.logwarn("parameter ~%s", complaint)

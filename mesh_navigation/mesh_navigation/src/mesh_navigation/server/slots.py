@@ -1,0 +1,68 @@
+"""Slots: jobs of one slot replace each other, those of different slots run side by side."""
+
+import threading
+from typing import Callable, Dict, List, Optional
+
+from mesh_navigation.base.cancellation import Cancellation
+
+# How the ends of goals begin that a newer one of their slot took over from, or took the place of.
+TAKEN_OVER = "Goal preempted by a new plan"
+REPLACED = "a newer goal took slot"
+
+
+class Job:
+    """One job in its own thread."""
+
+    def __init__(self, run: Callable[[Cancellation], None], previous: "Optional[Job]") -> None:
+        self.cancellation = Cancellation()
+        self._run: Optional[Callable[[Cancellation], None]] = run
+        self._previous = previous
+        self._thread = threading.Thread(target=self._work, name="job", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def join(self, timeout: Optional[float] = None) -> None:
+        """Wait until the job has ended."""
+        self._thread.join(timeout)
+
+    def _work(self) -> None:
+        # The job that was replaced answers first; here, because no callback may wait for it.
+        if self._previous is not None:
+            self._previous.join()
+            self._previous = None
+        # A slot keeps its last job, but not the data of that.
+        run, self._run = self._run, None
+        if run is not None:
+            run(self.cancellation)
+
+
+class ConcurrencySlots:
+    """The jobs of all slots. Every method returns at once and may be called from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._jobs: Dict[int, Job] = {}
+
+    def start(self, slot: int, run: Callable[[Cancellation], None]) -> Job:
+        """Run a job in a slot; the job that is there is canceled and ends first.
+
+        Args:
+            slot: number of the slot.
+            run: does the job, in a thread of its own, until its `Cancellation` says stop.
+        """
+        with self._lock:
+            previous = self._jobs.get(slot)
+            job = self._jobs[slot] = Job(run, previous)
+            job.start()
+        if previous is not None:
+            previous.cancellation.cancel(f"{REPLACED} {slot}")
+        return job
+
+    def cancel_all(self, reason: str) -> List[Job]:
+        """Cancel the jobs of all slots; returns them."""
+        with self._lock:
+            jobs = list(self._jobs.values())
+        for job in jobs:
+            job.cancellation.cancel(reason)
+        return jobs

@@ -1,0 +1,252 @@
+"""The node surface_robot: a simulated robot on a map, driven by cmd_vel."""
+
+import queue
+import sys
+import time
+from typing import Any, Callable, Mapping, Optional, Sequence
+
+import rospy
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
+from mesh_msgs.init_node import init_node
+from visualization_msgs.msg import MarkerArray
+
+from mesh_map.base.errors import MeshMapError
+from mesh_map.map.mesh_map import MeshMap
+
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.parameters import read_parameters
+from mesh_navigation.base.pose import Pose, vector_text
+from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
+from mesh_navigation.simulation.obstacles import is_within, read_obstacles
+from mesh_navigation.simulation.parameters import PARAMETERS, check_frames
+from mesh_navigation.simulation.placing import initial_pose, put_down
+from mesh_navigation.simulation.robot_messages import numbers_in, pose_of, velocity_of
+from mesh_navigation.simulation.ros.mesh_topic_ros import MeshTopic
+from mesh_navigation.simulation.ros.robot_topics_ros import RobotTopics
+from mesh_navigation.simulation.ros.step_time_ros import step_time
+from mesh_navigation.simulation.scan import SimulatedScan
+from mesh_navigation.simulation.simulated_robot import SimulatedRobot
+from mesh_navigation.simulation.surface_robot import SurfaceRobot
+from mesh_navigation.simulation.wheels import BaseLimits
+from mesh_navigation.surface.map_loading import load_map
+
+SILENCE = 5.0  # s after a warning; a robot that tries again is stopped again
+BUMPER = 0.1  # m above the surface, where obstacles stop the robot
+
+
+class SurfaceRobotNode:
+    """Lets time pass for a robot, and tells what happens. All of it in the thread of `run`; other
+    threads leave jobs for it."""
+
+    def __init__(self) -> None:
+        """
+        Raises:
+            MeshMapError: frames that TF cannot connect.
+        """
+        self._values = _parameters()
+        check_frames(self._values)
+        obstacles, complaints = read_obstacles(rospy.get_param("~obstacles", []))
+        for complaint in complaints:
+            rospy.logerr("%s", complaint)
+        self._markers = ObstacleMarkers(obstacles)
+        self._jobs: "queue.SimpleQueue[Callable[[], None]]" = queue.SimpleQueue()
+        self._stop = Cancellation()
+        rospy.on_shutdown(self._stop.cancel)
+        self._topics = RobotTopics(self._values)
+        self._map: Optional[MeshMap] = None
+        self._robot: Optional[SimulatedRobot] = None
+        self._scan: Optional[SimulatedScan] = None
+        self._scan_left = 0.0
+        self._obstruction, self._silent_until = "", 0.0
+
+    def run(self) -> None:
+        """Simulate until the node is shut down.
+
+        Raises:
+            MeshMapError: a file that is no map, or nothing to put a robot on.
+        """
+        values = self._values
+        rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1)
+        self._subscribe("initialpose", PoseWithCovarianceStamped, self._put)
+        self._subscribe("~obstacles", MarkerArray, self._change_obstacles)
+        if values["mesh_file"]:
+            self._take_map(load_map(values["mesh_file"], part=values["mesh_part"]))
+        else:
+            topic = MeshTopic(
+                values["mesh_topic"],
+                lambda mesh_map: self._jobs.put(lambda: self._take_other_map(mesh_map)),
+            )
+            text = "%s: waiting for the map on %s (or set _mesh_file:=...)"
+            rospy.loginfo(text, rospy.get_name(), topic.name)
+        steps = step_time(values["rate"], values["publish_clock"], values["real_time_factor"])
+        self._topics.tell_frames()
+        while not rospy.is_shutdown():
+            seconds, stamp = steps.wait(self._stop)
+            if self._stop.canceled:
+                return
+            self._do_jobs()
+            if self._robot is not None and self._scan is not None:
+                self._step(self._robot, self._scan, seconds, stamp)
+            steps.tell()
+
+    def _step(
+        self, robot: SimulatedRobot, scan: SimulatedScan, seconds: float, stamp: rospy.Time
+    ) -> None:
+        robot.advance(seconds)
+        self._topics.tell(robot.body, stamp)
+        self._say_obstruction(robot.body.obstruction)
+        self._scan_left -= seconds
+        if self._scan_left <= 0 and self._values["scan_rate"]:
+            self._scan_left = max(0.0, self._scan_left + 1 / self._values["scan_rate"])
+            if self._topics.cloud_is_wanted:
+                pose = self._topics.sensor_pose(robot.body.pose)
+                self._topics.tell_cloud(scan.cloud(pose, self._markers.obstacles), stamp)
+
+    def _say_obstruction(self, obstruction: str) -> None:
+        now = time.monotonic()
+        if obstruction and obstruction != self._obstruction and now >= self._silent_until:
+            rospy.logwarn("%s: the robot does not get on: %s", rospy.get_name(), obstruction)
+            self._silent_until = now + SILENCE
+        self._obstruction = obstruction
+
+    def _take_other_map(self, mesh_map: MeshMap) -> None:
+        try:
+            self._take_map(mesh_map)
+        except MeshMapError as error:
+            rospy.logerr(
+                "%s: the map on %s: %s", rospy.get_name(), self._values["mesh_topic"], error
+            )
+
+    def _take_map(self, mesh_map: MeshMap) -> None:
+        values = self._values
+        check_frames(values, mesh_map.frame_id)
+        try:
+            start = initial_pose(mesh_map, values["initial_pose"])
+        except MeshMapError as error:
+            rospy.logerr("%s; the robot begins in the middle of the map", error)
+            start = initial_pose(mesh_map)
+        body = self._body(mesh_map, start)
+        if self._robot is None:
+            self._robot = SimulatedRobot(body, command_timeout=values["cmd_vel_timeout"])
+        else:
+            self._robot.body = body
+        self._map = mesh_map
+        self._scan = SimulatedScan(
+            mesh_map,
+            rings=values["scan_rings"],
+            columns=values["scan_columns"],
+            lowest=min(values["scan_lowest"], values["scan_highest"]),
+            highest=max(values["scan_lowest"], values["scan_highest"]),
+            min_range=min(values["scan_min_range"], values["scan_max_range"] / 2),
+            max_range=values["scan_max_range"],
+            noise=values["scan_noise"],
+            seed=values["seed"] + 2,
+        )
+        self._topics.tell_markers(self._markers, mesh_map.frame_id)
+        text = "%s: the robot is at %s on a map of %d faces; waiting for velocities on %s"
+        place = vector_text(body.pose.position)
+        name = rospy.resolve_name("cmd_vel")
+        rospy.loginfo(text, rospy.get_name(), place, len(mesh_map.faces), name)
+
+    def _body(self, mesh_map: MeshMap, start: Pose) -> SurfaceRobot:
+        """A robot on a map; where the one before was, if there is surface there."""
+        before = None if self._robot is None else self._robot.body.pose
+        values = self._values
+
+        def made(pose: Pose) -> SurfaceRobot:
+            return SurfaceRobot(
+                mesh_map,
+                pose,
+                seed=values["seed"],
+                slip=values["slip"],
+                noise=values["motion_noise"],
+                odometry_noise=values["odometry_noise"],
+                limits=BaseLimits(
+                    values["max_speed"],
+                    values["max_side_speed"],
+                    values["max_turn_speed"],
+                    values["max_acceleration"],
+                    values["max_turn_acceleration"],
+                ),
+                max_slope=values["max_slope"],
+                max_step=values["max_step"],
+                is_free=self._is_free,
+            )
+
+        if before is not None:
+            try:
+                return made(before)
+            except MeshMapError as error:
+                rospy.logwarn("%s: the map is another: %s", rospy.get_name(), error)
+        return made(start)
+
+    def _is_free(self, position: Any) -> bool:
+        obstacles = self._markers.obstacles
+        if not obstacles or self._map is None:
+            return True
+        return not is_within(obstacles, position + BUMPER * self._map.geometry.up)
+
+    def _on_command(self, message: Twist) -> None:
+        if self._robot is not None:
+            self._robot.drive(velocity_of(message))
+
+    def _put(self, message: PoseWithCovarianceStamped) -> None:
+        if self._map is None or self._robot is None:
+            rospy.logwarn("%s: initialpose is left out, there is no map yet", rospy.get_name())
+            return
+        frame = message.header.frame_id.lstrip("/")
+        if frame != self._map.frame_id:
+            text = "%s: initialpose is in the frame '%s', but '%s' is needed"
+            rospy.logwarn(text, rospy.get_name(), frame, self._map.frame_id)
+            return
+        try:
+            pose = pose_of(message.pose.pose)
+            if pose.fault() is None:
+                pose = put_down(self._map, pose)
+            self._robot.put(pose)
+        except MeshMapError as error:
+            rospy.logwarn("%s: initialpose: %s", rospy.get_name(), error)
+
+    def _change_obstacles(self, message: MarkerArray) -> None:
+        frame = "map" if self._map is None else self._map.frame_id
+        for complaint in self._markers.change(message, frame):
+            rospy.logwarn("%s: %s", rospy.get_name(), complaint)
+        self._topics.tell_markers(self._markers, frame)
+
+    def _subscribe(self, name: str, message_type: Any, handle: Callable[[Any], None]) -> None:
+        rospy.Subscriber(
+            name, message_type, lambda message: self._jobs.put(lambda: handle(message))
+        )
+
+    def _do_jobs(self) -> None:
+        while True:
+            try:
+                job = self._jobs.get_nowait()
+            except queue.Empty:
+                return
+            job()
+
+
+def _parameters() -> Mapping[str, Any]:
+    given = dict(rospy.get_param("~", {}) or {})
+    if "initial_pose" in given:
+        given["initial_pose"] = numbers_in(given["initial_pose"])
+    values, complaints = read_parameters(PARAMETERS, given)
+    for complaint in complaints:
+        rospy.logwarn("parameter ~%s", complaint)
+    return values
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> int:
+    """Run the node until it is shut down; returns the exit code."""
+    init_node("surface_robot", argv=arguments)
+    try:
+        SurfaceRobotNode().run()
+    except MeshMapError as error:
+        if not rospy.is_shutdown():
+            sys.stderr.write("%s: error: %s\n" % (rospy.get_name(), error))
+            return 1
+    except rospy.ROSException:  # Topics that a shutdown has closed.
+        if not rospy.is_shutdown():
+            raise
+    return 0

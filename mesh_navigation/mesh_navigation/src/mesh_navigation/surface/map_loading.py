@@ -1,0 +1,78 @@
+"""Maps for planning without ROS: a file, and layers as in the parameters of a node."""
+
+import os
+from typing import Any, Callable, Mapping, Optional, Union
+
+import yaml
+
+from mesh_map.base.errors import MeshMapError
+from mesh_map.costs.settings import SETTINGS
+from mesh_map.io.map_parameters import map_parameters
+from mesh_map.io.map_source import MapSource
+from mesh_map.map.mesh_map import MeshMap
+
+Progress = Callable[[float, str], None]
+
+
+def load_map(
+    path: Union[str, "os.PathLike[str]"],
+    layers: Union[None, str, "os.PathLike[str]", Mapping[str, Any]] = None,
+    part: str = "",
+    progress: Optional[Progress] = None,
+) -> MeshMap:
+    """Read a map and compute its layers. Layers that are stored in the file are used if they fit.
+
+    Args:
+        path: a map file, or a mesh of any format that can be imported.
+        layers: a YAML file with what a node has below ~mesh_map (the list ``layers``, and below
+            each one's name its parameters; ``edge_cost_factor`` and other settings), or the same
+            as a mapping. None: no layers, every vertex is free.
+        part: which mesh of a map file; empty: mesh, or the only one.
+        progress: called with the share that is done, 0 to 1, and what comes next.
+
+    Raises:
+        MeshMapError: a file that cannot be read, or a layer that cannot be used: a plan that does
+            not know of it might lead anywhere.
+    """
+    configuration = dict(_configuration(layers))
+    configuration["mesh_file"] = os.fspath(path)
+    if part:
+        configuration["mesh_part"] = part
+    parameters = map_parameters(configuration)
+    progress = progress or (lambda share, what: None)
+    progress(0.0, f"reading {parameters.mesh_file}")
+    source = MapSource(parameters.mesh_file, parameters.mesh_part)
+    mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
+    names = [parameter.name for parameter in SETTINGS]
+    mesh_map.set_settings(**{name: configuration[name] for name in names if name in configuration})
+    mesh_map.compute_layers(parameters.layers, progress, source.stored_costs)
+    for name, fault in mesh_map.layer_errors.items():
+        raise MeshMapError(f"{name}: {fault}")
+    return mesh_map
+
+
+def _configuration(layers: Any) -> Mapping[str, Any]:
+    if layers is None:
+        return {}
+    if isinstance(layers, Mapping):
+        return layers
+    if isinstance(layers, (str, os.PathLike)):
+        return _from_yaml(layers)
+    text = f"layers is {layers!r}, neither a file nor a mapping"
+    raise MeshMapError(text, "{'layers': [{'name': ..., 'type': ...}]} is one")
+
+
+def _from_yaml(path: Union[str, "os.PathLike[str]"]) -> Mapping[str, Any]:
+    try:
+        with open(path, encoding="utf-8") as file:
+            content = yaml.safe_load(file)
+    except OSError as error:
+        raise MeshMapError(f"{os.fspath(path)}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise MeshMapError(f"{os.fspath(path)} is no YAML: {error}") from error
+    if not isinstance(content, Mapping) or "layers" not in content:
+        raise MeshMapError(
+            f"{os.fspath(path)} has no list of layers",
+            "config/mesh_map.yaml of mesh_navigation is an example",
+        )
+    return content

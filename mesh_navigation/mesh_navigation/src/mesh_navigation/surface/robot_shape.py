@@ -1,0 +1,92 @@
+"""The ground that a robot covers, from its parameters, with a distance to keep around it."""
+
+import math
+from typing import Any, List, Mapping, Optional, Tuple
+
+import numpy as np
+
+from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import Parameter
+from mesh_map.map.footprint import Footprint
+
+from mesh_navigation.base.parameters import read_parameters
+from mesh_navigation.surface.anchors import MAX_DISTANCE
+
+SHAPE_PARAMETERS = (
+    Parameter("footprint", (), description="corners [[x, y], ...] in the robot's frame (m)"),
+    Parameter("robot_radius", 0.0, 0.0, 100.0, "of a round robot (m), 0: a point"),
+)
+_CORNERS = 12  # of a circle
+
+
+class RobotShape:
+    """A convex polygon, a circle, or a point."""
+
+    def __init__(self, corners: Any = (), radius: float = 0.0) -> None:
+        """
+        Args:
+            corners: (N,2) m, of which the convex hull counts; none: a circle.
+            radius: of that (m); 0: a point.
+
+        Raises:
+            MeshMapError: corners that are no numbers, or have no area.
+        """
+        self._radius = radius
+        self._corners = _hull(_points(corners)) if len(corners) else np.zeros((0, 2))
+
+    @classmethod
+    def of_parameters(cls, given: Mapping[str, Any]) -> Tuple["RobotShape", List[str]]:
+        """The shape that parameters say, and one sentence for each that cannot be used."""
+        values, complaints = read_parameters(SHAPE_PARAMETERS, given)
+        radius = float(values["robot_radius"])  # type: ignore[arg-type]
+        try:
+            return cls(values["footprint"], radius), complaints
+        except MeshMapError as error:
+            complaints.append(f"footprint: {error}: robot_radius {radius:g} m is used instead")
+            return cls((), radius), complaints
+
+    def footprint(self, distance: float) -> Optional[Footprint]:
+        """What is covered with a distance around it (m, >= 0), a little more where it is round;
+        None for a point."""
+        heights = {"below": MAX_DISTANCE, "above": MAX_DISTANCE}
+        if not len(self._corners):
+            radius = self._radius + distance
+            return Footprint.circle(radius, _CORNERS, **heights) if radius > 0.0 else None
+        if distance == 0.0:
+            return Footprint(self._corners, **heights)
+        round_it = Footprint.circle(distance, _CORNERS).polygon
+        return Footprint(_hull((self._corners[:, None] + round_it).reshape(-1, 2)), **heights)
+
+
+def _points(corners: Any) -> np.ndarray:
+    try:
+        points = np.array(corners, dtype=np.float64)
+    except (TypeError, ValueError):
+        points = np.zeros(0)
+    if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
+        text = f"{corners!r} are no corners".replace("\n", " ")
+        raise MeshMapError(text, "[[0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2], [0.3, -0.2]] are")
+    return points
+
+
+def _hull(points: np.ndarray) -> np.ndarray:
+    """Corners of the convex hull, counter-clockwise (A. Andrew: Another Efficient Algorithm for
+    Convex Hulls in Two Dimensions, 1979)."""
+    ordered = sorted(set(map(tuple, points.tolist())))
+    size = max(math.dist(ordered[0], ordered[-1]), 1e-9)
+    chains: List[List[Tuple[float, float]]] = []
+    for side in (ordered, ordered[::-1]):
+        chain: List[Tuple[float, float]] = []
+        for point in side:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], point) <= 1e-9 * size * size:
+                chain.pop()
+            chain.append(point)
+        chains.append(chain[:-1])
+    hull = chains[0] + chains[1]
+    if len(hull) < 3:
+        raise MeshMapError(f"the {len(points)} corners have no area between them")
+    return np.array(hull)
+
+
+def _turn(a: Tuple[float, float], b: Tuple[float, float], c: Tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

@@ -1,0 +1,287 @@
+"""Planning without ROS from Python: maps, places, planners by name."""
+
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+import yaml
+
+from mesh_map.base.errors import MeshMapError
+from mesh_map.map.mesh_map import MeshMap
+from mesh_msgs import zoo
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.mesh import Mesh
+from mesh_navigation.base.outcomes import GetPathOutcome
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.execution import planning
+from mesh_navigation.execution.planning import (
+    SHORT_NAMES,
+    ends,
+    make_planner,
+    plan,
+    plan_interruptibly,
+    surface_heights,
+)
+from mesh_navigation.plugins.planner import MeshPlanner, PlanFailure, PlanResult
+from mesh_navigation.surface.map_loading import load_map
+
+GRID = zoo.grid()
+STEPS = {"layers": [{"name": "steps", "type": "mesh_layers/HeightDiffLayer"}]}
+STOREYS = zoo.two_storeys()
+
+
+def map_of(mesh):
+    return MeshMap(mesh.vertices, mesh.faces)
+
+
+def length_of(result):
+    return np.linalg.norm(np.diff(result.poses[:, :3], axis=0), axis=1).sum()
+
+
+@pytest.fixture
+def grid_file(tmp_path):
+    path = tmp_path / "grid.h5"
+    MapFile.write(str(path), Mesh(GRID.vertices, GRID.faces, frame_id="hall"))
+    return path
+
+
+@pytest.mark.parametrize("planner", SHORT_NAMES)
+def test_three_lines(planner, grid_file):
+    result = plan(grid_file, start=(1.2, 2.1), goal=(8.3, 7.4, 0.1), planner=planner)
+    assert result.outcome == GetPathOutcome.SUCCESS, result.message
+    np.testing.assert_allclose(result.poses[0, :3], [1.2, 2.1, 0], atol=1e-6)
+    np.testing.assert_allclose(result.poses[-1, :3], [8.3, 7.4, 0], atol=1e-6)
+    straight = np.hypot(7.1, 5.3)
+    bound = 1.1 if planner == "dijkstra" else 1 + 1e-5
+    assert straight - 1e-5 <= length_of(result) <= straight * bound
+    assert result.cost == pytest.approx(length_of(result), rel=1e-4)
+    yaw = 2 * np.arctan2(*result.poses[-1, [5, 6]])
+    assert yaw == pytest.approx(np.arctan2(5.3, 7.1))
+
+
+def test_wave_front_is_the_default_and_types_are_names_too(grid_file):
+    ends_of_all = (1.2, 2.1), (8.3, 7.4)
+    given = plan(grid_file, *ends_of_all)
+    for planner in ("wave_front", "wave_front_planner/WaveFrontPlanner"):
+        np.testing.assert_array_equal(plan(grid_file, *ends_of_all, planner).poses, given.poses)
+
+
+def test_one_planner_for_many_plans():
+    mesh_map = map_of(GRID)
+    planner = make_planner(mesh_map, "dijkstra", {"cost_limit": 0.5})
+    assert planner.values["cost_limit"] == 0.5
+    for x in (2, 3, 4):
+        result = plan(mesh_map, (x, 1), (8, 8), planner)
+        assert result.poses[0, 0] == x and result.succeeded
+    with pytest.raises(MeshMapError, match="set_parameters"):
+        plan(mesh_map, (1, 1), (8, 8), planner, {"cost_limit": 1})
+    with pytest.raises(MeshMapError, match="compute_layers"):
+        plan(mesh_map, (1, 1), (8, 8), planner, layers=STEPS)
+
+
+def test_no_path_is_a_result():
+    result = plan(map_of(GRID), (1, 1, 0), (8, 8, 5), "dijkstra")
+    assert result.outcome == GetPathOutcome.INVALID_GOAL and "5.00 m from the map" in result.message
+
+
+def test_tolerance():
+    mesh_map = map_of(zoo.two_components())
+    right = float(mesh_map.vertices[:, 0].max())
+    without = plan(mesh_map, (1, 1, 0), (right - 4.9, 2, 0), "dijkstra")
+    assert without.outcome == GetPathOutcome.NO_PATH_FOUND, without.message
+    assert plan(mesh_map, (1, 1, 0), (right - 4.9, 2, 0), "dijkstra", tolerance=3).succeeded
+
+
+def test_heading_of_a_pose():
+    result = plan(map_of(GRID), (1, 1), Pose.at([8, 8, 0], yaw=-1.0), "dijkstra")
+    assert 2 * np.arctan2(*result.poses[-1, [5, 6]]) == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize(
+    "start, goal, words",
+    [
+        ((1, 1), (8, 8, 0, 0), "goal .* is no x, y, z, but 4 numbers"),
+        ((1,), (8, 8), "start .* is no x, y, z, but 1 numbers"),
+        ("here", (8, 8), "start 'here' is no x, y, z"),
+        ((1, 1), (80, 8), "goal: there is no surface at x = 80, y = 8 .give z"),
+        ((1, 1), (8, np.nan), "goal: there is no surface"),
+    ],
+)
+def test_places_that_are_none(start, goal, words):
+    with pytest.raises(MeshMapError, match=words) as caught:
+        plan(map_of(GRID), start, goal, "dijkstra")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_pose_without_z_is_an_invalid_one():
+    result = plan(map_of(GRID), Pose.at([1, 1]), (8, 8), "dijkstra")
+    assert result.outcome == GetPathOutcome.INVALID_START
+    assert "start: position and orientation have shapes (2,)" in result.message
+
+
+def test_two_storeys_need_z():
+    mesh_map = map_of(STOREYS)
+    assert surface_heights(mesh_map, 3.2, 4.1) == pytest.approx([3.0, 0.0], abs=1e-6)
+    assert surface_heights(mesh_map, -3.2, 4.1) == []
+    with pytest.raises(MeshMapError, match=r"start: at x = 3.2, y = 4.1 .* at z = 3.00, 0.00"):
+        plan(mesh_map, (3.2, 4.1), (8, 8, 3), "dijkstra")
+    both = ends(mesh_map, (3.2, 4.1, 0), Pose.at([8, 8, 3]))
+    assert [pose.position[2] for pose in both] == [0, 3]
+
+
+def test_surfaces_closer_than_a_robot_is_high_are_one():
+    mesh = zoo.grid()
+    heights = (0.0, 0.1, 0.3, 0.3, 2.0)
+    vertices = np.concatenate([mesh.vertices + np.float32([0, 0, z]) for z in heights])
+    faces = np.concatenate([mesh.faces + i * len(mesh.vertices) for i in range(len(heights))])
+    found = surface_heights(MeshMap(vertices, faces), 5.0, 5.0)
+    assert found == pytest.approx([2.0, 0.3])
+
+
+@pytest.mark.parametrize(
+    "planner, parameters, words",
+    [
+        ("disk", {}, "there is no planner 'disk' .known: dijkstra, wave_front, cvp, exact"),
+        ("odd/Nobody", {}, "odd/Nobody"),
+        ("dijkstra", {"cost": 1}, "planner dijkstra has no parameter 'cost' .it has: cost_limit"),
+        ("dijkstra", {"cost_limit": "x"}, "cost_limit is 'x'"),
+        ("dijkstra", {"cost_limit": 11}, "cost_limit is 11, outside of"),
+    ],
+)
+def test_planners_and_parameters_that_are_none(planner, parameters, words):
+    with pytest.raises(MeshMapError, match=words) as caught:
+        plan(map_of(GRID), (1, 1), (8, 8), planner, parameters)
+    assert "\n" not in str(caught.value)
+
+
+def test_layers_of_a_file(tmp_path, grid_file):
+    mesh = zoo.grid(cells=20)
+    vertices = mesh.vertices.copy()
+    wall = (vertices[:, 0] == 5) & (vertices[:, 1] < 7)
+    vertices[wall, 2] = 0.6
+    path = tmp_path / "wall.h5"
+    MapFile.write(str(path), Mesh(vertices, mesh.faces))
+    layers = tmp_path / "layers.yaml"
+    steps = {"threshold": 0.5, "radius": 1.0}
+    layers.write_text(yaml.safe_dump(dict(STEPS, steps=steps, edge_cost_factor=2.0)))
+    mesh_map = load_map(path, layers)
+    assert list(mesh_map.layers) == ["steps"] and mesh_map.settings.edge_cost_factor == 2.0
+    np.testing.assert_array_equal(np.isinf(mesh_map.costs), mesh_map.layers["steps"].result.lethal)
+    ends_of_all = (1, 1, 0), (9, 1, 0)
+    free = plan(path, *ends_of_all, "dijkstra")
+    given = [
+        plan(path, *ends_of_all, "dijkstra", layers=one)
+        for one in (layers, dict(STEPS, steps=steps))
+    ]
+    assert free.succeeded and length_of(free) < 9
+    for result in given:
+        assert result.succeeded and length_of(result) > 14, result.message
+    assert load_map(grid_file).layers == {} and load_map(grid_file).frame_id == "hall"
+
+
+def test_progress_and_parts(grid_file):
+    told = []
+    load_map(grid_file, STEPS, "mesh", lambda share, what: told.append((share, what)))
+    assert told[0] == (0.0, f"reading {grid_file}") and told[-1][0] == 1.0
+    with pytest.raises(MeshMapError, match="attic"):
+        load_map(grid_file, part="attic")
+
+
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        (None, "layers.yaml: No such file"),
+        ("layers: [", "layers.yaml is no YAML"),
+        ("- a", "layers.yaml has no list of layers"),
+        ("costs: 1", "layers.yaml has no list of layers"),
+        ("layers: 3", "the list of layers is a int"),
+        ("layers: [{name: a, type: no/Layer}]", "a: .*no/Layer"),
+        ("{layers: [], edge_cost_factor: many}", "edge_cost_factor is 'many'"),
+        (b"layers: \xff", "layers.yaml is no YAML"),
+    ],
+)
+def test_layers_that_cannot_be_used(tmp_path, grid_file, content, words):
+    path = tmp_path / "layers.yaml"
+    if content is not None:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(MeshMapError, match=words) as caught:
+        plan(grid_file, (1, 1), (8, 8), "dijkstra", layers=path)
+    assert "\n" not in str(caught.value)
+
+
+class Stubborn(MeshPlanner):
+    """Presses Ctrl+C, and works until it is told to stop."""
+
+    ended = False
+
+    def plan(self, start, goal, tolerance, cancellation):
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+        assert cancellation.wait(30)
+        time.sleep(0.1)
+        self.ended = True
+        raise PlanFailure(GetPathOutcome.CANCELED, cancellation.reason)
+
+
+@pytest.fixture
+def interruptible():
+    """As in a terminal: what runs in the background may ignore Ctrl+C."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_ends_the_plan(interruptible):
+    planner = Stubborn()
+    planner.initialize("stubborn", map_of(GRID))
+    with pytest.raises(KeyboardInterrupt):
+        plan_interruptibly(planner, Pose.at([1, 1, 0]), Pose.at([2, 2, 0]))
+    assert planner.ended
+
+
+@pytest.mark.parametrize(
+    "planner, parameters, words",
+    [
+        ("odd/Nobody", {}, "odd/Nobody"),
+        ("dijkstra", {"cost": 1}, "no parameter 'cost'"),
+        ("dijkstra", {"cost_limit": 11}, "cost_limit is 11, outside of"),
+    ],
+)
+def test_a_planner_is_checked_before_a_map_is_read(tmp_path, planner, parameters, words):
+    with pytest.raises(MeshMapError, match=words):
+        plan(tmp_path / "no.h5", (1, 1), (8, 8), planner, parameters)
+
+
+def test_layers_that_are_neither_a_file_nor_a_mapping(grid_file):
+    with pytest.raises(MeshMapError, match="layers is \\[.*, neither a file nor a mapping"):
+        load_map(grid_file, STEPS["layers"])
+
+
+class Choosy(MeshPlanner):
+    """Checks more than the ranges of its parameters."""
+
+    def initialize(self, name, mesh_map, given={}):
+        return super().initialize(name, mesh_map, given) + ["cost_limit is too low: 1 is used"]
+
+
+def test_complaints_of_a_planner(monkeypatch):
+    monkeypatch.setattr(planning, "find_plugin", lambda kind, name: Choosy())
+    with pytest.raises(MeshMapError, match="planner odd/Choosy: cost_limit is too low"):
+        make_planner(map_of(GRID), "odd/Choosy")
+
+
+class Faulty(MeshPlanner):
+    def plan(self, start, goal, tolerance, cancellation):
+        if tolerance:
+            raise ZeroDivisionError("by zero")
+        return PlanResult(0, "well", np.full((2, 7), np.nan))
+
+
+def test_faults_of_a_planner():
+    planner = Faulty()
+    planner.initialize("faulty", map_of(GRID))
+    result = plan(map_of(GRID), (1, 1), (2, 2), planner)
+    assert result.outcome == GetPathOutcome.INTERNAL_ERROR and "not finite" in result.message
+    with pytest.raises(ZeroDivisionError):
+        plan(map_of(GRID), (1, 1), (2, 2), planner, tolerance=1.0)

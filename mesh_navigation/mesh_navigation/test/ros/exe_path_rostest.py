@@ -1,0 +1,312 @@
+#!/usr/bin/python3
+"""The action exe_path, asked by a real actionlib client, with a robot that obeys."""
+
+import math
+import random
+import time
+import unittest
+
+import rospy
+import rostest
+import tf2_ros
+from driven_robot import BareClient, DrivenRobot, ExePathClient, is_zero, path_to
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from nav_msgs.msg import Path
+from server_process import ServerProcess, wait_until, write_map
+from std_msgs.msg import Float32
+from std_srvs.srv import Trigger
+
+from mesh_msgs import zoo
+
+NAMES = "Go Outcome Throwing Nan Deaf Slow Lame Choosy".split()
+CONTROLLERS = [{"name": name.lower(), "type": f"odd/{name}Controller"} for name in NAMES]
+PREEMPTED = "Goal preempted by a new plan"
+
+
+class ExePathTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.robot = DrivenRobot()
+        cls.server = ServerProcess(
+            "odd_drive",
+            controllers=CONTROLLERS,
+            mesh_map={"mesh_file": write_map(zoo.grid())},
+            tf_timeout=0.4,
+            controller_max_retries=0,
+            controller_patience=1.0,
+            cmd_vel_ignored_tolerance=1.0,
+        )
+        cls.client = ExePathClient("odd_drive")
+        broadcaster = tf2_ros.StaticTransformBroadcaster()
+        moved = TransformStamped()
+        moved.header.frame_id, moved.child_frame_id = "map", "moved"
+        moved.transform.translation.x, moved.transform.rotation.w = 1.0, 1.0
+        broadcaster.sendTransform([moved])
+        cls.broadcaster = broadcaster
+
+    @classmethod
+    def tearDownClass(cls):
+        try:
+            status = cls.server.stop()
+        finally:
+            cls.server.kill()
+        assert status == 0, status
+
+    def setUp(self):
+        self.robot.obeys, self.robot.seen, self.robot.behind = True, True, 0.0
+        self.robot.put()
+        # TF of before is gone, that of now has come.
+        time.sleep(0.1)
+
+    def check(self, given, state, outcome, *words, driven=None):
+        """The answer, and a robot that stands."""
+        found, result = given
+        self.assertEqual((found, result.outcome), (state, outcome), result.message)
+        self.assertTrue(result.message)
+        for word in words:
+            self.assertIn(word, result.message)
+        wait_until(self.robot.stands, "zero velocity", 10)
+        if driven is not None:
+            moved = any(not is_zero(twist) for twist in self.robot.commands)
+            self.assertEqual(moved, driven, self.robot.commands)
+        return result
+
+    def test_arrives(self):
+        heard = []
+        result = self.check(self.client.ask((0.8, 0.0), feedback=heard.append), "SUCCEEDED", 0)
+        self.assertEqual(result.final_pose.header.frame_id, "map")
+        x, y = result.final_pose.pose.position.x, result.final_pose.pose.position.y
+        self.assertAlmostEqual(x, 0.75, delta=0.15)
+        self.assertAlmostEqual(result.dist_to_goal, math.hypot(0.8 - x, y), places=4)
+        wait_until(lambda: len(heard) > 5, "feedback")
+        feedback = heard[3]
+        self.assertEqual((feedback.outcome, feedback.message), (4, "3 poses, no field"))
+        self.assertEqual(feedback.last_cmd_vel.header.frame_id, "base_link")
+        self.assertEqual(feedback.last_cmd_vel.twist.linear.x, 0.5)
+        self.assertEqual(feedback.current_pose.header.frame_id, "map")
+        self.assertGreater(feedback.dist_to_goal, 0.0)
+
+    def test_topics(self):
+        heard = {}
+        types = {"current_goal": PoseStamped, "go/current_angle": Float32, "go/cycle_time": Float32}
+        for name, kind in types.items():
+            rospy.Subscriber(
+                f"/odd_drive/{name}", kind, lambda m, name=name: heard.update({name: m})
+            )
+        handle = self.client.send((0.9, 0.2))
+        wait_until(lambda: len({*heard} - {"current_goal"}) > 1, "topics of the controller")
+        self.assertEqual(heard["go/current_angle"].data, 0.25)
+        self.assertLess(heard["go/cycle_time"].data, 10.0)
+        self.check(self.client.answer(handle), "SUCCEEDED", 0)
+        self.client.ask((1.2, 0.0))
+        wait_until(lambda: "current_goal" in heard, "current_goal")
+        self.assertEqual(heard["current_goal"].header.frame_id, "map")
+
+    def test_field_of_the_plan(self):
+        """A path from get_path, passed on, comes with its field."""
+        state, plan = self.server.ask(
+            (0.1, 0.1, 0.0), (8.0, 0.5, 0.0), planner="wave_front_planner"
+        )
+        self.assertEqual(state, "SUCCEEDED")
+        heard = []
+        handle = self.client.send(plan.path, feedback=heard.append)
+        wait_until(lambda: heard, "feedback")
+        self.assertIn(f"field of {len(zoo.grid().vertices)} vertices", heard[0].message)
+        handle.cancel()
+        self.check(self.client.answer(handle), "PREEMPTED", 101)
+
+    def test_every_outcome(self):
+        self.assertEqual(self.client.ask((5, 0), controller="outcome")[0], "SUCCEEDED")
+        for outcome in range(150):
+            self.robot.put()
+            given = self.client.ask((outcome, 0.0), controller="outcome")
+            if outcome < 10:
+                self.check(given, "SUCCEEDED", 0, driven=True)
+            else:
+                state = "PREEMPTED" if outcome == 101 else "ABORTED"
+                self.check(given, state, outcome, f"outcome {outcome}, as asked", driven=False)
+
+    def test_controllers_that_fail(self):
+        for where in range(3):
+            given = self.client.ask((where, 0.0), controller="throwing")
+            self.check(given, "ABORTED", 114, "ZeroDivisionError: by zero")
+        self.check(self.client.ask(controller="nan"), "ABORTED", 102, "not finite", driven=True)
+        self.check(self.client.ask(controller="lame"), "ABORTED", 112, "no legs")
+        self.check(self.client.ask(controller="choosy"), "ABORTED", 110, "not this one")
+        given = self.client.ask(controller="nobody")
+        self.check(given, "REJECTED", 113, "no controller 'nobody'", "go, outcome")
+
+    def test_controllers_that_block(self):
+        self.check(self.client.ask(controller="deaf"), "ABORTED", 103, "controller_patience")
+        self.check(self.client.ask(controller="slow"), "ABORTED", 103, "controller_patience")
+        for name in ("deaf", "slow"):
+            handle = self.client.send(controller=name)
+            time.sleep(0.4)
+            handle.cancel()
+            self.check(self.client.answer(handle), "PREEMPTED", 101, "canceled")
+
+    def test_paths_that_are_none(self):
+        self.check(self.client.ask(Path()), "ABORTED", 110, "empty")
+        path = path_to(1.0, 0.0)
+        path.poses[1].pose.position.y = math.nan
+        self.check(self.client.ask(path), "ABORTED", 110, "pose 1", "not finite")
+        path = path_to(1.0, 0.0)
+        path.poses[2].pose.orientation.w = 0.0
+        self.check(self.client.ask(path), "ABORTED", 110, "pose 2", "quaternion")
+        path = path_to(1.0, 0.0)
+        path.poses[2].header.frame_id = "moved"
+        self.check(self.client.ask(path), "ABORTED", 110, "pose 2", "'moved'")
+        given = self.client.ask(tolerance_from_action=True, dist_tolerance=-1.0)
+        result = self.check(given, "ABORTED", 110, "tolerance of distance")
+        self.assertEqual(result.final_pose.header.frame_id, "map")
+
+    def test_a_goal_beyond_all_distances(self):
+        """Farther than the numbers of messages reach."""
+        heard = []
+        handle = self.client.send((1e39, 0.0), feedback=heard.append)
+        wait_until(lambda: heard, "feedback")
+        self.assertEqual(heard[0].dist_to_goal, math.inf)
+        handle.cancel()
+        result = self.check(self.client.answer(handle), "PREEMPTED", 101)
+        self.assertEqual(result.dist_to_goal, math.inf)
+
+    def test_tolerances_of_the_action(self):
+        fields = {"tolerance_from_action": True, "dist_tolerance": 1.0, "angle_tolerance": 1.0}
+        self.check(self.client.ask((0.9, 0.0), **fields), "SUCCEEDED", 0, driven=False)
+
+    def test_paths_in_other_frames(self):
+        result = self.check(self.client.ask(path_to(-0.3, 0.0, "moved")), "SUCCEEDED", 0)
+        self.assertAlmostEqual(result.final_pose.pose.position.x, 0.7, delta=0.2)
+        self.check(self.client.ask(path_to(1.0, 0.0, "nowhere")), "ABORTED", 111, "'nowhere'")
+        self.check(self.client.ask(path_to(1.0, 0.0, "")), "ABORTED", 111, "frame_id")
+
+    def test_transforms_that_fail(self):
+        handle = self.client.send()
+        wait_until(lambda: not self.robot.stands(), "motion")
+        self.robot.seen = False
+        self.check(self.client.answer(handle), "ABORTED", 111, "old", "tf_timeout", driven=True)
+        self.robot.seen, self.robot.behind = True, 2.0
+        self.check(self.client.ask(), "ABORTED", 111, "old")
+        self.robot.behind = -1.0
+        time.sleep(0.1)
+        self.check(self.client.ask(), "ABORTED", 111, "ahead of time")
+        # Of the time that was ahead, nothing is left.
+        self.robot.behind = 0.0
+        time.sleep(1.2)
+        self.robot.put()
+        time.sleep(0.1)
+        self.check(self.client.ask((0.5, 0.0)), "SUCCEEDED", 0)
+
+    def test_a_robot_that_does_not_obey(self):
+        self.robot.obeys = False
+        given = self.client.ask()
+        self.check(given, "ABORTED", 106, "cmd_vel_ignored_tolerance", driven=True)
+
+    def test_a_new_plan_is_injected(self):
+        first = self.client.send((9.0, 0.0))
+        wait_until(lambda: not self.robot.stands(), "motion")
+        second = self.client.send((8.0, 0.0), controller="go")
+        self.check_preempted(first)
+        third = self.client.send((0.8, 0.0))
+        self.check_preempted(second)
+        # A cancel of what is over means nobody.
+        first.cancel()
+        self.check(self.client.answer(third), "SUCCEEDED", 0)
+        zeros = [is_zero(twist) for twist in self.robot.commands]
+        self.assertEqual(zeros, sorted(zeros), "no stop in between")
+
+    def check_preempted(self, handle):
+        state, result = self.client.answer(handle)
+        self.assertEqual((state, result.outcome), ("PREEMPTED", 101))
+        self.assertEqual(result.message, PREEMPTED)
+        self.assertEqual(result.final_pose.header.frame_id, "map")
+
+    def test_a_new_plan_that_is_none(self):
+        for bad, outcome in ((Path(), 110), (path_to(1.0, 0.0, "nowhere"), 111)):
+            first = self.client.send((9.0, 0.0))
+            wait_until(lambda: not self.robot.stands(), "motion")
+            second = self.client.send(bad)
+            self.check_preempted(first)
+            self.check(self.client.answer(second), "ABORTED", outcome)
+
+    def test_another_controller_or_slot(self):
+        first = self.client.send((9.0, 0.0))
+        wait_until(lambda: not self.robot.stands(), "motion")
+        other = self.client.send((9.0, 0.0), controller="slow", concurrency_slot=7)
+        second = self.client.send((5.0, 0.0), controller="outcome")
+        self.check(self.client.answer(second), "SUCCEEDED", 0)
+        state, result = self.client.answer(first)
+        self.assertEqual((state, result.outcome), ("PREEMPTED", 101))
+        self.assertIn("newer goal", result.message)
+        other.cancel()
+        self.check(self.client.answer(other), "PREEMPTED", 101)
+
+    def test_cancels_at_random_times(self):
+        rng, client = random.Random(4), BareClient("odd_drive")
+        for number in range(200):
+            key = f"canceled {number}"
+            client.send(key, controller=("", "slow", "go")[number % 3])
+            time.sleep(rng.choice((0.0, rng.uniform(0.0, 0.01), rng.uniform(0.0, 0.1))))
+            client.cancel(key)
+            state, result = client.answer(key)
+            self.assertIn(state, ("PREEMPTED", "RECALLED"))
+            self.assertEqual(result.outcome, 101)
+            self.assertTrue(result.message)
+            wait_until(self.robot.stands, f"zero velocity after goal {number}", 10)
+            self.robot.put()
+        time.sleep(0.2)
+        self.assertTrue(self.robot.stands())
+
+    def test_storm_of_goals(self):
+        rng, client, keys = random.Random(5), BareClient("odd_drive"), []
+        for number in range(200):
+            keys.append(f"storm {number}")
+            name = rng.choice(("", "", "go", "go", "outcome", "slow", "throwing", "nobody"))
+            client.send(keys[-1], (rng.choice((0, 2, 3, 9)), 0.0), name)
+            if rng.random() < 0.3:
+                client.cancel(rng.choice(keys))
+            time.sleep(rng.uniform(0.0, 0.02))
+        client.cancel(keys[-1])
+        for key in keys:
+            state, result = client.answer(key)
+            self.assertTrue(result.message)
+            self.assertIn(result.outcome, (0, 101, 103, 113, 114))
+        self.assertEqual((len(client.results), client.twice), (len(keys), []))
+        wait_until(self.robot.stands, "zero velocity", 10)
+
+    def test_the_map_is_replaced(self):
+        reload_map = rospy.ServiceProxy("/odd_drive/reload_map", Trigger)
+        handle, deaf = self.client.send((9.0, 0.0)), self.client.send(
+            controller="deaf", concurrency_slot=3
+        )
+        wait_until(lambda: not self.robot.stands(), "motion")
+        self.assertTrue(reload_map().success)
+        self.check(self.client.answer(handle), "ABORTED", 116, "map")
+        self.assertIn(self.client.answer(deaf)[1].outcome, (103, 116))
+        # Goals of now wait for the map that comes.
+        self.robot.put()
+        self.check(self.client.ask((0.5, 0.0)), "SUCCEEDED", 0, driven=True)
+
+    def test_shutdown_stops_the_robot(self):
+        server = ServerProcess(
+            "short_drive",
+            controllers=CONTROLLERS,
+            mesh_map={"mesh_file": write_map(zoo.grid())},
+        )
+        try:
+            client = ExePathClient("short_drive")
+            handle = client.send()
+            other = client.send(controller="deaf", concurrency_slot=1)
+            wait_until(lambda: not self.robot.stands(), "motion")
+            self.assertEqual(server.stop(), 0)
+            for goal in (handle, other):
+                state, result = client.answer(goal)
+                self.assertEqual((state, result.outcome), ("ABORTED", 117), result.message)
+            wait_until(self.robot.stands, "zero velocity", 10)
+        finally:
+            server.kill()
+
+
+if __name__ == "__main__":
+    rospy.init_node("exe_path_test")
+    rostest.rosrun("mesh_navigation", "exe_path", ExePathTest)

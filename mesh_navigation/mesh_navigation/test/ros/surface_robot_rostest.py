@@ -1,0 +1,321 @@
+#!/usr/bin/python3
+"""The node surface_robot, as its users meet it."""
+
+import collections
+import os
+import signal
+import subprocess
+import tempfile
+import unittest
+
+import numpy as np
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from mesh_msgs.arrays import MeshGeometryStamped
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import PointCloud2
+from server_process import program, wait_until, write_map
+from visualization_msgs.msg import Marker, MarkerArray
+
+from mesh_map.io.map_messages import geometry_message
+from mesh_map.io.point_cloud import cloud_points
+from mesh_map.map.mesh_map import MeshMap
+from mesh_msgs import zoo
+
+GRID = zoo.grid()  # 10 m x 10 m, at the height 0
+
+
+class RobotProcess:
+    """A robot in a namespace of its own, and what it publishes."""
+
+    def __init__(self, name, **parameters):
+        self.name = name
+        parameters = {
+            "odom_frame": f"{name}_odom",
+            "footprint_frame": f"{name}_footprint",
+            "base_frame": f"{name}_base",
+            "sensor_frame": f"{name}_laser",
+            **parameters,
+        }
+        for key, value in parameters.items():
+            rospy.set_param(f"/{name}/surface_robot/{key}", value)
+        self.log = tempfile.NamedTemporaryFile("r", prefix=name, suffix=".log")
+        with open(self.log.name, "w") as log:
+            self.process = subprocess.Popen(
+                [program("mesh_navigation", "surface_robot"), f"__ns:={name}"],
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=dict(os.environ),
+            )
+        self.heard = collections.defaultdict(list)
+        types = {
+            "odom": Odometry,
+            "surface_robot/pose": PoseStamped,
+            "surface_robot/markers": MarkerArray,
+        }
+        self._subscribers = [self._listen(topic, kind) for topic, kind in types.items()]
+        self._publishers = {}
+
+    def _listen(self, topic, kind):
+        heard = self.heard[topic]
+        return rospy.Subscriber(f"/{self.name}/{topic}", kind, heard.append)
+
+    def listen(self, topic, kind):
+        self._subscribers.append(self._listen(topic, kind))
+
+    def send(self, topic, message):
+        """Publish; the first time, wait for the connection."""
+        if topic not in self._publishers:
+            name = f"/{self.name}/{topic}"
+            self._publishers[topic] = rospy.Publisher(name, type(message), queue_size=10)
+            publisher = self._publishers[topic]
+            wait_until(publisher.get_num_connections, f"a subscriber of {name}")
+        self._publishers[topic].publish(message)
+
+    def wait_for_pose(self, condition=lambda position: True):
+        """The next true pose that fulfills the condition."""
+        poses = self.heard["surface_robot/pose"]
+        begin = len(poses)
+        place = []
+
+        def found():
+            new = poses[begin:]
+            place[:] = [message for message in new if condition(position_of(message.pose))]
+            return place
+
+        wait_until(found, f"a pose of {self.name}; it says: {self.output()}")
+        return place[0]
+
+    def drive(self, x, condition):
+        """Command a speed until the condition holds."""
+        command = Twist()
+        command.linear.x = x
+        poses = self.heard["surface_robot/pose"]
+
+        def done():
+            self.send("cmd_vel", command)
+            rospy.rostime.wallsleep(0.02)
+            return poses and condition(position_of(poses[-1].pose))
+
+        wait_until(done, "a place")
+
+    def output(self):
+        self.log.seek(0)
+        return self.log.read()
+
+    def stop(self):
+        """End it as Ctrl+C does; returns its exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        try:
+            return self.process.wait(30)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise
+
+
+def position_of(pose):
+    return np.array([pose.position.x, pose.position.y, pose.position.z])
+
+
+def cube(x, y, number=0, action=Marker.ADD, frame="map"):
+    marker = Marker(type=Marker.CUBE, action=action, ns="test", id=number)
+    marker.header.frame_id = frame
+    marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = x, y, 0.5
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+    return marker
+
+
+class SurfaceRobotTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.map_file = write_map(GRID)
+        cls.buffer = tf2_ros.Buffer()
+        cls.listener = tf2_ros.TransformListener(cls.buffer)
+
+    def robot(self, name, **parameters):
+        robot = RobotProcess(name, **parameters)
+        self.addCleanup(robot.stop)
+        return robot
+
+    def seen_from(self, frame, child, stamp):
+        wait_until(
+            lambda: self.buffer.can_transform(frame, child, stamp), f"{child} in {frame} in time"
+        )
+        found = self.buffer.lookup_transform(frame, child, stamp).transform
+        return np.array([found.translation.x, found.translation.y, found.translation.z])
+
+    def test_velocities_drive_it_and_frames_follow(self):
+        robot = self.robot(
+            "driver",
+            mesh_file=self.map_file,
+            initial_pose=[2.0, 5.0],
+            base_height=0.25,
+            odometry_noise=0.2,
+            scan_rings=4,
+        )
+        start = position_of(robot.wait_for_pose().pose)
+        np.testing.assert_allclose(start, [2, 5, 0], atol=1e-6)
+        self.assertIn("waiting for velocities on /driver/cmd_vel", robot.output())
+        robot.drive(0.5, lambda position: position[0] > 3.0)
+        # Commands end: it stops by itself.
+        wait_until(lambda: robot.heard["odom"][-1].twist.twist.linear.x == 0, "a stop")
+        still = position_of(robot.wait_for_pose().pose)
+        self.assertLess(still[0], 9)
+        self.assertEqual(position_of(robot.wait_for_pose().pose).tolist(), still.tolist())
+        message = robot.heard["surface_robot/pose"][-3]
+        stamp = message.header.stamp
+        truth = position_of(message.pose)
+        for child, height in (("footprint", 0.0), ("base", 0.25), ("laser", 1.05)):
+            found = self.seen_from("map", f"driver_{child}", stamp)
+            np.testing.assert_allclose(found, truth + [0, 0, height], atol=1e-6)
+        odometry = robot.heard["odom"][-1]
+        self.assertEqual(odometry.header.frame_id, "driver_odom")
+        self.assertEqual(odometry.child_frame_id, "driver_footprint")
+        # It is as far off as its noise says, and TF makes up for it.
+        counted = self.seen_from("driver_odom", "driver_footprint", stamp)
+        self.assertGreater(np.linalg.norm(counted - (truth - start)), 1e-3)
+        self.assertEqual(robot.stop(), 0)
+
+    def test_poses_put_it_elsewhere(self):
+        robot = self.robot("put", mesh_file=self.map_file, localization=False)
+        middle = position_of(robot.wait_for_pose().pose)
+        np.testing.assert_allclose(middle, [5, 5, 0], atol=1e-6)
+        message = PoseWithCovarianceStamped()
+        message.header.frame_id = "map"
+        pose = message.pose.pose
+        pose.position.x, pose.position.y, pose.position.z = 8.0, 1.0, -3.0
+        pose.orientation.z = 1.0
+        robot.send("initialpose", message)
+        there = robot.wait_for_pose(lambda position: position[0] > 7).pose
+        np.testing.assert_allclose(position_of(there), [8, 1, 0], atol=1e-6)
+        self.assertAlmostEqual(abs(there.orientation.z), 1.0)
+        for wrong in ("frame", "number"):
+            pose.position.x = 2.0
+            message.header.frame_id = "moon" if wrong == "frame" else "map"
+            pose.orientation.w = float("nan") if wrong == "number" else 0.0
+            robot.send("initialpose", message)
+        wait_until(lambda: "is not finite" in robot.output(), "a complaint")
+        self.assertIn("initialpose is in the frame 'moon', but 'map' is needed", robot.output())
+        still = position_of(robot.wait_for_pose().pose)
+        np.testing.assert_allclose(still, [8, 1, 0], atol=1e-6)
+        # Somebody else says where odom is in the map.
+        self.assertFalse(self.buffer.can_transform("map", "put_odom", rospy.Time()))
+
+    def test_obstacles_are_seen_shown_and_stop_it(self):
+        robot = self.robot(
+            "bumper",
+            mesh_file=self.map_file,
+            initial_pose="4 5 0 0",
+            scan_noise=0.0,
+            scan_rate=20.0,
+            obstacles=[{"type": "sphere", "position": [3, 8, 0], "size": [1, 1, 1]}, "nonsense"],
+        )
+        robot.listen("cloud", PointCloud2)
+        robot.wait_for_pose()
+        self.assertIn("obstacles[1] is skipped", robot.output())
+        robot.send("surface_robot/obstacles", MarkerArray([cube(6, 5), cube(4, 5, 1, frame="x")]))
+        clouds = robot.heard["cloud"]
+
+        def ahead():
+            points = cloud_points(clouds[-1]) if clouds else np.zeros((0, 3))
+            beam = points[(abs(points[:, 1]) < 0.3) & (points[:, 2] > -0.7) & (points[:, 0] > 0)]
+            return len(beam) and beam[:, 0].min()
+
+        wait_until(lambda: abs(ahead() - 1.5) < 1e-3, "the cube in the cloud")
+        self.assertEqual(clouds[-1].header.frame_id, "bumper_laser")
+        shown = robot.heard["surface_robot/markers"][-1].markers
+        self.assertEqual(
+            [(marker.ns, marker.type) for marker in shown[1:]],
+            [
+                ("obstacles", Marker.SPHERE),
+                ("test", Marker.CUBE),
+                ("robot", Marker.CUBE),
+                ("robot", Marker.ARROW),
+            ],
+        )
+        self.assertIn("marker 'test' 1 is no obstacle: its frame is 'x'", robot.output())
+        robot.drive(1.5, lambda position: position[0] > 5.4)
+        wait_until(lambda: "an obstacle is in the way" in robot.output(), "a warning")
+        self.assertLess(position_of(robot.wait_for_pose().pose)[0], 5.5)
+        robot.send("surface_robot/obstacles", MarkerArray([cube(0, 0, 0, action=Marker.DELETEALL)]))
+        robot.drive(1.5, lambda position: position[0] > 6.0)
+        wait_until(lambda: not ahead() or ahead() > 3, "an empty cloud")
+
+    def test_time_of_its_own(self):
+        ticks = []
+        subscriber = rospy.Subscriber("/clock", Clock, ticks.append)
+        self.addCleanup(subscriber.unregister)
+        robot = self.robot(
+            "watch",
+            mesh_file=self.map_file,
+            publish_clock=True,
+            real_time_factor=4.0,
+            rate=100.0,
+            max_acceleration=1000.0,
+            initial_pose=[1, 5],
+        )
+        robot.wait_for_pose()
+        wait_until(lambda: "use_sim_time is not" in robot.output(), "a warning")
+        robot.drive(1.0, lambda position: position[0] > 3)
+        wait_until(lambda: len(ticks) > 100, "ticks")
+        times = [tick.clock.to_nsec() for tick in list(ticks)]
+        # Under load the odd tick is lost on the way.
+        steps = np.diff(times) / 1e7
+        np.testing.assert_allclose(steps, np.maximum(np.round(steps), 1), atol=1e-6)
+        # A second of simulated time is a meter at 1 m/s, whatever the time of the computer.
+        drive = [
+            (message.header.stamp.to_sec(), message.pose.position.x)
+            for message in robot.heard["surface_robot/pose"]
+            if 1.5 < message.pose.position.x < 2.5
+        ]
+        steps = np.diff(np.array(drive), axis=0)
+        moving = steps[:, 1] > 1e-6
+        np.testing.assert_allclose(steps[moving, 1], steps[moving, 0], atol=1e-6)
+
+    def test_maps_from_a_topic(self):
+        robot = self.robot("listener", mesh_topic="/some/mesh", initial_pose=[7.0, 5.0])
+        line = "waiting for the map on /some/mesh (or set _mesh_file:=...)"
+        wait_until(lambda: line in robot.output(), line)
+        publisher = rospy.Publisher("/some/mesh", MeshGeometryStamped, queue_size=2, latch=True)
+        broken = geometry_message(MeshMap(GRID.vertices, GRID.faces))
+        broken.mesh_geometry.faces = broken.mesh_geometry.faces + np.uint32(1000)
+        publisher.publish(broken)
+        wait_until(lambda: "the mesh on /some/mesh cannot be used" in robot.output(), "a refusal")
+        flat = geometry_message(MeshMap(GRID.vertices * np.float32([1, 0, 0]), GRID.faces))
+        publisher.publish(flat)
+        wait_until(lambda: "no surface within" in robot.output(), "another refusal")
+        publisher.publish(geometry_message(MeshMap(GRID.vertices, GRID.faces)))
+        np.testing.assert_allclose(position_of(robot.wait_for_pose().pose), [7, 5, 0], atol=1e-6)
+        # Another map: it stays where it is, as far as there is surface.
+        raised = GRID.vertices + np.float32([0, 0, 0.5])
+        publisher.publish(geometry_message(MeshMap(raised, GRID.faces)))
+        pose = robot.wait_for_pose(lambda position: position[2] > 0.4).pose
+        np.testing.assert_allclose(position_of(pose), [7, 5, 0.5], atol=1e-6)
+        publisher.publish(geometry_message(MeshMap(raised + np.float32([50, 0, 0]), GRID.faces)))
+        pose = robot.wait_for_pose(lambda position: position[0] > 10).pose
+        np.testing.assert_allclose(position_of(pose), [50, 5, 0.5], atol=1e-6)
+
+    def test_files_that_are_no_maps_end_it(self):
+        robot = self.robot("broken", mesh_file="/nowhere/map.h5")
+        self.assertEqual(robot.process.wait(60), 1)
+        self.assertIn("/broken/surface_robot: error: ", robot.output())
+        self.assertNotIn("Traceback", robot.output())
+
+    def test_frames_that_are_the_same_end_it(self):
+        robots = [
+            self.robot("looped", mesh_file=self.map_file, base_frame="looped_odom"),
+            self.robot("mapped", mesh_file=self.map_file, odom_frame="map"),
+        ]
+        for robot in robots:
+            self.assertEqual(robot.process.wait(60), 1)
+            self.assertIn(f"/{robot.name}/surface_robot: error: the frames", robot.output())
+
+
+if __name__ == "__main__":
+    rospy.init_node("surface_robot_rostest")
+    rostest.rosrun("mesh_navigation", "surface_robot", SurfaceRobotTest)

@@ -1,0 +1,159 @@
+#!/usr/bin/python3
+"""Goals of exe_path that take over just when something else happens, in this process."""
+
+import gc
+import math
+import threading
+import unittest
+from unittest import mock
+
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalStatus
+from driving_fakes import FORWARD, PlaneRobot, Told, plan_to, values_with
+from mbf_msgs.msg import ExePathGoal
+from server_process import wait_until
+
+from mesh_navigation.base.clock import SystemClock
+from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.execution.path_execution import Tolerances
+from mesh_navigation.execution.supervised_execution import SupervisedExecution
+from mesh_navigation.plugins.controller import Command, ControlFailure
+from mesh_navigation.server.plan_store import PlanStore
+from mesh_navigation.server.ros.exe_path_node import ExePathServer
+from mesh_navigation.server.ros.robot_ros import RobotRos
+from mesh_navigation.server.running_goal import RunningGoal
+from mesh_navigation.server.slots import TAKEN_OVER
+
+
+class Patient(Told):
+    def set_plan(self, plan):
+        super().set_plan(plan)
+        assert self.ready.wait(60)
+
+
+class Fakes:
+    """A map that is there, with one controller; as gate, map, list and ready-made plugins."""
+
+    frame_id, names = "map", ["told"]
+
+    def __init__(self):
+        self.arrived, self.ready = threading.Event(), threading.Event()
+        self.ready.set()
+        reached = lambda state: self.arrived.is_set()  # noqa: E731
+        self.told = Patient(Command(0, "", FORWARD), reached=reached)
+        self.told.ready = self.ready
+        self.map = self.controllers = self
+
+    def choose(self, name):
+        return "told"
+
+    why_not = choose
+
+    def wait(self, cancellation):
+        return self
+
+    def is_current(self, ready):
+        return True
+
+    def fault(self, name):
+        return None
+
+    def __getitem__(self, name):
+        return self.told
+
+
+class Server(ExePathServer):
+    """A path without poses is refused, but not before the test says so."""
+
+    def __init__(self):
+        self.fakes, robot = Fakes(), PlaneRobot()
+        robot.frame = "map"
+        values = values_with(cmd_vel_ignored_tolerance=0.0)()
+        super().__init__(self.fakes, self.fakes, None, robot, SystemClock(), values, PlanStore())
+        self.refused, self.before_the_answer = threading.Event(), lambda: None
+
+    def _prepared(self, goal, ready, cancellation):
+        if goal.path.header.frame_id == "bad":
+            assert self.refused.wait(60)
+            raise ControlFailure(ExePathOutcome.INVALID_PATH, "no path")
+        return plan_to(5.0, 0.0), Tolerances(0.1, 0.2)
+
+    def _is_outdated(self, running):
+        self.before_the_answer()
+        return super()._is_outdated(running)
+
+
+def goal_in(frame):
+    goal = ExePathGoal()
+    goal.path.header.frame_id = frame
+    return goal
+
+
+def injected():
+    return not any(thread.name == "new plan" for thread in threading.enumerate())
+
+
+class TakeOverTest(unittest.TestCase):
+    def test_a_refusal_when_the_old_goal_is_just_reached(self):
+        """The old path's success is none of the new one."""
+        server = Server()
+        server.start()
+        first = server.send(goal_in("map"))
+        wait_until(lambda: server.fakes.told.plans, "the drive")
+        second = server.send(goal_in("bad"))
+        self.assertEqual(first.wait(timeout=60)[0], GoalStatus.PREEMPTED)
+
+        def refuse():
+            server.refused.set()
+            wait_until(injected, "the refusal")
+
+        server.before_the_answer = refuse
+        server.fakes.arrived.set()
+        state, result = second.wait(timeout=60)
+        self.assertEqual((state, result.outcome), (GoalStatus.ABORTED, 110), result.message)
+        self.assertEqual(result.message, "no path")
+
+    def test_before_the_first_cycle(self):
+        """The answer to the old goal knows where the robot is all the same."""
+        server = Server()
+        server.start()
+        server.fakes.ready.clear()
+        first = server.send(goal_in("map"))
+        wait_until(lambda: server.fakes.told.plans, "the drive")
+        second = server.send(goal_in("map"))
+        state, result = first.wait(timeout=60)
+        self.assertEqual((state, result.outcome), (GoalStatus.PREEMPTED, 101))
+        self.assertEqual((result.message, result.final_pose.header.frame_id), (TAKEN_OVER, "map"))
+        self.assertTrue(math.isnan(result.dist_to_goal))
+        server.fakes.ready.set()
+        server.fakes.arrived.set()
+        self.assertEqual(second.wait(timeout=60)[0], GoalStatus.SUCCEEDED)
+
+    def test_a_shutdown_lets_nobody_drive(self):
+        """Not even who is late."""
+        robot, sent = RobotRos(None, "base_link", 1.0), []
+        robot._commands = mock.Mock(publish=sent.append)
+        robot.drive(FORWARD)
+        with mock.patch("rospy.core.is_shutdown_requested", return_value=True):
+            robot.drive(FORWARD)
+        self.assertEqual([twist.linear.x for twist in sent], [FORWARD.x, 0.0])
+
+    def test_nothing_is_left_of_goals(self):
+        server = Server()
+        server.start()
+        server.fakes.arrived.set()
+        for number in range(30):
+            server.send(goal_in("map")).wait(timeout=60)
+
+        def left():
+            gc.collect()
+            kinds = (RunningGoal, SupervisedExecution)
+            return [thing for thing in gc.get_objects() if isinstance(thing, kinds)]
+
+        wait_until(lambda: not left(), "the end of all")
+
+
+if __name__ == "__main__":
+    rospy.init_node("take_over_test")
+    rostest.rosrun("mesh_navigation", "take_over", TakeOverTest)

@@ -1,0 +1,187 @@
+"""What the node surface_robot is made of, without ROS running."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Twist
+from visualization_msgs.msg import Marker, MarkerArray
+
+from mesh_map.base.errors import MeshMapError
+from mesh_map.io.point_cloud import cloud_points
+from mesh_map.map.mesh_map import MeshMap
+from mesh_msgs import zoo
+from mesh_navigation.base.parameters import read_parameters
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.base.robot import Velocity
+from mesh_navigation.simulation import robot_messages
+from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
+from mesh_navigation.simulation.obstacles import Obstacle
+from mesh_navigation.simulation.parameters import PARAMETERS, check_frames
+from mesh_navigation.simulation.placing import initial_pose, put_down
+
+STOREYS = MeshMap(zoo.two_storeys().vertices, zoo.two_storeys().faces)
+GRID = MeshMap(zoo.grid().vertices, zoo.grid().faces)
+
+
+def test_poses_are_put_on_the_storey_that_is_nearest():
+    low, high = (float(z) for z in np.unique(STOREYS.vertices[:, 2])[[0, -1]])
+    middle = STOREYS.vertices.astype(np.float64).mean(axis=0)
+    x, y = middle[0] + 0.1, middle[1] + 0.1
+    for z, expected in ((low - 9, low), (low + 0.4 * (high - low), low), (high + 3, high)):
+        found = put_down(STOREYS, Pose.at((x, y, z), 1.0))
+        assert found.position == pytest.approx([x, y, expected], abs=1e-5)
+        assert found.heading == pytest.approx([math.cos(1), math.sin(1), 0])
+    there = Pose.at((x, y, high + 0.01))
+    assert put_down(STOREYS, there).position.tolist() == there.position.tolist()
+
+
+def test_poses_beside_the_map_are_put_on_its_border():
+    assert put_down(GRID, Pose.at((30, 5.5, 2))).position == pytest.approx([10, 5.5, 0])
+
+
+@pytest.mark.parametrize(
+    "given, position, yaw",
+    [
+        ((), (5, 5, 0), 0),
+        ((2, 3), (2, 3, 0), 0),
+        ((2, 3, 0.01), (2, 3, 0.01), 0),
+        (("2", "3", "0", "1.5"), (2, 3, 0), 1.5),
+    ],
+)
+def test_where_it_begins(given, position, yaw):
+    pose = initial_pose(GRID, given)
+    assert pose.position == pytest.approx(position, abs=1e-5)
+    assert pose.heading == pytest.approx([math.cos(yaw), math.sin(yaw), 0])
+
+
+@pytest.mark.parametrize("given", [(1,), (1, 2, 3, 4, 5), (1, "x"), (1, math.nan), ([1], [2, 3])])
+def test_what_is_no_initial_pose_is_refused(given):
+    with pytest.raises(MeshMapError, match="^initial_pose is .* m and rad"):
+        initial_pose(GRID, given)
+
+
+@pytest.mark.parametrize(
+    "given, numbers",
+    [("1 2 0.5", ["1", "2", "0.5"]), ("[1, 2]", ["1", "2"]), ([1, 2], [1, 2]), (7, [7])],
+)
+def test_lists_of_a_command_line(given, numbers):
+    assert list(robot_messages.numbers_in(given)) == numbers
+
+
+def test_defaults_are_within_their_limits():
+    values, complaints = read_parameters(PARAMETERS, {p.name: p.default for p in PARAMETERS})
+    assert complaints == []
+    assert values == {p.name: p.default for p in PARAMETERS}
+    assert all(parameter.description for parameter in PARAMETERS)
+
+
+def test_messages_carry_what_they_are_made_from():
+    command = Twist()
+    command.linear.x, command.linear.y, command.angular.z = 1.0, 2.0, 3.0
+    assert robot_messages.velocity_of(command) == Velocity(1.0, 2.0, 3.0)
+    pose = Pose(np.array([1.0, 2.0, 3.0]), np.array([0.5, -0.5, 0.5, 0.5]))
+    again = robot_messages.pose_of(robot_messages.bare_pose(pose))
+    assert np.concatenate(again).tolist() == np.concatenate(pose).tolist()
+    message = robot_messages.transform("map", "robot", pose, None)
+    assert (message.header.frame_id, message.child_frame_id) == ("map", "robot")
+    assert message.transform.translation.z == 3.0
+    assert message.transform.rotation.y == -0.5
+    message = robot_messages.odometry("odom", "robot", pose, Velocity(1.0, 2.0, 3.0), None)
+    assert robot_messages.velocity_of(message.twist.twist) == Velocity(1.0, 2.0, 3.0)
+    assert message.pose.pose.position.y == 2.0
+    points = np.random.default_rng(0).normal(size=(40, 3)).astype(np.float32)
+    assert cloud_points(robot_messages.cloud(points, "laser", None)).tolist() == points.tolist()
+    assert len(cloud_points(robot_messages.cloud(points[:0], "laser", None))) == 0
+
+
+@pytest.mark.parametrize(
+    "given, map_frame",
+    [
+        ({"odom_frame": "base_footprint"}, ""),
+        ({"odom_frame": "map"}, "map"),
+        ({"base_frame": "/odom"}, ""),
+        ({"sensor_frame": "base_footprint"}, ""),
+        ({"base_frame": ""}, ""),
+    ],
+)
+def test_frames_that_tf_cannot_connect_are_refused(given, map_frame):
+    values, _ = read_parameters(PARAMETERS, given)
+    with pytest.raises(MeshMapError, match=f"{list(given)[0]}.* different names"):
+        check_frames(values, map_frame)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {},
+        {"base_frame": "base_footprint"},
+        {"sensor_frame": "base_link"},
+        {"base_frame": "base", "footprint_frame": "base", "sensor_frame": "base"},
+        {"odom_frame": "map", "localization": False},
+    ],
+)
+def test_frames_that_tf_can_connect(given):
+    check_frames(read_parameters(PARAMETERS, given)[0], "map")
+
+
+def marker(kind, namespace="a", number=0, frame="map", action=Marker.ADD, size=2.0):
+    made = Marker(type=kind, ns=namespace, id=number, action=action)
+    made.header.frame_id = frame
+    made.pose.position.x, made.pose.orientation.w = 4.0, 2.0
+    made.scale.x = made.scale.y = made.scale.z = size
+    return made
+
+
+def test_markers_add_replace_and_delete_obstacles():
+    markers = ObstacleMarkers([Obstacle.checked("box", Pose.at((0, 0, 0)), (1, 1, 1))])
+    first = [marker(Marker.CYLINDER), marker(Marker.SPHERE, number=1), marker(Marker.CUBE, "b")]
+    assert markers.change(MarkerArray(first), "map") == []
+    assert [o.shape for o in markers.obstacles] == ["box", "cylinder", "sphere", "box"]
+    assert markers.obstacles[1].pose.orientation.tolist() == [0, 0, 0, 1]
+    markers.change(MarkerArray([marker(Marker.CUBE, size=3.0)]), "map")
+    assert markers.obstacles[1].size.tolist() == [3, 3, 3]
+    gone = [marker(0, number=1, action=Marker.DELETE), marker(0, "x", action=Marker.DELETE)]
+    assert markers.change(MarkerArray(gone), "map") == []
+    assert [o.shape for o in markers.obstacles] == ["box", "box", "box"]
+    shown = markers.message("map", "base").markers
+    assert shown[0].action == Marker.DELETEALL
+    assert [(m.ns, m.id, m.type) for m in shown[1:]] == [
+        ("obstacles", 0, Marker.CUBE),
+        ("a", 0, Marker.CUBE),
+        ("b", 0, Marker.CUBE),
+        ("robot", 0, Marker.CUBE),
+        ("robot", 1, Marker.ARROW),
+    ]
+    assert [m.header.frame_id for m in shown[1:]] == [*["map"] * 3, *["base"] * 2]
+    # What was published comes back as the same obstacles.
+    copy = ObstacleMarkers()
+    copy.change(MarkerArray(shown[:-2]), "map")
+    assert [o.size.tolist() for o in copy.obstacles] == [o.size.tolist() for o in markers.obstacles]
+    markers.change(MarkerArray([marker(0, action=Marker.DELETEALL)]), "map")
+    assert markers.obstacles == []
+
+
+@pytest.mark.parametrize(
+    "wrong, text",
+    [
+        (marker(Marker.ARROW), "its type is 0"),
+        (marker(Marker.CUBE, frame="moon"), "its frame is 'moon'"),
+        (marker(Marker.CUBE, size=0.0), "the size of a box is"),
+        (marker(Marker.CUBE, size=math.nan), "the size of a box is"),
+    ],
+)
+def test_markers_that_are_no_obstacles_are_named(wrong, text):
+    markers = ObstacleMarkers()
+    complaints = markers.change(MarkerArray([wrong, marker(Marker.CUBE, number=1)]), "map")
+    assert len(complaints) == 1 and complaints[0].startswith("marker 'a' 0 is no obstacle: ")
+    assert text in complaints[0]
+    assert len(markers.obstacles) == 1
+
+
+def test_simulations_need_no_ros_node():
+    code = "import sys, mesh_navigation.simulation.{} as m; sys.exit('rospy' in sys.modules)"
+    for module in ("driving", "scan", "robot_messages", "obstacle_messages", "placing"):
+        subprocess.run([sys.executable, "-c", code.format(module)], check=True)

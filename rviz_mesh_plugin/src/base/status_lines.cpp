@@ -1,0 +1,54 @@
+#include "base/status_lines.h"
+
+#include <exception>
+
+#include <rviz/display.h>
+
+namespace rviz_mesh_plugin {
+
+StatusLine noMapOpen()
+{
+  return {StatusLine::WARN, "no map is open; the line 'Map' of the display above tells why"};
+}
+
+void StatusLines::report(const std::string& name, const OptionalStatus& status)
+{
+  const auto shown = lines_.find(name);
+  if (!status) {
+    if (shown != lines_.end()) {
+      lines_.erase(shown);
+      display_->deleteStatusStd(name);
+    }
+    return;
+  }
+  if (shown != lines_.end() && shown->second.level == status->level &&
+      shown->second.text == status->text) {
+    return;
+  }
+  lines_[name] = *status;
+  display_->setStatusStd(static_cast<rviz::StatusProperty::Level>(status->level), name,
+                         status->text);
+}
+
+bool StatusLines::attempt(const std::function<void()>& work)
+{
+  try {
+    work();
+    return true;
+  } catch (const std::exception& error) {  // Ogre::Exception, ros::Exception, std::bad_alloc
+    report("Display",
+           StatusLine{StatusLine::ERROR,
+                      std::string("the display cannot do what it should: ") + error.what()});
+    return false;
+  }
+}
+
+void StatusLines::clear()
+{
+  for (const auto& line : lines_) {
+    display_->deleteStatusStd(line.first);
+  }
+  lines_.clear();
+}
+
+}  // namespace rviz_mesh_plugin

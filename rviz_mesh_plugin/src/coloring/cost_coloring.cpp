@@ -1,0 +1,178 @@
+#include "coloring/cost_coloring.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <sstream>
+#include <tuple>
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Where custom limits leave nothing else: the lower limit of a logarithmic scale is at most this
+/// share of the upper one.
+constexpr float LEAST_SHARE = 1e-3f;
+
+/// Costs to positions on the scale, for many costs; both limits differ.
+class Positions
+{
+ public:
+  Positions(const CostColoring& coloring, const CostLimits& limits)
+      : logarithmic_(isLogarithmic(coloring, limits))
+  {
+    // In double, since the span of two floats may be more than a float holds.
+    lower_ = logarithmic_ ? std::log(static_cast<double>(limits.lower)) : limits.lower;
+    const double upper = logarithmic_ ? std::log(static_cast<double>(limits.upper)) : limits.upper;
+    factor_ = 1.0 / (upper - lower_);
+  }
+
+  float at(float cost) const
+  {
+    double value = cost;
+    if (logarithmic_) {
+      value = cost > 0.0f ? std::log(value) : -std::numeric_limits<double>::infinity();
+    }
+    return static_cast<float>(std::min(std::max((value - lower_) * factor_, 0.0), 1.0));
+  }
+
+ private:
+  bool logarithmic_;
+  double lower_;
+  double factor_;
+};
+
+bool isOutside(const CostLimits& limits, float cost, bool* below)
+{
+  *below = cost < std::min(limits.lower, limits.upper);
+  return *below || cost > std::max(limits.lower, limits.upper);
+}
+
+CostLimits automaticLimits(const CostColoring& coloring, const CostSummary& summary)
+{
+  CostLimits limits = summary.limits;
+  if (coloring.clipped > 0.0f) {
+    const double clipped = std::min(static_cast<double>(coloring.clipped), 50.0);
+    const CostLimits inner{summary.percentile(clipped), summary.percentile(100.0 - clipped)};
+    if (inner.lower < inner.upper) {
+      limits = inner;
+    }
+  }
+  return limits;
+}
+
+/// Makes both limits positive, where one is and some cost is.
+CostLimits positiveLimits(CostLimits limits, const CostSummary& summary)
+{
+  const float greater = std::max(limits.lower, limits.upper);
+  if (summary.positive == 0 || greater <= 0.0f) {
+    return limits;
+  }
+  const float least =
+      summary.least_positive < greater ? summary.least_positive : LEAST_SHARE * greater;
+  for (float* limit : {&limits.lower, &limits.upper}) {
+    if (*limit <= 0.0f) {
+      *limit = least;
+    }
+  }
+  return limits;
+}
+
+}  // namespace
+
+bool operator==(const CostColoring& a, const CostColoring& b)
+{
+  const auto settings = [](const CostColoring& c) {
+    return std::tie(c.scale, c.inverted, c.logarithmic, c.custom_limits, c.limits.lower,
+                    c.limits.upper, c.clipped, c.lethal, c.unknown, c.mark_outside, c.below,
+                    c.above);
+  };
+  return settings(a) == settings(b);
+}
+
+CostLimits limitsOf(const CostColoring& coloring, const CostSummary& summary)
+{
+  const CostLimits limits =
+      coloring.custom_limits ? coloring.limits : automaticLimits(coloring, summary);
+  return coloring.logarithmic ? positiveLimits(limits, summary) : limits;
+}
+
+bool isLogarithmic(const CostColoring& coloring, const CostLimits& limits)
+{
+  return coloring.logarithmic && limits.lower > 0.0f && limits.upper > 0.0f;
+}
+
+float scalePosition(const CostColoring& coloring, const CostLimits& limits, float cost)
+{
+  if (limits.lower == limits.upper) {
+    return cost > limits.upper ? 1.0f : 0.0f;
+  }
+  return Positions(coloring, limits).at(cost);
+}
+
+Rgba8 costColor(const CostColoring& coloring, const CostLimits& limits, float cost)
+{
+  if (std::isnan(cost)) {
+    return coloring.unknown;
+  }
+  if (std::isinf(cost) && cost > 0.0f) {
+    return coloring.lethal;
+  }
+  bool below = false;
+  if (coloring.mark_outside && isOutside(limits, cost, &below)) {
+    return below ? coloring.below : coloring.above;
+  }
+  const float position = scalePosition(coloring, limits, cost);
+  return scaleColor(coloring.scale, coloring.inverted ? 1.0f - position : position);
+}
+
+std::string coloringNote(const CostColoring& coloring, const CostSummary& summary)
+{
+  if (!coloring.logarithmic || summary.finite == 0) {
+    return std::string();
+  }
+  const CostLimits limits = limitsOf(coloring, summary);
+  if (!isLogarithmic(coloring, limits)) {
+    return summary.positive == 0 ? "the scale is linear, since no cost is above 0"
+                                 : "the scale is linear, since no limit is above 0";
+  }
+  std::ostringstream note;
+  if (const std::size_t others = summary.finite - summary.positive) {
+    note << others
+         << (others == 1 ? " cost that is not above 0 has" : " costs that are not above 0 have")
+         << " no logarithm: drawn as the lowest";
+  }
+  if (coloring.custom_limits && std::min(coloring.limits.lower, coloring.limits.upper) <= 0.0f) {
+    note << (note.tellp() > 0 ? "; " : "") << "the scale begins at "
+         << std::min(limits.lower, limits.upper) << ", since a limit is not above 0";
+  }
+  return note.str();
+}
+
+ColorSource colorSource(const CostLayerConstPtr& layer, const CostColoring& coloring)
+{
+  const CostLimits limits = limitsOf(coloring, layer->summary);
+  const auto table = std::make_shared<const ColorTable>(coloring.scale, coloring.inverted);
+  const bool constant = limits.lower == limits.upper;
+  const Positions positions(coloring, limits);
+  return [=](const std::uint32_t* sources, std::size_t count, Rgba8* colors) {
+    const std::vector<float>& costs = layer->costs;
+    for (std::size_t i = 0; i < count; ++i) {
+      const float cost = costs[sources[i]];
+      bool below = false;
+      if (std::isnan(cost)) {
+        colors[i] = coloring.unknown;
+      } else if (cost > std::numeric_limits<float>::max()) {
+        colors[i] = coloring.lethal;
+      } else if (coloring.mark_outside && isOutside(limits, cost, &below)) {
+        colors[i] = below ? coloring.below : coloring.above;
+      } else if (constant) {
+        colors[i] = table->at(cost > limits.upper ? 1.0f : 0.0f);
+      } else {
+        colors[i] = table->at(positions.at(cost));
+      }
+    }
+  };
+}
+
+}  // namespace rviz_mesh_plugin

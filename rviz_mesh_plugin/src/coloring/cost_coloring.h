@@ -1,0 +1,62 @@
+#pragma once
+
+#include <string>
+
+#include "base/cost_summary.h"
+#include "base/mesh_data.h"
+#include "coloring/color_scale.h"
+#include "coloring/color_source.h"
+
+namespace rviz_mesh_plugin {
+
+/// How costs become colors.
+struct CostColoring
+{
+  ColorScale scale = ColorScale::RAINBOW;
+  bool inverted = false;
+  bool logarithmic = false;
+  bool custom_limits = false;
+  CostLimits limits;     ///< where custom
+  float clipped = 0.0f;  ///< percent of the finite costs left out at each end of automatic limits
+  Rgba8 lethal = LETHAL_COST_COLOR;    ///< of +inf
+  Rgba8 unknown = UNKNOWN_COST_COLOR;  ///< of NaN
+  bool mark_outside = false;
+  Rgba8 below{0, 0, 0, 255};  ///< of costs outside the limits, where marked; else the scale's ends
+  Rgba8 above{255, 255, 255, 255};
+};
+
+bool operator==(const CostColoring& a, const CostColoring& b);
+inline bool operator!=(const CostColoring& a, const CostColoring& b)
+{
+  return !(a == b);
+}
+
+/// The limits that the scale spans for a layer.
+///
+/// Automatic ones are the least and the greatest finite cost, or the percentiles inside of which
+/// the share `clipped` leaves the rest; where these percentiles are equal (a layer that is nearly
+/// constant) nothing is clipped. Where the scale is logarithmic and a limit is not above 0, the
+/// least cost above 0 takes its place; where no cost is above 0 the limits stay, and the scale is
+/// linear.
+CostLimits limitsOf(const CostColoring& coloring, const CostSummary& summary);
+
+/// Whether the scale is logarithmic between these limits: where asked for, and both are above 0.
+bool isLogarithmic(const CostColoring& coloring, const CostLimits& limits);
+
+/// Where a cost (no NaN) lies between the limits: 0 at the lower, 1 at the upper one and beyond.
+/// Where both are equal, costs up to them are at 0 and greater ones at 1; where the lower limit is
+/// above the upper one, the scale runs backwards.
+float scalePosition(const CostColoring& coloring, const CostLimits& limits, float cost);
+
+/// The color of one cost. -inf counts as a cost below all others.
+Rgba8 costColor(const CostColoring& coloring, const CostLimits& limits, float cost);
+
+/// What is done with costs that cannot be shown as asked, as a part of a sentence: "the scale is
+/// linear, since no cost is above 0". Empty where there is nothing to say.
+std::string coloringNote(const CostColoring& coloring, const CostSummary& summary);
+
+/// The colors of a layer for MeshVisual::setColors(): costColor() of each, to within one step of a
+/// channel. Takes about 5 ms per million costs.
+ColorSource colorSource(const CostLayerConstPtr& layer, const CostColoring& coloring);
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,182 @@
+#include "conversion/material_conversion.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "conversion/attribute_conversion.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Labels of clusters are not used: they may be of any kind.
+void refuseInvalid(const mesh_msgs::MeshMaterialsStamped& message)
+{
+  auto findings = check(message);
+  findings.erase(std::remove_if(findings.begin(), findings.end(),
+                                [](const Finding& f) { return f.rule == "label_unusable"; }),
+                 findings.end());
+  refuse(findings);
+}
+
+/// Faces numbered without large gaps: a table of all.
+void assignDensely(const mesh_msgs::MeshMaterials& given, std::uint32_t last_face, Materials& made)
+{
+  std::vector<std::uint32_t> table(std::size_t(last_face) + 1, NONE);
+  for (std::size_t i = 0; i < given.clusters.size(); ++i) {
+    for (const std::uint32_t face : given.clusters[i].face_indices) {
+      table[face] = given.cluster_materials[i];
+    }
+  }
+  for (std::size_t face = 0; face < table.size(); ++face) {
+    if (table[face] != NONE) {
+      made.faces.push_back(static_cast<std::uint32_t>(face));
+      made.face_materials.push_back(table[face]);
+    }
+  }
+}
+
+/// A few faces of any number, whose table could be too large.
+void assignSparsely(const mesh_msgs::MeshMaterials& given, std::size_t count, Materials& made)
+{
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // face, cluster
+  pairs.reserve(count);
+  for (std::size_t i = 0; i < given.clusters.size(); ++i) {
+    for (const std::uint32_t face : given.clusters[i].face_indices) {
+      pairs.emplace_back(face, static_cast<std::uint32_t>(i));
+    }
+  }
+  std::sort(pairs.begin(), pairs.end());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (i + 1 == pairs.size() || pairs[i + 1].first != pairs[i].first) {
+      made.faces.push_back(pairs[i].first);
+      made.face_materials.push_back(given.cluster_materials[pairs[i].second]);
+    }
+  }
+}
+
+void assignMaterials(const mesh_msgs::MeshMaterials& given, Materials& made)
+{
+  std::size_t count = 0;
+  std::uint32_t last_face = 0;
+  for (const auto& cluster : given.clusters) {
+    count += cluster.face_indices.size();
+    for (const std::uint32_t face : cluster.face_indices) {
+      last_face = std::max(last_face, face);
+    }
+  }
+  if (last_face / 8 <= count) {
+    assignDensely(given, last_face, made);
+  } else {
+    assignSparsely(given, count, made);
+  }
+  made.repeated_faces = count - made.faces.size();
+}
+
+/// Where the channels lie in a pixel, in bytes.
+struct PixelFormat
+{
+  std::size_t size, red, green, blue;
+  std::ptrdiff_t alpha;  ///< negative: none
+};
+
+PixelFormat pixelFormat(const sensor_msgs::Image& image)
+{
+  const std::string& encoding = image.encoding;
+  const std::size_t high = image.is_bigendian ? 0 : 1;
+  if (encoding == "mono8" || encoding == "8UC1") {
+    return {1, 0, 0, 0, -1};
+  }
+  if (encoding == "mono16" || encoding == "16UC1") {
+    return {2, high, high, high, -1};
+  }
+  if (encoding == "bgr8") {
+    return {3, 2, 1, 0, -1};
+  }
+  if (encoding == "bgra8") {
+    return {4, 2, 1, 0, 3};
+  }
+  if (encoding == "rgba8" || encoding == "8UC4") {
+    return {4, 0, 1, 2, 3};
+  }
+  if (encoding == "rgb16") {
+    return {6, high, 2 + high, 4 + high, -1};
+  }
+  if (encoding == "rgba16") {
+    return {8, high, 2 + high, 4 + high, static_cast<std::ptrdiff_t>(6 + high)};
+  }
+  return {3, 0, 1, 2, -1};  // rgb8, 8UC3; all others have been refused
+}
+
+/// The mean of each two by two pixels; a last column or row without a neighbor is left out.
+void halve(TextureImage& image)
+{
+  const std::size_t step_x = image.width > 1 ? 1 : 0;
+  const std::size_t step_y = image.height > 1 ? image.width : 0;
+  const std::uint32_t width = std::max(1u, image.width / 2);
+  const std::uint32_t height = std::max(1u, image.height / 2);
+  std::vector<Rgba8> pixels;
+  pixels.reserve(std::size_t(width) * height);
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      const Rgba8* p = &image.pixels[2 * y * image.width + 2 * x];
+      const auto mean = [&](std::uint8_t Rgba8::*channel) {
+        const int sum =
+            p->*channel + p[step_x].*channel + p[step_y].*channel + p[step_x + step_y].*channel;
+        return static_cast<std::uint8_t>((sum + 2) / 4);
+      };
+      pixels.push_back(
+          {mean(&Rgba8::red), mean(&Rgba8::green), mean(&Rgba8::blue), mean(&Rgba8::alpha)});
+    }
+  }
+  image.pixels = std::move(pixels);
+  image.width = width;
+  image.height = height;
+}
+
+}  // namespace
+
+MaterialsConstPtr convert(const mesh_msgs::MeshMaterialsStamped& message)
+{
+  refuseInvalid(message);
+  const mesh_msgs::MeshMaterials& given = message.mesh_materials;
+  auto materials = std::make_shared<Materials>();
+  materials->uuid = message.uuid;
+  for (const auto& material : given.materials) {
+    materials->materials.push_back(
+        {toRgba8(material.color), material.has_texture ? material.texture_index : NONE});
+  }
+  assignMaterials(given, *materials);
+  materials->texture_coordinates.reserve(given.vertex_tex_coords.size());
+  for (const auto& pair : given.vertex_tex_coords) {
+    materials->texture_coordinates.push_back({pair.u, 1.0f - pair.v});
+  }
+  return materials;
+}
+
+TextureImageConstPtr convert(const mesh_msgs::MeshTexture& message)
+{
+  refuse(check(message));
+  const sensor_msgs::Image& image = message.image;
+  const PixelFormat format = pixelFormat(image);
+  auto texture = std::make_shared<TextureImage>();
+  texture->uuid = message.uuid;
+  texture->index = message.texture_index;
+  texture->width = image.width;
+  texture->height = image.height;
+  texture->pixels.reserve(std::size_t(image.width) * image.height);  // not more than the data
+  for (std::size_t y = 0; y < image.height; ++y) {
+    const std::uint8_t* pixel = image.data.data() + y * image.step;
+    for (std::size_t x = 0; x < image.width; ++x, pixel += format.size) {
+      const std::uint8_t alpha = format.alpha < 0 ? 255 : pixel[format.alpha];
+      texture->pixels.push_back(
+          {pixel[format.red], pixel[format.green], pixel[format.blue], alpha});
+      texture->translucent = texture->translucent || alpha < 255;
+    }
+  }
+  while (std::max(texture->width, texture->height) > GREATEST_TEXTURE_SIDE) {
+    halve(*texture);
+  }
+  return texture;
+}
+
+}  // namespace rviz_mesh_plugin

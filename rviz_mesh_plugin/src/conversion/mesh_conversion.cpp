@@ -1,0 +1,208 @@
+#include "conversion/mesh_conversion.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "conversion/validation.h"
+#include "threads/parallel_each.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+template <class Point>
+std::array<float, 3> toFloats(const Point& point)
+{
+  return {static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)};
+}
+
+bool isFiniteVector(const std::array<float, 3>& v)
+{
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+Vector difference(const std::array<float, 3>& a, const std::array<float, 3>& b)
+{
+  return {double(a[0]) - b[0], double(a[1]) - b[1], double(a[2]) - b[2]};
+}
+
+Vector cross(const Vector& a, const Vector& b)
+{
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// In double: the squares of small sums underflow in float.
+std::array<float, 3> unitOrZero(const Vector& v)
+{
+  const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  if (!(length > 0.0) || !std::isfinite(length)) {
+    return {0.0f, 0.0f, 0.0f};
+  }
+  return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length),
+          static_cast<float>(v[2] / length)};
+}
+
+/// What is seen of a message while it is converted.
+struct Survey
+{
+  bool valid = true;
+  std::array<float, 3> lower;
+  std::array<float, 3> upper;
+
+  Survey()
+  {
+    lower.fill(std::numeric_limits<float>::max());
+    upper.fill(std::numeric_limits<float>::lowest());
+  }
+
+  void add(const Survey& other)
+  {
+    valid = valid && other.valid;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], other.lower[axis]);
+      upper[axis] = std::max(upper[axis], other.upper[axis]);
+    }
+  }
+
+  void addPosition(const std::array<float, 3>& position)
+  {
+    valid = valid && isFiniteVector(position);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], position[axis]);
+      upper[axis] = std::max(upper[axis], position[axis]);
+    }
+  }
+};
+
+/// Adds up the surveys that @a convert(index, survey) makes on all cores.
+template <class Convert>
+Survey surveyEach(std::size_t count, const Convert& convert)
+{
+  Survey sum;
+  std::mutex mutex;
+  mesh_map::parallelFor(count, 65536, 0, [&]() -> mesh_map::RangeBody {
+    return [&sum, &mutex, convert](std::size_t begin, std::size_t end) {
+      Survey part;
+      for (std::size_t i = begin; i < end; ++i) {
+        convert(i, part);
+      }
+      const std::lock_guard<std::mutex> lock(mutex);
+      sum.add(part);
+    };
+  });
+  return sum;
+}
+
+/// Positions, indices and normals if there are as many as vertices. Is not valid where check()
+/// would find something in these.
+Survey convertNumbers(const mesh_msgs::MeshGeometry& geometry, MeshData& mesh)
+{
+  // Memory is cleared, page by page, which takes as long as to fill it.
+  mesh_map::parallelJobs({[&]() { mesh.vertices.resize(geometry.vertices.size()); },
+                          [&]() { mesh.indices.resize(3 * geometry.faces.size()); }},
+                         2);
+  const auto* normals = mesh.normals_given ? geometry.vertex_normals.data() : nullptr;
+  Survey survey =
+      surveyEach(mesh.vertices.size(), [from = geometry.vertices.data(), normals,
+                                        to = mesh.vertices.data()](std::size_t i, Survey& part) {
+        to[i].position = toFloats(from[i]);
+        part.addPosition(to[i].position);
+        if (normals != nullptr) {
+          part.valid = part.valid && isFiniteVector(toFloats(normals[i]));
+          to[i].normal = unitOrZero({normals[i].x, normals[i].y, normals[i].z});
+        }
+      });
+  survey.add(surveyEach(
+      geometry.faces.size(), [from = geometry.faces.data(), to = mesh.indices.data(),
+                              count = mesh.vertices.size()](std::size_t i, Survey& part) {
+        const auto& corners = from[i].vertex_indices;
+        part.valid = part.valid && corners[0] < count && corners[1] < count && corners[2] < count;
+        std::copy(corners.begin(), corners.end(), to + 3 * i);
+      }));
+  return survey;
+}
+
+void setBounds(MeshData& mesh, const Survey& survey)
+{
+  mesh.lower = survey.lower;
+  mesh.upper = survey.upper;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float extent = std::max(-mesh.lower[axis], mesh.upper[axis]);
+    if (extent > GREATEST_COORDINATE) {
+      throw RejectedMessage(
+          "a coordinate is " + std::to_string(extent) +
+          " m from the origin of its frame, too far to be drawn; choose a nearer origin");
+    }
+  }
+}
+
+void addNormals(const MeshData& mesh, std::size_t first_face, std::size_t last_face,
+                std::vector<Vector>& sums)
+{
+  sums.assign(mesh.vertices.size(), Vector{});
+  for (std::size_t i = 3 * first_face; i < 3 * last_face; i += 3) {
+    const auto& origin = mesh.vertices[mesh.indices[i]].position;
+    // The length of the cross product is twice the area: the weight.
+    const Vector normal = cross(difference(mesh.vertices[mesh.indices[i + 1]].position, origin),
+                                difference(mesh.vertices[mesh.indices[i + 2]].position, origin));
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      Vector& sum = sums[mesh.indices[i + corner]];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        sum[axis] += normal[axis];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void computeNormals(MeshData& mesh)
+{
+  // Always in two halves, so that a mesh has the same normals to the last bit on any machine.
+  std::array<std::vector<Vector>, 2> halves;
+  const std::size_t count = mesh.faceCount();
+  mesh_map::parallelJobs({[&]() { addNormals(mesh, 0, count / 2, halves[0]); },
+                          [&]() { addNormals(mesh, count / 2, count, halves[1]); }},
+                         2);
+  parallelEach(mesh.vertices.size(), [a = halves[0].data(), b = halves[1].data(),
+                                      vertices = mesh.vertices.data()](std::size_t i) {
+    vertices[i].normal = unitOrZero({a[i][0] + b[i][0], a[i][1] + b[i][1], a[i][2] + b[i][2]});
+  });
+}
+
+MeshDataConstPtr convert(const mesh_msgs::MeshGeometryStamped& message)
+{
+  const auto& geometry = message.mesh_geometry;
+  auto mesh = std::make_shared<MeshData>();
+  mesh->uuid = message.uuid;
+  mesh->frame_id = message.header.frame_id;
+  mesh->normals_given = !geometry.vertex_normals.empty();
+  const bool plain = !message.header.frame_id.empty() && !geometry.vertices.empty() &&
+                     !geometry.faces.empty() &&
+                     (geometry.vertex_normals.empty() ||
+                      geometry.vertex_normals.size() == geometry.vertices.size());
+  Survey survey;
+  survey.valid = plain;
+  if (plain) {
+    survey.add(convertNumbers(geometry, *mesh));
+  }
+  // The full check, on one core, takes longer than everything else here.
+  if (!survey.valid) {
+    refuse(check(message));
+    throw std::logic_error("a mesh that breaks no rule has been found invalid");
+  }
+  setBounds(*mesh, survey);
+  if (!mesh->normals_given) {
+    computeNormals(*mesh);
+  }
+  return mesh;
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,516 @@
+#include "conversion/validation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <sstream>
+#include <utility>
+
+#include <std_msgs/ColorRGBA.h>
+#include <boost/locale/utf.hpp>
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Finite as a float, which is what OGRE computes with: 1e60 is finite as a double only.
+bool isFinite(double value)
+{
+  return std::isfinite(static_cast<float>(value));
+}
+
+template <class Point>
+bool isFinitePoint(const Point& point)
+{
+  return isFinite(point.x) && isFinite(point.y) && isFinite(point.z);
+}
+
+template <class Function>
+bool anyChannel(const std_msgs::ColorRGBA& color, const Function& function)
+{
+  return function(color.r) || function(color.g) || function(color.b) || function(color.a);
+}
+
+/// Counts the elements for which @a is_bad holds and adds one finding for them; @a describe is
+/// given the first.
+template <class Elements, class IsBad, class Describe>
+void addFinding(std::vector<Finding>& findings, const char* rule, const Elements& elements,
+                const IsBad& is_bad, const Describe& describe, const char* hint)
+{
+  std::size_t first = 0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    if (is_bad(elements[i])) {
+      first = count == 0 ? i : first;
+      ++count;
+    }
+  }
+  if (count > 0) {
+    findings.push_back({rule, describe(first), first, count, hint});
+  }
+}
+
+template <class... Parts>
+std::string text(const Parts&... parts)
+{
+  std::ostringstream stream;
+  (stream << ... << parts);
+  return stream.str();
+}
+
+/// Text of a message in quotes, on one line and not too long for a status line.
+std::string shown(const std::string& text)
+{
+  std::string line = text.size() <= 60 ? text : text.substr(0, 57) + "...";
+  for (char& c : line) {
+    c = static_cast<unsigned char>(c) < 32 || c == 127 ? '?' : c;
+  }
+  return "'" + line + "'";
+}
+
+void checkUuid(std::vector<Finding>& findings, const std::string& given,
+               const std::string& expected)
+{
+  if (!expected.empty() && given != expected) {
+    findings.push_back(
+        {"uuid_mismatch",
+         text("the uuid is ", shown(given), ", but ", shown(expected), " is expected"),
+         std::nullopt, 1, "publish it with the uuid of the geometry it belongs to"});
+  }
+}
+
+template <class Message>
+void checkIdentity(std::vector<Finding>& findings, const Message& message, const std::string& uuid)
+{
+  checkUuid(findings, message.uuid, uuid);
+  if (message.header.frame_id.empty()) {
+    findings.push_back({"frame_id_empty", "header.frame_id is empty", std::nullopt, 1,
+                        "set it to the frame of the coordinates"});
+  }
+}
+
+/// Color channels are numbers from 0 to 1; @a describe is given the first that is not.
+template <class Colors, class ColorOf, class Describe>
+void checkChannels(std::vector<Finding>& findings, const Colors& colors, const ColorOf& color_of,
+                   const Describe& describe)
+{
+  addFinding(
+      findings, "color_not_finite", colors,
+      [&](const auto& element) {
+        return anyChannel(color_of(element), [](float c) { return !std::isfinite(c); });
+      },
+      describe, "color channels are numbers from 0 to 1");
+  addFinding(
+      findings, "color_out_of_range", colors,
+      [&](const auto& element) {
+        return anyChannel(color_of(element),
+                          [](float c) { return std::isfinite(c) && (c < 0.0f || c > 1.0f); });
+      },
+      describe, "color channels run from 0 to 1: divide by 255?");
+}
+
+/// @param noun what has the costs, e.g. "vertex"
+void checkCostValues(std::vector<Finding>& findings, const std::vector<float>& costs,
+                     const char* noun)
+{
+  addFinding(
+      findings, "cost_negative_infinity", costs,
+      [](float cost) { return std::isinf(cost) && cost < 0.0f; },
+      [&](std::size_t first) { return text("the cost of ", noun, " ", first, " is -inf"); },
+      "lethal is +inf, unknown is NaN");
+}
+
+std::string coordinates(const char* name, std::size_t index, const geometry_msgs::Point& point)
+{
+  return text(name, " ", index, " is (", point.x, ", ", point.y, ", ", point.z, ")");
+}
+
+std::string channels(std::size_t index, const std_msgs::ColorRGBA& color)
+{
+  return text("the color of vertex ", index, " is (", color.r, ", ", color.g, ", ", color.b, ", ",
+              color.a, ")");
+}
+
+void checkFaces(std::vector<Finding>& findings, const mesh_msgs::MeshGeometry& mesh)
+{
+  const std::size_t vertex_count = mesh.vertices.size();
+  const auto bad_corner =
+      [&](const mesh_msgs::MeshTriangleIndices& face) -> std::optional<std::uint32_t> {
+    for (const std::uint32_t index : face.vertex_indices) {
+      if (index >= vertex_count) {
+        return index;
+      }
+    }
+    return std::nullopt;
+  };
+  addFinding(
+      findings, "face_index_out_of_range", mesh.faces,
+      [&](const auto& face) { return bad_corner(face).has_value(); },
+      [&](std::size_t first) {
+        return text("face ", first, " refers to vertex ", *bad_corner(mesh.faces[first]),
+                    ", but the mesh has ", vertex_count, " vertices");
+      },
+      "export the mesh again; indices count from 0");
+}
+
+constexpr std::size_t MAX_LABEL_BYTES = 255;  // labels become names of files
+
+/// @a noun is what refers to an index of the mesh, @a target what it refers to.
+void checkIndices(std::vector<Finding>& findings, const char* rule, const std::string& noun,
+                  const char* target, const std::vector<std::uint32_t>& indices,
+                  std::optional<std::size_t> limit, const char* hint)
+{
+  if (limit) {
+    addFinding(
+        findings, rule, indices, [&](std::uint32_t index) { return index >= *limit; },
+        [&](std::size_t first) {
+          return text(noun, " ", first, " refers to ", target, " ", indices[first],
+                      ", but there are ", *limit);
+        },
+        hint);
+  }
+}
+
+bool isUtf8(const std::string& text)
+{
+  namespace utf = boost::locale::utf;
+  for (auto at = text.begin(); at != text.end();) {
+    const utf::code_point point = utf::utf_traits<char>::decode(at, text.end());
+    if (point == utf::illegal || point == utf::incomplete) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// What makes a label unusable; empty: nothing.
+std::string faultOf(const std::string& label)
+{
+  const auto is_control = [](unsigned char c) { return c < 32 || c == 127; };
+  if (std::any_of(label.begin(), label.end(), is_control)) {
+    return text("the label ", shown(label), " contains a control character");
+  }
+  if (label.find('/') != std::string::npos) {
+    return text("the label ", shown(label), " contains '/'");
+  }
+  if (label == "." || label == "..") {
+    return text("the label is ", shown(label));
+  }
+  if (label.size() > MAX_LABEL_BYTES) {
+    return text("the label has ", label.size(), " bytes");
+  }
+  if (!isUtf8(label)) {
+    return text("the label ", shown(label), " is no UTF-8");
+  }
+  return std::string();
+}
+
+void checkCluster(std::vector<Finding>& findings, const mesh_msgs::MeshFaceCluster& cluster,
+                  std::optional<std::size_t> face_count, const std::string& prefix)
+{
+  checkIndices(findings, "cluster_face_out_of_range", prefix + "entry", "face",
+               cluster.face_indices, face_count, "name faces of the mesh that the uuid stands for");
+  const std::string fault = faultOf(cluster.label);
+  if (!fault.empty()) {
+    findings.push_back({"label_unusable", prefix + fault, std::nullopt, 1,
+                        "choose up to 255 bytes without '/', such as 'tree_1'"});
+  }
+}
+
+std::optional<Finding> checkCoordinateCount(std::size_t count, std::size_t vertex_count)
+{
+  if (count == 0 || count == vertex_count) {
+    return std::nullopt;
+  }
+  return Finding{"texture_coordinate_count",
+                 text("there are ", count, " texture coordinates for ", vertex_count, " vertices"),
+                 std::nullopt, 1, "send a pair for each vertex, or none at all"};
+}
+
+void checkCoordinates(std::vector<Finding>& findings,
+                      const std::vector<mesh_msgs::MeshVertexTexCoords>& coordinates,
+                      std::optional<std::size_t> vertex_count)
+{
+  if (vertex_count) {
+    if (auto finding = checkCoordinateCount(coordinates.size(), *vertex_count)) {
+      findings.push_back(std::move(*finding));
+    }
+  }
+  addFinding(
+      findings, "texture_coordinate_not_finite", coordinates,
+      [](const auto& pair) { return !isFinite(pair.u) || !isFinite(pair.v); },
+      [&](std::size_t first) {
+        return text("texture coordinate ", first, " is (", coordinates[first].u, ", ",
+                    coordinates[first].v, ")");
+      },
+      "send 0 where there is no texture");
+}
+
+struct Encoding
+{
+  const char* name;
+  std::uint64_t bytes;  ///< per pixel
+};
+constexpr std::array<Encoding, 12> ENCODINGS{{{"rgb8", 3},
+                                              {"bgr8", 3},
+                                              {"rgba8", 4},
+                                              {"bgra8", 4},
+                                              {"mono8", 1},
+                                              {"8UC1", 1},
+                                              {"8UC3", 3},
+                                              {"8UC4", 4},
+                                              {"mono16", 2},
+                                              {"16UC1", 2},
+                                              {"rgb16", 6},
+                                              {"rgba16", 8}}};
+
+std::optional<Finding> checkImage(const sensor_msgs::Image& image)
+{
+  const auto encoding =
+      std::find_if(ENCODINGS.begin(), ENCODINGS.end(),
+                   [&](const Encoding& known) { return image.encoding == known.name; });
+  if (encoding == ENCODINGS.end()) {
+    std::string names;
+    for (const Encoding& known : ENCODINGS) {
+      names += text(names.empty() ? "" : ", ", known.name);
+    }
+    return Finding{"image_encoding", text("the texture has the encoding ", shown(image.encoding)),
+                   std::nullopt, 1, text("use one of ", names)};
+  }
+  if (image.width == 0 || image.height == 0) {
+    return Finding{"image_empty",
+                   text("the texture has ", image.width, " x ", image.height, " pixels"),
+                   std::nullopt, 1, "leave the texture out"};
+  }
+  // All 32-bit numbers, and at most 8 bytes: nothing overflows in 64 bits.
+  const std::uint64_t row = image.width * encoding->bytes;
+  if (image.step >= row && image.data.size() >= std::uint64_t(image.step) * image.height) {
+    return std::nullopt;
+  }
+  return Finding{
+      "image_size",
+      text("a texture of ", image.width, " x ", image.height, " pixels in ", image.encoding,
+           " has a step of ", image.step, " and ", image.data.size(), " bytes"),
+      std::nullopt, 1, text("send ", row, " bytes for each row")};
+}
+
+}  // namespace
+
+std::string Finding::sentence() const
+{
+  return text(what, count > 1 ? text(" (the first of ", count, ")") : "", hint.empty() ? "" : "; ",
+              hint);
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshGeometryStamped& message, const std::string& uuid)
+{
+  const auto& mesh = message.mesh_geometry;
+  std::vector<Finding> findings;
+  if (mesh.vertices.empty()) {
+    findings.push_back({"no_vertices", "the mesh has no vertices", std::nullopt, 1,
+                        "look at the node that publishes it: did it load its file?"});
+  }
+  if (mesh.faces.empty()) {
+    findings.push_back({"no_faces",
+                        text("the mesh has ", mesh.vertices.size(), " vertices, but no faces"),
+                        std::nullopt, 1, "a point cloud has to be triangulated before"});
+  }
+  addFinding(
+      findings, "vertex_not_finite", mesh.vertices,
+      [](const auto& point) { return !isFinitePoint(point); },
+      [&](std::size_t first) { return coordinates("vertex", first, mesh.vertices[first]); },
+      "coordinates have to be finite as 32-bit floats");
+  checkFaces(findings, mesh);
+  if (!mesh.vertex_normals.empty() && mesh.vertex_normals.size() != mesh.vertices.size()) {
+    findings.push_back({"normal_count",
+                        text("there are ", mesh.vertex_normals.size(), " normals for ",
+                             mesh.vertices.size(), " vertices"),
+                        std::nullopt, 1, "send one normal per vertex, or none at all"});
+  }
+  addFinding(
+      findings, "normal_not_finite", mesh.vertex_normals,
+      [](const auto& normal) { return !isFinitePoint(normal); },
+      [&](std::size_t first) { return coordinates("normal", first, mesh.vertex_normals[first]); },
+      "send finite normals, or none at all: they are then computed");
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshVertexCostsStamped& message,
+                           std::optional<std::size_t> vertex_count, const std::string& uuid)
+{
+  const auto& costs = message.mesh_vertex_costs.costs;
+  std::vector<Finding> findings;
+  if (vertex_count) {
+    if (auto finding = checkCostCount(costs.size(), *vertex_count)) {
+      findings.push_back(std::move(*finding));
+    }
+  }
+  checkCostValues(findings, costs, "vertex");
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshFaceCostsStamped& message,
+                           std::optional<std::size_t> face_count, const std::string& uuid)
+{
+  const auto& costs = message.mesh_face_costs.costs;
+  std::vector<Finding> findings;
+  if (face_count) {
+    if (auto finding = checkFaceCostCount(costs.size(), *face_count)) {
+      findings.push_back(std::move(*finding));
+    }
+  }
+  checkCostValues(findings, costs, "face");
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshVertexColorsStamped& message,
+                           std::optional<std::size_t> vertex_count, const std::string& uuid)
+{
+  const auto& colors = message.mesh_vertex_colors.vertex_colors;
+  const auto describe = [&](std::size_t first) { return channels(first, colors[first]); };
+  std::vector<Finding> findings;
+  if (vertex_count) {
+    if (auto finding = checkColorCount(colors.size(), *vertex_count)) {
+      findings.push_back(std::move(*finding));
+    }
+  }
+  checkChannels(
+      findings, colors, [](const auto& color) -> const auto& { return color; }, describe);
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshVertexCostsSparseStamped& message,
+                           std::optional<std::size_t> vertex_count, const std::string& uuid)
+{
+  const auto& sparse = message.mesh_vertex_costs;
+  std::vector<Finding> findings;
+  if (sparse.costs.size() != sparse.vertices.size()) {
+    findings.push_back({"cost_count",
+                        text("there are ", sparse.costs.size(), " costs for ",
+                             sparse.vertices.size(), " vertices"),
+                        std::nullopt, 1, "send a cost for each of the vertices"});
+  }
+  checkCostValues(findings, sparse.costs, "entry");
+  if (std::isinf(sparse.default_value) && sparse.default_value < 0.0f) {
+    findings.push_back({"cost_negative_infinity", "default_value is -inf", std::nullopt, 1,
+                        "lethal is +inf, unknown is NaN"});
+  }
+  checkIndices(findings, "vertex_index_out_of_range", "entry", "vertex", sparse.vertices,
+               vertex_count, "name vertices of the mesh that the uuid stands for");
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshFaceCluster& message,
+                           std::optional<std::size_t> face_count)
+{
+  std::vector<Finding> findings;
+  checkCluster(findings, message, face_count, "");
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshMaterialsStamped& message,
+                           std::optional<std::size_t> vertex_count,
+                           std::optional<std::size_t> face_count, const std::string& uuid)
+{
+  const auto& given = message.mesh_materials;
+  std::vector<Finding> findings;
+  for (std::size_t i = 0; i < given.clusters.size(); ++i) {
+    checkCluster(findings, given.clusters[i], face_count, text("cluster ", i, ": "));
+  }
+  if (given.cluster_materials.size() != given.clusters.size()) {
+    findings.push_back({"cluster_material_count",
+                        text("there are ", given.cluster_materials.size(),
+                             " cluster_materials for ", given.clusters.size(), " clusters"),
+                        std::nullopt, 1, "send the index of a material for each cluster"});
+  }
+  checkIndices(findings, "material_index_out_of_range", "cluster", "material",
+               given.cluster_materials, given.materials.size(), "send the index of a material");
+  checkChannels(
+      findings, given.materials, [](const auto& material) -> const auto& { return material.color; },
+      [&](std::size_t first) {
+        const auto& color = given.materials[first].color;
+        return text("the color of material ", first, " is (", color.r, ", ", color.g, ", ", color.b,
+                    ", ", color.a, ")");
+      });
+  checkCoordinates(findings, given.vertex_tex_coords, vertex_count);
+  checkIdentity(findings, message, uuid);
+  return findings;
+}
+
+std::vector<Finding> check(const mesh_msgs::MeshTexture& message, const std::string& uuid)
+{
+  std::vector<Finding> findings;
+  if (auto finding = checkImage(message.image)) {
+    findings.push_back(std::move(*finding));
+  }
+  checkUuid(findings, message.uuid, uuid);
+  return findings;
+}
+
+std::optional<Finding> checkCostCount(std::size_t cost_count, std::size_t vertex_count)
+{
+  if (cost_count == vertex_count) {
+    return std::nullopt;
+  }
+  return Finding{"cost_count",
+                 text("there are ", cost_count, " costs for ", vertex_count, " vertices"),
+                 std::nullopt, 1, "compute the layer for this geometry"};
+}
+
+std::optional<Finding> checkFaceCostCount(std::size_t cost_count, std::size_t face_count)
+{
+  if (cost_count == face_count) {
+    return std::nullopt;
+  }
+  return Finding{"cost_count", text("there are ", cost_count, " costs for ", face_count, " faces"),
+                 std::nullopt, 1, "compute the layer for this geometry"};
+}
+
+std::optional<Finding> checkColorCount(std::size_t color_count, std::size_t vertex_count)
+{
+  if (color_count == vertex_count) {
+    return std::nullopt;
+  }
+  return Finding{"color_count",
+                 text("there are ", color_count, " colors for ", vertex_count, " vertices"),
+                 std::nullopt, 1, "publish the colors of this geometry"};
+}
+
+std::optional<Finding> checkUpdateFits(const CostUpdate& update, std::size_t vertex_count)
+{
+  std::vector<Finding> findings;
+  checkIndices(findings, "vertex_index_out_of_range", "entry", "vertex", update.vertices,
+               vertex_count, "publish the update for this geometry");
+  return findings.empty() ? std::nullopt : std::make_optional(findings.front());
+}
+
+std::optional<Finding> checkMaterialsFit(const Materials& materials, std::size_t vertex_count,
+                                         std::size_t face_count)
+{
+  if (!materials.faces.empty() && materials.faces.back() >= face_count) {
+    const auto first = std::lower_bound(materials.faces.begin(), materials.faces.end(), face_count);
+    return Finding{
+        "cluster_face_out_of_range",
+        text("the materials refer to face ", *first, ", but the mesh has ", face_count, " faces"),
+        std::nullopt, static_cast<std::size_t>(materials.faces.end() - first),
+        "publish the materials of this geometry"};
+  }
+  return checkCoordinateCount(materials.texture_coordinates.size(), vertex_count);
+}
+
+std::string summarize(const std::vector<Finding>& findings)
+{
+  if (findings.empty()) {
+    return std::string();
+  }
+  const std::size_t more = findings.size() - 1;
+  return findings.front().sentence() + (more > 0 ? text(" (and ", more, " more findings)") : "");
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,536 @@
+#include "displays/cluster_label_display.h"
+
+#include <algorithm>
+
+#include <mesh_msgs/MeshGeometryStamped.h>
+#include <ros/message_traits.h>
+#include <rviz/display_context.h>
+
+#include "displays/label_properties.h"
+#include "labels/label_name.h"
+#include "mesh_view/frame_pose.h"
+#include "rendering/labels/label_overlay.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr std::chrono::milliseconds BUDGET(8);  // of one update, for each kind of work
+constexpr std::chrono::seconds PATIENCE(10);    // until a label that was sent should be stored
+
+std::string counted(std::size_t count, const std::string& what, const std::string& plural)
+{
+  return std::to_string(count) + " " + (count == 1 ? what : plural);
+}
+
+/// Which mesh is labelled, or why there is none.
+StatusLine labelGeometryStatus(const LabelDisplayState& state, const LabelStore& store)
+{
+  if (!state.subscription_error.empty()) {
+    return {StatusLine::ERROR, state.subscription_error};
+  }
+  if (state.geometry_topic.empty() && state.source_given) {
+    return noMapOpen();
+  }
+  if (state.geometry_topic.empty()) {
+    return {StatusLine::ERROR,
+            "there is no mesh to label: choose a 'Geometry Topic' and a 'Labels Topic', or add a "
+            "Map3D display, which brings a display of labels of its own"};
+  }
+  if (!state.geometry.refusal.empty()) {
+    return {StatusLine::ERROR, "the newest mesh on " + state.geometry_topic +
+                                   " was refused: " + state.geometry.refusal};
+  }
+  if (!store.mesh()) {
+    const std::string text = state.working.empty() ? "no mesh received on " + state.geometry_topic +
+                                                         " yet: is its node running?"
+                                                   : state.working;
+    return {state.working.empty() ? StatusLine::WARN : StatusLine::OK, text};
+  }
+  return {StatusLine::OK,
+          counted(store.mesh()->faceCount(), "face", "faces") + ", uuid " + store.mesh()->uuid};
+}
+
+/// Which labels there are, or why there are none.
+OptionalStatus labelsStatus(const LabelDisplayState& state, const LabelStore& store)
+{
+  if (!store.mesh()) {
+    return std::nullopt;
+  }
+  if (!state.labels.refusal.empty()) {
+    return StatusLine{StatusLine::ERROR, "the newest labels were refused: " + state.labels.refusal};
+  }
+  if (state.labels_topic.empty()) {
+    return StatusLine{StatusLine::WARN,
+                      "no labels: choose a 'Labels Topic', as /new_cluster_label of "
+                      "hdf5_map_server"};
+  }
+  if (state.label_count == 0) {
+    if (store.waiting() > 0) {
+      return StatusLine{StatusLine::WARN,
+                        "labels of another mesh have arrived: both topics have "
+                        "to be of one node"};
+    }
+    return StatusLine{StatusLine::OK, store.isComplete()
+                                          ? "the mesh has no labels (yet)"
+                                          : "no label received yet; those that change show here"};
+  }
+  std::string text = counted(state.label_count, "label", "labels") + " of " +
+                     counted(state.class_count, "class", "classes") + " on " +
+                     counted(store.faceCount(), "face", "faces");
+  if (state.hidden > 0) {
+    text += ", " + std::to_string(state.hidden) + " hidden";
+  }
+  if (state.to_show > 0) {
+    text += ", " + std::to_string(state.to_show) + " to be shown yet";
+  }
+  if (store.facesBeyond() > 0) {
+    return StatusLine{StatusLine::WARN,
+                      text + "; " + counted(store.facesBeyond(), "index", "indices") +
+                          " left out, which the mesh has no face for: the labels were made for "
+                          "another one"};
+  }
+  return StatusLine{StatusLine::OK, text};
+}
+
+/// How it went with what was asked.
+OptionalStatus servicesStatus(const MeshServices::Report& report)
+{
+  if (report.lines.empty()) {
+    return std::nullopt;
+  }
+  const bool bad = report.worst() == MeshServices::Report::State::FAILED ||
+                   report.worst() == MeshServices::Report::State::SEARCHING;
+  return StatusLine{bad ? StatusLine::WARN : StatusLine::OK, report.text()};
+}
+
+}  // namespace
+
+ClusterLabelDisplay::ClusterLabelDisplay()
+    : properties_(new LabelProperties(this)),
+      inbox_(std::make_shared<MeshInbox>()),
+      loader_(std::make_shared<MeshLoader>(false)),
+      topics_(inbox_, loader_),
+      services_(inbox_, loader_),
+      lines_(this)
+{
+  connect(properties_, SIGNAL(topicsChanged()), this, SLOT(onTopics()));
+  connect(properties_, SIGNAL(lookChanged()), this, SLOT(onLook()));
+  connect(properties_, SIGNAL(labelVisibilityChanged(QString)), this,
+          SLOT(onLabelVisibility(QString)));
+  connect(properties_, SIGNAL(classVisibilityChanged(QString)), this,
+          SLOT(onClassVisibility(QString)));
+  connect(properties_, SIGNAL(colorChosen(QString)), this, SLOT(onColorChosen(QString)));
+}
+
+ClusterLabelDisplay::~ClusterLabelDisplay()
+{
+  topics_.unsubscribe();
+}
+
+void ClusterLabelDisplay::onInitialize()
+{
+  lines_.attempt([this] {
+    overlay_ = std::make_unique<LabelOverlay>(scene_manager_, scene_node_);
+    overlay_->setVisible(false);
+  });
+  onLook();
+}
+
+void ClusterLabelDisplay::setSource(const MeshSource& source)
+{
+  source_ = source;
+  properties_->setTopicsHidden(true);
+  onTopics();
+}
+
+/// The other topic, where there is none yet, is the one that hdf5_map_server has beside it.
+void ClusterLabelDisplay::setTopic(const QString& topic, const QString& datatype)
+{
+  const QString geometry_type =
+      QString::fromLatin1(ros::message_traits::datatype<mesh_msgs::MeshGeometryStamped>());
+  const QString geometry = "mesh/geometry";
+  const QString labels = "new_cluster_label";
+  const bool of_labels = datatype != geometry_type;
+  properties_->setTopic(topic, of_labels);
+  const QString& mine = of_labels ? labels : geometry;
+  const std::string other = of_labels ? properties_->geometryTopic() : properties_->labelsTopic();
+  if (other.empty() && topic.endsWith("/" + mine)) {
+    properties_->setTopic(topic.left(topic.size() - mine.size()) + (of_labels ? geometry : labels),
+                          !of_labels);
+  }
+}
+
+MeshSource ClusterLabelDisplay::source() const
+{
+  if (source_) {
+    return *source_;
+  }
+  MeshSource source;
+  source.geometry_topic = properties_->geometryTopic();
+  source.labels_topic = properties_->labelsTopic();
+  return source;
+}
+
+void ClusterLabelDisplay::onEnable()
+{
+  lines_.attempt([this] { subscribe(); });
+}
+
+void ClusterLabelDisplay::onDisable()
+{
+  lines_.attempt([this] {
+    unsubscribe();
+    if (overlay_) {
+      overlay_->setVisible(false);
+    }
+  });
+}
+
+void ClusterLabelDisplay::subscribe()
+{
+  unsubscribe();
+  const MeshSource source = this->source();
+  state_.subscription_error.clear();
+  try {
+    // Services and the topic of edits are beside that of the labels.
+    ServiceNames names;
+    names.geometry_topic = source.geometry_topic;
+    names.service_namespace = labelNamespace(source);
+    services_.setNames(names);
+    state_.subscription_error = topics_.subscribeGeometry(threaded_nh_, source.geometry_topic);
+    const std::string error = topics_.subscribeLabels(threaded_nh_, source.labels_topic);
+    if (state_.subscription_error.empty()) {
+      state_.subscription_error = error;
+    }
+    owner_.connect(threaded_nh_, names.service_namespace);
+    label_colors_.connect(threaded_nh_, names.service_namespace);
+  } catch (const ros::Exception& error) {
+    state_.subscription_error = "these topics cannot be used: " + std::string(error.what());
+  }
+  if (store_.mesh() && !source.labels_topic.empty()) {
+    services_.requestLabels(store_.mesh()->uuid);  // changes may have been missed
+  }
+}
+
+void ClusterLabelDisplay::unsubscribe()
+{
+  topics_.unsubscribe();
+  services_.cancel();
+  owner_.disconnect();
+  label_colors_.disconnect();
+}
+
+void ClusterLabelDisplay::restart()
+{
+  lines_.attempt([this] {
+    unsubscribe();
+    loader_->clear();
+    inbox_->clearLabels();
+    store_.clear();
+    label_colors_.clear();
+    colors_.clear();
+    edits_.clear();
+    edit_failure_.clear();
+    state_ = LabelDisplayState();
+    if (overlay_) {
+      overlay_->setMesh(nullptr);
+    }
+    applyChanges();
+    if (isEnabled()) {
+      subscribe();
+    }
+  });
+}
+
+void ClusterLabelDisplay::reset()
+{
+  rviz::Display::reset();
+  lines_.forget();
+  restart();
+}
+
+void ClusterLabelDisplay::onTopics()
+{
+  restart();
+}
+
+void ClusterLabelDisplay::onLook()
+{
+  lines_.attempt([this] {
+    if (overlay_) {
+      overlay_->setAlpha(properties_->alpha());
+      overlay_->setPhantom(properties_->phantom());
+      setVisibilityBits(getVisibilityBits());
+    }
+  });
+  queueRender();
+}
+
+void ClusterLabelDisplay::onLabelVisibility(const QString& label)
+{
+  recount_ = true;
+  lines_.attempt([&] { applyLook(label.toStdString()); });
+}
+
+void ClusterLabelDisplay::onClassVisibility(const QString& label_class)
+{
+  recount_ = true;
+  lines_.attempt([&] {
+    for (const auto& label : store_.labels()) {
+      if (labelClass(label.first) == label_class.toStdString()) {
+        applyLook(label.first);
+      }
+    }
+  });
+}
+
+void ClusterLabelDisplay::onColorChosen(const QString& label)
+{
+  lines_.attempt([&] {
+    const std::string name = label.toStdString();
+    const Rgba8 color = properties_->chosenColor(name);
+    const bool of_class = color == colors_.classColor(labelClass(name));
+    edit_failure_ = setLabelColor(name, of_class ? nullptr : &color);
+    applyLook(name);  // as it is until the new color is stored
+  });
+}
+
+std::string ClusterLabelDisplay::activeLabel() const
+{
+  return properties_->activeLabel();
+}
+
+void ClusterLabelDisplay::setActiveLabel(const std::string& label)
+{
+  properties_->setActiveLabel(label);
+}
+
+float ClusterLabelDisplay::brushSize() const
+{
+  return properties_->brushSize();
+}
+
+std::string ClusterLabelDisplay::whyNotEditable(const std::string& label) const
+{
+  if (label.empty()) {
+    return "a label has no name: call it like tree_1, class and instance";
+  }
+  if (!store_.mesh()) {
+    return "there is no mesh to label yet";
+  }
+  if (!owner_.isHeard()) {
+    return "nobody stores labels: no hdf5_map_server or label_manager listens on " +
+           (owner_.topic().empty() ? "cluster_label" : owner_.topic());
+  }
+  return {};
+}
+
+std::string ClusterLabelDisplay::setLabelFaces(const std::string& label,
+                                               const std::vector<std::uint32_t>& faces)
+{
+  return storeFaces(label, faces, true);
+}
+
+std::string ClusterLabelDisplay::addLabelFaces(const std::string& label,
+                                               const std::vector<std::uint32_t>& faces)
+{
+  return storeFaces(label, faces, false);
+}
+
+std::string ClusterLabelDisplay::storeFaces(const std::string& label,
+                                            const std::vector<std::uint32_t>& faces, bool override)
+{
+  std::string reason = whyNotEditable(label);
+  if (reason.empty()) {
+    edit_failure_.clear();
+    lines_.attempt([&] {
+      owner_.store(*store_.mesh(), label, faces, override);
+      edits_[label] = Clock::now();
+    });
+  }
+  return reason;
+}
+
+std::string ClusterLabelDisplay::setLabelColor(const std::string& label, const Rgba8* color)
+{
+  std::string reason = whyNotEditable(label);
+  if (reason.empty()) {
+    edit_failure_.clear();
+    lines_.attempt([&] { owner_.setColor(store_.mesh()->uuid, label, color); });
+  }
+  return reason;
+}
+
+void ClusterLabelDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
+{
+  const bool done = lines_.attempt([this] { work(); });
+  if (done && work_failed_) {
+    lines_.report("Display", std::nullopt);
+  }
+  work_failed_ = !done;
+}
+
+void ClusterLabelDisplay::work()
+{
+  takeMessages();
+  takeColors();
+  applyChanges();
+  properties_->work(BUDGET);
+  updatePose();
+  updateStatuses();
+}
+
+void ClusterLabelDisplay::takeMessages()
+{
+  const MeshLoader::Content content = loader_->take();
+  state_.geometry = content.reception;
+  state_.working = content.working;
+  if (!content.meshes.empty() && content.meshes.back() != store_.mesh()) {
+    store_.setMesh(content.meshes.back());
+    if (overlay_) {
+      overlay_->setMesh(store_.mesh());
+    }
+    services_.cancel();  // the labels of a mesh that was here before are asked for once more
+  }
+  if (store_.mesh() && !source().labels_topic.empty()) {
+    services_.requestLabels(store_.mesh()->uuid);
+  }
+  const InboxContent news = inbox_->take();
+  state_.labels = news.labels_reception;
+  for (const LabelSetConstPtr& labels : news.labels) {
+    store_.add(labels);
+    for (const LabelCluster& cluster : labels->clusters) {
+      edits_.erase(cluster.label);
+    }
+  }
+}
+
+void ClusterLabelDisplay::takeColors()
+{
+  if (!store_.mesh()) {
+    return;
+  }
+  std::string failure = owner_.takeFailure();
+  if (!failure.empty()) {
+    edit_failure_ = failure;
+  }
+  const std::string& uuid = store_.mesh()->uuid;
+  label_colors_.request(uuid);
+  for (const std::string& label : colors_.setOwn(label_colors_.colors(uuid))) {
+    applyLook(label);
+  }
+}
+
+/// Takes changes of labels to the properties at once and to the overlay in slices.
+void ClusterLabelDisplay::applyChanges()
+{
+  const std::set<std::string> changed = store_.takeChanged();
+  if (!changed.empty()) {
+    recount_ = true;
+    to_show_.insert(changed.begin(), changed.end());
+    std::vector<std::string> names;
+    classes_.clear();
+    for (const auto& label : store_.labels()) {
+      names.push_back(label.first);
+      ++classes_[labelClass(label.first)];
+    }
+    if (names != names_) {
+      names_ = names;
+      properties_->setLabels(names_);
+    }
+  }
+  if (!overlay_) {
+    return;
+  }
+  const auto end = Clock::now() + BUDGET;
+  bool new_objects = false;
+  while (!to_show_.empty() && Clock::now() < end) {
+    const std::string label = *to_show_.begin();
+    to_show_.erase(to_show_.begin());
+    const auto faces = store_.labels().find(label);
+    if (faces == store_.labels().end()) {
+      overlay_->removeLabel(label);
+    } else {
+      applyLook(label);
+      overlay_->setLabel(faces->second);
+    }
+    new_objects = true;
+  }
+  if (!overlay_->upload(BUDGET) || new_objects) {
+    queueRender();
+  }
+  if (new_objects) {
+    setVisibilityBits(getVisibilityBits());
+  }
+}
+
+void ClusterLabelDisplay::applyLook(const std::string& label)
+{
+  if (store_.labels().count(label) == 0) {
+    return;
+  }
+  const Rgba8 color = colors_.color(label);
+  properties_->setColor(label, color);
+  if (overlay_) {
+    overlay_->setColor(label, color);
+    overlay_->setVisible(label, properties_->isShown(label));
+    queueRender();
+  }
+}
+
+void ClusterLabelDisplay::updatePose()
+{
+  if (!overlay_ || !store_.mesh()) {
+    lines_.report("Transform", std::nullopt);
+    return;
+  }
+  StatusLine line;
+  const auto pose =
+      findPose(*context_->getFrameManager(),
+               source_ && !source_->frame.empty() ? source_->frame : store_.mesh()->frame_id,
+               "the labels are", line);
+  overlay_->setVisible(pose && isEnabled());
+  if (pose) {
+    overlay_->setPose(pose->position, pose->orientation);
+  }
+  lines_.report("Transform", line);
+}
+
+void ClusterLabelDisplay::updateStatuses()
+{
+  state_.source_given = source_.has_value();
+  const MeshSource source = this->source();
+  state_.geometry_topic = source.geometry_topic;
+  state_.labels_topic = source.labels_topic;
+  state_.label_count = store_.labels().size();
+  state_.class_count = classes_.size();
+  state_.to_show = to_show_.size();
+  if (recount_) {
+    recount_ = false;
+    state_.hidden = static_cast<std::size_t>(
+        std::count_if(store_.labels().begin(), store_.labels().end(),
+                      [this](const auto& label) { return !properties_->isShown(label.first); }));
+  }
+  lines_.report("Geometry", labelGeometryStatus(state_, store_));
+  lines_.report("Labels", labelsStatus(state_, store_));
+  lines_.report("Label colors", label_colors_.status());
+  lines_.report("Services", servicesStatus(services_.report()));
+  const auto late = std::find_if(edits_.begin(), edits_.end(), [](const auto& edit) {
+    return Clock::now() - edit.second > PATIENCE;
+  });
+  if (!edit_failure_.empty()) {
+    lines_.report("Edits", StatusLine{StatusLine::ERROR, edit_failure_});
+  } else if (late != edits_.end()) {
+    lines_.report("Edits", StatusLine{StatusLine::WARN,
+                                      "label '" + late->first + "' was sent to " + owner_.topic() +
+                                          ", but has not come back as stored: see the log of the "
+                                          "node that listens there"});
+  } else if (!edits_.empty()) {
+    lines_.report("Edits",
+                  StatusLine{StatusLine::OK, "'" + edits_.begin()->first + "' is being stored"});
+  } else {
+    lines_.report("Edits", std::nullopt);
+  }
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <QObject>
+#include <QString>
+
+#ifndef Q_MOC_RUN
+#include "base/mesh_data.h"
+#include "labels/label_order.h"
+#endif
+
+namespace rviz {
+class BoolProperty;
+class ColorProperty;
+class EnumProperty;
+class FloatProperty;
+class Property;
+class RosTopicProperty;
+}  // namespace rviz
+
+namespace rviz_mesh_plugin {
+
+class LabelVisibility;
+
+/// The properties of a display of labels. Names, types and defaults of those that the released
+/// rviz_map_plugin/ClusterLabel has are the same.
+class LabelProperties : public QObject
+{
+  Q_OBJECT
+
+ public:
+  /// Adds the properties to @a parent, which owns them from then on.
+  explicit LabelProperties(rviz::Property* parent);
+
+  std::string geometryTopic() const;
+  std::string labelsTopic() const;
+  void setTopic(const QString& topic, bool of_labels);
+  void setTopicsHidden(bool hidden);
+
+  /// Empty for "__NEW__".
+  std::string activeLabel() const;
+  void setActiveLabel(const std::string& label);
+  float brushSize() const;
+  float alpha() const;
+  bool phantom() const;
+  bool isShown(const std::string& label) const;
+
+  /// From now on there are these labels; properties for them are made and removed by work().
+  void setLabels(const std::vector<std::string>& labels);
+  /// The color of this label has changed, or is new.
+  void setColor(const std::string& label, const Rgba8& color);
+  /// Works for about this long; true where nothing is left to do.
+  bool work(std::chrono::microseconds budget);
+
+ Q_SIGNALS:
+  void topicsChanged();
+  void lookChanged();  ///< alpha or phantom
+  void labelVisibilityChanged(const QString& label);
+  void classVisibilityChanged(const QString& label_class);
+  void colorChosen(const QString& label);
+
+ public:
+  /// What the user has chosen (signal colorChosen()).
+  Rgba8 chosenColor(const std::string& label) const;
+
+ private:
+  void addLabel(const std::string& label);
+  void removeLabel(const std::string& label);
+
+  rviz::RosTopicProperty* geometry_topic_;
+  rviz::RosTopicProperty* labels_topic_;
+  rviz::EnumProperty* active_label_;
+  rviz::FloatProperty* transparency_;
+  rviz::Property* color_group_;
+  LabelVisibility* visibility_;
+  rviz::FloatProperty* brush_size_;
+  rviz::BoolProperty* phantom_;
+  std::map<std::string, rviz::ColorProperty*, LabelLess> colors_;
+  std::map<std::string, Rgba8> wanted_colors_;
+  std::deque<std::string> to_add_;
+  std::deque<std::string> to_remove_;
+  bool setting_color_ = false;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,185 @@
+#include "displays/map3d_status.h"
+
+#include <cmath>
+#include <cstdio>
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr std::size_t NOTES_SHOWN = 5;
+/// A process that starts on a loaded machine may take seconds; longer, and something is wrong.
+constexpr double START_SECONDS = 20.0;
+
+std::string withUnit(std::uint64_t bytes)
+{
+  const char* units[] = {"bytes", "kB", "MB", "GB", "TB"};
+  double value = static_cast<double>(bytes);
+  std::size_t unit = 0;
+  for (; value >= 1000.0 && unit + 1 < sizeof(units) / sizeof(*units); ++unit) {
+    value /= 1000.0;
+  }
+  char text[64];
+  std::snprintf(text, sizeof(text), unit == 0 ? "%.0f %s" : "%.1f %s", value, units[unit]);
+  return text;
+}
+
+std::string inSeconds(double seconds)
+{
+  return std::to_string(static_cast<long>(std::floor(seconds))) + " s";
+}
+
+/// Why there is no file that could be read; nothing where there is one.
+OptionalStatus fileProblem(const MapFile& file)
+{
+  using State = MapFile::State;
+  switch (file.state) {
+    case State::NOT_CHOSEN:
+      return StatusLine{StatusLine::WARN,
+                        "No map file path specified! Click on the value of 'Map file path' and on "
+                        "'...', and choose a map (.h5) or a mesh (.ply, .obj, .stl, .dae, .glb)"};
+    case State::UNKNOWN:
+      return StatusLine{StatusLine::WARN, "looking at " + file.path};
+    case State::MISSING:
+      return StatusLine{StatusLine::ERROR,
+                        "Specified map file does not exist! There is nothing at " + file.path +
+                            "; it is loaded as soon as it is there"};
+    case State::DIRECTORY:
+      return StatusLine{StatusLine::ERROR, file.path + " is a folder; choose a file in it"};
+    case State::NOT_REGULAR:
+      return StatusLine{StatusLine::ERROR,
+                        file.path + " is not a file (but a device or the like); choose a map file"};
+    case State::UNREADABLE:
+      return StatusLine{StatusLine::ERROR,
+                        file.path + " may not be read; change its permissions (chmod +r)"};
+    case State::BAD_NAME:
+      return StatusLine{StatusLine::ERROR,
+                        file.path + " contains ':=', which ROS takes for a remapping; rename it"};
+    case State::PRESENT:
+      break;
+  }
+  return std::nullopt;
+}
+
+std::string joined(const std::vector<std::string>& notes)
+{
+  std::string text;
+  for (std::size_t i = 0; i < notes.size() && i < NOTES_SHOWN; ++i) {
+    text += "; " + notes[i];
+  }
+  if (notes.size() > NOTES_SHOWN) {
+    text += "; and " + std::to_string(notes.size() - NOTES_SHOWN) + " more";
+  }
+  return text;
+}
+
+bool isReady(const Map3DState& state)
+{
+  return state.started && state.progress.stage == MapProgress::Stage::READY;
+}
+
+StatusLine runningStatus(const Map3DState& state)
+{
+  const std::string process =
+      "hdf5_map_server (process " + std::to_string(state.pid) + ", " + state.server + ")";
+  switch (state.progress.stage) {
+    case MapProgress::Stage::STARTING:
+      if (state.seconds < START_SECONDS) {
+        return StatusLine{StatusLine::OK, "starting " + process};
+      }
+      return StatusLine{StatusLine::WARN,
+                        process + " has said nothing for " + inSeconds(state.seconds) +
+                            "; is the ROS master still there? 'Reset' does not end it: choose the "
+                            "file again to start anew"};
+    case MapProgress::Stage::READING:
+      return StatusLine{StatusLine::OK,
+                        process + " has been reading for " + inSeconds(state.seconds)};
+    case MapProgress::Stage::READY:
+      break;
+  }
+  return StatusLine{StatusLine::OK, process + " serves the file (" + withUnit(state.file.size()) +
+                                        ")" + joined(state.progress.notes)};
+}
+
+}  // namespace
+
+StatusLine mapStatus(const Map3DState& state)
+{
+  if (isReady(state)) {
+    return StatusLine{StatusLine::OK, state.progress.text};
+  }
+  if (!state.started && !state.look_problem.empty()) {
+    return StatusLine{StatusLine::WARN,
+                      state.look_problem + "; it is loaded as soon as there is an answer"};
+  }
+  if (const OptionalStatus problem = fileProblem(state.file)) {
+    return *problem;
+  }
+  if (!state.problem.empty() || !state.ending.empty()) {
+    return StatusLine{StatusLine::ERROR,
+                      "nothing is shown of " + state.file.path + "; line 'IO' tells why"};
+  }
+  if (state.started && state.progress.stage == MapProgress::Stage::READING) {
+    return StatusLine{StatusLine::WARN,
+                      "reading " + state.progress.text + ", " + inSeconds(state.seconds)};
+  }
+  return StatusLine{StatusLine::WARN,
+                    "loading " + state.file.path + " (" + withUnit(state.file.size()) + ")"};
+}
+
+OptionalStatus ioStatus(const Map3DState& state)
+{
+  if (!state.problem.empty()) {
+    return StatusLine{StatusLine::ERROR, state.problem};
+  }
+  if (!state.ending.empty()) {
+    const std::string again =
+        "; it is started again when the file changes, and by 'Reset'" +
+        std::string(isReady(state) ? "; what it has served is still shown, edits are not stored"
+                                   : "");
+    return StatusLine{StatusLine::ERROR, "hdf5_map_server has ended: " + state.ending + again};
+  }
+  if (!state.started) {
+    return std::nullopt;
+  }
+  if (!state.look_problem.empty()) {
+    return StatusLine{
+        StatusLine::WARN,
+        state.look_problem + (isReady(state) ? "; what was read of it is still shown" : "")};
+  }
+  if (isReady(state) && state.file.state != MapFile::State::PRESENT) {
+    return StatusLine{StatusLine::WARN,
+                      state.file.path +
+                          " is gone or may not be read any more; what was read of it "
+                          "is still shown: put it back, or choose another file"};
+  }
+  if (!state.progress.failure.empty()) {
+    return StatusLine{StatusLine::ERROR,
+                      "the file has changed, but what is in it now is not "
+                      "served: " +
+                          state.progress.failure};
+  }
+  return runningStatus(state);
+}
+
+OptionalStatus labelStatus(const Map3DState& state)
+{
+  if (state.label && !state.label->stored) {
+    return StatusLine{StatusLine::ERROR, "Error while saving label: " + state.label->text};
+  }
+  const std::string owner =
+      state.progress.label_owner.empty() ? std::string() : "; " + state.progress.label_owner;
+  if (state.label) {
+    return StatusLine{StatusLine::OK, state.label->text + owner};
+  }
+  if (!isReady(state)) {
+    return std::nullopt;
+  }
+  if (!owner.empty()) {
+    return StatusLine{StatusLine::WARN, state.progress.label_owner};
+  }
+  return StatusLine{StatusLine::OK,
+                    "labels that are edited here are stored at once, and put into "
+                    "the file when it is closed or save_map is called"};
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,211 @@
+#include "displays/mesh_report.h"
+
+#include <set>
+
+#include "displays/shown_legend.h"
+#include "incoming/mesh_store.h"
+#include "mesh_view/mesh_painter.h"
+#include "mesh_view/shown_costs.h"
+#include "properties/cost_properties.h"
+#include "properties/mesh_properties.h"
+#include "properties/source_properties.h"
+#include "rendering/mesh_visual.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+std::string firstOf(const std::string& a, const std::string& b)
+{
+  return a.empty() ? b : a;
+}
+
+Reception sum(const Reception& a, const Reception& b)
+{
+  return {a.accepted + b.accepted, a.refused + b.refused, firstOf(a.refusal, b.refusal),
+          firstOf(a.last_refusal, b.last_refusal)};
+}
+
+}  // namespace
+
+void MeshReport::report(const InboxContent& inbox, const Reception& geometry_reception,
+                        const std::string& working, StatusLines& lines)
+{
+  findSilentTopics(inbox, geometry_reception);
+  lines.report("Topic", topic(geometry_reception));
+  lines.report("Geometry", geometryStatus(geometry(geometry_reception, working)));
+  lines.report("Costs", costsStatus(costs(inbox)));
+  lines.report("Colors", colorsStatus(colors(inbox)));
+  lines.report("Textures", texturesStatus(textures(inbox)));
+  lines.report("Labels", labelsStatus(labels(inbox)));
+  lines.report("Services", services());
+}
+
+void MeshReport::findSilentTopics(const InboxContent& inbox, const Reception& geometry)
+{
+  // In the order of MeshFeed::Kind.
+  const Reception* const receptions[MeshFeed::KINDS] = {&geometry,
+                                                        &inbox.costs_reception,
+                                                        &inbox.face_costs_reception,
+                                                        &inbox.updates_reception,
+                                                        &inbox.colors_reception,
+                                                        &inbox.materials_reception,
+                                                        &inbox.textures_reception,
+                                                        &inbox.labels_reception};
+  std::vector<std::string> silent;
+  for (int kind = 0; kind < MeshFeed::KINDS; ++kind) {
+    const std::string& topic = feed_.resolvedTopic(static_cast<MeshFeed::Kind>(kind));
+    if (!topic.empty() && receptions[kind]->received() == 0) {
+      silent.push_back(topic);
+    }
+  }
+  silent_topics_.update(SilentTopics::Clock::now(), silent);
+}
+
+std::string MeshReport::problem(MeshFeed::Kind kind) const
+{
+  const std::string& error = feed_.error(kind);
+  return error.empty() ? silent_topics_.problem(feed_.resolvedTopic(kind), MeshFeed::type(kind))
+                       : error;
+}
+
+StatusLine MeshReport::topic(const Reception& reception) const
+{
+  const std::string& topic = feed_.topic(MeshFeed::GEOMETRY);
+  const std::string& error = feed_.error(MeshFeed::GEOMETRY);
+  if (topic.empty() && properties_.sources().given()) {
+    return noMapOpen();
+  }
+  const std::string problem = this->problem(MeshFeed::GEOMETRY);
+  return error.empty() && !problem.empty() ? StatusLine{StatusLine::ERROR, problem}
+                                           : topicStatus(topic, error, reception);
+}
+
+GeometryState MeshReport::geometry(const Reception& reception, const std::string& working) const
+{
+  GeometryState state;
+  state.mesh = store_.newest();
+  state.reception = reception;
+  state.working = working;
+  state.normals_shown = properties_.normalsShown();
+  state.others = store_.meshes().empty() ? 0 : store_.meshes().size() - 1;
+  if (const MeshPainters::Mesh* newest = painters_.newest()) {
+    state.error = newest->painter->error();
+    const MeshVisual* visual = newest->painter->visual();
+    state.drawn = visual && visual->shownLayout();
+    state.preview = state.drawn && visual->shownLayout()->preview;
+    state.progress = visual ? visual->progress() : 0.0f;
+  }
+  return state;
+}
+
+CostsState MeshReport::costs(const InboxContent& inbox) const
+{
+  CostsState state;
+  state.chosen = properties_.displayType() == DisplayType::VERTEX_COSTS;
+  state.topic_given = properties_.sources().given();
+  state.topic = firstOf(feed_.topic(MeshFeed::COSTS), feed_.topic(MeshFeed::FACE_COSTS));
+  state.subscription_error = firstOf(
+      problem(MeshFeed::COSTS), firstOf(problem(MeshFeed::FACE_COSTS), problem(MeshFeed::UPDATES)));
+  state.reception = sum(inbox.costs_reception, inbox.face_costs_reception);
+  state.updates_reception = inbox.updates_reception;
+  state.update_problem = firstOf(inbox.updates_reception.refusal, store_.updateProblem());
+  state.stale_updates = inbox.stale + store_.staleUpdates();
+  state.waiting = store_.waitingCosts();
+  state.type = properties_.costs().costsType();
+  state.types = store_.costTypes();
+  const MeshDataConstPtr mesh = store_.newest();
+  if (!mesh) {
+    return state;
+  }
+  state.mesh_shown = true;
+  state.vertex_count = mesh->vertexCount();
+  state.face_count = mesh->faceCount();
+  if (const CostLayerConstPtr layer = store_.attributes().cost(state.type)) {
+    state.size = layer->costs.size();
+    state.on_faces = layer->on_faces;
+    state.summary = layer->summary;
+    const CostColoring coloring = properties_.costs().coloring();
+    // As drawn: one scale for all meshes.
+    state.limits = limitsOf(commonColoring(store_, state.type, coloring), layer->summary);
+    state.note = coloringNote(coloring, layer->summary);
+    const std::string legend = legend_.error();
+    if (!legend.empty()) {
+      state.note += (state.note.empty() ? "" : "; ") + ("the legend is left out: " + legend);
+    }
+  }
+  return state;
+}
+
+AttributeState MeshReport::colors(const InboxContent& inbox) const
+{
+  AttributeState state;
+  state.chosen = properties_.displayType() == DisplayType::VERTEX_COLOR;
+  state.topic_given = properties_.sources().given();
+  state.topic = feed_.topic(MeshFeed::COLORS);
+  state.subscription_error = problem(MeshFeed::COLORS);
+  state.reception = inbox.colors_reception;
+  state.waiting = store_.waitingColors();
+  if (const MeshDataConstPtr mesh = store_.newest()) {
+    state.mesh_shown = true;
+    state.vertex_count = mesh->vertexCount();
+    if (const ColorLayerConstPtr layer = store_.attributes().colors) {
+      state.size = layer->colors.size();
+    }
+  }
+  return state;
+}
+
+TexturesState MeshReport::textures(const InboxContent& inbox) const
+{
+  TexturesState state;
+  state.chosen = properties_.displayType() == DisplayType::TEXTURES;
+  state.subscription_error = firstOf(problem(MeshFeed::MATERIALS), problem(MeshFeed::TEXTURES));
+  state.materials_reception = inbox.materials_reception;
+  state.textures_reception = inbox.textures_reception;
+  const MeshDataConstPtr mesh = store_.newest();
+  if (!mesh) {
+    return state;
+  }
+  state.mesh_shown = true;
+  state.vertex_count = mesh->vertexCount();
+  state.face_count = mesh->faceCount();
+  const MeshAttributes& attributes = store_.attributes();
+  state.materials = attributes.materials;
+  if (state.materials) {
+    std::set<std::uint32_t> received;
+    for (const Material& material : state.materials->materials) {
+      if (attributes.textures.count(material.texture_index) != 0) {
+        received.insert(material.texture_index);
+      }
+    }
+    state.textures = received.size();
+  }
+  return state;
+}
+
+LabelsState MeshReport::labels(const InboxContent& inbox) const
+{
+  LabelsState state;
+  state.chosen = properties_.labelsShown();
+  state.subscription_error = problem(MeshFeed::LABELS);
+  state.reception = inbox.labels_reception;
+  state.mesh_shown = store_.newest() != nullptr;
+  if (const MeshPainters::Mesh* newest = painters_.newest()) {
+    state.labels = newest->labels->count();
+    state.left_out = newest->labels->leftOut();
+    state.error = newest->labels_error;
+  }
+  return state;
+}
+
+OptionalStatus MeshReport::services() const
+{
+  const MeshServices::Report report = feed_.services().report();
+  if (report.lines.empty()) {
+    return std::nullopt;
+  }
+  const bool failed = report.worst() == MeshServices::Report::State::FAILED;
+  return StatusLine{failed ? StatusLine::WARN : StatusLine::OK, report.text()};
+}
+
+}  // namespace rviz_mesh_plugin

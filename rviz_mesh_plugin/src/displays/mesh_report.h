@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+
+#include "base/status_lines.h"
+#include "incoming/mesh_inbox.h"
+#include "mesh_view/mesh_feed.h"
+#include "mesh_view/mesh_status.h"
+#include "ros_client/silent_topics.h"
+
+namespace rviz_mesh_plugin {
+
+class MeshPainters;
+class MeshProperties;
+class MeshStore;
+class ShownLegend;
+
+/// Puts together what the status tree of a mesh display says.
+class MeshReport
+{
+ public:
+  MeshReport(const MeshFeed& feed, const MeshProperties& properties, const MeshStore& store,
+             const MeshPainters& painters, const ShownLegend& legend)
+      : feed_(feed), properties_(properties), store_(store), painters_(painters), legend_(legend)
+  {
+  }
+
+  /// @param inbox for the receptions
+  /// @param geometry how it went with the meshes
+  /// @param working what the loader is doing
+  void report(const InboxContent& inbox, const Reception& geometry, const std::string& working,
+              StatusLines& lines);
+
+ private:
+  void findSilentTopics(const InboxContent& inbox, const Reception& geometry);
+  StatusLine topic(const Reception& geometry) const;
+  /// Why nothing comes from a topic; else empty.
+  std::string problem(MeshFeed::Kind kind) const;
+  GeometryState geometry(const Reception& reception, const std::string& working) const;
+  CostsState costs(const InboxContent& inbox) const;
+  AttributeState colors(const InboxContent& inbox) const;
+  TexturesState textures(const InboxContent& inbox) const;
+  LabelsState labels(const InboxContent& inbox) const;
+  OptionalStatus services() const;
+
+  const MeshFeed& feed_;
+  const MeshProperties& properties_;
+  const MeshStore& store_;
+  const MeshPainters& painters_;
+  const ShownLegend& legend_;
+  SilentTopics silent_topics_;
+};
+
+}  // namespace rviz_mesh_plugin

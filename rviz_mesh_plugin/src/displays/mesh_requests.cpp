@@ -1,0 +1,103 @@
+#include "displays/mesh_requests.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "incoming/mesh_store.h"
+#include "mesh_view/mesh_feed.h"
+#include "properties/cost_properties.h"
+#include "properties/mesh_properties.h"
+#include "properties/source_properties.h"
+
+namespace rviz_mesh_plugin {
+
+bool MeshRequests::due(const std::string& what, bool needed, bool has_topic, Clock::time_point now)
+{
+  if (!needed) {
+    since_.erase(what);
+    return false;
+  }
+  const auto missed = since_.emplace(what, now).first->second;
+  return !has_topic || now - missed >= PATIENCE;
+}
+
+void MeshRequests::update(Clock::time_point now, MeshFeed& feed, const MeshProperties& properties,
+                          const MeshStore& store)
+{
+  MeshServices& services = feed.services();
+  const MeshDataConstPtr mesh = store.newest();
+  forgetGone(services, store);
+  const bool has_topic = !feed.topic(MeshFeed::GEOMETRY).empty();
+  // Within another display that shows nothing, a server that happens to be there is not meant.
+  const bool wanted = has_topic || !properties.sources().given();
+  if (due("mesh", !mesh && wanted, has_topic, now)) {
+    services.requestMesh(std::string());
+    mesh_asked_ = true;
+  }
+  if (!mesh) {
+    return;
+  }
+  if (mesh_asked_) {
+    mesh_asked_ = false;
+    const MeshServices::Report::State state = services.report().worst();
+    if (state != MeshServices::Report::State::ANSWERED) {
+      services.cancel();  // a topic has brought the mesh
+      since_.clear();
+    }
+  }
+  for (const MeshDataConstPtr& shown : store.meshes()) {
+    requestAttributes(now, shown->uuid, feed, properties, store);
+  }
+}
+
+void MeshRequests::forgetGone(MeshServices& services, const MeshStore& store)
+{
+  std::set<std::string> uuids;
+  for (const MeshDataConstPtr& mesh : store.meshes()) {
+    uuids.insert(mesh->uuid);
+  }
+  // Else a publisher of ever new uuids would leave a request behind for each of them.
+  if (!std::includes(uuids.begin(), uuids.end(), uuids_.begin(), uuids_.end())) {
+    services.cancel();
+    since_.clear();
+  }
+  uuids_ = std::move(uuids);
+}
+
+void MeshRequests::requestAttributes(Clock::time_point now, const std::string& uuid, MeshFeed& feed,
+                                     const MeshProperties& properties, const MeshStore& store)
+{
+  MeshServices& services = feed.services();
+  const MeshAttributes& attributes = store.attributes(uuid);
+  const DisplayType type = properties.displayType();
+  // A display within another one shows what there is to be chosen.
+  const bool everything = properties.sources().given();
+  const std::string suffix = " " + uuid;
+  if (due("colors" + suffix,
+          (everything || type == DisplayType::VERTEX_COLOR) && !attributes.colors,
+          !feed.topic(MeshFeed::COLORS).empty(), now)) {
+    services.requestColors(uuid);
+  }
+  if (due("materials" + suffix,
+          (everything || type == DisplayType::TEXTURES) &&
+              (!attributes.materials || services.missesTextures(uuid)),
+          !feed.topic(MeshFeed::MATERIALS).empty(), now)) {
+    services.requestMaterials(uuid);
+  }
+  const std::string chosen = properties.costs().costsType();
+  const bool layer_missing = chosen.empty() ? attributes.costs.empty() : !attributes.cost(chosen);
+  const bool costs = type == DisplayType::VERTEX_COSTS;
+  if (due("costs" + suffix, (costs && layer_missing) || (everything && attributes.costs.empty()),
+          !feed.topic(MeshFeed::COSTS).empty() || !feed.topic(MeshFeed::FACE_COSTS).empty(), now)) {
+    services.requestCosts(uuid);
+    const std::vector<std::string> layers = services.layers(uuid);
+    if (costs && std::find(layers.begin(), layers.end(), chosen) != layers.end()) {
+      services.requestLayer(uuid, chosen);
+    }
+  }
+  if (due("labels" + suffix, properties.labelsShown(), false, now)) {
+    services.requestLabels(uuid);
+  }
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,338 @@
+#include "displays/textured_mesh_display.h"
+
+#include <algorithm>
+
+#include <OgreSceneNode.h>
+
+#include <rviz/config.h>
+#include <rviz/display_context.h>
+
+#include "properties/cost_properties.h"
+#include "properties/mesh_properties.h"
+#include "properties/source_properties.h"
+#include "rendering/mesh_visual.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// An update uploads until it has taken so long in all, so that the GUI stays fluid.
+constexpr std::chrono::milliseconds UPDATE_BUDGET{32};
+
+}  // namespace
+
+void PendingCosts::take(const std::vector<CostUpdateConstPtr>& updates, MeshStore& store)
+{
+  for (const CostUpdateConstPtr& update : updates) {
+    const CostLayerConstPtr layer = store.update(update);
+    if (!layer) {
+      continue;
+    }
+    Changed& changed = changed_[{update->uuid, update->type}];
+    if (changed.layer != layer) {  // a new one is colored as a whole
+      changed = {layer, {}};
+    }
+    auto& vertices = changed.vertices;
+    vertices.insert(vertices.end(), update->vertices.begin(), update->vertices.end());
+    if (vertices.size() > layer->costs.size()) {
+      std::sort(vertices.begin(), vertices.end());
+      vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    }
+  }
+}
+
+bool PendingCosts::show(Clock::time_point now, float rate, MeshPainters& painters)
+{
+  const std::chrono::duration<float> interval(1.0f / rate);
+  if (changed_.empty() || now - shown_ < interval) {
+    return false;
+  }
+  shown_ = now;
+  for (const auto& changed : changed_) {
+    painters.updateCosts(changed.second.layer, changed.second.vertices);
+  }
+  changed_.clear();
+  return true;
+}
+
+TexturedMeshDisplay::TexturedMeshDisplay() : properties_(new MeshProperties(this)), lines_(this) {}
+
+TexturedMeshDisplay::~TexturedMeshDisplay() = default;
+
+void TexturedMeshDisplay::onInitialize()
+{
+  lines_.attempt([this] {
+    painters_ = std::make_unique<MeshPainters>(
+        MeshPainter::Context{store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
+    report_ = std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_, legend_);
+    connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
+    connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
+    connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
+  });
+}
+
+void TexturedMeshDisplay::setSource(const MeshSource& source)
+{
+  lines_.attempt([&] { properties_->setSource(source); });
+}
+
+MeshDataConstPtr TexturedMeshDisplay::mesh() const
+{
+  const MeshPainters::Mesh* newest = painters_ ? painters_->newest() : nullptr;
+  return newest ? newest->painter->mesh() : nullptr;
+}
+
+std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
+{
+  std::vector<ShownMesh> shown;
+  if (isEnabled() && painters_) {
+    for (const MeshPainters::Mesh& mesh : painters_->meshes()) {
+      if (mesh.painter->mesh() && mesh.painter->pose()) {
+        shown.push_back({mesh.painter->mesh(), mesh.painter->pose()->position,
+                         mesh.painter->pose()->orientation, getNameStd(),
+                         properties_->sources().source()});
+      }
+    }
+  }
+  return shown;
+}
+
+bool TexturedMeshDisplay::has(const MeshDataConstPtr& mesh) const
+{
+  if (mesh && painters_) {
+    for (const MeshPainters::Mesh& known : painters_->meshes()) {
+      if (known.painter->mesh() == mesh) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+const MeshVisual* TexturedMeshDisplay::visual() const
+{
+  const MeshPainters::Mesh* newest = painters_ ? painters_->newest() : nullptr;
+  return newest ? newest->painter->visual() : nullptr;
+}
+
+void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*datatype*/)
+{
+  lines_.attempt([&] {
+    properties_->sources().setGeometryTopic(topic);
+    proposal_.ask(topic.toStdString());
+  });
+}
+
+void TexturedMeshDisplay::load(const rviz::Config& config)
+{
+  lines_.attempt([&] {
+    Display::load(config);
+    properties_->loadOlderKeys(config);
+  });
+}
+
+void TexturedMeshDisplay::onEnable()
+{
+  onSource();
+  onContent();
+}
+
+void TexturedMeshDisplay::onDisable()
+{
+  lines_.attempt([this] {
+    feed_.disconnect();
+    label_colors_.disconnect();
+    requests_.restart();
+    legend_.hide();
+    clearStatuses();
+    lines_.forget();
+  });
+}
+
+void TexturedMeshDisplay::reset()
+{
+  lines_.attempt([this] {
+    Display::reset();
+    lines_.forget();
+    feed_.clear();
+    label_colors_.clear();
+    requests_.restart();
+    store_.clear();
+    pending_costs_.clear();
+    if (painters_) {
+      painters_->clear();
+    }
+    legend_.hide();
+    received_ = InboxContent();
+    geometry_reception_ = Reception();
+  });
+  onSource();
+  onContent();
+}
+
+void TexturedMeshDisplay::onSource()
+{
+  source_changed_ = true;
+  queueRender();
+}
+
+void TexturedMeshDisplay::onContent()
+{
+  content_changed_ = true;
+  queueRender();
+}
+
+void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
+{
+  const bool done = lines_.attempt([this] { work(); });
+  if (done && work_failed_) {
+    lines_.report("Display", std::nullopt);
+  }
+  work_failed_ = !done;
+}
+
+void TexturedMeshDisplay::work()
+{
+  if (!report_) {
+    return;  // onInitialize() has failed, and said why
+  }
+  const Clock::time_point end = Clock::now() + UPDATE_BUDGET;
+  if (const auto topics = proposal_.take()) {
+    properties_->sources().proposeTopics(QString::fromStdString(topics->costs),
+                                         QString::fromStdString(topics->colors));
+  }
+  if (source_changed_) {
+    source_changed_ = false;
+    if (feed_.connect(threaded_nh_, *properties_, store_)) {
+      content_changed_ = true;
+    }
+    requests_.restart();
+  }
+  takeMessages();
+  requests_.update(Clock::now(), feed_, *properties_, store_);
+  offerChoices();
+  if (content_changed_) {
+    content_changed_ = false;
+    store_.setCapacity(properties_->bufferSize());
+    painters_->paint();
+    uploading_ = true;
+  }
+  if (pending_costs_.show(Clock::now(), properties_->updateRate(), *painters_)) {
+    uploading_ = true;
+  }
+  followLabelColors();
+  upload(end);
+  updatePoses();
+  legend_.update(*properties_, *painters_);
+  report_->report(received_, geometry_reception_, working_, lines_);
+}
+
+void TexturedMeshDisplay::takeMessages()
+{
+  const MeshLoader::Content loaded = feed_.loader().take();
+  geometry_reception_ = loaded.reception;
+  working_ = loaded.working;
+  for (const MeshDataConstPtr& mesh : loaded.meshes) {
+    if (store_.mesh(mesh->uuid) != mesh) {
+      store_.addMesh(mesh);
+      content_changed_ = true;
+    }
+  }
+  InboxContent content = feed_.inbox().take();
+  pending_costs_.take(content.earlier_updates, store_);
+  for (const CostLayerConstPtr& layer : content.costs) {
+    store_.addCosts(layer);
+  }
+  for (const ColorLayerConstPtr& layer : content.colors) {
+    store_.addColors(layer);
+  }
+  for (const MaterialsConstPtr& materials : content.materials) {
+    store_.addMaterials(materials);
+  }
+  for (const TextureImageConstPtr& texture : content.textures) {
+    store_.addTexture(texture);
+  }
+  for (const LabelSetConstPtr& labels : content.labels) {
+    store_.addLabels(labels);
+  }
+  content_changed_ |= !content.costs.empty() || !content.colors.empty() ||
+                      !content.materials.empty() || !content.textures.empty() ||
+                      !content.labels.empty();
+  pending_costs_.take(content.updates, store_);
+  if (!loaded.layouts.empty()) {
+    painters_->paint();  // there is a painter for each mesh then
+    painters_->setLayouts(loaded.layouts);
+    content_changed_ = true;
+  }
+  // Only the receptions are looked at from now on.
+  content.costs.clear();
+  content.earlier_updates.clear();
+  content.updates.clear();
+  content.colors.clear();
+  content.materials.clear();
+  content.textures.clear();
+  content.labels.clear();
+  received_ = std::move(content);
+}
+
+void TexturedMeshDisplay::offerChoices()
+{
+  std::vector<std::string> types = store_.costTypes();
+  if (const MeshDataConstPtr newest = store_.newest()) {
+    for (const std::string& layer : feed_.services().layers(newest->uuid)) {
+      if (std::find(types.begin(), types.end(), layer) == types.end()) {
+        types.push_back(layer);
+      }
+    }
+  }
+  const MeshAttributes& attributes = store_.attributes();
+  properties_->setAvailable(
+      {attributes.colors != nullptr, attributes.materials != nullptr, !types.empty()});
+  if (types != cost_types_) {
+    cost_types_ = types;
+    properties_->costs().setCostsTypes(types);
+  }
+}
+
+void TexturedMeshDisplay::followLabelColors()
+{
+  if (!properties_->labelsShown()) {
+    label_colors_.disconnect();
+    lines_.report("Label colors", std::nullopt);
+    return;
+  }
+  label_colors_.connect(threaded_nh_, labelNamespace(properties_->sources().source()));
+  for (const MeshDataConstPtr& mesh : store_.meshes()) {
+    label_colors_.request(mesh->uuid);
+  }
+  uploading_ |= painters_->colorLabels(label_colors_);
+  lines_.report("Label colors", label_colors_.status());
+}
+
+void TexturedMeshDisplay::upload(Clock::time_point end)
+{
+  const auto left = std::chrono::duration_cast<std::chrono::microseconds>(end - Clock::now());
+  const bool done = painters_->upload(std::max(left, std::chrono::microseconds(0)));
+  if (uploading_ || !done) {
+    setVisibilityBits(getVisibilityBits());  // for the objects that are new
+    queueRender();
+  }
+  uploading_ = !done;
+}
+
+void TexturedMeshDisplay::updatePoses()
+{
+  std::optional<StatusLine> line;
+  painters_->setPoses([&](const std::string& frame) {
+    const std::string given = properties_->sources().source().frame;
+    StatusLine found;
+    const auto pose =
+        findPose(*context_->getFrameManager(), given.empty() ? frame : given, "the mesh is", found);
+    if (!line || found.level > line->level) {
+      line = found;
+    }
+    return pose;
+  });
+  lines_.report("Transform", line);
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#ifndef Q_MOC_RUN
+#include <rviz/display.h>
+
+#include "base/mesh_data.h"
+#include "base/status_lines.h"
+#include "displays/mesh_report.h"
+#include "displays/mesh_requests.h"
+#include "displays/shown_legend.h"
+#include "incoming/mesh_store.h"
+#include "mesh_view/mesh_feed.h"
+#include "mesh_view/mesh_painter.h"
+#include "mesh_view/shown_mesh.h"
+#include "ros_client/topic_proposal.h"
+#include "sources/label_color_feed.h"
+#include "sources/mesh_source.h"
+#endif
+
+namespace rviz_mesh_plugin {
+
+class MeshProperties;
+class MeshVisual;
+
+/// Updates of costs that have been stored, but are not seen yet: those that come in quick
+/// succession become seen together. GUI thread only.
+class PendingCosts
+{
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  void take(const std::vector<CostUpdateConstPtr>& updates, MeshStore& store);
+
+  /// @param rate in Hz: how often at most
+  /// @return whether something has become seen
+  bool show(Clock::time_point now, float rate, MeshPainters& painters);
+
+  void clear() { changed_.clear(); }
+
+ private:
+  using Layer = std::pair<std::string, std::string>;  ///< uuid and type
+  struct Changed
+  {
+    CostLayerConstPtr layer;
+    std::vector<std::uint32_t> vertices;
+  };
+
+  std::map<Layer, Changed> changed_;
+  Clock::time_point shown_;
+};
+
+/// Shows the newest meshes of a mesh_msgs/MeshGeometryStamped topic, or of a
+/// service, in one color, in the colors of their vertices, with their textures,
+/// or by a cost layer.
+///
+/// Everything that takes long is done elsewhere: update() takes the results
+/// over and uploads them in slices. Disabling hides and unsubscribes; data stay
+/// until reset(). One status line per concern: Topic, Geometry, Costs, Colors,
+/// Textures, Transform, Labels, Services.
+class TexturedMeshDisplay : public rviz::Display
+{
+  Q_OBJECT
+
+ public:
+  TexturedMeshDisplay();
+  ~TexturedMeshDisplay() override;
+
+  /// Shows what this source has from now on; the properties for topics and
+  /// services are hidden.
+  void setSource(const MeshSource& source);
+
+  /// The newest mesh that is shown; null where there is none.
+  MeshDataConstPtr mesh() const;
+
+  /// The meshes that can be seen (and so be clicked at), the newest first.
+  std::vector<ShownMesh> shownMeshes() const;
+
+  /// Whether this is one of its meshes, shown or not.
+  bool has(const MeshDataConstPtr& mesh) const;
+
+  /// Costs, colors and labels of a mesh, as far as they have arrived.
+  const MeshAttributes& attributes(const MeshData& mesh) const
+  {
+    return store_.attributes(mesh.uuid);
+  }
+
+  /// The cost layers that can be chosen, in this order; some of them may not have arrived.
+  const std::vector<std::string>& costTypes() const { return cost_types_; }
+
+  /// What draws the newest mesh; null without one.
+  const MeshVisual* visual() const;
+
+  void setTopic(const QString& topic, const QString& datatype) override;
+  void load(const rviz::Config& config) override;
+  void update(float wall_dt, float ros_dt) override;
+  void reset() override;
+
+ protected:
+  void onInitialize() override;
+  void onEnable() override;
+  void onDisable() override;
+
+ private Q_SLOTS:
+  void onSource();
+  void onContent();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void work();
+  void takeMessages();
+  void offerChoices();
+  void followLabelColors();
+  void updatePoses();
+  void upload(Clock::time_point end);
+
+  MeshProperties* properties_;
+  MeshStore store_;
+  MeshFeed feed_;
+  MeshRequests requests_;
+  LabelColorFeed label_colors_;
+  std::unique_ptr<MeshPainters> painters_;
+  std::unique_ptr<MeshReport> report_;
+  ShownLegend legend_;
+  StatusLines lines_;
+  InboxContent received_;  ///< for its receptions
+  Reception geometry_reception_;
+  std::string working_;  ///< what the loader is doing
+  PendingCosts pending_costs_;
+  TopicProposal proposal_;
+  std::vector<std::string> cost_types_;  ///< that are offered
+  bool source_changed_ = false;
+  bool content_changed_ = false;
+  bool uploading_ = false;
+  bool work_failed_ = false;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,499 @@
+#include "incoming/mesh_loader.h"
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <cstring>
+#include <deque>
+#include <exception>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <new>
+#include <utility>
+
+#include "conversion/mesh_conversion.h"
+#include "threads/ending_thread.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+template <class Entries, class Predicate>
+void eraseIf(Entries& entries, const Predicate& predicate)
+{
+  entries.erase(std::remove_if(entries.begin(), entries.end(), predicate), entries.end());
+}
+
+struct Registry
+{
+  std::mutex mutex;
+  std::vector<std::weak_ptr<const MeshData>> meshes;
+  std::vector<std::weak_ptr<const MeshLayout>> layouts;
+};
+
+/// Never destroyed: threads may still use it while the process ends.
+Registry& registry()
+{
+  static Registry& instance = *new Registry;
+  return instance;
+}
+
+template <class T>
+void forgetUnused(std::vector<std::weak_ptr<const T>>& entries)
+{
+  entries.erase(std::remove_if(entries.begin(), entries.end(),
+                               [](const auto& entry) { return entry.expired(); }),
+                entries.end());
+}
+
+template <class T>
+bool sameBytes(const std::vector<T>& a, const std::vector<T>& b)
+{
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+bool sameContent(const MeshData& a, const MeshData& b)
+{
+  return a.uuid == b.uuid && a.frame_id == b.frame_id && a.normals_given == b.normals_given &&
+         sameBytes(a.indices, b.indices) && sameBytes(a.vertices, b.vertices);
+}
+
+/// The mesh that is in use in this process and has the same content, name and frame, to the last
+/// bit; the given one where there is none. Keeps nothing alive. Thread safe.
+MeshDataConstPtr internMesh(const MeshDataConstPtr& mesh)
+{
+  auto& entries = registry();
+  const std::lock_guard<std::mutex> lock(entries.mutex);
+  for (const auto& entry : entries.meshes) {
+    const MeshDataConstPtr known = entry.lock();
+    if (known && (known == mesh || sameContent(*known, *mesh))) {
+      return known;
+    }
+  }
+  forgetUnused(entries.meshes);
+  entries.meshes.push_back(mesh);
+  return mesh;
+}
+
+/// The layout in use in this process that has been made of these, or null. Thread safe.
+MeshLayoutConstPtr findLayout(const MeshDataConstPtr& mesh, Split split,
+                              const MaterialsConstPtr& materials)
+{
+  auto& entries = registry();
+  const std::lock_guard<std::mutex> lock(entries.mutex);
+  for (const auto& entry : entries.layouts) {
+    const MeshLayoutConstPtr known = entry.lock();
+    if (known && known->mesh == mesh && known->split == split &&
+        (split != Split::BY_MATERIAL || known->materials == materials)) {
+      return known;
+    }
+  }
+  return nullptr;
+}
+
+/// For findLayout(). Keeps nothing alive.
+void rememberLayout(const MeshLayoutConstPtr& layout)
+{
+  auto& entries = registry();
+  const std::lock_guard<std::mutex> lock(entries.mutex);
+  forgetUnused(entries.layouts);
+  entries.layouts.push_back(layout);
+}
+
+/// A message to convert, or a mesh to lay out.
+struct MeshJob
+{
+  std::string uuid;
+  mesh_msgs::MeshGeometryStamped::ConstPtr message;
+  MeshDataConstPtr mesh;
+  Split split = Split::NONE;
+  MaterialsConstPtr materials;
+
+  bool isSameLayout(const MeshJob& other) const
+  {
+    return mesh == other.mesh && split == other.split && materials == other.materials;
+  }
+  std::string describe() const;
+};
+
+/// What a MeshLoader has to do, and how each mesh was asked to be laid out last.
+class MeshJobs
+{
+ public:
+  /// Messages of more meshes than this do not wait.
+  static constexpr std::size_t MOST_MESSAGES = 16;
+
+  /// In place of an older message of the mesh; where too many wait, the oldest goes.
+  /// @param dropped jobs that are in the way: to free them takes long
+  /// @return what is refused and why, else empty
+  std::string add(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
+                  std::vector<MeshJob>& dropped);
+
+  /// Remembers how a mesh is to be laid out, and removes what was asked before.
+  void setWish(const MeshJob& layout);
+  void add(MeshJob layout) { waiting_.push_back(std::move(layout)); }
+
+  /// The mesh has come: layouts of another one of that uuid are obsolete.
+  void arrive(const MeshDataConstPtr& mesh);
+  /// How the mesh of a job was asked to be laid out last; nothing changes where it was not.
+  void applyWish(MeshJob& job) const;
+
+  bool empty() const { return waiting_.empty(); }
+  MeshJob takeFirst();
+  void clear();
+
+ private:
+  struct Wish
+  {
+    std::weak_ptr<const MeshData> mesh;
+    Split split = Split::NONE;
+    std::weak_ptr<const Materials> materials;
+  };
+
+  std::deque<MeshJob> waiting_;
+  std::map<std::string, Wish> wishes_;  ///< by uuid
+};
+
+bool isMessage(const MeshJob& job)
+{
+  return job.message != nullptr;
+}
+
+std::string MeshJob::describe() const
+{
+  const std::size_t faces = message ? message->mesh_geometry.faces.size() : mesh->faceCount();
+  return std::to_string(faces) + " faces of mesh '" + uuid + "'";
+}
+
+std::string MeshJobs::add(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
+                          std::vector<MeshJob>& dropped)
+{
+  const auto older = std::stable_partition(waiting_.begin(), waiting_.end(), [&](const auto& job) {
+    return !isMessage(job) || job.uuid != message->uuid;
+  });
+  std::move(older, waiting_.end(), std::back_inserter(dropped));
+  waiting_.erase(older, waiting_.end());
+  std::string refusal;
+  const auto messages = std::count_if(waiting_.begin(), waiting_.end(), isMessage);
+  if (static_cast<std::size_t>(messages) >= MOST_MESSAGES) {
+    const auto oldest = std::find_if(waiting_.begin(), waiting_.end(), isMessage);
+    refusal = "mesh '" + oldest->uuid + "' was dropped, because " + std::to_string(MOST_MESSAGES) +
+              " more arrived before it could be shown; publish them more slowly";
+    dropped.push_back(std::move(*oldest));
+    waiting_.erase(oldest);
+  }
+  MeshJob job;
+  job.uuid = message->uuid;
+  job.message = message;
+  waiting_.push_back(std::move(job));
+  return refusal;
+}
+
+void MeshJobs::setWish(const MeshJob& layout)
+{
+  eraseIf(waiting_, [&](const auto& other) { return other.mesh && other.uuid == layout.uuid; });
+  for (auto wish = wishes_.begin(); wish != wishes_.end();) {
+    wish = wish->second.mesh.expired() ? wishes_.erase(wish) : std::next(wish);
+  }
+  wishes_[layout.uuid] = {layout.mesh, layout.split, layout.materials};
+}
+
+void MeshJobs::arrive(const MeshDataConstPtr& mesh)
+{
+  eraseIf(waiting_,
+          [&](const auto& job) { return job.mesh && job.uuid == mesh->uuid && job.mesh != mesh; });
+}
+
+void MeshJobs::applyWish(MeshJob& job) const
+{
+  const auto wish = wishes_.find(job.mesh->uuid);
+  if (wish != wishes_.end() && wish->second.mesh.lock() == job.mesh) {
+    job.split = wish->second.split;
+    job.materials = wish->second.materials.lock();
+    if (job.split == Split::BY_MATERIAL && !job.materials) {
+      job.split = Split::NONE;
+    }
+  }
+}
+
+MeshJob MeshJobs::takeFirst()
+{
+  MeshJob job = std::move(waiting_.front());
+  waiting_.pop_front();
+  return job;
+}
+
+void MeshJobs::clear()
+{
+  waiting_.clear();
+  wishes_.clear();
+}
+
+}  // namespace
+
+/// Shared by the loader and its thread, which may outlive it.
+class MeshLoader::Worker
+{
+ public:
+  explicit Worker(bool with_layouts) : with_layouts_(with_layouts) {}
+
+  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message, const Flag* dropped)
+  {
+    std::vector<MeshJob> removed;  // freed without the lock, which takes long
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (dropped != nullptr && *dropped) {
+      return;
+    }
+    const std::string refusal = jobs_.add(message, removed);
+    if (!refusal.empty()) {
+      ready_.reception.refuse(refusal);
+    }
+    // Never twice in a row: else a fast publisher would not be shown at all.
+    if (laying_out_ && current_.uuid == message->uuid && !gave_up_) {
+      cancelled_ = gave_up_ = true;
+    }
+    wake_.notify_one();
+  }
+
+  void refuse(const std::string& reason, const Flag* dropped)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (dropped == nullptr || !*dropped) {
+      ready_.reception.refuse(reason);
+    }
+  }
+
+  void layOut(const MeshDataConstPtr& mesh, Split split, const MaterialsConstPtr& materials)
+  {
+    MeshJob job;
+    job.uuid = mesh->uuid;
+    job.mesh = mesh;
+    job.split = split;
+    job.materials = split == Split::BY_MATERIAL ? materials : nullptr;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    jobs_.setWish(job);
+    if (laying_out_ && current_.mesh == mesh && !cancelled_) {
+      if (current_.isSameLayout(job)) {
+        return;
+      }
+      cancelled_ = true;
+    }
+    jobs_.add(std::move(job));
+    wake_.notify_one();
+  }
+
+  Content take()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    Content content = std::move(ready_);
+    ready_ = Content();
+    ready_.reception = content.reception;
+    content.working = working_;
+    return content;
+  }
+
+  void clear()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    jobs_.clear();
+    ready_ = Content();
+    working_.clear();
+    cancelled_ = true;
+    gave_up_ = false;
+    ++generation_;
+  }
+
+  void stop()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stopped_ = cancelled_ = true;
+    jobs_.clear();
+    wake_.notify_one();
+  }
+
+  void run()
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (true) {
+      wake_.wait(lock, [this]() { return stopped_ || !jobs_.empty(); });
+      if (stopped_) {
+        return;
+      }
+      current_ = jobs_.takeFirst();
+      cancelled_ = false;
+      current_generation_ = generation_;
+      work(lock);
+      laying_out_ = false;
+      working_.clear();
+      MeshJob done = std::move(current_);
+      current_ = MeshJob();
+      lock.unlock();
+      done = MeshJob();  // freed without the lock, which takes long
+      lock.lock();
+    }
+  }
+
+ private:
+  /// With the lock, which is given up for as long as work is done.
+  void work(std::unique_lock<std::mutex>& lock)
+  {
+    std::string failure;
+    try {
+      if (!current_.message || load(lock)) {
+        layOutCurrent(lock);
+      }
+      return;
+    } catch (const RejectedMessage& rejected) {
+      failure = rejected.what();
+    } catch (const std::bad_alloc&) {
+      failure = "there is not enough memory; close programs, or make the mesh smaller";
+    } catch (const std::exception& error) {
+      failure = error.what();
+    }
+    lockAgain(lock);
+    if (isWanted()) {
+      ready_.reception.refuse(failure);
+    }
+  }
+
+  static void lockAgain(std::unique_lock<std::mutex>& lock)
+  {
+    if (!lock.owns_lock()) {
+      lock.lock();
+    }
+  }
+
+  /// False where there is nothing to lay out.
+  bool load(std::unique_lock<std::mutex>& lock)
+  {
+    working_ = "converting " + current_.describe();
+    auto message = std::move(current_.message);
+    current_.message = nullptr;
+    lock.unlock();
+    const MeshDataConstPtr mesh = internMesh(convert(*message));
+    message = nullptr;
+    lock.lock();
+    if (!isWanted()) {
+      return false;
+    }
+    ready_.reception.accept();
+    eraseIf(ready_.meshes, [&](const auto& other) { return other->uuid == mesh->uuid; });
+    eraseIf(ready_.layouts, [&](const auto& other) {
+      return other->mesh->uuid == mesh->uuid && other->mesh != mesh;
+    });
+    jobs_.arrive(mesh);
+    ready_.meshes.push_back(mesh);
+    current_.mesh = mesh;
+    jobs_.applyWish(current_);
+    return with_layouts_;
+  }
+
+  void layOutCurrent(std::unique_lock<std::mutex>& lock)
+  {
+    const MeshJob job = current_;
+    laying_out_ = true;
+    working_ = "laying out " + job.describe();
+    lock.unlock();
+    MeshLayoutConstPtr layout = findLayout(job.mesh, job.split, job.materials);
+    if (!layout) {
+      PreviewReceiver receive_preview;
+      if (job.split == Split::NONE) {
+        receive_preview = [this](const MeshLayoutConstPtr& preview) {
+          const std::lock_guard<std::mutex> guard(mutex_);
+          deliver(preview);
+        };
+      }
+      layout =
+          rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, cancelled_, receive_preview);
+      if (layout) {
+        rememberLayout(layout);
+      }
+    }
+    lock.lock();
+    deliver(layout);
+    gave_up_ = gave_up_ && layout == nullptr;
+  }
+
+  /// Unless it is null, or an old one that nobody wants any more.
+  void deliver(const MeshLayoutConstPtr& layout)
+  {
+    if (!layout || !isWanted()) {
+      return;
+    }
+    eraseIf(ready_.layouts,
+            [&](const auto& other) { return other->mesh->uuid == layout->mesh->uuid; });
+    ready_.layouts.push_back(layout);
+  }
+
+  bool isWanted() const { return !stopped_ && current_generation_ == generation_; }
+
+  const bool with_layouts_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  MeshJobs jobs_;
+  Content ready_;
+  std::string working_;
+  MeshJob current_;
+  bool laying_out_ = false;
+  bool gave_up_ = false;  ///< the layout before this one, for a newer message
+  bool stopped_ = false;
+  std::uint64_t generation_ = 0;  ///< counts calls of clear()
+  std::uint64_t current_generation_ = 0;
+  std::atomic<bool> cancelled_{false};
+};
+
+MeshLoader::MeshLoader(bool with_layouts) : worker_(std::make_shared<Worker>(with_layouts)) {}
+
+MeshLoader::~MeshLoader()
+{
+  worker_->stop();
+}
+
+void MeshLoader::start()
+{
+  const std::lock_guard<std::mutex> lock(starting_);
+  if (!thread_) {
+    thread_ = std::make_unique<EndingThread>([worker = worker_]() { worker->run(); });
+  }
+}
+
+void MeshLoader::receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
+                         const Flag* dropped)
+{
+  try {
+    start();
+    worker_->receive(message, dropped);
+  } catch (const std::exception& error) {  // no more threads, or memory
+    worker_->refuse(std::string("the mesh cannot be loaded: ") + error.what(), dropped);
+  }
+}
+
+void MeshLoader::refuse(const std::string& reason, const Flag* dropped)
+{
+  worker_->refuse(reason, dropped);
+}
+
+void MeshLoader::layOut(const MeshDataConstPtr& mesh, Split split,
+                        const MaterialsConstPtr& materials)
+{
+  try {
+    start();
+    worker_->layOut(mesh, split, materials);
+  } catch (const std::exception& error) {
+    worker_->refuse(std::string("the mesh cannot be laid out: ") + error.what(), nullptr);
+  }
+}
+
+MeshLoader::Content MeshLoader::take()
+{
+  return worker_->take();
+}
+
+void MeshLoader::clear()
+{
+  worker_->clear();
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,303 @@
+#include "legend/legend.h"
+
+#include <algorithm>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <OgreFrameListener.h>
+#include <OgreHardwarePixelBuffer.h>
+#include <OgreMaterial.h>
+#include <OgreMaterialManager.h>
+#include <OgrePass.h>
+#include <OgreResourceGroupManager.h>
+#include <OgreRoot.h>
+#include <OgreTechnique.h>
+#include <OgreTexture.h>
+#include <OgreTextureManager.h>
+#include <Overlay/OgreOverlay.h>
+#include <Overlay/OgreOverlayContainer.h>
+#include <Overlay/OgreOverlayManager.h>
+#include <QGuiApplication>
+#include <QImage>
+
+#include "legend/legend_picture.h"
+#include "rendering/ogre_compatibility.h"
+#include "rendering/picture_material.h"
+#include "rendering/unique_name.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Below what other plugins put there on purpose (OGRE allows 0 to 650).
+constexpr unsigned short Z_ORDER = 300;
+
+/// Between legends and to the border of the view, in pixels of the screen.
+constexpr int DISTANCE = 8;
+
+/// A picture over the 3D view, at its right side. RViz shows overlays in its main view alone: the
+/// views of cameras leave them out. GUI thread only.
+class LegendOverlay
+{
+ public:
+  /// @throw std::runtime_error where OGRE has no overlays
+  LegendOverlay();
+  ~LegendOverlay();
+  LegendOverlay(const LegendOverlay&) = delete;
+  LegendOverlay& operator=(const LegendOverlay&) = delete;
+
+  /// @param picture format ARGB32
+  void setPicture(const QImage& picture);
+
+  /// In pixels: from the right side of the view to the right side of the picture, and from the top.
+  void setPosition(int right, int top);
+  void setVisible(bool visible);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+ private:
+  void destroy();
+
+  Ogre::TexturePtr texture_;
+  Ogre::MaterialPtr material_;
+  Ogre::OverlayContainer* element_ = nullptr;
+  Ogre::Overlay* overlay_ = nullptr;
+  int width_ = 0;
+  int height_ = 0;
+};
+
+LegendOverlay::LegendOverlay()
+{
+  Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr();
+  if (!manager) {
+    throw std::runtime_error("OGRE has been set up without overlays");
+  }
+  try {
+    material_ = createPictureMaterial("Legend material");
+    element_ = static_cast<Ogre::OverlayContainer*>(
+        manager->createOverlayElement("Panel", uniqueName("Legend panel")));
+    element_->setMetricsMode(Ogre::GMM_PIXELS);
+    element_->setHorizontalAlignment(Ogre::GHA_RIGHT);
+    element_->setMaterialName(material_->getName());
+    overlay_ = manager->create(uniqueName("Legend"));
+    overlay_->setZOrder(Z_ORDER);
+    overlay_->add2D(element_);
+  } catch (...) {
+    destroy();
+    throw;
+  }
+}
+
+LegendOverlay::~LegendOverlay()
+{
+  destroy();
+}
+
+void LegendOverlay::destroy()
+{
+  if (Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr()) {
+    if (overlay_) {
+      manager->destroy(overlay_);
+    }
+    if (element_) {
+      manager->destroyOverlayElement(element_);
+    }
+  }
+  overlay_ = nullptr;
+  element_ = nullptr;
+  removeResource(Ogre::MaterialManager::getSingleton(), material_);
+  removeResource(Ogre::TextureManager::getSingleton(), texture_);
+}
+
+void LegendOverlay::setPicture(const QImage& picture)
+{
+  if (!isSet(texture_) || picture.width() != width_ || picture.height() != height_) {
+    Ogre::Pass* pass = material_->getTechnique(0)->getPass(0);
+    pass->removeAllTextureUnitStates();
+    removeResource(Ogre::TextureManager::getSingleton(), texture_);
+    width_ = picture.width();
+    height_ = picture.height();
+    texture_ = Ogre::TextureManager::getSingleton().createManual(
+        uniqueName("Legend texture"), Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME,
+        Ogre::TEX_TYPE_2D, static_cast<Ogre::uint>(width_), static_cast<Ogre::uint>(height_), 0,
+        Ogre::PF_A8R8G8B8, Ogre::TU_STATIC_WRITE_ONLY);
+    Ogre::TextureUnitState* unit = pass->createTextureUnitState(texture_->getName());
+    unit->setTextureFiltering(Ogre::TFO_NONE);
+    unit->setTextureAddressingMode(Ogre::TextureUnitState::TAM_CLAMP);
+    element_->setDimensions(static_cast<float>(width_), static_cast<float>(height_));
+  }
+  // Rows of this format are never padded. OGRE only reads.
+  const Ogre::PixelBox box(static_cast<Ogre::uint32>(width_), static_cast<Ogre::uint32>(height_), 1,
+                           Ogre::PF_A8R8G8B8, const_cast<uchar*>(picture.constBits()));
+  texture_->getBuffer()->blitFromMemory(box);
+}
+
+void LegendOverlay::setPosition(int right, int top)
+{
+  element_->setPosition(static_cast<float>(-right - width_), static_cast<float>(top));
+}
+
+void LegendOverlay::setVisible(bool visible)
+{
+  if (visible) {
+    overlay_->show();
+  } else {
+    overlay_->hide();
+  }
+}
+
+/// One legend that is shown.
+struct LegendPanel
+{
+  LegendContent content;
+  LegendOverlay overlay;
+  int drawn_height = 0;  ///< 0: the content has changed since
+  double drawn_ratio = 1.0;
+  std::string error;  ///< why it could not be drawn; it is not tried again with the same content
+  bool has_room = true;
+};
+
+/// Puts all legends side by side, the first at the right border, halfway up the view, and follows
+/// the size of this. GUI thread only.
+class LegendRow : public Ogre::FrameListener
+{
+ public:
+  static LegendRow& instance();
+
+  void add(LegendPanel* panel);
+  void remove(LegendPanel* panel);
+
+  /// Before each frame that RViz draws; @return true, which goes on.
+  bool frameStarted(const Ogre::FrameEvent& event) override;
+
+ private:
+  static void place(LegendPanel& panel, int height, double ratio, int view_width, int view_height,
+                    int* right);
+
+  std::vector<LegendPanel*> panels_;
+};
+
+LegendRow& LegendRow::instance()
+{
+  static LegendRow row;
+  return row;
+}
+
+void LegendRow::add(LegendPanel* panel)
+{
+  if (panels_.empty()) {
+    Ogre::Root::getSingleton().addFrameListener(this);
+  }
+  panels_.push_back(panel);
+}
+
+void LegendRow::remove(LegendPanel* panel)
+{
+  panels_.erase(std::remove(panels_.begin(), panels_.end(), panel), panels_.end());
+  if (panels_.empty() && Ogre::Root::getSingletonPtr()) {
+    Ogre::Root::getSingleton().removeFrameListener(this);
+  }
+}
+
+void LegendRow::place(LegendPanel& panel, int height, double ratio, int view_width, int view_height,
+                      int* right)
+{
+  if (panel.drawn_height != height || panel.drawn_ratio != ratio) {
+    panel.error.clear();
+    panel.drawn_height = height;
+    panel.drawn_ratio = ratio;
+    panel.overlay.setPicture(drawLegend(panel.content, height, ratio));
+  }
+  panel.has_room = *right + panel.overlay.width() <= view_width;
+  const bool fits = panel.error.empty() && panel.has_room;
+  panel.overlay.setVisible(fits);
+  if (fits) {
+    panel.overlay.setPosition(*right, (view_height - panel.overlay.height()) / 2);
+    *right += panel.overlay.width() + static_cast<int>(DISTANCE * ratio);
+  }
+}
+
+bool LegendRow::frameStarted(const Ogre::FrameEvent& /*event*/)
+{
+  const Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr();
+  if (!manager || !QGuiApplication::instance()) {
+    return true;
+  }
+  // Of the view that overlays have been drawn into last.
+  const int view_width = manager->getViewportWidth();
+  const int view_height = manager->getViewportHeight();
+  const double ratio = qGuiApp->devicePixelRatio();
+  const int room = static_cast<int>(view_height / ratio) - 2 * DISTANCE;
+  const int height = std::min(LEGEND_HEIGHT, room);
+  int right = static_cast<int>(DISTANCE * ratio);
+  for (LegendPanel* panel : panels_) {
+    try {
+      if (height < LEAST_LEGEND_HEIGHT) {
+        panel->has_room = false;
+        panel->overlay.setVisible(false);
+      } else {
+        place(*panel, height, ratio, view_width, view_height, &right);
+      }
+    } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+      panel->error = error.what();
+      panel->overlay.setVisible(false);
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+class Legend::Panel : public LegendPanel
+{
+ public:
+  explicit Panel(LegendContent shown)
+  {
+    content = std::move(shown);
+    LegendRow::instance().add(this);
+  }
+  ~Panel() { LegendRow::instance().remove(this); }
+};
+
+Legend::Legend() = default;
+Legend::~Legend() = default;
+
+void Legend::show(const std::string& layer, const std::string& unit, const CostColoring& coloring,
+                  const CostLimits& limits)
+{
+  LegendContent content{layer, unit, coloring, limits};
+  if (panel_ && panel_->content == content) {
+    return;
+  }
+  if (panel_) {
+    panel_->content = std::move(content);
+    panel_->drawn_height = 0;
+    return;
+  }
+  if (!error_.empty()) {
+    return;  // OGRE has no overlays now, nor will it later.
+  }
+  try {
+    panel_ = std::make_unique<Panel>(std::move(content));
+  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+    error_ = error.what();
+  }
+}
+
+void Legend::hide()
+{
+  panel_.reset();
+}
+
+std::string Legend::error() const
+{
+  if (!panel_) {
+    return error_;
+  }
+  return panel_->error.empty() && !panel_->has_room ? "the 3D view is too small for it"
+                                                    : panel_->error;
+}
+
+}  // namespace rviz_mesh_plugin

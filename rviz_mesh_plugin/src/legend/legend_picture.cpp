@@ -1,0 +1,191 @@
+#include "legend/legend_picture.h"
+
+#include <algorithm>
+#include <tuple>
+#include <vector>
+
+#include <QColor>
+#include <QFont>
+#include <QFontMetrics>
+#include <QPainter>
+#include <QString>
+
+#include "legend/scale_ticks.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+// In pixels of the screen.
+constexpr int MARGIN = 8;
+constexpr int FONT_SIZE = 12;
+constexpr int LINE_HEIGHT = 16;
+constexpr int BAR_WIDTH = 18;
+constexpr int TICK_LENGTH = 4;
+constexpr int GAP = 4;
+constexpr int SWATCH_SIZE = 11;
+constexpr int TICK_DISTANCE = 26;
+constexpr int MAX_TEXT_WIDTH = 160;
+
+const QColor BACKGROUND(0, 0, 0, 165);
+const QColor FOREGROUND(255, 255, 255);
+const QColor OUTLINE(190, 190, 190);
+
+QColor toQColor(const Rgba8& color)
+{
+  return {color.red, color.green, color.blue};
+}
+
+QFont legendFont()
+{
+  QFont font(QStringLiteral("Sans Serif"));
+  font.setStyleHint(QFont::SansSerif);
+  font.setPixelSize(FONT_SIZE);
+  return font;
+}
+
+/// A color with what it stands for.
+struct Swatch
+{
+  Rgba8 color;
+  QString text;
+};
+
+/// Where everything is, and what is written there.
+struct Plan
+{
+  std::vector<QString> title;
+  std::vector<Swatch> above, below;  ///< of the bar
+  std::vector<ScaleTick> ticks;
+  int width = 0;
+  int bar_top = 0;
+  int bar_height = 0;
+};
+
+Plan makePlan(const LegendContent& content, int height, const QFontMetrics& metrics)
+{
+  Plan plan;
+  plan.title.push_back(
+      metrics.elidedText(QString::fromStdString(content.layer), Qt::ElideMiddle, MAX_TEXT_WIDTH));
+  if (!content.unit.empty()) {
+    plan.title.push_back(metrics.elidedText("[" + QString::fromStdString(content.unit) + "]",
+                                            Qt::ElideRight, MAX_TEXT_WIDTH));
+  }
+  const CostColoring& coloring = content.coloring;
+  if (coloring.mark_outside) {
+    plan.above.push_back({coloring.above, QStringLiteral("above")});
+    plan.below.push_back({coloring.below, QStringLiteral("below")});
+  }
+  plan.below.push_back({coloring.lethal, QStringLiteral("lethal")});
+  plan.below.push_back({coloring.unknown, QStringLiteral("unknown")});
+  const auto lines = static_cast<int>(plan.title.size() + plan.above.size());
+  plan.bar_top = MARGIN + lines * LINE_HEIGHT + 2 * GAP;
+  const int bar_bottom =
+      height - MARGIN - static_cast<int>(plan.below.size()) * LINE_HEIGHT - 2 * GAP;
+  plan.bar_height = std::max(bar_bottom - plan.bar_top, 1);
+  plan.ticks = scaleTicks(coloring, content.limits,
+                          static_cast<std::size_t>(std::max(plan.bar_height / TICK_DISTANCE, 2)));
+  const int text_left = BAR_WIDTH + TICK_LENGTH + GAP;
+  for (const QString& line : plan.title) {
+    plan.width = std::max(plan.width, metrics.horizontalAdvance(line));
+  }
+  for (const ScaleTick& tick : plan.ticks) {
+    const QString label = QString::fromStdString(tick.label);
+    plan.width = std::max(plan.width, text_left + metrics.horizontalAdvance(label));
+  }
+  for (const std::vector<Swatch>* swatches : {&plan.above, &plan.below}) {
+    for (const Swatch& swatch : *swatches) {
+      plan.width = std::max(plan.width, text_left + metrics.horizontalAdvance(swatch.text));
+    }
+  }
+  plan.width += 2 * MARGIN;
+  return plan;
+}
+
+void drawText(QPainter& painter, int left, int middle, const QString& text)
+{
+  painter.setPen(FOREGROUND);
+  painter.drawText(QRect(left, middle - LINE_HEIGHT / 2, 2 * MAX_TEXT_WIDTH, LINE_HEIGHT),
+                   Qt::AlignLeft | Qt::AlignVCenter | Qt::TextSingleLine, text);
+}
+
+void drawSwatches(QPainter& painter, int top, const std::vector<Swatch>& swatches)
+{
+  for (const Swatch& swatch : swatches) {
+    const int middle = top + LINE_HEIGHT / 2;
+    const QRect square(MARGIN + BAR_WIDTH - SWATCH_SIZE, middle - SWATCH_SIZE / 2, SWATCH_SIZE,
+                       SWATCH_SIZE);
+    painter.fillRect(square.adjusted(-1, -1, 1, 1), OUTLINE);
+    painter.fillRect(square, toQColor(swatch.color));
+    drawText(painter, MARGIN + BAR_WIDTH + TICK_LENGTH + GAP, middle, swatch.text);
+    top += LINE_HEIGHT;
+  }
+}
+
+/// The color at a height of the bar, 0 at the least cost. Where all costs are equal, the lower half
+/// has their color and the upper one that of greater ones.
+Rgba8 barColor(const LegendContent& content, double height)
+{
+  const CostLimits& limits = content.limits;
+  if (limits.lower == limits.upper) {
+    height = height <= 0.5 ? 0.0 : 1.0;
+  }
+  const bool backwards = (limits.lower > limits.upper) != content.coloring.inverted;
+  return scaleColor(content.coloring.scale, static_cast<float>(backwards ? 1.0 - height : height));
+}
+
+void drawBar(QPainter& painter, const LegendContent& content, const Plan& plan, double pixel_ratio)
+{
+  const QRectF bar(MARGIN, plan.bar_top, BAR_WIDTH, plan.bar_height);
+  painter.fillRect(bar.adjusted(-1, -1, 1, 1), OUTLINE);
+  const int rows = std::max(static_cast<int>(plan.bar_height * pixel_ratio), 1);
+  const double row_height = bar.height() / rows;
+  for (int row = 0; row < rows; ++row) {
+    const double height = rows == 1 ? 0.0 : 1.0 - static_cast<double>(row) / (rows - 1);
+    painter.fillRect(QRectF(bar.left(), bar.top() + row * row_height, bar.width(), row_height),
+                     toQColor(barColor(content, height)));
+  }
+  for (const ScaleTick& tick : plan.ticks) {
+    const int y =
+        plan.bar_top + static_cast<int>((1.0 - tick.position) * (plan.bar_height - 1) + 0.5);
+    painter.fillRect(QRect(MARGIN + BAR_WIDTH + 1, y, TICK_LENGTH, 1), FOREGROUND);
+    drawText(painter, MARGIN + BAR_WIDTH + TICK_LENGTH + GAP, y,
+             QString::fromStdString(tick.label));
+  }
+}
+
+}  // namespace
+
+bool operator==(const LegendContent& a, const LegendContent& b)
+{
+  return a.layer == b.layer && a.unit == b.unit && a.coloring == b.coloring &&
+         a.limits.lower == b.limits.lower && a.limits.upper == b.limits.upper;
+}
+
+QImage drawLegend(const LegendContent& content, int height, double pixel_ratio)
+{
+  const QFont font = legendFont();
+  const Plan plan = makePlan(content, height, QFontMetrics(font));
+  QImage image(static_cast<int>(plan.width * pixel_ratio), static_cast<int>(height * pixel_ratio),
+               QImage::Format_ARGB32_Premultiplied);
+  image.fill(Qt::transparent);
+  image.setDevicePixelRatio(pixel_ratio);
+  QPainter painter(&image);
+  painter.setFont(font);
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(BACKGROUND);
+  painter.drawRoundedRect(QRectF(0, 0, plan.width, height), GAP, GAP);
+  painter.setRenderHint(QPainter::Antialiasing, false);
+  int top = MARGIN;
+  for (const QString& line : plan.title) {
+    drawText(painter, MARGIN, top + LINE_HEIGHT / 2, line);
+    top += LINE_HEIGHT;
+  }
+  drawSwatches(painter, top, plan.above);
+  drawBar(painter, content, plan, pixel_ratio);
+  drawSwatches(painter, plan.bar_top + plan.bar_height + 2 * GAP, plan.below);
+  painter.end();
+  return image.convertToFormat(QImage::Format_ARGB32);
+}
+
+}  // namespace rviz_mesh_plugin

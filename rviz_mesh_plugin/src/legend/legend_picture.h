@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+
+#include <QImage>
+
+#include "coloring/cost_coloring.h"
+
+namespace rviz_mesh_plugin {
+
+/// What a legend tells.
+struct LegendContent
+{
+  std::string layer;
+  std::string unit;  ///< empty where it is not known
+  CostColoring coloring;
+  CostLimits limits;  ///< that the scale spans
+};
+
+bool operator==(const LegendContent& a, const LegendContent& b);
+
+/// The height that a legend has where there is room for it, in pixels.
+constexpr int LEGEND_HEIGHT = 300;
+
+/// Where there is less room, there is no legend.
+constexpr int LEAST_LEGEND_HEIGHT = 120;
+
+/// Draws a color bar (the greatest cost at the top) with ticks, the name of the layer above and the
+/// colors of lethal and unknown costs below it, on translucent black: readable before any
+/// background. GUI thread only; needs a QGuiApplication, which has the fonts.
+/// @param height in pixels of the screen where @a pixel_ratio is 1
+/// @return format ARGB32, @a height * @a pixel_ratio rows
+QImage drawLegend(const LegendContent& content, int height, double pixel_ratio = 1.0);
+
+}  // namespace rviz_mesh_plugin

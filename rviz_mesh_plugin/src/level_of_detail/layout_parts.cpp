@@ -1,0 +1,362 @@
+#include "level_of_detail/layout_parts.h"
+
+#include <mesh_map/base/parallel.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Faces are cut between blocks of so many.
+constexpr std::size_t BOX_FACES = 128;
+/// This many times a usual step.
+constexpr float FAR = 16.0f;
+constexpr std::size_t SAMPLED_CORNERS = 20000;
+/// A cut that leaves less than this part of the cost parts strays from the rest.
+constexpr float STRAY_GAIN = 0.25f;
+
+struct Box
+{
+  std::array<float, 3> lower;
+  std::array<float, 3> upper;
+
+  Box()
+  {
+    lower.fill(std::numeric_limits<float>::max());
+    upper.fill(std::numeric_limits<float>::lowest());
+  }
+
+  void enclose(const std::array<float, 3>& least, const std::array<float, 3>& greatest)
+  {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::min(lower[axis], least[axis]);
+      upper[axis] = std::max(upper[axis], greatest[axis]);
+    }
+  }
+
+  /// Grows with the chance that a camera sees the box; not 0 for flat ones.
+  float size() const
+  {
+    return (upper[0] - lower[0]) + (upper[1] - lower[1]) + (upper[2] - lower[2]);
+  }
+};
+
+/// Cuts faces that are ordered in space into parts of one material that have small boxes.
+class Cutter
+{
+ public:
+  Cutter(const SplitFaces& faces, const std::vector<MeshVertex>& vertices)
+      : faces_(faces), vertices_(vertices), count_(faces.indices.size() / 3)
+  {
+  }
+
+  /// The first face of each part, and the end.
+  std::vector<std::size_t> cut()
+  {
+    makeBlocks();
+    for (std::size_t first = 0; first < boxes_.size();) {
+      std::size_t last = first + 1;
+      while (last < boxes_.size() && material(last) == material(first)) {
+        ++last;
+      }
+      cutBlocks(first, last);
+      first = last;
+    }
+    cuts_.push_back(count_);
+    return cuts_;
+  }
+
+ private:
+  std::uint32_t material(std::size_t block) const
+  {
+    return faces_.materials.empty() ? NONE : faces_.materials[begins_[block]];
+  }
+
+  const std::array<float, 3>& position(std::size_t index) const
+  {
+    return vertices_[faces_.indices[index]].position;
+  }
+
+  /// Blocks end where the material changes, and where the next face is far, too.
+  void makeBlocks()
+  {
+    const float far = farStep();
+    for (std::size_t face = 0; face < count_; ++face) {
+      if (face == 0 || face - begins_.back() == BOX_FACES ||
+          (!faces_.materials.empty() && faces_.materials[face] != faces_.materials[face - 1]) ||
+          squaredStep(face) > far) {
+        begins_.push_back(face);
+      }
+    }
+    boxes_.resize(begins_.size());
+    begins_.push_back(count_);
+    mesh_map::parallelFor(boxes_.size(), BOX_FACES, 0, [this]() -> mesh_map::RangeBody {
+      return [this](std::size_t first, std::size_t last) {
+        for (std::size_t block = first; block < last; ++block) {
+          Box box;
+          for (std::size_t i = 3 * begins_[block]; i < 3 * begins_[block + 1]; ++i) {
+            box.enclose(position(i), position(i));
+          }
+          boxes_[block] = box;
+        }
+      };
+    });
+  }
+
+  /// Squared, to a face from the one before.
+  float squaredStep(std::size_t face) const
+  {
+    const auto& a = position(3 * face - 3);
+    const auto& b = position(3 * face);
+    const float x = a[0] - b[0];
+    const float y = a[1] - b[1];
+    const float z = a[2] - b[2];
+    return x * x + y * y + z * z;
+  }
+
+  /// A step that is far, squared, judged by samples: a block with one would have a large box.
+  float farStep() const
+  {
+    std::vector<float> steps;
+    const std::size_t stride = std::max<std::size_t>(1, count_ / SAMPLED_CORNERS);
+    for (std::size_t face = 1; face < count_; face += stride) {
+      steps.push_back(squaredStep(face));
+    }
+    if (steps.empty()) {
+      return 0.0f;
+    }
+    std::nth_element(steps.begin(), steps.begin() + steps.size() / 2, steps.end());
+    return FAR * FAR * steps[steps.size() / 2];
+  }
+
+  std::size_t facesOf(std::size_t first, std::size_t last) const
+  {
+    return begins_[last] - begins_[first];
+  }
+
+  /// Halves the blocks [first, last) where that makes the smallest boxes, until they are few.
+  void cutBlocks(std::size_t first, std::size_t last)
+  {
+    const std::size_t count = last - first;
+    std::vector<float> costs(count, 0.0f);  // of a cut before each block
+    Box box;
+    for (std::size_t i = count; i-- > 1;) {
+      box.enclose(boxes_[first + i].lower, boxes_[first + i].upper);
+      costs[i] = box.size() * static_cast<float>(facesOf(first + i, last));
+    }
+    box = Box();
+    for (std::size_t i = 1; i < count; ++i) {
+      box.enclose(boxes_[first + i - 1].lower, boxes_[first + i - 1].upper);
+      costs[i] += box.size() * static_cast<float>(facesOf(first, first + i));
+    }
+    box.enclose(boxes_[last - 1].lower, boxes_[last - 1].upper);
+    const float whole = box.size() * static_cast<float>(facesOf(first, last));
+    std::size_t best = bestCut(costs, 1, count);
+    if (count == 1 || !(costs[best] < STRAY_GAIN * whole)) {
+      if (facesOf(first, last) <= PART_FACES) {
+        cuts_.push_back(begins_[first]);
+        return;
+      }
+      best = bestCut(costs, (count + 7) / 8, count - count / 8);
+    }
+    cutBlocks(first, first + best);
+    cutBlocks(first + best, last);
+  }
+
+  /// Of equal ones the one next to the middle.
+  static std::size_t bestCut(const std::vector<float>& costs, std::size_t begin, std::size_t end)
+  {
+    const std::size_t middle = costs.size() / 2;
+    std::size_t best = middle;
+    for (std::size_t i = begin; i < end; ++i) {
+      best = costs[i] < costs[best] ? i : best;
+    }
+    return best;
+  }
+
+  const SplitFaces& faces_;
+  const std::vector<MeshVertex>& vertices_;
+  std::size_t count_;
+  std::vector<std::size_t> begins_;  ///< first face of each block, and the end
+  std::vector<Box> boxes_;
+  std::vector<std::size_t> cuts_;
+};
+
+}  // namespace
+
+LayoutParts::LayoutParts(const SplitFaces& faces, MeshLayout& layout)
+    : faces_(faces), layout_(layout), begins_(Cutter(faces, layout.vertices).cut())
+{
+  fillParts();
+}
+
+void LayoutParts::fillParts()
+{
+  layout_.parts.assign(begins_.size() - 1, MeshPart{});
+  std::vector<std::uint32_t> vertex_ends(layout_.parts.size());
+  mesh_map::parallelFor(layout_.parts.size(), 1, 0, [&]() -> mesh_map::RangeBody {
+    return [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        MeshPart part;
+        part.material = faces_.materials.empty() ? NONE : faces_.materials[begins_[i]];
+        part.lower = part.upper = layout_.vertices[faces_.indices[3 * begins_[i]]].position;
+        std::uint32_t greatest = 0;
+        for (std::size_t k = 3 * begins_[i]; k < 3 * begins_[i + 1]; ++k) {
+          enclose(part, faces_.indices[k]);
+          greatest = std::max(greatest, faces_.indices[k]);
+        }
+        vertex_ends[i] = greatest + 1;
+        layout_.parts[i] = std::move(part);
+      }
+    };
+  });
+  // Vertices are numbered by first use.
+  part_of_vertex_.reserve(layout_.vertices.size());
+  for (std::size_t i = 0; i < vertex_ends.size(); ++i) {
+    part_of_vertex_.resize(std::max<std::size_t>(part_of_vertex_.size(), vertex_ends[i]),
+                           static_cast<std::uint32_t>(i));
+  }
+}
+
+void LayoutParts::enclose(MeshPart& part, std::uint32_t vertex) const
+{
+  const auto& position = layout_.vertices[vertex].position;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    part.lower[axis] = std::min(part.lower[axis], position[axis]);
+    part.upper[axis] = std::max(part.upper[axis], position[axis]);
+  }
+}
+
+void LayoutParts::write(const std::vector<SimplifiedLevel>& levels, LayoutSplit& split)
+{
+  layout_.cell_sizes = {0.0f};
+  std::size_t total = faces_.indices.size();
+  for (const SimplifiedLevel& level : levels) {
+    layout_.cell_sizes.push_back(level.cell_size);
+    total += level.indices.size() + level.indices.size() / 2;  // with seams
+  }
+  layout_.indices.reserve(total);
+  std::vector<std::vector<IndexRange>> ranges(levels.size());
+  for (std::size_t i = levels.size(); i-- > 0;) {
+    ranges[i] = placeFaces(levels[i], split);
+  }
+  const std::size_t full = layout_.indices.size();
+  layout_.indices.insert(layout_.indices.end(), faces_.indices.begin(), faces_.indices.end());
+  for (std::size_t i = 0; i < layout_.parts.size(); ++i) {
+    MeshPart& part = layout_.parts[i];
+    part.levels.push_back({static_cast<std::uint32_t>(full + 3 * begins_[i]),
+                           static_cast<std::uint32_t>(3 * (begins_[i + 1] - begins_[i]))});
+    for (const auto& level : ranges) {
+      part.levels.push_back(level[i]);
+    }
+  }
+}
+
+/// Whether a vertex of a face lies in another part of the same material. Copies of vertices, which
+/// are none of any part, stand behind all others.
+bool LayoutParts::isAbroad(std::uint32_t vertex, std::uint32_t part) const
+{
+  return vertex < part_of_vertex_.size() && part_of_vertex_[vertex] != part &&
+         sameMaterial(part_of_vertex_[vertex], part);
+}
+
+bool LayoutParts::sameMaterial(std::uint32_t a, std::uint32_t b) const
+{
+  return layout_.parts[a].material == layout_.parts[b].material;
+}
+
+/// Each vertex of the faces that join parts, with each of these parts, in ascending order.
+std::vector<LayoutParts::Meeting> LayoutParts::meetings(const std::vector<Face>& faces) const
+{
+  std::vector<Meeting> meetings;
+  for (const Face& face : faces) {
+    const std::uint32_t own = part_of_vertex_[face[0]];
+    if (!isAbroad(face[1], own) && !isAbroad(face[2], own)) {
+      continue;
+    }
+    for (const std::uint32_t corner : face) {
+      if (corner == face[0] || isAbroad(corner, own)) {
+        for (const std::uint32_t vertex : face) {
+          meetings.push_back(Meeting{vertex} << 32 | part_of_vertex_[corner]);
+        }
+      }
+    }
+  }
+  std::sort(meetings.begin(), meetings.end());
+  meetings.erase(std::unique(meetings.begin(), meetings.end()), meetings.end());
+  return meetings;
+}
+
+/// The parts that draw a face beside its own, with the face: those that it touches, and those that
+/// a face beside it touches, since vertices of these parts may have been merged into its corners.
+std::vector<LayoutParts::FaceBeside> LayoutParts::facesBeside(const std::vector<Face>& faces) const
+{
+  const std::vector<Meeting> met = meetings(faces);
+  std::vector<std::uint32_t> first(layout_.vertices.size(), NONE);  // of each vertex in met
+  for (std::size_t i = met.size(); i-- > 0;) {
+    first[met[i] >> 32] = static_cast<std::uint32_t>(i);
+  }
+  std::vector<FaceBeside> beside;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const std::size_t others = beside.size();
+    const std::uint32_t own = part_of_vertex_[faces[i][0]];
+    for (const std::uint32_t vertex : faces[i]) {
+      for (std::size_t k = first[vertex]; k < met.size() && met[k] >> 32 == vertex; ++k) {
+        const FaceBeside other{static_cast<std::uint32_t>(met[k]), static_cast<std::uint32_t>(i)};
+        if (other.first != own && sameMaterial(other.first, own) &&
+            std::find(beside.begin() + others, beside.end(), other) == beside.end()) {
+          beside.push_back(other);
+        }
+      }
+    }
+  }
+  return beside;
+}
+
+/// Appends the faces, part after part; returns the range of each part.
+std::vector<IndexRange> LayoutParts::placeFaces(const SimplifiedLevel& level, LayoutSplit& split)
+{
+  std::vector<Face> faces;
+  faces.reserve(level.indices.size() / 3);
+  std::vector<IndexRange> ranges(layout_.parts.size());
+  for (std::size_t i = 0; i < level.indices.size(); i += 3) {
+    faces.push_back(split.corners(&level.indices[i], layout_));
+    const std::uint32_t own = part_of_vertex_[faces.back()[0]];
+    ranges[own].count += 3;
+    for (const std::uint32_t vertex : faces.back()) {
+      if (vertex >= part_of_vertex_.size() || part_of_vertex_[vertex] != own) {
+        enclose(layout_.parts[own], vertex);
+      }
+    }
+  }
+  const std::vector<FaceBeside> beside = facesBeside(faces);
+  for (const FaceBeside& other : beside) {
+    ranges[other.first].seam_count += 3;
+  }
+  std::vector<std::size_t> next_own(ranges.size());
+  std::vector<std::size_t> next_beside(ranges.size());
+  std::size_t end = layout_.indices.size();
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    ranges[i].start = static_cast<std::uint32_t>(end);
+    next_own[i] = end;
+    next_beside[i] = end + ranges[i].count;
+    end = ranges[i].end();
+  }
+  layout_.indices.resize(end);
+  const auto write = [this](const Face& face, std::size_t& place) {
+    std::copy(face.begin(), face.end(), layout_.indices.begin() + place);
+    place += face.size();
+  };
+  for (const Face& face : faces) {
+    write(face, next_own[part_of_vertex_[face[0]]]);
+  }
+  for (const FaceBeside& other : beside) {
+    write(faces[other.second], next_beside[other.first]);
+  }
+  return ranges;
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,124 @@
+#include "level_of_detail/mesh_layout.h"
+
+#include <mesh_map/base/parallel.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "level_of_detail/layout_parts.h"
+#include "level_of_detail/layout_split.h"
+#include "level_of_detail/mesh_region.h"
+#include "level_of_detail/simplification.h"
+#include "level_of_detail/sorted_mesh.h"
+#include "level_of_detail/vertex_clusters.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// A preview has at most so many cells along its longest side.
+constexpr int PREVIEW_CELLS = 160;
+
+void refuseWrongMaterials(const MeshData& mesh, const Materials* materials)
+{
+  if (materials != nullptr && !materials->texture_coordinates.empty() &&
+      materials->texture_coordinates.size() != mesh.vertexCount()) {
+    throw std::invalid_argument(
+        "there are " + std::to_string(materials->texture_coordinates.size()) +
+        " texture coordinates for " + std::to_string(mesh.vertexCount()) + " vertices");
+  }
+}
+
+}  // namespace
+
+std::atomic<std::size_t> preview_faces{2500000};
+
+MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled,
+                          const PreviewReceiver& receive_preview)
+{
+  refuseWrongMaterials(*mesh, materials.get());
+  if (cancelled) {
+    return nullptr;
+  }
+  const auto splitter = makeSplit(split, materials.get());
+  const MeshRegion region = mainRegion(*mesh);
+  if (receive_preview && mesh->faceCount() > preview_faces) {
+    receive_preview(layOutPreview(mesh));
+  }
+  if (cancelled) {
+    return nullptr;
+  }
+  const SortedMesh sorted = sortInSpace(*mesh, region);
+  if (cancelled) {
+    return nullptr;
+  }
+  auto layout = std::make_shared<MeshLayout>();
+  layout->mesh = mesh;
+  layout->materials = split == Split::BY_MATERIAL ? materials : nullptr;
+  layout->split = split;
+  std::vector<SimplifiedLevel> levels;
+  SplitFaces faces;
+  std::unique_ptr<LayoutParts> parts;
+  mesh_map::parallelJobs({[&]() {
+                            const Simplifier simplifier(sorted.vertices, region);
+                            levels = simplifyInLevels(simplifier, sorted.indices,
+                                                      typicalEdge(*mesh), cancelled);
+                          },
+                          [&]() {
+                            faces = splitter->split(sorted, *layout);
+                            parts = std::make_unique<LayoutParts>(faces, *layout);
+                          }},
+                         2);
+  if (cancelled) {
+    return nullptr;
+  }
+  parts->write(levels, *splitter);
+  layout->vertices.shrink_to_fit();
+  layout->sources.shrink_to_fit();
+  layout->texture_coordinates.shrink_to_fit();
+  return layout;
+}
+
+MeshLayoutConstPtr layOutPreview(const MeshDataConstPtr& mesh)
+{
+  const MeshRegion region = mainRegion(*mesh);
+  if (!region.hasExtent()) {
+    return nullptr;
+  }
+  MeshData coarse;
+  coarse.indices = clusterVertices(*mesh, region, PREVIEW_CELLS);
+  if (coarse.indices.empty() || 2 * coarse.indices.size() > mesh->indices.size()) {
+    return nullptr;
+  }
+  std::vector<std::uint32_t> places(mesh->vertexCount(), NONE);
+  std::vector<std::uint32_t> sources;
+  for (std::uint32_t& index : coarse.indices) {
+    if (places[index] == NONE) {
+      places[index] = static_cast<std::uint32_t>(sources.size());
+      sources.push_back(index);
+      coarse.vertices.push_back(mesh->vertices[index]);
+    }
+    index = places[index];
+  }
+  coarse.lower = mesh->lower;
+  coarse.upper = mesh->upper;
+  const SortedMesh sorted = sortInSpace(coarse, region);
+  const auto splitter = makeSplit(Split::NONE, nullptr);
+  auto layout = std::make_shared<MeshLayout>();
+  layout->mesh = mesh;
+  layout->preview = true;
+  const SplitFaces faces = splitter->split(sorted, *layout);
+  LayoutParts(faces, *layout).write({}, *splitter);
+  layout->cell_sizes = {region.extent() / PREVIEW_CELLS};
+  for (std::uint32_t& source : layout->sources) {
+    source = sources[source];
+  }
+  return layout;
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,193 @@
+#include "level_of_detail/simplification.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+
+#include "level_of_detail/mesh_border.h"
+
+#ifdef HAVE_MESHOPTIMIZER
+#include <meshoptimizer.h>
+#endif
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// So few faces are drawn at once at any distance.
+constexpr std::size_t FEW_FACES = 1000;
+/// Nor does a level with less than one face of so many save anything: the draw calls of the parts
+/// take longer, and its faces reach far out of the parts.
+constexpr std::size_t COARSEST = 64;
+/// A coarser grid would show nothing of the mesh.
+constexpr int LEAST_CELLS = 8;
+/// Where one vertex of so many lies on a border, faces share hardly any: there is no border to see.
+constexpr std::size_t MUCH_BORDER = 8;
+
+}  // namespace
+
+#ifdef HAVE_MESHOPTIMIZER
+
+bool canSimplify()
+{
+  return true;
+}
+
+Simplifier::Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion& region)
+    : region_(region), extent_(0.0f), count_(vertices.size()), vertices_(&vertices)
+{
+  // The grid of meshoptimizer lies over the vertices it is given.
+  MeshRegion grid;
+  grid.lower = grid.upper = region.clamp(vertices.front().position);
+  for (const MeshVertex& vertex : vertices) {
+    const auto position = region.whole ? vertex.position : region.clamp(vertex.position);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      grid.lower[axis] = std::min(grid.lower[axis], position[axis]);
+      grid.upper[axis] = std::max(grid.upper[axis], position[axis]);
+    }
+    if (!region.whole) {
+      clamped_.push_back(position);
+    }
+  }
+  extent_ = grid.hasExtent() ? grid.extent() : 0.0f;
+  origin_ = grid.lower;
+}
+
+std::vector<std::uint32_t> Simplifier::simplify(const std::vector<std::uint32_t>& indices,
+                                                int cells) const
+{
+  if (!(extent_ > 0.0f)) {
+    return indices;
+  }
+  std::vector<std::uint32_t> inside;
+  std::vector<std::uint32_t> outside;
+  if (!region_.whole) {
+    inside.reserve(indices.size());
+    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+      const bool keep =
+          isOutside(indices[i]) || isOutside(indices[i + 1]) || isOutside(indices[i + 2]);
+      auto& faces = keep ? outside : inside;
+      faces.insert(faces.end(), indices.begin() + i, indices.begin() + i + 3);
+    }
+  }
+  const auto& faces = region_.whole ? indices : inside;
+  std::vector<std::uint32_t> simplified(faces.size());
+  const float* positions =
+      region_.whole ? vertices_->front().position.data() : clamped_.front().data();
+  const std::size_t stride = region_.whole ? sizeof(MeshVertex) : sizeof(clamped_.front());
+  // Limited by the error alone, meshoptimizer rounds the coordinates to 0 .. 1 / error - 1.
+  const float error = 1.0f / (static_cast<float>(cells) + 1.5f);
+  simplified.resize(meshopt_simplifySloppy(simplified.data(), faces.data(), faces.size(), positions,
+                                           count_, stride, 0, error, nullptr));
+  simplified.insert(simplified.end(), outside.begin(), outside.end());
+  return simplified;
+}
+
+bool Simplifier::isOutside(std::uint32_t vertex) const
+{
+  return !region_.whole && clamped_[vertex] != (*vertices_)[vertex].position;
+}
+
+std::uint64_t Simplifier::cell(std::uint32_t vertex, int cells) const
+{
+  const auto& position = (*vertices_)[vertex].position;
+  std::uint64_t id = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float place = (position[axis] - origin_[axis]) * (1.0f / extent_);
+    id = id << 20 | static_cast<std::uint64_t>(place * static_cast<float>(cells) + 0.5f);
+  }
+  return id;
+}
+
+void Simplifier::keepBorder(const std::vector<std::uint32_t>& border, int cells,
+                            std::vector<std::uint32_t>* simplified) const
+{
+  if (!(extent_ > 0.0f) || border.empty()) {
+    return;
+  }
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> candidates;
+  for (const std::uint32_t vertex : border) {
+    if (!isOutside(vertex)) {
+      candidates[cell(vertex, cells)].push_back(vertex);
+    }
+  }
+  std::vector<std::uint32_t> places(count_, NONE);
+  for (std::uint32_t& index : *simplified) {
+    if (places[index] == NONE) {
+      places[index] = index;
+      const auto found = isOutside(index) ? candidates.end() : candidates.find(cell(index, cells));
+      if (found != candidates.end()) {
+        // The farthest: next to a corner, that is the corner.
+        const auto distance = [this, index](std::uint32_t vertex) {
+          const auto& a = (*vertices_)[index].position;
+          const auto& b = (*vertices_)[vertex].position;
+          return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+        };
+        places[index] = *std::max_element(
+            found->second.begin(), found->second.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
+      }
+    }
+    index = places[index];
+  }
+}
+
+#else
+
+bool canSimplify()
+{
+  return false;
+}
+
+Simplifier::Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion& region)
+    : region_(region), extent_(0.0f), count_(vertices.size()), vertices_(&vertices)
+{
+}
+
+std::vector<std::uint32_t> Simplifier::simplify(const std::vector<std::uint32_t>& indices,
+                                                int /*cells*/) const
+{
+  return indices;
+}
+
+void Simplifier::keepBorder(const std::vector<std::uint32_t>& /*border*/, int /*cells*/,
+                            std::vector<std::uint32_t>* /*simplified*/) const
+{
+}
+
+#endif
+
+std::vector<SimplifiedLevel> simplifyInLevels(const Simplifier& simplifier,
+                                              const std::vector<std::uint32_t>& indices, float edge,
+                                              const std::atomic<bool>& cancelled)
+{
+  std::vector<SimplifiedLevel> levels;
+  const float extent = simplifier.cellSize(1);
+  if (!canSimplify() || !(extent > 0.0f)) {
+    return levels;
+  }
+  const float wanted = edge > 0.0f ? extent / (2.0f * edge) : Simplifier::MOST_CELLS;
+  int cells = static_cast<int>(std::min<float>(wanted, Simplifier::MOST_CELLS));
+  const std::size_t few = std::max(3 * FEW_FACES, indices.size() / COARSEST);
+  std::vector<std::uint32_t> border = borderVertices(indices, simplifier.vertexCount());
+  if (border.size() > simplifier.vertexCount() / MUCH_BORDER) {
+    border.clear();
+  }
+  const std::vector<std::uint32_t>* finer = &indices;
+  for (; cells >= LEAST_CELLS && finer->size() > few && !cancelled; cells /= 2) {
+    SimplifiedLevel level{simplifier.cellSize(cells), simplifier.simplify(*finer, cells)};
+    if (level.indices.empty()) {
+      break;
+    }
+    if (3 * level.indices.size() <= finer->size()) {
+      simplifier.keepBorder(border, cells, &level.indices);
+      level.indices.shrink_to_fit();
+      levels.push_back(std::move(level));
+      finer = &levels.back().indices;
+    }
+  }
+  return levels;
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <OgrePrerequisites.h>
+
+#include "base/mesh_data.h"
+#include "labels/label_colors.h"
+#include "mesh_view/frame_pose.h"
+#include "rendering/labels/label_overlay.h"
+
+namespace rviz_mesh_plugin {
+
+/// The labels of one mesh, drawn over it. GUI thread only.
+class MeshLabels
+{
+ public:
+  MeshLabels(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
+      : scene_manager_(scene_manager), parent_(parent)
+  {
+  }
+
+  /// Draws these labels and no others; only those that are new or have changed
+  /// are uploaded.
+  /// @throw Ogre::Exception, std::bad_alloc
+  void show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha);
+  void hide() { clear(); }
+
+  /// Labels have these colors from now on; returns whether one that is drawn has another one than
+  /// before. @throw Ogre::Exception, std::bad_alloc
+  bool setOwnColors(const OwnColorsConstPtr& own);
+
+  /// True where nothing is left to upload.
+  bool upload(std::chrono::microseconds budget);
+  void setPose(const std::optional<FramePose>& pose);
+
+  std::size_t count() const { return drawn_.size(); }
+  /// Faces of labels that the mesh does not have.
+  std::size_t leftOut() const;
+
+ private:
+  void clear();
+
+  Ogre::SceneManager* scene_manager_;
+  Ogre::SceneNode* parent_;
+  std::unique_ptr<LabelOverlay> overlay_;  ///< only while there are labels
+  MeshDataConstPtr mesh_;
+  LabelClusters drawn_;
+  std::map<std::string, std::size_t> left_out_;
+  LabelColors colors_;
+  std::optional<FramePose> pose_;
+};
+
+}  // namespace rviz_mesh_plugin

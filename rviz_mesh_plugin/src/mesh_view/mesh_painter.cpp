@@ -1,0 +1,421 @@
+#include "mesh_view/mesh_painter.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "conversion/validation.h"
+#include "incoming/mesh_loader.h"
+#include "incoming/mesh_store.h"
+#include "mesh_view/shown_costs.h"
+#include "properties/cost_properties.h"
+#include "properties/mesh_properties.h"
+#include "rendering/mesh_visual.h"
+#include "sources/label_color_feed.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Whether a layout has, for each of these attributes, a vertex (or face) to
+/// color.
+bool fits(const LayoutOutline& layout, std::size_t count, bool on_faces)
+{
+  return on_faces ? layout.split == Split::BY_FACE && count == layout.mesh->faceCount()
+                  : layout.split != Split::BY_FACE && count == layout.mesh->vertexCount();
+}
+
+/// Reads nothing beyond the end: OGRE may ask for the colors of a mesh that is
+/// just being replaced.
+ColorSource guarded(ColorSource source, std::size_t size)
+{
+  return [source = std::move(source), size](const std::uint32_t* sources, std::size_t count,
+                                            Rgba8* colors) {
+    const bool inside = count == 0 || *std::max_element(sources, sources + count) < size;
+    if (inside) {
+      source(sources, count, colors);
+    } else {
+      std::fill(colors, colors + count, Rgba8{153, 153, 153, 255});
+    }
+  };
+}
+
+}  // namespace
+
+MeshPainter::MeshPainter(const Context& context, std::string uuid)
+    : context_(context), uuid_(std::move(uuid))
+{
+}
+
+MeshPainter::~MeshPainter() = default;
+
+MeshDataConstPtr MeshPainter::mesh() const
+{
+  return visual_ && visual_->shownLayout() ? visual_->shownLayout()->mesh : nullptr;
+}
+
+bool MeshPainter::accepts(const MeshLayout& layout) const
+{
+  const LayoutOutlineConstPtr drawn = visual_ ? visual_->layout() : nullptr;
+  if (!drawn || drawn->preview || drawn->mesh != layout.mesh) {
+    return layout.mesh == context_.store.mesh(uuid_);
+  }
+  return requested_mesh_ == layout.mesh && !layout.preview && layout.split == requested_split_ &&
+         layout.materials == requested_materials_;
+}
+
+void MeshPainter::setLayout(const MeshLayoutConstPtr& layout)
+{
+  if (!accepts(*layout)) {
+    return;
+  }
+  const bool taken = attempt([&] {
+    if (!visual_) {
+      visual_ = std::make_unique<MeshVisual>(context_.scene_manager, context_.parent);
+      visual_->setVisible(false);
+    }
+    const LayoutOutlineConstPtr before = visual_->layout();
+    visual_->setLayout(layout);
+    // Another mesh does not wait in the colors of the one before.
+    at_hand_ = at_hand_ && before && before->mesh == layout->mesh;
+    textures_.clear();  // freed with the layout before
+  });
+  if (taken) {
+    geometry_error_.clear();
+  }
+  paint();
+  setPose(pose_);
+}
+
+void MeshPainter::paint()
+{
+  const bool waits = requestLayout();
+  if (!visual_ || !visual_->layout()) {
+    return;
+  }
+  painted_ = attempt([&] {
+    const bool ready = paintAttributes();
+    // A picture that is only being laid out anew stays as it is until then.
+    const DisplayType type = context_.properties.displayType();
+    const bool keep = waits && !ready && at_hand_ && type != DisplayType::FIXED_COLOR &&
+                      type != DisplayType::HIDE_FACES;
+    at_hand_ = ready || keep;
+    MeshStyle style = context_.properties.style(at_hand_);
+    if (keep) {
+      style.faces = style_.faces;
+      style.faces_color = style_.faces_color;
+    } else if (!ready) {
+      clearColors();
+    }
+    style_ = style;
+    visual_->setStyle(style);
+  });
+}
+
+bool MeshPainter::requestLayout()
+{
+  const MeshDataConstPtr mesh = context_.store.mesh(uuid_);
+  if (!mesh) {
+    return false;
+  }
+  const MeshAttributes& attributes = context_.store.attributes(uuid_);
+  const DisplayType type = context_.properties.displayType();
+  Split split = Split::NONE;
+  MaterialsConstPtr materials;
+  if (type == DisplayType::VERTEX_COSTS) {
+    const CostLayerConstPtr layer = attributes.cost(context_.properties.costs().costsType());
+    if (layer && layer->on_faces && layer->costs.size() == mesh->faceCount()) {
+      split = Split::BY_FACE;
+    }
+  } else if (type == DisplayType::TEXTURES && attributes.materials &&
+             !checkMaterialsFit(*attributes.materials, mesh->vertexCount(), mesh->faceCount())) {
+    split = Split::BY_MATERIAL;
+    materials = attributes.materials;
+  }
+  const LayoutOutlineConstPtr drawn = visual_ ? visual_->layout() : nullptr;
+  if (drawn && !drawn->preview && drawn->mesh == mesh) {
+    // Vertices that are split by material can be colored as well as those that
+    // are not.
+    const bool same = drawn->split == split && drawn->materials == materials;
+    if (same || (split == Split::NONE && drawn->split == Split::BY_MATERIAL)) {
+      requested_mesh_.reset();
+      return false;
+    }
+  }
+  if (requested_mesh_ != mesh) {  // its message is being laid out without a split
+    requested_mesh_ = mesh;
+    requested_split_ = drawn && !drawn->preview && drawn->mesh == mesh ? drawn->split : Split::NONE;
+    requested_materials_.reset();
+  }
+  if (requested_split_ != split || requested_materials_ != materials) {
+    requested_split_ = split;
+    requested_materials_ = materials;
+    context_.loader.layOut(mesh, split, materials);
+  }
+  return true;
+}
+
+bool MeshPainter::waiting() const
+{
+  return requested_mesh_ != nullptr;
+}
+
+bool MeshPainter::paintAttributes()
+{
+  costs_.reset();
+  switch (context_.properties.displayType()) {
+    case DisplayType::VERTEX_COSTS:
+      return paintCosts();
+    case DisplayType::VERTEX_COLOR:
+      return paintColors();
+    case DisplayType::TEXTURES:
+      return paintTextures();
+    default:
+      return false;
+  }
+}
+
+bool MeshPainter::paintCosts()
+{
+  const CostProperties& properties = context_.properties.costs();
+  const std::string name = properties.costsType();
+  const CostLayerConstPtr layer = context_.store.attributes(uuid_).cost(name);
+  if (!layer || !fits(*visual_->layout(), layer->costs.size(), layer->on_faces)) {
+    return false;
+  }
+  costs_ = layer;
+  const CostColoring coloring = commonColoring(context_.store, name, properties.coloring());
+  const Colors colors{layer.get(), visual_->layout()->mesh.get(), coloring};
+  if (!(colors == colors_)) {
+    visual_->setColors(guarded(colorSource(layer, coloring), layer->costs.size()),
+                       coloring.lethal.alpha < 255 || coloring.unknown.alpha < 255);
+    colors_ = colors;
+  }
+  return true;
+}
+
+void MeshPainter::updateCosts(const CostLayerConstPtr& layer,
+                              const std::vector<std::uint32_t>& vertices)
+{
+  const Colors before = colors_;
+  const bool same_layer = costs_ == layer;
+  paint();
+  // Not all of them anew: the layer has been changed in place, the limits are
+  // the same.
+  if (visual_ && same_layer && costs_ == layer && colors_ == before) {
+    painted_ = attempt([&] { visual_->updateColors(vertices); });
+  }
+}
+
+bool MeshPainter::paintColors()
+{
+  const ColorLayerConstPtr layer = context_.store.attributes(uuid_).colors;
+  if (!layer || !fits(*visual_->layout(), layer->colors.size(), false)) {
+    return false;
+  }
+  const Colors colors{layer.get(), visual_->layout()->mesh.get(), CostColoring()};
+  if (!(colors == colors_)) {
+    const bool translucent = std::any_of(layer->colors.begin(), layer->colors.end(),
+                                         [](const Rgba8& color) { return color.alpha < 255; });
+    const auto source = [layer](const std::uint32_t* sources, std::size_t count, Rgba8* values) {
+      for (std::size_t i = 0; i < count; ++i) {
+        values[i] = layer->colors[sources[i]];
+      }
+    };
+    visual_->setColors(guarded(source, layer->colors.size()), translucent);
+    colors_ = colors;
+  }
+  return true;
+}
+
+bool MeshPainter::paintTextures()
+{
+  const LayoutOutlineConstPtr& layout = visual_->layout();
+  const MeshAttributes& attributes = context_.store.attributes(uuid_);
+  if (layout->split != Split::BY_MATERIAL || layout->materials != attributes.materials) {
+    return false;
+  }
+  clearColors();
+  for (const Material& material : layout->materials->materials) {
+    const auto found = attributes.textures.find(material.texture_index);
+    if (found == attributes.textures.end()) {
+      continue;  // its color until it comes
+    }
+    TextureImageConstPtr& drawn = textures_[material.texture_index];
+    if (drawn != found->second) {
+      visual_->setTexture(found->second);
+      drawn = found->second;
+    }
+  }
+  return true;
+}
+
+void MeshPainter::clearColors()
+{
+  visual_->clearColors();
+  colors_ = Colors();
+  if (context_.properties.displayType() != DisplayType::TEXTURES && !textures_.empty()) {
+    visual_->clearTextures();
+    textures_.clear();
+  }
+}
+
+bool MeshPainter::upload(std::chrono::microseconds budget)
+{
+  bool done = true;
+  if (visual_ && attempt([&] { done = visual_->upload(budget); }) && done && painted_) {
+    colors_error_.clear();
+  }
+  return done;
+}
+
+void MeshPainter::setPose(const std::optional<FramePose>& pose)
+{
+  pose_ = pose;
+  if (visual_) {
+    visual_->setVisible(pose.has_value());
+    if (pose) {
+      visual_->setPose(pose->position, pose->orientation);
+    }
+  }
+}
+
+bool MeshPainter::attempt(const std::function<void()>& work)
+{
+  const LayoutOutlineConstPtr layout = visual_ ? visual_->layout() : nullptr;
+  try {
+    work();
+    return true;
+  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+    // A layout that cannot be drawn is given up.
+    const bool given_up = !visual_ || !visual_->layout() || visual_->layout() != layout;
+    (given_up ? geometry_error_ : colors_error_) = error.what();
+    colors_ = Colors();
+    painted_ = false;
+    return false;
+  }
+}
+
+MeshPainters::Mesh* MeshPainters::find(const std::string& uuid)
+{
+  const auto found = std::find_if(meshes_.begin(), meshes_.end(),
+                                  [&](const Mesh& mesh) { return mesh.painter->uuid() == uuid; });
+  return found == meshes_.end() ? nullptr : &*found;
+}
+
+void MeshPainters::setLayouts(const std::vector<MeshLayoutConstPtr>& layouts)
+{
+  for (const MeshLayoutConstPtr& layout : layouts) {
+    if (Mesh* mesh = find(layout->mesh->uuid)) {
+      mesh->painter->setLayout(layout);
+    }
+  }
+}
+
+void MeshPainters::paint()
+{
+  // In the order of the store; those that it no longer has come last.
+  std::list<Mesh> ordered;
+  for (const MeshDataConstPtr& data : context_.store.meshes()) {
+    const auto found = std::find_if(meshes_.begin(), meshes_.end(), [&](const Mesh& mesh) {
+      return mesh.painter->uuid() == data->uuid;
+    });
+    if (found != meshes_.end()) {
+      ordered.splice(ordered.end(), meshes_, found);
+    } else {
+      ordered.push_back({std::make_unique<MeshPainter>(context_, data->uuid),
+                         std::make_unique<MeshLabels>(context_.scene_manager, context_.parent),
+                         std::string()});
+    }
+  }
+  ordered.splice(ordered.end(), meshes_);
+  meshes_.swap(ordered);
+  retire();
+  for (Mesh& mesh : meshes_) {
+    mesh.painter->paint();
+    paintLabels(mesh);
+  }
+}
+
+void MeshPainters::retire()
+{
+  const bool replaced =
+      !context_.store.newest() ||
+      (newest() && (newest()->painter->mesh() || !newest()->painter->error().empty()));
+  meshes_.remove_if([&](const Mesh& mesh) {
+    return !context_.store.mesh(mesh.painter->uuid()) && (replaced || !mesh.painter->mesh());
+  });
+}
+
+void MeshPainters::attempt(Mesh& mesh, const std::function<void()>& draw_labels)
+{
+  try {
+    draw_labels();
+  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+    mesh.labels->hide();
+    mesh.labels_error = error.what();
+  }
+}
+
+void MeshPainters::paintLabels(Mesh& mesh)
+{
+  mesh.labels_error.clear();
+  attempt(mesh, [&] {
+    if (context_.properties.labelsShown()) {
+      mesh.labels->show(context_.store.mesh(mesh.painter->uuid()),
+                        context_.store.attributes(mesh.painter->uuid()).labels,
+                        context_.properties.labelsAlpha());
+    } else {
+      mesh.labels->hide();
+    }
+  });
+}
+
+bool MeshPainters::colorLabels(const LabelColorFeed& feed)
+{
+  bool changed = false;
+  for (Mesh& mesh : meshes_) {
+    attempt(mesh, [&] { changed |= mesh.labels->setOwnColors(feed.colors(mesh.painter->uuid())); });
+  }
+  return changed;
+}
+
+void MeshPainters::updateCosts(const CostLayerConstPtr& layer,
+                               const std::vector<std::uint32_t>& vertices)
+{
+  if (Mesh* mesh = find(layer->uuid)) {
+    mesh->painter->updateCosts(layer, vertices);
+  }
+}
+
+bool MeshPainters::upload(std::chrono::microseconds budget)
+{
+  const auto start = std::chrono::steady_clock::now();
+  const auto left = [&] {
+    return budget - std::chrono::duration_cast<std::chrono::microseconds>(
+                        std::chrono::steady_clock::now() - start);
+  };
+  bool done = true;
+  for (Mesh& mesh : meshes_) {
+    // At least one slice of one mesh, so that there is always some progress.
+    if (!done && left().count() <= 0) {
+      break;
+    }
+    done &= mesh.painter->upload(std::max(left(), std::chrono::microseconds(1)));
+    attempt(mesh, [&] { done &= left().count() > 0 ? mesh.labels->upload(left()) : false; });
+  }
+  retire();
+  return done;
+}
+
+void MeshPainters::setPoses(const FindPose& find_pose)
+{
+  for (Mesh& mesh : meshes_) {
+    const MeshDataConstPtr drawn = mesh.painter->mesh();
+    const MeshDataConstPtr data = drawn ? drawn : context_.store.mesh(mesh.painter->uuid());
+    const auto pose = data ? find_pose(data->frame_id) : std::nullopt;
+    mesh.painter->setPose(pose);
+    mesh.labels->setPose(pose);
+  }
+}
+
+}  // namespace rviz_mesh_plugin

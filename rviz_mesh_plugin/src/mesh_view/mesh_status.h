@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/cost_summary.h"
+#include "base/mesh_data.h"
+#include "base/status_lines.h"
+#include "incoming/reception.h"
+
+namespace rviz_mesh_plugin {
+
+/// What the line about the geometry is made of.
+struct GeometryState
+{
+  MeshDataConstPtr mesh;  ///< the newest; null: there is none
+  Reception reception;
+  std::string working;         ///< what the loader is doing; empty: nothing
+  std::string error;           ///< why the mesh cannot be drawn
+  bool normals_shown = false;  ///< large meshes have them thinned out
+  bool drawn = true;           ///< there is a picture
+  bool preview = false;        ///< a coarse one
+  float progress = 1.0f;       ///< of the upload
+  std::size_t others = 0;      ///< older meshes that are shown too
+};
+
+/// What the lines about costs and colors are made of.
+struct AttributeState
+{
+  bool chosen = false;             ///< the display type asks for it
+  bool topic_given = false;        ///< by another display, so that there is no property for it
+  std::string topic;               ///< empty: none chosen
+  std::string subscription_error;  ///< why the topic could not be subscribed to
+  Reception reception;
+  bool mesh_shown = false;       ///< there is a geometry
+  std::size_t vertex_count = 0;  ///< of the geometry
+  std::size_t waiting = 0;       ///< layers of other geometries
+  /// Number of values of the layer in question, if it has arrived.
+  std::optional<std::size_t> size;
+};
+
+struct CostsState : AttributeState
+{
+  std::string type;  ///< chosen; empty: none
+  std::vector<std::string> types;
+  bool on_faces = false;  ///< the layer in question
+  std::size_t face_count = 0;
+  CostSummary summary;
+  CostLimits limits;              ///< that the scale spans
+  std::string note;               ///< what is done with costs that cannot be shown as asked
+  std::size_t stale_updates = 0;  ///< older than their layer
+  std::string update_problem;     ///< why the newest update could not be applied
+  Reception updates_reception;
+};
+
+/// What the line about textures is made of.
+struct TexturesState
+{
+  bool chosen = false;
+  bool mesh_shown = false;
+  Reception materials_reception;
+  Reception textures_reception;
+  std::string subscription_error;
+  MaterialsConstPtr materials;  ///< of the mesh; null: not there
+  std::size_t vertex_count = 0;
+  std::size_t face_count = 0;
+  std::size_t textures = 0;  ///< of those that the materials name: how many have arrived
+};
+
+/// What the line about labels is made of.
+struct LabelsState
+{
+  bool chosen = false;
+  bool mesh_shown = false;
+  std::string subscription_error;
+  Reception reception;
+  std::size_t labels = 0;
+  std::size_t left_out = 0;  ///< faces that the mesh does not have
+  std::string error;         ///< why they cannot be drawn
+};
+
+StatusLine topicStatus(const std::string& topic, const std::string& subscription_error,
+                       const Reception& reception);
+OptionalStatus geometryStatus(const GeometryState& state);
+OptionalStatus colorsStatus(const AttributeState& state);
+OptionalStatus costsStatus(const CostsState& state);
+OptionalStatus texturesStatus(const TexturesState& state);
+OptionalStatus labelsStatus(const LabelsState& state);
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,424 @@
+#include "panel/cluster_label_panel.h"
+
+#include <algorithm>
+#include <exception>
+#include <iostream>
+
+#include <ros/console.h>
+#include <ros/init.h>
+#include <rviz/tool_manager.h>
+#include <rviz/visualization_manager.h>
+#include <rviz/window_manager_interface.h>
+#include <QCloseEvent>
+#include <QEvent>
+#include <QGridLayout>
+#include <QHeaderView>
+#include <QLabel>
+#include <QLineEdit>
+#include <QPushButton>
+#include <QString>
+#include <QTableView>
+#include <QTimer>
+
+#include "panel/label_dialogs.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr int PERIOD = 50;  // milliseconds
+const char* const TOOL = "rviz_mesh_plugin/ClusterLabel";
+const char* const NAME_KEY = "ClusterName";  // as released
+
+using SharedSession = std::shared_ptr<LabelSession>;
+
+std::string describeLoss(const LabelSession& session)
+{
+  LabelSituation situation;
+  situation.unsaved = session.unsaved();
+  situation.unstored = session.unstored();
+  const std::string failure = session.failure();
+  return describeLoss(situation) + (failure.empty() ? "" : "\n\n" + failure);
+}
+
+void askWithoutPanel(const SharedSession& session, QWidget* window, const std::string& problem);
+
+/// Stores what is not stored, then saves; asks once more where that fails.
+void saveWithoutPanel(const SharedSession& session, QWidget* window)
+{
+  auto* timer = new QTimer(window);
+  QObject::connect(timer, &QTimer::timeout, window, [=, saving = false]() mutable {
+    try {
+      session->work(nullptr);
+      const bool failed = session->failed() > 0;  // others may wait for that one
+      if (session->isSaving() || (!failed && session->unstored() > 0)) {
+        return;
+      }
+      std::string problem;
+      if (!saving && !failed) {
+        saving = true;
+        problem = session->save();
+        if (problem.empty()) {
+          return;
+        }
+      }
+      timer->deleteLater();
+      timer->stop();
+      if (session->unstored() + session->unsaved() > 0) {
+        askWithoutPanel(session, window, problem);
+      }
+    } catch (const std::exception& error) {
+      timer->stop();
+      ROS_ERROR("labels are not saved: %s", error.what());
+    }
+  });
+  session->sendAgain();
+  timer->start(PERIOD);
+}
+
+void askWithoutPanel(const SharedSession& session, QWidget* window, const std::string& problem)
+{
+  askButton(
+      window, "Labels Not Saved",
+      QString::fromStdString("The panel of labels is gone. " + describeLoss(*session) + problem),
+      {"Save"}, [session, window](int) { saveWithoutPanel(session, window); }, "Discard");
+}
+
+}  // namespace
+
+ClusterLabelPanel::ClusterLabelPanel(QWidget* parent)
+    : rviz::Panel(parent),
+      name_(new QLineEdit(this)),
+      list_(new QTableView(this)),
+      status_(new QLabel(this)),
+      timer_(new QTimer(this))
+{
+  createWidgets();
+  createList();
+  connect(timer_, &QTimer::timeout, this, &ClusterLabelPanel::work);
+}
+
+void ClusterLabelPanel::createWidgets()
+{
+  auto* grid = new QGridLayout(this);
+  name_->setToolTip("Class and instance of the label, as tree_1.");
+  connect(name_, &QLineEdit::textEdited, this, [this] { showSituation(); });
+  connect(name_, &QLineEdit::editingFinished, this, &ClusterLabelPanel::configChanged);
+  status_->setWordWrap(true);
+  status_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  grid->addWidget(new QLabel("Cluster Name:", this), 0, 0, 1, 2);
+  grid->addWidget(name_, 0, 2, 1, 4);
+  grid->addWidget(list_, 2, 0, 1, 6);
+  grid->addWidget(status_, 8, 0, 1, 6);
+  using Action = LabelAction;
+  const auto add = [&](Action action, int row, int column, int width) {
+    auto* button = new QPushButton(textOf(action), this);
+    connect(button, &QPushButton::clicked, this, [this, action] { press(action); });
+    grid->addWidget(button, row, column, 1, width);
+    buttons_[action] = button;
+  };
+  add(Action::LABEL_CLUSTER, 1, 0, 3);
+  add(Action::RESET_FACES, 1, 3, 3);
+  const Action rows[5][3] = {{Action::NEW, Action::ASSIGN, Action::ADD},
+                             {Action::TAKE_AWAY, Action::SELECT, Action::RENAME},
+                             {Action::MERGE, Action::DELETE, Action::COLOR},
+                             {Action::CLASS_COLOR, Action::IMPORT, Action::EXPORT},
+                             {Action::SAVE, Action::SEND_AGAIN, Action::GIVE_UP}};
+  for (int row = 0; row < 5; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      add(rows[row][column], 3 + row, 2 * column, 2);
+    }
+  }
+}
+
+void ClusterLabelPanel::createList()
+{
+  list_->setSelectionBehavior(QAbstractItemView::SelectRows);
+  list_->setSelectionMode(QAbstractItemView::ExtendedSelection);
+  list_->setEditTriggers(QAbstractItemView::NoEditTriggers);
+  list_->setShowGrid(false);
+  list_->setWordWrap(false);
+  list_->verticalHeader()->hide();
+  list_->verticalHeader()->setDefaultSectionSize(list_->fontMetrics().height() + 6);
+  list_->horizontalHeader()->setHighlightSections(false);
+  list_->horizontalHeader()->setMinimumSectionSize(20);
+  connect(list_, &QTableView::doubleClicked, this, [this] { press(LabelAction::SELECT); });
+}
+
+ClusterLabelPanel::~ClusterLabelPanel()
+{
+  try {
+    commands_.reset();
+    askWhenGone();
+  } catch (const std::exception& error) {
+    ROS_ERROR("panel of labels: %s", error.what());
+  }
+}
+
+void ClusterLabelPanel::onInitialize()
+{
+  try {
+    session_ = std::make_unique<LabelSession>(vis_manager_);
+    commands_ = std::make_unique<LabelCommands>(session_.get(), this);
+    model_ = new LabelListModel(session_.get(), this);
+    list_->setModel(model_);
+    list_->horizontalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
+    list_->horizontalHeader()->setSectionResizeMode(LabelListModel::INSTANCE, QHeaderView::Stretch);
+    connect(model_, &QAbstractItemModel::dataChanged, list_, [this] {
+      list_->resizeColumnToContents(LabelListModel::FACES);
+      list_->resizeColumnToContents(LabelListModel::AREA);
+    });
+    connect(list_->selectionModel(), &QItemSelectionModel::selectionChanged, this,
+            [this] { showSituation(); });
+    timer_->start(PERIOD);
+    showSituation();
+  } catch (const std::exception& error) {
+    ROS_ERROR("the panel of labels cannot work: %s", error.what());
+  }
+}
+
+void ClusterLabelPanel::load(const rviz::Config& config)
+{
+  rviz::Panel::load(config);
+  QString name;
+  if (config.mapGetString(NAME_KEY, &name)) {
+    name_->setText(name);
+  }
+}
+
+void ClusterLabelPanel::save(rviz::Config config) const
+{
+  rviz::Panel::save(config);
+  config.mapSetValue(NAME_KEY, name_->text());
+}
+
+void ClusterLabelPanel::setTool(ClusterLabelTool* tool)
+{
+  if (commands_ && tool != commands_->tool()) {
+    if (commands_->tool()) {
+      commands_->tool()->disconnect(this);
+    }
+    commands_->setTool(tool);
+    if (tool) {
+      tool_asked_for_ = true;  // who removes it does not want it
+      connect(tool, &ClusterLabelTool::selectionChanged, this, [this] { showSituation(); });
+      connect(tool, &ClusterLabelTool::labelRequested, this, [this] { press(LabelAction::NEW); });
+    }
+  }
+}
+
+void ClusterLabelPanel::press(LabelAction action)
+{
+  if (commands_) {
+    commands_->run(action, name_->text().trimmed().toStdString(), chosen());
+    work();
+  }
+}
+
+void ClusterLabelPanel::work()
+{
+  std::string failure;
+  try {
+    followTool();
+    followWindow();
+    session_->work(commands_->tool() ? commands_->tool()->mesh() : nullptr);
+    commands_->work();
+    followList();
+    continueClosing();
+  } catch (const std::exception& error) {
+    failure = std::string("this went wrong: ") + error.what();
+    ROS_ERROR_THROTTLE(10, "panel of labels: %s", failure.c_str());
+  }
+  failure_ = failure;
+  showSituation();
+}
+
+void ClusterLabelPanel::followTool()
+{
+  rviz::ToolManager* tools = vis_manager_->getToolManager();
+  if (commands_->tool() || !tools) {
+    return;
+  }
+  const auto find = [&] {
+    for (int i = 0; i < tools->numTools(); ++i) {
+      if (auto* tool = dynamic_cast<ClusterLabelTool*>(tools->getTool(i))) {
+        setTool(tool);
+      }
+    }
+  };
+  find();
+  if (!commands_->tool() && !tool_asked_for_) {
+    tool_asked_for_ = true;
+    tools->addTool(TOOL);
+    find();
+  }
+}
+
+void ClusterLabelPanel::followWindow()
+{
+  rviz::WindowManagerInterface* windows = vis_manager_->getWindowManager();
+  QWidget* main = windows ? windows->getParentWindow() : window();
+  if (main && main != window_) {
+    window_ = main;
+    window_->installEventFilter(this);
+  }
+}
+
+/// What is chosen stays so, by name.
+void ClusterLabelPanel::followList()
+{
+  const std::vector<std::string> before = chosen();
+  const std::size_t rows = model_->labels().size();
+  if (model_->refresh()) {
+    const std::vector<std::string>& labels = model_->labels();
+    QItemSelection selection;
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      if (std::find(before.begin(), before.end(), labels[i]) != before.end()) {
+        const QModelIndex index = model_->index(static_cast<int>(i), 0);
+        selection.select(index, index);
+      }
+    }
+    list_->selectionModel()->select(selection,
+                                    QItemSelectionModel::Select | QItemSelectionModel::Rows);
+    if (rows == 0) {
+      list_->scrollToTop();
+    }
+  }
+}
+
+std::vector<std::string> ClusterLabelPanel::chosen() const
+{
+  std::vector<std::string> chosen;
+  if (model_) {
+    for (const QModelIndex& index : list_->selectionModel()->selectedRows()) {
+      chosen.push_back(model_->labels().at(static_cast<std::size_t>(index.row())));
+    }
+  }
+  return chosen;
+}
+
+void ClusterLabelPanel::showSituation()
+{
+  if (!commands_) {
+    return;
+  }
+  LabelSituation now = commands_->situation();
+  now.name = name_->text().trimmed().toStdString();
+  now.labels = model_->labels().size();
+  now.chosen = static_cast<std::size_t>(list_->selectionModel()->selectedRows().size());
+  for (const auto& button : buttons_) {
+    const std::string reason = whyNot(button.first, now);
+    QString tip = tipOf(button.first);
+    if (!reason.empty()) {
+      tip += "\nNot now: " + QString::fromStdString(reason) + ".";
+    }
+    if (button.second->toolTip() != tip) {
+      button.second->setEnabled(reason.empty());
+      button.second->setToolTip(tip);
+    }
+  }
+  QString text = QString::fromStdString(describe(now));
+  for (const std::string& problem : {failure_, session_->failure(), commands_->message()}) {
+    if (!problem.empty()) {
+      text += "<br><font color=\"#c00000\">" + QString::fromStdString(problem).toHtmlEscaped() +
+              "</font>";
+    }
+  }
+  if (!commands_->news().empty()) {
+    text += "<br>" + QString::fromStdString(commands_->news()).toHtmlEscaped() + ".";
+  }
+  if (status_->text() != text) {
+    status_->setText(text);
+  }
+}
+
+/// Nobody can be asked before RViz removes a panel. The window that is closed is asked before.
+void ClusterLabelPanel::askWhenGone()
+{
+  if (!session_ || session_->unstored() + session_->unsaved() == 0) {
+    return;
+  }
+  if (!loss_told_) {
+    ROS_WARN("The panel of labels is gone. %s", describeLoss(*session_).c_str());
+  }
+  if (window_ && window_ != this && window_->isVisible() && ros::ok()) {
+    askWithoutPanel(SharedSession(std::move(session_)), window_, {});
+  }
+}
+
+bool ClusterLabelPanel::eventFilter(QObject* object, QEvent* event)
+{
+  try {
+    if (object == window_ && event->type() == QEvent::Close && !mayClose()) {
+      event->ignore();
+      askToClose();
+      return true;
+    }
+  } catch (const std::exception& error) {
+    ROS_ERROR("panel of labels: %s", error.what());
+  }
+  return rviz::Panel::eventFilter(object, event);
+}
+
+bool ClusterLabelPanel::mayClose()
+{
+  if (closing_ == Closing::NOW || !session_ || session_->unstored() + session_->unsaved() == 0) {
+    return true;
+  }
+  if (ros::ok()) {
+    return false;
+  }
+  // Ctrl+C, or somebody ends the node: RViz closes its windows until they are gone. ROS_WARN says
+  // nothing any more.
+  if (!loss_told_) {
+    loss_told_ = true;
+    std::cerr << "RViz ends. " << describeLoss(*session_) << std::endl;
+  }
+  return true;
+}
+
+void ClusterLabelPanel::askToClose()
+{
+  closing_ = Closing::NO;
+  if (question_ && question_->isVisible()) {
+    return;
+  }
+  question_ = askButton(this, "Labels Not Saved", QString::fromStdString(describeLoss(*session_)),
+                        {"Save", "Discard"}, [this](int button) {
+                          if (button == 0) {
+                            session_->sendAgain();
+                            closing_ = Closing::STORING;
+                          } else {
+                            closing_ = Closing::NOW;
+                            QMetaObject::invokeMethod(
+                                this, [this] { continueClosing(); }, Qt::QueuedConnection);
+                          }
+                        });
+}
+
+/// Where something fails, it is asked once more.
+void ClusterLabelPanel::continueClosing()
+{
+  if (closing_ == Closing::STORING) {
+    if (session_->failed() > 0) {
+      askToClose();
+    } else if (session_->unstored() == 0 && !session_->isSaving()) {
+      closing_ = Closing::SAVING;
+      commands_->say(session_->save());
+    }
+  } else if (closing_ == Closing::SAVING && !session_->isSaving()) {
+    if (session_->unstored() + session_->unsaved() > 0) {
+      askToClose();
+    } else {
+      closing_ = Closing::NOW;
+    }
+  }
+  if (closing_ == Closing::NOW && window_) {
+    const QPointer<ClusterLabelPanel> self(this);
+    window_->close();
+    if (self) {  // somebody else may have been against it
+      closing_ = Closing::NO;
+    }
+  }
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <QPointer>
+
+#ifndef Q_MOC_RUN
+#include <rviz/panel.h>
+
+#include "label_editing/label_session.h"
+#include "panel/label_actions.h"
+#include "panel/label_commands.h"
+#include "panel/label_list_model.h"
+#include "tools/cluster_label_tool.h"
+#endif
+
+class QLabel;
+class QLineEdit;
+class QPushButton;
+class QTableView;
+class QTimer;
+
+namespace rviz_mesh_plugin {
+
+/// Lists the labels of a mesh and edits them, with the faces that the tool ClusterLabel has
+/// selected. Asks before RViz is closed with labels that are not saved.
+class ClusterLabelPanel : public rviz::Panel
+{
+  Q_OBJECT
+
+ public:
+  explicit ClusterLabelPanel(QWidget* parent = nullptr);
+  ~ClusterLabelPanel() override;
+
+  void onInitialize() override;
+  void load(const rviz::Config& config) override;
+  void save(rviz::Config config) const override;
+
+  /// Whose selection is labelled. By default that of RViz, which is added where there is none.
+  void setTool(ClusterLabelTool* tool);
+
+  /// Null before initialize().
+  LabelSession* session() { return session_.get(); }
+
+ protected:
+  /// Of the main window.
+  bool eventFilter(QObject* object, QEvent* event) override;
+
+ private Q_SLOTS:
+  void work();
+
+ private:
+  void createWidgets();
+  void createList();
+  void press(LabelAction action);
+  void followTool();
+  void followWindow();
+  void followList();
+  void showSituation();
+  std::vector<std::string> chosen() const;
+
+  bool mayClose();
+  void askToClose();
+  void continueClosing();
+  void askWhenGone();
+
+  std::unique_ptr<LabelSession> session_;
+  std::unique_ptr<LabelCommands> commands_;
+  LabelListModel* model_ = nullptr;
+  QLineEdit* name_;
+  QTableView* list_;
+  QLabel* status_;
+  std::map<LabelAction, QPushButton*> buttons_;
+  QTimer* timer_;
+  std::string failure_;  ///< of work()
+  bool tool_asked_for_ = false;
+
+  enum class Closing
+  {
+    NO,
+    STORING,  ///< edits
+    SAVING,
+    NOW
+  };
+  Closing closing_ = Closing::NO;
+  bool loss_told_ = false;
+  QPointer<QWidget> window_;    ///< the main one
+  QPointer<QWidget> question_;  ///< whether to close it
+};
+
+}  // namespace rviz_mesh_plugin

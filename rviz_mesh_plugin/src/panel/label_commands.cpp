@@ -1,0 +1,286 @@
+#include "panel/label_commands.h"
+
+#include <algorithm>
+#include <exception>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "labels/label_name.h"
+#include "panel/label_dialogs.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+std::string countedLabels(const FileLabels& labels)
+{
+  const auto count = std::count_if(labels.begin(), labels.end(),
+                                   [](const auto& label) { return !label.second.faces.empty(); });
+  return std::to_string(count) + (count == 1 ? " label" : " labels");
+}
+
+}  // namespace
+
+void LabelCommands::attempt(const std::function<void()>& work)
+{
+  try {
+    work();
+  } catch (const std::exception& error) {
+    message_ = std::string("this went wrong: ") + error.what();
+  }
+}
+
+QString LabelCommands::unknownLabels()
+{
+  return "The labels of this mesh are not known yet: wait until who stores them has answered, see "
+         "the status of their display.";
+}
+
+LabelSituation LabelCommands::situation() const
+{
+  LabelSituation situation;
+  situation.has_tool = tool_ != nullptr;
+  situation.has_mesh = session_->mesh() != nullptr;
+  situation.selected = tool_ ? tool_->selection().count() : 0;
+  situation.selection_is_of_it = tool_ && session_->isOf(tool_->mesh());
+  situation.unstored = session_->unstored();
+  situation.failed = session_->failed();
+  situation.unsaved = session_->unsaved();
+  situation.saving = session_->isSaving();
+  situation.file_busy = reading_.isRunning() || writing_.isRunning();
+  return situation;
+}
+
+void LabelCommands::run(LabelAction action, const std::string& name, const Labels& chosen)
+{
+  attempt([&] {
+    LabelSituation now = situation();
+    now.name = name;
+    now.chosen = chosen.size();
+    now.labels = session_->names().size();
+    news_.clear();
+    message_ = whyNot(action, now);
+    if (message_.empty()) {
+      start(action, name, chosen);
+    }
+  });
+}
+
+std::string LabelCommands::whyNotOf(const MeshDataConstPtr& mesh) const
+{
+  if (session_->isOf(mesh)) {
+    return {};
+  }
+  return session_->mesh() ? "the mesh is another one now: nothing is done to its labels"
+                          : "there is no mesh to label any more";
+}
+
+void LabelCommands::start(LabelAction action, const std::string& name, const Labels& chosen)
+{
+  switch (action) {
+    case LabelAction::LABEL_CLUSTER:
+      message_ = label(name);
+      return;
+    case LabelAction::RESET_FACES:
+      return tool_->clearSelection();
+    case LabelAction::NEW:
+      return askLabel(parent_, "New Label", "", session_->names(),
+                      then([this](const std::string& label) { return this->label(label); }));
+    case LabelAction::ASSIGN:
+      message_ = session_->assign(chosen[0], selection());
+      return;
+    case LabelAction::ADD:
+      message_ = session_->add(chosen[0], selection());
+      return;
+    case LabelAction::TAKE_AWAY:
+      message_ = session_->takeAway(chosen[0], selection());
+      return;
+    case LabelAction::SELECT:
+      return select(chosen);
+    case LabelAction::RENAME:
+      return askLabel(
+          parent_, "Rename " + listed(chosen), chosen[0], session_->names(),
+          then([this, from = chosen[0]](const std::string& to) { return rename(from, to); }));
+    case LabelAction::MERGE:
+      return askChoice(
+          parent_, "Merge Labels", "Make one label of " + listed(chosen) + ":", chosen,
+          then([this, chosen](const std::string& into) { return session_->merge(chosen, into); }));
+    case LabelAction::DELETE:
+      askButton(parent_, "Delete Labels", "Delete " + listed(chosen) + "?", {"Delete"},
+                then([this, chosen](int) { return session_->remove(chosen); }));
+      return;
+    case LabelAction::COLOR:
+      return askColors(chosen);
+    case LabelAction::CLASS_COLOR:
+      return askColors(withClasses(chosen));
+    case LabelAction::IMPORT:
+      return askFile(parent_, false,
+                     then([this](const std::string& path) { return startImport(path); }));
+    case LabelAction::EXPORT:
+      return askFile(parent_, true,
+                     then([this](const std::string& path) { return startExport(path); }));
+    case LabelAction::SAVE:
+      message_ = session_->save();
+      return;
+    case LabelAction::SEND_AGAIN:
+      return session_->sendAgain();
+    case LabelAction::GIVE_UP:
+      return session_->giveUp();
+    case LabelAction::COUNT:
+      return;
+  }
+}
+
+LabelSession::Faces LabelCommands::selection() const
+{
+  if (!tool_ || tool_->selection().empty() || !session_->isOf(tool_->mesh())) {
+    throw std::runtime_error("the selected faces are gone, or the mesh is another one now");
+  }
+  return tool_->selection().faces();
+}
+
+std::string LabelCommands::label(const std::string& name)
+{
+  const LabelSession::Faces faces = selection();
+  const QString label = QString::fromStdString(name);
+  if (session_->faceCount(name) == 0) {
+    // What the label may have already stays.
+    return session_->labelsKnown() ? session_->assign(name, faces) : session_->add(name, faces);
+  }
+  askButton(parent_, "Label Cluster", QString("There is a label %1 with faces already.").arg(label),
+            {"Replace Them", "Add"}, then([this, name](int button) {
+              return button == 0 ? session_->assign(name, selection())
+                                 : session_->add(name, selection());
+            }));
+  return {};
+}
+
+std::string LabelCommands::rename(const std::string& from, const std::string& to)
+{
+  if (session_->labelsKnown()) {
+    return session_->rename(from, to);
+  }
+  askButton(
+      parent_, "Rename Label",
+      unknownLabels() + QString(" A label %1 would be replaced.").arg(QString::fromStdString(to)),
+      {"Rename"}, then([this, from, to](int) { return session_->rename(from, to); }));
+  return {};
+}
+
+void LabelCommands::select(const Labels& chosen)
+{
+  LabelSession::Faces faces;
+  for (const std::string& label : chosen) {
+    const LabelSession::Faces more = session_->faces(label);
+    faces.insert(faces.end(), more.begin(), more.end());
+  }
+  message_ = tool_->select(session_->mesh(), faces);
+}
+
+void LabelCommands::askColors(const Labels& labels)
+{
+  const std::optional<Rgba8> now = session_->color(labels.at(0));
+  askColor(parent_, "Color of " + listed(labels),
+           now ? QColor(now->red, now->green, now->blue) : QColor(),
+           then([this, labels](const auto& color) { return setColor(labels, color); }));
+}
+
+std::string LabelCommands::setColor(const Labels& labels, const std::optional<QColor>& color)
+{
+  if (!color) {
+    return session_->setColor(labels, std::nullopt);
+  }
+  const auto channel = [](int value) { return static_cast<std::uint8_t>(value); };
+  return session_->setColor(
+      labels, Rgba8{channel(color->red()), channel(color->green()), channel(color->blue()), 255});
+}
+
+LabelCommands::Labels LabelCommands::withClasses(const Labels& chosen) const
+{
+  std::set<std::string> classes;
+  for (const std::string& label : chosen) {
+    classes.insert(labelClass(label));
+  }
+  Labels labels = session_->names();
+  labels.erase(
+      std::remove_if(labels.begin(), labels.end(),
+                     [&](const auto& label) { return classes.count(labelClass(label)) == 0; }),
+      labels.end());
+  return labels;
+}
+
+std::string LabelCommands::startImport(const std::string& path)
+{
+  read_path_ = path;
+  read_for_ = session_->mesh();
+  reading_.start(
+      [path, face_count = read_for_->faceCount()] { return readLabelFile(path, face_count); });
+  return {};
+}
+
+std::string LabelCommands::startExport(const std::string& path)
+{
+  const MeshDataConstPtr mesh = session_->mesh();
+  LabelFile file;
+  file.uuid = mesh->uuid;
+  file.labels = session_->content();
+  writing_.start([path, file = std::move(file), face_count = mesh->faceCount()] {
+    writeLabelFile(path, file, face_count);
+    return countedLabels(file.labels) + " exported to " + path;
+  });
+  return {};
+}
+
+std::string LabelCommands::import(const LabelFile& file)
+{
+  Labels replaced;
+  for (const auto& label : file.labels) {
+    if (session_->faceCount(label.first) > 0 &&
+        session_->faces(label.first) != label.second.faces) {
+      replaced.push_back(label.first);
+    }
+  }
+  QString question;
+  if (!file.uuid.empty() && file.uuid != session_->mesh()->uuid) {
+    question = "These labels were made for another mesh with as many faces. ";
+  }
+  if (!session_->labelsKnown()) {
+    question += unknownLabels() + QString(" Those of the same names would be replaced. ");
+  }
+  if (!replaced.empty()) {
+    question += "They replace " + listed(replaced) + ".";
+  }
+  if (question.isEmpty()) {
+    return importNow(file.labels);
+  }
+  askButton(parent_, "Import Labels", question, {"Import"},
+            then([this, labels = file.labels](int) { return importNow(labels); }));
+  return {};
+}
+
+std::string LabelCommands::importNow(const FileLabels& labels)
+{
+  std::string reason = session_->import(labels);
+  if (reason.empty()) {
+    news_ = countedLabels(labels) + " imported from " + read_path_;
+  }
+  return reason;
+}
+
+void LabelCommands::work()
+{
+  attempt([&] {
+    if (const auto read = reading_.take()) {
+      const MeshDataConstPtr mesh = std::move(read_for_);
+      message_ = read->result ? whyNotOf(mesh) : read->error;
+      if (message_.empty()) {
+        message_ = import(*read->result);
+      }
+    }
+    if (const auto written = writing_.take()) {
+      (written->result ? news_ : message_) = written->result ? *written->result : written->error;
+    }
+  });
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,179 @@
+#include "picking/surface_picker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+
+#include <rviz/display_context.h>
+#include <rviz/display_group.h>
+
+#include "displays/display_tree.h"
+#include "displays/textured_mesh_display.h"
+#include "picking/surface_index.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr double INF = std::numeric_limits<double>::infinity();
+
+/// Where a ray enters the box around a mesh; infinite where it does not.
+double distanceToBox(const mesh_map::Ray& ray, const MeshData& mesh)
+{
+  double from = 0.0, to = INF;
+  for (unsigned i = 0; i < 3; ++i) {
+    const double lower = mesh.lower[i] - ray.origin[i];
+    const double upper = mesh.upper[i] - ray.origin[i];
+    if (ray.direction[i] == 0.0) {
+      if (lower > 0.0 || upper < 0.0) {
+        return INF;
+      }
+      continue;
+    }
+    const double one = lower / ray.direction[i], other = upper / ray.direction[i];
+    from = std::max(from, std::min(one, other));
+    to = std::min(to, std::max(one, other));
+  }
+  return from <= to ? from : INF;
+}
+
+SurfaceIndex::State stateOf(const MeshDataConstPtr& mesh)
+{
+  SurfaceIndex::State state;
+  try {
+    state = SurfaceIndex::instance().find(mesh);
+  } catch (const std::exception& error) {  // no memory, no thread
+    state.failure = error.what();
+  }
+  return state;
+}
+
+SurfaceHit describe(const ShownMesh& mesh, const std::shared_ptr<const SpatialQueries>& queries,
+                    const mesh_map::RayHit& found)
+{
+  SurfaceHit hit;
+  static_cast<ShownMesh&>(hit) = mesh;
+  hit.queries = queries;
+  hit.face = found.face;
+  hit.barycentric = found.barycentric;
+  hit.distance = found.distance;
+  std::array<std::array<double, 3>, 3> corners;
+  for (unsigned corner = 0; corner < 3; ++corner) {
+    const auto vertex = mesh.mesh->indices[3 * std::size_t{found.face} + corner];
+    const auto& position = mesh.mesh->vertices[vertex].position;
+    for (unsigned i = 0; i < 3; ++i) {
+      corners[corner][i] = position[i];
+      hit.point[i] += found.barycentric[corner] * position[i];
+    }
+  }
+  const auto edge = [&](unsigned corner, unsigned i) { return corners[corner][i] - corners[0][i]; };
+  for (unsigned i = 0; i < 3; ++i) {
+    const unsigned j = (i + 1) % 3, k = (i + 2) % 3;
+    hit.normal[i] = edge(1, j) * edge(2, k) - edge(1, k) * edge(2, j);
+  }
+  const double length = std::hypot(hit.normal[0], hit.normal[1], hit.normal[2]);
+  for (double& coordinate : hit.normal) {
+    coordinate /= length;  // a face without area is never hit
+  }
+  return hit;
+}
+
+std::string whyNotReady(const ShownMesh& mesh, const SurfaceIndex::State& state)
+{
+  if (!state.failure.empty()) {
+    return "the mesh of '" + mesh.display + "' cannot be clicked at: " + state.failure;
+  }
+  const int percent = static_cast<int>(100.0f * state.progress);
+  return "the mesh of '" + mesh.display + "' is being prepared (" + std::to_string(percent) +
+         " %): try again in a moment";
+}
+
+}  // namespace
+
+SurfacePicker::SurfacePicker(rviz::DisplayContext* context)
+    : context_(context), user_(SurfaceIndex::instance().user())
+{
+}
+
+std::vector<ShownMesh> SurfacePicker::meshes() const
+{
+  std::vector<ShownMesh> meshes;
+  visitDisplays<TexturedMeshDisplay>(context_->getRootDisplayGroup(), DisplayChoice::ALL,
+                                     [&](const TexturedMeshDisplay& display) {
+                                       const auto shown = display.shownMeshes();
+                                       meshes.insert(meshes.end(), shown.begin(), shown.end());
+                                     });
+  return meshes;
+}
+
+bool SurfacePicker::exists(const MeshDataConstPtr& mesh) const
+{
+  bool found = false;
+  visitDisplays<TexturedMeshDisplay>(
+      context_->getRootDisplayGroup(), DisplayChoice::ALL,
+      [&](const TexturedMeshDisplay& display) { found = found || display.has(mesh); });
+  return found;
+}
+
+void SurfacePicker::prepare() const
+{
+  for (const ShownMesh& mesh : meshes()) {
+    stateOf(mesh.mesh);
+  }
+}
+
+Pick SurfacePicker::pick(const Ogre::Ray& ray, bool back_faces) const
+{
+  const Ogre::Vector3& origin = ray.getOrigin();
+  const Ogre::Vector3& direction = ray.getDirection();
+  return pick(
+      mesh_map::Ray{{origin.x, origin.y, origin.z}, {direction.x, direction.y, direction.z}, INF},
+      back_faces);
+}
+
+Pick SurfacePicker::pick(const rviz::ViewportMouseEvent& event, bool back_faces) const
+{
+  return pick(cursorRay(event), back_faces);
+}
+
+Pick SurfacePicker::pick(const mesh_map::Ray& ray, bool back_faces) const
+{
+  mesh_map::RayOptions options;
+  options.back_faces = back_faces;
+  const std::vector<ShownMesh> shown = meshes();
+  Pick result;
+  double hidden_from = INF;  // by meshes that cannot answer yet
+  std::string why_hidden, failure;
+  for (const ShownMesh& mesh : shown) {
+    const mesh_map::Ray local = rayInMesh(ray, mesh);
+    const SurfaceIndex::State state = stateOf(mesh.mesh);
+    if (!state.queries) {
+      const double distance = distanceToBox(local, *mesh.mesh);
+      if (!state.failure.empty()) {
+        failure = distance < INF ? whyNotReady(mesh, state) : failure;
+      } else if (distance < hidden_from) {
+        hidden_from = distance;
+        why_hidden = whyNotReady(mesh, state);
+      }
+      continue;
+    }
+    const mesh_map::RayHit found = state.queries->castRay(local, options);
+    if (found.face != mesh_map::NO_INDEX &&
+        (!result.hit || found.distance < result.hit->distance)) {
+      result.hit = describe(mesh, state.queries, found);
+    }
+  }
+  if (hidden_from < (result.hit ? result.hit->distance : INF)) {
+    result.hit.reset();
+    result.reason = why_hidden;
+  } else if (shown.empty()) {
+    result.reason =
+        "no mesh is shown: add and enable a TexturedMesh or Map3D display, and look at its status";
+  } else if (!result.hit) {
+    result.reason =
+        failure.empty() ? "no surface under the cursor: point at a mesh" : std::move(failure);
+  }
+  return result;
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,182 @@
+#include "picking/surface_ways.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <utility>
+
+#include <mesh_map/distance/fast_marching/front_mesh.h>
+#include <mesh_map/distance/fast_marching/wave_front.h>
+#include <mesh_map/mesh/edge_faces.h>
+#include <mesh_map/mesh/topology.h>
+#include <mesh_map/paths/field_trace.h>
+#include <mesh_map/paths/geodesic.h>
+
+#include "selection/face_neighbors.h"
+#include "threads/cancellation.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+void lookAt(const std::atomic<bool>* cancel)
+{
+  if (cancel && *cancel) {
+    throw Cancelled();
+  }
+}
+
+/// A mesh as fronts and paths want it.
+struct Surface
+{
+  explicit Surface(const MeshData& mesh) : faces(joinedCorners(mesh))
+  {
+    positions.reserve(3 * mesh.vertexCount());
+    for (const MeshVertex& vertex : mesh.vertices) {
+      positions.insert(positions.end(), vertex.position.begin(), vertex.position.end());
+    }
+    topology = mesh_map::buildTopology(faces, mesh.vertexCount());
+  }
+
+  mesh_map::MeshView view() const { return {positions, faces}; }
+  mesh_map::RowsView vertexFaces() const
+  {
+    return {topology.vertex_face_offsets, topology.vertex_faces};
+  }
+  std::uint32_t corner(std::uint32_t face, std::size_t corner) const
+  {
+    return faces.at(3 * std::size_t{face} + corner);
+  }
+  double distance(std::uint32_t vertex, const std::array<double, 3>& point) const
+  {
+    const float* const p = &positions[3 * std::size_t{vertex}];
+    return std::hypot(p[0] - point[0], p[1] - point[1], p[2] - point[2]);
+  }
+
+  std::vector<float> positions;
+  std::vector<std::uint32_t> faces;  ///< vertices in the same place are one
+  mesh_map::Topology topology;
+};
+
+/// Down a front from `from`, so the way begins at `to`. False where the front does not come there.
+bool follow(const Surface& surface, const SurfacePoint& from, const SurfacePoint& to,
+            const std::atomic<bool>* cancel, mesh_map::FieldPath& path)
+{
+  std::vector<mesh_map::WaveFrontSeed> seeds;
+  std::vector<std::uint32_t> targets;
+  mesh_map::WaveFrontStop stop;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::uint32_t start = surface.corner(from.face, i);
+    seeds.push_back({start, surface.distance(start, from.position)});
+    targets.push_back(surface.corner(to.face, i));
+    // So that the field is known all around the end.
+    stop.offset = std::max(stop.offset, 2.0 * surface.distance(targets.back(), to.position));
+  }
+  stop.targets = targets;
+  stop.cancel = cancel;
+  auto mesh = std::make_shared<const mesh_map::FrontMesh>(surface.view(), surface.vertexFaces());
+  lookAt(cancel);
+  mesh_map::WaveFrontField front(std::make_shared<mesh_map::WaveFrontPool>(mesh), seeds, {});
+  if (!front.extend({}, stop)) {
+    throw Cancelled();
+  }
+  const auto end =
+      mesh_map::tracePath({surface.view(), surface.vertexFaces(), surface.topology.face_flags},
+                          {front.labels(), front.limit(), {}, from.face, from.position}, to.face,
+                          to.position, cancel, path);
+  lookAt(cancel);
+  return end == mesh_map::TraceEnd::ARRIVED;
+}
+
+/// The same way from its other end.
+mesh_map::WalkTrace reversed(const mesh_map::FieldPath& path)
+{
+  mesh_map::WalkTrace trace;
+  for (std::size_t i = path.points.size(); i > 0; i -= 3) {
+    trace.points.insert(trace.points.end(), &path.points[i - 3], &path.points[i - 3] + 3);
+  }
+  trace.faces.assign(path.faces.rbegin(), path.faces.rend());
+  return trace;
+}
+
+}  // namespace
+
+SurfaceWay findWay(const MeshData& mesh, const SurfacePoint& from, const SurfacePoint& to,
+                   const std::atomic<bool>* cancel)
+{
+  SurfaceWay way;
+  lookAt(cancel);
+  const Surface surface(mesh);
+  lookAt(cancel);
+  mesh_map::FieldPath path;
+  if (!follow(surface, from, to, cancel, path)) {
+    return way;
+  }
+  const mesh_map::Topology& topology = surface.topology;
+  const auto edge_faces = mesh_map::edgeFaces(topology.face_edges, topology.edgeCount());
+  mesh_map::GeodesicOptions options;
+  options.cancel = cancel;
+  mesh_map::Geodesic geodesic = mesh_map::shortenPath(
+      {surface.view(), topology.face_edges, topology.face_flags, edge_faces.rows()}, reversed(path),
+      options);
+  if (geodesic.cancelled) {
+    throw Cancelled();
+  }
+  way.connected = true;
+  way.length = geodesic.length;
+  way.points = std::move(geodesic.path.points);
+  return way;
+}
+
+struct WayMeasurement::Job
+{
+  std::atomic<bool> cancelled{false};
+  std::mutex mutex;
+  std::optional<Result> result;
+};
+
+void WayMeasurement::start(const MeshDataConstPtr& mesh, const SurfacePoint& from,
+                           const SurfacePoint& to)
+{
+  cancel();
+  auto job = std::make_shared<Job>();
+  lanes_.add("ways", [job, mesh, from, to] {
+    Result result;
+    try {
+      result.way = findWay(*mesh, from, to, &job->cancelled);
+    } catch (const Cancelled&) {  // nobody waits for it
+    } catch (const std::bad_alloc&) {
+      result.failure = "there is not enough memory";
+    } catch (const std::exception& error) {
+      result.failure = error.what();
+    }
+    const std::lock_guard<std::mutex> lock(job->mutex);
+    job->result = std::move(result);
+  });
+  job_ = std::move(job);
+}
+
+std::optional<WayMeasurement::Result> WayMeasurement::take()
+{
+  std::optional<Result> result;
+  if (job_) {
+    const std::lock_guard<std::mutex> lock(job_->mutex);
+    result.swap(job_->result);
+  }
+  if (result) {
+    job_.reset();
+  }
+  return result;
+}
+
+void WayMeasurement::cancel()
+{
+  if (job_) {
+    job_->cancelled = true;
+    job_.reset();
+  }
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,257 @@
+#include "rendering/labels/label_object.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <OgreCamera.h>
+#include <OgreHardwareBufferManager.h>
+#include <OgreRenderOperation.h>
+#include <OgreRenderQueue.h>
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
+#include <OgreViewport.h>
+
+#include "rendering/ogre_compatibility.h"
+#include "rendering/unique_name.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Where a mesh is drawn with less detail, it may differ from its faces by so many pixels.
+constexpr float DETAIL_PIXELS = 3.0f;
+
+/// Opaque labels are drawn before the mesh, which then does not get in front of them but for its
+/// wireframe; translucent ones after it.
+constexpr Ogre::uint8 BEFORE_MESHES = Ogre::RENDER_QUEUE_MAIN - 1;
+constexpr Ogre::uint8 AFTER_MESHES = Ogre::RENDER_QUEUE_MAIN + 1;
+
+constexpr std::size_t FACE_BYTES = 3 * sizeof(std::uint32_t);
+
+/// That are prepared at a time.
+constexpr std::size_t UPLOAD_SLICE = 1 << 18;
+
+/// To look at a face takes as long as to upload so many bytes.
+constexpr std::size_t LOOK_BYTES = 4;
+
+}  // namespace
+
+LabelObject::LabelObject(Ogre::SceneNode* parent, const LabelledMesh& mesh, bool growing)
+    : Ogre::MovableObject(uniqueName("Label")),
+      node_(parent->createChildSceneNode()),
+      mesh_(mesh),
+      growing_(growing)
+{
+  setCastShadows(false);
+  setQueryFlags(0);
+  node_->attachObject(this);
+}
+
+LabelObject::~LabelObject()
+{
+  node_->detachObject(this);
+  destroySceneNode(node_);
+}
+
+std::size_t LabelObject::upload(std::size_t& left)
+{
+  prepare(left);
+  std::size_t faces_left = dirty_.empty() ? 0 : std::max<std::size_t>(1, left / FACE_BYTES);
+  std::size_t written = 0;
+  while (!dirty_.empty() && faces_left > 0) {
+    LabelSlots::Range& range = dirty_.back();
+    const std::size_t begin =
+        range.begin + faces_left < range.end ? range.end - faces_left : range.begin;
+    write(begin, range.end);
+    faces_left -= range.end - begin;
+    written += range.end - begin;
+    range.end = begin;
+    if (range.end == range.begin) {
+      dirty_.pop_back();
+    }
+  }
+  if (written > 0) {
+    node_->needUpdate();
+    if (dirty_.empty()) {
+      drawAll();
+    }
+  }
+  left -= std::min(left, written * FACE_BYTES);
+  return written * FACE_BYTES;
+}
+
+std::size_t LabelObject::changeFaces(const LabelSlots::Faces& added,
+                                     const LabelSlots::Faces& removed)
+{
+  slots_.change(added, removed);
+  takeChanges();
+  std::size_t uploaded = 0;
+  while (!dirty_.empty()) {
+    std::size_t left = UPLOAD_SLICE;
+    uploaded += upload(left);
+  }
+  return uploaded;
+}
+
+/// What is being uploaded is finished first, so that faces that change all the time show, too.
+void LabelObject::prepare(std::size_t& left)
+{
+  if (!dirty_.empty()) {
+    return;
+  }
+  if (slots_.isSettled() && wanted_) {
+    slots_.assign(std::move(wanted_));
+    wanted_.reset();
+  }
+  const std::size_t looked = slots_.work(std::max<std::size_t>(1, left / LOOK_BYTES));
+  left -= std::min(left, looked * LOOK_BYTES);
+  if (looked > 0 && slots_.isSettled()) {
+    takeChanges();
+  }
+}
+
+void LabelObject::takeChanges()
+{
+  dirty_ = slots_.takeChanged();
+  const std::size_t count = slots_.faces().size();
+  if (!isSet(buffer_) || buffer_->getNumIndexes() < 3 * count) {
+    buffer_ = Ogre::HardwareBufferManager::getSingleton().createIndexBuffer(
+        Ogre::HardwareIndexBuffer::IT_32BIT, 3 * (growing_ ? count + count / 4 + 16 : count),
+        Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY);
+    dirty_ = {{0, count}};
+    bounds_.setNull();
+  } else {
+    drawn_.indexCount = std::min(drawn_.indexCount, 3 * count);
+  }
+  if (dirty_.empty()) {
+    drawAll();
+  }
+}
+
+void LabelObject::drawAll()
+{
+  drawn_.indexBuffer = buffer_;
+  drawn_.indexCount = 3 * slots_.faces().size();
+}
+
+void LabelObject::write(std::size_t begin, std::size_t end)
+{
+  const MeshData& mesh = *mesh_.mesh;
+  std::vector<std::uint32_t> indices;
+  indices.reserve(3 * (end - begin));
+  Ogre::Vector3 lower = bounds_.isFinite() ? bounds_.getMinimum() : Ogre::Vector3(INFINITY);
+  Ogre::Vector3 upper = bounds_.isFinite() ? bounds_.getMaximum() : Ogre::Vector3(-INFINITY);
+  for (std::size_t place = begin; place < end; ++place) {
+    const std::size_t face = slots_.faces()[place];
+    for (std::size_t corner = 3 * face; corner < 3 * face + 3; ++corner) {
+      const std::uint32_t index = mesh.indices[corner];
+      indices.push_back(index);
+      const auto& p = mesh.vertices[index].position;
+      const Ogre::Vector3 position(p[0], p[1], p[2]);
+      lower.makeFloor(position);
+      upper.makeCeil(position);
+    }
+  }
+  buffer_->writeData(FACE_BYTES * begin, FACE_BYTES * (end - begin), indices.data(), false);
+  bounds_.setExtents(lower, upper);
+}
+
+std::size_t LabelObject::gpuBytes() const
+{
+  std::size_t bytes = isSet(buffer_) ? buffer_->getSizeInBytes() : 0;
+  if (isSet(drawn_.indexBuffer) && drawn_.indexBuffer.get() != buffer_.get()) {
+    bytes += drawn_.indexBuffer->getSizeInBytes();
+  }
+  return bytes;
+}
+
+const Ogre::String& LabelObject::getMovableType() const
+{
+  static const Ogre::String TYPE = "rviz_mesh_plugin/Label";
+  return TYPE;
+}
+
+Ogre::Real LabelObject::getBoundingRadius() const
+{
+  return bounds_.isFinite() ? std::max(bounds_.getMinimum().length(), bounds_.getMaximum().length())
+                            : 0.0f;
+}
+
+bool LabelObject::isVisible() const
+{
+  return shown_ && drawn_.indexCount > 0 && material_ && mesh_.complete() &&
+         Ogre::MovableObject::isVisible();
+}
+
+void LabelObject::_notifyCurrentCamera(Ogre::Camera* camera)
+{
+  Ogre::MovableObject::_notifyCurrentCamera(camera);
+  nearer_ = 0.0f;
+  const Ogre::Viewport* viewport = camera->getViewport();
+  const Ogre::Matrix4& projection = camera->getProjectionMatrix();
+  if (!viewport || viewport->getActualHeight() <= 0 || projection[1][1] <= 0.0f) {
+    return;
+  }
+  // The height of a pixel: at a distance of one meter, or, in a parallel projection, at any.
+  const float pixel = 2.0f / (projection[1][1] * viewport->getActualHeight());
+  parallel_ = projection[3][3] == 1.0f;
+  eye_ = camera->getDerivedPosition();
+  towards_camera_ = -camera->getDerivedDirection();
+  const float farthest =
+      parallel_ ? 1.0f : eye_.distance(_getParentNodeFullTransform() * mesh_.center) + mesh_.radius;
+  // The mesh is drawn with less detail only where two edges are smaller than a few pixels.
+  if (2.0f * mesh_.edge < DETAIL_PIXELS * pixel * farthest) {
+    nearer_ = DETAIL_PIXELS * pixel;
+  }
+}
+
+void LabelObject::getWorldTransforms(Ogre::Matrix4* transform) const
+{
+  *transform = _getParentNodeFullTransform();
+  if (nearer_ <= 0.0f) {
+    return;
+  }
+  for (int row = 0; row < 3; ++row) {
+    if (parallel_) {
+      (*transform)[row][3] += nearer_ * towards_camera_[row];
+      continue;
+    }
+    // Scaled about the eye: each point stays where it is in the picture.
+    const float share = 1.0f - std::min(nearer_, 0.1f);
+    for (int column = 0; column < 3; ++column) {
+      (*transform)[row][column] *= share;
+    }
+    (*transform)[row][3] = eye_[row] + share * ((*transform)[row][3] - eye_[row]);
+  }
+}
+
+void LabelObject::_updateRenderQueue(Ogre::RenderQueue* queue)
+{
+  if (material_->isTranslucent()) {
+    queue->addRenderable(this, AFTER_MESHES, OGRE_RENDERABLE_DEFAULT_PRIORITY);
+  } else {
+    queue->addRenderable(this, BEFORE_MESHES, OGRE_RENDERABLE_DEFAULT_PRIORITY + layer_);
+  }
+}
+
+void LabelObject::visitRenderables(Ogre::Renderable::Visitor* visitor, bool /*debug_renderables*/)
+{
+  if (material_) {
+    visitor->visit(this, 0, false);
+  }
+}
+
+void LabelObject::getRenderOperation(Ogre::RenderOperation& operation)
+{
+  operation.operationType = Ogre::RenderOperation::OT_TRIANGLE_LIST;
+  operation.useIndexes = true;
+  operation.vertexData = mesh_.vertices;
+  operation.indexData = &drawn_;
+  operation.srcRenderable = this;
+}
+
+Ogre::Real LabelObject::getSquaredViewDepth(const Ogre::Camera* camera) const
+{
+  return (getWorldBoundingBox(true).getCenter() - camera->getDerivedPosition()).squaredLength();
+}
+
+}  // namespace rviz_mesh_plugin

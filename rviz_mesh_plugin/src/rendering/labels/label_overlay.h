@@ -1,0 +1,81 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+
+#include <OgrePrerequisites.h>
+
+#include "base/mesh_data.h"
+#include "rendering/labels/label_material.h"
+#include "rendering/labels/label_object.h"
+#include "rendering/labels/label_vertices.h"
+
+namespace rviz_mesh_plugin {
+
+/// Draws labelled faces of a mesh over (and, where the mesh is not drawn, instead of) it, below a
+/// scene node that has the pose of the mesh. GUI thread only.
+///
+/// One vertex buffer, made with the first label, and an index buffer per label of which only what
+/// changed is uploaded, in slices by upload(). Opaque labels that lie on the same faces are drawn
+/// in the order of their names (LabelLess), so that the last one is seen (of more
+/// than 16 on one face: one of the last); translucent ones blend.
+class LabelOverlay
+{
+ public:
+  LabelOverlay(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent);
+  ~LabelOverlay();
+  LabelOverlay(const LabelOverlay&) = delete;
+  LabelOverlay& operator=(const LabelOverlay&) = delete;
+
+  /// Replaces the mesh (null: none); labels are gone, their colors and visibility are kept.
+  void setMesh(const MeshDataConstPtr& mesh);
+
+  /// Adds or replaces one label; without faces it is removed. Faces beyond the mesh are left out;
+  /// returns how many.
+  std::size_t setLabel(const LabelClusterConstPtr& label);
+  void removeLabel(const std::string& label);
+
+  void setColor(const std::string& label, const Rgba8& color);
+  void setVisible(const std::string& label, bool visible);
+  void setAlpha(float alpha) { materials_.setAlpha(alpha); }
+  /// Draws the whole mesh, rgb .2/.3/.2, alpha .1.
+  void setPhantom(bool shown);
+  void setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation);
+  void setVisible(bool visible);
+
+  /// Uploads for about this long, at least one slice; true where nothing is left to do. Labels show
+  /// once they are complete. @throw Ogre::Exception, std::bad_alloc: what cannot be uploaded is
+  /// given up
+  bool upload(std::chrono::microseconds budget = std::chrono::milliseconds(15));
+
+  /// Of vertices and labels.
+  std::size_t gpuBytes() const;
+  /// Since the beginning.
+  std::size_t uploadedBytes() const { return uploaded_bytes_; }
+
+ private:
+  class LabelObjects;
+  struct Look
+  {
+    Rgba8 color{200, 200, 200, 255};
+    bool visible = true;
+  };
+
+  void applyLook(const std::string& label);
+  bool uploadSlice();
+
+  Ogre::SceneNode* parent_;
+  Ogre::SceneNode* node_;
+  LabelMaterials materials_;
+  LabelVertices vertices_;
+  std::unique_ptr<LabelObjects> labels_;
+  std::map<std::string, Look> looks_;
+  std::unique_ptr<LabelObject> phantom_;
+  bool phantom_shown_ = false;
+  std::size_t uploaded_bytes_ = 0;
+};
+
+}  // namespace rviz_mesh_plugin

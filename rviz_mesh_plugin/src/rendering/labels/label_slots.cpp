@@ -1,0 +1,208 @@
+#include "rendering/labels/label_slots.h"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// An upload of its own costs about as much as this many unchanged faces.
+constexpr std::size_t GAP = 64;
+
+constexpr std::uint32_t NO_PLACE = 0xFFFFFFFF;
+
+/// Many are in order already.
+void sort(std::vector<std::uint32_t>& places)
+{
+  if (!std::is_sorted(places.begin(), places.end())) {
+    std::sort(places.begin(), places.end());
+  }
+}
+
+}  // namespace
+
+void LabelSlots::assign(std::shared_ptr<const Faces> faces)
+{
+  wanted_ = std::move(faces);
+  places_ = std::vector<std::uint32_t>();
+  has_places_ = false;
+  missing_.assign(wanted_->empty() ? 0 : std::size_t{wanted_->back()} + 1, false);
+  holes_.clear();
+  filled_ = 0;
+  next_ = 0;
+  step_ = Step::MARK;
+}
+
+std::size_t LabelSlots::work(std::size_t limit)
+{
+  std::size_t looked = 0;
+  while (step_ != Step::NONE && looked < limit) {
+    const std::size_t end = std::min(length(), next_ + limit - looked);
+    look(next_, end);
+    looked += end - next_;
+    next_ = end;
+    if (next_ < length()) {
+      continue;
+    }
+    next_ = 0;
+    if (step_ == Step::CLOSE) {
+      step_ = Step::NONE;
+      wanted_.reset();
+      missing_ = std::vector<bool>();
+      holes_ = std::vector<std::uint32_t>();
+    } else {
+      step_ = static_cast<Step>(static_cast<int>(step_) + 1);
+    }
+    ++looked;
+  }
+  return looked;
+}
+
+/// Of the step.
+std::size_t LabelSlots::length() const
+{
+  switch (step_) {
+    case Step::MARK:
+    case Step::FILL:
+      return wanted_->size();
+    case Step::SEARCH:
+      return faces_.size();
+    default:
+      return next_ + holes_.size() - filled_;
+  }
+}
+
+void LabelSlots::look(std::size_t begin, std::size_t end)
+{
+  for (std::size_t i = begin; i < end; ++i) {
+    if (step_ == Step::MARK) {
+      missing_[(*wanted_)[i]] = true;
+    } else if (step_ == Step::SEARCH) {
+      const std::uint32_t face = faces_[i];
+      if (face < missing_.size() && missing_[face]) {
+        missing_[face] = false;
+      } else {
+        holes_.push_back(static_cast<std::uint32_t>(i));
+      }
+    } else if (step_ == Step::FILL) {
+      fill((*wanted_)[i]);
+    } else {
+      closeHole();
+    }
+  }
+}
+
+void LabelSlots::fill(std::uint32_t face)
+{
+  if (!missing_[face]) {
+    return;
+  }
+  if (filled_ < holes_.size()) {
+    put(holes_[filled_++], face);
+  } else {
+    faces_.push_back(face);
+    put(faces_.size() - 1, face);
+  }
+}
+
+void LabelSlots::closeHole()
+{
+  if (holes_.back() == faces_.size() - 1) {
+    holes_.pop_back();
+  } else {
+    put(holes_[filled_++], faces_.back());
+  }
+  faces_.pop_back();
+}
+
+void LabelSlots::put(std::size_t place, std::uint32_t face)
+{
+  faces_[place] = face;
+  mark(place);
+}
+
+void LabelSlots::mark(std::size_t place)
+{
+  if (!changed_.empty() && place <= changed_.back().end + GAP) {
+    changed_.back().end = place + 1;
+  } else {
+    changed_.push_back({place, place + 1});
+  }
+}
+
+/// Has room in places_ for these faces.
+void LabelSlots::makeRoom(const Faces& faces)
+{
+  const std::size_t length = faces.empty() ? 0 : std::size_t{faces.back()} + 1;
+  if (places_.size() < length) {
+    places_.resize(std::max(length, 2 * places_.size()), NO_PLACE);
+  }
+}
+
+void LabelSlots::change(const Faces& added, const Faces& removed)
+{
+  makeRoom(added);
+  makeRoom(removed);
+  if (!has_places_) {
+    has_places_ = true;
+    for (std::size_t place = 0; place < faces_.size(); ++place) {
+      makeRoom({faces_[place]});
+      places_[faces_[place]] = static_cast<std::uint32_t>(place);
+    }
+  }
+  std::vector<std::uint32_t> free, touched;
+  for (const std::uint32_t face : removed) {
+    if (places_[face] != NO_PLACE) {
+      free.push_back(places_[face]);
+      places_[face] = NO_PLACE;
+    }
+  }
+  if (free.size() == faces_.size()) {  // none stays
+    faces_.clear();
+    free.clear();
+  }
+  sort(free);
+  std::reverse(free.begin(), free.end());  // the last is filled first
+  touched.reserve(std::max(added.size(), free.size()));
+  for (const std::uint32_t face : added) {
+    if (places_[face] != NO_PLACE) {
+      continue;
+    }
+    auto place = static_cast<std::uint32_t>(faces_.size());
+    if (free.empty()) {
+      faces_.push_back(face);
+    } else {
+      place = free.back();
+      free.pop_back();
+      faces_[place] = face;
+    }
+    places_[face] = place;
+    touched.push_back(place);
+  }
+  for (const std::uint32_t place : free) {  // the highest first
+    if (place + std::size_t{1} < faces_.size()) {
+      faces_[place] = faces_.back();
+      places_[faces_[place]] = place;
+      touched.push_back(place);
+    }
+    faces_.pop_back();
+  }
+  sort(touched);
+  std::for_each(touched.begin(), touched.end(), [this](std::uint32_t place) { mark(place); });
+}
+
+std::vector<LabelSlots::Range> LabelSlots::takeChanged()
+{
+  std::vector<Range> changed;
+  changed.swap(changed_);
+  while (!changed.empty() && changed.back().begin >= faces_.size()) {
+    changed.pop_back();
+  }
+  if (!changed.empty()) {
+    changed.back().end = std::min(changed.back().end, faces_.size());
+  }
+  return changed;
+}
+
+}  // namespace rviz_mesh_plugin

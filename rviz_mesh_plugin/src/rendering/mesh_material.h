@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+
+#include <OgreColourValue.h>
+#include <OgreMaterial.h>
+#include <OgrePrerequisites.h>
+#include <OgreTexture.h>
+
+#include "level_of_detail/mesh_layout.h"
+#include "rendering/mesh_style.h"
+#include "rendering/mesh_texture.h"
+
+namespace rviz_mesh_plugin {
+
+/// What the faces of one material look like, besides what is common to all of a mesh (MeshStyle).
+struct FaceLook
+{
+  enum class Color
+  {
+    HIDDEN,
+    ONE,       ///< color
+    VERTICES,  ///< of the vertex buffer
+    PARTS,     ///< each MeshPartObject has its own
+    TEXTURE    ///< texture
+  };
+
+  Color from = Color::ONE;
+  Ogre::ColourValue color;
+  bool translucent = false;
+  bool one_color_per_face = false;  ///< VERTICES: that of the last vertex
+  Ogre::TexturePtr texture;
+};
+
+/// An OGRE material of a mesh: a pass for the faces, lit from both sides, and a pass for the
+/// wireframe.
+///
+/// Its first technique uses GLSL programs. Where the OpenGL driver has none, OGRE falls back to the
+/// second one of fixed function: front faces lit, back faces in their color without light; parts
+/// have no color of their own there (color is used), vertex colors no other alpha than theirs.
+class MeshMaterial
+{
+ public:
+  MeshMaterial();
+  ~MeshMaterial();
+  MeshMaterial(const MeshMaterial&) = delete;
+  MeshMaterial& operator=(const MeshMaterial&) = delete;
+
+  void apply(const MeshStyle& style, const FaceLook& look);
+
+  /// One color without light, for lines.
+  void applyUnlit(const Ogre::ColourValue& color);
+
+  const Ogre::MaterialPtr& get() const { return material_; }
+
+ private:
+  Ogre::MaterialPtr material_;
+};
+
+/// The OGRE materials and textures of one layout: one for all parts or, where these have materials
+/// of their own (Split::BY_MATERIAL), one for all without a texture and one per texture. GUI thread
+/// only.
+class PartMaterials
+{
+ public:
+  explicit PartMaterials(const LayoutOutlineConstPtr& layout);
+
+  /// Rebuilds the materials; callers assign them to the parts then.
+  /// @param has_colors, translucent_colors of the vertex buffer
+  void apply(const MeshStyle& style, bool has_colors, bool translucent_colors);
+
+  /// Null where nothing of the part is drawn.
+  Ogre::MaterialPtr of(const MeshPart& part) const;
+  /// What MeshPartObject::setColor() takes.
+  Ogre::ColourValue colorOf(const MeshPart& part) const;
+
+  /// An image that no material refers to is left out.
+  void setTexture(const TextureImageConstPtr& image);
+  void clearTextures();
+  bool complete() const { return uploading_.empty(); }
+  /// True where a texture has become complete: apply() shows it.
+  bool uploadSlice();
+
+  std::size_t bytes() const;
+
+ private:
+  struct Texture
+  {
+    std::unique_ptr<MeshTexture> texture;
+    std::unique_ptr<MeshMaterial> material;  ///< once the texture is complete
+  };
+
+  /// Null where the part has none.
+  const Material* materialOf(const MeshPart& part) const;
+  void applyTexture(const Texture& texture) const;
+
+  LayoutOutlineConstPtr layout_;
+  MeshStyle style_;
+  bool textures_drawn_ = false;
+  std::set<std::uint32_t> used_textures_;
+  std::map<std::uint32_t, Texture> textures_;
+  std::set<std::uint32_t> uploading_;
+  MeshMaterial opaque_;                        ///< of all parts without a texture
+  std::unique_ptr<MeshMaterial> translucent_;  ///< of parts with a translucent color
+  std::unique_ptr<MeshMaterial> lines_only_;   ///< of parts whose faces are left out
+};
+
+}  // namespace rviz_mesh_plugin

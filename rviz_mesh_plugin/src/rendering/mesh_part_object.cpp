@@ -1,0 +1,115 @@
+#include "rendering/mesh_part_object.h"
+
+#include <OgreCamera.h>
+#include <OgreNode.h>
+#include <OgreRenderOperation.h>
+#include <OgreRenderQueue.h>
+
+#include "rendering/finite_bounds.h"
+#include "rendering/level_choice.h"
+#include "rendering/mesh_buffers.h"
+#include "rendering/ogre_compatibility.h"
+#include "rendering/unique_name.h"
+
+namespace rviz_mesh_plugin {
+
+MeshPartObject::MeshPartObject(const PartDrawing& drawing, const MeshPart& part)
+    : Ogre::MovableObject(uniqueName("Part")),
+      drawing_(drawing),
+      part_(part),
+      box_(finiteBounds(part.lower, part.upper)),
+      radius_(radiusAboutOrigin(box_))
+{
+  setCastShadows(false);
+  setColor(Ogre::ColourValue::White);
+}
+
+void MeshPartObject::setMaterial(const Ogre::MaterialPtr& material)
+{
+  material_ = material;
+  opaque_ = !isSet(material) || !material->isTransparent();
+}
+
+void MeshPartObject::setColor(const Ogre::ColourValue& color)
+{
+  setCustomParameter(COLOR_PARAMETER, Ogre::Vector4(color.r, color.g, color.b, color.a));
+}
+
+const Ogre::String& MeshPartObject::getMovableType() const
+{
+  static const Ogre::String type = "MeshPart";
+  return type;
+}
+
+void MeshPartObject::_notifyCurrentCamera(Ogre::Camera* camera)
+{
+  Ogre::MovableObject::_notifyCurrentCamera(camera);
+  drawn_ = choose(*camera);
+}
+
+IndexRange MeshPartObject::choose(const Ogre::Camera& camera) const
+{
+  std::size_t level = 0;
+  if (drawing_.detail_pixels > 0.0f && mParentNode) {
+    const Ogre::Vector3 eye = mParentNode->_getDerivedOrientation().Inverse() *
+                              (camera.getDerivedPosition() - mParentNode->_getDerivedPosition());
+    const float distance = distanceToBox(eye, part_.lower, part_.upper);
+    level =
+        chooseLevel(*drawing_.cell_sizes, drawing_.detail_pixels * pixelSize(camera).at(distance));
+  }
+  for (; level < part_.levels.size(); ++level) {
+    IndexRange range = part_.levels[level];
+    if (range.end() <= drawing_.uploaded_indices) {
+      // What lies there twice is seen twice where it is translucent.
+      range.count += opaque_ ? range.seam_count : 0;
+      range.seam_count = 0;
+      return range;
+    }
+  }
+  return IndexRange();
+}
+
+void MeshPartObject::_updateRenderQueue(Ogre::RenderQueue* queue)
+{
+  if (isSet(material_) && drawn_.count > 0) {
+    queue->addRenderable(this, mRenderQueueID, mRenderQueuePriority);
+  }
+}
+
+void MeshPartObject::visitRenderables(Ogre::Renderable::Visitor* visitor,
+                                      bool /*debug_renderables*/)
+{
+  if (isSet(material_)) {  // visitors ask for it
+    visitor->visit(this, 0, false);
+  }
+}
+
+void MeshPartObject::getRenderOperation(Ogre::RenderOperation& operation)
+{
+  const MeshBuffers::IndexBuffer& indices = drawing_.buffers->indexBuffer(drawn_.start);
+  index_data_.indexBuffer = indices.buffer;
+  index_data_.indexStart = drawn_.start - indices.begin;
+  index_data_.indexCount = drawn_.count;
+  operation.operationType = Ogre::RenderOperation::OT_TRIANGLE_LIST;
+  operation.vertexData = drawing_.vertices;
+  operation.useIndexes = true;
+  operation.indexData = &index_data_;
+}
+
+void MeshPartObject::getWorldTransforms(Ogre::Matrix4* transform) const
+{
+  *transform = _getParentNodeFullTransform();
+}
+
+Ogre::Real MeshPartObject::getSquaredViewDepth(const Ogre::Camera* camera) const
+{
+  const Ogre::Vector3 center = _getParentNodeFullTransform() * box_.getCenter();
+  return (center - camera->getDerivedPosition()).squaredLength();
+}
+
+const Ogre::LightList& MeshPartObject::getLights() const
+{
+  return queryLights();
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,338 @@
+#include "rendering/mesh_visual.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <OgreEntity.h>
+#include <OgreHardwareBufferManager.h>
+#include <OgreMesh.h>
+#include <OgreMeshManager.h>
+#include <OgreResourceGroupManager.h>
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
+#include <OgreSubMesh.h>
+
+#include "rendering/finite_bounds.h"
+#include "rendering/mesh_material.h"
+#include "rendering/mesh_picture.h"
+#include "rendering/ogre_compatibility.h"
+#include "rendering/unique_name.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Colors of one can be used for the other.
+bool sameSources(const LayoutOutline& a, const LayoutOutline& b)
+{
+  return a.mesh == b.mesh && (a.split == Split::BY_FACE) == (b.split == Split::BY_FACE);
+}
+
+/// Two ends per line: the vertex, and @a length along its normal.
+std::vector<std::array<float, 3>> normalLines(const MeshData& mesh, float length)
+{
+  const std::size_t stride = normalStride(mesh.vertexCount());
+  std::vector<std::array<float, 3>> ends;
+  ends.reserve(2 * (mesh.vertexCount() / stride + 1));
+  for (std::size_t i = 0; i < mesh.vertexCount(); i += stride) {
+    const auto& p = mesh.vertices[i].position;
+    const auto& n = mesh.vertices[i].normal;
+    ends.push_back(p);
+    ends.push_back({p[0] + length * n[0], p[1] + length * n[1], p[2] + length * n[2]});
+  }
+  return ends;
+}
+
+}  // namespace
+
+/// Owns one OGRE mesh of lines with its buffer and the entity that draws it, all with unique names;
+/// destroys them all.
+class MeshVisual::MeshObject
+{
+ public:
+  explicit MeshObject(Ogre::SceneManager* scene_manager)
+      : scene_manager_(scene_manager),
+        mesh_(Ogre::MeshManager::getSingleton().createManual(
+            uniqueName("Mesh"), Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME))
+  {
+    mesh_->setAutoBuildEdgeLists(false);
+    mesh_->sharedVertexData = OGRE_NEW Ogre::VertexData();
+    Ogre::SubMesh* part = mesh_->createSubMesh();
+    part->useSharedVertices = true;
+    part->operationType = Ogre::RenderOperation::OT_LINE_LIST;
+  }
+
+  ~MeshObject()
+  {
+    if (entity_) {
+      entity_->detachFromParent();
+      scene_manager_->destroyEntity(entity_);
+    }
+    removeResource(Ogre::MeshManager::getSingleton(), mesh_);
+  }
+
+  MeshObject(const MeshObject&) = delete;
+  MeshObject& operator=(const MeshObject&) = delete;
+
+  /// Uploads the ends of the lines, two each.
+  void setVertices(const std::vector<std::array<float, 3>>& ends)
+  {
+    Ogre::VertexData* vertices = mesh_->sharedVertexData;
+    vertices->vertexStart = 0;
+    vertices->vertexCount = ends.size();
+    constexpr unsigned short BINDING = 0;
+    vertices->vertexDeclaration->addElement(BINDING, 0, Ogre::VET_FLOAT3, Ogre::VES_POSITION);
+    auto buffer = Ogre::HardwareBufferManager::getSingleton().createVertexBuffer(
+        sizeof(ends[0]), ends.size(), Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
+    buffer->writeData(0, buffer->getSizeInBytes(), ends.data(), true);
+    vertices->vertexBufferBinding->setBinding(BINDING, buffer);
+  }
+
+  /// Makes the entity, once, after the vertices.
+  void finish(const Ogre::AxisAlignedBox& bounds, const Ogre::MaterialPtr& material)
+  {
+    mesh_->_setBounds(bounds, false);
+    // About the origin of the node, as OGRE uses it.
+    mesh_->_setBoundingSphereRadius(
+        std::max(bounds.getMinimum().length(), bounds.getMaximum().length()));
+    mesh_->load();
+    entity_ = scene_manager_->createEntity(uniqueName("Entity"), mesh_);
+    entity_->setMaterial(material);
+    entity_->setCastShadows(false);
+  }
+
+  void attachTo(Ogre::SceneNode* node) { node->attachObject(entity_); }
+
+ private:
+  Ogre::SceneManager* scene_manager_;
+  Ogre::MeshPtr mesh_;
+  Ogre::Entity* entity_ = nullptr;
+};
+
+MeshVisual::MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent,
+                       std::size_t indices_per_buffer)
+    : scene_manager_(scene_manager),
+      parent_(parent),
+      node_(parent->createChildSceneNode()),
+      indices_per_buffer_(indices_per_buffer)
+{
+}
+
+MeshVisual::~MeshVisual()
+{
+  normals_.reset();
+  coming_.reset();
+  shown_.reset();
+  destroySceneNode(node_);
+}
+
+void MeshVisual::setLayout(const MeshLayoutConstPtr& layout)
+{
+  if (layout_ && layout == given_.lock()) {
+    return;
+  }
+  const bool keep_colors = layout_ && sameSources(*layout_, *layout);
+  coming_.reset();
+  layout_ = shown_layout_;
+  given_.reset();
+  if (!keep_colors) {
+    colors_ = nullptr;
+  }
+  auto picture = std::make_unique<MeshPicture>(scene_manager_, layout, indices_per_buffer_);
+  picture->setStyle(style_);
+  if (colors_) {
+    picture->setColors(colors_, translucent_colors_);
+  }
+  layout_ = picture->layout();
+  given_ = layout;
+  coming_ = std::move(picture);
+  fresh_ = true;
+  uploadIfSmall();
+}
+
+void MeshVisual::uploadIfSmall()
+{
+  if (newest()->gpuBytes() <= SLICE_BYTES) {
+    upload();
+  }
+}
+
+bool MeshVisual::upload(std::chrono::microseconds budget)
+{
+  const auto end = std::chrono::steady_clock::now() + budget;
+  if (std::exchange(fresh_, false) && newest() && newest()->nextSliceIsLong()) {
+    return false;  // setLayout() has taken its time already
+  }
+  try {
+    do {
+      if (!uploadSlice()) {
+        return true;
+      }
+    } while (std::chrono::steady_clock::now() < end && !newest()->nextSliceIsLong());
+  } catch (...) {
+    // What is drawn stays as it is, but for colors that never became complete.
+    if (coming_) {
+      coming_.reset();
+      layout_ = shown_layout_;
+      given_.reset();
+    }
+    colors_ = nullptr;
+    throw;
+  }
+  return false;
+}
+
+bool MeshVisual::uploadSlice()
+{
+  MeshPicture* picture = newest();
+  if (!picture) {
+    return false;
+  }
+  const bool geometry_complete = picture->geometryComplete();
+  const std::size_t color_uploads = picture->colorUploads();
+  const bool worked = picture->uploadSlice();
+  geometry_uploads_ += !geometry_complete && picture->geometryComplete() ? 1 : 0;
+  color_uploads_ += picture->colorUploads() - color_uploads;
+  if (coming_ && coming_->drawable()) {
+    showComing();
+  }
+  return worked;
+}
+
+void MeshVisual::showComing()
+{
+  shown_ = std::move(coming_);
+  shown_layout_ = layout_;
+  shown_->show(node_);
+  updateNormals();
+}
+
+float MeshVisual::progress() const
+{
+  return newest() ? newest()->progress() : 1.0f;
+}
+
+void MeshVisual::setColors(const ColorSource& colors, bool translucent)
+{
+  if (!newest()) {
+    return;
+  }
+  colors_ = colors;
+  translucent_colors_ = translucent;
+  newest()->setColors(colors, translucent);
+  uploadIfSmall();
+}
+
+void MeshVisual::updateColors(const std::vector<std::uint32_t>& changed)
+{
+  if (newest()) {
+    newest()->updateColors(changed);
+    uploadIfSmall();
+  }
+}
+
+void MeshVisual::clearColors()
+{
+  colors_ = nullptr;
+  if (newest()) {
+    newest()->clearColors();
+  }
+}
+
+void MeshVisual::setTexture(const TextureImageConstPtr& image)
+{
+  if (newest()) {
+    newest()->setTexture(image);
+  }
+}
+
+void MeshVisual::clearTextures()
+{
+  if (newest()) {
+    newest()->clearTextures();
+  }
+}
+
+void MeshVisual::setStyle(const MeshStyle& style)
+{
+  style_ = style;
+  for (MeshPicture* picture : {shown_.get(), coming_.get()}) {
+    if (picture) {
+      picture->setStyle(style);
+    }
+  }
+  updateNormals();
+}
+
+std::size_t MeshVisual::facesDrawn() const
+{
+  std::size_t count = 0;
+  if (shown_) {
+    for (const auto& part : shown_->parts()) {
+      count += part->drawn().count / 3;
+    }
+  }
+  return count;
+}
+
+std::size_t MeshVisual::gpuBytes() const
+{
+  return (shown_ ? shown_->gpuBytes() : 0) + (coming_ ? coming_->gpuBytes() : 0);
+}
+
+void MeshVisual::setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation)
+{
+  if (position.isNaN() || orientation.isNaN() || !std::isfinite(position.squaredLength())) {
+    return;
+  }
+  node_->setPosition(position);
+  node_->setOrientation(orientation);
+}
+
+void MeshVisual::setVisible(bool visible)
+{
+  if (visible == visible_) {
+    return;
+  }
+  visible_ = visible;
+  // Taken out of the scene: RViz makes all attached objects visible when the display is enabled.
+  if (visible) {
+    parent_->addChild(node_);
+  } else {
+    parent_->removeChild(node_);
+  }
+}
+
+void MeshVisual::updateNormals()
+{
+  if (!style_.show_normals || !shown_) {
+    normals_.reset();
+    normals_material_.reset();
+    normals_mesh_.reset();
+    return;
+  }
+  if (!normals_material_) {
+    normals_material_ = std::make_unique<MeshMaterial>();
+  }
+  normals_material_->applyUnlit(style_.normals_color);
+  const MeshDataConstPtr& mesh = shown_layout_->mesh;
+  if (normals_mesh_ == mesh && normals_length_ == style_.normals_length) {
+    return;
+  }
+  normals_.reset();
+  normals_mesh_ = mesh;
+  normals_length_ = style_.normals_length;
+  const auto ends = normalLines(*mesh, normals_length_);
+  if (ends.empty()) {
+    return;
+  }
+  auto normals = std::make_unique<MeshObject>(scene_manager_);
+  normals->setVertices(ends);
+  normals->finish(finiteBounds(mesh->lower, mesh->upper, std::fabs(normals_length_)),
+                  normals_material_->get());
+  normals_ = std::move(normals);
+  normals_->attachTo(node_);
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,163 @@
+#include "rendering/two_sided_lighting.h"
+
+#include <string>
+
+#include <OgreGpuProgramParams.h>
+#include <OgreHighLevelGpuProgram.h>
+#include <OgreHighLevelGpuProgramManager.h>
+#include <OgrePass.h>
+#include <OgreResourceGroupManager.h>
+
+#include "rendering/ogre_compatibility.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+const char* const VERTEX_PROGRAM = "rviz_mesh_plugin/two_sided_lighting.vert";
+const char* const FRAGMENT_PROGRAM = "rviz_mesh_plugin/two_sided_lighting.frag";
+const char* const TEXTURED_PROGRAM = "rviz_mesh_plugin/two_sided_lighting_textured.frag";
+
+// Colors travel in gl_FrontColor: of all varyings only that one obeys flat shading, by which each
+// face has the color of its last vertex.
+const char* const VERTEX_SOURCE = R"glsl(#version 120
+uniform mat4 world_view_projection;
+uniform mat4 world_view;
+uniform mat4 normal_matrix;
+uniform mat4 projection;
+varying vec3 view_position;
+varying vec3 view_normal;
+varying vec3 to_eye;
+varying vec2 texture_position;
+
+void main()
+{
+  gl_Position = world_view_projection * gl_Vertex;
+  view_position = (world_view * gl_Vertex).xyz;
+  view_normal = (normal_matrix * vec4(gl_Normal, 0.0)).xyz;
+  to_eye = projection[3][3] == 0.0 ? -view_position : vec3(0.0, 0.0, 1.0);
+  texture_position = gl_MultiTexCoord0.xy;
+  gl_FrontColor = gl_Color;
+  gl_BackColor = gl_Color;
+}
+)glsl";
+
+const char* const FRAGMENT_START = R"glsl(#version 120
+uniform vec4 surface_color;
+uniform float use_vertex_colors;
+uniform float alpha;
+vec4 surfaceColor()
+{
+  vec4 color = mix(surface_color, gl_Color, use_vertex_colors);
+  return vec4(color.rgb, color.a * alpha);
+}
+)glsl";
+
+const char* const TEXTURED_START = R"glsl(#version 120
+uniform sampler2D surface_texture;
+uniform float alpha;
+varying vec2 texture_position;
+vec4 surfaceColor()
+{
+  vec4 color = texture2D(surface_texture, texture_position);
+  return vec4(color.rgb, color.a * alpha);
+}
+)glsl";
+
+// The side that is seen is told by the plane of the facet and not by gl_FrontFacing: that one is
+// reversed in textures (OGRE mirrors them) and wrong where faces are wound against their normals.
+const char* const FRAGMENT_REST = R"glsl(
+uniform float flat_shading;
+uniform float ambient_share;
+uniform vec4 light_direction;
+uniform vec4 light_color;
+varying vec3 view_position;
+varying vec3 view_normal;
+varying vec3 to_eye;
+
+vec3 unitOr(vec3 v, vec3 otherwise)
+{
+  float square = dot(v, v);
+  return square > 0.0 ? v * inversesqrt(square) : otherwise;
+}
+
+void main()
+{
+  vec3 facet = unitOr(cross(dFdx(view_position), dFdy(view_position)), vec3(0.0, 0.0, 1.0));
+  facet = dot(facet, to_eye) < 0.0 ? -facet : facet;
+  vec3 normal = flat_shading > 0.5 ? facet : unitOr(view_normal, facet);
+  normal = dot(normal, facet) < 0.0 ? -normal : normal;
+  float share = max(dot(normal, -light_direction.xyz), 0.0);
+  vec4 color = surfaceColor();
+  gl_FragColor = vec4(color.rgb * mix(vec3(ambient_share), vec3(1.0), share * light_color.rgb), color.a);
+}
+)glsl";
+
+void ensureProgram(const char* name, Ogre::GpuProgramType type, const std::string& source)
+{
+  auto& manager = Ogre::HighLevelGpuProgramManager::getSingleton();
+  const std::string group = Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME;
+  if (!manager.resourceExists(name)) {
+    manager.createProgram(name, group, "glsl", type)->setSource(source);
+  }
+}
+
+using Parameters = Ogre::GpuProgramParameters;
+
+void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const SurfaceColor& surface)
+{
+  parameters->setIgnoreMissingParams(true);
+  if (surface.textured) {
+    parameters->setNamedConstant("surface_texture", 0);
+  } else if (surface.from == SurfaceColor::From::RENDERABLES) {
+    parameters->setNamedAutoConstant("surface_color", Parameters::ACT_CUSTOM,
+                                     surface.custom_parameter);
+  } else {
+    parameters->setNamedConstant("surface_color", surface.color);
+  }
+  parameters->setNamedConstant("use_vertex_colors",
+                               surface.from == SurfaceColor::From::VERTICES ? 1.0f : 0.0f);
+  parameters->setNamedConstant(
+      "alpha", surface.from == SurfaceColor::From::ONE && !surface.textured ? 1.0f : surface.alpha);
+  parameters->setNamedConstant("flat_shading", surface.flat_shading ? 1.0f : 0.0f);
+  parameters->setNamedConstant("ambient_share", AMBIENT_SHARE);
+  parameters->setNamedAutoConstant("light_direction", Parameters::ACT_LIGHT_DIRECTION_VIEW_SPACE,
+                                   0);
+  parameters->setNamedAutoConstant("light_color", Parameters::ACT_LIGHT_DIFFUSE_COLOUR, 0);
+}
+
+}  // namespace
+
+void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceColor& surface)
+{
+  ensureProgram(VERTEX_PROGRAM, Ogre::GPT_VERTEX_PROGRAM, VERTEX_SOURCE);
+  ensureProgram(FRAGMENT_PROGRAM, Ogre::GPT_FRAGMENT_PROGRAM,
+                std::string(FRAGMENT_START) + FRAGMENT_REST);
+  ensureProgram(TEXTURED_PROGRAM, Ogre::GPT_FRAGMENT_PROGRAM,
+                std::string(TEXTURED_START) + FRAGMENT_REST);
+  pass->setCullingMode(Ogre::CULL_NONE);
+  pass->setLightingEnabled(true);
+  pass->setVertexProgram(VERTEX_PROGRAM);
+  pass->setFragmentProgram(surface.textured ? TEXTURED_PROGRAM : FRAGMENT_PROGRAM);
+  if (pass->getVertexProgram()->isSupported()) {
+    const auto parameters = pass->getVertexProgramParameters();
+    parameters->setIgnoreMissingParams(true);
+    parameters->setNamedAutoConstant("world_view_projection", Parameters::ACT_WORLDVIEWPROJ_MATRIX);
+    parameters->setNamedAutoConstant("world_view", Parameters::ACT_WORLDVIEW_MATRIX);
+    parameters->setNamedAutoConstant("normal_matrix",
+                                     Parameters::ACT_INVERSE_TRANSPOSE_WORLDVIEW_MATRIX);
+    parameters->setNamedAutoConstant("projection", Parameters::ACT_PROJECTION_MATRIX);
+  }
+  if (pass->getFragmentProgram()->isSupported()) {
+    setFragmentParameters(pass->getFragmentProgramParameters().get(), surface);
+  }
+}
+
+void setTwoSidedLighting(Ogre::Pass* pass, bool vertex_colors, const Ogre::ColourValue& color)
+{
+  SurfaceColor surface;
+  surface.from = vertex_colors ? SurfaceColor::From::VERTICES : SurfaceColor::From::ONE;
+  surface.color = color;
+  setTwoSidedLighting(pass, surface);
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,278 @@
+#include "selection/face_neighbors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include <mesh_map/mesh/edge_faces.h>
+#include <mesh_map/mesh/topology.h>
+
+#include "threads/cancellation.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr std::uint32_t SHARED = 0x80000000;
+
+/// So many faces are looked at between two looks at the cancel flag.
+constexpr std::size_t STRETCH = 1 << 16;
+
+using Vector = std::array<double, 3>;
+
+void check(const std::atomic<bool>* cancel)
+{
+  if (cancel && *cancel) {
+    throw Cancelled();
+  }
+}
+
+std::uint64_t hashOf(const std::array<float, 3>& position)
+{
+  std::uint64_t hash = 0;
+  for (const float coordinate : position) {
+    const float normal = coordinate + 0.0f;  // -0 is 0
+    std::uint32_t bits;
+    std::memcpy(&bits, &normal, sizeof(bits));
+    hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
+    hash ^= hash >> 29;
+  }
+  return hash;
+}
+
+/// Of any length; 0 without area.
+Vector normalOf(const MeshData& mesh, std::uint32_t face)
+{
+  const std::uint32_t* corners = &mesh.indices[3 * std::size_t{face}];
+  const auto& a = mesh.vertices[corners[0]].position;
+  const auto& b = mesh.vertices[corners[1]].position;
+  const auto& c = mesh.vertices[corners[2]].position;
+  Vector u, v;
+  for (unsigned i = 0; i < 3; ++i) {
+    u[i] = static_cast<double>(b[i]) - a[i];
+    v[i] = static_cast<double>(c[i]) - a[i];
+  }
+  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+}
+
+double dot(const Vector& a, const Vector& b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+double angleBetween(const Vector& a, const Vector& b)
+{
+  const Vector cross{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                     a[0] * b[1] - a[1] * b[0]};
+  return std::atan2(std::sqrt(dot(cross, cross)), dot(a, b));
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> joinedCorners(const MeshData& mesh)
+{
+  std::size_t places = 16;
+  while (places < 2 * mesh.vertexCount()) {
+    places *= 2;
+  }
+  std::vector<std::uint32_t> table(places, NONE);
+  std::vector<std::uint32_t> first(mesh.vertexCount());  ///< in this place
+  for (std::uint32_t vertex = 0; vertex < mesh.vertexCount(); ++vertex) {
+    const auto& position = mesh.vertices[vertex].position;
+    std::size_t place = hashOf(position) & (places - 1);
+    while (table[place] != NONE && mesh.vertices[table[place]].position != position) {
+      place = (place + 1) & (places - 1);
+    }
+    if (table[place] == NONE) {
+      table[place] = vertex;
+    }
+    first[vertex] = table[place];
+  }
+  std::vector<std::uint32_t> corners(mesh.indices.size());
+  std::transform(mesh.indices.begin(), mesh.indices.end(), corners.begin(),
+                 [&](std::uint32_t vertex) { return first[vertex]; });
+  return corners;
+}
+
+FaceNeighbors::FaceNeighbors(const std::vector<std::uint32_t>& corners,
+                             const std::atomic<bool>* cancel)
+{
+  const auto last = std::max_element(corners.begin(), corners.end());
+  const std::size_t vertex_count = last == corners.end() ? 0 : std::size_t{*last} + 1;
+  const mesh_map::Topology topology = mesh_map::buildTopology(corners, vertex_count);
+  check(cancel);
+  const mesh_map::EdgeFaces rows = mesh_map::edgeFaces(topology.face_edges, topology.edgeCount());
+  check(cancel);
+  shared_offsets_.push_back(0);
+  std::vector<std::uint32_t> row_of_edge;  // that has more than two faces; empty where none has
+  for (std::size_t edge = 0; edge < topology.edgeCount(); ++edge) {
+    if (rows.offsets[edge + 1] - rows.offsets[edge] > 2) {
+      row_of_edge.resize(topology.edgeCount());
+      row_of_edge[edge] = static_cast<std::uint32_t>(shared_offsets_.size() - 1);
+      shared_.insert(shared_.end(), rows.faces.begin() + rows.offsets[edge],
+                     rows.faces.begin() + rows.offsets[edge + 1]);
+      shared_offsets_.push_back(static_cast<std::uint32_t>(shared_.size()));
+    }
+  }
+  sides_.assign(corners.size(), NONE);
+  for (std::size_t side = 0; side < sides_.size(); ++side) {
+    const std::uint32_t edge = topology.face_edges[side];
+    if (edge == mesh_map::NO_INDEX ||
+        (topology.face_flags[side / 3] & mesh_map::FACE_DEGENERATE) != 0) {
+      continue;
+    }
+    const std::uint32_t* const faces = &rows.faces[rows.offsets[edge]];
+    const std::size_t count = rows.offsets[edge + 1] - rows.offsets[edge];
+    if (count == 2) {
+      sides_[side] = faces[0] == side / 3 ? faces[1] : faces[0];
+    } else if (count > 2) {
+      sides_[side] = SHARED | row_of_edge[edge];
+    }
+  }
+}
+
+/// Calls back with each neighbor, perhaps more than once.
+template <class Visit>
+void FaceNeighbors::visit(std::uint32_t face, const Visit& visit) const
+{
+  for (std::size_t side = 3 * std::size_t{face}; side < 3 * std::size_t{face} + 3; ++side) {
+    const std::uint32_t neighbor = sides_[side];
+    if (neighbor == NONE) {
+      continue;
+    }
+    if ((neighbor & SHARED) == 0) {
+      visit(neighbor);
+      continue;
+    }
+    const std::size_t row = neighbor & ~SHARED;
+    for (std::uint32_t i = shared_offsets_[row]; i < shared_offsets_[row + 1]; ++i) {
+      if (shared_[i] != face) {
+        visit(shared_[i]);
+      }
+    }
+  }
+}
+
+FaceNeighbors::Faces FaceNeighbors::of(std::uint32_t face) const
+{
+  Faces neighbors;
+  if (face < faceCount()) {
+    visit(face, [&](std::uint32_t neighbor) { neighbors.push_back(neighbor); });
+    std::sort(neighbors.begin(), neighbors.end());
+    neighbors.erase(std::unique(neighbors.begin(), neighbors.end()), neighbors.end());
+  }
+  return neighbors;
+}
+
+/// Calls back for each side of a selected face: with the face and its neighbor there, or with the
+/// row of faces where there are several; once for each row.
+template <class OnPair, class OnRow>
+void FaceNeighbors::visitSides(const FaceSelection& selection, const OnPair& on_pair,
+                               const OnRow& on_row) const
+{
+  std::vector<bool> seen(shared_offsets_.size(), false);
+  for (const std::uint32_t face : selection.faces()) {
+    for (unsigned corner = 0; corner < 3 && face < faceCount(); ++corner) {
+      const std::uint32_t neighbor = sides_[3 * std::size_t{face} + corner];
+      const std::size_t row = neighbor & ~SHARED;
+      if (neighbor == NONE) {
+        continue;
+      }
+      if ((neighbor & SHARED) == 0) {
+        on_pair(face, neighbor);
+      } else if (!seen[row]) {
+        seen[row] = true;
+        on_row(&shared_[shared_offsets_[row]], &shared_[shared_offsets_[row + 1] - 1] + 1);
+      }
+    }
+  }
+}
+
+FaceNeighbors::Faces FaceNeighbors::grow(const FaceSelection& selection) const
+{
+  Faces ring;
+  std::vector<bool> found(faceCount(), false);
+  const auto add = [&](std::uint32_t face) {
+    if (!found[face] && !selection.contains(face)) {
+      found[face] = true;
+      ring.push_back(face);
+    }
+  };
+  visitSides(
+      selection, [&](std::uint32_t /*face*/, std::uint32_t neighbor) { add(neighbor); },
+      [&](const std::uint32_t* begin, const std::uint32_t* end) {
+        std::for_each(begin, end, add);
+      });
+  std::sort(ring.begin(), ring.end());
+  return ring;
+}
+
+FaceNeighbors::Faces FaceNeighbors::shrink(const FaceSelection& selection) const
+{
+  Faces ring;
+  std::vector<bool> found(faceCount(), false);
+  const auto add = [&](std::uint32_t face) {
+    if (!found[face] && selection.contains(face)) {
+      found[face] = true;
+      ring.push_back(face);
+    }
+  };
+  visitSides(
+      selection,
+      [&](std::uint32_t face, std::uint32_t neighbor) {
+        if (!selection.contains(neighbor)) {
+          add(face);
+        }
+      },
+      [&](const std::uint32_t* begin, const std::uint32_t* end) {
+        const auto selected = [&](std::uint32_t face) { return selection.contains(face); };
+        if (!std::all_of(begin, end, selected)) {
+          std::for_each(begin, end, add);
+        }
+      });
+  std::sort(ring.begin(), ring.end());
+  return ring;
+}
+
+FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t start,
+                                          double max_angle, const std::atomic<bool>* cancel) const
+{
+  Faces region;
+  if (start >= faceCount() || mesh.faceCount() != faceCount()) {
+    return region;
+  }
+  std::vector<bool> found(faceCount(), false);
+  found[start] = true;
+  region.push_back(start);
+  for (std::size_t next = 0; next < region.size(); ++next) {
+    if (next % STRETCH == 0) {
+      check(cancel);
+    }
+    const std::uint32_t face = region[next];
+    const Vector normal = normalOf(mesh, face);
+    if (dot(normal, normal) <= 0.0) {
+      continue;
+    }
+    visit(face, [&](std::uint32_t neighbor) {
+      if (found[neighbor]) {
+        return;
+      }
+      const Vector other = normalOf(mesh, neighbor);
+      // (It has no area, or the angle is small enough.)
+      if (dot(other, other) <= 0.0 || angleBetween(normal, other) <= max_angle) {
+        found[neighbor] = true;
+        region.push_back(neighbor);
+      }
+    });
+  }
+  std::sort(region.begin(), region.end());
+  return region;
+}
+
+std::size_t FaceNeighbors::memory() const
+{
+  return sizeof(std::uint32_t) *
+         (sides_.capacity() + shared_offsets_.capacity() + shared_.capacity());
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "base/mesh_data.h"
+#include "selection/face_selection.h"
+
+namespace rviz_mesh_plugin {
+
+/// The corners of all faces, where vertices in the same place are one and the same.
+std::vector<std::uint32_t> joinedCorners(const MeshData& mesh);
+
+/// Which faces of a mesh lie beside each other: those that share an edge, also where each has
+/// vertices of its own there (as at the seams of textures): corners are the same where their
+/// coordinates are. An edge may have any number of faces. A face with two corners in the same place
+/// has no neighbors. Immutable: for any threads at once.
+class FaceNeighbors
+{
+ public:
+  using Faces = FaceSelection::Faces;
+
+  /// Takes about a second for some million faces.
+  /// @param corners of joinedCorners(), three per face
+  /// @throw Cancelled (cancellation.h), std::invalid_argument, std::bad_alloc
+  explicit FaceNeighbors(const std::vector<std::uint32_t>& corners,
+                         const std::atomic<bool>* cancel = nullptr);
+
+  std::size_t faceCount() const { return sides_.size() / 3; }
+
+  /// Ascending, each once.
+  Faces of(std::uint32_t face) const;
+
+  /// The ring around a selection: its neighbors that are not in it, ascending.
+  Faces grow(const FaceSelection& selection) const;
+
+  /// The outermost ring of a selection: its faces that have a neighbor that is not in it,
+  /// ascending. (Where the mesh ends, there is no neighbor.)
+  Faces shrink(const FaceSelection& selection) const;
+
+  /// The connected region around a face, ascending: from face to neighbor wherever their normals
+  /// differ by at most this angle. Faces without area belong to it, and nothing is reached through
+  /// them.
+  /// @param mesh that this has been made of
+  /// @param max_angle in radians
+  /// @throw Cancelled, std::bad_alloc
+  Faces flood(const MeshData& mesh, std::uint32_t start, double max_angle,
+              const std::atomic<bool>* cancel = nullptr) const;
+
+  std::size_t memory() const;
+
+ private:
+  template <class Visit>
+  void visit(std::uint32_t face, const Visit& visit) const;
+  template <class OnPair, class OnRow>
+  void visitSides(const FaceSelection& selection, const OnPair& on_pair, const OnRow& on_row) const;
+
+  /// Three per face: its neighbor there, NONE, or SHARED and the number of a row of shared_.
+  std::vector<std::uint32_t> sides_;
+  /// Rows of the faces at edges that have more than two.
+  std::vector<std::uint32_t> shared_offsets_;
+  std::vector<std::uint32_t> shared_;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,128 @@
+#include "selection/selection_regions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include <OgreCamera.h>
+#include <OgreViewport.h>
+
+namespace rviz_mesh_plugin {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+struct Triangle
+{
+  Vector corner;
+  Vector normal;  ///< twice the area long
+};
+
+Triangle triangleOf(const MeshData& mesh, std::uint32_t face)
+{
+  std::array<Vector, 3> corners;
+  for (unsigned corner = 0; corner < 3; ++corner) {
+    const auto& position = mesh.vertices[mesh.indices[3 * std::size_t{face} + corner]].position;
+    corners[corner] = {position[0], position[1], position[2]};
+  }
+  Triangle triangle{corners[0], {}};
+  for (unsigned i = 0; i < 3; ++i) {
+    const unsigned j = (i + 1) % 3, k = (i + 2) % 3;
+    triangle.normal[i] = (corners[1][j] - corners[0][j]) * (corners[2][k] - corners[0][k]) -
+                         (corners[1][k] - corners[0][k]) * (corners[2][j] - corners[0][j]);
+  }
+  return triangle;
+}
+
+/// Takes out the faces that are seen from behind (they are counterclockwise from the front), and
+/// those seen edge-on.
+void dropBackFaces(const MeshData& mesh, const std::array<double, 3>& eye,
+                   FaceSelection::Faces& faces)
+{
+  const auto is_back = [&](std::uint32_t face) {
+    const Triangle triangle = triangleOf(mesh, face);
+    double towards = 0.0;
+    for (unsigned i = 0; i < 3; ++i) {
+      towards += triangle.normal[i] * (eye[i] - triangle.corner[i]);
+    }
+    return !(towards > 0.0);
+  };
+  faces.erase(std::remove_if(faces.begin(), faces.end(), is_back), faces.end());
+}
+
+}  // namespace
+
+PicturePoint pointOf(const Pixel& pixel, const Ogre::Viewport& viewport)
+{
+  return {2.0 * (pixel.x + 0.5 - viewport.getActualLeft()) / viewport.getActualWidth() - 1.0,
+          1.0 - 2.0 * (pixel.y + 0.5 - viewport.getActualTop()) / viewport.getActualHeight()};
+}
+
+std::vector<PicturePoint> pointsOf(const std::vector<Pixel>& pixels, const Ogre::Viewport& viewport)
+{
+  std::vector<PicturePoint> points;
+  points.reserve(pixels.size());
+  for (const Pixel& pixel : pixels) {
+    points.push_back(pointOf(pixel, viewport));
+  }
+  return points;
+}
+
+mesh_map::ConvexRegion boxRegion(const PicturePoint& corner, const PicturePoint& opposite,
+                                 const std::array<double, 16>& mesh_to_clip)
+{
+  // Of clip coordinates: sign * row + limit * w >= 0.
+  const auto plane = [&](unsigned row, double sign, double limit) {
+    mesh_map::Plane plane;
+    for (unsigned i = 0; i < 4; ++i) {
+      plane[i] = sign * mesh_to_clip[4 * row + i] + limit * mesh_to_clip[12 + i];
+    }
+    return plane;
+  };
+  std::vector<mesh_map::Plane> planes;
+  for (unsigned row = 0; row < 2; ++row) {
+    planes.push_back(plane(row, 1.0, -std::min(corner[row], opposite[row])));
+    planes.push_back(plane(row, -1.0, std::max(corner[row], opposite[row])));
+  }
+  planes.push_back(plane(2, 1.0, 1.0));
+  planes.push_back(plane(2, -1.0, 1.0));
+  return mesh_map::ConvexRegion(planes);
+}
+
+double pixelsOf(double length, double distance, const Ogre::Viewport& viewport)
+{
+  const Ogre::Matrix4& projection = viewport.getCamera()->getProjectionMatrix();
+  const bool parallel = projection[3][3] != 0.0f;
+  return length * projection[1][1] * 0.5 * viewport.getActualHeight() / (parallel ? 1.0 : distance);
+}
+
+double faceArea(const MeshData& mesh, std::uint32_t face)
+{
+  const Vector normal = triangleOf(mesh, face).normal;
+  return 0.5 * std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+}
+
+FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) const
+{
+  mesh_map::BvhOptions run;
+  run.cancel = cancel;
+  FaceSelection::Faces all;
+  for (const auto& region : regions) {
+    auto faces = queries->selectFaces(*region, mesh_map::SelectionMode::TOUCHING, {}, run);
+    if (!back_faces) {
+      dropBackFaces(*shown.mesh, eye, faces);
+    }
+    if (visible_only) {
+      faces = queries->seenFaces(*region, faces, eye, run);
+    }
+    if (all.empty()) {
+      all = std::move(faces);
+    } else {
+      all.insert(all.end(), faces.begin(), faces.end());
+    }
+  }
+  return all;
+}
+
+}  // namespace rviz_mesh_plugin

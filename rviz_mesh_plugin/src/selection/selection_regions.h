@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <mesh_map/bvh/selection/region.h>
+
+#include "base/mesh_data.h"
+#include "mesh_view/shown_mesh.h"
+#include "selection/face_selection.h"
+#include "selection/selection_gestures.h"
+#include "spatial/spatial_queries.h"
+
+namespace Ogre {
+class Camera;
+class Viewport;
+}  // namespace Ogre
+
+namespace rviz_mesh_plugin {
+
+/// What is selected in a picture, as parts of space, and the faces in them.
+
+using PicturePoint = std::array<double, 2>;
+
+/// The middle of a pixel in normalized device coordinates (y up). @param viewport not empty
+PicturePoint pointOf(const Pixel& pixel, const Ogre::Viewport& viewport);
+std::vector<PicturePoint> pointsOf(const std::vector<Pixel>& pixels,
+                                   const Ogre::Viewport& viewport);
+
+/// What the camera sees between two corners in its picture.
+/// @param mesh_to_clip see meshToClip()
+mesh_map::ConvexRegion boxRegion(const PicturePoint& corner, const PicturePoint& opposite,
+                                 const std::array<double, 16>& mesh_to_clip);
+
+/// How many pixels a length has at a distance from the camera.
+double pixelsOf(double length, double distance, const Ogre::Viewport& viewport);
+
+/// In square meters.
+double faceArea(const MeshData& mesh, std::uint32_t face);
+
+/// Which faces of a mesh are to be found; owns what it needs, for any thread.
+struct FaceSearch
+{
+  ShownMesh shown;
+  std::shared_ptr<const SpatialQueries> queries;
+  std::vector<std::shared_ptr<const mesh_map::Region>> regions;  ///< what touches one of them
+  std::array<double, 3> eye{};                                   ///< in the mesh
+  bool visible_only = false;                                     ///< what the eye sees
+  bool back_faces = true;                                        ///< false: not those from behind
+
+  /// A face that touches several regions is named for each.
+  /// @throw mesh_map::Cancelled, std::bad_alloc
+  FaceSelection::Faces operator()(const std::atomic<bool>* cancel = nullptr) const;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <ros/node_handle.h>
+#include <ros/publisher.h>
+
+#include "base/mesh_data.h"
+#include "threads/cancellation.h"
+#include "threads/work_lanes.h"
+
+namespace rviz_mesh_plugin {
+
+/// The way of edits to who owns the labels of a map (hdf5_map_server, label_manager). GUI thread
+/// only; nothing waits for an answer.
+class LabelOwner
+{
+ public:
+  LabelOwner();
+  ~LabelOwner();
+  LabelOwner(const LabelOwner&) = delete;
+  LabelOwner& operator=(const LabelOwner&) = delete;
+
+  /// Uses the topic cluster_label and the service set_label_color in this namespace; none where it
+  /// is empty. @throw ros::InvalidNameException
+  void connect(ros::NodeHandle& node_handle, const std::string& name_space);
+  void disconnect();
+
+  /// Where edits go; empty while not connected.
+  std::string topic() const { return publisher_.getTopic(); }
+  bool isHeard() const { return publisher_ && publisher_.getNumSubscribers() > 0; }
+
+  /// Has these faces stored as the label, instead of those it has (@a override) or beside them.
+  void store(const MeshData& mesh, const std::string& label,
+             const std::vector<std::uint32_t>& faces, bool override);
+
+  /// Has a color stored; null: none. What goes wrong is in takeFailure().
+  void setColor(const std::string& uuid, const std::string& label, const Rgba8* color);
+
+  /// Why the newest color could not be stored; empty where nothing new went wrong.
+  std::string takeFailure();
+
+ private:
+  struct Shared;
+  static void storeColor(Shared& shared, const std::string& service, const std::string& label,
+                         const Cancellation& cancellation);
+
+  std::shared_ptr<Shared> shared_;
+  std::string color_service_;
+  ros::Publisher publisher_;
+  std::shared_ptr<Cancellation> cancellation_;  ///< with the lanes; null: nothing has been asked
+  std::unique_ptr<WorkLanes> lanes_;
+};
+
+}  // namespace rviz_mesh_plugin

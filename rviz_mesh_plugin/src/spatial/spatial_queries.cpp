@@ -1,0 +1,263 @@
+#include "spatial/spatial_queries.h"
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "spatial/batch_slices.h"
+#include "spatial/device_queries.h"
+#include "spatial/opencl_device.h"
+
+namespace rviz_mesh_plugin {
+
+using mesh_map::ArrayView;
+using mesh_map::BackEnd;
+using mesh_map::BvhOptions;
+using mesh_map::Query;
+
+namespace {
+
+std::shared_ptr<const mesh_map::Bvh> checked(std::shared_ptr<const mesh_map::Bvh> bvh)
+{
+  if (!bvh) {
+    throw std::invalid_argument("SpatialQueries needs a hierarchy");
+  }
+  return bvh;
+}
+
+std::shared_ptr<OpenClSession> startSession(const SpatialQueriesOptions& options)
+{
+  const std::string wish = deviceWish(options.device);
+  return wish == "off" ? nullptr : OpenClSession::shared(wish, options.cache_folder, options.log);
+}
+
+/// Faces in the subtrees of mesh_map::selectionRoots().
+std::size_t facesBelow(const mesh_map::Bvh& bvh, const std::vector<std::uint32_t>& roots)
+{
+  std::size_t faces = 0;
+  for (std::size_t i = 0; i < roots.size(); i += 2) {
+    if (mesh_map::isLeaf(roots[i])) {
+      faces += roots[i + 1];
+    } else {
+      const mesh_map::BvhNode& node = bvh.nodes()[roots[i]];
+      faces = std::accumulate(std::begin(node.count), std::end(node.count), faces);
+    }
+  }
+  return faces;
+}
+
+}  // namespace
+
+SpatialQueries::SpatialQueries(std::shared_ptr<const mesh_map::Bvh> bvh,
+                               const SpatialQueriesOptions& options)
+    : bvh_(checked(std::move(bvh))),
+      device_threshold_(options.device_threshold),
+      session_(startSession(options))
+{
+}
+
+SpatialQueries::~SpatialQueries() = default;
+
+bool SpatialQueries::waitForDevice() const
+{
+  return session_ && session_->wait() && device(Query::RAY, SIZE_MAX) != nullptr;
+}
+
+std::string SpatialQueries::deviceText() const
+{
+  if (!session_) {
+    return "OpenCL: off; queries are answered natively";
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!refusal_.empty()) {
+    return refusal_;
+  }
+  return session_->state() == OpenClSession::State::STARTING
+             ? "OpenCL: the device is starting; queries are answered natively"
+             : session_->text();
+}
+
+/// The device with the mesh, if it shall answer; null if not.
+std::shared_ptr<const DeviceQueries> SpatialQueries::device(Query query, std::size_t count) const
+{
+  const auto program = session_ ? session_->program() : nullptr;
+  const bool is_gpu = program && program->info.type == DeviceType::GPU;
+  if (!program || count < std::max<std::size_t>(1, device_threshold_.value_or(
+                                                       mesh_map::deviceThreshold(query, is_gpu)))) {
+    return nullptr;
+  }
+  std::shared_ptr<const DeviceQueries> device;
+  std::string failure, warning;  // for the log, which may ask back
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!device_ && refusal_.empty()) {
+      const std::string refusal = DeviceQueries::refusal(*program, *bvh_);
+      if (refusal.empty()) {
+        try {
+          device_ = std::make_shared<const DeviceQueries>(program, *bvh_);
+        } catch (const cl::Error& error) {
+          failure = describe(error);
+        }
+      } else {
+        warning = refusal_ = "OpenCL: " + refusal + "; queries are answered natively";
+      }
+    }
+    device = device_;
+  }
+  if (!failure.empty()) {
+    session_->fail(failure);
+  }
+  if (!warning.empty()) {
+    session_->warn(warning);
+  }
+  return device;
+}
+
+/// Lets the device answer, or begin to. Where it fails, that was it.
+void SpatialQueries::onDevice(Query query, std::size_t count,
+                              const std::function<void(const DeviceQueries&)>& ask) const
+{
+  if (const auto asked = device(query, count)) {
+    try {
+      ask(*asked);
+    } catch (const cl::Error& error) {
+      session_->fail(describe(error));
+      const std::lock_guard<std::mutex> lock(mutex_);
+      device_.reset();
+    }
+  }
+}
+
+mesh_map::RayHit SpatialQueries::castRay(const mesh_map::Ray& ray,
+                                         const mesh_map::RayOptions& options) const
+{
+  return mesh_map::castRay(*bvh_, ray, options);
+}
+
+mesh_map::SurfaceHit SpatialQueries::closestPoint(const std::array<double, 3>& point,
+                                                  const mesh_map::ClosestOptions& options) const
+{
+  return mesh_map::closestPoint(*bvh_, point.data(), options);
+}
+
+mesh_map::RayHits SpatialQueries::castRays(const mesh_map::RayBatch& rays,
+                                           const mesh_map::RayOptions& options,
+                                           const BvhOptions& run) const
+{
+  mesh_map::RayHits hits;
+  const std::size_t count = rays.size();
+  if (consistent(rays) && consistent(options.mask, *bvh_)) {
+    onDevice(Query::RAY, count,
+             [&](const DeviceQueries& device) { device.castRays(rays, options, run, hits); });
+  }
+  const std::size_t done = hits.faces.size();
+  mesh_map::countQueries(BackEnd::OPENCL, Query::RAY, done);
+  if (done == 0) {
+    return mesh_map::castRays(*bvh_, rays, options, run);
+  }
+  if (done < count) {
+    append(hits,
+           mesh_map::castRays(*bvh_, slice(rays, done, count), options, rest(run, done, count)));
+  }
+  return hits;
+}
+
+std::vector<std::uint8_t> SpatialQueries::raysHitAny(const mesh_map::RayBatch& rays,
+                                                     const mesh_map::RayOptions& options,
+                                                     const BvhOptions& run) const
+{
+  std::vector<std::uint8_t> hits;
+  const std::size_t count = rays.size();
+  if (consistent(rays) && consistent(options.mask, *bvh_)) {
+    onDevice(Query::RAY, count,
+             [&](const DeviceQueries& device) { device.raysHitAny(rays, options, run, hits); });
+  }
+  const std::size_t done = hits.size();
+  mesh_map::countQueries(BackEnd::OPENCL, Query::RAY, done);
+  if (done == 0) {
+    return mesh_map::raysHitAny(*bvh_, rays, options, run);
+  }
+  if (done < count) {
+    append(hits,
+           mesh_map::raysHitAny(*bvh_, slice(rays, done, count), options, rest(run, done, count)));
+  }
+  return hits;
+}
+
+mesh_map::SurfaceHits SpatialQueries::closestPoints(ArrayView<double> points,
+                                                    const mesh_map::ClosestOptions& options,
+                                                    const BvhOptions& run) const
+{
+  mesh_map::SurfaceHits hits;
+  const std::size_t count = points.size() / 3;
+  if (mesh_map::deviceAnswers(options) && consistent(points, options) &&
+      consistent(options.mask, *bvh_)) {
+    onDevice(Query::CLOSEST_POINT, count, [&](const DeviceQueries& device) {
+      device.closestPoints(points, options, run, hits);
+    });
+  }
+  const std::size_t done = hits.faces.size();
+  mesh_map::countQueries(BackEnd::OPENCL, Query::CLOSEST_POINT, done);
+  if (done == 0) {
+    return mesh_map::closestPoints(*bvh_, points, options, run);
+  }
+  if (done < count) {
+    append(hits, mesh_map::closestPoints(*bvh_, slice(points, 3, done, count),
+                                         slice(options, done, count), rest(run, done, count)));
+  }
+  return hits;
+}
+
+std::vector<std::uint32_t> SpatialQueries::selectFaces(const mesh_map::Region& region,
+                                                       mesh_map::SelectionMode mode,
+                                                       ArrayView<std::uint8_t> mask,
+                                                       const BvhOptions& run) const
+{
+  const bool sphere = dynamic_cast<const mesh_map::SphereRegion*>(&region) != nullptr;
+  const bool convex = dynamic_cast<const mesh_map::ConvexRegion*>(&region) != nullptr;
+  const Query query = sphere ? Query::SPHERE : Query::FRUSTUM;
+  std::vector<std::uint32_t> faces;
+  bool answered = false;
+  // Of a mesh that is too small as a whole, nothing needs to be looked at.
+  if ((sphere || convex) && consistent(mask, *bvh_) && device(query, bvh_->faceCount())) {
+    const auto roots = mesh_map::selectionRoots(*bvh_, region);
+    onDevice(query, facesBelow(*bvh_, roots), [&](const DeviceQueries& device) {
+      faces = device.selectFaces(region, roots, mode, mask, run);
+      answered = true;
+    });
+  }
+  if (!answered) {
+    return mesh_map::selectFaces(*bvh_, region, mode, mask, run);
+  }
+  mesh_map::countQueries(BackEnd::OPENCL, query, 1);
+  return faces;
+}
+
+mesh_map::RayCast SpatialQueries::rayCast(const BvhOptions& run) const
+{
+  BvhOptions of_batch = run;
+  of_batch.progress = nullptr;  // each of the batches would begin anew
+  return [this, of_batch](const mesh_map::RayBatch& rays) {
+    return castRays(rays, mesh_map::RayOptions(), of_batch);
+  };
+}
+
+std::vector<std::uint32_t> SpatialQueries::seenFaces(const mesh_map::Region& region,
+                                                     ArrayView<std::uint32_t> faces,
+                                                     const std::array<double, 3>& eye,
+                                                     const BvhOptions& run) const
+{
+  return mesh_map::seenFaces(*bvh_, region, faces, eye, rayCast(run));
+}
+
+std::vector<std::uint32_t> SpatialQueries::facesInPicture(const mesh_map::Region& region,
+                                                          const mesh_map::RayBatch& pixels,
+                                                          ArrayView<std::uint8_t> mask,
+                                                          const BvhOptions& run) const
+{
+  return mesh_map::facesInPicture(*bvh_, region, pixels, mask, rayCast(run));
+}
+
+}  // namespace rviz_mesh_plugin

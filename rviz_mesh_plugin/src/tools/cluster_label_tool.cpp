@@ -1,0 +1,607 @@
+#include "tools/cluster_label_tool.h"
+
+#include <cmath>
+#include <cstddef>
+#include <exception>
+#include <optional>
+
+#include <OgreViewport.h>
+#include <ros/console.h>
+#include <rviz/display_context.h>
+#include <rviz/load_resource.h>
+#include <rviz/properties/property.h>
+#include <rviz/render_panel.h>
+#include <rviz/tool_manager.h>
+#include <rviz/view_controller.h>
+#include <rviz/viewport_mouse_event.h>
+#include <rviz/visualization_manager.h>
+#include <QGuiApplication>
+#include <QKeyEvent>
+#include <QKeySequence>
+#include <QString>
+
+#include "displays/cluster_label_display.h"
+#include "displays/display_tree.h"
+#include "tools/selection/brush_ball.h"
+#include "tools/selection/screen_outline.h"
+#include "tools/selection/selection_editor.h"
+#include "tools/selection/selection_properties.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+using Change = FaceSelection::Change;
+
+/// Seconds between two lines of the log.
+constexpr double LOG_PERIOD = 5.0;
+
+/// Of the brush's radius, per notch of the wheel.
+constexpr double RADIUS_FACTOR = 1.1;
+
+const char* cursorOf(SelectionTechnique technique)
+{
+  switch (technique) {
+    case SelectionTechnique::LASSO:
+      return "package://rviz_mesh_plugin/icons/select_lasso.png";
+    case SelectionTechnique::FLOOD:
+      return "package://rviz_mesh_plugin/icons/select_flood.png";
+    case SelectionTechnique::LABEL:
+      return "package://rviz_mesh_plugin/icons/select_label.png";
+    default:
+      return "package://rviz_mesh_plugin/icons/select_box.png";
+  }
+}
+
+MouseInput inputOf(const rviz::ViewportMouseEvent& event)
+{
+  MouseInput input;
+  input.at = {event.x, event.y};
+  input.button = event.acting_button;
+  input.down = event.buttons_down;
+  input.modifiers = event.modifiers;
+  switch (event.type) {
+    case QEvent::MouseButtonPress:
+    case QEvent::MouseButtonDblClick:  // the second of two quick presses
+      input.type = MouseInput::PRESS;
+      break;
+    case QEvent::MouseButtonRelease:
+      input.type = MouseInput::RELEASE;
+      break;
+    case QEvent::Wheel:
+      input.type = MouseInput::WHEEL;
+      input.wheel = event.wheel_delta;
+      break;
+    default:
+      break;
+  }
+  return input;
+}
+
+bool hasPicture(const rviz::ViewportMouseEvent& event)
+{
+  const Ogre::Viewport* viewport = event.viewport;
+  return viewport && viewport->getCamera() && viewport->getActualWidth() > 0 &&
+         viewport->getActualHeight() > 0;
+}
+
+/// What the status bar says while faces are being selected.
+struct SelectionState
+{
+  std::size_t count = 0;       ///< of the faces
+  std::optional<double> area;  ///< in square meters
+  bool busy = false;
+  bool brush = false;   ///< it is in use
+  std::string message;  ///< what happened last; may be empty
+};
+
+const char* mouseHint(SelectionTechnique technique)
+{
+  switch (technique) {
+    case SelectionTechnique::LASSO:
+      return "<b>Left drag:</b> lasso to select. <b>Right drag:</b> to deselect.";
+    case SelectionTechnique::FLOOD:
+      return "<b>Left click:</b> select the connected region. <b>Right click:</b> deselect it.";
+    case SelectionTechnique::LABEL:
+      return "<b>Left click:</b> select the faces of a label. <b>Right click:</b> deselect them.";
+    default:
+      return "<b>Left drag:</b> box to select. <b>Right drag:</b> to deselect. <b>Click:</b> one "
+             "face.";
+  }
+}
+
+/// As rich text.
+QString selectionHint(const SelectionState& state, const SelectionSettings& settings)
+{
+  QString text;
+  if (state.busy) {
+    text = settings.visible_only ? "Looking which faces are seen ... <b>Esc:</b> give up. "
+                                 : "Looking for the faces ... <b>Esc:</b> give up. ";
+  } else if (!state.message.empty()) {
+    QString message = QString::fromStdString(state.message);
+    message[0] = message[0].toUpper();
+    text = message.toHtmlEscaped() + ". ";
+  }
+  if (state.count == 0) {
+    text += "No faces are selected. ";
+  } else {
+    text += QString(state.count == 1 ? "%1 face is selected, " : "%1 faces are selected, ")
+                .arg(state.count);
+    text += state.area ? QString("%1 m². ").arg(*state.area, 0, 'g', 4) : "... m². ";
+  }
+  if (state.brush) {
+    return text + QString(
+                      "<b>Ctrl + drag:</b> brush of %1 m, right to deselect. <b>Ctrl + "
+                      "wheel:</b> its radius.")
+                      .arg(settings.radius, 0, 'g', 3);
+  }
+  return text + mouseHint(settings.technique) +
+         " <b>Ctrl:</b> brush. <b>Shift, middle, wheel:</b> view. <b>1-4:</b> mode. <b>Enter:</b> "
+         "label.";
+}
+
+}  // namespace
+
+ClusterLabelTool::ClusterLabelTool()
+    : properties_(new SelectionProperties(getPropertyContainer(), this))
+{
+  shortcut_key_ = 'l';
+  access_all_keys_ = true;  // else Ctrl+I would be the key of another tool
+  connect(properties_, &SelectionProperties::changed, this, &ClusterLabelTool::onSettings);
+}
+
+ClusterLabelTool::~ClusterLabelTool() = default;
+
+/// Errors end here; what has been begun is given up then.
+bool ClusterLabelTool::attempt(const std::function<void()>& work)
+{
+  try {
+    try {
+      work();
+      return true;
+    } catch (const std::exception& error) {
+      ROS_ERROR_THROTTLE(LOG_PERIOD, "Cluster Label: %s", error.what());
+      gestures_.giveUp();
+      if (outline_) {
+        outline_->hide();
+      }
+      say(std::string("something went wrong: ") + error.what());
+      if (editor_) {
+        editor_->giveUp();
+      }
+    }
+  } catch (const std::exception&) {  // no memory to say so
+  }
+  return false;
+}
+
+void ClusterLabelTool::onInitialize()
+{
+  const bool ready = attempt([&] {
+    editor_ = std::make_unique<SelectionEditor>(context_, [this] { Q_EMIT selectionChanged(); });
+    outline_ = std::make_unique<ScreenOutline>(scene_manager_);
+    ball_ = std::make_unique<BrushBall>(scene_manager_);
+    onSettings();
+    // RViz updates only the tool in use, but the highlight stays with the mesh.
+    if (auto* manager = dynamic_cast<rviz::VisualizationManager*>(context_)) {
+      connect(manager, &rviz::VisualizationManager::preUpdate, this, &ClusterLabelTool::onFrame);
+    }
+  });
+  if (!ready) {
+    editor_.reset();  // then nothing is done
+  }
+}
+
+MeshDataConstPtr ClusterLabelTool::mesh() const
+{
+  return editor_ ? editor_->session().mesh() : nullptr;
+}
+
+const FaceSelection& ClusterLabelTool::selection() const
+{
+  static const FaceSelection NONE;
+  return editor_ ? editor_->session().selection() : NONE;
+}
+
+std::string ClusterLabelTool::select(const MeshDataConstPtr& mesh,
+                                     const FaceSelection::Faces& faces)
+{
+  std::string reason = "the tool is not ready";
+  attempt([&] {
+    if (editor_) {
+      gestures_.giveUp();
+      outline_->hide();
+      reason = editor_->replace(mesh, faces);
+    }
+  });
+  showStatus();
+  return reason;
+}
+
+void ClusterLabelTool::clearSelection()
+{
+  attempt([&] {
+    if (editor_ && mesh()) {
+      editor_->giveUp();
+      editor_->change([](FaceSelection& selection) -> const Change& { return selection.clear(); });
+    }
+  });
+  showStatus();
+}
+
+bool ClusterLabelTool::busy() const
+{
+  return editor_ && editor_->busy();
+}
+
+const SelectionVisual* ClusterLabelTool::visual() const
+{
+  return editor_ ? &editor_->session().visual() : nullptr;
+}
+
+/// Looks at no display: RViz also calls this while it ends, when they are gone.
+void ClusterLabelTool::activate()
+{
+  attempt([&] {
+    active_ = true;
+    message_.clear();
+    status_.clear();
+    gestures_.giveUp();
+    onSettings();
+  });
+}
+
+/// Also what Esc leads to, in RViz; looks at no display either.
+void ClusterLabelTool::deactivate()
+{
+  attempt([&] {
+    if (editor_) {
+      giveUp();
+      ball_->hide();
+    }
+    active_ = false;
+  });
+}
+
+void ClusterLabelTool::update(float /*wall_dt*/, float /*ros_dt*/)
+{
+  if (active_ && editor_) {
+    attempt([&] {
+      followBrushSize();
+      editor_->prepare(properties_->settings());
+    });
+  }
+}
+
+/// Displays have a property for the brush, too, which files in the field set.
+void ClusterLabelTool::followBrushSize()
+{
+  std::optional<float> size;
+  visitDisplays<ClusterLabelDisplay>(
+      context_->getRootDisplayGroup(), DisplayChoice::ENABLED,
+      [&](const ClusterLabelDisplay& display) { size = size ? size : display.brushSize(); });
+  if (size && *size != brush_size_) {
+    brush_size_ = *size;
+    properties_->setRadius(*size);
+  }
+}
+
+void ClusterLabelTool::onFrame()
+{
+  attempt([&] {
+    const SelectionEditor::News news = editor_->frame();
+    if (news.mesh_gone && gestures_.giveUp()) {
+      outline_->hide();
+    }
+    const bool control = (QGuiApplication::keyboardModifiers() & Qt::ControlModifier) != 0;
+    if (!editor_->brush() || !(control || gestures_.isDragging())) {
+      ball_->hide();
+    }
+    if (!news.text.empty()) {
+      say(news.text);
+    }
+    showStatus();
+  });
+}
+
+void ClusterLabelTool::onSettings()
+{
+  attempt([&] {
+    if (editor_) {
+      editor_->session().setColor(properties_->color());
+      setCursor(rviz::makeIconCursor(cursorOf(properties_->settings().technique)));
+      showStatus();
+    }
+  });
+}
+
+void ClusterLabelTool::giveUp()
+{
+  const bool dragging = gestures_.giveUp();
+  outline_->hide();
+  if (editor_->giveUp() || dragging) {
+    say("given up");
+  }
+}
+
+int ClusterLabelTool::processMouseEvent(rviz::ViewportMouseEvent& event)
+{
+  int result = 0;
+  attempt([&] {
+    if (editor_ && hasPicture(event)) {
+      result = handle(event);
+    }
+  });
+  return result;
+}
+
+int ClusterLabelTool::handle(rviz::ViewportMouseEvent& event)
+{
+  const SelectionSettings settings = properties_->settings();
+  const double area =
+      static_cast<double>(event.viewport->getActualWidth()) * event.viewport->getActualHeight();
+  const Gesture gesture = gestures_.handle(inputOf(event), settings.technique, area);
+  const bool begins =
+      event.type == QEvent::MouseButtonPress || event.type == QEvent::MouseButtonDblClick;
+  if (begins && gestures_.isDragging()) {
+    message_.clear();
+    if (busy()) {
+      gestures_.giveUp();
+      say(STILL_LOOKING);
+      return Render;
+    }
+  }
+  switch (gesture.kind) {
+    case Gesture::NOTHING:
+      return 0;
+    case Gesture::CAMERA:
+      moveCamera(event);
+      return Render;
+    case Gesture::HOVER:
+      return hover(event, gesture.brush) ? Render : 0;
+    case Gesture::OUTLINE:
+      ball_->hide();
+      showOutline(event);
+      return Render;
+    case Gesture::RADIUS:
+      properties_->scaleRadius(std::pow(RADIUS_FACTOR, gesture.notches));
+      hover(event, true);
+      return Render;
+    case Gesture::GIVE_UP:
+      giveUp();
+      return Render;
+    default:
+      break;
+  }
+  outline_->hide();
+  select(event, gesture);
+  return Render;
+}
+
+void ClusterLabelTool::select(const rviz::ViewportMouseEvent& event, const Gesture& gesture)
+{
+  SelectionSettings settings = properties_->settings();
+  settings.technique = gestures_.technique();  // as when the drag began
+  std::string text;
+  switch (gesture.kind) {
+    case Gesture::CLICK:
+      text = editor_->click(event, gesture, settings);
+      break;
+    case Gesture::BOX:
+      text = editor_->box(event, gesture, settings);
+      break;
+    case Gesture::LASSO:
+      text = editor_->lasso(event, gesture, gestures_.path(), settings);
+      break;
+    case Gesture::STROKE_BEGIN:
+      editor_->beginStroke();
+      text = editor_->stroke(event, gesture, settings);
+      break;
+    case Gesture::STROKE:
+      text = editor_->stroke(event, gesture, settings);
+      break;
+    case Gesture::STROKE_END:
+      text = editor_->stroke(event, gesture, settings);
+      editor_->endStroke();
+      break;
+    default:
+      break;
+  }
+  if (gesture.kind == Gesture::STROKE_BEGIN || gesture.kind == Gesture::STROKE ||
+      gesture.kind == Gesture::STROKE_END) {
+    showBall(gesture.adding);
+  }
+  message_ = text;
+  showStatus();
+}
+
+/// Returns whether there is anything new to be seen.
+bool ClusterLabelTool::hover(const rviz::ViewportMouseEvent& event, bool brush)
+{
+  const bool was_shown = ball_->isShown();
+  if (brush) {
+    editor_->findBrush(event, properties_->settings());
+    showBall(!gestures_.isDragging() || gestures_.isAdding());
+  } else {
+    ball_->hide();
+  }
+  showStatus();
+  return was_shown || ball_->isShown();
+}
+
+void ClusterLabelTool::showBall(bool adding)
+{
+  if (const auto& hit = editor_->brush()) {
+    ball_->show(pointInFixedFrame(hit->point, *hit), properties_->settings().radius, adding);
+  } else {
+    ball_->hide();
+  }
+}
+
+void ClusterLabelTool::showOutline(const rviz::ViewportMouseEvent& event)
+{
+  const auto& path = gestures_.path();
+  if (gestures_.technique() == SelectionTechnique::LASSO) {
+    outline_->show(*event.viewport, path);
+  } else if (gestures_.technique() == SelectionTechnique::BOX && path.size() > 1) {
+    outline_->showBox(*event.viewport, path.front(), path.back());
+  }
+}
+
+/// Shift with left or right is what these buttons do without it in RViz's other tools.
+void ClusterLabelTool::moveCamera(const rviz::ViewportMouseEvent& event)
+{
+  rviz::ViewController* view = event.panel ? event.panel->getViewController() : nullptr;
+  if (!view) {
+    return;
+  }
+  ball_->hide();
+  rviz::ViewportMouseEvent passed = event;
+  const bool middle =
+      event.acting_button == Qt::MiddleButton || (event.buttons_down & Qt::MiddleButton) != 0;
+  if (!middle && event.type != QEvent::Wheel) {
+    passed.modifiers &= ~Qt::KeyboardModifiers(Qt::ShiftModifier);
+  }
+  view->handleMouseEvent(passed);
+  status_.clear();  // the view has its own
+}
+
+int ClusterLabelTool::processKeyEvent(QKeyEvent* event, rviz::RenderPanel* panel)
+{
+  bool used = false;
+  attempt([&] {
+    if (!editor_ || !event) {
+      return;
+    }
+    const SelectionKey key = selectionKey(event->key(), event->modifiers());
+    used = key != SelectionKey::NONE;
+    if (used) {
+      press(key);
+    } else if (!switchTool(*event) && panel && panel->getViewController()) {
+      panel->getViewController()->handleKeyEvent(event, panel);
+    }
+  });
+  return used ? Render : 0;
+}
+
+/// This tool is given all keys, and hands on those of other tools.
+bool ClusterLabelTool::switchTool(const QKeyEvent& event)
+{
+  rviz::ToolManager* tools = context_->getToolManager();
+  if ((event.modifiers() & (Qt::ControlModifier | Qt::AltModifier | Qt::MetaModifier)) != 0) {
+    return false;
+  }
+  // Of several with one key it is the last, as in RViz.
+  for (int i = tools ? tools->numTools() - 1 : -1; i >= 0; --i) {
+    rviz::Tool* tool = tools->getTool(i);
+    const QKeySequence shortcut{QString(QChar(tool->getShortcutKey()))};
+    if (tool->getShortcutKey() != '\0' && shortcut.count() == 1 && shortcut[0] == event.key()) {
+      tools->setCurrentTool(tool);
+      return true;
+    }
+  }
+  return false;
+}
+
+void ClusterLabelTool::press(SelectionKey key)
+{
+  if (key == SelectionKey::GIVE_UP) {
+    giveUp();
+    return;
+  }
+  if (gestures_.isDragging()) {
+    return;  // until the button is released
+  }
+  if (!pressForSettings(key)) {
+    say(busy() ? STILL_LOOKING : pressForFaces(key));
+  }
+}
+
+bool ClusterLabelTool::pressForSettings(SelectionKey key)
+{
+  switch (key) {
+    case SelectionKey::BOX:
+      properties_->setTechnique(SelectionTechnique::BOX);
+      return true;
+    case SelectionKey::LASSO:
+      properties_->setTechnique(SelectionTechnique::LASSO);
+      return true;
+    case SelectionKey::FLOOD:
+      properties_->setTechnique(SelectionTechnique::FLOOD);
+      return true;
+    case SelectionKey::LABEL:
+      properties_->setTechnique(SelectionTechnique::LABEL);
+      return true;
+    case SelectionKey::TOGGLE_VISIBLE_ONLY:
+      properties_->toggleVisibleOnly();
+      say(properties_->settings().visible_only ? "only faces that are seen are selected"
+                                               : "faces are selected through the mesh");
+      return true;
+    case SelectionKey::TOGGLE_BACK_FACES:
+      properties_->toggleBackFaces();
+      say(properties_->settings().back_faces ? "faces seen from behind are selected, too"
+                                             : "faces seen from behind are not selected");
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Returns what to tell the user.
+std::string ClusterLabelTool::pressForFaces(SelectionKey key)
+{
+  switch (key) {
+    case SelectionKey::UNDO:
+      return selection().canUndo()
+                 ? editor_->change([](FaceSelection& s) -> const Change& { return s.undo(); })
+                 : "there is nothing to undo";
+    case SelectionKey::REDO:
+      return selection().canRedo()
+                 ? editor_->change([](FaceSelection& s) -> const Change& { return s.redo(); })
+                 : "there is nothing to redo";
+    case SelectionKey::ALL:
+      return editor_->selectAll();
+    case SelectionKey::CLEAR:
+      return editor_->change([](FaceSelection& s) -> const Change& { return s.clear(); });
+    case SelectionKey::INVERT:
+      return editor_->change([](FaceSelection& s) -> const Change& { return s.invert(); });
+    case SelectionKey::GROW:
+      return editor_->growOrShrink(true);
+    case SelectionKey::SHRINK:
+      return editor_->growOrShrink(false);
+    case SelectionKey::REQUEST_LABEL:
+      if (selection().empty()) {
+        return "select faces first, to label them";
+      }
+      Q_EMIT labelRequested();
+      return {};
+    default:
+      return {};
+  }
+}
+
+void ClusterLabelTool::say(const std::string& message)
+{
+  message_ = message;
+  showStatus();
+}
+
+/// Where another tool is in use, the status bar is that one's.
+void ClusterLabelTool::showStatus()
+{
+  if (!active_ || !editor_) {
+    return;
+  }
+  SelectionState state;
+  state.count = selection().count();
+  state.area = editor_->session().area();
+  state.busy = busy();
+  state.brush = ball_ && ball_->isShown();
+  state.message = message_;
+  const QString status = selectionHint(state, properties_->settings());
+  if (status != status_) {
+    status_ = status;
+    setStatus(status);
+  }
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#ifndef Q_MOC_RUN
+#include <rviz/tool.h>
+
+#include "base/mesh_data.h"
+#include "selection/face_selection.h"
+#include "selection/selection_gestures.h"
+#include "tools/selection/selection_keys.h"
+#endif
+
+namespace rviz_mesh_plugin {
+
+class BrushBall;
+class ScreenOutline;
+class SelectionEditor;
+class SelectionProperties;
+class SelectionVisual;
+
+/// Selects faces of a mesh that is shown: by box, lasso, brush, connected region or label, to be
+/// labelled. What is selected stays, and stays highlighted, while other tools are used, until the
+/// mesh is gone.
+class ClusterLabelTool : public rviz::Tool
+{
+  Q_OBJECT
+
+ public:
+  ClusterLabelTool();
+  ~ClusterLabelTool() override;
+
+  /// Whose faces are selected, or will be with the next click; null: that is not known yet, or the
+  /// mesh is gone.
+  MeshDataConstPtr mesh() const;
+  const FaceSelection& selection() const;
+
+  /// Selects these faces instead of those that are, as one step to undo. Returns why not, else an
+  /// empty string.
+  std::string select(const MeshDataConstPtr& mesh, const FaceSelection::Faces& faces);
+  /// A step to undo.
+  void clearSelection();
+
+  /// An answer is still being computed.
+  bool busy() const;
+
+  /// For tests and benchmarks; null before initialize().
+  const SelectionVisual* visual() const;
+
+  void activate() override;
+  void deactivate() override;
+  void update(float wall_dt, float ros_dt) override;
+  int processMouseEvent(rviz::ViewportMouseEvent& event) override;
+  int processKeyEvent(QKeyEvent* event, rviz::RenderPanel* panel) override;
+
+ Q_SIGNALS:
+  void selectionChanged();
+  /// Enter was pressed.
+  void labelRequested();
+
+ protected:
+  void onInitialize() override;
+
+ private Q_SLOTS:
+  void onFrame();
+  void onSettings();
+
+ private:
+  static constexpr const char* STILL_LOOKING =
+      "faces are still being looked for: wait, or give up with Esc";
+
+  bool attempt(const std::function<void()>& work);
+  int handle(rviz::ViewportMouseEvent& event);
+  void select(const rviz::ViewportMouseEvent& event, const Gesture& gesture);
+  bool hover(const rviz::ViewportMouseEvent& event, bool brush);
+  void showBall(bool adding);
+  void showOutline(const rviz::ViewportMouseEvent& event);
+  void moveCamera(const rviz::ViewportMouseEvent& event);
+  void press(SelectionKey key);
+  bool pressForSettings(SelectionKey key);
+  std::string pressForFaces(SelectionKey key);
+  bool switchTool(const QKeyEvent& event);
+  void giveUp();
+  void say(const std::string& message);
+  void followBrushSize();
+  void showStatus();
+
+  SelectionProperties* properties_;
+  SelectionGestures gestures_;
+  std::unique_ptr<SelectionEditor> editor_;
+  std::unique_ptr<ScreenOutline> outline_;
+  std::unique_ptr<BrushBall> ball_;
+  bool active_ = false;
+  float brush_size_ = 1.0f;  ///< of the display, as it was last
+  std::string message_;
+  QString status_;  ///< as shown
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+#ifndef Q_MOC_RUN
+#include <OgreRay.h>
+
+#include "picking/surface_ways.h"
+#include "properties/published_topic.h"
+#include "tools/surface_tool.h"
+#endif
+
+namespace rviz {
+class FloatProperty;
+}
+
+namespace rviz_mesh_plugin {
+
+class SurfaceMarks;
+
+/// Says what is known of the point under the cursor. A click publishes it as
+/// geometry_msgs/PointStamped and marks it; the second measures the way between the two along the
+/// surface; the third begins anew.
+class MeshInspectTool : public SurfaceTool
+{
+  Q_OBJECT
+
+ public:
+  MeshInspectTool();
+  ~MeshInspectTool() override;
+
+ protected:
+  void initializeTool() override;
+  void begin() override;
+  void end() override;
+  void work() override;
+  int mouse(rviz::ViewportMouseEvent& event) override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void hover(const Ogre::Ray& ray);
+  void click(const SurfaceHit& hit);
+  /// @return what has become of it
+  std::string publish(const SurfaceHit& hit);
+  void measure(const SurfaceHit& hit);
+  void takeResult();
+  void clearMarks();
+  void tell();
+
+  PublishedTopic topic_;
+  rviz::FloatProperty* size_;
+  std::unique_ptr<SurfaceMarks> marks_;
+  WayMeasurement measurement_;
+  std::optional<SurfaceHit> first_;
+  std::optional<SurfaceHit> second_;
+  std::string clicked_;  ///< what is said of the clicks
+  std::string pointed_;  ///< what is said of the point under the cursor
+  Clock::time_point last_hover_;
+  std::optional<Ogre::Ray> next_hover_;  ///< waits until it is time
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,118 @@
+#include "tools/selection/selection_session.h"
+
+#include <OgreSceneManager.h>
+
+#include "selection/selection_regions.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// Faces whose areas are added up at once.
+constexpr std::size_t COUNT_SLICE = 50000;
+
+}  // namespace
+
+SelectionSession::SelectionSession(Ogre::SceneManager* scene_manager,
+                                   const std::function<void()>& on_change)
+    : on_change_(on_change), visual_(scene_manager, scene_manager->getRootSceneNode())
+{
+}
+
+void SelectionSession::setMesh(const MeshDataConstPtr& mesh)
+{
+  if (mesh == mesh_) {
+    return;
+  }
+  const bool had_faces = !selection_.empty();
+  selection_.reset(mesh ? mesh->faceCount() : 0);
+  mesh_ = mesh;
+  counted_ = 0;
+  count();
+  visual_failed_ = true;  // until it has been told
+  visual_.setMesh(mesh);
+  visual_failed_ = false;
+  if (had_faces) {
+    on_change_();
+  }
+}
+
+bool SelectionSession::change(
+    const std::function<const FaceSelection::Change&(FaceSelection&)>& make)
+{
+  const FaceSelection::Change& change = make(selection_);
+  if (change.empty()) {
+    return false;
+  }
+  countChange(change);
+  try {
+    showChange(change);
+  } catch (...) {
+    visual_failed_ = true;
+    on_change_();
+    throw;
+  }
+  on_change_();
+  return true;
+}
+
+std::optional<double> SelectionSession::area() const
+{
+  return counted_ < selection_.size() ? std::nullopt : std::optional<double>(area_);
+}
+
+/// Large changes are counted later: the highlight comes first.
+void SelectionSession::countChange(const FaceSelection::Change& change)
+{
+  if (!area() || selection_.empty() || change.added.size() + change.removed.size() > COUNT_SLICE) {
+    counted_ = 0;
+    return;
+  }
+  for (const auto face : change.added) {
+    area_ += faceArea(*mesh_, face);
+  }
+  for (const auto face : change.removed) {
+    area_ -= faceArea(*mesh_, face);
+  }
+}
+
+/// Adds up the area of some faces.
+void SelectionSession::count()
+{
+  area_ = counted_ == 0 ? 0.0 : area_;
+  const auto size = static_cast<std::uint32_t>(selection_.size());
+  for (std::size_t left = COUNT_SLICE; counted_ < size && left > 0; ++counted_) {
+    if (selection_.contains(counted_)) {
+      area_ += faceArea(*mesh_, counted_);
+      --left;
+    }
+  }
+}
+
+void SelectionSession::showChange(const FaceSelection::Change& change)
+{
+  if (!visual_failed_) {
+    visual_.apply(change);
+    return;
+  }
+  if (visual_.mesh() != mesh_) {
+    visual_.setMesh(mesh_);
+  }
+  visual_.setSelection(selection_);
+  visual_failed_ = false;
+}
+
+void SelectionSession::follow(const std::vector<ShownMesh>& shown)
+{
+  if (!area()) {
+    count();
+  }
+  visual_.follow(shown);
+  try {
+    visual_.upload();
+  } catch (...) {
+    visual_failed_ = true;
+    throw;
+  }
+}
+
+}  // namespace rviz_mesh_plugin

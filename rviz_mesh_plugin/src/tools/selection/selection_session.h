@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/mesh_data.h"
+#include "selection/face_selection.h"
+#include "selection/selection_visual.h"
+
+namespace rviz_mesh_plugin {
+
+/// The selected faces of one mesh with their highlight. GUI thread only.
+class SelectionSession
+{
+ public:
+  SelectionSession(Ogre::SceneManager* scene_manager, const std::function<void()>& on_change);
+
+  /// Null: none yet.
+  const MeshDataConstPtr& mesh() const { return mesh_; }
+  const FaceSelection& selection() const { return selection_; }
+  /// Of the selected faces, in square meters; none while follow() is still adding up.
+  std::optional<double> area() const;
+  const SelectionVisual& visual() const { return visual_; }
+  void setColor(const Rgba8& color) { visual_.setColor(color); }
+
+  /// From now on faces of this mesh (null: of none) are selected. Where it is another one, nothing
+  /// is selected and nothing can be undone.
+  void setMesh(const MeshDataConstPtr& mesh);
+
+  /// Changes the selection, and the highlight with it. Returns whether anything has changed.
+  /// @throw std::bad_alloc before, and Ogre::Exception after the selection has changed
+  bool change(const std::function<const FaceSelection::Change&(FaceSelection&)>& make);
+
+  /// See FaceSelection.
+  void beginStroke() { selection_.beginStroke(); }
+  void endStroke() { selection_.endStroke(); }
+
+  /// To be called each frame. @throw Ogre::Exception, std::bad_alloc
+  void follow(const std::vector<ShownMesh>& shown);
+
+ private:
+  void countChange(const FaceSelection::Change& change);
+  void count();
+  void showChange(const FaceSelection::Change& change);
+
+  std::function<void()> on_change_;
+  MeshDataConstPtr mesh_;
+  FaceSelection selection_;
+  double area_ = 0.0;
+  std::uint32_t counted_ = 0;  ///< faces of the mesh whose area is in it
+  SelectionVisual visual_;
+  bool visual_failed_ = false;  ///< it does not show what is selected
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#ifndef Q_MOC_RUN
+#include <OgreColourValue.h>
+#include <geometry_msgs/PoseStamped.h>
+
+#include "properties/published_topic.h"
+#include "tools/surface_pose.h"
+#include "tools/surface_tool.h"
+#endif
+
+namespace rviz {
+class Arrow;
+class BoolProperty;
+class EnumProperty;
+class FloatProperty;
+}  // namespace rviz
+
+namespace rviz_mesh_plugin {
+
+/// Puts a pose on a surface and publishes it: the left button is pressed at the position and
+/// released where the pose shall look to. The right button or Esc gives it up.
+class SurfacePoseTool : public SurfaceTool
+{
+  Q_OBJECT
+
+ public:
+  ~SurfacePoseTool() override;
+
+ protected:
+  struct Kind
+  {
+    char key;
+    std::string what;  ///< at the beginning of a sentence
+    const char* topic;
+    Ogre::ColourValue color;
+    PublishedTopic::Advertise advertise;
+  };
+  explicit SurfacePoseTool(const Kind& kind);
+
+  /// @return what PublishedTopic says
+  virtual std::string publish(PublishedTopic& topic, const geometry_msgs::PoseStamped& pose) = 0;
+
+  const std::string& what() const { return kind_.what; }
+
+  void initializeTool() override;
+  void begin() override;
+  void end() override;
+  int mouse(rviz::ViewportMouseEvent& event) override;
+  bool isDragging() const override { return drag_.has_value(); }
+
+ private:
+  /// The mesh may go meanwhile.
+  struct Drag
+  {
+    SurfacePoseDrag pose;  ///< in the fixed frame
+    ShownMesh mesh;        ///< where it lies; the mesh itself is not kept
+    std::string fixed_frame;
+    std::string mesh_frame;
+    int x = 0;  ///< of the cursor, in pixels
+    int y = 0;
+  };
+
+  int press(const rviz::ViewportMouseEvent& event);
+  void turn(const rviz::ViewportMouseEvent& event);
+  void showArrow();
+  void hideArrow();
+  geometry_msgs::PoseStamped message() const;
+
+  Kind kind_;
+  PublishedTopic topic_;
+  rviz::EnumProperty* frame_;
+  rviz::BoolProperty* switched_;
+  rviz::EnumProperty* z_axis_;
+  rviz::FloatProperty* arrow_length_;
+  std::unique_ptr<rviz::Arrow> arrow_;
+  std::optional<Drag> drag_;
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,129 @@
+#include "tools/surface_tool.h"
+
+#include <exception>
+
+#include <QKeyEvent>
+
+#include <ros/console.h>
+#include <rviz/render_panel.h>
+#include <rviz/view_controller.h>
+#include <rviz/viewport_mouse_event.h>
+
+namespace rviz_mesh_plugin {
+
+void SurfaceTool::say(const std::string& text)
+{
+  setStatus(QString::fromStdString(text));
+}
+
+void SurfaceTool::attempt(const std::function<void()>& work)
+{
+  try {
+    work();
+  } catch (const std::exception& error) {
+    try {
+      ROS_ERROR_THROTTLE(5, "%s: %s", qPrintable(getName()), error.what());
+      say("Something went wrong: " + std::string(error.what()) + "; try again");
+    } catch (const std::exception&) {  // no memory to say so
+    }
+  }
+}
+
+void SurfaceTool::onInitialize()
+{
+  attempt([this] {
+    picker_ = std::make_unique<SurfacePicker>(context_);
+    initializeTool();
+  });
+}
+
+/// Looks at no display: RViz also calls this while it ends, when they are gone.
+void SurfaceTool::activate()
+{
+  attempt([this] {
+    camera_button_ = Qt::NoButton;
+    if (picker_) {
+      begin();
+    }
+  });
+}
+
+void SurfaceTool::deactivate()
+{
+  attempt([this] { end(); });
+}
+
+void SurfaceTool::update(float /*wall_dt*/, float /*ros_dt*/)
+{
+  attempt([this] {
+    if (picker_) {
+      picker_->prepare();
+      work();
+    }
+  });
+}
+
+/// The left button stays with the tool, unless Shift was down when it was pressed.
+bool SurfaceTool::movesCamera(const rviz::ViewportMouseEvent& event)
+{
+  if (event.type == QEvent::Wheel) {
+    return true;
+  }
+  if (event.type == QEvent::MouseButtonPress && camera_button_ == Qt::NoButton) {
+    const bool shift_left =
+        event.acting_button == Qt::LeftButton && (event.modifiers & Qt::ShiftModifier) != 0;
+    const bool unused = event.acting_button == Qt::RightButton || shift_left;
+    if (event.acting_button == Qt::MiddleButton || (unused && !isDragging())) {
+      camera_button_ = event.acting_button;
+    }
+  } else if (event.type == QEvent::MouseMove && !(event.buttons_down & camera_button_)) {
+    camera_button_ = Qt::NoButton;  // it was released elsewhere
+  }
+  const bool by_other =
+      event.type != QEvent::MouseMove && event.acting_button != camera_button_ && isDragging();
+  return camera_button_ != Qt::NoButton && !by_other;
+}
+
+int SurfaceTool::processMouseEvent(rviz::ViewportMouseEvent& original)
+{
+  int flags = 0;
+  attempt([&] {
+    if (!picker_) {
+      return;
+    }
+    rviz::ViewportMouseEvent event = original;
+    if (event.type == QEvent::MouseButtonDblClick) {
+      event.type = QEvent::MouseButtonPress;  // the second of two quick ones
+    }
+    if (!movesCamera(event)) {
+      flags = mouse(event);
+      return;
+    }
+    rviz::ViewController* view = event.panel ? event.panel->getViewController() : nullptr;
+    rviz::ViewportMouseEvent camera_event = event;
+    if (event.type != QEvent::Wheel) {
+      camera_event.buttons_down &= camera_button_;  // not the one that drags something
+    }
+    if (camera_button_ == Qt::LeftButton) {  // does what it does without Shift in other tools
+      camera_event.modifiers &= ~Qt::KeyboardModifiers(Qt::ShiftModifier);
+    }
+    if (event.type == QEvent::MouseButtonRelease && event.acting_button == camera_button_) {
+      camera_button_ = Qt::NoButton;
+    }
+    if (view) {
+      view->handleMouseEvent(camera_event);
+    }
+  });
+  return flags;
+}
+
+int SurfaceTool::processKeyEvent(QKeyEvent* event, rviz::RenderPanel* /*panel*/)
+{
+  if (event->key() != Qt::Key_Escape) {
+    return 0;
+  }
+  attempt([this] { end(); });
+  return Render;
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,314 @@
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rviz/config.h>
+#include <rviz/properties/color_property.h>
+#include <rviz/properties/enum_property.h>
+
+#include "support/label_display_fixture.h"
+#include "support/label_fixture.h"
+#include "support/service_servers.h"
+
+using osmesa_harness::Rgb;
+using rviz_mesh_plugin::MeshSource;
+using rviz_mesh_plugin::Rgba8;
+using test_labels::colorOf;
+using test_labels::ROW;
+using test_labels::rows;
+
+class ClusterLabelTest : public LabelDisplayFixture
+{
+};
+
+TEST_F(ClusterLabelTest, shows_all_labels_of_the_service_in_the_colors_of_their_classes)
+{
+  server->addLabel("tree_1", rows(10, 0, 2));
+  server->addLabel("tree_2", rows(10, 3, 4));
+  server->addLabel("wall_1", rows(10, 5, 8));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "Ok: 3 labels of 2 classes on 120 faces"));
+  EXPECT_TRUE(says(display, "Geometry", "Ok: 200 faces"));
+  EXPECT_TRUE(says(display, "Transform", "Ok: frame 'map'"));
+  EXPECT_TRUE(says(display, "Services", "Ok:"));
+  const auto image = picture();
+  EXPECT_EQ(image.count(colorOf("tree")), 3 * ROW);
+  EXPECT_EQ(image.count(colorOf("wall")), 3 * ROW);
+  EXPECT_EQ(display->labels().at("tree_2")->faces, rows(10, 3, 4));
+  EXPECT_EQ(display->mesh()->faceCount(), 200u);
+}
+
+TEST_F(ClusterLabelTest, shows_what_changes_and_takes_away_what_is_deleted)
+{
+  server->addLabel("tree_1", rows(10, 0, 2));
+  auto* display = createLabels("rviz_map_plugin/ClusterLabel");
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "1 label of 1 class"));
+  server->labels.publish(LabelServer::cluster("tree_2", rows(10, 2, 3)));
+  ASSERT_TRUE(says(display, "Labels", "2 labels of 1 class on 60 faces"));
+  EXPECT_EQ(picture().count(colorOf("tree")), 3 * ROW);
+  server->labels.publish(LabelServer::cluster("tree_1", rows(10, 0, 1)));
+  ASSERT_TRUE(says(display, "Labels", "on 40 faces"));
+  EXPECT_EQ(picture().count(colorOf("tree")), 2 * ROW);
+  server->labels.publish(LabelServer::cluster("tree_1", {}));
+  ASSERT_TRUE(says(display, "Labels", "1 label of 1 class on 20 faces"));
+  EXPECT_EQ(picture().count(colorOf("tree")), ROW);
+  EXPECT_EQ(find(display, {"Colors"})->numChildren(), 1);
+  server->labels.publish(LabelServer::cluster("tree_3", {5, 200, 300}));
+  EXPECT_TRUE(says(display, "Labels", "Warn: 2 labels of 1 class on 21 faces; 2 indices left out"));
+}
+
+TEST_F(ClusterLabelTest, labels_that_arrive_before_their_mesh_wait_for_it)
+{
+  auto* display = createLabels();
+  ASSERT_TRUE(spinUntil([&] { return server->labels.getNumSubscribers() > 0; }));
+  server->labels.publish(LabelServer::cluster("tree_1", rows(10, 0, 1)));
+  EXPECT_TRUE(says(display, "Geometry", "Warn: no mesh received"));
+  spin(200);
+  server->addLabel("tree_1", rows(10, 0, 1));
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "1 label of 1 class on 20 faces"));
+}
+
+TEST_F(ClusterLabelTest, a_class_and_a_label_can_be_hidden_and_the_whole_faded)
+{
+  server->addLabel("tree_1", rows(10, 0, 2));
+  server->addLabel("tree_2", rows(10, 3, 4));
+  server->addLabel("wall_1", rows(10, 5, 8));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "3 labels"));
+  set(display, {"Visible Labels", "tree", "tree_1"}, false);
+  EXPECT_TRUE(says(display, "Labels", "1 hidden"));
+  EXPECT_EQ(picture().count(colorOf("tree")), ROW);
+  set(display, {"Visible Labels", "tree"}, false);
+  EXPECT_TRUE(says(display, "Labels", "2 hidden"));
+  EXPECT_EQ(picture().count(colorOf("tree")), 0u);
+  set(display, {"Visible Labels", "tree"}, true);
+  EXPECT_EQ(picture().count(colorOf("tree")), ROW) << "tree_1 is still hidden";
+  set(display, {"Transparency"}, 0.5f);
+  EXPECT_EQ(picture().count(colorOf("wall")), 0u);
+  set(display, {"Transparency"}, 1.0f);
+  EXPECT_EQ(picture().count(colorOf("wall")), 3 * ROW);
+  set(display, {"Show Phantom"}, true);
+  spinFrames();
+  EXPECT_EQ(picture().count({48, 48, 48}), 640u * 480u - 10 * ROW);
+}
+
+TEST_F(ClusterLabelTest, what_is_saved_is_loaded_before_there_are_labels)
+{
+  server->addLabel("tree_1", rows(10, 0, 2));
+  server->addLabel("wall_1", rows(10, 5, 8));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "2 labels"));
+  set(display, {"Active label"}, "tree_1");
+  set(display, {"Brush Size"}, 0.25f);
+  set(display, {"Visible Labels", "tree", "tree_1"}, false);
+  set(display, {"Visible Labels", "wall"}, false);
+  rviz::Config saved;
+  display->save(saved);
+  EXPECT_FALSE(saved.mapGetChild("Colors").isValid()) << "colors are with the map";
+  delete display;
+  spinFrames();
+  auto* other = createDisplayAs<Display>("rviz_mesh_plugin/ClusterLabel");
+  other->load(saved);
+  EXPECT_EQ(other->activeLabel(), "tree_1") << "before there are labels";
+  EXPECT_EQ(other->brushSize(), 0.25f);
+  ASSERT_TRUE(says(other, "Labels", "2 labels of 2 classes on 100 faces, 2 hidden"));
+  EXPECT_EQ(other->activeLabel(), "tree_1");
+  EXPECT_EQ(picture().count({48, 48, 48}), 640u * 480u);
+  rviz::Config again;
+  other->save(again);
+  for (const char* list : {"Hidden Classes", "Hidden Labels"}) {
+    const auto names = again.mapGetChild("Visible Labels").mapGetChild(list);
+    ASSERT_EQ(names.listLength(), 1) << list;
+  }
+  other->setActiveLabel("");
+  EXPECT_EQ(find(other, {"Active label"})->getValue().toString(), "__NEW__");
+}
+
+TEST_F(ClusterLabelTest, released_properties_have_their_names_types_and_defaults)
+{
+  auto* display = createDisplayAs<Display>("rviz_map_plugin/ClusterLabel");
+  EXPECT_EQ(find(display, {"Active label"})->getValue(), QVariant("__NEW__"));
+  EXPECT_TRUE(dynamic_cast<rviz::EnumProperty*>(find(display, {"Active label"})));
+  EXPECT_EQ(find(display, {"Transparency"})->getValue().toFloat(), 1.0f);
+  EXPECT_EQ(find(display, {"Brush Size"})->getValue().toFloat(), 1.0f);
+  EXPECT_EQ(find(display, {"Show Phantom"})->getValue(), QVariant(false));
+  EXPECT_EQ(find(display, {"Colors"})->numChildren(), 0);
+  EXPECT_TRUE(says(display, "Geometry", "Error: there is no mesh to label: choose"));
+  MeshSource source;
+  display->setSource(source);
+  EXPECT_TRUE(says(display, "Geometry", "Warn: no map is open"));
+  source.geometry_topic = geometry_topic;
+  source.labels_topic = name_space + "/new_cluster_label";
+  source.service_namespace = name_space;
+  source.frame = "nowhere";
+  server->addLabel("tree_1", rows(10, 0, 2));
+  display->setSource(source);
+  EXPECT_TRUE(find(display, {"Geometry Topic"})->getHidden());
+  EXPECT_TRUE(find(display, {"Labels Topic"})->getHidden());
+  publishMesh();
+  ASSERT_TRUE(says(display, "Transform", "Error: no transform from frame 'nowhere'"));
+  ASSERT_TRUE(says(display, "Labels", "1 label of 1 class"));
+  EXPECT_EQ(picture().count({48, 48, 48}), 640u * 480u);
+}
+
+TEST_F(ClusterLabelTest, add_by_topic_finds_the_mesh_beside_the_labels)
+{
+  auto* display = createDisplayAs<Display>("rviz_mesh_plugin/ClusterLabel");
+  display->setTopic("/map/new_cluster_label", "mesh_msgs/MeshFaceCluster");
+  EXPECT_EQ(find(display, {"Labels Topic"})->getValue(), QVariant("/map/new_cluster_label"));
+  EXPECT_EQ(find(display, {"Geometry Topic"})->getValue(), QVariant("/map/mesh/geometry"));
+}
+
+TEST_F(ClusterLabelTest, edits_go_to_the_owner_and_show_once_they_are_stored)
+{
+  auto* display = createLabels();
+  EXPECT_NE(display->setLabelFaces("tree_1", {1}).find("no mesh"), std::string::npos);
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "the mesh has no labels (yet)"));
+  EXPECT_NE(display->setLabelFaces("tree_1", {1}).find("nobody stores labels"), std::string::npos);
+  EXPECT_NE(display->setLabelFaces("", {1}).find("no name"), std::string::npos);
+  server->listen(name_space);
+  ASSERT_TRUE(spinUntil([&] { return display->setLabelFaces("tree_1", rows(10, 0, 1)).empty(); }));
+  ASSERT_TRUE(spinUntil([&] { return !server->edits().empty(); }));
+  const auto edit = server->edits().back();
+  EXPECT_EQ(edit.uuid, "mesh");
+  EXPECT_EQ(edit.header.frame_id, "map");
+  EXPECT_EQ(edit.cluster.label, "tree_1");
+  EXPECT_EQ(edit.cluster.face_indices, rows(10, 0, 1));
+  EXPECT_TRUE(edit.override);
+  EXPECT_TRUE(says(display, "Edits", "Ok: 'tree_1' is being stored"));
+  EXPECT_TRUE(display->labels().empty());
+  server->labels.publish(edit.cluster);
+  ASSERT_TRUE(says(display, "Labels", "1 label"));
+  EXPECT_TRUE(spinUntil([&] { return status(display, "Edits").empty(); }));
+}
+
+TEST_F(ClusterLabelTest, a_label_has_its_own_color_where_its_owner_says_so)
+{
+  server->listen(name_space);
+  server->addLabel("tree_1", rows(10, 0, 2));
+  server->addLabel("tree_2", rows(10, 3, 4));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "2 labels"));
+  server->colors.publish(colorsOf({{"tree_2", {10, 20, 30}}}));
+  ASSERT_TRUE(spinUntil([&] { return picture().count({10, 20, 30}) == ROW; }));
+  EXPECT_EQ(picture().count(colorOf("tree")), 2 * ROW);
+  EXPECT_EQ(find(display, {"Colors", "tree_2"})->getValue(), QVariant("10; 20; 30"));
+  // The user's choice goes to the owner, and shows when that says so.
+  set(display, {"Colors", "tree_1"}, QColor(255, 0, 51));
+  ASSERT_TRUE(spinUntil([&] { return server->colorsSet().size() == 1; }));
+  const auto request = server->colorsSet()[0];
+  EXPECT_EQ(request.uuid, "mesh");
+  EXPECT_EQ(request.label, "tree_1");
+  EXPECT_FLOAT_EQ(request.color.r, 1.0f);
+  EXPECT_FLOAT_EQ(request.color.g, 0.0f);
+  EXPECT_FLOAT_EQ(request.color.b, 0.2f);
+  EXPECT_EQ(request.color.a, 1.0f);
+  EXPECT_EQ(picture().count(colorOf("tree")), 2 * ROW) << "not stored yet";
+  server->colors.publish(colorsOf({{"tree_1", {255, 0, 51}}}));
+  ASSERT_TRUE(spinUntil([&] { return picture().count({255, 0, 51}) == 2 * ROW; }));
+  EXPECT_EQ(picture().count(colorOf("tree")), ROW) << "tree_2 has none any more";
+  // The color of the class takes the label's own away.
+  const Rgb of_class = colorOf("tree");
+  set(display, {"Colors", "tree_1"}, QColor(of_class.red, of_class.green, of_class.blue));
+  ASSERT_TRUE(spinUntil([&] { return server->colorsSet().size() == 2; }));
+  EXPECT_EQ(server->colorsSet()[1].color.a, 0.0f);
+  server->refusal = "the map is\nread-only";
+  set(display, {"Colors", "tree_2"}, QColor(1, 2, 3));
+  EXPECT_TRUE(says(display, "Edits",
+                   "Error: the color of 'tree_2' is not stored: " + name_space +
+                       "/set_label_color refuses it: the map is read-only"));
+}
+
+TEST_F(ClusterLabelTest, a_color_that_is_never_answered_holds_up_nothing)
+{
+  service_servers::Gate gate;
+  server->before_colors = [&] { gate.pass(); };
+  server->listen(name_space);
+  server->addLabel("tree_1", rows(10, 0, 2));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "1 label"));
+  const auto threads = [] {
+    return std::distance(std::filesystem::directory_iterator("/proc/self/task"),
+                         std::filesystem::directory_iterator());
+  };
+  display->setEnabled(false);
+  spinFrames(5);
+  const auto idle = threads();
+  display->setEnabled(true);
+  const Rgba8 red{255, 0, 0, 255};
+  ASSERT_TRUE(spinUntil([&] { return display->setLabelColor("tree_1", &red).empty(); }));
+  ASSERT_TRUE(spinUntil([&] { return gate.reached == 1; }));
+  display->setEnabled(false);
+  EXPECT_TRUE(spinUntil([&] { return threads() <= idle; })) << "the asking thread is over";
+  delete display;
+  gate.open();
+}
+
+TEST_F(ClusterLabelTest, nothing_is_left_after_disabling_reset_and_removal)
+{
+  server->addLabel("tree_1", rows(10, 0, 2));
+  server->addLabel("wall_1", rows(10, 5, 8));
+  delete createLabels();
+  spinFrames();
+  const auto empty = counts();
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "2 labels"));
+  picture();
+  const auto shown = counts();
+  for (int i = 0; i < 50; ++i) {
+    display->setEnabled(false);
+    display->setEnabled(true);
+    if (i % 10 == 0) {
+      display->reset();
+    }
+  }
+  ASSERT_TRUE(says(display, "Labels", "2 labels"));
+  ASSERT_TRUE(spinUntil([&] {
+    picture();
+    return counts() == shown;
+  })) << counts();
+  EXPECT_EQ(picture().count(colorOf("tree")), 2 * ROW);
+  display->setEnabled(false);
+  EXPECT_EQ(picture().count({48, 48, 48}), 640u * 480u);
+  display->setEnabled(true);
+  ASSERT_TRUE(says(display, "Transform", "Ok"));
+  EXPECT_EQ(picture().count(colorOf("tree")), 2 * ROW) << "at once";
+  delete display;
+  EXPECT_EQ(counts(), empty);
+}
+
+TEST_F(ClusterLabelTest, ten_thousand_labels_do_not_block)
+{
+  for (std::uint32_t i = 0; i < 10000; ++i) {
+    server->addLabel("cell" + std::to_string(i % 50) + "_" + std::to_string(i), {i % 200});
+  }
+  auto* display = createLabels();
+  publishMesh();
+  std::chrono::steady_clock::duration longest{};
+  const auto shown = [&] {
+    const auto start = std::chrono::steady_clock::now();
+    display->update(0.0f, 0.0f);
+    longest = std::max(longest, std::chrono::steady_clock::now() - start);
+    return find(display, {"Colors"})->numChildren() == 10000 &&
+           status(display, "Labels").find("to be shown") == std::string::npos;
+  };
+  ASSERT_TRUE(spinUntil(shown, 60000)) << status(display, "Labels");
+  EXPECT_TRUE(says(display, "Labels", "10000 labels of 50 classes"));
+  RecordProperty(
+      "longest_update_ms",
+      static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(longest).count()));
+  EXPECT_EQ(picture().count({48, 48, 48}), 640u * 480u - 10 * ROW);
+}

@@ -1,0 +1,262 @@
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <mesh_msgs/MeshVertexCostsSparseStamped.h>
+
+#include "incoming/mesh_inbox.h"
+#include "incoming/mesh_store.h"
+#include "support/meshes.h"
+
+using rviz_mesh_plugin::MeshInbox;
+using rviz_mesh_plugin::MeshStore;
+
+namespace {
+
+using Values = std::vector<float>;
+
+constexpr std::uint32_t VERTICES = 5;
+
+ros::Time stamp(std::uint32_t seconds)
+{
+  return ros::Time(seconds, 0);
+}
+
+mesh_msgs::MeshVertexCostsStamped layer(std::uint32_t seconds, const Values& costs)
+{
+  auto message = test_meshes::costs("x", costs);
+  message.header.stamp = stamp(seconds);
+  return message;
+}
+
+mesh_msgs::MeshVertexCostsSparseStamped update(std::uint32_t seconds,
+                                               const std::vector<std::uint32_t>& vertices,
+                                               const Values& costs)
+{
+  mesh_msgs::MeshVertexCostsSparseStamped message;
+  message.header.frame_id = "map";
+  message.header.stamp = stamp(seconds);
+  message.uuid = "mesh";
+  message.type = "x";
+  message.mesh_vertex_costs.vertices = vertices;
+  message.mesh_vertex_costs.costs = costs;
+  return message;
+}
+
+/// The inbox and the store as a display uses them.
+class Pipeline
+{
+ public:
+  template <class Message>
+  Pipeline& operator<<(const Message& message)
+  {
+    EXPECT_TRUE(inbox_.receive(message));
+    return *this;
+  }
+
+  Pipeline& frame()
+  {
+    const auto content = inbox_.take();
+    for (const auto& one : content.earlier_updates) {
+      store_.update(one);
+    }
+    for (const auto& one : content.costs) {
+      store_.addCosts(one);
+    }
+    for (const auto& one : content.updates) {
+      store_.update(one);
+    }
+    stale_ = content.stale + store_.staleUpdates();
+    EXPECT_EQ(store_.updateProblem(), "");
+    return *this;
+  }
+
+  Values costs()
+  {
+    frame();
+    const auto found = store_.attributes("mesh").cost("x");
+    return found ? found->costs : Values();
+  }
+
+  std::size_t stale() const { return stale_; }
+
+ private:
+  MeshInbox inbox_;
+  MeshStore store_;
+  std::size_t stale_ = 0;
+};
+
+/// What costs should be after each message, vertex by vertex.
+class Reference
+{
+ public:
+  void operator<<(const mesh_msgs::MeshVertexCostsStamped& message)
+  {
+    stamp_ = message.header.stamp;
+    costs_ = message.mesh_vertex_costs.costs;
+    for (auto one = newer_.begin(); one != newer_.end();) {
+      const bool counts = !stamp_->isZero() && one->second.stamp > *stamp_;
+      one = counts ? std::next(one) : newer_.erase(one);
+    }
+  }
+
+  void operator<<(const mesh_msgs::MeshVertexCostsSparseStamped& message)
+  {
+    const ros::Time now = message.header.stamp;
+    if (stamp_ && !now.isZero() && now < *stamp_) {
+      return;
+    }
+    const auto& changes = message.mesh_vertex_costs;
+    for (std::size_t i = 0; i < changes.vertices.size(); ++i) {
+      const auto known = newer_.find(changes.vertices[i]);
+      if (known == newer_.end() || now >= known->second.stamp) {
+        newer_[changes.vertices[i]] = {now, changes.costs[i]};
+      }
+    }
+  }
+
+  Values costs() const
+  {
+    Values all = costs_;
+    for (const auto& one : newer_) {
+      if (stamp_) {
+        all[one.first] = one.second.cost;
+      }
+    }
+    return all;
+  }
+
+ private:
+  struct Change
+  {
+    ros::Time stamp;
+    float cost;
+  };
+  std::optional<ros::Time> stamp_;
+  Values costs_;
+  std::map<std::uint32_t, Change> newer_;  ///< by vertex
+};
+
+}  // namespace
+
+// Each sequence of messages in one frame, and in a frame each.
+TEST(CostOrder, stamps_decide_and_without_them_the_order_of_arrival)
+{
+  const Values old(VERTICES, 1.0f);
+  const Values fresh(VERTICES, 2.0f);
+  const Values changed = {2, 9, 2, 2, 2};
+  struct Case
+  {
+    const char* what;
+    std::uint32_t update_stamp;
+    std::uint32_t layer_stamp;
+    bool update_first;
+    Values expected;
+    std::size_t stale;
+  };
+  const Case cases[] = {
+      {"an older update after the layer", 5, 6, false, fresh, 1},
+      {"an older update before the layer", 5, 6, true, fresh, 0},
+      {"a newer update after the layer", 7, 6, false, changed, 0},
+      {"a newer update that has overtaken the layer", 7, 6, true, changed, 0},
+      {"equally new, the update last", 6, 6, false, changed, 0},
+      {"equally new, the layer last", 6, 6, true, fresh, 0},
+      {"no stamps, the update last", 0, 0, false, changed, 0},
+      {"no stamps, the layer last", 0, 0, true, fresh, 0},
+      {"an update without a stamp last", 0, 6, false, changed, 0},
+      {"an update without a stamp first", 0, 6, true, fresh, 0},
+      {"a layer without a stamp, the update last", 7, 0, false, changed, 0},
+      {"a layer without a stamp last", 7, 0, true, fresh, 0},
+  };
+  for (const Case& one : cases) {
+    for (const bool known : {false, true}) {  // whether there was a layer before
+      for (const bool together : {false, true}) {
+        SCOPED_TRACE(std::string(one.what) + (known ? ", known" : "") +
+                     (together ? ", together" : ""));
+        Pipeline pipeline;
+        if (known) {
+          pipeline << layer(1, old);
+          pipeline.frame();
+        }
+        for (const bool first : {true, false}) {
+          if (first == one.update_first) {
+            pipeline << update(one.update_stamp, {1}, {9});
+          } else {
+            pipeline << layer(one.layer_stamp, fresh);
+          }
+          if (!together) {
+            pipeline.frame();
+          }
+        }
+        EXPECT_EQ(pipeline.costs(), one.expected);
+        EXPECT_EQ(pipeline.stale(), one.stale);
+      }
+    }
+  }
+}
+
+TEST(CostOrder, an_update_counts_vertex_by_vertex)
+{
+  Pipeline pipeline;
+  pipeline << layer(1, {0, 0, 0, 0, 0}) << update(9, {1}, {9}) << update(5, {1, 2}, {5, 5});
+  EXPECT_EQ(pipeline.costs(), (Values{0, 9, 5, 0, 0})) << "vertex 1 has got newer costs";
+  pipeline << layer(7, {7, 7, 7, 7, 7});
+  EXPECT_EQ(pipeline.costs(), (Values{7, 9, 7, 7, 7}));
+  pipeline << layer(9, {8, 8});
+  EXPECT_EQ(pipeline.costs(), (Values{8, 8})) << "another number of vertices";
+}
+
+TEST(CostOrder, an_older_layer_that_comes_last_replaces_a_newer_one)
+{
+  Pipeline pipeline;  // as when a recording begins anew
+  pipeline << layer(100, {1, 1}) << update(101, {0}, {9}) << layer(101, {2, 2});
+  EXPECT_EQ(pipeline.costs(), (Values{2, 2}));
+  pipeline << layer(3, {4, 4}) << update(2, {0}, {7}) << update(3, {1}, {5});
+  EXPECT_EQ(pipeline.costs(), (Values{4, 5}));
+}
+
+// The result is that of handling one message after the other, however they fall into frames, and
+// however many of them the inbox has to join.
+TEST(CostOrder, is_that_of_messages_one_by_one)
+{
+  std::mt19937 random(7);
+  const auto below = [&](std::uint32_t limit) {
+    return std::uniform_int_distribution<std::uint32_t>(0, limit - 1)(random);
+  };
+  float next = 0.0f;
+  for (int round = 0; round < 4000; ++round) {
+    const bool stamped = below(4) != 0;          // updates
+    const std::uint32_t layers = 2 + below(40);  // one message in so many is a layer
+    const std::uint32_t pause = 1 + below(60);   // as many in a frame
+    Pipeline pipeline;
+    Reference reference;
+    for (std::uint32_t i = 0; i < 80; ++i) {
+      if (below(layers) == 0) {
+        Values costs(VERTICES);
+        std::generate(costs.begin(), costs.end(), [&] { return ++next; });
+        const auto message = layer(below(12), costs);
+        pipeline << message;
+        reference << message;
+      } else {
+        std::vector<std::uint32_t> vertices;
+        Values costs;
+        for (std::uint32_t left = 1 + below(3); left > 0; --left) {
+          vertices.push_back(below(VERTICES));
+          costs.push_back(++next);
+        }
+        const auto message = update(stamped ? 1 + below(12) : 0, vertices, costs);
+        pipeline << message;
+        reference << message;
+      }
+      if (below(pause) == 0) {
+        ASSERT_EQ(pipeline.costs(), reference.costs()) << "round " << round << ", message " << i;
+      }
+    }
+    ASSERT_EQ(pipeline.costs(), reference.costs()) << "round " << round;
+  }
+}

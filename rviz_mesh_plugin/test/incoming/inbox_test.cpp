@@ -1,0 +1,312 @@
+#include <array>
+#include <atomic>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "incoming/mesh_inbox.h"
+#include "support/meshes.h"
+
+using rviz_mesh_plugin::MeshInbox;
+
+namespace {
+
+mesh_msgs::MeshFaceCostsStamped faceCosts(const std::string& type, float value)
+{
+  mesh_msgs::MeshFaceCostsStamped message;
+  message.header.frame_id = "map";
+  message.uuid = "mesh";
+  message.type = type;
+  message.mesh_face_costs.costs = {value};
+  return message;
+}
+
+mesh_msgs::MeshVertexCostsSparseStamped update(const std::string& type, std::uint32_t vertex,
+                                               float cost)
+{
+  mesh_msgs::MeshVertexCostsSparseStamped message;
+  message.header.frame_id = "map";
+  message.uuid = "mesh";
+  message.type = type;
+  message.mesh_vertex_costs.vertices = {vertex};
+  message.mesh_vertex_costs.costs = {cost};
+  return message;
+}
+
+mesh_msgs::MeshFaceCluster cluster(const std::string& label, std::vector<std::uint32_t> faces)
+{
+  mesh_msgs::MeshFaceCluster message;
+  message.label = label;
+  message.face_indices = std::move(faces);
+  return message;
+}
+
+mesh_msgs::MeshTexture texture(std::uint32_t index)
+{
+  mesh_msgs::MeshTexture message;
+  message.uuid = "mesh";
+  message.texture_index = index;
+  message.image.width = message.image.height = message.image.step = 1;
+  message.image.encoding = "mono8";
+  message.image.data = {7};
+  return message;
+}
+
+}  // namespace
+
+TEST(Inbox, keeps_vertex_and_face_layers_of_one_name_apart)
+{
+  MeshInbox inbox;
+  EXPECT_TRUE(inbox.receive(test_meshes::costs("slope", {1.0f, 2.0f})));
+  EXPECT_TRUE(inbox.receive(faceCosts("slope", 3.0f)));
+  EXPECT_TRUE(inbox.receive(faceCosts("slope", 4.0f)));
+  auto content = inbox.take();
+  ASSERT_EQ(content.costs.size(), 2u);
+  EXPECT_FALSE(content.costs[0]->on_faces);
+  EXPECT_TRUE(content.costs[1]->on_faces);
+  EXPECT_EQ(content.costs[1]->costs, std::vector<float>{4.0f});
+  EXPECT_EQ(content.costs_reception.accepted, 1u);
+  EXPECT_EQ(content.face_costs_reception.accepted, 2u);
+  inbox.receive(test_meshes::costs("slope", {1.0f}));
+  inbox.receive(faceCosts("slope", 3.0f));
+  inbox.clearCosts();
+  content = inbox.take();
+  ASSERT_EQ(content.costs.size(), 1u);
+  EXPECT_TRUE(content.costs[0]->on_faces) << "clearing vertex costs leaves those of faces";
+  EXPECT_EQ(content.costs_reception.accepted, 0u);
+  EXPECT_EQ(content.face_costs_reception.accepted, 3u);
+}
+
+TEST(Inbox, drops_updates_that_an_entire_layer_made_obsolete)
+{
+  MeshInbox inbox;
+  inbox.receive(update("slope", 0, 1.0f));
+  inbox.receive(update("other", 1, 2.0f));
+  inbox.receive(test_meshes::costs("slope", {5.0f, 6.0f}));
+  inbox.receive(update("slope", 1, 3.0f));
+  const auto content = inbox.take();
+  ASSERT_EQ(content.updates.size(), 2u);
+  EXPECT_EQ(content.updates[0]->type, "other");
+  EXPECT_EQ(content.updates[1]->vertices, std::vector<std::uint32_t>{1});
+  EXPECT_EQ(content.updates_reception.accepted, 3u);
+  EXPECT_TRUE(inbox.take().updates.empty());
+}
+
+TEST(Inbox, joins_updates_that_nobody_takes_and_the_last_cost_counts)
+{
+  MeshInbox inbox;
+  std::map<std::uint32_t, float> expected;
+  for (int i = 0; i < 1000; ++i) {
+    const std::uint32_t vertex = (i * 7) % 31;
+    inbox.receive(update("slope", vertex, static_cast<float>(i)));
+    expected[vertex] = static_cast<float>(i);
+  }
+  const auto content = inbox.take();
+  EXPECT_LE(content.updates.size(), 64u);
+  EXPECT_EQ(content.updates_reception.accepted, 1000u);
+  std::map<std::uint32_t, float> found;
+  for (const auto& one : content.updates) {
+    for (std::size_t i = 0; i < one->vertices.size(); ++i) {
+      found[one->vertices[i]] = one->costs[i];
+    }
+  }
+  EXPECT_EQ(found, expected);
+}
+
+TEST(Inbox, keeps_few_meshes_layers_and_textures_while_nobody_takes_them)
+{
+  MeshInbox inbox;
+  for (int i = 0; i < 300; ++i) {
+    inbox.receive(test_meshes::colors({test_meshes::color(1, 0, 0)}, std::to_string(i)));
+    inbox.receive(test_meshes::costs(std::to_string(i), {1.0f}));
+    inbox.receive(texture(static_cast<std::uint32_t>(i / 2)));
+  }
+  const auto content = inbox.take();
+  ASSERT_EQ(content.colors.size(), 8u);
+  EXPECT_EQ(content.colors.back()->uuid, "299");
+  ASSERT_EQ(content.costs.size(), 256u);
+  EXPECT_EQ(content.costs.front()->type, "44");
+  EXPECT_EQ(content.textures.size(), 150u) << "of each index one";
+}
+
+TEST(Inbox, keeps_the_order_of_labels)
+{
+  MeshInbox inbox;
+  inbox.receive(cluster("tree_1", {1}));
+  inbox.receiveLabels("", {cluster("tree_2", {2}), cluster("tree_2", {3})}, true);
+  inbox.receive(cluster("tree_3", {4}));
+  inbox.receive(cluster("tree_2", {}));
+  const auto labels = inbox.take().labels;
+  ASSERT_EQ(labels.size(), 3u) << "all labels replace those before";
+  EXPECT_TRUE(labels[0]->all);
+  ASSERT_EQ(labels[0]->clusters.size(), 1u) << "clusters of one label are joined";
+  EXPECT_EQ(labels[0]->clusters[0].faces, (std::vector<std::uint32_t>{2, 3}));
+  EXPECT_EQ(labels[1]->clusters[0].label, "tree_3");
+  EXPECT_TRUE(labels[2]->clusters[0].faces.empty());
+}
+
+TEST(Inbox, joins_labels_that_nobody_takes)
+{
+  MeshInbox inbox;
+  inbox.receiveLabels("", {cluster("old", {9})}, true);
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    inbox.receive(cluster("tree_" + std::to_string(i % 500), {i}));
+  }
+  const auto labels = inbox.take().labels;
+  EXPECT_LE(labels.size(), 256u);
+  EXPECT_TRUE(labels[0]->all);
+  std::map<std::string, std::vector<std::uint32_t>> faces;
+  for (const auto& set : labels) {
+    for (const auto& one : set->clusters) {
+      faces[one.label] = one.faces;
+    }
+  }
+  EXPECT_EQ(faces.size(), 501u);
+  EXPECT_EQ(faces["tree_7"], std::vector<std::uint32_t>{1507});
+}
+
+TEST(Inbox, leaves_out_labels_that_cannot_be_used_and_says_so)
+{
+  MeshInbox inbox;
+  EXPECT_TRUE(inbox.receiveLabels(
+      "mesh", {cluster("a/b", {1}), cluster("tree_1", {2}), cluster("", {3})}, true));
+  EXPECT_FALSE(inbox.receive(cluster("", {1})));
+  inbox.receiveLabels("mesh", {cluster("a/b", {1}), cluster("tree_1", {2})}, true);
+  const auto content = inbox.take();
+  ASSERT_EQ(content.labels.size(), 1u);
+  EXPECT_EQ(content.labels[0]->uuid, "mesh");
+  ASSERT_EQ(content.labels[0]->clusters.size(), 1u);
+  EXPECT_EQ(content.labels_reception.refusal,
+            "1 of 2 labels are left out: the label 'a/b' contains '/'; choose up to 255 bytes "
+            "without '/', such as 'tree_1'");
+  EXPECT_EQ(content.labels_reception.accepted, 2u);
+  EXPECT_EQ(content.labels_reception.refused, 1u);
+}
+
+TEST(Inbox, refuses_labels_that_are_no_text)
+{
+  // Their names would be others in a property than they are.
+  for (const char* label : {"tree_\xff", "\xc3", "tr\xc0\xa9", "\xed\xa0\x80", "a\xe2\x82"}) {
+    MeshInbox inbox;
+    EXPECT_FALSE(inbox.receive(cluster(label, {1}))) << label;
+    const std::string refusal = inbox.take().labels_reception.refusal;
+    EXPECT_NE(refusal.find("is no UTF-8"), std::string::npos) << refusal;
+  }
+  MeshInbox inbox;
+  EXPECT_TRUE(inbox.receive(cluster("b\xc3\xa4ume_\xf0\x9f\x8c\xb3", {1})));
+}
+
+TEST(Inbox, drops_what_is_not_wanted_any_more_without_a_trace)
+{
+  MeshInbox inbox;
+  const std::atomic<bool> dropped{true};
+  EXPECT_FALSE(inbox.receive(test_meshes::costs("slope", {1.0f}), &dropped));
+  EXPECT_FALSE(inbox.receive(texture(1), &dropped));
+  EXPECT_FALSE(inbox.receiveLabels("", {cluster("tree_1", {1})}, true, &dropped));
+  const auto content = inbox.take();
+  EXPECT_TRUE(content.costs.empty() && content.textures.empty() && content.labels.empty());
+  EXPECT_EQ(content.costs_reception.received() + content.textures_reception.received() +
+                content.labels_reception.received(),
+            0u);
+}
+
+TEST(Inbox, counts_refusals_of_each_kind_with_their_reason)
+{
+  MeshInbox inbox;
+  EXPECT_FALSE(inbox.receive(faceCosts("slope", -std::numeric_limits<float>::infinity())));
+  auto bad = update("slope", 0, 1.0f);
+  bad.mesh_vertex_costs.costs.clear();
+  EXPECT_FALSE(inbox.receive(bad));
+  auto broken = texture(0);
+  broken.image.encoding = "jpeg";
+  EXPECT_FALSE(inbox.receive(broken));
+  mesh_msgs::MeshMaterialsStamped materials;
+  EXPECT_FALSE(inbox.receive(materials));
+  const auto content = inbox.take();
+  EXPECT_NE(content.face_costs_reception.refusal.find("face 0 is -inf"), std::string::npos);
+  EXPECT_NE(content.updates_reception.refusal.find("0 costs for 1 vertices"), std::string::npos);
+  EXPECT_NE(content.textures_reception.refusal.find("encoding 'jpeg'"), std::string::npos);
+  EXPECT_NE(content.materials_reception.refusal.find("frame_id"), std::string::npos);
+  EXPECT_EQ(content.materials_reception.refused, 1u);
+  inbox.receive(faceCosts("slope", 1.0f));
+  inbox.refuse(&rviz_mesh_plugin::InboxContent::textures_reception, "it ends in the middle");
+  const auto later = inbox.take();
+  EXPECT_EQ(later.face_costs_reception.refusal, "");
+  EXPECT_EQ(later.face_costs_reception.last_refusal, content.face_costs_reception.refusal);
+  EXPECT_EQ(later.textures_reception.refusal, "it ends in the middle");
+  EXPECT_EQ(later.textures_reception.refused, 2u);
+}
+
+// The GUI thread takes and forgets while messages are joined with those before them.
+TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
+{
+  constexpr std::uint32_t VERTICES = 20000;
+  constexpr int UPDATES = 400;
+  MeshInbox inbox;
+  inbox.receive(test_meshes::costs("slope", std::vector<float>(VERTICES, -1.0f)));
+  std::thread sender([&] {
+    mesh_msgs::MeshVertexCostsSparseStamped all = update("slope", 0, 0.0f);
+    for (int i = 0; i < UPDATES; ++i) {
+      all.mesh_vertex_costs.vertices.clear();
+      for (std::uint32_t vertex = i % 7; vertex < VERTICES; vertex += 7) {
+        all.mesh_vertex_costs.vertices.push_back(vertex);
+      }
+      all.mesh_vertex_costs.costs.assign(all.mesh_vertex_costs.vertices.size(), float(i));
+      inbox.receive(all);
+      inbox.receive(texture(static_cast<std::uint32_t>(i)));
+    }
+  });
+  std::vector<float> costs(VERTICES, -1.0f);
+  std::set<std::uint32_t> textures;
+  std::size_t received = 0;
+  while (received < UPDATES) {
+    const auto content = inbox.take();
+    received = content.textures_reception.accepted;
+    for (const auto& one : content.updates) {
+      for (std::size_t i = 0; i < one->vertices.size(); ++i) {
+        EXPECT_GE(one->costs[i], costs[one->vertices[i]]);
+        costs[one->vertices[i]] = one->costs[i];
+      }
+    }
+    for (const auto& one : content.textures) {
+      EXPECT_TRUE(textures.insert(one->index).second);
+    }
+    inbox.clearLabels();
+  }
+  sender.join();
+  EXPECT_EQ(textures.size(), std::size_t(UPDATES));
+  for (std::uint32_t vertex = 0; vertex < VERTICES; ++vertex) {
+    const int last = UPDATES - 1 - (UPDATES - 1 - int(vertex % 7)) % 7;
+    ASSERT_EQ(costs[vertex], float(last)) << vertex;
+  }
+}
+
+// Updates that a layer has made obsolete are so for the next one too, if it comes in its place.
+TEST(Inbox, says_of_a_layer_what_the_one_before_did_only_where_that_was_not_taken)
+{
+  std::atomic<bool> ended{false};
+  MeshInbox inbox;
+  std::thread sender([&] {
+    for (int i = 0; i < 20000; ++i) {
+      auto message = test_meshes::costs("slope", {float(i)});
+      message.header.stamp.sec = 2 - i % 2;
+      inbox.receive(message);
+    }
+    ended = true;
+  });
+  int last = -1;
+  while (!ended) {
+    for (const auto& layer : inbox.take().costs) {
+      const int i = int(layer->costs[0]);
+      const bool alone = i % 2 == 1 && i == last + 1;
+      EXPECT_EQ(layer->outdated, alone ? 1000000000u : 2000000000u) << i << " after " << last;
+      last = i;
+    }
+  }
+  sender.join();
+}

@@ -1,0 +1,374 @@
+#include <cmath>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "conversion/mesh_conversion.h"
+#include "incoming/cost_update.h"
+#include "incoming/mesh_inbox.h"
+#include "incoming/mesh_store.h"
+#include "mesh_view/shown_costs.h"
+#include "support/meshes.h"
+
+using rviz_mesh_plugin::convert;
+using rviz_mesh_plugin::CostLayer;
+using rviz_mesh_plugin::CostLayerConstPtr;
+using rviz_mesh_plugin::CostUpdate;
+using rviz_mesh_plugin::CostUpdateConstPtr;
+using rviz_mesh_plugin::LabelCluster;
+using rviz_mesh_plugin::LabelSet;
+using rviz_mesh_plugin::LabelSetConstPtr;
+using rviz_mesh_plugin::MeshInbox;
+using rviz_mesh_plugin::MeshStore;
+
+namespace {
+
+rviz_mesh_plugin::MeshDataConstPtr mesh(const std::string& uuid)
+{
+  auto message = test_meshes::square();
+  message.uuid = uuid;
+  return convert(message);
+}
+
+CostUpdateConstPtr update(const std::string& type, const std::vector<std::uint32_t>& vertices,
+                          const std::vector<float>& costs, std::uint64_t stamp = 0)
+{
+  return std::make_shared<CostUpdate>(CostUpdate{"a", type, vertices, costs, stamp, {}});
+}
+
+CostLayerConstPtr layer(const std::string& uuid, std::uint32_t seconds)
+{
+  auto message = test_meshes::costs("x", {1, 2, 3, 4}, uuid);
+  message.header.stamp.sec = seconds;
+  return convert(message);
+}
+
+LabelSetConstPtr labels(const std::string& uuid, bool all,
+                        const std::vector<LabelCluster>& clusters)
+{
+  return std::make_shared<LabelSet>(LabelSet{uuid, all, clusters});
+}
+
+}  // namespace
+
+TEST(MeshStore, keeps_costs_and_colors_until_their_geometry_comes)
+{
+  MeshStore store;
+  store.addCosts(convert(test_meshes::costs("roughness", {1, 2, 3, 4}, "a")));
+  store.addCosts(convert(test_meshes::costs("height", {5, 6, 7, 8}, "b")));
+  store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "b")));
+  EXPECT_TRUE(store.costTypes().empty());
+  EXPECT_EQ(store.waitingCosts(), 2u);
+  EXPECT_EQ(store.waitingColors(), 1u);
+  store.addMesh(mesh("b"));
+  EXPECT_EQ(store.costTypes(), (std::vector<std::string>{"height"}));
+  ASSERT_TRUE(store.attributes().cost("height"));
+  EXPECT_EQ(store.attributes().cost("height")->costs, (std::vector<float>{5, 6, 7, 8}));
+  EXPECT_FALSE(store.attributes().cost("roughness")) << "belongs to the other mesh";
+  EXPECT_TRUE(store.attributes().colors);
+  EXPECT_EQ(store.waitingCosts(), 1u);
+  EXPECT_EQ(store.waitingColors(), 0u);
+  store.addMesh(mesh("a"));
+  EXPECT_EQ(store.costTypes(), (std::vector<std::string>{"roughness"}));
+  EXPECT_FALSE(store.attributes().colors);
+}
+
+TEST(MeshStore, replaces_a_layer_in_its_place)
+{
+  MeshStore store;
+  store.addMesh(mesh("a"));
+  for (const char* type : {"first", "second", "first"}) {
+    store.addCosts(convert(test_meshes::costs(type, {float(store.costTypes().size())}, "a")));
+  }
+  EXPECT_EQ(store.costTypes(), (std::vector<std::string>{"first", "second"}));
+  EXPECT_EQ(store.attributes().cost("first")->costs, (std::vector<float>{2.0f}));
+}
+
+TEST(MeshStore, forgets_the_oldest_beyond_its_bounds_but_never_those_of_the_mesh_shown)
+{
+  MeshStore store;
+  store.addMesh(mesh("shown"));
+  store.addCosts(convert(test_meshes::costs("kept", {1}, "shown")));
+  store.addCosts(convert(test_meshes::costs("first", {1}, "often")));
+  for (std::size_t i = 0; i < 3 * MeshStore::MAX_WAITING; ++i) {
+    store.addCosts(convert(test_meshes::costs("x", {1}, "other " + std::to_string(i))));
+    store.addCosts(convert(test_meshes::costs("x", {1}, "often")));
+  }
+  EXPECT_TRUE(store.attributes().cost("kept"));
+  EXPECT_TRUE(store.attributes("often").cost("first"))
+      << "the oldest is what has not come for longest";
+  EXPECT_EQ(store.waitingCosts(), MeshStore::MAX_WAITING + 1);
+  for (std::size_t i = 0; i < 2 * MeshStore::MAX_LAYERS; ++i) {
+    store.addCosts(convert(test_meshes::costs("layer " + std::to_string(i), {1}, "shown")));
+  }
+  EXPECT_EQ(store.costTypes().size(), MeshStore::MAX_LAYERS);
+  EXPECT_TRUE(store.attributes().cost("layer " + std::to_string(2 * MeshStore::MAX_LAYERS - 1)));
+}
+
+TEST(MeshStore, clears_each_kind_on_its_own)
+{
+  MeshStore store;
+  store.addMesh(mesh("a"));
+  store.addCosts(convert(test_meshes::costs("x", {1}, "a")));
+  store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
+  store.clearCosts(true);
+  EXPECT_TRUE(store.attributes().cost("x")) << "it is one of vertices";
+  store.clearCosts(false);
+  EXPECT_FALSE(store.attributes().cost("x"));
+  EXPECT_TRUE(store.attributes().colors);
+  store.clearColors();
+  EXPECT_FALSE(store.attributes().colors);
+  EXPECT_TRUE(store.newest());
+  store.clear();
+  EXPECT_FALSE(store.newest());
+}
+
+TEST(MeshStore, keeps_the_newest_meshes_up_to_its_capacity)
+{
+  MeshStore store;
+  store.setCapacity(2);
+  for (const char* uuid : {"a", "b", "a", "c"}) {
+    store.addMesh(mesh(uuid));
+  }
+  ASSERT_EQ(store.meshes().size(), 2u);
+  EXPECT_EQ(store.meshes()[0]->uuid, "c");
+  EXPECT_EQ(store.meshes()[1]->uuid, "a") << "b is the oldest: a came again";
+  EXPECT_EQ(store.newest(), store.mesh("c"));
+  EXPECT_FALSE(store.mesh("b"));
+  store.setCapacity(0);
+  EXPECT_EQ(store.meshes().size(), 1u);
+  EXPECT_EQ(store.newest()->uuid, "c");
+}
+
+TEST(MeshStore, lists_the_layers_of_all_meshes_and_tells_those_of_faces_apart)
+{
+  MeshStore store;
+  store.setCapacity(2);
+  store.addMesh(mesh("a"));
+  store.addMesh(mesh("b"));
+  store.addCosts(convert(test_meshes::costs("only a", {1}, "a")));
+  store.addCosts(convert(test_meshes::costs("both", {1}, "a")));
+  store.addCosts(convert(test_meshes::costs("both", {2}, "b")));
+  for (const char* type : {"both", "of faces"}) {
+    auto layer = std::make_shared<CostLayer>();
+    layer->uuid = "b";
+    layer->type = type;
+    layer->on_faces = true;
+    layer->costs = {7};
+    store.addCosts(layer);
+  }
+  EXPECT_EQ(store.costTypes(),
+            (std::vector<std::string>{"both", "both (faces)", "of faces", "only a"}));
+  EXPECT_EQ(store.attributes("b").cost("both")->costs[0], 2.0f);
+  EXPECT_EQ(store.attributes("b").cost("both (faces)")->costs[0], 7.0f);
+  EXPECT_TRUE(store.attributes("b").cost("of faces")->on_faces);
+  EXPECT_FALSE(store.attributes("a").cost("both (faces)"));
+}
+
+TEST(MeshStore, an_update_changes_only_what_it_names)
+{
+  MeshStore store;
+  const CostLayerConstPtr given = convert(test_meshes::costs("x", {1, 2, 3, 4}, "a"));
+  store.addCosts(given);
+  const CostLayerConstPtr updated = store.update(update("x", {2, 0}, {9, NAN}));
+  ASSERT_TRUE(updated);
+  EXPECT_EQ(given->costs, (std::vector<float>{1, 2, 3, 4})) << "may be read elsewhere";
+  EXPECT_TRUE(std::isnan(updated->costs[0]));
+  EXPECT_EQ(std::vector<float>(updated->costs.begin() + 1, updated->costs.end()),
+            (std::vector<float>{2, 9, 4}));
+  EXPECT_EQ(updated->summary.limits.lower, 2.0f);
+  EXPECT_EQ(updated->summary.limits.upper, 9.0f);
+  EXPECT_EQ(updated->summary.finite, 3u);
+  EXPECT_EQ(updated->summary.unknown, 1u);
+  EXPECT_EQ(store.attributes("a").cost("x"), updated);
+  EXPECT_EQ(store.update(update("x", {0}, {5})), updated) << "in place from now on";
+  EXPECT_EQ(updated->costs[0], 5.0f);
+  EXPECT_FALSE(store.update(update("x", {1, 4}, {0, 0})));
+  EXPECT_EQ(
+      store.updateProblem(),
+      "an update of layer 'x': entry 1 refers to vertex 4, but there are 4; publish the update "
+      "for this geometry");
+  EXPECT_EQ(updated->costs[1], 2.0f) << "all or nothing";
+  EXPECT_FALSE(store.update(update("x", {1}, {0, 0})));
+  EXPECT_NE(store.updateProblem(), "");
+  EXPECT_TRUE(store.update(update("x", {}, {})));
+  EXPECT_EQ(store.updateProblem(), "");
+}
+
+TEST(MeshStore, updates_that_are_newer_than_their_layer_wait_for_it)
+{
+  constexpr std::uint64_t SECOND = 1000000000;
+  MeshStore store;
+  EXPECT_FALSE(store.update(update("x", {0}, {7}, 2 * SECOND)));
+  EXPECT_FALSE(store.update(update("x", {0, 1}, {8, 8}, 3 * SECOND)));
+  EXPECT_FALSE(store.update(update("x", {3}, {9})));
+  EXPECT_FALSE(store.update(update("y", {0}, {1})));
+  EXPECT_EQ(store.updateProblem(), "");
+  EXPECT_EQ(store.waitingValues(), 5u);
+  store.addCosts(layer("b", 1));
+  EXPECT_EQ(store.waitingValues(), 5u) << "another mesh";
+  store.addCosts(layer("a", 1));
+  EXPECT_EQ(store.attributes("a").cost("x")->costs, (std::vector<float>{8, 8, 3, 4}));
+  EXPECT_EQ(store.waitingValues(), 1u);
+  for (std::size_t i = 0; i < 3 * MeshStore::MAX_WAITING_VALUES / 1000; ++i) {
+    store.update(update("never comes", std::vector<std::uint32_t>(1000), std::vector<float>(1000)));
+  }
+  EXPECT_EQ(store.waitingValues(), MeshStore::MAX_WAITING_VALUES);
+  store.clearUpdates();
+  EXPECT_EQ(store.waitingValues(), 0u);
+}
+
+TEST(MeshStore, small_updates_that_wait_are_bounded_too)
+{
+  MeshStore store;
+  for (std::size_t i = 0; i < MeshStore::MAX_WAITING_UPDATES + 5; ++i) {
+    store.update(update("never comes", {0}, {1}));
+  }
+  EXPECT_EQ(store.waitingValues(), MeshStore::MAX_WAITING_UPDATES);
+  const auto empty = update("never comes", {}, {});
+  for (std::size_t i = 0; i <= MeshStore::MAX_WAITING_UPDATES; ++i) {
+    store.update(empty);
+  }
+  EXPECT_EQ(store.waitingValues(), 0u);
+  EXPECT_LE(empty.use_count(), long(MeshStore::MAX_WAITING_UPDATES) + 1);
+}
+
+TEST(MeshStore, updates_of_other_meshes_drive_nothing_out_that_waits)
+{
+  MeshStore store;
+  store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
+  for (std::size_t i = 0; i < 2 * MeshStore::MAX_WAITING; ++i) {
+    store.update(std::make_shared<CostUpdate>(
+        CostUpdate{"other " + std::to_string(i), "x", {0}, {1.0f}, 0, {}}));
+  }
+  store.addMesh(mesh("a"));
+  EXPECT_TRUE(store.attributes().colors);
+}
+
+TEST(MeshStore, keeps_a_bounded_number_of_textures)
+{
+  MeshStore store;
+  for (std::uint32_t i = 0; i < MeshStore::MAX_TEXTURES + 5; ++i) {
+    auto texture = std::make_shared<rviz_mesh_plugin::TextureImage>();
+    texture->uuid = "a";
+    texture->index = i;
+    store.addTexture(texture);
+  }
+  EXPECT_EQ(store.attributes("a").textures.size(), MeshStore::MAX_TEXTURES);
+}
+
+TEST(MeshStore, a_whole_layer_replaces_what_was_updated)
+{
+  MeshStore store;
+  store.addCosts(convert(test_meshes::costs("x", {1, 2}, "a")));
+  store.update(update("x", {0}, {7}));
+  store.addCosts(convert(test_meshes::costs("x", {3, 4}, "a")));
+  store.update(update("x", {1}, {9}));
+  EXPECT_EQ(store.attributes("a").cost("x")->costs, (std::vector<float>{3, 9}));
+}
+
+TEST(CostUpdate, limits_of_a_large_layer_widen_and_its_counts_stay_exact)
+{
+  CostLayer layer;
+  layer.costs.assign(rviz_mesh_plugin::MAX_SUMMARIZED_AGAIN + 1, 1.0f);
+  layer.summary = rviz_mesh_plugin::summarizeCosts(layer.costs);
+  EXPECT_EQ(applyUpdate(layer, *update("x", {0, 1, 2, 3}, {-5, INFINITY, NAN, 0.5f})), "");
+  EXPECT_EQ(layer.summary.limits.lower, -5.0f);
+  EXPECT_EQ(layer.summary.limits.upper, 1.0f);
+  EXPECT_EQ(layer.summary.finite, layer.costs.size() - 2);
+  EXPECT_EQ(layer.summary.lethal, 1u);
+  EXPECT_EQ(layer.summary.unknown, 1u);
+  EXPECT_EQ(layer.summary.positive, layer.costs.size() - 3);
+  EXPECT_EQ(layer.summary.least_positive, 0.5f);
+  EXPECT_EQ(applyUpdate(layer, *update("x", {0}, {2})), "");
+  EXPECT_EQ(layer.summary.limits.lower, -5.0f) << "does not become narrower";
+  layer.costs.assign(3, NAN);
+  layer.summary = rviz_mesh_plugin::summarizeCosts(layer.costs);
+  EXPECT_EQ(applyUpdate(layer, *update("x", {1}, {-2})), "");
+  EXPECT_EQ(layer.summary.limits.lower, -2.0f);
+  EXPECT_EQ(layer.summary.limits.upper, -2.0f);
+}
+
+TEST(MeshStore, labels_come_one_by_one_or_all_at_once_and_before_their_mesh)
+{
+  MeshStore store;
+  store.addLabels(labels("", false, {{"tree_1", {0, 1}}}));
+  store.addMesh(mesh("a"));
+  EXPECT_EQ(store.attributes().labels.count("tree_1"), 1u) << "of the only mesh";
+  store.addLabels(labels("a", false, {{"tree_2", {1}}, {"tree_1", {0}}}));
+  ASSERT_EQ(store.attributes().labels.size(), 2u);
+  EXPECT_EQ(store.attributes().labels.at("tree_1")->faces, (std::vector<std::uint32_t>{0}));
+  store.addLabels(labels("a", false, {{"tree_1", {}}}));
+  EXPECT_EQ(store.attributes().labels.count("tree_1"), 0u) << "without faces it is gone";
+  store.addLabels(labels("a", true, {{"house_1", {0}}}));
+  EXPECT_EQ(store.attributes().labels.size(), 1u);
+  EXPECT_EQ(store.attributes().labels.count("house_1"), 1u);
+}
+
+TEST(ShownCosts, automatic_limits_span_all_meshes_and_custom_ones_stay)
+{
+  MeshStore store;
+  store.setCapacity(2);
+  store.addMesh(mesh("a"));
+  store.addMesh(mesh("b"));
+  store.addCosts(convert(test_meshes::costs("x", {1, 5}, "a")));
+  store.addCosts(convert(test_meshes::costs("x", {-3, INFINITY}, "b")));
+  store.addCosts(convert(test_meshes::costs("x", {100, 200}, "not shown")));
+  rviz_mesh_plugin::CostColoring coloring;
+  const auto common = rviz_mesh_plugin::commonColoring(store, "x", coloring);
+  EXPECT_EQ(common.limits.lower, -3.0f);
+  EXPECT_EQ(common.limits.upper, 5.0f);
+  coloring.custom_limits = true;
+  coloring.limits = {2, 3};
+  EXPECT_EQ(rviz_mesh_plugin::commonColoring(store, "x", coloring), coloring);
+}
+
+TEST(MeshInbox, hands_over_the_newest_of_each_kind_once)
+{
+  MeshInbox inbox;
+  for (const float value : {1.0f, 2.0f}) {
+    inbox.receive(test_meshes::costs("x", {value}));
+    inbox.receive(test_meshes::costs("y", {value}));
+    inbox.receive(test_meshes::colors({test_meshes::color(value / 2, 0, 0)}));
+  }
+  auto content = inbox.take();
+  ASSERT_EQ(content.costs.size(), 2u);
+  EXPECT_EQ(content.costs[0]->type, "x");
+  EXPECT_EQ(content.costs[0]->costs[0], 2.0f);
+  ASSERT_EQ(content.colors.size(), 1u);
+  EXPECT_EQ(content.colors[0]->colors[0].red, 255);
+  EXPECT_EQ(content.costs_reception.accepted, 4u);
+  content = inbox.take();
+  EXPECT_TRUE(content.costs.empty());
+  EXPECT_TRUE(content.colors.empty());
+  EXPECT_EQ(content.costs_reception.accepted, 4u) << "goes on counting";
+}
+
+TEST(MeshInbox, loses_nothing_between_two_threads)
+{
+  constexpr std::size_t LAYERS = 250;  // as many as wait at once
+  MeshInbox inbox;
+  std::thread sender([&] {
+    for (std::size_t i = 0; i < LAYERS; ++i) {
+      inbox.receive(test_meshes::costs(std::to_string(i), {float(i)}));
+    }
+  });
+  std::vector<std::string> types;
+  std::size_t accepted = 0;
+  while (accepted < LAYERS) {
+    const auto content = inbox.take();
+    accepted = content.costs_reception.accepted;
+    for (const auto& layer : content.costs) {
+      types.push_back(layer->type);
+    }
+    std::this_thread::yield();
+  }
+  sender.join();
+  ASSERT_EQ(types.size(), LAYERS);
+  for (std::size_t i = 0; i < LAYERS; ++i) {
+    EXPECT_EQ(types[i], std::to_string(i));
+  }
+}

@@ -1,0 +1,292 @@
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rviz/config.h>
+#include <QColorDialog>
+#include <QComboBox>
+#include <QDialogButtonBox>
+#include <QEvent>
+#include <QFileDialog>
+#include <QInputDialog>
+#include <QLineEdit>
+#include <QTemporaryDir>
+
+#include "label_editing/label_files.h"
+#include "label_panel_fixture.h"
+
+using rviz_mesh_plugin::ClusterLabelPanel;
+using rviz_mesh_plugin::readLabelFile;
+using test_labels::rows;
+
+class ClusterLabelPanelTest : public LabelPanelFixture
+{
+ protected:
+  class PaintCount : public QObject
+  {
+   public:
+    bool eventFilter(QObject* /*object*/, QEvent* event) override
+    {
+      paints += event->type() == QEvent::Paint ? 1 : 0;
+      return false;
+    }
+    int paints = 0;
+  };
+};
+
+TEST_F(ClusterLabelPanelTest, lists_the_labels)
+{
+  start();
+  EXPECT_EQ(cell(0, 0), "tree");
+  EXPECT_EQ(cell(1, 1), "2");
+  EXPECT_EQ(cell(2, 2), "20");
+  ASSERT_TRUE(spinUntil([&] { return cell(2, 3) == QLocale().toString(0.4, 'f', 2); }));
+  EXPECT_TRUE(shows("3 labels."));
+  auto* model = list()->model();
+  ASSERT_TRUE(spinUntil([&] { return model->index(0, 0).data(Qt::DecorationRole).isValid(); }));
+  const QColor color = model->index(0, 0).data(Qt::DecorationRole).value<QColor>();
+  EXPECT_EQ(color.red(), test_labels::colorOf("tree").red);
+  EXPECT_EQ(model->index(0, 0).data(Qt::CheckStateRole).toInt(), Qt::Checked);
+  ASSERT_TRUE(model->setData(model->index(0, 0), Qt::Unchecked, Qt::CheckStateRole));
+  EXPECT_TRUE(says(display, "Labels", "1 hidden"));
+  EXPECT_FALSE(find(display, {"Visible Labels", "tree", "tree_1"})->getValue().toBool());
+  keep(window.get(), "panel");
+}
+
+TEST_F(ClusterLabelPanelTest, the_released_buttons_label_and_reset)
+{
+  start();
+  auto* name = panel->findChild<QLineEdit*>();
+  EXPECT_FALSE(button("Label Cluster")->isEnabled());
+  EXPECT_TRUE(button("Label Cluster")->toolTip().contains("is empty"));
+  name->setText("car_1");
+  refresh();
+  EXPECT_TRUE(button("Label Cluster")->toolTip().contains("nothing is selected"));
+  EXPECT_FALSE(button("Label Cluster")->isEnabled());
+  ASSERT_TRUE(select({100, 101}));
+  click("Label Cluster");
+  EXPECT_TRUE(shows("1 edit not stored yet"));
+  EXPECT_EQ(cell(0, 0), "car");
+  EXPECT_EQ(cell(0, 4), "…");
+  keep(window.get(), "panel_unstored");
+  ASSERT_TRUE(stores(1, "car_1", {100, 101}));
+  EXPECT_EQ(cell(0, 4), "*");
+  EXPECT_TRUE(shows("4 labels, 1 label not saved in the map."));
+  ASSERT_TRUE(select({102}));
+  click("Label Cluster");
+  answer("Add");
+  ASSERT_TRUE(stores(2, "car_1", {100, 101, 102}));
+  click("Reset Faces");
+  EXPECT_EQ(tool->selection().count(), 0u);
+  refresh();
+  EXPECT_FALSE(button("Reset Faces")->isEnabled());
+  EXPECT_FALSE(button("Label Cluster")->isEnabled());
+}
+
+TEST_F(ClusterLabelPanelTest, the_name_is_in_the_config)
+{
+  createPanel();
+  panel->findChild<QLineEdit*>()->setText("car_7");
+  rviz::Config config;
+  panel->save(config);
+  QString name;
+  EXPECT_TRUE(config.mapGetString("ClusterName", &name));
+  EXPECT_EQ(name, "car_7");
+  ClusterLabelPanel other;
+  other.load(config);
+  EXPECT_EQ(other.findChild<QLineEdit*>()->text(), "car_7");
+  refresh();
+  EXPECT_TRUE(shows("No labels to edit: add a Map3D display"));
+  for (const auto* button : panel->findChildren<QPushButton*>()) {
+    EXPECT_FALSE(button->isEnabled()) << button->text().toStdString();
+    EXPECT_TRUE(button->toolTip().contains("Not now: "));
+  }
+}
+
+TEST_F(ClusterLabelPanelTest, enter_in_the_tool_asks_for_class_and_instance)
+{
+  start();
+  ASSERT_TRUE(select({100}));
+  Q_EMIT tool->labelRequested();
+  auto* asked = dialog<QDialog>();
+  auto* ok = asked->findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Ok);
+  auto* label_class = asked->findChild<QComboBox*>();
+  auto* instance = asked->findChildren<QLineEdit*>().last();
+  EXPECT_EQ(label_class->count(), 2);
+  EXPECT_EQ(label_class->currentText(), "tree");
+  EXPECT_EQ(instance->text(), "3") << "the next one";
+  keep(asked, "panel_new");
+  instance->setText("2");
+  EXPECT_FALSE(ok->isEnabled()) << "there is a tree_2";
+  label_class->setEditText("a/b");
+  EXPECT_FALSE(ok->isEnabled());
+  label_class->setEditText("wall");
+  EXPECT_EQ(instance->text(), "2");
+  ASSERT_TRUE(ok->isEnabled());
+  ok->click();
+  ASSERT_TRUE(stores(1, "wall_2", {100}));
+  EXPECT_TRUE(noDialog<QDialog>());
+  tool->clearSelection();
+  Q_EMIT tool->labelRequested();
+  EXPECT_TRUE(shows("nothing is selected"));
+}
+
+TEST_F(ClusterLabelPanelTest, buttons_edit_what_is_chosen)
+{
+  start();
+  EXPECT_FALSE(button("Assign")->isEnabled());
+  ASSERT_TRUE(select({0, 100}));
+  choose({0, 1});
+  EXPECT_FALSE(button("Assign")->isEnabled()) << "two are chosen";
+  choose({0});
+  click("Assign");
+  ASSERT_TRUE(stores(1, "tree_1", {0, 100}));
+  ASSERT_TRUE(select({100, 101}));
+  click("Add");
+  ASSERT_TRUE(stores(2, "tree_1", {0, 100, 101}));
+  click("Take Away");
+  ASSERT_TRUE(stores(3, "tree_1", {0}));
+  choose({0, 2});
+  click("Select Faces");
+  Faces both = {0};
+  for (const std::uint32_t face : rows(10, 2, 3)) {
+    both.push_back(face);
+  }
+  EXPECT_EQ(tool->selection().faces(), both);
+  click("Merge…");
+  auto* merge = dialog<QInputDialog>();
+  merge->setTextValue("wall_1");
+  merge->accept();
+  ASSERT_TRUE(stores(4, "wall_1", both));
+  ASSERT_TRUE(stores(5, "tree_1", {}));
+  EXPECT_EQ(list()->model()->rowCount(), 2);
+  choose({1});
+  click("Rename…");
+  auto* rename = dialog<QDialog>();
+  rename->findChild<QComboBox*>()->setEditText("house");
+  EXPECT_EQ(rename->findChildren<QLineEdit*>().last()->text(), "1") << "the instance stays";
+  rename->accept();
+  ASSERT_TRUE(stores(6, "house_1", both));
+  ASSERT_TRUE(stores(7, "wall_1", {}));
+  choose({0, 1});
+  click("Delete…");
+  answer("Cancel");
+  EXPECT_EQ(panel->session()->unstored(), 0u);
+  click("Delete…");
+  answer("Delete");
+  ASSERT_TRUE(stores(8, "house_1", {}));
+  ASSERT_TRUE(stores(9, "tree_2", {}));
+  EXPECT_EQ(list()->model()->rowCount(), 0);
+}
+
+TEST_F(ClusterLabelPanelTest, colors_are_set_for_labels_and_classes)
+{
+  start();
+  choose({0});
+  click("Color…");
+  auto* colors = dialog<QColorDialog>();
+  const osmesa_harness::Rgb tree = test_labels::colorOf("tree");
+  EXPECT_EQ(colors->currentColor(), QColor(tree.red, tree.green, tree.blue)) << "that it has";
+  colors->setCurrentColor(QColor(10, 20, 30));
+  colors->accept();
+  ASSERT_TRUE(spinUntil([&] { return server->colorsSet().size() == 1; }));
+  EXPECT_EQ(server->colorsSet()[0].label, "tree_1");
+  EXPECT_EQ(server->colorsSet()[0].color.b, 30 / 255.0f);
+  ASSERT_TRUE(noDialog<QColorDialog>());
+  click("Class Color…");
+  dialog<QColorDialog>()->accept();
+  ASSERT_TRUE(spinUntil([&] { return server->colorsSet().size() == 3; }));
+  EXPECT_EQ(server->colorsSet()[2].label, "tree_2");
+}
+
+TEST_F(ClusterLabelPanelTest, a_label_gets_the_color_of_its_class_back)
+{
+  start();
+  server->colors.publish(colorsOf({{"tree_1", {10, 20, 30}}}));
+  const auto color = [&] {
+    return list()->model()->index(0, 0).data(Qt::DecorationRole).value<QColor>();
+  };
+  ASSERT_TRUE(spinUntil([&] { return color() == QColor(10, 20, 30); }));
+  choose({0});
+  click("Color…");
+  auto* colors = dialog<QColorDialog>();
+  EXPECT_EQ(colors->currentColor(), QColor(10, 20, 30)) << "the own one";
+  keep(colors, "panel_color");
+  for (auto* button : colors->findChildren<QPushButton*>()) {
+    if (button->text() == "Color of Class") {
+      button->click();
+    }
+  }
+  ASSERT_TRUE(noDialog<QColorDialog>());
+  ASSERT_TRUE(spinUntil([&] { return server->colorsSet().size() == 1; })) << text();
+  EXPECT_EQ(server->colorsSet()[0].label, "tree_1");
+  EXPECT_EQ(server->colorsSet()[0].color.a, 0.0f);
+  server->colors.publish(colorsOf({}));
+  const osmesa_harness::Rgb tree = test_labels::colorOf("tree");
+  EXPECT_TRUE(spinUntil([&] { return color() == QColor(tree.red, tree.green, tree.blue); }));
+  EXPECT_EQ(server->colorsSet().size(), 1u);
+}
+
+TEST_F(ClusterLabelPanelTest, the_list_is_painted_only_where_something_has_changed)
+{
+  start();
+  PaintCount count;
+  list()->viewport()->installEventFilter(&count);
+  const auto painted = [&] {
+    count.paints = 0;
+    for (int i = 0; i < 3; ++i) {
+      refresh();
+      spinFrames(1);
+    }
+    return count.paints > 0;
+  };
+  ASSERT_TRUE(spinUntil([&] { return !painted(); }));
+  server->colors.publish(colorsOf({{"tree_1", {10, 20, 30}}}));
+  EXPECT_TRUE(spinUntil(painted)) << "a color";
+  ASSERT_TRUE(spinUntil([&] { return !painted(); }));
+  find(display, {"Visible Labels", "tree"})->setValue(false);
+  EXPECT_TRUE(spinUntil(painted)) << "a class is hidden";
+  ASSERT_TRUE(spinUntil([&] { return !painted(); }));
+  server->labels.publish(LabelServer::cluster("tree_1", {1}));
+  EXPECT_TRUE(spinUntil(painted)) << "other faces";
+  EXPECT_EQ(cell(0, 2), "1");
+}
+
+TEST_F(ClusterLabelPanelTest, labels_are_exported_and_imported)
+{
+  start();
+  QTemporaryDir folder;
+  const QString path = folder.filePath("labels.csv");
+  click("Export…");
+  auto* written = dialog<QFileDialog>();
+  written->selectFile(path);
+  static_cast<QDialog*>(written)->accept();
+  EXPECT_TRUE(shows("3 labels exported to " + path.toStdString()));
+  keep(window.get(), "panel_exported");
+  EXPECT_EQ(readLabelFile(path.toStdString(), 200).labels.at("tree_2").faces, rows(10, 1, 2));
+  ASSERT_TRUE(noDialog<QFileDialog>());
+  const auto import = [&](const char* content) {
+    SCOPED_TRACE(content);
+    QFile changed(path);
+    ASSERT_TRUE(changed.open(QIODevice::WriteOnly));
+    changed.write(content);
+    changed.close();
+    ASSERT_TRUE(spinUntil([&] {
+      button("Import…")->click();  // is refused while a file is written
+      return open<QFileDialog>() != nullptr;
+    }));
+    auto* file = open<QFileDialog>();
+    file->selectFile(path);
+    static_cast<QDialog*>(file)->accept();
+    ASSERT_TRUE(noDialog<QFileDialog>());
+  };
+  import("label,first_face\ncar_1,7\n");
+  ASSERT_TRUE(stores(1, "car_1", {7}));
+  EXPECT_TRUE(shows("1 label imported from " + path.toStdString()));
+  import("label,first_face\ncar_1,8\n");
+  EXPECT_TRUE(dialog<QMessageBox>()->text().contains("replace car_1"));
+  answer("Import");
+  ASSERT_TRUE(stores(2, "car_1", {8}));
+  import("label,first_face\ncar_1,200\n");
+  EXPECT_TRUE(shows("labels.csv: line 2: '200' is no face"));
+}

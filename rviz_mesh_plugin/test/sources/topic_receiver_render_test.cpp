@@ -1,0 +1,199 @@
+#include <atomic>
+#include <chrono>
+#include <cstring>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <ros/ros.h>
+
+#include "incoming/mesh_loader.h"
+#include "sources/mesh_topics.h"
+#include "support/meshes.h"
+#include "support/no_threads.h"
+#include "support/raw_messages.h"
+#include "support/service_servers.h"
+
+using rviz_mesh_plugin::MeshInbox;
+using rviz_mesh_plugin::MeshLoader;
+using rviz_mesh_plugin::MeshTopics;
+using rviz_mesh_plugin::TopicReceiver;
+using service_servers::Gate;
+using service_servers::waitFor;
+
+namespace {
+
+using Message = mesh_msgs::MeshVertexCostsStamped;
+using Callbacks = TopicReceiver::Callbacks<Message>;
+
+class Topics : public testing::Test
+{
+ public:
+  /// Counts what is received and keeps what is refused.
+  Callbacks count(std::atomic<int>& received)
+  {
+    return {[&](const Message::ConstPtr&, const TopicReceiver::Flag&) { ++received; },
+            [this](const std::string& reason, const TopicReceiver::Flag&) {
+              const std::lock_guard<std::mutex> lock(mutex);
+              refusals.push_back(reason);
+            }};
+  }
+
+  std::vector<std::string> refused()
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    return refusals;
+  }
+
+  ros::NodeHandle node;
+  std::string topic =
+      std::string("/topics/") + testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::mutex mutex;
+  std::vector<std::string> refusals;
+};
+
+const Message MESSAGE = test_meshes::costs("slope", {1.0f});
+
+}  // namespace
+
+TEST_F(Topics, are_left_while_a_message_is_being_received)
+{
+  const auto publisher = node.advertise<Message>(topic, 10, true);
+  publisher.publish(MESSAGE);
+  Gate gate;
+  std::atomic<int> late{0};
+  std::atomic<int> received{0};
+  auto receiver = std::make_unique<TopicReceiver>();
+  Callbacks hanging;
+  hanging.receive = [&](const Message::ConstPtr&, const TopicReceiver::Flag& ended) {
+    gate.pass();
+    late += ended ? 1 : 0;
+  };
+  auto subscription = receiver->subscribe(node, topic, 10, hanging);
+  ASSERT_TRUE(waitFor([&] { return gate.reached == 1; }));
+  auto leaving = std::async(std::launch::async, [&] {
+    subscription.end();
+    subscription = receiver->subscribe(node, topic, 10, count(received));
+  });
+  EXPECT_EQ(leaving.wait_for(std::chrono::seconds(30)), std::future_status::ready);
+  gate.open();
+  leaving.wait();
+  EXPECT_TRUE(waitFor([&] { return received == 1; })) << "the new one gets what is latched";
+  EXPECT_EQ(late, 1) << "the one before is told that nobody wants it";
+  publisher.publish(MESSAGE);
+  EXPECT_TRUE(waitFor([&] { return received == 2; }));
+  EXPECT_EQ(gate.reached, 1);
+}
+
+TEST_F(Topics, are_left_for_good_with_their_receiver)
+{
+  const auto publisher = node.advertise<Message>(topic, 10, true);
+  publisher.publish(MESSAGE);
+  Gate gate;
+  const auto owned = std::make_shared<int>(0);
+  {
+    TopicReceiver receiver;
+    Callbacks hanging;
+    hanging.receive = [&gate, owned](const Message::ConstPtr&, const TopicReceiver::Flag&) {
+      gate.pass();
+    };
+    const auto subscription = receiver.subscribe(node, topic, 10, hanging);
+    ASSERT_TRUE(waitFor([&] { return gate.reached == 1; }));
+  }
+  EXPECT_EQ(publisher.getNumSubscribers(), 1u) << "the message is being received still";
+  gate.open();
+  EXPECT_TRUE(waitFor([&] { return publisher.getNumSubscribers() == 0; }));
+  EXPECT_TRUE(waitFor([&] { return owned.use_count() == 1; })) << "all is freed";
+}
+
+// roscpp may lose a subscription that begins while the last one of the topic ends.
+TEST_F(Topics, left_and_subscribed_to_again_and_again_are_received)
+{
+  const auto publisher = node.advertise<Message>(topic, 10, true);
+  publisher.publish(MESSAGE);
+  std::atomic<int> received{0};
+  TopicReceiver receivers[2];
+  TopicReceiver::Subscription subscriptions[2];
+  for (int i = 0; i < 100; ++i) {
+    subscriptions[i % 2].end();
+    subscriptions[(i + 1) % 2] = receivers[(i + 1) % 2].subscribe(node, topic, 10, count(received));
+    ASSERT_TRUE(waitFor([&] { return received == i + 1; })) << i;
+  }
+}
+
+TEST_F(Topics, refuse_lengths_that_lie_and_tell_all_who_share_the_message)
+{
+  std::atomic<int> received{0};
+  TopicReceiver receivers[2];
+  const auto first = receivers[0].subscribe(node, topic, 10, count(received));
+  const auto second = receivers[1].subscribe(node, topic, 10, count(received));
+  auto publisher = raw_messages::advertise<Message>(node, topic);
+  ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() > 0; }));
+  auto bytes = raw_messages::bytesOf(MESSAGE);
+  const std::uint32_t huge = 0x20000000;
+  std::memcpy(bytes.data() + bytes.size() - 8, &huge, 4);
+  publisher.publish(RawBytes{bytes});
+  ASSERT_TRUE(waitFor([&] { return refused().size() >= 2; }));
+  for (const std::string& reason : refused()) {
+    EXPECT_NE(reason.find("an array of 536870912 elements needs 2147483648 bytes"),
+              std::string::npos)
+        << reason;
+  }
+  publisher.publish(RawBytes{raw_messages::bytesOf(MESSAGE)});
+  ASSERT_TRUE(waitFor([&] { return received == 2; }));
+  EXPECT_EQ(refused().size(), 2u);
+}
+
+TEST_F(Topics, refuse_what_their_callback_cannot_take)
+{
+  const auto publisher = node.advertise<Message>(topic, 10, true);
+  std::atomic<int> calls{0};
+  TopicReceiver receiver;
+  Callbacks failing = count(calls);
+  failing.receive = [&](const Message::ConstPtr&, const TopicReceiver::Flag&) {
+    if (calls++ == 0) {
+      throw std::bad_alloc();
+    }
+  };
+  const auto subscription = receiver.subscribe(node, topic, 10, failing);
+  publisher.publish(MESSAGE);
+  publisher.publish(MESSAGE);
+  ASSERT_TRUE(waitFor([&] { return calls == 2; })) << "it goes on";
+  ASSERT_EQ(refused().size(), 1u);
+  EXPECT_NE(refused()[0].find("the message could not be taken: "), std::string::npos);
+}
+
+TEST_F(Topics, without_a_copy_from_this_process)
+{
+  const auto publisher = node.advertise<Message>(topic, 10);
+  const auto sent = boost::make_shared<const Message>(MESSAGE);
+  std::promise<const Message*> received;
+  TopicReceiver receiver;
+  Callbacks callbacks;
+  callbacks.receive = [&](const Message::ConstPtr& message, const TopicReceiver::Flag&) {
+    received.set_value(message.get());
+  };
+  const auto subscription = receiver.subscribe(node, topic, 10, callbacks);
+  ASSERT_TRUE(waitFor([&] { return publisher.getNumSubscribers() == 1; }));
+  publisher.publish(sent);
+  EXPECT_EQ(received.get_future().get(), sent.get());
+}
+
+TEST_F(Topics, say_where_no_thread_can_be_started_and_begin_later)
+{
+  const auto inbox = std::make_shared<MeshInbox>();
+  MeshTopics topics(inbox, std::make_shared<MeshLoader>(false));
+  {
+    const NoThreads none;
+    EXPECT_NE(topics.subscribeCosts(node, topic), "");
+  }
+  EXPECT_NE(topics.subscribeCosts(node, "not a name"), "");
+  EXPECT_EQ(topics.subscribeCosts(node, topic), "");
+  const auto publisher = node.advertise<Message>(topic, 10, true);
+  publisher.publish(MESSAGE);
+  EXPECT_TRUE(waitFor([&] { return inbox->take().costs_reception.accepted == 1; }));
+}

@@ -1,0 +1,1 @@
+"""What several benchmarks share: worlds, figures, the programs and servers that are measured."""
