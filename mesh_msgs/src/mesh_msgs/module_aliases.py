@@ -1,14 +1,13 @@
 """Modules under the names that they had before they moved, for code that imports those."""
 import importlib
 import sys
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 
 
 def alias_modules(names):
     """Let modules be imported by the keys of `names`, too; its values say where they are now.
 
-    For a package's __init__.py: alias_modules({"mesh_map.map.queries": "mesh_map.map.queries"}).
+    For a package's __init__.py: alias_modules({"mesh_map.queries": "mesh_map.map.queries"}).
     Whoever imports an old name gets the one real module, which is loaded only then. What is below
     a package that moved is found below its new name.
     """
@@ -21,7 +20,7 @@ def alias_modules(names):
         sys.meta_path.insert(0, _ALIASES)
 
 
-class _Aliases(MetaPathFinder, Loader):
+class _Aliases:  # finder and loader; importlib.abc would slow each start down
     def __init__(self):
         self.new_names = {}
 
