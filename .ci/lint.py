@@ -64,6 +64,14 @@ def command_in_parts(tool, arguments, paths, correction):
         return "\n".join(filter(None, findings))
 
 
+def check_black(python):
+    """What black would change; where it need not show anything it remembers what it has seen."""
+    quick = ["--check", "--quiet"]
+    if not command("black", quick + python, "differs"):
+        return ""
+    return command("black", quick + ["--diff"] + python, "correct with: black FILE")
+
+
 def timed(check):
     """(findings, seconds) of a check."""
     started = time.monotonic()
@@ -88,9 +96,7 @@ def main():
         "clang-format": lambda: command_in_parts(
             "clang-format", ["--dry-run", "--Werror"], cpp, "correct with: clang-format -i FILE"
         ),
-        "black": lambda: command(
-            "black", ["--check", "--quiet", "--diff"] + python, "correct with: black FILE"
-        ),
+        "black": lambda: check_black(python),
         "flake8": lambda: command("flake8", python, "correct as each line says"),
         "catkin_lint": lambda: command(
             "catkin_lint",

@@ -8,6 +8,7 @@ from pathlib import Path
 import roslib.packages
 import rospy
 from mesh_msgs import arrays
+from mesh_msgs.testing_ros import connected
 
 WAIT = 60.0  # seconds; far more than anything takes
 STRANGE = Path(__file__).resolve().parent / "strange_layers"
@@ -37,8 +38,8 @@ class Subscriber:
         self.messages.append(message)
 
     def connected(self):
-        """Whether there is a publisher, waited for."""
-        return wait_until(lambda: self._subscriber.get_num_connections() > 0)
+        """Whether there is a publisher that sends to it, waited for."""
+        return wait_until(lambda: connected(self._subscriber))
 
     def unregister(self):
         self._subscriber.unregister()

@@ -10,6 +10,7 @@ import numpy as np
 import rospy
 import rostest
 from mesh_msgs.msg import MeshFaceCluster, MeshFaceClusterStamped, MeshLabelColors
+from mesh_msgs.testing_ros import connected
 from mesh_msgs.srv import DeleteLabel, GetLabelColors, SetLabelColor
 from server_process import Publishers, Server, wait_until
 from std_msgs.msg import ColorRGBA
@@ -66,7 +67,7 @@ class Colors(unittest.TestCase):
         found = []
         subscriber = rospy.Subscriber(topic, kind, found.append, queue_size=10)
         self.addCleanup(subscriber.unregister)
-        wait_until(subscriber.get_num_connections, "a publisher of " + topic)
+        wait_until(lambda: connected(subscriber), "a publisher of " + topic)
         return found
 
     def refused(self, server, *arguments):

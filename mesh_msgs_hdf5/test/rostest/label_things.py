@@ -12,6 +12,7 @@ import numpy as np
 import rospy
 import rostest
 from mesh_msgs.msg import MeshFaceCluster, MeshFaceClusterStamped
+from mesh_msgs.testing_ros import connected
 from mesh_msgs.srv import DeleteLabel, GetLabelGroups, GetLabeledClusterGroup, GetLabeledClusters
 from server_process import command
 from std_srvs.srv import Trigger
@@ -105,8 +106,7 @@ class Labels(unittest.TestCase):
                 done.set()
 
         subscriber = rospy.Subscriber(manager.name + "/new_cluster_label", MeshFaceCluster, take)
-        self.until(lambda: publisher.get_num_connections() and subscriber.get_num_connections())
-        time.sleep(0.1)  # the other ends of the connections
+        self.until(lambda: connected(publisher, subscriber))
         message = MeshFaceClusterStamped(uuid=self.uuid if uuid is None else uuid)
         message.override = override
         message.cluster = MeshFaceCluster(face_indices=list(faces), label=text)

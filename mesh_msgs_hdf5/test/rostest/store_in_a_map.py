@@ -13,6 +13,7 @@ import numpy as np
 import rospy
 import rostest
 from mesh_msgs import arrays, msg, srv
+from mesh_msgs.testing_ros import connected
 from server_process import Publishers, Server, received, wait_until
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -74,7 +75,7 @@ class StoreInAMap(unittest.TestCase):
         seen = []
         topic = server.namespace + "/new_cluster_label"
         subscriber = rospy.Subscriber(topic, msg.MeshFaceCluster, seen.append)
-        wait_until(subscriber.get_num_connections, "a connection to " + topic)
+        wait_until(lambda: connected(subscriber), "a connection to " + topic)
         self.send("cluster_label", message, space)
         wait_until(lambda: seen, "the stored label")
         subscriber.unregister()

@@ -88,7 +88,8 @@ class ToolFixture : public DisplayFixture
   static rviz::ViewportMouseEvent mouse(int x, int y, QEvent::Type type = QEvent::MouseMove,
                                         Qt::MouseButton button = Qt::NoButton)
   {
-    QMouseEvent event(type, QPointF(x, y), button, button, Qt::NoModifier);
+    const QPointF at(x, y);  // on the screen too: else Qt asks the X server where the mouse is
+    QMouseEvent event(type, at, at, at, button, button, Qt::NoModifier);
     return rviz::ViewportMouseEvent(panel(), viewport(), &event, x, y);
   }
 

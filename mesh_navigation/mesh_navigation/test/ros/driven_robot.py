@@ -13,6 +13,8 @@ from nav_msgs.msg import Path
 from server_process import STATES, TIMEOUT, wait_until
 from tf2_msgs.msg import TFMessage
 
+from mesh_msgs.testing_ros import connected
+
 
 class DrivenRobot:
     """Drives in the plane by the computer's time; knows all commands it got."""
@@ -106,7 +108,7 @@ class BareClient:
         self._cancel = rospy.Publisher(f"{action}/cancel", GoalID, queue_size=1000)
         result = rospy.Subscriber(f"{action}/result", ExePathActionResult, self._note)
         ends = (self._goal, self._cancel, result)
-        wait_until(lambda: all(end.get_num_connections() for end in ends), "connections")
+        wait_until(lambda: connected(*ends), "connections")
 
     def _note(self, message):
         key = message.status.goal_id.id

@@ -31,6 +31,7 @@ from visualization_msgs.msg import Marker
 
 from mesh_msgs import zoo
 from mesh_msgs.arrays import MeshVertexCostsStamped
+from mesh_msgs.testing_ros import connected
 
 GRID = zoo.grid()
 LETHAL = 60  # the vertex in the middle, at (5, 5)
@@ -175,8 +176,7 @@ class GetPathTest(unittest.TestCase):
                 queue_size=4,
             ),
         ]
-        for subscriber in subscribers:
-            wait_until(subscriber.get_num_connections, "a connection")
+        wait_until(lambda: connected(*subscribers), "connections")
         result = self.check(self.plain.ask(START, GOAL), "SUCCEEDED", 0)
         # Topics follow the answer; what is latched may be older.
         wait_until(lambda: any(path.poses == result.path.poses for path in paths), "the path")
@@ -187,8 +187,7 @@ class GetPathTest(unittest.TestCase):
 
         wait_until(potential_is_there, "the potential")
         wait_until(lambda: {"patient", "Combined Costs"} <= set(costs), "costs")
-        # Not latched: one sent while the connection is made may be lost.
-        wait_until(lambda: self.plain.ask(START, GOAL) and goals, "the goal")
+        wait_until(lambda: goals, "the goal")
         for subscriber in subscribers:
             subscriber.unregister()
         self.assertEqual(goals[-1].pose.position.x, GOAL[0])

@@ -26,6 +26,7 @@ from mbf_msgs.msg import (
 from server_process import TESTS, TIMEOUT, ServerProcess, answer, stamped, wait_until, write_map
 
 from mesh_msgs import zoo
+from mesh_msgs.testing_ros import connected
 
 ODD = TESTS / "odd_move_base"
 MAP = {"mesh_file": write_map(zoo.grid()), "layers": []}
@@ -92,7 +93,7 @@ class MoveBaseTest(unittest.TestCase):
                 ("move_base", MoveBaseActionResult),
             )
         ]
-        wait_until(lambda: all(s.get_num_connections() for s in cls.subscribers), "connections")
+        wait_until(lambda: connected(*cls.subscribers), "connections")
 
     @classmethod
     def tearDownClass(cls):
@@ -146,7 +147,7 @@ class MoveBaseTest(unittest.TestCase):
             rospy.Subscriber("/server/move_base/feedback", MoveBaseActionFeedback, own.append),
             rospy.Subscriber("/server/exe_path/feedback", ExePathActionFeedback, parts.append),
         ]
-        wait_until(lambda: all(s.get_num_connections() for s in subscribers), "connections")
+        wait_until(lambda: connected(*subscribers), "connections")
         result = self.check(self.send(0.8, 0.5), "SUCCEEDED", 0)
         self.assertLess(result.dist_to_goal, 0.1)
         self.assertLess(result.angle_to_goal, math.pi / 18)

@@ -13,6 +13,8 @@ from geometry_msgs.msg import Twist
 from mbf_msgs import msg
 from server_process import TESTS, program, stamped, wait_until
 
+from mesh_msgs.testing_ros import connected
+
 ACTIONS = {"get_path": "GetPath", "exe_path": "ExePath", "recovery": "Recovery"}
 ACTIONS["move_base"] = "MoveBase"
 
@@ -76,7 +78,7 @@ class ActionTopics:
 
     def connected(self):
         """Whether the server is there."""
-        return all(end.get_num_connections() for end in self._ends)
+        return connected(*self._ends)
 
     def send(self, key, **fields):
         """Send a goal of that id; returns the id."""

@@ -16,6 +16,7 @@ from actionlib_msgs.msg import GoalID, GoalStatusArray
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import GetPathAction, GetPathActionGoal, GetPathActionResult, GetPathGoal
 
+from mesh_msgs.testing_ros import connected
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 
@@ -124,7 +125,7 @@ class Topics:
         self.seen = set()
         status = rospy.Subscriber(f"{action}/status", GoalStatusArray, self._note_status)
         ends = (self.goal, self.cancel, self._subscriber, status)
-        wait_until(lambda: all(end.get_num_connections() for end in ends), "connections")
+        wait_until(lambda: connected(*ends), "connections")
 
     def _note(self, message):
         self.results[message.status.goal_id.id] = message

@@ -70,7 +70,8 @@ class SelectionToolFixture : public ToolFixture
   void send(const Pixel& at, QEvent::Type type, Qt::MouseButton button, Qt::MouseButtons down,
             Qt::KeyboardModifiers modifiers)
   {
-    QMouseEvent event(type, QPointF(at.x, at.y), button, down, modifiers);
+    const QPointF place(at.x, at.y);
+    QMouseEvent event(type, place, place, place, button, down, modifiers);
     rviz::ViewportMouseEvent passed(panel(), viewport(), &event, last.x, last.y);
     last = at;
     tool->processMouseEvent(passed);

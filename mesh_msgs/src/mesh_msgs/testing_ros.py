@@ -1,0 +1,42 @@
+"""What tests on a running ROS wait for."""
+
+from typing import Any
+from xmlrpc.client import ServerProxy
+
+import rospy
+
+# in what getBusInfo of ROS's Slave API tells of a connection
+_DESTINATION, _DIRECTION, _TOPIC = 1, 2, 4
+
+
+def connected(*ends: Any) -> bool:
+    """Whether each rospy.Publisher has a subscriber, and each rospy.Subscriber a publisher that
+    sends to it: then no message is lost that is published from now on.
+
+    Subscriber.get_num_connections() tells less: a publisher answers to a new subscriber before it
+    begins to send to it.
+    """
+    return all(
+        _is_sent_to(end) if isinstance(end, rospy.Subscriber) else end.get_num_connections() > 0
+        for end in ends
+    )
+
+
+def _is_sent_to(subscriber: rospy.Subscriber) -> bool:
+    connections = list(subscriber.impl.connections)
+    return bool(connections) and all(
+        _sends(connection.endpoint_id, subscriber.resolved_name) for connection in connections
+    )
+
+
+def _sends(publisher: str, topic: str) -> bool:
+    """Whether the node at this URI sends a topic to the node of this process."""
+    name = rospy.get_name()
+    try:
+        code, _, infos = ServerProxy(publisher).getBusInfo(name)
+    except OSError:  # it has ended
+        return False
+    return code == 1 and any(
+        info[_TOPIC] == topic and info[_DESTINATION] == name and info[_DIRECTION] == "o"
+        for info in infos
+    )
