@@ -27,6 +27,8 @@ function(mesh_msgs_add_tests)
   file(GLOB_RECURSE rostests RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS test/*.test)
   foreach(test ${rostests})
     add_rostest(${test})
+    string(REPLACE "/" "_" name ${test})
+    set_tests_properties(_ctest_${PROJECT_NAME}_rostest_${name} PROPERTIES COST 300)
   endforeach()
 endfunction()
 
@@ -66,6 +68,6 @@ function(_mesh_msgs_add_pytest name)
     " -o junit_suite_name=${PROJECT_NAME}${paths}")
   catkin_run_tests_target("pytest" ${name} "pytest-${name}.xml"
     COMMAND "${command}" WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
-  # the longest first, so that no core is idle at the end
-  set_tests_properties(_ctest_${PROJECT_NAME}_pytest_${name} PROPERTIES COST 1000)
+  # the longest first, so that no core is idle at the end; nodes of other tests wait more than they compute
+  set_tests_properties(_ctest_${PROJECT_NAME}_pytest_${name} PROPERTIES COST 1000 PROCESSORS 2)
 endfunction()

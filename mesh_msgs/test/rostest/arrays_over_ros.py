@@ -17,6 +17,7 @@ import rospy
 import mesh_msgs.msg
 import mesh_msgs.srv
 from mesh_msgs import array_services, arrays
+from mesh_msgs.testing_ros import connected
 
 COUNT = 1001
 TIMEOUT = 20.0  # seconds; only reached when something is broken
@@ -125,6 +126,31 @@ class ArraysOverRos(unittest.TestCase):
         self.assertEqual(shown.stdout.decode().split("\n")[0], "costs: [0.5, nan, inf]")
         publisher.unregister()
 
+    def test_connected_means_that_the_publisher_sends(self):
+        """rospy counts a connection that the publisher has answered, but does not know of yet."""
+        publisher = rospy.Publisher("held_up", arrays.MeshGeometryStamped, queue_size=1)
+        go_on, add = threading.Event(), publisher.impl.add_connection
+        publisher.impl.add_connection = lambda connection: go_on.wait(TIMEOUT) and add(connection)
+        arrived = threading.Event()
+        subscriber = rospy.Subscriber(
+            "held_up", arrays.MeshGeometryStamped, lambda _message: arrived.set()
+        )
+        self.until(subscriber.get_num_connections)
+        self.assertFalse(connected(subscriber) or connected(publisher, subscriber))
+        go_on.set()
+        self.until(lambda: connected(publisher, subscriber))
+        publisher.publish(geometry())
+        self.assertTrue(arrived.wait(TIMEOUT))
+        publisher.unregister()
+        self.until(lambda: not connected(subscriber))
+        subscriber.unregister()
+
+    def until(self, condition):
+        end = time.monotonic() + TIMEOUT
+        while not condition() and time.monotonic() < end:
+            time.sleep(0.02)
+        self.assertTrue(condition())
+
     def test_a_damaged_message_ends_neither_the_node_nor_other_connections(self):
         got, arrived = [], threading.Event()
 
@@ -134,9 +160,7 @@ class ArraysOverRos(unittest.TestCase):
 
         damaging = rospy.Publisher("from_stock", arrays.MeshGeometryStamped, queue_size=1)
         subscriber = rospy.Subscriber("from_stock", arrays.MeshGeometryStamped, keep)
-        end = time.monotonic() + TIMEOUT
-        while not damaging.get_num_connections() and time.monotonic() < end:
-            time.sleep(0.02)
+        self.until(lambda: connected(damaging))
         arrived.wait(0.5)  # what the peer has latched from another test
         arrived.clear()
         before = len(got)

@@ -22,7 +22,7 @@ from mesh_msgs.srv import GetLabeledClusters
 from osmesa_harness.back_ends import BackEnd, environment_of
 from PIL import Image
 
-from mesh_tools_test.demo.processes import process, wait_until
+from mesh_tools_test.demo.processes import environment_with_home, process, wait_until
 
 SCALE = 60  # pixels a meter
 SIZE, CELLS = 10.0, 20
@@ -40,7 +40,7 @@ Visualization Manager:
   Class: ""
   Displays:
 %s
-  Global Options: {Background Color: 48; 48; 48, Fixed Frame: map, Frame Rate: 30}
+  Global Options: {Background Color: 48; 48; 48, Fixed Frame: map, Frame Rate: 10}
   Tools:
     - {Class: rviz/MoveCamera}
     - {Class: rviz_mesh_plugin/ClusterLabel}
@@ -228,7 +228,7 @@ class RvizLabelling(unittest.TestCase):
         folder.mkdir()
         config = folder / "config.rviz"
         config.write_text(WINDOW % (displays, SCALE), encoding="utf-8")
-        variables = dict(os.environ, OSMESA_GLX_DUMP=str(folder / "frame"), HOME=str(folder))
+        variables = environment_with_home(folder, OSMESA_GLX_DUMP=str(folder / "frame"))
         with environment_of(BackEnd.OSMESA_X, variables) as environment:
             command = ["rviz", "-d", str(config)]
             with process("rviz", command, folder, environment) as child:

@@ -1,6 +1,5 @@
 #!/usr/bin/python3
 """The real RViz, without a screen, with files as the released plugin wrote them, on real nodes."""
-import os
 import re
 import signal
 import subprocess
@@ -17,7 +16,7 @@ import rostest
 from mesh_msgs import zoo
 from PIL import Image
 
-from mesh_tools_test.demo.processes import process, wait_until
+from mesh_tools_test.demo.processes import environment_with_home, process, wait_until
 
 SERVER = "/move_base_flex/mesh_map"
 BACKGROUND, GREEN, MAGENTA = (48, 48, 48), (0, 255, 0), (255, 0, 255)
@@ -143,7 +142,7 @@ class RvizReleasedConfig(unittest.TestCase):
         folder = self.folder / name
         folder.mkdir()
         (folder / "config.rviz").write_text(WINDOW % displays, encoding="utf-8")
-        environment = dict(os.environ, OSMESA_GLX_DUMP=str(folder / "frame"), HOME=str(folder))
+        environment = environment_with_home(folder, OSMESA_GLX_DUMP=str(folder / "frame"))
         command = ["rosrun", "osmesa_harness", "headless", "rviz", "-d"]
         with process("rviz", command + [str(folder / "config.rviz")], folder, environment) as child:
             yield child

@@ -41,6 +41,13 @@ def wait_until(condition, timeout, what, processes=()):
         time.sleep(0.1)
 
 
+def environment_with_home(folder, **variables):
+    """The environment of a child that has this folder as its home, and of the real one only the
+    caches: drivers of OpenCL and OpenGL would compile everything anew."""
+    cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return dict(os.environ, HOME=str(folder), XDG_CACHE_HOME=cache, **variables)
+
+
 @contextmanager
 def process(name, command, log_folder, environment=None):
     """A command as a child, ended with SIGINT, then SIGKILL; yields (name, process, log file).
