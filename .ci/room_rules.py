@@ -98,7 +98,7 @@ def includes(texts, folder, path):
             places.append(folder / "include")
         for place in places:
             used = type(path)(posixpath.normpath((place / name).as_posix()))
-            if used in texts and used != path:
+            if used in texts:
                 inside = (folder / "src", folder / "include" / folder.name)
                 if any(root in used.parents for root in inside):
                     yield texts[path].count("\n", 0, match.start(1)) + 1, used
@@ -185,7 +185,7 @@ def runtime_nodes(tree):
 
 
 def circles(graph):
-    """Components of more than one node that are strongly connected, sorted (Tarjan's way)."""
+    """Strongly connected components (Tarjan's way), and nodes that use themselves, sorted."""
     index, low, on_stack, stack, found = {}, {}, set(), [], []
     for root in sorted(graph):
         if root in index:
@@ -214,6 +214,6 @@ def circles(graph):
                     while node not in component:
                         on_stack.discard(stack[-1])
                         component.add(stack.pop())
-                    if len(component) > 1:
+                    if len(component) > 1 or node in graph.get(node, ()):
                         found.append(sorted(component))
     return sorted(found)

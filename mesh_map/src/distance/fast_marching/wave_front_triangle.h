@@ -7,8 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "distance/fast_marching/wave_front_triangle.h"
-
 namespace mesh_map {
 
 constexpr double NOT_REACHED = std::numeric_limits<double>::infinity();

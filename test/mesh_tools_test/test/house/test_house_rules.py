@@ -136,6 +136,7 @@ CPP_FILES = {
         ("src/attic/x.cpp", "", "src/attic", "which room is 'attic'? add it to CPP['p']"),
         ("src/rendering/new/x.h", "", "src/rendering/new", "which room is 'rendering/new'?"),
         ("src/tools/goal.h", '#include "tools/pose.h"', "src/tools/goal.h", "a circle of files"),
+        ("src/tools/me.h", '#include "tools/me.h"', "src/tools/me.h", "a circle of files"),
     ],
 )
 def test_includes_run_downwards(path, text, place, word):
