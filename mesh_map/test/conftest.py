@@ -1,11 +1,18 @@
 """Helpers that tests of several rooms share are in support/."""
 
+import gc
 import sys
 from pathlib import Path
 
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent / "support"))
+
+
+def pytest_collection_finish():
+    """What is there before the first test stays: garbage is not looked for in it each time."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -1,12 +1,14 @@
-# mesh_msgs_add_tests([GROUPS <path>[,<path>...] ...] [TIMEOUT <seconds a test>])
+# mesh_msgs_add_tests([NATIVE] [GROUPS <path>[,<path>...] ...] [TIMEOUT <seconds a test>])
 #
 # Registers all tests of a package laid out as ours are, with catkin's run_tests and with ctest:
 # test/**/test_*.py as one process of pytest, test/**/*.test as rostests.
+# NATIVE, for a package with native code of its own: where pytest-xdist is installed, a worker runs the tests, and a crash
+# fails the one test that it happened in; a new worker goes on with the others. It takes 3 ms a test.
 # GROUPS, for a package whose tests take so long that one process would keep everybody waiting: each a process of its
 # own over these folders and files below test/; what no group names is one process more.
 #catkin_lint: ignore_once literal_project_name
 function(mesh_msgs_add_tests)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "GROUPS" ${ARGN})
+  cmake_parse_arguments(ARG "NATIVE" "TIMEOUT" "GROUPS" ${ARGN})
   if(ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "mesh_msgs_add_tests: unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
   endif()
@@ -35,9 +37,8 @@ endfunction()
 # One process of pytest over files and folders below test/, but for those that ${grouped} names apart; each test may
 # take ${ARG_TIMEOUT} seconds.
 #
-# pytest is the system's, as rospy is; a warning is an error, except for deprecations inside ROS's own Python. Where
-# pytest-xdist is installed, a worker runs the tests: a crash of native code then fails the one test that it happened
-# in, a new worker goes on with the others. (Not --dist loadfile: after a crash it runs the same test again and again.)
+# pytest is the system's, as rospy is; a warning is an error, except for deprecations inside ROS's own Python.
+# (Not --dist loadfile: after a crash it runs the same test again and again.)
 # A test that hangs fails with its stack; where even that is held up, in native code, the stacks are printed.
 #catkin_lint: ignore_once literal_project_name
 function(_mesh_msgs_add_pytest name)
@@ -57,7 +58,7 @@ function(_mesh_msgs_add_pytest name)
   math(EXPR dump "${ARG_TIMEOUT} + 30")
   execute_process(COMMAND ${PYTHON_EXECUTABLE} -c "import xdist" RESULT_VARIABLE without_xdist ERROR_QUIET)
   set(worker "")
-  if(NOT without_xdist)
+  if(ARG_NATIVE AND NOT without_xdist)
     set(worker "-n 1 --dist load --max-worker-restart 20")
   endif()
   set(results ${CATKIN_TEST_RESULTS_DIR}/${PROJECT_NAME}/pytest-${name}.xml)

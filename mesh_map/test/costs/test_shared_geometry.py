@@ -115,34 +115,49 @@ def test_the_identity_of_a_file_of_ours_is_not_computed_again(path, monkeypatch)
         assert source.make_map().geometry.content_uuid == MapFile(path).uuid
 
 
-ROBOT = """
-import json, sys
+ROBOTS = """
+import json, os, sys
 sys.path[:0] = json.loads(sys.argv[1])
 from kernel_calls import counted_kernels
 from test_shared_geometry import started
-with counted_kernels() as counts:
-    source, mesh_map = started(sys.argv[2], json.loads(sys.argv[3]))
-    source.save_layers(mesh_map.layers)
-print(json.dumps(counts))
+for line in sys.stdin:
+    if os.fork() == 0:
+        with counted_kernels() as counts:
+            source, mesh_map = started(*json.loads(line))
+            source.save_layers(mesh_map.layers)
+        print(json.dumps(counts))
+        sys.exit()
+    assert os.wait()[1] == 0
 """
 
 
-def robot_in_a_process(path, layers):
-    """Which kernels a robot called that started, and stored its layers, in a process of its own."""
+@pytest.fixture
+def robot_in_a_process(path):
+    """Which kernels a robot with these layers called that started, and stored them, in a process of
+    its own. All are forked from one that has only imported what they need.
+    """
     room = Path(__file__).resolve().parent
     folders = json.dumps([str(room), str(room.parent / "support")])
-    command = [sys.executable, "-c", ROBOT, folders, path, json.dumps(layers)]
-    return json.loads(subprocess.check_output(command, universal_newlines=True))
+    command = [sys.executable, "-c", ROBOTS, folders]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "universal_newlines": True}
+
+    def robot(layers):
+        print(json.dumps([path, layers]), file=robots.stdin, flush=True)
+        return json.loads(robots.stdout.readline())
+
+    with subprocess.Popen(command, **pipes) as robots:
+        yield robot
+    assert robots.returncode == 0
 
 
-def test_another_process_takes_it_from_the_file(path):
-    first = robot_in_a_process(path, CLIMBER)
+def test_another_process_takes_it_from_the_file(path, robot_in_a_process):
+    first = robot_in_a_process(CLIMBER)
     assert len(of_geometry(first)) >= 3 and set(of_geometry(first).values()) == {1}
     assert set(first) > set(of_geometry(first))
-    assert robot_in_a_process(path, CLIMBER) == {}
+    assert robot_in_a_process(CLIMBER) == {}
     # one of its layers is that of the first robot by another name
-    second = robot_in_a_process(path, WHEELED)
+    second = robot_in_a_process(WHEELED)
     assert of_geometry(second) == {"_topology": 1} and set(second) < set(first)
-    assert robot_in_a_process(path, WHEELED) == robot_in_a_process(path, CLIMBER) == {}
-    assert robot_in_a_process(path, CLIMBER[:1] + WHEELED[1:]) == {}
+    assert robot_in_a_process(WHEELED) == robot_in_a_process(CLIMBER) == {}
+    assert robot_in_a_process(CLIMBER[:1] + WHEELED[1:]) == {}
     assert MapFile(path).layer_names() == ["fine", "height_diff", "steps", "wide"]

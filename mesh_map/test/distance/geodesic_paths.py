@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 from mesh_map.distance.surface_path import SurfacePath
+from oracles import cross, dot, length
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
@@ -72,17 +73,19 @@ def to_segment(point, a, b):
     return np.linalg.norm(point - a - share * side)
 
 
-def to_face(point, corners):
-    """How far a point is from a triangle."""
-    a, b, c = corners
-    normal = np.cross(b - a, c - a)
-    nearest = min(to_segment(point, a, b), to_segment(point, b, c), to_segment(point, c, a))
-    if np.linalg.norm(normal) > 0:
-        foot = point - (point - a) @ normal / (normal @ normal) * normal
-        inside = [np.cross(q - p, foot - p) @ normal for p, q in ((a, b), (b, c), (c, a))]
-        if min(inside) >= 0:
-            nearest = min(nearest, np.linalg.norm(point - foot))
-    return nearest
+def to_faces(points, corners):
+    """How far points (N, 3) are from triangles (N, 3 corners, 3), each from its own."""
+    point, (a, b, c) = points.T, np.moveaxis(corners, (1, 2), (0, 1))
+    normal = cross(b - a, c - a)
+    square = dot(normal, normal)
+    nearest, inside = np.inf, square > 0
+    foot = point - dot(point - a, normal) / np.where(inside, square, 1) * normal
+    for p, q in ((a, b), (b, c), (c, a)):
+        side = q - p
+        share = np.clip(dot(point - p, side) / np.maximum(dot(side, side), 1e-300), 0.0, 1.0)
+        nearest = np.minimum(nearest, length(point - p - share * side))
+        inside = inside & (dot(cross(side, foot - p), normal) >= 0)
+    return np.where(inside, np.minimum(nearest, length(point - foot)), nearest)
 
 
 def check_path(geometry, given, path, mask=None):
@@ -96,14 +99,13 @@ def check_path(geometry, given, path, mask=None):
     np.testing.assert_allclose(path.potentials[0], path.length, rtol=1e-12)
     corners = geometry.vertices.astype(np.float64)[geometry.faces]
     scale = 1e-9 * np.ptp(geometry.vertices, axis=0).max() + 1e-14 * np.abs(corners).max()
-    for i, face in enumerate(path.faces):
-        assert mask is None or mask[face]
-        assert to_face(path.points[i], corners[face]) < scale
-        assert to_face(path.points[i + 1], corners[face]) < scale
+    assert mask is None or mask[path.faces].all()
+    for ends in (path.points[:-1], path.points[1:]):
+        assert (to_faces(ends, corners[path.faces]) < scale).all()
 
 
 def angle(a, b):
-    return np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)
+    return np.arctan2(length(cross(a, b)), a @ b)
 
 
 def least_angle_around(geometry, vertex, before, after, mask=None):

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from meshes import TestMesh
+from oracles import cross, dot, length
 
 
 class FacePoint(NamedTuple):
@@ -53,19 +54,19 @@ def random_points(geometry: MeshGeometry, rng: Any, count: int, eligible: Any = 
 
 def off_surface(geometry: MeshGeometry, path: Any) -> float:
     """The most by which an end of a segment is off its face, in the plane or out of it (m)."""
-    a, b, c = np.moveaxis(geometry.vertices[geometry.faces[path.faces]].astype(np.float64), 1, 0)
-    normal = np.cross(b - a, c - a)
-    size = np.linalg.norm(normal, axis=1)
+    corners = geometry.vertices[geometry.faces[path.faces]].astype(np.float64)
+    a, b, c = np.moveaxis(corners, (1, 2), (0, 1))
+    normal = cross(b - a, c - a)
+    size = length(normal)
     has_area = size > 1e-9
-    a, b, c = a[has_area], b[has_area], c[has_area]
-    normal = normal[has_area] / size[has_area, None]
-    worst = 0.0
-    for end in (path.points[:-1][has_area], path.points[1:][has_area]):
-        worst = max(worst, np.abs(((end - a) * normal).sum(1)).max(initial=0.0))
-        for p, q in ((a, b), (b, c), (c, a)):
-            inwards = np.cross(normal, q - p)
-            inwards /= np.linalg.norm(inwards, axis=1, keepdims=True)
-            worst = max(worst, (-((end - p) * inwards).sum(1)).max(initial=0.0))
+    a, b, c = a[:, has_area], b[:, has_area], c[:, has_area]
+    normal = normal[:, has_area] / size[has_area]
+    ends = np.stack([path.points[:-1][has_area].T, path.points[1:][has_area].T], 1)
+    worst = np.abs(dot(ends - a[:, None], normal)).max(initial=0.0)
+    for p, q in ((a, b), (b, c), (c, a)):
+        inwards = cross(normal, q - p)
+        beyond = -dot(ends - p[:, None], inwards) / length(inwards)
+        worst = max(worst, beyond.max(initial=0.0))
     return worst
 
 

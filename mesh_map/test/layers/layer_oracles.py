@@ -4,11 +4,14 @@
 published; otherwise its mistakes are gone. Nothing here is taken from the package that is tested.
 """
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
+
+
+AT_ONCE = 100  # vertices whose neighborhoods grow together, in arrays that fit into a cache
 
 
 def sides(faces):
@@ -50,22 +53,32 @@ class OracleMesh:
         return self._pairs[radius]
 
     def _grown(self, radius):
+        pairs = [self._grown_from(first, radius) for first in range(0, self.count, AT_ONCE)]
+        return tuple(map(np.concatenate, zip(*pairs)))
+
+    def _grown_from(self, first, radius):
+        """The same of AT_ONCE vertices: a pair (v, u) has a number, under which seen has it."""
         starts, neighbors = self.rows
-        own = np.arange(self.count) * (self.count + 1)  # the pair (v, u) as v V + u
-        rings = [own[:0], own]
-        while len(rings[-1]):
-            center, reached = np.divmod(rings[-1], self.count)
+        center = reached = np.arange(first, min(first + AT_ONCE, self.count))
+        seen = np.zeros(len(center) * self.count, bool)
+        writer = np.zeros(len(seen), np.int32)
+        seen[(center - first) * self.count + center] = True
+        pairs = []
+        while len(center):
             counts = starts[reached + 1] - starts[reached]
-            center = np.repeat(center, counts)
-            offset = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-            beyond = neighbors[np.repeat(starts[reached], counts) + offset]
-            step = self.points[beyond] - self.points[center]
+            before = np.repeat(starts[reached] - np.cumsum(counts) + counts, counts)
+            center, beyond = np.repeat(center, counts), neighbors[before + np.arange(len(before))]
+            number = (center - first) * self.count + beyond
+            new = np.flatnonzero(~seen[number])
+            writer[number[new]] = np.arange(len(new))
+            new = new[writer[number[new]] == np.arange(len(new))]  # each once
+            seen[number[new]] = True
+            center, reached = center[new], beyond[new]
+            step = self.points[reached] - self.points[center]
             near = step[:, 0] ** 2 + step[:, 1] ** 2 + step[:, 2] ** 2 < radius * radius
-            found = np.unique(center[near] * self.count + beyond[near])
-            for ring in rings[-2:]:  # who is next to a ring is in it, or the one before or after
-                found = found[~np.isin(found, ring, assume_unique=True)]
-            rings.append(found)
-        return np.divmod(np.concatenate(rings[2:]), self.count)
+            center, reached = center[near], reached[near]
+            pairs.append((center, reached))
+        return tuple(map(np.concatenate, zip(*pairs)))
 
     @cached_property
     def face_normals(self):
@@ -100,6 +113,7 @@ def per_vertex(count, center, values):
     return np.bincount(center, values, count), np.bincount(center, minlength=count)
 
 
+@lru_cache(maxsize=None)
 def height_difference(mesh, radius, released=False):
     """max z - min z over N_r(v) and v; as released without v, and -inf for nothing."""
     center, reached = mesh.neighborhoods(radius)
@@ -111,6 +125,7 @@ def height_difference(mesh, radius, released=False):
     return high - low
 
 
+@lru_cache(maxsize=None)
 def mean_angle(mesh):
     """(V,) A(u): the mean angle between the normal of u and those at the other ends of its edges;
     0 without edges."""
@@ -162,27 +177,32 @@ def border(mesh, cost):
     return result
 
 
-def free_distances(mesh, start, direction, shrink=0.0):
-    """(V,) how far from start (V, 3) along direction (V, 3) faces are, of both sides; inf: none.
+def free_distances(mesh, start, direction, shrinks):
+    """(S, V) how far from start (V, 3) along direction (V, 3) faces are, of both sides; inf: none.
 
-    shrink: faces are that much (of their size) smaller, or larger if negative.
+    shrinks: faces are that much (of their size) smaller, or larger if negative; for each.
     """
     a, b, c = (mesh.points[mesh.faces[:, k]] for k in range(3))
-    found = np.full(len(start), np.inf)
+    normal = np.cross(b - a, c - a)
+    size2 = np.sum(normal * normal, axis=1)
+    above = np.sum(a * normal, axis=1)
+    # how far a point is from the side p q, in shares of the height: linear in the point
+    inwards = [np.cross(normal, q - p) for p, q in ((a, b), (b, c), (c, a))]
+    begins = [np.sum(p * inward, axis=1) for p, inward in zip((a, b, c), inwards)]
+    found = np.full((len(shrinks), len(start)), np.inf)
     for row, (origin, way) in enumerate(zip(start, direction)):
-        normal = np.cross(b - a, c - a)
-        size2 = np.sum(normal * normal, axis=1)
         slope = normal @ way
         good = (size2 > 0) & (np.abs(slope) > 1e-9 * np.sqrt(size2))
         with np.errstate(all="ignore"):
-            distance = np.sum((a - origin) * normal, axis=1) / slope
-            at = origin + distance[:, None] * way
+            distance = (above - normal @ origin) / slope
             parts = [
-                np.sum(np.cross(q - p, at - p) * normal, axis=1) / size2
-                for p, q in ((a, b), (b, c), (c, a))
+                (inward @ origin + distance * (inward @ way) - begin) / size2
+                for inward, begin in zip(inwards, begins)
             ]
-        inside = good & (np.min(parts, axis=0) >= shrink) & (distance > 0)
-        found[row] = distance[inside].min() if inside.any() else np.inf
+        least = np.min(parts, axis=0)
+        for k, shrink in enumerate(shrinks):
+            inside = good & (least >= shrink) & (distance > 0)
+            found[k, row] = distance[inside].min(initial=np.inf)
     return found
 
 
@@ -207,35 +227,38 @@ def fading(distance, inscribed_radius, inflation_radius, inscribed_value, lethal
     return result
 
 
-def surface_distance(mesh, sources, pieces=8):
-    """(V,) shortest way over the surface to source vertices and to the edges between two of them.
-
-    A graph with `pieces` parts to each edge, all points of a face joined: never too short, and too
-    long by a share that falls with the square of `pieces`.
-    """
+@lru_cache(maxsize=None)
+def surface_graph(mesh, pieces):
+    """A graph with `pieces` parts to each edge, all points of a face joined."""
     inner = np.arange(1, pieces) / pieces
     p, q = mesh.points[mesh.edges[:, 0]], mesh.points[mesh.edges[:, 1]]
     between = p[:, None] + inner[None, :, None] * (q - p)[:, None]
     points = np.concatenate([mesh.points, between.reshape(-1, 3)])
-    number = {tuple(edge): n for n, edge in enumerate(mesh.edges.tolist())}
-    first = mesh.count + np.arange(len(mesh.edges)) * (pieces - 1)
-    starts, ends = [mesh.edges[:, 0]], [mesh.edges[:, 1]]
-    for face in mesh.faces.tolist():
-        corners = sorted(set(face))
-        pairs = [(a, b) for a in corners for b in corners if a < b]
-        own = [first[number[pair]] + np.arange(pieces - 1) for pair in pairs]
-        own = np.concatenate([np.array(corners)] + own).astype(np.int64)
-        one, other = np.triu_indices(len(own), 1)
-        starts.append(own[one])
-        ends.append(own[other])
-    start, end = np.concatenate(starts), np.concatenate(ends)
-    keys = np.unique(np.minimum(start, end) * len(points) + np.maximum(start, end))
+    corners = np.sort(mesh.faces, axis=1)
+    keys = mesh.edges @ (mesh.count, 1)
+    own = [corners]  # the points of each face; of a corner that is named twice, one is left out
+    for a, b in ((0, 1), (1, 2), (0, 2)):
+        edge = np.searchsorted(keys, corners[:, [a, b]] @ (mesh.count, 1)) % max(len(keys), 1)
+        inside = mesh.count + edge[:, None] * (pieces - 1) + np.arange(pieces - 1)
+        own.append(np.where((corners[:, a] == corners[:, b])[:, None], corners[:, [a]], inside))
+    own = np.concatenate(own, axis=1)
+    ends = own[:, np.triu_indices(own.shape[1], 1)]
+    start, end = np.sort(ends, axis=1).transpose(1, 0, 2).reshape(2, -1)
+    keys = np.unique((start * len(points) + end)[start < end])
     start, end = np.divmod(keys, len(points))
     # a length of 0 would be no edge
     length = np.maximum(np.linalg.norm(points[start] - points[end], axis=1), 1e-12)
-    shape = (len(points), len(points))
-    graph = coo_matrix((length, (start, end)), shape).tocsr()
-    chosen = np.zeros(len(points), bool)
+    return coo_matrix((length, (start, end)), (len(points), len(points))).tocsr()
+
+
+def surface_distance(mesh, sources, pieces=8):
+    """(V,) shortest way over the surface to source vertices and to the edges between two of them.
+
+    In surface_graph(): never too short, and too long by a share that falls with the square of
+    `pieces`.
+    """
+    graph = surface_graph(mesh, pieces)
+    chosen = np.zeros(graph.shape[0], bool)
     chosen[sources] = True
     joined = chosen[mesh.edges].all(axis=1)
     chosen[mesh.count :] = np.repeat(joined, pieces - 1)

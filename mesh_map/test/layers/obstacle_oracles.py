@@ -1,4 +1,4 @@
-"""Obstacles in plain Python, one point after the other, for the tests."""
+"""Obstacles in plain Python, for the tests; but for rays, which are many."""
 
 import math
 
@@ -6,26 +6,29 @@ import numpy as np
 from mesh_map.spatial.hits import NO_FACE
 
 
-def face_below(vertices, faces, point, down, reach):
-    """The first face that a ray meets and how far it is; and whether rounding decides that."""
-    a, b, c = (vertices[faces[:, k]].astype(np.float64) for k in range(3))
+def faces_below(vertices, faces, points, down, reach):
+    """(N,) the first face that a ray from each point meets, how far it is, and whether rounding
+    decides that.
+    """
+    a, b, c = (vertices.astype(np.float64)[faces[:, k]] for k in range(3))
     with np.errstate(divide="ignore", invalid="ignore"):
         p = np.cross(down, c - a)
-        det = np.einsum("ij,ij->i", b - a, p)
-        s = point - a
-        u = np.einsum("ij,ij->i", s, p) / det
-        q = np.cross(s, b - a)
-        w = q @ down / det
-        t = np.einsum("ij,ij->i", c - a, q) / det
+        det = np.einsum("fj,fj->f", b - a, p)
+        s = np.asarray(points, np.float64).reshape(-1, 1, 3) - a
+        u = np.einsum("nfj,fj->nf", s, p) / det
+        # of q = s x (b - a), what is q . d and q . (c - a)
+        w = np.einsum("nfj,fj->nf", s, np.cross(b - a, down)) / det
+        t = np.einsum("nfj,fj->nf", s, np.cross(b - a, c - a)) / det
         hit = (u >= 0) & (w >= 0) & (u + w <= 1) & (t >= 0) & (t <= reach)
         margins = np.minimum(np.minimum(u, w), np.minimum(1 - u - w, t))
-        close = (np.abs(margins) < 1e-9).any() or (np.abs(det) < 1e-12).any()
-        close = close or (np.abs(t - reach) < 1e-9).any()
-    if not hit.any():
-        return NO_FACE, math.inf, close
+        close = (np.abs(margins) < 1e-9).any(1) | (np.abs(det) < 1e-12).any()
+        close |= (np.abs(t - reach) < 1e-9).any(1)
     distances = np.where(hit, t, np.inf)
-    first = int(np.argmin(distances))
-    return first, distances[first], close or np.sum(distances < distances[first] + 1e-9) > 1
+    first = np.argmin(distances, 1)
+    nearest = distances[np.arange(len(first)), first]
+    alike = (distances < nearest[:, None] + 1e-9).sum(1) > 1
+    found = hit.any(1)
+    return np.where(found, first, NO_FACE), nearest, close | (found & alike)
 
 
 def view_cell(offset, angle):
@@ -42,17 +45,23 @@ def view_cell(offset, angle):
     return row, min(int(turn * columns), columns - 1)
 
 
-def seen_past(mark, offsets, ground, angle, margin):
+def view_of(offsets, ground, angle):
+    """What lies in each cell of a view: [(distance, whether it is ground)]."""
+    view = {}
+    for offset, is_ground in zip(offsets, ground):
+        distance = math.sqrt(sum(x * x for x in offset))
+        view.setdefault(view_cell(offset, angle), []).append((distance, is_ground))
+    return view
+
+
+def seen_past(mark, view, angle, margin):
     """Whether a view has something beyond a point in its cell, and nothing at or before it."""
     cell = view_cell(mark, angle)
     if cell is None:
         return False
     beyond = math.sqrt(sum(x * x for x in mark)) + margin
     far = False
-    for offset, is_ground in zip(offsets, ground):
-        if view_cell(offset, angle) != cell:
-            continue
-        distance = math.sqrt(sum(x * x for x in offset))
+    for distance, is_ground in view.get(cell, ()):
         if distance > beyond:
             far = True
         elif not is_ground:
@@ -75,14 +84,14 @@ class SlowObstacles:
     def insert_cloud(self, points, origin, stamp, down=(0, 0, -1)):
         params, down = self.params, np.asarray(down, float) / np.linalg.norm(down)
         lowest, found, offsets, ground = params["min_obstacle_height"], [], [], []
-        for point in points:
-            if not all(math.isfinite(x) for x in point):
-                continue
+        points = [point for point in points if all(math.isfinite(x) for x in point)]
+        reach = params["robot_height"] + lowest
+        starts = [point - lowest * down for point in points]
+        below = zip(*faces_below(self.vertices, self.faces, starts, down, reach))
+        for point, (face, way, close) in zip(points, below):
             offsets.append(tuple(point - origin))
             distance, is_ground = math.dist(point, origin), False
             if params["min_obstacle_dist"] <= distance <= params["max_obstacle_dist"]:
-                start, reach = point - lowest * down, params["robot_height"] + lowest
-                face, way, close = face_below(self.vertices, self.faces, start, down, reach)
                 self.undecided += bool(close)
                 is_ground = face != NO_FACE and way - lowest < lowest
                 if face != NO_FACE and not is_ground:
@@ -94,10 +103,11 @@ class SlowObstacles:
             self.marks = {}
         elif params["clearing"]:
             angle, margin = math.radians(params["clearing_angle"]), params["clearing_margin"]
+            view = view_of(offsets, ground, angle)
             self.marks = {
                 key: (point, time)
                 for key, (point, time) in self.marks.items()
-                if not seen_past(tuple(point - origin), offsets, ground, angle, margin)
+                if not seen_past(tuple(point - origin), view, angle, margin)
             }
         self.decay(stamp)
         cloud = {}

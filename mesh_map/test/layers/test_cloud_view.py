@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from mesh_map.layers.cloud_view import CloudView
-from obstacle_oracles import seen_past, view_cell
+from obstacle_oracles import seen_past, view_cell, view_of
 
 DEGREE = math.radians(1.0)
 
@@ -24,7 +24,8 @@ def test_views_equal_brute_force(degrees):
         asked = (direction + random.uniform(-size, size, (40, 3))) * random.uniform(0.5, 3, (40, 1))
         asked[0] = 0
         answers = CloudView(offsets, ground, angle).sees_past(asked, 0.3)
-        expected = [seen_past(tuple(a), offsets, ground, angle, 0.3) for a in asked]
+        view = view_of(offsets, ground, angle)
+        expected = [seen_past(tuple(a), view, angle, 0.3) for a in asked]
         assert answers.tolist() == expected
         past, total = past + sum(expected), total + len(expected)
     assert degrees > 10 or 0 < past < total

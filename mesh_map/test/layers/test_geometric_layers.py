@@ -121,7 +121,7 @@ def test_tray():
     assert evaluated(BorderLayer, mesh).lethal.sum() == 96
 
     ours = evaluated(RidgeLayer, mesh).costs
-    lonely = np.array([not others for others in around])
+    lonely = np.array([not len(others) for others in around])
     np.testing.assert_allclose(ours[~lonely], ridge[~lonely], atol=2e-6)
     assert lonely.sum() == 1169 and not ours[lonely].any()
     ours = evaluated(RoughnessLayer, mesh).costs
@@ -136,7 +136,7 @@ def test_botanical_garden():
     assert evaluated(SteepnessLayer, mesh).costs.max() == pytest.approx(3.14, abs=5e-3)
     ours = evaluated(RoughnessLayer, mesh).costs
     np.testing.assert_allclose(ours, surroundings.roughness(around, angles), atol=3e-6)
-    lonely = np.array([not others for others in around])
+    lonely = np.array([not len(others) for others in around])
     costs = evaluated(RidgeLayer, mesh).costs
     assert lonely.sum() == 84 and not costs[lonely].any()
     np.testing.assert_allclose(costs[~lonely], ridge[~lonely], atol=3e-6)

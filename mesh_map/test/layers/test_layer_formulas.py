@@ -83,12 +83,8 @@ def test_clearance(name):
     lift = np.maximum(1e-3, 4 * np.spacing(np.abs(mesh.vertices[some]).max(axis=1)))
     start = oracle.points[some] + lift[:, None] * normals[some]
     # a ray near an edge may pass by it: the cost has to lie between those of hit and miss
-    costs = [
-        layer_oracles.clearance_cost(
-            lift + layer_oracles.free_distances(oracle, start, normals[some], shrink), 0.4, 0.5
-        )
-        for shrink in (1e-4, -1e-4)
-    ]
+    free = lift + layer_oracles.free_distances(oracle, start, normals[some], (1e-4, -1e-4))
+    costs = layer_oracles.clearance_cost(free, 0.4, 0.5)
     sure = size[some] > 1e-4
     low, high = np.min(costs, 0)[sure] - 2e-4, np.max(costs, 0)[sure] + 2e-4
     found = result.costs[some][sure]

@@ -10,7 +10,7 @@ from mesh_map.layers.obstacle import CloudSummary, ObstacleLayer
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.spatial.hits import NO_FACE
 from meshes import small, terrain
-from obstacle_oracles import SlowObstacles, face_below
+from obstacle_oracles import SlowObstacles, faces_below
 
 INF, NAN = math.inf, math.nan
 FLOOR = np.array([[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], np.float32)
@@ -86,9 +86,9 @@ def test_replacing_clouds_as_released(mesh):
         points, origin = cloud_over(mesh, random, 40), mesh.vertices.mean(axis=0) + [0, 0, 0.5]
         layer.insert_cloud(mesh_map, points, origin, step)
     certain, possible = set(), set()
-    for point in points:
+    below = zip(*faces_below(mesh.vertices, mesh.faces, points, down, 0.9))
+    for point, (face, _, close) in zip(points, below):
         if math.dist(point, origin) <= 2.0:
-            face, _, close = face_below(mesh.vertices, mesh.faces, point, down, 0.9)
             (possible if close else certain).add(face)
     marked = set(layer.marked_faces.tolist())
     assert certain - {NO_FACE} <= marked

@@ -9,7 +9,7 @@ from mesh_map.layers.obstacles import ObstacleLimits, ObstacleMarks, find_obstac
 from mesh_map.spatial.hits import NO_FACE
 from mesh_map.spatial.spatial_index import SpatialIndex
 from meshes import small, terrain
-from obstacle_oracles import face_below
+from obstacle_oracles import faces_below
 
 DOWN = np.array([0.0, 0.0, -1.0])
 LIMITS = [
@@ -32,15 +32,18 @@ def test_faces_below_points_equal_brute_force(mesh, limits):
         index = SpatialIndex(mesh.vertices, mesh.faces)
         found = find_obstacles(index, points, origin, down, limits)
         unit = down / np.linalg.norm(down)
-        for point, finite, inside, ground, face in zip(points, *found):
+        starts, reach = points - limits.lowest * unit, limits.highest + limits.lowest
+        with np.errstate(all="ignore"):  # of points that are not finite
+            below = faces_below(mesh.vertices, mesh.faces, starts, unit, reach)
+        for point, finite, inside, ground, face, expected, way, close in zip(
+            points, *found, *below
+        ):
             if not np.isfinite(point).all():
                 assert not (finite or inside or ground) and face == NO_FACE
                 continue
             assert finite
             distance = math.dist(point, origin)
             assert inside == (limits.nearest <= distance <= limits.farthest)
-            start, reach = point - limits.lowest * unit, limits.highest + limits.lowest
-            expected, way, close = face_below(mesh.vertices, mesh.faces, start, unit, reach)
             if close:
                 continue
             low_enough = inside and expected != NO_FACE and way < 2 * limits.lowest

@@ -39,6 +39,8 @@ def test_costs_equal_those_of_the_faces_cut_in_numpy(mesh):
     random = np.random.default_rng(0)
     queries = queries_of(mesh)
     corners = mesh.vertices.astype(np.float64)[mesh.faces]
+    sides = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
+    to_weights = np.linalg.pinv(sides, rcond=1e-15)  # of the second and third corner
     costs = random.uniform(0, 1, len(mesh.vertices)).astype(np.float32)
     costs[random.random(len(costs)) < 0.02] = np.inf
     costs[random.random(len(costs)) < 0.02] = np.nan
@@ -60,14 +62,11 @@ def test_costs_equal_those_of_the_faces_cut_in_numpy(mesh):
             assert np.isinf(surely).any() <= found.lethal <= np.isinf(perhaps).any()
             assert np.isnan(surely).any() <= found.unknown <= np.isnan(perhaps).any()
             largest = 0.0
-            for face in np.flatnonzero(touching.surely):
+            faces = np.flatnonzero(touching.surely)
+            for face, part, count in zip(faces, *clipped(corners[faces], planes)):
                 field = costs[mesh.faces[face]].astype(np.float64)
-                part = clipped(corners[face], planes)
-                if len(part) and np.isfinite(field).all():
-                    (a, b, c) = corners[face]
-                    weights = np.linalg.lstsq(
-                        np.stack([b - a, c - a], 1), (part - a).T, rcond=None
-                    )[0]
+                if count and np.isfinite(field).all():
+                    weights = to_weights[face] @ (part[:count] - corners[face, 0]).T
                     largest = max(largest, (field[0] + (field[1:] - field[0]) @ weights).max())
             assert abs(found.maximum - largest) < 1e-5
             expected = np.inf if found.lethal else found.maximum

@@ -16,23 +16,23 @@ def queries_of(mesh):
     return SurfaceQueries(MeshGeometry(mesh.vertices, mesh.faces))
 
 
-def bisector(to, than):
-    """The plane between two points: >= 0 for what is nearer to the first."""
+def bisectors(to, than):
+    """The planes (F, 4) between points (F, 3): >= 0 for what is nearer to the first."""
     away = than - to
-    return np.append(-away, away @ (to + than) / 2)
+    return np.concatenate([-away, np.sum(away * (to + than) / 2, 1, keepdims=True)], 1)
 
 
 def vertices_of(mesh, planes, shift):
     """Those with a part of their faces, where they are the nearest corner, in front of planes."""
     found = set()
     corners = mesh.vertices.astype(np.float64)[mesh.faces]
-    for face, points in zip(mesh.faces, corners):
-        for k in range(3):
-            others = [bisector(points[k], points[i]) for i in range(3) if i != k]
-            all_planes = np.concatenate([planes, others])
-            all_planes[:, 3] += shift * np.linalg.norm(all_planes[:, :3], axis=1)
-            if len(clipped(points, all_planes)):
-                found.add(int(face[k]))
+    for k in range(3):
+        others = [bisectors(corners[:, k], corners[:, i]) for i in range(3) if i != k]
+        same = np.broadcast_to(planes, (len(corners), *planes.shape))
+        all_planes = np.concatenate([same, np.stack(others, 1)], 1)
+        all_planes[:, :, 3] += shift * np.linalg.norm(all_planes[:, :, :3], axis=2)
+        _, counts = clipped(corners, all_planes)
+        found.update(mesh.faces[counts > 0, k].tolist())
     return found
 
 

@@ -51,8 +51,11 @@ def costs_of(topic):
 
 
 def start_node(test, name, **parameters):
-    """Starts a node with these parameters, which knows the layers of strange_layers; it ends with
-    the test case."""
+    """Starts a node with these parameters, which knows the layers of strange_layers.
+
+    The test case tells it to end, and the class waits for that: nodes take half a second for it, in
+    which the next one starts. So each needs a name of its own.
+    """
     rospy.set_param("/" + name, parameters)
     executable = roslib.packages.find_node("mesh_map", "mesh_map")[0]
     environment = dict(os.environ)
@@ -65,8 +68,8 @@ def start_node(test, name, **parameters):
         stderr=subprocess.STDOUT,
         universal_newlines=True,
     )
-    test.addCleanup(node.stdout.close)
-    test.addCleanup(node.wait, WAIT)
+    test.addClassCleanup(node.stdout.close)
+    test.addClassCleanup(node.wait, WAIT)
     test.addCleanup(node.terminate)
     return node
 

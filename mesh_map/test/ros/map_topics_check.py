@@ -102,12 +102,12 @@ class MapTopicsTest(unittest.TestCase):
         self.assertTrue(wait_until(lambda: len(updates.messages) == known + 2))
 
     def test_whole_layers_are_not_sent_at_every_change(self):
-        self.start("paced", layers=STRANGE[:1], costs_period=2.0)
+        self.start("paced", layers=STRANGE[:1], costs_period=1.0)
         whole = self.subscribe("vertex_costs", arrays.MeshVertexCostsStamped)
         updates = self.subscribe("vertex_costs/updates", arrays.MeshVertexCostsSparseStamped)
         self.assertTrue(wait_until(lambda: len(whole.newest) == 2))
         move = self.flag("flag_0")
-        time.sleep(2.0)  # a change after a pause is sent at once
+        time.sleep(1.0)  # a change after a pause is sent at once
         known, begin = len(whole.messages), time.monotonic()
         for cost in range(1, 31):
             move(3, cost / 16)
@@ -118,7 +118,7 @@ class MapTopicsTest(unittest.TestCase):
         seconds = time.monotonic() - begin
         of_flag = [m for m in whole.messages[known:] if m.type == "flag_0"]
         self.assertEqual(of_flag[0].mesh_vertex_costs.costs[3], 0.125)
-        self.assertLessEqual(len(of_flag), 2 + int(seconds / 2.0))
+        self.assertLessEqual(len(of_flag), 2 + int(seconds))
 
     def test_late_subscribers_get_the_newest_of_ten_layers(self):
         self.start("late", layers=STRANGE, costs_period=3600.0)

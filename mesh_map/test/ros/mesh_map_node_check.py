@@ -14,7 +14,7 @@ from unittest import mock
 import numpy as np
 import rospy
 import rostest
-from map_node import WAIT, costs_of, end_node, start_node, wait_until
+from map_node import WAIT, Subscriber, costs_of, end_node, start_node, wait_until
 from mesh_map.base.errors import MeshMapError
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_map.io.map_source import MapSource
@@ -45,9 +45,9 @@ class MeshMapNode(unittest.TestCase):
         layers = [{"name": name, "type": TYPE} for name in NAMES]
         params = {name: {"radius": 0.1 * i + 0.1} for i, name in enumerate(NAMES)}
         start_node(self, "late", mesh_file=self.path, global_frame="hall", layers=layers, **params)
+        progress = Subscriber("/late/progress", String)
+        self.assertTrue(wait_until(lambda: "ready" in str(progress.messages[-1:])))
         geometry = rospy.wait_for_message("/late/mesh", arrays.MeshGeometryStamped, WAIT)
-        rospy.wait_for_service("/late/save_map", WAIT)
-        time.sleep(1.0)
         costs = costs_of("/late/vertex_costs")
         expected = set(NAMES) | {COMBINED_COSTS}
         self.assertTrue(wait_until(lambda: set(costs.newest) == expected), costs.newest.keys())
@@ -239,13 +239,14 @@ class MeshMapNode(unittest.TestCase):
 
     def test_a_map_that_cannot_be_loaded(self):
         missing = os.path.join(self.folder, "missing.h5")
-        for name, parameters, message in (
+        cases = (
             ("missing", {"mesh_file": missing}, missing),
             ("directory", {"mesh_file": self.folder}, self.folder),
             ("unset", {"global_frame": "map"}, "mesh_file is not set"),
             ("no_part", {"mesh_file": self.path, "mesh_part": "cellar"}, "cellar"),
-        ):
-            node = start_node(self, name, **parameters)
+        )
+        nodes = [start_node(self, name, **parameters) for name, parameters, _ in cases]
+        for node, (_, _, message) in zip(nodes, cases):
             output = node.communicate(timeout=WAIT)[0]
             self.assertEqual(node.returncode, 1, output)
             lines = [line for line in output.splitlines() if line.strip()]

@@ -20,7 +20,6 @@ from mesh_msgs import zoo
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 
-NAME = "reconfigured"
 LAYERS = [
     {"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"},
     {"name": "giant", "type": "strange/GiantLayer"},
@@ -35,9 +34,10 @@ class ReconfigureTest(unittest.TestCase):
         path = os.path.join(folder, "map.h5")
         world = zoo.outdoor_world(faces=2000)
         MapFile.write(path, Mesh(world.vertices, world.faces))
+        self.name = self.id().rpartition(".")[2]
         self.node = start_node(
             self,
-            NAME,
+            self.name,
             mesh_file=path,
             layers=LAYERS,
             height_diff={"threshold": 0.4, "radius": 50, "factor": 0.5},
@@ -45,11 +45,11 @@ class ReconfigureTest(unittest.TestCase):
             cost_limit=20,
             edge_weight="nonsense",
         )
-        self.costs = costs_of("/%s/vertex_costs" % NAME)
+        self.costs = costs_of("/%s/vertex_costs" % self.name)
         self.addCleanup(self.costs.unregister)
 
     def client(self, name=""):
-        client = Client("/%s%s" % (NAME, name and "/" + name), timeout=WAIT)
+        client = Client("/%s%s" % (self.name, name and "/" + name), timeout=WAIT)
         self.addCleanup(client.close)
         client.get_parameter_descriptions(WAIT)
         return client
@@ -76,7 +76,7 @@ class ReconfigureTest(unittest.TestCase):
         self.assertEqual(limits["factor"], (0.0, 1.0, 1.0))
         values = client.get_configuration(WAIT)
         self.assertEqual((values["threshold"], values["radius"], values["factor"]), (0.4, 1, 0.5))
-        self.assertEqual(rospy.get_param("/%s/height_diff/radius" % NAME), 1.0)
+        self.assertEqual(rospy.get_param("/%s/height_diff/radius" % self.name), 1.0)
 
         self.assertTrue(wait_until(lambda: self.newest("height_diff") is not None))
         heights = self.newest("height_diff")
@@ -86,7 +86,7 @@ class ReconfigureTest(unittest.TestCase):
         answer = client.update_configuration({"threshold": 0.8})
         self.assertEqual(answer["threshold"], 0.8)
         self.wait_for_lethals(counts[1])
-        self.assertEqual(rospy.get_param("/%s/height_diff/threshold" % NAME), 0.8)
+        self.assertEqual(rospy.get_param("/%s/height_diff/threshold" % self.name), 0.8)
 
         answer = client.update_configuration({"threshold": 7.0, "factor": 1.0})
         self.assertEqual((answer["threshold"], answer["factor"]), (1.0, 1.0))
@@ -101,7 +101,7 @@ class ReconfigureTest(unittest.TestCase):
 
     def test_what_is_refused_goes_back(self):
         client = self.client("flag")
-        service = rospy.ServiceProxy("/%s/flag/set_parameters" % NAME, Reconfigure)
+        service = rospy.ServiceProxy("/%s/flag/set_parameters" % self.name, Reconfigure)
         updates = []
         client.config_callback = updates.append
         for config in (
@@ -124,11 +124,11 @@ class ReconfigureTest(unittest.TestCase):
             self.assertTrue(wait_until(lambda: updates))
             self.assertEqual((updates[-1]["height"], updates[-1]["fabric"]), (2.0, "silk"))
         self.assertEqual(client.update_configuration({"fabric": "wool"})["fabric"], "wool")
-        self.assertEqual(rospy.get_param("/%s/flag/fabric" % NAME), "wool")
+        self.assertEqual(rospy.get_param("/%s/flag/fabric" % self.name), "wool")
         output = end_node(self.node)
         for words in ("height is nan", "height is inf", "no flag is 13 m high", "height is 'tall'"):
             self.assertEqual(output.count(words), 1, output)
-        self.assertEqual(output.count("/%s/flag: refused: " % NAME), 5, output)
+        self.assertEqual(output.count("/%s/flag: refused: " % self.name), 5, output)
         self.assertEqual(
             output.count("layer giant cannot be reconfigured: OverflowError"), 1, output
         )

@@ -29,10 +29,11 @@ def check_points(mesh, index, points, back_end, limit=np.inf, mask=None, step=1)
     found = index.closest_batch(points=points, **asked, back_end=back_end)
     counts = np.ones(len(mesh.faces), bool) if mask is None else mask
     needles = needle_doubts(mesh)
-    for i in range(0, len(points), step):
+    largest = np.abs(mesh.vertices[mesh.faces]).max()
+    expected = np.where(counts, distances_to_faces(mesh, points[::step]), np.inf)
+    for i, distances in zip(range(0, len(points), step), expected):
         point, face = points[i], found.faces[i]
-        distances = np.where(counts, distances_to_faces(mesh, point), np.inf)
-        doubt = 1e-11 * (1 + np.abs(mesh.vertices[mesh.faces]).max() + np.abs(point).max())
+        doubt = 1e-11 * (1 + largest + np.abs(point).max())
         doubt += needles[np.argmin(distances)] + (0 if face == NO_FACE else needles[face])
         one = index.closest(point=point, **asked)
         if face == NO_FACE:
@@ -95,9 +96,8 @@ def test_limited_normals_equal_numpy(mesh, seed):
     points, angle = some_points(mesh, random, 4), random.uniform(0, math.pi)
     normals, needles = random.normal(size=points.shape), needle_doubts(mesh)
     found = index.closest_batch(points=points, normals=normals, max_angle=angle)
-    for i, point in enumerate(points):
+    for i, (point, distances) in enumerate(zip(points, distances_to_faces(mesh, points))):
         within = normals_within(mesh, normals[i], angle)
-        distances = distances_to_faces(mesh, point)
         doubt = 1e-11 * (1 + np.abs(mesh.vertices[mesh.faces]).max() + np.abs(point).max())
         one = index.closest(point=point, normal=normals[i], max_angle=angle)
         if found.faces[i] == NO_FACE:

@@ -7,7 +7,7 @@ from mesh_map.spatial.device_batches import RayCaster
 from mesh_map.spatial.hits import NO_FACE
 from mesh_map.spatial.spatial_index import SpatialIndex, query_counts
 from meshes import SMALL, TestMesh, data_mesh, real, terrain
-from oracles import check_hit, ray_times
+from oracles import RayTimes, check_hit, ray_times
 from spatial_samples import (
     ADVERSARIAL,
     BACK_ENDS,
@@ -29,9 +29,11 @@ def check_rays(mesh, index, rays, back_end, cull=False, mask=None, step=1):
     any_hits = index.any_hit_batch(**batch, **arguments, back_end=back_end)
     assert np.array_equal(any_hits, hits.faces != NO_FACE) and any_hits.dtype == bool
     positions = hits.positions(origins=origins, directions=directions)
-    for i in range(0, len(origins), step):
-        ray = (origins[i], directions[i], limits[i], cull)
-        check_hit(mesh, ray, hits.faces[i], hits.distances[i], hits.barycentric[i], mask)
+    some = slice(None, None, step)
+    expected = zip(*ray_times(mesh, origins[some], directions[some], limits[some], cull))
+    for i, times in zip(range(0, len(origins), step), map(RayTimes._make, expected)):
+        answer = hits.faces[i], hits.distances[i], hits.barycentric[i]
+        check_hit(times, *answer, limits[i], mask)
         one = {"origin": origins[i], "direction": directions[i], "max_distance": limits[i]}
         hit = index.cast(**one, **arguments)
         assert index.any_hit(**one, **arguments) == (hit is not None)
@@ -44,7 +46,7 @@ def check_rays(mesh, index, rays, back_end, cull=False, mask=None, step=1):
         assert np.allclose(hit.position, positions[i], rtol=0, atol=1e-14 * size)
         corners = mesh.vertices[mesh.faces[hit.face]].astype(np.float64)
         size += np.abs(corners).max()
-        if np.isfinite(ray_times(mesh, *ray).error[hit.face]):
+        if np.isfinite(times.error[hit.face]):
             assert np.allclose(hit.position, hit.barycentric @ corners, rtol=0, atol=1e-6 * size)
     return hits
 

@@ -191,18 +191,17 @@ def pixel_hits(mesh, eye, matrix, columns, rows):
     x = 2 * (np.arange(columns) + 0.5) / columns - 1
     y = 1 - 2 * (np.arange(rows) + 0.5) / rows
     centers = np.stack(np.meshgrid(x, y), -1)
-    inverse = np.linalg.inv(matrix)
-    faces = np.full((rows, columns), -1, np.int64)
-    for row, column in np.ndindex(rows, columns):
-        point = inverse @ [*centers[row, column], 0, 1]
-        times = ray_times(mesh, eye, point[:3] / point[3] - eye)
-        if not times.perhaps.any():
-            faces[row, column] = NO_FACE
-            continue
-        nearest = np.argmin(np.where(times.perhaps, times.distance, np.inf))
-        others = times.perhaps & (times.distance <= times.distance[nearest] + 1e-9)
-        if times.surely[nearest] and others.sum() == 1:
-            faces[row, column] = nearest
+    ends = np.concatenate([centers.reshape(-1, 2), np.tile([0.0, 1.0], (columns * rows, 1))], 1)
+    ends = ends @ np.linalg.inv(matrix).T
+    ways = ends[:, :3] / ends[:, 3:] - eye
+    times = ray_times(mesh, np.broadcast_to(eye, ways.shape), ways, np.full(len(ways), np.inf))
+    number = np.arange(len(ways))
+    nearest = np.argmin(np.where(times.perhaps, times.distance, np.inf), 1)
+    limit = times.distance[number, nearest] + 1e-9
+    others = (times.perhaps & (times.distance <= limit[:, None])).sum(1)
+    faces = np.where(times.surely[number, nearest] & (others == 1), nearest, -1)
+    faces[~times.perhaps.any(1)] = NO_FACE
+    faces = faces.reshape(rows, columns)
     return faces, centers
 
 

@@ -1,6 +1,7 @@
 """Meshes for the tests: the zoo, random soups of triangles, and real ones where present."""
 
 import os
+from functools import lru_cache
 from pathlib import Path
 from typing import List, NamedTuple
 
@@ -15,10 +16,18 @@ DATA = Path(
 
 
 class TestMesh(NamedTuple):
+    """A mesh that equals itself alone, so that what was computed of it can be kept."""
+
     __test__ = False
     name: str
     vertices: np.ndarray
     faces: np.ndarray
+
+    def __eq__(self, other):
+        return self is other
+
+    def __hash__(self):
+        return id(self)
 
 
 def soup(seed: int, vertex_count: int = 9, face_count: int = 25) -> TestMesh:
@@ -53,7 +62,14 @@ def data_mesh(name: str) -> TestMesh:
     path = DATA / name
     if not path.exists():
         pytest.skip("%s is absent; set MESH_TOOLS_DATA to the folder that holds it" % path)
+    return _read(path)
+
+
+@lru_cache(maxsize=None)
+def _read(path: Path) -> TestMesh:
     mesh, _ = read_mesh(str(path))
+    for array in (mesh.vertices, mesh.faces):
+        array.flags.writeable = False
     return TestMesh(path.stem, mesh.vertices, mesh.faces)
 
 

@@ -4,9 +4,13 @@ Rounding leaves a doubt where a query just touches something. So predicates come
 surely true, and what may be true. What is found has to lie between.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+
+# Pairs of a face and a ray or point that are computed in one step, in arrays that fit into a cache.
+PAIRS = 30_000
 
 
 class Maybe(NamedTuple):
@@ -31,6 +35,30 @@ def corners_of(mesh):
     return tuple(mesh.vertices.astype(np.float64)[mesh.faces[:, k]] for k in range(3))
 
 
+def cross(a, b):
+    """Of vectors (3, ...)."""
+    return np.array(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
+def dot(a, b):
+    """Of vectors (3, ...)."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def length(a):
+    """Of vectors (3, ...)."""
+    return np.sqrt(dot(a, a))
+
+
+def in_steps(mesh, function, *rows):
+    """What a function makes of parts of these arrays, one after the other."""
+    step = max(1, PAIRS // len(mesh.faces))
+    firsts = range(0, max(len(rows[0]), 1), step)
+    return [function(*(array[first : first + step] for array in rows)) for first in firsts]
+
+
 class RayTimes(NamedTuple):
     """Distances to the faces, how wrong they may be, and whether the ray hits them."""
 
@@ -40,85 +68,136 @@ class RayTimes(NamedTuple):
     perhaps: np.ndarray
 
 
+class RaySides(NamedTuple):
+    """What every ray has to know of the faces: vectors (3, F) and numbers (F,)."""
+
+    start: np.ndarray
+    u_edge: np.ndarray
+    v_edge: np.ndarray
+    u_length: np.ndarray
+    v_length: np.ndarray
+    scale: np.ndarray
+
+
+@lru_cache(maxsize=100)
+def ray_sides(mesh):
+    a, b, c = (np.ascontiguousarray(corner.T) for corner in corners_of(mesh))
+    scale = np.abs(a).max(0) + np.abs(b).max(0) + np.abs(c).max(0)
+    return RaySides(a, b - a, c - a, length(b - a), length(c - a), scale)
+
+
+def ray_times(mesh, origins, directions, max_distances, cull_back_faces=False):
+    """RayTimes (R, F) of rays: (R, 3), (R, 3) and (R,)."""
+    rays = [np.asarray(rows, np.float64) for rows in (origins, directions, max_distances)]
+    sides = ray_sides(mesh)
+    parts = in_steps(mesh, lambda *rows: _ray_times(sides, *rows, cull_back_faces), *rays)
+    return RayTimes(*map(np.concatenate, zip(*parts)))
+
+
 @np.errstate(all="ignore")
-def ray_times(mesh, origin, direction, max_distance=np.inf, cull_back_faces=False):
+def _ray_times(faces, origins, directions, max_distances, cull_back_faces):
     """By Moeller and Trumbore: Fast, Minimum Storage Ray/Triangle Intersection, 1997.
 
     From so far away that squares overflow, nothing is sure.
     """
-    a, b, c = corners_of(mesh)
-    count = len(a)
-    largest = np.abs(direction).max()
-    nothing = np.zeros(count, bool)
-    if not (np.isfinite(origin).all() and np.isfinite(direction).all() and largest > 0):
-        return RayTimes(np.full(count, np.inf), np.zeros(count), nothing, nothing)
-    if not max_distance >= 0:
-        return RayTimes(np.full(count, np.inf), np.zeros(count), nothing, nothing)
-    if np.abs(origin).max() > 1e100:
-        return RayTimes(np.zeros(count), np.full(count, np.inf), nothing, ~nothing)
-    way = np.asarray(direction) / largest
-    way = way / np.linalg.norm(way)
-    u_edge, v_edge, start = b - a, c - a, origin - a
-    cross_v, cross_u = np.cross(way, v_edge), np.cross(start, u_edge)
-    determinant = np.sum(u_edge * cross_v, 1)
-    lengths = [np.linalg.norm(side, axis=1) for side in (u_edge, v_edge, start)]
-    scale = np.abs(a).max(1) + np.abs(b).max(1) + np.abs(c).max(1) + np.abs(origin).max()
-    rounding = 1e-14 * (scale + lengths[2])
-    size = np.maximum(lengths[0], lengths[1])
-    flat = np.abs(determinant) <= 1e-13 * lengths[0] * lengths[1]
+    largest, farthest = np.abs(directions).max(1), np.abs(origins).max(1)
+    nowhere = ~(np.isfinite(origins).all(1) & np.isfinite(directions).all(1) & (largest > 0))
+    nowhere |= ~(max_distances >= 0)
+    anywhere = ~nowhere & (farthest > 1e100)
+    way = (directions / largest[:, None]).T[:, :, None]
+    way = way / length(way)
+    start = origins.T[:, :, None] - faces.start[:, None]
+    cross_v, cross_u = cross(way, faces.v_edge[:, None]), cross(start, faces.u_edge[:, None])
+    determinant = dot(faces.u_edge[:, None], cross_v)
+    away = length(start)
+    rounding = 1e-14 * (faces.scale + farthest[:, None] + away)
+    size = np.maximum(faces.u_length, faces.v_length)
+    flat = np.abs(determinant) <= 1e-13 * faces.u_length * faces.v_length
     divisor = np.where(flat, 1.0, determinant)
-    u = np.sum(start * cross_v, 1) / divisor
-    v = np.sum(way * cross_u, 1) / divisor
-    distance = np.sum(v_edge * cross_u, 1) / divisor
+    u = dot(start, cross_v) / divisor
+    v = dot(way, cross_u) / divisor
+    distance = dot(faces.v_edge[:, None], cross_u) / divisor
     # weights are areas seen along the ray, divided by that of the face
-    doubt = (1e-13 * lengths[2] * size + rounding * (size + lengths[2])) / np.abs(divisor) + 1e-13
+    doubt = (1e-13 * away * size + rounding * (size + away)) / np.abs(divisor) + 1e-13
     margin = np.minimum(np.minimum(u, v), 1 - u - v)
     error = 10 * doubt * size + rounding
-    front = determinant > 0
-    side = front if cull_back_faces else ~flat
-    reach = (distance >= -error) & (distance <= max_distance + error)
-    inner = (distance >= error) & (distance <= max_distance - error)
+    side = determinant > 0 if cull_back_faces else ~flat
+    limit = max_distances[:, None]
+    reach = (distance >= -error) & (distance <= limit + error)
+    inner = (distance >= error) & (distance <= limit - error)
     surely = ~flat & side & (margin > doubt) & inner
-    perhaps = flat & (np.linalg.norm(u_edge, axis=1) + lengths[1] > 0)
-    perhaps = np.where(flat, perhaps, side & (margin >= -doubt) & reach)
-    return RayTimes(distance, np.where(flat, np.inf, error), surely, perhaps)
+    perhaps = np.where(flat, faces.u_length + faces.v_length > 0, side & (margin >= -doubt) & reach)
+    error[flat] = np.inf
+    distance[nowhere], error[nowhere], perhaps[nowhere] = np.inf, 0, False
+    distance[anywhere], error[anywhere], perhaps[anywhere] = 0, np.inf, True
+    surely[nowhere | anywhere] = False
+    return RayTimes(distance, error, surely, perhaps)
 
 
-def check_hit(mesh, ray, face, distance, barycentric, mask=None, none=0xFFFFFFFF):
-    """Asserts that this is where a ray (arguments of ray_times()) first meets the mesh."""
-    times = ray_times(mesh, *ray)
-    counts = np.ones(len(mesh.faces), bool) if mask is None else mask
+def check_hit(times, face, distance, barycentric, limit=np.inf, mask=None, none=0xFFFFFFFF):
+    """Asserts that this is where a ray first meets the mesh; times: its RayTimes (F,)."""
+    counts = np.ones(len(times.surely), bool) if mask is None else mask
     surely = times.surely & counts
     if face == none:
         assert not surely.any(), "the ray meets face %d" % np.flatnonzero(surely)[0]
         assert distance == np.inf and not np.any(barycentric)
         return
     assert counts[face] and times.perhaps[face]
-    assert 0 <= distance <= (ray[2] if len(ray) > 2 else np.inf)
+    assert 0 <= distance <= limit
     assert np.isinf(times.error[face]) or abs(times.distance[face] - distance) <= times.error[face]
     nearer = surely & (times.distance + times.error < distance)
     assert not nearer.any(), "face %d is nearer" % np.flatnonzero(nearer)[0]
     assert np.min(barycentric) >= 0 and abs(np.sum(barycentric) - 1) < 1e-9
 
 
-def distances_to_faces(mesh, point):
-    """Distance to every face, by the regions of the triangle; another way than the kernel's."""
-    a, b, c = corners_of(mesh)
-    best = np.full(len(mesh.faces), np.inf)
-    for p, q in ((a, b), (b, c), (c, a)):
-        side = q - p
-        length = np.sum(side * side, 1)
-        t = np.sum((point - p) * side, 1) / np.where(length > 0, length, 1)
-        foot = p + np.clip(t, 0, 1)[:, None] * side
-        best = np.minimum(best, np.linalg.norm(point - foot, axis=1))
-    normal = np.cross(b - a, c - a)
-    norm = np.linalg.norm(normal, axis=1)
-    unit = normal / np.where(norm > 0, norm, 1)[:, None]
-    height = np.sum((point - a) * unit, 1)
-    foot = point - height[:, None] * unit
-    turns = [np.sum(np.cross(q - p, foot - p) * unit, 1) for p, q in ((a, b), (b, c), (c, a))]
-    above = (norm > 0) & (np.min(turns, 0) >= 0)
-    return np.where(above, np.minimum(best, np.abs(height)), best)
+class PointSides(NamedTuple):
+    """What every point has to know of the faces: lists of vectors (3, F), and (F,)."""
+
+    corners: list
+    sides: list
+    squares: list
+    inwards: list
+    unit: np.ndarray
+    has_normal: np.ndarray
+
+
+@lru_cache(maxsize=100)
+def point_sides(mesh):
+    a, b, c = (np.ascontiguousarray(corner.T) for corner in corners_of(mesh))
+    sides = [b - a, c - b, a - c]
+    squares = [dot(side, side) for side in sides]
+    normal = cross(b - a, c - a)
+    norm = length(normal)
+    unit = normal / np.where(norm > 0, norm, 1)
+    return PointSides(
+        corners=[a, b, c],
+        sides=sides,
+        squares=[np.where(square > 0, square, 1) for square in squares],
+        inwards=[cross(unit, side) for side in sides],
+        unit=unit,
+        has_normal=norm > 0,
+    )
+
+
+def distances_to_faces(mesh, points):
+    """(N, F) distances of points (N, 3) to every face, by the regions of the triangle; another way
+    than the kernel's.
+    """
+    sides = point_sides(mesh)
+    points = np.asarray(points, np.float64)
+    return np.concatenate(in_steps(mesh, lambda rows: _distances_to_faces(sides, rows), points))
+
+
+def _distances_to_faces(faces, points):
+    points = points.T[:, :, None]
+    best, above = np.inf, faces.has_normal
+    for k, corner in enumerate(faces.corners):
+        away, side = points - corner[:, None], faces.sides[k][:, None]
+        t = np.clip(dot(away, side) / faces.squares[k], 0, 1)
+        best = np.minimum(best, length(away - t * side))
+        above = above & (dot(away, faces.inwards[k][:, None]) >= 0)
+    height = np.abs(dot(points - faces.corners[0][:, None], faces.unit[:, None]))
+    return np.where(above, np.minimum(best, height), best)
 
 
 def needle_doubts(mesh):
@@ -158,25 +237,44 @@ def in_ball(mesh, center, radius, inside=False):
         corners = np.stack(corners_of(mesh), 1)
         reach = np.linalg.norm(corners - center, axis=2).max(1)
     else:
-        reach = distances_to_faces(mesh, np.asarray(center, np.float64))
+        reach = distances_to_faces(mesh, [center])[0]
     return Maybe(reach < radius - doubt, reach <= radius + doubt)
 
 
-def clipped(polygon, planes):
-    """What half-spaces leave of a convex polygon (N, D); planes (P, D + 1)."""
-    for plane in planes:
-        if not len(polygon):
+def clipped(polygons, planes):
+    """What half-spaces leave of convex polygons (M, N, D); planes (P, D + 1), or (M, P, D + 1) for
+    each its own.
+
+    Returns corners (M, K, D), of which the first counts (M,) are meant.
+    """
+    polygons = np.asarray(polygons, np.float64)
+    planes = np.broadcast_to(planes, (len(polygons), *np.shape(planes)[-2:]))
+    counts = np.full(len(polygons), polygons.shape[1])
+    for k in range(planes.shape[1]):
+        some = np.flatnonzero(counts)
+        if not len(some):
             break
-        side = polygon @ plane[:-1] + plane[-1]
-        after, side_after = np.roll(polygon, -1, 0), np.roll(side, -1)
-        parts = []
-        for p, q, s, t in zip(polygon, after, side, side_after):
-            if s >= 0:
-                parts.append(p)
-            if (s < 0) != (t < 0):
-                parts.append(p + (q - p) * (s / (s - t)))
-        polygon = np.array(parts).reshape(-1, polygon.shape[1])
-    return polygon
+        left, left_counts = _clipped_once(polygons[some], counts[some], planes[some, k])
+        polygons = np.zeros((len(polygons), *left.shape[1:]))
+        polygons[some], counts[some] = left, left_counts
+    return polygons, counts
+
+
+def _clipped_once(polygons, counts, planes):
+    """The same by one plane for each polygon."""
+    sides = np.einsum("mnd,md->mn", polygons, planes[:, :-1]) + planes[:, -1:]
+    number = np.arange(polygons.shape[1])
+    there = number < counts[:, None]
+    following = np.where(number + 1 < counts[:, None], number + 1, 0)
+    after = np.take_along_axis(polygons, following[:, :, None], 1)
+    sides_after = np.take_along_axis(sides, following, 1)
+    keeps, cuts = there & (sides >= 0), there & ((sides < 0) != (sides_after < 0))
+    share = sides / np.where(cuts, sides - sides_after, 1)
+    points = np.stack([polygons, polygons + (after - polygons) * share[:, :, None]], 2)
+    points = points.reshape(len(polygons), -1, polygons.shape[2])
+    chosen = np.stack([keeps, cuts], 2).reshape(len(polygons), -1)
+    order = np.argsort(~chosen, 1, kind="stable")[:, : chosen.sum(1).max(initial=0)]
+    return np.take_along_axis(points, order[:, :, None], 1), chosen.sum(1)
 
 
 def unit_planes(planes):
@@ -197,52 +295,63 @@ def in_planes(mesh, planes, inside=False):
         moved = planes + [0, 0, 0, shift]
         touching = (sides + shift >= 0).all(2).any(1)
         possible = (sides + shift >= 0).any(1).all(1) & ~touching
-        for face in np.flatnonzero(possible):
-            touching[face] = len(clipped(corners[face], moved)) > 0
+        touching[possible] = clipped(corners[possible], moved)[1] > 0
         result.append(touching)
     return Maybe(*result)
 
 
+def outline_of(polygon):
+    """Beginnings and ends (..., 1, K) of the sides of polygons (..., K, 2): x, y, and again."""
+    ends = np.roll(polygon, -1, -2)
+    return (array[..., None, :, k] for array in (polygon, ends) for k in range(2))
+
+
 def points_in_polygon(points, polygon):
-    """Even-odd rule, for points (N, 2)."""
-    x, y = np.asarray(points, np.float64).T
-    inside = np.zeros(len(x), bool)
-    for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, 0)):
-        crosses = (ay > y) != (by > y)
-        at = ax + (y - ay) / np.where(by == ay, 1, by - ay) * (bx - ax)
-        inside ^= crosses & (x < at)
-    return inside
+    """Even-odd rule, for points (..., N, 2) and polygons (..., K, 2)."""
+    ax, ay, bx, by = outline_of(np.asarray(polygon, np.float64))
+    x, y = (np.asarray(points, np.float64)[..., None, k] for k in range(2))
+    crosses = (ay > y) != (by > y)
+    at = ax + (y - ay) / np.where(by == ay, 1, by - ay) * (bx - ax)
+    return (crosses & (x < at)).sum(-1) % 2 == 1
 
 
 def distances_to_outline(points, polygon):
-    """Distances of points (N, 2) to the sides of a polygon."""
-    best = np.full(len(points), np.inf)
-    for a, b in zip(polygon, np.roll(polygon, -1, 0)):
-        side = b - a
-        t = np.clip((points - a) @ side / max(side @ side, 1e-300), 0, 1)
-        best = np.minimum(best, np.linalg.norm(points - a - t[:, None] * side, axis=1))
-    return best
+    """Distances of points (..., N, 2) to the sides of polygons (..., K, 2)."""
+    ax, ay, bx, by = outline_of(polygon)
+    x, y, dx, dy = points[..., None, 0] - ax, points[..., None, 1] - ay, bx - ax, by - ay
+    t = np.clip((x * dx + y * dy) / np.maximum(dx * dx + dy * dy, 1e-300), 0, 1)
+    return np.sqrt((x - t * dx) ** 2 + (y - t * dy) ** 2).min(-1)
 
 
 def _cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _outlines_cross(one, other):
-    """Whether sides of two polygons surely cross."""
-    p, r = one[:, None], (np.roll(one, -1, 0) - one)[:, None]
-    q, s = other[None], (np.roll(other, -1, 0) - other)[None]
-    cross = _cross(r, s)
+def _outlines_cross(shapes, polygon):
+    """(G,) whether sides of polygons (G, N, 2) and of another (K, 2) surely cross."""
+    p, r = shapes[:, :, None], (np.roll(shapes, -1, 1) - shapes)[:, :, None]
+    q, s = polygon, np.roll(polygon, -1, 0) - polygon
+    cross_rs = _cross(r, s)
     with np.errstate(all="ignore"):
-        t, u = _cross(q - p, s) / cross, _cross(q - p, r) / cross
-    lengths = np.linalg.norm(r, axis=2) * np.linalg.norm(s, axis=2)
-    proper = np.abs(cross) > 1e-6 * lengths
-    return bool(np.any(proper & (np.minimum(t, u) > 1e-6) & (np.maximum(t, u) < 1 - 1e-6)))
+        t, u = _cross(q - p, s) / cross_rs, _cross(q - p, r) / cross_rs
+    lengths = np.linalg.norm(r, axis=-1) * np.linalg.norm(s, axis=-1)
+    proper = np.abs(cross_rs) > 1e-6 * lengths
+    inner = (np.minimum(t, u) > 1e-6) & (np.maximum(t, u) < 1 - 1e-6)
+    return (proper & inner).any((1, 2))
 
 
-def _gap(one, other):
-    """Distance of the outlines of two polygons that do not cross."""
-    return min(distances_to_outline(one, other).min(), distances_to_outline(other, one).min())
+def _gap(shapes, polygon):
+    """(G,) distances of the outlines of polygons (G, N, 2), (K, 2) that do not cross."""
+    return np.minimum(
+        distances_to_outline(shapes, polygon).min(-1), distances_to_outline(polygon, shapes).min(-1)
+    )
+
+
+@lru_cache(maxsize=None)
+def _sample_weights(face, count):
+    """40 random points of a polygon with so many corners, and its middle."""
+    weights = np.random.default_rng(face).dirichlet(np.ones(count), 40)
+    return np.concatenate([weights, np.full((1, count), 1 / count)])
 
 
 def in_lasso(mesh, polygon, view_projection):
@@ -251,32 +360,36 @@ def in_lasso(mesh, polygon, view_projection):
     corners = np.stack(corners_of(mesh), 1)
     clip = np.concatenate([corners, np.ones((*corners.shape[:2], 1))], 2) @ view_projection.T
     near_and_far = np.array([[0, 0, 1, 1, 0], [0, 0, -1, 1, 0]], np.float64)
-    surely, perhaps = np.zeros((2, len(corners)), bool)
-    for face, triangle in enumerate(clip):
-        left = clipped(triangle, near_and_far)
-        if not len(left) or (left[:, 3] <= 1e-9).any():
-            sides = triangle[:, 2] + np.array([[1], [-1]]) * triangle[:, 3]
-            perhaps[face] = len(left) > 0 or np.abs(sides).min() < 1e-9
-            continue
-        shape = left[:, :2] / left[:, 3:]
-        weights = np.random.default_rng(face).dirichlet(np.ones(len(shape)), 40)
-        samples = np.concatenate([weights @ shape, shape.mean(0, keepdims=True)])
-        deep = distances_to_outline(samples, polygon) > 1e-9
-        depth = np.abs(np.abs(left[:, 2] / left[:, 3]) - 1)
-        thick = np.ptp(left[:, 2] / left[:, 3]) > 1e-9 or depth.min() > 1e-9
-        inner = (points_in_polygon(samples, polygon) & deep).any()
-        surely[face] = thick and (inner or _outlines_cross(shape, polygon))
-        within = points_in_polygon(shape, polygon).any() or points_in_polygon(polygon, shape).any()
-        perhaps[face] = surely[face] or within or _gap(shape, polygon) < 1e-9
-        perhaps[face] |= _outlines_cross(shape, polygon)
+    left, counts = clipped(clip, near_and_far)
+    there = np.arange(left.shape[1]) < counts[:, None]
+    seen = (counts > 0) & ~((left[:, :, 3] <= 1e-9) & there).any(1)
+    sides = np.abs(clip[:, :, 2:3] + np.array([1, -1]) * clip[:, :, 3:4]).min((1, 2))
+    surely, perhaps = np.zeros(len(clip), bool), ~seen & ((counts > 0) | (sides < 1e-9))
+    for count in np.unique(counts[seen]):
+        faces = np.flatnonzero(seen & (counts == count))
+        surely[faces], perhaps[faces] = _shapes_in_polygon(faces, left[faces, :count], polygon)
     return Maybe(surely, perhaps)
 
 
+def _shapes_in_polygon(faces, left, polygon):
+    """What is sure and what may be of faces of which a camera sees this (G, N, 4)."""
+    shapes, depths = left[:, :, :2] / left[:, :, 3:], left[:, :, 2] / left[:, :, 3]
+    samples = np.stack([_sample_weights(face, left.shape[1]) for face in faces.tolist()]) @ shapes
+    deep = distances_to_outline(samples, polygon) > 1e-9
+    thick = np.ptp(depths, axis=1) > 1e-9
+    thick |= np.abs(np.abs(depths) - 1).min(1) > 1e-9
+    inner = (points_in_polygon(samples, polygon) & deep).any(1)
+    crossing = _outlines_cross(shapes, polygon)
+    within = points_in_polygon(shapes, polygon).any(1) | points_in_polygon(polygon, shapes).any(1)
+    surely = thick & (inner | crossing)
+    return surely, surely | within | crossing | (_gap(shapes, polygon) < 1e-9)
+
+
 def sample_points(corners):
-    """The points of a face that are looked at to tell whether it is seen."""
+    """The four points of faces (3 corners, ...) that tell whether a face is seen."""
     a, b, c = corners
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-    return np.array([corners.mean(0), (a + ab + ca) / 3, (b + bc + ab) / 3, (c + ca + bc) / 3])
+    return [(a + b + c) / 3, (a + ab + ca) / 3, (b + bc + ab) / 3, (c + ca + bc) / 3]
 
 
 def seen_from(mesh, eye, touching, contains):
@@ -285,18 +398,23 @@ def seen_from(mesh, eye, touching, contains):
     Where no sample point is in the region, nothing is sure.
     """
     surely, perhaps = np.zeros((2, len(mesh.faces)), bool)
-    corners = np.stack(corners_of(mesh), 1)
-    for face in touching:
-        points = sample_points(corners[face])
-        points = points[contains(points)]
-        if not len(points):
-            perhaps[face] = True
-        for point in points:
-            gap = np.linalg.norm(point - eye)
-            times = ray_times(mesh, eye, point - eye)
-            doubt = 1e-6 * (1 + gap) + 3e-7 * np.abs(point).max()  # neighboring floats
-            before, behind = times.distance < gap - doubt, times.distance > gap + doubt
-            own = np.arange(len(corners)) == face
-            surely[face] |= not (times.perhaps & ~behind & ~own).any()
-            perhaps[face] |= not (times.surely & before).any()
+    corners = np.stack(corners_of(mesh), 1)[touching]
+    if not len(corners):
+        return Maybe(surely, perhaps)
+    points = np.stack(sample_points(np.moveaxis(corners, 1, 0)), 1).reshape(-1, 3)
+    own, chosen = np.repeat(touching, 4), contains(points)
+    perhaps[touching] = ~chosen.reshape(-1, 4).any(1)
+    points, own = points[chosen], own[chosen]
+    gap = np.linalg.norm(points - eye, axis=1)
+    times = ray_times(
+        mesh, np.broadcast_to(eye, points.shape), points - eye, np.full(len(gap), np.inf)
+    )
+    doubt = (1e-6 * (1 + gap) + 3e-7 * np.abs(points).max(1, initial=0))[
+        :, None
+    ]  # neighboring floats
+    before, behind = times.distance < gap[:, None] - doubt, times.distance > gap[:, None] + doubt
+    others = times.perhaps & ~behind
+    others[np.arange(len(own)), own] = False
+    surely[own[~others.any(1)]] = True
+    perhaps[own[~(times.surely & before).any(1)]] = True
     return Maybe(surely, surely | perhaps)

@@ -1,11 +1,14 @@
 """Plain Python for what is around vertices, to compare kernels with."""
 
+from functools import lru_cache
+
 import numpy as np
 from mesh_map.geometry.topology import Topology
 
 
+@lru_cache(maxsize=None)
 def neighborhoods(mesh, radius):
-    """N_r(v) without v, for every vertex: grown over edges through vertices nearer than r."""
+    """N_r(v) without v, an array for each v: grown over edges through vertices nearer than r."""
     topology = Topology(faces=mesh.faces, vertex_count=len(mesh.vertices))
     points = mesh.vertices.astype(np.float64).tolist()
     next_to = [topology.neighbors_of(v).tolist() for v in range(len(points))]
@@ -20,14 +23,14 @@ def neighborhoods(mesh, radius):
                     if (p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2 < radius * radius:
                         front.append(u)
                         reached.append(u)
-        result.append(reached)
-    return result
+        result.append(np.array(reached, np.int64))
+    return tuple(result)
 
 
 def height_differences(mesh, around, up=(0, 0, 1)):
     """Over each vertex and those around it; (V,) float64."""
     heights = mesh.vertices.astype(np.float64) @ np.array(up, np.float64)
-    return np.array([np.ptp(heights[[v] + rows]) for v, rows in enumerate(around)])
+    return np.array([np.ptp(heights[np.append(rows, v)]) for v, rows in enumerate(around)])
 
 
 def mean_edge_angles(mesh, normals):
@@ -42,8 +45,8 @@ def mean_edge_angles(mesh, normals):
 
 def roughness(around, angles, own=True):
     """Mean of angles over those around each vertex; itself counts too, or not as released."""
-    rows = [[v] * own + others for v, others in enumerate(around)]
-    return np.array([angles[row].mean() if row else 0.0 for row in rows])
+    total = np.array([angles[others].sum() for others in around]) + own * angles
+    return total / np.maximum([len(others) + own for others in around], 1)
 
 
 def ridge(mesh, normals, around, alone=0.0):
@@ -51,7 +54,7 @@ def ridge(mesh, normals, around, alone=0.0):
     tips = mesh.vertices.astype(np.float64) + normals
     return np.array(
         [
-            np.linalg.norm(tips[others] - tips[v], axis=1).mean() if others else alone
+            np.linalg.norm(tips[others] - tips[v], axis=1).mean() if len(others) else alone
             for v, others in enumerate(around)
         ]
     )

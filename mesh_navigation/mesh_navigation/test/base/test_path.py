@@ -7,6 +7,7 @@ from mesh_navigation.base.path import STRAIGHT, path_length, path_poses, spaced_
 from mesh_navigation.base.pose import (
     Pose,
     multiply,
+    quaternion_from_axes,
     quaternions_from_axes,
     rotate,
     transformed,
@@ -37,6 +38,8 @@ def test_axes_to_quaternions_and_back(quaternions):
     found = quaternions_from_axes(axes[:, 0], axes[:, 1], axes[:, 2])
     assert np.allclose(np.linalg.norm(found, axis=1), 1.0)
     assert np.allclose(np.abs(np.sum(found * quaternions, axis=1)), 1.0)
+    alone = [quaternion_from_axes(*frame.tolist()) for frame in axes]
+    assert np.array_equal(alone, found)
 
 
 def test_product_turns_first_by_the_second():
@@ -131,13 +134,17 @@ def test_a_path_that_goes_nowhere_still_has_rotations():
     assert np.allclose(axes_of(poses[:, 3:])[:, 2], UP)
 
 
+def distances_from_segments(points, begins, ends):
+    """Of each point (...,3) from the segment of its row."""
+    along, offsets = ends - begins, points - begins
+    squared = np.sum(along * along, axis=-1)
+    share = np.clip(np.sum(offsets * along, axis=-1) / np.where(squared > 0, squared, 1), 0, 1)
+    return np.linalg.norm(offsets - share[..., None] * along, axis=-1)
+
+
 def distances_from_polyline(points, polyline):
     """(N,) of points from the nearest segment, by brute force."""
-    a, along = polyline[:-1], np.diff(polyline, axis=0)
-    offsets = points[:, None] - a
-    squared = np.sum(along * along, axis=1)
-    share = np.clip(np.sum(offsets * along, axis=2) / np.where(squared > 0, squared, 1), 0, 1)
-    return np.linalg.norm(offsets - share[..., None] * along, axis=2).min(axis=1)
+    return distances_from_segments(points[:, None], polyline[:-1], polyline[1:]).min(axis=1)
 
 
 def turns(count, noise=0.0):
@@ -171,9 +178,8 @@ def test_spaced_out(name, step):
     assert distances_from_polyline(points, spaced).max() <= STRAIGHT * (1 + 1e-9)
     # Each point lies in the segment that is named with it.
     assert len(segments) == len(spaced) and np.all(np.diff(segments) >= 0)
-    for point, segment in zip(spaced, segments):
-        ends = points[segment : segment + 2]
-        assert distances_from_polyline(point[None], ends)[0] < 1e-12 * (1 + np.abs(point).max())
+    beside = distances_from_segments(spaced, points[segments], points[segments + 1])
+    assert np.all(beside < 1e-12 * (1 + np.abs(spaced).max(axis=1)))
 
 
 def test_spaced_out_leaves_out_what_is_straight():

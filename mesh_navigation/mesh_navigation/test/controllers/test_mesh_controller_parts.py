@@ -8,6 +8,7 @@ import pytest
 from mesh_msgs import zoo
 
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.controllers.barycentric import barycentric, inside
 from mesh_navigation.controllers.carrot import Carrot
 from mesh_navigation.controllers.foresight import free_arc
 from mesh_navigation.controllers.ground import ESCAPE, Ground
@@ -108,3 +109,14 @@ def test_corners_of_paths_are_rounded_but_not_onto_blocked_ground():
     assert np.isinf(costs).any()
     kept = Track(GRID.geometry, points, costs, 0.4, 0.3)
     assert kept.nearest(corner, 1.0).distance == pytest.approx(0.0, abs=1e-6)
+
+
+def test_weights_at_one_point_are_moved_into_the_face():
+    rng = np.random.default_rng(0)
+    for corners in rng.normal(size=(50, 3, 3)):
+        weights = rng.dirichlet((1.0, 1.0, 1.0))
+        assert inside(corners, weights @ corners) == pytest.approx(weights, abs=1e-9)
+        point = rng.normal(size=3)  # of its plane, the nearest to this counts
+        expected = barycentric(corners, point[None])[0].clip(0.0, 1.0)
+        assert inside(corners, point) == pytest.approx(expected / expected.sum(), abs=1e-9)
+    assert np.isnan(inside(np.outer([0.0, 1.0, 3.0], [1.0, 2.0, 0.5]), np.zeros(3))).all()

@@ -209,10 +209,14 @@ def test_around_a_hole(cls):
     assert length_of(result) == pytest.approx(3 + 2 * np.hypot(1, 1.4), rel=exactness(cls))
 
 
+@pytest.fixture(scope="module")
+def world():
+    return zoo.outdoor_world(faces=20_000)
+
+
 @EACH_PLANNER
 @pytest.mark.parametrize("noise", [0.0, 0.02])
-def test_on_rough_ground_every_goal_is_reached(cls, noise):
-    world = zoo.outdoor_world(faces=20_000)
+def test_on_rough_ground_every_goal_is_reached(cls, noise, world):
     rng = np.random.default_rng(5)
     vertices = world.vertices + np.float32([0, 0, noise]) * rng.normal(
         size=(len(world.vertices), 1)

@@ -2,6 +2,7 @@
 """The whole server under storms of goals, cancels, reloads and signals: one answer to each goal."""
 
 import itertools
+import math
 import random
 import signal
 import time
@@ -10,6 +11,7 @@ from collections import Counter
 
 import rospy
 import rostest
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from mbf_msgs import msg
 from nav_msgs.msg import Path
 from navigation_process import ACTIONS, ActionTopics, NodeProcess, Velocities, upright
@@ -41,6 +43,8 @@ NAMES = itertools.count()
 
 
 class StormTest(unittest.TestCase):
+    robot = None  # of all tests, as long as it lives
+
     def setUp(self):
         self.name = f"server{next(NAMES)}"
         self.server = NodeProcess(
@@ -56,14 +60,7 @@ class StormTest(unittest.TestCase):
             mesh_controller={"max_lin_velocity": 0.3},
         )
         self.addCleanup(self.server.kill)
-        self.robot = NodeProcess(
-            f"robot{self.name}",
-            "surface_robot",
-            mesh_topic=f"/{self.name}/mesh_map/mesh",
-            initial_pose=[5.0, 5.0, 0.0, 0.0],
-            scan_rate=0.0,
-        )
-        self.addCleanup(self.robot.kill)
+        self.put_robot()
         self.velocities = Velocities()
         self.addCleanup(self.velocities.close)
         self.topics = {action: ActionTopics(self.name, action, self.server) for action in ACTIONS}
@@ -77,6 +74,26 @@ class StormTest(unittest.TestCase):
             return self.path.poses
 
         wait_until(planned, "the robot's pose")
+
+    @classmethod
+    def put_robot(cls):
+        """In the middle of the map; a new one where there is none."""
+        if cls.robot is None or cls.robot.process.poll() is not None:
+            name = f"robot{next(NAMES)}"
+            place = {"mesh_file": MAP, "initial_pose": [5.0, 5.0, 0.0, 0.0]}
+            cls.robot = NodeProcess(name, "surface_robot", scan_rate=0.0, **place)
+            cls.addClassCleanup(cls.robot.kill)
+            return
+        wait_until(PUT.get_num_connections, "the robot")
+        message = PoseWithCovarianceStamped()
+        message.header.frame_id, message.pose.pose = "map", upright(5, 5).pose
+        PUT.publish(message)
+
+        def there():
+            found = rospy.wait_for_message(f"/{cls.robot.name}/pose", PoseStamped, 60)
+            return math.dist((found.pose.position.x, found.pose.position.y), (5, 5)) < 1e-3
+
+        wait_until(there, "the robot in the middle")
 
     def send(self, action, **fields):
         return self.topics[action].send(f"{action} {next(self.keys)}", **fields)
@@ -235,4 +252,5 @@ class StormTest(unittest.TestCase):
 
 if __name__ == "__main__":
     rospy.init_node("navigation_storm_test")
+    PUT = rospy.Publisher("/initialpose", PoseWithCovarianceStamped, queue_size=1)
     rostest.rosrun("mesh_navigation", "navigation_storm", StormTest)

@@ -60,11 +60,12 @@ def vertex_at(mesh, point):
 
 def distances_from_surface(mesh_map, polyline, spacing=0.01):
     """(N,) m: how far points all along a polyline are from the mesh."""
-    parts = [
-        np.linspace(a, b, max(int(np.linalg.norm(b - a) / spacing), 1) + 1)
-        for a, b in zip(polyline, polyline[1:])
-    ]
-    points = np.concatenate(parts)
+    steps = np.diff(polyline, axis=0)
+    pieces = np.maximum((np.linalg.norm(steps, axis=1) / spacing).astype(int), 1)
+    owners = np.repeat(np.arange(len(steps)), pieces + 1)
+    begins = np.cumsum(pieces + 1) - (pieces + 1)
+    shares = (np.arange(len(owners)) - begins[owners]) / pieces[owners]
+    points = polyline[owners] + shares[:, None] * steps[owners]
     return mesh_map.spatial_index.closest_batch(points=points).distances
 
 

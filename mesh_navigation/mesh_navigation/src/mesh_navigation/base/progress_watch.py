@@ -3,8 +3,6 @@
 import math
 from typing import Optional
 
-import numpy as np
-
 from mesh_navigation.base.pose import Pose, multiply
 
 
@@ -35,7 +33,7 @@ class ProgressWatch:
         # Turns are summed up: those between two poses are never larger than pi.
         self._turned += _turn_about_z(self._last, pose)
         self._last = pose
-        way = float(np.linalg.norm(pose.position - self._reference.position))
+        way = math.dist(pose.position, self._reference.position)
         if way < distance and abs(self._turned) < angle:
             return False
         self._begin(pose, now)
@@ -52,7 +50,8 @@ class ProgressWatch:
 
 def _turn_about_z(first: Pose, second: Pose) -> float:
     """How far to the left the robot has turned (rad, -pi to pi), about its own z axis."""
-    _, _, z, w = multiply(first.orientation * [-1.0, -1.0, -1.0, 1.0], second.orientation)
+    x, y, z, w = first.orientation.tolist()
+    _, _, z, w = multiply((-x, -y, -z, w), second.orientation).tolist()
     return math.remainder(2.0 * math.atan2(z, w), 2.0 * math.pi)
 
 
@@ -60,5 +59,5 @@ def angle_between(first: Pose, second: Pose) -> float:
     """The angle of the shortest turn from one orientation to another (rad, 0 to pi)."""
     q1, q2 = first.orientation, second.orientation
     # atan2 of |q1 - q2| and |q1 + q2| is exact for small angles, where acos of the product is not.
-    apart, along = np.linalg.norm(q1 - q2), np.linalg.norm(q1 + q2)
-    return float(4.0 * np.arctan2(min(apart, along), max(apart, along)))
+    apart, along = math.dist(q1, q2), math.dist(q1, -q2)
+    return 4.0 * math.atan2(min(apart, along), max(apart, along))

@@ -6,8 +6,6 @@ import threading
 from collections import deque
 from typing import Deque, List, NamedTuple
 
-import numpy as np
-
 from mesh_navigation.base.pose import Pose
 
 SPACING = 0.05  # m, from one pose to the next
@@ -26,7 +24,7 @@ class Trail:
         """Note where the robot is."""
         with self._lock:
             if self._poses:
-                step = float(np.linalg.norm(pose.position - self._poses[-1].position))
+                step = math.dist(pose.position, self._poses[-1].position)
                 if step < SPACING:
                     return
                 if step > JUMP:

@@ -1,5 +1,6 @@
 """Where the surface is blocked at one moment."""
 
+import math
 from typing import Iterator, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -41,8 +42,8 @@ class Ground:
         """
         self._vertices, self._faces, self._costs = geometry.vertices, geometry.faces, costs
         corners = geometry.faces[goal_face]
-        distances = np.linalg.norm(geometry.vertices[corners].astype(np.float64) - goal, axis=1)
-        free = bool(np.isfinite(costs[corners[np.argmin(distances)]]))
+        distances = [math.dist(corner, goal) for corner in geometry.vertices[corners].tolist()]
+        free = math.isfinite(costs[corners[distances.index(min(distances))]])
         self._open_face = goal_face if free else NO_FACE
 
     def first_blocked(self, points: np.ndarray, faces: np.ndarray) -> Optional[float]:
@@ -54,7 +55,9 @@ class Ground:
             points: (N,3) m.
             faces: (N - 1,) the face in which point i to i + 1 lies; NO_FACE where there is none.
         """
-        free = np.isfinite(self._costs[self._faces[np.where(faces == NO_FACE, 0, faces)]])
+        # take() is faster than indices in brackets; NO_FACE, which _blocked leaves out, is clipped.
+        corners = self._faces.take(faces, axis=0, mode="clip")
+        free = np.isfinite(self._costs.take(corners))
         if free.all():
             return None
         end_of_escape = 0.0

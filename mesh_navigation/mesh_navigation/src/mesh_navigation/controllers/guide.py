@@ -104,5 +104,5 @@ class Guide:
         path = self._tracer.path(self._field, standing, max_length=length)
         if path is None:
             return None
-        arrives = bool(np.array_equal(path.points[-1], self._field.goal_position))
+        arrives = bool((path.points[-1] == self._field.goal_position).all())
         return Way.through(path.points, path.faces, arrives)

@@ -114,6 +114,6 @@ class Sight:
         blocked = self._ground.first_blocked(way.points, way.faces)
         if blocked is None:
             return way
-        kept = max(int(np.searchsorted(way.travelled, blocked)), 1)
+        kept = max(int(way.travelled.searchsorted(blocked)), 1)
         points = np.concatenate([way.points[:kept], way.at(blocked)[None]])
         return Way.through(points, way.faces[:kept], False)

@@ -1,5 +1,6 @@
 """Where on the surface the robot stands, also where there are several storeys."""
 
+import math
 from typing import Any, NamedTuple, Optional
 
 import numpy as np
@@ -83,7 +84,7 @@ class Locator:
             raise ControlFailure(ExePathOutcome.OUT_OF_MAP, self._off_map(pose, distance))
         up = vector3(rotate(pose.orientation, _Z))
         place = near
-        if hint is not None and np.linalg.norm(hint.position - near.position) <= distance + radius:
+        if hint is not None and math.dist(hint.position, near.position) <= distance + radius:
             place = self._same_sheet(pose.position, near, hint, up, distance)
         return self._standing(place, pose, up)
 
@@ -95,7 +96,7 @@ class Locator:
         walker = self._geometry.walker
         for target, allowed in ((near.position, SAME_SHEET), (position, distance)):
             walk = walker.line(start=hint, target=target, up=up, max_steps=MAX_STEPS)
-            missed = float(np.linalg.norm(walk.position - target))
+            missed = math.dist(walk.position, target)
             if walk.end == WalkEnd.ARRIVED and missed <= allowed:
                 return near if target is near.position else walk
         return near

@@ -1,5 +1,6 @@
 """A plan's path, laid over the surface, and how far along it the robot is."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,24 +93,27 @@ class Track:
         points, travelled = self._way.points, self._way.travelled
         if len(points) == 1:
             return Nearest(0, points[0], 0.0, float(np.linalg.norm(points[0] - position)))
-        first = max(int(np.searchsorted(travelled, begin)) - 1, 0)
-        last = min(int(np.searchsorted(travelled, end)) + 1, len(points))
+        first = max(int(travelled.searchsorted(begin)) - 1, 0)
+        last = min(int(travelled.searchsorted(end)) + 1, len(points))
         first = min(first, last - 2)
-        starts, steps = points[first : last - 1], np.diff(points[first:last], axis=0)
+        starts = points[first : last - 1]
+        steps = points[first + 1 : last] - starts
         squares = np.einsum("ij,ij->i", steps, steps)
         shares = np.einsum("ij,ij->i", position - starts, steps) / np.maximum(squares, 1e-300)
-        nearest = starts + np.clip(shares, 0.0, 1.0)[:, None] * steps
+        nearest = starts + np.minimum(np.maximum(shares, 0.0), 1.0)[:, None] * steps
         gaps = nearest - position
         distances = np.sqrt(np.einsum("ij,ij->i", gaps, gaps))
         best = self._of_the_part(distances, travelled[first : last - 1])
         index = first + best
-        length = travelled[index] + np.linalg.norm(nearest[best] - points[index])
-        return Nearest(index, nearest[best], float(length), float(distances[best]))
+        length = float(travelled[index]) + math.dist(nearest[best], points[index])
+        return Nearest(index, nearest[best], length, float(distances[best]))
 
     def _of_the_part(self, distances: np.ndarray, travelled: np.ndarray) -> int:
         """The nearest segment; where the path comes by more than once, of the part that is nearest,
         along the path, to where the robot was, or to its beginning."""
         near = np.flatnonzero(distances <= distances.min() + _AS_NEAR)
+        if near[-1] - near[0] < len(near):  # one part: most often
+            return int(distances.argmin())
         parts = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
         gaps = [np.abs(travelled[part] - self._travelled).min() for part in parts]
         part = parts[int(np.argmin(gaps))]
@@ -123,7 +127,7 @@ class Track:
     def before(self, nearest: Nearest, length: float) -> Nearest:
         """The point of the path that comes this length (m) before another one."""
         travelled = max(nearest.travelled - length, 0.0)
-        index = max(int(np.searchsorted(self._way.travelled, travelled)) - 1, 0)
+        index = max(int(self._way.travelled.searchsorted(travelled)) - 1, 0)
         return Nearest(index, self._way.at(travelled), travelled, np.nan)
 
     def ahead(self, nearest: Nearest, length: float) -> Way:
@@ -134,7 +138,7 @@ class Track:
             length: at which it is cut off, or somewhat after (m).
         """
         end = nearest.travelled + length
-        last = min(int(np.searchsorted(self._way.travelled, end)) + 1, len(self._way.points))
+        last = min(int(self._way.travelled.searchsorted(end)) + 1, len(self._way.points))
         after = nearest.index + 1
         points = np.concatenate([nearest.position[None], self._way.points[after:last]])
         faces = self._way.faces[nearest.index : last - 1]

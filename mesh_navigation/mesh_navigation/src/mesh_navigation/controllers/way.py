@@ -20,9 +20,9 @@ class Way(NamedTuple):
     @classmethod
     def through(cls, points: np.ndarray, faces: np.ndarray, arrives: bool) -> "Way":
         """From points and faces."""
-        steps = np.diff(points, axis=0)
+        steps = points[1:] - points[:-1]
         travelled = np.zeros(len(points))
-        np.cumsum(np.sqrt(np.einsum("ij,ij->i", steps, steps)), out=travelled[1:])
+        np.sqrt(np.einsum("ij,ij->i", steps, steps)).cumsum(out=travelled[1:])
         return cls(points, faces, travelled, arrives)
 
     @property
@@ -45,4 +45,4 @@ class Way(NamedTuple):
         return max(self._after(length) - 1, 0) if len(self.faces) else None
 
     def _after(self, length: float) -> int:
-        return min(int(np.searchsorted(self.travelled, length)), len(self.points) - 1)
+        return min(int(self.travelled.searchsorted(length)), len(self.points) - 1)

@@ -1,8 +1,7 @@
 """How driving goes, and how it ended."""
 
+import math
 from typing import NamedTuple, Optional, Tuple
-
-import numpy as np
 
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.progress_watch import angle_between
@@ -54,6 +53,6 @@ class ExecutionResult(NamedTuple):
 def to_goal(plan: ControllerPlan, pose: Optional[Pose]) -> Tuple[float, float]:
     """(m, rad) from a pose to the goal, in a straight line; NaN without a pose."""
     if pose is None:
-        return np.nan, np.nan
-    distance = float(np.linalg.norm(plan.goal.position - pose.position))
+        return math.nan, math.nan
+    distance = math.dist(plan.goal.position, pose.position)
     return distance, angle_between(plan.goal, pose)

@@ -3,8 +3,6 @@
 import math
 from typing import Mapping, Optional
 
-import numpy as np
-
 from mesh_map.base.parameter import Value
 
 from mesh_navigation.base.pose import Pose
@@ -105,7 +103,7 @@ class ObedienceWatch:
 
     def _stays(self, pose: Pose, noise: float) -> bool:
         assert self._base is not None
-        way = float(np.linalg.norm(pose.position - self._base.position))
+        way = math.dist(pose.position, self._base.position)
         return way < noise and angle_between(pose, self._base) < noise
 
     def _is_clear(self) -> bool:

@@ -255,5 +255,5 @@ def on_blocked(mesh_map: MeshMap, place: Any) -> bool:
         mesh_map: the map.
         place: what has a face and barycentric coordinates.
     """
-    vertex = mesh_map.faces[place.face][np.argmax(place.barycentric)]
-    return not np.isfinite(mesh_map.planning_costs().costs[vertex])
+    vertex = mesh_map.faces[place.face, place.barycentric.argmax()]
+    return not math.isfinite(mesh_map.planning_costs().costs[vertex])

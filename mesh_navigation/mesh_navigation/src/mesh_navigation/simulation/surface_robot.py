@@ -9,8 +9,9 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.walk import SurfaceWalk, WalkEnd
 
-from mesh_navigation.base.pose import Pose, multiply, quaternions_from_axes, rotate, vector_text
+from mesh_navigation.base.pose import Pose, multiply, quaternion_from_axes, rotate, vector_text
 from mesh_navigation.base.robot import Velocity
+from mesh_navigation.controllers.vector3 import cross
 from mesh_navigation.simulation.wheels import BaseLimits, Wheels
 from mesh_navigation.surface.up_normals import face_up_normals
 
@@ -51,7 +52,7 @@ class MotionNoise:
         """The motion with errors; none where there is no motion."""
         if self._share == 0:
             return motion
-        way, bend, turn = self._share * self._random.standard_normal(3)
+        way, bend, turn = (self._share * self._random.standard_normal(3)).tolist()
         root = math.sqrt(abs(motion.way))
         return Motion(
             motion.way + way * root,
@@ -180,9 +181,8 @@ class SurfaceRobot:
     @property
     def pose(self) -> Pose:
         """The true pose."""
-        ahead, up = self._place.direction, self._place.normal
-        axes = (ahead[None], np.cross(up, ahead)[None], up[None])
-        return Pose(self._place.position, quaternions_from_axes(*axes)[0])
+        ahead, up = self._place.direction.tolist(), self._place.normal.tolist()
+        return Pose(self._place.position, quaternion_from_axes(ahead, cross(up, ahead), up))
 
     @property
     def velocity(self) -> Velocity:
@@ -281,7 +281,7 @@ def _flattened(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 def _turned(vector: np.ndarray, angle: float) -> np.ndarray:
     """A vector (3,) turned about z."""
-    return rotate(np.array([0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)]), vector)
+    return rotate((0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)), vector)
 
 
 def _yaw(heading: np.ndarray) -> float:

@@ -46,6 +46,8 @@ class Wheels:
         """
         rates = (self.limits.acceleration, self.limits.acceleration, self.limits.turn_acceleration)
         wish = self.limits.clipped(command)
+        if wish == self.velocity:
+            return wish
         parts = [_ramp(*part, seconds) for part in zip(self.velocity, wish, rates)]
         self.velocity = Velocity(*(end for end, _ in parts))
         return Velocity(*(mean for _, mean in parts))

@@ -62,7 +62,11 @@ def measure(
     """
     if not index.wait_for_device():
         raise SystemExit(f"error: {index.device}")
-    return _one_ray(index, vertices, scan, repeats) + _batches(index, vertices, repeats) + _start()
+    return (
+        _one_ray(index, vertices, scan, repeats)
+        + _batches(index, vertices, repeats)
+        + _start(repeats)
+    )
 
 
 def _one_ray(
@@ -129,12 +133,12 @@ def _beside_native(
     return Figure(name, rate, unit, "native, Python", beside, floor)
 
 
-def _start() -> List[Figure]:
-    """Milliseconds until a device answers: with empty caches, and in later processes."""
+def _start(repeats: int) -> List[Figure]:
+    """Milliseconds until a device answers: with empty caches, and in that many later processes."""
     times = []
     with tempfile.TemporaryDirectory() as cache:
         environment = dict(os.environ, XDG_CACHE_HOME=cache, POCL_CACHE_DIR=cache + "/pocl")
-        for _ in range(6):
+        for _ in range(1 + repeats):
             command = [sys.executable, "-c", START]
             printed = subprocess.run(
                 command, stdout=subprocess.PIPE, check=True, env=environment
