@@ -8,6 +8,7 @@ import time
 import unittest
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import meshio
 import numpy as np
@@ -112,6 +113,15 @@ def wait_for(condition, seconds):
         time.sleep(0.1)
         value = condition()
     return value
+
+
+def has_ended(pid):
+    """Whether there is no such process, or only its entry."""
+    try:
+        status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return True
+    return status.rpartition(")")[2].split()[0] == "Z"
 
 
 class Screen:
@@ -343,10 +353,15 @@ class RvizLabelling(unittest.TestCase):
     def test_killed_in_the_middle_of_labelling(self):
         """What was confirmed is there after SIGKILL; the next RViz has it."""
 
+        master = rosgraph.Master("/test")
+
+        def servers():
+            services = master.getSystemState()[2]
+            return [one for one in services if one[0].endswith("/get_labeled_clusters")]
+
         def name_space():
-            services = rosgraph.Master("/test").getSystemState()[2]
-            found = [name for name, _ in services if name.endswith("/get_labeled_clusters")]
-            return found[0].rsplit("/", 1)[0] if found else None
+            found = servers()
+            return found[0][0].rsplit("/", 1)[0] if found else None
 
         displays = MAP3D.format(file=self.file)
         with self.rviz("killed", displays) as screen:
@@ -358,8 +373,11 @@ class RvizLabelling(unittest.TestCase):
             screen.do("key", "ctrl+q")
             time.sleep(2.0)
             self.assertIsNone(screen.child[1].poll(), "it asks before labels are not saved")
+            ((_, (node,)),) = servers()
+            server = ServerProxy(master.lookupNode(node)).getPid("/test")[2]
             os.kill(screen.pid(), signal.SIGKILL)
             wait_until(lambda: name_space() is None, 60, "the end of the server")
+            wait_until(lambda: has_ended(server), 60, "the end of its process, which writes the file")
         with self.rviz("again", displays) as screen:
             wait_until(name_space, 60, "the server", [screen.child])
             self.assertEqual(self.clusters(name_space()), {"tree_1": self.expected()})
