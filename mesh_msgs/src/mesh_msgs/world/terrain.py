@@ -3,13 +3,14 @@
 from typing import List
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, map_coordinates
+from scipy.ndimage import gaussian_filter1d, map_coordinates, spline_filter
 from scipy.spatial import cKDTree
 
 from mesh_msgs.world import layout as plan
 
 GRASS_LIGHT, GRASS_DARK = np.array([134, 152, 74.0]), np.array([74, 112, 46.0])
 ROCK_LIGHT, ROCK_DARK = np.array([150, 143, 133.0]), np.array([104, 98, 92.0])
+_MARGIN = 12  # around a lattice, so that its edge changes nothing inside
 ROAD, PATH = np.array([142, 139, 134.0]), np.array([186, 160, 118.0])
 
 
@@ -25,12 +26,14 @@ class Noise:
     def __init__(self, rng: np.random.Generator, size: float, wavelength: float):
         self.half, self.wavelength = size / 2, wavelength
         count = int(np.ceil(size / wavelength)) + 4
-        self.values = rng.random((count, count)) * 2.0 - 1.0
+        values = rng.random((count, count)) * 2.0 - 1.0
+        # The splines are the same at each call: what map_coordinates() makes of values first.
+        self._splines = spline_filter(np.pad(values, _MARGIN, mode="edge"), order=3)
 
     def __call__(self, xy: np.ndarray) -> np.ndarray:
-        """Return values (N,), mostly within -1 .. 1, at points (N, 2)."""
+        """Return values (N,), mostly within -1 .. 1, at points (N, 2) of the world."""
         where = (xy.T + self.half) / self.wavelength + 1.5
-        return map_coordinates(self.values, where, order=3, mode="nearest")
+        return map_coordinates(self._splines, where + _MARGIN, prefilter=False, mode="nearest")
 
 
 class Terrain:

@@ -47,12 +47,17 @@ class VertexValues:
         values = self._values[self._faces[face]].astype(np.float64)
         finite = np.isfinite(values)
         share = np.where(finite, weights, 0)
-        total = share.sum(axis=1)
-        mixed = (np.where(finite, values, 0) * share).sum(axis=1) / np.where(total > 0, total, 1)
+        total = _row_sums(share)
+        mixed = _row_sums(np.where(finite, values, 0) * share) / np.where(total > 0, total, 1)
         nearest = np.take_along_axis(values, weights.argmax(axis=1)[:, None], axis=1)[:, 0]
         return value_colors(
             self._stops, self._limits, np.where(np.isfinite(nearest), mixed, nearest)
         )
+
+
+def _row_sums(rows):
+    """Of (N, 3), which NumPy's own sum is slow at."""
+    return rows[:, 0] + rows[:, 1] + rows[:, 2]
 
 
 class FaceValues:

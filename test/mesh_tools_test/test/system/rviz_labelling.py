@@ -377,7 +377,9 @@ class RvizLabelling(unittest.TestCase):
             server = ServerProxy(master.lookupNode(node)).getPid("/test")[2]
             os.kill(screen.pid(), signal.SIGKILL)
             wait_until(lambda: name_space() is None, 60, "the end of the server")
-            wait_until(lambda: has_ended(server), 60, "the end of its process, which writes the file")
+            wait_until(
+                lambda: has_ended(server), 60, "the end of its process, which writes the file"
+            )
         with self.rviz("again", displays) as screen:
             wait_until(name_space, 60, "the server", [screen.child])
             self.assertEqual(self.clusters(name_space()), {"tree_1": self.expected()})

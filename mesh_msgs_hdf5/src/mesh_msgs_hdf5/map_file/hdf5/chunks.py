@@ -5,6 +5,7 @@ and `load` reads what any HDF5 writer made. Chunks pass HDF5's filter pipeline, 
 at a time, and are deflated here (the module _deflate, in C++) where it is built and h5py knows how;
 else h5py does it all.
 """
+import itertools
 import math
 from typing import Iterator, List, Optional, Tuple
 
@@ -109,7 +110,7 @@ def _decompress(dataset, batch, first, array):
 def _offsets(shape, chunks) -> Iterator[Tuple[int, ...]]:
     """Where each chunk begins, in the order in which _deflate numbers them."""
     grid = [-(-length // side) for length, side in zip(shape, chunks)]
-    for place in np.ndindex(*grid):
+    for place in itertools.product(*map(range, grid)):
         yield tuple(index * side for index, side in zip(place, chunks))
 
 

@@ -20,6 +20,9 @@ from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import check_ratio, declared_byte
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 
+_KEPT = 64  # datasets that stay open: what is read, listed and counted is asked for several times
+
+
 def read_array(found: h5py.Dataset) -> np.ndarray:
     """All of a dataset that was checked; the one place where arrays are read."""
     return chunks.load(found)
@@ -41,6 +44,7 @@ class GuardedGroup:
         self._taken = 0
         self._file_bytes = group.file.id.get_filesize()
         self._subgroups: Dict[str, Optional[h5py.Group]] = {}
+        self._datasets: Dict[str, h5py.Dataset] = {}
 
     def subgroup(self, place: str) -> Optional[h5py.Group]:
         """The group at a place; None if there is none."""
@@ -58,9 +62,15 @@ class GuardedGroup:
 
         None if there is none.
         """
+        found = self._datasets.get(place)
+        if found is not None and (fields or not found.dtype.names):
+            return found
         way, _, name = place.rpartition("/")
         group = self.subgroup(way)
-        return None if group is None else dataset(self.path, group, name, self.budget, fields)
+        found = None if group is None else dataset(self.path, group, name, self.budget, fields)
+        if found is not None and len(self._datasets) < _KEPT:
+            self._datasets[place] = found
+        return found
 
     def first(self, places: Iterable[str]) -> List[str]:
         """The first of the places where there is something, alone; [] if there is none."""

@@ -6,7 +6,12 @@ import h5py
 from mesh_msgs_hdf5.checks.check import checked_label
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup, check_shape
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import row_attribute, text_attribute
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import children, hard_object, is_group_of_this_file
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import (
+    children,
+    hard_object,
+    is_group_of_this_file,
+    subgroup,
+)
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import (
@@ -47,10 +52,10 @@ class LabelReader:
         names: Dict[str, List[str]] = {}
         left = MAX_LABELS  # counted before any is looked at: a class may have many names
         for class_name in classes:
-            names[class_name] = children(path, labels[class_name], left)
+            names[class_name] = children(path, subgroup(path, labels, class_name), left)
             left -= len(names[class_name])
         for class_name in classes:
-            group = labels[class_name]
+            group = subgroup(path, labels, class_name)
             for name in names[class_name]:
                 text = self._text(group, class_name, name)
                 if text is None:
@@ -100,7 +105,8 @@ class LabelReader:
         class_name, name, _ = label_path(text)
         if not is_group_of_this_file(labels, class_name):
             return None
-        there = self._text(labels[class_name], class_name, name) == text
+        group = subgroup(self._part.path, labels, class_name)
+        there = self._text(group, class_name, name) == text
         return (class_name, name) if there else None
 
     def labels(self) -> Dict[str, Label]:

@@ -1,6 +1,7 @@
 """Reads one part of an open map file, one object at a time, in whatever layout it has."""
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
+from functools import partial
 from typing import Any, Dict, Iterable, List, Optional, Set, Tuple, Union
 
 import h5py
@@ -30,6 +31,7 @@ _NAMED = {
     "face_parameters": ("face_attribute_names", "face_parameters"),
     "textures": ("texture_indices", "texture"),
 }
+_THREAD_BYTES = 1 << 16  # of vertices, for whose hash a thread is started
 _PLACE = ("frame_id", "origin", "crs")  # without which vertices mean nothing
 _MEMBERS = tuple(f.name for f in fields(Mesh) if f.name not in ("vertices", "faces") + _PLACE)
 
@@ -235,9 +237,11 @@ class MapReader:
         mesh = Mesh(vertices=self.vertices, faces=self.faces)
         stored = self.stored_uuid if self.schema_version else None
         with ThreadPoolExecutor(1) as pool:  # the hash takes a third of the time of reading
-            uuid = pool.submit(geometry_uuid, mesh.vertices, mesh.faces) if stored else None
+            uuid = partial(geometry_uuid, mesh.vertices, mesh.faces)
+            if stored and mesh.vertices.nbytes > _THREAD_BYTES:
+                uuid = pool.submit(uuid).result
             self._read_attributes(mesh, members)
-        if stored and stored != uuid.result():
+        if stored and stored != uuid():
             raise MapFileError(
                 "uuid",
                 self.path,
