@@ -106,7 +106,7 @@ class Labels(unittest.TestCase):
                 done.set()
 
         subscriber = rospy.Subscriber(manager.name + "/new_cluster_label", MeshFaceCluster, take)
-        self.until(lambda: connected(publisher, subscriber))
+        self.until(lambda: connected(subscriber) and self.is_heard(publisher, manager))
         message = MeshFaceClusterStamped(uuid=self.uuid if uuid is None else uuid)
         message.override = override
         message.cluster = MeshFaceCluster(face_indices=list(faces), label=text)
@@ -114,6 +114,12 @@ class Labels(unittest.TestCase):
         self.assertTrue(done.wait(20), "label %s did not come back" % text)
         subscriber.unregister()
         self.assertEqual(list(found[0].face_indices), list(faces))
+
+    def is_heard(self, publisher, manager):
+        """By this one and, on the topic of all, by every other that runs."""
+        everyone = [m for m in self.managers if m.process.poll() is None]
+        wanted = everyone if publisher.name == "/cluster_label" else [manager]
+        return {m.name for m in wanted} <= {c.endpoint_id for c in publisher.impl.connections}
 
     def until(self, condition):
         deadline = time.monotonic() + 20

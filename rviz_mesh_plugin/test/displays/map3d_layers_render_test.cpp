@@ -246,6 +246,8 @@ TEST_F(Map3DLayers, leave_nothing_when_the_map_is_loaded_again_and_again)
     put(i % 2 == 0 ? "long.h5" : "short.h5");
     ASSERT_TRUE(waitForFaces(display, i % 2 == 0 ? 10 : 8));
     ASSERT_TRUE(shows(seen)) << status(display->labelDisplay(), "Labels");
+    ASSERT_EQ(serverOf(display), server) << i;
+    ASSERT_EQ(display->session().server()->ending(), "") << i;
   }
   EXPECT_TRUE(spinUntil([&] { return counts() == before; }, TIMEOUT))
       << counts() << "\ninstead of\n"

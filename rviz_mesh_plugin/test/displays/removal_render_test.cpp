@@ -252,7 +252,7 @@ TEST_F(RemovalTest, of_everything_that_is_drawn_and_back)
   EXPECT_FALSE(isDrawn());
   for (int i = 0; i < 20; ++i) {
     set(display, {"Display Type"}, "Fixed Color");
-    EXPECT_TRUE(isDrawn()) << i;
+    EXPECT_TRUE(spinUntil(isDrawn)) << i;  // once it was uploaded: the first frame may be too late
     set(display, {"Display Type"}, "Hide Faces");
     EXPECT_FALSE(isDrawn()) << i;
     if (i % 4 == 0) {

@@ -17,7 +17,7 @@ from mesh_msgs_hdf5.rendering.render_raster import NO_FACE, visible_faces
 from mesh_msgs_hdf5.rendering.render_scale import SCALES
 
 SAMPLES = 2  # along each side of a pixel, for smooth edges
-_BLOCK = 1 << 18
+_BLOCK = 1 << 14  # pixels handled at a time: what fits into the caches
 _LIGHT = np.array([-0.45, 0.55, 0.7]) / np.linalg.norm([-0.45, 0.55, 0.7])  # right, up, viewer
 _DARKEST = 0.45  # a face that the light does not reach
 

@@ -7,7 +7,7 @@ from typing import Callable, Iterator, Tuple
 
 import numpy as np
 
-_FACES, _ROWS, _PIXELS = 1 << 19, 1 << 19, 1 << 22  # handled at a time
+_FACES, _ROWS, _PIXELS = 1 << 19, 1 << 16, 1 << 16  # handled at a time: in the caches
 NO_FACE = -1
 
 
