@@ -4,6 +4,7 @@
 import json
 import math
 import random
+import re
 import signal
 import subprocess
 import tempfile
@@ -41,6 +42,10 @@ def in_thread(function, *args, **fields):
     return thread, results
 
 
+# What rospy says of another node that ended while it was about to connect, as commands do here.
+INTERRUPTED = re.compile(r"\[WARN\].*Inbound TCP/IP connection failed: connection from sender.*\n")
+
+
 class Command:
     """A node of the package as a process; its output goes to files."""
 
@@ -51,7 +56,8 @@ class Command:
 
     def texts(self):
         """Standard output and standard error so far."""
-        return Path(self.out.name).read_text(), Path(self.err.name).read_text()
+        errors = Path(self.err.name).read_text()
+        return Path(self.out.name).read_text(), INTERRUPTED.sub("", errors)
 
     def wait_for(self, text):
         """Wait until the process has said that."""
