@@ -69,6 +69,6 @@ function(_mesh_msgs_add_pytest name)
     " -o junit_suite_name=${PROJECT_NAME}${paths}")
   catkin_run_tests_target("pytest" ${name} "pytest-${name}.xml"
     COMMAND "${command}" WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR})
-  # the longest first, so that no core is idle at the end; nodes of other tests wait more than they compute
-  set_tests_properties(_ctest_${PROJECT_NAME}_pytest_${name} PROPERTIES COST 1000 PROCESSORS 2)
+  # what computes most goes first, so that nodes, which mind a busy machine, come when it is quieter
+  set_tests_properties(_ctest_${PROJECT_NAME}_pytest_${name} PROPERTIES COST 1000)
 endfunction()
