@@ -41,6 +41,12 @@ def wait_until(condition, wait=WAIT):
     return condition()
 
 
+def complaints(log):
+    """The lines in which a node says that clouds cannot be used."""
+    with open(log) as lines:
+        return [line for line in lines.read().splitlines() if "cannot be used" in line]
+
+
 def cloud(points, frame="laser", stamp=None):
     """A big-endian cloud with z first, as no usual driver sends it."""
     data = np.zeros(len(points), [("z", ">f8"), ("x", ">f4"), ("y", ">f4")])
@@ -119,7 +125,7 @@ class Obstacles(unittest.TestCase):
             },
         )
         executable = roslib.packages.find_node("mesh_map", "mesh_map")[0]
-        with open(os.path.join(folder, "log"), "w+") as log:
+        with open(os.path.join(folder, "log"), "w") as log:
             node = subprocess.Popen(
                 [executable, "__name:=node"], stdout=log, stderr=subprocess.STDOUT
             )
@@ -144,12 +150,13 @@ class Obstacles(unittest.TestCase):
             nowhere = cloud(self.to_laser([RIGHT]), frame="nowhere")
             self.send(publisher, nowhere)
             self.send(publisher, nowhere)
+            # clouds that wait together are one to the node, the newest
+            self.assertTrue(wait_until(lambda: complaints(log.name)), found)
             self.send(publisher, cloud(self.to_laser([RIGHT, [np.nan, 0, 0]])))
             self.assertTrue(wait_until(both(right)), found)
             self.assertTrue(wait_until(both(free)), found)  # it is not seen again
             self.assertIsNone(node.poll())
-            log.seek(0)
-            lines = [line for line in log.read().splitlines() if "cannot be used" in line]
+            lines = complaints(log.name)
             self.assertEqual(len(lines), 1, lines)
             self.assertIn("nowhere", lines[0])
             self.assertIn("/cloud", lines[0])
