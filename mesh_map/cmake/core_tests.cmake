@@ -35,12 +35,17 @@ if(MESH_TOOLS_SANITIZE STREQUAL "thread")
     ${tests}/distance/wave_front_test.cpp
   )
 else()
+  file(GLOB_RECURSE forgotten RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS ${tests}/*_test.cpp)
   foreach(room base bvh mesh distance paths)
     file(GLOB_RECURSE sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS ${tests}/${room}/*_test.cpp)
+    list(REMOVE_ITEM forgotten ${sources})
     list(REMOVE_ITEM sources ${faults_test} ${device_kernel_test})
     add_core_test(${room}_test ${sources})
   endforeach()
   add_core_test(bvh_faults_test ${faults_test})
+  if(forgotten)
+    message(FATAL_ERROR "these tests are in no room that ${CMAKE_CURRENT_LIST_FILE} names: ${forgotten}")
+  endif()
 endif()
 
 # The kernels on a device; without OpenCL that test is skipped. A sanitizer would judge the compiler in the driver.

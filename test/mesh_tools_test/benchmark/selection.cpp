@@ -1,9 +1,9 @@
 // The C++ side of selection.py: the real tool in RViz's own panel, from a mouse event to the
 // updated index buffer, beside a scan of all faces by OpenCL.
 //
-//     headless --master selection_benchmark FOLDER
+//     headless --master selection_benchmark FOLDER REPEATS
 //
-// FOLDER has vertices.f32 and faces.u32. Prints lines "name value": milliseconds and counts.
+// FOLDER has vertices.f32 and faces.u32; places to select at: REPEATS. Prints lines "name value": milliseconds and counts.
 #include <ros/init.h>
 #include <rviz/properties/property.h>
 #include <rviz/tool_manager.h>
@@ -16,6 +16,7 @@
 #include <QMouseEvent>
 
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
 #include <random>
 
@@ -29,7 +30,6 @@ using rviz_mesh_plugin::ClusterLabelTool;
 
 constexpr int WIDTH = 1280;
 constexpr int HEIGHT = 960;
-constexpr int REPEATS = 41;
 constexpr int STROKE_EVENTS = 300;
 constexpr float RADIUS = 1.0f;  // meters
 
@@ -137,7 +137,7 @@ void ask(Times& times, const Ask& question)
   times.milliseconds.push_back(milliseconds(Clock::now() - start));
 }
 
-void measureTable(Hand& hand, LinearScan* scan)
+void measureTable(Hand& hand, LinearScan* scan, int repeats)
 {
   Times single, radius, box, scan_single, scan_radius, scan_box;
   std::mt19937 random(1);
@@ -145,7 +145,7 @@ void measureTable(Hand& hand, LinearScan* scan)
     return QPoint(std::uniform_int_distribution<int>(WIDTH / 4, 3 * WIDTH / 4)(random),
                   std::uniform_int_distribution<int>(HEIGHT / 3, 3 * HEIGHT / 4)(random));
   };
-  for (int i = 0; i < REPEATS; ++i) {
+  for (int i = 0; i < repeats; ++i) {
     const QPoint at = anywhere();
     const mesh_map::Ray ray = rayAt(at);
     hand.send(at, QEvent::MouseButtonPress);
@@ -200,7 +200,7 @@ void measureStroke(Hand& hand)
   hand.clear();
 }
 
-void measure(const World& world)
+void measure(const World& world, int repeats)
 {
   Stage::SetUpTestSuite();
   Stage::manager()->setFixedFrame("map");
@@ -248,7 +248,7 @@ void measure(const World& world)
   must(hand.count() == 1, "a click in the middle of the window selects nothing");
   Stage::spinFrames(60);
   hand.clear();
-  measureTable(hand, scan.get());
+  measureTable(hand, scan.get(), repeats);
   measureStroke(hand);
 }
 
@@ -257,9 +257,11 @@ void measure(const World& world)
 int main(int argc, char** argv)
 {
   ros::init(argc, argv, "selection_benchmark", ros::init_options::AnonymousName);
-  if (argc != 2) {
-    std::cerr << "usage: selection_benchmark FOLDER\n";
+  const int repeats = argc == 3 ? std::atoi(argv[2]) : 0;
+  if (repeats < 1) {
+    std::cerr << "usage: selection_benchmark FOLDER REPEATS\n";
     return 2;
   }
-  return run("selection_benchmark", argc, argv, [argv] { measure(readWorld(argv[1])); });
+  return run("selection_benchmark", argc, argv,
+             [argv, repeats] { measure(readWorld(argv[1]), repeats); });
 }

@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """Faces are selected in RViz: the paper's Table 1, beside a scan of all faces by OpenCL.
 
-    selection.py [--faces N ...] [--json FILE]
+    selection.py [--faces N ...] [--repeats N] [--json FILE]
 
-Single faces, a ball of 1 m and a rectangle of an eighth of the window's sides, each at 41 places,
-from the mouse event to the updated index buffer; then a stroke of the brush. Meshes are the
-generated outdoor world with as many faces as the paper's datasets. The tool is the one of RViz's
-plugin, in RViz's own panel, 1280 x 960, drawn by OSMesa. Floors hold for two cores without a GPU.
+Single faces, a ball of 1 m and a rectangle of an eighth of the window's sides, each at 41 places
+(--repeats), from the mouse event to the updated index buffer; then a stroke of the brush. Meshes
+are the generated outdoor world with as many faces as the paper's datasets. The tool is the one of
+RViz's plugin, in RViz's own panel, 1280 x 960, drawn by OSMesa. Floors hold for two cores without
+a GPU.
 """
 
 import argparse
@@ -54,6 +55,7 @@ def main() -> int:
     """Command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--faces", type=int, nargs="+", help="other sizes than the paper's")
+    parser.add_argument("--repeats", type=int, default=41, help="places in each mode")
     parser.add_argument("--json", metavar="FILE", help="also write the values there")
     options = parser.parse_args()
     program = find_program(PROGRAM)
@@ -69,7 +71,7 @@ def main() -> int:
         print(f"{name}: {len(vertices):,} vertices, {len(triangles):,} faces")
         with tempfile.TemporaryDirectory(prefix="selection") as folder:
             write_world(folder, vertices, triangles)
-            values = run_in_rviz(program, [folder], SECONDS)
+            values = run_in_rviz(program, [folder, str(options.repeats)], SECONDS)
         print(table(figures(values, paper)))
         results[str(faces)] = values
     if options.json:
