@@ -3,7 +3,8 @@
 //
 //     headless --master selection_benchmark FOLDER REPEATS
 //
-// FOLDER has vertices.f32 and faces.u32; places to select at: REPEATS. Prints lines "name value": milliseconds and counts.
+// FOLDER has vertices.f32 and faces.u32; REPEATS are the places in each mode. Prints lines
+// "name value": milliseconds and counts.
 #include <ros/init.h>
 #include <rviz/properties/property.h>
 #include <rviz/tool_manager.h>
