@@ -62,7 +62,7 @@ class VisualBuffers : public VisualFixture
   {
     VisualFixture::SetUp();
     const std::atomic<bool> go_on{false};
-    mesh = grid(400, hills);
+    mesh = grid(256, hills);
     layout = rviz_mesh_plugin::layOut(mesh, Split::NONE, nullptr, go_on);
     by_face = rviz_mesh_plugin::layOut(mesh, Split::BY_FACE, nullptr, go_on);
     style.faces = MeshStyle::Faces::VERTEX_COLORS;
