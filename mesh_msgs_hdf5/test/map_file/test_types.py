@@ -87,6 +87,12 @@ def test_what_is_no_number_is_refused(stored, place, other):
     with pytest.raises(MapFileError) as refused:
         PLACES[place][0](MapFile(path))
     assert refused.value.code in CODES
+    if place == "channels/height_diff":  # it is no layer then
+        assert "height_diff" not in MapFile(path).read().vertex_costs
+        return
+    with pytest.raises(MapFileError) as refused:
+        MapFile(path).read()
+    assert refused.value.code in CODES
 
 
 @pytest.mark.parametrize("place", PLACES)
