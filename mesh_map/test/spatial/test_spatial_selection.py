@@ -129,6 +129,24 @@ def test_big_triangles_are_touched():
     assert not len(index.in_sphere(center=(0.1, 0.2, 0.5), radius=0.6, mode="inside"))
 
 
+@BACK_ENDS
+def test_borders_belong_to_regions(back_end):
+    """Corners at exactly the radius, and on the sides of a box: 3, 4 and 5 have no rounding."""
+    index = SpatialIndex([[3, 4, 0], [-4, 3, 0], [0, -5, 0]], [[0, 1, 2]])
+    for mode in ("touching", "inside"):
+        asked = {"mode": mode, "back_end": back_end}
+        ball, less = (
+            index.in_sphere(center=(0, 0, 0), radius=radius, **asked)
+            for radius in (5.0, np.nextafter(5.0, 0))
+        )
+        box, smaller = (
+            index.in_box(center=(0, 0, 0), axes=np.eye(3), half_size=(half, 5, 0), **asked)
+            for half in (4.0, np.nextafter(4.0, 0))
+        )
+        assert ball.tolist() == box.tolist() == [0]
+        assert less.tolist() == smaller.tolist() == ([0] if mode == "touching" else [])
+
+
 @adversarial
 def test_a_lasso_equals_numpy(mesh):
     index = SpatialIndex(mesh.vertices, mesh.faces)
