@@ -1,11 +1,10 @@
-"""File names that strangers give: inside the folder, or one error; and the texts of labels."""
+"""File names that strangers give: inside the folder, or one error."""
 import os
 
 import pytest
 
 from mesh_msgs_hdf5.files.confine import confined_path
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.model.label_names import check_label, label_path
 
 
 def short(text):
@@ -131,21 +130,3 @@ def test_other_suffixes(folder):
     assert confined_path(folder, "notes.txt", (".h5", ".txt")) == str(folder / "notes.txt")
     with pytest.raises(MapFileError, match="does not end with .ply or .obj"):
         confined_path(folder, "a.h5", (".ply", ".obj"))
-
-
-LABELS_REFUSED = ["", ".", "..", "a/b", "/", "../a", "a\0b", "a\nb", "\x7f", "a\udcff", "x" * 256]
-
-
-@pytest.mark.parametrize("text", LABELS_REFUSED + ["x" * 10_000_000], ids=short)
-def test_texts_that_are_no_labels(text):
-    with pytest.raises(MapFileError) as refused:
-        check_label("/a.h5", text)
-    assert refused.value.code == "label" and len(str(refused.value)) < 300
-
-
-@pytest.mark.parametrize("text", ["tree_1", "tree_..", "._.", "_", ";id;", "😀_1", "%2E_1", "a b"])
-def test_texts_of_labels_never_become_paths(text):
-    check_label("/a.h5", text)
-    group, dataset, _ = label_path(text)
-    for name in (group, dataset):
-        assert name and "/" not in name and name not in (".", "..")

@@ -118,7 +118,7 @@ def test_groups_are_exact(path):
         ("..", [1], None, "label", "label '..'"),
         ("", [1], None, "label", "empty"),
         ("a\n1", [1], None, "label", "control character"),
-        ("x" * 256, [1], None, "label", "longer than 255"),
+        ("x" * 256, [1], None, "label", "has 256 bytes"),
         ("a_1", [3, FACES, 70], None, "index", "entry 1"),
         ("a_1", [3, -1], None, "index", "-1"),
         ("a_1", [0.5], None, "dtype", ""),

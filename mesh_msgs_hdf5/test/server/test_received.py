@@ -329,8 +329,8 @@ def test_a_label_comes_back(faces):
     "text, faces, words",
     [
         ("", [0], "empty"),
-        ("a/b", [0], "contains '/'"),
-        ("..", [0], "label is '..'"),
+        ("a/b", [0], "contains a slash"),
+        ("..", [0], "label '..' is no name"),
         ("a\x07b", [0], "control character"),
         ("x" * 300, [0], "300 bytes"),
         ("tree_1", [0, FACES], "refers to face 9"),

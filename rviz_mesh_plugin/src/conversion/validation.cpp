@@ -9,7 +9,8 @@
 #include <utility>
 
 #include <std_msgs/ColorRGBA.h>
-#include <boost/locale/utf.hpp>
+
+#include "labels/label_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -154,8 +155,6 @@ void checkFaces(std::vector<Finding>& findings, const mesh_msgs::MeshGeometry& m
       "export the mesh again; indices count from 0");
 }
 
-constexpr std::size_t MAX_LABEL_BYTES = 255;  // labels become names of files
-
 /// @a noun is what refers to an index of the mesh, @a target what it refers to.
 void checkIndices(std::vector<Finding>& findings, const char* rule, const std::string& noun,
                   const char* target, const std::vector<std::uint32_t>& indices,
@@ -172,48 +171,15 @@ void checkIndices(std::vector<Finding>& findings, const char* rule, const std::s
   }
 }
 
-bool isUtf8(const std::string& text)
-{
-  namespace utf = boost::locale::utf;
-  for (auto at = text.begin(); at != text.end();) {
-    const utf::code_point point = utf::utf_traits<char>::decode(at, text.end());
-    if (point == utf::illegal || point == utf::incomplete) {
-      return false;
-    }
-  }
-  return true;
-}
-
-/// What makes a label unusable; empty: nothing.
-std::string faultOf(const std::string& label)
-{
-  const auto is_control = [](unsigned char c) { return c < 32 || c == 127; };
-  if (std::any_of(label.begin(), label.end(), is_control)) {
-    return text("the label ", shown(label), " contains a control character");
-  }
-  if (label.find('/') != std::string::npos) {
-    return text("the label ", shown(label), " contains '/'");
-  }
-  if (label == "." || label == "..") {
-    return text("the label is ", shown(label));
-  }
-  if (label.size() > MAX_LABEL_BYTES) {
-    return text("the label has ", label.size(), " bytes");
-  }
-  if (!isUtf8(label)) {
-    return text("the label ", shown(label), " is no UTF-8");
-  }
-  return std::string();
-}
-
 void checkCluster(std::vector<Finding>& findings, const mesh_msgs::MeshFaceCluster& cluster,
                   std::optional<std::size_t> face_count, const std::string& prefix)
 {
   checkIndices(findings, "cluster_face_out_of_range", prefix + "entry", "face",
                cluster.face_indices, face_count, "name faces of the mesh that the uuid stands for");
-  const std::string fault = faultOf(cluster.label);
+  const std::string fault = labelFault(cluster.label);
   if (!fault.empty()) {
-    findings.push_back({"label_unusable", prefix + fault, std::nullopt, 1,
+    const std::string what = text(prefix, "the label ", shown(cluster.label), " ", fault);
+    findings.push_back({"label_unusable", what, std::nullopt, 1,
                         "choose up to 255 bytes without '/', such as 'tree_1'"});
   }
 }

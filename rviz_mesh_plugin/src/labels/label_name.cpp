@@ -1,27 +1,53 @@
 #include "labels/label_name.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <iomanip>
+#include <optional>
+#include <sstream>
 
-#include <QChar>
-#include <QString>
-#include <QVector>
+#include <boost/locale/utf.hpp>
 
 namespace rviz_mesh_plugin {
 namespace {
 
-constexpr std::size_t MAX_BYTES = 255;  // as in map files
+constexpr std::size_t MAX_BYTES = 255;  // labels become names of files and HDF5 datasets
 constexpr std::size_t MAX_DIGITS = 9;   // of instances that are counted
 
-bool isPrintable(const QString& text)
+/// The characters of UTF-8; nothing where the text is none.
+std::optional<std::vector<std::uint32_t>> decoded(const std::string& text)
 {
-  const QVector<uint> letters = text.toUcs4();
-  return std::all_of(letters.begin(), letters.end(), [](uint letter) {
-    const QChar::Category category = QChar::category(letter);
-    const bool separator = category == QChar::Separator_Line ||
-                           category == QChar::Separator_Space ||
-                           category == QChar::Separator_Paragraph;
-    return QChar::isPrint(letter) && (letter == ' ' || !separator);
-  });
+  namespace utf = boost::locale::utf;
+  std::vector<std::uint32_t> characters;
+  for (auto at = text.begin(); at != text.end();) {
+    const utf::code_point point = utf::utf_traits<char>::decode(at, text.end());
+    if (point == utf::illegal || point == utf::incomplete) {
+      return std::nullopt;
+    }
+    characters.push_back(point);
+  }
+  return characters;
+}
+
+bool isControl(std::uint32_t character)
+{
+  return character < 0x20 || (character >= 0x7f && character <= 0x9f) || character == 0x2028 ||
+         character == 0x2029;
+}
+
+/// Whether it turns the direction of what follows, or is dropped by those who read text: with it,
+/// one name looks like another.
+bool isDisguise(std::uint32_t character)
+{
+  return (character >= 0x202a && character <= 0x202e) ||
+         (character >= 0x2066 && character <= 0x2069) || character == 0xfeff;
+}
+
+std::string hexadecimal(std::uint32_t character)
+{
+  std::ostringstream stream;
+  stream << std::uppercase << std::hex << std::setw(4) << std::setfill('0') << character;
+  return stream.str();
 }
 
 bool isNumber(const std::string& text)
@@ -48,23 +74,40 @@ std::string joinLabel(const std::string& label_class, const std::string& instanc
   return instance.empty() ? label_class : label_class + "_" + instance;
 }
 
-std::string whyNoLabel(const std::string& label)
+std::string labelFault(const std::string& label)
 {
-  const std::string hint = ": call it like tree_1, class and instance";
-  if (label.empty()) {
-    return "a label needs a name" + hint;
-  }
   if (label.size() > MAX_BYTES) {
-    return "the name of a label has at most " + std::to_string(MAX_BYTES) + " bytes" + hint;
+    return "has " + std::to_string(label.size()) + " bytes";
   }
-  const QString text = QString::fromStdString(label);
-  if (text.toStdString() != label) {
-    return "the name of a label has to be UTF-8" + hint;
+  const auto characters = decoded(label);
+  if (characters && std::any_of(characters->begin(), characters->end(), isControl)) {
+    return "contains a control character";
   }
-  if (label.find('/') != std::string::npos || label == "." || label == ".." || !isPrintable(text)) {
-    return "the name of a label has no slash and no control character" + hint;
+  if (label.find('/') != std::string::npos) {
+    return "contains a slash";
+  }
+  if (label == "." || label == "..") {
+    return "is no name";
+  }
+  if (!characters) {
+    return "is no UTF-8";
+  }
+  const auto disguise = std::find_if(characters->begin(), characters->end(), isDisguise);
+  if (disguise != characters->end()) {
+    return "contains U+" + hexadecimal(*disguise) + ", which makes it look like another";
   }
   return {};
+}
+
+std::string whyNoLabel(const std::string& label)
+{
+  const std::string fault = labelFault(label);
+  if (!label.empty() && fault.empty()) {
+    return {};
+  }
+  return (label.empty() ? "a label needs a name" : "the name of the label " + fault) +
+         ": call it like tree_1, class and instance, in up to " + std::to_string(MAX_BYTES) +
+         " bytes";
 }
 
 std::string nextInstance(const std::string& label_class, const std::vector<std::string>& labels)

@@ -15,8 +15,7 @@ from mesh_msgs.checks.findings import (
     shown,
 )
 from mesh_msgs.checks.geometry import RGBA, check_colors, check_costs
-
-MAX_LABEL_BYTES = 255  # labels become names of files and HDF5 datasets
+from mesh_msgs.checks.label_name import MAX_LABEL_BYTES, label_fault
 
 # Bytes per pixel of the encodings of sensor_msgs/Image that a texture may have.
 _ENCODINGS = {"rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1, "8UC3": 3}
@@ -57,20 +56,12 @@ def mesh_face_cluster(msg: Any, face_count: Optional[int] = None) -> List[Findin
 
 
 def _check_label(label: str) -> List[Finding]:
-    control = next((i for i, c in enumerate(label) if ord(c) < 32 or ord(c) == 127), None)
-    size = len(label.encode("utf-8", "surrogatepass"))
-    if control is not None:
-        what, index = "character %d of the label is a control character" % control, control
-    elif "/" in label:
-        what, index = "the label %s contains '/'" % shown(label), label.index("/")
-    elif label in (".", ".."):
-        what, index = "the label is '%s'" % label, 0
-    elif size > MAX_LABEL_BYTES:
-        what, index = "the label has %d bytes" % size, MAX_LABEL_BYTES
-    else:
+    fault = label_fault(label)
+    if fault is None:
         return []
+    what = "the label %s %s" % (shown(label), fault.what)
     hint = "choose up to %d bytes without '/', such as 'tree_1'" % MAX_LABEL_BYTES
-    return [Finding("label_unusable", what, index, 1, hint)]
+    return [Finding("label_unusable", what, fault.index, 1, hint)]
 
 
 def mesh_face_cluster_stamped(

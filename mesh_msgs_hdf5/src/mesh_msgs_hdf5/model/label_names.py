@@ -7,11 +7,12 @@ dataset too, from which they are read back.
 import re
 from typing import Any, List, Tuple
 
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs.checks.label_name import MAX_LABEL_BYTES, label_fault
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 TEXT = "label"  # attribute with the whole text, where the path does not tell it
 MAX_LABELS = 50_000  # of a map
-_MAX_BYTES = 255
 # what HDF5 does not take as a name, or takes for "here" and "above"
 _ESCAPED = {"": "%", ".": "%2E", "..": "%2E%2E"}
 
@@ -46,19 +47,12 @@ def _escaped(name):
 
 def check_label(path: PathLike, text: str) -> None:
     """Refuse a text that cannot be a label: code label, path is that of the map, for the error."""
-    try:
-        size = len(text.encode("utf-8"))
-    except UnicodeEncodeError:
-        size = 0
-    if not 0 < size <= _MAX_BYTES:
-        reason = "is empty, no UTF-8, or longer than %d bytes" % _MAX_BYTES
-    elif "/" in text or not text.isprintable() or text in (".", ".."):
-        reason = "contains a slash or a control character, or is . or .."
-    else:
+    fault = label_fault(text)
+    if text and fault is None:
         return
     raise MapFileError(
         "label",
         path,
-        "label %r %s" % (one_line(text)[:80], reason),
-        "name it like tree_1: class, underscore, instance",
+        "label %r %s" % (one_line(text[:80]), fault.what if fault else "is empty"),
+        "name it like tree_1: class, underscore, instance, in up to %d bytes" % MAX_LABEL_BYTES,
     )

@@ -3,6 +3,7 @@ from typing import Dict, List, Optional, Tuple
 
 import h5py
 
+from mesh_msgs.checks.label_name import label_fault
 from mesh_msgs_hdf5.checks.check import checked_label
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup, check_shape
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import row_attribute, text_attribute
@@ -100,7 +101,7 @@ class LabelReader:
     def _own_place(self, text) -> Optional[Tuple[str, str]]:
         """The place that label_path gives, if a label of this text is there."""
         labels = self._part.subgroup(self._place) if self._place else None
-        if labels is None or not isinstance(text, str) or not text.isprintable() or "/" in text:
+        if labels is None or not isinstance(text, str) or label_fault(text):
             return None
         class_name, name, _ = label_path(text)
         if not is_group_of_this_file(labels, class_name):
