@@ -26,14 +26,16 @@ def test_one_front_for_a_geometry():
     assert other is not front
     del geometry
     gc.collect()
-    assert front.distance_to_obstacles(np.arange(100) == 0, 20.0)[0] == 0
+    obstacles = ObstacleDistance(front=front, max_distance=20.0)
+    obstacles.compute(np.arange(100) == 0)
+    assert obstacles.distances()[0] == 0
 
 
 def test_obstacles_are_refused(front):
     with pytest.raises(ValueError, match="the maximum distance has to be above 0"):
         ObstacleDistance(front=front, max_distance=0.0)
     with pytest.raises(ValueError, match="lethal has the shape"):
-        front.distance_to_obstacles(np.zeros(3, bool), 1.0)
+        ObstacleDistance(front=front, max_distance=1.0).compute(np.zeros(3, bool))
 
 
 def test_a_cancelled_run_is_an_error():
@@ -42,6 +44,8 @@ def test_a_cancelled_run_is_an_error():
     flag = CancelFlag()
     flag.set()
     lethal = np.arange(150 * 150) % 97 == 0
+    obstacles = ObstacleDistance(front=front, max_distance=5.0)
     with pytest.raises(Cancelled):
-        front.distance_to_obstacles(lethal, 5.0, flag)
-    assert np.isfinite(front.distance_to_obstacles(lethal, 5.0)).all()
+        obstacles.compute(lethal, flag)
+    obstacles.compute(lethal)
+    assert np.isfinite(obstacles.distances()).all()

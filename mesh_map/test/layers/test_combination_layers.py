@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from mesh_map.base.plugins import find_class, find_plugins
+from mesh_map.base.plugins import find_class
 from mesh_map.costs.layer import BASE_CLASS_TYPE, LayerInput, checked
 from mesh_map.layers.max_combination import MaxCombinationLayer
 from mesh_map.layers.sum_combination import SumCombinationLayer
@@ -38,7 +38,6 @@ def test_names_of_ros_2():
         ("WeightedCombinationLayer", WeightedCombinationLayer),
     ):
         assert find_class("mesh_map", BASE_CLASS_TYPE, "mesh_layers/" + name) is kind
-        assert find_plugins("mesh_map", BASE_CLASS_TYPE)["mesh_layers/" + name].description
 
 
 def test_sum_mean_and_maximum():

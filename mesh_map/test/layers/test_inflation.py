@@ -7,7 +7,7 @@ import pytest
 from front_oracles import euclidean, faded, fine_graph
 from mesh_map import MeshMap, _kernels
 from mesh_map.costs.layer import LayerInput, checked
-from mesh_map.distance.front import SurfaceFront
+from mesh_map.distance.front import ObstacleDistance, SurfaceFront
 from mesh_map.layers.inflation import InflationLayer
 from meshes import TestMesh, data_mesh, real, renumbered, small, terrain
 
@@ -44,7 +44,9 @@ def inflated(mesh, lethal, **params):
 
 def distances(mesh, lethal, max_distance=INF):
     front = SurfaceFront.of(MeshMap(mesh.vertices, mesh.faces).geometry)
-    return front.distance_to_obstacles(lethal, max_distance)
+    obstacles = ObstacleDistance(front=front, max_distance=max_distance)
+    obstacles.compute(lethal)
+    return obstacles.distances()
 
 
 def same(first, second):

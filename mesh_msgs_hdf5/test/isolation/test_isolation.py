@@ -19,7 +19,6 @@ from mesh_msgs_hdf5.isolation import (
     isolated,
     isolated_map_file,
     prepare,
-    zygote_pid,
 )
 from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY
 from mesh_msgs_hdf5.map_file import MapFile
@@ -35,6 +34,12 @@ def victim(monkeypatch):
         return isolated(name, path, *arguments, **limits)
 
     return call
+
+
+def zygote_pid():
+    """The id of the process that forks the others; None before the first call."""
+    process = isolated_map_file._zygote._process
+    return process.pid if process else None
 
 
 def same(one, other):

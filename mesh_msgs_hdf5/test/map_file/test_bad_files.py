@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from peak_memory import peak_memory
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.exact import to_exact
 from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import default_budget
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 
 
 def refusal(path, **arguments):

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mesh_msgs_hdf5.model.edit import Edit
-from mesh_msgs_hdf5.server.map_overlay import is_empty, merged, without
+from mesh_msgs_hdf5.model.edit import Edit, is_empty
+from mesh_msgs_hdf5.server.map_overlay import merged, without
 
 # objects of their own, as arrays are: what counts is which one it is
 VALUES = st.builds(object)

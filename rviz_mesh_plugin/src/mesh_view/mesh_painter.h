@@ -76,8 +76,6 @@ class MeshPainter
   MeshDataConstPtr mesh() const;
   MeshVisual* visual() const { return visual_.get(); }
 
-  /// Whether the colors (or textures) that the display type asks for are there.
-  bool colorsAtHand() const { return at_hand_; }
   /// Whether a picture of the mesh as it is asked for is still on its way.
   bool waiting() const;
 

@@ -1,9 +1,6 @@
 """The errors of this package."""
 
-
-def one_line(text: object) -> str:
-    """The text of an error or message without line breaks and control characters."""
-    return "".join(c if c.isprintable() else " " for c in str(text)).strip()
+from mesh_msgs.text import one_line
 
 
 class MeshMapError(Exception):

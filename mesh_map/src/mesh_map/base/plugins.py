@@ -19,17 +19,16 @@ install space alike. The root may also be <class_libraries> with several librari
 
 import contextlib
 import importlib
-import logging
 import os
 import threading
 from typing import Dict, Iterator, List, NamedTuple, Tuple
 from xml.etree import ElementTree
 
 import rospkg
+from mesh_msgs.text import one_line
 
-from mesh_map.base.errors import PluginError, one_line
+from mesh_map.base.errors import PluginError
 
-_LOG = logging.getLogger("mesh_map")
 _MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
 
 
@@ -42,38 +41,26 @@ class Plugin(NamedTuple):
     name: as users write it.
     type: module and class.
     package: where it is described.
-    description: for users.
     """
 
     name: str
     type: str
     package: str
-    description: str
-
-
-def find_plugins(package: str, base_class_type: str) -> Dict[str, Plugin]:
-    """All plugins of a base class that packages export for `package`, by their names.
-
-    Packages are those on ROS_PACKAGE_PATH.
-
-    A description that cannot be read is logged and left out; of two plugins of one name, the first
-    package counts (its own package before others, then in alphabetical order).
-    """
-    plugins, problems = _scan(package, base_class_type)
-    for problem in problems:
-        _LOG.warning("%s", problem)
-    return plugins
 
 
 def find_class(package: str, base_class_type: str, type_name: str) -> type:
-    """The class of a plugin.
+    """The class of a plugin that a package on ROS_PACKAGE_PATH exports for `package`.
+
+    A description that cannot be read is left out; of two plugins of one name, the first package
+    counts (its own package before others, then in alphabetical order).
 
     Args:
         package: the package that uses the plugins, such as "mesh_map"; its name is the export tag.
         base_class_type: such as "mesh_map::Layer".
         type_name: the name of the plugin, such as "mesh_layers/HeightDiffLayer".
     Raises:
-        PluginError: no such plugin (the known ones are named), or it cannot be imported.
+        PluginError: no such plugin (the known ones are named, and what was left out), or it cannot
+            be imported.
     """
     plugins, problems = _scan(package, base_class_type)
     plugin = plugins.get(type_name)
@@ -172,6 +159,5 @@ def _read(path: str, package: str, base_class_type: str) -> List[Plugin]:
         name = element.get("name") or type_path
         if "." not in type_path:
             raise PluginError("%s: %s needs a type of the form module.Class" % (path, name))
-        description = one_line(" ".join((element.findtext("description") or "").split()))
-        plugins.append(Plugin(name, type_path, package, description))
+        plugins.append(Plugin(name, type_path, package))
     return plugins

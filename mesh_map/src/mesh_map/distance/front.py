@@ -54,19 +54,6 @@ class SurfaceFront:
                 )
             return front
 
-    def distance_to_obstacles(
-        self, lethal: Any, max_distance: float, cancel: Optional[CancelFlag] = None
-    ) -> np.ndarray:
-        """(V,) float32 meters from what is lethal, as ObstacleDistance computes them.
-
-        Raises:
-            ValueError: a distance that is not above 0, or a wrong number of vertices.
-            Cancelled: `cancel` was set.
-        """
-        obstacles = ObstacleDistance(front=self, max_distance=max_distance)
-        obstacles.compute(lethal, cancel)
-        return obstacles.distances()
-
 
 class ObstacleDistance:
     """Distances along the surface from obstacles, and directions away from them.

@@ -3,9 +3,10 @@
 from typing import Any, Callable, Dict, Iterable, Iterator, Mapping, Optional
 
 import numpy as np
+from mesh_msgs.text import one_line
 
 from mesh_map.base.array_checks import read_only
-from mesh_map.base.errors import MeshMapError, one_line
+from mesh_map.base.errors import MeshMapError
 from mesh_map.base.query_arguments import choice
 from mesh_map.geometry.topology import Topology
 

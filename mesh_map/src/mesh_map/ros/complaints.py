@@ -6,7 +6,8 @@ import threading
 import time
 from typing import Any, Dict
 
-from mesh_map.base.errors import one_line
+from mesh_msgs.text import one_line
+
 
 _LOG = logging.getLogger("mesh_map")
 _PERIOD = 10.0  # seconds

@@ -4,9 +4,9 @@ import logging
 import threading
 from typing import Any
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
 
-from mesh_map.base.errors import one_line
 from mesh_map.ros.ros_adapter import RosAdapter
 
 _LOG = logging.getLogger("mesh_map")

@@ -4,7 +4,9 @@ import importlib
 import logging
 from typing import List
 
-from mesh_map.base.errors import MeshMapError, one_line
+from mesh_msgs.text import one_line
+
+from mesh_map.base.errors import MeshMapError
 from mesh_map.costs.layer import Layer
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.ros.ros_adapter import RosAdapter

@@ -3,8 +3,8 @@
 import logging
 
 import rospy
+from mesh_msgs.text import one_line
 
-from mesh_map.base.errors import one_line
 
 _LOG = logging.getLogger("mesh_map")
 

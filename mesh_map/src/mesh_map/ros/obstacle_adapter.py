@@ -7,11 +7,12 @@ from typing import Any, Callable, Optional, Tuple
 import numpy as np
 import rospy
 import tf2_ros
+from mesh_msgs.text import one_line
 from mesh_msgs.transform import TransformError, rotation_and_translation
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
-from mesh_map.base.errors import MeshMapError, one_line
+from mesh_map.base.errors import MeshMapError
 from mesh_map.geometry.topology import quantity
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.ros.complaints import Complaints

@@ -7,9 +7,10 @@ from typing import Any, Collection, Dict, Optional
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.exact import to_exact
 from mesh_msgs_hdf5.model import schema
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import check_label
 from mesh_msgs_hdf5.model.mesh import Color, Features, Label, Materials, Mesh
 

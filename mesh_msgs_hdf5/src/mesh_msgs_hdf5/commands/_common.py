@@ -7,9 +7,10 @@ from typing import Any, Dict, Iterable, Optional, Tuple
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.files.probe import read_head
 from mesh_msgs_hdf5.files.save import check_target
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 
 MAP_SUFFIXES = (".h5", ".hdf5")
 

@@ -10,8 +10,9 @@ import re
 import sys
 from typing import Iterable, List, Optional, Set
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.commands import VERBS, command, completion
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 
 PROGRAM = "mesh_tool"
 VERSION = "0.1.0"

@@ -2,9 +2,9 @@
 import argparse
 import sys
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.commands._common import add_output_options, add_part, say
 from mesh_msgs_hdf5.commands.progress import Progress
-from mesh_msgs_hdf5.model.errors import one_line
 from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, RULES, WARNING, counts
 from mesh_msgs_hdf5.validation.validate import validate
 

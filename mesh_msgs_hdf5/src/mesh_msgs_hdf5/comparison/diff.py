@@ -4,9 +4,9 @@ from typing import Any, Callable, Dict, Iterator, List
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.comparison.diff_geometry import Difference, compare_geometry, moved
 from mesh_msgs_hdf5.formats.any_mesh import Members
-from mesh_msgs_hdf5.model.errors import one_line
 from mesh_msgs_hdf5.model.label_names import natural_order
 
 MEMBERS = ("geometry", "normals", "colors", "layers", "faces", "labels", "textures", "features")

@@ -6,6 +6,7 @@ from typing import Callable, Dict, List, Optional
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.save import check_target, save_file
 from mesh_msgs_hdf5.formats.base.export_parts import Export
@@ -13,7 +14,7 @@ from mesh_msgs_hdf5.formats.gltf.export_glb import glb_of
 from mesh_msgs_hdf5.formats.obj.export_obj import obj_of
 from mesh_msgs_hdf5.formats.ply.export_ply import ply_of
 from mesh_msgs_hdf5.formats.stl import stl_of
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.rendering.render_scale import RAINBOW, finite_limits, value_colors
 

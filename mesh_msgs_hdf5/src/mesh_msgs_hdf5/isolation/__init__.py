@@ -5,7 +5,6 @@ from mesh_msgs_hdf5.isolation.isolated_map_file import (
     IsolatedMapFile,
     isolated,
     prepare,
-    zygote_pid,
 )
 
 __all__ = [
@@ -14,5 +13,4 @@ __all__ = [
     "IsolatedMapFile",
     "isolated",
     "prepare",
-    "zygote_pid",
 ]

@@ -12,12 +12,13 @@ import socket
 import time
 from typing import Any, Dict, Optional, Tuple
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.isolation.typed import fits, hints_of
 from mesh_msgs_hdf5.isolation.wire import Wire, WireError
 from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY, Zygote, ZygoteEnded
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import default_budget
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 DEFAULT_TIMEOUT = 600.0
@@ -62,11 +63,6 @@ def prepare() -> None:
     """
     with contextlib.suppress(OSError):  # the first call will say what is wrong
         _zygote.start()
-
-
-def zygote_pid() -> Optional[int]:
-    """The id of the process that forks the others; None before the first call."""
-    return _zygote.pid
 
 
 class IsolatedMapFile:

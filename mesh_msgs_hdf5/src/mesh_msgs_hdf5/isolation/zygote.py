@@ -84,11 +84,6 @@ class Zygote:
         self._process: Optional[subprocess.Popen] = None
         self._control: Optional[socket.socket] = None
 
-    @property
-    def pid(self) -> Optional[int]:
-        """Its process id, None before the first request."""
-        return self._process.pid if self._process else None
-
     def child(self, memory_limit: int) -> Child:
         """A new process that takes requests (zygote_child.answer) through its connection.
 

@@ -12,8 +12,9 @@ from typing import Dict, Iterator, List, Tuple
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.files.probe import check_name, os_error
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import check_label
 
 _SUFFIX = ".dat"

@@ -9,10 +9,11 @@ from mesh_msgs.init_node import init_node
 from mesh_msgs.srv import GetLabelGroups, GetLabelGroupsResponse, GetUUIDs
 from std_srvs.srv import Trigger, TriggerResponse
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.label_manager.label_manager_options import LabelOptions, parse
 from mesh_msgs_hdf5.label_manager.label_maps import LabelMaps
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColors
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals

@@ -5,10 +5,11 @@ import threading
 from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Tuple
 from urllib.parse import quote, unquote
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.label_manager.dat_files import dat_uuids, read_dat_folder
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.labels.label_store import LabelStore
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Label
 
 _SUFFIX = ".labels.journal"

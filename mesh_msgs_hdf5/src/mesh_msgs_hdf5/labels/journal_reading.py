@@ -4,9 +4,10 @@ import os
 from dataclasses import dataclass, field
 from typing import Any, BinaryIO, Dict, List, Mapping, Optional
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.labels import journal_lines
 from mesh_msgs_hdf5.labels.journal_files import open_existing, save_error
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Label
 
 _MAX_LINE = 256 << 20  # bytes; nothing that a program of ours writes

@@ -17,9 +17,10 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.check import checked_label
 from mesh_msgs_hdf5.files.probe import read_file
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import split_label
 from mesh_msgs_hdf5.model.mesh import Color, Label
 

@@ -10,9 +10,8 @@ from mesh_msgs_hdf5.files.save import check_target, stamp
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_files import reading
 from mesh_msgs_hdf5.map_file.reading.layouts import find_parts
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
-from mesh_msgs_hdf5.map_file.writing.check_edit import is_empty
 from mesh_msgs_hdf5.map_file.writing.map_saving import save_edit, save_mesh
-from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.edit import Edit, is_empty
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh, geometry_uuid
 

@@ -1,5 +1,5 @@
 """A change of a map file: what is to be added, replaced or removed; all else stays as it is."""
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Dict, FrozenSet, Optional, Tuple
 
 import numpy as np
@@ -33,3 +33,13 @@ class Edit:
     crs: Optional[str] = None
     source: Optional[Dict[str, Any]] = None
     remove: FrozenSet[str] = frozenset()
+
+
+def is_empty(edit: Edit) -> bool:
+    """True if it changes nothing."""
+    return all(
+        getattr(edit, member.name) is None
+        if member.default is None
+        else not getattr(edit, member.name)
+        for member in fields(edit)
+    )

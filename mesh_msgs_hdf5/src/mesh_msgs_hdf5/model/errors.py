@@ -2,13 +2,9 @@
 import os
 from typing import Union
 
+from mesh_msgs.text import one_line
+
 PathLike = Union[str, bytes, os.PathLike]
-
-
-def one_line(text: str) -> str:
-    """The text without line breaks, control characters and undecodable bytes."""
-    text = text.encode("utf-8", "backslashreplace").decode("utf-8")
-    return "".join(c if c.isprintable() else " " for c in text).strip()
 
 
 class MapFileError(Exception):

@@ -9,7 +9,8 @@ from typing import List
 
 import numpy as np
 
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 VERSION = 1
 

@@ -7,7 +7,7 @@ from typing import Any, Callable, Sequence, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.model.errors import one_line
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.rendering.render import paint_mesh
 from mesh_msgs_hdf5.rendering.render_camera import Camera, axis_names, look_at, view_axes

@@ -13,7 +13,8 @@ from mesh_msgs.srv import (
 )
 from std_msgs.msg import ColorRGBA
 
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Color, Label
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
 

@@ -5,7 +5,8 @@ from typing import Callable, List, Optional
 import rospy
 from mesh_msgs.init_node import init_node
 
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColors
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals

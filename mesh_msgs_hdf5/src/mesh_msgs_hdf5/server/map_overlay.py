@@ -51,14 +51,6 @@ def without(edit: Edit, done: Edit) -> Edit:
     return Edit(**values)
 
 
-def is_empty(edit: Edit) -> bool:
-    """True if the change changes nothing."""
-    return all(
-        value is None or (isinstance(value, (dict, frozenset)) and not value)
-        for value in vars(edit).values()
-    )
-
-
 class MapOverlay:
     """The interface of MapFile over a source, with what an Edit changes.
 

@@ -6,8 +6,9 @@ from typing import Dict, Iterable, List, Sequence
 import rospy
 from std_msgs.msg import String
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
 

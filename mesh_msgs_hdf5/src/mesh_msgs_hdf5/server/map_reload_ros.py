@@ -3,9 +3,10 @@ from typing import Any, Dict, List, Tuple
 
 import rospy
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.files.save import stamp
 from mesh_msgs_hdf5.formats.any_mesh import Members, MeshMembers
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.server.map_loading import load, owner_notes, source_now
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry

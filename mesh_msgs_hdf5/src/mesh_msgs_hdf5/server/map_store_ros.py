@@ -8,7 +8,8 @@ from mesh_msgs import arrays
 from mesh_msgs.msg import MeshFeatures, MeshTexture
 from std_srvs.srv import Trigger, TriggerResponse
 
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
 from mesh_msgs_hdf5.ros.map_messages import cluster

@@ -7,7 +7,8 @@ from mesh_msgs import arrays
 from mesh_msgs.msg import MeshFaceCluster, MeshFeatures
 from mesh_msgs.ros import LatchedTopics
 
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.label_colors_ros import LabelColors
 from mesh_msgs_hdf5.server.served_map import ServedMap
 

@@ -14,10 +14,10 @@ from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.edit import Edit, is_empty
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.map_messages import MapMessages
-from mesh_msgs_hdf5.server.map_overlay import MapOverlay, is_empty
+from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.received import Received, Refused
 from mesh_msgs_hdf5.server.server_options import MapRequest
 

@@ -4,9 +4,10 @@ from typing import Any, Callable, Dict, List, Optional
 import numpy as np
 from mesh_msgs.identity import geometry_uuid
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.any_mesh import Members, is_map_file, open_members
 from mesh_msgs_hdf5.isolation import isolated
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, WARNING, Finding
 from mesh_msgs_hdf5.validation.validate_beside import check_journal, check_temporaries
 from mesh_msgs_hdf5.validation.validate_shape import check_shape

@@ -4,10 +4,11 @@ import fcntl
 import os
 from typing import Iterator
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.any_mesh import Members
 from mesh_msgs_hdf5.labels.journal_reading import read_journal
 from mesh_msgs_hdf5.labels.label_store import journal_path
-from mesh_msgs_hdf5.model.errors import MapFileError, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.validation.findings import WARNING, Finding
 
 _TEMPORARY = ".mesh_msgs_hdf5.tmp"  # how save.py names them: .garden.h5.<token> and this

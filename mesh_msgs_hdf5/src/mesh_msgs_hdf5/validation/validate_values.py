@@ -3,7 +3,7 @@ from typing import Dict, Iterator, Optional
 
 import numpy as np
 
-from mesh_msgs_hdf5.model.errors import one_line
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.mesh import Label, Materials
 from mesh_msgs_hdf5.validation.findings import NOTE, WARNING, Finding
 from mesh_msgs_hdf5.validation.validate_topology import found

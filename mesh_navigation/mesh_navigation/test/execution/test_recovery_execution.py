@@ -5,9 +5,10 @@ import threading
 import time
 
 import pytest
+from driving_fakes import SystemClock
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.clock import Clock, SystemClock
+from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Trail, Velocity
 from mesh_navigation.execution.recovery_execution import RecoveryExecution

@@ -6,10 +6,17 @@ import time
 
 import numpy as np
 import pytest
-from driving_fakes import FORWARD, TOLERANCES, PlaneRobot, Told, plan_to, values_with
+from driving_fakes import (
+    FORWARD,
+    TOLERANCES,
+    PlaneRobot,
+    SystemClock,
+    Told,
+    plan_to,
+    values_with,
+)
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.clock import SystemClock
 from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.robot import STOP, GuardedRobot
 from mesh_navigation.execution.supervised_execution import SupervisedExecution

@@ -1,6 +1,7 @@
-"""A robot on a plane, a clock that jumps from cycle to cycle, and a controller as it is told."""
+"""A robot on a plane, clocks (one jumps from cycle to cycle), and a controller as it is told."""
 
 import math
+import time
 
 import numpy as np
 
@@ -25,6 +26,16 @@ def values_with(**given):
     """The server's parameters."""
     values = {**default_values(), **given}
     return lambda: values
+
+
+class SystemClock(Clock):
+    """That of the computer, which only goes on."""
+
+    def now(self):
+        return time.monotonic()
+
+    def wait_until(self, moment, cancellation):
+        cancellation.wait(max(0.0, moment - time.monotonic()))
 
 
 class PlaneRobot(Robot):

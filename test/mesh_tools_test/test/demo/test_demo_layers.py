@@ -1,11 +1,13 @@
 """The layers of the demo: every kind that there is, and the same in the server."""
 import io
+import re
 
 import numpy as np
 import pytest
 import yaml
 
-from mesh_map.base.plugins import find_plugins
+from mesh_map.base.errors import PluginError
+from mesh_map.base.plugins import find_class
 from mesh_map.costs.layer import BASE_CLASS_TYPE
 from mesh_map.distance.dijkstra import DijkstraSolver
 from mesh_map.io.map_parameters import map_parameters
@@ -23,7 +25,9 @@ def test_the_server_gets_the_same_layers(config):
 
 
 def test_the_generated_world_has_one_of_every_kind_that_measures():
-    known = {name for name in find_plugins("mesh_map", BASE_CLASS_TYPE) if "mesh_layers/" in name}
+    with pytest.raises(PluginError) as error:  # which names those that there are
+        find_class("mesh_map", BASE_CLASS_TYPE, "no/Such")
+    known = set(re.findall(r"mesh_layers/\w+", str(error.value)))
     combining = {name for name in known if "Combination" in name}
     stored = {"mesh_layers/StoredLayer", "mesh_layers/SpeedLimitLayer"}  # need data of the user
     assert {entry["type"] for entry in layers.FOR_WORLD} == known - combining - stored

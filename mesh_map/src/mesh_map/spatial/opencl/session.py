@@ -9,7 +9,8 @@ import os
 import threading
 from typing import Dict, Optional
 
-from mesh_map.base.errors import one_line
+from mesh_msgs.text import one_line
+
 from mesh_map.spatial.opencl.device import OFF, choose_device, list_devices
 from mesh_map.spatial.opencl.program import DeviceProgram
 from mesh_map.spatial.opencl.program_cache import ProgramCache

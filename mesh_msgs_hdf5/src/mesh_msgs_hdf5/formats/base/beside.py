@@ -3,7 +3,8 @@ import os
 import stat
 from typing import Optional, Tuple, Union
 
-from mesh_msgs_hdf5.model.errors import PathLike, one_line
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.model.errors import PathLike
 
 # named files, by what they may hold at most
 MAX_BYTES = 1 << 30

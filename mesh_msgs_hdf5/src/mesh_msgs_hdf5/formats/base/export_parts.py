@@ -6,8 +6,9 @@ from typing import Any, Collection, Dict, Iterable, List
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.images import png
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9_.-]")

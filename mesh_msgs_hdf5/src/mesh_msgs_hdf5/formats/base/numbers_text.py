@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 
 def numbers(

@@ -4,9 +4,10 @@ from typing import Any, Dict, Optional, Tuple, Union
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.exact import narrowed
 from mesh_msgs_hdf5.formats.base.report import ImportReport, is_noticed, note_rounding
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 Origin = Tuple[float, float, float]
 

@@ -4,7 +4,7 @@ from typing import List
 
 import numpy as np
 
-from mesh_msgs_hdf5.model.errors import one_line
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 _ROUNDED = 1e-5  # meters: what one could notice

@@ -3,9 +3,10 @@ from typing import Any, Dict, Optional, Set
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.report import ImportReport, note_costs
 from mesh_msgs_hdf5.model import schema
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 

@@ -11,10 +11,11 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.material_list import byte_color
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.scene import Part, Scene, joined
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 _TRIANGULATE, _SORT_BY_KIND = 0x8, 0x8000
 _TRIANGLES = 0x4

@@ -7,6 +7,7 @@ from typing import Dict, List
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.beside import Folder
 from mesh_msgs_hdf5.formats.base.corners import agreed, note_missing, texture_vertices
 from mesh_msgs_hdf5.formats.base.material_list import Textures, give_materials
@@ -25,7 +26,7 @@ from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import colors_or_none, coordinates_or_none, normals_or_none
 from mesh_msgs_hdf5.formats.obj.obj_lines import ObjLines, from_zero, read_lines
 from mesh_msgs_hdf5.formats.obj.obj_materials import face_materials, read_mtl_files
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 _MEANING = {b"l": "lines", b"p": "points"}

@@ -7,9 +7,10 @@ from typing import Dict, Iterator, List, Tuple
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.numbers_text import numbers
 from mesh_msgs_hdf5.formats.base.remarks import PREFIX
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 _SLASH, _BLANK, _NEWLINE = ord("/"), 32, 10
 _BLOCK_BYTES = 8 << 20

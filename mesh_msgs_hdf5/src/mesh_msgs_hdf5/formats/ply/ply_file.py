@@ -9,8 +9,9 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.numbers_text import numbers
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 _TYPES = {
     "char": "i1",

@@ -10,8 +10,9 @@ from typing import Any, Iterator, List, Optional
 
 import h5py
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import check_storage
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 MAX_CHILDREN = 50_000
 _LINK_INFO = 2  # a message in a group's header (HDF5 File Format Specification, IV.A.2.c)

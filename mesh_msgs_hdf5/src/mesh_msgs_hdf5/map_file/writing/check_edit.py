@@ -4,6 +4,7 @@ from typing import Any, Dict
 
 import numpy as np
 
+from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.check import (
     checked_channel,
     checked_costs,
@@ -20,22 +21,12 @@ from mesh_msgs_hdf5.checks.check import (
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.edit import Edit
-from mesh_msgs_hdf5.model.errors import MapFileError, PathLike, one_line
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.label_names import check_label
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
 
 _KINDS = {"materials": Materials, "features": Features, "frame_id": str}
 REMOVABLE = ("features", "materials", "texture_coordinates", "vertex_colors", "vertex_normals")
-
-
-def is_empty(edit: Edit) -> bool:
-    """True if an edit changes nothing."""
-    return all(
-        getattr(edit, field.name) is None
-        if field.default is None
-        else not getattr(edit, field.name)
-        for field in dataclasses.fields(edit)
-    )
 
 
 def checked_edit(edit: Edit, reader: MapReader) -> Edit:

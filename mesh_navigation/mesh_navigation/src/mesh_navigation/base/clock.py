@@ -1,7 +1,6 @@
-"""Time for what waits in cycles: of the system, of ROS, or of a simulation."""
+"""Time for what waits in cycles: of ROS, or of a simulation."""
 
 import abc
-import time
 
 from mesh_navigation.base.cancellation import Cancellation
 
@@ -16,16 +15,6 @@ class Clock(abc.ABC):
     @abc.abstractmethod
     def wait_until(self, moment: float, cancellation: Cancellation) -> None:
         """Sleep until then; returns as soon as the cancellation is canceled, or time jumps back."""
-
-
-class SystemClock(Clock):
-    """That of the computer, which only goes on."""
-
-    def now(self) -> float:
-        return time.monotonic()
-
-    def wait_until(self, moment: float, cancellation: Cancellation) -> None:
-        cancellation.wait(max(0.0, moment - time.monotonic()))
 
 
 class Stopwatch:

@@ -7,7 +7,7 @@ from typing import Any
 
 from mesh_msgs_hdf5.commands.completion import bash_script
 
-from mesh_map.base.errors import one_line
+from mesh_msgs.text import one_line
 
 TROUBLE = 2  # exit code: wrong usage, or what is needed is not there
 

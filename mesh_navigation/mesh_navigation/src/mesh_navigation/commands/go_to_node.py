@@ -17,7 +17,7 @@ from mesh_msgs_hdf5.commands.completion import wanted
 from mesh_msgs_hdf5.commands.progress import Progress
 from rosgraph.names import is_legal_name
 
-from mesh_map.base.errors import one_line
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.path import path_length
 from mesh_navigation.client.goals_ros import Deadline

@@ -19,8 +19,9 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.commands.progress import Progress
 from mesh_msgs_hdf5.files.save import check_target, save_file
 
-from mesh_map.base.errors import MeshMapError, one_line
+from mesh_map.base.errors import MeshMapError
 from mesh_map.map.mesh_map import MeshMap
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.base.path import path_length

@@ -6,8 +6,8 @@ from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mesh_map.base.errors import one_line
 from mesh_map.base.parameter import Value
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock

@@ -4,7 +4,7 @@ import threading
 import time
 from typing import Callable, Optional
 
-from mesh_map.base.errors import one_line
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import GetPathOutcome, may_change_by_itself

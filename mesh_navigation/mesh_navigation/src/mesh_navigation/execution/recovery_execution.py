@@ -5,8 +5,8 @@ from typing import Any, Callable, List, Mapping
 
 import numpy as np
 
-from mesh_map.base.errors import one_line
 from mesh_map.base.parameter import Value
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock, Stopwatch

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from mesh_map.base.errors import one_line
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.plugins.planner import PlanResult

@@ -5,8 +5,8 @@ import time
 from contextlib import contextmanager
 from typing import Any, Callable, Iterator, List, Mapping, Optional, Tuple
 
-from mesh_map.base.errors import one_line
 from mesh_map.base.parameter import Value
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock

@@ -6,6 +6,7 @@ from typing import List, Optional, Tuple
 
 import numpy as np
 
+from mesh_map.base.array_checks import read_only
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 from mesh_navigation.surface.faces_around import faces_around
@@ -42,7 +43,7 @@ class Ground:
     @cached_property
     def passable(self) -> np.ndarray:
         """(V,) bool, read-only."""
-        return _read_only(passable(self.costs, self.cost_limit))
+        return read_only(passable(self.costs, self.cost_limit))
 
     @cached_property
     def blocked_count(self) -> int:
@@ -66,7 +67,7 @@ class Ground:
             slowness = np.ones(len(self.costs), dtype=np.float32)
         if self.blocked_count:
             slowness[~self.passable] = np.inf
-        return _read_only(slowness)
+        return read_only(slowness)
 
     @cached_property
     def open_faces(self) -> Optional[np.ndarray]:
@@ -76,10 +77,10 @@ class Ground:
         closed = np.flatnonzero(~self.passable)
         faces = self._geometry.faces
         if len(closed) > len(self.costs) // 8:
-            return _read_only(self.passable[faces].all(axis=1))
+            return read_only(self.passable[faces].all(axis=1))
         mask = np.ones(len(faces), dtype=bool)
         mask[faces_around(self._geometry.topology, closed)[0]] = False
-        return _read_only(mask)
+        return read_only(mask)
 
 
 class Grounds:
@@ -117,8 +118,3 @@ def is_much(changed: np.ndarray, ground: Ground) -> bool:
 
 def _numbers(ground: Ground) -> Tuple[float, float]:
     return ground.cost_limit, ground.cost_factor
-
-
-def _read_only(array: np.ndarray) -> np.ndarray:
-    array.flags.writeable = False
-    return array

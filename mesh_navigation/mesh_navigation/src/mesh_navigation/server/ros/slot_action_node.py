@@ -8,7 +8,7 @@ from typing import Any, Dict, List, Optional, Tuple, Type
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 
-from mesh_map.base.errors import one_line
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import is_success

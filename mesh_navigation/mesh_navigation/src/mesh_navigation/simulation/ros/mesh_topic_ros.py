@@ -4,10 +4,10 @@ from typing import Callable
 
 import rospy
 
-from mesh_map.base.errors import one_line
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import arrays, validation
+from mesh_msgs.text import one_line
 
 
 class MeshTopic:
