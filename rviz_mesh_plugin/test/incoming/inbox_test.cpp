@@ -182,7 +182,7 @@ TEST(Inbox, leaves_out_labels_that_cannot_be_used_and_says_so)
   EXPECT_EQ(content.labels[0]->uuid, "mesh");
   ASSERT_EQ(content.labels[0]->clusters.size(), 1u);
   EXPECT_EQ(content.labels_reception.refusal,
-            "1 of 2 labels are left out: the label 'a/b' contains '/'; choose up to 255 bytes "
+            "1 of 2 labels are left out: the label 'a/b' contains a slash; choose up to 255 bytes "
             "without '/', such as 'tree_1'");
   EXPECT_EQ(content.labels_reception.accepted, 2u);
   EXPECT_EQ(content.labels_reception.refused, 1u);
