@@ -1,6 +1,7 @@
 """The front door says what it does, and refuses what it does not know."""
 import os
 import re
+import shutil
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -140,3 +141,40 @@ def test_nothing_goes_on_after_a_failed_installation(tmp_path, command):
     assert "run: apt-get update failed" in result.stderr
     assert result.stdout == ""
     assert not (tmp_path / "went_on").exists()
+
+
+@pytest.mark.skipif("ID=debian" not in Path("/etc/os-release").read_text(), reason="not Debian")
+def test_a_tree_configured_in_its_own_environment_is_configured_again(tmp_path):
+    """By cmake itself in ./run shell: then the workspace is missing where its tests run."""
+    tree, programs = tmp_path / "tree", tmp_path / "bin"
+    cached = tree / "build/catkin_generated/setup_cached.sh"
+    texts = {
+        "dpkg-query": 'for name; do echo "installed $name"; done',
+        "cmake": f"""
+            echo "$1" >>{tmp_path}/calls
+            if [ "$1" != --build ]; then
+              mkdir -p {cached.parent}
+              touch {tree}/build/build.ninja
+              echo "export PYTHONPATH='{tree}/build/devel/lib/python3'" >{cached}
+            fi""",
+        "ninja": "",
+    }
+    programs.mkdir()
+    for name, text in texts.items():
+        (programs / name).write_text(f"#!/bin/sh\n{text}\n")
+        (programs / name).chmod(0o755)
+    tree.mkdir()
+    shutil.copy(ROOT / "run", tree)
+    environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}")
+
+    def build():
+        (tmp_path / "calls").write_text("")
+        done = subprocess.run([tree / "run", "build"], env=environment, capture_output=True)
+        assert done.returncode == 0, done.stderr
+        return (tmp_path / "calls").read_text().split()
+
+    assert build() == ["-G", "--build"]
+    assert build() == ["--build"]
+    cached.write_text("export PYTHONPATH='/elsewhere'\n")
+    assert build() == ["-G", "--build"]
+    assert build() == ["--build"]
