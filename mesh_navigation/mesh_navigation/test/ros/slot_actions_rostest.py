@@ -121,7 +121,7 @@ class SlotActionsTest(unittest.TestCase):
             lambda message: heard.add(message.result.message),
         )
         given = answer(self.send("unprintable"))
-        self.assertEqual(given, (4, INTERNAL, "OSError: no file caf"))
+        self.assertEqual(given, (4, INTERNAL, "OSError: no file caf\\udce9"))
         self.assertEqual(answer(self.send("lines")), (4, 100, "caf  is closed"))
         expected = {"OSError: no file caf", "caf  is closed"}
         wait_until(lambda: heard >= expected, "the answers on the topic")
