@@ -122,8 +122,8 @@ class SlotActionsTest(unittest.TestCase):
         )
         given = answer(self.send("unprintable"))
         self.assertEqual(given, (4, INTERNAL, "OSError: no file caf\\udce9"))
-        self.assertEqual(answer(self.send("lines")), (4, 100, "caf  is closed"))
-        expected = {"OSError: no file caf", "caf  is closed"}
+        self.assertEqual(answer(self.send("lines")), (4, 100, "caf\\udce9 is closed"))
+        expected = {"OSError: no file caf\\udce9", "caf\\udce9 is closed"}
         wait_until(lambda: heard >= expected, "the answers on the topic")
         given = answer(self.send("none"))
         self.assertEqual(given, (4, INTERNAL, "TypeError: the result is a NoneType"))
