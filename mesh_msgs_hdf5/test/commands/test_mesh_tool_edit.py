@@ -223,3 +223,36 @@ def test_a_map_of_another_schema_is_read_but_not_changed(tmp_path, rich_mesh, ca
     assert run(capsys, "convert", path, new)[0] == 0
     assert run(capsys, "layers", "delete", new, layer)[0] == 0
     assert run(capsys, "labels", "delete", new, label)[0] == 0
+
+
+@pytest.fixture
+def labelled(tmp_path):
+    """A map with labels that look like options, or like each other."""
+    names = ["--", "-q", "--help", "-", "tree_1", "\u00a0tree_1", "tree_1\u200b"]
+    mesh = Mesh(np.eye(3, dtype="f4"), np.uint32([[0, 1, 2]]))
+    mesh.labels = {name: Label(np.zeros(1, np.uint32)) for name in names}
+    MapFile.write(tmp_path / "labelled.h5", mesh)
+    return tmp_path / "labelled.h5"
+
+
+def test_labels_that_look_like_options(labelled, capsys):
+    assert run(capsys, "labels", "rename", labelled, "--", "--", "dashes")[0] == 0
+    assert run(capsys, "labels", "rename", labelled, "--", "-q", "--")[0] == 0
+    assert run(capsys, "labels", "delete", labelled, "--", "--help", "-", "--")[0] == 0
+    code, _, err = run(capsys, "labels", "delete", labelled, "--", "--")
+    assert code == 1 and "there is no label '--'" in err
+    assert run(capsys, "labels", "delete", labelled, "tree_1", "--", "dashes")[0] == 0
+    with LabelStore(labelled) as store:
+        assert set(store.names()) == {"\u00a0tree_1", "tree_1\u200b"}
+
+
+def test_labels_that_look_alike_are_told_apart(labelled, capsys):
+    lines = run(capsys, "labels", labelled)[1].splitlines()
+    assert len(set(lines)) == len(lines)
+    assert [line for line in lines if "tree" in line] == [
+        "tree_1: 1 faces",
+        "tree_1\\u200b: 1 faces",
+        "\\xa0tree_1: 1 faces",
+    ]
+    code, _, err = run(capsys, "labels", "delete", labelled, "tree_2")
+    assert code == 1 and "tree_1, tree_1\\u200b, \\xa0tree_1" in err

@@ -2,11 +2,13 @@
 import json
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import check_label, label_path
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
@@ -55,3 +57,36 @@ def test_all_of_them_come_back_from_map_and_journal(tmp_path):
         assert set(store.names()) == set(USABLE)
     assert set(MapFile(path).label_names()) == set(USABLE[::2])
     assert MapFile(path).label(USABLE[0]).faces.tolist() == [0]
+
+
+@pytest.mark.parametrize(
+    "group, attribute, shown",
+    [("tree\u202e", None, "'tree\\u202e_7'"), ("tree", "\ufefftree_7", "'\\ufefftree_7'")],
+)
+def test_a_label_of_others_that_is_none_is_named_with_its_place(tmp_path, group, attribute, shown):
+    path = tmp_path / "a.h5"
+    mesh = Mesh(np.eye(3, dtype="f4"), np.array([[0, 1, 2]], "u4"))
+    mesh.labels = {"good_1": Label(np.array([0], "u4"))}
+    MapFile.write(path, mesh)
+    with h5py.File(path, "r+") as file:
+        labels = file["mesh/labels"]
+        labels[group + "/7"] = np.array([0], "u4")
+        if attribute:
+            labels[group + "/7"].attrs["label"] = attribute
+    for ask in (MapFile.label_names, MapFile.read):
+        with pytest.raises(MapFileError) as refused:
+            ask(MapFile(path))
+        text = str(refused.value)
+        assert refused.value.code == "label" and text.isprintable()
+        assert "label " + shown in text and "in this file with h5py" in text
+        assert "(of the dataset /mesh/labels/tree" in text and "/7) contains U+" in text
+    assert MapFile(path).label("good_1").faces.tolist() == [0]
+    # all but labels may be saved, and those stay as they are
+    MapFile(path).update(Edit(vertex_costs={"a": np.ones(3)}))
+    assert MapFile(path).vertex_costs("a").tolist() == [1, 1, 1]
+    with h5py.File(path, "r") as file:
+        there = file["mesh/labels/%s/7" % group]
+        assert there[()].tolist() == [0] and there.attrs.get("label") == attribute
+    for labels in ({"new_1": Label(np.array([0], "u4"))}, {"good_1": None}):
+        with pytest.raises(MapFileError, match="U\\+"):
+            MapFile(path).update(Edit(labels=labels))

@@ -17,10 +17,28 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 PROGRAM = "mesh_tool"
 VERSION = "0.1.0"
 _HELP = ("-h", "--help")
+_NAME = "--\0"  # stands for a -- that is a name; no argument has a NUL
 _CODES = "exit codes: 0 done, 1 it could not be done, 2 wrong usage"
 
 
 class _Parser(argparse.ArgumentParser):
+    """Behind the first --, all is a name, also a --: Python's own takes more of them away."""
+
+    def parse_known_args(self, args=None, namespace=None):
+        words = list(sys.argv[1:] if args is None else args)
+        if "--" in words:
+            begin = words.index("--") + 1
+            words[begin:] = [_NAME if word == "--" else word for word in words[begin:]]
+        return super().parse_known_args(words, namespace)
+
+    def _get_values(self, action, arg_strings):
+        values = super()._get_values(action, arg_strings)
+        if action.nargs == argparse.PARSER:  # for the parser of the verb
+            return values
+        if isinstance(values, list):
+            return ["--" if value == _NAME else value for value in values]
+        return "--" if values == _NAME else values
+
     def error(self, message):
         _say("%s (%s --help)" % (message, self.prog))
         sys.exit(2)

@@ -66,7 +66,7 @@ def read_dat_folder(folder: PathLike, uuid: str) -> DatLabels:
         raise MapFileError(
             "missing",
             folder,
-            "there are no labels of uuid %r" % one_line(uuid)[:80],
+            "there are no labels of uuid %r" % uuid[:80],
             "there are labels of: %s" % (", ".join(known) or "none"),
         )
     found = DatLabels(uuid)

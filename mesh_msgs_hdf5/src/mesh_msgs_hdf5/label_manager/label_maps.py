@@ -5,7 +5,6 @@ import threading
 from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Tuple
 from urllib.parse import quote, unquote
 
-from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.label_manager.dat_files import dat_uuids, read_dat_folder
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.labels.label_store import LabelStore
@@ -88,7 +87,7 @@ def _file_name(folder, uuid):
         name = ""
     if not 0 < len(name) <= _MAX_NAME:
         raise MapFileError(
-            "uuid", folder, "a mesh has the uuid %r" % one_line(uuid)[:80], "give it a short one"
+            "uuid", folder, "a mesh has the uuid %r" % uuid[:80], "give it a short one"
         )
     return name + _SUFFIX
 
@@ -169,7 +168,7 @@ class LabelMaps:
         if uuid in _THE_ONLY_ONE and known:
             text = "there are several meshes"
         else:
-            text = "there is no mesh of uuid %r" % one_line(uuid)[:80]
+            text = "there is no mesh of uuid %r" % uuid[:80]
         raise MapFileError("uuid", self.folder, text, "known: %s" % (shown or "none"))
 
     def find_or_make(self, uuid: str) -> LabelEdits:

@@ -8,7 +8,6 @@ import re
 from typing import Any, List, Tuple
 
 from mesh_msgs.checks.label_name import MAX_LABEL_BYTES, label_fault
-from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 TEXT = "label"  # attribute with the whole text, where the path does not tell it
@@ -45,14 +44,18 @@ def _escaped(name):
     return "%25" + name[1:] if name.startswith("%") else _ESCAPED.get(name, name)
 
 
-def check_label(path: PathLike, text: str) -> None:
-    """Refuse a text that cannot be a label: code label, path is that of the map, for the error."""
+def check_label(path: PathLike, text: str, place: str = "") -> None:
+    """Refuse a text that cannot be a label: code label.
+
+    path: of the map, place: of the dataset that has it in there, for the error.
+    """
     fault = label_fault(text)
     if text and fault is None:
         return
-    raise MapFileError(
-        "label",
-        path,
-        "label %r %s" % (one_line(text[:80]), fault.what if fault else "is empty"),
-        "name it like tree_1: class, underscore, instance, in up to %d bytes" % MAX_LABEL_BYTES,
-    )
+    hint = "name it like tree_1: class, underscore, instance, in up to %d bytes" % MAX_LABEL_BYTES
+    where = ""
+    if place:
+        where = " (of the dataset %s)" % place
+        hint += "; in this file with h5py, or where it was made"
+    what = fault.what if fault else "is empty"
+    raise MapFileError("label", path, "label %r%s %s" % (text[:80], where, what), hint)

@@ -9,7 +9,6 @@ from typing import List
 
 import numpy as np
 
-from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 VERSION = 1
@@ -125,7 +124,6 @@ def _check_name(path, what, name):
         raise MapFileError(
             "part" if what == "part" else "layer",
             path,
-            "%s name %r is empty, too long, '.', '..' or not printable UTF-8"
-            % (what, one_line(name)[:80]),
+            "%s name %r is empty, too long, '.', '..' or not printable UTF-8" % (what, name[:80]),
             "choose another name",
         )

@@ -61,7 +61,7 @@ class LabelReader:
                 text = self._text(group, class_name, name)
                 if text is None:
                     continue
-                check_label(path, text)
+                check_label(path, text, "/".join((labels.name, class_name, name)))
                 if text in found:
                     raise MapFileError(
                         "label",

@@ -4,6 +4,7 @@ from typing import FrozenSet
 
 from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
 from mesh_msgs_hdf5.model.edit import Edit
+from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 
@@ -42,7 +43,7 @@ class PartNames:
             face_count=reader.face_count,
             layers=frozenset(reader.layer_names()),
             face_attributes=frozenset(reader.face_attribute_names()),
-            labels=frozenset(reader.label_names()),
+            labels=_labels(reader),
             textures=frozenset(reader.texture_indices()),
             normals=reader.has_normals,
             colors=reader.has_colors,
@@ -67,6 +68,17 @@ class PartNames:
             for field in fields(self)
             if getattr(self, field.name) != getattr(other, field.name)
         )
+
+
+def _labels(reader):
+    """The names, or what is wrong with them: others are saved all the same, for labels are carried
+    over as they are stored, and compared so."""
+    try:
+        return frozenset(reader.label_names())
+    except MapFileError as error:
+        if error.code != "label":
+            raise
+        return frozenset([str(error)])
 
 
 def _edited(names, changes):
