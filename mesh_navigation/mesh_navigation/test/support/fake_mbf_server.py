@@ -6,6 +6,7 @@ As a program: a server whose goals never end.
 
 import sys
 import threading
+import time
 
 import actionlib
 import rospy
@@ -89,10 +90,17 @@ def never(handle):
     handle.publish_feedback(MoveBaseFeedback(dist_to_goal=7.5))
 
 
+def never_and_lively(handle):
+    """The same again and again: the first may come before the client is connected."""
+    while True:
+        never(handle)
+        time.sleep(0.05)
+
+
 if __name__ == "__main__":
     rospy.init_node("fake", anonymous=True)
     fake = FakeServer(rospy.myargv()[1])
-    fake.answers = {action: never for action in ("move_base",)}
+    fake.answers = {"move_base": never_and_lively}
     sys.stdout.write("ready\n")
     sys.stdout.flush()
     rospy.spin()
