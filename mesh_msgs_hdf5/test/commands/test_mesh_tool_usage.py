@@ -345,3 +345,26 @@ def test_completion_in_bash(triangle, line, expected):
     assert sorted(found) == expected, result
     assert b"-F _mesh_tool mesh_tool" in result.stderr
     assert b"-F _mesh_tool_rosrun rosrun" in result.stderr
+
+
+def test_names_that_bash_would_take_for_more_are_quoted(tmp_path):
+    """Where each is completed and run, the command gets that name and no other."""
+    pytest.importorskip("argcomplete")
+    names = ["#tree", "~", "?", "[ab]", "*", "{a,b}", "$HOME", "a b", "it's", 'a"b', "a\\?", "a&b"]
+    names += ["!x", ";id;", "a", "b"]
+    mesh = Mesh(np.eye(3, dtype="f4"), np.uint32([[0, 1, 2]]))
+    mesh.labels = {name: Label(np.zeros(1, np.uint32)) for name in names}
+    MapFile.write(tmp_path / "names.h5", mesh)
+    (tmp_path / "a").write_text("")
+    (tmp_path / "b").write_text("")
+    run = COMPLETION + 'eval "set -- $(printf \'%s \' "${COMPREPLY[@]}")"; printf \'%s\\0\' "$@"'
+    result = subprocess.run(
+        ["bash", "--norc", "-c", run, str(PROGRAM), "mesh_tool labels delete names.h5 "],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        timeout=120,
+        check=True,
+    )
+    found = result.stdout.decode().rpartition("\n")[2].split("\0")[:-1]
+    assert sorted(word for word in found if not word.startswith("--")) == sorted(names), result

@@ -5,6 +5,7 @@ with what could come next: verbs, options, choices, and names that are in the ma
 """
 import argparse
 import os
+import re
 import shlex
 import sys
 from typing import Any, List
@@ -48,6 +49,7 @@ _ON_ITS_OWN = """_%(function)s() { _%(function)s_words 1; }
 complete -o default -F _%(function)s %(program)s
 """
 _FILES = ("file", "files", "input", "one", "other", "origin")
+_UNQUOTED = re.compile(r"\\.|[#~?\[\]{}]", re.DOTALL)
 _SUFFIXES = ("h5", "hdf5", "ply", "obj", "stl", "dae", "glb", "gltf", "json", "csv")
 
 
@@ -86,8 +88,22 @@ def answer(parser: argparse.ArgumentParser) -> None:
         import argcomplete
     except ImportError:
         sys.exit(1)
+
+    class Finder(argcomplete.CompletionFinder):
+        """Quotes also what it leaves to bash: comments, homes, patterns and braces."""
+
+        def quote_completions(self, completions, cword_prequote, last_wordbreak_pos):
+            quoted = super().quote_completions(completions, cword_prequote, last_wordbreak_pos)
+            if cword_prequote:
+                return quoted
+            return [_UNQUOTED.sub(_quoted, word) for word in quoted]
+
     _set_completers(parser, argcomplete.FilesCompleter(_SUFFIXES))
-    argcomplete.autocomplete(parser, always_complete_options="long")
+    Finder()(parser, always_complete_options="long")
+
+
+def _quoted(match):
+    return match[0] if match[0].startswith("\\") else "\\" + match[0]
 
 
 def _set_completers(parser, files):
