@@ -17,10 +17,11 @@ def failure(path, message):
     return Case(path.parent.name, path.stem, 0.0, "failed", message)
 
 
-def read_cases(path):
+def read_cases(path, filtered=False):
     """All test cases of a JUnit file, as Case tuples.
 
-    A file that is broken, has no case, or counts failures that no case tells of is a failure.
+    A file that is broken, has no case (but where they were filtered), or counts failures that no
+    case tells of is a failure.
     """
     try:
         root = ElementTree.parse(path).getroot()
@@ -45,14 +46,14 @@ def read_cases(path):
         int(suite.get("failures") or 0) + int(suite.get("errors") or 0)
         for suite in [root] + list(root.iter("testsuite"))
     )
-    if not cases:
+    if not cases and not filtered:
         cases.append(failure(path, "no test ran"))
     elif counted and not any(case.verdict == "failed" for case in cases):
         cases.append(failure(path, "%d failures are counted, but no test tells of them" % counted))
     return cases
 
 
-def collect(folder):
+def collect(folder, filtered=False):
     """Cases of all files below the folder.
 
     rostest writes rosunit-NAME.xml for each test node, and rostest-*.xml with one case testNAME for
@@ -62,7 +63,7 @@ def collect(folder):
     for package in sorted(path for path in folder.iterdir() if path.is_dir()):
         nodes, own, told = [], [], set()
         for path in sorted(package.rglob("*.xml")):
-            found = read_cases(path)
+            found = read_cases(path, filtered)
             if path.name.startswith("rostest-"):
                 nodes += found
                 continue
@@ -80,8 +81,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seconds", type=float, help="wall time of the whole run, for the summary")
+    parser.add_argument(
+        "--filtered", action="store_true", help="programs may have had no test to run"
+    )
     arguments = parser.parse_args()
-    cases = collect(arguments.folder)
+    cases = collect(arguments.folder, arguments.filtered)
 
     print("\n%-22s %8s %8s %8s %9s" % ("package", "passed", "failed", "skipped", "seconds"))
     for suite in sorted({case.suite for case in cases}):

@@ -12,12 +12,12 @@ NODE = '<testsuite><testcase classname="RosTest" name="testnode">%s</testcase></
 FAILED = '<failure message="it broke"/>'
 
 
-def summary(folder, files):
+def summary(folder, files, *options):
     """(exit code, lines) of the summary of these files of one package."""
     (folder / "package").mkdir()
     for name, text in files.items():
         (folder / "package" / name).write_text(text)
-    result = subprocess.run([str(SUMMARY), str(folder)], stdout=subprocess.PIPE, check=False)
+    result = subprocess.run([str(SUMMARY), str(folder), *options], stdout=subprocess.PIPE, check=False)
     return result.returncode, result.stdout.decode().splitlines()
 
 
@@ -79,4 +79,14 @@ def test_skipped_tests_are_named_with_their_reason(tmp_path):
 
 def test_no_results_are_a_failure(tmp_path):
     code, lines = summary(tmp_path, {})
+    assert (code, lines[-1]) == (1, "0 passed, 0 failed, 0 skipped")
+
+
+def test_programs_without_a_test_that_was_asked_for_are_no_failure(tmp_path):
+    files = {"gtest-a.xml": '<testsuites tests="0"></testsuites>'}
+    (tmp_path / "one").mkdir()
+    code, lines = summary(tmp_path / "one", {"gtest-b.xml": GOOD, **files}, "--filtered")
+    assert (code, lines[-1]) == (0, "1 passed, 0 failed, 0 skipped")
+    (tmp_path / "none").mkdir()
+    code, lines = summary(tmp_path / "none", files, "--filtered")
     assert (code, lines[-1]) == (1, "0 passed, 0 failed, 0 skipped")
