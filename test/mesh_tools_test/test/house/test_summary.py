@@ -17,7 +17,9 @@ def summary(folder, files, *options):
     (folder / "package").mkdir()
     for name, text in files.items():
         (folder / "package" / name).write_text(text)
-    result = subprocess.run([str(SUMMARY), str(folder), *options], stdout=subprocess.PIPE, check=False)
+    result = subprocess.run(
+        [str(SUMMARY), str(folder), *options], stdout=subprocess.PIPE, check=False
+    )
     return result.returncode, result.stdout.decode().splitlines()
 
 
