@@ -3,13 +3,20 @@
 import math
 from typing import NamedTuple, Optional
 
+from actionlib_msgs.msg import GoalStatus
+
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock
-from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome, RecoveryOutcome
+from mesh_navigation.base.outcomes import (
+    TAKEN_OVER,
+    ExePathOutcome,
+    GetPathOutcome,
+    RecoveryOutcome,
+)
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.server_parameters import PARAMETERS
 from mesh_navigation.move_base.move_base_execution import MoveBaseExecution
-from mesh_navigation.move_base.sub_goals import Progress, SubActions, SubEnd, SubGoal, SubState
+from mesh_navigation.move_base.sub_goals import GoalEnd, Progress, SubActions, SubGoal
 
 STEP = 0.01
 CANCELED = {
@@ -27,7 +34,7 @@ class Scripted(NamedTuple):
     speed: float = 0.0  # of a drive (m/s)
     turn: float = 0.0  # of a drive (rad/s)
     reported: int = 0  # outcome of each cycle
-    state: Optional[SubState] = None  # None: as the outcome says
+    state: Optional[int] = None  # None: as the outcome says
     after_cancel: float = 0.05  # s to the end
 
 
@@ -42,7 +49,8 @@ class FakeGoal(SubGoal):
             self.reason = reason
             self.due = min(self.due, self.age + self.scripted.after_cancel)
 
-    def wait(self, cancellation, timeout):
+    def wait(self, cancellation=None, timeout=None):
+        cancellation = cancellation or Cancellation()
         deadline = math.inf if timeout is None else self.world.time + timeout
         while self.end is None and not cancellation.canceled:
             if self.world.time >= deadline - 1e-9:
@@ -65,16 +73,16 @@ class FakeGoal(SubGoal):
     def finish(self):
         scripted = self.scripted
         if self.reason is not None and self.due < scripted.seconds:
-            self.answer(SubState.CANCELED, CANCELED[self.kind], f"stopped: {self.reason}")
+            self.answer(GoalStatus.PREEMPTED, CANCELED[self.kind], f"stopped: {self.reason}")
             return
-        state = SubState.SUCCEEDED if scripted.outcome < 10 else SubState.ABORTED
+        state = GoalStatus.SUCCEEDED if scripted.outcome < 10 else GoalStatus.ABORTED
         text = f"{self.name} ends with {scripted.outcome}"
         self.answer(scripted.state or state, scripted.outcome, text)
 
     def answer(self, state, outcome, message):
         value = {"plan": "path", "drive": "drive"}.get(self.kind)
         values = {value: f"value of {self.name}"} if value else {}
-        self.end = SubEnd(state, int(outcome), message, **values)
+        self.end = GoalEnd(int(outcome), message, state, **values)
         self.world.active.remove(self)
         self.world.calls.append(f"end of {self.name}")
 
@@ -127,9 +135,9 @@ class World(Clock, SubActions):
         for goal in list(self.active):
             if goal.kind == "drive":
                 if goal.reason is not None:
-                    goal.answer(SubState.CANCELED, 101, f"stopped: {goal.reason}")
+                    goal.answer(GoalStatus.PREEMPTED, 101, f"stopped: {goal.reason}")
                     continue
-                goal.answer(SubState.REPLACED, 101, "Goal preempted by a new plan")
+                goal.answer(GoalStatus.PREEMPTED, 101, TAKEN_OVER)
                 begun = goal.begun  # the drive goes on
         drive = self.begin("drive", "drive", on_progress)
         drive.begun = begun

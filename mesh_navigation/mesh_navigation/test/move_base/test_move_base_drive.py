@@ -3,9 +3,8 @@
 import math
 
 import pytest
+from actionlib_msgs.msg import GoalStatus
 from move_base_world import Scripted, World, drive, plan
-
-from mesh_navigation.move_base.sub_goals import SubState
 
 
 def plans(world):
@@ -76,10 +75,11 @@ def test_a_failed_plan_keeps_the_old_one_and_is_told_once():
     assert "(54)" in world.log[0] and "(52)" in world.log[1]
 
 
-@pytest.mark.parametrize("state, outcome", [("REJECTED", 59), ("CANCELED", 51)])
+@pytest.mark.parametrize("state, outcome", [("REJECTED", 59), ("PREEMPTED", 51)])
 def test_new_plans_that_are_rejected_or_canceled_by_others(state, outcome):
     world = World(
-        plan=[plan(), Scripted(outcome, state=SubState[state])], drive=[drive(0, 3.0, 1.0)]
+        plan=[plan(), Scripted(outcome, state=getattr(GoalStatus, state))],
+        drive=[drive(0, 3.0, 1.0)],
     )
     world.values["planner_frequency"] = 1.0
     assert world.run().outcome == 0

@@ -1,11 +1,11 @@
 """Each way through planning, driving and recovery, with each outcome."""
 
 import pytest
+from actionlib_msgs.msg import GoalStatus
 from move_base_world import Scripted, World, drive, plan, recover
 
 from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome, RecoveryOutcome
 from mesh_navigation.move_base.move_base_execution import FINAL
-from mesh_navigation.move_base.sub_goals import SubState
 
 PLAN_FAILURES = [int(o) for o in GetPathOutcome if o not in (0, GetPathOutcome.CANCELED)]
 DRIVE_FAILURES = [int(o) for o in ExePathOutcome if o not in (0, ExePathOutcome.CANCELED)]
@@ -157,7 +157,7 @@ REJECTED = [("plan", 59), ("drive", 113), ("recover", 155)]
 @pytest.mark.parametrize("kind, outcome", REJECTED)
 def test_a_rejected_sub_goal_is_an_error(kind, outcome):
     scripts = {"plan": [plan(54)]} if kind == "recover" else {}
-    scripts[kind] = [Scripted(outcome, state=SubState.REJECTED)]
+    scripts[kind] = [Scripted(outcome, state=GoalStatus.REJECTED)]
     world = World(**scripts)
     end = world.run("a", "b")
     assert end.outcome == outcome
@@ -168,7 +168,7 @@ def test_a_rejected_sub_goal_is_an_error(kind, outcome):
 @pytest.mark.parametrize("kind, outcome", [("plan", 51), ("drive", 101), ("recover", 151)])
 def test_a_sub_goal_that_others_cancel_ends_it(kind, outcome):
     scripts = {"plan": [plan(54)]} if kind == "recover" else {}
-    scripts[kind] = [Scripted(outcome, state=SubState.CANCELED)]
+    scripts[kind] = [Scripted(outcome, state=GoalStatus.PREEMPTED)]
     world = World(**scripts)
     end = world.run("a", "b")
     assert end.outcome == 11

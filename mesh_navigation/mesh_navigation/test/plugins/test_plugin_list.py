@@ -3,6 +3,7 @@
 import pytest
 
 from mesh_map.base.errors import PluginError
+from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.planners.dijkstra import DijkstraMeshPlanner
 from mesh_navigation.plugins import plugin_list
 from mesh_navigation.plugins.controller import MeshController
@@ -136,8 +137,10 @@ def test_plugins_that_cannot_be_initialized(classes):
         "planner 'silent' could not be initialized: RuntimeError: ",
         "planner 'exiting' could not be initialized: SystemExit: enough",
     ]
-    assert prepared.fault("broken") == prepared.complaints[0]
-    assert prepared.fault("telling") is None
+    with pytest.raises(NotReady) as caught:
+        prepared["broken"]
+    assert (caught.value.kind, str(caught.value)) == ("NOT_INITIALIZED", prepared.complaints[0])
+    assert prepared["telling"].name == "telling"
     assert prepared.ready() == [prepared["telling"]]
 
 

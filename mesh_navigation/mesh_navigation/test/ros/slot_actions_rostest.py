@@ -20,10 +20,9 @@ from mbf_msgs.msg import (
 from server_process import wait_until
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.outcomes import TAKEN_OVER, ExePathOutcome
 from mesh_navigation.server.ros.action_server_node import KEPT
 from mesh_navigation.server.ros.slot_action_node import SlotActionServer
-from mesh_navigation.server.slots import TAKEN_OVER
 
 OTHERS = itertools.count()
 CANCELED = int(ExePathOutcome.CANCELED)
@@ -92,8 +91,7 @@ class Scripted(SlotActionServer):
 def answer(goal):
     given = goal.wait(timeout=60)
     assert given is not None, "no answer"
-    state, result = given
-    return state, result.outcome, result.message
+    return given.state, given.outcome, given.message
 
 
 class SlotActionsTest(unittest.TestCase):

@@ -14,15 +14,14 @@ from driving_fakes import FORWARD, PlaneRobot, SystemClock, Told, plan_to, value
 from mbf_msgs.msg import ExePathGoal
 from server_process import wait_until
 
-from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.outcomes import TAKEN_OVER, NotReady
 from mesh_navigation.execution.path_execution import Tolerances
 from mesh_navigation.execution.supervised_execution import SupervisedExecution
-from mesh_navigation.plugins.controller import Command, ControlFailure
+from mesh_navigation.plugins.controller import Command
 from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.ros.exe_path_node import ExePathServer
 from mesh_navigation.server.ros.robot_ros import RobotRos
-from mesh_navigation.server.running_goal import RunningGoal
-from mesh_navigation.server.slots import TAKEN_OVER
+from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal
 
 
 class Patient(Told):
@@ -55,9 +54,6 @@ class Fakes:
     def is_current(self, ready):
         return True
 
-    def fault(self, name):
-        return None
-
     def __getitem__(self, name):
         return self.told
 
@@ -69,13 +65,15 @@ class Server(ExePathServer):
         self.fakes, robot = Fakes(), PlaneRobot()
         robot.frame = "map"
         values = values_with(cmd_vel_ignored_tolerance=0.0)()
-        super().__init__(self.fakes, self.fakes, None, robot, SystemClock(), values, PlanStore())
+        fakes = self.fakes
+        parts = Parts(None, fakes, None, fakes, None, robot, SystemClock(), values, PlanStore())
+        super().__init__(parts)
         self.refused, self.before_the_answer = threading.Event(), lambda: None
 
     def _prepared(self, goal, ready, cancellation):
         if goal.path.header.frame_id == "bad":
             assert self.refused.wait(60)
-            raise ControlFailure(ExePathOutcome.INVALID_PATH, "no path")
+            raise NotReady("INVALID_PATH", "no path")
         return plan_to(5.0, 0.0), Tolerances(0.1, 0.2)
 
     def _is_outdated(self, running):
@@ -101,7 +99,7 @@ class TakeOverTest(unittest.TestCase):
         first = server.send(goal_in("map"))
         wait_until(lambda: server.fakes.told.plans, "the drive")
         second = server.send(goal_in("bad"))
-        self.assertEqual(first.wait(timeout=60)[0], GoalStatus.PREEMPTED)
+        self.assertEqual(first.wait(timeout=60).state, GoalStatus.PREEMPTED)
 
         def refuse():
             server.refused.set()
@@ -109,9 +107,9 @@ class TakeOverTest(unittest.TestCase):
 
         server.before_the_answer = refuse
         server.fakes.arrived.set()
-        state, result = second.wait(timeout=60)
-        self.assertEqual((state, result.outcome), (GoalStatus.ABORTED, 110), result.message)
-        self.assertEqual(result.message, "no path")
+        end = second.wait(timeout=60)
+        self.assertEqual((end.state, end.outcome), (GoalStatus.ABORTED, 110), end.message)
+        self.assertEqual(end.message, "no path")
 
     def test_before_the_first_cycle(self):
         """The answer to the old goal knows where the robot is all the same."""
@@ -121,13 +119,13 @@ class TakeOverTest(unittest.TestCase):
         first = server.send(goal_in("map"))
         wait_until(lambda: server.fakes.told.plans, "the drive")
         second = server.send(goal_in("map"))
-        state, result = first.wait(timeout=60)
-        self.assertEqual((state, result.outcome), (GoalStatus.PREEMPTED, 101))
-        self.assertEqual((result.message, result.final_pose.header.frame_id), (TAKEN_OVER, "map"))
-        self.assertTrue(math.isnan(result.dist_to_goal))
+        end = first.wait(timeout=60)
+        self.assertEqual((end.state, end.outcome), (GoalStatus.PREEMPTED, 101))
+        self.assertEqual((end.message, end.drive.final_pose.header.frame_id), (TAKEN_OVER, "map"))
+        self.assertTrue(math.isnan(end.drive.dist_to_goal))
         server.fakes.ready.set()
         server.fakes.arrived.set()
-        self.assertEqual(second.wait(timeout=60)[0], GoalStatus.SUCCEEDED)
+        self.assertEqual(second.wait(timeout=60).state, GoalStatus.SUCCEEDED)
 
     def test_a_shutdown_lets_nobody_drive(self):
         """Not even who is late."""

@@ -5,8 +5,8 @@ import threading
 import pytest
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome, RecoveryOutcome
-from mesh_navigation.server.map_gate import REPLACED, MapGate, MapNotReady
+from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome, NotReady, RecoveryOutcome
+from mesh_navigation.server.map_gate import REPLACED, MapGate
 
 
 class SlowLoad:
@@ -26,7 +26,7 @@ class SlowLoad:
 
 
 def failure_of(gate, cancellation=None):
-    with pytest.raises(MapNotReady) as caught:
+    with pytest.raises(NotReady) as caught:
         gate.wait(cancellation or Cancellation())
     return caught.value.kind, caught.value.message
 
@@ -136,17 +136,17 @@ def test_reload_that_fails_and_one_that_repairs():
 def test_the_map_of_now_is_never_waited_for():
     load = SlowLoad(None, ValueError("gone"))
     gate = started(load)
-    with pytest.raises(MapNotReady, match=r"still being loaded, for \d+ s now$") as caught:
+    with pytest.raises(NotReady, match=r"still being loaded, for \d+ s now$") as caught:
         gate.now()
     assert caught.value.kind == "NOT_INITIALIZED"
     load.go.release()
     assert gate.wait(Cancellation()) is gate.now()
     gate.reload()
-    with pytest.raises(MapNotReady, match="still being loaded"):
+    with pytest.raises(NotReady, match="still being loaded"):
         gate.now()
     load.go.release()
     assert failure_of(gate) == ("MAP_ERROR", "there is no map: gone")
-    with pytest.raises(MapNotReady, match="there is no map: gone"):
+    with pytest.raises(NotReady, match="there is no map: gone"):
         gate.now()
 
 

@@ -96,9 +96,28 @@ CONTROLLER_ERRORS = range(121, 150)
 RECOVERY_ERRORS = range(171, 200)
 
 
+class NotReady(Exception):
+    """Raised where a goal cannot be begun: what it needs is not there, or is no good."""
+
+    def __init__(self, kind: str, message: str) -> None:
+        """
+        Args:
+            kind: the name of an outcome, such as TF_ERROR; CANCELED: who waited was canceled.
+            message: one sentence for people.
+        """
+        super().__init__(message)
+        self.kind = kind
+        self.message = message
+
+
 def is_success(outcome: int) -> bool:
     """Whether an outcome is one of the successes."""
     return 0 <= outcome < FIRST_ERROR
+
+
+# How the ends of goals begin that a newer one of their slot took over from, or took the place of.
+TAKEN_OVER = "Goal preempted by a new plan"
+REPLACED = "a newer goal took slot"
 
 
 def may_change_by_itself(outcome: int) -> bool:

@@ -9,8 +9,14 @@ from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import ExePathOutcome, MoveBaseOutcome, is_success
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.drive_watches import OscillationWatch
-from mesh_navigation.move_base.move_base_end import MoveBaseEnd, Over, checked, stopped
-from mesh_navigation.move_base.sub_goals import Progress, SubActions, SubEnd, SubGoal, SubState
+from mesh_navigation.move_base.sub_goals import (
+    GoalEnd,
+    Over,
+    Progress,
+    SubActions,
+    SubGoal,
+    checked,
+)
 
 WHAT = "exe_path"
 # Between two looks at plans and progress (s, of the computer's clock).
@@ -44,11 +50,11 @@ class Drive:
         self._log = log
         self._on_got_on = on_got_on
 
-    def run(self, path: Any, cancellation: Cancellation) -> SubEnd:
+    def run(self, path: Any, cancellation: Cancellation) -> GoalEnd:
         """Drive; returns how it ended: with success, or why the robot cannot go on.
 
         Raises:
-            Over: see `mesh_navigation.move_base.move_base_end.ended`.
+            Over: see `mesh_navigation.move_base.sub_goals.ended`.
         """
         latest = _Latest()  # of this drive: what comes late from another one is not of interest
         oscillation = OscillationWatch()
@@ -74,7 +80,7 @@ class Drive:
         except Over:
             raise
         except Exception:  # Whatever it is, the robot does not go on alone.
-            stopped(drive, "move_base failed")
+            drive.stop("move_base failed")
             raise
         finally:
             replanning.end("the drive has ended")
@@ -98,18 +104,18 @@ class _Latest:
         self.progress = progress
 
 
-def _end_oscillation(drive: SubGoal, fault: str) -> SubEnd:
-    end = stopped(drive, "the robot oscillates")
+def _end_oscillation(drive: SubGoal, fault: str) -> GoalEnd:
+    end = drive.stop("the robot oscillates")
     if end is None:
         # Whatever is done next, two would command the robot.
         message = f"{fault}; {WHAT} does not end"
-        raise Over(MoveBaseEnd(MoveBaseOutcome.INTERNAL_ERROR, message))
+        raise Over(GoalEnd(MoveBaseOutcome.INTERNAL_ERROR, message))
     if end.succeeded:
         return end
-    return SubEnd(SubState.ABORTED, MoveBaseOutcome.OSCILLATION, fault, drive=end.drive)
+    return GoalEnd(MoveBaseOutcome.OSCILLATION, fault, drive=end.drive)
 
 
-def _as_oscillation(end: SubEnd) -> SubEnd:
+def _as_oscillation(end: GoalEnd) -> GoalEnd:
     # exe_path looks for oscillation by the same rule: who is first makes no difference to clients.
     if end.outcome == ExePathOutcome.OSCILLATION:
         return end._replace(outcome=int(MoveBaseOutcome.OSCILLATION))
@@ -145,20 +151,22 @@ class Relay(SubGoal):
     def cancel(self, reason: str) -> None:
         self._newest.cancel(reason)
 
-    def wait(self, cancellation: Cancellation, timeout: Optional[float]) -> Optional[SubEnd]:
+    def wait(
+        self, cancellation: Optional[Cancellation] = None, timeout: Optional[float] = None
+    ) -> Optional[GoalEnd]:
         end = self._newest.wait(cancellation, timeout)
         if end is not None and end.succeeded:
             return end
         canceled = self._canceled_before()
         if canceled is None:
             return end
-        end = stopped(self._newest, canceled.message)
+        end = self._newest.stop(canceled.message)
         return canceled._replace(drive=end.drive if end else None)
 
-    def _canceled_before(self) -> Optional[SubEnd]:
-        ended = [(goal, goal.wait(Cancellation(), 0.0)) for goal in self._older]
+    def _canceled_before(self) -> Optional[GoalEnd]:
+        ended = [(goal, goal.wait(timeout=0.0)) for goal in self._older]
         self._older = [goal for goal, end in ended if end is None]
-        ends = [end for _, end in ended if end is not None and end.state is SubState.CANCELED]
+        ends = [end for _, end in ended if end and end.canceled and not end.replaced]
         return ends[0] if ends else None
 
 
@@ -182,7 +190,7 @@ class Replanning:
         self._plan: Optional[SubGoal] = None
         self._failure: Optional[int] = None
 
-    def newer_plan(self, now: float, frequency: float, dist_to_goal: float) -> Optional[SubEnd]:
+    def newer_plan(self, now: float, frequency: float, dist_to_goal: float) -> Optional[GoalEnd]:
         """A plan that succeeded, as soon as there is one; never waits.
 
         Args:
@@ -191,7 +199,7 @@ class Replanning:
             dist_to_goal: m.
         """
         if self._plan is not None:
-            end = self._plan.wait(Cancellation(), 0.0)
+            end = self._plan.wait(timeout=0.0)
             if end is None:
                 return None
             self._plan = None
@@ -207,9 +215,9 @@ class Replanning:
         """No more plans; returns when none is made any more."""
         plan, self._plan = self._plan, None
         if plan is not None:
-            stopped(plan, reason)
+            plan.stop(reason)
 
-    def _note(self, end: SubEnd) -> None:
+    def _note(self, end: GoalEnd) -> None:
         failure = None if end.succeeded else end.outcome
         # Plans come every second, and fail for the same reason then: once is enough.
         if failure != self._failure:

@@ -7,8 +7,7 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome
 from mesh_navigation.move_base.move_base_drive import Drive
-from mesh_navigation.move_base.move_base_end import MoveBaseEnd, Over, ended
-from mesh_navigation.move_base.sub_goals import SubActions, SubEnd
+from mesh_navigation.move_base.sub_goals import GoalEnd, Over, SubActions, ended
 
 
 class Trouble(enum.Enum):
@@ -107,7 +106,7 @@ class MoveBaseExecution:
             actions, clock, values, log, lambda: self._overcome(Trouble.DRIVING, "gets on")
         )
 
-    def run(self, cancellation: Cancellation) -> MoveBaseEnd:
+    def run(self, cancellation: Cancellation) -> GoalEnd:
         """Go to the goal; returns when the robot stands there, or it has ended otherwise."""
         try:
             while True:
@@ -118,7 +117,7 @@ class MoveBaseExecution:
                 self._overcome(Trouble.PLANNING, "has a plan")
                 drive = self._drive.run(plan.path, cancellation)
                 if drive.succeeded:
-                    return MoveBaseEnd(drive.outcome, drive.message, drive.drive)
+                    return drive
                 self._recover(Trouble.DRIVING, drive, cancellation)
         except Over as over:
             return over.end
@@ -128,28 +127,27 @@ class MoveBaseExecution:
         if self._chain.overcome(trouble):
             self._log(f"the robot {what} again, after {tried}")
 
-    def _recover(self, trouble: Trouble, failure: SubEnd, cancellation: Cancellation) -> None:
+    def _recover(self, trouble: Trouble, failure: GoalEnd, cancellation: Cancellation) -> None:
         """Run the next behavior.
 
         Raises:
             Over: there is nothing that could help.
         """
-        final = MoveBaseEnd(int(failure.outcome), failure.message, failure.drive)
         if failure.outcome in FINAL or not self._values()["recovery_enabled"]:
-            raise Over(final)
+            raise Over(failure)
         tried = self._chain.tried
         name = self._chain.next(trouble)
         if name is None:
-            raise Over(_in_vain(final, tried))
+            raise Over(_in_vain(failure, tried))
         self._log(f"{trouble.value} failed: {failure.message} ({failure.outcome}); trying {name}")
         end = ended(self._actions.recover(name), f"recovery {name}", cancellation)
         if not end.succeeded:
             self._log(f"recovery {name} failed: {end.message} ({end.outcome})")
             if self._chain.exhausted:
-                raise Over(_in_vain(final, self._chain.tried))
+                raise Over(_in_vain(failure, self._chain.tried))
 
 
-def _in_vain(end: MoveBaseEnd, tried: Sequence[str]) -> MoveBaseEnd:
+def _in_vain(end: GoalEnd, tried: Sequence[str]) -> GoalEnd:
     """What led to the recovery, not what came of that, is what the goal failed for."""
     if not tried:
         return end

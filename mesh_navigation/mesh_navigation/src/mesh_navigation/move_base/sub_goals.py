@@ -1,41 +1,110 @@
-"""The goals that going to a goal consists of: plans, drives, recovery behaviors. No ROS in here."""
+"""The goals that going to a goal consists of: plans, drives, recovery behaviors, sent to the action
+servers of the same process. Messages, but no rospy."""
 
-import abc
-import enum
+import threading
 from typing import Any, Callable, NamedTuple, Optional
 
+from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped
+from mbf_msgs.msg import ExePathGoal, ExePathResult, GetPathGoal, GetPathResult, RecoveryGoal
+
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.outcomes import is_success
+from mesh_navigation.base.messages import pose_from_message
+from mesh_navigation.base.outcomes import REPLACED, TAKEN_OVER, MoveBaseOutcome, is_success
 from mesh_navigation.base.pose import Pose
 
+OWNER = "move_base"
+"""How the ids of the goals begin, so that users see whose they are."""
+# For a sub-goal to end after its cancel (s): its server answers after half a second whatever its
+# plugin does, so this passes only where something is very wrong.
+PATIENCE = 5.0
 
-class SubState(enum.Enum):
-    """How an action server answered."""
-
-    SUCCEEDED = "succeeded"
-    ABORTED = "aborted"
-    REJECTED = "rejected"
-    CANCELED = "canceled"
-    REPLACED = "replaced"
-    """Canceled in favor of a newer goal of the same slot."""
+Feedback = Callable[[Any], None]
 
 
-class SubEnd(NamedTuple):
-    """What came of a sub-goal."""
+class GoalEnd(NamedTuple):
+    """What came of a sub-goal, or of all of them: of going to the goal."""
 
-    state: SubState
     outcome: int
-    """A value of the outcomes of its action."""
+    """A value of the outcomes of its action; of the whole, one of `MoveBaseOutcome` too."""
     message: str
+    """One sentence for people."""
+    state: int = GoalStatus.ABORTED
+    """The last one, of actionlib_msgs/GoalStatus."""
     path: Any = None
-    """Of a plan that succeeded."""
+    """Of a plan."""
     drive: Any = None
-    """Of a drive: where it ended."""
+    """Where the drive ended that was the last sub-goal; None if that was none."""
+
+    @classmethod
+    def of(cls, state: int, result: Any) -> "GoalEnd":
+        """What an action server answered."""
+        path = result.path if isinstance(result, GetPathResult) else None
+        drive = result if isinstance(result, ExePathResult) else None
+        return cls(int(result.outcome), result.message, state, path, drive)
 
     @property
     def succeeded(self) -> bool:
         """Whether it did what was wanted."""
-        return self.state is SubState.SUCCEEDED and is_success(self.outcome)
+        return self.state == GoalStatus.SUCCEEDED and is_success(self.outcome)
+
+    @property
+    def canceled(self) -> bool:
+        """Whether somebody ended it, or a newer goal."""
+        return self.state in (GoalStatus.PREEMPTED, GoalStatus.RECALLED)
+
+    @property
+    def replaced(self) -> bool:
+        """Whether it was canceled in favor of a newer goal of the same slot."""
+        return self.canceled and (TAKEN_OVER in self.message or REPLACED in self.message)
+
+
+class SubGoal:
+    """One goal that was sent, from the side of who sent it. From any thread."""
+
+    def __init__(
+        self, goal_id: str, cancel: Callable[[str], None], on_feedback: Optional[Feedback] = None
+    ) -> None:
+        """
+        Args:
+            goal_id: under which others see it.
+            cancel: asks for its end, and returns at once; gets the reason.
+            on_feedback: gets each feedback, in the thread of the goal: it must not block.
+        """
+        self.goal_id = goal_id
+        self.on_feedback = on_feedback
+        self._cancel = cancel
+        self._changed = threading.Condition()
+        self._end: Optional[GoalEnd] = None
+
+    def cancel(self, reason: str) -> None:
+        """Ask for its end, which comes as always; returns at once."""
+        self._cancel(reason)
+
+    def finish(self, state: int, result: Any) -> None:
+        """The answer: a state of actionlib_msgs/GoalStatus and the result."""
+        with self._changed:
+            self._end = GoalEnd.of(state, result)
+            self._changed.notify_all()
+
+    def wait(
+        self, cancellation: Optional[Cancellation] = None, timeout: Optional[float] = None
+    ) -> Optional[GoalEnd]:
+        """Its end; None if there is none within ``timeout`` (s, of the computer's clock; None: no
+        limit), or as soon as ``cancellation``, which is not the goal's, is canceled."""
+        cancellation = cancellation or Cancellation()
+        with cancellation.calling(self._notify), self._changed:
+            self._changed.wait_for(lambda: self._end is not None or cancellation.canceled, timeout)
+            return self._end
+
+    def _notify(self) -> None:
+        with self._changed:
+            self._changed.notify_all()
+
+    def stop(self, reason: str) -> Optional[GoalEnd]:
+        """Cancel it; its end, None if it does not come."""
+        self.cancel(reason)
+        return self.wait(timeout=PATIENCE)
 
 
 class Progress(NamedTuple):
@@ -48,27 +117,35 @@ class Progress(NamedTuple):
     """Of this cycle: a value of `ExePathOutcome`."""
 
 
-class SubGoal(abc.ABC):
-    """One goal that was sent."""
+class SubActions:
+    """Sends the sub-goals of one goal. Every method returns at once."""
 
-    @abc.abstractmethod
-    def cancel(self, reason: str) -> None:
-        """Ask for its end; returns at once."""
+    def __init__(
+        self,
+        get_path: Any,
+        exe_path: Any,
+        recovery: Any,
+        target: PoseStamped,
+        planner: str,
+        controller: str,
+        on_feedback: Feedback,
+    ) -> None:
+        """
+        Args:
+            get_path, exe_path, recovery: the servers (`SlotActionServer`).
+            target: the goal.
+            planner, controller: their names.
+            on_feedback: gets each feedback of exe_path.
+        """
+        self._get_path, self._exe_path, self._recovery = get_path, exe_path, recovery
+        self._plan = GetPathGoal(use_start_pose=False, target_pose=target, planner=planner)
+        self._controller = controller
+        self._on_feedback = on_feedback
 
-    @abc.abstractmethod
-    def wait(self, cancellation: Cancellation, timeout: Optional[float]) -> Optional[SubEnd]:
-        """Its end; None if there is none within ``timeout`` (s, of the computer's clock; None: no
-        limit), or as soon as ``cancellation``, which is not the goal's, is canceled."""
-
-
-class SubActions(abc.ABC):
-    """Sends sub-goals. Every method returns at once."""
-
-    @abc.abstractmethod
     def plan(self) -> SubGoal:
         """A plan from where the robot is to the goal."""
+        return self._get_path.send(self._plan, owner=OWNER)
 
-    @abc.abstractmethod
     def drive(self, path: Any, on_progress: Callable[[Progress], None]) -> SubGoal:
         """Follow a path; what is followed already goes on with the new path without a stop.
 
@@ -77,6 +154,58 @@ class SubActions(abc.ABC):
             on_progress: called in each cycle, from another thread.
         """
 
-    @abc.abstractmethod
+        def on_feedback(feedback: Any) -> None:
+            self._on_feedback(feedback)
+            if feedback.current_pose.header.frame_id:  # else the robot's pose is not known
+                pose = pose_from_message(feedback.current_pose)
+                on_progress(Progress(pose, feedback.dist_to_goal, int(feedback.outcome)))
+
+        goal = ExePathGoal(path=path, controller=self._controller)
+        return self._exe_path.send(goal, on_feedback, OWNER)
+
     def recover(self, behavior: str) -> SubGoal:
         """Run one recovery behavior."""
+        return self._recovery.send(RecoveryGoal(behavior=behavior), owner=OWNER)
+
+
+class Over(Exception):
+    """Raised where going to the goal ends without success."""
+
+    def __init__(self, end: GoalEnd) -> None:
+        super().__init__(end.message)
+        self.end = end
+
+
+def ended(goal: SubGoal, what: str, cancellation: Cancellation) -> GoalEnd:
+    """Wait until a sub-goal has succeeded or failed.
+
+    Args:
+        goal: the sub-goal.
+        what: what it is called in messages.
+        cancellation: of the whole; cancels the sub-goal.
+
+    Raises:
+        Over: canceled, by ours or by somebody else, or rejected.
+    """
+    return checked(goal.wait(cancellation), goal, what, cancellation)
+
+
+def checked(end: Any, goal: SubGoal, what: str, cancellation: Cancellation) -> GoalEnd:
+    """The end of a sub-goal that was waited for, None where a cancel ended the waiting.
+
+    Raises:
+        Over: as `ended`.
+    """
+    if cancellation.canceled:
+        end = goal.stop(cancellation.reason)
+        message = f"canceled during {what}: {cancellation.reason}"
+        if end is None:
+            message += f"; {what} has not ended within {PATIENCE:g} s"
+        raise Over(GoalEnd(MoveBaseOutcome.CANCELED, message, drive=end and end.drive))
+    if end.canceled:
+        # Someone wants the robot to stop: going on would be disobedience.
+        message = f"{what} was canceled, not by move_base: {end.message}"
+        raise Over(GoalEnd(MoveBaseOutcome.CANCELED, message, drive=end.drive))
+    if end.state == GoalStatus.REJECTED:
+        raise Over(end)
+    return end

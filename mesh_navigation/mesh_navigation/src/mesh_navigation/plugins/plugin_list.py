@@ -7,6 +7,7 @@ from mesh_map.base.errors import PluginError
 from mesh_map.base.plugins import find_class, scanned_once
 from mesh_map.map.mesh_map import MeshMap
 
+from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.plugins.controller import MeshController
 from mesh_navigation.plugins.planner import MeshPlanner
 from mesh_navigation.plugins.plugin import MeshPlugin
@@ -120,15 +121,18 @@ class Prepared(Generic[PluginType]):
         self._faults[name] = f"{kind.what} '{name}' could not be initialized: {text}"
         self.complaints.append(self._faults[name])
 
-    def fault(self, name: str) -> Optional[str]:
-        """Why a plugin cannot be used although it was loaded, or None."""
-        return self._faults.get(name)
-
     def ready(self) -> List[PluginType]:
         """Those that can be used, in the order of the list."""
         return list(self._plugins.values())
 
     def __getitem__(self, name: str) -> PluginType:
+        """One of them.
+
+        Raises:
+            NotReady: it cannot be used although it was loaded.
+        """
+        if name in self._faults:
+            raise NotReady("NOT_INITIALIZED", self._faults[name])
         return self._plugins[name]
 
 

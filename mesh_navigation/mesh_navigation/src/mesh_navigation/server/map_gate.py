@@ -7,6 +7,7 @@ from typing import Callable, NamedTuple, Optional
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.plugins.plugin_list import Prepared
 
 REPLACED = "the map is loaded anew"
@@ -19,21 +20,6 @@ class Ready(NamedTuple):
     planners: Prepared
     controllers: Prepared
     behaviors: Prepared
-
-
-class MapNotReady(Exception):
-    """There is no map to work on."""
-
-    def __init__(self, kind: str, message: str) -> None:
-        """
-        Args:
-            kind: CANCELED (who waited was canceled), NOT_INITIALIZED (it is not there yet, and
-                nobody shall wait), or MAP_ERROR (it could not be loaded): the name of an outcome.
-            message: one sentence for people.
-        """
-        super().__init__(message)
-        self.kind = kind
-        self.message = message
 
 
 class MapGate:
@@ -102,13 +88,14 @@ class MapGate:
             patient: wait, even if goals shall not.
 
         Raises:
-            MapNotReady: there is none.
+            NotReady: there is none. CANCELED, NOT_INITIALIZED (it is not there yet, and nobody
+                shall wait), or MAP_ERROR (it could not be loaded).
         """
         with cancellation.calling(self._notify), self._changed:
             if self._wait or patient:
                 self._changed.wait_for(lambda: not self._loading or cancellation.canceled)
                 if cancellation.canceled:
-                    raise MapNotReady(
+                    raise NotReady(
                         "CANCELED", f"stopped while waiting for the map: {cancellation.reason}"
                     )
             return self._present("; goals wait for it if the parameter wait_for_map is true")
@@ -117,7 +104,7 @@ class MapGate:
         """The map and its plugins of this moment, for who never waits.
 
         Raises:
-            MapNotReady: there is none, or it is being replaced.
+            NotReady: there is none, or it is being replaced.
         """
         with self._changed:
             return self._present("")
@@ -125,12 +112,12 @@ class MapGate:
     def _present(self, remark: str) -> Ready:
         if self._loading:
             seconds = time.monotonic() - self._begin
-            raise MapNotReady(
+            raise NotReady(
                 "NOT_INITIALIZED",
                 f"the map is still being loaded, for {seconds:.0f} s now{remark}",
             )
         if self._ready is None:
-            raise MapNotReady("MAP_ERROR", f"there is no map: {self._fault}")
+            raise NotReady("MAP_ERROR", f"there is no map: {self._fault}")
         return self._ready
 
     def is_current(self, ready: Ready) -> bool:

@@ -4,10 +4,7 @@ import threading
 from typing import Callable, Dict, List, Optional
 
 from mesh_navigation.base.cancellation import Cancellation
-
-# How the ends of goals begin that a newer one of their slot took over from, or took the place of.
-TAKEN_OVER = "Goal preempted by a new plan"
-REPLACED = "a newer goal took slot"
+from mesh_navigation.base.outcomes import REPLACED
 
 
 class Job:

@@ -8,7 +8,7 @@ from typing import Any, Callable, Deque, Dict, Iterator, List, Tuple
 import actionlib
 import rospy
 
-from mesh_navigation.server.local_goal import LocalGoal
+from mesh_navigation.move_base.sub_goals import SubGoal
 
 KEPT = 5.0  # s, as long as actionlib keeps the status of a goal that has ended
 KEPT_RESULTS = 50  # as many as actionlib queues
@@ -24,7 +24,7 @@ class ActionServer(actionlib.ActionServer):
     """
 
     def __init__(self, *args: Any, **fields: Any) -> None:
-        self.local: Dict[str, LocalGoal] = {}
+        self.local: Dict[str, SubGoal] = {}
         """Goals of this process that wait for their result, by id."""
         super().__init__(*args, **fields)
 

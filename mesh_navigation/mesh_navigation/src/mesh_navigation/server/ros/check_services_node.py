@@ -23,10 +23,10 @@ from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import pose_from_message, poses_from_path
+from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.execution.path_check import transformed_path
-from mesh_navigation.plugins.planner import PlanFailure
-from mesh_navigation.server.map_gate import MapGate, MapNotReady
+from mesh_navigation.server.map_gate import MapGate
 from mesh_navigation.server.ros.transforms_ros import Transforms
 from mesh_navigation.surface.check_costs import CostChecks
 from mesh_navigation.surface.cost_scale import Factors
@@ -146,7 +146,7 @@ def _failures_for_clients(name: str) -> Iterator[None]:
     """What rospy sends to the client, and logs, is the message alone."""
     try:
         yield
-    except (MapNotReady, MeshMapError, PlanFailure) as error:
+    except (NotReady, MeshMapError) as error:
         raise rospy.ServiceException(str(error)) from error
     except Exception as error:  # A layer of a stranger may raise anything.
         text = f"{type(error).__name__}: {error}"

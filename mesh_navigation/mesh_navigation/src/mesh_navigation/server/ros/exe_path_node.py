@@ -4,7 +4,7 @@ import copy
 import math
 import threading
 import time
-from typing import Any, Mapping, Optional, Tuple
+from typing import Any, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -12,25 +12,17 @@ from mbf_msgs.msg import ExePathAction, ExePathFeedback, ExePathResult
 from std_msgs.msg import Float32, Header
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.messages import float32, pose_message, poses_from_path
-from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome
+from mesh_navigation.base.outcomes import TAKEN_OVER, ExePathOutcome, NotReady
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import RobotLost
 from mesh_navigation.execution.drive_result import Cycle, ExecutionResult, Tolerances
 from mesh_navigation.execution.path_check import normalized_path, path_fault, transformed_path
 from mesh_navigation.execution.supervised_execution import SupervisedExecution
-from mesh_navigation.plugins.controller import ControlFailure, ControllerPlan, MeshController
-from mesh_navigation.plugins.planner import PlanFailure
-from mesh_navigation.plugins.plugin_list import PluginList
+from mesh_navigation.plugins.controller import ControllerPlan, MeshController
 from mesh_navigation.server.late_cycles import LateCycles
-from mesh_navigation.server.map_gate import MapGate, MapNotReady, Ready
-from mesh_navigation.server.plan_store import PlanStore
-from mesh_navigation.server.ros.robot_ros import RobotRos
-from mesh_navigation.server.ros.slot_action_node import SlotActionServer
-from mesh_navigation.server.ros.transforms_ros import Transforms
-from mesh_navigation.server.running_goal import RunningGoal
-from mesh_navigation.server.slots import TAKEN_OVER
+from mesh_navigation.server.map_gate import Ready
+from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal, SlotActionServer
 
 
 class _Drive:
@@ -43,7 +35,7 @@ class _Drive:
         """Id of the goal whose path the controller has."""
         self.newest = key
         """Id of the goal whose path it shall have."""
-        self.refusal: Optional[ControlFailure] = None
+        self.refusal: Optional[NotReady] = None
         """Why the newest goal cannot be followed; the drive is ended for it."""
         self.over = False
         """Whether a refusal would come too late to be its end."""
@@ -64,45 +56,21 @@ class ExePathServer(SlotActionServer):
 
     tells_of_sub_goals = False  # move_base says itself how they end
 
-    def __init__(
-        self,
-        controllers: PluginList,
-        gate: MapGate,
-        transforms: Transforms,
-        robot: RobotRos,
-        clock: Clock,
-        values: Mapping[str, Any],
-        plans: PlanStore,
-    ) -> None:
-        """
-        Args:
-            controllers: to choose from by name.
-            gate: where the map and the controllers come from.
-            transforms: for paths in other frames.
-            robot: that is driven.
-            clock: by which it is driven.
-            values: of the server's parameters, as they are now.
-            plans: where the fields of paths are found.
-        """
+    def __init__(self, parts: Parts) -> None:
         super().__init__("~exe_path", ExePathAction, ExePathResult, ExePathOutcome, "driving")
-        self._controllers = controllers
-        self._gate = gate
-        self._transforms = transforms
-        self._robot = robot
-        self._clock = clock
-        self._values = values
-        self._plans = plans
+        self._parts = parts
         self._current_goal = rospy.Publisher("~current_goal", PoseStamped, queue_size=1)
         self._angles, self._times = (
-            {name: rospy.Publisher(f"~{name}/{topic}", Float32, queue_size=10) for name in names}
-            for names, topic in (
-                (controllers.names, "current_angle"),
-                (controllers.names, "cycle_time"),
-            )
+            {
+                name: rospy.Publisher(f"~{name}/{topic}", Float32, queue_size=10)
+                for name in parts.controllers.names
+            }
+            for topic in ("current_angle", "cycle_time")
         )
 
     def _chosen(self, goal: Any) -> Tuple[Optional[str], str]:
-        return self._controllers.choose(goal.controller), self._controllers.why_not(goal.controller)
+        controllers = self._parts.controllers
+        return controllers.choose(goal.controller), controllers.why_not(goal.controller)
 
     def _execute(self, running: RunningGoal, name: str, cancellation: Cancellation) -> Any:
         with self._server.lock:  # No goal takes over while this looks for the newest one.
@@ -110,23 +78,15 @@ class ExePathServer(SlotActionServer):
             drive = running.data = _Drive(name, running.key)
         with cancellation.calling(lambda: drive.cancellation.cancel(cancellation.reason)):
             try:
-                drive.ready = ready = self._ready(name, drive.cancellation)
-                self._robot.frame = ready.map.frame_id
+                drive.ready = ready = self._parts.gate.wait(drive.cancellation)
+                # What a goal changes in its controller is its own.
+                controller = copy.copy(ready.controllers[name])
+                self._parts.robot.frame = ready.map.frame_id
                 plan, tolerances = self._prepared(goal, ready, drive.cancellation)
-            except ControlFailure as failure:
-                return self._result_of(self._without_driving(failure))
-            result = self._drive(running, drive, plan, tolerances)
+            except NotReady as refusal:
+                return self._without_driving(refusal.kind, refusal.message)
+            result = self._drive(running, drive, controller, plan, tolerances)
         return self._result_of(result)
-
-    def _ready(self, name: str, cancellation: Cancellation) -> Ready:
-        try:
-            ready = self._gate.wait(cancellation)
-        except MapNotReady as error:
-            raise ControlFailure(ExePathOutcome[error.kind], error.message) from error
-        fault = ready.controllers.fault(name)
-        if fault:
-            raise ControlFailure(ExePathOutcome.NOT_INITIALIZED, fault)
-        return ready
 
     def _prepared(
         self, goal: Any, ready: Ready, cancellation: Cancellation
@@ -135,35 +95,34 @@ class ExePathServer(SlotActionServer):
         if goal.tolerance_from_action:
             tolerances = Tolerances(goal.dist_tolerance, goal.angle_tolerance)
         else:
-            values = self._values
+            values = self._parts.values
             tolerances = Tolerances(values["dist_tolerance"], values["angle_tolerance"])
         poses, frames = poses_from_path(goal.path), [goal.path.header.frame_id]
         frames += [pose.header.frame_id for pose in goal.path.poses]
         fault = path_fault(poses, tolerances) or _fault_of_frames(frames)
         if fault:
-            raise ControlFailure(ExePathOutcome.INVALID_PATH, fault)
+            raise NotReady("INVALID_PATH", fault)
         frame = ready.map.frame_id
         source = next(filter(None, frames), "")
         if source.lstrip("/") == frame:
-            field = self._plans.find(poses)
+            field = self._parts.plans.find(poses)
             if field is not None and len(field.labels) != len(ready.map.vertices):
                 field = None  # Of the map before.
             return ControllerPlan(normalized_path(poses), field), tolerances
         identity = pose_message([0, 0, 0, 0, 0, 0, 1], source, goal.path.header.stamp)
-        try:
-            pose = self._transforms.pose_in(frame, identity, "path", cancellation)
-        except PlanFailure as failure:
-            outcome = ExePathOutcome[GetPathOutcome(failure.outcome).name]
-            raise ControlFailure(outcome, failure.message) from failure
+        pose = self._parts.transforms.pose_in(frame, identity, "path", cancellation)
         return ControllerPlan(normalized_path(transformed_path(poses, pose))), tolerances
 
     def _drive(
-        self, running: RunningGoal, drive: _Drive, plan: ControllerPlan, tolerances: Tolerances
+        self,
+        running: RunningGoal,
+        drive: _Drive,
+        controller: MeshController,
+        plan: ControllerPlan,
+        tolerances: Tolerances,
     ) -> ExecutionResult:
         ready, late = drive.ready, LateCycles()
         assert ready is not None
-        # What a goal changes in its controller is its own.
-        controller = copy.copy(ready.controllers[drive.name])
 
         def on_cycle(cycle: Cycle) -> None:
             if cycle.state is not None:
@@ -175,11 +134,11 @@ class ExePathServer(SlotActionServer):
                 rospy.logwarn("exe_path: %s", complaint)
 
         execution = SupervisedExecution(
-            self._robot,
-            self._clock,
-            lambda: self._values,
+            self._parts.robot,
+            self._parts.clock,
+            lambda: self._parts.values,
             on_cycle,
-            lambda: self._gate.is_current(ready),
+            lambda: self._parts.gate.is_current(ready),
         )
         self._announce(plan, ready)
         drive.execution = execution
@@ -191,7 +150,7 @@ class ExePathServer(SlotActionServer):
             drive.over, refusal = True, drive.refusal
         if refusal is None:
             return result
-        return result._replace(outcome=refusal.outcome, message=refusal.message)
+        return result._replace(outcome=self._outcome(refusal.kind), message=refusal.message)
 
     # A goal that takes over
 
@@ -216,11 +175,11 @@ class ExePathServer(SlotActionServer):
         assert drive.execution is not None and drive.ready is not None
         try:
             plan, tolerances = self._prepared(goal, drive.ready, drive.cancellation)
-        except ControlFailure as failure:
+        except NotReady as refusal:
             with drive.lock:
                 if drive.newest == key and not drive.over:
-                    drive.refusal, drive.followed = failure, key
-                    drive.cancellation.cancel(failure.message)
+                    drive.refusal, drive.followed = refusal, key
+                    drive.cancellation.cancel(refusal.message)
             return
         plan = drive.execution.prepared(plan)
         with drive.lock:
@@ -234,8 +193,7 @@ class ExePathServer(SlotActionServer):
     def _preempted_result(self, running: RunningGoal) -> Any:
         cycle = running.data.cycle
         if cycle is None:
-            failure = ControlFailure(ExePathOutcome.CANCELED, TAKEN_OVER)
-            return self._result_of(self._without_driving(failure))
+            return self._without_driving("CANCELED", TAKEN_OVER)
         result = ExecutionResult(
             ExePathOutcome.CANCELED,
             TAKEN_OVER,
@@ -255,12 +213,13 @@ class ExePathServer(SlotActionServer):
         message = pose_message(plan.poses[-1], ready.map.frame_id, rospy.Time.now())
         self._current_goal.publish(message)
 
-    def _without_driving(self, failure: ControlFailure) -> ExecutionResult:
+    def _without_driving(self, outcome: str, message: str) -> ExePathResult:
         try:
-            pose: Optional[Pose] = self._robot.state().pose
+            pose: Optional[Pose] = self._parts.robot.state().pose
         except RobotLost:
             pose = None
-        return ExecutionResult(failure.outcome, failure.message, pose, math.nan, math.nan)
+        pose_now = self._pose_message(pose)
+        return ExePathResult(self._outcome(outcome), message, pose_now, math.nan, math.nan)
 
     def _result_of(self, result: ExecutionResult) -> ExePathResult:
         return ExePathResult(
@@ -277,7 +236,7 @@ class ExePathServer(SlotActionServer):
         feedback.angle_to_goal = cycle.angle_to_goal
         feedback.current_pose = self._pose_message(cycle.state.pose if cycle.state else None)
         velocity = feedback.last_cmd_vel
-        velocity.header = Header(stamp=rospy.Time.now(), frame_id=self._values["robot_frame"])
+        velocity.header = Header(stamp=rospy.Time.now(), frame_id=self._parts.values["robot_frame"])
         velocity.twist.linear.x, velocity.twist.linear.y = cycle.velocity.x, cycle.velocity.y
         velocity.twist.angular.z = cycle.velocity.yaw
         return feedback
@@ -287,7 +246,7 @@ class ExePathServer(SlotActionServer):
         if pose is None:
             return PoseStamped()
         row = [*pose.position, *pose.orientation]
-        return pose_message(row, self._robot.frame, rospy.Time.now())
+        return pose_message(row, self._parts.robot.frame, rospy.Time.now())
 
     def _publish_figures(self, name: str, controller: MeshController, cycle: Cycle) -> None:
         angle = getattr(controller, "current_angle", None)

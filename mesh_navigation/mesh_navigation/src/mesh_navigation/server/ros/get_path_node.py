@@ -1,6 +1,6 @@
 """The action get_path."""
 
-from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Callable, NamedTuple, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -11,16 +11,12 @@ from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import path_message
-from mesh_navigation.base.outcomes import GetPathOutcome
+from mesh_navigation.base.outcomes import GetPathOutcome, NotReady
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.plan_execution import PlanExecution
-from mesh_navigation.plugins.planner import MeshPlanner, PlanFailure, PlanResult
-from mesh_navigation.plugins.plugin_list import PluginList
-from mesh_navigation.server.map_gate import MapGate, MapNotReady, Ready
-from mesh_navigation.server.plan_store import PlanStore
-from mesh_navigation.server.ros.slot_action_node import SlotActionServer
-from mesh_navigation.server.ros.transforms_ros import Transforms
-from mesh_navigation.server.running_goal import RunningGoal
+from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
+from mesh_navigation.server.map_gate import Ready
+from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal, SlotActionServer
 
 Ends = Tuple[Pose, Pose]
 
@@ -39,76 +35,54 @@ class GetPathServer(SlotActionServer):
 
     tells_of_sub_goals = False  # move_base says what fails; while it drives, plans come often.
 
-    def __init__(
-        self,
-        planners: PluginList,
-        gate: MapGate,
-        transforms: Transforms,
-        values: Mapping[str, Any],
-        plans: PlanStore,
-        show: Callable[[Plan], None],
-    ) -> None:
+    def __init__(self, parts: Parts, show: Callable[[Plan], None]) -> None:
         """
         Args:
-            planners: to choose from by name.
-            gate: where the map and the planners come from.
-            transforms: for poses in other frames and the robot's.
-            values: of the parameters planner_patience, planner_max_retries and robot_frame.
-            plans: gets each plan before the client has it.
+            parts: what it works with.
             show: called with what came of each goal, after the client has its answer.
         """
         super().__init__("~get_path", GetPathAction, GetPathResult, GetPathOutcome, "planning")
-        self._planners = planners
-        self._gate = gate
-        self._transforms = transforms
-        self._values = values
-        self._plans = plans
+        self._parts = parts
         self._show = show
         self._current_goal = rospy.Publisher("~current_goal", PoseStamped, queue_size=1)
         self._paths = {
             name: rospy.Publisher(f"~{name}/path", Path, queue_size=1, latch=True)
-            for name in planners.names
+            for name in parts.planners.names
         }
 
     def _chosen(self, goal: Any) -> Tuple[Optional[str], str]:
-        return self._planners.choose(goal.planner), self._planners.why_not(goal.planner)
+        planners = self._parts.planners
+        return planners.choose(goal.planner), planners.why_not(goal.planner)
 
     def _execute(self, running: RunningGoal, name: str, cancellation: Cancellation) -> Any:
         goal = running.get_goal()
         ready, ends = None, None
         try:
             self._current_goal.publish(goal.target_pose)
-            ready = self._ready(cancellation)
-            fault = ready.planners.fault(name)
-            if fault:
-                raise PlanFailure(GetPathOutcome.NOT_INITIALIZED, fault)
+            ready = self._parts.gate.wait(cancellation)
+            planner = ready.planners[name]
             ends = self._ends(goal, ready.map.frame_id, cancellation)
-            result = self._plan(ready, ready.planners[name], ends, goal.tolerance, cancellation)
-        except PlanFailure as failure:
-            result = failure.as_result()
+            result = self._plan(ready, planner, ends, goal.tolerance, cancellation)
+        except NotReady as error:
+            result = PlanResult(self._outcome(error.kind), error.message)
         frame = ready.map.frame_id if ready else ""
         path = path_message(result.poses, frame, rospy.Time.now())
         if ready:
             running.data = Plan(result, ready.map, ends), path
             if result.succeeded:
-                self._plans.put(result.poses, result.plan_field)
-                if not self._gate.is_current(ready):
-                    self._plans.clear()  # Nobody finds a field of another map.
+                self._parts.plans.put(result.poses, result.plan_field)
+                if not self._parts.gate.is_current(ready):
+                    self._parts.plans.clear()  # Nobody finds a field of another map.
         return GetPathResult(int(result.outcome), result.message, path, result.cost)
 
-    def _ready(self, cancellation: Cancellation) -> Ready:
-        try:
-            return self._gate.wait(cancellation)
-        except MapNotReady as error:
-            raise PlanFailure(GetPathOutcome[error.kind], error.message) from error
-
     def _ends(self, goal: Any, frame: str, cancellation: Cancellation) -> Ends:
+        transforms = self._parts.transforms
         if goal.use_start_pose:
-            start = self._transforms.pose_in(frame, goal.start_pose, "start", cancellation)
+            start = transforms.pose_in(frame, goal.start_pose, "start", cancellation)
         else:
-            robot_frame = self._values["robot_frame"]
-            start = self._transforms.robot_pose(frame, robot_frame, cancellation)
-        return start, self._transforms.pose_in(frame, goal.target_pose, "goal", cancellation)
+            robot_frame = self._parts.values["robot_frame"]
+            start = transforms.robot_pose(frame, robot_frame, cancellation)
+        return start, transforms.pose_in(frame, goal.target_pose, "goal", cancellation)
 
     def _plan(
         self,
@@ -120,10 +94,10 @@ class GetPathServer(SlotActionServer):
     ) -> PlanResult:
         execution = PlanExecution(
             lambda attempt: planner.make_plan(*ends, tolerance, attempt),
-            self._values["planner_patience"],
-            self._values["planner_max_retries"],
+            self._parts.values["planner_patience"],
+            self._parts.values["planner_max_retries"],
         )
-        planning, replaced = Cancellation(), self._gate.replaced(ready)
+        planning, replaced = Cancellation(), self._parts.gate.replaced(ready)
         with cancellation.calling(lambda: planning.cancel(cancellation.reason)):
             with replaced.calling(lambda: planning.cancel(replaced.reason)):
                 result = execution.run(planning)

@@ -16,13 +16,13 @@ from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.ros.check_services_node import CheckServices
 from mesh_navigation.server.ros.exe_path_node import ExePathServer
 from mesh_navigation.server.ros.get_path_node import GetPathServer, Plan
-from mesh_navigation.server.ros.move_base_node import MoveBaseServer, Plugins, Servers
+from mesh_navigation.server.ros.move_base_node import MoveBaseServer
 from mesh_navigation.server.ros.plan_topics_ros import PlanTopics
 from mesh_navigation.server.ros.recovery_node import RecoveryServer
 from mesh_navigation.server.ros.robot_ros import RobotRos
 from mesh_navigation.server.ros.server_map_ros import ServerMap, map_text
 from mesh_navigation.server.ros.server_values_ros import ServerValues
-from mesh_navigation.server.ros.slot_action_node import SlotActionServer
+from mesh_navigation.server.ros.slot_action_node import Parts, SlotActionServer
 from mesh_navigation.server.ros.transforms_ros import Transforms
 from mesh_navigation.server.settled_memory import give_back_large_arrays, settle
 
@@ -57,16 +57,20 @@ class MbfServer:
         rospy.on_shutdown(self._stop)
 
     def _make_servers(self) -> List[SlotActionServer]:
-        loaded, clock = self._map, RosClock()
-        gate, transforms, values = loaded.gate, self._transforms, self._values
-        get_path = GetPathServer(loaded.planners, gate, transforms, values, self._plans, self._show)
-        exe_path = ExePathServer(
-            loaded.controllers, gate, transforms, self._robot, clock, values, self._plans
+        loaded = self._map
+        parts = Parts(
+            loaded.planners,
+            loaded.controllers,
+            loaded.behaviors,
+            loaded.gate,
+            self._transforms,
+            self._robot,
+            RosClock(),
+            self._values,
+            self._plans,
         )
-        recovery = RecoveryServer(loaded.behaviors, gate, self._robot, clock, values)
-        plugins = Plugins(loaded.planners, loaded.controllers, loaded.behaviors)
-        servers = Servers(get_path, exe_path, recovery)
-        return [*servers, MoveBaseServer(plugins, servers, gate, transforms, clock, values)]
+        sub_goals = GetPathServer(parts, self._show), ExePathServer(parts), RecoveryServer(parts)
+        return [*sub_goals, MoveBaseServer(parts, *sub_goals)]
 
     def start(self) -> None:
         """Accept goals and begin to load the map."""

@@ -1,6 +1,6 @@
 """The action move_base."""
 
-from typing import Any, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -10,44 +10,23 @@ from mbf_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.messages import float32, pose_message
 from mesh_navigation.base.outcomes import (
     ExePathOutcome,
     GetPathOutcome,
     MoveBaseOutcome,
+    NotReady,
     RecoveryOutcome,
 )
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.progress_watch import angle_between
-from mesh_navigation.move_base.move_base_end import MoveBaseEnd
 from mesh_navigation.move_base.move_base_execution import MoveBaseExecution
+from mesh_navigation.move_base.sub_goals import GoalEnd, SubActions
 from mesh_navigation.plugins.planner import PlanFailure
-from mesh_navigation.plugins.plugin_list import PluginList
-from mesh_navigation.server.local_sub_goals import LocalSubActions
-from mesh_navigation.server.map_gate import MapGate, MapNotReady
-from mesh_navigation.server.ros.slot_action_node import SlotActionServer
-from mesh_navigation.server.ros.transforms_ros import Transforms
-from mesh_navigation.server.running_goal import RunningGoal
+from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal, SlotActionServer
 from mesh_navigation.surface.anchors import find_anchor
 
 NAME = "move_base"
-
-
-class Plugins(NamedTuple):
-    """What goals may name."""
-
-    planners: PluginList
-    controllers: PluginList
-    behaviors: PluginList
-
-
-class Servers(NamedTuple):
-    """Those of the sub-goals."""
-
-    get_path: SlotActionServer
-    exe_path: SlotActionServer
-    recovery: SlotActionServer
 
 
 class _Ends(NamedTuple):
@@ -61,33 +40,18 @@ class _Ends(NamedTuple):
 class MoveBaseServer(SlotActionServer):
     """Serves ``~move_base``: one goal at a time, a newer one replaces it."""
 
-    def __init__(
-        self,
-        plugins: Plugins,
-        servers: Servers,
-        gate: MapGate,
-        transforms: Transforms,
-        clock: Clock,
-        values: Mapping[str, Any],
-    ) -> None:
+    def __init__(self, parts: Parts, *servers: SlotActionServer) -> None:
         """
         Args:
-            plugins: to look names up.
-            servers: of the sub-goals, which they get from within this process.
-            gate: where the map comes from.
-            transforms: for goals in other frames and the robot's pose.
-            clock: for the frequency of plans and for oscillation.
-            values: of the server's parameters, always those of now.
+            parts: what it works with.
+            servers: get_path, exe_path and recovery, which get the sub-goals from within this
+                process.
         """
         super().__init__(
             "~move_base", MoveBaseAction, MoveBaseResult, MoveBaseOutcome, "going to the goal"
         )
-        self._plugins = plugins
+        self._parts = parts
         self._servers = servers
-        self._gate = gate
-        self._transforms = transforms
-        self._clock = clock
-        self._values = values
 
     def _chosen(self, goal: Any) -> Tuple[Optional[str], str]:
         unknown = self._unknown(goal)
@@ -100,19 +64,18 @@ class MoveBaseServer(SlotActionServer):
 
     def _unknown(self, goal: Any) -> Optional[Tuple[int, str]]:
         """The first plugin named that there is not: the outcome of its action, and a sentence."""
-        planners, controllers, behaviors = self._plugins
-        named = [(planners, goal.planner, GetPathOutcome.INVALID_PLUGIN)]
-        named += [(controllers, goal.controller, ExePathOutcome.INVALID_PLUGIN)]
-        invalid_behavior = RecoveryOutcome.INVALID_PLUGIN
-        named += [(behaviors, name, invalid_behavior) for name in goal.recovery_behaviors]
+        parts, invalid_behavior = self._parts, RecoveryOutcome.INVALID_PLUGIN
+        named = [(parts.planners, goal.planner, GetPathOutcome.INVALID_PLUGIN)]
+        named += [(parts.controllers, goal.controller, ExePathOutcome.INVALID_PLUGIN)]
+        named += [(parts.behaviors, name, invalid_behavior) for name in goal.recovery_behaviors]
         for plugins, name, outcome in named:
             if plugins.choose(name) is None:
                 return outcome, plugins.why_not(name)
         return None
 
     def _outcome(self, name: str) -> int:
-        if name == "STOPPED":  # move_base itself has none for this, its parts have.
-            return int(GetPathOutcome.STOPPED)
+        if name not in MoveBaseOutcome.__members__:  # Its parts have one for this.
+            return int(GetPathOutcome[name])
         return super()._outcome(name)
 
     def _stopped_result(self, running: Optional[RunningGoal], result: Any, message: str) -> Any:
@@ -127,19 +90,14 @@ class MoveBaseServer(SlotActionServer):
         goal = running.get_goal()
         try:
             ends = self._ends(goal, cancellation)
-        except PlanFailure as failure:
-            own = {
-                GetPathOutcome.TF_ERROR: MoveBaseOutcome.TF_ERROR,
-                GetPathOutcome.CANCELED: MoveBaseOutcome.CANCELED,
-            }
-            outcome = own.get(GetPathOutcome(failure.outcome), failure.outcome)
-            unknown = float("nan")
-            return MoveBaseResult(int(outcome), failure.message, unknown, unknown, PoseStamped())
+        except NotReady as error:
+            outcome, unknown = self._outcome(error.kind), float("nan")
+            return MoveBaseResult(outcome, error.message, unknown, unknown, PoseStamped())
         try:  # What is off the map stays there, whatever recovery behaviors do.
             find_anchor(ends.map, ends.target.position, "goal", GetPathOutcome.INVALID_GOAL)
         except PlanFailure as failure:
-            return self._filled(MoveBaseEnd(failure.outcome, failure.message), ends)
-        actions = LocalSubActions(
+            return self._filled(GoalEnd(failure.outcome, failure.message), ends)
+        actions = SubActions(
             *self._servers,
             pose_message(np.concatenate(ends.target), ends.map.frame_id),
             goal.planner,
@@ -147,32 +105,37 @@ class MoveBaseServer(SlotActionServer):
             lambda feedback: _publish(running, feedback),
         )
         execution = MoveBaseExecution(
-            actions, self._clock, lambda: self._values, self._behaviors(goal), self._log
+            actions,
+            self._parts.clock,
+            lambda: self._parts.values,
+            self._behaviors(goal),
+            self._log,
         )
         end = running.data = execution.run(cancellation)
         return self._filled(end, ends)
 
     def _behaviors(self, goal: Any) -> List[str]:
-        behaviors = self._plugins.behaviors
+        behaviors = self._parts.behaviors
         chosen = map(behaviors.choose, goal.recovery_behaviors)
         return [name for name in chosen if name] or behaviors.names
 
     def _ends(self, goal: Any, cancellation: Cancellation) -> _Ends:
-        try:
-            mesh_map = self._gate.wait(cancellation).map
-        except MapNotReady as error:
-            raise PlanFailure(GetPathOutcome[error.kind], error.message) from error
-        frame, robot_frame = mesh_map.frame_id, self._values["robot_frame"]
-        start = self._transforms.robot_pose(frame, robot_frame, cancellation)
+        mesh_map = self._parts.gate.wait(cancellation).map
+        frame = mesh_map.frame_id
+        start = self._robot_pose(frame, cancellation)
         # Once, at the beginning: a goal in a frame that moves, as that of the robot does, would be
         # another one for each plan.
-        target = self._transforms.pose_in(frame, goal.target_pose, "goal", cancellation)
+        target = self._parts.transforms.pose_in(frame, goal.target_pose, "goal", cancellation)
         fault = target.fault()
         if fault:
-            raise PlanFailure(GetPathOutcome.INVALID_GOAL, f"goal: {fault}")
+            raise NotReady("INVALID_GOAL", f"goal: {fault}")
         return _Ends(mesh_map, start, target.normalized())
 
-    def _filled(self, end: MoveBaseEnd, ends: _Ends) -> MoveBaseResult:
+    def _robot_pose(self, frame: str, cancellation: Cancellation) -> Pose:
+        robot_frame = self._parts.values["robot_frame"]
+        return self._parts.transforms.robot_pose(frame, robot_frame, cancellation)
+
+    def _filled(self, end: GoalEnd, ends: _Ends) -> MoveBaseResult:
         result = MoveBaseResult(outcome=int(end.outcome), message=end.message)
         drive = end.drive
         if drive is not None and drive.final_pose.header.frame_id:
@@ -182,10 +145,8 @@ class MoveBaseServer(SlotActionServer):
         at_once = Cancellation()
         at_once.cancel("the answer does not wait for TF")
         try:
-            pose = self._transforms.robot_pose(
-                ends.map.frame_id, self._values["robot_frame"], at_once
-            )
-        except PlanFailure:
+            pose = self._robot_pose(ends.map.frame_id, at_once)
+        except NotReady:
             pose = ends.start  # the last that is known
         result.final_pose = pose_message(np.concatenate(pose), ends.map.frame_id, rospy.Time.now())
         result.dist_to_goal = float32(np.linalg.norm(pose.position - ends.target.position))

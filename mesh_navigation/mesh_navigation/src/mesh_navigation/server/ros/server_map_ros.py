@@ -9,6 +9,7 @@ from std_srvs.srv import Trigger, TriggerResponse
 from mesh_map.ros import MeshMapServer
 
 from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.plugins.plugin import MeshPlugin
 from mesh_navigation.plugins.plugin_list import (
     BEHAVIORS,
@@ -17,7 +18,7 @@ from mesh_navigation.plugins.plugin_list import (
     PluginKind,
     PluginList,
 )
-from mesh_navigation.server.map_gate import MapGate, MapNotReady, Ready
+from mesh_navigation.server.map_gate import MapGate, Ready
 from mesh_navigation.server.ros.plugin_reconfigure_ros import PluginReconfigure
 
 
@@ -77,7 +78,7 @@ class ServerMap:
             self.gate.reload()
             try:
                 ready = self.gate.wait(self._ending, patient=True)
-            except MapNotReady as error:
+            except NotReady as error:
                 return TriggerResponse(False, error.message)
         return TriggerResponse(True, map_text(ready))
 

@@ -16,7 +16,7 @@ from mesh_navigation.execution.server_parameters import (
 
 
 class ServerValues(Mapping[str, Value]):
-    """Values by name, always those of now; a call returns a mapping that stays as it is."""
+    """Values by name, always those of now."""
 
     def __init__(self) -> None:
         """Reads what the user gave, logs what of it cannot be used, and serves changes."""
@@ -36,9 +36,6 @@ class ServerValues(Mapping[str, Value]):
 
     def __len__(self) -> int:
         return len(self._values)
-
-    def __call__(self) -> Mapping[str, Value]:
-        return self._values
 
     def _change(self, given: Dict[str, Value]) -> Mapping[str, Value]:
         self._values, complaints = changed_values(self._values, given)

@@ -3,7 +3,7 @@
 import itertools
 import time
 from enum import IntEnum
-from typing import Any, Dict, List, Optional, Tuple, Type
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple, Type
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
@@ -11,13 +11,76 @@ from actionlib_msgs.msg import GoalID, GoalStatus
 from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.outcomes import is_success
-from mesh_navigation.server.local_goal import Feedback, LocalGoal
+from mesh_navigation.base.clock import Clock
+from mesh_navigation.base.outcomes import TAKEN_OVER, is_success
+from mesh_navigation.move_base.sub_goals import Feedback, SubGoal
+from mesh_navigation.plugins.plugin_list import PluginList
+from mesh_navigation.server.map_gate import MapGate
+from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.ros.action_server_node import ActionServer
-from mesh_navigation.server.running_goal import RunningGoal
-from mesh_navigation.server.slots import TAKEN_OVER, ConcurrencySlots, Job
+from mesh_navigation.server.ros.robot_ros import RobotRos
+from mesh_navigation.server.ros.transforms_ros import Transforms
+from mesh_navigation.server.slots import ConcurrencySlots, Job
 
 _NUMBERS = itertools.count(1)
+
+
+class Parts(NamedTuple):
+    """What the actions of a server work with."""
+
+    planners: PluginList
+    """To choose from by name, as those below."""
+    controllers: PluginList
+    behaviors: PluginList
+    gate: MapGate
+    """Where the map comes from, and the plugins that are ready for it."""
+    transforms: Transforms
+    """For poses in other frames, and for the robot's."""
+    robot: RobotRos
+    """To be driven."""
+    clock: Clock
+    """By which it is driven."""
+    values: Mapping[str, Any]
+    """Of the server's parameters, always those of now."""
+    plans: PlanStore
+    """Gets each plan before the client has it; where the fields of paths are found."""
+
+
+class RunningGoal:
+    """A goal from when it is accepted to its answer, for the hooks of `SlotActionServer`.
+
+    It has the methods of actionlib's handle that a hook needs. When another goal takes over what is
+    running, it is that one from then on.
+    """
+
+    def __init__(self, handle: Any, name: str, local: Optional[SubGoal]) -> None:
+        self.handle = handle
+        self.name = name
+        """Of the plugin."""
+        self.cancellation = Cancellation()
+        self.answered = False
+        self.data: Any = None
+        """For the hooks: what ``_execute`` leaves for ``_ended`` and ``_taken_over``."""
+        self.local = local
+
+    @property
+    def key(self) -> str:
+        """The goal's id."""
+        return str(self.handle.get_goal_id().id)
+
+    def get_goal(self) -> Any:
+        """The goal itself."""
+        return self.handle.get_goal()
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Send feedback, to who is in this process too; nothing after the answer."""
+        local = self.local
+        with self.handle.action_server.lock:
+            if self.answered:
+                return
+            self.handle.publish_feedback(feedback)
+        if local is not None and local.on_feedback is not None:
+            local.on_feedback(feedback)
 
 
 class SlotActionServer:
@@ -142,7 +205,7 @@ class SlotActionServer:
 
     def send(
         self, goal: Any, on_feedback: Optional[Feedback] = None, owner: str = "local"
-    ) -> LocalGoal:
+    ) -> SubGoal:
         """Send a goal from within this process: it runs, and is seen on topics, as all others do.
 
         Args:
@@ -152,7 +215,7 @@ class SlotActionServer:
         """
         now = rospy.Time.now()
         goal_id = f"{owner}-{next(_NUMBERS)}-{now.to_sec():.3f}"
-        local = LocalGoal(goal_id, lambda reason: self._cancel(goal_id, reason), on_feedback)
+        local = SubGoal(goal_id, lambda reason: self._cancel(goal_id, reason), on_feedback)
         message = self._server.ActionGoal(goal_id=GoalID(id=goal_id, stamp=now), goal=goal)
         message.header.stamp = now
         with self._server.lock:

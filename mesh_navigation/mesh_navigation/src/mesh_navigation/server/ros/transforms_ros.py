@@ -10,10 +10,9 @@ from geometry_msgs.msg import PoseStamped
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import pose_from_message
-from mesh_navigation.base.outcomes import GetPathOutcome
+from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.pose import Pose, transformed
 from mesh_navigation.base.robot import RobotLost
-from mesh_navigation.plugins.planner import PlanFailure, stop_if_canceled
 
 # Between two looks at TF (s).
 POLL = 0.02
@@ -44,14 +43,12 @@ class Transforms:
             cancellation: ends the waiting.
 
         Raises:
-            PlanFailure: TF_ERROR or CANCELED.
+            NotReady: TF_ERROR or CANCELED.
         """
         pose = pose_from_message(message)
         source = message.header.frame_id.lstrip("/")
         if not source:
-            raise PlanFailure(
-                GetPathOutcome.TF_ERROR, f"the {what} pose has no frame_id; the map's is '{frame}'"
-            )
+            raise NotReady("TF_ERROR", f"the {what} pose has no frame_id; the map's is '{frame}'")
         if source == frame:
             return pose
         stamp = message.header.stamp
@@ -62,15 +59,15 @@ class Transforms:
         """Where the robot is, in the given frame.
 
         Raises:
-            PlanFailure: TF_ERROR, also if its newest transform is older than the timeout; CANCELED.
+            NotReady: TF_ERROR, also if its newest transform is older than the timeout; CANCELED.
         """
         found = self._lookup(frame, robot_frame, rospy.Time(), "the robot's pose", cancellation)
         stamp = found.header.stamp
         age = (rospy.Time.now() - stamp).to_sec()
         # A chain of static transforms has the stamp 0 and is always up to date.
         if stamp != rospy.Time() and age > self._timeout:
-            raise PlanFailure(
-                GetPathOutcome.TF_ERROR,
+            raise NotReady(
+                "TF_ERROR",
                 f"the robot's pose ('{robot_frame}' in '{frame}') is {age:.1f} s old, "
                 f"allowed are {self._timeout:.1f} s (tf_timeout)",
             )
@@ -99,13 +96,14 @@ class Transforms:
             except tf2_ros.TransformException as error:
                 reason = " ".join(str(error).split()).rstrip(". ")
             if time.monotonic() >= deadline:
-                raise PlanFailure(
-                    GetPathOutcome.TF_ERROR,
+                raise NotReady(
+                    "TF_ERROR",
                     f"no transform for {what} from '{source}' to '{frame}' within "
                     f"{self._timeout:.1f} s (tf_timeout): {reason}",
                 )
             cancellation.wait(POLL)
-            stop_if_canceled(cancellation)
+            if cancellation.canceled:
+                raise NotReady("CANCELED", f"planning stopped: {cancellation.reason}")
 
 
 def _arrays(transform: Any) -> tuple:
