@@ -52,9 +52,7 @@ def test_product_turns_first_by_the_second():
 
 def test_transformed_pose():
     child = Pose.at([1.0, 0.0, 0.5], yaw=0.25)
-    moved = transformed(
-        child, np.array([10.0, 0.0, 0.0]), Pose.at([0, 0, 0], np.pi / 2).orientation
-    )
+    moved = transformed(child, Pose.at([10.0, 0.0, 0.0], np.pi / 2))
     expected = Pose.at([10.0, 1.0, 0.5], np.pi / 2 + 0.25)
     assert np.allclose(moved.position, expected.position)
     assert np.allclose(moved.orientation, expected.orientation)

@@ -11,7 +11,7 @@ from mesh_navigation.client.goal_poses import goal_pose, has_heading, heading_of
 
 
 def numbers(message):
-    pose = pose_from_message(message)
+    pose = pose_from_message(message.pose)
     return [*pose.position, *pose.orientation]
 
 

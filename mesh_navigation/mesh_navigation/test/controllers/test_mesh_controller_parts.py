@@ -5,16 +5,17 @@ import math
 import numpy as np
 import pytest
 
+from mesh_map.geometry.surface import barycentric_coordinates
 from mesh_msgs import zoo
 
 from mesh_navigation.base.pose import Pose
-from mesh_navigation.controllers.barycentric import barycentric, inside
 from mesh_navigation.controllers.carrot import Carrot
 from mesh_navigation.controllers.foresight import free_arc
 from mesh_navigation.controllers.ground import ESCAPE, Ground
 from mesh_navigation.controllers.standing import Locator
 from mesh_navigation.controllers.steering import Ahead, steer
 from mesh_navigation.controllers.track import Track
+from mesh_navigation.controllers.vector3 import inside
 from controller_drives import controller_on
 from navigation_test_maps import MapWithCosts
 
@@ -117,6 +118,6 @@ def test_weights_at_one_point_are_moved_into_the_face():
         weights = rng.dirichlet((1.0, 1.0, 1.0))
         assert inside(corners, weights @ corners) == pytest.approx(weights, abs=1e-9)
         point = rng.normal(size=3)  # of its plane, the nearest to this counts
-        expected = barycentric(corners, point[None])[0].clip(0.0, 1.0)
+        expected = barycentric_coordinates(point, *corners).clip(0.0, 1.0)
         assert inside(corners, point) == pytest.approx(expected / expected.sum(), abs=1e-9)
     assert np.isnan(inside(np.outer([0.0, 1.0, 3.0], [1.0, 2.0, 0.5]), np.zeros(3))).all()

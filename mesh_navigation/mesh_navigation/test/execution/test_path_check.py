@@ -53,7 +53,7 @@ def test_transformed_as_single_poses_are():
     frame = Pose(np.array([1.0, -2.0, 0.5]), normalized_path(path(1))[0, 3:] * 1.001)
     found = transformed_path(path(), frame)
     for row, (position, orientation) in zip(
-        found, (transformed(Pose(p[:3], p[3:]), *frame) for p in path())
+        found, (transformed(Pose(p[:3], p[3:]), frame) for p in path())
     ):
         np.testing.assert_allclose(row, [*position, *orientation], atol=1e-12)
 

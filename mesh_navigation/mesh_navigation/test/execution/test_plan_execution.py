@@ -9,6 +9,7 @@ import pytest
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import GetPathOutcome
+from mesh_navigation.execution import attempt as attempts
 from mesh_navigation.execution import plan_execution
 from mesh_navigation.execution.plan_execution import PlanExecution
 from mesh_navigation.plugins.planner import PlanResult
@@ -19,7 +20,7 @@ FOREVER = 600.0
 
 @pytest.fixture(autouse=True)
 def short_times(monkeypatch):
-    monkeypatch.setattr(plan_execution, "GRACE", 0.05)
+    monkeypatch.setattr(attempts, "GRACE", 0.05)
     monkeypatch.setattr(plan_execution, "RETRY_PAUSE", 0.001)
 
 
@@ -167,7 +168,11 @@ def raise_error(cancellation):
         (lambda c: PlanResult(0, "well", "path"), 60, "no numbers"),
         (lambda c: PlanResult(0, "well", np.zeros((4, 3))), 60, "shape (4, 3)"),
         (lambda c: PlanResult(0, "well", PATH * [[1], [np.nan]]), 60, "1 of 2 poses are not fin"),
-        (lambda c: PlanResult(0, "well", PATH * [[1], [0]]), 60, "no unit quaternion, first 1"),
+        (
+            lambda c: PlanResult(0, "well", PATH * [[1], [0]]),
+            60,
+            "no unit quaternion, first pose 1",
+        ),
         (lambda c: PlanResult(0, "well", PATH, np.inf), 60, "its cost is inf"),
         (lambda c: PlanResult(0, "well", PATH, None), 60, "no numbers"),
     ],

@@ -15,7 +15,7 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.base.pose import Pose
-from mesh_navigation.execution import planning
+from mesh_navigation.plugins import plugin_list
 from mesh_navigation.execution.planning import (
     SHORT_NAMES,
     ends,
@@ -266,7 +266,7 @@ class Choosy(MeshPlanner):
 
 
 def test_complaints_of_a_planner(monkeypatch):
-    monkeypatch.setattr(planning, "find_plugin", lambda kind, name: Choosy())
+    monkeypatch.setattr(plugin_list, "find_plugin", lambda kind, name: Choosy())
     with pytest.raises(MeshMapError, match="planner odd/Choosy: cost_limit is too low"):
         make_planner(map_of(GRID), "odd/Choosy")
 

@@ -143,7 +143,7 @@ class ClientsTest(unittest.TestCase):
         self.assertTrue(self.navigator.go_to(1, 2, 3, planner="p").succeeded)
         self.assertEqual(self.newest("get_path").planner, "p")
         self.assertEqual(self.newest("get_path").concurrency_slot, 255)
-        pose = pose_from_message(self.newest("move_base").target_pose)
+        pose = pose_from_message(self.newest("move_base").target_pose.pose)
         self.assertEqual(pose.position.tolist(), [1, 2, 3])
         self.assertAlmostEqual(math.atan2(*pose.heading[1::-1]), math.pi / 2)
         self.assertTrue(self.navigator.go_to(1, 2, 3, yaw=0.25).succeeded)

@@ -63,7 +63,7 @@ class DrivingTest(unittest.TestCase):
 
     @classmethod
     def note_pose(cls, message):
-        cls.pose[:] = [pose_from_message(message)]
+        cls.pose[:] = [pose_from_message(message.pose)]
 
     def assert_at(self, x, y, yaw):
         """The robot itself, not what the server thinks, is there."""

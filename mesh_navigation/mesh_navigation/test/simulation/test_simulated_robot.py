@@ -8,10 +8,10 @@ import pytest
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.pose import Pose
+from mesh_navigation.base.pose import Pose, transformed
 from mesh_navigation.base.robot import STOP, Velocity
 from mesh_navigation.simulation.pacing import Pacing
-from mesh_navigation.simulation.robot_messages import combined, inverted, odometry_origin
+from mesh_navigation.simulation.robot_messages import inverted, odometry_origin
 from mesh_navigation.simulation.simulated_robot import SimulatedClock, SimulatedRobot
 from mesh_navigation.simulation.surface_robot import SurfaceRobot
 from mesh_navigation.simulation.wheels import BaseLimits
@@ -97,10 +97,10 @@ def test_the_odometry_seen_from_its_origin_is_the_truth():
         truth, odometry = (
             Pose(random.normal(size=3), random.normal(size=4)).normalized() for _ in range(2)
         )
-        seen = combined(odometry_origin(truth, odometry), odometry)
+        seen = transformed(odometry, odometry_origin(truth, odometry))
         assert seen.position == pytest.approx(truth.position, abs=1e-12)
         assert abs(seen.orientation @ truth.orientation) == pytest.approx(1, abs=1e-12)
-        same = combined(truth, inverted(truth))
+        same = transformed(inverted(truth), truth)
         assert same.position == pytest.approx(np.zeros(3), abs=1e-12)
         assert abs(same.orientation[3]) == pytest.approx(1, abs=1e-12)
 

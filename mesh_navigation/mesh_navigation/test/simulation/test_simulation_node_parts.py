@@ -13,6 +13,7 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
+from mesh_navigation.base.messages import bare_pose, pose_from_message, velocity_of
 from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import Velocity
@@ -81,16 +82,16 @@ def test_defaults_are_within_their_limits():
 def test_messages_carry_what_they_are_made_from():
     command = Twist()
     command.linear.x, command.linear.y, command.angular.z = 1.0, 2.0, 3.0
-    assert robot_messages.velocity_of(command) == Velocity(1.0, 2.0, 3.0)
+    assert velocity_of(command) == Velocity(1.0, 2.0, 3.0)
     pose = Pose(np.array([1.0, 2.0, 3.0]), np.array([0.5, -0.5, 0.5, 0.5]))
-    again = robot_messages.pose_of(robot_messages.bare_pose(pose))
+    again = pose_from_message(bare_pose(pose))
     assert np.concatenate(again).tolist() == np.concatenate(pose).tolist()
     message = robot_messages.transform("map", "robot", pose, None)
     assert (message.header.frame_id, message.child_frame_id) == ("map", "robot")
     assert message.transform.translation.z == 3.0
     assert message.transform.rotation.y == -0.5
     message = robot_messages.odometry("odom", "robot", pose, Velocity(1.0, 2.0, 3.0), None)
-    assert robot_messages.velocity_of(message.twist.twist) == Velocity(1.0, 2.0, 3.0)
+    assert velocity_of(message.twist.twist) == Velocity(1.0, 2.0, 3.0)
     assert message.pose.pose.position.y == 2.0
     points = np.random.default_rng(0).normal(size=(40, 3)).astype(np.float32)
     assert cloud_points(robot_messages.cloud(points, "laser", None)).tolist() == points.tolist()

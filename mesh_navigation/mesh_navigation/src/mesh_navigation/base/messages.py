@@ -6,29 +6,39 @@ import genpy
 import numpy as np
 from geometry_msgs.msg import Point
 from geometry_msgs.msg import Pose as PoseMessage
-from geometry_msgs.msg import PoseStamped, Quaternion
+from geometry_msgs.msg import PoseStamped, Quaternion, Twist
 from nav_msgs.msg import Path
 from std_msgs.msg import Header
 
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.base.robot import Velocity
 
 
-def pose_from_message(message: PoseStamped) -> Pose:
+def pose_from_message(message: PoseMessage) -> Pose:
     """The pose as arrays, in the frame of the message, not checked."""
-    p, q = message.pose.position, message.pose.orientation
+    p, q = message.position, message.orientation
     return Pose(np.array([p.x, p.y, p.z]), np.array([q.x, q.y, q.z, q.w]))
 
 
-def pose_message(
-    pose: np.ndarray, frame_id: str, stamp: Optional[genpy.Time] = None
-) -> PoseStamped:
-    """A message from one (7,) row: position and quaternion x, y, z, w."""
-    message = PoseStamped()
-    message.header.frame_id = frame_id
-    message.header.stamp = stamp or genpy.Time()
-    x, y, z, qx, qy, qz, qw = (float(value) for value in pose)
-    message.pose.position = Point(x, y, z)
-    message.pose.orientation = Quaternion(qx, qy, qz, qw)
+def bare_pose(pose: Pose) -> PoseMessage:
+    """The message of a pose."""
+    return PoseMessage(Point(*map(float, pose.position)), Quaternion(*map(float, pose.orientation)))
+
+
+def pose_message(pose: Pose, frame_id: str, stamp: Optional[genpy.Time] = None) -> PoseStamped:
+    """The message of a pose, with its frame."""
+    return PoseStamped(Header(0, stamp or genpy.Time(), frame_id), bare_pose(pose))
+
+
+def velocity_of(message: Twist) -> Velocity:
+    """The velocity of a command, or of odometry."""
+    return Velocity(message.linear.x, message.linear.y, message.angular.z)
+
+
+def twist_message(velocity: Velocity) -> Twist:
+    """The message of a velocity."""
+    message = Twist()
+    message.linear.x, message.linear.y, message.angular.z = map(float, velocity)
     return message
 
 

@@ -89,13 +89,10 @@ def rotate(quaternion: Sequence[float], vector: Sequence[float]) -> np.ndarray:
     )
 
 
-def transformed(pose: Pose, translation: np.ndarray, rotation: np.ndarray) -> Pose:
-    """A pose given in a child frame, in the parent's frame.
-
-    ``translation`` (3,) m and ``rotation`` (4,) are the child's pose in the parent, as TF has them.
-    """
-    rotation = rotation / np.linalg.norm(rotation)
-    return Pose(rotate(rotation, pose.position) + translation, multiply(rotation, pose.orientation))
+def transformed(pose: Pose, frame: Pose) -> Pose:
+    """A pose given in a frame, in the frame in which that has the given pose."""
+    position, turn = frame.normalized()
+    return Pose(rotate(turn, pose.position) + position, multiply(turn, pose.orientation))
 
 
 def quaternion_from_axes(

@@ -3,7 +3,6 @@
 import math
 from typing import Any, Optional
 
-import numpy as np
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 
@@ -39,7 +38,7 @@ def goal_pose(*goal: Any, yaw: Optional[float] = None, frame_id: str = "map") ->
         raise ValueError(
             f"a goal is x, y, z (m, finite) and possibly yaw (rad), or a pose, not {goal}"
         )
-    return pose_message(np.concatenate(Pose.at(numbers, yaw or 0.0)), frame_id)
+    return pose_message(Pose.at(numbers, yaw or 0.0), frame_id)
 
 
 def has_heading(*goal: Any, yaw: Optional[float] = None) -> bool:

@@ -6,9 +6,9 @@ from typing import Iterator, NamedTuple, Optional, Tuple
 import numpy as np
 
 from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.surface import barycentric_coordinates
 from mesh_map.spatial.hits import NO_FACE
 
-from mesh_navigation.controllers.barycentric import barycentric
 
 # A robot that stands on blocked ground may leave it by a way this short (m): it was pushed there,
 # or what was marked is next to it.
@@ -78,7 +78,7 @@ class Ground:
         mixed = ~free.all(axis=1) & (faces != NO_FACE) & (faces != self._open_face)
         for index in np.flatnonzero(mixed):
             corners = self._vertices[self._faces[faces[index]]].astype(np.float64)
-            weights = barycentric(corners, points[index : index + 2])
+            weights = barycentric_coordinates(points[index : index + 2], *corners)
             parts = [_largest(weights, corner) for corner in np.flatnonzero(~free[index])]
             for begin, end in sorted(part for part in parts if part is not None):
                 start, length = float(begins[index]), float(lengths[index])

@@ -8,10 +8,9 @@ import numpy as np
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.spatial.hits import NO_FACE, SurfacePoint
 
-from mesh_navigation.controllers.barycentric import inside
 from mesh_navigation.controllers.ground import Ground
 from mesh_navigation.controllers.standing import MAX_STEPS, Standing
-from mesh_navigation.controllers.vector3 import cross, minus, unit, vector3
+from mesh_navigation.controllers.vector3 import cross, inside, minus, unit, vector3
 from mesh_navigation.controllers.way import Way
 
 _THERE = 0.01  # m from a place to where the line to it ends

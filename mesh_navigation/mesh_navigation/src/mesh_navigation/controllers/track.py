@@ -12,9 +12,9 @@ from mesh_map.spatial.hits import NO_FACE, SurfacePoint, SurfacePoints
 
 from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.pose import number_text, vector_text
-from mesh_navigation.controllers.barycentric import inside
 from mesh_navigation.controllers.ground import Ground
 from mesh_navigation.controllers.standing import MAX_STEPS, SAME_SHEET
+from mesh_navigation.controllers.vector3 import inside
 from mesh_navigation.controllers.way import Way
 from mesh_navigation.plugins.controller import ControlFailure
 

@@ -3,6 +3,8 @@
 import math
 from typing import Optional, Sequence, Tuple
 
+import numpy as np
+
 Vector3 = Tuple[float, float, float]
 
 
@@ -56,3 +58,19 @@ def along_plane(a: Vector3, normal: Vector3) -> Vector3:
 def signed_angle(start: Vector3, end: Vector3, normal: Vector3) -> float:
     """From one vector to another of the same plane (rad, -pi to pi), to the left positive."""
     return math.atan2(dot(cross(start, end), normal), dot(start, end))
+
+
+def inside(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """(3,) barycentric weights of the corners (3,3) of a face at a point (3,) of it, moved into the
+    face where rounding has put it beside; NaN where the face has no area."""
+    origin, second, third = corners.tolist()
+    side, other, offset = minus(second, origin), minus(third, origin), minus(point.tolist(), origin)
+    a, b, c = dot(side, side), dot(side, other), dot(other, other)
+    along, across = dot(offset, side), dot(offset, other)
+    area = a * c - b * b
+    if area == 0.0:
+        return np.full(3, np.nan)  # no walk begins there
+    v, w = (c * along - b * across) / area, (a * across - b * along) / area
+    weights = [min(max(weight, 0.0), 1.0) for weight in (1.0 - v - w, v, w)]
+    total = sum(weights)
+    return np.array([weight / total for weight in weights])

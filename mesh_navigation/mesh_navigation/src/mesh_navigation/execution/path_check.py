@@ -1,10 +1,12 @@
-"""A path that came from outside, checked and brought into the map's frame."""
+"""Paths that came from outside, checked and brought into the map's frame."""
 
 import numpy as np
 
 from mesh_navigation.base.pose import Pose, vector_text
 from mesh_navigation.execution.drive_result import Tolerances
-from mesh_navigation.execution.result_check import UNIT_TOLERANCE
+
+# Quaternions whose length differs more from 1 are no rotations but a fault.
+UNIT_TOLERANCE = 0.01
 
 
 def path_fault(poses: np.ndarray, tolerances: Tolerances) -> str:
@@ -16,6 +18,17 @@ def path_fault(poses: np.ndarray, tolerances: Tolerances) -> str:
     """
     if not len(poses):
         return "the path is empty"
+    fault = fault_of_poses(poses)
+    if fault:
+        return fault
+    for name, value in tolerances._asdict().items():
+        if not value >= 0.0:
+            return f"the tolerance of {name} is {value}, not >= 0"
+    return ""
+
+
+def fault_of_poses(poses: np.ndarray) -> str:
+    """What makes (N,7) poses none: one sentence, empty if nothing does."""
     bad = np.flatnonzero(~np.isfinite(poses).all(axis=1))
     if len(bad):
         where = vector_text(poses[bad[0]])
@@ -27,9 +40,6 @@ def path_fault(poses: np.ndarray, tolerances: Tolerances) -> str:
             f"{len(bad)} of {len(poses)} poses have no unit quaternion, first pose {bad[0]}: "
             f"{vector_text(poses[bad[0], 3:])} (none at all: w = 1)"
         )
-    for name, value in tolerances._asdict().items():
-        if not value >= 0.0:
-            return f"the tolerance of {name} is {value}, not >= 0"
     return ""
 
 

@@ -4,8 +4,6 @@ import threading
 import time
 from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple
 
-import numpy as np
-
 from mesh_map.base.parameter import Value
 from mesh_msgs.text import one_line
 
@@ -14,6 +12,7 @@ from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import ExePathOutcome, is_success
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Velocity
+from mesh_navigation.execution.attempt import fault_of_answer
 from mesh_navigation.execution.drive_result import Cycle, ExecutionResult, Tolerances, to_goal
 from mesh_navigation.execution.drive_watches import ObedienceWatch, OscillationWatch
 from mesh_navigation.execution.server_parameters import PARAMETERS
@@ -217,9 +216,9 @@ class PathExecution:
         """Give the controller the newest plan; its failure if it refuses that."""
         with self._lock:
             newest, self._pending = self._pending, None
-        if newest is None:
-            return None
-        self._plan, self._tolerances = newest
+            if newest is None:
+                return None
+            self._plan, self._tolerances = newest
 
         def set_plan() -> Command:
             controller.set_plan(self._plan)
@@ -337,12 +336,10 @@ def checked_command(ask: Callable[[], Any]) -> Command:
     """
     try:
         command = ask()
-        if not isinstance(command, Command):
-            return _fault(f"it returned {type(command).__name__} instead of a Command")
-        outcome = command.outcome
-        if not isinstance(outcome, (int, np.integer)) or not 0 <= outcome < 256:
-            return _fault(f"its outcome is {outcome!r}, not a number from 0 to 255")
-        outcome, message = int(outcome), one_line(command.message)
+        fault = fault_of_answer(command, Command)
+        if fault:
+            return _fault(fault)
+        outcome, message = int(command.outcome), one_line(command.message)
         if not is_success(outcome):
             return Command(outcome, message or f"the controller reported {outcome_text(outcome)}")
         x, y, yaw = map(float, command.velocity)

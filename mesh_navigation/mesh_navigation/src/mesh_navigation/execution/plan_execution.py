@@ -1,6 +1,5 @@
 """Running a planner for one goal: patience, retries, and answers even if the planner gives none."""
 
-import threading
 import time
 from typing import Callable, Optional
 
@@ -8,11 +7,10 @@ from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import GetPathOutcome, may_change_by_itself
+from mesh_navigation.execution.attempt import Attempt
 from mesh_navigation.execution.result_check import checked_result
 from mesh_navigation.plugins.planner import PlanResult
 
-# How long a planner may take to stop once told to, before the answer goes out without it (s).
-GRACE = 0.5
 # Pause between two attempts (s): what may change by itself does not change at once.
 RETRY_PAUSE = 0.1
 
@@ -52,35 +50,20 @@ class PlanExecution:
 
     def _attempt(self, cancellation: Cancellation, deadline: Optional[float]) -> PlanResult:
         """One attempt, in a thread of its own: a planner that never returns blocks nobody."""
-        attempt = Cancellation()
-        answers = []
-        wake = threading.Event()
-
-        def work() -> None:
-            answers.append(_answer(self._plan, attempt))
-            wake.set()
-
-        with cancellation.calling(wake.set):
+        attempt = Attempt("plan", lambda stop: _answer(self._plan, stop))
+        with cancellation.calling(attempt.wake.set):
             if cancellation.canceled:
                 return _canceled(cancellation)
-            thread = threading.Thread(target=work, name="plan", daemon=True)
-            thread.start()
-            wake.wait(_shorter(None, deadline))
-            if cancellation.canceled:
-                return self._stopped(attempt, thread, _canceled(cancellation), cancellation.reason)
-        if answers:
-            return answers[0]
-        impatient = self._impatient("and the planner was stopped")
-        return self._stopped(attempt, thread, impatient, "out of patience")
-
-    @staticmethod
-    def _stopped(
-        attempt: Cancellation, thread: threading.Thread, result: PlanResult, reason: str
-    ) -> PlanResult:
-        attempt.cancel(reason)
-        thread.join(GRACE)
-        if thread.is_alive():
-            result.message += f"; the planner did not stop within {GRACE} s"
+            attempt.start()
+            attempt.wake.wait(_shorter(None, deadline))
+        if cancellation.canceled:
+            result, reason = _canceled(cancellation), cancellation.reason
+        elif attempt.results:
+            return attempt.results[0]
+        else:
+            result = self._impatient("and the planner was stopped")
+            reason = "out of patience"
+        result.message += attempt.stop(reason, "planner")
         return result
 
     def _impatient(self, how: str) -> PlanResult:

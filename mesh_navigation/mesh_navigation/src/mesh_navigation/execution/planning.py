@@ -18,7 +18,7 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.result_check import checked_result
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
-from mesh_navigation.plugins.plugin_list import PLANNERS, find_plugin
+from mesh_navigation.plugins.plugin_list import PLANNERS, checked_plugin, ready_plugin
 from mesh_navigation.surface.anchors import MAX_DISTANCE
 from mesh_navigation.surface.map_loading import load_map
 
@@ -93,28 +93,12 @@ def make_planner(
     Raises:
         MeshMapError: no such planner, or a name or value that is none of its parameters.
     """
-    made = check_planner(planner, parameters)
-    for complaint in made.initialize(planner.split("/")[-1], mesh_map, parameters) or ():
-        raise MeshMapError(f"planner {planner}: {complaint}")
-    return made
+    return ready_plugin(PLANNERS, planner_type(planner), mesh_map, parameters, planner)
 
 
 def check_planner(planner: str, parameters: Mapping[str, Any]) -> MeshPlanner:
-    """A planner that has no map yet; what there is to complain of is known before one is read.
-
-    Raises:
-        MeshMapError: no such planner, or a name or value that is none of its parameters.
-    """
-    made: MeshPlanner = find_plugin(PLANNERS, planner_type(planner))
-    known = {parameter.name: parameter for parameter in made.parameters}
-    for name, value in parameters.items():
-        if name not in known:
-            text = f"planner {planner} has no parameter '{name}'"
-            raise MeshMapError(text, "it has: " + (", ".join(known) or "none"))
-        warning = known[name].checked(value)[1]
-        if warning:
-            raise MeshMapError(f"planner {planner}: {warning.split(':')[0]}")
-    return made
+    """A planner that has no map yet; arguments of `plan`, errors of `make_planner`."""
+    return checked_plugin(PLANNERS, planner_type(planner), parameters, planner)
 
 
 def ends(mesh_map: MeshMap, start: Place, goal: Place) -> List[Pose]:

@@ -1,9 +1,7 @@
 """Running one recovery behavior: patience, and an answer even if the behavior gives none."""
 
 import threading
-from typing import Any, Callable, List, Mapping
-
-import numpy as np
+from typing import Any, Callable, Mapping
 
 from mesh_map.base.parameter import Value
 from mesh_msgs.text import one_line
@@ -12,10 +10,9 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock, Stopwatch
 from mesh_navigation.base.outcomes import RecoveryOutcome
 from mesh_navigation.base.robot import GuardedRobot, Robot, RobotLost
+from mesh_navigation.execution.attempt import Attempt, fault_of_answer
 from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
 
-# How long a behavior may take to stop once told to, before the answer goes out without it (s).
-GRACE = 0.5
 # Between two looks at the clock (s, of the computer's time): one that stands still holds up nobody.
 LOOK = 0.05
 
@@ -53,29 +50,22 @@ class RecoveryExecution:
             cancellation: ends it: CANCELED.
             map_gone: is canceled when its map is replaced: NOT_INITIALIZED.
         """
-        robot, attempt = GuardedRobot(self._robot), Cancellation()
-        results: List[RecoveryResult] = []
-        wake, done = threading.Event(), threading.Event()
-
-        def work() -> None:
-            results.append(_result(behavior, robot, self._clock, attempt))
-            done.set()
-            wake.set()
-
-        with cancellation.calling(wake.set), map_gone.calling(wake.set):
-            if not wake.is_set():
-                threading.Thread(target=work, name="recovery", daemon=True).start()
-                impatient = self._watch(wake)
+        robot, clock = GuardedRobot(self._robot), self._clock
+        attempt = Attempt("recovery", lambda stop: _result(behavior, robot, clock, stop))
+        results, impatient, late = attempt.results, "", ""
+        with cancellation.calling(attempt.wake.set), map_gone.calling(attempt.wake.set):
+            if not attempt.wake.is_set():
+                attempt.start()
+                impatient = self._watch(attempt.wake)
             else:
-                impatient, results = "", [_canceled("it did not start")]
-        late = ""
+                results.append(_canceled("it did not start"))
         if not results:
-            attempt.cancel(impatient or cancellation.reason or map_gone.reason)
+            reason = impatient or cancellation.reason or map_gone.reason
+            attempt.cancellation.cancel(reason)
             robot.close()
-            if not done.wait(GRACE):
-                late = f"; the behavior did not stop within {GRACE} s"
+            late = attempt.stop(reason, "behavior")
         robot.close()
-        if cancellation.canceled and not (done.is_set() and results[0].succeeded):
+        if cancellation.canceled and not (results and results[0].succeeded):
             return _canceled(f"{cancellation.reason}{late}")
         if map_gone.canceled:
             text = f"recovery stopped: {map_gone.reason}{late}"
@@ -111,11 +101,10 @@ def _result(
 
 
 def _checked(returned: Any) -> RecoveryResult:
-    if not isinstance(returned, RecoveryResult):
-        return _fault(f"it returned a {type(returned).__name__} instead of a RecoveryResult")
+    fault = fault_of_answer(returned, RecoveryResult)
+    if fault:
+        return _fault(fault)
     outcome, message = returned
-    if not isinstance(outcome, (int, np.integer)) or not 0 <= outcome < 256:
-        return _fault(f"its outcome is {outcome!r}, not a number from 0 to 255")
     return RecoveryResult(int(outcome), one_line(message) or f"outcome {int(outcome)}")
 
 

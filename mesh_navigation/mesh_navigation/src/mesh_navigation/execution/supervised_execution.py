@@ -3,7 +3,7 @@
 import threading
 import time
 from contextlib import contextmanager
-from typing import Any, Callable, Iterator, List, Mapping, Optional, Tuple
+from typing import Any, Callable, Iterator, Mapping, Optional, Tuple
 
 from mesh_map.base.parameter import Value
 from mesh_msgs.text import one_line
@@ -13,12 +13,11 @@ from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import STOP, GuardedRobot, Robot, RobotLost, RobotState
+from mesh_navigation.execution.attempt import Attempt
 from mesh_navigation.execution.drive_result import Cycle, ExecutionResult, Tolerances, to_goal
 from mesh_navigation.execution.path_execution import PathExecution, default_values
 from mesh_navigation.plugins.controller import Command, ControllerPlan, MeshController
 
-# How long a controller may take to stop once told to, before the answer goes out without it (s).
-GRACE = 0.5
 # Between two looks at the controller (s, of the computer's time).
 LOOK = 0.05
 # A controller that takes longer (s), by both the computer's time and the clock, does not drive.
@@ -65,8 +64,8 @@ class _Watched(MeshController):
             return self._controller.is_goal_reached(state, dist_tolerance, angle_tolerance)
 
 
-class SupervisedExecution:
-    """A `PathExecution` in a thread of its own, under a watch. Used as that is.
+class SupervisedExecution(PathExecution):
+    """The same in a thread of its own, under a watch.
 
     While the controller takes long, the robot stands. A cancel is answered half a second later at
     the latest, and the patience ends a controller that blocks too; what such a controller still
@@ -82,22 +81,11 @@ class SupervisedExecution:
         is_map_current: Callable[[], bool] = lambda: True,
     ) -> None:
         """Arguments of `PathExecution`; the clock may be any whose time goes on by itself."""
-        self._robot, self._clock, self._values = GuardedRobot(robot), clock, values
+        self._guard = GuardedRobot(robot)
+        super().__init__(self._guard, clock, values, self._heard, is_map_current)
         self._listener = on_cycle
-        self._lock = threading.Lock()
+        self._answering = threading.Lock()
         self._answered = False
-        self._execution = PathExecution(self._robot, clock, values, self._on_cycle, is_map_current)
-
-    def prepared(self, plan: ControllerPlan) -> ControllerPlan:
-        """As `PathExecution.prepared`."""
-        return self._execution.prepared(plan)
-
-    def replace(self, plan: ControllerPlan, tolerances: Tolerances) -> bool:
-        """As `PathExecution.replace`."""
-        taken = self._execution.replace(plan, tolerances)
-        if taken:
-            self._plan = plan
-        return taken
 
     def run(
         self,
@@ -108,30 +96,23 @@ class SupervisedExecution:
     ) -> ExecutionResult:
         """As `PathExecution.run`."""
         self._plan = plan
-        watched, attempt = _Watched(controller, self._clock), Cancellation()
-        results: List[ExecutionResult] = []
-        wake, done = threading.Event(), threading.Event()
-
-        def work() -> None:
-            results.append(self._driven(watched, plan, tolerances, attempt))
-            done.set()
-            wake.set()
-
-        threading.Thread(target=work, name="drive", daemon=True).start()
-        with cancellation.calling(wake.set):
-            impatient = self._watch(watched, wake)
-        finished = bool(results)
+        watched = _Watched(controller, self._clock)
+        attempt = Attempt("drive", lambda stop: self._driven(watched, plan, tolerances, stop))
+        attempt.start()
+        with cancellation.calling(attempt.wake.set):
+            impatient = self._watch(watched, attempt.wake)
+        finished, late = bool(attempt.results), ""
         if not finished:
-            self._execution.close()
-            attempt.cancel(impatient or cancellation.reason)
+            self.close()
+            reason = impatient or cancellation.reason
+            attempt.cancellation.cancel(reason)
             self._robot.drive(STOP)
-            done.wait(GRACE)
-        with self._lock:
+            late = attempt.stop(reason, "controller")
+        with self._answering:
             self._answered = True
-        self._robot.close()
-        if finished or (results and not impatient):
-            return results[0]
-        late = "" if results else f"; the controller did not stop within {GRACE} s"
+        self._guard.close()
+        if finished or (attempt.results and not impatient):
+            return attempt.results[0]
         if impatient:
             return self._result(ExePathOutcome.PAT_EXCEEDED, impatient + late)
         message = f"driving stopped: {cancellation.reason}{late}"
@@ -139,7 +120,7 @@ class SupervisedExecution:
 
     def _driven(self, *arguments: Any) -> ExecutionResult:
         try:
-            return self._execution.run(*arguments)
+            return super().run(*arguments)
         except (Exception, SystemExit) as error:  # The goal gets its answer, whatever it is.
             text = one_line(f"driving failed with {type(error).__name__}: {error}")
             return self._result(ExePathOutcome.INTERNAL_ERROR, text)
@@ -158,9 +139,9 @@ class SupervisedExecution:
                 )
         return ""
 
-    def _on_cycle(self, cycle: Cycle) -> None:
+    def _heard(self, cycle: Cycle) -> None:
         # Under the lock: nothing is heard of a drive after its answer.
-        with self._lock:
+        with self._answering:
             if not self._answered:
                 self._listener(cycle)
 
@@ -169,4 +150,6 @@ class SupervisedExecution:
             pose: Optional[Pose] = self._robot.state().pose
         except RobotLost:
             pose = None
-        return ExecutionResult(outcome, message, pose, *to_goal(self._plan, pose))
+        pending = self._pending
+        newest = pending[0] if pending else self._plan
+        return ExecutionResult(outcome, message, pose, *to_goal(newest, pose))

@@ -157,7 +157,7 @@ class SubActions:
         def on_feedback(feedback: Any) -> None:
             self._on_feedback(feedback)
             if feedback.current_pose.header.frame_id:  # else the robot's pose is not known
-                pose = pose_from_message(feedback.current_pose)
+                pose = pose_from_message(feedback.current_pose.pose)
                 on_progress(Progress(pose, feedback.dist_to_goal, int(feedback.outcome)))
 
         goal = ExePathGoal(path=path, controller=self._controller)

@@ -1,10 +1,8 @@
 """What planners have in common that search from the goal over the whole surface."""
 
-import threading
-from collections import OrderedDict
 from contextlib import contextmanager
 from functools import cached_property
-from typing import Any, Hashable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.base.path import path_length, path_poses
 from mesh_navigation.base.pose import Pose, vector_text
+from mesh_navigation.base.recent import Recent
 from mesh_navigation.planners.places import Place, find_place, nearest_place
 from mesh_navigation.plugins.planner import (
     MeshPlanner,
@@ -36,6 +35,10 @@ PARAMETERS = (
     ),
     Parameter("publish_face_vectors", False, description="compute and publish directions in faces"),
 )
+
+
+# A field of a million vertices takes some dozens of megabytes.
+_KEPT = 3
 
 
 class Search(NamedTuple):
@@ -71,7 +74,10 @@ class SurfacePlanner(MeshPlanner):
     """From start and goal to a path, apart from the search itself.
 
     A planner overrides the methods below "The search". Fields of the last goals are kept: a new
-    start extends them, and where few costs have changed they are repaired.
+    start extends them, and where few costs have changed they are repaired. A plan takes a field out
+    and puts it back: nobody else has it meanwhile, so it does not change under the plan. Another
+    plan to the same goal at the same time makes one of its own. A plan that fails in the middle of
+    a change does not put the field back.
     """
 
     parameters = PARAMETERS
@@ -81,7 +87,7 @@ class SurfacePlanner(MeshPlanner):
         mesh_map.spatial_index  # now rather than during the first plan
         self._grounds = Grounds(mesh_map.geometry)
         self._components = Components(mesh_map.topology)
-        self._fields = FieldCache()
+        self._fields: "Recent[Held]" = Recent(_KEPT)
         self._prepare()
         return complaints
 
@@ -202,37 +208,6 @@ class SurfacePlanner(MeshPlanner):
     ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
         """Directions at vertices and in faces, None unless asked for."""
         raise NotImplementedError
-
-
-# A field of a million vertices takes some dozens of megabytes.
-_KEPT = 3
-
-
-class FieldCache:
-    """What plans found out about a goal; from any thread.
-
-    A plan takes a field out and puts it back: nobody else has it meanwhile, so it does not change
-    under the plan. Another plan to the same goal at the same time makes one of its own. A plan that
-    fails in the middle of a change does not put the field back.
-    """
-
-    def __init__(self, size: int = _KEPT) -> None:
-        self._size = size
-        self._lock = threading.Lock()
-        self._fields: "OrderedDict[Hashable, Any]" = OrderedDict()
-
-    def take(self, goal: Hashable) -> Optional[Any]:
-        """The field of a goal, which is then no longer in here; None if there is none."""
-        with self._lock:
-            return self._fields.pop(goal, None)
-
-    def put(self, goal: Hashable, field: Any) -> None:
-        """Keep a field; those that were used longest ago go."""
-        with self._lock:
-            self._fields.pop(goal, None)
-            self._fields[goal] = field
-            while len(self._fields) > self._size:
-                self._fields.popitem(last=False)
 
 
 class Components:

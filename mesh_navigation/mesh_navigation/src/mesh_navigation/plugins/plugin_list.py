@@ -3,7 +3,7 @@
 import re
 from typing import Any, Dict, Generic, List, Mapping, NamedTuple, Optional, Tuple, Type, TypeVar
 
-from mesh_map.base.errors import PluginError
+from mesh_map.base.errors import MeshMapError, PluginError
 from mesh_map.base.plugins import find_class, scanned_once
 from mesh_map.map.mesh_map import MeshMap
 
@@ -212,3 +212,43 @@ def find_plugin(kind: PluginKind, type_name: str) -> Any:
         return cls()
     except (Exception, SystemExit) as error:  # Whatever it raises, the others go on.
         raise PluginError(f"{type_name}() fails with {type(error).__name__}: {error}") from error
+
+
+def checked_plugin(
+    kind: PluginKind, type_name: str, parameters: Mapping[str, Any], called: str = ""
+) -> Any:
+    """A plugin that has no map yet; what there is to complain of is known before one is read.
+
+    Args:
+        kind: of the plugin.
+        type_name: as for `find_plugin`.
+        parameters: those that differ from their defaults.
+        called: what it is called in messages; empty: its type.
+
+    Raises:
+        MeshMapError: no such plugin, or a name or value that is none of its parameters.
+    """
+    made, called = find_plugin(kind, type_name), called or type_name
+    known = {parameter.name: parameter for parameter in made.parameters}
+    for name, value in parameters.items():
+        if name not in known:
+            text = f"{kind.what} {called} has no parameter '{name}'"
+            raise MeshMapError(text, "it has: " + (", ".join(known) or "none"))
+        warning = known[name].checked(value)[1]
+        if warning:
+            raise MeshMapError(f"{kind.what} {called}: {warning.split(':')[0]}")
+    return made
+
+
+def ready_plugin(
+    kind: PluginKind,
+    type_name: str,
+    mesh_map: MeshMap,
+    parameters: Mapping[str, Any],
+    called: str = "",
+) -> Any:
+    """A plugin that is ready for a map; the others as for `checked_plugin`."""
+    made, called = checked_plugin(kind, type_name, parameters, called), called or type_name
+    for complaint in made.initialize(called.split("/")[-1], mesh_map, parameters) or ():
+        raise MeshMapError(f"{kind.what} {called}: {complaint}")
+    return made

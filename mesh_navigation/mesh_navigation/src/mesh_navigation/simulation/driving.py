@@ -34,7 +34,7 @@ from mesh_navigation.execution.planning import make_planner
 from mesh_navigation.execution.server_parameters import PARAMETERS
 from mesh_navigation.plugins.controller import ControllerPlan, MeshController
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
-from mesh_navigation.plugins.plugin_list import CONTROLLERS, find_plugin
+from mesh_navigation.plugins.plugin_list import CONTROLLERS, ready_plugin
 from mesh_navigation.simulation.simulated_robot import STEP, SimulatedClock, SimulatedRobot
 from mesh_navigation.simulation.surface_robot import SurfaceRobot
 
@@ -89,15 +89,7 @@ def make_controller(
     Raises:
         MeshMapError: no such controller, or a name or value that is none of its parameters.
     """
-    made = find_plugin(CONTROLLERS, controller)
-    known = [parameter.name for parameter in made.parameters]
-    for name in parameters:
-        if name not in known:
-            text = f"controller {controller} has no parameter '{name}'"
-            raise MeshMapError(text, "it has: " + (", ".join(known) or "none"))
-    for complaint in made.initialize(controller.split("/")[-1], mesh_map, parameters) or ():
-        raise MeshMapError(f"controller {controller}: {complaint}")
-    return made
+    return ready_plugin(CONTROLLERS, controller, mesh_map, parameters)
 
 
 def drive(

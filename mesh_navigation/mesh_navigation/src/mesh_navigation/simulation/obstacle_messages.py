@@ -8,8 +8,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from mesh_map.base.errors import MeshMapError
 
+from mesh_navigation.base.messages import bare_pose, pose_from_message
 from mesh_navigation.simulation.obstacles import BOX, CYLINDER, MAX_OBSTACLES, SPHERE, Obstacle
-from mesh_navigation.simulation.robot_messages import bare_pose, pose_of
 
 _SHAPES = {Marker.CUBE: BOX, Marker.CYLINDER: CYLINDER, Marker.SPHERE: SPHERE}
 _TYPES = {shape: kind for kind, shape in _SHAPES.items()}
@@ -68,7 +68,7 @@ class ObstacleMarkers:
         if key not in self._known and len(self._known) >= MAX_OBSTACLES:
             raise MeshMapError(f"there are {MAX_OBSTACLES} already", "delete some")
         size = np.array([marker.scale.x, marker.scale.y, marker.scale.z])
-        return Obstacle.checked(_SHAPES[marker.type], pose_of(marker.pose), size)
+        return Obstacle.checked(_SHAPES[marker.type], pose_from_message(marker.pose), size)
 
     def message(self, frame_id: str, base_frame: str) -> MarkerArray:
         """What RViz shows: all of them, and the robot as a box with an arrow ahead."""

@@ -3,11 +3,12 @@
 from typing import Any, Sequence
 
 import numpy as np
-from geometry_msgs.msg import Point, Pose as PoseMessage, Quaternion, TransformStamped, Twist
+from geometry_msgs.msg import TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2, PointField
 
-from mesh_navigation.base.pose import Pose, multiply, rotate
+from mesh_navigation.base.messages import bare_pose, twist_message
+from mesh_navigation.base.pose import Pose, rotate, transformed
 from mesh_navigation.base.robot import Velocity
 
 
@@ -17,33 +18,9 @@ def inverted(pose: Pose) -> Pose:
     return Pose(-rotate(back, pose.position), back)
 
 
-def combined(first: Pose, second: Pose) -> Pose:
-    """The pose in the grandparent of a ``second`` that is given in the frame of the ``first``."""
-    return Pose(
-        first.position + rotate(first.orientation, second.position),
-        multiply(first.orientation, second.orientation),
-    )
-
-
 def odometry_origin(truth: Pose, odometry: Pose) -> Pose:
     """The pose of the odometry's frame in the map, so that ``odometry`` in it is the ``truth``."""
-    return combined(truth, inverted(odometry))
-
-
-def velocity_of(message: Twist) -> Velocity:
-    """The velocity of a command."""
-    return Velocity(message.linear.x, message.linear.y, message.angular.z)
-
-
-def pose_of(message: PoseMessage) -> Pose:
-    """The pose, not checked."""
-    p, q = message.position, message.orientation
-    return Pose(np.array([p.x, p.y, p.z]), np.array([q.x, q.y, q.z, q.w]))
-
-
-def bare_pose(pose: Pose) -> PoseMessage:
-    """The message of a pose."""
-    return PoseMessage(Point(*map(float, pose.position)), Quaternion(*map(float, pose.orientation)))
+    return transformed(inverted(odometry), truth)
 
 
 def transform(parent: str, child: str, pose: Pose, stamp: Any) -> TransformStamped:
@@ -51,14 +28,8 @@ def transform(parent: str, child: str, pose: Pose, stamp: Any) -> TransformStamp
     message = TransformStamped()
     message.header.frame_id, message.header.stamp = parent, stamp
     message.child_frame_id = child
-    there = bare_pose(pose)
-    translation = message.transform.translation
-    translation.x, translation.y, translation.z = (
-        there.position.x,
-        there.position.y,
-        there.position.z,
-    )
-    message.transform.rotation = there.orientation
+    message.transform.translation = Vector3(*map(float, pose.position))
+    message.transform.rotation = bare_pose(pose).orientation
     return message
 
 
@@ -68,8 +39,7 @@ def odometry(parent: str, child: str, pose: Pose, velocity: Velocity, stamp: Any
     message.header.frame_id, message.header.stamp = parent, stamp
     message.child_frame_id = child
     message.pose.pose = bare_pose(pose)
-    twist = message.twist.twist
-    twist.linear.x, twist.linear.y, twist.angular.z = map(float, velocity)
+    message.twist.twist = twist_message(velocity)
     return message
 
 

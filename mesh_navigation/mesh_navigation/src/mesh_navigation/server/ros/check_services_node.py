@@ -22,9 +22,10 @@ from mesh_map.base.parameter import Parameter
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.messages import pose_from_message, poses_from_path
+from mesh_navigation.base.messages import bare_pose, pose_from_message, poses_from_path
 from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.parameters import read_parameters
+from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.path_check import transformed_path
 from mesh_navigation.server.map_gate import MapGate
 from mesh_navigation.server.ros.transforms_ros import Transforms
@@ -93,7 +94,7 @@ class CheckServices:
             frame = mesh_map.frame_id
             pose = self._transforms.robot_pose(frame, self._robot_frame, self._stopped)
         else:
-            pose = pose_from_message(request.pose)
+            pose = pose_from_message(request.pose.pose)
         row = np.concatenate(pose)
         if not request.current_pose:
             row = self._in_map(mesh_map, request.pose.header, row[None], "requested")[0]
@@ -121,8 +122,7 @@ class CheckServices:
         """Poses (N,7) given in the frame of a header, in that of the map."""
         if header.frame_id.lstrip("/") == mesh_map.frame_id:
             return rows
-        origin = PoseStamped(header=header)
-        origin.pose.orientation.w = 1.0
+        origin = PoseStamped(header, bare_pose(Pose.at((0.0, 0.0, 0.0))))
         pose = self._transforms.pose_in(mesh_map.frame_id, origin, what, self._stopped)
         return transformed_path(rows, pose)
 

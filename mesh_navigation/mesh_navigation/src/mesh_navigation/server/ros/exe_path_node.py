@@ -12,7 +12,7 @@ from mbf_msgs.msg import ExePathAction, ExePathFeedback, ExePathResult
 from std_msgs.msg import Float32, Header
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.messages import float32, pose_message, poses_from_path
+from mesh_navigation.base.messages import float32, pose_message, poses_from_path, twist_message
 from mesh_navigation.base.outcomes import TAKEN_OVER, ExePathOutcome, NotReady
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import RobotLost
@@ -109,7 +109,7 @@ class ExePathServer(SlotActionServer):
             if field is not None and len(field.labels) != len(ready.map.vertices):
                 field = None  # Of the map before.
             return ControllerPlan(normalized_path(poses), field), tolerances
-        identity = pose_message([0, 0, 0, 0, 0, 0, 1], source, goal.path.header.stamp)
+        identity = pose_message(Pose.at((0.0, 0.0, 0.0)), source, goal.path.header.stamp)
         pose = self._parts.transforms.pose_in(frame, identity, "path", cancellation)
         return ControllerPlan(normalized_path(transformed_path(poses, pose))), tolerances
 
@@ -210,7 +210,7 @@ class ExePathServer(SlotActionServer):
         return result
 
     def _announce(self, plan: ControllerPlan, ready: Ready) -> None:
-        message = pose_message(plan.poses[-1], ready.map.frame_id, rospy.Time.now())
+        message = pose_message(plan.goal, ready.map.frame_id, rospy.Time.now())
         self._current_goal.publish(message)
 
     def _without_driving(self, outcome: str, message: str) -> ExePathResult:
@@ -237,16 +237,14 @@ class ExePathServer(SlotActionServer):
         feedback.current_pose = self._pose_message(cycle.state.pose if cycle.state else None)
         velocity = feedback.last_cmd_vel
         velocity.header = Header(stamp=rospy.Time.now(), frame_id=self._parts.values["robot_frame"])
-        velocity.twist.linear.x, velocity.twist.linear.y = cycle.velocity.x, cycle.velocity.y
-        velocity.twist.angular.z = cycle.velocity.yaw
+        velocity.twist = twist_message(cycle.velocity)
         return feedback
 
     def _pose_message(self, pose: Optional[Pose]) -> PoseStamped:
         """In the map's frame; without a pose one of zeros, without a frame."""
         if pose is None:
             return PoseStamped()
-        row = [*pose.position, *pose.orientation]
-        return pose_message(row, self._parts.robot.frame, rospy.Time.now())
+        return pose_message(pose, self._parts.robot.frame, rospy.Time.now())
 
     def _publish_figures(self, name: str, controller: MeshController, cycle: Cycle) -> None:
         angle = getattr(controller, "current_angle", None)

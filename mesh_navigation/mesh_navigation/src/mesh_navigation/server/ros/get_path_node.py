@@ -1,13 +1,11 @@
 """The action get_path."""
 
-from typing import Any, Callable, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import GetPathAction, GetPathResult
 from nav_msgs.msg import Path
-
-from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import path_message
@@ -16,18 +14,10 @@ from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.plan_execution import PlanExecution
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 from mesh_navigation.server.map_gate import Ready
+from mesh_navigation.server.ros.plan_topics_ros import Plan
 from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal, SlotActionServer
 
 Ends = Tuple[Pose, Pose]
-
-
-class Plan(NamedTuple):
-    """What came of a goal, for those who show it."""
-
-    result: PlanResult
-    map: MeshMap
-    ends: Optional[Ends]
-    """Start and goal in the map's frame; None if these are not known."""
 
 
 class GetPathServer(SlotActionServer):

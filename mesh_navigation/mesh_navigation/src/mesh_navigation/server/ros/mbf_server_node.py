@@ -1,7 +1,6 @@
 """The Move Base Flex server on a mesh map."""
 
 import sys
-import threading
 import time
 from typing import List, Optional, Sequence
 
@@ -15,7 +14,7 @@ from mesh_navigation.server.map_gate import Ready
 from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.ros.check_services_node import CheckServices
 from mesh_navigation.server.ros.exe_path_node import ExePathServer
-from mesh_navigation.server.ros.get_path_node import GetPathServer, Plan
+from mesh_navigation.server.ros.get_path_node import GetPathServer
 from mesh_navigation.server.ros.move_base_node import MoveBaseServer
 from mesh_navigation.server.ros.plan_topics_ros import PlanTopics
 from mesh_navigation.server.ros.recovery_node import RecoveryServer
@@ -47,9 +46,6 @@ class MbfServer:
         )
         self._plans = PlanStore()
         self._map = ServerMap(values["wait_for_map"], self._begin)
-        self._plan_topics = PlanTopics(self._map.server)
-        self._to_show: Optional[Plan] = None
-        self._showing = threading.Lock()
         self._servers = self._make_servers()
         self._checks = CheckServices(
             self._map.gate, self._transforms, values["robot_frame"], rospy.get_param("~", {}) or {}
@@ -69,7 +65,11 @@ class MbfServer:
             self._values,
             self._plans,
         )
-        sub_goals = GetPathServer(parts, self._show), ExePathServer(parts), RecoveryServer(parts)
+        sub_goals = (
+            GetPathServer(parts, PlanTopics(loaded.server).show),
+            ExePathServer(parts),
+            RecoveryServer(parts),
+        )
         return [*sub_goals, MoveBaseServer(parts, *sub_goals)]
 
     def start(self) -> None:
@@ -114,14 +114,6 @@ class MbfServer:
             server.join(max(0.0, end - time.monotonic()))
         self._robot.drive(STOP)
         time.sleep(LAST_MESSAGES)
-
-    def _show(self, plan: Plan) -> None:
-        # One at a time; of plans that wait for their turn (other slots'), only the last is shown.
-        self._to_show = plan
-        with self._showing:
-            waiting, self._to_show = self._to_show, None
-            if waiting is not None:
-                self._plan_topics.show(waiting.result, waiting.map, waiting.ends)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:

@@ -99,7 +99,7 @@ class MoveBaseServer(SlotActionServer):
             return self._filled(GoalEnd(failure.outcome, failure.message), ends)
         actions = SubActions(
             *self._servers,
-            pose_message(np.concatenate(ends.target), ends.map.frame_id),
+            pose_message(ends.target, ends.map.frame_id),
             goal.planner,
             goal.controller,
             lambda feedback: _publish(running, feedback),
@@ -148,7 +148,7 @@ class MoveBaseServer(SlotActionServer):
             pose = self._robot_pose(ends.map.frame_id, at_once)
         except NotReady:
             pose = ends.start  # the last that is known
-        result.final_pose = pose_message(np.concatenate(pose), ends.map.frame_id, rospy.Time.now())
+        result.final_pose = pose_message(pose, ends.map.frame_id, rospy.Time.now())
         result.dist_to_goal = float32(np.linalg.norm(pose.position - ends.target.position))
         result.angle_to_goal = angle_between(pose, ends.target)
         return result

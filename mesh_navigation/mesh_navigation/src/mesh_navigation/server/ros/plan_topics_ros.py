@@ -1,6 +1,7 @@
 """What a plan leaves on the topics of the map: markers, the potential and the directions."""
 
-from typing import Optional, Tuple
+import threading
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -16,22 +17,37 @@ POTENTIAL = "Potential"
 VECTOR_FIELD, FACE_VECTORS = "vector_field", "face_vectors"
 
 
+class Plan(NamedTuple):
+    """What came of a goal, for those who show it."""
+
+    result: PlanResult
+    """A potential it does not have is one that is infinite everywhere."""
+    map: MeshMap
+    """That of the server."""
+    ends: Optional[Tuple[Pose, Pose]]
+    """Start and goal in the map's frame; None if these are not known."""
+
+
 class PlanTopics:
     """Shows one plan after the other; what the newest does not have is taken away."""
 
     def __init__(self, map_server: MeshMapServer) -> None:
         self._server = map_server
+        self._waiting: Optional[Plan] = None
+        self._showing = threading.Lock()
 
-    def show(
+    def show(self, plan: Plan) -> None:
+        """Publish a plan, a failed one too. From any thread, one at a time; of plans that wait for
+        their turn (other slots'), only the last is shown."""
+        self._waiting = plan
+        with self._showing:
+            waiting, self._waiting = self._waiting, None
+            if waiting is not None:
+                self._show(*waiting)
+
+    def _show(
         self, result: PlanResult, mesh_map: MeshMap, ends: Optional[Tuple[Pose, Pose]]
     ) -> None:
-        """Publish a plan, a failed one too; one call at a time.
-
-        Args:
-            result: of the plan. A potential it does not have is one that is infinite everywhere.
-            mesh_map: the map of the server.
-            ends: start and goal in the frame of the map, None if these are not known.
-        """
         markers = plan_markers(mesh_map, ends, result, rospy.Time.now())
         for namespace, make in markers.items():
             self._server.publish_marker(namespace, make)

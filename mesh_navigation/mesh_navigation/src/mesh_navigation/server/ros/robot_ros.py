@@ -7,6 +7,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
+from mesh_navigation.base.messages import twist_message, velocity_of
 from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Trail, Velocity
 from mesh_navigation.server.ros.transforms_ros import Transforms
 
@@ -60,8 +61,7 @@ class RobotRos(Robot):
         # During a shutdown nobody drives any more, however late it is.
         if rospy.core.is_shutdown_requested() or not velocity.is_finite:
             velocity = STOP
-        message = Twist()
-        message.linear.x, message.linear.y, message.angular.z = map(float, velocity)
+        message = twist_message(velocity)
         # Under the lock: commands leave in the order in which they are noted.
         with self._lock:
             self._commanded = velocity
@@ -79,7 +79,6 @@ class RobotRos(Robot):
         return self._commanded
 
     def _on_odometry(self, message: Odometry) -> None:
-        twist = message.twist.twist
-        velocity = Velocity(twist.linear.x, twist.linear.y, twist.angular.z)
+        velocity = velocity_of(message.twist.twist)
         if velocity.is_finite:
             self._odometry = rospy.get_time(), velocity

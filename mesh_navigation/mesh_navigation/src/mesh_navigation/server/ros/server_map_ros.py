@@ -1,12 +1,15 @@
 """The server's map, with the plugins that work on it; both can be loaded anew."""
 
 import threading
-from typing import Any, Callable, Dict, Iterator
+from typing import Any, Callable, Dict, List, Mapping
 
 import rospy
 from std_srvs.srv import Trigger, TriggerResponse
 
+from mesh_map.base.errors import error_line
+from mesh_map.base.parameter import Value
 from mesh_map.ros import MeshMapServer
+from mesh_map.ros.parameter_server import ParameterServer
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import NotReady
@@ -19,7 +22,6 @@ from mesh_navigation.plugins.plugin_list import (
     PluginList,
 )
 from mesh_navigation.server.map_gate import MapGate, Ready
-from mesh_navigation.server.ros.plugin_reconfigure_ros import PluginReconfigure
 
 
 class ServerMap:
@@ -37,7 +39,7 @@ class ServerMap:
         self.server = MeshMapServer("~mesh_map")
         self.gate = MapGate(self._load, wait)
         self._on_ready = on_ready
-        self._reconfigure = PluginReconfigure("", ())
+        self._reconfigure: List[ParameterServer] = []
         self._ending = Cancellation()
         self._one_at_a_time = threading.Lock()
         self._service = rospy.Service("~reload_map", Trigger, self._reload)
@@ -52,10 +54,11 @@ class ServerMap:
 
     def _load(self) -> Ready:
         try:
-            self._reconfigure.shutdown()
+            for server in self._reconfigure:
+                server.shutdown()
             self.server.load()
             ready = self._prepared()
-            self._reconfigure = PluginReconfigure(rospy.get_name(), _usable(ready))
+            self._reconfigure = _reconfigure(ready)
             self._on_ready(ready)
         except Exception as error:
             if not rospy.is_shutdown():  # which ends the loading
@@ -97,9 +100,31 @@ def _plugins(kind: PluginKind) -> PluginList:
     return plugins
 
 
-def _usable(ready: Ready) -> Iterator[MeshPlugin]:
+def _reconfigure(ready: Ready) -> List[ParameterServer]:
+    """A server of dynamic_reconfigure for each plugin, below its name; new values count at once.
+
+    A plugin whose parameters cannot be served is logged in one line, and the others go on.
+    """
+    servers = []
     for prepared in (ready.planners, ready.controllers, ready.behaviors):
-        yield from prepared.ready()
+        for plugin in prepared.ready():
+            try:
+                servers.append(_parameter_server(plugin))
+            except Exception as error:  # A stranger's parameters may be odd in any way.
+                if not rospy.is_shutdown():
+                    text = error_line(error)
+                    rospy.logerr("plugin %s cannot be reconfigured: %s", plugin.name, text)
+    return servers
+
+
+def _parameter_server(plugin: MeshPlugin) -> ParameterServer:
+    def change(values: Dict[str, Value]) -> Mapping[str, Value]:
+        for complaint in plugin.set_parameters(values) or ():
+            rospy.logwarn("%s/%s", plugin.name, complaint)
+        return plugin.values
+
+    namespace = f"{rospy.get_name().rstrip('/')}/{plugin.name}"
+    return ParameterServer(namespace, plugin.parameters, plugin.values, change)
 
 
 def _dictionary(name: str) -> Dict[str, Any]:

@@ -3,9 +3,9 @@
 import time
 from typing import Any, Tuple
 
-import numpy as np
 import rospy
 import tf2_ros
+from geometry_msgs.msg import Pose as PoseMessage
 from geometry_msgs.msg import PoseStamped
 
 from mesh_navigation.base.cancellation import Cancellation
@@ -45,7 +45,7 @@ class Transforms:
         Raises:
             NotReady: TF_ERROR or CANCELED.
         """
-        pose = pose_from_message(message)
+        pose = pose_from_message(message.pose)
         source = message.header.frame_id.lstrip("/")
         if not source:
             raise NotReady("TF_ERROR", f"the {what} pose has no frame_id; the map's is '{frame}'")
@@ -53,7 +53,7 @@ class Transforms:
             return pose
         stamp = message.header.stamp
         found = self._lookup(frame, source, stamp, f"the {what} pose", cancellation)
-        return transformed(pose, *_arrays(found))
+        return transformed(pose, _pose(found))
 
     def robot_pose(self, frame: str, robot_frame: str, cancellation: Cancellation) -> Pose:
         """Where the robot is, in the given frame.
@@ -71,7 +71,7 @@ class Transforms:
                 f"the robot's pose ('{robot_frame}' in '{frame}') is {age:.1f} s old, "
                 f"allowed are {self._timeout:.1f} s (tf_timeout)",
             )
-        return Pose(*_arrays(found))
+        return _pose(found)
 
     def newest(self, frame: str, source: str) -> Tuple[Pose, float]:
         """The newest pose of a frame in another one, and its time (s, 0: for ever); never waits.
@@ -84,7 +84,7 @@ class Transforms:
         except tf2_ros.TransformException as error:
             reason = " ".join(str(error).split()).rstrip(". ")
             raise RobotLost(f"no transform from '{source}' to '{frame}': {reason}") from error
-        return Pose(*_arrays(found)), found.header.stamp.to_sec()
+        return _pose(found), found.header.stamp.to_sec()
 
     def _lookup(
         self, frame: str, source: str, stamp: rospy.Time, what: str, cancellation: Cancellation
@@ -106,9 +106,7 @@ class Transforms:
                 raise NotReady("CANCELED", f"planning stopped: {cancellation.reason}")
 
 
-def _arrays(transform: Any) -> tuple:
-    translation, rotation = transform.transform.translation, transform.transform.rotation
-    return (
-        np.array([translation.x, translation.y, translation.z]),
-        np.array([rotation.x, rotation.y, rotation.z, rotation.w]),
-    )
+def _pose(found: Any) -> Pose:
+    """Of the child in the parent, of a TransformStamped."""
+    transform = found.transform
+    return pose_from_message(PoseMessage(transform.translation, transform.rotation))

@@ -10,13 +10,12 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
-from mesh_navigation.base.pose import Pose
+from mesh_navigation.base.messages import pose_message
+from mesh_navigation.base.pose import Pose, transformed
 from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
 from mesh_navigation.simulation.robot_messages import (
     above,
-    bare_pose,
     cloud,
-    combined,
     odometry,
     odometry_origin,
     transform,
@@ -73,14 +72,12 @@ class RobotTopics:
             transforms.append(transform(frame, odom, origin, stamp))
         self._tf.sendTransform(transforms)
         self._odometry.publish(odometry(odom, footprint, counted, robot.velocity, stamp))
-        message = PoseStamped(pose=bare_pose(truth))
-        message.header.frame_id, message.header.stamp = frame, stamp
-        self._pose.publish(message)
+        self._pose.publish(pose_message(truth, frame, stamp))
 
     def sensor_pose(self, pose: Pose) -> Pose:
         """That of the sensor in the map, of a robot with this pose."""
         height = self._values["base_height"] + self._values["sensor_height"]
-        return combined(pose, above(height))
+        return transformed(above(height), pose)
 
     def tell_cloud(self, points: np.ndarray, stamp: rospy.Time) -> None:
         """(N,3) float32 points in the sensor's frame."""

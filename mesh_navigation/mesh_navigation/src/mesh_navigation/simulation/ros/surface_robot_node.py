@@ -14,13 +14,14 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.messages import pose_from_message, velocity_of
 from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.base.pose import Pose, vector_text
 from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
 from mesh_navigation.simulation.obstacles import is_within, read_obstacles
 from mesh_navigation.simulation.parameters import PARAMETERS, check_frames
 from mesh_navigation.simulation.placing import initial_pose, put_down
-from mesh_navigation.simulation.robot_messages import numbers_in, pose_of, velocity_of
+from mesh_navigation.simulation.robot_messages import numbers_in
 from mesh_navigation.simulation.ros.mesh_topic_ros import MeshTopic
 from mesh_navigation.simulation.ros.robot_topics_ros import RobotTopics
 from mesh_navigation.simulation.ros.step_time_ros import step_time
@@ -161,13 +162,7 @@ class SurfaceRobotNode:
                 slip=values["slip"],
                 noise=values["motion_noise"],
                 odometry_noise=values["odometry_noise"],
-                limits=BaseLimits(
-                    values["max_speed"],
-                    values["max_side_speed"],
-                    values["max_turn_speed"],
-                    values["max_acceleration"],
-                    values["max_turn_acceleration"],
-                ),
+                limits=BaseLimits(*(values[f"max_{name}"] for name in BaseLimits._fields)),
                 max_slope=values["max_slope"],
                 max_step=values["max_step"],
                 is_free=self._is_free,
@@ -200,7 +195,7 @@ class SurfaceRobotNode:
             rospy.logwarn(text, rospy.get_name(), frame, self._map.frame_id)
             return
         try:
-            pose = pose_of(message.pose.pose)
+            pose = pose_from_message(message.pose.pose)
             if pose.fault() is None:
                 pose = put_down(self._map, pose)
             self._robot.put(pose)

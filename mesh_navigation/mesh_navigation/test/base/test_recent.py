@@ -1,10 +1,10 @@
-"""The fields of the last goals."""
+"""What was used last is kept."""
 
-from mesh_navigation.planners.surface_planner import FieldCache
+from mesh_navigation.base.recent import Recent
 
 
 def test_what_is_taken_is_gone_until_it_is_put_back():
-    cache = FieldCache()
+    cache = Recent(3)
     assert cache.take("goal") is None
     cache.put("goal", 1)
     assert cache.take("goal") == 1
@@ -15,7 +15,7 @@ def test_what_is_taken_is_gone_until_it_is_put_back():
 
 
 def test_those_used_longest_ago_go():
-    cache = FieldCache(size=3)
+    cache = Recent(3)
     for goal in "abc":
         cache.put(goal, goal.upper())
     cache.put("a", cache.take("a"))
