@@ -37,7 +37,7 @@ def later(function, *args):
 
 def started(load, **fields):
     gate = MapGate(load, **fields)
-    gate.start()
+    gate.reload()
     return gate
 
 
@@ -72,7 +72,7 @@ def test_goal_that_comes_before_the_start():
     gate, hasty = MapGate(load), MapGate(load, wait=False)
     assert failure_of(hasty)[0] == "NOT_INITIALIZED"
     load.go.release()
-    later(gate.start)
+    later(gate.reload)
     assert gate.is_current(gate.wait(Cancellation()))
 
 

@@ -10,7 +10,7 @@ from mesh_msgs import zoo
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.pose import Pose, transformed
 from mesh_navigation.base.robot import STOP, Velocity
-from mesh_navigation.simulation.pacing import Pacing
+from mesh_navigation.simulation.ros.step_time_ros import Pacing
 from mesh_navigation.simulation.robot_messages import inverted, odometry_origin
 from mesh_navigation.simulation.simulated_robot import SimulatedClock, SimulatedRobot
 from mesh_navigation.simulation.surface_robot import SurfaceRobot

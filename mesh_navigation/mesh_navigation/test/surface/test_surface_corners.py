@@ -5,7 +5,7 @@ import pytest
 from navigation_test_maps import BY_NAME, PASSABLE, random_pairs
 
 from mesh_map.map.mesh_map import MeshMap
-from mesh_navigation.surface.surface_corners import at_points, corners_along, nearest_corners
+from mesh_navigation.surface.surface_corners import corners_along, nearest_corners
 
 
 @pytest.mark.parametrize("mesh", PASSABLE, **BY_NAME)
@@ -65,5 +65,6 @@ def test_points_have_the_nearest_corner():
     geometry = MeshMap(vertices, [[0, 1, 2]]).geometry
     points = [[0.2, 0.05, 0], [2, 0.3, 0], [3.9, 0, 0.1]]
     carried = geometry.spatial_index.closest_batch(points=np.array(points), max_distance=1.0)
-    assert at_points(geometry, carried).tolist() == [0, 2, 1]
+    found = nearest_corners(geometry, carried.faces, carried.positions)
+    assert found.tolist() == [0, 2, 1]
     assert nearest_corners(geometry, np.zeros(0, np.int64), np.zeros((0, 3))).tolist() == []

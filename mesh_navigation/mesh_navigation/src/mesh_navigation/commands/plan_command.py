@@ -90,27 +90,23 @@ def _run(arguments: argparse.Namespace) -> int:
 
         begin = time.monotonic()
         mesh_map = load_map(arguments.file, arguments.layers, arguments.part, tell)
-        seconds["map"] = _lap(begin)
+        seconds["map"] = time.monotonic() - begin
         progress.stage(f"preparing {arguments.planner}")
         begin = time.monotonic()
         start, goal = ends(mesh_map, arguments.start, arguments.goal)
         planner = make_planner(mesh_map, arguments.planner, parameters)
         if arguments.yaw is not None:
             goal = Pose.at(goal.position, math.radians(arguments.yaw))
-        seconds["preparation"] = _lap(begin)
+        seconds["preparation"] = time.monotonic() - begin
         progress.stage("planning")
         begin = time.monotonic()
         result = plan_interruptibly(planner, start, goal, arguments.tolerance)
-        seconds["plan"] = _lap(begin)
+        seconds["plan"] = time.monotonic() - begin
         if arguments.png is not None:
             progress.stage(f"drawing {arguments.png}")
             _draw(arguments, mesh_map, planner, result, [start, goal], progress)
     _report(arguments, mesh_map, result, [start, goal], seconds)
     return 0 if result.succeeded else NO_PATH
-
-
-def _lap(begin: float) -> float:
-    return time.monotonic() - begin
 
 
 def _parameters(texts: List[str]) -> Dict[str, Any]:

@@ -32,7 +32,7 @@ def free_arc(
     place, heading = standing, standing.heading
     points, faces, walked, ended = [], [], 0.0, False
     for _ in range(steps):
-        heading = _turned(heading, standing_normal(place), curvature * step / 2)
+        heading = _turned(heading, vector3(place.normal), curvature * step / 2)
         walk = walker.walk(
             start=place, length=step, direction=heading, max_steps=MAX_STEPS, path=True
         )
@@ -41,7 +41,7 @@ def free_arc(
             faces.append(walk.path.faces)
         walked += walk.length
         place = walk
-        heading = _turned(vector3(walk.direction), standing_normal(walk), curvature * step / 2)
+        heading = _turned(vector3(walk.direction), vector3(walk.normal), curvature * step / 2)
         if walk.end != WalkEnd.ARRIVED:
             ended = True
             break
@@ -51,11 +51,6 @@ def free_arc(
         if blocked is not None:
             return blocked
     return walked if ended else None
-
-
-def standing_normal(place: object) -> Vector3:
-    """The normal of a standing or a walk as a tuple."""
-    return vector3(place.normal)  # type: ignore[attr-defined]
 
 
 def _turned(heading: Vector3, normal: Vector3, angle: float) -> Vector3:

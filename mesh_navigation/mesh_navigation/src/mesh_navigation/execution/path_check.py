@@ -3,7 +3,7 @@
 import numpy as np
 
 from mesh_navigation.base.pose import Pose, vector_text
-from mesh_navigation.execution.drive_result import Tolerances
+from mesh_navigation.execution.path_execution import Tolerances
 
 # Quaternions whose length differs more from 1 are no rotations but a fault.
 UNIT_TOLERANCE = 0.01

@@ -1,5 +1,6 @@
 """Driving along a path: the cycle of a controller, with all that may end it."""
 
+import math
 import threading
 import time
 from typing import Any, Callable, Mapping, NamedTuple, Optional, Tuple
@@ -11,9 +12,9 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import ExePathOutcome, is_success
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.base.progress_watch import angle_between
 from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Velocity
 from mesh_navigation.execution.attempt import fault_of_answer
-from mesh_navigation.execution.drive_result import Cycle, ExecutionResult, Tolerances, to_goal
 from mesh_navigation.execution.drive_watches import ObedienceWatch, OscillationWatch
 from mesh_navigation.execution.server_parameters import PARAMETERS
 from mesh_navigation.plugins.controller import (
@@ -25,6 +26,55 @@ from mesh_navigation.plugins.controller import (
 
 # Hz; a controller_frequency of 0 is no frequency, and none is slower than the least.
 DEFAULT_FREQUENCY, LEAST_FREQUENCY = 20.0, 1.0
+
+
+class Tolerances(NamedTuple):
+    """What counts as arrived."""
+
+    distance: float
+    """m."""
+    angle: float
+    """rad."""
+
+
+class Cycle(NamedTuple):
+    """One cycle, for feedback and statistics."""
+
+    outcome: int
+    message: str
+    state: Optional[RobotState]
+    """None where the robot's pose is not known."""
+    velocity: Velocity
+    """What was commanded."""
+    dist_to_goal: float
+    """m in a straight line; NaN where the pose is not known, as the next one."""
+    angle_to_goal: float
+    """rad."""
+    seconds: float
+    """What the cycle took, of the computer's time."""
+    late: bool
+    """Whether it ended after the next one should have begun."""
+
+
+class ExecutionResult(NamedTuple):
+    """How it ended."""
+
+    outcome: int
+    message: str
+    final_pose: Optional[Pose]
+    """None if the robot's pose was never known."""
+    dist_to_goal: float
+    """m; NaN without a pose, as the next one."""
+    angle_to_goal: float
+    """rad."""
+
+
+def to_goal(plan: ControllerPlan, pose: Optional[Pose]) -> Tuple[float, float]:
+    """(m, rad) from a pose to the goal, in a straight line; NaN without a pose."""
+    if pose is None:
+        return math.nan, math.nan
+    distance = math.dist(plan.goal.position, pose.position)
+    return distance, angle_between(plan.goal, pose)
 
 
 class _Step(NamedTuple):

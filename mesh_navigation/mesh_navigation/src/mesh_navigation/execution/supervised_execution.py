@@ -14,8 +14,14 @@ from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import STOP, GuardedRobot, Robot, RobotLost, RobotState
 from mesh_navigation.execution.attempt import Attempt
-from mesh_navigation.execution.drive_result import Cycle, ExecutionResult, Tolerances, to_goal
-from mesh_navigation.execution.path_execution import PathExecution, default_values
+from mesh_navigation.execution.path_execution import (
+    Cycle,
+    ExecutionResult,
+    PathExecution,
+    Tolerances,
+    default_values,
+    to_goal,
+)
 from mesh_navigation.plugins.controller import Command, ControllerPlan, MeshController
 
 # Between two looks at the controller (s, of the computer's time).

@@ -59,7 +59,7 @@ class DijkstraMeshPlanner(SurfacePlanner):
         way = np.zeros(0, dtype=np.uint32)
         cost = None
         if not origin.sees(target):
-            vertex, least = _first_corner(origin.ways, field)
+            vertex, least = first_corner(origin.ways, field)
             way = field.way_from(vertex)
             cost = least if search.basis.weighted else None
         geometry = self.map.geometry
@@ -87,7 +87,7 @@ class DijkstraMeshPlanner(SurfacePlanner):
         return (directions if values["publish_vector_field"] else None), faces
 
 
-def _first_corner(start: Sequence[Tuple[int, float]], field: DijkstraField) -> Tuple[int, float]:
+def first_corner(start: Sequence[Tuple[int, float]], field: DijkstraField) -> Tuple[int, float]:
     """Of the corners around the start, with their distances from it, the one to go over.
 
     And what the path weighs: its edges, and the lengths of the ways to and from them.

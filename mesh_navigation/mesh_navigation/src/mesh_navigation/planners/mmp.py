@@ -10,6 +10,7 @@ from mesh_map.distance.exact_geodesic import ExactGeodesic
 from mesh_map.distance.surface_path import SurfacePath
 from mesh_map.distance.wave_front import WaveFrontField
 
+from mesh_navigation.planners.dijkstra import first_corner
 from mesh_navigation.planners.places import Place
 from mesh_navigation.planners.surface_planner import PARAMETERS, Search
 from mesh_navigation.planners.wave_front import STEP_WIDTH, WaveFrontPlanner
@@ -70,8 +71,7 @@ class MMPPlanner(WaveFrontPlanner):
             targets=origin.vertices,
             cancel_flag=search.flag,
         )
-        first = min(origin.ways, key=lambda way: way[1] + float(found.potential[way[0]]))[0]
-        way = found.way_from(first)
+        way = found.way_from(first_corner(origin.ways, found)[0])
         points = np.concatenate(
             [origin.position[None], self.map.vertices[way], target.position[None]]
         )

@@ -42,12 +42,9 @@ class MapGate:
         self._replaced = Cancellation()
         self._begin = time.monotonic()
 
-    def start(self) -> None:
-        """Begin to load."""
-        self.reload()
-
     def reload(self) -> None:
-        """Load again, in a thread; meanwhile goals wait, and what works on the map before ends.
+        """Load, first or once more, in a thread; meanwhile goals wait, and what works on the map
+        before ends.
 
         While a map is being loaded, what comes of that does not count: it is loaded once more.
         """

@@ -15,7 +15,7 @@ from mesh_navigation.base.pose import vector_text
 from mesh_navigation.surface.anchors import MAX_DISTANCE
 from mesh_navigation.surface.cost_scale import Factors, State, states_of, total
 from mesh_navigation.surface.robot_shape import RobotShape
-from mesh_navigation.surface.surface_corners import at_points, corners_of_pieces
+from mesh_navigation.surface.surface_corners import corners_of_pieces, nearest_corners
 from mesh_navigation.surface.up_normals import face_up_normals
 
 _AT_ONCE = 1024  # poses, and fewer where a footprint is so large that it has many vertices
@@ -153,7 +153,8 @@ class CostChecks:
         """States (N,) at points, and the nearest corners of those on the map."""
         states = np.full(len(carried.faces), State.OUTSIDE, np.uint8)
         found = carried.faces != NO_FACE
-        vertices = at_points(self._map.geometry, SurfacePoints(*(row[found] for row in carried)))
+        faces, positions = carried.faces[found], carried.positions[found]
+        vertices = nearest_corners(self._map.geometry, faces, positions)
         states[found] = self._states(vertices)
         return states, vertices
 

@@ -9,7 +9,7 @@ import numpy as np
 from mesh_map.base.array_checks import read_only
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
-from mesh_navigation.surface.faces_around import faces_around
+from mesh_navigation.surface.up_normals import faces_around
 
 # Where more than this share of the vertices has changed, a field is computed anew.
 _MUCH = 1 / 8

@@ -3,7 +3,7 @@
 So start and goal of plans are judged, see `mesh_navigation.surface.anchors`.
 """
 
-from typing import Any, NamedTuple, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -26,6 +26,7 @@ def nearest_corners(geometry: MeshGeometry, faces: np.ndarray, points: np.ndarra
         faces: indices.
         points: m, each in its face.
     """
+    faces = np.asarray(faces).astype(np.int64)
     nearest = np.argmin(_squared_distances(geometry, faces, points), axis=1)
     return geometry.faces[faces, nearest].astype(np.int64)
 
@@ -96,9 +97,3 @@ def corners_of_pieces(
     )
     order = np.stack([first, middle, last], axis=1)
     return geometry.faces[faces[:, None], order].astype(np.int64), shares
-
-
-def at_points(geometry: MeshGeometry, points: Any) -> np.ndarray:
-    """(N,) int64: nearest corners of what carries points (`mesh_map.hits.SurfacePoints`, all on
-    the map)."""
-    return nearest_corners(geometry, points.faces.astype(np.int64), points.positions)

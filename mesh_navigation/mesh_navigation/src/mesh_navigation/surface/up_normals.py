@@ -1,13 +1,27 @@
 """Surface normals that point up, whichever way the mesh is wound."""
 
+from typing import Tuple
+
 import numpy as np
 
 from mesh_map.geometry.mesh_geometry import MeshGeometry
-
-from mesh_navigation.surface.faces_around import faces_around
+from mesh_map.geometry.topology import Topology
 
 # Below this share of the faces' area a sum of normals says nothing: they contradict each other.
 _CONTRADICTION = 0.05
+
+
+def faces_around(topology: Topology, vertices: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """(M,) faces around the first vertex, then those around the second and so on.
+
+    And (M,) int64 indices into ``vertices`` that say around which.
+    """
+    vertices = np.asarray(vertices, dtype=np.int64)
+    starts = topology.vertex_face_offsets[vertices].astype(np.int64)
+    counts = topology.vertex_face_offsets[vertices + 1] - starts
+    owners = np.repeat(np.arange(len(vertices)), counts)
+    places = np.arange(len(owners)) + np.repeat(starts - np.cumsum(counts) + counts, counts)
+    return topology.vertex_faces[places], owners
 
 
 def turned_up(normals: np.ndarray) -> np.ndarray:

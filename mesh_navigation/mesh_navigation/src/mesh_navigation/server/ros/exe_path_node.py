@@ -16,8 +16,8 @@ from mesh_navigation.base.messages import float32, pose_message, poses_from_path
 from mesh_navigation.base.outcomes import TAKEN_OVER, ExePathOutcome, NotReady
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import RobotLost
-from mesh_navigation.execution.drive_result import Cycle, ExecutionResult, Tolerances
 from mesh_navigation.execution.path_check import normalized_path, path_fault, transformed_path
+from mesh_navigation.execution.path_execution import Cycle, ExecutionResult, Tolerances
 from mesh_navigation.execution.supervised_execution import SupervisedExecution
 from mesh_navigation.plugins.controller import ControllerPlan, MeshController
 from mesh_navigation.server.late_cycles import LateCycles
@@ -204,10 +204,6 @@ class ExePathServer(SlotActionServer):
         return self._result_of(result)
 
     # Messages
-
-    def _stopped_result(self, running: RunningGoal, result: Any, message: str) -> Any:
-        result.outcome, result.message = int(ExePathOutcome.STOPPED), message
-        return result
 
     def _announce(self, plan: ControllerPlan, ready: Ready) -> None:
         message = pose_message(plan.goal, ready.map.frame_id, rospy.Time.now())

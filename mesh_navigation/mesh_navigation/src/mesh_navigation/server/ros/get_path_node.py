@@ -97,8 +97,8 @@ class GetPathServer(SlotActionServer):
             return PlanResult(GetPathOutcome.MAP_ERROR, message)
         return result
 
-    def _canceled_result(self, running: RunningGoal, result: Any, message: str) -> Any:
-        return self._result("CANCELED", message)
+    def _other_result(self, running: RunningGoal, result: Any, outcome: str, message: str) -> Any:
+        return self._result(outcome, message)
 
     def _ended(self, running: RunningGoal, result: Any) -> None:
         if running.data is None or self.is_stopping:

@@ -87,7 +87,7 @@ class MbfServer:
             name.rstrip("/"),
             ",".join(server.name for server in self._servers),
         )
-        self._map.start()
+        self._map.gate.reload()
 
     def _begin(self, ready: Ready) -> None:
         """Before the first goal gets a new map."""

@@ -78,12 +78,12 @@ class MoveBaseServer(SlotActionServer):
             return int(GetPathOutcome[name])
         return super()._outcome(name)
 
-    def _stopped_result(self, running: Optional[RunningGoal], result: Any, message: str) -> Any:
-        if running is None or running.data is None:
-            return super()._stopped_result(running, result, message)
-        driving = running.data.drive is not None
-        stopped = ExePathOutcome.STOPPED if driving else GetPathOutcome.STOPPED
-        result.outcome, result.message = int(stopped), message
+    def _other_result(self, running: RunningGoal, result: Any, outcome: str, message: str) -> Any:
+        if outcome == "STOPPED" and running.data is None:
+            return self._result(outcome, message)
+        result = super()._other_result(running, result, outcome, message)
+        if outcome == "STOPPED" and running.data.drive is not None:
+            result.outcome = int(ExePathOutcome.STOPPED)
         return result
 
     def _execute(self, running: RunningGoal, name: str, cancellation: Cancellation) -> Any:

@@ -42,5 +42,5 @@ class RecoveryServer(SlotActionServer):
         # The action has no outcome of its own for a map that cannot be loaded.
         return super()._outcome("NOT_INITIALIZED" if name == "MAP_ERROR" else name)
 
-    def _stopped_result(self, running: RunningGoal, result: Any, message: str) -> RecoveryResult:
-        return RecoveryResult(int(RecoveryOutcome.STOPPED), message, running.name)
+    def _other_result(self, running: RunningGoal, result: Any, outcome: str, message: str) -> Any:
+        return RecoveryResult(self._outcome(outcome), message, running.name)

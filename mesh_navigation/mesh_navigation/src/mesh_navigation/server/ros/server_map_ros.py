@@ -44,10 +44,6 @@ class ServerMap:
         self._one_at_a_time = threading.Lock()
         self._service = rospy.Service("~reload_map", Trigger, self._reload)
 
-    def start(self) -> None:
-        """Begin to load."""
-        self.gate.start()
-
     def stop(self, reason: str) -> None:
         """Let nobody wait for a map any longer."""
         self._ending.cancel(reason)

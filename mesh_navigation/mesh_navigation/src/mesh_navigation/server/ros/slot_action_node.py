@@ -158,20 +158,18 @@ class SlotActionServer:
         """
         return False
 
-    def _canceled_result(self, running: RunningGoal, result: Any, message: str) -> Any:
-        """The result of a goal that was canceled at the last moment.
+    def _other_result(self, running: RunningGoal, result: Any, outcome: str, message: str) -> Any:
+        """The result of a goal that was canceled at the last moment, or when the server is shut
+        down.
 
         Args:
             running: the goal.
             result: what it would have been.
+            outcome: CANCELED or STOPPED.
             message: what to say instead.
         """
-        result.outcome, result.message = self._outcome("CANCELED"), message
+        result.outcome, result.message = self._outcome(outcome), message
         return result
-
-    def _stopped_result(self, running: RunningGoal, result: Any, message: str) -> Any:
-        """The result of a goal when the server is shut down; arguments of `_canceled_result`."""
-        return self._result("STOPPED", message)
 
     def _ended(self, running: RunningGoal, result: Any) -> None:
         """Called after the answer, in the thread of the goal."""
@@ -322,12 +320,12 @@ class SlotActionServer:
             if not (self._stopping or cancellation.canceled) and self._is_outdated(running):
                 return None
             if self._stopping:
-                result = self._stopped_result(running, result, self._stopping)
+                result = self._other_result(running, result, "STOPPED", self._stopping)
                 finish = running.handle.set_aborted
             elif cancellation.canceled or result.outcome == canceled:
                 if result.outcome != canceled or not result.message:
                     message = f"{self.doing} stopped: {cancellation.reason}"
-                    result = self._canceled_result(running, result, message)
+                    result = self._other_result(running, result, "CANCELED", message)
                 finish = running.handle.set_canceled
             elif is_success(result.outcome):
                 finish = running.handle.set_succeeded

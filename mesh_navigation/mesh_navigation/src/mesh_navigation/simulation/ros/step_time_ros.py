@@ -9,7 +9,6 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock_ros import RosClock
-from mesh_navigation.simulation.pacing import Pacing
 
 LONGEST = 1.0  # s in one step; a node that stood still does not leap
 
@@ -41,6 +40,30 @@ class RosStepTime(StepTime):
         seconds = now - self._last if self._last else 0.0
         self._last = now
         return max(0.0, min(seconds, LONGEST)), rospy.Time.from_sec(now)
+
+
+class Pacing:
+    """Says how long to sleep. A simulation that fell behind is not rushed to catch up."""
+
+    MAX_DELAY = 0.5  # s that may be caught up
+
+    def __init__(self, factor: float, wall: float) -> None:
+        """
+        Args:
+            factor: simulated s in each s; 0: as many as possible.
+            wall: the computer's time (s).
+        """
+        if not factor >= 0:
+            raise ValueError(f"the real time factor is {factor}, but has to be >= 0")
+        self._factor = factor
+        self._due = wall
+
+    def pause(self, step: float, wall: float) -> float:
+        """How long to sleep (s) after a step of the simulation (s) that ended at this time."""
+        if self._factor == 0:
+            return 0.0
+        self._due = max(self._due + step / self._factor, wall - self.MAX_DELAY)
+        return max(0.0, self._due - wall)
 
 
 class OwnStepTime(StepTime):

@@ -11,7 +11,10 @@ from mesh_msgs.init_node import init_node
 from visualization_msgs.msg import MarkerArray
 
 from mesh_map.base.errors import MeshMapError
+from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
+from mesh_msgs import arrays, validation
+from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import pose_from_message, velocity_of
@@ -22,7 +25,6 @@ from mesh_navigation.simulation.obstacles import is_within, read_obstacles
 from mesh_navigation.simulation.parameters import PARAMETERS, check_frames
 from mesh_navigation.simulation.placing import initial_pose, put_down
 from mesh_navigation.simulation.robot_messages import numbers_in
-from mesh_navigation.simulation.ros.mesh_topic_ros import MeshTopic
 from mesh_navigation.simulation.ros.robot_topics_ros import RobotTopics
 from mesh_navigation.simulation.ros.step_time_ros import step_time
 from mesh_navigation.simulation.scan import SimulatedScan
@@ -54,6 +56,7 @@ class SurfaceRobotNode:
         self._stop = Cancellation()
         rospy.on_shutdown(self._stop.cancel)
         self._topics = RobotTopics(self._values)
+        self._uuid = ""  # of the last mesh that came
         self._map: Optional[MeshMap] = None
         self._robot: Optional[SimulatedRobot] = None
         self._scan: Optional[SimulatedScan] = None
@@ -73,12 +76,10 @@ class SurfaceRobotNode:
         if values["mesh_file"]:
             self._take_map(load_map(values["mesh_file"], part=values["mesh_part"]))
         else:
-            topic = MeshTopic(
-                values["mesh_topic"],
-                lambda mesh_map: self._jobs.put(lambda: self._take_other_map(mesh_map)),
-            )
+            topic = rospy.resolve_name(values["mesh_topic"])
+            rospy.Subscriber(topic, arrays.MeshGeometryStamped, self._on_mesh, queue_size=1)
             text = "%s: waiting for the map on %s (or set _mesh_file:=...)"
-            rospy.loginfo(text, rospy.get_name(), topic.name)
+            rospy.loginfo(text, rospy.get_name(), topic)
         steps = step_time(values["rate"], values["publish_clock"], values["real_time_factor"])
         self._topics.tell_frames()
         while not rospy.is_shutdown():
@@ -109,6 +110,24 @@ class SurfaceRobotNode:
             rospy.logwarn("%s: the robot does not get on: %s", rospy.get_name(), obstruction)
             self._silent_until = now + SILENCE
         self._obstruction = obstruction
+
+    def _on_mesh(self, message: arrays.MeshGeometryStamped) -> None:
+        """Leave each mesh that differs from the one before, as a map without layers."""
+        try:
+            findings = validation.mesh_geometry_stamped(message)
+            if findings:
+                raise ValueError(str(findings[0]))
+            mesh, frame = message.mesh_geometry, message.header.frame_id.lstrip("/")
+            geometry = MeshGeometry(mesh.vertices, mesh.faces, frame_id=frame, uuid=message.uuid)
+            if geometry.uuid == self._uuid:
+                return
+            geometry.spatial_index, geometry.walker  # made here, not while the robot drives
+            self._uuid = geometry.uuid
+            mesh_map = MeshMap.of(geometry)
+            self._jobs.put(lambda: self._take_other_map(mesh_map))
+        except Exception as error:  # whatever is published there
+            topic = rospy.resolve_name(self._values["mesh_topic"])
+            rospy.logerr("the mesh on %s cannot be used: %s", topic, one_line(str(error)))
 
     def _take_other_map(self, mesh_map: MeshMap) -> None:
         try:
