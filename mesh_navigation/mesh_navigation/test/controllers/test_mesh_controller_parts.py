@@ -10,7 +10,7 @@ from mesh_msgs import zoo
 
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.controllers.carrot import Carrot
-from mesh_navigation.controllers.foresight import free_arc
+from mesh_navigation.controllers.sight import Sight
 from mesh_navigation.controllers.ground import ESCAPE, Ground
 from mesh_navigation.controllers.standing import Locator
 from mesh_navigation.controllers.steering import Ahead, steer
@@ -30,6 +30,10 @@ def standing_at(place, yaw=0.0, mesh_map=GRID):
 def ground_of(mesh_map=GRID, goal=(9.0, 9.0, 0.0)):
     face = mesh_map.closest_face(np.array(goal), 1.0).face
     return Ground(mesh_map.geometry, mesh_map.costs, face, np.array(goal))
+
+
+def sight(standing, mesh_map=GRID):
+    return Sight(mesh_map.geometry, ground_of(mesh_map), standing)
 
 
 @pytest.mark.parametrize("angle", [0.02, -0.1, 0.3])
@@ -53,17 +57,16 @@ def test_speeds_fade_towards_the_goal_and_before_what_is_blocked():
 
 
 def test_arcs_end_at_the_border_and_at_blocked_ground():
-    walker = GRID.geometry.walker
     at_border = standing_at([9.5, 5.0, 0.0])
-    assert free_arc(walker, ground_of(), at_border, 0.0, 0.4) is None
-    assert free_arc(walker, ground_of(), at_border, 0.0, 0.8) == pytest.approx(0.5)
+    assert sight(at_border).free_arc(0.0, 0.4) is None
+    assert sight(at_border).free_arc(0.0, 0.8) == pytest.approx(0.5)
     # A circle of radius 0.4 m to the left stays on the map, one of 1 m does not.
-    assert free_arc(walker, ground_of(), at_border, 1 / 0.4, 0.8) is None
-    assert free_arc(walker, ground_of(), at_border, 1.0, 1.2) == pytest.approx(np.pi / 6, abs=0.06)
+    assert sight(at_border).free_arc(1 / 0.4, 0.8) is None
+    assert sight(at_border).free_arc(1.0, 1.2) == pytest.approx(np.pi / 6, abs=0.06)
     mesh = zoo.grid(cells=50)
     wall = MapWithCosts(mesh, np.where(np.abs(mesh.vertices[:, 0] - 6.0) < 0.15, np.inf, 0.0))
     here = standing_at([5.0, 5.1, 0.0], mesh_map=wall)
-    found = free_arc(walker, ground_of(wall), here, 0.0, 2.0)
+    found = sight(here, wall).free_arc(0.0, 2.0)
     assert found == pytest.approx(0.9, abs=0.07)
 
 
@@ -71,10 +74,10 @@ def test_blocked_ground_may_be_left_where_that_is_near():
     mesh = zoo.grid(cells=50)
     spot = MapWithCosts(mesh, np.where(np.hypot(*(mesh.vertices[:, :2] - 5.0).T) < 0.1, np.inf, 0))
     within = standing_at([5.05, 5.0, 0.0], mesh_map=spot)
-    assert free_arc(spot.geometry.walker, ground_of(spot), within, 0.0, 1.0) is None
+    assert sight(within, spot).free_arc(0.0, 1.0) is None
     wide = MapWithCosts(mesh, np.where(np.hypot(*(mesh.vertices[:, :2] - 5.0).T) < 1.0, np.inf, 0))
     within = standing_at([5.0, 5.0, 0.0], mesh_map=wide)
-    assert free_arc(wide.geometry.walker, ground_of(wide), within, 0.0, 1.0) == 0.0
+    assert sight(within, wide).free_arc(0.0, 1.0) == 0.0
     assert ESCAPE < 1.0
 
 

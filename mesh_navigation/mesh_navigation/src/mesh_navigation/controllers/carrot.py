@@ -30,9 +30,7 @@ class Carrot(NamedTuple):
     """Whether it had to be taken nearer than asked for."""
 
 
-def find_carrot(
-    sight: Sight, standing: Standing, ways: Sequence[Way], reach: float, clearance: float
-) -> Carrot:
+def find_carrot(sight: Sight, ways: Sequence[Way], reach: float, clearance: float) -> Carrot:
     """The farthest point of the way to which the robot can drive straight on: the length along the
     way is halved until that is so.
 
@@ -42,7 +40,6 @@ def find_carrot(
 
     Args:
         sight: from where the robot stands.
-        standing: that.
         ways: ahead of it; the next one is for where nothing of those before can be seen.
         reach: m, along the way.
         clearance: room that is looked for on both sides (m).
@@ -50,6 +47,7 @@ def find_carrot(
     Raises:
         ControlFailure: BLOCKED_PATH, no point of the way can be seen.
     """
+    standing = sight.standing
     for way in ways:
         longest = min(reach, way.length)
         for halvings, room, wide in (

@@ -14,7 +14,6 @@ from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.pose import vector_text
 from mesh_navigation.base.robot import STOP, RobotState, Velocity
 from mesh_navigation.controllers.carrot import find_carrot, heading_error
-from mesh_navigation.controllers.foresight import free_arc
 from mesh_navigation.controllers.ground import Ground
 from mesh_navigation.controllers.guide import Guide
 from mesh_navigation.controllers.sight import Sight
@@ -282,15 +281,14 @@ class MeshController(Controller):
                     f"{gap:.2f} m before (blocked_distance)",
                 )
         sight = Sight(self.map.geometry, ground, standing)
-        carrot = find_carrot(sight, standing, guidance.ways, reach, values["side_clearance"])
+        carrot = find_carrot(sight, guidance.ways, reach, values["side_clearance"])
         self.current_angle = self._same_side(carrot.angle)
         carrot = carrot._replace(angle=self.current_angle)
         goal = max(distance, way.length) if way.arrives else math.inf
         bends = speed_before_bends(way, standing.up, stopping, values, self._period)
         wanted = steer(carrot, Ahead(goal, stop, bends), values, self._period)
-        walker = self.map.geometry.walker
-        wanted = on_free_ground(wanted, walker, ground, standing, carrot, values, self._period)
-        self._brake_hard(standing, ground, wanted, values)
+        wanted = on_free_ground(wanted, sight, carrot, values, self._period)
+        self._brake_hard(sight, wanted, values)
         return wanted, guidance.remark
 
     def _same_side(self, angle: float) -> float:
@@ -299,17 +297,14 @@ class MeshController(Controller):
             return angle - math.copysign(2 * math.pi, angle)
         return angle
 
-    def _brake_hard(
-        self, standing: Standing, ground: Ground, wanted: Velocity, values: Mapping[str, Any]
-    ) -> None:
+    def _brake_hard(self, sight: Sight, wanted: Velocity, values: Mapping[str, Any]) -> None:
         """Where max_lin_acceleration does not stop it on free ground, it is the base that brakes,
         as well as it can."""
         slower = self._accelerated(wanted, values)
         if slower.x <= wanted.x + 1e-9:
             return
         length = stopping_distance(slower.x, values["max_lin_acceleration"], self._period / 2)
-        walker, curvature = self.map.geometry.walker, slower.yaw / slower.x
-        if free_arc(walker, ground, standing, curvature, max(length - _NEAR, 0.0)) is not None:
+        if sight.free_arc(slower.yaw / slower.x, max(length - _NEAR, 0.0)) is not None:
             self._velocity = self._velocity._replace(x=wanted.x)
 
     def _accelerated(self, wanted: Velocity, values: Mapping[str, Any]) -> Velocity:

@@ -6,15 +6,18 @@ from typing import Any, List, NamedTuple, Optional
 import numpy as np
 
 from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.walk import WalkEnd
 from mesh_map.spatial.hits import NO_FACE, SurfacePoint
 
 from mesh_navigation.controllers.ground import Ground
 from mesh_navigation.controllers.standing import MAX_STEPS, Standing
-from mesh_navigation.controllers.vector3 import cross, inside, minus, unit, vector3
+from mesh_navigation.controllers.vector3 import Vector3, cross, inside, minus, unit, vector3
 from mesh_navigation.controllers.way import Way
 
 _THERE = 0.01  # m from a place to where the line to it ends
 _HERE = 1e-4  # m; what is nearer is here
+_STEP = 0.1  # m, of the straight pieces that stand for an arc
+_MOST_STEPS = 8
 
 
 class View(NamedTuple):
@@ -41,11 +44,11 @@ class Sight:
 
     def __init__(self, geometry: MeshGeometry, ground: Ground, standing: Standing) -> None:
         self._geometry, self._walker = geometry, geometry.walker
-        self._ground, self._standing = ground, standing
+        self._ground, self.standing = ground, standing
 
     def look(self, point: np.ndarray) -> View:
         """The straight way to a place (3,) (m)."""
-        standing = self._standing
+        standing = self.standing
         straight = math.dist(point, standing.position)
         if straight < _HERE:
             return View(straight, None, "")
@@ -79,7 +82,7 @@ class Sight:
             return Corridor(middle, [])
         corners = self._geometry.vertices[self._geometry.faces[face]].astype(np.float64)
         place = SurfacePoint(face, middle, inside(corners, middle), 0.0)
-        left = cross(self._standing.up, ahead)
+        left = cross(self.standing.up, ahead)
         goal = way.arrives and length >= way.length
         ways = [self._beside(place, left, sign * 2 * clearance) for sign in (1.0, -1.0)]
         room = [found.length for found in ways]
@@ -97,13 +100,46 @@ class Sight:
         ]
         return Corridor(middle, sides)
 
+    def free_arc(self, curvature: float, length: float) -> Optional[float]:
+        """How far an arc along the heading leads over free ground (m) if not all of it does; None:
+        all of it is free.
+
+        Args:
+            curvature: rad/m, to the left.
+            length: m.
+        """
+        steps = 1 if curvature == 0.0 else min(max(math.ceil(length / _STEP), 2), _MOST_STEPS)
+        step = length / steps
+        place, heading = self.standing, self.standing.heading
+        points, faces, walked, ended = [], [], 0.0, False
+        for _ in range(steps):
+            heading = _turned(heading, vector3(place.normal), curvature * step / 2)
+            walk = self._walker.walk(
+                start=place, length=step, direction=heading, max_steps=MAX_STEPS, path=True
+            )
+            if len(walk.path.faces):
+                points.append(walk.path.points[:-1])
+                faces.append(walk.path.faces)
+            walked += walk.length
+            place = walk
+            heading = _turned(vector3(walk.direction), vector3(walk.normal), curvature * step / 2)
+            if walk.end != WalkEnd.ARRIVED:
+                ended = True
+                break
+        points.append(place.position[None])
+        if faces:
+            blocked = self._ground.first_blocked(np.concatenate(points), np.concatenate(faces))
+            if blocked is not None:
+                return blocked
+        return walked if ended else None
+
     def _beside(self, place: SurfacePoint, left: Any, length: float) -> Way:
         """The free way to one side."""
         walk = self._walker.walk(
             start=place,
             direction=left,
             length=length,
-            up=self._standing.up,
+            up=self.standing.up,
             max_steps=MAX_STEPS,
             path=True,
         )
@@ -116,3 +152,13 @@ class Sight:
         kept = max(int(way.travelled.searchsorted(blocked)), 1)
         points = np.concatenate([way.points[:kept], way.at(blocked)[None]])
         return Way.through(points, way.faces[:kept], False)
+
+
+def _turned(heading: Vector3, normal: Vector3, angle: float) -> Vector3:
+    left = cross(normal, heading)
+    c, s = math.cos(angle), math.sin(angle)
+    return (
+        c * heading[0] + s * left[0],
+        c * heading[1] + s * left[1],
+        c * heading[2] + s * left[2],
+    )

@@ -5,13 +5,9 @@ from typing import Any, Mapping, NamedTuple
 
 import numpy as np
 
-from mesh_map.geometry.walk import SurfaceWalker
-
 from mesh_navigation.base.robot import Velocity
 from mesh_navigation.controllers.carrot import Carrot
-from mesh_navigation.controllers.foresight import free_arc
-from mesh_navigation.controllers.ground import Ground
-from mesh_navigation.controllers.standing import Standing
+from mesh_navigation.controllers.sight import Sight
 from mesh_navigation.controllers.vector3 import Vector3
 from mesh_navigation.controllers.way import Way
 
@@ -192,22 +188,14 @@ _STRAIGHT = 0.02  # rad; an arc to what is less to the side is the straight line
 
 
 def on_free_ground(
-    wanted: Velocity,
-    walker: SurfaceWalker,
-    ground: Ground,
-    standing: Standing,
-    carrot: Carrot,
-    values: Mapping[str, Any],
-    period: float,
+    wanted: Velocity, sight: Sight, carrot: Carrot, values: Mapping[str, Any], period: float
 ) -> Velocity:
     """The fastest share of a velocity whose arc is free until the robot could stand; a turn on the
     spot where there is none.
 
     Args:
         wanted: that velocity, towards the carrot.
-        walker: over the surface.
-        ground: where it is blocked.
-        standing: where the robot is.
+        sight: from where the robot is.
         carrot: beyond it, nothing is looked at.
         values: of the parameters.
         period: of commands (s).
@@ -218,7 +206,7 @@ def on_free_ground(
         speed = share * wanted.x
         length = stopping_distance(speed, values["max_lin_acceleration"], period) + CLEARANCE
         length = min(length, _arc_length(carrot))
-        if free_arc(walker, ground, standing, wanted.yaw / speed, length) is None:
+        if sight.free_arc(wanted.yaw / speed, length) is None:
             return wanted._replace(x=speed)
     return Velocity(yaw=turning_speed(carrot.angle, values, period))
 

@@ -7,9 +7,9 @@ import numpy as np
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.path import SAME_POINT
-from mesh_navigation.base.pose import number_text
+from mesh_navigation.base.pose import number_text, vector_text
 from mesh_navigation.plugins.planner import PlanFailure
-from mesh_navigation.surface.anchors import Anchor, check_passable, find_anchor
+from mesh_navigation.surface.anchors import Anchor, find_anchor, obstacle_at
 from mesh_navigation.surface.slowness import Ground
 
 
@@ -79,7 +79,14 @@ def find_place(
         PlanFailure: it is too far from the surface, or blocked.
     """
     anchor = find_anchor(mesh_map, position, what, outcome)
-    check_passable(mesh_map, anchor, ground.costs, ground.cost_limit, what, outcome)
+    vertex = int(anchor.corners[0])
+    obstacle = obstacle_at(mesh_map, vertex, float(ground.costs[vertex]), ground.cost_limit)
+    if obstacle:
+        raise PlanFailure(
+            outcome,
+            f"{what} {vector_text(anchor.position)} is blocked: its nearest vertex {vertex}, "
+            f"{anchor.distances[0]:.2f} m away, is {obstacle}",
+        )
     place = _place(anchor, ground)
     if place.whole:
         return place

@@ -134,7 +134,7 @@ class SurfacePlanner(MeshPlanner):
         self._components.check_same(origin, target)
         with self._reaching(search, origin, target) as field:
             if not np.any(field.reaches(origin.vertices)):
-                raise not_reached(self._components, origin, target, search.ground, field.potential)
+                raise self._not_reached(search, origin, target, field.potential)
             track = self._track(search, origin, target, field)
             vectors, face_vectors = self._vectors(search, target, field)
             potential = field.potential
@@ -153,6 +153,21 @@ class SurfacePlanner(MeshPlanner):
             vector_field=vectors,
             face_vectors=face_vectors,
             plan_field=plan_field,
+        )
+
+    def _not_reached(
+        self, search: Search, origin: Place, target: Place, potential: np.ndarray
+    ) -> PlanFailure:
+        """The failure of a search that has seen everything around the goal, but not the start."""
+        ground, number = search.ground, self._components.number(target)
+        reached = int(np.count_nonzero(np.isfinite(potential)))
+        return PlanFailure(
+            GetPathOutcome.NO_PATH_FOUND,
+            f"no path: {reached} of {self._components.sizes[number - 1]} vertices of component "
+            f"{number} can be reached from the goal, none of them at the start "
+            f"{vector_text(origin.position)}; {ground.blocked_count} vertices of the map are "
+            f"lethal, unknown or over the cost limit {ground.cost_limit:.3g}",
+            potential,
         )
 
     @contextmanager
@@ -238,26 +253,3 @@ class Components:
                 f"no path: start is in component {start} of {self._topology.component_count}, "
                 f"goal in component {goal}",
             )
-
-
-def not_reached(
-    components: Components, origin: Place, target: Place, ground: Ground, potential: np.ndarray
-) -> PlanFailure:
-    """The failure of a search that has seen everything around the goal, but not the start.
-
-    Args:
-        components: of the map.
-        origin, target: start and goal.
-        ground: what may be passed.
-        potential: (V,) of the search.
-    """
-    number = components.number(target)
-    reached = int(np.count_nonzero(np.isfinite(potential)))
-    return PlanFailure(
-        GetPathOutcome.NO_PATH_FOUND,
-        f"no path: {reached} of {components.sizes[number - 1]} vertices of component {number} can "
-        f"be reached from the goal, none of them at the start {vector_text(origin.position)}; "
-        f"{ground.blocked_count} vertices of the map are lethal, unknown or over the cost limit "
-        f"{ground.cost_limit:.3g}",
-        potential,
-    )

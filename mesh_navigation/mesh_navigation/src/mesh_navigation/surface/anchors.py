@@ -86,34 +86,3 @@ def _in_layers(names: List[str]) -> str:
     if not names:
         return ""
     return f" in layer{'s' if len(names) > 1 else ''} {', '.join(names)}"
-
-
-def check_passable(
-    mesh_map: MeshMap,
-    anchor: Anchor,
-    costs: np.ndarray,
-    cost_limit: float,
-    what: str,
-    outcome: int,
-) -> None:
-    """Refuse an anchor whose nearest corner must not be passed.
-
-    Args:
-        mesh_map: the map, for the names of its layers.
-        anchor: what to check.
-        costs: (V,) combined costs.
-        cost_limit: the highest that is passable.
-        what: "start" or "goal", for the message.
-        outcome: of the failure.
-
-    Raises:
-        PlanFailure: it is blocked; the message says by what.
-    """
-    vertex = int(anchor.corners[0])
-    obstacle = obstacle_at(mesh_map, vertex, float(costs[vertex]), cost_limit)
-    if obstacle:
-        raise PlanFailure(
-            outcome,
-            f"{what} {vector_text(anchor.position)} is blocked: its nearest vertex {vertex}, "
-            f"{anchor.distances[0]:.2f} m away, is {obstacle}",
-        )

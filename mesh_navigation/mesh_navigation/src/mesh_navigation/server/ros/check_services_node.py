@@ -1,7 +1,6 @@
 """The services that tell what the map says about a robot, and the one that clears layers."""
 
-from contextlib import contextmanager
-from typing import Any, Callable, Iterator, Mapping
+from typing import Any, Callable, Mapping
 
 import numpy as np
 import rospy
@@ -134,24 +133,19 @@ class CheckServices:
 
 
 def _service(name: str, kind: Any, handler: Callable[[Any], Any]) -> rospy.Service:
+    """What rospy sends to the client where it fails, and logs, is the message alone."""
+
     def answer(request: Any) -> Any:
-        with _failures_for_clients(name):
+        try:
             return handler(request)
+        except (NotReady, MeshMapError) as error:
+            raise rospy.ServiceException(str(error)) from error
+        except Exception as error:  # A layer of a stranger may raise anything.
+            text = f"{type(error).__name__}: {error}"
+            rospy.logerr("%s: %s", name.lstrip("~"), text)
+            raise rospy.ServiceException(text) from error
 
     return rospy.Service(name, kind, answer)
-
-
-@contextmanager
-def _failures_for_clients(name: str) -> Iterator[None]:
-    """What rospy sends to the client, and logs, is the message alone."""
-    try:
-        yield
-    except (NotReady, MeshMapError) as error:
-        raise rospy.ServiceException(str(error)) from error
-    except Exception as error:  # A layer of a stranger may raise anything.
-        text = f"{type(error).__name__}: {error}"
-        rospy.logerr("%s: %s", name.lstrip("~"), text)
-        raise rospy.ServiceException(text) from error
 
 
 def _factors(request: Any) -> Factors:

@@ -1,6 +1,7 @@
 """The parameters of the server itself, from the parameter server and dynamic_reconfigure."""
 
-from typing import Any, Dict, Iterator, List, Mapping, Tuple
+from collections import UserDict
+from typing import Any, Dict, List, Mapping, Tuple
 
 import rospy
 
@@ -15,32 +16,23 @@ from mesh_navigation.execution.server_parameters import (
 )
 
 
-class ServerValues(Mapping[str, Value]):
+class ServerValues(UserDict):
     """Values by name, always those of now."""
 
     def __init__(self) -> None:
         """Reads what the user gave, logs what of it cannot be used, and serves changes."""
         given = rospy.get_param("~", {})
-        self._values, complaints = read_parameters(PARAMETERS, given or {})
-        self._values[RESTORE_DEFAULTS] = False
+        self.data, complaints = read_parameters(PARAMETERS, given or {})
+        self.data[RESTORE_DEFAULTS] = False
         _log(complaints)
         self._server = ParameterServer(
-            rospy.get_name(), DYNAMIC_PARAMETERS, self._values, self._change
+            rospy.get_name(), DYNAMIC_PARAMETERS, self.data, self._change
         )
 
-    def __getitem__(self, name: str) -> Value:
-        return self._values[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
     def _change(self, given: Dict[str, Value]) -> Mapping[str, Value]:
-        self._values, complaints = changed_values(self._values, given)
+        self.data, complaints = changed_values(self.data, given)
         _log(complaints)
-        return self._values
+        return self.data
 
 
 def changed_values(
