@@ -9,7 +9,6 @@ import sys
 import time
 from typing import Any, Dict, List, Optional, Tuple
 
-import numpy as np
 import rosgraph
 import rospy
 from mesh_msgs.init_node import init_node
@@ -19,6 +18,7 @@ from rosgraph.names import is_legal_name
 
 from mesh_msgs.text import one_line
 
+from mesh_navigation.base.messages import poses_from_path
 from mesh_navigation.base.path import path_length
 from mesh_navigation.client.goals_ros import Deadline
 from mesh_navigation.client.navigation_result import NavigationError, NavigationResult
@@ -230,12 +230,9 @@ def arrival_text(result: NavigationResult, seconds: float, as_json: bool) -> str
 
 def plan_text(result: NavigationResult, seconds: float, as_json: bool) -> str:
     """How planning ended, as lines."""
-    path, positions = result.details.path, None
-    if path.poses:
-        positions = np.array(
-            [[p.pose.position.x, p.pose.position.y, p.pose.position.z] for p in path.poses]
-        )
-    length = None if positions is None else path_length(positions)
+    path = result.details.path
+    positions = poses_from_path(path)[:, :3]
+    length = path_length(positions) if len(positions) else None
     if as_json:
         return _json(
             result,
@@ -244,7 +241,7 @@ def plan_text(result: NavigationResult, seconds: float, as_json: bool) -> str:
                 "cost": _finite(result.details.cost),
                 "seconds": seconds,
                 "frame_id": path.header.frame_id,
-                "positions": [] if positions is None else positions.tolist(),
+                "positions": positions.tolist(),
             },
         )
     text = one_line(str(result)) + "\n"

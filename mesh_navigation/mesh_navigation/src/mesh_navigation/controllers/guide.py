@@ -26,8 +26,8 @@ class Guidance(NamedTuple):
     """One sentence if it is not what was asked for."""
 
 
-class Guide:
-    """Of one plan."""
+class Guide(Track):
+    """Of one plan: its path, and its field."""
 
     def __init__(
         self,
@@ -37,17 +37,8 @@ class Guide:
         distance: float,
         clearance: float,
     ) -> None:
-        """Args:
-            geometry: of the map.
-            plan: what is to be followed.
-            costs: (V,) of the map.
-            distance: of its poses from the surface that is allowed (m).
-            clearance: by which corners of its path are rounded (m).
-
-        Raises:
-            ControlFailure: INVALID_PATH, a pose is off the map.
-        """
-        self.track = Track(geometry, plan.poses[:, :3], costs, distance, clearance)
+        """As a `Track`, of the plan that is to be followed."""
+        super().__init__(geometry, plan.poses[:, :3], costs, distance, clearance)
         self._field = plan.field
         self._tracer: Optional[FieldTracer] = (
             None if plan.field is None else FieldTracer.of(geometry)
@@ -76,7 +67,7 @@ class Guide:
             if self._field is not None:
                 remark = f"the field of the plan does not reach {vector_text(standing.position)}"
             remark += ": its path is followed"
-        nearest = self.track.nearest(standing.position, max_distance)
+        nearest = self.nearest(standing.position, max_distance)
         if nearest.distance > max_distance:
             raise ControlFailure(
                 ExePathOutcome.MISSED_PATH,
@@ -84,8 +75,8 @@ class Guide:
                 f"the path, allowed are {max_distance:.2f} m (max_path_distance); the path is "
                 f"nearest at {vector_text(nearest.position)}",
             )
-        back = self.track.before(nearest, _BACK)
-        ways = [self.track.ahead(nearest, length), self.track.ahead(back, length + _BACK)]
+        back = self.before(nearest, _BACK)
+        ways = [self.ahead(nearest, length), self.ahead(back, length + _BACK)]
         return Guidance(ways, remark)
 
     def has_way_to_go(
@@ -95,8 +86,8 @@ class Guide:
         than a radius (m): paths of other programs may be loops, those of fields are none."""
         if follow_field and self._field is not None:
             return False
-        nearest = self.track.nearest(standing.position, max_distance)
-        return nearest.distance <= max_distance and self.track.comes_back(nearest, radius)
+        nearest = self.nearest(standing.position, max_distance)
+        return nearest.distance <= max_distance and self.comes_back(nearest, radius)
 
     def _down_the_field(self, standing: Standing, length: float) -> Optional[Way]:
         if self._tracer is None:

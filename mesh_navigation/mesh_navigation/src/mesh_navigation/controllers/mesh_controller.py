@@ -114,7 +114,7 @@ class MeshController(Controller):
     def set_plan(self, plan: ControllerPlan) -> None:
         is_prepared = isinstance(plan.prepared, Guide)
         self._guide = plan.prepared if is_prepared else self.prepare_plan(plan)
-        goal, heading = self._guide.track.goal, plan.goal.heading
+        goal, heading = self._guide.goal, plan.goal.heading
         if self._watch is None:
             self._watch = StuckWatch()
         elif (
@@ -194,7 +194,7 @@ class MeshController(Controller):
             distance, radius = values["max_search_distance"], values["max_search_radius"]
             hint = self._standing
             if hint is None:
-                hint = self._guide.track.hint(state.pose.position, distance + radius)
+                hint = self._guide.hint(state.pose.position, distance + radius)
             self._standing = self._locator.stand(state.pose, hint, distance, radius)
             self._state = state
         return self._standing
@@ -217,8 +217,8 @@ class MeshController(Controller):
         )
         if math.dist(line.position, self._goal.position) <= tolerance / 2:
             return True
-        nearest = self._guide.track.nearest(standing.position, self.values["max_path_distance"])
-        rest = self._guide.track.ahead(nearest, 3 * tolerance)
+        nearest = self._guide.nearest(standing.position, self.values["max_path_distance"])
+        rest = self._guide.ahead(nearest, 3 * tolerance)
         return rest.arrives and rest.length <= 2 * tolerance
 
     def _is_at_goal(self, standing: Standing, distance: float) -> bool:

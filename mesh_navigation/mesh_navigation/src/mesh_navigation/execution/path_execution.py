@@ -195,7 +195,7 @@ class PathExecution:
                 due = after
                 self._restart(after)
             distance, angle = self._to_goal(step.state and step.state.pose)
-            self._on_cycle(
+            self._tell(
                 Cycle(
                     step.outcome,
                     step.message,
@@ -216,6 +216,9 @@ class PathExecution:
             if now < after:
                 due = now
                 self._restart(now)
+
+    def _tell(self, cycle: Cycle) -> None:
+        self._on_cycle(cycle)
 
     def _frequency(self) -> float:
         frequency = self._values()["controller_frequency"]

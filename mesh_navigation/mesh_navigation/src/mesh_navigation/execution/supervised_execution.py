@@ -3,23 +3,21 @@
 import threading
 import time
 from contextlib import contextmanager
-from typing import Any, Callable, Iterator, Mapping, Optional, Tuple
+from typing import Any, Iterator, Optional, Tuple
 
-from mesh_map.base.parameter import Value
 from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.pose import Pose
-from mesh_navigation.base.robot import STOP, GuardedRobot, Robot, RobotLost, RobotState
+from mesh_navigation.base.robot import STOP, GuardedRobot, RobotLost, RobotState
 from mesh_navigation.execution.attempt import Attempt
 from mesh_navigation.execution.path_execution import (
     Cycle,
     ExecutionResult,
     PathExecution,
     Tolerances,
-    default_values,
     to_goal,
 )
 from mesh_navigation.plugins.controller import Command, ControllerPlan, MeshController
@@ -75,23 +73,8 @@ class SupervisedExecution(PathExecution):
 
     While the controller takes long, the robot stands. A cancel is answered half a second later at
     the latest, and the patience ends a controller that blocks too; what such a controller still
-    commands does not reach the robot.
+    commands does not reach the robot. The clock may be any whose time goes on by itself.
     """
-
-    def __init__(
-        self,
-        robot: Robot,
-        clock: Clock,
-        values: Callable[[], Mapping[str, Value]] = default_values,
-        on_cycle: Callable[[Cycle], None] = lambda cycle: None,
-        is_map_current: Callable[[], bool] = lambda: True,
-    ) -> None:
-        """Arguments of `PathExecution`; the clock may be any whose time goes on by itself."""
-        self._guard = GuardedRobot(robot)
-        super().__init__(self._guard, clock, values, self._heard, is_map_current)
-        self._listener = on_cycle
-        self._answering = threading.Lock()
-        self._answered = False
 
     def run(
         self,
@@ -102,6 +85,8 @@ class SupervisedExecution(PathExecution):
     ) -> ExecutionResult:
         """As `PathExecution.run`."""
         self._plan = plan
+        self._robot = guard = GuardedRobot(self._robot)
+        self._answering, self._answered = threading.Lock(), False
         watched = _Watched(controller, self._clock)
         attempt = Attempt("drive", lambda stop: self._driven(watched, plan, tolerances, stop))
         attempt.start()
@@ -116,7 +101,7 @@ class SupervisedExecution(PathExecution):
             late = attempt.stop(reason, "controller")
         with self._answering:
             self._answered = True
-        self._guard.close()
+        guard.close()
         if finished or (attempt.results and not impatient):
             return attempt.results[0]
         if impatient:
@@ -145,11 +130,11 @@ class SupervisedExecution(PathExecution):
                 )
         return ""
 
-    def _heard(self, cycle: Cycle) -> None:
+    def _tell(self, cycle: Cycle) -> None:
         # Under the lock: nothing is heard of a drive after its answer.
         with self._answering:
             if not self._answered:
-                self._listener(cycle)
+                super()._tell(cycle)
 
     def _result(self, outcome: int, message: str) -> ExecutionResult:
         try:

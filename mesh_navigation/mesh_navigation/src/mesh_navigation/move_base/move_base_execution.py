@@ -5,9 +5,28 @@ from typing import Any, Callable, List, Mapping, Optional, Sequence, Set
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock
-from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome
-from mesh_navigation.move_base.move_base_drive import Drive
-from mesh_navigation.move_base.sub_goals import GoalEnd, Over, SubActions, ended
+from mesh_navigation.base.outcomes import (
+    ExePathOutcome,
+    GetPathOutcome,
+    MoveBaseOutcome,
+    is_success,
+)
+from mesh_navigation.execution.drive_watches import OscillationWatch
+from mesh_navigation.move_base.move_base_drive import Relay, Replanning
+from mesh_navigation.move_base.sub_goals import (
+    GoalEnd,
+    Over,
+    SubActions,
+    SubGoal,
+    checked,
+    ended,
+)
+
+DRIVE = "exe_path"
+# Between two looks at plans and progress (s, of the computer's clock).
+POLL = 0.02
+# Getting on is at least this much (m): what a robot that stands is measured to move is not.
+SMALLEST_STEP = 0.05
 
 
 class Trouble(enum.Enum):
@@ -99,12 +118,10 @@ class MoveBaseExecution:
             log: gets sentences for people, about what is not as it should be.
         """
         self._actions = actions
+        self._clock = clock
         self._values = values
         self._log = log
         self._chain = RecoveryChain(behaviors)
-        self._drive = Drive(
-            actions, clock, values, log, lambda: self._overcome(Trouble.DRIVING, "gets on")
-        )
 
     def run(self, cancellation: Cancellation) -> GoalEnd:
         """Go to the goal; returns when the robot stands there, or it has ended otherwise."""
@@ -115,12 +132,48 @@ class MoveBaseExecution:
                     self._recover(Trouble.PLANNING, plan, cancellation)
                     continue
                 self._overcome(Trouble.PLANNING, "has a plan")
-                drive = self._drive.run(plan.path, cancellation)
+                drive = self._drive(plan.path, cancellation)
                 if drive.succeeded:
                     return drive
                 self._recover(Trouble.DRIVING, drive, cancellation)
         except Over as over:
             return over.end
+
+    def _drive(self, path: Any, cancellation: Cancellation) -> GoalEnd:
+        """Drive; returns how it ended: with success, or why the robot cannot go on.
+
+        Raises:
+            Over: see `mesh_navigation.move_base.sub_goals.ended`.
+        """
+        oscillation = OscillationWatch()
+        replanning = Replanning(self._actions, self._clock.now(), self._log)
+        drive = Relay(self._actions, path)
+        try:
+            while True:
+                end = drive.wait(cancellation, POLL)
+                if end is not None or cancellation.canceled:
+                    return _as_oscillation(checked(end, drive, DRIVE, cancellation))
+                progress = drive.progress
+                if progress is None:
+                    continue
+                now, values = self._clock.now(), self._values()
+                getting_on = max(SMALLEST_STEP, values["oscillation_distance"])
+                if drive.way() >= getting_on and is_success(progress.outcome):
+                    self._overcome(Trouble.DRIVING, "gets on")
+                fault = oscillation.fault(progress.pose, now, values)
+                if fault:
+                    return _end_oscillation(drive, fault)
+                frequency = values["planner_frequency"]
+                plan = replanning.newer_plan(now, frequency, progress.dist_to_goal)
+                if plan is not None:
+                    drive.follow(plan.path)
+        except Over:
+            raise
+        except Exception:  # Whatever it is, the robot does not go on alone.
+            drive.stop("move_base failed")
+            raise
+        finally:
+            replanning.end("the drive has ended")
 
     def _overcome(self, trouble: Trouble, what: str) -> None:
         tried = ", ".join(self._chain.tried)
@@ -145,6 +198,24 @@ class MoveBaseExecution:
             self._log(f"recovery {name} failed: {end.message} ({end.outcome})")
             if self._chain.exhausted:
                 raise Over(_in_vain(failure, self._chain.tried))
+
+
+def _end_oscillation(drive: SubGoal, fault: str) -> GoalEnd:
+    end = drive.stop("the robot oscillates")
+    if end is None:
+        # Whatever is done next, two would command the robot.
+        message = f"{fault}; {DRIVE} does not end"
+        raise Over(GoalEnd(MoveBaseOutcome.INTERNAL_ERROR, message))
+    if end.succeeded:
+        return end
+    return GoalEnd(MoveBaseOutcome.OSCILLATION, fault, drive=end.drive)
+
+
+def _as_oscillation(end: GoalEnd) -> GoalEnd:
+    # exe_path looks for oscillation by the same rule: who is first makes no difference to clients.
+    if end.outcome == ExePathOutcome.OSCILLATION:
+        return end._replace(outcome=int(MoveBaseOutcome.OSCILLATION))
+    return end
 
 
 def _in_vain(end: GoalEnd, tried: Sequence[str]) -> GoalEnd:
