@@ -92,8 +92,6 @@ class MoveBaseOutcome(IntEnum):
 
 FIRST_ERROR = 10
 PLANNER_ERRORS = range(71, 100)
-CONTROLLER_ERRORS = range(121, 150)
-RECOVERY_ERRORS = range(171, 200)
 
 
 class NotReady(Exception):

@@ -8,6 +8,7 @@ from typing import Any, Callable, Dict, Iterator, Optional, Sequence, Set
 import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalStatus
+from mbf_msgs.msg import ExePathAction, GetPathAction, MoveBaseAction, RecoveryAction
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.client.action_caller_ros import ActionCall, ActionCaller, OnFeedback
@@ -17,6 +18,12 @@ from mesh_navigation.client.navigation_result import (
     canceled_outcome,
 )
 
+ACTIONS = {
+    "get_path": GetPathAction,
+    "exe_path": ExePathAction,
+    "recovery": RecoveryAction,
+    "move_base": MoveBaseAction,
+}
 POLL = 0.02  # s
 PATIENT = 1.0  # s before somebody is told what is waited for
 CANCEL_PATIENCE = 10.0  # s for the result of a goal that was canceled
@@ -42,16 +49,13 @@ class Deadline:
 class Goals:
     """Sends goals to the actions of one server. From any thread."""
 
-    def __init__(
-        self, server: str, types: Dict[str, Any], tell: Callable[[str], Any] = rospy.loginfo
-    ) -> None:
+    def __init__(self, server: str, tell: Callable[[str], Any] = rospy.loginfo) -> None:
         """
         Args:
             server: name of its node.
-            types: of its actions, by their names.
             tell: gets a sentence when something takes a while.
         """
-        self._server, self._types, self._tell = server, types, tell
+        self._server, self._tell = server, tell
         self._callers: Dict[str, ActionCaller] = {}
         self._lock = threading.Lock()
         self._jobs: Set[Cancellation] = set()
@@ -148,7 +152,7 @@ class Goals:
         with self._lock:
             if action not in self._callers:
                 name = f"{self._server}/{action}"
-                self._callers[action] = ActionCaller(name, self._types[action])
+                self._callers[action] = ActionCaller(name, ACTIONS[action])
             return self._callers[action]
 
     def _end(self) -> None:

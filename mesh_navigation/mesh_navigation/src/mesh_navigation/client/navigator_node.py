@@ -4,30 +4,15 @@ from typing import Any, Callable, Optional, Sequence
 
 import rosgraph
 import rospy
-from mbf_msgs.msg import (
-    ExePathAction,
-    ExePathGoal,
-    GetPathAction,
-    GetPathGoal,
-    MoveBaseAction,
-    MoveBaseGoal,
-    RecoveryAction,
-    RecoveryGoal,
-)
+from mbf_msgs.msg import ExePathGoal, GetPathGoal, MoveBaseGoal, RecoveryGoal
 from nav_msgs.msg import Path
 from rosgraph.names import is_legal_name
 
 from mesh_navigation.client.action_caller_ros import OnFeedback
 from mesh_navigation.client.goal_poses import goal_pose, has_heading, heading_of_arrival
-from mesh_navigation.client.goals_ros import Deadline, Goals
+from mesh_navigation.client.goals_ros import ACTIONS, Deadline, Goals
 from mesh_navigation.client.navigation_result import NavigationError, NavigationResult
 
-ACTIONS = {
-    "get_path": GetPathAction,
-    "exe_path": ExePathAction,
-    "recovery": RecoveryAction,
-    "move_base": MoveBaseAction,
-}
 # Concurrency slots of get_path for what is only asked: move_base plans on slot 0.
 QUESTIONS, HEADINGS = 1, 255
 
@@ -64,7 +49,7 @@ class MeshNavigator:
             raise ValueError(f"{name!r} is no name of a node")
         self.name = rospy.resolve_name(name)
         self._tell = tell
-        self._goals = Goals(self.name, ACTIONS, tell)
+        self._goals = Goals(self.name, tell)
 
     @property
     def map_frame(self) -> str:

@@ -15,7 +15,6 @@ from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.client.action_caller_ros import ActionCall
 from mesh_navigation.client.goals_ros import Deadline, Goals
 from mesh_navigation.client.navigation_result import NavigationError
-from mesh_navigation.client.navigator_node import ACTIONS
 
 PARAMETERS = (
     Parameter("server", "move_base_flex", description="node of the navigation server"),
@@ -39,7 +38,7 @@ class GoalBridge:
         self._behaviors = _names(rospy.get_param("~recovery_behaviors", []))
         server = rospy.resolve_name(self._values["server"])
         self._name = f"{server}/move_base"
-        self._goals = Goals(server, ACTIONS)
+        self._goals = Goals(server)
         self._goals.has_server("move_base")  # begins to connect
         self._lock = threading.Lock()
         self._newest: Optional[PoseStamped] = None

@@ -33,15 +33,6 @@ def minus(a: Vector3, b: Vector3) -> Vector3:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-def moved(a: Vector3, direction: Vector3, length: float) -> Vector3:
-    """a + length direction."""
-    return (
-        a[0] + length * direction[0],
-        a[1] + length * direction[1],
-        a[2] + length * direction[2],
-    )
-
-
 def unit(a: Vector3) -> Optional[Vector3]:
     """Of length 1; None where there is no direction."""
     length = math.hypot(math.hypot(a[0], a[1]), a[2])
@@ -52,7 +43,8 @@ def unit(a: Vector3) -> Optional[Vector3]:
 
 def along_plane(a: Vector3, normal: Vector3) -> Vector3:
     """What of a vector lies in the plane across a normal of length 1."""
-    return moved(a, normal, -dot(a, normal))
+    share = dot(a, normal)
+    return a[0] - share * normal[0], a[1] - share * normal[1], a[2] - share * normal[2]
 
 
 def signed_angle(start: Vector3, end: Vector3, normal: Vector3) -> float:

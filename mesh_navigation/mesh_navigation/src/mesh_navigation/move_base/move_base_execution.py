@@ -1,6 +1,5 @@
 """Going to a goal: plan, drive, and recover where one of them fails. No ROS in here."""
 
-import enum
 from typing import Any, Callable, List, Mapping, Optional, Sequence, Set
 
 from mesh_navigation.base.cancellation import Cancellation
@@ -27,13 +26,8 @@ DRIVE = "exe_path"
 POLL = 0.02
 # Getting on is at least this much (m): what a robot that stands is measured to move is not.
 SMALLEST_STEP = 0.05
-
-
-class Trouble(enum.Enum):
-    """What recovery behaviors are tried for."""
-
-    PLANNING = "planning"
-    DRIVING = "driving"
+# What recovery behaviors are tried for.
+PLANNING, DRIVING = "planning", "driving"
 
 
 class RecoveryChain:
@@ -46,7 +40,7 @@ class RecoveryChain:
     def __init__(self, behaviors: Sequence[str]) -> None:
         self._behaviors = list(behaviors)
         self._tried = 0
-        self._troubles: Set[Trouble] = set()
+        self._troubles: Set[str] = set()
 
     @property
     def tried(self) -> List[str]:
@@ -58,7 +52,7 @@ class RecoveryChain:
         """Whether there is none left."""
         return self._tried >= len(self._behaviors)
 
-    def next(self, trouble: Trouble) -> Optional[str]:
+    def next(self, trouble: str) -> Optional[str]:
         """The behavior to try for a trouble; None if there is none left."""
         self._troubles.add(trouble)
         if self.exhausted:
@@ -66,7 +60,7 @@ class RecoveryChain:
         self._tried += 1
         return self._behaviors[self._tried - 1]
 
-    def overcome(self, trouble: Trouble) -> bool:
+    def overcome(self, trouble: str) -> bool:
         """A trouble is over. Returns whether the chain starts anew, now that the last one is."""
         if trouble not in self._troubles:
             return False
@@ -129,13 +123,13 @@ class MoveBaseExecution:
             while True:
                 plan = ended(self._actions.plan(), "get_path", cancellation)
                 if not plan.succeeded:
-                    self._recover(Trouble.PLANNING, plan, cancellation)
+                    self._recover(PLANNING, plan, cancellation)
                     continue
-                self._overcome(Trouble.PLANNING, "has a plan")
+                self._overcome(PLANNING, "has a plan")
                 drive = self._drive(plan.path, cancellation)
                 if drive.succeeded:
                     return drive
-                self._recover(Trouble.DRIVING, drive, cancellation)
+                self._recover(DRIVING, drive, cancellation)
         except Over as over:
             return over.end
 
@@ -159,7 +153,7 @@ class MoveBaseExecution:
                 now, values = self._clock.now(), self._values()
                 getting_on = max(SMALLEST_STEP, values["oscillation_distance"])
                 if drive.way() >= getting_on and is_success(progress.outcome):
-                    self._overcome(Trouble.DRIVING, "gets on")
+                    self._overcome(DRIVING, "gets on")
                 fault = oscillation.fault(progress.pose, now, values)
                 if fault:
                     return _end_oscillation(drive, fault)
@@ -175,12 +169,12 @@ class MoveBaseExecution:
         finally:
             replanning.end("the drive has ended")
 
-    def _overcome(self, trouble: Trouble, what: str) -> None:
+    def _overcome(self, trouble: str, what: str) -> None:
         tried = ", ".join(self._chain.tried)
         if self._chain.overcome(trouble):
             self._log(f"the robot {what} again, after {tried}")
 
-    def _recover(self, trouble: Trouble, failure: GoalEnd, cancellation: Cancellation) -> None:
+    def _recover(self, trouble: str, failure: GoalEnd, cancellation: Cancellation) -> None:
         """Run the next behavior.
 
         Raises:
@@ -192,7 +186,7 @@ class MoveBaseExecution:
         name = self._chain.next(trouble)
         if name is None:
             raise Over(_in_vain(failure, tried))
-        self._log(f"{trouble.value} failed: {failure.message} ({failure.outcome}); trying {name}")
+        self._log(f"{trouble} failed: {failure.message} ({failure.outcome}); trying {name}")
         end = ended(self._actions.recover(name), f"recovery {name}", cancellation)
         if not end.succeeded:
             self._log(f"recovery {name} failed: {end.message} ({end.outcome})")

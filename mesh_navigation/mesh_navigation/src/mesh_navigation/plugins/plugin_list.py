@@ -1,7 +1,7 @@
 """The plugins of a server: found by name in plugin descriptions, made ready for a map."""
 
 import re
-from typing import Any, Dict, Generic, List, Mapping, NamedTuple, Optional, Tuple, Type, TypeVar
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Tuple, Type
 
 from mesh_map.base.errors import MeshMapError, PluginError
 from mesh_map.base.plugins import find_class, scanned_once
@@ -12,8 +12,6 @@ from mesh_navigation.plugins.controller import MeshController
 from mesh_navigation.plugins.planner import MeshPlanner
 from mesh_navigation.plugins.plugin import MeshPlugin
 from mesh_navigation.plugins.recovery import MeshRecovery
-
-PluginType = TypeVar("PluginType", bound=MeshPlugin)
 
 
 class PluginKind(NamedTuple):
@@ -101,31 +99,44 @@ def read_entries(value: Any, parameter: str) -> Tuple[List[Entry], List[str]]:
     return entries, complaints
 
 
-class Prepared(Generic[PluginType]):
+class Prepared:
     """The plugins of one kind, ready for one map; those that could not be made so have a fault."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self,
+        kind: PluginKind,
+        classes: Mapping[str, Type[MeshPlugin]],
+        mesh_map: MeshMap,
+        parameters: Mapping[str, Mapping[str, Any]],
+    ) -> None:
+        """
+        Args:
+            kind: of the plugins.
+            classes: of them, by their names.
+            mesh_map: the map.
+            parameters: given parameters by the plugin's name.
+        """
         self.complaints: List[str] = []
         """One sentence for each thing that is not as the user asked."""
-        self._plugins: Dict[str, PluginType] = {}
+        self._plugins: Dict[str, Any] = {}
         self._faults: Dict[str, str] = {}
+        for name, cls in classes.items():
+            try:
+                plugin = cls()
+                complaints = plugin.initialize(name, mesh_map, parameters.get(name, {}))
+            except (Exception, SystemExit) as error:  # Whatever it raises, the others go on.
+                text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
+                self._faults[name] = f"{kind.what} '{name}' could not be initialized: {text}"
+                self.complaints.append(self._faults[name])
+            else:
+                self._plugins[name] = plugin
+                self.complaints += [f"{name}/{complaint}" for complaint in complaints or ()]
 
-    def add(self, name: str, plugin: PluginType, complaints: List[str]) -> None:
-        """One that is ready, and what it complains of nevertheless."""
-        self._plugins[name] = plugin
-        self.complaints += [f"{name}/{complaint}" for complaint in complaints]
-
-    def add_fault(self, kind: PluginKind, name: str, error: BaseException) -> None:
-        """One that could not be made ready."""
-        text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
-        self._faults[name] = f"{kind.what} '{name}' could not be initialized: {text}"
-        self.complaints.append(self._faults[name])
-
-    def ready(self) -> List[PluginType]:
+    def ready(self) -> List[Any]:
         """Those that can be used, in the order of the list."""
         return list(self._plugins.values())
 
-    def __getitem__(self, name: str) -> PluginType:
+    def __getitem__(self, name: str) -> Any:
         """One of them.
 
         Raises:
@@ -186,16 +197,7 @@ class PluginList:
             mesh_map: the map.
             parameters: given parameters by the plugin's name.
         """
-        prepared: Prepared = Prepared()
-        for name, cls in self._classes.items():
-            try:
-                plugin = cls()
-                complaints = plugin.initialize(name, mesh_map, parameters.get(name, {}))
-            except (Exception, SystemExit) as error:  # Whatever it raises, the others go on.
-                prepared.add_fault(self.kind, name, error)
-            else:
-                prepared.add(name, plugin, list(complaints or []))
-        return prepared
+        return Prepared(self.kind, self._classes, mesh_map, parameters)
 
 
 def find_plugin(kind: PluginKind, type_name: str) -> Any:

@@ -7,31 +7,24 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import REPLACED
 
 
-class Job:
+class Job(threading.Thread):
     """One job in its own thread."""
 
-    def __init__(self, run: Callable[[Cancellation], None], previous: "Optional[Job]") -> None:
+    def __init__(self, work: Callable[[Cancellation], None], previous: "Optional[Job]") -> None:
+        super().__init__(name="job", daemon=True)
         self.cancellation = Cancellation()
-        self._run: Optional[Callable[[Cancellation], None]] = run
+        self._work: Optional[Callable[[Cancellation], None]] = work
         self._previous = previous
-        self._thread = threading.Thread(target=self._work, name="job", daemon=True)
 
-    def start(self) -> None:
-        self._thread.start()
-
-    def join(self, timeout: Optional[float] = None) -> None:
-        """Wait until the job has ended."""
-        self._thread.join(timeout)
-
-    def _work(self) -> None:
+    def run(self) -> None:
         # The job that was replaced answers first; here, because no callback may wait for it.
         if self._previous is not None:
             self._previous.join()
             self._previous = None
         # A slot keeps its last job, but not the data of that.
-        run, self._run = self._run, None
-        if run is not None:
-            run(self.cancellation)
+        work, self._work = self._work, None
+        if work is not None:
+            work(self.cancellation)
 
 
 class ConcurrencySlots:

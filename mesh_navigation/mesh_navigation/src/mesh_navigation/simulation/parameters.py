@@ -7,17 +7,16 @@ from mesh_map.base.parameter import Parameter
 
 MAP_TOPIC = "/move_base_flex/mesh_map/mesh"
 
-MAP_PARAMETERS = (
+PARAMETERS = (
+    # The map.
     Parameter("mesh_file", "", description="map or mesh; empty: the map comes from mesh_topic"),
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
     Parameter("mesh_topic", MAP_TOPIC, description="mesh_msgs/MeshGeometryStamped"),
-)
-TIME_PARAMETERS = (
+    # Time.
     Parameter("rate", 50.0, 1.0, 1000.0, "steps of the simulation in a second of it (Hz)"),
     Parameter("publish_clock", False, description="time is simulated and published on /clock"),
     Parameter("real_time_factor", 1.0, 0.0, 1000.0, "with publish_clock; 0: as fast as possible"),
-)
-ROBOT_PARAMETERS = (
+    # The robot.
     Parameter("initial_pose", (), description="x, y, z (m), yaw (rad); empty: middle of the map"),
     Parameter("max_speed", 1.5, 0.0, 100.0, "ahead and back (m/s)"),
     Parameter("max_side_speed", 0.0, 0.0, 100.0, "to the sides (m/s)"),
@@ -31,8 +30,7 @@ ROBOT_PARAMETERS = (
     Parameter("motion_noise", 0.0, 0.0, 1.0, "m after 1 m, rad after 1 rad (standard deviation)"),
     Parameter("odometry_noise", 0.0, 0.0, 1.0, "the same, of what the odometry counts"),
     Parameter("seed", 0, 0, None, "of all noise"),
-)
-FRAME_PARAMETERS = (
+    # Frames.
     Parameter("odom_frame", "odom", description="frame of the odometry"),
     Parameter("footprint_frame", "base_footprint", description="the robot, on the surface"),
     Parameter("base_frame", "base_link", description="the robot, base_height above it"),
@@ -40,8 +38,7 @@ FRAME_PARAMETERS = (
     Parameter("base_height", 0.0, 0.0, 100.0, "m"),
     Parameter("sensor_height", 0.8, 0.0, 100.0, "m"),
     Parameter("localization", True, description="publish where odom is in the map, exactly"),
-)
-SCAN_PARAMETERS = (
+    # The scanner.
     Parameter("scan_rate", 5.0, 0.0, 100.0, "clouds in a second (Hz); 0: none"),
     Parameter("scan_rings", 16, 1, 1024, "rays above each other"),
     Parameter("scan_columns", 360, 1, 36000, "rays around"),
@@ -51,8 +48,6 @@ SCAN_PARAMETERS = (
     Parameter("scan_max_range", 30.0, 0.1, 10000.0, "m"),
     Parameter("scan_noise", 0.0, 0.0, 10.0, "of ranges (m, standard deviation)"),
 )
-PARAMETERS = MAP_PARAMETERS + TIME_PARAMETERS + ROBOT_PARAMETERS + FRAME_PARAMETERS
-PARAMETERS += SCAN_PARAMETERS
 """All but obstacles, see `mesh_navigation.simulation.obstacles.read_obstacles`."""
 
 

@@ -2,7 +2,7 @@
 
 import threading
 from functools import cached_property
-from typing import List, Optional, Tuple
+from typing import List, Optional
 
 import numpy as np
 
@@ -95,7 +95,8 @@ class Grounds:
         """The same one as before while the costs are the same array and the numbers are equal."""
         with self._lock:
             for ground in self._recent:
-                if ground.costs is costs and _numbers(ground) == (cost_limit, cost_factor):
+                numbers = ground.cost_limit, ground.cost_factor
+                if ground.costs is costs and numbers == (cost_limit, cost_factor):
                     return ground
             made = Ground(self._geometry, costs, cost_limit, cost_factor)
             self._recent = [made] + self._recent[: _KEPT - 1]
@@ -114,7 +115,3 @@ def changed_vertices(before: Ground, after: Ground) -> np.ndarray:
 def is_much(changed: np.ndarray, ground: Ground) -> bool:
     """Whether so many vertices have changed that a field is better computed anew."""
     return len(changed) > _MUCH * len(ground.costs)
-
-
-def _numbers(ground: Ground) -> Tuple[float, float]:
-    return ground.cost_limit, ground.cost_factor

@@ -26,8 +26,7 @@ from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.path_check import transformed_path
-from mesh_navigation.server.map_gate import MapGate
-from mesh_navigation.server.ros.transforms_ros import Transforms
+from mesh_navigation.server.ros.slot_action_node import Parts
 from mesh_navigation.surface.check_costs import CostChecks
 from mesh_navigation.surface.cost_scale import Factors
 from mesh_navigation.surface.robot_shape import RobotShape
@@ -42,23 +41,15 @@ class CheckServices:
     client. What is asked about is looked for in the only map, whichever ``costmap`` is asked for.
     """
 
-    def __init__(
-        self,
-        gate: MapGate,
-        transforms: Transforms,
-        robot_frame: str,
-        given: Mapping[str, Any],
-    ) -> None:
+    def __init__(self, parts: Parts, given: Mapping[str, Any]) -> None:
         """
         Args:
-            gate: where the map comes from.
-            transforms: for places in other frames, and for the robot's.
-            robot_frame: the robot's frame.
+            parts: what it works with.
             given: the node's parameters, of which footprint, robot_radius and cost_limit are read.
         """
-        self._gate = gate
-        self._transforms = transforms
-        self._robot_frame = robot_frame
+        self._gate = parts.gate
+        self._transforms = parts.transforms
+        self._robot_frame = parts.values["robot_frame"]
         self._shape, complaints = RobotShape.of_parameters(given)
         values, more = read_parameters((COST_LIMIT,), given)
         self._cost_limit = float(values[COST_LIMIT.name])  # type: ignore[arg-type]

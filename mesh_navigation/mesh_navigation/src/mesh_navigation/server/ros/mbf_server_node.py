@@ -2,7 +2,7 @@
 
 import sys
 import time
-from typing import List, Optional, Sequence
+from typing import Optional, Sequence
 
 import rospy
 
@@ -21,7 +21,7 @@ from mesh_navigation.server.ros.recovery_node import RecoveryServer
 from mesh_navigation.server.ros.robot_ros import RobotRos
 from mesh_navigation.server.ros.server_map_ros import ServerMap, map_text
 from mesh_navigation.server.ros.server_values_ros import ServerValues
-from mesh_navigation.server.ros.slot_action_node import Parts, SlotActionServer
+from mesh_navigation.server.ros.slot_action_node import Parts
 from mesh_navigation.server.ros.transforms_ros import Transforms
 from mesh_navigation.server.settled_memory import give_back_large_arrays, settle
 
@@ -39,38 +39,31 @@ class MbfServer:
     """
 
     def __init__(self) -> None:
-        self._values = values = ServerValues()
-        self._transforms = Transforms(values["tf_cache_time"], values["tf_timeout"])
-        self._robot = RobotRos(
-            self._transforms, values["robot_frame"], values["tf_timeout"], values["odom_topic"]
+        values = ServerValues()
+        transforms = Transforms(values["tf_cache_time"], values["tf_timeout"])
+        robot = RobotRos(
+            transforms, values["robot_frame"], values["tf_timeout"], values["odom_topic"]
         )
-        self._plans = PlanStore()
-        self._map = ServerMap(values["wait_for_map"], self._begin)
-        self._servers = self._make_servers()
-        self._checks = CheckServices(
-            self._map.gate, self._transforms, values["robot_frame"], rospy.get_param("~", {}) or {}
-        )
-        rospy.on_shutdown(self._stop)
-
-    def _make_servers(self) -> List[SlotActionServer]:
-        loaded = self._map
-        parts = Parts(
+        self._map = loaded = ServerMap(values["wait_for_map"], self._begin)
+        self._parts = parts = Parts(
             loaded.planners,
             loaded.controllers,
             loaded.behaviors,
             loaded.gate,
-            self._transforms,
-            self._robot,
+            transforms,
+            robot,
             RosClock(),
-            self._values,
-            self._plans,
+            values,
+            PlanStore(),
         )
         sub_goals = (
             GetPathServer(parts, PlanTopics(loaded.server).show),
             ExePathServer(parts),
             RecoveryServer(parts),
         )
-        return [*sub_goals, MoveBaseServer(parts, *sub_goals)]
+        self._servers = [*sub_goals, MoveBaseServer(parts, *sub_goals)]
+        self._checks = CheckServices(parts, rospy.get_param("~", {}) or {})
+        rospy.on_shutdown(self._stop)
 
     def start(self) -> None:
         """Accept goals and begin to load the map."""
@@ -91,16 +84,16 @@ class MbfServer:
 
     def _begin(self, ready: Ready) -> None:
         """Before the first goal gets a new map."""
-        self._plans.clear()
-        self._robot.trail.clear()
-        self._robot.frame = ready.map.frame_id
+        self._parts.plans.clear()
+        self._parts.robot.trail.clear()
+        self._parts.robot.frame = ready.map.frame_id
         settle()
         rospy.loginfo(
             "%s: ready, %s; waiting for goals, and for TF from '%s' to '%s' (not for plans with a "
             "start)",
             rospy.get_name(),
             map_text(ready),
-            self._values["robot_frame"],
+            self._parts.values["robot_frame"],
             ready.map.frame_id,
         )
 
@@ -112,7 +105,7 @@ class MbfServer:
             server.stop(SHUT_DOWN)
         for server in self._servers:
             server.join(max(0.0, end - time.monotonic()))
-        self._robot.drive(STOP)
+        self._parts.robot.drive(STOP)
         time.sleep(LAST_MESSAGES)
 
 
