@@ -4,7 +4,7 @@ import abc
 import math
 import threading
 from collections import deque
-from typing import Deque, List, NamedTuple
+from typing import Deque, List, NamedTuple, Optional
 
 from mesh_navigation.base.pose import Pose
 
@@ -95,6 +95,13 @@ class Robot(abc.ABC):
         Raises:
             RobotLost: there is none, it is too old, or it is not finite.
         """
+
+    def known_pose(self) -> Optional[Pose]:
+        """The newest pose; None where there is none to go by."""
+        try:
+            return self.state().pose
+        except RobotLost:
+            return None
 
     @abc.abstractmethod
     def drive(self, velocity: Velocity) -> None:

@@ -172,10 +172,7 @@ class PathExecution:
         finally:
             self.close()
             self._robot.drive(STOP)
-        try:
-            self._pose = self._robot.state().pose
-        except RobotLost:
-            pass  # The last one that was known.
+        self._pose = self._robot.known_pose() or self._pose  # the last one that was known
         distance, angle = self._to_goal(self._pose)
         return ExecutionResult(int(step.outcome), step.message, self._pose, distance, angle)
 

@@ -16,7 +16,7 @@ from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.pose import Pose
-from mesh_navigation.execution.result_check import checked_result
+from mesh_navigation.execution.plan_execution import checked_result
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 from mesh_navigation.plugins.plugin_list import PLANNERS, checked_plugin, ready_plugin
 from mesh_navigation.surface.anchors import MAX_DISTANCE

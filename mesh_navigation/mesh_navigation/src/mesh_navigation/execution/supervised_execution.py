@@ -10,8 +10,7 @@ from mesh_msgs.text import one_line
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import ExePathOutcome
-from mesh_navigation.base.pose import Pose
-from mesh_navigation.base.robot import STOP, GuardedRobot, RobotLost, RobotState
+from mesh_navigation.base.robot import STOP, GuardedRobot, RobotState
 from mesh_navigation.execution.attempt import Attempt
 from mesh_navigation.execution.path_execution import (
     Cycle,
@@ -137,10 +136,7 @@ class SupervisedExecution(PathExecution):
                 super()._tell(cycle)
 
     def _result(self, outcome: int, message: str) -> ExecutionResult:
-        try:
-            pose: Optional[Pose] = self._robot.state().pose
-        except RobotLost:
-            pose = None
+        pose = self._robot.known_pose()
         pending = self._pending
         newest = pending[0] if pending else self._plan
         return ExecutionResult(outcome, message, pose, *to_goal(newest, pose))

@@ -15,7 +15,6 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import float32, pose_message, poses_from_path, twist_message
 from mesh_navigation.base.outcomes import TAKEN_OVER, ExePathOutcome, NotReady
 from mesh_navigation.base.pose import Pose
-from mesh_navigation.base.robot import RobotLost
 from mesh_navigation.execution.path_check import normalized_path, path_fault, transformed_path
 from mesh_navigation.execution.path_execution import Cycle, ExecutionResult, Tolerances
 from mesh_navigation.execution.supervised_execution import SupervisedExecution
@@ -210,12 +209,8 @@ class ExePathServer(SlotActionServer):
         self._current_goal.publish(message)
 
     def _without_driving(self, outcome: str, message: str) -> ExePathResult:
-        try:
-            pose: Optional[Pose] = self._parts.robot.state().pose
-        except RobotLost:
-            pose = None
-        pose_now = self._pose_message(pose)
-        return ExePathResult(self._outcome(outcome), message, pose_now, math.nan, math.nan)
+        pose = self._pose_message(self._parts.robot.known_pose())
+        return ExePathResult(self._outcome(outcome), message, pose, math.nan, math.nan)
 
     def _result_of(self, result: ExecutionResult) -> ExePathResult:
         return ExePathResult(
