@@ -127,7 +127,8 @@ class ActionCaller:
         self.heard = 0.0
         """When the last status came, by `time.monotonic`."""
         self._server = ""
-        self._calls: List[ActionCall] = []
+        self.calls: List[ActionCall] = []
+        """Those that somebody waits for."""
         self._lock = threading.Lock()
         self._numbers = itertools.count(1)
         action = action_type()
@@ -154,13 +155,13 @@ class ActionCaller:
         key = f"{rospy.get_caller_id()}-{next(self._numbers)}-{uuid.uuid4().hex[:8]}"
         call = ActionCall(self, key, on_feedback)
         with self._lock:
-            self._calls = [*self._calls, call]
+            self.calls = [*self.calls, call]
         return call
 
     def forget(self, call: ActionCall) -> None:
         """Nobody waits for this goal any longer."""
         with self._lock:
-            self._calls = [other for other in self._calls if other is not call]
+            self.calls = [other for other in self.calls if other is not call]
 
     def publish_goal(self, key: str, goal: Any) -> None:
         """Send a goal."""
@@ -199,16 +200,16 @@ class ActionCaller:
         self.heard = time.monotonic()
         self._server = message._connection_header["callerid"]
         known = [status.goal_id.id for status in message.status_list]
-        for call in self._calls:
+        for call in self.calls:
             call.on_status(known)
 
     def _on_feedback(self, message: Any) -> None:
-        for call in self._calls:
+        for call in self.calls:
             if call.key == message.status.goal_id.id:
                 call.on_feedback(message.feedback)
 
     def _on_result(self, message: Any) -> None:
-        for call in self._calls:
+        for call in self.calls:
             if call.key == message.status.goal_id.id:
                 call.on_result(message.status.status, message.result)
 

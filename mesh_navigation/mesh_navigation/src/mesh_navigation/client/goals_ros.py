@@ -59,7 +59,6 @@ class Goals:
         self._callers: Dict[str, ActionCaller] = {}
         self._lock = threading.Lock()
         self._jobs: Set[Cancellation] = set()
-        self._calls: Set[ActionCall] = set()
         self._ending = False
         rospy.on_shutdown(self._end)
 
@@ -100,7 +99,6 @@ class Goals:
     def begin(self, action: str, goal: Any, on_feedback: Optional[OnFeedback] = None) -> ActionCall:
         """Send a goal to a server that is there; to be followed by `finish`."""
         call = self._caller(action).call(on_feedback)
-        self._calls.add(call)
         if self._ending:
             raise rospy.ROSInterruptException("this node is shut down")
         call.send(goal)
@@ -123,7 +121,6 @@ class Goals:
                 _wait_for_ends([call])
             raise
         finally:
-            self._calls.discard(call)
             call.caller.forget(call)
         return _result(call, late)
 
@@ -158,7 +155,7 @@ class Goals:
     def _end(self) -> None:
         self._ending = True
         self.cancel("the client is shut down")
-        calls = list(self._calls)
+        calls = [call for caller in list(self._callers.values()) for call in caller.calls]
         for call in calls:  # also those that belong to no job
             call.cancel()
         _wait_for_ends(calls)

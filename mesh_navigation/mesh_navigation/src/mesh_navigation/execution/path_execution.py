@@ -80,9 +80,9 @@ def to_goal(plan: ControllerPlan, pose: Optional[Pose]) -> Tuple[float, float]:
 class _Step(NamedTuple):
     outcome: int
     message: str
-    ends: bool
     state: Optional[RobotState] = None
     velocity: Velocity = STOP
+    ends: bool = True
 
 
 def default_values() -> Mapping[str, Value]:
@@ -173,8 +173,8 @@ class PathExecution:
             self.close()
             self._robot.drive(STOP)
         self._pose = self._robot.known_pose() or self._pose  # the last one that was known
-        distance, angle = self._to_goal(self._pose)
-        return ExecutionResult(int(step.outcome), step.message, self._pose, distance, angle)
+        to_go = self._to_goal(self._pose)
+        return ExecutionResult(int(step.outcome), step.message, self._pose, *to_go)
 
     def _drive(self, controller: MeshController, cancellation: Cancellation) -> _Step:
         clock = self._clock
@@ -191,19 +191,8 @@ class PathExecution:
             elif after < now:  # Time has jumped back.
                 due = after
                 self._restart(after)
-            distance, angle = self._to_goal(step.state and step.state.pose)
-            self._tell(
-                Cycle(
-                    step.outcome,
-                    step.message,
-                    step.state,
-                    step.velocity,
-                    distance,
-                    angle,
-                    time.perf_counter() - begin,
-                    late,
-                )
-            )
+            to_go = self._to_goal(step.state and step.state.pose)
+            self._tell(Cycle(*step[:4], *to_go, time.perf_counter() - begin, late))
             if step.ends:
                 if self._end(step.outcome):
                     return step
@@ -241,11 +230,11 @@ class PathExecution:
         if not self._is_map_current():
             self._robot.drive(STOP)
             message = "the map was replaced while the robot drove on it"
-            return _Step(ExePathOutcome.MAP_ERROR, message, True)
+            return _Step(ExePathOutcome.MAP_ERROR, message)
         refusal = self._take_plan(controller)
         if refusal:
             self._robot.drive(STOP)
-            return _Step(refusal.outcome, refusal.message, True)
+            return _Step(refusal.outcome, refusal.message)
         values = self._values()
         try:
             state = self._robot.state()
@@ -257,7 +246,7 @@ class PathExecution:
         if cancellation.canceled:
             return _canceled(cancellation)._replace(state=state)
         if command is None:
-            return _Step(ExePathOutcome.SUCCESS, self._arrival(state.pose), True, state)
+            return _Step(ExePathOutcome.SUCCESS, self._arrival(state.pose), state)
         if not is_success(command.outcome):
             return self._failed(command, state, now, values)
         return self._obeyed(command, state, now, values)
@@ -283,7 +272,7 @@ class PathExecution:
         # The time is not the controller's fault.
         self._valid = now
         self._obedience.restart()
-        return _Step(ExePathOutcome.TF_ERROR, why, now - self._seen >= timeout)
+        return _Step(ExePathOutcome.TF_ERROR, why, ends=now - self._seen >= timeout)
 
     def _ask(
         self,
@@ -316,18 +305,18 @@ class PathExecution:
         outcome, message = command.outcome, command.message
         retries, patience = values["controller_max_retries"], values["controller_patience"]
         if outcome in FINAL or retries == 0:
-            return _Step(outcome, message, True, state)
+            return _Step(outcome, message, state)
         self._retries += 1
         if 0 < retries < self._retries:
             message = f"{message} (after {retries} retries, controller_max_retries)"
-            return _Step(outcome, message, True, state)
+            return _Step(outcome, message, state)
         if 0.0 < patience < now - self._valid:
             message = (
                 f"no velocity for {now - self._valid:.2f} s (controller_patience {patience:.2f} s)"
                 f"; the last failure: {outcome_text(outcome)}, {message}"
             )
-            return _Step(ExePathOutcome.PAT_EXCEEDED, message, True, state)
-        return self._or_oscillation(_Step(outcome, message, False, state), now, values)
+            return _Step(ExePathOutcome.PAT_EXCEEDED, message, state)
+        return self._or_oscillation(_Step(outcome, message, state, ends=False), now, values)
 
     def _obeyed(
         self, command: Command, state: RobotState, now: float, values: Mapping[str, Value]
@@ -337,9 +326,9 @@ class PathExecution:
         stuck = self._obedience.fault(state, command.velocity, now, tolerance)
         if stuck:
             self._robot.drive(STOP)
-            return _Step(ExePathOutcome.ROBOT_STUCK, stuck, True, state)
+            return _Step(ExePathOutcome.ROBOT_STUCK, stuck, state)
         self._valid, self._retries = now, 0
-        step = _Step(command.outcome, command.message, False, state, command.velocity)
+        step = _Step(command.outcome, command.message, state, command.velocity, ends=False)
         step = self._or_oscillation(step, now, values)
         self._robot.drive(step.velocity)
         return step
@@ -347,7 +336,7 @@ class PathExecution:
     def _or_oscillation(self, step: _Step, now: float, values: Mapping[str, Value]) -> _Step:
         assert step.state is not None
         fault = self._oscillation.fault(step.state.pose, now, values)
-        return _Step(ExePathOutcome.OSCILLATION, fault, True, step.state) if fault else step
+        return _Step(ExePathOutcome.OSCILLATION, fault, step.state) if fault else step
 
     def _to_goal(self, pose: Optional[Pose]) -> Tuple[float, float]:
         return to_goal(self._plan, pose)
@@ -363,7 +352,7 @@ class PathExecution:
 
 def _canceled(cancellation: Cancellation) -> _Step:
     message = f"driving stopped: {cancellation.reason}"
-    return _Step(ExePathOutcome.CANCELED, message, True)
+    return _Step(ExePathOutcome.CANCELED, message)
 
 
 FINAL = frozenset(

@@ -3,9 +3,10 @@
 from typing import Any, Sequence
 
 import numpy as np
-from geometry_msgs.msg import TransformStamped, Vector3
+from geometry_msgs.msg import Transform, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
 
 from mesh_navigation.base.messages import bare_pose, twist_message
 from mesh_navigation.base.pose import Pose, rotate, transformed
@@ -25,19 +26,13 @@ def odometry_origin(truth: Pose, odometry: Pose) -> Pose:
 
 def transform(parent: str, child: str, pose: Pose, stamp: Any) -> TransformStamped:
     """The child's pose in the parent, for TF."""
-    message = TransformStamped()
-    message.header.frame_id, message.header.stamp = parent, stamp
-    message.child_frame_id = child
-    message.transform.translation = Vector3(*map(float, pose.position))
-    message.transform.rotation = bare_pose(pose).orientation
-    return message
+    turned = Transform(Vector3(*map(float, pose.position)), bare_pose(pose).orientation)
+    return TransformStamped(Header(0, stamp, parent), child, turned)
 
 
 def odometry(parent: str, child: str, pose: Pose, velocity: Velocity, stamp: Any) -> Odometry:
     """Pose in the parent, velocity in the child."""
-    message = Odometry()
-    message.header.frame_id, message.header.stamp = parent, stamp
-    message.child_frame_id = child
+    message = Odometry(header=Header(0, stamp, parent), child_frame_id=child)
     message.pose.pose = bare_pose(pose)
     message.twist.twist = twist_message(velocity)
     return message
@@ -45,16 +40,12 @@ def odometry(parent: str, child: str, pose: Pose, velocity: Velocity, stamp: Any
 
 def cloud(points: np.ndarray, frame_id: str, stamp: Any) -> PointCloud2:
     """(N,3) float32 points of a frame."""
-    message = PointCloud2()
-    message.header.frame_id, message.header.stamp = frame_id, stamp
-    message.height, message.width = 1, len(points)
-    message.fields = [
+    count, data = len(points), np.ascontiguousarray(points, "<f4").tobytes()
+    fields = [
         PointField(name, 4 * column, PointField.FLOAT32, 1) for column, name in enumerate("xyz")
     ]
-    message.point_step, message.row_step = 12, 12 * len(points)
-    message.is_dense = True
-    message.data = np.ascontiguousarray(points, "<f4").tobytes()
-    return message
+    header = Header(0, stamp, frame_id)
+    return PointCloud2(header, 1, count, fields, False, 12, 12 * count, data, True)
 
 
 def above(height: float) -> Pose:
