@@ -155,9 +155,10 @@ class SurfaceRobot:
         """What stopped it in the last step in which it was to go somewhere; empty: nothing."""
         self.driven = 0.0
         """Meters on the ground, back ones too."""
-        self._place = self._found(pose)
+        self.place = self._found(pose)
+        """Where it is on the surface: face, position, heading, normal."""
         self._counted = np.zeros(3)
-        self.drift = -_yaw(self._place.direction)
+        self.drift = -_yaw(self.place.direction)
         """Heading of the odometry minus the true one (rad)."""
 
     def put(self, pose: Pose) -> None:
@@ -170,19 +171,14 @@ class SurfaceRobot:
         Raises:
             MeshMapError: that is farther than `PLACING`, or it is no pose.
         """
-        self._place = self._found(pose)
+        self.place = self._found(pose)
         self._wheels = Wheels(self._wheels.limits)
-
-    @property
-    def place(self) -> SurfaceWalk:
-        """Where it is on the surface: face, position, heading, normal."""
-        return self._place
 
     @property
     def pose(self) -> Pose:
         """The true pose."""
-        ahead, up = self._place.direction.tolist(), self._place.normal.tolist()
-        return Pose(self._place.position, quaternion_from_axes(ahead, cross(up, ahead), up))
+        ahead, up = self.place.direction.tolist(), self.place.normal.tolist()
+        return Pose(self.place.position, quaternion_from_axes(ahead, cross(up, ahead), up))
 
     @property
     def velocity(self) -> Velocity:
@@ -210,7 +206,7 @@ class SurfaceRobot:
         wheels = Motion(speed * seconds, mean.yaw * seconds)
         grip = 1.0 - self._slip
         ground = self._noise.on(Motion(wheels.way * grip, wheels.turn * grip))
-        before = self._place
+        before = self.place
         middle = before.turned(ground.turn / 2 + side)
         share = self._go(middle, _chord(ground), ground.turn / 2 - side)
         if share < 1:
@@ -218,7 +214,7 @@ class SurfaceRobot:
             wheels = wheels._replace(way=wheels.way * share)
         counted = self._counting.on(wheels)
         moved = _chord(ground) * share
-        along = (self._place.position - before.position) / moved if moved else middle.direction
+        along = (self.place.position - before.position) / moved if moved else middle.direction
         astray = counted.turn - ground.turn
         step = _turned(along * _chord(counted), self.drift + astray / 2)
         self._counted = self._counted + step
@@ -227,14 +223,14 @@ class SurfaceRobot:
     def _go(self, start: SurfaceWalk, length: float, turn: float) -> float:
         """Go straight on from there, then turn; returns which share of the length was free."""
         if not length:
-            self._place = start.turned(turn)
+            self.place = start.turned(turn)
             return 1.0
         walk = self._ground.walk(start, length)
         self.obstruction = _OBSTRUCTIONS.get(walk.end, "")
         if walk.end == WalkEnd.NOWHERE or self._runs_into(walk, start):
             walk = start._replace(length=0.0)
         self.driven += walk.length
-        self._place = walk.turned(turn)
+        self.place = walk.turned(turn)
         return walk.length / abs(length)
 
     def _runs_into(self, walk: SurfaceWalk, start: SurfaceWalk) -> bool:

@@ -21,7 +21,7 @@ from mesh_map.base.parameter import Parameter
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.messages import bare_pose, pose_from_message, poses_from_path
+from mesh_navigation.base.messages import bare_pose, poses_from_path
 from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.base.pose import Pose
@@ -71,11 +71,10 @@ class CheckServices:
         return CostChecks(mesh_map, self._shape, self._cost_limit)
 
     def _check_point(self, request: Any) -> CheckPointResponse:
-        mesh_map = self._gate.now().map
-        point = request.point.point
-        row = np.array([[point.x, point.y, point.z, 0.0, 0.0, 0.0, 1.0]])
-        row = self._in_map(mesh_map, request.point.header, row, "requested")[0]
-        found = self._checks(mesh_map).point(row[:3])
+        mesh_map, point = self._gate.now().map, request.point.point
+        upright = bare_pose(Pose.at((point.x, point.y, point.z)))
+        pose = self._in_map(mesh_map, PoseStamped(request.point.header, upright), "requested")
+        found = self._checks(mesh_map).point(pose.position)
         return CheckPointResponse(state=found.state, cost=found.cost)
 
     def _check_pose(self, request: Any) -> CheckPoseResponse:
@@ -84,18 +83,18 @@ class CheckServices:
             frame = mesh_map.frame_id
             pose = self._transforms.robot_pose(frame, self._robot_frame, self._stopped)
         else:
-            pose = pose_from_message(request.pose.pose)
+            pose = self._in_map(mesh_map, request.pose, "requested")
         row = np.concatenate(pose)
-        if not request.current_pose:
-            row = self._in_map(mesh_map, request.pose.header, row[None], "requested")[0]
         found = self._checks(mesh_map).pose(row, request.safety_dist, _factors(request))
         return CheckPoseResponse(state=found.state, cost=found.cost)
 
     def _check_path(self, request: Any) -> CheckPathResponse:
         mesh_map = self._gate.now().map
         rows = poses_from_path(request.path)
-        if len(rows):
-            rows = self._in_map(mesh_map, _header_of(request.path), rows, "path")
+        header = _header_of(request.path)
+        if len(rows) and header.frame_id.lstrip("/") != mesh_map.frame_id:
+            origin = PoseStamped(header, bare_pose(Pose.at((0.0, 0.0, 0.0))))
+            rows = transformed_path(rows, self._in_map(mesh_map, origin, "path"))
         found = self._checks(mesh_map).path(
             rows,
             request.safety_dist,
@@ -108,13 +107,8 @@ class CheckServices:
             last_checked=found.last_checked, state=found.state, cost=found.cost
         )
 
-    def _in_map(self, mesh_map: MeshMap, header: Any, rows: np.ndarray, what: str) -> np.ndarray:
-        """Poses (N,7) given in the frame of a header, in that of the map."""
-        if header.frame_id.lstrip("/") == mesh_map.frame_id:
-            return rows
-        origin = PoseStamped(header, bare_pose(Pose.at((0.0, 0.0, 0.0))))
-        pose = self._transforms.pose_in(mesh_map.frame_id, origin, what, self._stopped)
-        return transformed_path(rows, pose)
+    def _in_map(self, mesh_map: MeshMap, pose: PoseStamped, what: str) -> Pose:
+        return self._transforms.pose_in(mesh_map.frame_id, pose, what, self._stopped)
 
     def _clear_mesh(self, _request: Any) -> EmptyResponse:
         counts = self._gate.now().map.clear_layers()
