@@ -43,7 +43,7 @@ class Driver:
         wait_until(lambda: self._pose is not None, 60, f"a message on {POSES}", [robot])
 
     def _receive(self, message):
-        self._pose = pose_from_message(message)
+        self._pose = pose_from_message(message.pose)
         if self._track.add(self._pose.position):
             self._message.header = message.header
             self._message.poses.append(message)
@@ -63,7 +63,7 @@ class Driver:
         except NavigationError as error:
             raise DemoError(str(error)) from error
         seconds = rospy.get_time() - started
-        wanted, reached = pose_from_message(goal), self._pose
+        wanted, reached = pose_from_message(goal.pose), self._pose
         self._publisher.publish(self._message)
         distance = float(((reached.position - wanted.position) ** 2).sum() ** 0.5)
         angle = turn_between(reached.heading, wanted.heading)
