@@ -11,6 +11,7 @@ LIBRARIES = [
     "identity",
     "module_aliases",
     "outdoor_world",
+    "testing",
     "transform",
     "validation",
     "zoo",

@@ -13,6 +13,7 @@ from mesh_map.layers.labels import LabelLayer
 from mesh_map.layers.stored import SpeedLimitLayer, StoredLayer
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.ros.labels_watch import LabelWatcher
+from mesh_msgs.testing import wait_until
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.label_names import split_label
 from mesh_msgs_hdf5.labels.label_store import LabelStore
@@ -326,13 +327,6 @@ def test_labels_of_a_mesh_in_another_format(tmp_path):
     assert mesh_map.contents.label_names() == [] and mesh_map.contents.labels_version() == 0
     layer = LabelLayer("areas", {"preferred": ["path"]})
     assert layer.evaluate(mesh_map, {}).costs.tolist() == [0.5] * 3
-
-
-def wait_until(condition):
-    end = time.monotonic() + 20.0  # seconds; far more than it takes
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.01)
-    return condition()
 
 
 def test_a_running_map_follows_its_labels(map_file, monkeypatch):

@@ -2,24 +2,16 @@
 
 import os
 import subprocess
-import time
 from pathlib import Path
 
 import roslib.packages
 import rospy
 from mesh_msgs import arrays
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
 
 WAIT = 60.0  # seconds; far more than anything takes
 STRANGE = Path(__file__).resolve().parent / "strange_layers"
-
-
-def wait_until(condition):
-    """The last value of condition(), once it is true, or the time is over."""
-    end = time.monotonic() + WAIT
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.02)
-    return condition()
 
 
 class Subscriber:

@@ -13,11 +13,12 @@ import rospy
 import rostest
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import Point
-from map_node import WAIT, Subscriber, end_node, start_node, wait_until
+from map_node import WAIT, Subscriber, end_node, start_node
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_map.io.markers import sphere_marker
 from mesh_map.ros import MeshMapServer
 from mesh_msgs import array_services, arrays, zoo
+from mesh_msgs.testing import wait_until
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers
 from mesh_msgs_hdf5.map_file import MapFile

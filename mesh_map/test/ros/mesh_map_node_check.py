@@ -14,12 +14,13 @@ from unittest import mock
 import numpy as np
 import rospy
 import rostest
-from map_node import WAIT, Subscriber, costs_of, end_node, start_node, wait_until
+from map_node import WAIT, Subscriber, costs_of, end_node, start_node
 from mesh_map.base.errors import MeshMapError
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_map.io.map_source import MapSource
 from mesh_map.ros import MeshMapServer
 from mesh_msgs import arrays
+from mesh_msgs.testing import wait_until
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs.zoo import two_components
 from mesh_msgs_hdf5.map_file import MapFile

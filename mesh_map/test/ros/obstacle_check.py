@@ -20,6 +20,7 @@ from mesh_map.layers.obstacle import ObstacleLayer
 from mesh_map.map.mesh_map import COMBINED_COSTS, MeshMap
 from mesh_map.ros.obstacle_adapter import ObstacleAdapter
 from mesh_msgs import arrays
+from mesh_msgs.testing import wait_until
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from sensor_msgs.msg import PointCloud2, PointField
@@ -32,13 +33,6 @@ VERTICES = np.array(FLOOR + WALL, np.float32)
 FACES = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]], np.uint32)
 RIGHT, LEFT = [2.0, -2.0, 0.5], [-2.0, 2.0, 0.5]  # over faces 0 and 1
 INF = np.inf
-
-
-def wait_until(condition, wait=WAIT):
-    end = time.monotonic() + wait
-    while not condition() and time.monotonic() < end:
-        time.sleep(0.02)
-    return condition()
 
 
 def complaints(log):

@@ -13,10 +13,11 @@ import rospy
 import rostest
 import yaml
 from dynamic_reconfigure.client import Client
-from map_node import WAIT, costs_of, wait_until
+from map_node import WAIT, costs_of
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_map.ros import MeshMapServer
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 

@@ -14,9 +14,10 @@ import rostest
 from dynamic_reconfigure.client import Client
 from dynamic_reconfigure.msg import Config, DoubleParameter, GroupState, StrParameter
 from dynamic_reconfigure.srv import Reconfigure
-from map_node import WAIT, costs_of, end_node, start_node, wait_until
+from map_node import WAIT, costs_of, end_node, start_node
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 

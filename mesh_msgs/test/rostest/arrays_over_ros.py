@@ -8,7 +8,6 @@ The other end is a process of its own, as usual among nodes: this file again, wi
 import subprocess
 import sys
 import threading
-import time
 import unittest
 
 import numpy as np
@@ -17,6 +16,7 @@ import rospy
 import mesh_msgs.msg
 import mesh_msgs.srv
 from mesh_msgs import array_services, arrays
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
 
 COUNT = 1001
@@ -146,10 +146,7 @@ class ArraysOverRos(unittest.TestCase):
         subscriber.unregister()
 
     def until(self, condition):
-        end = time.monotonic() + TIMEOUT
-        while not condition() and time.monotonic() < end:
-            time.sleep(0.02)
-        self.assertTrue(condition())
+        wait_until(condition, "a change", TIMEOUT)
 
     def test_a_damaged_message_ends_neither_the_node_nor_other_connections(self):
         got, arrived = [], threading.Event()

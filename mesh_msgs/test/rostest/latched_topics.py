@@ -18,6 +18,7 @@ import rospy
 
 from mesh_msgs import arrays
 from mesh_msgs.ros import LatchedTopics
+from mesh_msgs.testing import wait_until
 
 KEYS = ["layer_%d" % i for i in range(10)]
 TIMEOUT = 30.0  # seconds; only reached when something is broken
@@ -65,10 +66,7 @@ class Peer:
 
     def wait_for(self, *lines):
         """Whether all of these lines came in time."""
-        end = time.monotonic() + TIMEOUT
-        while time.monotonic() < end and not set(lines) <= set(self.lines):
-            time.sleep(0.02)
-        return set(lines) <= set(self.lines)
+        return wait_until(lambda: set(lines) <= set(self.lines), seconds=TIMEOUT)
 
 
 def costs(key, value, size=1):
@@ -103,10 +101,8 @@ class LatchedTopicsTest(unittest.TestCase):
             self.latched.publish(key, costs(key, value, size))
 
     def wait_for_connections(self, count):
-        end = time.monotonic() + TIMEOUT
-        while self.latched.get_num_connections() != count and time.monotonic() < end:
-            time.sleep(0.02)
-        self.assertEqual(self.latched.get_num_connections(), count)
+        there = self.latched.get_num_connections
+        wait_until(lambda: there() == count, "%d connections" % count, TIMEOUT)
 
     def test_a_late_subscriber_gets_every_key_in_order(self):
         self.publish_all(1, size=100_000)

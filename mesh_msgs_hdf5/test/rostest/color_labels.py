@@ -10,9 +10,10 @@ import numpy as np
 import rospy
 import rostest
 from mesh_msgs.msg import MeshFaceCluster, MeshFaceClusterStamped, MeshLabelColors
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
 from mesh_msgs.srv import DeleteLabel, GetLabelColors, SetLabelColor
-from server_process import Publishers, Server, wait_until
+from server_process import Publishers, Server
 from std_msgs.msg import ColorRGBA
 
 from mesh_msgs_hdf5.map_file import MapFile

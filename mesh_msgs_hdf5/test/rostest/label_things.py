@@ -5,13 +5,13 @@ import shutil
 import subprocess
 import tempfile
 import threading
-import time
 import unittest
 
 import numpy as np
 import rospy
 import rostest
 from mesh_msgs.msg import MeshFaceCluster, MeshFaceClusterStamped
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
 from mesh_msgs.srv import DeleteLabel, GetLabelGroups, GetLabeledClusterGroup, GetLabeledClusters
 from server_process import command
@@ -122,10 +122,7 @@ class Labels(unittest.TestCase):
         return {m.name for m in wanted} <= {c.endpoint_id for c in publisher.impl.connections}
 
     def until(self, condition):
-        deadline = time.monotonic() + 20
-        while not condition():
-            self.assertLess(time.monotonic(), deadline)
-            time.sleep(0.02)
+        wait_until(condition, "a change", 20)
 
     def refused(self, manager, *call):
         with self.assertRaises(rospy.ServiceException) as refused:

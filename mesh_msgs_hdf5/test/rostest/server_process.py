@@ -8,6 +8,7 @@ import time
 
 import roslib.packages
 import rospy
+from mesh_msgs.testing import wait_until
 
 TIMEOUT = 30.0  # seconds; only reached when something is broken
 
@@ -88,14 +89,6 @@ class Server:
         self._thread.join(TIMEOUT)
         self.process.stdout.close()
         return code
-
-
-def wait_until(condition, what):
-    end = time.monotonic() + TIMEOUT
-    while not condition():
-        if time.monotonic() > end:
-            raise AssertionError("waited in vain for " + what)
-        time.sleep(0.02)
 
 
 def received(topic, kind, count, queue_size=4):

@@ -13,8 +13,9 @@ import numpy as np
 import rospy
 import rostest
 from mesh_msgs import arrays, msg, srv
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
-from server_process import Publishers, Server, received, wait_until
+from server_process import Publishers, Server, received
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 

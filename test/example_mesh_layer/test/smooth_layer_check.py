@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import time
 import unittest
 
 import dynamic_reconfigure.client
@@ -14,6 +13,7 @@ import numpy as np
 import rospy
 import rostest
 from mesh_msgs import arrays
+from mesh_msgs.testing import wait_until
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from std_srvs.srv import Trigger
@@ -47,11 +47,8 @@ class SmoothLayerInANode(unittest.TestCase):
     def receive(self, message):
         self.costs[message.type] = message.mesh_vertex_costs.costs
 
-    def wait_until(self, condition):
-        end = time.monotonic() + WAIT
-        while not condition() and time.monotonic() < end:
-            time.sleep(0.02)
-        self.assertTrue(condition(), "only %s came" % sorted(self.costs))
+    def wait_for(self, condition):
+        self.assertTrue(wait_until(condition, seconds=WAIT), "only %s came" % sorted(self.costs))
 
     def launch(self):
         """Starts the launch file; returns what ends it."""
@@ -65,7 +62,7 @@ class SmoothLayerInANode(unittest.TestCase):
                 launch.wait(WAIT)
 
         self.addCleanup(end)
-        self.wait_until(lambda: LAYERS <= set(self.costs))
+        self.wait_for(lambda: LAYERS <= set(self.costs))
         return end
 
     def test_the_launch_file(self):
@@ -79,7 +76,7 @@ class SmoothLayerInANode(unittest.TestCase):
         self.addCleanup(client.close)
         accepted = client.update_configuration({"rounds": 20})
         self.assertEqual(accepted["rounds"], 20)
-        self.wait_until(lambda: not np.array_equal(self.costs["smooth_roughness"], smooth))
+        self.wait_for(lambda: not np.array_equal(self.costs["smooth_roughness"], smooth))
         smoother = self.costs["smooth_roughness"]
         self.assertLess(np.std(smoother), 0.9 * np.std(smooth))
         np.testing.assert_array_equal(self.costs["roughness"], rough)

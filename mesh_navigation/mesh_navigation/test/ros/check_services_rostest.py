@@ -16,10 +16,11 @@ from mbf_msgs.srv import CheckPose, CheckPoseRequest
 from navigation_process import NodeProcess
 from nav_msgs.msg import Path as PathMessage
 from sensor_msgs.msg import PointCloud2, PointField
-from server_process import stamped, wait_until, write_map
+from server_process import stamped, write_map
 from std_srvs.srv import Empty
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 FREE, INSCRIBED, LETHAL, UNKNOWN, OUTSIDE = range(5)
 NODE = "checking"

@@ -21,11 +21,12 @@ import fake_mbf_server
 from fake_mbf_server import FakeServer, never, path_along
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import ExePathResult, GetPathResult, MoveBaseFeedback, MoveBaseResult
+from mesh_msgs.testing import wait_until
 from mesh_navigation import MeshNavigator
 from mesh_navigation.base.messages import pose_from_message
 from mesh_navigation.client import action_caller_ros
 from mesh_navigation.client.navigation_result import NavigationError
-from server_process import program, stamped, wait_until
+from server_process import program, stamped
 
 ACTIVE = (GoalStatus.ACTIVE, GoalStatus.PREEMPTING, GoalStatus.PENDING)
 

@@ -10,9 +10,10 @@ from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist
 from mbf_msgs.msg import ExePathAction, ExePathActionGoal, ExePathActionResult, ExePathGoal
 from nav_msgs.msg import Path
-from server_process import STATES, TIMEOUT, wait_until
+from server_process import STATES, TIMEOUT
 from tf2_msgs.msg import TFMessage
 
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
 
 

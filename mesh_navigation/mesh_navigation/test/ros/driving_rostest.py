@@ -15,9 +15,10 @@ from mesh_navigation import MeshNavigator
 from mesh_navigation.base.messages import pose_from_message
 from mesh_navigation.client.goal_poses import goal_pose
 from navigation_machine import NavigationMachine
-from server_process import ServerProcess, program, wait_until, write_map
+from server_process import ServerProcess, program, write_map
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 GRID = zoo.grid()  # 10 m x 10 m, at the height 0
 DISTANCE, ANGLE = 0.1, 0.2

@@ -12,11 +12,12 @@ import tf2_ros
 from driven_robot import BareClient, DrivenRobot, ExePathClient, is_zero, path_to
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from nav_msgs.msg import Path
-from server_process import ServerProcess, wait_until, write_map
+from server_process import ServerProcess, write_map
 from std_msgs.msg import Float32
 from std_srvs.srv import Trigger
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 NAMES = "Go Outcome Throwing Nan Deaf Slow Lame Choosy".split()
 CONTROLLERS = [{"name": name.lower(), "type": f"odd/{name}Controller"} for name in NAMES]

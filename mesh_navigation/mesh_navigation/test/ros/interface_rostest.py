@@ -22,12 +22,13 @@ from mbf_msgs import msg
 from nav_msgs.msg import Path
 from navigation_process import ACTIONS, ActionTopics, NodeProcess
 from rospy.impl import tcpros_base
-from server_process import TIMEOUT, wait_until, write_map
+from server_process import TIMEOUT, write_map
 from std_msgs.msg import Float32
 from std_srvs.srv import Empty, Trigger
 from test_mbf_interface import MESSAGE_MD5, SERVICE_MD5
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 NAME = "/move_base_flex"
 DEFAULTS = {

@@ -9,7 +9,8 @@ import rospy
 import rostest
 from mbf_msgs.msg import GetPathAction, GetPathGoal, GetPathResult
 from mesh_msgs.arrays import MeshVertexCostsStamped
-from server_process import TIMEOUT, stamped, wait_until
+from mesh_msgs.testing import wait_until
+from server_process import TIMEOUT, stamped
 
 
 class LaunchTest(unittest.TestCase):

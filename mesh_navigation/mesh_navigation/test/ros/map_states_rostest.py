@@ -12,10 +12,11 @@ from mbf_msgs import msg
 from mbf_msgs.srv import CheckPath, CheckPoint, CheckPose
 from nav_msgs.msg import Path
 from navigation_process import ACTIONS, ActionTopics, NodeProcess, upright
-from server_process import wait_until, write_map
+from server_process import write_map
 from std_srvs.srv import Empty, Trigger
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 GOALS = {
     "get_path": {"target_pose": upright(4, 4), "start_pose": upright(2, 2), "use_start_pose": True},

@@ -23,9 +23,10 @@ from mbf_msgs.msg import (
     MoveBaseGoal,
     RecoveryActionResult,
 )
-from server_process import TESTS, TIMEOUT, ServerProcess, answer, stamped, wait_until, write_map
+from server_process import TESTS, TIMEOUT, ServerProcess, answer, stamped, write_map
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
 
 ODD = TESTS / "odd_move_base"

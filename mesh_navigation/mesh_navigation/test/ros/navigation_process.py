@@ -11,8 +11,9 @@ import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import Twist
 from mbf_msgs import msg
-from server_process import TESTS, program, stamped, wait_until
+from server_process import TESTS, program, stamped
 
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
 
 ACTIONS = {"get_path": "GetPath", "exe_path": "ExePath", "recovery": "Recovery"}

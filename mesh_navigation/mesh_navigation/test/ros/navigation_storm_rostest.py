@@ -15,10 +15,11 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from mbf_msgs import msg
 from nav_msgs.msg import Path
 from navigation_process import ACTIONS, ActionTopics, NodeProcess, Velocities, upright
-from server_process import wait_until, write_map
+from server_process import write_map
 from std_srvs.srv import Trigger
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 MAP = write_map(zoo.grid(cells=20))
 LAYERS = [{"name": "height_diff", "type": "mesh_layers/HeightDiffLayer"}]

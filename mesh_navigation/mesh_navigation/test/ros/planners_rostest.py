@@ -15,11 +15,12 @@ from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import TransformStamped
 from mbf_msgs.msg import GetPathActionGoal, GetPathGoal, GetPathResult
-from server_process import STATES, ServerProcess, Topics, positions, stamped, wait_until, write_map
+from server_process import STATES, ServerProcess, Topics, positions, stamped, write_map
 from visualization_msgs.msg import Marker
 
 from mesh_msgs import zoo
 from mesh_msgs.arrays import MeshVertexCostsStamped
+from mesh_msgs.testing import wait_until
 
 NAME = "planners_server"
 TYPES = {

@@ -21,9 +21,10 @@ from mbf_msgs.msg import (
 )
 from nav_msgs.msg import Path as PathMessage
 from navigation_process import NodeProcess
-from server_process import TIMEOUT, ServerProcess, positions, stamped, wait_until, write_map
+from server_process import TIMEOUT, ServerProcess, positions, stamped, write_map
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 CONFIGURATIONS = yaml.safe_load(
     Path(__file__).with_name("pluto_planners.yaml").read_text(encoding="utf-8")

@@ -13,10 +13,11 @@ from actionlib_msgs.msg import GoalStatus
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TransformStamped
 from navigation_process import ActionTopics, NodeProcess, Velocities
-from server_process import TESTS, wait_until, write_map
+from server_process import TESTS, write_map
 from std_srvs.srv import Trigger
 
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 ODD = TESTS / "odd_recoveries"
 NAMES = "Outcome Slow Deaf Throwing Lost Lame".split()

@@ -4,7 +4,6 @@ import functools
 import os
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 import actionlib
@@ -16,6 +15,7 @@ from actionlib_msgs.msg import GoalID, GoalStatusArray
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import GetPathAction, GetPathActionGoal, GetPathActionResult, GetPathGoal
 
+from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import connected
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -143,14 +143,6 @@ def stamped(pose, frame="map"):
     position.x, position.y, position.z = (float(value) for value in pose)
     message.pose.orientation.w = 1.0
     return message
-
-
-def wait_until(condition, what, seconds=60.0):
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            raise AssertionError(f"{what} not within {seconds} s")
-        time.sleep(0.005)
 
 
 def answer(handle):

@@ -8,8 +8,9 @@ import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import MoveBaseActionResult, MoveBaseResult
+from mesh_msgs.testing import wait_until
 from rosgraph_msgs.msg import Clock
-from server_process import stamped, wait_until
+from server_process import stamped
 
 GOAL = (1.4, 1.3, 0.0)
 

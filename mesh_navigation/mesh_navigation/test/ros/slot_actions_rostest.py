@@ -17,8 +17,8 @@ from mbf_msgs.msg import (
     ExePathGoal,
     ExePathResult,
 )
-from server_process import wait_until
 
+from mesh_msgs.testing import wait_until
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import TAKEN_OVER, ExePathOutcome
 from mesh_navigation.server.ros.action_server_node import KEPT

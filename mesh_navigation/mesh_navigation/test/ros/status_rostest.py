@@ -9,8 +9,8 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatusArray
 from mbf_msgs.msg import ExePathAction
+from mesh_msgs.testing import wait_until
 from rosgraph_msgs.msg import Clock
-from server_process import wait_until
 
 from mesh_navigation.server.ros.action_server_node import ActionServer
 

@@ -17,13 +17,14 @@ from mesh_msgs.arrays import MeshGeometryStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
-from server_process import program, wait_until, write_map
+from server_process import program, write_map
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mesh_map.io.map_messages import geometry_message
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 
 GRID = zoo.grid()  # 10 m x 10 m, at the height 0
 

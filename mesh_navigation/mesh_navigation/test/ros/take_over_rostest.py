@@ -12,8 +12,8 @@ import rostest
 from actionlib_msgs.msg import GoalStatus
 from driving_fakes import FORWARD, PlaneRobot, SystemClock, Told, plan_to, values_with
 from mbf_msgs.msg import ExePathGoal
-from server_process import wait_until
 
+from mesh_msgs.testing import wait_until
 from mesh_navigation.base.outcomes import TAKEN_OVER, NotReady
 from mesh_navigation.execution.path_execution import Tolerances
 from mesh_navigation.execution.supervised_execution import SupervisedExecution

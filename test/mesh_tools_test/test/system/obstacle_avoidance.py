@@ -6,7 +6,6 @@ around it while the robot drives.
 """
 import tempfile
 import threading
-import time
 import unittest
 from contextlib import ExitStack
 from pathlib import Path
@@ -17,6 +16,7 @@ import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import MoveBaseAction, MoveBaseGoal, MoveBaseResult
+from mesh_msgs.testing import wait_until
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_tools_test.demo.processes import process
@@ -73,13 +73,10 @@ class ObstacleAvoidance(unittest.TestCase):
     def tearDownClass(cls):
         cls.stack.close()
 
-    def wait_until(self, condition, what):
+    def wait_for(self, condition, what):
         """Poll; fail with what the nodes have printed."""
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            if time.monotonic() > end:
-                self.fail(what + " not within %g s\n" % PATIENCE + self.printed())
-            time.sleep(0.02)
+        if not wait_until(condition, seconds=PATIENCE):
+            self.fail(what + " not within %g s\n" % PATIENCE + self.printed())
 
     def printed(self):
         """The last lines of the nodes."""
@@ -104,8 +101,8 @@ class ObstacleAvoidance(unittest.TestCase):
         odometry = []
         subscribers.append(rospy.Subscriber("/odom", Odometry, odometry.append, queue_size=10))
         client = actionlib.SimpleActionClient(SERVER + "/move_base", MoveBaseAction)
-        self.wait_until(lambda: client.wait_for_server(rospy.Duration(0.01)), "a server")
-        self.wait_until(lambda: track and drop.get_num_connections(), "the robot")
+        self.wait_for(lambda: client.wait_for_server(rospy.Duration(0.01)), "a server")
+        self.wait_for(lambda: track and drop.get_num_connections(), "the robot")
         np.testing.assert_allclose(track[0], START, atol=1e-3)
 
         goal = MoveBaseGoal(planner="wave_front_planner")
@@ -115,7 +112,7 @@ class ObstacleAvoidance(unittest.TestCase):
         goal.target_pose.pose.orientation.w = 1.0
         ended = []
         client.send_goal(goal, done_cb=lambda state, result: ended.append((state, result)))
-        self.wait_until(lambda: ended, "the end of the drive")
+        self.wait_for(lambda: ended, "the end of the drive")
 
         state, result = ended[0]
         self.assertEqual(state, actionlib.GoalStatus.SUCCEEDED, result.message + self.printed())
@@ -134,7 +131,7 @@ class ObstacleAvoidance(unittest.TestCase):
         self.assertGreater(len(paths), 3)
         # It stands when all is over.
         count = len(odometry)
-        self.wait_until(lambda: len(odometry) > count + 30, "odometry")
+        self.wait_for(lambda: len(odometry) > count + 30, "odometry")
         self.assertAlmostEqual(odometry[-1].twist.twist.linear.x, 0.0)
         self.assertAlmostEqual(odometry[-1].twist.twist.angular.z, 0.0)
         del subscribers

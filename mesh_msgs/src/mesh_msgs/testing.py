@@ -1,0 +1,27 @@
+"""What tests wait for, without ROS (on a running one: testing_ros)."""
+
+import time
+from typing import Any, Callable, Optional
+
+
+def wait_until(
+    condition: Callable[[], Any], what: Optional[str] = None, seconds: float = 60.0
+) -> Any:
+    """What the condition gives, as soon as it is true.
+
+    Args:
+        condition: asked every 10 ms, once more when the time is over.
+        what: is waited for, for an error when the time is over; None to return the last value.
+        seconds: far more than it takes.
+    Raises:
+        AssertionError: it has not become true; not without `what`.
+    """
+    end = time.monotonic() + seconds
+    while True:
+        is_over = time.monotonic() > end
+        value = condition()
+        if value or (is_over and what is None):
+            return value
+        if is_over:
+            raise AssertionError("%s not within %g s" % (what, seconds))
+        time.sleep(0.01)
