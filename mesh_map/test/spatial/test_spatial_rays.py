@@ -103,10 +103,24 @@ def test_a_large_batch_is_the_same_in_chunks():
     found = index.cast_batch(**asked, max_distance=4.0, back_end="opencl")
     assert same(found, index.cast_batch(**asked, max_distance=4.0, back_end="native"))
     assert 0.1 < np.mean(found.faces != NO_FACE) < 0.9 and found.distances[:9].max() > 0
-    assert same(found, RayCaster(index).cast_batch(**asked, max_distance=4.0))
+    assert same(found, index.on_device().cast_batch(**asked, max_distance=4.0))
     any_hits = RayCaster(index, device="auto").any_hit_batch(**asked, max_distance=4.0)
     assert np.array_equal(any_hits, found.faces != NO_FACE)
     assert query_counts()["opencl"]["ray"] - before == 3 * len(directions)
+
+
+def test_an_index_on_a_device_follows_moved_vertices():
+    mesh = terrain(5)
+    index = SpatialIndex(mesh.vertices, mesh.faces)
+    other = index.on_device()
+    index.refit(mesh.vertices + np.float32([0, 0, 5]))
+    rays = {"origins": mesh.vertices.mean(0) + [0, 0, 9], "directions": [[0.01, 0.02, -1]]}
+    before = query_counts()["opencl"]["ray"]
+    assert same(other.cast_batch(**rays), index.cast_batch(**rays))
+    native = other.cast_batch(**rays, back_end="native")
+    assert native.distances[0] < 6 and same(native, index.cast_batch(**rays))
+    if other.wait_for_device():
+        assert query_counts()["opencl"]["ray"] - before == 1  # whatever the size of the batch
 
 
 def test_rays_through_edges_and_corners_of_a_closed_mesh_hit():

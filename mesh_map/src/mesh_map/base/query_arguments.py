@@ -142,6 +142,9 @@ class NormalLimit(NamedTuple):
     max_angle: float
 
 
+ANY_NORMAL = NormalLimit(None, math.pi)
+
+
 def normal_limit(normal: Any, max_angle: Any, count: int, name: str) -> NormalLimit:
     """Checked limit for the normals of faces; both are given or none is.
 
@@ -151,7 +154,7 @@ def normal_limit(normal: Any, max_angle: Any, count: int, name: str) -> NormalLi
     if (normal is None) != (max_angle is None):
         raise ValueError("%s and max_angle belong together: give both or none" % name)
     if normal is None:
-        return NormalLimit(None, math.pi)
+        return ANY_NORMAL
     angle = number(max_angle, "max_angle")
     if not 0.0 <= angle <= math.pi:
         raise ValueError("max_angle has to be 0 to pi radians, not %g" % angle)

@@ -5,13 +5,14 @@ From which size of a batch on a device is asked is decided in one place, back_en
 
 import logging
 import threading
-from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
 
 import numpy as np
 
 from mesh_map import _kernels
+from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
-from mesh_map.base.query_arguments import choice
+from mesh_map.base.query_arguments import ANY_NORMAL, NormalLimit, Rays
 from mesh_map.spatial.opencl.device_queries import DeviceQueries
 from mesh_map.spatial.opencl.session import Session, describe, shared_session
 
@@ -28,6 +29,40 @@ def query_counts() -> Dict[str, Dict[str, int]]:
     undecided counts as native besides.
     """
     return _kernels._query_counts()
+
+
+class NativeQueries:
+    """Queries about one mesh by native code: what DeviceQueries answers on a device."""
+
+    def __init__(self, bvh: Any, threads: int) -> None:
+        self._bvh, self._threads = bvh, threads
+
+    def cast(
+        self,
+        rays: Rays,
+        back_faces: bool,
+        mask: Optional[np.ndarray],
+        any_hit: bool,
+        cancel: Optional[CancelFlag],
+    ) -> Iterator[Arrays]:
+        """All answers at once: (faces, distances, barycentric), or (hits,)."""
+        asked = (*rays, back_faces, mask, self._threads, kernel_flag(cancel))
+        yield (self._bvh._any_hit_batch(*asked),) if any_hit else self._bvh._cast_batch(*asked)
+
+    def closest(
+        self,
+        points: np.ndarray,
+        max_distance: float,
+        mask: Optional[np.ndarray],
+        cancel: Optional[CancelFlag],
+        limit: NormalLimit = ANY_NORMAL,
+    ) -> Iterator[Arrays]:
+        """All answers at once: (faces, positions, barycentric, distances)."""
+        asked = (points, max_distance, *limit, mask, self._threads, kernel_flag(cancel))
+        yield self._bvh._closest_batch(*asked)
+
+
+Queries = Union[DeviceQueries, NativeQueries]
 
 
 class MeshDevice:
@@ -71,22 +106,20 @@ class MeshDevice:
         count: int,
         back_end: str,
         bvh: Any,
-        on_device: Callable[[DeviceQueries], Iterator[Arrays]],
-        natively: Callable[[int], Arrays],
+        ask: Callable[[Queries, int], Iterator[Arrays]],
     ) -> Arrays:
         """Answers of a batch: of the device as far as that comes, else native ones.
 
         Args:
             query, count, back_end, bvh: as in for_batch().
-            on_device: gives the answers in order, chunk by chunk.
-            natively: gives those from one query on.
+            ask: gives the answers from one query on, in order, chunk by chunk.
         """
         parts: List[Arrays] = []
         done = 0
         device = self.for_batch(query, count, back_end, bvh)
         if device is not None:
             try:
-                for part in on_device(device):
+                for part in ask(device, 0):
                     parts.append(part)
                     done += len(part[0])
             except Cancelled:
@@ -95,7 +128,7 @@ class MeshDevice:
                 self.give_up(error)
             _kernels._count_opencl(query, done)
         if done < count or not parts:
-            parts.append(natively(done))
+            parts += ask(NativeQueries(bvh, self._threads), done)
         if len(parts) == 1:
             return parts[0]
         return tuple(np.concatenate(arrays) for arrays in zip(*parts))
@@ -109,10 +142,7 @@ class MeshDevice:
             back_end: auto to decide by the size, opencl to wait for the device whatever the size,
                 or native.
             bvh: _kernels._Bvh.
-        Raises:
-            ValueError: another back end.
         """
-        choice(back_end, "back_end", (AUTO, NATIVE, OPENCL))
         if back_end == NATIVE or self._refusal or self._wish == "off" or count == 0:
             return None
         if back_end == AUTO:

@@ -1,6 +1,7 @@
 """Geometric questions about a mesh: rays, closest points, and the faces in a region."""
 
 import math
+from copy import copy
 from typing import Any, Callable, Iterator, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -21,10 +22,17 @@ from mesh_map.base.query_arguments import (
     thread_count,
     vector,
 )
-from mesh_map.spatial.back_end import AUTO, NATIVE, OPENCL, Arrays, MeshDevice, query_counts
+from mesh_map.spatial.back_end import (
+    AUTO,
+    NATIVE,
+    OPENCL,
+    Arrays,
+    MeshDevice,
+    Queries,
+    query_counts,
+)
 from mesh_map.spatial.hits import NO_FACE, RayHit, RayHits, SurfacePoint, SurfacePoints
 from mesh_map.spatial.opencl.device import device_wish
-from mesh_map.spatial.opencl.device_queries import DeviceQueries
 
 __all__ = [
     "Cancelled",
@@ -42,6 +50,16 @@ Progress = Callable[[float], None]
 TOUCHING, INSIDE, VISIBLE = "touching", "inside", "visible"
 _MOST_PIXELS = 1 << 28  # a ray of 24 bytes is cast through each
 _NOWHERE = np.zeros(0, np.uint32)
+
+
+class _Shared:
+    """The kernel of a hierarchy, which an index and those made of it by on_device() have in common.
+
+    bvh: _kernels._Bvh; replaced as a whole.
+    """
+
+    def __init__(self, bvh: Any) -> None:
+        self.bvh = bvh
 
 
 class SpatialIndex:
@@ -71,7 +89,8 @@ class SpatialIndex:
             what is behind them.
         cancel: CancelFlag that ends the batch with Cancelled.
         back_end: "auto", "native", or "opencl" for a device whatever the size of the batch (and
-            native code where there is none).
+            native code where there is none, or it fails: the same answers, to the last bit); None
+            for "auto", or of an index by on_device() for "opencl".
 
     Selections are face indices, (N,) uint32, ascending. A face touches a region if any point of it
     is in it, borders included, whether or not a corner is. Modes:
@@ -117,11 +136,28 @@ class SpatialIndex:
         self._set_up(bvh, triangles, threads, wish)
 
     def _set_up(self, bvh: Any, faces: np.ndarray, threads: int, wish: str) -> None:
-        self.native = bvh
+        self._shared = _Shared(bvh)
         self.threads = threads
         self.face_count = len(faces)
         self._faces = read_only(faces)
         self._device = MeshDevice(wish, threads)
+        self._usual_back_end = AUTO
+
+    def on_device(self, device: Optional[str] = None) -> "SpatialIndex":
+        """The same index for batches on an OpenCL device whatever their size.
+
+        Args:
+            device: as for the index; None for the device that it has.
+        """
+        other = copy(self)
+        other._usual_back_end = OPENCL
+        if device is not None:
+            other._device = MeshDevice(device_wish(device), self.threads)
+        return other
+
+    @property
+    def native(self) -> Any:
+        return self._shared.bvh
 
     @property
     def memory(self) -> int:
@@ -141,10 +177,6 @@ class SpatialIndex:
         """
         return self._device.wait()
 
-    def device_of(self, wish: Optional[str]) -> MeshDevice:
-        """A device for this mesh; None for that of the index."""
-        return self._device if wish is None else MeshDevice(device_wish(wish), self.threads)
-
     def refit(
         self,
         vertices: Any,
@@ -162,7 +194,8 @@ class SpatialIndex:
         """
         flag = kernel_flag(cancel)
         corners = as_vertices(vertices)
-        self.native = self.native._refitted(corners, self._faces, self.threads, flag, progress)
+        old = self.native
+        self._shared.bvh = old._refitted(corners, self._faces, self.threads, flag, progress)
 
     def to_bytes(self) -> bytes:
         """The index for from_bytes(), on machines of any byte order."""
@@ -212,10 +245,8 @@ class SpatialIndex:
         Raises:
             ValueError: another shape.
         """
-        if mask is not None:
-            mask = mask_array(mask, self.face_count)
-        limit = number(max_distance, "max_distance")
-        found = self.native._cast(origin, direction, limit, not cull_back_faces, mask)
+        limits = self._limits(max_distance, cull_back_faces, mask)
+        found = self.native._cast(origin, direction, *limits)
         return None if found is None else RayHit(*found)
 
     def cast_batch(
@@ -227,7 +258,7 @@ class SpatialIndex:
         cull_back_faces: bool = False,
         mask: Optional[Any] = None,
         cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
+        back_end: Optional[str] = None,
     ) -> RayHits:
         """Where each of N rays first meets the mesh.
 
@@ -242,11 +273,7 @@ class SpatialIndex:
             Cancelled: by `cancel`.
         """
         rays = checked_rays(origins, directions, max_distance)
-        return RayHits(
-            *self.ray_answers(
-                self._device, rays, not cull_back_faces, mask, False, cancel, back_end
-            )
-        )
+        return RayHits(*self._cast(rays, not cull_back_faces, mask, False, cancel, back_end))
 
     def any_hit(
         self,
@@ -258,10 +285,12 @@ class SpatialIndex:
         mask: Optional[Any] = None,
     ) -> bool:
         """Whether a ray meets the mesh; quicker than cast(), of which it has the arguments."""
-        if mask is not None:
-            mask = mask_array(mask, self.face_count)
+        limits = self._limits(max_distance, cull_back_faces, mask)
+        return self.native._any_hit(origin, direction, *limits)
+
+    def _limits(self, max_distance: Any, cull_back_faces: bool, mask: Optional[Any]) -> Any:
         limit = number(max_distance, "max_distance")
-        return self.native._any_hit(origin, direction, limit, not cull_back_faces, mask)
+        return limit, not cull_back_faces, mask_array(mask, self.face_count)
 
     def any_hit_batch(
         self,
@@ -272,37 +301,29 @@ class SpatialIndex:
         cull_back_faces: bool = False,
         mask: Optional[Any] = None,
         cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
+        back_end: Optional[str] = None,
     ) -> np.ndarray:
         """Whether each of N rays meets the mesh, (N,) bool; as cast_batch()."""
         rays = checked_rays(origins, directions, max_distance)
-        (hits,) = self.ray_answers(
-            self._device, rays, not cull_back_faces, mask, True, cancel, back_end
-        )
+        (hits,) = self._cast(rays, not cull_back_faces, mask, True, cancel, back_end)
         return hits.view(np.bool_)
 
-    def ray_answers(
+    def _cast(
         self,
-        device: MeshDevice,
         rays: Rays,
         back_faces: bool,
         mask: Optional[Any],
         any_hit: bool,
         cancel: Optional[CancelFlag],
-        back_end: str,
+        back_end: Optional[str],
     ) -> Arrays:
-        """Private: (faces, distances, barycentric), or (hits,) as uint8; asks this device."""
-        bvh, threads = self.native, self.threads
-        checked, flag = mask_array(mask, self.face_count), kernel_flag(cancel)
+        """(faces, distances, barycentric), or (hits,) as uint8."""
+        checked = mask_array(mask, self.face_count)
 
-        def natively(begin: int) -> Arrays:
-            asked = (*rays.part(begin), back_faces, checked, threads, flag)
-            return (bvh._any_hit_batch(*asked),) if any_hit else bvh._cast_batch(*asked)
+        def ask(queries: Queries, begin: int) -> Iterator[Arrays]:
+            return queries.cast(rays.part(begin), back_faces, checked, any_hit, cancel)
 
-        def on_device(queries: DeviceQueries) -> Iterator[Arrays]:
-            return queries.cast(rays, back_faces, checked, any_hit, cancel)
-
-        return device.batch("ray", rays.count, back_end, bvh, on_device, natively)
+        return self._batch("ray", rays.count, cancel, back_end, ask)
 
     def closest(
         self,
@@ -324,14 +345,10 @@ class SpatialIndex:
         Raises:
             ValueError: another shape, or an angle out of its range.
         """
-        if normal is None and max_angle is None:
-            angle = math.pi
-        else:
-            angle = normal_limit(normal, max_angle, 1, "normal").max_angle
-        if mask is not None:
-            mask = mask_array(mask, self.face_count)
+        angle = normal_limit(normal, max_angle, 1, "normal").max_angle
         distance = number(max_distance, "max_distance")
-        found = self.native._closest(point, distance, normal, angle, mask)
+        checked = mask_array(mask, self.face_count)
+        found = self.native._closest(point, distance, normal, angle, checked)
         return None if found is None else SurfacePoint(*found)
 
     def closest_batch(
@@ -343,7 +360,7 @@ class SpatialIndex:
         max_angle: Optional[float] = None,
         mask: Optional[Any] = None,
         cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
+        back_end: Optional[str] = None,
     ) -> SurfacePoints:
         """closest() for each of N points.
 
@@ -357,41 +374,19 @@ class SpatialIndex:
             ValueError: another shape, or an angle out of its range.
             Cancelled: by `cancel`.
         """
-        limit = (normals, max_angle)
-        return self.closest_answers(
-            self._device, points, max_distance, limit, mask, cancel, back_end
-        )
-
-    def closest_answers(
-        self,
-        device: MeshDevice,
-        points: Any,
-        max_distance: float,
-        limit: Tuple[Optional[Any], Optional[float]],
-        mask: Optional[Any],
-        cancel: Optional[CancelFlag],
-        back_end: str,
-    ) -> SurfacePoints:
-        """Private: closest_batch() with a device for this mesh; limit: normals and max_angle."""
-        bvh, threads = self.native, self.threads
         queries = points_array(points, "points")
-        checked_limit = normal_limit(*limit, len(queries), "normals")
-        checked, flag = mask_array(mask, self.face_count), kernel_flag(cancel)
+        limit = normal_limit(normals, max_angle, len(queries), "normals")
+        checked = mask_array(mask, self.face_count)
         distance = number(max_distance, "max_distance")
 
-        def natively(begin: int) -> Arrays:
-            rest = queries[begin:]
-            return bvh._closest_batch(rest, distance, *checked_limit, checked, threads, flag)
+        def ask(mesh: Queries, begin: int) -> Iterator[Arrays]:
+            limits = () if limit.normals is None else (limit,)  # which no kernel knows
+            return mesh.closest(queries[begin:], distance, checked, cancel, *limits)
 
-        def on_device(mesh: DeviceQueries) -> Iterator[Arrays]:
-            return mesh.closest(queries, distance, checked, cancel)
-
-        if checked_limit.normals is not None:  # which no kernel knows
-            choice(back_end, "back_end", (AUTO, NATIVE, OPENCL))
-            return SurfacePoints(*natively(0))
-        return SurfacePoints(
-            *device.batch("closest_point", len(queries), back_end, bvh, on_device, natively)
-        )
+        chosen = self._chosen(back_end)
+        chosen = chosen if limit.normals is None else NATIVE
+        found = self._batch("closest_point", len(queries), cancel, chosen, ask)
+        return SurfacePoints(*found)
 
     def in_sphere(
         self,
@@ -402,7 +397,7 @@ class SpatialIndex:
         mask: Optional[Any] = None,
         eye: Optional[Any] = None,
         cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
+        back_end: Optional[str] = None,
     ) -> np.ndarray:
         """The faces in a ball.
 
@@ -428,7 +423,7 @@ class SpatialIndex:
         eye: Optional[Any] = None,
         pixels: Optional[Sequence[int]] = None,
         cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
+        back_end: Optional[str] = None,
     ) -> np.ndarray:
         """The faces on the inner side of all planes.
 
@@ -444,7 +439,7 @@ class SpatialIndex:
             Cancelled: by `cancel`.
         """
         region = _kernels._convex(float_array(planes, "planes", (None, 4)))
-        if choice(mode, "mode", (TOUCHING, INSIDE, VISIBLE)) != VISIBLE or pixels is None:
+        if mode != VISIBLE or pixels is None:
             return self._faces_in(region, "frustum", mode, mask, eye, cancel, back_end)
         size = _picture_size(pixels, "pixels")
         start = _checked_eye(eye)
@@ -463,7 +458,7 @@ class SpatialIndex:
         mask: Optional[Any] = None,
         eye: Optional[Any] = None,
         cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
+        back_end: Optional[str] = None,
     ) -> np.ndarray:
         """The faces in a box of any orientation.
 
@@ -500,7 +495,7 @@ class SpatialIndex:
         mask: Optional[Any] = None,
         eye: Optional[Any] = None,
         cancel: Optional[CancelFlag] = None,
-        back_end: str = AUTO,
+        back_end: Optional[str] = None,
     ) -> np.ndarray:
         """The faces that a camera has within a polygon (lasso) on its screen.
 
@@ -528,13 +523,28 @@ class SpatialIndex:
         if size is not None:
             corners = corners * [2.0 / size[0], -2.0 / size[1]] + [-1.0, 1.0]
         region = _kernels._lasso(corners, matrix)
-        if choice(mode, "mode", (TOUCHING, INSIDE, VISIBLE)) != VISIBLE or size is None:
+        if mode != VISIBLE or size is None:
             return self._faces_in(region, "lasso", mode, mask, eye, cancel, back_end)
         if not (np.isfinite(corners).all() and np.isfinite(matrix).all() and len(corners) > 2):
             return _NOWHERE
         return self._in_picture(
             region, _kernels._lasso_pixels(region, *size), mask, cancel, back_end
         )
+
+    def _batch(
+        self,
+        query: str,
+        count: int,
+        cancel: Optional[CancelFlag],
+        back_end: Optional[str],
+        ask: Callable[[Queries, int], Iterator[Arrays]],
+    ) -> Arrays:
+        kernel_flag(cancel)  # what is none is refused here, or a device would seem to fail
+        return self._device.batch(query, count, self._chosen(back_end), self.native, ask)
+
+    def _chosen(self, back_end: Optional[str]) -> str:
+        wanted = self._usual_back_end if back_end is None else back_end
+        return choice(wanted, "back_end", (AUTO, NATIVE, OPENCL))
 
     def _faces_in(
         self,
@@ -544,13 +554,13 @@ class SpatialIndex:
         mask: Optional[Any],
         eye: Optional[Any],
         cancel: Optional[CancelFlag],
-        back_end: str,
+        back_end: Optional[str],
     ) -> np.ndarray:
         choice(mode, "mode", (TOUCHING, INSIDE, VISIBLE))
         start = _checked_eye(eye) if mode == VISIBLE else None
         bvh = self.native
         checked = mask_array(mask, self.face_count)
-        faces = self._selected(bvh, region, query, mode == INSIDE, checked, back_end)
+        faces = self._selected(bvh, region, query, mode == INSIDE, checked, self._chosen(back_end))
         if start is None:
             return faces
         if not np.isfinite(start).all():
@@ -586,19 +596,19 @@ class SpatialIndex:
         rays: Tuple[np.ndarray, np.ndarray],
         mask: Optional[Any],
         cancel: Optional[CancelFlag],
-        back_end: str,
+        back_end: Optional[str],
     ) -> np.ndarray:
         checked = mask_array(mask, self.face_count)
         return self.native._in_picture(region, *rays, checked, self._caster(cancel, back_end))
 
-    def _caster(self, cancel: Optional[CancelFlag], back_end: str) -> Any:
+    def _caster(self, cancel: Optional[CancelFlag], back_end: Optional[str]) -> Any:
         """What the kernels call for batches of rays."""
 
         def cast(
             origins: np.ndarray, directions: np.ndarray, limits: Optional[np.ndarray]
         ) -> Arrays:
             rays = Rays(origins, directions, np.array([np.inf]) if limits is None else limits)
-            return self.ray_answers(self._device, rays, True, None, False, cancel, back_end)
+            return self._cast(rays, True, None, False, cancel, back_end)
 
         return cast
 

@@ -8,7 +8,6 @@ import tempfile
 from typing import Any, List, Optional
 
 import numpy as np
-from mesh_map.spatial.device_batches import RayCaster
 from mesh_map.spatial.opencl.device import choose_device, device_wish, list_devices
 from mesh_map.spatial.spatial_index import SpatialIndex, query_counts
 
@@ -74,7 +73,7 @@ def _one_ray(
 ) -> List[Figure]:
     view = questions.side_camera(vertices)
     direction = view.directions(*questions.PICTURE)[-1]
-    caster = RayCaster(index)
+    caster = index.on_device()
     ours, _ = timed(
         lambda: caster.cast_batch(origins=view.eye, directions=direction[None]), 20 * repeats
     )
