@@ -7,7 +7,7 @@ import pytest
 import surroundings
 from mesh_map import _kernels
 from mesh_map.geometry.mesh_geometry import MeshGeometry
-from mesh_map.geometry.radius_pass import RadiusPass, RadiusPasses
+from mesh_map.geometry.radius_pass import KEPT, RadiusPass
 from meshes import BOTANICAL, TestMesh, data_mesh, renumbered, small, soup, terrain
 
 NAMES = ("height_difference", "roughness", "ridge")
@@ -130,12 +130,12 @@ def test_threads_wait_for_each_other():
 
 
 def test_the_last_radii_are_kept():
-    passes = RadiusPasses(geometry(terrain(5)))
-    first, second = passes.of(0.1), passes.of(0.2)
-    for radius in range(1, RadiusPasses.KEPT):
-        assert passes.of(0.1) is first
-        passes.of(radius)
-    assert passes.of(0.1) is first and passes.of(0.2) is not second
+    pass_of = geometry(terrain(5)).radius_pass
+    first, second = pass_of(0.1), pass_of(0.2)
+    for radius in range(1, KEPT):
+        assert pass_of(0.1) is first
+        pass_of(radius)
+    assert pass_of(0.1) is first and pass_of(0.2) is not second
 
 
 def test_wrong_arguments():

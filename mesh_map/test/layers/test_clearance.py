@@ -1,6 +1,7 @@
 """The layer of clearances, against every ray and every face in plain NumPy."""
 
 import gc
+import weakref
 
 import numpy as np
 import pytest
@@ -168,7 +169,7 @@ def test_rays_are_cast_once_for_a_geometry(monkeypatch):
         for height in (0.2, 0.9):
             ClearanceLayer("c", {"robot_height": height}).compute(mesh_map, {})
     assert len(calls) == 1
-    assert first.geometry in clearance._known
+    geometry = weakref.ref(first.geometry)
     del first, mesh_map
     gc.collect()
-    assert not clearance._known
+    assert geometry() is None

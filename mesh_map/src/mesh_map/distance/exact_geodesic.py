@@ -1,8 +1,6 @@
 """Locally shortest paths over a surface."""
 
 import operator
-import threading
-import weakref
 from typing import Any, Optional
 
 import numpy as np
@@ -14,13 +12,9 @@ from mesh_map.base.errors import Cancelled
 from mesh_map.base.query_arguments import mask_array, points_array
 from mesh_map.distance.surface_path import SurfacePath
 from mesh_map.geometry.mesh_geometry import MeshGeometry
-from mesh_map.geometry.topology import Topology
 from mesh_map.geometry.walk import walk_arrays
 
 MAX_TURNS = 10_000_000  # ways around vertices that are tried for one path
-
-_made: "weakref.WeakKeyDictionary[MeshGeometry, ExactGeodesic]" = weakref.WeakKeyDictionary()
-_lock = threading.Lock()
 
 
 class ExactGeodesic:
@@ -36,28 +30,16 @@ class ExactGeodesic:
     time; the GIL is released meanwhile.
     """
 
-    def __init__(self, *, vertices: Any, faces: Any, topology: Topology) -> None:
-        """Args:
-            vertices: (V, 3) meters.
-            faces: (F, 3) vertex indices.
-            topology: of these faces.
-        Raises:
-            ValueError: a face that refers to no vertex, or the topology of another mesh.
-        """
-        arrays = walk_arrays(vertices, faces, topology)
-        self._face_count = len(arrays[1])
+    def __init__(self, geometry: MeshGeometry) -> None:
+        """Prepares the mesh."""
+        arrays = walk_arrays(geometry.vertices, geometry.faces, geometry.topology)
+        self._face_count = len(geometry.faces)
         self._kernel = _kernels._Geodesics(*arrays)
 
     @classmethod
     def of(cls, geometry: MeshGeometry) -> "ExactGeodesic":
         """That of a geometry: prepared once, however many planners ask."""
-        with _lock:
-            found = _made.get(geometry)
-            if found is None:
-                found = _made[geometry] = cls(
-                    vertices=geometry.vertices, faces=geometry.faces, topology=geometry.topology
-                )
-            return found
+        return geometry.made(cls)
 
     def shorten(
         self,

@@ -1,20 +1,13 @@
 """Distances along the surface from obstacles, and the mesh that all fronts share."""
 
-import threading
-import weakref
 from typing import Any, Optional
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.base.array_checks import as_faces, as_vertices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
 from mesh_map.geometry.mesh_geometry import MeshGeometry
-from mesh_map.geometry.topology import Topology
-
-_fronts: "weakref.WeakKeyDictionary[MeshGeometry, SurfaceFront]" = weakref.WeakKeyDictionary()
-_lock = threading.Lock()
 
 
 class SurfaceFront:
@@ -23,36 +16,22 @@ class SurfaceFront:
     Fronts from a point are mesh_map.distance.wave_front.WaveFrontSolver's.
     """
 
-    def __init__(self, *, vertices: Any, faces: Any, topology: Topology, threads: int = 0) -> None:
-        """Prepares the mesh.
-
-        Args:
-            vertices: (V, 3) finite meters.
-            faces: (F, 3) vertex indices.
-            topology: of these.
-            threads: 0 for all cores.
-        Raises:
-            ValueError: wrong shapes, or a topology of another mesh.
-        """
+    def __init__(self, geometry: MeshGeometry) -> None:
+        """Prepares the mesh, on all cores."""
+        topology = geometry.topology
         self._vertex_count = topology.vertex_count
         self._mesh = _kernels._FrontMesh(
-            as_vertices(vertices),
-            as_faces(faces),
+            geometry.vertices,
+            geometry.faces,
             topology.vertex_face_offsets,
             topology.vertex_faces,
-            threads,
+            0,
         )
 
     @classmethod
     def of(cls, geometry: MeshGeometry) -> "SurfaceFront":
         """That of a geometry: prepared once, whatever number of layers and planners ask."""
-        with _lock:
-            front = _fronts.get(geometry)
-            if front is None:
-                front = _fronts[geometry] = cls(
-                    vertices=geometry.vertices, faces=geometry.faces, topology=geometry.topology
-                )
-            return front
+        return geometry.made(cls)
 
 
 class ObstacleDistance:

@@ -2,24 +2,18 @@
 
 import math
 import operator
-import threading
-import weakref
 from dataclasses import dataclass
 from typing import Any, Optional
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.base.array_checks import as_faces, as_vertices, read_only
+from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
 from mesh_map.base.query_arguments import number, vector
 from mesh_map.distance.front import SurfaceFront
 from mesh_map.geometry.mesh_geometry import MeshGeometry
-from mesh_map.geometry.topology import Topology
-
-_tracers: "weakref.WeakKeyDictionary[MeshGeometry, FieldTracer]" = weakref.WeakKeyDictionary()
-_lock = threading.Lock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,51 +55,23 @@ class FieldTracer:
             meanwhile.
     """
 
-    def __init__(
-        self,
-        *,
-        vertices: Any,
-        faces: Any,
-        topology: Topology,
-        vertex_normals: Any,
-        front: Optional[SurfaceFront] = None,
-    ) -> None:
-        """Args:
-            vertices: (V, 3) meters.
-            faces: (F, 3) vertex indices.
-            topology: of these faces.
-            vertex_normals: (V, 3) of length 1.
-            front: the same mesh as it is prepared for fronts; None to prepare it here.
-        Raises:
-            ValueError: a face that refers to no vertex, or the topology of another mesh.
-        """
-        positions, triangles = as_vertices(vertices), as_faces(faces)
+    def __init__(self, geometry: MeshGeometry) -> None:
+        """Prepares the mesh."""
+        topology = geometry.topology
         self.kernel = _kernels._FieldTracer(
-            positions,
-            triangles,
+            geometry.vertices,
+            geometry.faces,
             topology.vertex_face_offsets,
             topology.vertex_faces,
             topology.face_flags,
         )
-        if front is None:
-            front = SurfaceFront(vertices=positions, faces=triangles, topology=topology)
-        self._front = front
-        self._normals = as_vertices(vertex_normals)
+        self._front = SurfaceFront.of(geometry)
+        self._normals = geometry.vertex_normals
 
     @classmethod
     def of(cls, geometry: MeshGeometry) -> "FieldTracer":
         """That of a geometry, made once."""
-        with _lock:
-            tracer = _tracers.get(geometry)
-            if tracer is None:
-                tracer = _tracers[geometry] = cls(
-                    vertices=geometry.vertices,
-                    faces=geometry.faces,
-                    topology=geometry.topology,
-                    vertex_normals=geometry.vertex_normals,
-                    front=SurfaceFront.of(geometry),
-                )
-            return tracer
+        return geometry.made(cls)
 
     def path(
         self,

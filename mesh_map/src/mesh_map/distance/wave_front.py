@@ -1,8 +1,6 @@
 """The wave front: distances and potentials over the surface from a point, across faces."""
 
 import operator
-import threading
-import weakref
 from typing import Any, Iterable, List, Optional, Tuple
 
 import numpy as np
@@ -15,9 +13,6 @@ from mesh_map.distance.front import SurfaceFront
 from mesh_map.distance.potential_field import PotentialField
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.surface import barycentric_coordinates
-
-_solvers: "weakref.WeakKeyDictionary[MeshGeometry, WaveFrontSolver]" = weakref.WeakKeyDictionary()
-_lock = threading.Lock()
 
 # Weights of a point below this are none: it lies on an edge, or at a vertex.
 _NO_WEIGHT = 1e-9
@@ -100,8 +95,7 @@ class WaveFrontGoal:
         self._weights = np.ones(1)
         self._distances = np.zeros(1)
         self.position = read_only(solver._vertices[vertex].astype(np.float64))
-        offsets = solver._topology.vertex_face_offsets
-        faces = solver._topology.vertex_faces[offsets[vertex] : offsets[vertex + 1]]
+        faces = solver._topology.faces_of(vertex)
         if len(faces):
             self.face = int(faces[0])
             if slowness is not None and slowness.shape == (len(solver._vertices),):
@@ -193,34 +187,17 @@ class WaveFrontSolver:
     The memory of fields that nobody has any more is used again: a solve costs what it reaches.
     """
 
-    def __init__(self, *, vertices: Any, faces: Any, front: SurfaceFront, topology: Any) -> None:
-        """
-        Args:
-            vertices: (V, 3) float32 meters.
-            faces: (F, 3) uint32.
-            front: of this mesh.
-            topology: of this mesh.
-        """
-        self._vertices = vertices
-        self._faces = faces
-        self._topology = topology
-        self._pool = _kernels._WaveFrontPool(front._mesh)
+    def __init__(self, geometry: MeshGeometry) -> None:
+        """Prepares the mesh."""
+        self._vertices = geometry.vertices
+        self._faces = geometry.faces
+        self._topology = geometry.topology
+        self._pool = _kernels._WaveFrontPool(SurfaceFront.of(geometry)._mesh)
 
     @classmethod
-    def of(cls, geometry: "MeshGeometry") -> "WaveFrontSolver":
+    def of(cls, geometry: MeshGeometry) -> "WaveFrontSolver":
         """That of a geometry: prepared once, whatever number of planners ask."""
-        with _lock:
-            solver = _solvers.get(geometry)
-        if solver is not None:
-            return solver
-        solver = cls(
-            vertices=geometry.vertices,
-            faces=geometry.faces,
-            front=SurfaceFront.of(geometry),
-            topology=geometry.topology,
-        )
-        with _lock:
-            return _solvers.setdefault(geometry, solver)
+        return geometry.made(cls)
 
     def solve(
         self,

@@ -1,8 +1,8 @@
 """The geometry of a map: what follows from vertices and faces alone."""
 
 import threading
-from functools import cached_property
-from typing import Any, Optional, Tuple
+from functools import cached_property, lru_cache, partial
+from typing import Any, Callable, Dict, Optional, Tuple, TypeVar
 
 import numpy as np
 from mesh_msgs.identity import geometry_uuid
@@ -20,11 +20,13 @@ from mesh_map.geometry.normals import (
     vertex_normals,
 )
 from mesh_map.geometry.orientation import Orientation, orient_faces
-from mesh_map.geometry.radius_pass import RadiusPass, RadiusPasses
+from mesh_map.geometry.radius_pass import KEPT, RadiusPass
 from mesh_map.geometry.topology import Topology, edge_lengths, quantity
 from mesh_map.geometry.walk import SurfaceWalker
 from mesh_map.spatial.hits import NO_FACE, SurfacePoint
 from mesh_map.spatial.spatial_index import SpatialIndex
+
+Made = TypeVar("Made")
 
 
 class MeshGeometry:
@@ -83,9 +85,9 @@ class MeshGeometry:
         if normals not in ("mean", "angle"):
             raise MeshMapError("normals is %r, but it has to be mean or angle" % (normals,))
         self._uuid = uuid
-        self._passes = RadiusPasses(self)
-        self._index: Optional[SpatialIndex] = None
-        self._index_lock = threading.Lock()
+        self._pass = lru_cache(maxsize=KEPT)(partial(RadiusPass, self))
+        self._made: Dict[Any, Any] = {}
+        self._making = threading.RLock()
         self._given_faces = self.faces
         self._weighted = normals == "angle"
         self.orientation = self._oriented() if orient else None
@@ -104,8 +106,23 @@ class MeshGeometry:
         """Statistics of what is around each vertex within a radius (meters, above 0).
 
         Those of the last few radii are kept, for all maps with this geometry.
+
+        Raises:
+            ValueError: a radius that is not above 0.
         """
-        return self._passes.of(radius)
+        with self._making:
+            return self._pass(float(radius))
+
+    def made(self, make: Callable[["MeshGeometry"], Made]) -> Made:
+        """make(geometry), once, whatever number of maps, layers and planners ask.
+
+        Who asks meanwhile waits.
+        """
+        if make not in self._made:
+            with self._making:
+                if make not in self._made:
+                    self._made[make] = make(self)
+        return self._made[make]
 
     @cached_property
     def topology(self) -> Topology:
@@ -167,11 +184,7 @@ class MeshGeometry:
     @property
     def spatial_index(self) -> SpatialIndex:
         """Rays, closest points and selections of faces; built when it is first asked for."""
-        if self._index is None:
-            with self._index_lock:  # for other threads that ask meanwhile
-                if self._index is None:
-                    self._index = SpatialIndex(self.vertices, self.faces)
-        return self._index
+        return self.made(_spatial_index)
 
     def closest_face(
         self,
@@ -211,3 +224,7 @@ class MeshGeometry:
             float(max_distance),
         )
         return None if vertex == NO_FACE else (int(vertex), float(distance))
+
+
+def _spatial_index(geometry: MeshGeometry) -> SpatialIndex:
+    return SpatialIndex(geometry.vertices, geometry.faces)

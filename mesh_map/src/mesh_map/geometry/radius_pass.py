@@ -1,7 +1,6 @@
 """Statistics of what is around each vertex, in one pass for all that is wanted."""
 
 import threading
-from collections import OrderedDict
 from typing import Any, Dict, Protocol, Set
 
 import numpy as np
@@ -25,6 +24,9 @@ class Surface(Protocol):
     @property
     def vertex_normals(self) -> np.ndarray:
         """(V, 3) float32."""
+
+
+KEPT = 4  # passes of the last radii of a geometry
 
 
 class RadiusPass:
@@ -119,28 +121,3 @@ class RadiusPass:
         for name, result in zip(_BITS, found):
             if name in wanted:
                 self._results[name] = read_only(result)
-
-
-class RadiusPasses:
-    """Those of the last few radii of a geometry."""
-
-    KEPT = 4
-
-    def __init__(self, geometry: Surface) -> None:
-        self._geometry = geometry
-        self._passes: "OrderedDict[float, RadiusPass]" = OrderedDict()
-        self._lock = threading.Lock()
-
-    def of(self, radius: float) -> RadiusPass:
-        """The one of this radius; of as yet unknown ones, a new one.
-
-        Raises:
-            ValueError: a radius that is not above 0.
-        """
-        radius = float(radius)
-        with self._lock:
-            found = self._passes.pop(radius, None) or RadiusPass(self._geometry, radius)
-            self._passes[radius] = found
-            while len(self._passes) > self.KEPT:
-                self._passes.popitem(last=False)
-            return found

@@ -1,7 +1,5 @@
 """Clearance: where the robot does not fit under what is above."""
 
-import threading
-import weakref
 from typing import Mapping, Optional
 
 import numpy as np
@@ -15,9 +13,6 @@ from mesh_map.map.mesh_map import MeshMap
 _LEAST_LIFT = 1e-3  # meters
 _BELOW_ONE = np.nextafter(np.float32(1), np.float32(0))
 
-_known: "weakref.WeakKeyDictionary[MeshGeometry, np.ndarray]" = weakref.WeakKeyDictionary()
-_lock = threading.Lock()
-
 
 def clearances(geometry: MeshGeometry) -> np.ndarray:
     """(V,) float32: meters from each vertex along its normal to the next face.
@@ -27,11 +22,7 @@ def clearances(geometry: MeshGeometry) -> np.ndarray:
     more (over two kilometers from the origin): nearer faces are the surface itself. Computed once
     for a geometry, whatever number of maps and layers ask.
     """
-    with _lock:
-        found = _known.get(geometry)
-        if found is None:
-            found = _known[geometry] = read_only(_cast(geometry))
-        return found
+    return geometry.made(_cast)
 
 
 def _cast(geometry: MeshGeometry) -> np.ndarray:
@@ -40,7 +31,7 @@ def _cast(geometry: MeshGeometry) -> np.ndarray:
     hits = geometry.spatial_index.cast_batch(
         origins=geometry.vertices + lifts[:, None].astype(np.float64) * normals, directions=normals
     )
-    return (hits.distances + lifts).astype(np.float32)
+    return read_only((hits.distances + lifts).astype(np.float32))
 
 
 class ClearanceLayer(Layer):
