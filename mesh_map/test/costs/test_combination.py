@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from mesh_map.costs.combination import Combination, combine
+from mesh_map.costs.combination import Combination
 from mesh_map.costs.layer import LayerResult, checked_result
 
 INF, NAN = math.inf, math.nan
@@ -13,6 +13,10 @@ MODES = ("sum", "normalized", "max")
 
 def result_of(costs, lethal=()):
     return checked_result(np.array(costs, np.float32), np.array(lethal, np.int64), len(costs))
+
+
+def combine(results, vertex_count, mode="sum"):
+    return Combination(results, vertex_count, mode).costs
 
 
 def test_combination_is_the_released_sum():

@@ -333,7 +333,7 @@ def test_bad_questions_are_refused(arguments, message):
 def test_bad_lengths_are_refused():
     mesh = TestMesh("face", np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.uint32))
     for lengths, message in (
-        ([1, 1], r"edge_lengths have the shape \(2,\), but there are 3 edges"),
+        ([1, 1], r"edge_lengths has to have the shape \(3,\), one for each edge, not \(2,\)"),
         ([1, -1, 1], "edge 1 has the length -1"),
         ([1, 1, float("nan")], "edge 2 has the length nan"),
     ):

@@ -364,8 +364,18 @@ def test_cancel_and_turns():
         ([[0, 0, 0], [0.1, 0, 0]], [0.5], {}, "whole numbers"),
         ([[0, 0, 0], [0.1, 0, 0]], [0], {"mask": np.ones(3, bool)}, "mask has to have"),
         ([[0, 0, 0], [0.1, 0, 0]], [0], {"cancel": 1}, "cancel has to be"),
-        ([[0, 0, 0], [0.1, 0, 0]], [0], {"max_turns": -1}, "max_turns has to be from 0"),
-        ([[0, 0, 0], [0.1, 0, 0]], [0], {"max_turns": 1 << 63}, "max_turns has to be from 0"),
+        (
+            [[0, 0, 0], [0.1, 0, 0]],
+            [0],
+            {"max_turns": -1},
+            "max_turns has to be a whole number, 0 to",
+        ),
+        (
+            [[0, 0, 0], [0.1, 0, 0]],
+            [0],
+            {"max_turns": 1 << 63},
+            "max_turns has to be a whole number, 0 to",
+        ),
     ],
 )
 def test_what_is_refused(points, faces, options, said):

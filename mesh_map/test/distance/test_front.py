@@ -34,7 +34,7 @@ def test_one_front_for_a_geometry():
 def test_obstacles_are_refused(front):
     with pytest.raises(ValueError, match="the maximum distance has to be above 0"):
         ObstacleDistance(front=front, max_distance=0.0)
-    with pytest.raises(ValueError, match="lethal has the shape"):
+    with pytest.raises(ValueError, match="lethal has to have the shape"):
         ObstacleDistance(front=front, max_distance=1.0).compute(np.zeros(3, bool))
 
 

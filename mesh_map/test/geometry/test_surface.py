@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
-from mesh_map.geometry.surface import NO_FACE, barycentric_coordinates, closest_points, is_inside
+from mesh_map.geometry.surface import barycentric_coordinates, is_inside
 from mesh_map.map.mesh_map import MeshMap
+from mesh_map.spatial.hits import NO_FACE
+from mesh_map.spatial.spatial_index import SpatialIndex
 from meshes import data_mesh, real, small, terrain
 from oracles import distances_to_faces
 from scipy.optimize import minimize
@@ -28,7 +30,7 @@ def queries(mesh, count, seed=0):
 
 def check(mesh, count):
     points = queries(mesh, count)
-    found = closest_points(vertices=mesh.vertices, faces=mesh.faces, points=points)
+    found = SpatialIndex(mesh.vertices, mesh.faces).closest_batch(points=points)
     scale = 1 + np.abs(mesh.vertices).max()
     for i, (point, distances) in enumerate(zip(points, distances_to_faces(mesh, points))):
         tolerance = 1e-9 * scale
@@ -54,9 +56,10 @@ def test_closest_points_on_real_meshes(name):
 def test_one_point_and_many_find_the_same():
     mesh = terrain(184)  # over 65,536 faces
     points = queries(mesh, 20)
-    many = closest_points(vertices=mesh.vertices, faces=mesh.faces, points=points)
+    index = SpatialIndex(mesh.vertices, mesh.faces)
+    many = index.closest_batch(points=points)
     for i, point in enumerate(points):
-        one = closest_points(vertices=mesh.vertices, faces=mesh.faces, points=[point])
+        one = index.closest_batch(points=[point])
         assert all(np.array_equal(a[0], b[i]) for a, b in zip(one, many))
 
 
@@ -65,7 +68,7 @@ def test_of_faces_as_near_the_first_is_named():
     for vertex in (0, 45_000, 89_999):
         point = mesh.vertices[vertex]
         first = np.flatnonzero((mesh.faces == vertex).any(1))[0]
-        found = closest_points(vertices=mesh.vertices, faces=mesh.faces, points=[point])
+        found = SpatialIndex(mesh.vertices, mesh.faces).closest_batch(points=[point])
         assert found.faces[0] == first and found.distances[0] == 0
 
 
@@ -76,7 +79,7 @@ def test_the_first_is_named_whichever_thread_is_faster():
     faces = random.integers(3, 1000, (65_540, 3))
     faces[[65_535, 65_536, 65_538]] = 0, 1, 2
     for _ in range(5):
-        found = closest_points(vertices=vertices, faces=faces, points=[[9.25, 9.25, 0.5]])
+        found = SpatialIndex(vertices, faces).closest_batch(points=[[9.25, 9.25, 0.5]])
         assert found.faces[0] == 65_535 and found.distances[0] == 0.5
 
 
@@ -96,7 +99,7 @@ def test_distance_limit_counts_on_both_sides():
 def test_points_that_are_not_finite_find_nothing():
     mesh = terrain(5)
     bad = [[np.nan, 0, 0], [0, np.inf, 0], [0, 0, -np.inf]]
-    found = closest_points(vertices=mesh.vertices, faces=mesh.faces, points=bad + [[0, 0, 0]])
+    found = SpatialIndex(mesh.vertices, mesh.faces).closest_batch(points=bad + [[0, 0, 0]])
     assert (found.faces[:3] == NO_FACE).all() and found.faces[3] != NO_FACE
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
     assert all(mesh_map.closest_face(point, np.inf) is None for point in bad)
@@ -114,7 +117,7 @@ def test_bad_questions_are_refused():
     with pytest.raises(ValueError, match=r"point has to have the shape \(3\)"):
         mesh_map.nearest_vertex((0, 0), 1)
     with pytest.raises(ValueError, match=r"points has to have the shape \(N, 3\)"):
-        closest_points(vertices=mesh.vertices, faces=mesh.faces, points=[[0, 0]])
+        SpatialIndex(mesh.vertices, mesh.faces).closest_batch(points=[[0, 0]])
 
 
 def test_nearest_vertex_equals_scipy():

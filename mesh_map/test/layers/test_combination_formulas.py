@@ -4,7 +4,7 @@ import layer_oracles
 import numpy as np
 import pytest
 from layer_calls import made, scaled
-from mesh_map.costs.combination import combine
+from mesh_map.costs.combination import Combination
 from mesh_map.costs.edge_weights import difference_weights, mean_weights
 from mesh_map.costs.layer import LayerInput, checked_result
 from mesh_map.map.mesh_map import MeshMap
@@ -32,7 +32,7 @@ def test_combination(mode, seed):
     if seed == 1:
         layers.append((np.full(500, np.inf, np.float32), np.ones(500, bool), 0.0))
     results = [(checked_result(costs, lethal, 500), factor) for costs, lethal, factor in layers]
-    found = combine(results, 500, mode)
+    found = Combination(results, 500, mode).costs
     expected = layer_oracles.combined(layers, mode)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7)
     assert np.array_equal(np.isnan(found), np.isnan(expected))

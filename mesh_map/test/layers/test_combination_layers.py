@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from mesh_map.base.plugins import find_class
 from mesh_map.costs.layer import BASE_CLASS_TYPE, LayerInput, checked
-from mesh_map.layers.max_combination import MaxCombinationLayer
-from mesh_map.layers.sum_combination import SumCombinationLayer
-from mesh_map.layers.weighted_combination import WeightedCombinationLayer
+from mesh_map.layers.combination_layer import (
+    MaxCombinationLayer,
+    SumCombinationLayer,
+    WeightedCombinationLayer,
+)
 from toy_layers import grid_map
 
 INF, NAN = math.inf, math.nan

@@ -8,9 +8,9 @@ import pytest
 from mesh_map.base.errors import MeshMapError
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.io.map_source import MapSource
-from mesh_map.layers.file_layer import largest_around
 from mesh_map.layers.labels import LabelLayer
 from mesh_map.layers.stored import SpeedLimitLayer, StoredLayer
+from mesh_map.map.attributes import vertex_costs
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.ros.labels_watch import LabelWatcher
 from mesh_msgs.testing import wait_until
@@ -64,7 +64,7 @@ def result_of(layer, map_file):
 
 
 def of_vertices_slowly(faces, costs, vertex_count):
-    """largest_around(), vertex by vertex."""
+    """vertex_costs(), vertex by vertex."""
     found = np.full(vertex_count, np.nan, np.float32)
     for vertex in range(vertex_count):
         around = costs[(faces == vertex).any(1)]
@@ -79,7 +79,7 @@ def test_costs_of_faces_become_those_of_vertices(mesh):
     costs = random.random(len(mesh.faces)).astype(np.float32)
     costs[random.random(len(costs)) < 0.1] = np.inf
     costs[random.random(len(costs)) < 0.1] = np.nan
-    found = largest_around(MeshGeometry(mesh.vertices, mesh.faces), costs)
+    found = vertex_costs(costs, MeshGeometry(mesh.vertices, mesh.faces).topology)
     slowly = of_vertices_slowly(mesh.faces, costs, len(mesh.vertices))
     np.testing.assert_array_equal(found, slowly)
     assert found.dtype == np.float32 and len(SMALL) > 10

@@ -13,7 +13,6 @@ import pytest
 from mesh_map import MeshMap, SpatialIndex, _kernels
 from mesh_map.base.cancel import CancelFlag
 from mesh_map.base.errors import Cancelled
-from mesh_map.geometry.surface import closest_points
 from mesh_map.spatial.spatial_index import query_counts
 from meshes import TestMesh, small, terrain
 from spatial_samples import TERRAIN, moved, need_opencl, same, some_points, some_rays, steep_rays
@@ -261,7 +260,7 @@ def test_memory_and_arrays():
 def test_the_mesh_map_builds_one_index_when_it_is_asked():
     mesh = terrain(150)
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
-    assert mesh_map.geometry._index is None
+    assert not mesh_map.geometry._made
     found = []
     threads = [
         threading.Thread(target=lambda: found.append(mesh_map.spatial_index)) for _ in range(6)
@@ -273,12 +272,6 @@ def test_the_mesh_map_builds_one_index_when_it_is_asked():
     assert len(found) == 6 and len(set(map(id, found))) == 1
     hit = mesh_map.closest_face((1, 1, 9), 20.0)
     assert same(tuple(hit)[1:], tuple(found[0].closest(point=(1, 1, 9)))[1:])
-
-
-def test_closest_points_of_no_faces():
-    found = closest_points(vertices=CORNERS, faces=np.zeros((0, 3)), points=[[0, 0, 0]] * 2)
-    assert (found.faces == 0xFFFFFFFF).all() and np.isinf(found.distances).all()
-    assert found.positions.shape == found.barycentric.shape == (2, 3)
 
 
 def test_progress_rises_to_one():

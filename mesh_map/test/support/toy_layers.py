@@ -8,9 +8,11 @@ from mesh_map import MeshMap
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs import layer_set
 from mesh_map.costs.layer import Layer, LayerResult
-from mesh_map.layers.max_combination import MaxCombinationLayer
-from mesh_map.layers.sum_combination import SumCombinationLayer
-from mesh_map.layers.weighted_combination import WeightedCombinationLayer
+from mesh_map.layers.combination_layer import (
+    MaxCombinationLayer,
+    SumCombinationLayer,
+    WeightedCombinationLayer,
+)
 
 calls = Counter()  # (name of the layer, method) -> how often
 

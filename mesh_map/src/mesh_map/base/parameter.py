@@ -3,7 +3,7 @@
 import math
 import sys
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Tuple, Union
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple, Union
 
 import numpy as np
 
@@ -91,3 +91,20 @@ class Parameter:
 
     def _wrong(self, value: Any, expected: str) -> MeshMapError:
         return MeshMapError("%s is %r, but it has to be %s" % (self.name, value, expected))
+
+
+def checked_values(
+    parameters: Iterable[Parameter], given: Mapping[str, Any]
+) -> Tuple[Dict[str, Value], List[str]]:
+    """The value of each parameter, the default where none is given, and one line for each warning.
+
+    Raises:
+        MeshMapError: a value that Parameter.checked() refuses.
+    """
+    values, warnings = {}, []
+    for parameter in parameters:
+        value = given.get(parameter.name, parameter.default)
+        values[parameter.name], warning = parameter.checked(value)
+        if warning:
+            warnings.append(warning)
+    return values, warnings

@@ -55,14 +55,28 @@ def number(value: Any, name: str) -> float:
     raise ValueError("%s has to be a number, not %s" % (name, _shown(value)))
 
 
-def thread_count(value: Any) -> int:
-    """ValueError for anything but a number of threads."""
-    if not isinstance(value, (int, np.integer)) or not 0 <= value <= _MAX_THREADS:
+def whole_number(value: Any, name: str, most: int = (1 << 63) - 1, least: str = "0") -> int:
+    """ValueError for anything but a whole number from 0 (which `least` is for, in errors) on."""
+    if not isinstance(value, (int, np.integer)) or not 0 <= value <= most:
         raise ValueError(
-            "threads has to be a whole number, 0 (all cores) to %d, not %s"
-            % (_MAX_THREADS, _shown(value))
+            "%s has to be a whole number, %s to %d, not %s" % (name, least, most, _shown(value))
         )
     return int(value)
+
+
+def thread_count(value: Any) -> int:
+    """ValueError for anything but a number of threads."""
+    return whole_number(value, "threads", _MAX_THREADS, "0 (all cores)")
+
+
+def one_each(array: np.ndarray, name: str, count: int, noun: str) -> np.ndarray:
+    """The array as it is; ValueError where it has not one number for each of so many things."""
+    if array.shape != (count,):
+        raise ValueError(
+            "%s has to have the shape (%d,), one for each %s, not %s"
+            % (name, count, noun, array.shape)
+        )
+    return array
 
 
 def points_array(values: Any, name: str) -> np.ndarray:
@@ -120,12 +134,7 @@ def mask_array(mask: Any, face_count: int) -> Optional[np.ndarray]:
             "mask has to be an array of bool, not of %s: True for each face that counts, such as"
             " by mask = numpy.zeros(%d, bool); mask[faces] = True" % (array.dtype, face_count)
         )
-    if array.shape != (face_count,):
-        raise ValueError(
-            "mask has to have the shape (%d,), one for each face, not %s"
-            % (face_count, array.shape)
-        )
-    return np.ascontiguousarray(array).view(np.uint8)
+    return np.ascontiguousarray(one_each(array, "mask", face_count, "face")).view(np.uint8)
 
 
 def choice(value: Any, name: str, allowed: Sequence[str]) -> str:

@@ -116,10 +116,3 @@ class Combination:
         total[lethal] = np.inf
         with np.errstate(over="ignore"):
             return total.astype(np.float32)
-
-
-def combine(
-    results: Iterable[Tuple[LayerResult, float]], vertex_count: int, mode: str = "sum"
-) -> np.ndarray:
-    """(V,) float32: the costs of a Combination."""
-    return Combination(results, vertex_count, mode).costs

@@ -7,7 +7,6 @@ from typing import (
     Any,
     ClassVar,
     Dict,
-    Iterable,
     List,
     Mapping,
     NamedTuple,
@@ -20,15 +19,12 @@ import numpy as np
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.digest import digest
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.parameter import Parameter, Value
+from mesh_map.base.parameter import Parameter, Value, checked_values
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 
 if TYPE_CHECKING:
     from mesh_map.map.mesh_map import MeshMap
-
-__all__ = ["BASE_CLASS_TYPE", "COMBINATION_WEIGHT", "FACTOR"]
-__all__ += ["Layer", "LayerInput", "LayerResult", "checked", "checked_result"]
 
 BASE_CLASS_TYPE = "mesh_map::Layer"
 
@@ -200,22 +196,14 @@ class Layer(abc.ABC):
         """
         self.name = name
         self.type_name = type_name or type(self).__name__
-        self.params: Dict[str, Value] = {}
         self.inputs: Optional[Tuple[str, ...]] = None
-        self.warnings: List[str] = []
         self.result: Optional[LayerResult] = None
         self._identity: Optional[Dict[str, Value]] = {}
         self._evaluated_with: Tuple[Any, ...] = ()
         given = dict(params or {})
         if self.READS_LAYERS:
             self.inputs = _checked_inputs(given.pop("inputs", None))
-        for parameter in self.all_parameters():
-            value = given.pop(parameter.name, parameter.default)
-            self.params[parameter.name], warning = parameter.checked(value)
-            if warning:
-                self.warnings.append(warning)
-        if given:
-            self.warnings.append(_unknown(given, self.params))
+        self.params, self.warnings = self._checked(given)
 
     @property
     def identity(self) -> Dict[str, Value]:
@@ -243,16 +231,15 @@ class Layer(abc.ABC):
         """
         if "inputs" in values and self.READS_LAYERS:
             raise MeshMapError("inputs cannot be changed while the layer is in use")
-        known = {parameter.name: parameter for parameter in self.all_parameters()}
-        params, warnings = dict(self.params), []
-        for name, value in values.items():
-            if name in known:
-                params[name], warning = known[name].checked(value)
-                if warning:
-                    warnings.append(warning)
-        unknown = [name for name in values if name not in known]
+        return self._checked({**self.params, **values})
+
+    def _checked(self, given: Mapping[str, Any]) -> Tuple[Dict[str, Value], List[str]]:
+        """All parameters, as given or by default, and warnings."""
+        params, warnings = checked_values(self.all_parameters(), given)
+        unknown = sorted(str(name) for name in given if name not in params)
         if unknown:
-            warnings.append(_unknown(unknown, known))
+            names = ", ".join(unknown), ", ".join(sorted(params))
+            warnings.append("unknown parameters: %s (known: %s)" % names)
         return params, warnings
 
     @classmethod
@@ -357,13 +344,6 @@ class Layer(abc.ABC):
             MeshMapError: arrays of a wrong length or kind, or a negative cost.
         """
         return checked(self.compute(mesh_map, inputs), len(mesh_map.vertices))
-
-
-def _unknown(names: Iterable[Any], known: Iterable[str]) -> str:
-    return "unknown parameters: %s (known: %s)" % (
-        ", ".join(sorted(map(str, names))),
-        ", ".join(sorted(known)),
-    )
 
 
 def _checked_inputs(value: Any) -> Optional[Tuple[str, ...]]:

@@ -1,6 +1,5 @@
 """Which layer reads which, and the order in which they are evaluated."""
 
-import heapq
 from typing import Container, Dict, List, Mapping, Set, Tuple
 
 from mesh_map.costs.layer import Layer
@@ -54,23 +53,13 @@ class LayerGraph:
         self.order = self._sorted()
 
     def _sorted(self) -> List[str]:
-        place = {name: number for number, name in enumerate(self.inputs)}
-        names = list(place)
-        missing = {name: sum(i in place for i in self.inputs[name]) for name in names}
-        readers: Dict[str, List[str]] = {name: [] for name in names}
-        for name in names:
-            for read in self.inputs[name]:
-                if read in readers:
-                    readers[read].append(name)
-        ready = [place[name] for name in names if not missing[name]]
-        order = []
-        while ready:
-            name = names[heapq.heappop(ready)]
+        """Again and again the first of the list of which all inputs are there."""
+        order: List[str] = []
+        waiting = dict(self.inputs)
+        while waiting:
+            name = next(name for name in waiting if waiting.keys().isdisjoint(waiting[name]))
             order.append(name)
-            for reader in readers[name]:
-                missing[reader] -= 1
-                if not missing[reader]:
-                    heapq.heappush(ready, place[reader])
+            del waiting[name]
         return order
 
     def _circles(self) -> List[List[str]]:

@@ -4,7 +4,7 @@ import dataclasses
 from typing import Any, List, Mapping, Tuple
 
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.parameter import Parameter
+from mesh_map.base.parameter import Parameter, checked_values
 
 SETTINGS = (
     Parameter(
@@ -54,7 +54,5 @@ class MapSettings:
             raise MeshMapError(
                 "unknown settings: " + ", ".join(unknown), "known: " + ", ".join(sorted(known))
             )
-        checked = {name: known[name].checked(value) for name, value in values.items()}
-        warnings = [warning for _, warning in checked.values() if warning]
-        accepted = {name: value for name, (value, _) in checked.items()}
+        accepted, warnings = checked_values([known[name] for name in values], values)
         return dataclasses.replace(self, **accepted), warnings

@@ -9,6 +9,7 @@ from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only, vertex_indices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
+from mesh_map.base.query_arguments import one_each
 from mesh_map.distance.potential_field import PotentialField
 from mesh_map.geometry.topology import Topology
 
@@ -201,13 +202,7 @@ class DijkstraSolver:
         return field
 
     def _checked(self, edge_lengths: Any) -> np.ndarray:
-        lengths = frozen(edge_lengths)
-        if lengths.shape != (self._topology.edge_count,):
-            raise ValueError(
-                "edge_lengths have the shape %s, but there are %d edges"
-                % (lengths.shape, self._topology.edge_count)
-            )
-        return lengths
+        return one_each(frozen(edge_lengths), "edge_lengths", self._topology.edge_count, "edge")
 
     def _sources(self, source: Source) -> Tuple[np.ndarray, np.ndarray]:
         try:

@@ -1,6 +1,5 @@
 """Locally shortest paths over a surface."""
 
-import operator
 from typing import Any, Optional
 
 import numpy as np
@@ -9,7 +8,7 @@ from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
-from mesh_map.base.query_arguments import mask_array, points_array
+from mesh_map.base.query_arguments import mask_array, points_array, whole_number
 from mesh_map.distance.surface_path import SurfacePath
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.walk import walk_arrays
@@ -72,14 +71,12 @@ class ExactGeodesic:
                 type or length, or a number of turns out of its range.
             Cancelled: by `cancel`.
         """
-        if not 0 <= operator.index(max_turns) < 1 << 63:
-            raise ValueError("max_turns has to be from 0 to 2 ** 63 - 1, not %d" % max_turns)
         points, faces, _, _, cancelled = self._kernel._shorten(
             points_array(path.points, "the points of a path"),
             _face_array(path.faces),
             mask_array(mask, self._face_count),
             over_hills,
-            max_turns,
+            whole_number(max_turns, "max_turns"),
             kernel_flag(cancel),
         )
         if cancelled:

@@ -7,6 +7,7 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
+from mesh_map.base.query_arguments import one_each
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 
@@ -88,9 +89,4 @@ class ObstacleDistance:
 
     def _flags(self, lethal: Any) -> np.ndarray:
         lethal = np.ascontiguousarray(lethal, np.bool_)
-        if lethal.shape != (self._vertex_count,):
-            raise ValueError(
-                "lethal has the shape %s, but there are %d vertices"
-                % (lethal.shape, self._vertex_count)
-            )
-        return lethal.view(np.uint8)
+        return one_each(lethal, "lethal", self._vertex_count, "vertex").view(np.uint8)

@@ -5,11 +5,12 @@ from functools import cached_property, lru_cache, partial
 from typing import Any, Callable, Dict, Optional, Tuple, TypeVar
 
 import numpy as np
+from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs.validation import check_geometry
 
 from mesh_map import _kernels
-from mesh_map.base.array_checks import as_faces, as_vertices, read_only
+from mesh_map.base.array_checks import read_only
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.query_arguments import checked_distance
 from mesh_map.geometry.normals import (

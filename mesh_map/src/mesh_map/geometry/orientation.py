@@ -3,9 +3,9 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 
 from mesh_map import _kernels
-from mesh_map.base.array_checks import as_faces, as_vertices
 from mesh_map.geometry.topology import Topology, quantity
 
 

@@ -1,24 +1,10 @@
 """Points on and near the surface of a mesh, and what is between its vertices there."""
 
-from typing import Any
+from typing import Any, Tuple
 
 import numpy as np
 
-from mesh_map.base.array_checks import as_faces, as_vertices
-from mesh_map.base.query_arguments import checked_distance, points_array
-from mesh_map.spatial.hits import NO_FACE, SurfacePoint, SurfacePoints
-from mesh_map.spatial.spatial_index import SpatialIndex
-
-__all__ = [
-    "NO_FACE",
-    "SurfacePoint",
-    "SurfacePoints",
-    "barycentric_coordinates",
-    "closest_points",
-    "interpolate",
-    "interpolate_directions",
-    "is_inside",
-]
+from mesh_map.spatial.hits import NO_FACE
 
 # A corner of smaller weight does not count: what is said of an edge or vertex does not depend on
 # the face that is looked at, also where points were rounded to 32-bit floats.
@@ -60,43 +46,21 @@ def is_inside(barycentric: Any, tolerance: float = 0.0) -> np.ndarray:
     return np.all(inside, axis=-1)
 
 
-def closest_points(
-    *, vertices: Any, faces: Any, points: Any, max_distance: float = float("inf")
-) -> SurfacePoints:
-    """The nearest point of a mesh for each of N points.
+def _at_corners(
+    values: Any, faces: np.ndarray, points: Any
+) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(N,) bool, which points have a face; of the M that do the weights of its corners, and the
+    values there, (M, 3) and (M, 3) or (M, 3, K) float64.
 
-    As SpatialIndex.closest_batch(), which is for more than one call about the same mesh: here the
-    index is built anew each time. A mesh without faces has no nearest points.
-
-    Args:
-        vertices: (V, 3) meters.
-        faces: (F, 3) vertex indices.
-        points: (N, 3) meters; one that is not finite finds nothing.
-        max_distance: meters, >= 0; counts on both sides of the surface.
-    Raises:
-        ValueError: wrong shapes, a face that refers to no vertex, a vertex of a face that is not
-            finite, or a distance that is negative or NaN.
+    Weights are 0 for corners that do not count, of the sum 1, and NaN for what are no weights.
     """
-    corners, triangles = as_vertices(vertices), as_faces(faces)
-    queries = points_array(points, "points")
-    distance = checked_distance(max_distance)
-    if not len(triangles):
-        count = len(queries)
-        return SurfacePoints(
-            np.full(count, NO_FACE, np.uint32),
-            np.zeros((count, 3)),
-            np.zeros((count, 3)),
-            np.full(count, np.inf),
-        )
-    index = SpatialIndex(corners, triangles)
-    return index.closest_batch(points=queries, max_distance=distance)
-
-
-def _weights(barycentric: np.ndarray) -> np.ndarray:
-    """(N, 3): 0 for corners that do not count, sum 1; NaN for what are no weights."""
+    of_points = np.asarray(points.faces)
+    found = of_points != NO_FACE
+    barycentric = np.asarray(points.barycentric, np.float64)[found]
     weights = np.where(barycentric <= NO_WEIGHT, 0.0, barycentric)
     total = weights.sum(1, keepdims=True)
-    return weights / np.where(total > 0.0, total, np.nan)
+    corners = np.asarray(values)[faces[of_points[found]]].astype(np.float64)
+    return found, weights / np.where(total > 0.0, total, np.nan), corners
 
 
 def interpolate(values: Any, faces: np.ndarray, points: Any) -> np.ndarray:
@@ -112,10 +76,7 @@ def interpolate(values: Any, faces: np.ndarray, points: Any) -> np.ndarray:
     Returns:
         (N,) or (N, K) float64; NaN where there is no face.
     """
-    field = np.asarray(values)
-    found = np.asarray(points.faces) != NO_FACE
-    weights = _weights(np.asarray(points.barycentric, np.float64)[found])
-    corners = field[faces[np.asarray(points.faces)[found]]].astype(np.float64)
+    found, weights, corners = _at_corners(values, faces, points)
     if corners.ndim == 3:
         weights = weights[:, :, None]
     counts = np.broadcast_to(weights != 0.0, corners.shape)
@@ -123,7 +84,7 @@ def interpolate(values: Any, faces: np.ndarray, points: Any) -> np.ndarray:
     parts = np.multiply(
         corners, weights, out=np.zeros(corners.shape), where=counts & ~np.isposinf(corners)
     )
-    result = np.full((len(found), *field.shape[1:]), np.nan)
+    result = np.full((len(found), *corners.shape[2:]), np.nan)
     result[found] = np.where(infinite, np.inf, parts.sum(1))
     return result
 
@@ -141,10 +102,7 @@ def interpolate_directions(vectors: Any, faces: np.ndarray, points: Any) -> np.n
         (N, 3) float64 of length 1; zeros where there is no face, no corner has a direction, or they
         cancel out.
     """
-    field = np.asarray(vectors)
-    found = np.asarray(points.faces) != NO_FACE
-    weights = _weights(np.asarray(points.barycentric, np.float64)[found])
-    corners = field[faces[np.asarray(points.faces)[found]]].astype(np.float64)
+    found, weights, corners = _at_corners(vectors, faces, points)
     usable = np.isfinite(corners).all(2, keepdims=True)
     corners = np.where(usable, corners, 0.0)
     sums = np.einsum("nk,nkd->nd", weights, corners)

@@ -5,9 +5,10 @@ from functools import cached_property
 from typing import Any, Dict, Tuple
 
 import numpy as np
+from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 
 from mesh_map import _kernels
-from mesh_map.base.array_checks import as_faces, as_vertices, read_only
+from mesh_map.base.array_checks import read_only
 
 NO_EDGE = int(_kernels._NO_INDEX)
 

@@ -5,9 +5,9 @@ import math
 from typing import Any, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
+from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 
 from mesh_map import _kernels
-from mesh_map.base.array_checks import as_faces, as_vertices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.query_arguments import (
     float_array,
@@ -16,11 +16,10 @@ from mesh_map.base.query_arguments import (
     per_item,
     points_array,
     vector,
+    whole_number,
 )
 from mesh_map.geometry.topology import Topology
 from mesh_map.spatial.hits import NO_FACE
-
-__all__ = ["SurfaceWalk", "SurfaceWalker", "SurfaceWalks", "WalkEnd", "WalkPath", "MAX_STEPS"]
 
 MAX_STEPS = 1_000_000  # faces of one walk
 _NOWHERE = np.zeros(3)
@@ -309,7 +308,7 @@ class SurfaceWalker:
             length,
             target,
             mask_array(mask, self.face_count),
-            _checked_steps(max_steps),
+            whole_number(max_steps, "max_steps"),
             path,
         )
         return SurfaceWalk(*found, WalkEnd(end), None if way is None else WalkPath(*way))
@@ -337,19 +336,13 @@ class SurfaceWalker:
             lengths,
             targets,
             mask_array(mask, self.face_count),
-            _checked_steps(max_steps),
+            whole_number(max_steps, "max_steps"),
             paths,
             0,
             kernel_flag(cancel),
         )
         ways = None if found[-1] is None else [WalkPath(*way) for way in found[-1]]
         return SurfaceWalks(*found[:-1], ways)
-
-
-def _checked_steps(value: int) -> int:
-    if not isinstance(value, (int, np.integer)) or not 0 <= value < 2**63:
-        raise ValueError("max_steps has to be a whole number, 0 or more, not %r" % (value,))
-    return int(value)
 
 
 def _direction(start: Any, name: str) -> Any:

@@ -4,6 +4,7 @@ The stamp is 0: a map does not age, and transforms are looked up as they are whe
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from mesh_map.map.mesh_map import MeshMap
@@ -13,63 +14,40 @@ from std_msgs.msg import Header
 
 def geometry_message(mesh_map: MeshMap) -> arrays.MeshGeometryStamped:
     """Vertices, one normal for each, and faces."""
-    return arrays.MeshGeometryStamped(
-        header=_header(mesh_map),
-        uuid=mesh_map.uuid,
-        mesh_geometry=arrays.MeshGeometry(
-            vertices=mesh_map.vertices,
-            vertex_normals=mesh_map.vertex_normals,
-            faces=mesh_map.faces,
-        ),
-    )
+    geometry = arrays.MeshGeometry(mesh_map.vertices, mesh_map.vertex_normals, mesh_map.faces)
+    return _about(mesh_map, arrays.MeshGeometryStamped, mesh_geometry=geometry)
 
 
 def colors_message(mesh_map: MeshMap, colors: np.ndarray) -> arrays.MeshVertexColorsStamped:
     """colors: (V, 3 or more) uint8, of which red, green and blue are used; alpha is 1."""
     rgba = np.ones((len(colors), 4), np.float32)
     np.divide(colors[:, :3], np.float32(255), out=rgba[:, :3])
-    return arrays.MeshVertexColorsStamped(
-        header=_header(mesh_map),
-        uuid=mesh_map.uuid,
-        mesh_vertex_colors=arrays.MeshVertexColors(vertex_colors=rgba),
-    )
+    found = arrays.MeshVertexColors(rgba)
+    return _about(mesh_map, arrays.MeshVertexColorsStamped, mesh_vertex_colors=found)
 
 
 def costs_message(mesh_map: MeshMap, name: str, costs: np.ndarray) -> arrays.MeshVertexCostsStamped:
     """costs: (V,) float32, of the layer of this name."""
-    return arrays.MeshVertexCostsStamped(
-        header=_header(mesh_map),
-        uuid=mesh_map.uuid,
-        type=name,
-        mesh_vertex_costs=arrays.MeshVertexCosts(costs=costs),
-    )
+    found = arrays.MeshVertexCosts(costs)
+    return _about(mesh_map, arrays.MeshVertexCostsStamped, type=name, mesh_vertex_costs=found)
 
 
 def update_message(
     mesh_map: MeshMap, name: str, vertices: np.ndarray, costs: np.ndarray
 ) -> arrays.MeshVertexCostsSparseStamped:
     """vertices: (K,) that have changed; costs: (K,) float32, what they cost now."""
-    return arrays.MeshVertexCostsSparseStamped(
-        header=_header(mesh_map),
-        uuid=mesh_map.uuid,
-        type=name,
-        mesh_vertex_costs=arrays.MeshVertexCostsSparse(
-            vertices=vertices, costs=costs, default_value=math.nan
-        ),
-    )
+    found = arrays.MeshVertexCostsSparse(vertices, costs, math.nan)
+    return _about(mesh_map, arrays.MeshVertexCostsSparseStamped, type=name, mesh_vertex_costs=found)
 
 
 def face_costs_message(
     mesh_map: MeshMap, name: str, costs: np.ndarray
 ) -> arrays.MeshFaceCostsStamped:
     """costs: (F,) float32."""
-    return arrays.MeshFaceCostsStamped(
-        header=_header(mesh_map),
-        uuid=mesh_map.uuid,
-        type=name,
-        mesh_face_costs=arrays.MeshFaceCosts(costs=costs),
-    )
+    found = arrays.MeshFaceCosts(costs)
+    return _about(mesh_map, arrays.MeshFaceCostsStamped, type=name, mesh_face_costs=found)
 
 
-def _header(mesh_map: MeshMap) -> Header:
-    return Header(frame_id=mesh_map.frame_id)
+def _about(mesh_map: MeshMap, kind: Any, **members: Any) -> Any:
+    header = Header(frame_id=mesh_map.frame_id)
+    return kind(header=header, uuid=mesh_map.uuid, **members)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, Mapping, Optional
 
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.parameter import Parameter
+from mesh_map.base.parameter import Parameter, checked_values
 
 _STRINGS = (
     Parameter("mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .dae)"),
@@ -50,8 +50,7 @@ def map_parameters(values: Any) -> MapParameters:
     """
     if not isinstance(values, Mapping):
         raise MeshMapError("the parameters are %r, not a dictionary" % (values,))
-    known = _STRINGS + GEOMETRY_PARAMETERS
-    checked = {p.name: p.checked(values.get(p.name, p.default))[0] for p in known}
+    checked, _ = checked_values(_STRINGS + GEOMETRY_PARAMETERS, values)
     if values.get("server_url") and not checked["mesh_file"]:
         raise MeshMapError("maps of a mesh server (server_url) are not supported", "set mesh_file")
     if not checked["mesh_file"]:

@@ -1,6 +1,7 @@
 """Layers that combine others into one."""
 
 import abc
+from functools import reduce
 from typing import Mapping, Optional, Union
 
 import numpy as np
@@ -75,3 +76,36 @@ class CombinationLayer(Layer):
             combined[dead] = np.inf
             costs[vertices] = combined
         lethal[vertices] = dead
+
+
+class SumCombinationLayer(CombinationLayer):
+    """Sum of combination_weight times cost over the inputs.
+
+    Called AvgCombinationLayer in the mesh_navigation for ROS 2, though it is no average.
+    """
+
+    def combine_costs(self, inputs: Mapping[str, LayerInput], vertices: Vertices) -> np.ndarray:
+        return sum(
+            read.weight * read.costs[vertices].astype(np.float64) for read in inputs.values()
+        )
+
+
+class WeightedCombinationLayer(SumCombinationLayer):
+    """Mean of the costs of the inputs, each with its combination_weight.
+
+    0 where all weights are 0 (and nothing is lethal or unknown).
+    """
+
+    def combine_costs(self, inputs: Mapping[str, LayerInput], vertices: Vertices) -> np.ndarray:
+        total = super().combine_costs(inputs, vertices)
+        return total / (sum(read.weight for read in inputs.values()) or 1.0)
+
+
+class MaxCombinationLayer(CombinationLayer):
+    """The largest cost of the inputs, whatever their combination_weight."""
+
+    READS_WEIGHTS = False
+
+    def combine_costs(self, inputs: Mapping[str, LayerInput], vertices: Vertices) -> np.ndarray:
+        costs = (read.costs[vertices].astype(np.float64) for read in inputs.values())
+        return reduce(np.maximum, costs)

@@ -9,7 +9,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Layer, LayerInput, LayerResult
-from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.map.attributes import vertex_costs
 from mesh_map.map.mesh_map import MeshMap
 
 SOURCE_PARAMETERS: Tuple[Parameter, ...] = (
@@ -22,8 +22,8 @@ SOURCE_PARAMETERS: Tuple[Parameter, ...] = (
 class FileLayer(Layer):
     """Base of a layer that reads a stored layer or a face attribute and makes costs of its values.
 
-    Costs of faces become those of vertices: see largest_around(). PARAMETERS begin with
-    SOURCE_PARAMETERS.
+    Costs of faces become those of vertices: the largest around, see vertex_costs(). PARAMETERS
+    begin with SOURCE_PARAMETERS.
 
     Such layers are never stored in the map file: they would replace what they are made of.
     """
@@ -45,7 +45,7 @@ class FileLayer(Layer):
                 costs = self._costs(contents.vertex_costs(self.params["layer"] or self.name))
             else:
                 values = contents.face_attribute(self.params["face_attribute"])
-                costs = largest_around(mesh_map.geometry, self._costs(self._column(values)))
+                costs = vertex_costs(self._costs(self._column(values)), mesh_map.topology)
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
         return LayerResult(costs, self.lethal_of(costs))
@@ -79,19 +79,3 @@ def contents_of(mesh_map: MeshMap) -> Any:
     if mesh_map.contents is None:
         raise MeshMapError("the map was not read from a file, which this layer reads")
     return mesh_map.contents
-
-
-def largest_around(geometry: MeshGeometry, costs: np.ndarray) -> np.ndarray:
-    """Costs of vertices (V,) float32 from those of faces (F,) float32.
-
-    The largest of the faces around; lethal if one is, else unknown (NaN) if one is, or there is no
-    face.
-    """
-    offsets, around = geometry.topology.vertex_face_offsets, geometry.topology.vertex_faces
-    of_vertices = np.full(len(geometry.vertices), np.nan, np.float32)
-    used = offsets[:-1] < offsets[1:]
-    if used.any():  # reduceat takes no empty ranges
-        starts = offsets[:-1][used].astype(np.int64)
-        of_vertices[used] = np.maximum.reduceat(costs[around], starts)
-    of_vertices[geometry.faces[np.isposinf(costs)]] = np.inf
-    return of_vertices

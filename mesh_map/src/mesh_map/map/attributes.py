@@ -7,7 +7,7 @@ from mesh_msgs.text import one_line
 
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.query_arguments import choice
+from mesh_map.base.query_arguments import choice, one_each
 from mesh_map.geometry.topology import Topology
 
 MAX, MEAN = "max", "mean"
@@ -158,12 +158,7 @@ def vertex_costs(costs: Any, topology: Topology, how: str = MAX) -> np.ndarray:
         ValueError: another number of costs, or another word.
     """
     choice(how, "how", (MAX, MEAN))
-    values = np.asarray(costs, np.float32)
-    if values.shape != (topology.face_count,):
-        raise ValueError(
-            "costs has to have the shape (%d,), one for each face, not %s"
-            % (topology.face_count, values.shape)
-        )
+    values = one_each(np.asarray(costs, np.float32), "costs", topology.face_count, "face")
     offsets = topology.vertex_face_offsets
     degrees = np.diff(offsets)
     has_face = degrees > 0
@@ -176,6 +171,6 @@ def vertex_costs(costs: Any, topology: Topology, how: str = MAX) -> np.ndarray:
             with np.errstate(invalid="ignore"):
                 sums = np.add.reduceat(around.astype(np.float64), starts)
             result[has_face] = sums / degrees[has_face]
-        lethal = np.logical_or.reduceat(np.isinf(around), starts)
+        lethal = np.logical_or.reduceat(np.isposinf(around), starts)
         result[np.flatnonzero(has_face)[lethal]] = np.inf
     return result

@@ -7,7 +7,13 @@ import numpy as np
 
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.query_arguments import checked_distance, number, points_array
+from mesh_map.base.query_arguments import (
+    checked_distance,
+    number,
+    one_each,
+    points_array,
+    whole_number,
+)
 from mesh_map.geometry.surface import interpolate, interpolate_directions
 from mesh_map.geometry.topology import NO_EDGE
 from mesh_map.geometry.walk import SurfaceWalker
@@ -21,8 +27,6 @@ from mesh_map.map.footprint import (
 )
 from mesh_map.map.path_cost import PathCost, path_cost
 from mesh_map.spatial.hits import SurfacePoint, SurfacePoints
-
-__all__ = ["Footprint", "MAX_DISTANCE", "PathCost", "PointCosts", "SurfaceQueries"]
 
 Inside = Callable[[np.ndarray], np.ndarray]
 
@@ -116,9 +120,7 @@ class SurfaceQueries:
 
     def k_ring(self, vertex: int, k: int) -> np.ndarray:
         """The vertices that at most k edges connect with this one, which is among them."""
-        if not isinstance(k, (int, np.integer)) or k < 0:
-            raise ValueError("k has to be a whole number, 0 or more, not %r" % (k,))
-        return self._grown(vertex, int(k), None)
+        return self._grown(vertex, whole_number(k, "k"), None)
 
     def radius_neighborhood(self, vertex: int, radius: float) -> np.ndarray:
         """The vertices that are reached from this one over edges through vertices that are all
@@ -386,12 +388,7 @@ class SurfaceQueries:
         array = _numbers(costs, "costs")
         with np.errstate(over="ignore"):  # what does not fit becomes lethal
             array = np.ascontiguousarray(array, np.float32)
-        if array.shape != (len(self.vertices),):
-            raise ValueError(
-                "costs has to have the shape (%d,), one for each vertex, not %s"
-                % (len(self.vertices), array.shape)
-            )
-        return array
+        return one_each(array, "costs", len(self.vertices), "vertex")
 
     def _per_vertex(self, values: Any, name: str) -> np.ndarray:
         array = _numbers(values, name)

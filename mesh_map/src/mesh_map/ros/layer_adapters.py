@@ -4,9 +4,7 @@ import importlib
 import logging
 from typing import List
 
-from mesh_msgs.text import one_line
-
-from mesh_map.base.errors import MeshMapError
+from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.costs.layer import Layer
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.ros.ros_adapter import RosAdapter
@@ -30,10 +28,7 @@ class LayerAdapters:
                 own = "%s/%s" % (namespace.rstrip("/"), layer.name)
                 self._adapters.append(_started(own, mesh_map, layer))
             except Exception as error:  # a stranger's plugin may fail in any way
-                shown = one_line(error)
-                if not isinstance(error, MeshMapError):
-                    shown = "%s: %s" % (type(error).__name__, shown)
-                _LOG.error("layer %s gets no data from topics: %s", layer.name, shown)
+                _LOG.error("layer %s gets no data from topics: %s", layer.name, error_line(error))
 
     def shutdown(self) -> None:
         """Ends them all."""
@@ -41,8 +36,7 @@ class LayerAdapters:
             try:
                 adapter.shutdown()
             except Exception as error:  # of a stranger's; the others have to end, too
-                name = adapter.layer.name
-                _LOG.error("layer %s: %s: %s", name, type(error).__name__, one_line(error))
+                _LOG.error("layer %s: %s", adapter.layer.name, error_line(error))
         self._adapters = []
 
 

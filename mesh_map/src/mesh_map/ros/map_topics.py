@@ -12,6 +12,7 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker
 
 from mesh_map.costs.layer import Layer
+from mesh_map.costs.layer_changes import different
 from mesh_map.io import map_messages
 from mesh_map.io.markers import face_vectors_marker, no_marker, vector_field_marker
 from mesh_map.map.mesh_map import MeshMap
@@ -201,7 +202,9 @@ class MapTopics:
                 publisher.unregister()
 
     def _publish_change(self, name: str, vertices: np.ndarray, costs: np.ndarray) -> None:
-        vertices = _different(self.costs.get(name), costs, vertices)
+        before = self.costs.get(name)
+        if before is not None:
+            vertices = vertices[different(before[vertices], costs[vertices])]
         if not len(vertices):
             return  # other vectors alone
         mesh_map, self.costs[name] = self.map, costs
@@ -240,11 +243,3 @@ class MapTopics:
         return lambda: vector_field_marker(
             mesh_map.vertices, vectors, values, mesh_map.frame_id, stamp, namespace
         )
-
-
-def _different(before: Optional[np.ndarray], after: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-    """Those of the vertices at which costs differ bitwise."""
-    if before is None:
-        return vertices
-    bits = [np.ascontiguousarray(costs[vertices]).view(np.uint32) for costs in (before, after)]
-    return vertices[bits[0] != bits[1]]

@@ -12,7 +12,7 @@ from mesh_msgs.transform import TransformError, rotation_and_translation
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
-from mesh_map.base.errors import MeshMapError
+from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.geometry.topology import quantity
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.ros.complaints import Complaints
@@ -119,8 +119,7 @@ class ObstacleAdapter(RosAdapter):
                     self.refresh()
                     self._due = False
             except Exception as error:  # of whatever depends on this layer; clouds go on
-                text = "%s: %s" % (type(error).__name__, one_line(error))
-                self._complaints.add("obstacles cannot be taken over", text)
+                self._complaints.add("obstacles cannot be taken over", error_line(error))
 
     def _to_map(self, frame: str, stamp: rospy.Time) -> Tuple[np.ndarray, np.ndarray]:
         """Rotation (3, 3) and translation (3,) from a frame into that of the map."""

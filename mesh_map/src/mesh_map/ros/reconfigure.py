@@ -5,7 +5,7 @@ import logging
 from typing import Dict, List, Mapping
 
 from mesh_map.base.errors import error_line
-from mesh_map.base.parameter import Parameter, Value
+from mesh_map.base.parameter import Parameter, Value, checked_values
 from mesh_map.costs.settings import SETTINGS
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.ros.parameter_server import ParameterServer
@@ -66,13 +66,10 @@ class MapReconfigure:
         ]
 
     def _set_map(self, values: Dict[str, Value]) -> Mapping[str, Value]:
-        without_effect = dict(self._without_effect)
-        for parameter in WITHOUT_EFFECT:
-            if parameter.name in values:
-                value, warning = parameter.checked(values.pop(parameter.name))
-                without_effect[parameter.name] = value
-                if warning:
-                    _LOG.warning("%s", warning)
+        own = {name: values.pop(name, before) for name, before in self._without_effect.items()}
+        without_effect, warnings = checked_values(WITHOUT_EFFECT, own)
+        for warning in warnings:
+            _LOG.warning("%s", warning)
         if values:
             self._map.set_settings(**values)
         self._without_effect = without_effect

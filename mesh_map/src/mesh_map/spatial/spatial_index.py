@@ -5,9 +5,10 @@ from copy import copy
 from typing import Any, Callable, Iterator, Optional, Sequence, Tuple, Union
 
 import numpy as np
+from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 
 from mesh_map import _kernels
-from mesh_map.base.array_checks import as_faces, as_vertices, read_only
+from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
 from mesh_map.base.query_arguments import (
