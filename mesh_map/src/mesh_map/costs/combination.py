@@ -22,7 +22,7 @@ class Term(NamedTuple):
 
 
 class Combination:
-    """Costs of a map from those of its layers. Immutable.
+    """Costs of a map from those of its layers: Pütz et al., 4.2. Immutable.
 
     Modes, each for one vertex:
         sum: factor_1 cost_1 + factor_2 cost_2 + ..., as released.

@@ -120,6 +120,8 @@ class DijkstraField(PotentialField):
 class DijkstraSolver:
     """Dijkstra's algorithm on one mesh; for many solves, from any number of threads at once.
 
+    Dijkstra, A note on two problems in connexion with graphs, 1959; as planner: Pütz et al., 5.3.
+
     Distances are sums of float32 edge lengths along the way from the source, rounded after each
     edge: bit for bit what a plain heap Dijkstra computes.
 

@@ -19,7 +19,8 @@ MAX_TURNS = 10_000_000  # ways around vertices that are tried for one path
 class ExactGeodesic:
     """Pulls paths over a mesh taut, until they are geodesics: straight where the faces that they
     cross are unfolded into a plane, and bent only at vertices around which every way is 180 degrees
-    or more, or that the surface (or what of it counts) does not go around.
+    or more, or that the surface (or what of it counts) does not go around (Mitchell, Mount and
+    Papadimitriou, The discrete geodesic problem, 1987).
 
     With that no path nearby is shorter. Which side of a hill a path takes is up to what is given:
     what follows a wave front takes the shorter one, but for such as differ by less than the error

@@ -38,6 +38,8 @@ class SurfaceFront:
 class ObstacleDistance:
     """Distances along the surface from obstacles, and directions away from them.
 
+    As Danielsson's Euclidean distance mapping (1980) on grids: vertices hand on what is nearest.
+
     Obstacles are lethal vertices, edges between two of them, and faces between three. The front
     carries with each vertex the piece of the obstacle that is nearest, unfolded into a plane, so
     that it stays straight along edges and round at corners: on a plane distances are Euclidean, but

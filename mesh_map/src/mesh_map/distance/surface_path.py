@@ -40,6 +40,8 @@ class SurfacePath:
 class FieldTracer:
     """Follows potentials over one mesh, any triangle soup, down to their goals.
 
+    Down the gradient, as Kimmel and Sethian 1998, and Pütz et al., 5.3.
+
     A way crosses faces straight, from where it enters one to exactly where it leaves it, as the
     front that made the potential came through the faces ahead. It stays on the surface, goes
     through vertices and around closed faces where the front did, always arrives where the front

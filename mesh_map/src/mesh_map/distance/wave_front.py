@@ -181,6 +181,11 @@ class WaveFrontField(PotentialField):
 class WaveFrontSolver:
     """Wave fronts over one mesh, any triangle soup; any number of threads may solve at once.
 
+    Fast marching for the eikonal equation, |grad potential| = slowness: Kimmel and Sethian,
+    Computing geodesic paths on manifolds, 1998; Pütz et al., 5.3. Across a triangle, distances are
+    those from the unfolded source: Novotni and Klein, Computing geodesic distances on triangular
+    meshes, 2002.
+
     Exact on planes, whatever their triangulation; about 0.15 % too long on rough terrain, 0.1 % on
     a sphere (beyond ten edges from the goal). Faces with a closed corner are never crossed.
 

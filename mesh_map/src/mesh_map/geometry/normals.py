@@ -48,8 +48,10 @@ def vertex_normals(
 ) -> np.ndarray:
     """Unit normals of vertices: the mean of the unit normals of the faces around.
 
-    Without weights, each face counts the same, whatever its size or angle, as in the released
-    mesh_map: thresholds in the field were chosen for that. Faces without area do not count.
+    Without weights, each face counts the same, whatever its size or angle (Gouraud, Continuous
+    shading of curved surfaces, 1971), as in the released mesh_map: thresholds in the field were
+    chosen for that. Faces without area do not count. With the angles as weights: Thürmer and
+    Wüthrich, Computing vertex normals from polygonal facets, 1998.
 
     Args:
         topology: of the mesh.

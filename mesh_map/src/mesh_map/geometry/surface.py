@@ -1,4 +1,8 @@
-"""Points on and near the surface of a mesh, and what is between its vertices there."""
+"""Points on and near the surface of a mesh, and what is between its vertices there.
+
+Pütz et al., here and elsewhere: The Mesh Tools package, introducing annotated 3D triangle maps in
+ROS.
+"""
 
 from typing import Any, Tuple
 
@@ -14,7 +18,8 @@ NO_WEIGHT = 1e-6
 def barycentric_coordinates(points: Any, a: Any, b: Any, c: Any) -> np.ndarray:
     """Coordinates (alpha, beta, gamma) of the projections of points on the planes of triangles abc.
 
-    Equation 1 of the paper (Heidrich's method): the projection is alpha a + beta b + gamma c.
+    Pütz et al., eq. (1), which is Heidrich's method (Computing the barycentric coordinates of a
+    projected point, 2005): the projection is alpha a + beta b + gamma c.
 
     Args:
         points, a, b, c: (..., 3), broadcast against each other.
@@ -34,7 +39,7 @@ def barycentric_coordinates(points: Any, a: Any, b: Any, c: Any) -> np.ndarray:
 def is_inside(barycentric: Any, tolerance: float = 0.0) -> np.ndarray:
     """Whether projections lie inside their triangles.
 
-    Equation 2 of the paper, widened by the tolerance.
+    Pütz et al., eq. (2), widened by the tolerance.
 
     Args:
         barycentric: (..., 3), from barycentric_coordinates(). NaN is outside.
@@ -64,7 +69,7 @@ def _at_corners(
 
 
 def interpolate(values: Any, faces: np.ndarray, points: Any) -> np.ndarray:
-    """A field of vertices at points of the surface (equation 4 of the paper).
+    """A field of vertices at points of the surface (Pütz et al., eq. (4)).
 
     Of the corners of the face that have a weight (above 1e-6): +inf if one has +inf (lethal,
     unreached), else NaN if one is unknown, else linear.
@@ -90,7 +95,7 @@ def interpolate(values: Any, faces: np.ndarray, points: Any) -> np.ndarray:
 
 
 def interpolate_directions(vectors: Any, faces: np.ndarray, points: Any) -> np.ndarray:
-    """A field of directions at points of the surface (equation 3 of the paper).
+    """A field of directions at points of the surface (Pütz et al., eq. (3)).
 
     Corners without a direction (0, or not finite) are left out, as in the released mesh_map.
 

@@ -147,7 +147,8 @@ def walk_arrays(vertices: Any, faces: Any, topology: Topology) -> Tuple[np.ndarr
 class SurfaceWalker:
     """Walks over the faces of a mesh: what moves a robot on it, or looks ahead.
 
-    walk() goes straight on: the straightest geodesic, straight where the faces that it crosses are
+    walk() goes straight on: the straightest geodesic (Polthier and Schmies, Straightest geodesics
+    on polyhedral surfaces, 1998), straight where the faces that it crosses are
     unfolded into a plane, with as much angle on the left as on the right of a vertex, and along
     straight borders. Faces may be flipped, duplicate, or without area. Of more than two faces at an
     edge, the walk goes on in the one that bends least. line() goes to a target, straight as seen

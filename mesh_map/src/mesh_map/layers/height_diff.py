@@ -7,6 +7,8 @@ from mesh_map.layers.threshold_layer import RadiusLayer
 class HeightDiffLayer(RadiusLayer):
     """Largest minus smallest height, in meters, over a vertex and those around it within a radius.
 
+    One of the layers of Pütz et al., 4.2 and 5.3 (height differences).
+
     "Around" means: reached over edges through vertices whose Euclidean distance from the vertex is
     below the radius. The vertex itself counts; in the released mesh_map it did not, and a vertex
     without neighbors in reach had -inf.

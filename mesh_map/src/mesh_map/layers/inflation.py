@@ -74,14 +74,16 @@ class _Inflated:
 class InflationLayer(Layer):
     """Costs around the lethal vertices of other layers, fading with the distance d from them.
 
-    d is measured along the surface from lethal vertices, edges between two of them and faces
-    between three (see mesh_map.distance.front). With the radii r (inscribed) and R (inflation):
+    The inflation of Pütz et al., 4.2, by distance instead of by rings of triangles. d is measured
+    along the surface from lethal vertices, edges between two of them and faces between three (see
+    mesh_map.distance.front). With the radii r (inscribed) and R (inflation):
 
     * lethal vertices stay lethal, and cost lethal_value (below 0: infinite; in the combination of a
       map lethal vertices are infinite anyway);
     * d <= r: inscribed_value;
     * r < d <= R: inscribed_value times (cos(pi (d - r) / (R - r)) + 1) / 2, or, with fading
-      "exponential" (as in ROS 2), times exp(-cost_scaling_factor (d - r));
+      "exponential" (as costmap_2d's inflation layer, and ROS 2), times
+      exp(-cost_scaling_factor (d - r));
     * beyond: 0. Where R is not above r, nothing fades.
 
     The vectors of the result, with repulsive_field, point away from obstacles along the surface;

@@ -7,6 +7,8 @@ from mesh_map.layers.threshold_layer import RadiusLayer
 class RidgeLayer(RadiusLayer):
     """Mean distance, in meters, between the tips of the normals around a vertex and its own.
 
+    As the RidgeLayer of the released mesh_map.
+
     The tip of a vertex is its position plus its normal of length 1. The mean is over the other
     vertices around (as of height differences) within a radius: on flat ground it is the mean
     distance of these, and larger where normals diverge. 0 where there are none; in the released

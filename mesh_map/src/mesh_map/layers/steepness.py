@@ -12,6 +12,8 @@ from mesh_map.map.mesh_map import MeshMap
 class SteepnessLayer(ThresholdLayer):
     """The angle between the normal of a vertex and the up direction, in radians, 0 to pi.
 
+    arccos(normal . up), as the SteepnessLayer of the released mesh_map.
+
     A map whose faces point down is steep everywhere, as in the released mesh_map, unless the map is
     told to orient them, or that down is up.
     """

@@ -83,6 +83,8 @@ def path_cost(
 ) -> PathCost:
     """The cost along the straight pieces between points; see SurfaceQueries.path_cost().
 
+    By the trapezoidal rule, which is exact where costs are linear (Pütz et al., eq. (4)).
+
     Args:
         walker, vertices, faces: of the mesh.
         costs: (V,).

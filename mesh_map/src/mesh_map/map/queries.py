@@ -208,7 +208,7 @@ class SurfaceQueries:
         return ~without if without.any() else None
 
     def values_at(self, points: Any, values: Any) -> np.ndarray:
-        """A field of vertices at points of the surface (equation 4 of the paper).
+        """A field of vertices at points of the surface (Pütz et al., eq. (4)).
 
         Of the corners of the face that have a weight (above 1e-6): +inf if one has +inf, else NaN
         if one has NaN, else linear. So what is told of an edge or vertex does not depend on the
@@ -225,7 +225,7 @@ class SurfaceQueries:
         return interpolate(self._per_vertex(values, "values"), self.faces, points)
 
     def directions_at(self, points: Any, vectors: Any) -> np.ndarray:
-        """A field of directions at points of the surface (equation 3 of the paper).
+        """A field of directions at points of the surface (Pütz et al., eq. (3)).
 
         Corners without a direction (0, or not finite) are left out, as in the released mesh_map.
 
