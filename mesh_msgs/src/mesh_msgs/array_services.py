@@ -9,118 +9,34 @@ in `rospy.Service` as well as `rospy.ServiceProxy`; the other side may use the g
     rospy.Service("get_geometry", array_services.GetGeometry, answer)
 """
 
+from typing import Any
+
 import mesh_msgs.srv
 
-from mesh_msgs import arrays
+from mesh_msgs import arrays  # noqa: F401  (responses are made of these)
 from mesh_msgs.wire.array_message import ArrayMessage
-from mesh_msgs.wire.fields import MessageField, MessageListField
-
-__all__ = [
-    "DeleteLabel",
-    "DeleteLabelResponse",
-    "GetGeometry",
-    "GetGeometryResponse",
-    "GetLabeledClusterGroup",
-    "GetLabeledClusterGroupResponse",
-    "GetLabeledClusters",
-    "GetLabeledClustersResponse",
-    "GetMaterials",
-    "GetMaterialsResponse",
-    "GetVertexColors",
-    "GetVertexColorsResponse",
-    "GetVertexCosts",
-    "GetVertexCostsResponse",
-]
-
-_EMPTY_CLUSTER = 8  # bytes: two lengths
 
 
-class GetGeometryResponse(ArrayMessage, mesh_msgs.srv.GetGeometryResponse):
-    """mesh_geometry_stamped."""
-
-    __slots__ = ()
-    FIELDS = (MessageField("mesh_geometry_stamped", arrays.MeshGeometryStamped),)
-
-
-class GetVertexColorsResponse(ArrayMessage, mesh_msgs.srv.GetVertexColorsResponse):
-    """mesh_vertex_colors_stamped."""
-
-    __slots__ = ()
-    FIELDS = (MessageField("mesh_vertex_colors_stamped", arrays.MeshVertexColorsStamped),)
+def _with_arrays(service: Any) -> Any:
+    """The generated service, with the array class of its response."""
+    stock = service._response_class
+    told = {"__module__": __name__, "__doc__": ", ".join(stock.__slots__) + ", with arrays."}
+    response = type(stock.__name__, (ArrayMessage, stock), dict(told, __slots__=()))
+    told = {"__module__": __name__, "__doc__": "mesh_msgs/%s with arrays." % service.__name__}
+    return type(service.__name__, (service,), dict(told, _response_class=response))
 
 
-class GetVertexCostsResponse(ArrayMessage, mesh_msgs.srv.GetVertexCostsResponse):
-    """mesh_vertex_costs_stamped."""
-
-    __slots__ = ()
-    FIELDS = (MessageField("mesh_vertex_costs_stamped", arrays.MeshVertexCostsStamped),)
-
-
-class GetMaterialsResponse(ArrayMessage, mesh_msgs.srv.GetMaterialsResponse):
-    """mesh_materials_stamped."""
-
-    __slots__ = ()
-    FIELDS = (MessageField("mesh_materials_stamped", arrays.MeshMaterialsStamped),)
-
-
-class GetLabeledClustersResponse(ArrayMessage, mesh_msgs.srv.GetLabeledClustersResponse):
-    """clusters, a list of MeshFaceCluster."""
-
-    __slots__ = ()
-    FIELDS = (MessageListField("clusters", arrays.MeshFaceCluster, _EMPTY_CLUSTER),)
-
-
-class GetLabeledClusterGroupResponse(ArrayMessage, mesh_msgs.srv.GetLabeledClusterGroupResponse):
-    """clusters, a list of MeshFaceCluster."""
-
-    __slots__ = ()
-    FIELDS = (MessageListField("clusters", arrays.MeshFaceCluster, _EMPTY_CLUSTER),)
-
-
-class DeleteLabelResponse(ArrayMessage, mesh_msgs.srv.DeleteLabelResponse):
-    """cluster, the one that was deleted."""
-
-    __slots__ = ()
-    FIELDS = (MessageField("cluster", arrays.MeshFaceCluster),)
-
-
-class GetGeometry(mesh_msgs.srv.GetGeometry):
-    """mesh_msgs/GetGeometry with arrays."""
-
-    _response_class = GetGeometryResponse
-
-
-class GetVertexColors(mesh_msgs.srv.GetVertexColors):
-    """mesh_msgs/GetVertexColors with arrays."""
-
-    _response_class = GetVertexColorsResponse
-
-
-class GetVertexCosts(mesh_msgs.srv.GetVertexCosts):
-    """mesh_msgs/GetVertexCosts with arrays."""
-
-    _response_class = GetVertexCostsResponse
-
-
-class GetMaterials(mesh_msgs.srv.GetMaterials):
-    """mesh_msgs/GetMaterials with arrays."""
-
-    _response_class = GetMaterialsResponse
-
-
-class GetLabeledClusters(mesh_msgs.srv.GetLabeledClusters):
-    """mesh_msgs/GetLabeledClusters with arrays."""
-
-    _response_class = GetLabeledClustersResponse
-
-
-class GetLabeledClusterGroup(mesh_msgs.srv.GetLabeledClusterGroup):
-    """mesh_msgs/GetLabeledClusterGroup with arrays."""
-
-    _response_class = GetLabeledClusterGroupResponse
-
-
-class DeleteLabel(mesh_msgs.srv.DeleteLabel):
-    """mesh_msgs/DeleteLabel with arrays."""
-
-    _response_class = DeleteLabelResponse
+GetGeometry = _with_arrays(mesh_msgs.srv.GetGeometry)
+GetGeometryResponse = GetGeometry._response_class
+GetVertexColors = _with_arrays(mesh_msgs.srv.GetVertexColors)
+GetVertexColorsResponse = GetVertexColors._response_class
+GetVertexCosts = _with_arrays(mesh_msgs.srv.GetVertexCosts)
+GetVertexCostsResponse = GetVertexCosts._response_class
+GetMaterials = _with_arrays(mesh_msgs.srv.GetMaterials)
+GetMaterialsResponse = GetMaterials._response_class
+GetLabeledClusters = _with_arrays(mesh_msgs.srv.GetLabeledClusters)
+GetLabeledClustersResponse = GetLabeledClusters._response_class
+GetLabeledClusterGroup = _with_arrays(mesh_msgs.srv.GetLabeledClusterGroup)
+GetLabeledClusterGroupResponse = GetLabeledClusterGroup._response_class
+DeleteLabel = _with_arrays(mesh_msgs.srv.DeleteLabel)
+DeleteLabelResponse = DeleteLabel._response_class

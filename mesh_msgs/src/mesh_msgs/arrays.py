@@ -18,165 +18,83 @@ them before changing them, and pass them through `np.require(array, requirements
 handing them to native code.
 """
 
-import struct
-
 import mesh_msgs.msg
 
-from mesh_msgs.wire.array_field import ArrayField
 from mesh_msgs.wire.array_message import ArrayMessage
-from mesh_msgs.wire.fields import (
-    HeaderField,
-    MaterialListField,
-    MessageField,
-    MessageListField,
-    NumberField,
-    ScalarListField,
-    StringField,
-)
-from mesh_msgs.wire.framing import ArrayError
-
-__all__ = [
-    "ArrayError",
-    "MeshFaceCluster",
-    "MeshFaceClusterStamped",
-    "MeshFaceCosts",
-    "MeshFaceCostsStamped",
-    "MeshGeometry",
-    "MeshGeometryStamped",
-    "MeshMaterials",
-    "MeshMaterialsStamped",
-    "MeshVertexColors",
-    "MeshVertexColorsStamped",
-    "MeshVertexCosts",
-    "MeshVertexCostsSparse",
-    "MeshVertexCostsSparseStamped",
-    "MeshVertexCostsStamped",
-    "VectorField",
-    "VectorFieldStamped",
-]
-
-_XYZ = ("x", "y", "z")
-_EMPTY_CLUSTER = struct.calcsize("<II")  # two lengths
+from mesh_msgs.wire.fields import ScalarListField
+from mesh_msgs.wire.framing import ArrayError  # noqa: F401  (what users catch)
 
 
 class MeshGeometry(ArrayMessage, mesh_msgs.msg.MeshGeometry):
     """vertices (V, 3) [m], vertex_normals (V, 3) of length 1 or (0, 3), faces (F, 3) uint32."""
 
     __slots__ = ()
-    FIELDS = (
-        ArrayField("vertices", "<f8", 3, _XYZ),
-        ArrayField("vertex_normals", "<f8", 3, _XYZ),
-        ArrayField("faces", "<u4", 3, ("vertex_indices",)),
-    )
 
 
 class MeshGeometryStamped(ArrayMessage, mesh_msgs.msg.MeshGeometryStamped):
     """A geometry with frame, time and identity."""
 
     __slots__ = ()
-    FIELDS = (
-        HeaderField("header"),
-        StringField("uuid"),
-        MessageField("mesh_geometry", MeshGeometry),
-    )
 
 
 class MeshVertexColors(ArrayMessage, mesh_msgs.msg.MeshVertexColors):
     """vertex_colors (V, 4) float32: red, green, blue, alpha, 0 to 1."""
 
     __slots__ = ()
-    FIELDS = (ArrayField("vertex_colors", "<f4", 4, ("r", "g", "b", "a")),)
 
 
 class MeshVertexColorsStamped(ArrayMessage, mesh_msgs.msg.MeshVertexColorsStamped):
     """Colors of the vertices of the geometry `uuid`."""
 
     __slots__ = ()
-    FIELDS = (
-        HeaderField("header"),
-        StringField("uuid"),
-        MessageField("mesh_vertex_colors", MeshVertexColors),
-    )
 
 
 class MeshVertexCosts(ArrayMessage, mesh_msgs.msg.MeshVertexCosts):
     """costs (V,) float32: finite >= 0 is a cost, +inf lethal, NaN unknown."""
 
     __slots__ = ()
-    FIELDS = (ArrayField("costs", "<f4"),)
 
 
 class MeshVertexCostsStamped(ArrayMessage, mesh_msgs.msg.MeshVertexCostsStamped):
     """The cost layer `type` of the geometry `uuid`."""
 
     __slots__ = ()
-    FIELDS = (
-        HeaderField("header"),
-        StringField("uuid"),
-        StringField("type"),
-        MessageField("mesh_vertex_costs", MeshVertexCosts),
-    )
 
 
 class MeshFaceCosts(ArrayMessage, mesh_msgs.msg.MeshFaceCosts):
     """costs (F,) float32: finite >= 0 is a cost, +inf lethal, NaN unknown."""
 
     __slots__ = ()
-    FIELDS = (ArrayField("costs", "<f4"),)
 
 
 class MeshFaceCostsStamped(ArrayMessage, mesh_msgs.msg.MeshFaceCostsStamped):
     """The cost layer `type` on the faces of the geometry `uuid`."""
 
     __slots__ = ()
-    FIELDS = (
-        HeaderField("header"),
-        StringField("uuid"),
-        StringField("type"),
-        MessageField("mesh_face_costs", MeshFaceCosts),
-    )
 
 
 class MeshVertexCostsSparse(ArrayMessage, mesh_msgs.msg.MeshVertexCostsSparse):
     """vertices (N,) uint32 and their costs (N,) float32; all other vertices have default_value."""
 
     __slots__ = ()
-    FIELDS = (
-        ArrayField("vertices", "<u4"),
-        ArrayField("costs", "<f4"),
-        NumberField("default_value", "f"),
-    )
 
 
 class MeshVertexCostsSparseStamped(ArrayMessage, mesh_msgs.msg.MeshVertexCostsSparseStamped):
     """Changed or sparse costs of the layer `type` of the geometry `uuid`."""
 
     __slots__ = ()
-    FIELDS = (
-        HeaderField("header"),
-        StringField("uuid"),
-        StringField("type"),
-        MessageField("mesh_vertex_costs", MeshVertexCostsSparse),
-    )
 
 
 class MeshFaceCluster(ArrayMessage, mesh_msgs.msg.MeshFaceCluster):
     """face_indices (N,) uint32 of the faces that bear `label`."""
 
     __slots__ = ()
-    FIELDS = (ArrayField("face_indices", "<u4"), StringField("label"))
 
 
 class MeshFaceClusterStamped(ArrayMessage, mesh_msgs.msg.MeshFaceClusterStamped):
     """A cluster of the geometry `uuid`; `override` replaces one of this label, else extends it."""
 
     __slots__ = ()
-    FIELDS = (
-        HeaderField("header"),
-        StringField("uuid"),
-        MessageField("cluster", MeshFaceCluster),
-        NumberField("override", "B"),
-    )
 
 
 class MeshMaterials(ArrayMessage, mesh_msgs.msg.MeshMaterials):
@@ -186,37 +104,22 @@ class MeshMaterials(ArrayMessage, mesh_msgs.msg.MeshMaterials):
     """
 
     __slots__ = ()
-    FIELDS = (
-        MessageListField("clusters", MeshFaceCluster, _EMPTY_CLUSTER),
-        MaterialListField("materials"),
-        ScalarListField("cluster_materials"),
-        ArrayField("vertex_tex_coords", "<f4", 2, ("u", "v")),
-    )
+    OTHER_FIELDS = {"cluster_materials": ScalarListField}
 
 
 class MeshMaterialsStamped(ArrayMessage, mesh_msgs.msg.MeshMaterialsStamped):
     """Materials of the geometry `uuid`."""
 
     __slots__ = ()
-    FIELDS = (
-        HeaderField("header"),
-        StringField("uuid"),
-        MessageField("mesh_materials", MeshMaterials),
-    )
 
 
 class VectorField(ArrayMessage, mesh_msgs.msg.VectorField):
     """positions (N, 3) [m] and the vectors (N, 3) that start there."""
 
     __slots__ = ()
-    FIELDS = (
-        ArrayField("positions", "<f8", 3, _XYZ),
-        ArrayField("vectors", "<f8", 3, _XYZ),
-    )
 
 
 class VectorFieldStamped(ArrayMessage, mesh_msgs.msg.VectorFieldStamped):
     """A vector field with frame and time."""
 
     __slots__ = ()
-    FIELDS = (HeaderField("header"), MessageField("vector_field", VectorField))

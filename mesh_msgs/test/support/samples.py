@@ -10,10 +10,16 @@ from hypothesis import strategies as st
 
 from mesh_msgs import array_services, arrays
 
-ARRAY_MESSAGES = [getattr(arrays, name) for name in arrays.__all__ if name != "ArrayError"]
-ARRAY_RESPONSES = [
-    getattr(array_services, name) for name in array_services.__all__ if name.endswith("Response")
-]
+
+def classes_of(module):
+    """Those that a module defines."""
+    found = [value for value in vars(module).values() if isinstance(value, type)]
+    return [value for value in found if value.__module__ == module.__name__]
+
+
+ARRAY_MESSAGES = classes_of(arrays)
+ARRAY_RESPONSES = [cls for cls in classes_of(array_services) if issubclass(cls, genpy.Message)]
+ARRAY_SERVICES = [cls for cls in classes_of(array_services) if cls not in ARRAY_RESPONSES]
 ARRAY_CLASSES = ARRAY_MESSAGES + ARRAY_RESPONSES
 
 UINT32 = st.integers(0, 2**32 - 1)

@@ -7,7 +7,7 @@ import pickle
 import genpy
 import numpy as np
 import pytest
-from samples import ARRAY_CLASSES, encoded, filled, stock_of
+from samples import ARRAY_SERVICES, ARRAY_CLASSES, encoded, filled, stock_of
 
 import mesh_msgs.msg
 import mesh_msgs.srv
@@ -238,7 +238,7 @@ def test_text_is_short_however_large_the_message_is():
     )
 
 
-@pytest.mark.parametrize("name", [n for n in array_services.__all__ if not n.endswith("Response")])
+@pytest.mark.parametrize("name", [service.__name__ for service in ARRAY_SERVICES])
 def test_service_is_the_generated_one_with_an_array_response(name):
     ours, stock = getattr(array_services, name), getattr(mesh_msgs.srv, name)
     assert (ours._type, ours._md5sum) == (stock._type, stock._md5sum)

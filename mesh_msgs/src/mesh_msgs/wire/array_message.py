@@ -1,19 +1,56 @@
 """What every message with array members has in common."""
 
-from typing import Any, ClassVar, Dict, Optional, Tuple
+import io
+from functools import partial
+from typing import Any, Callable, ClassVar, Dict, Mapping, Optional, Tuple
 
 import genpy
 
 from mesh_msgs.wire.array_field import ArrayField, ConvertedOnWrite
+from mesh_msgs.wire.fields import (
+    HeaderField,
+    MaterialListField,
+    MessageField,
+    MessageListField,
+    NumberField,
+    StringField,
+)
 from mesh_msgs.wire.framing import ArrayError, Parts, Reader
+
+_POSITIONS = partial(ArrayField, dtype="<f8", columns=3, attributes=("x", "y", "z"))
+_INDICES = partial(ArrayField, dtype="<u4", columns=3, attributes=("vertex_indices",))
+# How members of these ROS types are carried. All others are messages that have an array class.
+_FIELDS: Dict[str, Callable[[str], Any]] = {
+    "std_msgs/Header": HeaderField,
+    "string": StringField,
+    "float32": partial(NumberField, code="f"),
+    "bool": partial(NumberField, code="B"),
+    "float32[]": partial(ArrayField, dtype="<f4"),
+    "uint32[]": partial(ArrayField, dtype="<u4"),
+    "geometry_msgs/Point[]": _POSITIONS,
+    "geometry_msgs/Vector3[]": _POSITIONS,
+    "std_msgs/ColorRGBA[]": partial(
+        ArrayField, dtype="<f4", columns=4, attributes=("r", "g", "b", "a")
+    ),
+    "mesh_msgs/MeshTriangleIndices[]": _INDICES,
+    "mesh_msgs/MeshVertexTexCoords[]": partial(
+        ArrayField, dtype="<f4", columns=2, attributes=("u", "v")
+    ),
+    "mesh_msgs/MeshMaterial[]": MaterialListField,
+}
+_ARRAY_CLASSES: Dict[str, Any] = {}  # by their ROS types
 
 
 class ArrayMessage:
     """Mixin in front of a generated message class: its array members become NumPy arrays.
 
-    A subclass names the members in wire order in FIELDS. It stays what ROS knows by `_type`,
-    `_md5sum` and `_full_text`, has the same `__slots__`, constructor and bytes, and its instances
-    are instances of the generated class.
+    A subclass stays what ROS knows by `_type`, `_md5sum` and `_full_text`, has the same
+    `__slots__`, constructor and bytes, and its instances are instances of the generated class.
+
+    Attributes:
+        FIELDS: the members in wire order, as follows from their types.
+        OTHER_FIELDS: name -> field, of members that are carried in another way than others of their
+            type.
 
     Raises:
         ArrayError (a ValueError): on assignment or serialization of a value that the member cannot
@@ -24,14 +61,20 @@ class ArrayMessage:
     __slots__ = ()
 
     FIELDS: ClassVar[Tuple[Any, ...]] = ()
+    OTHER_FIELDS: ClassVar[Mapping[str, Callable[[str], Any]]] = {}
     _slots: ClassVar[Dict[str, Any]] = {}
     _type: ClassVar[str]
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
-        if "FIELDS" not in cls.__dict__:
+        if ArrayMessage not in cls.__bases__:
             return
         stock = stock_class(cls)
+        cls.FIELDS = tuple(
+            cls.OTHER_FIELDS[name](name) if name in cls.OTHER_FIELDS else _field(name, slot_type)
+            for name, slot_type in zip(stock.__slots__, stock._slot_types)
+        )
+        _ARRAY_CLASSES[stock._type] = cls
         cls._slots = {field.name: getattr(stock, field.name) for field in cls.FIELDS}
         for field in cls.FIELDS:
             if isinstance(field, ArrayField) or field.normalizes:
@@ -122,6 +165,17 @@ class ArrayMessage:
         return "%s(%s)" % (self._type, ", ".join(members))
 
     __str__ = __repr__
+
+
+def _field(name: str, slot_type: str) -> Any:
+    """The member of this name and ROS type."""
+    if slot_type in _FIELDS:
+        return _FIELDS[slot_type](name)
+    if not slot_type.endswith("[]"):
+        return MessageField(name, _ARRAY_CLASSES[slot_type])
+    message_class, empty = _ARRAY_CLASSES[slot_type[:-2]], io.BytesIO()
+    message_class().serialize(empty)
+    return MessageListField(name, message_class, empty.tell())
 
 
 def stock_class(cls: Any) -> Any:
