@@ -12,6 +12,7 @@ import numpy as np
 from geometry_msgs.msg import Point, TransformStamped
 
 from mesh_msgs import arrays
+from mesh_msgs.wire.array_field import array_of
 
 _UNIT_TOLERANCE = 1e-3
 
@@ -100,10 +101,10 @@ def transform_triangle_mesh(
     rotation, translation = _checked(message, transform)
     result = copy.deepcopy(message)
     result.header = _header(message, transform)
-    vertices = _moved(_from_points(message.mesh.vertices), rotation, translation)
-    result.mesh.vertices = [Point(*row) for row in vertices.tolist()]
-    normals = _moved(_from_points(message.mesh.vertex_normals), rotation)
-    result.mesh.vertex_normals = [Point(*row) for row in normals.tolist()]
+    for name, shift in (("vertices", translation), ("vertex_normals", None)):
+        points = array_of(getattr(message.mesh, name), ("x", "y", "z")).reshape(-1, 3)
+        moved = _moved(points, rotation, shift)
+        setattr(result.mesh, name, [Point(*row) for row in moved.tolist()])
     return result
 
 
@@ -143,7 +144,3 @@ def _moved(points, rotation, translation=None):
     if translation is not None:
         result += translation
     return result
-
-
-def _from_points(points):
-    return np.array([(p.x, p.y, p.z) for p in points], dtype=np.float64).reshape(-1, 3)

@@ -18,7 +18,7 @@ refused. Degenerate, duplicate and flipped faces are no findings, nor are normal
 Of costs, NaN (unknown) and +inf (lethal) are legal.
 """
 
-from mesh_msgs.checks.clusters import (
+from mesh_msgs.checks.clusters import (  # noqa: F401
     mesh_face_cluster,
     mesh_face_cluster_stamped,
     mesh_label_colors,
@@ -30,7 +30,7 @@ from mesh_msgs.checks.clusters import (
     mesh_vertex_costs_sparse_stamped,
     mesh_vertex_tex_coords,
 )
-from mesh_msgs.checks.features import (
+from mesh_msgs.checks.features import (  # noqa: F401
     feature,
     mesh_features,
     triangle_mesh,
@@ -38,8 +38,8 @@ from mesh_msgs.checks.features import (
     vector_field,
     vector_field_stamped,
 )
-from mesh_msgs.checks.findings import Finding
-from mesh_msgs.checks.geometry import (
+from mesh_msgs.checks.findings import Finding  # noqa: F401
+from mesh_msgs.checks.geometry import (  # noqa: F401
     check_colors,
     check_costs,
     check_geometry,
@@ -53,35 +53,3 @@ from mesh_msgs.checks.geometry import (
     mesh_vertex_costs,
     mesh_vertex_costs_stamped,
 )
-
-__all__ = [
-    "Finding",
-    "check_colors",
-    "check_costs",
-    "check_geometry",
-    "feature",
-    "mesh_face_cluster",
-    "mesh_face_cluster_stamped",
-    "mesh_face_costs",
-    "mesh_face_costs_stamped",
-    "mesh_features",
-    "mesh_geometry",
-    "mesh_geometry_stamped",
-    "mesh_label_colors",
-    "mesh_material",
-    "mesh_materials",
-    "mesh_materials_stamped",
-    "mesh_texture",
-    "mesh_triangle_indices",
-    "mesh_vertex_colors",
-    "mesh_vertex_colors_stamped",
-    "mesh_vertex_costs",
-    "mesh_vertex_costs_sparse",
-    "mesh_vertex_costs_sparse_stamped",
-    "mesh_vertex_costs_stamped",
-    "mesh_vertex_tex_coords",
-    "triangle_mesh",
-    "triangle_mesh_stamped",
-    "vector_field",
-    "vector_field_stamped",
-]

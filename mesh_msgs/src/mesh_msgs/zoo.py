@@ -10,34 +10,14 @@ from typing import List, Tuple
 
 import numpy as np
 
-from mesh_msgs.outdoor_world import outdoor_world
-from mesh_msgs.world.zoo_mesh import TRAITS, ZooMesh, grid_faces, icosphere, zoo_mesh
-
-__all__ = [
-    "TRAITS",
-    "ZooMesh",
-    "all_meshes",
-    "outdoor_world",
-    "tetrahedron",
-    "grid",
-    "jittered_plane",
-    "sphere",
-    "torus",
-    "two_storeys",
-    "hole",
-    "two_components",
-    "moebius_strip",
-    "bow_tie",
-    "fan_of_three",
-    "sliver",
-    "zero_area_face",
-    "duplicate_vertex",
-    "duplicate_face",
-    "flipped_face",
-    "isolated_vertex",
-    "far_sphere",
-]
-__all__ += ["empty"]
+from mesh_msgs.outdoor_world import outdoor_world  # noqa: F401
+from mesh_msgs.world.zoo_mesh import (  # noqa: F401
+    TRAITS,
+    ZooMesh,
+    grid_faces,
+    icosphere,
+    zoo_mesh,
+)
 
 _PLANE = "boundary manifold oriented orientable connected planar upward"
 

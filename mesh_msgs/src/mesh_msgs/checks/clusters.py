@@ -9,10 +9,11 @@ from mesh_msgs.checks.findings import (
     as_array,
     check_count,
     check_finite,
-    check_header,
     check_indices,
     check_uuid,
+    each,
     shown,
+    stamped,
 )
 from mesh_msgs.checks.geometry import RGBA, check_colors, check_costs
 from mesh_msgs.checks.label_name import MAX_LABEL_BYTES, label_fault
@@ -38,12 +39,7 @@ def mesh_vertex_costs_sparse(msg: Any, vertex_count: Optional[int] = None) -> Li
     return findings + check_indices(rule, noun, "vertex/vertices", vertices, vertex_count, hint)
 
 
-def mesh_vertex_costs_sparse_stamped(
-    msg: Any, vertex_count: Optional[int] = None, uuid: Optional[str] = None
-) -> List[Finding]:
-    """See mesh_vertex_costs_sparse; frame_id_empty, uuid_mismatch."""
-    findings = mesh_vertex_costs_sparse(msg.mesh_vertex_costs, vertex_count)
-    return findings + check_header(msg) + check_uuid(msg.uuid, uuid)
+mesh_vertex_costs_sparse_stamped = stamped("mesh_vertex_costs", mesh_vertex_costs_sparse)
 
 
 def mesh_face_cluster(msg: Any, face_count: Optional[int] = None) -> List[Finding]:
@@ -64,24 +60,22 @@ def _check_label(label: str) -> List[Finding]:
     return [Finding("label_unusable", what, fault.index, 1, hint)]
 
 
-def mesh_face_cluster_stamped(
-    msg: Any, face_count: Optional[int] = None, uuid: Optional[str] = None
-) -> List[Finding]:
-    """See mesh_face_cluster; label_empty, frame_id_empty, uuid_mismatch."""
-    findings = mesh_face_cluster(msg.cluster, face_count)
-    if not msg.cluster.label:
+def _labeled_cluster(msg: Any, face_count: Optional[int] = None) -> List[Finding]:
+    """See mesh_face_cluster; label_empty."""
+    findings = mesh_face_cluster(msg, face_count)
+    if not msg.label:
         findings.append(_NO_LABEL._replace(what="the cluster has no label"))
-    return findings + check_header(msg) + check_uuid(msg.uuid, uuid)
+    return findings
+
+
+mesh_face_cluster_stamped = stamped("cluster", _labeled_cluster)
 
 
 def mesh_label_colors(msg: Any, uuid: Optional[str] = None) -> List[Finding]:
     """See check_colors; label_empty, label_unusable, uuid_mismatch."""
     rows = [[getattr(color, name) for name in RGBA] for color in msg.colors]
     findings = check_colors(np.array(rows, float).reshape(-1, 4), len(msg.labels), "labels")
-    for number, label in enumerate(msg.labels):
-        for finding in _check_label(label) if label else [_NO_LABEL]:
-            what = "label %d: %s" % (number, finding.what)
-            findings.append(finding._replace(what=what, index=number))
+    findings += each("label", msg.labels, lambda text: _check_label(text) if text else [_NO_LABEL])
     return findings + check_uuid(msg.uuid, uuid)
 
 
@@ -140,15 +134,7 @@ def check_clusters(clusters: Any, face_count: Optional[int]) -> List[Finding]:
     return findings
 
 
-def mesh_materials_stamped(
-    msg: Any,
-    vertex_count: Optional[int] = None,
-    face_count: Optional[int] = None,
-    uuid: Optional[str] = None,
-) -> List[Finding]:
-    """See mesh_materials; frame_id_empty, uuid_mismatch."""
-    findings = mesh_materials(msg.mesh_materials, vertex_count, face_count)
-    return findings + check_header(msg) + check_uuid(msg.uuid, uuid)
+mesh_materials_stamped = stamped("mesh_materials", mesh_materials)
 
 
 def mesh_texture(msg: Any, uuid: Optional[str] = None) -> List[Finding]:

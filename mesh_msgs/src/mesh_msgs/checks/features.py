@@ -10,9 +10,10 @@ from mesh_msgs.checks.findings import (
     as_array,
     check_count,
     check_finite,
-    check_header,
     check_indices,
     check_uuid,
+    each,
+    stamped,
 )
 from mesh_msgs.checks.geometry import XYZ, check_colors, check_geometry
 
@@ -33,9 +34,7 @@ def vector_field(msg: Any) -> List[Finding]:
     return findings + check_finite("vector_not_finite", "vector", vectors, hint)
 
 
-def vector_field_stamped(msg: Any) -> List[Finding]:
-    """See vector_field; frame_id_empty."""
-    return vector_field(msg.vector_field) + check_header(msg)
+vector_field_stamped = stamped("vector_field", vector_field)
 
 
 def feature(msg: Any) -> List[Finding]:
@@ -49,11 +48,7 @@ def feature(msg: Any) -> List[Finding]:
 
 def mesh_features(msg: Any, uuid: Optional[str] = None) -> List[Finding]:
     """See feature; descriptor_length (all are as long as the first one), uuid_mismatch."""
-    findings = []
-    for number, item in enumerate(msg.features):
-        for finding in feature(item):
-            what = "feature %d: %s" % (number, finding.what)
-            findings.append(finding._replace(what=what, index=number))
+    findings = each("feature", msg.features, feature)
     lengths = np.array([len(item.descriptor) for item in msg.features], dtype=int)
     other = lengths != lengths[0] if len(lengths) else lengths
     if other.any():
@@ -100,13 +95,7 @@ def _check_textures(msg: Any) -> List[Finding]:
     indices, _ = as_array("texture_index", used, None)
     rule, hint = "texture_index_out_of_range", "send every texture that a material uses"
     findings = check_indices(rule, "material", "texture/textures", indices, len(msg.textures), hint)
-    for number, image in enumerate(msg.textures):
-        for finding in check_image(image):
-            what = "texture %d: %s" % (number, finding.what)
-            findings.append(finding._replace(what=what, index=number))
-    return findings
+    return findings + each("texture", msg.textures, check_image)
 
 
-def triangle_mesh_stamped(msg: Any) -> List[Finding]:
-    """See triangle_mesh; frame_id_empty."""
-    return triangle_mesh(msg.mesh) + check_header(msg)
+triangle_mesh_stamped = stamped("mesh", triangle_mesh)

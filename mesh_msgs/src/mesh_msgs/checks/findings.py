@@ -1,6 +1,7 @@
 """Findings, and the checks on arrays that the validators of all message types are made of."""
 
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
+import inspect
+from typing import Any, Callable, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -26,6 +27,9 @@ class Finding(NamedTuple):
 
     def __str__(self) -> str:
         return "%s; %s" % (self.what, self.hint)
+
+
+Check = Callable[..., List[Finding]]
 
 
 def as_array(
@@ -148,3 +152,32 @@ def check_uuid(uuid: str, expected: Optional[str]) -> List[Finding]:
     what = "the message belongs to the mesh %s, not to %s" % (shown(uuid), shown(expected))
     hint = "wait for the geometry of that UUID, or publish the attribute again for this one"
     return [Finding("uuid_mismatch", what, None, 1, hint)]
+
+
+def each(noun: str, items: Iterable[Any], check: Check) -> List[Finding]:
+    """The findings of a check about each of some items, with the number of the item."""
+    return [
+        finding._replace(what="%s %d: %s" % (noun, number, finding.what), index=number)
+        for number, item in enumerate(items)
+        for finding in check(item)
+    ]
+
+
+def stamped(member: str, check: Check) -> Check:
+    """The check of a message with a header (and UUID, if it has one) around a member.
+
+    Its findings are those of the check of the member, frame_id_empty and uuid_mismatch. Its
+    arguments are the message, those of that check, and uuid: that of the mesh at hand, or None.
+    """
+    of_member = inspect.signature(check)
+    uuid = inspect.Parameter("uuid", inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None)
+    signature = of_member.replace(parameters=[*of_member.parameters.values(), uuid])
+
+    def check_stamped(*given: Any, **named: Any) -> List[Finding]:
+        told = signature.bind(*given, **named).arguments
+        msg, expected = told.pop("msg"), told.pop("uuid", None)
+        findings = check(getattr(msg, member), **told) + check_header(msg)
+        return findings + (check_uuid(msg.uuid, expected) if hasattr(msg, "uuid") else [])
+
+    check_stamped.__signature__ = signature  # type: ignore[attr-defined]
+    return check_stamped

@@ -9,11 +9,10 @@ from mesh_msgs.checks.findings import (
     as_array,
     check_count,
     check_finite,
-    check_header,
     check_indices,
-    check_uuid,
     check_where,
     narrowed,
+    stamped,
 )
 
 XYZ = ("x", "y", "z")
@@ -140,9 +139,7 @@ def mesh_geometry(msg: Any) -> List[Finding]:
     return check_geometry(msg.vertices, msg.faces, msg.vertex_normals)
 
 
-def mesh_geometry_stamped(msg: Any, uuid: Optional[str] = None) -> List[Finding]:
-    """See check_geometry; frame_id_empty, uuid_mismatch."""
-    return mesh_geometry(msg.mesh_geometry) + check_header(msg) + check_uuid(msg.uuid, uuid)
+mesh_geometry_stamped = stamped("mesh_geometry", mesh_geometry)
 
 
 def mesh_vertex_colors(msg: Any, vertex_count: Optional[int] = None) -> List[Finding]:
@@ -150,12 +147,7 @@ def mesh_vertex_colors(msg: Any, vertex_count: Optional[int] = None) -> List[Fin
     return check_colors(msg.vertex_colors, vertex_count, "vertices")
 
 
-def mesh_vertex_colors_stamped(
-    msg: Any, vertex_count: Optional[int] = None, uuid: Optional[str] = None
-) -> List[Finding]:
-    """See check_colors; frame_id_empty, uuid_mismatch."""
-    findings = mesh_vertex_colors(msg.mesh_vertex_colors, vertex_count)
-    return findings + check_header(msg) + check_uuid(msg.uuid, uuid)
+mesh_vertex_colors_stamped = stamped("mesh_vertex_colors", mesh_vertex_colors)
 
 
 def mesh_vertex_costs(msg: Any, vertex_count: Optional[int] = None) -> List[Finding]:
@@ -163,12 +155,7 @@ def mesh_vertex_costs(msg: Any, vertex_count: Optional[int] = None) -> List[Find
     return check_costs(msg.costs, vertex_count, "vertices")
 
 
-def mesh_vertex_costs_stamped(
-    msg: Any, vertex_count: Optional[int] = None, uuid: Optional[str] = None
-) -> List[Finding]:
-    """See check_costs; frame_id_empty, uuid_mismatch."""
-    findings = mesh_vertex_costs(msg.mesh_vertex_costs, vertex_count)
-    return findings + check_header(msg) + check_uuid(msg.uuid, uuid)
+mesh_vertex_costs_stamped = stamped("mesh_vertex_costs", mesh_vertex_costs)
 
 
 def mesh_face_costs(msg: Any, face_count: Optional[int] = None) -> List[Finding]:
@@ -176,9 +163,4 @@ def mesh_face_costs(msg: Any, face_count: Optional[int] = None) -> List[Finding]
     return check_costs(msg.costs, face_count, "faces")
 
 
-def mesh_face_costs_stamped(
-    msg: Any, face_count: Optional[int] = None, uuid: Optional[str] = None
-) -> List[Finding]:
-    """See check_costs; frame_id_empty, uuid_mismatch."""
-    findings = mesh_face_costs(msg.mesh_face_costs, face_count)
-    return findings + check_header(msg) + check_uuid(msg.uuid, uuid)
+mesh_face_costs_stamped = stamped("mesh_face_costs", mesh_face_costs)
