@@ -1,4 +1,5 @@
 """Latched topics that carry several messages."""
+import dataclasses
 import io
 import itertools
 import struct
@@ -12,6 +13,7 @@ import rospy
 _LENGTH = struct.Struct("<I")
 
 
+@dataclasses.dataclass
 class _Kept:
     """A message that is kept: as it goes over the wire, or how to make it.
 
@@ -21,14 +23,9 @@ class _Kept:
         something where messages are replaced faster than they are made.
     """
 
-    def __init__(
-        self,
-        data: Optional[bytes] = None,
-        make_message: Optional[Callable[[], Any]] = None,
-    ) -> None:
-        self.data = data
-        self.make_message = make_message
-        self.spare: Optional[bytes] = None
+    data: Optional[bytes] = None
+    make_message: Optional[Callable[[], Any]] = None
+    spare: Optional[bytes] = None
 
 
 class _Recipient:

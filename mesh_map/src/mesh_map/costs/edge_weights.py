@@ -126,10 +126,7 @@ class PlanningCosts:
         if not len(vertices):
             return weights
         topology = self._geometry.topology
-        starts = topology.neighbor_offsets[vertices].astype(np.int64)
-        counts = topology.neighbor_offsets[vertices + 1].astype(np.int64) - starts
-        places = np.arange(counts.sum()) + np.repeat(starts - np.cumsum(counts) + counts, counts)
-        touched = topology.neighbor_edges[places]
+        touched = topology.neighbor_edges[topology.neighbor_places(vertices)]
         weights = weights.copy()
         weights[touched] = formula(lengths[touched], self.costs[edges[touched]], factor)
         return read_only(weights)

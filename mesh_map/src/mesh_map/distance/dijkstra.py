@@ -10,7 +10,7 @@ from mesh_map.base.array_checks import read_only, vertex_indices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
 from mesh_map.base.query_arguments import one_each
-from mesh_map.distance.potential_field import PotentialField
+from mesh_map.distance.potential_field import PotentialField, pairs_of
 from mesh_map.geometry.topology import Topology
 
 Source = Union[int, Iterable[Tuple[int, float]]]
@@ -210,14 +210,7 @@ class DijkstraSolver:
         try:
             pairs = [(operator.index(source), 0.0)]  # type: ignore[arg-type]
         except TypeError:
-            try:
-                pairs = [(operator.index(v), float(distance)) for v, distance in source]
-            except (TypeError, ValueError):
-                raise ValueError(
-                    "the source has to be a vertex, or pairs of a vertex and a distance"
-                ) from None
-        if not pairs:
-            raise ValueError("there is no source")
+            pairs = pairs_of(source, "source", "a vertex, or pairs of a vertex and a distance")
         vertices = self.indices([vertex for vertex, _ in pairs], "source ")
         with np.errstate(over="ignore"):  # +inf is refused
             return vertices, np.array([distance for _, distance in pairs], np.float32)

@@ -10,13 +10,13 @@ from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
 from mesh_map.base.query_arguments import mask_array, points_array, whole_number
 from mesh_map.distance.surface_path import SurfacePath
-from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.mesh_geometry import MadeOnce, MeshGeometry
 from mesh_map.geometry.walk import walk_arrays
 
 MAX_TURNS = 10_000_000  # ways around vertices that are tried for one path
 
 
-class ExactGeodesic:
+class ExactGeodesic(MadeOnce):
     """Pulls paths over a mesh taut, until they are geodesics: straight where the faces that they
     cross are unfolded into a plane, and bent only at vertices around which every way is 180 degrees
     or more, or that the surface (or what of it counts) does not go around (Mitchell, Mount and
@@ -35,11 +35,6 @@ class ExactGeodesic:
         arrays = walk_arrays(geometry.vertices, geometry.faces, geometry.topology)
         self._face_count = len(geometry.faces)
         self._kernel = _kernels._Geodesics(*arrays)
-
-    @classmethod
-    def of(cls, geometry: MeshGeometry) -> "ExactGeodesic":
-        """That of a geometry: prepared once, however many planners ask."""
-        return geometry.made(cls)
 
     def shorten(
         self,

@@ -8,10 +8,10 @@ from mesh_map import _kernels
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
 from mesh_map.base.query_arguments import one_each
-from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.mesh_geometry import MadeOnce, MeshGeometry
 
 
-class SurfaceFront:
+class SurfaceFront(MadeOnce):
     """One mesh, any triangle soup, prepared for fronts; for many, from any number of threads.
 
     Fronts from a point are mesh_map.distance.wave_front.WaveFrontSolver's.
@@ -28,11 +28,6 @@ class SurfaceFront:
             topology.vertex_faces,
             0,
         )
-
-    @classmethod
-    def of(cls, geometry: MeshGeometry) -> "SurfaceFront":
-        """That of a geometry: prepared once, whatever number of layers and planners ask."""
-        return geometry.made(cls)
 
 
 class ObstacleDistance:

@@ -1,7 +1,8 @@
 """What fields that spread from a goal have in common, whichever way they spread."""
 
+import operator
 import threading
-from typing import Any, Iterable, Optional
+from typing import Any, Iterable, List, Optional, Tuple
 
 import numpy as np
 
@@ -88,3 +89,18 @@ class PotentialField:
     def _forget_arrays(self) -> None:
         """Those that were made of what is no longer so."""
         self._potential = None
+
+
+def pairs_of(given: Any, name: str, kinds: str) -> List[Tuple[int, float]]:
+    """Pairs of a vertex and the value that a field starts with there.
+
+    Raises:
+        ValueError: no such pairs (what has this name has to be one of the kinds), or none at all.
+    """
+    try:
+        pairs = [(operator.index(vertex), float(value)) for vertex, value in given]
+    except (TypeError, ValueError):
+        raise ValueError("the %s has to be %s" % (name, kinds)) from None
+    if not pairs:
+        raise ValueError("there is no %s" % name)
+    return pairs

@@ -13,7 +13,7 @@ from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
 from mesh_map.base.query_arguments import number, vector
 from mesh_map.distance.front import SurfaceFront
-from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.geometry.mesh_geometry import MadeOnce, MeshGeometry
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class SurfacePath:
         return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
 
 
-class FieldTracer:
+class FieldTracer(MadeOnce):
     """Follows potentials over one mesh, any triangle soup, down to their goals.
 
     Down the gradient, as Kimmel and Sethian 1998, and Pütz et al., 5.3.
@@ -69,11 +69,6 @@ class FieldTracer:
         )
         self._front = SurfaceFront.of(geometry)
         self._normals = geometry.vertex_normals
-
-    @classmethod
-    def of(cls, geometry: MeshGeometry) -> "FieldTracer":
-        """That of a geometry, made once."""
-        return geometry.made(cls)
 
     def path(
         self,

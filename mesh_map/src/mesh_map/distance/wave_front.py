@@ -10,8 +10,8 @@ from mesh_map.base.array_checks import read_only, vertex_indices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Cancelled
 from mesh_map.distance.front import SurfaceFront
-from mesh_map.distance.potential_field import PotentialField
-from mesh_map.geometry.mesh_geometry import MeshGeometry
+from mesh_map.distance.potential_field import PotentialField, pairs_of
+from mesh_map.geometry.mesh_geometry import MadeOnce, MeshGeometry
 from mesh_map.geometry.surface import barycentric_coordinates
 
 # Weights of a point below this are none: it lies on an edge, or at a vertex.
@@ -37,15 +37,8 @@ class WaveFrontGoal:
         elif hasattr(goal, "__index__"):
             self._set_vertex(solver, operator.index(goal), slowness)
         else:
-            try:
-                self._pairs = [(operator.index(v), float(distance)) for v, distance in goal]
-            except (TypeError, ValueError):
-                raise ValueError(
-                    "the goal has to be a point with face and position, a vertex, or pairs of a "
-                    "vertex and a potential"
-                ) from None
-            if not self._pairs:
-                raise ValueError("there is no goal")
+            kinds = "a point with face and position, a vertex, or pairs of a vertex and a potential"
+            self._pairs = pairs_of(goal, "goal", kinds)
             solver._indices([vertex for vertex, _ in self._pairs], "goal ")
 
     def seeds(self, slowness: Optional[np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
@@ -178,7 +171,7 @@ class WaveFrontField(PotentialField):
         return count
 
 
-class WaveFrontSolver:
+class WaveFrontSolver(MadeOnce):
     """Wave fronts over one mesh, any triangle soup; any number of threads may solve at once.
 
     Fast marching for the eikonal equation, |grad potential| = slowness: Kimmel and Sethian,
@@ -198,11 +191,6 @@ class WaveFrontSolver:
         self._faces = geometry.faces
         self._topology = geometry.topology
         self._pool = _kernels._WaveFrontPool(SurfaceFront.of(geometry)._mesh)
-
-    @classmethod
-    def of(cls, geometry: MeshGeometry) -> "WaveFrontSolver":
-        """That of a geometry: prepared once, whatever number of planners ask."""
-        return geometry.made(cls)
 
     def solve(
         self,

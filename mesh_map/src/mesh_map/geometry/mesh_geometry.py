@@ -30,6 +30,15 @@ from mesh_map.spatial.spatial_index import SpatialIndex
 Made = TypeVar("Made")
 
 
+class MadeOnce:
+    """Base of what is prepared for a geometry once, whatever number of layers and planners ask."""
+
+    @classmethod
+    def of(cls: Callable[["MeshGeometry"], Made], geometry: "MeshGeometry") -> Made:
+        """That of a geometry."""
+        return geometry.made(cls)
+
+
 class MeshGeometry:
     """A triangle mesh and what follows from it, computed when it is first asked for.
 

@@ -12,10 +12,16 @@ from mesh_map.base.array_checks import read_only
 
 NO_EDGE = int(_kernels._NO_INDEX)
 
-# Bits of the flags that the kernel gives (topology.h).
-_EDGE_BORDER, _EDGE_NON_MANIFOLD, _EDGE_INCONSISTENT = 1, 2, 4
-_FACE_DEGENERATE, _FACE_DUPLICATE = 1, 2
-_VERTEX_NON_MANIFOLD, _VERTEX_ISOLATED = 1, 2
+_ARRAYS = ("edges", "face_edges", "edge_face_counts", "neighbor_offsets", "neighbors")
+_ARRAYS += ("neighbor_edges", "vertex_face_offsets", "vertex_faces", "components")
+_ARRAYS += ("edge_flags", "face_flags", "vertex_flags")
+_ODDITIES = ("border_edges", "non_manifold_edges", "non_manifold_vertices", "inconsistent_edges")
+_ODDITIES += ("duplicate_faces", "degenerate_faces", "isolated_vertices")
+
+
+def _flag(flags: str, bit: int) -> property:
+    """Where a bit of the flags that the kernel gives (topology.h) is set."""
+    return property(lambda topology: (getattr(topology, flags) & bit) != 0)
 
 
 class Topology:
@@ -43,6 +49,8 @@ class Topology:
             edge in the same form; made when they are first asked for.
         components: (V,) int32, connected over edges; numbered from 0 in the order of their lowest
             vertices.
+        edge_flags, face_flags, vertex_flags: (E,), (F,) and (V,) uint8, what follows in the form
+            that kernels take (topology.h).
         border_edges: (E,) bool, edges of one face.
         non_manifold_edges: (E,) bool, edges of more than two faces.
         inconsistent_edges: (E,) bool, edges of two faces that run through it in the same direction.
@@ -71,47 +79,17 @@ class Topology:
         self.vertex_count = int(vertex_count)
         self.face_count = len(faces)
         self.component_count: int = arrays["component_count"]
-        self.edges = read_only(arrays["edges"])
+        for name in _ARRAYS:
+            setattr(self, name, read_only(arrays[name]))
         self.edge_count = len(self.edges)
-        self.face_edges = read_only(arrays["face_edges"])
-        self.edge_face_counts = read_only(arrays["edge_face_counts"])
-        self.neighbor_offsets = read_only(arrays["neighbor_offsets"])
-        self.neighbors = read_only(arrays["neighbors"])
-        self.neighbor_edges = read_only(arrays["neighbor_edges"])
-        self.vertex_face_offsets = read_only(arrays["vertex_face_offsets"])
-        self.vertex_faces = read_only(arrays["vertex_faces"])
-        self.components = read_only(arrays["components"])
-        self._edge_flags = arrays["edge_flags"]
-        self._face_flags = arrays["face_flags"]
-        self._vertex_flags = arrays["vertex_flags"]
 
-    @property
-    def border_edges(self) -> np.ndarray:
-        return (self._edge_flags & _EDGE_BORDER) != 0
-
-    @property
-    def non_manifold_edges(self) -> np.ndarray:
-        return (self._edge_flags & _EDGE_NON_MANIFOLD) != 0
-
-    @property
-    def inconsistent_edges(self) -> np.ndarray:
-        return (self._edge_flags & _EDGE_INCONSISTENT) != 0
-
-    @property
-    def non_manifold_vertices(self) -> np.ndarray:
-        return (self._vertex_flags & _VERTEX_NON_MANIFOLD) != 0
-
-    @property
-    def isolated_vertices(self) -> np.ndarray:
-        return (self._vertex_flags & _VERTEX_ISOLATED) != 0
-
-    @property
-    def degenerate_faces(self) -> np.ndarray:
-        return (self._face_flags & _FACE_DEGENERATE) != 0
-
-    @property
-    def duplicate_faces(self) -> np.ndarray:
-        return (self._face_flags & _FACE_DUPLICATE) != 0
+    border_edges = _flag("edge_flags", 1)
+    non_manifold_edges = _flag("edge_flags", 2)
+    inconsistent_edges = _flag("edge_flags", 4)
+    non_manifold_vertices = _flag("vertex_flags", 1)
+    isolated_vertices = _flag("vertex_flags", 2)
+    degenerate_faces = _flag("face_flags", 1)
+    duplicate_faces = _flag("face_flags", 2)
 
     @cached_property
     def _edge_face_rows(self) -> Tuple[np.ndarray, np.ndarray]:
@@ -126,15 +104,11 @@ class Topology:
     def edge_faces(self) -> np.ndarray:
         return self._edge_face_rows[1]
 
-    @property
-    def edge_flags(self) -> np.ndarray:
-        """(E,) uint8, the flags of edges in the form that kernels take (topology.h)."""
-        return read_only(self._edge_flags)
-
-    @property
-    def face_flags(self) -> np.ndarray:
-        """(F,) uint8, the flags of faces in the form that kernels take (topology.h)."""
-        return read_only(self._face_flags)
+    def neighbor_places(self, vertices: np.ndarray) -> np.ndarray:
+        """Where those of some vertices, (K,) whole numbers, are in neighbors and neighbor_edges."""
+        starts = self.neighbor_offsets[vertices].astype(np.int64)
+        counts = self.neighbor_offsets[vertices + 1].astype(np.int64) - starts
+        return np.arange(counts.sum()) + np.repeat(starts - np.cumsum(counts) + counts, counts)
 
     def neighbors_of(self, vertex: int) -> np.ndarray:
         """The vertices that an edge connects with this one, ascending."""
@@ -148,19 +122,13 @@ class Topology:
 
     def counts(self) -> Dict[str, int]:
         """The numbers of everything, for programs."""
-        return {
+        sizes = {
             "vertices": self.vertex_count,
             "faces": self.face_count,
             "edges": self.edge_count,
             "components": self.component_count,
-            "border_edges": int(self.border_edges.sum()),
-            "non_manifold_edges": int(self.non_manifold_edges.sum()),
-            "non_manifold_vertices": int(self.non_manifold_vertices.sum()),
-            "inconsistent_edges": int(self.inconsistent_edges.sum()),
-            "duplicate_faces": int(self.duplicate_faces.sum()),
-            "degenerate_faces": int(self.degenerate_faces.sum()),
-            "isolated_vertices": int(self.isolated_vertices.sum()),
         }
+        return {**sizes, **{name: int(getattr(self, name).sum()) for name in _ODDITIES}}
 
     def report(self) -> str:
         """One line for people: sizes, and whichever oddities there are."""

@@ -26,27 +26,18 @@ _LOG = logging.getLogger("mesh_map")
 _TRIES = 5
 
 
-class SharedGeometries:
-    """The geometries that maps of this process use now: equal ones are there once."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._known: "weakref.WeakValueDictionary[Any, MeshGeometry]"
-        self._known = weakref.WeakValueDictionary()
-
-    def of(self, key: Any, make: Callable[[], MeshGeometry]) -> MeshGeometry:
-        """The one of this key (all that it is made of) that is in use; it is made if there is none.
-
-        Whoever asks meanwhile waits for it.
-        """
-        with self._lock:
-            found = self._known.get(key)
-            if found is None:
-                found = self._known[key] = make()
-            return found
+# The geometries that maps of this process use now, by all that they are made of.
+_GEOMETRIES: "weakref.WeakValueDictionary[Any, MeshGeometry]" = weakref.WeakValueDictionary()
+_LOCK = threading.Lock()
 
 
-_GEOMETRIES = SharedGeometries()
+def _shared(key: Any, make: Callable[[], MeshGeometry]) -> MeshGeometry:
+    """The one of this key that is in use; it is made if there is none, and who asks then waits."""
+    with _LOCK:
+        found = _GEOMETRIES.get(key)
+        if found is None:
+            found = _GEOMETRIES[key] = make()
+        return found
 
 
 class MapSource:
@@ -110,7 +101,7 @@ class MapSource:
         given = "" if mesh.vertex_normals is None else digest(mesh.vertex_normals)
         of_options = tuple(checked_up(up_direction)), bool(orient), repr(normals)
         key = (content, self.uuid, frame_id, given, of_options)
-        self._geometry = _GEOMETRIES.of(key, made)
+        self._geometry = _shared(key, made)
         self._options, self._identity = options, {}
         if given and self._has_usual_normals():
             self._identity["vertex_normals"] = given

@@ -54,12 +54,11 @@ class _Inflated:
         assert self.costs is not None
         changed = self.obstacles.update(lethal)
         self.lethal = lethal
-        kernel = _kernels._Fading(*self.fading)
         if not len(changed):
             return
+        kernel = _kernels._Fading(*self.fading)
         if len(changed) > _CHANGED_SHARE * len(lethal):
-            self._fade()
-            return
+            return self._fade()
         costs = self.costs.copy()
         distances = self.obstacles.kernel._distances_of(changed)
         costs[changed] = _kernels._fading_costs(distances, kernel)

@@ -34,12 +34,12 @@ class DirectionParameter(Parameter):
         return direction, ""
 
 
-def _parameter(name: str, default: Any, low: Any, high: Any, text: str) -> Parameter:
-    return Parameter(name, default, low, high, text, affects_costs=False)
+def _parameter(name: str, default: Any, text: str, *limits: float) -> Parameter:
+    return Parameter(name, default, *(limits or (None, None)), text, affects_costs=False)
 
 
 OBSTACLE_PARAMETERS = (
-    _parameter("topic", "", None, None, "sensor_msgs/PointCloud2 to subscribe to"),
+    _parameter("topic", "", "sensor_msgs/PointCloud2 to subscribe to"),
     Parameter(
         "qos",
         "Reliable",
@@ -47,38 +47,32 @@ OBSTACLE_PARAMETERS = (
         affects_costs=False,
         choices=("Reliable", "BestEffort"),
     ),
-    _parameter("robot_height", math.inf, 0.0, math.inf, "meters; higher points pass above"),
-    _parameter("min_obstacle_height", 0.0, 0.0, 10.0, "meters; points within are ground"),
-    _parameter("max_obstacle_dist", math.inf, 0.0, math.inf, "meters from the sensor"),
-    _parameter("min_obstacle_dist", 0.0, 0.0, 100.0, "meters; nearer is the robot itself"),
-    _parameter("tf_tolerance", 0.1, 0.0, 10.0, "seconds to wait for a transform"),
+    _parameter("robot_height", math.inf, "meters; higher points pass above", 0.0, math.inf),
+    _parameter("min_obstacle_height", 0.0, "meters; points within are ground", 0.0, 10.0),
+    _parameter("max_obstacle_dist", math.inf, "meters from the sensor", 0.0, math.inf),
+    _parameter("min_obstacle_dist", 0.0, "meters; nearer is the robot itself", 0.0, 100.0),
+    _parameter("tf_tolerance", 0.1, "seconds to wait for a transform", 0.0, 10.0),
     DirectionParameter(
         "down_axis", (0.0, 0.0, -1.0), description="in axis_frame", affects_costs=False
     ),
     _parameter(
         "axis_frame",
         "",
-        None,
-        None,
         "frame of down_axis; if empty, the parameter robot_frame above, else that of the map",
     ),
     _parameter(
-        "sensor_frame",
-        "",
-        None,
-        None,
-        "frame at whose origin the sensor is; if empty, that of the clouds",
+        "sensor_frame", "", "frame at whose origin the sensor is; if empty, that of the clouds"
     ),
     _parameter(
         "decay",
         10.0,
+        "seconds without being seen; 0: until cleared; below 0: until the next cloud",
         UNTIL_NEXT_CLOUD,
         86400.0,
-        "seconds without being seen; 0: until cleared; below 0: until the next cloud",
     ),
-    _parameter("clearing", True, None, None, "remove what a later cloud sees past"),
-    _parameter("clearing_angle", 1.0, 0.1, 10.0, "degrees; cells of the view of a cloud"),
-    _parameter("clearing_margin", 0.2, 0.0, 10.0, "meters that it has to see beyond a mark"),
+    _parameter("clearing", True, "remove what a later cloud sees past"),
+    _parameter("clearing_angle", 1.0, "degrees; cells of the view of a cloud", 0.1, 10.0),
+    _parameter("clearing_margin", 0.2, "meters that it has to see beyond a mark", 0.0, 10.0),
 )
 
 

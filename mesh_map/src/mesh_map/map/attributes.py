@@ -133,12 +133,12 @@ def face_costs(costs: Any, faces: Any, how: str = MAX) -> np.ndarray:
     values, triangles = np.asarray(costs, np.float32), np.asarray(faces)
     if values.ndim != 1 or (triangles.size and len(values) <= triangles.max()):
         raise ValueError("costs has the shape %s: one is needed for each vertex" % (values.shape,))
-    a, b, c = (values[triangles[:, k]] for k in range(3))
+    corners = values[triangles]
     if how == MAX:
-        result = np.maximum(np.maximum(a, b), c)
+        result = corners.max(axis=1)
     else:
-        result = ((a.astype(np.float64) + b + c) / 3.0).astype(np.float32)
-    result[np.isinf(a) | np.isinf(b) | np.isinf(c)] = np.inf
+        result = (corners.sum(axis=1, dtype=np.float64) / 3.0).astype(np.float32)
+    result[np.isinf(corners).any(axis=1)] = np.inf
     return result
 
 

@@ -5,8 +5,9 @@ from typing import Callable, List, NamedTuple, Optional
 
 import numpy as np
 
+from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.surface import barycentric_coordinates, interpolate, is_inside
-from mesh_map.geometry.walk import SurfaceWalker, WalkEnd, WalkPath
+from mesh_map.geometry.walk import WalkEnd, WalkPath
 from mesh_map.spatial.hits import NO_FACE, SurfacePoints
 
 _CLOSE = 1e-6  # of a path that stays within a face, of the size of the piece
@@ -73,9 +74,7 @@ class _Pieces(NamedTuple):
 
 
 def path_cost(
-    walker: SurfaceWalker,
-    vertices: np.ndarray,
-    faces: np.ndarray,
+    geometry: MeshGeometry,
     costs: np.ndarray,
     points: np.ndarray,
     carry: Carry,
@@ -86,7 +85,7 @@ def path_cost(
     By the trapezoidal rule, which is exact where costs are linear (Pütz et al., eq. (4)).
 
     Args:
-        walker, vertices, faces: of the mesh.
+        geometry: the mesh.
         costs: (V,).
         points: (N, 3), N >= 1.
         carry: finds the points of the surface that carry points.
@@ -94,18 +93,18 @@ def path_cost(
     """
     carried = carry(points)
     if step is None:
-        parts = _exact_pieces(walker, vertices, faces, carried, points, carry)
+        parts = _exact_pieces(geometry, carried, points, carry)
     else:
         parts = [_sampled(points[:-1], points[1:], carry, step)]
     pieces = _Pieces(*(np.concatenate(arrays) for arrays in zip(*parts)))
-    at_points = interpolate(costs, faces, carried)
+    at_points = interpolate(costs, geometry.faces, carried)
 
-    middle = _values(costs, vertices, faces, pieces.faces, (pieces.begins + pieces.ends) / 2.0)
+    middle = _values(costs, geometry, pieces.faces, (pieces.begins + pieces.ends) / 2.0)
     known, lethal = np.isfinite(middle), np.isposinf(middle)
     off_map = pieces.faces == NO_FACE
     unknown = ~known & ~lethal & ~off_map
     both_ends = [
-        _values(costs, vertices, faces, pieces.faces[known], places[known])
+        _values(costs, geometry, pieces.faces[known], places[known])
         for places in (pieces.begins, pieces.ends)
     ]
     # an end just at a lethal corner, of which the middle has too little to count
@@ -132,12 +131,7 @@ def path_cost(
 
 
 def _exact_pieces(
-    walker: SurfaceWalker,
-    vertices: np.ndarray,
-    faces: np.ndarray,
-    carried: SurfacePoints,
-    points: np.ndarray,
-    carry: Carry,
+    geometry: MeshGeometry, carried: SurfacePoints, points: np.ndarray, carry: Carry
 ) -> List[_Pieces]:
     """Pieces within one face are as they are; others follow the surface; what does not arrive, such
     as off the map, is sampled.
@@ -148,14 +142,14 @@ def _exact_pieces(
     middle = np.where(on_map, carry((begins + ends) / 2.0).faces, NO_FACE)
     within = middle != NO_FACE
     for places in (begins, ends):
-        within[within] &= _are_in(vertices, faces, middle[within], places[within])
+        within[within] &= _are_in(geometry, middle[within], places[within])
     lengths = np.linalg.norm(ends - begins, axis=1)
     parts = [_Pieces(middle[within], begins[within], ends[within], lengths[within])]
 
     followed = np.flatnonzero(on_map & ~within)
     if len(followed):
         starts = SurfacePoints(*(array[:-1][followed] for array in carried))
-        walks = walker.line_batch(starts=starts, targets=ends[followed], paths=True)
+        walks = geometry.walker.line_batch(starts=starts, targets=ends[followed], paths=True)
         gaps = np.linalg.norm(walks.positions - ends[followed], axis=1)
         arrived = (walks.ends == WalkEnd.ARRIVED) & (gaps <= _SAME * lengths[followed])
         assert walks.paths is not None
@@ -182,52 +176,45 @@ def _sampled(begins: np.ndarray, ends: np.ndarray, carry: Carry, step: float) ->
     return _Pieces(found.faces, found.positions, found.positions, (lengths / counts)[which])
 
 
-def _weights(
-    vertices: np.ndarray, faces: np.ndarray, which: np.ndarray, places: np.ndarray
-) -> np.ndarray:
-    a, b, c = (vertices[faces[which, k]].astype(np.float64) for k in range(3))
-    return barycentric_coordinates(places, a, b, c)
+def _corners(geometry: MeshGeometry, which: np.ndarray) -> np.ndarray:
+    """(N, 3, 3) float64, those of faces."""
+    return geometry.vertices[geometry.faces[which]].astype(np.float64)
 
 
-def _weights_of_segments(
-    vertices: np.ndarray, faces: np.ndarray, which: np.ndarray, places: np.ndarray
-) -> np.ndarray:
+def _weights(corners: np.ndarray, places: np.ndarray) -> np.ndarray:
+    return barycentric_coordinates(places, *corners.transpose(1, 0, 2))
+
+
+def _weights_of_segments(corners: np.ndarray, places: np.ndarray) -> np.ndarray:
     """As _weights(), of faces that are nothing but their longest side."""
-    corners = vertices[faces[which]].astype(np.float64)
     sides = np.roll(corners, -1, 1) - corners
     squares = np.einsum("nkd,nkd->nk", sides, sides)
-    rows, longest = np.arange(len(which)), squares.argmax(1)
+    rows, longest = np.arange(len(corners)), squares.argmax(1)
     along = np.einsum("nd,nd->n", places - corners[rows, longest], sides[rows, longest])
     length = squares[rows, longest]
     share = np.clip(along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
-    weights = np.zeros((len(which), 3))
+    weights = np.zeros((len(corners), 3))
     weights[rows, longest] = 1.0 - share
     weights[rows, (longest + 1) % 3] = share
     return weights
 
 
-def _are_in(
-    vertices: np.ndarray, faces: np.ndarray, which: np.ndarray, places: np.ndarray
-) -> np.ndarray:
+def _are_in(geometry: MeshGeometry, which: np.ndarray, places: np.ndarray) -> np.ndarray:
     """(N,) bool: whether places are in a face each."""
-    weights = _weights(vertices, faces, which, places)
-    corners = vertices[faces[which]].astype(np.float64)
+    corners = _corners(geometry, which)
+    weights = _weights(corners, places)
     feet = np.einsum("nk,nkd->nd", weights, corners)
     size = np.ptp(corners, axis=1).max(1, initial=0.0)
     return is_inside(weights, _CLOSE) & (np.linalg.norm(feet - places, axis=1) <= _CLOSE * size)
 
 
 def _values(
-    costs: np.ndarray,
-    vertices: np.ndarray,
-    faces: np.ndarray,
-    which: np.ndarray,
-    places: np.ndarray,
+    costs: np.ndarray, geometry: MeshGeometry, which: np.ndarray, places: np.ndarray
 ) -> np.ndarray:
     """(N,) float64: costs at places in a face each."""
     weights = np.zeros((len(which), 3))
     on_map = which != NO_FACE
-    weights[on_map] = _weights(vertices, faces, which[on_map], places[on_map])
+    weights[on_map] = _weights(_corners(geometry, which[on_map]), places[on_map])
     flat = on_map & ~is_inside(weights, _FLAT)
-    weights[flat] = _weights_of_segments(vertices, faces, which[flat], places[flat])
-    return interpolate(costs, faces, SurfacePoints(which, places, weights, weights[:, 0]))
+    weights[flat] = _weights_of_segments(_corners(geometry, which[flat]), places[flat])
+    return interpolate(costs, geometry.faces, SurfacePoints(which, places, weights, weights[:, 0]))

@@ -146,12 +146,8 @@ class SurfaceQueries:
         seen = np.zeros(count, np.bool_)
         seen[newest] = True
         found = [newest]
-        offsets, neighbors = self.topology.neighbor_offsets, self.topology.neighbors
         for _ in range(rings):
-            begins = offsets[newest].astype(np.int64)
-            lengths = offsets[newest + 1] - begins
-            shifts = np.repeat(begins - (np.cumsum(lengths) - lengths), lengths)
-            newest = np.unique(neighbors[np.arange(len(shifts)) + shifts])
+            newest = np.unique(self.topology.neighbors[self.topology.neighbor_places(newest)])
             newest = newest[~seen[newest]]
             seen[newest] = True
             if is_inside is not None:
@@ -300,7 +296,7 @@ class SurfaceQueries:
             return self.carry(places, max_distance=max_distance, normal=normal, max_angle=max_angle)
 
         field = self._costs(costs)
-        return path_cost(self.walker, self.vertices, self.faces, field, points, carry, step)
+        return path_cost(self.geometry, field, points, carry, step)
 
     def footprint_cost(
         self, footprint: Footprint, pose: Any, *, costs: Optional[Any] = None

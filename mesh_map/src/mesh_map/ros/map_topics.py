@@ -136,7 +136,7 @@ class MapTopics:
                 return
             for name, vertices, costs in changes:
                 self._publish_change(name, vertices, costs)
-            self._publish_layer_vectors(mesh_map.layers.values())
+            self.publish_layer_vectors(mesh_map.layers.values())
 
     def publish_face_costs(self, name: str, read_costs: Callable[[], Optional[np.ndarray]]) -> None:
         """Costs of all faces.
@@ -181,7 +181,22 @@ class MapTopics:
     def publish_layer_vectors(self, layers: Iterable[Layer]) -> None:
         """The vectors of those layers that have any, where they have changed."""
         with self._lock:
-            self._publish_layer_vectors(layers)
+            shown = {}
+            for layer in layers:
+                if layer.result is not None and layer.result.vectors is not None:
+                    namespace = "%s/%s" % (INFLATION, layer.name) if shown else INFLATION
+                    shown[namespace] = layer.result
+            for namespace in [name for name in self._vectors if name not in shown]:
+                del self._vectors[namespace]
+                frame_id = self.map.frame_id
+                marker = no_marker(namespace, frame_id, rospy.Time.now())
+                self._fields.change(namespace, lambda marker=marker: marker)
+            for namespace, result in shown.items():
+                if self._vectors.get(namespace) is not result.vectors:
+                    self._vectors[namespace] = result.vectors
+                    self._sent[self._fields][namespace] = None
+                    maker = self._field_maker(namespace, result.vectors, result.costs)
+                    self._fields.change(namespace, maker)
 
     def publish_marker(self, namespace: str, make_marker: Callable[[], Marker]) -> None:
         """A marker for debugging, made when a subscriber comes."""
@@ -213,24 +228,6 @@ class MapTopics:
             self._updates.publish(message)
         self._sent[self._costs][name] = None
         self._costs.change(name, lambda: map_messages.costs_message(mesh_map, name, costs))
-
-    def _publish_layer_vectors(self, layers: Iterable[Layer]) -> None:
-        shown = {}
-        for layer in layers:
-            if layer.result is not None and layer.result.vectors is not None:
-                namespace = "%s/%s" % (INFLATION, layer.name) if shown else INFLATION
-                shown[namespace] = layer.result
-        for namespace in [name for name in self._vectors if name not in shown]:
-            del self._vectors[namespace]
-            frame_id = self.map.frame_id
-            marker = no_marker(namespace, frame_id, rospy.Time.now())
-            self._fields.change(namespace, lambda marker=marker: marker)
-        for namespace, result in shown.items():
-            if self._vectors.get(namespace) is not result.vectors:
-                self._vectors[namespace] = result.vectors
-                self._sent[self._fields][namespace] = None
-                maker = self._field_maker(namespace, result.vectors, result.costs)
-                self._fields.change(namespace, maker)
 
     def _send(self, topics: PacedTopics, key: str, make_message: Callable[[], Any]) -> None:
         self._sent[topics][key] = None

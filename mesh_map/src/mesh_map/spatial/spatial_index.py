@@ -10,7 +10,7 @@ from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Cancelled  # noqa: F401
 from mesh_map.base.query_arguments import (
     Rays,
     checked_rays,
@@ -23,7 +23,7 @@ from mesh_map.base.query_arguments import (
     thread_count,
     vector,
 )
-from mesh_map.spatial.back_end import (
+from mesh_map.spatial.back_end import (  # noqa: F401
     AUTO,
     NATIVE,
     OPENCL,
@@ -32,19 +32,14 @@ from mesh_map.spatial.back_end import (
     Queries,
     query_counts,
 )
-from mesh_map.spatial.hits import NO_FACE, RayHit, RayHits, SurfacePoint, SurfacePoints
+from mesh_map.spatial.hits import (  # noqa: F401
+    NO_FACE,
+    RayHit,
+    RayHits,
+    SurfacePoint,
+    SurfacePoints,
+)
 from mesh_map.spatial.opencl.device import device_wish
-
-__all__ = [
-    "Cancelled",
-    "NO_FACE",
-    "RayHit",
-    "RayHits",
-    "SpatialIndex",
-    "SurfacePoint",
-    "SurfacePoints",
-    "query_counts",
-]
 
 Progress = Callable[[float], None]
 
