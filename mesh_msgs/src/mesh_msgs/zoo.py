@@ -11,13 +11,7 @@ from typing import List, Tuple
 import numpy as np
 
 from mesh_msgs.outdoor_world import outdoor_world  # noqa: F401
-from mesh_msgs.world.zoo_mesh import (  # noqa: F401
-    TRAITS,
-    ZooMesh,
-    grid_faces,
-    icosphere,
-    zoo_mesh,
-)
+from mesh_msgs.world.zoo_mesh import TRAITS, ZooMesh, grid_faces, icosphere, zoo_mesh  # noqa: F401
 
 _PLANE = "boundary manifold oriented orientable connected planar upward"
 

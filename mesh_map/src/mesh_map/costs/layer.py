@@ -2,17 +2,7 @@
 
 import abc
 import json
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    ClassVar,
-    Dict,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Tuple,
-)
+from typing import TYPE_CHECKING, Any, ClassVar, Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -62,6 +52,9 @@ class LayerInput(NamedTuple):
     lethal: np.ndarray
     vectors: Optional[np.ndarray]
     weight: float
+
+
+Inputs = Mapping[str, LayerInput]  # of a layer, by the names of the layers that it reads
 
 
 def checked(returned: Any, vertex_count: int) -> LayerResult:
@@ -125,7 +118,7 @@ def checked_result(
     return LayerResult(_of_its_own(costs, given_costs), read_only(mask), vectors)
 
 
-def digest_of_inputs(inputs: Mapping[str, LayerInput], weights: bool = True) -> str:
+def digest_of_inputs(inputs: Inputs, weights: bool = True) -> str:
     """A digest of names, costs, lethal vertices and vectors of inputs, and of their weights."""
     parts: List[Any] = []
     for name, read in inputs.items():
@@ -216,9 +209,7 @@ class Layer(abc.ABC):
     def identity(self, fingerprint: Dict[str, Value]) -> None:
         self._identity = fingerprint
 
-    def evaluated(
-        self, result: LayerResult, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
-    ) -> None:
+    def evaluated(self, result: LayerResult, mesh_map: "MeshMap", inputs: Inputs) -> None:
         """Called by the map: the layer has a new result, of these inputs."""
         self.result = result
         self._identity, self._evaluated_with = None, (mesh_map, inputs)
@@ -255,7 +246,7 @@ class Layer(abc.ABC):
         """
 
     @abc.abstractmethod
-    def compute(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: "MeshMap", inputs: Inputs) -> LayerResult:
         """Costs and lethal vertices.
 
         Args:
@@ -268,11 +259,7 @@ class Layer(abc.ABC):
         """
 
     def update(
-        self,
-        mesh_map: "MeshMap",
-        inputs: Mapping[str, LayerInput],
-        changed: np.ndarray,
-        before: LayerResult,
+        self, mesh_map: "MeshMap", inputs: Inputs, changed: np.ndarray, before: LayerResult
     ) -> LayerResult:
         """compute() where only some vertices of the inputs have changed: the same, bit for bit.
 
@@ -304,7 +291,7 @@ class Layer(abc.ABC):
         return cls.clear is not Layer.clear
 
     def reuse(
-        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
+        self, costs: np.ndarray, mesh_map: "MeshMap", inputs: Inputs
     ) -> Optional[LayerResult]:
         """The result with costs that were computed before with the same fingerprint().
 
@@ -319,9 +306,7 @@ class Layer(abc.ABC):
         """
         return None
 
-    def fingerprint(
-        self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]
-    ) -> Dict[str, Value]:
+    def fingerprint(self, mesh_map: "MeshMap", inputs: Inputs) -> Dict[str, Value]:
         """What is stored with the costs: they may be reused where this is the same.
 
         By default the type, the parameters that affect costs (lists and dictionaries as JSON), the
@@ -337,7 +322,7 @@ class Layer(abc.ABC):
             found["inputs"] = digest_of_inputs(inputs, self.READS_WEIGHTS)
         return found
 
-    def evaluate(self, mesh_map: "MeshMap", inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def evaluate(self, mesh_map: "MeshMap", inputs: Inputs) -> LayerResult:
         """compute(), with what it returns checked and brought into the form of LayerResult.
 
         Raises:

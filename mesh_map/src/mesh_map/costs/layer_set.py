@@ -9,7 +9,7 @@ import numpy as np
 
 from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.base.plugins import find_class, scanned_once
-from mesh_map.costs.layer import BASE_CLASS_TYPE, Layer, LayerInput, LayerResult, checked
+from mesh_map.costs.layer import BASE_CLASS_TYPE, Inputs, Layer, LayerInput, LayerResult, checked
 from mesh_map.costs.layer_graph import LayerGraph
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def as_input(layer: Layer, result: Optional[LayerResult] = None) -> LayerInput:
 
 
 def _reused(
-    mesh_map: "MeshMap", layer: Layer, inputs: Mapping[str, LayerInput], stored: StoredCosts
+    mesh_map: "MeshMap", layer: Layer, inputs: Inputs, stored: StoredCosts
 ) -> Optional[LayerResult]:
     if not layer.STORABLE:
         return None
@@ -126,10 +126,7 @@ def _reused(
 
 
 def _evaluate(
-    mesh_map: "MeshMap",
-    layer: Layer,
-    inputs: Mapping[str, LayerInput],
-    reused: Optional[LayerResult],
+    mesh_map: "MeshMap", layer: Layer, inputs: Inputs, reused: Optional[LayerResult]
 ) -> None:
     start = time.monotonic()
     result = layer.evaluate(mesh_map, inputs) if reused is None else reused

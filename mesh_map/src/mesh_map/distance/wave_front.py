@@ -138,11 +138,7 @@ class WaveFrontField(PotentialField):
         return np.isfinite(labels) & (labels <= self._kernel._limit())
 
     def update(
-        self,
-        slowness: Optional[Any],
-        changed: Any,
-        *,
-        cancel: Optional[CancelFlag] = None,
+        self, slowness: Optional[Any], changed: Any, *, cancel: Optional[CancelFlag] = None
     ) -> int:
         """Mends the field after the slowness at some vertices has changed.
 

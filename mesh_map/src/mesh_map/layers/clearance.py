@@ -1,12 +1,12 @@
 """Clearance: where the robot does not fit under what is above."""
 
-from typing import Mapping, Optional
+from typing import Optional
 
 import numpy as np
 
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.parameter import Parameter
-from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
 
@@ -48,7 +48,7 @@ class ClearanceLayer(Layer):
         Parameter("height_inflation", 0.3, 0.0, 100.0, "meters above that which cost something"),
     )
 
-    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         room = clearances(mesh_map.geometry)
         height, inflation = self.params["robot_height"], self.params["height_inflation"]
         costs = np.zeros(len(room), np.float32)
@@ -60,7 +60,5 @@ class ClearanceLayer(Layer):
         costs[lethal] = 1.0
         return LayerResult(read_only(costs), lethal)
 
-    def reuse(
-        self, costs: np.ndarray, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]
-    ) -> Optional[LayerResult]:
+    def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
         return LayerResult(costs, costs >= 1)

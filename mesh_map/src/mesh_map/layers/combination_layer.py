@@ -2,12 +2,12 @@
 
 import abc
 from functools import reduce
-from typing import Mapping, Optional, Union
+from typing import Optional, Union
 
 import numpy as np
 
 from mesh_map.base.array_checks import read_only
-from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.map.mesh_map import MeshMap
 
 _BLOCK = 1 << 16  # vertices at a time, so that intermediate results stay in the cache
@@ -26,7 +26,7 @@ class CombinationLayer(Layer):
     READS_LAYERS = True
 
     @abc.abstractmethod
-    def combine_costs(self, inputs: Mapping[str, LayerInput], vertices: Vertices) -> np.ndarray:
+    def combine_costs(self, inputs: Inputs, vertices: Vertices) -> np.ndarray:
         """Costs of some vertices, float64; of lethal ones any.
 
         Args:
@@ -34,7 +34,7 @@ class CombinationLayer(Layer):
             vertices: a slice or indices, as an index of arrays of all vertices.
         """
 
-    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         count = len(mesh_map.vertices)
         costs, lethal = np.zeros(count, np.float32), np.zeros(count, np.bool_)
         if inputs:
@@ -43,11 +43,7 @@ class CombinationLayer(Layer):
         return LayerResult(read_only(costs), lethal)
 
     def update(
-        self,
-        mesh_map: MeshMap,
-        inputs: Mapping[str, LayerInput],
-        changed: np.ndarray,
-        before: LayerResult,
+        self, mesh_map: MeshMap, inputs: Inputs, changed: np.ndarray, before: LayerResult
     ) -> LayerResult:
         if len(changed) > len(before.costs) // 4:
             return self.compute(mesh_map, inputs)
@@ -56,17 +52,11 @@ class CombinationLayer(Layer):
             self._fill(costs, lethal, inputs, changed)
         return LayerResult(read_only(costs), lethal)
 
-    def reuse(
-        self, costs: np.ndarray, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]
-    ) -> Optional[LayerResult]:
+    def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
         return LayerResult(costs, np.isposinf(costs))
 
     def _fill(
-        self,
-        costs: np.ndarray,
-        lethal: np.ndarray,
-        inputs: Mapping[str, LayerInput],
-        vertices: Vertices,
+        self, costs: np.ndarray, lethal: np.ndarray, inputs: Inputs, vertices: Vertices
     ) -> None:
         dead = np.zeros_like(lethal[vertices])
         for read in inputs.values():
@@ -84,7 +74,7 @@ class SumCombinationLayer(CombinationLayer):
     Called AvgCombinationLayer in the mesh_navigation for ROS 2, though it is no average.
     """
 
-    def combine_costs(self, inputs: Mapping[str, LayerInput], vertices: Vertices) -> np.ndarray:
+    def combine_costs(self, inputs: Inputs, vertices: Vertices) -> np.ndarray:
         return sum(
             read.weight * read.costs[vertices].astype(np.float64) for read in inputs.values()
         )
@@ -96,7 +86,7 @@ class WeightedCombinationLayer(SumCombinationLayer):
     0 where all weights are 0 (and nothing is lethal or unknown).
     """
 
-    def combine_costs(self, inputs: Mapping[str, LayerInput], vertices: Vertices) -> np.ndarray:
+    def combine_costs(self, inputs: Inputs, vertices: Vertices) -> np.ndarray:
         total = super().combine_costs(inputs, vertices)
         return total / (sum(read.weight for read in inputs.values()) or 1.0)
 
@@ -106,6 +96,6 @@ class MaxCombinationLayer(CombinationLayer):
 
     READS_WEIGHTS = False
 
-    def combine_costs(self, inputs: Mapping[str, LayerInput], vertices: Vertices) -> np.ndarray:
+    def combine_costs(self, inputs: Inputs, vertices: Vertices) -> np.ndarray:
         costs = (read.costs[vertices].astype(np.float64) for read in inputs.values())
         return reduce(np.maximum, costs)

@@ -1,14 +1,14 @@
 """Layers that make costs of what is in the map file."""
 
 import abc
-from typing import Any, Mapping, Optional, Tuple
+from typing import Any, Optional, Tuple
 
 import numpy as np
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter
-from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.map.attributes import vertex_costs
 from mesh_map.map.mesh_map import MeshMap
 
@@ -38,7 +38,7 @@ class FileLayer(Layer):
         """(V,) bool of (V,) float32 costs."""
         return np.isposinf(costs)
 
-    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         contents = contents_of(mesh_map)
         try:
             if not self.params["face_attribute"]:
@@ -50,9 +50,7 @@ class FileLayer(Layer):
             raise MeshMapError(str(error)) from error
         return LayerResult(costs, self.lethal_of(costs))
 
-    def reuse(
-        self, costs: np.ndarray, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]
-    ) -> Optional[LayerResult]:
+    def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
         return LayerResult(costs, self.lethal_of(costs))
 
     def _costs(self, values: np.ndarray) -> np.ndarray:

@@ -1,14 +1,14 @@
 """Inflation: costs around whatever other layers call lethal."""
 
 import math
-from typing import Mapping, Optional, Tuple
+from typing import Optional, Tuple
 
 import numpy as np
 
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.parameter import Parameter
-from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.distance.front import ObstacleDistance, SurfaceFront
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
@@ -122,7 +122,7 @@ class InflationLayer(Layer):
 
     _inflated: Optional[_Inflated] = None
 
-    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         lethal = _lethal(mesh_map, inputs)
         fading = self._fading()
         radius = max(fading[:2])
@@ -133,11 +133,7 @@ class InflationLayer(Layer):
         return self._result(state)
 
     def update(
-        self,
-        mesh_map: MeshMap,
-        inputs: Mapping[str, LayerInput],
-        changed: np.ndarray,
-        before: LayerResult,
+        self, mesh_map: MeshMap, inputs: Inputs, changed: np.ndarray, before: LayerResult
     ) -> LayerResult:
         """Local: the state says itself what has become lethal or ceased to be."""
         state = self._inflated
@@ -152,9 +148,7 @@ class InflationLayer(Layer):
         state.update(_lethal(mesh_map, inputs))
         return self._result(state)
 
-    def reuse(
-        self, costs: np.ndarray, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]
-    ) -> Optional[LayerResult]:
+    def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
         """The inputs say which vertices are lethal; vectors are not stored with costs.
 
         Nothing is computed then: distances are when an input changes for the first time.
@@ -183,7 +177,7 @@ class InflationLayer(Layer):
         )
 
 
-def _lethal(mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> np.ndarray:
+def _lethal(mesh_map: MeshMap, inputs: Inputs) -> np.ndarray:
     """(V,) bool, read-only: what is lethal in any of the inputs."""
     lethal = np.zeros(len(mesh_map.vertices), np.bool_)
     for layer_input in inputs.values():

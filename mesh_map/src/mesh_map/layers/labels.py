@@ -2,7 +2,7 @@
 
 import logging
 import math
-from typing import Any, Dict, List, Mapping
+from typing import Any, Dict, List
 
 import numpy as np
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -10,7 +10,7 @@ from mesh_msgs_hdf5.model.label_names import split_label
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter
-from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.layers.file_layer import contents_of
 from mesh_map.map.mesh_map import MeshMap
 
@@ -43,7 +43,7 @@ class LabelLayer(Layer):
     ROS_ADAPTER = "mesh_map.ros.labels_watch.LabelWatcher"
     labels_version: Any = None
 
-    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         prices = self._prices()
         names = list(self._names("lethal")) + list(prices) + list(self._names("preferred"))
         contents = contents_of(mesh_map)

@@ -10,7 +10,7 @@ import numpy as np
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.parameter import Parameter
 from mesh_map.base.query_arguments import number, points_array, vector
-from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.layers.cloud_view import CloudView
 from mesh_map.layers.obstacles import CloudPoints, ObstacleLimits, ObstacleMarks, find_obstacles
@@ -144,7 +144,7 @@ class ObstacleLayer(Layer):
         """(K,) uint32, ascending: the faces on which something stands."""
         return read_only(self._marks.faces)
 
-    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         # As quick as an update could be: that, too, would have to copy V numbers.
         costs = np.zeros(len(mesh_map.vertices), np.float32)
         if self._geometry is mesh_map.geometry:
@@ -152,12 +152,7 @@ class ObstacleLayer(Layer):
         return LayerResult(read_only(costs), costs > 0)
 
     def insert_cloud(
-        self,
-        mesh_map: MeshMap,
-        points: Any,
-        origin: Any,
-        stamp: float,
-        down: Optional[Any] = None,
+        self, mesh_map: MeshMap, points: Any, origin: Any, stamp: float, down: Optional[Any] = None
     ) -> int:
         """Takes a cloud; the result of the layer follows with compute() or update().
 

@@ -1,11 +1,11 @@
 """Layers that measure something at each vertex and call what is above a threshold lethal."""
 
 import abc
-from typing import ClassVar, Mapping, Optional
+from typing import ClassVar, Optional
 
 import numpy as np
 
-from mesh_map.costs.layer import Layer, LayerInput, LayerResult
+from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
 
@@ -17,12 +17,10 @@ class ThresholdLayer(Layer):
     def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
         """(V,) float32."""
 
-    def compute(self, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]) -> LayerResult:
+    def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         return self._with_lethal(self.compute_costs(mesh_map))
 
-    def reuse(
-        self, costs: np.ndarray, mesh_map: MeshMap, inputs: Mapping[str, LayerInput]
-    ) -> Optional[LayerResult]:
+    def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
         return self._with_lethal(costs)
 
     def _with_lethal(self, costs: np.ndarray) -> LayerResult:
