@@ -191,7 +191,7 @@ def test_stored_costs_are_taken(caplog):
 
 def test_queries_are_those_of_the_map():
     mesh_map = MeshMap(CORNERS, [[0, 1, 2]])
-    assert mesh_map.queries is mesh_map.queries and mesh_map.face_costs == {}
+    assert mesh_map.queries is mesh_map.queries
     assert mesh_map.contents is None and MeshMap.of(mesh_map.geometry, "file").contents == "file"
 
 

@@ -3,7 +3,7 @@
 import logging
 import re
 import time
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Tuple
 
 import numpy as np
 
@@ -158,22 +158,18 @@ def make_layers(config: Any) -> Tuple[Dict[str, Layer], Dict[str, str]]:
         _LOG.error("%s", errors["layers"])
         return layers, errors
     with scanned_once():
-        _make(config, layers, errors)
+        for number, entry in enumerate(config):
+            name = "layer %d" % number
+            try:
+                checked_name, type_name, params = _checked_entry(entry)
+                if checked_name in layers or checked_name in errors:
+                    raise MeshMapError("there are two layers of the name %s" % checked_name)
+                name = checked_name
+                layers[name] = _made(name, type_name, params)
+            except Exception as error:  # a stranger's plugin may fail in any way
+                errors[name] = error_line(error)
+                log_left_out(name, error)
     return layers, errors
-
-
-def _make(config: Sequence[Any], layers: Dict[str, Layer], errors: Dict[str, str]) -> None:
-    for number, entry in enumerate(config):
-        name = "layer %d" % number
-        try:
-            checked_name, type_name, params = _checked_entry(entry)
-            if checked_name in layers or checked_name in errors:
-                raise MeshMapError("there are two layers of the name %s" % checked_name)
-            name = checked_name
-            layers[name] = _made(name, type_name, params)
-        except Exception as error:  # a stranger's plugin may fail in any way
-            errors[name] = error_line(error)
-            log_left_out(name, error)
 
 
 def log_left_out(name: str, error: BaseException) -> None:

@@ -123,7 +123,6 @@ class LayeredCosts:
                 vertices = ResultDifference.between(known, result).shown
                 changes.append(LayerChange(name, vertices, result.costs))
             self._commit(layer_set, settings, combination, changes)
-        self._listeners.tell()
 
     def set_layer_parameters(self, name: str, values: Mapping[str, Any]) -> Dict[str, Value]:
         """Changes parameters of a layer, and evaluates it and those that read it where needed.
@@ -155,9 +154,7 @@ class LayeredCosts:
                     if isinstance(error, MeshMapError) or not isinstance(error, Exception):
                         raise
                     raise MeshMapError("layer %s: %s" % (name, error_line(error))) from error
-            found = dict(layer.params)
-        self._listeners.tell()
-        return found
+            return dict(layer.params)
 
     def refresh_layer(self, name: str) -> None:
         """Evaluates a layer whose own data have changed, and those that read it.
@@ -175,7 +172,6 @@ class LayeredCosts:
             except Exception as error:  # a stranger's plugin may fail in any way
                 propagation.fail(name, error)
             self._follow(propagation)
-        self._listeners.tell()
 
     def clear_layers(self, names: Optional[Iterable[str]] = None) -> Dict[str, int]:
         """Has layers forget what sensors have seen, and evaluates them and those that read them.
@@ -203,7 +199,6 @@ class LayeredCosts:
                 except Exception as error:  # a stranger's plugin may fail in any way
                     propagation.fail(layer.name, error)
             self._follow(propagation)
-        self._listeners.tell()
         return counts
 
     def set_settings(self, **values: Any) -> MapSettings:
@@ -231,7 +226,6 @@ class LayeredCosts:
                 results = {name: layer.result for name, layer in layer_set.layers.items()}
                 combination = self._combined(layer_set, results, settings)
                 self._commit(layer_set, settings, combination, [])
-        self._listeners.tell()
         return settings
 
     @contextlib.contextmanager
@@ -242,7 +236,7 @@ class LayeredCosts:
 
     @contextlib.contextmanager
     def _change(self) -> Iterator[None]:
-        """Only one change at a time, and none from within another one."""
+        """Only one change at a time, and none from within another one; listeners are told of it."""
         with self._lock:
             if self._changing:
                 raise MeshMapError("the map cannot be changed by what a change of it has called")
@@ -251,6 +245,7 @@ class LayeredCosts:
                 yield
             finally:
                 self._changing = False
+        self._listeners.tell()
 
     def add_listener(self, listener: Listener) -> None:
         """Calls listener(changes) after each change of costs, in the order of the changes.

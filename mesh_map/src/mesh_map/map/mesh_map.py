@@ -1,8 +1,6 @@
 """The mesh map: one geometry and the cost layers on it."""
 
-from typing import Any, Dict, Optional
-
-import numpy as np
+from typing import Any, Optional
 
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_map.costs.edge_weights import PlanningCosts
@@ -23,7 +21,6 @@ class MeshMap(LayeredCosts):
         geometry: the mesh; may be shared with other maps.
         contents: what else is in the map file (labels, stored layers, face attributes): a
             mesh_msgs_hdf5 MapFile or what has its methods; None where there is none.
-        face_costs: name -> (F,) float32, costs of faces.
     """
 
     def __init__(
@@ -47,7 +44,6 @@ class MeshMap(LayeredCosts):
     def _begin(self, geometry: MeshGeometry, contents: Any = None) -> None:
         super().__init__(geometry)
         self.contents = contents
-        self.face_costs: Dict[str, np.ndarray] = {}
         self._queries: Optional[SurfaceQueries] = None
 
     # What is asked for most, so that callers need not reach through.

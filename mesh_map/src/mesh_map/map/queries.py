@@ -1,6 +1,6 @@
 """Questions about a map: what is around, what carries a point, what it costs there."""
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Callable, NamedTuple, Optional
 
 import numpy as np
@@ -238,36 +238,22 @@ class SurfaceQueries:
             raise ValueError("vectors has to have the shape (V, 3), not %s" % (field.shape,))
         return interpolate_directions(field, self.faces, points)
 
-    def cost_at(
-        self,
-        points: Any,
-        *,
-        costs: Optional[Any] = None,
-        max_distance: float = MAX_DISTANCE,
-        normal: Optional[Any] = None,
-        max_angle: Optional[float] = None,
-    ) -> PointCosts:
+    def cost_at(self, points: Any, *, costs: Optional[Any] = None, **near: Any) -> PointCosts:
         """The costs of the surface at points (N, 3).
 
         Args:
             points: (N, 3) meters.
-            costs, max_distance, normal, max_angle: see the class.
+            costs: see the class.
+            near: max_distance, normal, max_angle: see the class.
         Raises:
             ValueError: as carry(), or another number of costs.
         """
         field = self._costs(costs)
-        carried = self.carry(points, max_distance=max_distance, normal=normal, max_angle=max_angle)
+        carried = self.carry(points, **near)
         return PointCosts(interpolate(field, self.faces, carried), carried)
 
     def path_cost(
-        self,
-        path: Any,
-        *,
-        costs: Optional[Any] = None,
-        max_distance: float = MAX_DISTANCE,
-        normal: Optional[Any] = None,
-        max_angle: Optional[float] = None,
-        step: Optional[float] = None,
+        self, path: Any, *, costs: Optional[Any] = None, step: Optional[float] = None, **near: Any
     ) -> PathCost:
         """The cost along a path: straight pieces between points.
 
@@ -278,8 +264,9 @@ class SurfaceQueries:
 
         Args:
             path: (N, 3) meters, N >= 1, such as the points of a plan.
-            costs, max_distance, normal, max_angle: see the class.
+            costs: see the class.
             step: meters, to sample all of it (along the straight pieces) that densely instead.
+            near: max_distance, normal, max_angle: see the class.
         Raises:
             ValueError: as cost_at(); no points, points that are not finite, or a step that is not
                 above 0.
@@ -292,11 +279,8 @@ class SurfaceQueries:
         if step is not None and not number(step, "step") > 0.0:
             raise ValueError("the step has to be above 0 m, not %g" % step)
 
-        def carry(places: np.ndarray) -> SurfacePoints:
-            return self.carry(places, max_distance=max_distance, normal=normal, max_angle=max_angle)
-
         field = self._costs(costs)
-        return path_cost(self.geometry, field, points, carry, step)
+        return path_cost(self.geometry, field, points, partial(self.carry, **near), step)
 
     def footprint_cost(
         self, footprint: Footprint, pose: Any, *, costs: Optional[Any] = None

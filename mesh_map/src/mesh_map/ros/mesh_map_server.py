@@ -111,8 +111,7 @@ class MeshMapServer:
         Raises:
             MeshMapError: a wrong number of costs, or no map.
         """
-        costs = np.array(costs, np.float32)
-        self._check_count(costs, (len(self.map.vertices),), type_name)
+        costs = _checked(costs, (len(self.map.vertices),), type_name)
         self._topics.publish_costs(type_name, costs)
 
     def publish_face_costs(self, type_name: str, costs: np.ndarray) -> None:
@@ -124,8 +123,7 @@ class MeshMapServer:
         Raises:
             MeshMapError: a wrong number of costs, or no map.
         """
-        costs = np.array(costs, np.float32)
-        self._check_count(costs, (len(self.map.faces),), type_name, "faces")
+        costs = _checked(costs, (len(self.map.faces),), type_name, "faces")
         self._topics.publish_face_costs(type_name, lambda: costs)
 
     def publish_vector_field(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
@@ -139,9 +137,8 @@ class MeshMapServer:
             MeshMapError: a wrong number of vectors or values, or no map.
         """
         count = len(self.map.vertices)
-        vectors, values = np.array(vectors, np.float32), np.array(values, np.float32)
-        self._check_count(vectors, (count, 3), namespace)
-        self._check_count(values, (count,), namespace)
+        vectors = _checked(vectors, (count, 3), namespace)
+        values = _checked(values, (count,), namespace)
         self._topics.publish_vectors(namespace, vectors, values)
 
     def publish_face_vectors(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
@@ -154,9 +151,8 @@ class MeshMapServer:
         Raises:
             MeshMapError: a wrong number of vectors or values, or no map.
         """
-        vectors, values = np.array(vectors, np.float32), np.array(values, np.float32)
-        self._check_count(vectors, (len(self.map.faces), 3), namespace, "faces")
-        self._check_count(values, (len(self.map.vertices),), namespace)
+        vectors = _checked(vectors, (len(self.map.faces), 3), namespace, "faces")
+        values = _checked(values, (len(self.map.vertices),), namespace)
         self._topics.publish_face_vectors(namespace, vectors, values)
 
     def remove_vectors(self, namespace: str) -> None:
@@ -262,12 +258,6 @@ class MeshMapServer:
             known.update((name, others[name]) for name in others if name not in known)
         return known
 
-    @staticmethod
-    def _check_count(values: np.ndarray, shape: Any, what: str, of: str = "vertices") -> None:
-        if values.shape != shape:
-            kind = "costs" if len(shape) == 1 else "vectors"
-            raise MeshMapError("%s has %s %s for %d %s" % (what, values.shape, kind, shape[0], of))
-
     def _save(self) -> str:
         with self._lock:
             mesh_map = self.map
@@ -277,6 +267,15 @@ class MeshMapServer:
         message = "stored in %s: %s" % (self._source.path, ", ".join(names))
         _LOG.info("%s", message)
         return message
+
+
+def _checked(values: Any, shape: Any, what: str, of: str = "vertices") -> np.ndarray:
+    """A copy as float32, of one row for each of some things."""
+    array = np.array(values, np.float32)
+    if array.shape != shape:
+        kind = "costs" if len(shape) == 1 else "vectors"
+        raise MeshMapError("%s has %s %s for %d %s" % (what, array.shape, kind, shape[0], of))
+    return array
 
 
 def _face_costs(mesh_map: MeshMap, name: str) -> Optional[np.ndarray]:
