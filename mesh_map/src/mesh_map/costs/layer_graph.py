@@ -42,12 +42,14 @@ class LayerGraph:
                 others = ", ".join(other for other in names if other != name) or "none"
                 self.errors[name] = "its input %s is no layer (known: %s)" % (unknown[0], others)
                 del self.inputs[name]
-        for circle in self._circles():
-            text = "cyclic inputs: " + ", ".join(
-                "%s reads %s" % pair for pair in zip(circle, circle[1:] + circle[:1])
-            )
-            together = self._connected_both_ways(circle[0])
-            self.errors.update((name, text) for name in names if name in together)
+        for name in self.inputs:
+            circle = [] if name in self.errors else self._circle_through(name)
+            if circle:  # one, as short as possible, of each group of layers that need each other
+                text = "cyclic inputs: " + ", ".join(
+                    "%s reads %s" % pair for pair in zip(circle, circle[1:] + circle[:1])
+                )
+                together = self._connected_both_ways(name)
+                self.errors.update((other, text) for other in names if other in together)
         for name in self.errors:
             self.inputs.pop(name, None)
         self.order = self._sorted()
@@ -61,18 +63,6 @@ class LayerGraph:
             order.append(name)
             del waiting[name]
         return order
-
-    def _circles(self) -> List[List[str]]:
-        """One circle, as short as possible, of each group of layers that need each other."""
-        circles = []
-        done: Set[str] = set()
-        for name in self.inputs:
-            if name not in done:
-                circle = self._circle_through(name)
-                if circle:
-                    circles.append(circle)
-                    done |= self._connected_both_ways(name)
-        return circles
 
     def _circle_through(self, name: str) -> List[str]:
         """name, what it reads, what that reads, ... up to one that reads name; or nothing."""

@@ -22,17 +22,15 @@ class DijkstraField(PotentialField):
     It goes on where it stopped (extend), and follows changes of costs and weights (update). From
     any thread: whoever asks while it is being changed waits for that. The potential is the distance
     to the nearest source, in the unit of the weights.
+
+    Attributes:
+        solver: the one with the weights of the edges.
     """
 
     def __init__(self, solver: "DijkstraSolver", kernel: Any) -> None:
         super().__init__(kernel, solver._topology.vertex_count)
-        self._solver = solver
+        self.solver = solver
         self._predecessors: Optional[np.ndarray] = None
-
-    @property
-    def solver(self) -> "DijkstraSolver":
-        """The one with the weights of the edges."""
-        return self._solver
 
     @property
     def predecessors(self) -> np.ndarray:
@@ -53,7 +51,7 @@ class DijkstraField(PotentialField):
         Raises:
             ValueError: a vertex that does not exist.
         """
-        start = self._solver.indices([operator.index(vertex)], "")[0]
+        start = self.solver.indices([operator.index(vertex)], "")[0]
         with self._lock:
             return self._kernel._way_from(int(start))
 
@@ -87,22 +85,22 @@ class DijkstraField(PotentialField):
                 it is known; extend() goes on.
         """
         if solver is not None:
-            solver.check_same_topology(self._solver)
+            solver.check_same_topology(self.solver)
         costs = frozen(vertex_costs)
         flag = kernel_flag(cancel)
         with self._lock:
             if solver is None:
-                solver = self._solver
+                solver = self.solver
             if changed is None:
                 vertices = self._kernel._opened_or_closed(costs)
-                weighted = solver.vertices_changed_since(self._solver)
+                weighted = solver.vertices_changed_since(self.solver)
                 vertices = np.concatenate([vertices, weighted])
             else:
                 vertices = solver.indices(changed, "changed ")
             arrays = self._potential, self._predecessors
             self._forget_arrays()
             done, count = self._kernel._update(solver._graph, costs, vertices, flag)
-            self._solver = solver
+            self.solver = solver
             if done and count == 0:
                 self._potential, self._predecessors = arrays
         if not done:

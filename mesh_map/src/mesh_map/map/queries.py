@@ -16,7 +16,6 @@ from mesh_map.base.query_arguments import (
 )
 from mesh_map.geometry.surface import interpolate, interpolate_directions
 from mesh_map.geometry.topology import NO_EDGE
-from mesh_map.geometry.walk import SurfaceWalker
 from mesh_map.map.attributes import MAX, MeshAttributes, face_costs
 from mesh_map.map.footprint import (
     Footprint,
@@ -61,6 +60,7 @@ class SurfaceQueries:
     Attributes:
         geometry: MeshGeometry.
         vertices, faces, topology: of it.
+        walker: walks over the surface; one for all who share the geometry.
     """
 
     def __init__(self, source: Any) -> None:
@@ -72,14 +72,8 @@ class SurfaceQueries:
         self.vertices = self.geometry.vertices
         self.faces = self.geometry.faces
 
-    @property
-    def topology(self) -> Any:
-        return self.geometry.topology
-
-    @property
-    def walker(self) -> SurfaceWalker:
-        """Walks over the surface; one for all who share the geometry."""
-        return self.geometry.walker
+    topology = property(lambda self: self.geometry.topology)
+    walker = property(lambda self: self.geometry.walker)
 
     @cached_property
     def attributes(self) -> MeshAttributes:

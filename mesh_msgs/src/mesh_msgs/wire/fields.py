@@ -121,13 +121,29 @@ class MessageField(Field):
         return self.message_class._read(reader)
 
 
-class MessageListField(Field):
+class ListField(Field):
+    """A list that stays one; in summaries it is `items` after its length."""
+
+    items = ""
+
+    @staticmethod
+    def equal(left: Any, right: Any) -> bool:
+        if left is None or right is None:
+            return left is right
+        return list(left) == list(right)
+
+    def summary(self, value: Any) -> str:
+        return "None" if value is None else "%d %s" % (len(value), self.items)
+
+
+class MessageListField(ListField):
     """Messages of an array class or its stock class, of `item_size` bytes or more each."""
 
     def __init__(self, name: str, message_class: Type[Any], item_size: int) -> None:
         super().__init__(name)
         self.message_class = message_class
         self.item_size = item_size
+        self.items = "x " + message_class._type
 
     def write(self, value: Any, parts: Parts) -> None:
         parts.append(pack_count(self.name, length_of(self.name, value)))
@@ -138,23 +154,12 @@ class MessageListField(Field):
         count = reader.count(self.name, self.item_size)
         return [self.message_class._read(reader) for _ in range(count)]
 
-    @staticmethod
-    def equal(left: Any, right: Any) -> bool:
-        if left is None or right is None:
-            return left is right
-        return list(left) == list(right)
 
-    def summary(self, value: Any) -> str:
-        return "None" if value is None else "%d x %s" % (len(value), self.message_class._type)
-
-
-class ScalarListField(MessageListField):
+class ScalarListField(ListField):
     """A short list of uint32 that stays a list."""
 
+    items = "x uint32"
     _item = struct.Struct("<I")
-
-    def __init__(self, name: str) -> None:
-        Field.__init__(self, name)
 
     def write(self, value: Any, parts: Parts) -> None:
         count = length_of(self.name, value)
@@ -164,9 +169,6 @@ class ScalarListField(MessageListField):
     def read(self, reader: Reader) -> List[int]:
         count = reader.count(self.name, self._item.size)
         return list(reader.unpack(self.name, struct.Struct("<%dI" % count)))
-
-    def summary(self, value: Any) -> str:
-        return "None" if value is None else "%d x uint32" % len(value)
 
 
 def converted(name: str, message_class: Type[Any], value: Any) -> Any:
@@ -185,8 +187,10 @@ def length_of(name: str, value: Optional[Any]) -> int:
         raise ArrayError("%s: expected a list, got %r" % (name, value)) from error
 
 
-class MaterialListField(Field):
+class MaterialListField(ListField):
     """A list of mesh_msgs/MeshMaterial."""
+
+    items = "materials"
 
     def write(self, value: Any, parts: Parts) -> None:
         parts.append(pack_count(self.name, length_of(self.name, value)))
@@ -202,9 +206,6 @@ class MaterialListField(Field):
     def read(self, reader: Reader) -> List[Any]:
         count = reader.count(self.name, _MATERIAL.size)
         return [_material(*reader.unpack(self.name, _MATERIAL)) for _ in range(count)]
-
-    def summary(self, value: Any) -> str:
-        return "None" if value is None else "%d materials" % len(value)
 
 
 def _material(index: int, r: float, g: float, b: float, a: float, has_texture: int) -> Any:
