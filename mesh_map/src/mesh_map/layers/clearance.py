@@ -39,8 +39,8 @@ class ClearanceLayer(Layer):
 
     With the clearance c of a vertex, the height of the robot h and the inflation i: 1 for c < h,
     (cos(pi (c - h) / i) + 1) / 2, but less than 1, for h <= c < h + i (the cosine with which
-    InflationLayer fades), else 0, as where nothing is above. On maps whose normals point down, the map has to be told to orient them: this layer looks
-    where they point.
+    InflationLayer fades), else 0, as where nothing is above. On maps whose normals point down, the
+    map has to be told to orient them: this layer looks where they point.
     """
 
     PARAMETERS = (
