@@ -238,7 +238,7 @@ def test_an_answer_of_another_type_is_not_believed(tmp_path, full_mesh, monkeypa
     MapFile.write(tmp_path / "a.h5", full_mesh)
     file = IsolatedMapFile(tmp_path / "a.h5")
     monkeypatch.setattr(isolated_map_file, "_USE_MAP_FILE", ("victims", "speak"))
-    monkeypatch.setattr(isolated_map_file, "_call", lambda *_: ("vertices", state))
+    monkeypatch.setattr(isolated_map_file._Reader, "call", lambda *_: ("vertices", state))
     with pytest.raises(MapFileError) as refused:
         file.vertices
     assert refused.value.code == "crashed" and "no proper answer" in refused.value.message

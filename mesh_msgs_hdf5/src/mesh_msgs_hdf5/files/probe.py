@@ -39,6 +39,23 @@ def check_name(path: PathLike) -> None:
         raise MapFileError("name", path, "the name contains a NUL character", "check the path")
 
 
+def check_regular(path: PathLike) -> None:
+    """Refuse what is no regular file, without opening it: a pipe would wait for a writer.
+
+    Raises MapFileError (missing, directory, not_regular, name, permission, unreadable).
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except OSError as error:
+        raise os_error(path, error) from error
+    if stat.S_ISREG(mode):
+        return
+    if stat.S_ISDIR(mode):
+        raise os_error(path, IsADirectoryError(errno.EISDIR, "is a folder"))
+    kind = next(name for test, name in _KINDS if test(mode))
+    raise MapFileError("not_regular", path, "it is a %s" % kind, "name a regular file")
+
+
 def read_head(path: PathLike) -> bytes:
     """The first 4096 bytes of a regular, non-empty file that is no git-LFS pointer.
 
@@ -46,13 +63,8 @@ def read_head(path: PathLike) -> bytes:
     unreadable).
     """
     check_name(path)
+    check_regular(path)
     try:
-        status = os.stat(path)
-        if stat.S_ISDIR(status.st_mode):
-            raise IsADirectoryError(errno.EISDIR, "is a folder")
-        if not stat.S_ISREG(status.st_mode):
-            kind = next(name for test, name in _KINDS if test(status.st_mode))
-            raise MapFileError("not_regular", path, "it is a %s" % kind, "name a regular file")
         with open(path, "rb") as stream:
             head = stream.read(HEAD_BYTES)
     except OSError as error:

@@ -9,13 +9,14 @@ import inspect
 import os
 import signal
 import socket
+import threading
 import time
 from typing import Any, Dict, Optional, Tuple
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.isolation.typed import fits, hints_of
 from mesh_msgs_hdf5.isolation.wire import Wire, WireError
-from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY, Zygote, ZygoteEnded
+from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY, Child, Zygote, ZygoteEnded
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import default_budget
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -53,7 +54,8 @@ def isolated(
     """
     arguments = (os.fsdecode(path), *(_plain(argument) for argument in arguments))
     keywords = {name: _plain(value) for name, value in keywords.items()}
-    return _call(path, FUNCTIONS[function_name], arguments, keywords, memory_limit, timeout)
+    with _Reader(memory_limit, timeout) as reader:
+        return reader.call(path, FUNCTIONS[function_name], arguments, keywords)
 
 
 def prepare() -> None:
@@ -69,8 +71,9 @@ class IsolatedMapFile:
     """A MapFile (which see) whose every access to the file happens in a process of its own.
 
     It has all public members of MapFile. memory_limit, timeout: of each call, as in isolated().
-    Also a context manager; after close() it refuses to be used. No process, no file stays open
-    between calls; a call after a crash is like any other. Safe for threads.
+    Also a context manager: inside, one process answers one call after the other, which saves the
+    time to make one for each. After it, or close(), it refuses to be used. Otherwise no process
+    stays between calls, and never a file; a call after a crash is like any other. Safe for threads.
     """
 
     def __init__(
@@ -81,6 +84,8 @@ class IsolatedMapFile:
         timeout: Optional[float] = None,
     ) -> None:
         self._limits = (memory_limit, timeout)
+        self._kept: Optional[_Reader] = None
+        self._busy = threading.Lock()  # who finds the kept one busy has one made
         self._state: Optional[Dict[str, Any]] = {"path": os.fsdecode(path), "part": part}
         self._use(None, None, (), {}, opening=True)
 
@@ -92,8 +97,13 @@ class IsolatedMapFile:
     def close(self) -> None:
         """Refuse further calls (ValueError)."""
         self._state = None
+        kept, self._kept = self._kept, None
+        if kept is not None:
+            with self._busy:
+                kept.close()
 
     def __enter__(self) -> "IsolatedMapFile":
+        self._kept = self._kept or _Reader(*self._limits)
         return self
 
     def __exit__(self, *_: Any) -> None:
@@ -112,12 +122,26 @@ class IsolatedMapFile:
             raise ValueError("the map file is closed")
         path = old["path"]
         arguments = (path, old["part"], None if opening else old, member, arguments, keywords)
-        answer = _call(path, _USE_MAP_FILE, arguments, {}, *self._limits)
+        with self._reader() as reader:
+            answer = reader.call(path, _USE_MAP_FILE, arguments, {})
         if not fits(answer, Tuple[hint, Dict[str, Any]]):
             raise _no_answer(path, "%s: %.200r" % (member, answer))
         if self._state is not None:
             self._state = answer[1]
         return answer[0]
+
+    @contextlib.contextmanager
+    def _reader(self):
+        """The kept process, where there is one that is free; else one for one call."""
+        kept = self._kept
+        if kept is not None and self._busy.acquire(blocking=False):
+            try:
+                yield kept
+            finally:
+                self._busy.release()
+        else:
+            with _Reader(*self._limits) as reader:
+                yield reader
 
 
 def _forwarded_property(name, original):
@@ -148,41 +172,66 @@ def _plain(value):
     return os.fsdecode(value) if isinstance(value, (bytes, os.PathLike)) else value
 
 
-def _call(path, function, arguments, keywords, memory_limit, timeout):
-    memory_limit = memory_limit or default_budget()
-    timeout = timeout or DEFAULT_TIMEOUT
-    deadline = time.monotonic() + timeout
-    request = [_folder(), *function, list(arguments), keywords]
-    try:
-        child = _forked(memory_limit)
-        try:
-            wire = Wire(child.connection, deadline)
-            try:
-                wire.send(request)
-                child.wait_for_answer(timeout)
-                reply = wire.receive(memory_limit)
-            except socket.timeout as error:
-                text = "reading it takes more than %g seconds" % timeout
-                raise MapFileError("timeout", path, text, _RESTORE) from error
-            except (EOFError, OSError) as error:
-                raise _ended(path, child.wait(), memory_limit) from error
-            except WireError as error:
-                raise _no_answer(path, error) from error
-            except MemoryError as error:
-                raise _too_big(path, memory_limit) from error
-        finally:
+class _Reader:
+    """A process that takes calls, started by the first one; after a failure the next starts anew.
+
+    Used by one thread at a time.
+    """
+
+    def __init__(self, memory_limit: Optional[int], timeout: Optional[float]) -> None:
+        self._memory_limit = memory_limit or default_budget()
+        self._timeout = timeout or DEFAULT_TIMEOUT
+        self._child: Optional[Child] = None
+        self._wire: Any = None
+
+    def __enter__(self) -> "_Reader":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the process."""
+        child, self._child = self._child, None
+        if child is not None:
             child.close()
-    except ZygoteEnded as error:
-        text = "the process that reads map files cannot be started, or was ended (%s)" % error
-        raise MapFileError("crashed", path, text, "see its last words, and try again") from error
-    return _value_of(path, reply, memory_limit)
 
+    def call(self, path: PathLike, function: Tuple[str, str], arguments: Any, keywords: Any) -> Any:
+        """What a function says of the file at path. Raises MapFileError."""
+        request = [_folder(), *function, list(arguments), keywords]
+        deadline = time.monotonic() + self._timeout
+        try:
+            reply = self._reply(path, request, deadline)
+        except ZygoteEnded as error:
+            self.close()
+            text = "the process that reads map files cannot be started, or was ended (%s)" % error
+            raise MapFileError("crashed", path, text, "see its last words, and try again") from error
+        except BaseException:
+            self.close()
+            raise
+        return _value_of(path, reply, self._memory_limit)
 
-def _forked(memory_limit):
-    try:
-        return _zygote.child(memory_limit)
-    except ZygoteEnded:  # between two requests: the next one starts it anew
-        return _zygote.child(memory_limit)
+    def _reply(self, path, request, deadline):
+        if self._child is None:
+            try:
+                self._child = _zygote.child(self._memory_limit)
+            except ZygoteEnded:  # between two requests: the next one starts it anew
+                self._child = _zygote.child(self._memory_limit)
+            self._wire = Wire(self._child.connection, shared=self._child.shared)
+        self._wire.deadline = deadline
+        try:
+            self._wire.send(request)
+            self._child.wait_for_answer(self._timeout)
+            return self._wire.receive(self._memory_limit)
+        except socket.timeout as error:
+            text = "reading it takes more than %g seconds" % self._timeout
+            raise MapFileError("timeout", path, text, _RESTORE) from error
+        except (EOFError, OSError) as error:
+            raise _ended(path, self._child.wait(), self._memory_limit) from error
+        except WireError as error:
+            raise _no_answer(path, error) from error
+        except MemoryError as error:
+            raise _too_big(path, self._memory_limit) from error
 
 
 def _folder():

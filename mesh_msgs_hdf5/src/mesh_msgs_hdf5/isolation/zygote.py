@@ -12,7 +12,9 @@ import socket
 import subprocess
 import sys
 import threading
-from typing import Optional, Tuple
+from typing import Optional
+
+import mesh_msgs_hdf5
 
 # -I: not the modules of the current folder, but those of this process
 _PROGRAM = """
@@ -38,11 +40,15 @@ class ZygoteEnded(Exception):
 
 
 class Child:
-    """A forked process: its connection, and what becomes of it. Closing ends it at once."""
+    """A forked process: its connection, and what becomes of it. Closing ends it at once.
 
-    def __init__(self, connection: socket.socket, status: socket.socket) -> None:
+    shared: the descriptor of a file in memory that it has, too.
+    """
+
+    def __init__(self, connection: socket.socket, status: socket.socket, shared: int) -> None:
         self.connection = connection
         self._status = status
+        self.shared = shared
 
     def wait_for_answer(self, timeout: float) -> None:
         """Return when there is something to receive, or it has ended, or after timeout seconds."""
@@ -67,6 +73,7 @@ class Child:
         """End it, whatever it is doing."""
         self._status.close()
         self.connection.close()
+        os.close(self.shared)
 
 
 class Zygote:
@@ -92,11 +99,15 @@ class Zygote:
         with _pair(socket.SOCK_STREAM) as (mine, its), _pair(socket.SOCK_STREAM) as (status, end):
             with self._lock:
                 self._start_if_needed()
+                shared = os.memfd_create("arrays", os.MFD_CLOEXEC)
                 try:
-                    _send_request(self._control, memory_limit, (its, end))
+                    numbers = array.array("i", [its.fileno(), end.fileno(), shared])
+                    passed = [(socket.SOL_SOCKET, socket.SCM_RIGHTS, numbers)]
+                    self._control.sendmsg([b"%d" % memory_limit], passed)
                 except OSError as error:
+                    os.close(shared)
                     raise ZygoteEnded("no process can be forked: %s" % error) from error
-            return Child(mine.dup(), status.dup())
+            return Child(mine.dup(), status.dup(), shared)
 
     def start(self) -> None:
         """Start its process now, and do not wait for it. Raises OSError."""
@@ -123,7 +134,9 @@ class Zygote:
     def _start(self):
         if self._control is not None:
             self._control.close()
-        search = json.dumps([place for place in sys.path if place])
+        # first where this package is: in a devel space of catkin its compiled module is elsewhere
+        own = [os.path.dirname(folder) for folder in mesh_msgs_hdf5.__path__]
+        search = json.dumps(own + [place for place in sys.path if place])
         with _pair(socket.SOCK_SEQPACKET) as (mine, its):
             self._process = subprocess.Popen(
                 [sys.executable or "/usr/bin/python3", "-I", "-c", _PROGRAM, search]
@@ -135,11 +148,6 @@ class Zygote:
                 start_new_session=True,  # Ctrl+C in the terminal is for its parent, who ends it
             )
             self._control = mine.dup()
-
-
-def _send_request(control, memory_limit, sockets: Tuple[socket.socket, ...]):
-    numbers = array.array("i", [one.fileno() for one in sockets])
-    control.sendmsg([b"%d" % memory_limit], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, numbers)])
 
 
 @contextlib.contextmanager

@@ -26,8 +26,9 @@ _ANY_SIZE = 1 << 48
 def serve(number: int) -> NoReturn:
     """Fork a process for each request on the socket with this number, until it closes.
 
-    A request is the memory limit and two sockets: the new process answers on the first; the second
-    is told its exit status, and when the other end of that closes, it is killed.
+    A request is the memory limit, two sockets and a file in memory: the new process answers on the
+    first socket, large arrays in the file; the second is told its exit status, and when the other
+    end of that closes, it is killed.
     """
     parent = os.getppid()
     control = socket.socket(fileno=number)
@@ -54,16 +55,16 @@ def serve(number: int) -> NoReturn:
 
 def _take_request(control, children, own):
     """Fork for the next request; False if there will be none."""
-    size = socket.CMSG_SPACE(2 * array.array("i").itemsize)
+    size = socket.CMSG_SPACE(3 * array.array("i").itemsize)
     message, passed, _, _ = control.recvmsg(64, size, socket.MSG_CMSG_CLOEXEC)
     numbers = array.array("i")
     for _, _, data in passed:
         numbers.frombytes(data)
-    if not message or len(numbers) != 2:
+    if not message or len(numbers) != 3:
         return False
-    connection, status = (socket.socket(fileno=number) for number in numbers)
+    connection, status = (socket.socket(fileno=number) for number in numbers[:2])
     zygote = os.getpid()
-    with connection:
+    with connection, os.fdopen(numbers[2], "r+b", buffering=0) as shared:
         try:
             pid = os.fork()
         except OSError:  # too many processes: whoever asks is told by the closed connection
@@ -73,7 +74,7 @@ def _take_request(control, children, own):
             signal.set_wakeup_fd(-1)
             for other in (control, status, *own, *children):
                 other.close()
-            _run(connection, int(message), zygote)
+            _run(Wire(connection, shared=shared.fileno()), int(message), zygote)
         children[status] = pid
     return True
 
@@ -94,14 +95,14 @@ def _reap(children):
                 status.sendall(b"%d" % code)
 
 
-def _run(connection, memory_limit, zygote) -> NoReturn:
-    """The forked process: one request, one answer."""
+def _run(wire, memory_limit, zygote) -> NoReturn:
+    """The forked process: an answer to each request, until the connection closes."""
     code = 1
     try:
         _die_with(zygote)
         _limit(memory_limit)
-        _take_part(connection)
-        code = 0
+        while True:
+            _take_part(wire)
     except MemoryError:  # not even enough to say so
         code = OUT_OF_MEMORY
     except (EOFError, OSError):
@@ -135,19 +136,18 @@ def _limit(memory_limit):
     os.dup2(nowhere, 2)  # the C library's last words; the caller has an error of his own
 
 
-def _take_part(connection):
-    wire = Wire(connection)
-    reply = _reply(wire)
+def _take_part(wire):
+    reply = _reply(wire.receive(_ANY_SIZE))
     try:
         wire.send(reply)
     except WireError as error:
         wire.send(["failed", "WireError: %s" % error])
 
 
-def _reply(wire) -> Any:
+def _reply(request) -> Any:
     """What answer() returns, or how it failed."""
     try:
-        return ["done", answer(*wire.receive(_ANY_SIZE))]
+        return ["done", answer(*request)]
     except MapFileError as error:
         if isinstance(error.__cause__, MemoryError):
             return ["memory"]

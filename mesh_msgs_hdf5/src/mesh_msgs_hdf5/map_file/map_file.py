@@ -1,7 +1,9 @@
 """The map file: one mesh with everything that is known about it, in one HDF5 file."""
 import contextlib
+import functools
+import inspect
 import os
-from typing import Any, Dict, Iterable, Iterator, List, Optional, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -13,7 +15,18 @@ from mesh_msgs_hdf5.map_file.reading.map_reader import MapReader
 from mesh_msgs_hdf5.map_file.writing.map_saving import save_edit, save_mesh
 from mesh_msgs_hdf5.model.edit import Edit, is_empty
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh, geometry_uuid
+from mesh_msgs_hdf5.model.mesh import Mesh, geometry_uuid
+
+
+MEMBERS = (
+    *("vertices", "faces", "vertex_normals", "vertex_colors", "texture_coordinates"),
+    *("layer_names", "vertex_costs", "layer_parameters", "all_layer_parameters"),
+    *("face_attribute_names", "face_attribute", "face_parameters"),
+    *("texture_indices", "texture", "materials", "features"),
+    *("label_names", "label", "labels"),
+    *("frame_id", "origin", "crs", "source", "stored_uuid"),
+    *("parts", "other_contents", "read"),
+)
 
 
 class MapFile:
@@ -29,41 +42,41 @@ class MapFile:
     part: its name; "" or "/" is the root group; None stands for mesh if there is one, else for the
     only one (code part if there are several).
 
-    Attributes: path, part, parts (names of all parts), schema ("S0", "S1", "S2", "meshes"),
-    schema_version (0: the file does not say), vertex_count, face_count, has_normals, has_colors.
+    Attributes: path, part, schema ("S0", "S1", "S2", "meshes"), schema_version (0: the file does
+    not say), vertex_count, face_count, has_normals, has_colors. Its other members are those of
+    MapReader that have the names in MEMBERS: each opens the file once.
     """
 
     def __init__(self, path: PathLike, part: Optional[str] = None) -> None:
         check_name(path)
         self.path = os.fsdecode(path)
         self.part = part
-        self._stamp = None
+        self._stamp = self._saved = None  # the file when it was looked at, and saved, last
         self._computed_uuid: Optional[str] = None
         with self._reader():
             pass
 
     @contextlib.contextmanager
-    def _reader(self, saved: bool = False) -> Iterator[MapReader]:
-        """A MapReader on the file as it is now. saved: this object has just saved it."""
+    def _reader(self) -> Iterator[MapReader]:
+        """A MapReader on the file as it is now."""
         now = stamp(self.path)
         with reading(self.path) as file:
             reader = MapReader(file, self.path, self.part)
             if now != self._stamp:
-                self._take_header(reader, now, saved)
+                self._take_header(reader, now)
             yield reader
 
-    def _take_header(self, reader, now, saved):
+    def _take_header(self, reader, now):
         identity = (reader.vertex_count, reader.face_count, reader.stored_uuid)
         if self._stamp is not None and (
             identity != self._identity
             or identity[2] is None  # of the same size, but is it the same mesh?
-            and not (saved or self._is_computed_uuid(reader))
+            and not (now == self._saved or self._is_computed_uuid(reader))
         ):
             raise MapFileError(
                 "changed", self.path, "another program has replaced the mesh", "open it again"
             )
         self.part = reader.part
-        self.parts = reader.parts
         self.schema = reader.schema
         self.schema_version = reader.schema_version
         self.vertex_count, self.face_count = identity[:2]
@@ -77,135 +90,6 @@ class MapFile:
         return known is not None and known == geometry_uuid(reader.vertices, reader.faces)
 
     @property
-    def vertices(self) -> np.ndarray:
-        """(V, 3) float32, meters in frame_id; finite."""
-        with self._reader() as reader:
-            return reader.vertices
-
-    @property
-    def faces(self) -> np.ndarray:
-        """(F, 3) uint32, each below V."""
-        with self._reader() as reader:
-            return reader.faces
-
-    @property
-    def vertex_normals(self) -> Optional[np.ndarray]:
-        """(V, 3) float32, finite; None if the file has none."""
-        with self._reader() as reader:
-            return reader.vertex_normals
-
-    @property
-    def vertex_colors(self) -> Optional[np.ndarray]:
-        """(V, 3) uint8 red, green, blue; None if the file has none."""
-        with self._reader() as reader:
-            return reader.vertex_colors
-
-    def layer_names(self) -> List[str]:
-        """The names of the vertex cost layers, sorted."""
-        with self._reader() as reader:
-            return reader.layer_names()
-
-    def vertex_costs(self, name: str) -> np.ndarray:
-        """(V,) float32 of one layer: finite >= 0 is a cost, +inf lethal, NaN unknown."""
-        with self._reader() as reader:
-            return reader.vertex_costs(name)
-
-    def layer_parameters(self, name: str) -> Dict[str, Any]:
-        """The parameters that a layer was computed with (dict); {} if the file does not say."""
-        with self._reader() as reader:
-            return reader.layer_parameters(name)
-
-    def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
-        """Layer name -> its parameters, of all layers, sorted; no costs are read."""
-        with self._reader() as reader:
-            return reader.all_layer_parameters()
-
-    def face_attribute_names(self) -> List[str]:
-        """The names of the face attributes, sorted."""
-        with self._reader() as reader:
-            return reader.face_attribute_names()
-
-    def face_attribute(self, name: str) -> np.ndarray:
-        """(F,) or (F, C) numbers of one face attribute, in the type that they are stored in."""
-        with self._reader() as reader:
-            return reader.face_attribute(name)
-
-    def face_parameters(self, name: str) -> Dict[str, Any]:
-        """The parameters that a face attribute was computed with; {} if the file does not say."""
-        with self._reader() as reader:
-            return reader.face_parameters(name)
-
-    @property
-    def texture_coordinates(self) -> Optional[np.ndarray]:
-        """(V, 2) float32 u, v; None if the file has none.
-
-        The third value that hdf5_map_io stores is left out, and stays in the file.
-        """
-        with self._reader() as reader:
-            return reader.texture_coordinates
-
-    def texture_indices(self) -> List[int]:
-        """The indices of the textures, ascending."""
-        with self._reader() as reader:
-            return reader.texture_indices()
-
-    def texture(self, index: int) -> np.ndarray:
-        """(height, width, 3) uint8, or (height, width, 4) with alpha; row 0 is the top."""
-        with self._reader() as reader:
-            return reader.texture(index)
-
-    @property
-    def materials(self) -> Optional[Materials]:
-        """What the faces are made of; None if the file does not say it of each face."""
-        with self._reader() as reader:
-            return reader.materials
-
-    def label_names(self) -> List[str]:
-        """The texts of the labels, in natural order (tree_2 before tree_10)."""
-        with self._reader() as reader:
-            return reader.label_names()
-
-    def label(self, text: str) -> Label:
-        """One label; each face once, at its first place in the file."""
-        with self._reader() as reader:
-            return reader.label(text)
-
-    def labels(self) -> Dict[str, Label]:
-        """All labels by their texts, in natural order."""
-        with self._reader() as reader:
-            return reader.labels()
-
-    @property
-    def features(self) -> Optional[Features]:
-        """The texture features; None if the file has none."""
-        with self._reader() as reader:
-            return reader.features
-
-    @property
-    def frame_id(self) -> str:
-        """The coordinate frame; "map" for a file that does not say."""
-        with self._reader() as reader:
-            return reader.frame_id
-
-    @property
-    def origin(self) -> Tuple[float, float, float]:
-        """(x, y, z) in meters; vertices + origin are coordinates in crs. Zeros if not said."""
-        with self._reader() as reader:
-            return reader.origin
-
-    @property
-    def crs(self) -> str:
-        """The coordinate reference system of origin; "" if not said."""
-        with self._reader() as reader:
-            return reader.crs
-
-    @property
-    def source(self) -> Dict[str, Any]:
-        """Provenance (dict); {} for a file that does not say."""
-        with self._reader() as reader:
-            return reader.source
-
-    @property
     def uuid(self) -> str:
         """The UUID in the file; if it has none, that of its geometry (which is then read)."""
         with self._reader() as reader:
@@ -213,25 +97,6 @@ class MapFile:
             if not uuid:
                 uuid = self._computed_uuid = geometry_uuid(reader.vertices, reader.faces)
             return uuid
-
-    @property
-    def stored_uuid(self) -> Optional[str]:
-        """The UUID in the file; None if it has none."""
-        with self._reader() as reader:
-            return reader.stored_uuid
-
-    def read(self, members: Optional[Iterable[str]] = None) -> Mesh:
-        """Everything, read at one moment; in a file of ours the geometry must be its UUID's.
-
-        members: names of members of Mesh; only these, the geometry and where it is are read.
-        """
-        with self._reader() as reader:
-            return reader.read(members)
-
-    def other_contents(self) -> List[str]:
-        """Paths of what is in the file but neither in this Mesh nor another part."""
-        with self._reader() as reader:
-            return reader.other_contents()
 
     def update(self, edit: Edit) -> None:
         """Add, replace and remove what an Edit says.
@@ -247,9 +112,9 @@ class MapFile:
             return
         now = stamp(self.path)
         with self._reader() as reader:
-            save_edit(reader, reader.group.file, edit, now)
-        with self._reader(saved=True):  # takes the new header
-            pass
+            names = save_edit(reader, edit, now)
+        self._saved = stamp(self.path)
+        self.has_normals, self.has_colors = names.normals, names.colors
 
     def write_layers(self, layers: Dict[str, Tuple[np.ndarray, Optional[Dict[str, Any]]]]) -> None:
         """Add or replace layers: {name: (costs (V,) float, parameters dict or None)}; as update."""
@@ -279,6 +144,25 @@ class MapFile:
         check_target(path, overwrite)
         save_mesh(path, mesh, part, overwrite, compression)
         return cls(path, part)
+
+
+def _forwarded(member):
+    """A member of MapReader, of the file as it is at each call."""
+    function = member.fget if isinstance(member, property) else member
+    parameters = inspect.signature(function)
+
+    @functools.wraps(function)
+    def ask(self, *arguments, **keywords):
+        if arguments or keywords or member is function:
+            parameters.bind(self, *arguments, **keywords)  # a wrong call is a TypeError
+        with self._reader() as reader:
+            return function(reader, *arguments, **keywords)
+
+    return property(ask, doc=member.__doc__) if isinstance(member, property) else ask
+
+
+for _name in MEMBERS:
+    setattr(MapFile, _name, _forwarded(vars(MapReader)[_name]))
 
 
 def parts_of(path: str) -> List[str]:

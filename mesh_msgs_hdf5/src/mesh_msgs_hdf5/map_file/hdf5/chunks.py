@@ -90,8 +90,10 @@ def load(dataset: h5py.Dataset) -> np.ndarray:
     length = _batch_length(dataset.chunks, dataset.dtype)
     for offset in _offsets(dataset.shape, dataset.chunks):
         skipped, data = dataset.id.read_direct_chunk(offset)
-        flags = (flag for bit, flag in enumerate(filters) if not skipped >> bit & 1)
-        batch.append((data, sum(flags)))
+        flags = 0
+        for bit, flag in enumerate(filters):
+            flags += 0 if skipped >> bit & 1 else flag
+        batch.append((data, flags))
         if len(batch) == length:
             _decompress(dataset, batch, first, array)
             first += length
@@ -109,9 +111,7 @@ def _decompress(dataset, batch, first, array):
 
 def _offsets(shape, chunks) -> Iterator[Tuple[int, ...]]:
     """Where each chunk begins, in the order in which _deflate numbers them."""
-    grid = [-(-length // side) for length, side in zip(shape, chunks)]
-    for place in itertools.product(*map(range, grid)):
-        yield tuple(index * side for index, side in zip(place, chunks))
+    return itertools.product(*map(range, itertools.repeat(0), shape, chunks))
 
 
 def _batch_length(chunks, dtype) -> int:

@@ -4,8 +4,8 @@ from typing import Iterator
 
 import h5py
 
-from mesh_msgs_hdf5.files.probe import kind_of, read_head
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import translated_errors
+from mesh_msgs_hdf5.files.probe import check_regular, kind_of, read_head
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import HDF5_ERRORS, translated
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 # h5py before 3.5 cannot choose; with it a file on a disk without locks still opens
@@ -15,6 +15,21 @@ _LOCKING = {"locking": "best-effort"} if h5py.version.version_tuple[:2] >= (3, 5
 @contextlib.contextmanager
 def reading(path: PathLike) -> Iterator[h5py.File]:
     """An h5py.File of a user's map, read only; every error inside becomes a MapFileError."""
+    check_regular(path)
+    try:
+        opened = h5py.File(path, "r", **_LOCKING)
+    except HDF5_ERRORS as error:
+        _check_format(path)
+        raise translated(path, error) from error
+    try:
+        with opened as file:
+            yield file
+    except HDF5_ERRORS as error:
+        raise translated(path, error) from error
+
+
+def _check_format(path):
+    """Refuse, with a better error than HDF5's, what is none of its files."""
     head = read_head(path)
     kind = kind_of(path, head)
     if kind in ("ply", "obj", "stl", "dae", "glb", "gltf"):
@@ -28,5 +43,3 @@ def reading(path: PathLike) -> Iterator[h5py.File]:
         raise MapFileError(
             "format", path, "it is not an HDF5 file", "maps are made by: mesh_tool import"
         )
-    with translated_errors(path), h5py.File(path, "r", **_LOCKING) as file:
-        yield file

@@ -17,6 +17,17 @@ from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 MAX_CHILDREN = 50_000
 _LINK_INFO = 2  # a message in a group's header (HDF5 File Format Specification, IV.A.2.c)
 _LINKS = {h5py.h5l.TYPE_SOFT: "a soft link", h5py.h5l.TYPE_EXTERNAL: "an external link"}
+# what h5py raises on a damaged file
+HDF5_ERRORS = (
+    OSError,
+    LookupError,
+    RuntimeError,
+    ValueError,
+    TypeError,
+    MemoryError,
+    AttributeError,
+    ArithmeticError,
+)
 # shape and type are asked for once only; h5py before 3.0 has no such choice
 _CACHING = {"readonly": True} if h5py.version.version_tuple[0] >= 3 else {}
 
@@ -31,40 +42,32 @@ def translated_errors(path: PathLike, building: bool = False) -> Iterator[None]:
     """Whatever h5py raises on a damaged file, or in building a new one, becomes a MapFileError."""
     try:
         yield
-    except MapFileError:
-        raise
-    except (
-        OSError,
-        LookupError,
-        RuntimeError,
-        ValueError,
-        TypeError,
-        MemoryError,
-        AttributeError,
-        ArithmeticError,
-    ) as error:
-        text = one_line(str(error))[:200] or type(error).__name__
-        if building:
-            raise MapFileError(
-                "save", path, "the new file cannot be built: %s" % text, ""
-            ) from error
-        if isinstance(error, MemoryError):
-            raise MapFileError(
-                "size",
-                path,
-                "there is not enough memory to read it: %s" % text,
-                "is it a mesh map? If so, read its arrays one by one",
-            ) from error
-        if "truncated file" in text:
-            raise MapFileError(
-                "truncated", path, "the file is cut off (%s)" % text, "copy or fetch it again"
-            ) from error
-        raise MapFileError(
-            "damaged",
+    except HDF5_ERRORS as error:
+        raise translated(path, error, building) from error
+
+
+def translated(path: PathLike, error: BaseException, building: bool = False) -> MapFileError:
+    """The MapFileError of one of HDF5_ERRORS."""
+    text = one_line(str(error))[:200] or type(error).__name__
+    if building:
+        return MapFileError("save", path, "the new file cannot be built: %s" % text, "")
+    if isinstance(error, MemoryError):
+        return MapFileError(
+            "size",
             path,
-            "the file is damaged; HDF5 says: %s" % text,
-            "restore it from a copy, or import the mesh again",
-        ) from error
+            "there is not enough memory to read it: %s" % text,
+            "is it a mesh map? If so, read its arrays one by one",
+        )
+    if "truncated file" in text:
+        return MapFileError(
+            "truncated", path, "the file is cut off (%s)" % text, "copy or fetch it again"
+        )
+    return MapFileError(
+        "damaged",
+        path,
+        "the file is damaged; HDF5 says: %s" % text,
+        "restore it from a copy, or import the mesh again",
+    )
 
 
 def link_kind(group: h5py.Group, name: str) -> Optional[int]:
@@ -75,21 +78,23 @@ def link_kind(group: h5py.Group, name: str) -> Optional[int]:
 
 def exists(group: h5py.Group, place: str) -> bool:
     """True if something has that place, were it a link; none is followed on the way."""
-    *way, last = place.split("/")
+    *way, last = place.encode("utf-8").split(b"/")
+    found = group.id
     for name in way:
-        if link_kind(group, name) != h5py.h5l.TYPE_HARD:
+        if not found.links.exists(name) or found.links.get_info(name).type != h5py.h5l.TYPE_HARD:
             return False
-        group = group[name]
-        if not isinstance(group, h5py.Group):
+        found = h5py.h5o.open(found, name)
+        if not isinstance(found, h5py.h5g.GroupID):
             return False
-    return link_kind(group, last) is not None
+    return found.links.exists(last)
 
 
 def child(path: PathLike, group: h5py.Group, name: str) -> Any:
     """The group or dataset of that name in the group, None if there is none; refuses links."""
-    kind = link_kind(group, name)
-    if kind is None:
+    key, links = name.encode("utf-8"), group.id.links
+    if not links.exists(key):
         return None
+    kind = links.get_info(key).type
     if kind != h5py.h5l.TYPE_HARD:
         raise MapFileError(
             "link",
@@ -97,7 +102,7 @@ def child(path: PathLike, group: h5py.Group, name: str) -> Any:
             "%s is %s" % (join(group, name), _LINKS.get(kind, "a link of an unknown kind")),
             "only what is stored in the file itself is read: copy the data into it",
         )
-    found = h5py.h5o.open(group.id, name.encode("utf-8"))
+    found = h5py.h5o.open(group.id, key)
     if isinstance(found, h5py.h5g.GroupID):  # group[name] takes three times as long
         return h5py.Group(found)
     return h5py.Dataset(found, **_CACHING) if isinstance(found, h5py.h5d.DatasetID) else group[name]

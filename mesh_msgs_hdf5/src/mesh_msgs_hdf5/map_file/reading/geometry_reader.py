@@ -1,4 +1,5 @@
 """Reads vertices, faces, normals and colors of a part."""
+from functools import cached_property
 from typing import List, Optional
 
 import numpy as np
@@ -11,16 +12,21 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 
 
 class GeometryReader:
-    """The geometry of a part and what each of its vertices has. Opening reads shapes only.
-
-    Attributes: vertex_count, face_count.
-    """
+    """The geometry of a part and what each of its vertices has. Counting reads shapes only."""
 
     def __init__(self, part: GuardedGroup, layout: Layout) -> None:
         self._part = part
         self._layout = layout
-        self.vertex_count = self._rows(layout.vertices)
-        self.face_count = self._rows(layout.faces)
+
+    @cached_property
+    def vertex_count(self) -> int:
+        """V, of which nothing but the shape is looked at."""
+        return self._rows(self._layout.vertices)
+
+    @cached_property
+    def face_count(self) -> int:
+        """F, likewise."""
+        return self._rows(self._layout.faces)
 
     def _rows(self, place):
         found = self._part.dataset(place)

@@ -188,13 +188,14 @@ def find_parts(file: h5py.File, path: PathLike) -> List[str]:
     return sorted(parts, key=lambda part: (part.count("/") if part else -1, part))
 
 
-def default_part(file: h5py.File, path: PathLike, parts: List[str]) -> str:
+def default_part(file: h5py.File, path: PathLike) -> str:
     """The part that is meant if none is named: mesh if there is one, else the only one.
 
     Raises MapFileError (part) if there are several.
     """
-    if "mesh" in parts:
+    if is_group_of_this_file(file, "mesh") and layout_of(file["mesh"], ["mesh"])[1]:
         return "mesh"
+    parts = find_parts(file, path)
     if len(parts) > 1:
         raise MapFileError(
             "part",

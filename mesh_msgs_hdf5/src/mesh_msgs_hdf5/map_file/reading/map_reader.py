@@ -1,7 +1,7 @@
 """Reads one part of an open map file, one object at a time, in whatever layout it has."""
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, Dict, Iterable, List, Optional, Set, Tuple, Union
 
 import h5py
@@ -39,10 +39,10 @@ _MEMBERS = tuple(f.name for f in fields(Mesh) if f.name not in ("vertices", "fac
 class MapReader:
     """One part of an open h5py.File. Opening reads names, shapes and attributes, no arrays.
 
-    Its members are those of MapFile, which says what they are; this one reads the file as it is
-    open. Every member raises MapFileError (with the given path) where the file is not sound.
+    Most of its members are those of MapFile, too; this one reads the file as it is open. Every
+    member raises MapFileError (with the given path) where the file is not sound.
 
-    Attributes: path, part, layout, group (of the part), vertex_count, face_count.
+    Attributes: file, path, part, layout, group (of the part).
     """
 
     def __init__(
@@ -53,10 +53,8 @@ class MapReader:
         budget: Optional[int] = None,
     ) -> None:
         self.path = path
-        self._file = file
-        if part is None:
-            part = default_part(file, path, find_parts(file, path))
-        components = schema.part_path(path, part)
+        self.file = file
+        components = schema.part_path(path, default_part(file, path) if part is None else part)
         self.part = "/".join(components)
         group: Optional[h5py.Group] = file["/"]
         for name in components:
@@ -68,14 +66,30 @@ class MapReader:
         self.layout = layout
         self.guarded = GuardedGroup(path, group, budget)
         self._geometry = GeometryReader(self.guarded, layout)
-        self.vertex_count = self._geometry.vertex_count
-        self.face_count = self._geometry.face_count
-        self._layers = LayerReader(self.guarded, layout, self.vertex_count)
-        self._face_attributes = FaceAttributeReader(self.guarded, layout, self.face_count)
-        self._textures = TextureReader(self.guarded, layout, self.vertex_count)
-        self._materials = MaterialReader(self.guarded, layout, self.face_count)
-        self._labels = LabelReader(self.guarded, layout.labels, self.face_count)
-        self._features = FeatureReader(self.guarded, layout.features)
+
+    @cached_property
+    def _layers(self):
+        return LayerReader(self.guarded, self.layout, self.vertex_count)
+
+    @cached_property
+    def _face_attributes(self):
+        return FaceAttributeReader(self.guarded, self.layout, self.face_count)
+
+    @cached_property
+    def _textures(self):
+        return TextureReader(self.guarded, self.layout, self.vertex_count)
+
+    @cached_property
+    def _materials(self):
+        return MaterialReader(self.guarded, self.layout, self.face_count)
+
+    @cached_property
+    def _labels(self):
+        return LabelReader(self.guarded, self.layout.labels, self.face_count)
+
+    @cached_property
+    def _features(self):
+        return FeatureReader(self.guarded, self.layout.features)
 
     def _no_mesh(self):
         known = [part or "/" for part in self.parts]
@@ -95,7 +109,16 @@ class MapReader:
 
     @property
     def parts(self) -> List[str]:
-        return find_parts(self._file, self.path)
+        """The names of all parts of the file; "" is the root group."""
+        return find_parts(self.file, self.path)
+
+    @property
+    def vertex_count(self) -> int:
+        return self._geometry.vertex_count
+
+    @property
+    def face_count(self) -> int:
+        return self._geometry.face_count
 
     @property
     def schema(self) -> str:
@@ -114,18 +137,22 @@ class MapReader:
 
     @property
     def vertices(self) -> np.ndarray:
+        """(V, 3) float32, meters in frame_id; finite."""
         return self._geometry.vertices()
 
     @property
     def faces(self) -> np.ndarray:
+        """(F, 3) uint32, each below V."""
         return self._geometry.faces()
 
     @property
     def vertex_normals(self) -> Optional[np.ndarray]:
+        """(V, 3) float32, finite; None if the file has none."""
         return self._geometry.normals()
 
     @property
     def vertex_colors(self) -> Optional[np.ndarray]:
+        """(V, 3) uint8 red, green, blue; None if the file has none."""
         return self._geometry.colors()
 
     @property
@@ -139,43 +166,58 @@ class MapReader:
     # what has names
 
     def layer_names(self) -> List[str]:
+        """The names of the vertex cost layers, sorted."""
         return self._layers.names()
 
     def vertex_costs(self, name: str) -> np.ndarray:
+        """(V,) float32 of one layer: finite >= 0 is a cost, +inf lethal, NaN unknown."""
         return self._layers.values(name)
 
     def layer_parameters(self, name: str) -> Dict[str, Any]:
+        """The parameters that a layer was computed with (dict); {} if the file does not say."""
         return self._layers.parameters(name)
 
     def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
+        """Layer name -> its parameters, of all layers, sorted; no costs are read."""
         return {name: self.layer_parameters(name) for name in self.layer_names()}
 
     def face_attribute_names(self) -> List[str]:
+        """The names of the face attributes, sorted."""
         return self._face_attributes.names()
 
     def face_attribute(self, name: str) -> np.ndarray:
+        """(F,) or (F, C) numbers of one face attribute, in the type that they are stored in."""
         return self._face_attributes.values(name)
 
     def face_parameters(self, name: str) -> Dict[str, Any]:
+        """The parameters that a face attribute was computed with; {} if the file does not say."""
         return self._face_attributes.parameters(name)
 
     # textures, labels, features
 
     @property
     def texture_coordinates(self) -> Optional[np.ndarray]:
+        """(V, 2) float32 u, v; None if the file has none.
+
+        The third value that hdf5_map_io stores is left out, and stays in the file.
+        """
         return self._textures.coordinates()
 
     def texture_indices(self) -> List[int]:
+        """The indices of the textures, ascending."""
         return self._textures.indices()
 
     def texture(self, index: int) -> np.ndarray:
+        """(height, width, 3) uint8, or (height, width, 4) with alpha; row 0 is the top."""
         return self._textures.texture(index)
 
     @property
     def materials(self) -> Optional[Materials]:
+        """What the faces are made of; None if the file does not say it of each face."""
         return self._materials.materials(self.texture_indices())
 
     def label_names(self) -> List[str]:
+        """The texts of the labels, in natural order (tree_2 before tree_10)."""
         return list(self._labels.paths())
 
     def label_paths(self) -> Dict[str, Tuple[str, str]]:
@@ -183,13 +225,16 @@ class MapReader:
         return self._labels.paths()
 
     def label(self, text: str) -> Label:
+        """One label; each face once, at its first place in the file."""
         return self._labels.label(text)
 
     def labels(self) -> Dict[str, Label]:
+        """All labels by their texts, in natural order."""
         return self._labels.labels()
 
     @property
     def features(self) -> Optional[Features]:
+        """The texture features; None if the file has none."""
         return self._features.features()
 
     # attributes of the part
@@ -205,32 +250,39 @@ class MapReader:
 
     @property
     def frame_id(self) -> str:
+        """The coordinate frame; "map" for a file that does not say."""
         frame_id = self.text(schema.FRAME_ID, "map")
         schema.check_frame_id(self.path, frame_id)
         return frame_id
 
     @property
     def origin(self) -> Tuple[float, float, float]:
+        """(x, y, z) in meters; vertices + origin are coordinates in crs. Zeros if not said."""
         origin = row_attribute(self.path, self.group, schema.ORIGIN, 3)
         return (0.0, 0.0, 0.0) if origin is None else checked_origin(self.path, origin)
 
     @property
     def crs(self) -> str:
+        """The coordinate reference system of origin; "" if not said."""
         return checked_crs(self.path, self.text(schema.CRS, ""))
 
     @property
     def source(self) -> Dict[str, Any]:
+        """Provenance (dict); {} for a file that does not say."""
         return from_json(self.path, "attribute " + schema.SOURCE, self.text(schema.SOURCE))
 
     @property
     def stored_uuid(self) -> Optional[str]:
-        """The UUID that the file says its geometry has; None if it does not."""
+        """The UUID in the file; None if it has none."""
         return self.text(schema.UUID) or None
 
     # all of it
 
     def read(self, members: Optional[Iterable[str]] = None) -> Mesh:
-        """See MapFile.read."""
+        """Everything, read at one moment; in a file of ours the geometry must be its UUID's.
+
+        members: names of members of Mesh; only these, the geometry and where it is are read.
+        """
         if members is None:
             datasets = [self.guarded.dataset(place, fields=True) for place in self._places()]
             self.guarded.check_total(sum(map(declared_bytes, datasets)))
@@ -288,9 +340,10 @@ class MapReader:
         return places + self._textures.places() + self._materials.places()
 
     def other_contents(self) -> List[str]:
+        """Paths of what is in the file but neither in this Mesh nor another part."""
         structure = {self._absolute(place) for place in self.layout.structure}
         others = [part for part in self.parts if part and part != self.part]
-        return other_contents(self._file, self.path, self.own_paths(), structure, others)
+        return other_contents(self.file, self.path, self.own_paths(), structure, others)
 
 
 def other_contents(

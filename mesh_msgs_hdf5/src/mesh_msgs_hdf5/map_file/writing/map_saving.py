@@ -52,13 +52,13 @@ def save_mesh(path: PathLike, mesh: Mesh, part: str, overwrite: bool, compressio
         save_file(path, copied(stream), overwrite=overwrite)
 
 
-def save_edit(reader: MapReader, source: h5py.File, edit: Edit, expected: Optional[Stamp]) -> None:
+def save_edit(reader: MapReader, edit: Edit, expected: Optional[Stamp]) -> PartNames:
     """Save the open file of a reader with an edit applied; all else in it stays as it is stored.
 
-    expected: the stamp of the file when it was opened. Raises MapFileError; then the file is as it
-    was.
+    expected: the stamp of the file when it was opened. Returns what the part has now. Raises
+    MapFileError; then the file is as it was.
     """
-    path = reader.path
+    path, source = reader.path, reader.file
     if reader.schema != "S1":
         raise MapFileError(
             "schema",
@@ -87,6 +87,7 @@ def save_edit(reader: MapReader, source: h5py.File, edit: Edit, expected: Option
 
     room = source.id.get_filesize() + bytes_of(edit)
     save_built(path, build, room, expected=expected)
+    return names
 
 
 def save_built(
