@@ -1,5 +1,8 @@
 """What goes over the wire arrives the same; what is no message is refused, and takes no memory."""
 import json
+import mmap
+import os
+import resource
 import socket
 import struct
 import threading
@@ -14,7 +17,14 @@ from peak_memory import peak_memory
 
 from mesh_msgs_hdf5.checks.check import identical
 from mesh_msgs_hdf5.isolation.typed import fits
-from mesh_msgs_hdf5.isolation.wire import MAX_DEPTH, MAX_HEADER_BYTES, Wire, WireError
+from mesh_msgs_hdf5.isolation import wire
+from mesh_msgs_hdf5.isolation.wire import (
+    MAX_DEPTH,
+    MAX_HEADER_BYTES,
+    SHARED_BYTES,
+    Wire,
+    WireError,
+)
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 from mesh_msgs_hdf5.model.schema import MATERIAL_DTYPE
@@ -316,3 +326,109 @@ def test_a_deadline_is_kept():
 )
 def test_types_are_those_of_the_annotation(value, hint, expected):
     assert fits(value, hint) is expected
+
+
+@pytest.fixture
+def shared():
+    """A file in memory that both ends have open."""
+    descriptor = os.memfd_create("arrays")
+    yield descriptor
+    os.close(descriptor)
+
+
+LARGE = [np.arange(SHARED_BYTES // 4, dtype="<u4"), np.ones((SHARED_BYTES, 3), "u1")]
+
+
+def over(shared, value, between=lambda: None, limit=1 << 30):
+    """The value as it arrives, with a shared file; between: is called before it is received."""
+    one, other = socket.socketpair()
+    with one, other:
+        Wire(one, shared=shared).send(value)
+        one.shutdown(socket.SHUT_WR)
+        between()
+        return Wire(other, shared=shared).receive(limit), other.recv(1)
+
+
+def test_large_arrays_go_through_the_shared_file(shared):
+    sizes = []
+    value = LARGE + [np.arange(5), {"a": LARGE[0][::2]}]
+    found, left = over(shared, value, lambda: sizes.append(os.fstat(shared).st_size))
+    assert same(found, value) and not left
+    assert sizes == [sum(array.nbytes for array in LARGE)]
+    assert os.fstat(shared).st_size == 0  # the memory is given back
+    assert same(over(shared, value)[0], value)
+
+
+def test_what_has_arrived_is_not_changed_later(shared):
+    """Whoever sent it may keep the file, and memory that is the file."""
+    hands = []
+
+    def keep():
+        hands.append(mmap.mmap(shared, LARGE[0].nbytes))
+
+    (found,), _ = over(shared, LARGE[:1], keep)
+    expected = LARGE[0].copy()
+    os.ftruncate(shared, LARGE[0].nbytes)
+    hands[0][:] = b"x" * LARGE[0].nbytes
+    os.pwrite(shared, b"y" * LARGE[0].nbytes, 0)
+    assert identical(found, expected) and found.flags.owndata and found.flags.writeable
+    os.ftruncate(shared, 0)
+    assert identical(found, expected)
+    hands[0].close()
+
+
+def test_a_shared_file_that_is_too_short_is_refused(shared):
+    with pytest.raises(WireError, match="ends behind the shared file"):
+        over(shared, LARGE, lambda: os.ftruncate(shared, LARGE[0].nbytes + 1))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        ["|u1", [9]],
+        ["|u1", [9], None],
+        ["|u1", [9], -1],
+        ["|u1", [9], True],
+        ["|u1", [9], 0.0],
+        ["|u1", [9], 1 << 48],
+        ["|u1", [9], 0, 0],
+        ["|O", [9], 0],
+        [[], [9], 0],
+        [],
+    ],
+)
+def test_a_shared_array_that_is_none_is_refused(shared, content):
+    os.ftruncate(shared, 1 << 20)
+    one, other = socket.socketpair()
+    with one, other:
+        one.sendall(message({"shared": content}))
+        with pytest.raises(WireError):
+            Wire(other, shared=shared).receive(1 << 30)
+
+
+def test_a_shared_array_needs_a_shared_file():
+    with pytest.raises(WireError, match="there is none"):
+        received(message({"shared": ["|u1", [9], 0]}))
+
+
+def test_shared_arrays_count_against_the_limit(shared):
+    with pytest.raises(WireError, match="more than"):
+        over(shared, LARGE, limit=sum(array.nbytes for array in LARGE) - 1)
+
+
+def test_more_than_may_be_shared_is_sent(shared, monkeypatch):
+    monkeypatch.setattr(wire, "_MOST_SHARED", LARGE[0].nbytes)
+    sizes = []
+    value = LARGE[:1] + [np.zeros(SHARED_BYTES, "u1")]
+    found, _ = over(shared, value, lambda: sizes.append(os.fstat(shared).st_size))
+    assert same(found, value) and sizes == [LARGE[0].nbytes]
+
+
+def test_where_files_may_not_be_large_all_is_sent(shared):
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (SHARED_BYTES - 1, before[1]))
+    try:
+        found, _ = over(shared, LARGE[:1])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert same(found, LARGE[:1])

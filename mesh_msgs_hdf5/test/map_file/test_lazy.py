@@ -5,7 +5,7 @@ import pytest
 from map_samples import SAMPLES, assert_same, write_hdf5_map_io, write_lvr2_l1
 
 from mesh_msgs_hdf5.map_file import MapFile
-from mesh_msgs_hdf5.map_file.hdf5 import guarded_group
+from mesh_msgs_hdf5.map_file.hdf5 import chunks, guarded_group
 from mesh_msgs_hdf5.map_file.reading.label_reader import LabelReader
 from mesh_msgs_hdf5.model.errors import MapFileError
 
@@ -16,7 +16,7 @@ def watch(monkeypatch):
 
     def start():
         names, inside = [], []
-        load, original = guarded_group.read_array, h5py.Dataset.__getitem__
+        load, original = chunks.load, h5py.Dataset.__getitem__
 
         def noted(dataset):
             names.append(dataset.name)
@@ -27,10 +27,10 @@ def watch(monkeypatch):
                 inside.pop()
 
         def only_inside(self, key):
-            assert inside, "%s was read past read_array" % self.name
+            assert inside, "%s was read past chunks.load" % self.name
             return original(self, key)
 
-        monkeypatch.setattr(guarded_group, "read_array", noted)
+        monkeypatch.setattr(chunks, "load", noted)
         monkeypatch.setattr(h5py.Dataset, "__getitem__", only_inside)
         return names
 

@@ -4,7 +4,7 @@
     map_file.py [--faces 2000000] [--repeats 3] [--only PART ...] [--folder DIR] [--json FILE]
 
 Prints for each figure the reference beside it and how many times better ours is. Parts: storage,
-map, import, memory, server. The mesh is generated: half as many vertices as faces, with normals,
+map, isolation, import, memory, server. The mesh is generated: half as many vertices as faces, with normals,
 colors and five layers. What is read is compared with what was written.
 """
 
@@ -22,6 +22,7 @@ import h5py
 import numpy as np
 from mesh_msgs_hdf5.map_file.hdf5 import chunks
 from mesh_msgs_hdf5.formats.importer import read_mesh
+from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_tools_test.base.large_map import large_map, write_ply
@@ -29,6 +30,7 @@ from mesh_tools_test.base.server_start import start_to_messages
 
 LAYER = "height_diff"
 SLICE = 10_000
+ISOLATED_FACES = 200_000  # of the map that is read in a process of its own: 100,000 vertices
 Arrays = Dict[str, np.ndarray]
 
 
@@ -184,6 +186,27 @@ def measure_map(mesh: Mesh, folder: str, repeats: int) -> List[Row]:
     ]
 
 
+def measure_isolation(folder: str, repeats: int) -> List[Row]:
+    """A map of 100,000 vertices read in a process of its own, beside reading it here."""
+    path = os.path.join(folder, "small.h5")
+    MapFile.write(path, large_map(ISOLATED_FACES))
+    apart, here = timed_beside(
+        lambda: IsolatedMapFile(path).read(), lambda: MapFile(path).read(), 5 * repeats
+    )
+    rows = [Row("IsolatedMapFile.read", 1e3 * apart, "ms", "MapFile.read", here / apart, ">= 0.5")]
+
+    def one_by_one(file):
+        return file.vertices, file.faces, file.vertex_normals, file.vertex_costs(LAYER)
+
+    def apart_one_by_one():
+        with IsolatedMapFile(path) as file:
+            return one_by_one(file)
+
+    apart, here = timed_beside(apart_one_by_one, lambda: one_by_one(MapFile(path)), 5 * repeats)
+    what = "IsolatedMapFile, four members by one process"
+    return rows + [Row(what, 1e3 * apart, "ms", "MapFile", here / apart)]
+
+
 def measure_import(mesh: Mesh, folder: str, repeats: int) -> List[Row]:
     """A binary PLY, beside meshio."""
     import meshio  # slow to import
@@ -255,7 +278,7 @@ def table(rows: List[Row]) -> str:
 
 def main() -> int:
     """Command line."""
-    parts = ("storage", "map", "import", "memory", "server")
+    parts = ("storage", "map", "isolation", "import", "memory", "server")
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--faces", type=int, default=2_000_000, help="size of the mesh")
     parser.add_argument("--repeats", type=int, default=3, help="of which the median is taken")
@@ -286,6 +309,8 @@ def main() -> int:
             rows += measure_reading(arrays, folder, options.repeats)
         if "map" in options.only:
             rows += measure_map(mesh, folder, options.repeats)
+        if "isolation" in options.only:
+            rows += measure_isolation(folder, options.repeats)
         if "import" in options.only:
             rows += measure_import(mesh, folder, options.repeats)
         if "memory" in options.only:

@@ -74,7 +74,7 @@ def part_path(path: PathLike, part: str) -> List[str]:
 
     Refuses what is no plain name.
     """
-    components = [name for name in part.split("/") if name]
+    components = list(filter(None, part.split("/")))
     for name in components:
         _check_name(path, "part", name)
     return components

@@ -74,13 +74,19 @@ def store(
 def load(dataset: h5py.Dataset) -> np.ndarray:
     """Read all of a dataset into a new array: exactly what dataset[()] gives, but faster.
 
-    The dataset has to be one that may be read (hdf5_guard.dataset). Every chunk has to hold exactly
+    The dataset has to be one that may be read (GuardedGroup.dataset). Every chunk has to hold exactly
     its bytes, with the right checksum.
 
     Errors: OSError naming the dataset and the chunk that is damaged; ValueError if chunks are far
     larger than the array; whatever h5py raises.
     """
-    _check_chunk_size(dataset)
+    if dataset.chunks:  # a whole chunk needs memory, however little of it is in the array
+        chunk = math.prod(dataset.chunks) * dataset.dtype.itemsize
+        whole = math.prod(dataset.shape) * dataset.dtype.itemsize
+        if chunk > 2 * whole + _PADDING_BYTES:
+            raise ValueError(
+                "%s: chunks of %d bytes for an array of %d bytes" % (dataset.name, chunk, whole)
+            )
     filters = _direct_filters(dataset)
     if not filters:
         return dataset[()]
@@ -88,25 +94,21 @@ def load(dataset: h5py.Dataset) -> np.ndarray:
     batch: List[Tuple[bytes, int]] = []
     first = 0
     length = _batch_length(dataset.chunks, dataset.dtype)
-    for offset in _offsets(dataset.shape, dataset.chunks):
-        skipped, data = dataset.id.read_direct_chunk(offset)
-        flags = 0
-        for bit, flag in enumerate(filters):
-            flags += 0 if skipped >> bit & 1 else flag
-        batch.append((data, flags))
-        if len(batch) == length:
-            _decompress(dataset, batch, first, array)
-            first += length
-            batch = []
-    _decompress(dataset, batch, first, array)
-    return array
-
-
-def _decompress(dataset, batch, first, array):
     try:
+        for offset in _offsets(dataset.shape, dataset.chunks):
+            skipped, data = dataset.id.read_direct_chunk(offset)
+            flags = 0
+            for bit, flag in enumerate(filters):
+                flags += 0 if skipped >> bit & 1 else flag
+            batch.append((data, flags))
+            if len(batch) == length:
+                _deflate._decompress(batch, dataset.chunks, first, array)
+                first += length
+                batch = []
         _deflate._decompress(batch, dataset.chunks, first, array)
     except RuntimeError as error:
         raise OSError("%s: %s" % (dataset.name, error)) from error
+    return array
 
 
 def _offsets(shape, chunks) -> Iterator[Tuple[int, ...]]:
@@ -116,17 +118,6 @@ def _offsets(shape, chunks) -> Iterator[Tuple[int, ...]]:
 
 def _batch_length(chunks, dtype) -> int:
     return max(1, _BATCH_BYTES // (math.prod(chunks) * dtype.itemsize))
-
-
-def _check_chunk_size(dataset):
-    """Whoever reads needs memory for a whole chunk, however little of it is in the array."""
-    if dataset.chunks:
-        chunk = math.prod(dataset.chunks) * dataset.dtype.itemsize
-        whole = math.prod(dataset.shape) * dataset.dtype.itemsize
-        if chunk > 2 * whole + _PADDING_BYTES:
-            raise ValueError(
-                "%s: chunks of %d bytes for an array of %d bytes" % (dataset.name, chunk, whole)
-            )
 
 
 def _is_plain(dtype):

@@ -7,25 +7,23 @@ import numpy as np
 from mesh_msgs_hdf5.map_file.hdf5 import chunks
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import (
     MAX_CHILDREN,
+    child,
     children,
-    dataset,
     default_budget,
     exists,
     first_keys,
     is_dataset_of_this_file,
     is_group_of_this_file,
-    subgroup,
 )
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import check_ratio, declared_bytes
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import (
+    check_ratio,
+    check_storage,
+    declared_bytes,
+)
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 
 _KEPT = 64  # datasets that stay open: what is read, listed and counted is asked for several times
-
-
-def read_array(found: h5py.Dataset) -> np.ndarray:
-    """All of a dataset that was checked; the one place where arrays are read."""
-    return chunks.load(found)
 
 
 class GuardedGroup:
@@ -51,7 +49,7 @@ class GuardedGroup:
         if place not in self._subgroups:
             group: Optional[h5py.Group] = self.group
             for name in place.split("/") if place else ():
-                group = subgroup(self.path, group, name)
+                group = child(self.path, group, name)
                 if group is None:
                     break
             self._subgroups[place] = group
@@ -67,9 +65,11 @@ class GuardedGroup:
             return found
         way, _, name = place.rpartition("/")
         group = self.subgroup(way)
-        found = None if group is None else dataset(self.path, group, name, self.budget, fields)
-        if found is not None and len(self._datasets) < _KEPT:
-            self._datasets[place] = found
+        found = None if group is None else child(self.path, group, name, h5py.Dataset)
+        if found is not None:
+            check_storage(self.path, found, self.budget, fields)
+            if len(self._datasets) < _KEPT:
+                self._datasets[place] = found
         return found
 
     def first(self, places: Iterable[str]) -> List[str]:
@@ -102,10 +102,10 @@ class GuardedGroup:
         return not first_keys(group, 1)
 
     def values(self, found: h5py.Dataset) -> np.ndarray:
-        """All of a dataset, as it is stored."""
+        """All of a dataset that was checked, as it is stored; the one place where arrays are read."""
         self._taken += declared_bytes(found)
         self.check_total(self._taken)
-        return read_array(found)
+        return chunks.load(found)
 
     def check_total(self, declared: int) -> None:
         """Refuse to read so many bytes of this file."""

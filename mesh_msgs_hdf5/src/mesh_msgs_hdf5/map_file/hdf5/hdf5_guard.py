@@ -5,13 +5,13 @@ follows external links to any file that the process may read; so each step on th
 is looked at before it is taken.
 """
 import contextlib
+import functools
 import os
 from typing import Any, Iterator, List, Optional
 
 import h5py
 
 from mesh_msgs.text import one_line
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import check_storage
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 MAX_CHILDREN = 50_000
@@ -32,6 +32,7 @@ HDF5_ERRORS = (
 _CACHING = {"readonly": True} if h5py.version.version_tuple[0] >= 3 else {}
 
 
+@functools.lru_cache(maxsize=None)
 def default_budget() -> int:
     """Bytes that the arrays read in one call may have: half of the memory, at most 8 GiB."""
     return min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)
@@ -89,23 +90,29 @@ def exists(group: h5py.Group, place: str) -> bool:
     return found.links.exists(last)
 
 
-def child(path: PathLike, group: h5py.Group, name: str) -> Any:
-    """The group or dataset of that name in the group, None if there is none; refuses links."""
+def child(path: PathLike, group: h5py.Group, name: str, kind: Any = h5py.Group) -> Any:
+    """The h5py.Group (kind: or h5py.Dataset) of that name in a group, None if there is none.
+
+    Refuses links, and what is of another kind; whether a dataset is safe to read is not asked.
+    """
     key, links = name.encode("utf-8"), group.id.links
     if not links.exists(key):
         return None
-    kind = links.get_info(key).type
-    if kind != h5py.h5l.TYPE_HARD:
+    link = links.get_info(key).type
+    if link != h5py.h5l.TYPE_HARD:
         raise MapFileError(
             "link",
             path,
-            "%s is %s" % (join(group, name), _LINKS.get(kind, "a link of an unknown kind")),
+            "%s is %s" % (join(group, name), _LINKS.get(link, "a link of an unknown kind")),
             "only what is stored in the file itself is read: copy the data into it",
         )
     found = h5py.h5o.open(group.id, key)
-    if isinstance(found, h5py.h5g.GroupID):  # group[name] takes three times as long
-        return h5py.Group(found)
-    return h5py.Dataset(found, **_CACHING) if isinstance(found, h5py.h5d.DatasetID) else group[name]
+    if kind is h5py.Group and isinstance(found, h5py.h5g.GroupID):
+        return h5py.Group(found)  # group[name] takes three times as long
+    if kind is h5py.Dataset and isinstance(found, h5py.h5d.DatasetID):
+        return h5py.Dataset(found, **_CACHING)
+    wanted = kind.__name__.lower()
+    raise MapFileError("shape", path, "%s is not a %s" % (join(group, name), wanted), "")
 
 
 def first_keys(group: h5py.Group, most: int) -> List[bytes]:
@@ -165,27 +172,3 @@ def hard_object(group: h5py.Group, name: str) -> Any:
 def join(group: h5py.Group, name: str) -> str:
     """The path of a child, for messages."""
     return "%s/%s" % (group.name.rstrip("/"), name)
-
-
-def subgroup(path: PathLike, group: h5py.Group, name: str) -> Optional[h5py.Group]:
-    """The group of that name, None if there is none; MapFileError if it is something else."""
-    found = child(path, group, name)
-    if found is not None and not isinstance(found, h5py.Group):
-        raise MapFileError("shape", path, "%s is not a group" % join(group, name), "")
-    return found
-
-
-def dataset(
-    path: PathLike, group: h5py.Group, name: str, budget: int, fields: bool = False
-) -> Optional[h5py.Dataset]:
-    """The dataset of that name, None if there is none; refused if it cannot be read safely.
-
-    It holds numbers, or, with fields, a compound of numbers.
-    """
-    found = child(path, group, name)
-    if found is None:
-        return None
-    if not isinstance(found, h5py.Dataset):
-        raise MapFileError("shape", path, "%s is not a dataset" % join(group, name), "")
-    check_storage(path, found, budget, fields)
-    return found

@@ -55,15 +55,15 @@ class GeometryReader:
 
     def vertices(self) -> np.ndarray:
         """(V, 3) float32, finite."""
-        return self._vectors(self._part.dataset(self._layout.vertices))
+        return self._vectors(self._part.dataset(self._layout.vertices), None)
 
     def normals(self) -> Optional[np.ndarray]:
         """(V, 3) float32, finite; None if there are none."""
         found = self._part.first_dataset(self._layout.normals)
-        return None if found is None else self._vectors(found)
+        return None if found is None else self._vectors(found, self.vertex_count)
 
-    def _vectors(self, found):
-        columns = check_shape(self._part.path, found, 3, self.vertex_count)
+    def _vectors(self, found, rows):
+        columns = check_shape(self._part.path, found, 3, rows)
         values = self._part.values(found).reshape(-1, columns)
         values = to_exact(values, "<f4", self._part.path, found.name)
         check_finite(self._part.path, found.name, values)

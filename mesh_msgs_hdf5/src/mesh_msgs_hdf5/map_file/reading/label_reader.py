@@ -8,10 +8,10 @@ from mesh_msgs_hdf5.checks.check import checked_label
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup, check_shape
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import row_attribute, text_attribute
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import (
+    child,
     children,
     hard_object,
     is_group_of_this_file,
-    subgroup,
 )
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -53,10 +53,10 @@ class LabelReader:
         names: Dict[str, List[str]] = {}
         left = MAX_LABELS  # counted before any is looked at: a class may have many names
         for class_name in classes:
-            names[class_name] = children(path, subgroup(path, labels, class_name), left)
+            names[class_name] = children(path, child(path, labels, class_name), left)
             left -= len(names[class_name])
         for class_name in classes:
-            group = subgroup(path, labels, class_name)
+            group = child(path, labels, class_name)
             for name in names[class_name]:
                 text = self._text(group, class_name, name)
                 if text is None:
@@ -106,7 +106,7 @@ class LabelReader:
         class_name, name, _ = label_path(text)
         if not is_group_of_this_file(labels, class_name):
             return None
-        group = subgroup(self._part.path, labels, class_name)
+        group = child(self._part.path, labels, class_name)
         there = self._text(group, class_name, name) == text
         return (class_name, name) if there else None
 

@@ -10,7 +10,7 @@ import numpy as np
 from mesh_msgs_hdf5.checks.check import checked_crs, checked_origin, from_json
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute, row_attribute, text_attribute
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import children, is_group_of_this_file, subgroup
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import child, children, is_group_of_this_file
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_storage import declared_bytes
 from mesh_msgs_hdf5.map_file.reading.feature_reader import FeatureReader
 from mesh_msgs_hdf5.map_file.reading.geometry_reader import GeometryReader
@@ -58,7 +58,7 @@ class MapReader:
         self.part = "/".join(components)
         group: Optional[h5py.Group] = file["/"]
         for name in components:
-            group = subgroup(path, group, name) if group is not None else None
+            group = child(path, group, name) if group is not None else None
         layout = None if group is None else layout_of(group, components)[0]
         if layout is None:
             raise self._no_mesh()
