@@ -317,6 +317,45 @@ def test_the_zygote_is_started_anew(victim):
     assert victim("echo", "/a") == ["/a", {}] and zygote_pid() != old
 
 
+def test_a_kept_process_that_has_ended_is_replaced(tmp_path, full_mesh):
+    path = tmp_path / "a.h5"
+    MapFile.write(path, full_mesh)
+    with IsolatedMapFile(path) as file:
+        for pid in children_of(zygote_pid()):
+            os.kill(pid, signal.SIGKILL)
+        while children_of(zygote_pid()):
+            time.sleep(0.01)
+        assert same(file.vertices, full_mesh.vertices)
+
+
+def test_a_kept_process_is_not_shared_with_a_forked_one(tmp_path, full_mesh):
+    path = tmp_path / "a.h5"
+    MapFile.write(path, full_mesh)
+    with IsolatedMapFile(path) as file:
+        pid = os.fork()
+        if not pid:
+            code = 1
+            try:
+                code = 0 if same(file.vertices, full_mesh.vertices) else 2
+                isolated_map_file._zygote.stop()
+            finally:
+                os._exit(code)
+        assert os.waitpid(pid, 0)[1] == 0
+        assert same(file.faces, full_mesh.faces)
+
+
+def test_what_is_not_used_any_more_leaves_no_process(tmp_path, full_mesh):
+    path = tmp_path / "a.h5"
+    MapFile.write(path, full_mesh)
+    file = IsolatedMapFile(path)
+    assert len(children_of(zygote_pid())) == 1  # for the first call
+    del file
+    deadline = time.monotonic() + 20
+    while children_of(zygote_pid()) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not children_of(zygote_pid())
+
+
 def test_a_forked_process_has_one_of_its_own(victim):
     parent = victim("where")[1]
     reading, writing = os.pipe()

@@ -121,6 +121,24 @@ def test_a_uuid_never_leaves_the_folder(tmp_path, folder, uuid):
     assert LabelMaps(folder).find(uuid).names() == ["a_1"]
 
 
+@pytest.mark.parametrize("kind", ["a link that leads out", "a folder"])
+def test_what_others_put_in_place_of_a_journal_is_refused(tmp_path, folder, kind):
+    """The default folder is in /tmp, where anybody may make one."""
+    outside = tmp_path / "outside.journal"
+    journal = folder / (UUID + ".labels.journal")
+    folder.mkdir(parents=True)
+    if kind == "a folder":
+        journal.mkdir()
+    else:
+        journal.symlink_to(outside)
+    maps = LabelMaps(folder)
+    (note,) = maps.taken_notes()
+    assert "leads out of the folder" in note or "is no regular file" in note
+    with pytest.raises(MapFileError) as refused:
+        maps.find_or_make(UUID)
+    assert refused.value.code == "name" and not outside.exists()
+
+
 @pytest.mark.parametrize("uuid", ["x" * 201, "ä" * 34, "\udcff", ""])
 def test_a_uuid_that_makes_no_file_name_is_refused(folder, uuid):
     with pytest.raises(MapFileError) as refused:

@@ -1,5 +1,4 @@
-"""What a call of a MapFile costs, counted in causes: Python calls, and how often the file is opened.
-"""
+"""What a call of a MapFile costs, counted in causes: calls of functions, openings of the file."""
 import ctypes
 import os
 import struct
@@ -119,9 +118,12 @@ def test_one_process_reads_several_members(tmp_path, full_mesh, monkeypatch):
     monkeypatch.setattr(
         isolated_map_file._zygote, "child", lambda limit: forks.append(limit) or original(limit)
     )
-    file = IsolatedMapFile(path)
+    IsolatedMapFile(path).read()
     assert len(forks) == 1
-    with file:
+    with IsolatedMapFile(path) as file:
         assert len(file.vertices) == 40 and len(file.faces) == 60
         assert file.frame_id and file.layer_names() and file.read().vertex_costs
     assert len(forks) == 2
+    file = IsolatedMapFile(path)
+    assert len(file.vertices) == 40 and len(forks) == 3
+    assert len(file.vertices) == 40 and len(forks) == 4

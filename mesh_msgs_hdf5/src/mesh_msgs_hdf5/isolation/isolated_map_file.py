@@ -72,8 +72,9 @@ class IsolatedMapFile:
 
     It has all public members of MapFile. memory_limit, timeout: of each call, as in isolated().
     Also a context manager: inside, one process answers one call after the other, which saves the
-    time to make one for each. After it, or close(), it refuses to be used. Otherwise no process
-    stays between calls, and never a file; a call after a crash is like any other. Safe for threads.
+    time to make one for each; outside, the one that has opened the file answers the first call,
+    and no process stays after that. No file stays open between calls. After the context, or
+    close(), it refuses to be used. A call after a crash is like any other. Safe for threads.
     """
 
     def __init__(
@@ -84,10 +85,16 @@ class IsolatedMapFile:
         timeout: Optional[float] = None,
     ) -> None:
         self._limits = (memory_limit, timeout)
-        self._kept: Optional[_Reader] = None
+        self._kept: Optional[_Reader] = _Reader(*self._limits)
+        self._keeps = True  # until the call after the first
         self._busy = threading.Lock()  # who finds the kept one busy has one made
         self._state: Optional[Dict[str, Any]] = {"path": os.fsdecode(path), "part": part}
-        self._use(None, None, (), {}, opening=True)
+        try:
+            self._use(None, None, (), {}, opening=True)
+        except BaseException:
+            self.close()
+            raise
+        self._keeps = False
 
     @classmethod
     def write(cls, path: PathLike, mesh: Mesh, *arguments: Any, **keywords: Any):
@@ -96,15 +103,17 @@ class IsolatedMapFile:
 
     def close(self) -> None:
         """Refuse further calls (ValueError)."""
-        self._state = None
-        kept, self._kept = self._kept, None
-        if kept is not None:
-            with self._busy:
-                kept.close()
+        self._state, self._keeps = None, False
+        with self._reader():  # which ends the kept process, unless a call does so at its end
+            pass
 
     def __enter__(self) -> "IsolatedMapFile":
         self._kept = self._kept or _Reader(*self._limits)
+        self._keeps = True
         return self
+
+    def __del__(self) -> None:
+        self.close()
 
     def __exit__(self, *_: Any) -> None:
         self.close()
@@ -133,15 +142,18 @@ class IsolatedMapFile:
     @contextlib.contextmanager
     def _reader(self):
         """The kept process, where there is one that is free; else one for one call."""
-        kept = self._kept
-        if kept is not None and self._busy.acquire(blocking=False):
+        if self._busy.acquire(blocking=False):
             try:
-                yield kept
+                if self._kept is not None:
+                    yield self._kept
+                    return
             finally:
+                if not self._keeps and self._kept is not None:
+                    self._kept.close()
+                    self._kept = None
                 self._busy.release()
-        else:
-            with _Reader(*self._limits) as reader:
-                yield reader
+        with _Reader(*self._limits) as reader:
+            yield reader
 
 
 def _forwarded_property(name, original):
@@ -205,13 +217,16 @@ class _Reader:
         except ZygoteEnded as error:
             self.close()
             text = "the process that reads map files cannot be started, or was ended (%s)" % error
-            raise MapFileError("crashed", path, text, "see its last words, and try again") from error
+            hint = "see its last words, and try again"
+            raise MapFileError("crashed", path, text, hint) from error
         except BaseException:
             self.close()
             raise
         return _value_of(path, reply, self._memory_limit)
 
     def _reply(self, path, request, deadline):
+        if self._child is not None and not self._child.is_idle():
+            self.close()
         if self._child is None:
             try:
                 self._child = _zygote.child(self._memory_limit)

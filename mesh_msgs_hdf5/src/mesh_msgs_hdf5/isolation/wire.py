@@ -199,7 +199,7 @@ class Wire:
             raise WireError("arrays of more than %d bytes" % left[0])
         left[0] -= size
         try:
-            array = np.empty(shape, dtype)
+            array = np.zeros(shape, dtype)
         except ValueError as error:
             raise WireError("an array of the shape %r: %s" % (shape, error)) from error
         if size:
@@ -226,8 +226,7 @@ def _write_shared(shared, array, place):
 
 
 def _encoded(value, placed: Callable[[np.ndarray], Any], depth):
-    """What json can write of a value; placed takes each of its arrays and says what stands for it.
-    """
+    """What json can write of a value; placed takes each array of it and says what stands for it."""
     if isinstance(value, np.generic) and value.dtype.kind in "biufU":
         value = value.item()
     if value is None or type(value) in (bool, int, float, str):

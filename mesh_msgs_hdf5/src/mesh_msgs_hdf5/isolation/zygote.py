@@ -14,7 +14,7 @@ import sys
 import threading
 from typing import Optional
 
-import mesh_msgs_hdf5
+from mesh_msgs_hdf5 import __path__ as package_folders
 
 # -I: not the modules of the current folder, but those of this process
 _PROGRAM = """
@@ -49,13 +49,20 @@ class Child:
         self.connection = connection
         self._status = status
         self.shared = shared
+        self._owner = os.getpid()
+        self._poll = select.poll()
+        for one in (connection, status):
+            self._poll.register(one, select.POLLIN)
 
     def wait_for_answer(self, timeout: float) -> None:
         """Return when there is something to receive, or it has ended, or after timeout seconds."""
-        poll = select.poll()
-        poll.register(self.connection, select.POLLIN)
-        poll.register(self._status, select.POLLIN)
-        poll.poll(max(1, 1000 * timeout))
+        self._poll.poll(max(1, 1000 * timeout))
+
+    def is_idle(self) -> bool:
+        """Whether it waits for a request: it lives and has nothing to say, and is not that of the
+        process which this one was forked from.
+        """
+        return self._owner == os.getpid() and not self._poll.poll(0)
 
     def wait(self) -> int:
         """Its exit status, negative for the signal that ended it, as in subprocess.
@@ -135,7 +142,7 @@ class Zygote:
         if self._control is not None:
             self._control.close()
         # first where this package is: in a devel space of catkin its compiled module is elsewhere
-        own = [os.path.dirname(folder) for folder in mesh_msgs_hdf5.__path__]
+        own = [os.path.dirname(folder) for folder in package_folders]
         search = json.dumps(own + [place for place in sys.path if place])
         with _pair(socket.SOCK_SEQPACKET) as (mine, its):
             self._process = subprocess.Popen(

@@ -13,11 +13,15 @@ import traceback
 import warnings
 from typing import Any, Dict, NoReturn
 
-import mesh_msgs_hdf5.isolation.isolated_calls  # noqa: F401 (loads NumPy and h5py once for all)
+import h5py
+import numpy as np
+
+import mesh_msgs_hdf5.isolation.isolated_calls  # noqa: F401 (loads all that is needed once for all)
 from mesh_msgs_hdf5.isolation.wire import Wire, WireError
 from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY
 from mesh_msgs_hdf5.model.errors import MapFileError
 
+_LIBC = ctypes.CDLL(None)
 _PR_SET_PDEATHSIG = 1
 _LOOK_SECONDS = 5
 _ANY_SIZE = 1 << 48
@@ -37,6 +41,7 @@ def serve(number: int) -> NoReturn:
     signal.signal(signal.SIGCHLD, lambda *_: None)
     signal.set_wakeup_fd(waker.fileno(), warn_on_full_buffer=False)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _warm_up()
     gc.collect()
     gc.freeze()  # so that the collector touches no page that is shared
     children: Dict[socket.socket, int] = {}
@@ -51,6 +56,13 @@ def serve(number: int) -> NoReturn:
                 os.kill(children.pop(status), signal.SIGKILL)
         _reap(children)
     os._exit(0)  # and with it all children, see _die_with
+
+
+def _warm_up():
+    """Have HDF5 set up what it sets up at its first use, once for all that are forked."""
+    with h5py.File("warm_up", "w", driver="core", backing_store=False) as file:
+        file["numbers"] = np.zeros(3, np.float32)
+        file["numbers"][()]
 
 
 def _take_request(control, children, own):
@@ -112,7 +124,7 @@ def _run(wire, memory_limit, zygote) -> NoReturn:
 
 
 def _die_with(zygote):
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != zygote:
         os._exit(1)
 

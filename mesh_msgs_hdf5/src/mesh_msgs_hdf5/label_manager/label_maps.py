@@ -5,6 +5,7 @@ import threading
 from typing import Any, Dict, FrozenSet, List, Mapping, Optional, Tuple
 from urllib.parse import quote, unquote
 
+from mesh_msgs_hdf5.files.confine import confined_path
 from mesh_msgs_hdf5.label_manager.dat_files import dat_uuids, read_dat_folder
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.labels.label_store import LabelStore
@@ -47,15 +48,19 @@ class LooseLabels(LabelEdits):
     def __init__(
         self, folder: PathLike, uuid: str, owner_info: Optional[Mapping[str, Any]] = None
     ) -> None:
-        """Make the folder if it is not there. Raises MapFileError."""
+        """Make the folder if it is not there. Raises MapFileError.
+
+        Others may write to the folder (/tmp): a journal that leads out of it is refused.
+        """
         folder = os.path.abspath(os.fsdecode(folder))
-        path = os.path.join(folder, _file_name(folder, uuid))
+        name = _file_name(folder, uuid)
         try:
             os.makedirs(folder, exist_ok=True)
         except OSError as error:
             raise MapFileError(
                 "save", folder, "the folder cannot be made: %s" % error.strerror, "name another one"
             ) from error
+        path = confined_path(folder, name, suffixes=(".journal",))
         super().__init__(_NoMap(path, uuid), path, owner_info)
 
     @property

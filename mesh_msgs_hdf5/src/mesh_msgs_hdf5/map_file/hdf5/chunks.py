@@ -74,8 +74,8 @@ def store(
 def load(dataset: h5py.Dataset) -> np.ndarray:
     """Read all of a dataset into a new array: exactly what dataset[()] gives, but faster.
 
-    The dataset has to be one that may be read (GuardedGroup.dataset). Every chunk has to hold exactly
-    its bytes, with the right checksum.
+    The dataset has to be one that may be read (GuardedGroup.dataset). Every chunk has to hold
+    exactly its bytes, with the right checksum.
 
     Errors: OSError naming the dataset and the chunk that is damaged; ValueError if chunks are far
     larger than the array; whatever h5py raises.
