@@ -67,7 +67,7 @@ REPLACED = [
     ),
     (write_s2, "face_attributes/face_normals", np.zeros((59, 3), "f4"), "shape", "[60,C]"),
     (write_s2, "geometry/texture_coordinates", np.zeros((40, 4), "f4"), "shape", "[40,3/2]"),
-    (write_mesh_io, "faces/indices", np.full((60, 3), -1, "i4"), "index", "60 faces do so"),
+    (write_mesh_io, "faces/indices", np.full((60, 3), -1, "i4"), "index", "(60 in all)"),
     (
         write_hdf5_map_io,
         "textures/coords",
@@ -108,7 +108,7 @@ REPLACED = [
         "textures/mat_face_indices",
         with_value(ONES, 33, 4),
         "index",
-        "the material of face 33 refers to 4, but there are 4 materials; 1 do so",
+        "face 33 refers to material 4, but the mesh has 4 materials (1 in all)",
     ),
     (write_hdf5_map_io, "textures/mat_face_indices", ONES[:59], "shape", "mat_face_indices has"),
     (write_hdf5_map_io, "textures/images/2", np.zeros((5, 7), "f4"), "dtype", "texture 2"),
@@ -120,9 +120,9 @@ REPLACED = [
         "labels/tree/2",
         with_value(np.zeros(9, "i8"), [4, 6], -3),
         "index",
-        "entry 4 refers to -3, but there are 60 faces (label tree_2); 2 do so",
+        "label tree_2, entry 4 refers to face -3, but the mesh has 60 faces (2 in all)",
     ),
-    (write_hdf5_map_io, "labels/tree/2", np.full(2, 60, "u4"), "index", "60 faces (label tree_2)"),
+    (write_hdf5_map_io, "labels/tree/2", np.full(2, 60, "u4"), "index", "label tree_2, entry 0"),
     (write_hdf5_map_io, "labels/tree/2", np.zeros((3, 2), "u4"), "shape", "labels/tree/2 has the"),
     (write_hdf5_map_io, "labels/tree/2", np.zeros(3, "f4"), "dtype", "label tree_2 is of type"),
     (write_hdf5_map_io, "labels/tree/2", "1,2,3", "dtype", "labels/tree/2 holds"),
@@ -162,7 +162,7 @@ REPLACED = [
         "channels/face_material_indices",
         np.full((60, 1), -1, "i4"),
         "index",
-        "the material of face 0 refers to -1, but there are 4 materials; 60 do so",
+        "face 0 refers to material -1, but the mesh has 4 materials (60 in all)",
     ),
 ]
 

@@ -7,6 +7,7 @@ from typing import Any, Collection, Dict, Optional
 
 import numpy as np
 
+from mesh_msgs.checks import findings, geometry
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.checks.exact import to_exact
 from mesh_msgs_hdf5.model import schema
@@ -22,15 +23,14 @@ _DTYPE_HINT = "convert it where it was made"
 
 def check_finite(path: PathLike, name: str, array: np.ndarray) -> None:
     """Refuse an (N, C) float array in which a row is not finite."""
-    if np.isfinite(array).all():
-        return
-    rows = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    raise MapFileError(
-        "not_finite",
-        path,
-        "row %d of %s is not finite (%s), %d in all" % (rows[0], name, array[rows[0]], len(rows)),
-        REPAIR,
-    )
+    for found in findings.check_finite("not_finite", "row", array, REPAIR):
+        raise MapFileError(
+            found.rule,
+            path,
+            "row %d of %s is not finite (%s), %d in all"
+            % (found.index, name, array[found.index], found.count),
+            found.hint,
+        )
 
 
 def check_faces(path: PathLike, faces: np.ndarray, vertex_count: int) -> None:
@@ -45,43 +45,18 @@ def check_faces(path: PathLike, faces: np.ndarray, vertex_count: int) -> None:
             "the mesh has no faces",
             "a map needs triangles: mesh the points first",
         )
-    wrong = _outside(faces, vertex_count)
-    if wrong.any():
-        rows = np.flatnonzero(wrong.any(axis=1))
-        row = rows[0]
-        raise MapFileError(
-            "index",
-            path,
-            "face %d refers to vertex %d, but the mesh has %d vertices; %d faces do so"
-            % (row, faces[row][wrong[row]][0], vertex_count, len(rows)),
-            REPAIR,
-        )
+    check_indices(path, "face", "vertex/vertices", faces, vertex_count)
 
 
 def check_indices(
-    path: PathLike, what: str, indices: np.ndarray, count: int, of: str, hint: str = REPAIR
+    path: PathLike, noun: str, target: str, indices: np.ndarray, count: int, hint: str = REPAIR
 ) -> None:
-    """Refuse (N,) integer indices that are not from 0 to count - 1.
+    """Refuse (N,) or (N, C) integer indices that are not from 0 to count - 1.
 
-    what, of: for the error, "<what> <position> refers to <index>, but there are <count> <of>".
+    noun: what refers. target: what is referred to, singular and plural: "face/faces".
     """
-    wrong = _outside(indices, count)
-    if wrong.any():
-        rows = np.flatnonzero(wrong)
-        raise MapFileError(
-            "index",
-            path,
-            "%s %d refers to %d, but there are %d %s; %d do so"
-            % (what, rows[0], indices[rows[0]], count, of, len(rows)),
-            hint,
-        )
-
-
-def _outside(indices, count):
-    wrong = indices >= count
-    if indices.dtype.kind == "i":
-        wrong |= indices < 0
-    return wrong
+    for found in findings.check_indices("index", noun, target, indices, count, hint):
+        raise MapFileError(found.rule, path, found.what, found.hint)
 
 
 def shaped(
@@ -105,17 +80,15 @@ def shaped(
 
 
 def check_costs(path: PathLike, name: str, costs: np.ndarray, place: str = "vertex") -> None:
-    """Refuse -inf in the costs (N,) called name; place: what has a cost.
+    """Refuse -inf in the float32 costs (N,) called name; place: what has a cost.
 
     NaN is unknown, +inf lethal, and a negative cost is its maker's business.
     """
-    wrong = costs == -np.inf
-    if wrong.any():
+    for found in geometry.check_costs(costs, None, place):
         raise MapFileError(
             "value",
             path,
-            "%s is -inf at %s %d, %d in all"
-            % (name, place, np.flatnonzero(wrong)[0], np.count_nonzero(wrong)),
+            "%s is -inf at %s %d, %d in all" % (name, place, found.index, found.count),
             "NaN means unknown, +inf lethal",
         )
 
@@ -140,7 +113,7 @@ def checked_label(path: PathLike, text: str, label: Label, face_count: int) -> L
         faces = faces.astype(np.uint32)
     faces = shaped(path, name, faces, 1)
     if faces.dtype.kind in "iu":  # before conversion: -1 is a wrong index
-        check_indices(path, "entry", faces, face_count, "faces (%s)" % name, "label it again")
+        check_indices(path, name + ", entry", "face/faces", faces, face_count, "label it again")
     faces = np.ascontiguousarray(to_exact(faces, "<u4", path, name))
     if faces.size and not (faces[1:] > faces[:-1]).all():
         firsts = np.unique(faces, return_index=True)[1]
@@ -211,7 +184,7 @@ def checked_materials(
     name = "the materials of faces"
     faces = shaped(path, name, np.asarray(materials.face_materials), 1, face_count)
     if faces.dtype.kind in "iu":
-        check_indices(path, "the material of face", faces, len(colors), "materials")
+        check_indices(path, "face", "material/materials", faces, len(colors))
     faces = np.ascontiguousarray(to_exact(faces, "<u4", path, name))
     return Materials(colors, indices, faces)
 

@@ -3,6 +3,7 @@ from typing import Any, Sequence, Tuple
 
 import numpy as np
 
+from mesh_msgs.checks import findings
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 # what a stored array may be made of, by the kind of array asked for
@@ -68,24 +69,16 @@ def narrowed(array: np.ndarray, path: PathLike, name: str) -> Tuple[np.ndarray, 
     Returns (array, largest change in the array's unit). MapFileError not_finite names first row and
     count.
     """
-    with np.errstate(over="ignore", invalid="ignore"):
-        result = np.ascontiguousarray(array, dtype=np.float32)
-        finite = np.isfinite(result)
-        change = 0.0
-        if array.dtype != result.dtype and finite.all() and len(array):
-            change = float(np.abs(result.astype(array.dtype) - array).max())
-    if not finite.all():
-        rows = np.flatnonzero(~finite.all(axis=tuple(range(1, finite.ndim))))
+    for found in findings.check_finite(
+        "not_finite", name, array, "repair the mesh where it was made"
+    ):
+        value = np.array2string(np.asarray(array[found.index]), separator=", ")
+        what = "%s %d is not finite in float32 (%s), %d in all"
         raise MapFileError(
-            "not_finite",
-            path,
-            "%s %d is not finite in float32 (%s), %d in all"
-            % (
-                name,
-                rows[0],
-                np.array2string(np.asarray(array[rows[0]]), separator=", "),
-                len(rows),
-            ),
-            "repair the mesh where it was made",
+            found.rule, path, what % (name, found.index, value, found.count), found.hint
         )
+    result = np.ascontiguousarray(findings.narrowed(array))
+    change = 0.0
+    if array.dtype != result.dtype and len(array):
+        change = float(np.abs(result.astype(array.dtype) - array).max())
     return result, change

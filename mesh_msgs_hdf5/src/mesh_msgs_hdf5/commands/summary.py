@@ -16,12 +16,17 @@ def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict
     and numbers. Raises MapFileError.
     """
     file, form, notes = open_members(path, part)
-    fast = fast and form == "HDF5"
+    with file:
+        summary = _summary(file, fast and form == "HDF5")
+    if form != "HDF5":
+        summary["arrays_read"] = None
+    head = {"path": os.fsdecode(path), "format": form, "file_bytes": os.stat(path).st_size}
+    return {**head, **summary, "notes": list(notes)}
+
+
+def _summary(file: Members, fast: bool) -> Dict[str, Any]:
     read: List[str] = []
     summary: Dict[str, Any] = {
-        "path": os.fsdecode(path),
-        "format": form,
-        "file_bytes": os.stat(path).st_size,
         "schema": file.schema,
         "schema_version": file.schema_version,
         "part": file.part,
@@ -36,7 +41,6 @@ def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict
         # files of ours say it; for others it would have to be computed
         "uuid": file.uuid if file.schema_version or not fast else None,
         "source": file.source,
-        "notes": list(notes),
     }
     summary.update(_bounds(file, fast, read))
     summary["layers"] = [layer_summary(file, name, fast, read) for name in file.layer_names()]
@@ -61,7 +65,7 @@ def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict
         count, dimensions = features.descriptors.shape
         summary["features"] = {"count": count, "dimensions": dimensions}
     summary["other_contents"] = file.other_contents()
-    summary["arrays_read"] = read if form == "HDF5" else None
+    summary["arrays_read"] = read
     return summary
 
 

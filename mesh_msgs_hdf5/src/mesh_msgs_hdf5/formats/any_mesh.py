@@ -26,6 +26,12 @@ class MeshMembers:
         self.has_normals = mesh.vertex_normals is not None
         self.has_colors = mesh.vertex_colors is not None
 
+    def __enter__(self) -> "MeshMembers":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        """There is nothing to close."""
+
     def __getattr__(self, name):
         return getattr(self._mesh, name)  # vertices, frame_id, origin, uuid, ...
 

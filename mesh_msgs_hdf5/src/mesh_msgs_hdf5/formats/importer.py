@@ -124,9 +124,9 @@ def _provenance(path, data, before, options, report):
 
 
 def _from_map(path, part, options, report):
-    file = IsolatedMapFile(path, part)  # it may come from anywhere
-    mesh = file.read()
-    others = file.other_contents()
+    with IsolatedMapFile(path, part) as file:  # it may come from anywhere
+        mesh = file.read()
+        others = file.other_contents()
     if others:
         shown = ", ".join(others[:5]) + (", ..." if len(others) > 5 else "")
         report.note("left out: %d other objects of the file (%s)", len(others), shown)

@@ -56,6 +56,12 @@ class MapFile:
         with self._reader():
             pass
 
+    def __enter__(self) -> "MapFile":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        """As IsolatedMapFile, which has something to close."""
+
     @contextlib.contextmanager
     def _reader(self) -> Iterator[MapReader]:
         """A MapReader on the file as it is now."""

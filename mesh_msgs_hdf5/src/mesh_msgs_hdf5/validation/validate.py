@@ -55,6 +55,12 @@ def _validate_part(path, part, progress) -> List[Finding]:
     except MapFileError as error:
         return [_error("file", error)]
     findings = [Finding("import", NOTE, "file", note) for note in notes]
+    with file:
+        return findings + _validate_members(file, form, progress)
+
+
+def _validate_members(file: Members, form, progress) -> List[Finding]:
+    findings: List[Finding] = []
     members = _read_all(file, findings, progress)
     vertices, faces = members.get("vertices"), members.get("faces")
     if vertices is not None and faces is not None:

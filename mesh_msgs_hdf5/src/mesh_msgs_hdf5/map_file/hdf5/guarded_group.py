@@ -102,7 +102,7 @@ class GuardedGroup:
         return not first_keys(group, 1)
 
     def values(self, found: h5py.Dataset) -> np.ndarray:
-        """All of a dataset that was checked, as it is stored: the one place where arrays are read."""
+        """All of a dataset that was checked, as it is stored; nothing else reads arrays."""
         self._taken += declared_bytes(found)
         self.check_total(self._taken)
         return chunks.load(found)
