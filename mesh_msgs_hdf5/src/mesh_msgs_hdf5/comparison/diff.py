@@ -11,6 +11,11 @@ from mesh_msgs_hdf5.model.label_names import natural_order
 
 MEMBERS = ("geometry", "normals", "colors", "layers", "faces", "labels", "textures", "features")
 MEMBERS += ("frame", "origin", "source", "other")
+# of a mesh's members with names: those of the names, of the values, and of their parameters
+_NAMED = {
+    "layers": ("layer_names", "vertex_costs", "layer_parameters"),
+    "faces": ("face_attribute_names", "face_attribute", "face_parameters"),
+}
 
 
 def compare(
@@ -33,8 +38,8 @@ def compare(
     parts = {
         "normals": lambda: _normals(one, other, vertices, tolerance),
         "colors": lambda: _colors(one, other, vertices),
-        "layers": lambda: _layers(one, other, vertices, tolerance),
-        "faces": lambda: _face_attributes(one, other, faces, tolerance),
+        "layers": lambda: _named("layers", one, other, vertices, tolerance),
+        "faces": lambda: _named("faces", one, other, faces, tolerance),
         "labels": lambda: _labels(one, other, faces),
         "textures": lambda: _textures(one, other, vertices, faces, tolerance),
         "features": lambda: _features(one, other, tolerance),
@@ -77,18 +82,23 @@ def _incomparable(member, comparable) -> Iterator[Difference]:
 
 def _normals(one, other, comparable, tolerance):
     a, b = one.vertex_normals, other.vertex_normals
-    yield from _both("normals", a, b)
-    if a is not None and b is not None:
-        yield from _incomparable("normals", comparable)
-        yield from moved("normals", "normals", a, b, tolerance) if comparable else ()
+    if (yield from _are_there("normals", a, b, comparable)):
+        yield from moved("normals", "normals", a, b, tolerance)
 
 
 def _colors(one, other, comparable):
     a, b = one.vertex_colors, other.vertex_colors
-    yield from _both("colors", a, b)
-    if a is not None and b is not None:
-        yield from _incomparable("colors", comparable)
-        yield from numbers("colors", a, b, 0.0) if comparable else ()
+    if (yield from _are_there("colors", a, b, comparable)):
+        yield from numbers("colors", a, b, 0.0)
+
+
+def _are_there(member, a, b, comparable):
+    """What is to be said of values that may be None; True if they can be compared."""
+    yield from _both(member, a, b)
+    if a is None or b is None:
+        return False
+    yield from _incomparable(member, comparable)
+    return comparable
 
 
 def numbers(member: str, one, other, tolerance: float) -> Iterator[Difference]:
@@ -129,28 +139,17 @@ def numbers(member: str, one, other, tolerance: float) -> Iterator[Difference]:
     yield Difference(member, "changed", text.format(**details), details)
 
 
-def _layers(one, other, comparable, tolerance):
-    names = [file.layer_names() for file in (one, other)]
-    yield from _only("layers", *names)
+def _named(kind, one, other, comparable, tolerance):
+    names_of, values_of, parameters_of = _NAMED[kind]
+    names = [getattr(file, names_of)() for file in (one, other)]
+    yield from _only(kind, *names)
     for name in sorted(set(names[0]) & set(names[1])):
-        member = "layers/" + one_line(name)
+        member = "%s/%s" % (kind, one_line(name))
         yield from _incomparable(member, comparable)
         if comparable:
-            yield from numbers(member, one.vertex_costs(name), other.vertex_costs(name), tolerance)
-        texts = one.layer_parameters(name), other.layer_parameters(name)
-        yield from _parameters(member, *texts)
-
-
-def _face_attributes(one, other, comparable, tolerance):
-    names = [file.face_attribute_names() for file in (one, other)]
-    yield from _only("faces", *names)
-    for name in sorted(set(names[0]) & set(names[1])):
-        member = "faces/" + one_line(name)
-        yield from _incomparable(member, comparable)
-        if comparable:
-            a, b = one.face_attribute(name), other.face_attribute(name)
+            a, b = (getattr(file, values_of)(name) for file in (one, other))
             yield from numbers(member, a, b, tolerance)
-        yield from _parameters(member, one.face_parameters(name), other.face_parameters(name))
+        yield from _parameters(member, *(getattr(f, parameters_of)(name) for f in (one, other)))
 
 
 def _parameters(member, a, b):

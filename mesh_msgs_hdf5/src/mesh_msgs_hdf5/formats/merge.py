@@ -1,8 +1,7 @@
 """Vertices that are close together become one."""
-from typing import Tuple
-
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
 from mesh_msgs_hdf5.formats.base.remap import take_faces, take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -65,7 +64,7 @@ def _groups(path, mesh, tolerance):
     keys = [mesh.vertices + np.float32(0)]
     if mesh.texture_coordinates is not None:
         keys.append(mesh.texture_coordinates + np.float32(0))
-    first, group = _equal_rows(np.concatenate(keys, axis=1))
+    first, group = equal_rows(np.concatenate(keys, axis=1).T)
     if not tolerance:
         return group
     positions = mesh.vertices[first].astype(np.float64)
@@ -77,17 +76,6 @@ def _groups(path, mesh, tolerance):
     np.minimum.at(lowest, near, finite)
     joined[finite] = lowest[near]
     return joined[group]
-
-
-def _equal_rows(rows: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """(first row of each group, the group of each row); NaN equals nothing."""
-    order = np.lexsort(rows.T[::-1])
-    ordered = rows[order]
-    new = np.ones(len(rows), bool)
-    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    group = np.zeros(len(rows), np.int64)
-    group[order] = np.cumsum(new) - 1
-    return order[new], group
 
 
 def _near_groups(path, positions, tolerance, more_keys, rows):

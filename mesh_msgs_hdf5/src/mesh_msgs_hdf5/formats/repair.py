@@ -3,6 +3,7 @@ from typing import Tuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
 from mesh_msgs_hdf5.formats.base.remap import take_faces, take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -74,15 +75,10 @@ def _has_area(mesh):
 
 
 def _without_duplicates(mesh, report):
-    named = np.sort(mesh.faces, axis=1)
-    order = np.lexsort(named.T[::-1])  # stable: the first of each group is the first in the mesh
-    ordered = named[order]
-    new = np.ones(len(named), bool)
-    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    if new.all():
+    first, group = equal_rows(np.sort(mesh.faces, axis=1).T)
+    if len(first) == len(group):
         return mesh
-    twins = np.zeros(len(named), np.int64)
-    twins[order] = order[new][np.cumsum(new) - 1]
+    twins = first[group]
     keep = twins == np.arange(len(twins))
     gone = np.flatnonzero(~keep)
     report.dropped_faces += len(gone)

@@ -1,12 +1,10 @@
 """Node label_manager: stores labeled clusters of faces, and answers what is labeled."""
 import contextlib
-import sys
-from typing import Any, Callable, Set
+from typing import Any, Callable, Iterator, Set
 
 import rospy
-from mesh_msgs import array_services, arrays, validation
-from mesh_msgs.init_node import init_node
-from mesh_msgs.srv import GetLabelGroups, GetLabelGroupsResponse, GetUUIDs
+from mesh_msgs import arrays, validation
+from mesh_msgs.srv import GetUUIDs
 from std_srvs.srv import Trigger, TriggerResponse
 
 from mesh_msgs.text import one_line
@@ -16,8 +14,9 @@ from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColors
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
+from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
-from mesh_msgs_hdf5.ros.map_messages import cluster, clusters
+from mesh_msgs_hdf5.ros.run_node_ros import run_node
 
 _OWN, _SHARED = "~cluster_label", "cluster_label"
 _QUEUE = 100
@@ -42,20 +41,12 @@ class LabelManager:
             "~new_cluster_label", arrays.MeshFaceCluster, queue_size=_QUEUE
         )
         self._services = [
-            rospy.Service("~" + name, kind, self._answering(handler))
-            for name, kind, handler in (
-                ("get_labeled_clusters", array_services.GetLabeledClusters, self._get_clusters),
-                ("get_label_groups", GetLabelGroups, self._get_groups),
-                (
-                    "get_labeled_cluster_group",
-                    array_services.GetLabeledClusterGroup,
-                    self._get_group,
-                ),
-                ("delete_label", array_services.DeleteLabel, self._delete),
-                ("save_map", Trigger, self._save),
-                ("import_labels", Trigger, self._import),
-            )
+            rospy.Service("~" + name, Trigger, self._answering(handler))
+            for name, handler in (("save_map", self._save), ("import_labels", self._import))
         ]
+        self._labels = LabelServices(
+            "~", self._found, self._answering, self._forwarder, self._deleted
+        )
         self._colors = LabelColors("~", self._found, self._answering, self._forwarder)
         self._timer = rospy.Timer(rospy.Duration(_POLL), lambda _event: self._publish_colors())
         self._subscribers = [
@@ -120,30 +111,9 @@ class LabelManager:
 
         return answer
 
-    def _get_clusters(self, request):
-        found = clusters(self._maps.find(request.uuid).all())
-        return array_services.GetLabeledClustersResponse(clusters=found)
-
-    def _get_groups(self, request):
-        return GetLabelGroupsResponse(labels=self._maps.find(request.uuid).groups())
-
-    def _get_group(self, request):
-        found = clusters(self._maps.find(request.uuid).group(request.labelGroup))
-        return array_services.GetLabeledClusterGroupResponse(clusters=found)
-
-    def _delete(self, request):
-        labels = self._maps.find(request.uuid)
-        try:
-            label = labels.delete(request.label)
-        except MapFileError as error:
-            if error.code != "owned":
-                raise
-            deleted = self._forwarder.delete(labels, request.label)
-        else:
-            deleted = cluster(request.label, label)
-        self._stored.publish(arrays.MeshFaceCluster(label=request.label))
-        self._colors.changed(labels.uuid, labels)
-        return array_services.DeleteLabelResponse(cluster=deleted)
+    def _deleted(self, uuid: str, labels: Any, cluster: arrays.MeshFaceCluster) -> None:
+        self._stored.publish(cluster)
+        self._colors.changed(uuid, labels)
 
     def _found(self, uuid: str) -> Found:
         labels = self._maps.find(uuid)
@@ -213,24 +183,18 @@ def describe(store: LabelEdits) -> str:
     return line if store.is_owner else "%s; %s" % (line, store.refusal)
 
 
+@contextlib.contextmanager
+def _running() -> Iterator[None]:
+    options = parse(rospy.get_param("~", {}))
+    with ended_by_signals():
+        maps = load_maps(options)
+    manager = LabelManager(maps, options.import_folder)
+    try:
+        yield
+    finally:
+        manager.close()
+
+
 def main() -> int:
     """Run the node; returns the exit code."""
-    manager = None
-    try:
-        init_node("label_manager")
-        options = parse(rospy.get_param("~", {}))
-        with ended_by_signals():
-            maps = load_maps(options)
-        manager = LabelManager(maps, options.import_folder)
-        rospy.spin()
-    except (MapFileError, ValueError) as error:
-        sys.stderr.write("label_manager: error: %s\n" % one_line(str(error)))
-        return 1
-    except KeyboardInterrupt:
-        return 130  # as shells say it: ended by a signal before it answered anything
-    except rospy.ROSInterruptException:
-        pass
-    finally:
-        if manager is not None:  # in the main thread: at exit, Python starts no threads elsewhere
-            manager.close()
-    return 0
+    return run_node("label_manager", _running)

@@ -1,15 +1,17 @@
 """Node hdf5_map_server: serves meshes with all that is known of them, and stores what it gets."""
+import contextlib
 import sys
-from typing import Callable, List, Optional
+from typing import Callable, Iterator, List, Optional
 
 import rospy
-from mesh_msgs.init_node import init_node
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColors
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
+from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
+from mesh_msgs_hdf5.ros.run_node_ros import run_node
 from mesh_msgs_hdf5.server.map_loading import load, owner_notes
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry
@@ -28,7 +30,12 @@ class MapServer:
         forwarder = LabelForwarder()
         colors = LabelColors("", _labels_of(maps), answering, forwarder)
         self._topics = MapTopics(colors)
-        self._services = MapServices(maps, forwarder, self._topics)
+        self._services = MapServices(maps)
+
+        def deleted(uuid, _labels, cluster):
+            self._topics.publish_label(maps.find(uuid), cluster)
+
+        self._labels = LabelServices("", _labels_of(maps), answering, forwarder, deleted)
         for served in maps:
             self._topics.publish_map(served)
             progress.serves(served)
@@ -89,27 +96,21 @@ def _owner_info():
     return {**owner_info("cluster_label", "delete_label", "set_label_color"), STORES_ALL: True}
 
 
-def main(name: str = "hdf5_map_server") -> int:
-    """Run the node; returns the exit code."""
-    server = None
+@contextlib.contextmanager
+def _running() -> Iterator[None]:
+    options = parse(rospy.get_param("~", {}), _files())
+    progress = MapProgress()
+    with ended_by_signals():
+        maps = load_maps(options, progress)
+    server = MapServer(maps, options, progress)
     try:
-        init_node(name)
-        options = parse(rospy.get_param("~", {}), _files())
-        progress = MapProgress()
-        with ended_by_signals():
-            maps = load_maps(options, progress)
-        server = MapServer(maps, options, progress)
         for served in maps:
             rospy.loginfo("%s", one_line(served.describe()))
-        rospy.spin()
-    except (MapFileError, ValueError) as error:
-        sys.stderr.write("%s: error: %s\n" % (name, one_line(str(error))))
-        return 1
-    except KeyboardInterrupt:
-        return 130  # as shells say it: ended by a signal before it served anything
-    except rospy.ROSInterruptException:
-        pass
+        yield
     finally:
-        if server is not None:  # in the main thread: at exit, Python starts no threads elsewhere
-            server.close()
-    return 0
+        server.close()
+
+
+def main(name: str = "hdf5_map_server") -> int:
+    """Run the node; returns the exit code."""
+    return run_node(name, _running)

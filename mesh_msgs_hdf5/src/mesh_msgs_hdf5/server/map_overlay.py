@@ -1,12 +1,12 @@
 """A map with changes on top that are not in its file yet; changes put together and taken apart."""
 import dataclasses
 import threading
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List
 
 import numpy as np
 
 from mesh_msgs_hdf5.model.edit import Edit
-from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
+from mesh_msgs_hdf5.model.mesh import Label
 
 _SINGLE = ("vertex_normals", "vertex_colors", "texture_coordinates", "materials", "features")
 
@@ -90,42 +90,18 @@ class MapOverlay:
         with self._changing:
             self._edit = without(self._edit, edit)
 
-    @property
-    def vertices(self) -> np.ndarray:
-        """(V, 3) float32."""
+    def __getattr__(self, name: str) -> Any:
+        """vertices, faces, vertex_normals, vertex_colors, texture_coordinates, materials, features:
+        as of MapFile, but for what the changes put in their place or remove.
+        """
+        if name not in _SINGLE + ("vertices", "faces"):
+            raise AttributeError("%s has no attribute %r" % (type(self).__name__, name))
+        edit = self._edit
+        value = getattr(edit, name, None)
+        if value is not None or name in edit.remove:
+            return value
         with self.lock:
-            return self.source.vertices
-
-    @property
-    def faces(self) -> np.ndarray:
-        """(F, 3) uint32."""
-        with self.lock:
-            return self.source.faces
-
-    @property
-    def vertex_normals(self) -> Optional[np.ndarray]:
-        """(V, 3) float32 or None."""
-        return self._single("vertex_normals")
-
-    @property
-    def vertex_colors(self) -> Optional[np.ndarray]:
-        """(V, 3) uint8 or None."""
-        return self._single("vertex_colors")
-
-    @property
-    def texture_coordinates(self) -> Optional[np.ndarray]:
-        """(V, 2) float32 or None."""
-        return self._single("texture_coordinates")
-
-    @property
-    def materials(self) -> Optional[Materials]:
-        """Materials or None."""
-        return self._single("materials")
-
-    @property
-    def features(self) -> Optional[Features]:
-        """Features or None."""
-        return self._single("features")
+            return getattr(self.source, name)
 
     @property
     def has_colors(self) -> bool:
@@ -143,11 +119,7 @@ class MapOverlay:
 
     def vertex_costs(self, name: str) -> np.ndarray:
         """(V,) float32 of a layer."""
-        costs = self._edit.vertex_costs.get(name)
-        if costs is not None:
-            return costs
-        with self.lock:
-            return self.source.vertex_costs(name)
+        return self._named("vertex_costs", "vertex_costs", name)
 
     def face_attribute_names(self) -> List[str]:
         """Names of the face attributes, sorted."""
@@ -156,11 +128,7 @@ class MapOverlay:
 
     def face_attribute(self, name: str) -> np.ndarray:
         """(F,) or (F, C)."""
-        values = self._edit.face_attributes.get(name)
-        if values is not None:
-            return values
-        with self.lock:
-            return self.source.face_attribute(name)
+        return self._named("face_attributes", "face_attribute", name)
 
     def texture_indices(self) -> List[int]:
         """Indices of the textures, sorted."""
@@ -169,24 +137,19 @@ class MapOverlay:
 
     def texture(self, index: int) -> np.ndarray:
         """(height, width, 3 or 4) uint8."""
-        pixels = self._edit.textures.get(index)
-        if pixels is not None:
-            return pixels
-        with self.lock:
-            return self.source.texture(index)
+        return self._named("textures", "texture", index)
 
     def labels(self) -> Dict[str, Label]:
         """Text -> label, as they are in the file."""
         with self.lock:
             return self.source.labels()
 
-    def _single(self, name: str) -> Any:
-        edit = self._edit
-        value = getattr(edit, name)
-        if value is not None or name in edit.remove:
+    def _named(self, member: str, of_source: str, key: Any) -> np.ndarray:
+        value = getattr(self._edit, member).get(key)
+        if value is not None:
             return value
         with self.lock:
-            return getattr(self.source, name)
+            return getattr(self.source, of_source)(key)
 
 
 def _names(known, changed):

@@ -2,10 +2,8 @@
 from typing import Any, Callable, List
 
 import rospy
-from mesh_msgs import array_services, arrays
+from mesh_msgs import array_services
 from mesh_msgs.srv import (
-    GetLabelGroups,
-    GetLabelGroupsResponse,
     GetTexture,
     GetTextureResponse,
     GetUUID,
@@ -17,10 +15,8 @@ from mesh_msgs.srv import (
 )
 
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
-from mesh_msgs_hdf5.ros.map_messages import FACES, NORMALS, VERTICES, cluster, clusters
+from mesh_msgs_hdf5.ros.map_messages import FACES, NORMALS, VERTICES
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
-from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
 from mesh_msgs_hdf5.server.received import Refused
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
@@ -35,10 +31,8 @@ class MapServices:
     Handlers run in threads of their own; the maps see to it that one at a time reads a file.
     """
 
-    def __init__(self, maps: MapRegistry, forwarder: LabelForwarder, topics: MapTopics) -> None:
+    def __init__(self, maps: MapRegistry) -> None:
         self._maps = maps
-        self._topics = topics
-        self._forwarder = forwarder
         self._services: List[rospy.Service] = [
             rospy.Service("get_uuids", GetUUIDs, self._get_uuids),
             rospy.Service("get_uuid", GetUUID, self._get_uuid),
@@ -55,10 +49,6 @@ class MapServices:
             ("get_height_difference", array_services.GetVertexCosts, _layer(_HEIGHT_DIFFERENCE)),
             ("get_materials", array_services.GetMaterials, _get_materials),
             ("get_texture", GetTexture, _get_texture),
-            ("get_labeled_clusters", array_services.GetLabeledClusters, _get_labels),
-            ("get_label_groups", GetLabelGroups, _get_groups),
-            ("get_labeled_cluster_group", array_services.GetLabeledClusterGroup, _get_group),
-            ("delete_label", array_services.DeleteLabel, self._delete_label),
         ):
             self._services.append(rospy.Service(name, kind, self._answering(handler)))
 
@@ -70,16 +60,6 @@ class MapServices:
 
     def _get_uuid(self, _request: Any) -> GetUUIDResponse:
         return GetUUIDResponse(uuid=self._maps.uuids()[0])
-
-    def _delete_label(self, served: ServedMap, request: Any) -> array_services.DeleteLabelResponse:
-        try:
-            deleted = cluster(request.label, served.labels.delete(request.label))
-        except MapFileError as error:
-            if error.code != "owned":
-                raise
-            deleted = self._forwarder.delete(served.labels, request.label)
-        self._topics.publish_label(served, arrays.MeshFaceCluster(label=request.label))
-        return array_services.DeleteLabelResponse(cluster=deleted)
 
 
 def answering(handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
@@ -146,16 +126,3 @@ def _get_texture(served, request):
             % (request.texture_index, ", ".join(map(str, known)) or "none")
         )
     return GetTextureResponse(texture=served.messages.texture(request.texture_index))
-
-
-def _get_labels(served, _request):
-    return array_services.GetLabeledClustersResponse(clusters=clusters(served.labels.all()))
-
-
-def _get_groups(served, _request):
-    return GetLabelGroupsResponse(labels=served.labels.groups())
-
-
-def _get_group(served, request):
-    found = served.labels.group(request.labelGroup)
-    return array_services.GetLabeledClusterGroupResponse(clusters=clusters(found))

@@ -3,6 +3,7 @@ from typing import Iterator, Optional
 
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.equal_rows import is_repeated
 from mesh_msgs_hdf5.validation.findings import NOTE, WARNING, Finding
 from mesh_msgs_hdf5.validation.validate_topology import found
 
@@ -24,7 +25,8 @@ def check_shape(
         yield Finding("far_from_origin", WARNING, "vertices", text % (largest, step))
     text = "vertices have the position of an earlier one (import with --merge-vertices"
     text += ", which keeps those of texture seams)"
-    yield from found("duplicate_vertices", "vertices", text, _again(vertices))
+    plain = (vertices + np.float32(0)).view(np.uint32)  # -0 is 0
+    yield from found("duplicate_vertices", "vertices", text, is_repeated(plain.T))
     crosses, longest = _crosses(vertices, faces)
     areas = np.linalg.norm(crosses, axis=1)
     thin = areas <= _SLIVER * longest
@@ -40,16 +42,6 @@ def check_shape(
         yield from found("faces_down", "faces", text % (100 * down / areas.sum()), bad)
     if normals is not None:
         yield from _check_normals(vertices, faces, normals, crosses)
-
-
-def _again(vertices):
-    """(V,): which vertices have the position of one before."""
-    plain = (vertices + np.float32(0)).view(np.uint32)  # -0 is 0
-    order = np.lexsort(plain.T)
-    same = (plain[order[1:]] == plain[order[:-1]]).all(axis=1)
-    again = np.zeros(len(vertices), dtype=bool)
-    again[order[1:][same]] = True
-    return again
 
 
 def _crosses(vertices, faces):

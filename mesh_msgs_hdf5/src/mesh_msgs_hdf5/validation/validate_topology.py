@@ -3,6 +3,7 @@ from typing import Iterator, NamedTuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.equal_rows import is_repeated
 from mesh_msgs_hdf5.validation.findings import NOTE, WARNING, Finding
 
 
@@ -40,9 +41,8 @@ def check_topology(vertex_count: int, faces: np.ndarray) -> Iterator[Finding]:
     """Findings about faces (F, 3), each index below vertex_count."""
     repeated = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
     yield from found("repeated_vertex", "faces", "faces name a vertex twice", repeated)
-    yield from found(
-        "duplicate_faces", "faces", "faces have the vertices of an earlier one", _again(faces)
-    )
+    again = is_repeated(np.sort(faces, axis=1).T)
+    yield from found("duplicate_faces", "faces", "faces have the vertices of an earlier one", again)
     used = np.zeros(vertex_count, dtype=bool)
     used[faces.ravel()] = True
     yield from found("isolated_vertices", "vertices", "vertices belong to no face", ~used)
@@ -58,16 +58,6 @@ def found(rule, where, message, bad, level=WARNING) -> Iterator[Finding]:
     """A finding if any of bad (N,) is set."""
     if bad.any():
         yield Finding(rule, level, where, message, int(bad.argmax()), int(np.count_nonzero(bad)))
-
-
-def _again(faces):
-    """(F,): which faces have the three vertices of one before."""
-    rows = np.sort(faces, axis=1)
-    order = np.lexsort(rows.T[::-1])  # stable: of equal ones the first comes first
-    same = (rows[order[1:]] == rows[order[:-1]]).all(axis=1)
-    again = np.zeros(len(faces), dtype=bool)
-    again[order[1:][same]] = True
-    return again
 
 
 def _edge_findings(edges):

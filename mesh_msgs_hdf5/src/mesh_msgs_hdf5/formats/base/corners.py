@@ -3,6 +3,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 
 SPLIT = "--split-seams splits them"
@@ -102,15 +103,7 @@ def _pairs(index: np.ndarray, coordinates: np.ndarray) -> Tuple[np.ndarray, ...]
 
     Returns (vertex (P,), pair of each corner (N,), first corner of each pair (P,)).
     """
-    keys = (coordinates[:, 1], coordinates[:, 0], index)
-    order = np.lexsort(keys)  # stable: the first corner of a pair comes first
-    new = np.ones(len(order), bool)
-    new[1:] = False
-    for key in keys:
-        new[1:] |= key[order[1:]] != key[order[:-1]]
-    first = order[new]
-    group = np.zeros(len(order), np.int64)
-    group[order] = np.cumsum(new) - 1
+    first, group = equal_rows((index, coordinates[:, 0], coordinates[:, 1]))
     by_appearance = np.lexsort((first, index[first]))
     rank = np.zeros(len(first), np.int64)
     rank[by_appearance] = np.arange(len(first))

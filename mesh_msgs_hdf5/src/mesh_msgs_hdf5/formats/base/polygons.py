@@ -3,6 +3,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
@@ -93,14 +94,7 @@ def weld(corners: np.ndarray, report: ImportReport) -> Tuple[np.ndarray, np.ndar
     come first, index (N,) uint32 of each corner's vertex).
     """
     positions = corners + np.float32(0)  # -0.0 and 0.0 are one place
-    order = np.lexsort(positions.T[::-1])
-    ordered = positions[order]
-    new = np.ones(len(ordered), dtype=bool)
-    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    group = np.zeros(len(ordered), dtype=np.int64)
-    group[order] = np.cumsum(new) - 1
-    # lexsort is stable: the first of each group is the one that comes first in the file
-    first = order[new]
+    first, group = equal_rows(positions.T)
     rank = np.zeros(len(first), dtype=np.uint32)
     by_place = np.argsort(first, kind="stable")
     rank[by_place] = np.arange(len(first), dtype=np.uint32)

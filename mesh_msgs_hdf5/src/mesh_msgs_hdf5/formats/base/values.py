@@ -3,6 +3,7 @@ from typing import Any, Dict, Optional, Set
 
 import numpy as np
 
+from mesh_msgs.checks.findings import narrowed
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.report import ImportReport, note_costs
 from mesh_msgs_hdf5.model import schema
@@ -12,29 +13,21 @@ from mesh_msgs_hdf5.model.mesh import Mesh
 
 def normals_or_none(normals: np.ndarray, report: ImportReport) -> Optional[np.ndarray]:
     """(V, 3) float32 normals, or None with a note if one is not finite."""
-    with np.errstate(over="ignore"):
-        normals = np.ascontiguousarray(normals, dtype=np.float32)
-    wrong = np.flatnonzero(~np.isfinite(normals).all(axis=1))
-    if not len(wrong):
-        return normals
-    report.note(
-        "normals left out: %d of them are not finite, first at vertex %d", len(wrong), wrong[0]
-    )
-    return None
+    return _finite_or_none("normals", normals, report)
 
 
 def coordinates_or_none(coordinates: np.ndarray, report: ImportReport) -> Optional[np.ndarray]:
     """(V, 2) float32 texture coordinates, or None with a note if one is not finite."""
-    with np.errstate(over="ignore"):
-        coordinates = np.ascontiguousarray(coordinates, dtype=np.float32)
-    wrong = np.flatnonzero(~np.isfinite(coordinates).all(axis=1))
+    return _finite_or_none("texture coordinates", coordinates, report)
+
+
+def _finite_or_none(what, values, report):
+    values = np.ascontiguousarray(narrowed(values))
+    wrong = np.flatnonzero(~np.isfinite(values).all(axis=1))
     if not len(wrong):
-        return coordinates
-    report.note(
-        "texture coordinates left out: %d of them are not finite, first at vertex %d",
-        len(wrong),
-        wrong[0],
-    )
+        return values
+    text = "%s left out: %d of them are not finite, first at vertex %d"
+    report.note(text, what, len(wrong), wrong[0])
     return None
 
 
@@ -82,8 +75,7 @@ def add_layer(
     if stored in mesh.vertex_costs:
         report.note("property %s left out: there is a layer of that name already", name)
         return
-    with np.errstate(over="ignore"):
-        costs = np.ascontiguousarray(values, dtype=np.float32)
+    costs = np.ascontiguousarray(narrowed(values))
     if values.dtype.kind in "iu":
         wrong = np.flatnonzero(costs.astype(np.float64) != values)
         if len(wrong):

@@ -21,8 +21,16 @@ def apply_edit(writer: ObjectWriter, part: h5py.Group, reader: MapReader, edit: 
             writer.remove(channels, channel)
         if getattr(edit, name) is not None:
             members.channel(channel, getattr(edit, name))
-    _edit_layers(writer, channels, members, reader, edit)
-    _edit_face_attributes(writer, part, members, reader, edit)
+    _edit_named(
+        *(writer, channels, reader.layer_names()),
+        *(edit.vertex_costs, edit.layer_parameters),
+        *(members.layer, members.parameters),
+    )
+    _edit_named(
+        *(writer, part.get(schema.FACE_ATTRIBUTES), reader.face_attribute_names()),
+        *(edit.face_attributes, edit.face_parameters),
+        *(members.face_attribute, members.parameters),
+    )
     _edit_textures(members, edit)
     if edit.labels:
         _edit_labels(writer, part, members, reader.label_paths(), edit)
@@ -36,30 +44,17 @@ def _is_edited(edit, name):
     return name in edit.remove or getattr(edit, name) is not None
 
 
-def _edit_layers(writer, channels, members, reader, edit):
-    present = set(reader.layer_names()) & (set(edit.vertex_costs) | set(edit.layer_parameters))
-    for name, costs in edit.vertex_costs.items():
-        if name in present:
-            writer.remove(channels, name)
-        if costs is not None:
-            members.layer(name, costs, edit.layer_parameters.get(name))
-    for name, parameters in edit.layer_parameters.items():
-        if name not in edit.vertex_costs and name in present:
-            members.parameters(channels[name], parameters)
-
-
-def _edit_face_attributes(writer, part, members, reader, edit):
-    group = part.get(schema.FACE_ATTRIBUTES)
-    names = set(edit.face_attributes) | set(edit.face_parameters)
-    present = set(reader.face_attribute_names()) & names
-    for name, values in edit.face_attributes.items():
+def _edit_named(writer, group, names, arrays, parameters, write, write_parameters):
+    """Change layers or face attributes in their group, of which those of these names are there."""
+    present = set(names) & (set(arrays) | set(parameters))
+    for name, values in arrays.items():
         if name in present:
             writer.remove(group, name)
         if values is not None:
-            members.face_attribute(name, values, edit.face_parameters.get(name))
-    for name, parameters in edit.face_parameters.items():
-        if name not in edit.face_attributes and name in present:
-            members.parameters(group[name], parameters)
+            write(name, values, parameters.get(name))
+    for name, value in parameters.items():
+        if name not in arrays and name in present:
+            write_parameters(group[name], value)
 
 
 def _edit_textures(members, edit):

@@ -1,0 +1,27 @@
+"""Rows of a table that are the same, found by sorting."""
+from typing import Sequence, Tuple
+
+import numpy as np
+
+
+def equal_rows(columns: Sequence[np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
+    """(first row of each group (G,), the group of each row (N,)) of the columns (N,) of a table.
+
+    Rows of one group are the same in every column; NaN equals nothing. Groups are in the order of
+    their values, the first column first.
+    """
+    order = np.lexsort(columns[::-1])  # stable: the first of each group is the first in the table
+    new = np.ones(len(order), bool)
+    new[1:] = False
+    for column in columns:
+        ordered = column[order]
+        new[1:] |= ordered[1:] != ordered[:-1]
+    group = np.zeros(len(order), np.int64)
+    group[order] = np.cumsum(new) - 1
+    return order[new], group
+
+
+def is_repeated(columns: Sequence[np.ndarray]) -> np.ndarray:
+    """(N,): which rows of a table are the same as one before."""
+    first, group = equal_rows(columns)
+    return first[group] != np.arange(len(group))
