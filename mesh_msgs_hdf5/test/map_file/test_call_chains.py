@@ -70,7 +70,7 @@ def test_reading_takes_few_calls(large):
     calls = own_calls(lambda: large.vertices)
     assert 0 < len(calls) <= 40, calls
     calls = own_calls(lambda: MapFile(large.path).vertices)
-    assert len(calls) <= 111, calls
+    assert len(calls) <= 106, calls
 
 
 def test_the_calls_do_not_grow_with_the_map(large, tmp_path):

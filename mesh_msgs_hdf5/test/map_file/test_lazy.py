@@ -260,8 +260,8 @@ def test_the_file_is_looked_through_once_however_much_is_in_it(tmp_path, monkeyp
 def test_a_label_is_found_without_looking_at_the_others(tmp_path, rich_mesh, monkeypatch):
     del rich_mesh.labels["grass_"]  # has the place of grass
     file = MapFile.write(tmp_path / "a.h5", rich_mesh)
-    original, looks = LabelReader.paths, []
-    monkeypatch.setattr(LabelReader, "paths", lambda self: looks.append(1) or original(self))
+    original, looks = LabelReader.label_paths, []
+    monkeypatch.setattr(LabelReader, "label_paths", lambda self: looks.append(1) or original(self))
     for text, label in rich_mesh.labels.items():
         assert_same(file.label(text), label, text)
     assert not looks

@@ -168,7 +168,7 @@ def _forwarded(member):
 
 
 for _name in MEMBERS:
-    setattr(MapFile, _name, _forwarded(vars(MapReader)[_name]))
+    setattr(MapFile, _name, _forwarded(getattr(MapReader, _name)))
 
 
 def parts_of(path: str) -> List[str]:

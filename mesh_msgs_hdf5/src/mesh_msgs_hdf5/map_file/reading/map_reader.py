@@ -21,7 +21,7 @@ from mesh_msgs_hdf5.map_file.reading.named_arrays import FaceAttributeReader, La
 from mesh_msgs_hdf5.map_file.reading.texture_reader import TextureReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
-from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh, geometry_uuid
+from mesh_msgs_hdf5.model.mesh import Mesh, geometry_uuid
 
 # members of Mesh that are dictionaries: what gives their keys, and a value
 _NAMED = {
@@ -36,7 +36,7 @@ _PLACE = ("frame_id", "origin", "crs")  # without which vertices mean nothing
 _MEMBERS = tuple(f.name for f in fields(Mesh) if f.name not in ("vertices", "faces") + _PLACE)
 
 
-class MapReader:
+class MapReader(GeometryReader, TextureReader, MaterialReader, LabelReader, FeatureReader):
     """One part of an open h5py.File. Opening reads names, shapes and attributes, no arrays.
 
     Most of its members are those of MapFile, too; this one reads the file as it is open. Every
@@ -63,9 +63,7 @@ class MapReader:
         if layout is None:
             raise self._no_mesh()
         self.group = group
-        self.layout = layout
-        self.guarded = GuardedGroup(path, group, budget)
-        self._geometry = GeometryReader(self.guarded, layout)
+        super().__init__(GuardedGroup(path, group, budget), layout)
 
     @cached_property
     def _layers(self):
@@ -74,22 +72,6 @@ class MapReader:
     @cached_property
     def _face_attributes(self):
         return FaceAttributeReader(self.guarded, self.layout, self.face_count)
-
-    @cached_property
-    def _textures(self):
-        return TextureReader(self.guarded, self.layout, self.vertex_count)
-
-    @cached_property
-    def _materials(self):
-        return MaterialReader(self.guarded, self.layout, self.face_count)
-
-    @cached_property
-    def _labels(self):
-        return LabelReader(self.guarded, self.layout.labels, self.face_count)
-
-    @cached_property
-    def _features(self):
-        return FeatureReader(self.guarded, self.layout.features)
 
     def _no_mesh(self):
         known = [part or "/" for part in self.parts]
@@ -113,14 +95,6 @@ class MapReader:
         return find_parts(self.file, self.path)
 
     @property
-    def vertex_count(self) -> int:
-        return self._geometry.vertex_count
-
-    @property
-    def face_count(self) -> int:
-        return self._geometry.face_count
-
-    @property
     def schema(self) -> str:
         return self.layout.schema
 
@@ -132,36 +106,6 @@ class MapReader:
         if value is not None and (not isinstance(value, int) or value < 0):
             raise MapFileError("value", self.path, "%s is %r" % (schema.SCHEMA_VERSION, value), "")
         return value or 0
-
-    # arrays of the geometry
-
-    @property
-    def vertices(self) -> np.ndarray:
-        """(V, 3) float32, meters in frame_id; finite."""
-        return self._geometry.vertices()
-
-    @property
-    def faces(self) -> np.ndarray:
-        """(F, 3) uint32, each below V."""
-        return self._geometry.faces()
-
-    @property
-    def vertex_normals(self) -> Optional[np.ndarray]:
-        """(V, 3) float32, finite; None if the file has none."""
-        return self._geometry.normals()
-
-    @property
-    def vertex_colors(self) -> Optional[np.ndarray]:
-        """(V, 3) uint8 red, green, blue; None if the file has none."""
-        return self._geometry.colors()
-
-    @property
-    def has_normals(self) -> bool:
-        return self._geometry.has_normals()
-
-    @property
-    def has_colors(self) -> bool:
-        return self._geometry.has_colors()
 
     # what has names
 
@@ -192,50 +136,6 @@ class MapReader:
     def face_parameters(self, name: str) -> Dict[str, Any]:
         """The parameters that a face attribute was computed with; {} if the file does not say."""
         return self._face_attributes.parameters(name)
-
-    # textures, labels, features
-
-    @property
-    def texture_coordinates(self) -> Optional[np.ndarray]:
-        """(V, 2) float32 u, v; None if the file has none.
-
-        The third value that hdf5_map_io stores is left out, and stays in the file.
-        """
-        return self._textures.coordinates()
-
-    def texture_indices(self) -> List[int]:
-        """The indices of the textures, ascending."""
-        return self._textures.indices()
-
-    def texture(self, index: int) -> np.ndarray:
-        """(height, width, 3) uint8, or (height, width, 4) with alpha; row 0 is the top."""
-        return self._textures.texture(index)
-
-    @property
-    def materials(self) -> Optional[Materials]:
-        """What the faces are made of; None if the file does not say it of each face."""
-        return self._materials.materials(self.texture_indices())
-
-    def label_names(self) -> List[str]:
-        """The texts of the labels, in natural order (tree_2 before tree_10)."""
-        return list(self._labels.paths())
-
-    def label_paths(self) -> Dict[str, Tuple[str, str]]:
-        """Text -> (group, dataset) of each label, below the group of the labels."""
-        return self._labels.paths()
-
-    def label(self, text: str) -> Label:
-        """One label; each face once, at its first place in the file."""
-        return self._labels.label(text)
-
-    def labels(self) -> Dict[str, Label]:
-        """All labels by their texts, in natural order."""
-        return self._labels.labels()
-
-    @property
-    def features(self) -> Optional[Features]:
-        """The texture features; None if the file has none."""
-        return self._features.features()
 
     # attributes of the part
 
@@ -322,7 +222,7 @@ class MapReader:
         All else in the file is unknown to us, and is to survive.
         """
         own = {self._absolute(place) for place in self._places()}
-        own.update(self._features.paths().values())
+        own.update(self.feature_paths().values())
         labels = self.layout.labels
         for place in self.label_paths().values():
             own.add(self._absolute("/".join((labels,) + place)))
@@ -334,10 +234,10 @@ class MapReader:
 
     def _places(self):
         """Where all of the Mesh is but labels and features, of which there may be very many."""
-        places = self._geometry.places()
+        places = self.geometry_places()
         places += self._layers.places().values()
         places += self._face_attributes.places().values()
-        return places + self._textures.places() + self._materials.places()
+        return places + self.texture_places() + self.material_places()
 
     def other_contents(self) -> List[str]:
         """Paths of what is in the file but neither in this Mesh nor another part."""

@@ -1,14 +1,15 @@
 """Reads textures, in the form of hdf5_map_io (HDF5 images) or in LVR2's, as a part has them."""
+from functools import cached_property
 from typing import List, Optional
 
 import h5py
 import numpy as np
 
 from mesh_msgs_hdf5.checks.check import checked_image, checked_texture_coordinates
-from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup, check_shape
+from mesh_msgs_hdf5.map_file.hdf5.guarded_group import check_shape
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import attribute
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import is_group_of_this_file
-from mesh_msgs_hdf5.map_file.reading.layouts import Layout
+from mesh_msgs_hdf5.map_file.reading.part_reader import PartReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError
 
@@ -20,45 +21,50 @@ _PLANES = {"INTERLACE_PIXEL": 2, "INTERLACE_LINE": 1, "INTERLACE_PLANE": 0}
 _GRAY = ("IMAGE_GRAYSCALE", "IMAGE_INDEXED")
 
 
-class TextureReader:
+class TextureReader(PartReader):
     """The textures and texture coordinates of a part."""
 
-    def __init__(self, part: GuardedGroup, layout: Layout, vertex_count: int) -> None:
-        self._part = part
-        self._layout = layout
-        self._vertex_count = vertex_count
-        self._indices: Optional[List[int]] = None
+    vertex_count: int
 
-    def places(self) -> List[str]:
+    def texture_places(self) -> List[str]:
         """Where texture coordinates and textures are."""
-        place = self._place()
-        found = self._part.first(self._layout.texture_coordinates)
-        return found + ["%s/%d" % (place, index) for index in self.indices()]
+        place = self._images_place()
+        found = self.guarded.first(self.layout.texture_coordinates)
+        return found + ["%s/%d" % (place, index) for index in self.texture_indices()]
 
-    def coordinates(self) -> Optional[np.ndarray]:
-        """(V, 2) float32; None if there are none. A third value of each vertex is left out."""
-        found = self._part.first_dataset(self._layout.texture_coordinates)
+    @property
+    def texture_coordinates(self) -> Optional[np.ndarray]:
+        """(V, 2) float32 u, v; None if the file has none.
+
+        The third value that hdf5_map_io stores is left out, and stays in the file.
+        """
+        found = self.guarded.first_dataset(self.layout.texture_coordinates)
         if found is None:
             return None
-        columns = check_shape(self._part.path, found, (3, 2), self._vertex_count)
-        values = self._part.values(found).reshape(-1, columns)[:, :2]
-        return checked_texture_coordinates(self._part.path, values, self._vertex_count)
+        columns = check_shape(self.guarded.path, found, (3, 2), self.vertex_count)
+        values = self.guarded.values(found).reshape(-1, columns)[:, :2]
+        return checked_texture_coordinates(self.guarded.path, values, self.vertex_count)
 
-    def indices(self) -> List[int]:
+    def texture_indices(self) -> List[int]:
         """The indices of the textures, ascending. The file is looked through once.
 
         They are decimal numbers without leading zeros; what has another name is no texture.
         """
-        if self._indices is None:
-            place = self._place()
-            names = self._part.dataset_names(place, MAX_TEXTURES) if place else []
-            self._indices = sorted(int(name) for name in names if _is_index(name))
         return list(self._indices)
 
+    @cached_property
+    def _indices(self):
+        place = self._images_place()
+        names = self.guarded.dataset_names(place, MAX_TEXTURES) if place else []
+        return sorted(int(name) for name in names if _is_index(name))
+
     def texture(self, index: int) -> np.ndarray:
-        """(height, width, 3 or 4) uint8; gray images become red, green and blue."""
-        part = self._part
-        known = self.indices()
+        """(height, width, 3) uint8, or (height, width, 4) with alpha; row 0 is the top.
+
+        Gray images become red, green and blue.
+        """
+        part = self.guarded
+        known = self.texture_indices()
         if index not in known:
             raise MapFileError(
                 "index",
@@ -66,9 +72,9 @@ class TextureReader:
                 "there is no texture %s" % (index,),
                 "textures of this file: %s" % (", ".join(map(str, known)) or "none"),
             )
-        place = self._place()
+        place = self._images_place()
         found = part.dataset("%s/%d" % (place, index))
-        if place != self._layout.textures:
+        if place != self.layout.textures:
             return checked_image(part.path, index, _colored(self._image(found)))
         if found.ndim != 3 or not found.size:
             raise self._no_image(found)
@@ -77,19 +83,19 @@ class TextureReader:
         pixels = part.values(found).reshape(height, width, planes)
         return checked_image(part.path, index, _colored(pixels))
 
-    def _place(self):
+    def _images_place(self):
         """The group of the images; "" if there is none."""
-        textures = self._layout.textures
-        group = self._part.subgroup(textures) if textures else None
+        textures = self.layout.textures
+        group = self.guarded.subgroup(textures) if textures else None
         if group is None:
             return ""
         if is_group_of_this_file(group, schema.IMAGES):
             return textures + "/" + schema.IMAGES
-        return textures if self._layout.lvr2_materials else ""
+        return textures if self.layout.lvr2_materials else ""
 
     def _image(self, found):
         """The planes of an HDF5 image as (height, width, planes)."""
-        path = self._part.path
+        path = self.guarded.path
         kind = attribute(path, found, "IMAGE_SUBCLASS")
         if h5py.h5a.exists(found.id, b"PALETTE") or kind not in (None, "IMAGE_TRUECOLOR") + _GRAY:
             raise MapFileError(
@@ -104,11 +110,11 @@ class TextureReader:
         axis = _PLANES.get(mode if mode is not None else "INTERLACE_PIXEL")
         if found.ndim != 3 or axis is None or not found.size or found.shape[axis] not in (3, 4):
             raise self._no_image(found)
-        return np.moveaxis(self._part.values(found), axis, 2)
+        return np.moveaxis(self.guarded.values(found), axis, 2)
 
     def _gray(self, found):
-        values = self._part.values(found)
-        if attribute(self._part.path, found, "IMAGE_WHITE_IS_ZERO") not in (None, 0):
+        values = self.guarded.values(found)
+        if attribute(self.guarded.path, found, "IMAGE_WHITE_IS_ZERO") not in (None, 0):
             if values.dtype != np.uint8:
                 raise self._no_image(found)
             values = 255 - values
@@ -117,7 +123,7 @@ class TextureReader:
     def _no_image(self, found):
         return MapFileError(
             "shape",
-            self._part.path,
+            self.guarded.path,
             "%s has the shape %s and type %s: no image of 8-bit red, green and blue"
             % (found.name, list(found.shape), found.dtype),
             "[height,width,3], as the HDF5 Image specification has it",
