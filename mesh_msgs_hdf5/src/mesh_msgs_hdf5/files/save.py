@@ -5,7 +5,7 @@ import fcntl
 import os
 import secrets
 import time
-from typing import Callable, Optional, Tuple, Union
+from typing import Callable, List, Optional, Tuple, Union
 
 from mesh_msgs_hdf5.files.probe import check_name
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -109,7 +109,10 @@ def save_file(
                 # in place, because a disk over the network reports errors here
                 closing.close()
                 os.replace(temporary, target)
-                _sync_folder(folder)
+                try:
+                    sync_folder(folder)
+                except OSError as error:
+                    raise _NotSynced(error.errno, error.strerror) from error
         except _NotSynced:
             raise
         except BaseException:  # also an interrupt: leave nothing behind
@@ -182,12 +185,33 @@ def _copy_extended_attributes(target, descriptor):
                 os.setxattr(descriptor, name, os.getxattr(target, name))
 
 
-def _sync_folder(folder):
+def sync_folder(descriptor: int) -> None:
+    """Make the names in an open folder safe on the disk. Raises OSError."""
     try:
-        os.fsync(folder)
+        os.fsync(descriptor)
     except OSError as error:
         if error.errno != errno.EINVAL:  # a file system that does not sync folders
-            raise _NotSynced(error.errno, error.strerror) from error
+            raise
+
+
+def temporary_path(target: str, token: str) -> str:
+    """The name beside a file that has its new content until that takes its place.
+
+    The name's end is cut so that the temporary name is never longer than a name may be.
+    """
+    folder, name = os.path.split(target)
+    short = os.fsdecode(os.fsencode(name)[:200])
+    return os.path.join(folder, _PREFIX + short + "." + token + _SUFFIX)
+
+
+def temporary_paths(target: str) -> List[str]:
+    """The temporary files beside a file that are there, in use or not; sorted."""
+    folder = os.path.dirname(target)
+    start = temporary_path(target, "")[: -len(_SUFFIX)]
+    with contextlib.suppress(OSError):
+        paths = (os.path.join(folder, entry) for entry in sorted(os.listdir(folder)))
+        return [path for path in paths if path.startswith(start) and path.endswith(_SUFFIX)]
+    return []
 
 
 def _create_temporary(target):
@@ -195,15 +219,11 @@ def _create_temporary(target):
 
     What killed programs left there is removed first, which makes room.
     """
-    folder, name = os.path.split(target)
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
-    with _locked_folder(folder):
+    with _locked_folder(os.path.dirname(target)):
         _sweep(target)
         while True:
-            token = secrets.token_hex(8)
-            # the name's end is cut so that the temporary name is never longer than a name may be
-            short = os.fsdecode(os.fsencode(name)[:200])
-            temporary = os.path.join(folder, _PREFIX + short + "." + token + _SUFFIX)
+            temporary = temporary_path(target, secrets.token_hex(8))
             try:
                 descriptor = os.open(temporary, flags, 0o666)
             except FileExistsError:
@@ -244,14 +264,9 @@ def _wait_for_lock(descriptor):
 
 def _sweep(target):
     """Remove what killed programs left of saving this file; what is locked is still in use."""
-    folder, name = os.path.split(target)
-    short = os.fsdecode(os.fsencode(name)[:200])
-    with contextlib.suppress(OSError):
-        for entry in os.listdir(folder):
-            if entry.startswith(_PREFIX + short + ".") and entry.endswith(_SUFFIX):
-                stale = os.path.join(folder, entry)
-                with contextlib.suppress(OSError):
-                    _remove_if_unlocked(stale)
+    for stale in temporary_paths(target):
+        with contextlib.suppress(OSError):
+            _remove_if_unlocked(stale)
 
 
 def _remove_if_unlocked(path):

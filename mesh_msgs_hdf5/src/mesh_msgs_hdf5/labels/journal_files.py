@@ -7,11 +7,12 @@ import secrets
 import stat
 from typing import Iterable, List, Optional
 
+from mesh_msgs_hdf5.files import save
 from mesh_msgs_hdf5.files.probe import check_name
+from mesh_msgs_hdf5.files.save import write_all
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 _DAMAGED = ".damaged"
-_TEMPORARY = ".mesh_msgs_hdf5.tmp"  # save.py sweeps those of killed programs
 _FLAGS = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
 _HINTS = {
     errno.ENOSPC: "make room on the disk",
@@ -94,13 +95,6 @@ def is_at(descriptor: int, path: PathLike) -> bool:
     return (here.st_dev, here.st_ino) == (there.st_dev, there.st_ino)
 
 
-def write_all(descriptor: int, data: bytes) -> None:
-    """Write all bytes. Raises OSError."""
-    view = memoryview(data)
-    while view:
-        view = view[os.write(descriptor, view) :]
-
-
 def cut(descriptor: int, end: int) -> None:
     """Make the file end there, on the disk too. Raises OSError."""
     os.ftruncate(descriptor, end)
@@ -112,10 +106,7 @@ def sync_folder(path: PathLike) -> None:
     folder = os.path.dirname(os.path.abspath(os.fsdecode(path)))
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
-        os.fsync(descriptor)
-    except OSError as error:
-        if error.errno != errno.EINVAL:  # a file system that does not sync folders
-            raise
+        save.sync_folder(descriptor)
     finally:
         os.close(descriptor)
 
@@ -125,9 +116,8 @@ def replace(path: PathLike, lines: Iterable[bytes], like: Optional[PathLike]) ->
 
     The folder is not synced yet. Raises OSError; then the old file is untouched.
     """
-    folder, name = os.path.split(os.fsdecode(path))
-    short = os.fsdecode(os.fsencode(name)[:200])
-    temporary = os.path.join(folder, ".%s.%s%s" % (short, secrets.token_hex(8), _TEMPORARY))
+    # save.py sweeps those of killed programs
+    temporary = save.temporary_path(os.fsdecode(path), secrets.token_hex(8))
     flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | _FLAGS
     descriptor = os.open(temporary, flags, 0o644)
     try:

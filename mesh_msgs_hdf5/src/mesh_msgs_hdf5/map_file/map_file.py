@@ -17,7 +17,7 @@ from mesh_msgs_hdf5.model.edit import Edit, is_empty
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh, geometry_uuid
 
-
+# of MapReader, which a MapFile has, too
 MEMBERS = (
     *("vertices", "faces", "vertex_normals", "vertex_colors", "texture_coordinates"),
     *("layer_names", "vertex_costs", "layer_parameters", "all_layer_parameters"),

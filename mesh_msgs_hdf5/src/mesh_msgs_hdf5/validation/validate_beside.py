@@ -5,13 +5,12 @@ import os
 from typing import Iterator
 
 from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.files.save import temporary_paths
 from mesh_msgs_hdf5.formats.any_mesh import Members
 from mesh_msgs_hdf5.labels.journal_reading import read_journal
 from mesh_msgs_hdf5.labels.label_store import journal_path
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.validation.findings import WARNING, Finding
-
-_TEMPORARY = ".mesh_msgs_hdf5.tmp"  # how save.py names them: .garden.h5.<token> and this
 
 
 def check_journal(file: Members) -> Iterator[Finding]:
@@ -31,15 +30,11 @@ def check_journal(file: Members) -> Iterator[Finding]:
 
 def check_temporaries(path: str) -> Iterator[Finding]:
     """A finding if temporary files of saving this map are left that no program has open."""
-    folder, name = os.path.split(os.path.realpath(os.fsdecode(path)))
-    prefix = ".%s." % os.fsdecode(os.fsencode(name)[:200])
     stale = []
-    with contextlib.suppress(OSError):
-        for entry in sorted(os.listdir(folder)):
-            if entry.startswith(prefix) and entry.endswith(_TEMPORARY):
-                with contextlib.suppress(OSError), open(os.path.join(folder, entry), "rb") as file:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails while one saves
-                    stale.append(entry)
+    for temporary in temporary_paths(os.path.realpath(os.fsdecode(path))):
+        with contextlib.suppress(OSError), open(temporary, "rb") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails while one saves
+            stale.append(os.path.basename(temporary))
     if stale:
         text = "a program was killed while it saved: %s (the next save removes it)"
         text = text % one_line(stale[0])
