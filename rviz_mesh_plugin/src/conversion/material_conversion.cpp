@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/texture_halving.h"
 #include "conversion/attribute_conversion.h"
 
 namespace rviz_mesh_plugin {
@@ -107,30 +108,13 @@ PixelFormat pixelFormat(const sensor_msgs::Image& image)
   return {3, 0, 1, 2, -1};  // rgb8, 8UC3; all others have been refused
 }
 
-/// The mean of each two by two pixels; a last column or row without a neighbor is left out.
 void halve(TextureImage& image)
 {
-  const std::size_t step_x = image.width > 1 ? 1 : 0;
-  const std::size_t step_y = image.height > 1 ? image.width : 0;
-  const std::uint32_t width = std::max(1u, image.width / 2);
-  const std::uint32_t height = std::max(1u, image.height / 2);
   std::vector<Rgba8> pixels;
-  pixels.reserve(std::size_t(width) * height);
-  for (std::size_t y = 0; y < height; ++y) {
-    for (std::size_t x = 0; x < width; ++x) {
-      const Rgba8* p = &image.pixels[2 * y * image.width + 2 * x];
-      const auto mean = [&](std::uint8_t Rgba8::*channel) {
-        const int sum =
-            p->*channel + p[step_x].*channel + p[step_y].*channel + p[step_x + step_y].*channel;
-        return static_cast<std::uint8_t>((sum + 2) / 4);
-      };
-      pixels.push_back(
-          {mean(&Rgba8::red), mean(&Rgba8::green), mean(&Rgba8::blue), mean(&Rgba8::alpha)});
-    }
-  }
+  appendHalved(image.pixels.data(), image.height, image.width, image.height, pixels);
   image.pixels = std::move(pixels);
-  image.width = width;
-  image.height = height;
+  image.width = halfOf(image.width);
+  image.height = halfOf(image.height);
 }
 
 }  // namespace

@@ -11,15 +11,12 @@
 
 namespace rviz_mesh_plugin {
 
-/// Every graphics card takes textures of this many pixels a side; larger images are halved until
-/// they fit.
-constexpr std::uint32_t MAX_TEXTURE_SIDE = 8192;
-
 /// One image on the graphics card with all its mipmaps, which are computed and uploaded in slices.
 class MeshTexture
 {
  public:
-  /// Allocates. The image has at least one pixel.
+  /// Allocates. The image has at least one pixel, and sides that every graphics card takes (see
+  /// GREATEST_TEXTURE_SIDE of conversion/material_conversion.h).
   explicit MeshTexture(const TextureImageConstPtr& image);
   ~MeshTexture();
   MeshTexture(const MeshTexture&) = delete;
@@ -34,12 +31,10 @@ class MeshTexture
   std::size_t bytes() const { return bytes_; }
 
  private:
-  void halve(const Rgba8* rows, std::uint32_t count);
-
   TextureImageConstPtr image_;
   Ogre::TexturePtr texture_;
   std::size_t bytes_ = 0;
-  int level_ = 0;  ///< being uploaded; below 0: too large, only halved
+  int level_ = 0;  ///< being uploaded
   int level_count_ = 0;
   std::uint32_t width_;  ///< of the level
   std::uint32_t height_;

@@ -23,17 +23,10 @@ class DeviceQueries
   /// Uploads the mesh, which must stay. A device that is the processor itself reads it in place.
   DeviceQueries(std::shared_ptr<const OpenClProgram> program, const mesh_map::Bvh& bvh);
 
-  /// Appends the hits of the rays in order: also those before an exception, for good.
-  void castRays(const mesh_map::RayBatch& rays, const mesh_map::RayOptions& options,
-                const mesh_map::BvhOptions& run, mesh_map::RayHits& hits) const;
-
-  /// Likewise, whether there is any hit.
-  void raysHitAny(const mesh_map::RayBatch& rays, const mesh_map::RayOptions& options,
-                  const mesh_map::BvhOptions& run, std::vector<std::uint8_t>& hits) const;
-
-  /// Likewise. mesh_map::deviceAnswers() must be true.
-  void closestPoints(mesh_map::ArrayView<double> points, const mesh_map::ClosestOptions& options,
-                     const mesh_map::BvhOptions& run, mesh_map::SurfaceHits& hits) const;
+  /// Appends the hits of the rays in order: also those before an exception, for good. Looks at the
+  /// cancel flag, but tells no progress.
+  void castRays(const mesh_map::RayBatch& rays, const mesh_map::BvhOptions& run,
+                mesh_map::RayHits& hits) const;
 
   /// Of a SphereRegion or a ConvexRegion, in the subtrees of mesh_map::selectionRoots().
   std::vector<std::uint32_t> selectFaces(const mesh_map::Region& region,
@@ -43,13 +36,6 @@ class DeviceQueries
                                          const mesh_map::BvhOptions& run) const;
 
  private:
-  template <class Finish>
-  void runRays(const mesh_map::RayBatch& rays, const mesh_map::RayOptions& options, cl_uint flags,
-               const mesh_map::BvhOptions& run, const Finish& finish) const;
-  cl::Buffer maskBuffer(mesh_map::ArrayView<std::uint8_t> mask) const;
-  template <class T>
-  cl::Buffer upload(const T* values, std::size_t count) const;
-
   const std::shared_ptr<const OpenClProgram> program_;
   const mesh_map::Bvh& bvh_;
   cl::Buffer nodes_, corners_;

@@ -1,6 +1,5 @@
 #include "spatial/opencl_session.h"
 
-#include <mesh_map/bvh/closest/bvh_closest.h>
 #include <mesh_map/bvh/device/bvh_device.h>
 #include <mesh_map/bvh/rays/bvh_rays.h>
 #include <mesh_map/bvh/selection/bvh_selection.h>
@@ -108,16 +107,10 @@ bool operator==(const mesh_map::RayHits& a, const mesh_map::RayHits& b)
   return a.faces == b.faces && a.distances == b.distances && a.barycentric == b.barycentric;
 }
 
-bool operator==(const mesh_map::SurfaceHits& a, const mesh_map::SurfaceHits& b)
-{
-  return a.faces == b.faces && a.distances == b.distances && a.positions == b.positions &&
-         a.barycentric == b.barycentric;
-}
-
-/// Launches every kernel on a small mesh, and compares its answers with the native ones. That also
-/// takes the time of the first launch, in which some drivers compile, out of the first query.
-/// Throws std::runtime_error where they differ, cl::Error, or what `go_on` throws, which is called
-/// between them.
+/// Launches every kernel that queries use on a small mesh, and compares its answers with the native
+/// ones. That also takes the time of the first launch, in which some drivers compile, out of the
+/// first query. Throws std::runtime_error where they differ, cl::Error, or what `go_on` throws,
+/// which is called between them.
 void checkDevice(const std::shared_ptr<const OpenClProgram>& program,
                  const std::function<void()>& go_on)
 {
@@ -130,18 +123,8 @@ void checkDevice(const std::shared_ptr<const OpenClProgram>& program,
   }
   const mesh_map::RayBatch rays{points, directions, {}};
   mesh_map::RayHits hits;
-  device.castRays(rays, {}, {}, hits);
+  device.castRays(rays, {}, hits);
   expect(hits == mesh_map::castRays(bvh, rays), "rays");
-
-  go_on();
-  std::vector<std::uint8_t> any;
-  device.raysHitAny(rays, {}, {}, any);
-  expect(any == mesh_map::raysHitAny(bvh, rays), "rays");
-
-  go_on();
-  mesh_map::SurfaceHits closest;
-  device.closestPoints(points, {}, {}, closest);
-  expect(closest == mesh_map::closestPoints(bvh, points), "closest points");
 
   const mesh_map::SphereRegion sphere({5.0, 6.0, 0.0}, 3.0);
   const auto box = mesh_map::ConvexRegion::box(

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
+#include <utility>
 
 namespace rviz_mesh_plugin {
 
@@ -37,52 +39,27 @@ std::uint64_t checkSum(const std::string& key, const ProgramCache::Binary& binar
   return hash(binary.data(), binary.size(), hash(key.data(), key.size()));
 }
 
-class File
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+/// Null where the descriptor is none.
+File fileOf(int descriptor, const char* mode)
 {
- public:
-  explicit File(int descriptor) : descriptor_(descriptor) {}
-  ~File() { close(); }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-
-  int descriptor() const { return descriptor_; }
-
-  bool close()
-  {
-    const int descriptor = descriptor_;
-    descriptor_ = -1;
-    return descriptor >= 0 && ::close(descriptor) == 0;
+  File file(descriptor < 0 ? nullptr : ::fdopen(descriptor, mode), std::fclose);
+  if (descriptor >= 0 && !file) {
+    ::close(descriptor);
   }
+  return file;
+}
 
-  bool read(void* data, std::size_t size) const
-  {
-    for (char* to = static_cast<char*>(data); size > 0;) {
-      const ssize_t count = ::read(descriptor_, to, size);
-      if (count == 0 || (count < 0 && errno != EINTR)) {
-        return false;
-      }
-      to += count > 0 ? count : 0;
-      size -= count > 0 ? static_cast<std::size_t>(count) : 0;
-    }
-    return true;
-  }
+bool read(const File& file, void* data, std::size_t size)
+{
+  return std::fread(data, 1, size, file.get()) == size;
+}
 
-  bool write(const void* data, std::size_t size) const
-  {
-    for (const char* from = static_cast<const char*>(data); size > 0;) {
-      const ssize_t count = ::write(descriptor_, from, size);
-      if (count < 0 && errno != EINTR) {
-        return false;
-      }
-      from += count > 0 ? count : 0;
-      size -= count > 0 ? static_cast<std::size_t>(count) : 0;
-    }
-    return true;
-  }
-
- private:
-  int descriptor_;
-};
+bool write(const File& file, const void* data, std::size_t size)
+{
+  return std::fwrite(data, 1, size, file.get()) == size;
+}
 
 /// Makes a folder and those above it, for the user alone.
 bool makeFolders(const std::string& folder)
@@ -126,13 +103,14 @@ std::optional<ProgramCache::Binary> ProgramCache::load(const std::string& key) c
     return std::nullopt;
   }
   // Not blocked by a pipe of that name.
-  const File file(::open(path(key).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  const File file =
+      fileOf(::open(path(key).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK), "rb");
   struct stat status;
   Header header;
   const Header expected;
-  if (file.descriptor() < 0 || ::fstat(file.descriptor(), &status) != 0 ||
-      !S_ISREG(status.st_mode) || status.st_uid != ::geteuid() ||
-      (status.st_mode & (S_IWGRP | S_IWOTH)) != 0 || !file.read(&header, sizeof header) ||
+  if (!file || ::fstat(::fileno(file.get()), &status) != 0 || !S_ISREG(status.st_mode) ||
+      status.st_uid != ::geteuid() || (status.st_mode & (S_IWGRP | S_IWOTH)) != 0 ||
+      !read(file, &header, sizeof header) ||
       std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 ||
       header.key_size != key.size() || header.binary_size == 0 || header.binary_size > MAX_SIZE ||
       static_cast<std::uint64_t>(status.st_size) !=
@@ -141,8 +119,8 @@ std::optional<ProgramCache::Binary> ProgramCache::load(const std::string& key) c
   }
   std::string its_key(key.size(), '\0');
   Binary binary(header.binary_size);
-  if (!file.read(&its_key[0], its_key.size()) || its_key != key ||
-      !file.read(binary.data(), binary.size()) || checkSum(key, binary) != header.check_sum) {
+  if (!read(file, &its_key[0], its_key.size()) || its_key != key ||
+      !read(file, binary.data(), binary.size()) || checkSum(key, binary) != header.check_sum) {
     return std::nullopt;
   }
   return binary;
@@ -161,13 +139,15 @@ bool ProgramCache::store(const std::string& key, const Binary& binary) const
   // Two processes may store the same at once: each writes a file of its own, and the last to rename
   // it wins.
   std::string temporary = path(key) + ".XXXXXX";
-  File file(::mkostemp(&temporary[0], O_CLOEXEC));  // with mode 600
-  if (file.descriptor() < 0) {
+  File file = fileOf(::mkostemp(&temporary[0], O_CLOEXEC), "wb");  // with mode 600
+  if (!file) {
     return false;
   }
-  const bool written = file.write(&header, sizeof header) && file.write(key.data(), key.size()) &&
-                       file.write(binary.data(), binary.size()) && ::fsync(file.descriptor()) == 0;
-  if (file.close() && written && ::rename(temporary.c_str(), path(key).c_str()) == 0) {
+  const bool written = write(file, &header, sizeof header) && write(file, key.data(), key.size()) &&
+                       write(file, binary.data(), binary.size()) && std::fflush(file.get()) == 0 &&
+                       ::fsync(::fileno(file.get())) == 0;
+  if (std::fclose(file.release()) == 0 && written &&
+      ::rename(temporary.c_str(), path(key).c_str()) == 0) {
     return true;
   }
   ::unlink(temporary.c_str());

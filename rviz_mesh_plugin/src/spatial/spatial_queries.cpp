@@ -136,76 +136,24 @@ mesh_map::RayHit SpatialQueries::castRay(const mesh_map::Ray& ray,
   return mesh_map::castRay(*bvh_, ray, options);
 }
 
-mesh_map::SurfaceHit SpatialQueries::closestPoint(const std::array<double, 3>& point,
-                                                  const mesh_map::ClosestOptions& options) const
-{
-  return mesh_map::closestPoint(*bvh_, point.data(), options);
-}
-
 mesh_map::RayHits SpatialQueries::castRays(const mesh_map::RayBatch& rays,
-                                           const mesh_map::RayOptions& options,
                                            const BvhOptions& run) const
 {
+  BvhOptions without_progress = run;
+  without_progress.progress = nullptr;
   mesh_map::RayHits hits;
   const std::size_t count = rays.size();
-  if (consistent(rays) && consistent(options.mask, *bvh_)) {
+  if (consistent(rays)) {
     onDevice(Query::RAY, count,
-             [&](const DeviceQueries& device) { device.castRays(rays, options, run, hits); });
+             [&](const DeviceQueries& device) { device.castRays(rays, without_progress, hits); });
   }
   const std::size_t done = hits.faces.size();
   mesh_map::countQueries(BackEnd::OPENCL, Query::RAY, done);
   if (done == 0) {
-    return mesh_map::castRays(*bvh_, rays, options, run);
+    return mesh_map::castRays(*bvh_, rays, {}, without_progress);
   }
   if (done < count) {
-    append(hits,
-           mesh_map::castRays(*bvh_, slice(rays, done, count), options, rest(run, done, count)));
-  }
-  return hits;
-}
-
-std::vector<std::uint8_t> SpatialQueries::raysHitAny(const mesh_map::RayBatch& rays,
-                                                     const mesh_map::RayOptions& options,
-                                                     const BvhOptions& run) const
-{
-  std::vector<std::uint8_t> hits;
-  const std::size_t count = rays.size();
-  if (consistent(rays) && consistent(options.mask, *bvh_)) {
-    onDevice(Query::RAY, count,
-             [&](const DeviceQueries& device) { device.raysHitAny(rays, options, run, hits); });
-  }
-  const std::size_t done = hits.size();
-  mesh_map::countQueries(BackEnd::OPENCL, Query::RAY, done);
-  if (done == 0) {
-    return mesh_map::raysHitAny(*bvh_, rays, options, run);
-  }
-  if (done < count) {
-    append(hits,
-           mesh_map::raysHitAny(*bvh_, slice(rays, done, count), options, rest(run, done, count)));
-  }
-  return hits;
-}
-
-mesh_map::SurfaceHits SpatialQueries::closestPoints(ArrayView<double> points,
-                                                    const mesh_map::ClosestOptions& options,
-                                                    const BvhOptions& run) const
-{
-  mesh_map::SurfaceHits hits;
-  const std::size_t count = points.size() / 3;
-  if (mesh_map::deviceAnswers(options) && consistent(points, options) &&
-      consistent(options.mask, *bvh_)) {
-    onDevice(Query::CLOSEST_POINT, count, [&](const DeviceQueries& device) {
-      device.closestPoints(points, options, run, hits);
-    });
-  }
-  const std::size_t done = hits.faces.size();
-  mesh_map::countQueries(BackEnd::OPENCL, Query::CLOSEST_POINT, done);
-  if (done == 0) {
-    return mesh_map::closestPoints(*bvh_, points, options, run);
-  }
-  if (done < count) {
-    append(hits, mesh_map::closestPoints(*bvh_, slice(points, 3, done, count),
-                                         slice(options, done, count), rest(run, done, count)));
+    append(hits, mesh_map::castRays(*bvh_, slice(rays, done, count), {}, without_progress));
   }
   return hits;
 }
@@ -221,7 +169,8 @@ std::vector<std::uint32_t> SpatialQueries::selectFaces(const mesh_map::Region& r
   std::vector<std::uint32_t> faces;
   bool answered = false;
   // Of a mesh that is too small as a whole, nothing needs to be looked at.
-  if ((sphere || convex) && consistent(mask, *bvh_) && device(query, bvh_->faceCount())) {
+  if ((sphere || convex) && (mask.empty() || mask.size() == bvh_->faceCount()) &&
+      device(query, bvh_->faceCount())) {
     const auto roots = mesh_map::selectionRoots(*bvh_, region);
     onDevice(query, facesBelow(*bvh_, roots), [&](const DeviceQueries& device) {
       faces = device.selectFaces(region, roots, mode, mask, run);
@@ -235,29 +184,13 @@ std::vector<std::uint32_t> SpatialQueries::selectFaces(const mesh_map::Region& r
   return faces;
 }
 
-mesh_map::RayCast SpatialQueries::rayCast(const BvhOptions& run) const
-{
-  BvhOptions of_batch = run;
-  of_batch.progress = nullptr;  // each of the batches would begin anew
-  return [this, of_batch](const mesh_map::RayBatch& rays) {
-    return castRays(rays, mesh_map::RayOptions(), of_batch);
-  };
-}
-
 std::vector<std::uint32_t> SpatialQueries::seenFaces(const mesh_map::Region& region,
                                                      ArrayView<std::uint32_t> faces,
                                                      const std::array<double, 3>& eye,
                                                      const BvhOptions& run) const
 {
-  return mesh_map::seenFaces(*bvh_, region, faces, eye, rayCast(run));
-}
-
-std::vector<std::uint32_t> SpatialQueries::facesInPicture(const mesh_map::Region& region,
-                                                          const mesh_map::RayBatch& pixels,
-                                                          ArrayView<std::uint8_t> mask,
-                                                          const BvhOptions& run) const
-{
-  return mesh_map::facesInPicture(*bvh_, region, pixels, mask, rayCast(run));
+  return mesh_map::seenFaces(*bvh_, region, faces, eye,
+                             [&](const mesh_map::RayBatch& rays) { return castRays(rays, run); });
 }
 
 }  // namespace rviz_mesh_plugin

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <mesh_map/bvh/closest/bvh_closest.h>
 #include <mesh_map/bvh/rays/bvh_rays.h>
 #include <mesh_map/bvh/selection/bvh_selection.h>
 #include <mesh_map/bvh/tree/back_end.h>
@@ -34,7 +33,7 @@ struct SpatialQueriesOptions
 
 /// Geometric questions about a mesh: single ones are answered natively, batches by an OpenCL device
 /// where there is one, where it pays, and as soon as it has started. The answer is the same to the
-/// last bit, and so is what is thrown: see mesh_map/bvh_rays.h, bvh_closest.h and bvh_selection.h.
+/// last bit, and so is what is thrown: see mesh_map/bvh_rays.h and bvh_selection.h.
 ///
 /// Whatever goes wrong with OpenCL costs one warning and nothing else: from then on, and for the
 /// rest of the query it happened in, answers are native. A device that did not start is not asked
@@ -57,32 +56,19 @@ class SpatialQueries
 
   mesh_map::RayHit castRay(const mesh_map::Ray& ray,
                            const mesh_map::RayOptions& options = {}) const;
-  mesh_map::SurfaceHit closestPoint(const std::array<double, 3>& point,
-                                    const mesh_map::ClosestOptions& options = {}) const;
-
-  mesh_map::RayHits castRays(const mesh_map::RayBatch& rays,
-                             const mesh_map::RayOptions& options = {},
-                             const mesh_map::BvhOptions& run = {}) const;
-  std::vector<std::uint8_t> raysHitAny(const mesh_map::RayBatch& rays,
-                                       const mesh_map::RayOptions& options = {},
-                                       const mesh_map::BvhOptions& run = {}) const;
-  mesh_map::SurfaceHits closestPoints(mesh_map::ArrayView<double> points,
-                                      const mesh_map::ClosestOptions& options = {},
-                                      const mesh_map::BvhOptions& run = {}) const;
-  std::vector<std::uint32_t> selectFaces(
-      const mesh_map::Region& region,
-      mesh_map::SelectionMode mode = mesh_map::SelectionMode::TOUCHING,
-      mesh_map::ArrayView<std::uint8_t> mask = {}, const mesh_map::BvhOptions& run = {}) const;
 
   /// These two look at the cancel flag, but tell no progress.
+  mesh_map::RayHits castRays(const mesh_map::RayBatch& rays,
+                             const mesh_map::BvhOptions& run = {}) const;
   std::vector<std::uint32_t> seenFaces(const mesh_map::Region& region,
                                        mesh_map::ArrayView<std::uint32_t> faces,
                                        const std::array<double, 3>& eye,
                                        const mesh_map::BvhOptions& run = {}) const;
-  std::vector<std::uint32_t> facesInPicture(const mesh_map::Region& region,
-                                            const mesh_map::RayBatch& pixels,
-                                            mesh_map::ArrayView<std::uint8_t> mask = {},
-                                            const mesh_map::BvhOptions& run = {}) const;
+
+  std::vector<std::uint32_t> selectFaces(
+      const mesh_map::Region& region,
+      mesh_map::SelectionMode mode = mesh_map::SelectionMode::TOUCHING,
+      mesh_map::ArrayView<std::uint8_t> mask = {}, const mesh_map::BvhOptions& run = {}) const;
 
   /// Waits until the device has started or failed, and returns whether batches go to it.
   bool waitForDevice() const;
@@ -91,7 +77,6 @@ class SpatialQueries
   std::string deviceText() const;
 
  private:
-  mesh_map::RayCast rayCast(const mesh_map::BvhOptions& run) const;
   std::shared_ptr<const DeviceQueries> device(mesh_map::Query query, std::size_t count) const;
   void onDevice(mesh_map::Query query, std::size_t count,
                 const std::function<void(const DeviceQueries&)>& ask) const;

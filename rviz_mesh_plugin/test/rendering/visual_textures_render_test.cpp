@@ -7,7 +7,6 @@
 
 using osmesa_harness::isNear;
 using rviz_mesh_plugin::Material;
-using rviz_mesh_plugin::MAX_TEXTURE_SIDE;
 using rviz_mesh_plugin::MeshStyle;
 using rviz_mesh_plugin::NONE;
 using rviz_mesh_plugin::Rgba8;
@@ -193,19 +192,6 @@ TEST_F(VisualTextures, from_twice_as_far_each_pixel_is_the_mean_of_four)
       ASSERT_TRUE(isNear(seen.at(220 + column, 240 + row), expected, 2)) << column << " " << row;
     }
   }
-}
-
-TEST_F(VisualTextures, images_too_large_for_a_graphics_card_are_halved)
-{
-  draw({{WHITE, 0}});
-  const std::size_t before = visual->gpuBytes();
-  setTexture(image(0, 2 * MAX_TEXTURE_SIDE + 2, 3, [](std::uint32_t x, std::uint32_t) {
-    return x <= MAX_TEXTURE_SIDE ? Rgba8{200, 0, 0, 255} : Rgba8{0, 0, 200, 255};
-  }));
-  EXPECT_LT(visual->gpuBytes() - before, 4u * 2 * MAX_TEXTURE_SIDE);
-  const Image seen = picture();
-  EXPECT_EQ(seen.at(240, 290), (Rgb{200, 0, 0}));
-  EXPECT_EQ(seen.at(300, 290), (Rgb{0, 0, 200}));
 }
 
 TEST_F(VisualTextures, a_large_image_is_uploaded_in_slices)

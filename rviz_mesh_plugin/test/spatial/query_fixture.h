@@ -174,12 +174,6 @@ inline bool operator==(const RayHits& a, const RayHits& b)
   return a.faces == b.faces && a.distances == b.distances && a.barycentric == b.barycentric;
 }
 
-inline bool operator==(const SurfaceHits& a, const SurfaceHits& b)
-{
-  return a.faces == b.faces && a.distances == b.distances && a.positions == b.positions &&
-         a.barycentric == b.barycentric;
-}
-
 }  // namespace mesh_map
 
 namespace query_test {

@@ -1,6 +1,7 @@
 #include "spatial/spatial_queries.h"
 
 #include <atomic>
+#include <chrono>
 #include <thread>
 
 #include "query_fixture.h"
@@ -73,67 +74,21 @@ TEST_F(SpatialQueriesTest, casts_rays_like_the_native_queries)
     const SpatialQueries queries(c.bvh, options());
     ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
     const Questions questions(2000, c.offset);
-    const auto faces = mask(*c.bvh);
     std::vector<double> limits(questions.rays().size(), 3.0);
     limits[5] = std::nan("");
     const double limit = 4.0;
     for (const auto& ray_limits :
          {mesh_map::ArrayView<double>(), {&limit, 1}, mesh_map::ArrayView<double>(limits)}) {
-      for (const bool back_faces : {true, false}) {
-        for (const bool masked : {false, true}) {
-          mesh_map::RayOptions ray_options;
-          ray_options.back_faces = back_faces;
-          if (masked) {
-            ray_options.mask = faces;
-          }
-          auto rays = questions.rays();
-          rays.max_distances = ray_limits;
-          const auto expected = mesh_map::castRays(*c.bvh, rays, ray_options);
-          const Count count(Query::RAY);
-          EXPECT_TRUE(queries.castRays(rays, ray_options) == expected) << c.name;
-          EXPECT_EQ(count(BackEnd::OPENCL), rays.size());
-          EXPECT_EQ(queries.raysHitAny(rays, ray_options),
-                    mesh_map::raysHitAny(*c.bvh, rays, ray_options))
-              << c.name;
-          EXPECT_EQ(count(BackEnd::OPENCL), 2 * rays.size());
-          rays.origins = {questions.points.data() + 3, 3};
-          EXPECT_TRUE(queries.castRays(rays, ray_options) ==
-                      mesh_map::castRays(*c.bvh, rays, ray_options))
-              << c.name << ", all from one origin";
-        }
-      }
+      auto rays = questions.rays();
+      rays.max_distances = ray_limits;
+      const auto expected = mesh_map::castRays(*c.bvh, rays);
+      const Count count(Query::RAY);
+      EXPECT_TRUE(queries.castRays(rays) == expected) << c.name;
+      EXPECT_EQ(count(BackEnd::OPENCL), rays.size());
+      rays.origins = {questions.points.data() + 3, 3};
+      EXPECT_TRUE(queries.castRays(rays) == mesh_map::castRays(*c.bvh, rays))
+          << c.name << ", all from one origin";
     }
-  }
-}
-
-TEST_F(SpatialQueriesTest, finds_closest_points_like_the_native_queries)
-{
-  for (const Case& c : cases()) {
-    const SpatialQueries queries(c.bvh, options());
-    ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
-    const Questions questions(700, c.offset);
-    const auto faces = mask(*c.bvh);
-    for (const double max_distance : {double(INFINITY), 0.7, 0.0, -1.0, std::nan("")}) {
-      for (const bool masked : {false, true}) {
-        mesh_map::ClosestOptions closest_options;
-        closest_options.max_distance = max_distance;
-        if (masked) {
-          closest_options.mask = faces;
-        }
-        const auto expected = mesh_map::closestPoints(*c.bvh, questions.points, closest_options);
-        const Count count(Query::CLOSEST_POINT);
-        EXPECT_TRUE(queries.closestPoints(questions.points, closest_options) == expected)
-            << c.name << ", within " << max_distance;
-        EXPECT_EQ(count(BackEnd::OPENCL), 700u);
-      }
-    }
-    mesh_map::ClosestOptions upward;
-    const double up[] = {0, 0, 2};
-    upward.normals = {up, 3};
-    upward.max_angle = 0.5;
-    EXPECT_TRUE(queries.closestPoints(questions.points, upward) ==
-                mesh_map::closestPoints(*c.bvh, questions.points, upward))
-        << c.name << ", by normals";
   }
 }
 
@@ -197,30 +152,17 @@ TEST_F(SpatialQueriesTest, sees_like_the_native_queries)
   EXPECT_EQ(seen, mesh_map::seenFaces(*bvh, view, faces, eye, cast));
   EXPECT_LT(seen.size(), faces.size());
   EXPECT_GT(seen.size(), 10u);
-  const auto pixels = mesh_map::frustumPixels(view, eye, 40, 30);
-  const auto allowed = mask(*bvh);
-  EXPECT_EQ(queries.facesInPicture(view, pixels.batch(), allowed),
-            mesh_map::facesInPicture(*bvh, view, pixels.batch(), allowed, cast));
-  EXPECT_GE(count(BackEnd::OPENCL), 40u * 30u);
 }
 
-TEST_F(SpatialQueriesTest, answers_in_chunks_of_any_size_with_progress_that_never_falls)
+TEST_F(SpatialQueriesTest, answers_in_chunks_of_any_size)
 {
   const auto bvh = waves(30);
   const SpatialQueries queries(bvh, options());
   ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
   for (const std::size_t size : {1u, 63u, 64u, 65u, 65535u, 65536u, 65537u, 200001u}) {
     const Questions questions(size);
-    std::vector<double> fractions;
-    mesh_map::BvhOptions run;
-    run.progress = [&](double fraction) { fractions.push_back(fraction); };
-    EXPECT_TRUE(queries.castRays(questions.rays(), {}, run) ==
-                mesh_map::castRays(*bvh, questions.rays()))
+    EXPECT_TRUE(queries.castRays(questions.rays()) == mesh_map::castRays(*bvh, questions.rays()))
         << size;
-    ASSERT_GE(fractions.size(), 2u);
-    EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
-    EXPECT_EQ(fractions.front(), 0.0);
-    EXPECT_EQ(fractions.back(), 1.0);
   }
 }
 
@@ -230,14 +172,19 @@ TEST_F(SpatialQueriesTest, cancels_without_harm)
   const SpatialQueries queries(bvh, options());
   ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
   const Questions questions(200000);
-  for (int after = 0; after < 5; ++after) {
-    std::atomic<bool> cancel{after == 0};
-    mesh_map::BvhOptions run;
-    run.cancel = &cancel;
-    int calls = 0;
-    run.progress = [&](double) { cancel = ++calls >= after; };
-    EXPECT_THROW(queries.castRays(questions.rays(), {}, run), mesh_map::Cancelled) << after;
-    EXPECT_THROW(queries.closestPoints(questions.points, {}, run), mesh_map::Cancelled) << after;
+  std::atomic<bool> cancel{true};
+  mesh_map::BvhOptions run;
+  run.cancel = &cancel;
+  EXPECT_THROW(queries.castRays(questions.rays(), run), mesh_map::Cancelled);
+  for (int milliseconds = 0; milliseconds < 5; ++milliseconds) {
+    cancel = false;
+    std::thread canceller([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+      cancel = true;
+    });
+    EXPECT_THROW(
+        while (true) { queries.castRays(questions.rays(), run); }, mesh_map::Cancelled);
+    canceller.join();
   }
   EXPECT_TRUE(queries.waitForDevice()) << "is no failure of the device";
   EXPECT_TRUE(log_.warnings().empty());
@@ -251,7 +198,6 @@ TEST_F(SpatialQueriesTest, is_asked_by_several_threads_at_once)
   const Questions questions(3000);
   const SphereRegion sphere({5, 5, 0}, 2);
   const auto hits = mesh_map::castRays(*bvh, questions.rays());
-  const auto closest = mesh_map::closestPoints(*bvh, questions.points);
   const auto faces = mesh_map::selectFaces(*bvh, sphere);
   const Count rays(Query::RAY);
   std::atomic<int> wrong{0};
@@ -260,7 +206,6 @@ TEST_F(SpatialQueriesTest, is_asked_by_several_threads_at_once)
     threads.emplace_back([&] {
       for (int k = 0; k < 5; ++k) {
         wrong += !(queries.castRays(questions.rays()) == hits);
-        wrong += !(queries.closestPoints(questions.points) == closest);
         wrong += queries.selectFaces(sphere) != faces;
       }
     });
@@ -305,10 +250,6 @@ TEST_F(SpatialQueriesTest, throws_what_the_native_queries_throw)
   auto rays = questions.rays();
   rays.origins = {questions.points.data(), 6};
   EXPECT_THROW(queries.castRays(rays), std::invalid_argument);
-  const std::vector<std::uint8_t> short_mask(3, 1);
-  mesh_map::RayOptions masked;
-  masked.mask = short_mask;
-  EXPECT_THROW(queries.castRays(questions.rays(), masked), std::invalid_argument);
   EXPECT_THROW(SpatialQueries(nullptr), std::invalid_argument);
   EXPECT_TRUE(log_.warnings().empty());
 }
