@@ -73,41 +73,6 @@ void assignMaterials(const mesh_msgs::MeshMaterials& given, Materials& made)
   made.repeated_faces = count - made.faces.size();
 }
 
-/// Where the channels lie in a pixel, in bytes.
-struct PixelFormat
-{
-  std::size_t size, red, green, blue;
-  std::ptrdiff_t alpha;  ///< negative: none
-};
-
-PixelFormat pixelFormat(const sensor_msgs::Image& image)
-{
-  const std::string& encoding = image.encoding;
-  const std::size_t high = image.is_bigendian ? 0 : 1;
-  if (encoding == "mono8" || encoding == "8UC1") {
-    return {1, 0, 0, 0, -1};
-  }
-  if (encoding == "mono16" || encoding == "16UC1") {
-    return {2, high, high, high, -1};
-  }
-  if (encoding == "bgr8") {
-    return {3, 2, 1, 0, -1};
-  }
-  if (encoding == "bgra8") {
-    return {4, 2, 1, 0, 3};
-  }
-  if (encoding == "rgba8" || encoding == "8UC4") {
-    return {4, 0, 1, 2, 3};
-  }
-  if (encoding == "rgb16") {
-    return {6, high, 2 + high, 4 + high, -1};
-  }
-  if (encoding == "rgba16") {
-    return {8, high, 2 + high, 4 + high, static_cast<std::ptrdiff_t>(6 + high)};
-  }
-  return {3, 0, 1, 2, -1};  // rgb8, 8UC3; all others have been refused
-}
-
 void halve(TextureImage& image)
 {
   std::vector<Rgba8> pixels;
@@ -141,7 +106,14 @@ TextureImageConstPtr convert(const mesh_msgs::MeshTexture& message)
 {
   refuse(check(message));
   const sensor_msgs::Image& image = message.image;
-  const PixelFormat format = pixelFormat(image);
+  const PixelEncoding& encoding = *findEncoding(image.encoding);
+  // Of two bytes the high one.
+  const std::size_t high = encoding.depth == 2 && !image.is_bigendian ? 1 : 0;
+  const auto place = [&](int channel) { return channel * encoding.depth + high; };
+  const std::size_t red = place(encoding.red), green = place(encoding.green),
+                    blue = place(encoding.blue);
+  const bool has_alpha = encoding.alpha >= 0;
+  const std::size_t alpha_place = has_alpha ? place(encoding.alpha) : 0;
   auto texture = std::make_shared<TextureImage>();
   texture->uuid = message.uuid;
   texture->index = message.texture_index;
@@ -150,10 +122,9 @@ TextureImageConstPtr convert(const mesh_msgs::MeshTexture& message)
   texture->pixels.reserve(std::size_t(image.width) * image.height);  // not more than the data
   for (std::size_t y = 0; y < image.height; ++y) {
     const std::uint8_t* pixel = image.data.data() + y * image.step;
-    for (std::size_t x = 0; x < image.width; ++x, pixel += format.size) {
-      const std::uint8_t alpha = format.alpha < 0 ? 255 : pixel[format.alpha];
-      texture->pixels.push_back(
-          {pixel[format.red], pixel[format.green], pixel[format.blue], alpha});
+    for (std::size_t x = 0; x < image.width; ++x, pixel += encoding.bytes()) {
+      const std::uint8_t alpha = has_alpha ? pixel[alpha_place] : 255;
+      texture->pixels.push_back({pixel[red], pixel[green], pixel[blue], alpha});
       texture->translucent = texture->translucent || alpha < 255;
     }
   }

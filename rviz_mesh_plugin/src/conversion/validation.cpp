@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <sstream>
-#include <utility>
 
 #include <std_msgs/ColorRGBA.h>
 
@@ -14,6 +13,38 @@
 
 namespace rviz_mesh_plugin {
 namespace {
+
+template <class... Parts>
+std::string text(const Parts&... parts)
+{
+  std::ostringstream stream;
+  (stream << ... << parts);
+  return stream.str();
+}
+
+/// About the whole, and not about one of many elements.
+Finding findingOf(const char* rule, const std::string& what, const std::string& hint)
+{
+  return {rule, what, std::nullopt, 1, hint};
+}
+
+void addFinding(std::vector<Finding>& findings, const std::optional<Finding>& finding)
+{
+  if (finding) {
+    findings.push_back(*finding);
+  }
+}
+
+/// There have to be as many @a things as @a others.
+std::optional<Finding> checkCount(const char* rule, std::size_t count, const char* things,
+                                  std::size_t wanted, const char* others, const char* hint)
+{
+  if (count == wanted) {
+    return std::nullopt;
+  }
+  return findingOf(rule, text("there are ", count, " ", things, " for ", wanted, " ", others),
+                   hint);
+}
 
 /// Finite as a float, which is what OGRE computes with: 1e60 is finite as a double only.
 bool isFinite(double value)
@@ -52,14 +83,6 @@ void addFinding(std::vector<Finding>& findings, const char* rule, const Elements
   }
 }
 
-template <class... Parts>
-std::string text(const Parts&... parts)
-{
-  std::ostringstream stream;
-  (stream << ... << parts);
-  return stream.str();
-}
-
 /// Text of a message in quotes, on one line and not too long for a status line.
 std::string shown(const std::string& text)
 {
@@ -75,9 +98,9 @@ void checkUuid(std::vector<Finding>& findings, const std::string& given,
 {
   if (!expected.empty() && given != expected) {
     findings.push_back(
-        {"uuid_mismatch",
-         text("the uuid is ", shown(given), ", but ", shown(expected), " is expected"),
-         std::nullopt, 1, "publish it with the uuid of the geometry it belongs to"});
+        findingOf("uuid_mismatch",
+                  text("the uuid is ", shown(given), ", but ", shown(expected), " is expected"),
+                  "publish it with the uuid of the geometry it belongs to"));
   }
 }
 
@@ -86,16 +109,22 @@ void checkIdentity(std::vector<Finding>& findings, const Message& message, const
 {
   checkUuid(findings, message.uuid, uuid);
   if (message.header.frame_id.empty()) {
-    findings.push_back({"frame_id_empty", "header.frame_id is empty", std::nullopt, 1,
-                        "set it to the frame of the coordinates"});
+    findings.push_back(findingOf("frame_id_empty", "header.frame_id is empty",
+                                 "set it to the frame of the coordinates"));
   }
 }
 
-/// Color channels are numbers from 0 to 1; @a describe is given the first that is not.
-template <class Colors, class ColorOf, class Describe>
-void checkChannels(std::vector<Finding>& findings, const Colors& colors, const ColorOf& color_of,
-                   const Describe& describe)
+/// Color channels are numbers from 0 to 1.
+/// @param noun what has the color that @a color_of gives
+template <class Colors, class ColorOf>
+void checkChannels(std::vector<Finding>& findings, const Colors& colors, const char* noun,
+                   const ColorOf& color_of)
 {
+  const auto describe = [&](std::size_t first) {
+    const std_msgs::ColorRGBA& color = color_of(colors[first]);
+    return text("the color of ", noun, " ", first, " is (", color.r, ", ", color.g, ", ", color.b,
+                ", ", color.a, ")");
+  };
   addFinding(
       findings, "color_not_finite", colors,
       [&](const auto& element) {
@@ -127,27 +156,16 @@ std::string coordinates(const char* name, std::size_t index, const geometry_msgs
   return text(name, " ", index, " is (", point.x, ", ", point.y, ", ", point.z, ")");
 }
 
-std::string channels(std::size_t index, const std_msgs::ColorRGBA& color)
-{
-  return text("the color of vertex ", index, " is (", color.r, ", ", color.g, ", ", color.b, ", ",
-              color.a, ")");
-}
-
 void checkFaces(std::vector<Finding>& findings, const mesh_msgs::MeshGeometry& mesh)
 {
   const std::size_t vertex_count = mesh.vertices.size();
-  const auto bad_corner =
-      [&](const mesh_msgs::MeshTriangleIndices& face) -> std::optional<std::uint32_t> {
-    for (const std::uint32_t index : face.vertex_indices) {
-      if (index >= vertex_count) {
-        return index;
-      }
-    }
-    return std::nullopt;
+  const auto bad_corner = [&](const mesh_msgs::MeshTriangleIndices& face) {
+    return std::find_if(face.vertex_indices.begin(), face.vertex_indices.end(),
+                        [&](std::uint32_t index) { return index >= vertex_count; });
   };
   addFinding(
       findings, "face_index_out_of_range", mesh.faces,
-      [&](const auto& face) { return bad_corner(face).has_value(); },
+      [&](const auto& face) { return bad_corner(face) != face.vertex_indices.end(); },
       [&](std::size_t first) {
         return text("face ", first, " refers to vertex ", *bad_corner(mesh.faces[first]),
                     ", but the mesh has ", vertex_count, " vertices");
@@ -178,20 +196,17 @@ void checkCluster(std::vector<Finding>& findings, const mesh_msgs::MeshFaceClust
                cluster.face_indices, face_count, "name faces of the mesh that the uuid stands for");
   const std::string fault = labelFault(cluster.label);
   if (!fault.empty()) {
-    const std::string what = text(prefix, "the label ", shown(cluster.label), " ", fault);
-    findings.push_back({"label_unusable", what, std::nullopt, 1,
-                        "choose up to 255 bytes without '/', such as 'tree_1'"});
+    findings.push_back(findingOf("label_unusable",
+                                 text(prefix, "the label ", shown(cluster.label), " ", fault),
+                                 "choose up to 255 bytes without '/', such as 'tree_1'"));
   }
 }
 
 std::optional<Finding> checkCoordinateCount(std::size_t count, std::size_t vertex_count)
 {
-  if (count == 0 || count == vertex_count) {
-    return std::nullopt;
-  }
-  return Finding{"texture_coordinate_count",
-                 text("there are ", count, " texture coordinates for ", vertex_count, " vertices"),
-                 std::nullopt, 1, "send a pair for each vertex, or none at all"};
+  return checkCount("texture_coordinate_count", count, "texture coordinates",
+                    count == 0 ? 0 : vertex_count, "vertices",
+                    "send a pair for each vertex, or none at all");
 }
 
 void checkCoordinates(std::vector<Finding>& findings,
@@ -199,9 +214,7 @@ void checkCoordinates(std::vector<Finding>& findings,
                       std::optional<std::size_t> vertex_count)
 {
   if (vertex_count) {
-    if (auto finding = checkCoordinateCount(coordinates.size(), *vertex_count)) {
-      findings.push_back(std::move(*finding));
-    }
+    addFinding(findings, checkCoordinateCount(coordinates.size(), *vertex_count));
   }
   addFinding(
       findings, "texture_coordinate_not_finite", coordinates,
@@ -213,52 +226,58 @@ void checkCoordinates(std::vector<Finding>& findings,
       "send 0 where there is no texture");
 }
 
-struct Encoding
-{
-  const char* name;
-  std::uint64_t bytes;  ///< per pixel
-};
-constexpr std::array<Encoding, 12> ENCODINGS{{{"rgb8", 3},
-                                              {"bgr8", 3},
-                                              {"rgba8", 4},
-                                              {"bgra8", 4},
-                                              {"mono8", 1},
-                                              {"8UC1", 1},
-                                              {"8UC3", 3},
-                                              {"8UC4", 4},
-                                              {"mono16", 2},
-                                              {"16UC1", 2},
-                                              {"rgb16", 6},
-                                              {"rgba16", 8}}};
+constexpr std::array<PixelEncoding, 12> ENCODINGS{{{"rgb8", 1, 3, 0, 1, 2, -1},
+                                                   {"bgr8", 1, 3, 2, 1, 0, -1},
+                                                   {"rgba8", 1, 4, 0, 1, 2, 3},
+                                                   {"bgra8", 1, 4, 2, 1, 0, 3},
+                                                   {"mono8", 1, 1, 0, 0, 0, -1},
+                                                   {"8UC1", 1, 1, 0, 0, 0, -1},
+                                                   {"8UC3", 1, 3, 0, 1, 2, -1},
+                                                   {"8UC4", 1, 4, 0, 1, 2, 3},
+                                                   {"mono16", 2, 1, 0, 0, 0, -1},
+                                                   {"16UC1", 2, 1, 0, 0, 0, -1},
+                                                   {"rgb16", 2, 3, 0, 1, 2, -1},
+                                                   {"rgba16", 2, 4, 0, 1, 2, 3}}};
 
 std::optional<Finding> checkImage(const sensor_msgs::Image& image)
 {
-  const auto encoding =
-      std::find_if(ENCODINGS.begin(), ENCODINGS.end(),
-                   [&](const Encoding& known) { return image.encoding == known.name; });
-  if (encoding == ENCODINGS.end()) {
+  const PixelEncoding* const encoding = findEncoding(image.encoding);
+  if (!encoding) {
     std::string names;
-    for (const Encoding& known : ENCODINGS) {
+    for (const PixelEncoding& known : ENCODINGS) {
       names += text(names.empty() ? "" : ", ", known.name);
     }
-    return Finding{"image_encoding", text("the texture has the encoding ", shown(image.encoding)),
-                   std::nullopt, 1, text("use one of ", names)};
+    return findingOf("image_encoding", text("the texture has the encoding ", shown(image.encoding)),
+                     text("use one of ", names));
   }
   if (image.width == 0 || image.height == 0) {
-    return Finding{"image_empty",
-                   text("the texture has ", image.width, " x ", image.height, " pixels"),
-                   std::nullopt, 1, "leave the texture out"};
+    return findingOf("image_empty",
+                     text("the texture has ", image.width, " x ", image.height, " pixels"),
+                     "leave the texture out");
   }
   // All 32-bit numbers, and at most 8 bytes: nothing overflows in 64 bits.
-  const std::uint64_t row = image.width * encoding->bytes;
+  const std::uint64_t row = image.width * std::uint64_t{encoding->bytes()};
   if (image.step >= row && image.data.size() >= std::uint64_t(image.step) * image.height) {
     return std::nullopt;
   }
-  return Finding{
+  return findingOf(
       "image_size",
       text("a texture of ", image.width, " x ", image.height, " pixels in ", image.encoding,
            " has a step of ", image.step, " and ", image.data.size(), " bytes"),
-      std::nullopt, 1, text("send ", row, " bytes for each row")};
+      text("send ", row, " bytes for each row"));
+}
+
+/// Costs of all vertices or faces.
+template <class Message>
+std::vector<Finding> checkCosts(const Message& message, const std::vector<float>& costs,
+                                const char* noun, const std::optional<Finding>& count,
+                                const std::string& uuid)
+{
+  std::vector<Finding> findings;
+  addFinding(findings, count);
+  checkCostValues(findings, costs, noun);
+  checkIdentity(findings, message, uuid);
+  return findings;
 }
 
 }  // namespace
@@ -269,18 +288,25 @@ std::string Finding::sentence() const
               hint);
 }
 
+const PixelEncoding* findEncoding(const std::string& name)
+{
+  const auto found = std::find_if(ENCODINGS.begin(), ENCODINGS.end(),
+                                  [&](const PixelEncoding& known) { return name == known.name; });
+  return found == ENCODINGS.end() ? nullptr : &*found;
+}
+
 std::vector<Finding> check(const mesh_msgs::MeshGeometryStamped& message, const std::string& uuid)
 {
   const auto& mesh = message.mesh_geometry;
   std::vector<Finding> findings;
   if (mesh.vertices.empty()) {
-    findings.push_back({"no_vertices", "the mesh has no vertices", std::nullopt, 1,
-                        "look at the node that publishes it: did it load its file?"});
+    findings.push_back(findingOf("no_vertices", "the mesh has no vertices",
+                                 "look at the node that publishes it: did it load its file?"));
   }
   if (mesh.faces.empty()) {
-    findings.push_back({"no_faces",
-                        text("the mesh has ", mesh.vertices.size(), " vertices, but no faces"),
-                        std::nullopt, 1, "a point cloud has to be triangulated before"});
+    findings.push_back(findingOf(
+        "no_faces", text("the mesh has ", mesh.vertices.size(), " vertices, but no faces"),
+        "a point cloud has to be triangulated before"));
   }
   addFinding(
       findings, "vertex_not_finite", mesh.vertices,
@@ -288,11 +314,10 @@ std::vector<Finding> check(const mesh_msgs::MeshGeometryStamped& message, const 
       [&](std::size_t first) { return coordinates("vertex", first, mesh.vertices[first]); },
       "coordinates have to be finite as 32-bit floats");
   checkFaces(findings, mesh);
-  if (!mesh.vertex_normals.empty() && mesh.vertex_normals.size() != mesh.vertices.size()) {
-    findings.push_back({"normal_count",
-                        text("there are ", mesh.vertex_normals.size(), " normals for ",
-                             mesh.vertices.size(), " vertices"),
-                        std::nullopt, 1, "send one normal per vertex, or none at all"});
+  if (!mesh.vertex_normals.empty()) {
+    addFinding(findings, checkCount("normal_count", mesh.vertex_normals.size(), "normals",
+                                    mesh.vertices.size(), "vertices",
+                                    "send one normal per vertex, or none at all"));
   }
   addFinding(
       findings, "normal_not_finite", mesh.vertex_normals,
@@ -307,45 +332,26 @@ std::vector<Finding> check(const mesh_msgs::MeshVertexCostsStamped& message,
                            std::optional<std::size_t> vertex_count, const std::string& uuid)
 {
   const auto& costs = message.mesh_vertex_costs.costs;
-  std::vector<Finding> findings;
-  if (vertex_count) {
-    if (auto finding = checkCostCount(costs.size(), *vertex_count)) {
-      findings.push_back(std::move(*finding));
-    }
-  }
-  checkCostValues(findings, costs, "vertex");
-  checkIdentity(findings, message, uuid);
-  return findings;
+  return checkCosts(message, costs, "vertex",
+                    checkCostCount(costs.size(), vertex_count.value_or(costs.size())), uuid);
 }
 
 std::vector<Finding> check(const mesh_msgs::MeshFaceCostsStamped& message,
                            std::optional<std::size_t> face_count, const std::string& uuid)
 {
   const auto& costs = message.mesh_face_costs.costs;
-  std::vector<Finding> findings;
-  if (face_count) {
-    if (auto finding = checkFaceCostCount(costs.size(), *face_count)) {
-      findings.push_back(std::move(*finding));
-    }
-  }
-  checkCostValues(findings, costs, "face");
-  checkIdentity(findings, message, uuid);
-  return findings;
+  return checkCosts(message, costs, "face",
+                    checkFaceCostCount(costs.size(), face_count.value_or(costs.size())), uuid);
 }
 
 std::vector<Finding> check(const mesh_msgs::MeshVertexColorsStamped& message,
                            std::optional<std::size_t> vertex_count, const std::string& uuid)
 {
   const auto& colors = message.mesh_vertex_colors.vertex_colors;
-  const auto describe = [&](std::size_t first) { return channels(first, colors[first]); };
   std::vector<Finding> findings;
-  if (vertex_count) {
-    if (auto finding = checkColorCount(colors.size(), *vertex_count)) {
-      findings.push_back(std::move(*finding));
-    }
-  }
+  addFinding(findings, checkColorCount(colors.size(), vertex_count.value_or(colors.size())));
   checkChannels(
-      findings, colors, [](const auto& color) -> const auto& { return color; }, describe);
+      findings, colors, "vertex", [](const auto& color) -> const auto& { return color; });
   checkIdentity(findings, message, uuid);
   return findings;
 }
@@ -355,16 +361,13 @@ std::vector<Finding> check(const mesh_msgs::MeshVertexCostsSparseStamped& messag
 {
   const auto& sparse = message.mesh_vertex_costs;
   std::vector<Finding> findings;
-  if (sparse.costs.size() != sparse.vertices.size()) {
-    findings.push_back({"cost_count",
-                        text("there are ", sparse.costs.size(), " costs for ",
-                             sparse.vertices.size(), " vertices"),
-                        std::nullopt, 1, "send a cost for each of the vertices"});
-  }
+  addFinding(findings,
+             checkCount("cost_count", sparse.costs.size(), "costs", sparse.vertices.size(),
+                        "vertices", "send a cost for each of the vertices"));
   checkCostValues(findings, sparse.costs, "entry");
   if (std::isinf(sparse.default_value) && sparse.default_value < 0.0f) {
-    findings.push_back({"cost_negative_infinity", "default_value is -inf", std::nullopt, 1,
-                        "lethal is +inf, unknown is NaN"});
+    findings.push_back(findingOf("cost_negative_infinity", "default_value is -inf",
+                                 "lethal is +inf, unknown is NaN"));
   }
   checkIndices(findings, "vertex_index_out_of_range", "entry", "vertex", sparse.vertices,
                vertex_count, "name vertices of the mesh that the uuid stands for");
@@ -389,21 +392,14 @@ std::vector<Finding> check(const mesh_msgs::MeshMaterialsStamped& message,
   for (std::size_t i = 0; i < given.clusters.size(); ++i) {
     checkCluster(findings, given.clusters[i], face_count, text("cluster ", i, ": "));
   }
-  if (given.cluster_materials.size() != given.clusters.size()) {
-    findings.push_back({"cluster_material_count",
-                        text("there are ", given.cluster_materials.size(),
-                             " cluster_materials for ", given.clusters.size(), " clusters"),
-                        std::nullopt, 1, "send the index of a material for each cluster"});
-  }
+  addFinding(findings, checkCount("cluster_material_count", given.cluster_materials.size(),
+                                  "cluster_materials", given.clusters.size(), "clusters",
+                                  "send the index of a material for each cluster"));
   checkIndices(findings, "material_index_out_of_range", "cluster", "material",
                given.cluster_materials, given.materials.size(), "send the index of a material");
   checkChannels(
-      findings, given.materials, [](const auto& material) -> const auto& { return material.color; },
-      [&](std::size_t first) {
-        const auto& color = given.materials[first].color;
-        return text("the color of material ", first, " is (", color.r, ", ", color.g, ", ", color.b,
-                    ", ", color.a, ")");
-      });
+      findings, given.materials, "material",
+      [](const auto& material) -> const auto& { return material.color; });
   checkCoordinates(findings, given.vertex_tex_coords, vertex_count);
   checkIdentity(findings, message, uuid);
   return findings;
@@ -412,40 +408,27 @@ std::vector<Finding> check(const mesh_msgs::MeshMaterialsStamped& message,
 std::vector<Finding> check(const mesh_msgs::MeshTexture& message, const std::string& uuid)
 {
   std::vector<Finding> findings;
-  if (auto finding = checkImage(message.image)) {
-    findings.push_back(std::move(*finding));
-  }
+  addFinding(findings, checkImage(message.image));
   checkUuid(findings, message.uuid, uuid);
   return findings;
 }
 
 std::optional<Finding> checkCostCount(std::size_t cost_count, std::size_t vertex_count)
 {
-  if (cost_count == vertex_count) {
-    return std::nullopt;
-  }
-  return Finding{"cost_count",
-                 text("there are ", cost_count, " costs for ", vertex_count, " vertices"),
-                 std::nullopt, 1, "compute the layer for this geometry"};
+  return checkCount("cost_count", cost_count, "costs", vertex_count, "vertices",
+                    "compute the layer for this geometry");
 }
 
 std::optional<Finding> checkFaceCostCount(std::size_t cost_count, std::size_t face_count)
 {
-  if (cost_count == face_count) {
-    return std::nullopt;
-  }
-  return Finding{"cost_count", text("there are ", cost_count, " costs for ", face_count, " faces"),
-                 std::nullopt, 1, "compute the layer for this geometry"};
+  return checkCount("cost_count", cost_count, "costs", face_count, "faces",
+                    "compute the layer for this geometry");
 }
 
 std::optional<Finding> checkColorCount(std::size_t color_count, std::size_t vertex_count)
 {
-  if (color_count == vertex_count) {
-    return std::nullopt;
-  }
-  return Finding{"color_count",
-                 text("there are ", color_count, " colors for ", vertex_count, " vertices"),
-                 std::nullopt, 1, "publish the colors of this geometry"};
+  return checkCount("color_count", color_count, "colors", vertex_count, "vertices",
+                    "publish the colors of this geometry");
 }
 
 std::optional<Finding> checkUpdateFits(const CostUpdate& update, std::size_t vertex_count)

@@ -60,6 +60,20 @@ std::vector<Finding> check(const mesh_msgs::MeshFaceCluster& message,
                            std::optional<std::size_t> face_count = std::nullopt);
 std::vector<Finding> check(const mesh_msgs::MeshTexture& message, const std::string& uuid = "");
 
+/// An encoding that images of textures may have.
+struct PixelEncoding
+{
+  const char* name;
+  std::size_t depth;  ///< of a channel, in bytes
+  std::size_t channels;
+  int red, green, blue;  ///< which of the channels
+  int alpha;             ///< -1: none
+
+  constexpr std::size_t bytes() const { return depth * channels; }  ///< of a pixel
+};
+/// Null where images of textures may not have it.
+const PixelEncoding* findEncoding(const std::string& name);
+
 /// The rules on lengths and indices alone, for attributes that arrived before their geometry.
 std::optional<Finding> checkFaceCostCount(std::size_t cost_count, std::size_t face_count);
 std::optional<Finding> checkUpdateFits(const CostUpdate& update, std::size_t vertex_count);
