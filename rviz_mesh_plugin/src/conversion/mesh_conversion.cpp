@@ -9,13 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "base/vectors.h"
 #include "conversion/validation.h"
 #include "threads/parallel_each.h"
 
 namespace rviz_mesh_plugin {
 namespace {
-
-using Vector = std::array<double, 3>;
 
 template <class Point>
 std::array<float, 3> toFloats(const Point& point)
@@ -28,25 +27,15 @@ bool isFiniteVector(const std::array<float, 3>& v)
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
-Vector difference(const std::array<float, 3>& a, const std::array<float, 3>& b)
-{
-  return {double(a[0]) - b[0], double(a[1]) - b[1], double(a[2]) - b[2]};
-}
-
-Vector cross(const Vector& a, const Vector& b)
-{
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 /// In double: the squares of small sums underflow in float.
-std::array<float, 3> unitOrZero(const Vector& v)
+std::array<float, 3> unitOrZero(const Eigen::Vector3d& v)
 {
-  const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  const double length = v.norm();
   if (!(length > 0.0) || !std::isfinite(length)) {
     return {0.0f, 0.0f, 0.0f};
   }
-  return {static_cast<float>(v[0] / length), static_cast<float>(v[1] / length),
-          static_cast<float>(v[2] / length)};
+  const Eigen::Vector3f unit = (v / length).cast<float>();
+  return {unit[0], unit[1], unit[2]};
 }
 
 /// What is seen of a message while it is converted.
@@ -143,20 +132,15 @@ void setBounds(MeshData& mesh, const Survey& survey)
   }
 }
 
+/// The length of a normal is twice the area: the weight.
 void addNormals(const MeshData& mesh, std::size_t first_face, std::size_t last_face,
-                std::vector<Vector>& sums)
+                std::vector<Eigen::Vector3d>& sums)
 {
-  sums.assign(mesh.vertices.size(), Vector{});
-  for (std::size_t i = 3 * first_face; i < 3 * last_face; i += 3) {
-    const auto& origin = mesh.vertices[mesh.indices[i]].position;
-    // The length of the cross product is twice the area: the weight.
-    const Vector normal = cross(difference(mesh.vertices[mesh.indices[i + 1]].position, origin),
-                                difference(mesh.vertices[mesh.indices[i + 2]].position, origin));
+  sums.assign(mesh.vertices.size(), Eigen::Vector3d::Zero());
+  for (std::size_t face = first_face; face < last_face; ++face) {
+    const Eigen::Vector3d normal = normalOf(mesh, static_cast<std::uint32_t>(face));
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      Vector& sum = sums[mesh.indices[i + corner]];
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        sum[axis] += normal[axis];
-      }
+      sums[mesh.indices[3 * face + corner]] += normal;
     }
   }
 }
@@ -166,15 +150,14 @@ void addNormals(const MeshData& mesh, std::size_t first_face, std::size_t last_f
 void computeNormals(MeshData& mesh)
 {
   // Always in two halves, so that a mesh has the same normals to the last bit on any machine.
-  std::array<std::vector<Vector>, 2> halves;
+  std::array<std::vector<Eigen::Vector3d>, 2> halves;
   const std::size_t count = mesh.faceCount();
   mesh_map::parallelJobs({[&]() { addNormals(mesh, 0, count / 2, halves[0]); },
                           [&]() { addNormals(mesh, count / 2, count, halves[1]); }},
                          2);
-  parallelEach(mesh.vertices.size(), [a = halves[0].data(), b = halves[1].data(),
-                                      vertices = mesh.vertices.data()](std::size_t i) {
-    vertices[i].normal = unitOrZero({a[i][0] + b[i][0], a[i][1] + b[i][1], a[i][2] + b[i][2]});
-  });
+  parallelEach(mesh.vertices.size(),
+               [a = halves[0].data(), b = halves[1].data(), vertices = mesh.vertices.data()](
+                   std::size_t i) { vertices[i].normal = unitOrZero(a[i] + b[i]); });
 }
 
 MeshDataConstPtr convert(const mesh_msgs::MeshGeometryStamped& message)

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
+
+#include "base/vectors.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -82,18 +83,12 @@ PointValue valueAt(const CostLayer* layer, const MeshData& mesh, std::uint32_t f
 std::uint32_t nearestCorner(const MeshData& mesh, std::uint32_t face,
                             const std::array<double, 3>& point)
 {
-  std::uint32_t nearest = NONE;
-  double least = std::numeric_limits<double>::infinity();
+  std::array<double, 3> distances;
   for (std::size_t corner = 0; corner < 3; ++corner) {
-    const std::uint32_t vertex = mesh.indices[3 * std::size_t{face} + corner];
-    const auto& p = mesh.vertices[vertex].position;
-    const double distance = std::hypot(p[0] - point[0], p[1] - point[1], p[2] - point[2]);
-    if (nearest == NONE || distance < least) {
-      nearest = vertex;
-      least = distance;
-    }
+    distances[corner] = distance(cornerOf(mesh, face, corner), point);
   }
-  return nearest;
+  const auto least = std::min_element(distances.begin(), distances.end());
+  return mesh.indices[3 * std::size_t{face} + (least - distances.begin())];
 }
 
 void addLabelsAt(const LabelClusters& labels, std::uint32_t face, std::set<std::string>& found)

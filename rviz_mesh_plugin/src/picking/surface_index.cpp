@@ -15,6 +15,7 @@
 #include <mesh_map/bvh/tree/bvh.h>
 #include <ros/console.h>
 
+#include "base/vectors.h"
 #include "selection/face_neighbors.h"
 #include "threads/cancellation.h"
 #include "threads/ending_thread.h"
@@ -35,21 +36,6 @@ void logLine(LogLevel level, const std::string& line)
     ROS_INFO("%s", line.c_str());
   }
 }
-
-/// What Bvh::build() wants.
-struct Triangles
-{
-  explicit Triangles(const MeshData& mesh) : faces(mesh.indices)
-  {
-    positions.reserve(3 * mesh.vertexCount());
-    for (const MeshVertex& vertex : mesh.vertices) {
-      positions.insert(positions.end(), vertex.position.begin(), vertex.position.end());
-    }
-  }
-
-  std::vector<float> positions;
-  std::vector<std::uint32_t> faces;
-};
 
 }  // namespace
 
@@ -200,7 +186,10 @@ class SurfaceIndex::Worker
 
   void makeQueries(const WeakMesh& mesh)
   {
-    const Triangles triangles(*alive(mesh));
+    MeshDataConstPtr data = alive(mesh);
+    const std::vector<float> positions = positionsOf(*data);
+    const std::vector<std::uint32_t> faces = data->indices;
+    data.reset();  // so that it can go meanwhile
     mesh_map::BvhOptions run;
     run.cancel = &cancelled_;
     run.progress = [&](double fraction) {
@@ -210,8 +199,7 @@ class SurfaceIndex::Worker
         entry.second->state.progress = static_cast<float>(fraction);
       }
     };
-    auto bvh = std::make_shared<const mesh_map::Bvh>(
-        mesh_map::Bvh::build({triangles.positions, triangles.faces}, run));
+    auto bvh = std::make_shared<const mesh_map::Bvh>(mesh_map::Bvh::build({positions, faces}, run));
     auto queries = std::make_shared<const SpatialQueries>(std::move(bvh), options_);
     if (const auto entry = locked(mesh); entry.second) {
       entry.second->state.queries.swap(queries);

@@ -1,13 +1,13 @@
 #include "picking/surface_picker.h"
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <limits>
 
 #include <rviz/display_context.h>
 #include <rviz/display_group.h>
 
+#include "base/vectors.h"
 #include "displays/display_tree.h"
 #include "displays/textured_mesh_display.h"
 #include "picking/surface_index.h"
@@ -57,24 +57,12 @@ SurfaceHit describe(const ShownMesh& mesh, const std::shared_ptr<const SpatialQu
   hit.face = found.face;
   hit.barycentric = found.barycentric;
   hit.distance = found.distance;
-  std::array<std::array<double, 3>, 3> corners;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
   for (unsigned corner = 0; corner < 3; ++corner) {
-    const auto vertex = mesh.mesh->indices[3 * std::size_t{found.face} + corner];
-    const auto& position = mesh.mesh->vertices[vertex].position;
-    for (unsigned i = 0; i < 3; ++i) {
-      corners[corner][i] = position[i];
-      hit.point[i] += found.barycentric[corner] * position[i];
-    }
+    point += found.barycentric[corner] * vectorOf(cornerOf(*mesh.mesh, found.face, corner));
   }
-  const auto edge = [&](unsigned corner, unsigned i) { return corners[corner][i] - corners[0][i]; };
-  for (unsigned i = 0; i < 3; ++i) {
-    const unsigned j = (i + 1) % 3, k = (i + 2) % 3;
-    hit.normal[i] = edge(1, j) * edge(2, k) - edge(1, k) * edge(2, j);
-  }
-  const double length = std::hypot(hit.normal[0], hit.normal[1], hit.normal[2]);
-  for (double& coordinate : hit.normal) {
-    coordinate /= length;  // a face without area is never hit
-  }
+  hit.point = arrayOf(point);
+  hit.normal = arrayOf(normalOf(*mesh.mesh, found.face).normalized());
   return hit;
 }
 

@@ -1,7 +1,6 @@
 #include "picking/surface_ways.h"
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -15,6 +14,7 @@
 #include <mesh_map/paths/field_trace.h>
 #include <mesh_map/paths/geodesic.h>
 
+#include "base/vectors.h"
 #include "selection/face_neighbors.h"
 #include "threads/cancellation.h"
 
@@ -31,13 +31,11 @@ void lookAt(const std::atomic<bool>* cancel)
 /// A mesh as fronts and paths want it.
 struct Surface
 {
-  explicit Surface(const MeshData& mesh) : faces(joinedCorners(mesh))
+  explicit Surface(const MeshData& mesh)
+      : positions(positionsOf(mesh)),
+        faces(joinedCorners(mesh)),
+        topology(mesh_map::buildTopology(faces, mesh.vertexCount()))
   {
-    positions.reserve(3 * mesh.vertexCount());
-    for (const MeshVertex& vertex : mesh.vertices) {
-      positions.insert(positions.end(), vertex.position.begin(), vertex.position.end());
-    }
-    topology = mesh_map::buildTopology(faces, mesh.vertexCount());
   }
 
   mesh_map::MeshView view() const { return {positions, faces}; }
@@ -49,36 +47,31 @@ struct Surface
   {
     return faces.at(3 * std::size_t{face} + corner);
   }
-  double distance(std::uint32_t vertex, const std::array<double, 3>& point) const
-  {
-    const float* const p = &positions[3 * std::size_t{vertex}];
-    return std::hypot(p[0] - point[0], p[1] - point[1], p[2] - point[2]);
-  }
-
   std::vector<float> positions;
   std::vector<std::uint32_t> faces;  ///< vertices in the same place are one
   mesh_map::Topology topology;
 };
 
 /// Down a front from `from`, so the way begins at `to`. False where the front does not come there.
-bool follow(const Surface& surface, const SurfacePoint& from, const SurfacePoint& to,
-            const std::atomic<bool>* cancel, mesh_map::FieldPath& path)
+bool follow(const MeshData& mesh, const Surface& surface, const SurfacePoint& from,
+            const SurfacePoint& to, const std::atomic<bool>* cancel, mesh_map::FieldPath& path)
 {
   std::vector<mesh_map::WaveFrontSeed> seeds;
   std::vector<std::uint32_t> targets;
   mesh_map::WaveFrontStop stop;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t start = surface.corner(from.face, i);
-    seeds.push_back({start, surface.distance(start, from.position)});
+    seeds.push_back({start, distance(cornerOf(mesh, from.face, i), from.position)});
     targets.push_back(surface.corner(to.face, i));
     // So that the field is known all around the end.
-    stop.offset = std::max(stop.offset, 2.0 * surface.distance(targets.back(), to.position));
+    stop.offset = std::max(stop.offset, 2.0 * distance(cornerOf(mesh, to.face, i), to.position));
   }
   stop.targets = targets;
   stop.cancel = cancel;
-  auto mesh = std::make_shared<const mesh_map::FrontMesh>(surface.view(), surface.vertexFaces());
+  auto front_mesh =
+      std::make_shared<const mesh_map::FrontMesh>(surface.view(), surface.vertexFaces());
   lookAt(cancel);
-  mesh_map::WaveFrontField front(std::make_shared<mesh_map::WaveFrontPool>(mesh), seeds, {});
+  mesh_map::WaveFrontField front(std::make_shared<mesh_map::WaveFrontPool>(front_mesh), seeds, {});
   if (!front.extend({}, stop)) {
     throw Cancelled();
   }
@@ -111,7 +104,7 @@ SurfaceWay findWay(const MeshData& mesh, const SurfacePoint& from, const Surface
   const Surface surface(mesh);
   lookAt(cancel);
   mesh_map::FieldPath path;
-  if (!follow(surface, from, to, cancel, path)) {
+  if (!follow(mesh, surface, from, to, cancel, path)) {
     return way;
   }
   const mesh_map::Topology& topology = surface.topology;

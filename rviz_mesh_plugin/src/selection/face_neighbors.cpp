@@ -8,6 +8,7 @@
 #include <mesh_map/mesh/edge_faces.h>
 #include <mesh_map/mesh/topology.h>
 
+#include "base/vectors.h"
 #include "threads/cancellation.h"
 
 namespace rviz_mesh_plugin {
@@ -17,8 +18,6 @@ constexpr std::uint32_t SHARED = 0x80000000;
 
 /// So many faces are looked at between two looks at the cancel flag.
 constexpr std::size_t STRETCH = 1 << 16;
-
-using Vector = std::array<double, 3>;
 
 void check(const std::atomic<bool>* cancel)
 {
@@ -40,31 +39,9 @@ std::uint64_t hashOf(const std::array<float, 3>& position)
   return hash;
 }
 
-/// Of any length; 0 without area.
-Vector normalOf(const MeshData& mesh, std::uint32_t face)
+double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {
-  const std::uint32_t* corners = &mesh.indices[3 * std::size_t{face}];
-  const auto& a = mesh.vertices[corners[0]].position;
-  const auto& b = mesh.vertices[corners[1]].position;
-  const auto& c = mesh.vertices[corners[2]].position;
-  Vector u, v;
-  for (unsigned i = 0; i < 3; ++i) {
-    u[i] = static_cast<double>(b[i]) - a[i];
-    v[i] = static_cast<double>(c[i]) - a[i];
-  }
-  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-}
-
-double dot(const Vector& a, const Vector& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-double angleBetween(const Vector& a, const Vector& b)
-{
-  const Vector cross{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                     a[0] * b[1] - a[1] * b[0]};
-  return std::atan2(std::sqrt(dot(cross, cross)), dot(a, b));
+  return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
 }  // namespace
@@ -249,17 +226,17 @@ FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t st
       check(cancel);
     }
     const std::uint32_t face = region[next];
-    const Vector normal = normalOf(mesh, face);
-    if (dot(normal, normal) <= 0.0) {
+    const Eigen::Vector3d normal = normalOf(mesh, face);
+    if (normal.squaredNorm() <= 0.0) {
       continue;
     }
     visit(face, [&](std::uint32_t neighbor) {
       if (found[neighbor]) {
         return;
       }
-      const Vector other = normalOf(mesh, neighbor);
+      const Eigen::Vector3d other = normalOf(mesh, neighbor);
       // (It has no area, or the angle is small enough.)
-      if (dot(other, other) <= 0.0 || angleBetween(normal, other) <= max_angle) {
+      if (other.squaredNorm() <= 0.0 || angleBetween(normal, other) <= max_angle) {
         found[neighbor] = true;
         region.push_back(neighbor);
       }

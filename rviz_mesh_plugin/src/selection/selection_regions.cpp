@@ -1,39 +1,16 @@
 #include "selection/selection_regions.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <utility>
 
 #include <OgreCamera.h>
 #include <OgreViewport.h>
 
+#include "base/vectors.h"
+
 namespace rviz_mesh_plugin {
 namespace {
-
-using Vector = std::array<double, 3>;
-
-struct Triangle
-{
-  Vector corner;
-  Vector normal;  ///< twice the area long
-};
-
-Triangle triangleOf(const MeshData& mesh, std::uint32_t face)
-{
-  std::array<Vector, 3> corners;
-  for (unsigned corner = 0; corner < 3; ++corner) {
-    const auto& position = mesh.vertices[mesh.indices[3 * std::size_t{face} + corner]].position;
-    corners[corner] = {position[0], position[1], position[2]};
-  }
-  Triangle triangle{corners[0], {}};
-  for (unsigned i = 0; i < 3; ++i) {
-    const unsigned j = (i + 1) % 3, k = (i + 2) % 3;
-    triangle.normal[i] = (corners[1][j] - corners[0][j]) * (corners[2][k] - corners[0][k]) -
-                         (corners[1][k] - corners[0][k]) * (corners[2][j] - corners[0][j]);
-  }
-  return triangle;
-}
 
 /// Takes out the faces that are seen from behind (they are counterclockwise from the front), and
 /// those seen edge-on.
@@ -41,12 +18,8 @@ void dropBackFaces(const MeshData& mesh, const std::array<double, 3>& eye,
                    FaceSelection::Faces& faces)
 {
   const auto is_back = [&](std::uint32_t face) {
-    const Triangle triangle = triangleOf(mesh, face);
-    double towards = 0.0;
-    for (unsigned i = 0; i < 3; ++i) {
-      towards += triangle.normal[i] * (eye[i] - triangle.corner[i]);
-    }
-    return !(towards > 0.0);
+    const Eigen::Vector3d towards = vectorOf(eye) - vectorOf(cornerOf(mesh, face, 0));
+    return !(normalOf(mesh, face).dot(towards) > 0.0);
   };
   faces.erase(std::remove_if(faces.begin(), faces.end(), is_back), faces.end());
 }
@@ -99,8 +72,7 @@ double pixelsOf(double length, double distance, const Ogre::Viewport& viewport)
 
 double faceArea(const MeshData& mesh, std::uint32_t face)
 {
-  const Vector normal = triangleOf(mesh, face).normal;
-  return 0.5 * std::sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+  return 0.5 * normalOf(mesh, face).norm();
 }
 
 FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) const

@@ -1,7 +1,6 @@
 #include "tools/mesh_inspect_tool.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
 #include <geometry_msgs/PointStamped.h>
@@ -10,6 +9,7 @@
 #include <rviz/properties/float_property.h>
 #include <rviz/viewport_mouse_event.h>
 
+#include "base/vectors.h"
 #include "displays/display_tree.h"
 #include "displays/textured_mesh_display.h"
 #include "picking/label_lookup.h"
@@ -28,11 +28,6 @@ std::string meters(double length)
   char text[64];
   std::snprintf(text, sizeof(text), "%.3f m", length);
   return text;
-}
-
-double straight(const std::array<double, 3>& a, const std::array<double, 3>& b)
-{
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
 /// Two displays may show the same mesh in two places.
@@ -231,7 +226,7 @@ void MeshInspectTool::measure(const SurfaceHit& hit)
     clicked_ = "Measuring the way along the surface…";
   } else {
     const double length =
-        straight(pointInFixedFrame(first_->point, *first_), pointInFixedFrame(hit.point, hit));
+        distance(pointInFixedFrame(first_->point, *first_), pointInFixedFrame(hit.point, hit));
     clicked_ =
         "The points are on different meshes, " + meters(length) + " apart in a straight line";
   }
@@ -243,7 +238,7 @@ void MeshInspectTool::takeResult()
   if (!result || !second_) {
     return;
   }
-  const std::string apart = meters(straight(first_->point, second_->point)) + " in a straight line";
+  const std::string apart = meters(distance(first_->point, second_->point)) + " in a straight line";
   if (!result->failure.empty()) {
     clicked_ = "The way could not be measured: " + result->failure + "; " + apart;
   } else if (!result->way.connected) {

@@ -2,10 +2,12 @@
 
 #include <cmath>
 
+#include "base/vectors.h"
+
 namespace rviz_mesh_plugin {
 namespace {
 
-using Vector = std::array<double, 3>;
+using Vector = Eigen::Vector3d;
 
 /// Shorter ways from the pose to the cursor are no direction, in meters.
 constexpr double NO_DRAG = 1e-3;
@@ -15,36 +17,10 @@ constexpr double ALONG = 1e-9;
 /// Normals with a smaller part upwards are horizontal.
 constexpr double HORIZONTAL = 1e-6;
 
-double dot(const Vector& a, const Vector& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-double lengthOf(const Vector& v)
-{
-  return std::hypot(v[0], v[1], v[2]);
-}
-
-Vector cross(const Vector& a, const Vector& b)
-{
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-/// a + factor * b
-Vector plus(const Vector& a, double factor, const Vector& b)
-{
-  return {a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]};
-}
-
-Vector scaled(const Vector& v, double factor)
-{
-  return {factor * v[0], factor * v[1], factor * v[2]};
-}
-
 /// The part of a vector in the plane across a normal of length 1.
 Vector inPlane(const Vector& v, const Vector& normal)
 {
-  return plus(v, -dot(v, normal), normal);
+  return v - v.dot(normal) * normal;
 }
 
 /// +1 or -1, by which the normal shows to the side that is asked for.
@@ -53,73 +29,58 @@ double turned(const Vector& normal, const mesh_map::Ray& ray, const SurfaceSide&
   if (side.of == SurfaceSide::UP && std::abs(normal[2]) > HORIZONTAL) {
     return normal[2] < 0.0 ? -1.0 : 1.0;
   }
-  return dot(normal, ray.direction) > 0.0 ? -1.0 : 1.0;
+  return normal.dot(vectorOf(ray.direction)) > 0.0 ? -1.0 : 1.0;
 }
 
 }  // namespace
 
 std::array<double, 4> quaternionOf(const SurfacePose& pose)
 {
-  // Four times the squares of w, x, y, z: at least one is 1 or more, and the others follow from it.
-  const Vector &x = pose.x, &y = pose.y, &z = pose.z;
-  const double squares[4] = {1 + x[0] + y[1] + z[2], 1 + x[0] - y[1] - z[2], 1 - x[0] + y[1] - z[2],
-                             1 - x[0] - y[1] + z[2]};
-  unsigned largest = 0;
-  for (unsigned i = 1; i < 4; ++i) {
-    largest = squares[i] > squares[largest] ? i : largest;
-  }
-  const double wx = y[2] - z[1], wy = z[0] - x[2], wz = x[1] - y[0];
-  const double xy = x[1] + y[0], xz = x[2] + z[0], yz = y[2] + z[1];
-  const std::array<double, 4> by_largest[4] = {{wx, wy, wz, squares[0]},
-                                               {squares[1], xy, xz, wx},
-                                               {xy, squares[2], yz, wy},
-                                               {xz, yz, squares[3], wz}};
-  std::array<double, 4> q = by_largest[largest];
-  const double length = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
-  for (double& part : q) {
-    part /= length;
-  }
-  return q;
+  Eigen::Matrix3d axes;
+  axes << vectorOf(pose.x), vectorOf(pose.y), vectorOf(pose.z);
+  const Eigen::Quaterniond q = Eigen::Quaterniond(axes).normalized();
+  return {q.x(), q.y(), q.z(), q.w()};
 }
 
-SurfacePoseDrag::SurfacePoseDrag(const Vector& point, const Vector& normal,
-                                 const mesh_map::Ray& ray, const ViewAxes& view,
-                                 const SurfaceSide& side)
+SurfacePoseDrag::SurfacePoseDrag(const std::array<double, 3>& point,
+                                 const std::array<double, 3>& normal, const mesh_map::Ray& ray,
+                                 const ViewAxes& view, const SurfaceSide& side)
 {
   pose_.position = point;
-  const Vector unit = scaled(normal, 1.0 / lengthOf(normal));
-  pose_.z = scaled(unit, (side.switched ? -1.0 : 1.0) * turned(unit, ray, side));
+  const Vector unit = vectorOf(normal).normalized();
+  pose_.z = arrayOf((side.switched ? -1.0 : 1.0) * turned(unit, ray, side) * unit);
   turnAlong(view);
 }
 
-void SurfacePoseDrag::setX(const Vector& along)
+void SurfacePoseDrag::setX(const std::array<double, 3>& along)
 {
   // Twice: what rounding leaves across the plane counts where little is in it.
-  Vector x = inPlane(along, pose_.z);
-  x = inPlane(scaled(x, 1.0 / lengthOf(x)), pose_.z);
-  pose_.x = scaled(x, 1.0 / lengthOf(x));
-  pose_.y = cross(pose_.z, pose_.x);
+  const Vector z = vectorOf(pose_.z);
+  const Vector x = inPlane(inPlane(vectorOf(along), z).normalized(), z).normalized();
+  pose_.x = arrayOf(x);
+  pose_.y = arrayOf(z.cross(x));
 }
 
 void SurfacePoseDrag::turnAlong(const ViewAxes& view)
 {
-  const bool straight = lengthOf(inPlane(view.forward, pose_.z)) < STRAIGHT;
+  const bool straight = inPlane(vectorOf(view.forward), vectorOf(pose_.z)).norm() < STRAIGHT;
   setX(straight ? view.up : view.forward);
 }
 
 void SurfacePoseDrag::turnTowards(const mesh_map::Ray& ray, const ViewAxes& view)
 {
-  const double slope = dot(ray.direction, pose_.z);
-  const double height = dot(plus(pose_.position, -1.0, ray.origin), pose_.z);
-  if (!(std::abs(slope) > ALONG * lengthOf(ray.direction)) || !(height / slope > 0.0)) {
+  const Vector z = vectorOf(pose_.z), origin = vectorOf(ray.origin);
+  const Vector direction = vectorOf(ray.direction), position = vectorOf(pose_.position);
+  const double slope = direction.dot(z);
+  const double height = (position - origin).dot(z);
+  if (!(std::abs(slope) > ALONG * direction.norm()) || !(height / slope > 0.0)) {
     return;
   }
-  const Vector cursor = plus(ray.origin, height / slope, ray.direction);
-  const Vector way = inPlane(plus(cursor, -1.0, pose_.position), pose_.z);
-  if (lengthOf(way) < NO_DRAG) {
+  const Vector way = inPlane(origin + height / slope * direction - position, z);
+  if (way.norm() < NO_DRAG) {
     turnAlong(view);
-  } else if (std::isfinite(lengthOf(way))) {
-    setX(way);
+  } else if (std::isfinite(way.norm())) {
+    setX(arrayOf(way));
   }
 }
 

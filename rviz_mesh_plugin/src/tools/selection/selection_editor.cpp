@@ -9,6 +9,7 @@
 #include <OgreViewport.h>
 #include <rviz/display_context.h>
 
+#include "base/vectors.h"
 #include "picking/label_lookup.h"
 #include "picking/surface_index.h"
 #include "selection/face_neighbors.h"
@@ -49,10 +50,8 @@ bool areClose(const Sample& a, const Sample& b, double radius, const Ogre::Viewp
   if (!a.hit || !b.hit || a.hit->mesh != b.hit->mesh) {
     return false;
   }
-  const auto& p = a.hit->point;
-  const auto& q = b.hit->point;
   const double step = STEP * radius;
-  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) <= step &&
+  return distance(a.hit->point, b.hit->point) <= step &&
          way <= pixelsOf(step, std::max(a.hit->distance, b.hit->distance), viewport);
 }
 
