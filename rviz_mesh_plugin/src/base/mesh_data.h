@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/bounds.h"
 #include "base/cost_summary.h"
 
 namespace rviz_mesh_plugin {
@@ -36,17 +37,15 @@ struct MeshVertex
 };
 static_assert(sizeof(MeshVertex) == 24, "vertex buffers hold position and normal without padding");
 
-/// A checked triangle mesh, ready for upload: all indices are below vertices.size(), all numbers
-/// finite.
-struct MeshData
+/// A checked triangle mesh with its bounds, ready for upload: all indices are below
+/// vertices.size(), all numbers finite.
+struct MeshData : Bounds
 {
   std::string uuid;
   std::string frame_id;
   std::vector<MeshVertex> vertices;
   std::vector<std::uint32_t> indices;  ///< three per face
-  std::array<float, 3> lower{};        ///< bounding box, in meters
-  std::array<float, 3> upper{};
-  bool normals_given = false;  ///< false: computed from the faces
+  bool normals_given = false;          ///< false: computed from the faces
 
   std::size_t vertexCount() const { return vertices.size(); }
   std::size_t faceCount() const { return indices.size() / 3; }

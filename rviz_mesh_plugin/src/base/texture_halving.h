@@ -29,8 +29,8 @@ inline void appendHalved(const Rgba8* rows, std::uint32_t count, std::uint32_t w
     const Rgba8* p = rows + std::size_t{2} * row * width;
     for (std::uint32_t column = 0; column < halfOf(width); ++column, p += 2) {
       const auto mean = [&](std::uint8_t Rgba8::*channel) {
-        const int sum = p->*channel + p[right].*channel + p[below].*channel +
-                        p[below + right].*channel;
+        const int sum =
+            p->*channel + p[right].*channel + p[below].*channel + p[below + right].*channel;
         return static_cast<std::uint8_t>((sum + 2) / 4);
       };
       halved.push_back(

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include <Eigen/Core>
@@ -43,6 +44,20 @@ inline Eigen::Vector3d normalOf(const MeshData& mesh, std::uint32_t face)
   const Eigen::Vector3d origin = vectorOf(cornerOf(mesh, face, 0));
   return (vectorOf(cornerOf(mesh, face, 1)) - origin)
       .cross(vectorOf(cornerOf(mesh, face, 2)) - origin);
+}
+
+/// Equal for equal positions.
+inline std::uint64_t hashOf(const std::array<float, 3>& position)
+{
+  std::uint64_t hash = 0;
+  for (const float coordinate : position) {
+    const float normal = coordinate + 0.0f;  // -0 is 0
+    std::uint32_t bits;
+    std::memcpy(&bits, &normal, sizeof(bits));
+    hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
+    hash ^= hash >> 29;
+  }
+  return hash;
 }
 
 /// x, y, z of each vertex, as mesh_map wants them.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -42,31 +41,12 @@ std::array<float, 3> unitOrZero(const Eigen::Vector3d& v)
 struct Survey
 {
   bool valid = true;
-  std::array<float, 3> lower;
-  std::array<float, 3> upper;
-
-  Survey()
-  {
-    lower.fill(std::numeric_limits<float>::max());
-    upper.fill(std::numeric_limits<float>::lowest());
-  }
+  Bounds bounds = Bounds::none();
 
   void add(const Survey& other)
   {
     valid = valid && other.valid;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      lower[axis] = std::min(lower[axis], other.lower[axis]);
-      upper[axis] = std::max(upper[axis], other.upper[axis]);
-    }
-  }
-
-  void addPosition(const std::array<float, 3>& position)
-  {
-    valid = valid && isFiniteVector(position);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      lower[axis] = std::min(lower[axis], position[axis]);
-      upper[axis] = std::max(upper[axis], position[axis]);
-    }
+    bounds.enclose(other.bounds);
   }
 };
 
@@ -102,7 +82,8 @@ Survey convertNumbers(const mesh_msgs::MeshGeometry& geometry, MeshData& mesh)
       surveyEach(mesh.vertices.size(), [from = geometry.vertices.data(), normals,
                                         to = mesh.vertices.data()](std::size_t i, Survey& part) {
         to[i].position = toFloats(from[i]);
-        part.addPosition(to[i].position);
+        part.valid = part.valid && isFiniteVector(to[i].position);
+        part.bounds.enclose(to[i].position);
         if (normals != nullptr) {
           part.valid = part.valid && isFiniteVector(toFloats(normals[i]));
           to[i].normal = unitOrZero({normals[i].x, normals[i].y, normals[i].z});
@@ -118,10 +99,9 @@ Survey convertNumbers(const mesh_msgs::MeshGeometry& geometry, MeshData& mesh)
   return survey;
 }
 
-void setBounds(MeshData& mesh, const Survey& survey)
+void setBounds(MeshData& mesh, const Bounds& bounds)
 {
-  mesh.lower = survey.lower;
-  mesh.upper = survey.upper;
+  static_cast<Bounds&>(mesh) = bounds;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float extent = std::max(-mesh.lower[axis], mesh.upper[axis]);
     if (extent > GREATEST_COORDINATE) {
@@ -181,7 +161,7 @@ MeshDataConstPtr convert(const mesh_msgs::MeshGeometryStamped& message)
     refuse(check(message));
     throw std::logic_error("a mesh that breaks no rule has been found invalid");
   }
-  setBounds(*mesh, survey);
+  setBounds(*mesh, survey.bounds);
   if (!mesh->normals_given) {
     computeNormals(*mesh);
   }

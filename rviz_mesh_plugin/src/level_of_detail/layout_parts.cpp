@@ -1,48 +1,24 @@
 #include "level_of_detail/layout_parts.h"
 
-#include <mesh_map/base/parallel.h>
-
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <utility>
+
+#include "level_of_detail/face_blocks.h"
+#include "threads/parallel_each.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-/// Faces are cut between blocks of so many.
-constexpr std::size_t BOX_FACES = 128;
-/// This many times a usual step.
-constexpr float FAR = 16.0f;
-constexpr std::size_t SAMPLED_CORNERS = 20000;
 /// A cut that leaves less than this part of the cost parts strays from the rest.
 constexpr float STRAY_GAIN = 0.25f;
 
-struct Box
+/// Grows with the chance that a camera sees the box; not 0 for flat ones.
+float sizeOf(const Bounds& box)
 {
-  std::array<float, 3> lower;
-  std::array<float, 3> upper;
-
-  Box()
-  {
-    lower.fill(std::numeric_limits<float>::max());
-    upper.fill(std::numeric_limits<float>::lowest());
-  }
-
-  void enclose(const std::array<float, 3>& least, const std::array<float, 3>& greatest)
-  {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      lower[axis] = std::min(lower[axis], least[axis]);
-      upper[axis] = std::max(upper[axis], greatest[axis]);
-    }
-  }
-
-  /// Grows with the chance that a camera sees the box; not 0 for flat ones.
-  float size() const
-  {
-    return (upper[0] - lower[0]) + (upper[1] - lower[1]) + (upper[2] - lower[2]);
-  }
-};
+  const auto sides = box.sides();
+  return sides[0] + sides[1] + sides[2];
+}
 
 /// Cuts faces that are ordered in space into parts of one material that have small boxes.
 class Cutter
@@ -80,56 +56,25 @@ class Cutter
     return vertices_[faces_.indices[index]].position;
   }
 
-  /// Blocks end where the material changes, and where the next face is far, too.
+  /// Blocks end where the material changes, too.
   void makeBlocks()
   {
-    const float far = farStep();
-    for (std::size_t face = 0; face < count_; ++face) {
-      if (face == 0 || face - begins_.back() == BOX_FACES ||
-          (!faces_.materials.empty() && faces_.materials[face] != faces_.materials[face - 1]) ||
-          squaredStep(face) > far) {
-        begins_.push_back(face);
-      }
-    }
-    boxes_.resize(begins_.size());
-    begins_.push_back(count_);
-    mesh_map::parallelFor(boxes_.size(), BOX_FACES, 0, [this]() -> mesh_map::RangeBody {
-      return [this](std::size_t first, std::size_t last) {
-        for (std::size_t block = first; block < last; ++block) {
-          Box box;
+    begins_ = cutIntoBlocks(
+        count_, [this](std::size_t face) -> const auto& { return position(3 * face); },
+        [this](std::size_t face) {
+          return !faces_.materials.empty() && faces_.materials[face] != faces_.materials[face - 1];
+        });
+    boxes_.resize(begins_.size() - 1);
+    parallelEach(
+        boxes_.size(),
+        [this](std::size_t block) {
+          Bounds box = Bounds::none();
           for (std::size_t i = 3 * begins_[block]; i < 3 * begins_[block + 1]; ++i) {
-            box.enclose(position(i), position(i));
+            box.enclose(position(i));
           }
           boxes_[block] = box;
-        }
-      };
-    });
-  }
-
-  /// Squared, to a face from the one before.
-  float squaredStep(std::size_t face) const
-  {
-    const auto& a = position(3 * face - 3);
-    const auto& b = position(3 * face);
-    const float x = a[0] - b[0];
-    const float y = a[1] - b[1];
-    const float z = a[2] - b[2];
-    return x * x + y * y + z * z;
-  }
-
-  /// A step that is far, squared, judged by samples: a block with one would have a large box.
-  float farStep() const
-  {
-    std::vector<float> steps;
-    const std::size_t stride = std::max<std::size_t>(1, count_ / SAMPLED_CORNERS);
-    for (std::size_t face = 1; face < count_; face += stride) {
-      steps.push_back(squaredStep(face));
-    }
-    if (steps.empty()) {
-      return 0.0f;
-    }
-    std::nth_element(steps.begin(), steps.begin() + steps.size() / 2, steps.end());
-    return FAR * FAR * steps[steps.size() / 2];
+        },
+        BLOCK_FACES);
   }
 
   std::size_t facesOf(std::size_t first, std::size_t last) const
@@ -142,18 +87,18 @@ class Cutter
   {
     const std::size_t count = last - first;
     std::vector<float> costs(count, 0.0f);  // of a cut before each block
-    Box box;
+    Bounds box = Bounds::none();
     for (std::size_t i = count; i-- > 1;) {
-      box.enclose(boxes_[first + i].lower, boxes_[first + i].upper);
-      costs[i] = box.size() * static_cast<float>(facesOf(first + i, last));
+      box.enclose(boxes_[first + i]);
+      costs[i] = sizeOf(box) * static_cast<float>(facesOf(first + i, last));
     }
-    box = Box();
+    box = Bounds::none();
     for (std::size_t i = 1; i < count; ++i) {
-      box.enclose(boxes_[first + i - 1].lower, boxes_[first + i - 1].upper);
-      costs[i] += box.size() * static_cast<float>(facesOf(first, first + i));
+      box.enclose(boxes_[first + i - 1]);
+      costs[i] += sizeOf(box) * static_cast<float>(facesOf(first, first + i));
     }
-    box.enclose(boxes_[last - 1].lower, boxes_[last - 1].upper);
-    const float whole = box.size() * static_cast<float>(facesOf(first, last));
+    box.enclose(boxes_[last - 1]);
+    const float whole = sizeOf(box) * static_cast<float>(facesOf(first, last));
     std::size_t best = bestCut(costs, 1, count);
     if (count == 1 || !(costs[best] < STRAY_GAIN * whole)) {
       if (facesOf(first, last) <= PART_FACES) {
@@ -181,7 +126,7 @@ class Cutter
   const std::vector<MeshVertex>& vertices_;
   std::size_t count_;
   std::vector<std::size_t> begins_;  ///< first face of each block, and the end
-  std::vector<Box> boxes_;
+  std::vector<Bounds> boxes_;
   std::vector<std::size_t> cuts_;
 };
 
@@ -197,36 +142,26 @@ void LayoutParts::fillParts()
 {
   layout_.parts.assign(begins_.size() - 1, MeshPart{});
   std::vector<std::uint32_t> vertex_ends(layout_.parts.size());
-  mesh_map::parallelFor(layout_.parts.size(), 1, 0, [&]() -> mesh_map::RangeBody {
-    return [&](std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
-        MeshPart part;
+  parallelEach(
+      layout_.parts.size(),
+      [this, ends = vertex_ends.data()](std::size_t i) {
+        MeshPart& part = layout_.parts[i];
         part.material = faces_.materials.empty() ? NONE : faces_.materials[begins_[i]];
-        part.lower = part.upper = layout_.vertices[faces_.indices[3 * begins_[i]]].position;
-        std::uint32_t greatest = 0;
+        Bounds box = Bounds::none();
+        std::uint32_t end = 0;
         for (std::size_t k = 3 * begins_[i]; k < 3 * begins_[i + 1]; ++k) {
-          enclose(part, faces_.indices[k]);
-          greatest = std::max(greatest, faces_.indices[k]);
+          box.enclose(layout_.vertices[faces_.indices[k]].position);
+          end = std::max(end, faces_.indices[k] + 1);
         }
-        vertex_ends[i] = greatest + 1;
-        layout_.parts[i] = std::move(part);
-      }
-    };
-  });
+        static_cast<Bounds&>(part) = box;
+        ends[i] = end;
+      },
+      1);
   // Vertices are numbered by first use.
   part_of_vertex_.reserve(layout_.vertices.size());
   for (std::size_t i = 0; i < vertex_ends.size(); ++i) {
     part_of_vertex_.resize(std::max<std::size_t>(part_of_vertex_.size(), vertex_ends[i]),
                            static_cast<std::uint32_t>(i));
-  }
-}
-
-void LayoutParts::enclose(MeshPart& part, std::uint32_t vertex) const
-{
-  const auto& position = layout_.vertices[vertex].position;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    part.lower[axis] = std::min(part.lower[axis], position[axis]);
-    part.upper[axis] = std::max(part.upper[axis], position[axis]);
   }
 }
 
@@ -328,7 +263,7 @@ std::vector<IndexRange> LayoutParts::placeFaces(const SimplifiedLevel& level, La
     ranges[own].count += 3;
     for (const std::uint32_t vertex : faces.back()) {
       if (vertex >= part_of_vertex_.size() || part_of_vertex_[vertex] != own) {
-        enclose(layout_.parts[own], vertex);
+        layout_.parts[own].enclose(layout_.vertices[vertex].position);
       }
     }
   }

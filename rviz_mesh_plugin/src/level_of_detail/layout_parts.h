@@ -28,7 +28,6 @@ class LayoutParts
   using FaceBeside = std::pair<std::uint32_t, std::uint32_t>;  ///< a part, a face
 
   void fillParts();
-  void enclose(MeshPart& part, std::uint32_t vertex) const;
   std::vector<IndexRange> placeFaces(const SimplifiedLevel& level, LayoutSplit& split);
   std::vector<FaceBeside> facesBeside(const std::vector<Face>& faces) const;
   std::vector<Meeting> meetings(const std::vector<Face>& faces) const;

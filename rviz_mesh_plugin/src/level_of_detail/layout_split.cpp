@@ -4,11 +4,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
 
+#include "base/vectors.h"
 #include "level_of_detail/mesh_border.h"
 
 namespace rviz_mesh_plugin {
@@ -101,29 +101,6 @@ constexpr float SEAM_FACTOR = 2.0f;
 
 /// More vertices in one place make several rings: all of a ring are looked at for each face.
 constexpr std::size_t MOST_IN_RING = 64;
-
-float distance(const std::array<float, 3>& a, const std::array<float, 3>& b)
-{
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
-
-float distance(const TexturePoint& a, const TexturePoint& b)
-{
-  return std::hypot(a[0] - b[0], a[1] - b[1]);
-}
-
-/// So that what is in one place comes one after the other when sorted: faster than by coordinates.
-std::uint64_t hash(const std::array<float, 3>& position)
-{
-  std::uint64_t sum = 0;
-  for (const float coordinate : position) {
-    std::uint32_t bits;
-    std::memcpy(&bits, &coordinate, sizeof(bits));
-    sum = (sum ^ bits) * 0x9e3779b97f4a7c15u;
-    sum ^= sum >> 32;
-  }
-  return sum;
-}
 
 /// Faces of different materials share no vertex. Simplified faces are made of the vertices of all
 /// materials, so that no cracks open between materials. Where such a face has a corner from another
@@ -267,9 +244,10 @@ class MaterialSplit : public LayoutSplit
     if (!textured_) {
       return;
     }
+    // By hash: faster than by coordinates.
     std::vector<std::pair<std::uint64_t, std::uint32_t>> seams;
     for (const std::uint32_t vertex : borderVertices(mesh.indices, mesh.vertices.size())) {
-      seams.emplace_back(hash(mesh.vertices[vertex].position), vertex);
+      seams.emplace_back(hashOf(mesh.vertices[vertex].position), vertex);
     }
     std::sort(seams.begin(), seams.end());
     std::size_t linked = 1;
@@ -342,13 +320,16 @@ class MaterialSplit : public LayoutSplit
 
   static float edge(std::uint32_t a, std::uint32_t b, const MeshLayout& layout)
   {
-    return distance(layout.vertices[a].position, layout.vertices[b].position);
+    return static_cast<float>(distance(layout.vertices[a].position, layout.vertices[b].position));
   }
 
   float textureEdge(std::uint32_t a, std::uint32_t b, const MeshLayout& layout) const
   {
-    return textured_ ? distance(layout.texture_coordinates[a], layout.texture_coordinates[b])
-                     : 0.0f;
+    if (!textured_) {
+      return 0.0f;
+    }
+    const TexturePoint &p = layout.texture_coordinates[a], &q = layout.texture_coordinates[b];
+    return std::hypot(p[0] - q[0], p[1] - q[1]);
   }
 
   bool acrossSeam(std::uint32_t a, std::uint32_t b, const MeshLayout& layout) const

@@ -53,7 +53,7 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   if (cancelled) {
     return nullptr;
   }
-  const SortedMesh sorted = sortInSpace(*mesh, region);
+  const SortedMesh sorted = sortInSpace(mesh->vertices, mesh->indices, region);
   if (cancelled) {
     return nullptr;
   }
@@ -65,8 +65,7 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   SplitFaces faces;
   std::unique_ptr<LayoutParts> parts;
   mesh_map::parallelJobs({[&]() {
-                            const Simplifier simplifier(sorted.vertices, region);
-                            levels = simplifyInLevels(simplifier, sorted.indices,
+                            levels = simplifyInLevels(sorted.vertices, sorted.indices, region,
                                                       typicalEdge(*mesh), cancelled);
                           },
                           [&]() {
@@ -90,24 +89,11 @@ MeshLayoutConstPtr layOutPreview(const MeshDataConstPtr& mesh)
   if (!region.hasExtent()) {
     return nullptr;
   }
-  MeshData coarse;
-  coarse.indices = clusterVertices(*mesh, region, PREVIEW_CELLS);
-  if (coarse.indices.empty() || 2 * coarse.indices.size() > mesh->indices.size()) {
+  const auto indices = clusterVertices(*mesh, region, PREVIEW_CELLS);
+  if (indices.empty() || 2 * indices.size() > mesh->indices.size()) {
     return nullptr;
   }
-  std::vector<std::uint32_t> places(mesh->vertexCount(), NONE);
-  std::vector<std::uint32_t> sources;
-  for (std::uint32_t& index : coarse.indices) {
-    if (places[index] == NONE) {
-      places[index] = static_cast<std::uint32_t>(sources.size());
-      sources.push_back(index);
-      coarse.vertices.push_back(mesh->vertices[index]);
-    }
-    index = places[index];
-  }
-  coarse.lower = mesh->lower;
-  coarse.upper = mesh->upper;
-  const SortedMesh sorted = sortInSpace(coarse, region);
+  const SortedMesh sorted = sortInSpace(mesh->vertices, indices, region);
   const auto splitter = makeSplit(Split::NONE, nullptr);
   auto layout = std::make_shared<MeshLayout>();
   layout->mesh = mesh;
@@ -115,9 +101,6 @@ MeshLayoutConstPtr layOutPreview(const MeshDataConstPtr& mesh)
   const SplitFaces faces = splitter->split(sorted, *layout);
   LayoutParts(faces, *layout).write({}, *splitter);
   layout->cell_sizes = {region.extent() / PREVIEW_CELLS};
-  for (std::uint32_t& source : layout->sources) {
-    source = sources[source];
-  }
   return layout;
 }
 

@@ -36,10 +36,9 @@ struct IndexRange
 constexpr std::size_t PART_FACES = 8192;
 
 /// What is culled and drawn at once: faces near to each other that have the same material.
-struct MeshPart
+/// Its bounds are those of all levels without seams.
+struct MeshPart : Bounds
 {
-  std::array<float, 3> lower{};  ///< bounding box of all levels without seams, in meters
-  std::array<float, 3> upper{};
   std::uint32_t material = NONE;  ///< BY_MATERIAL: index into Materials::materials
   /// One range per level of detail, the full one first.
   std::vector<IndexRange> levels;

@@ -1,9 +1,10 @@
 #include "level_of_detail/mesh_region.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
+
+#include "base/vectors.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -24,7 +25,8 @@ float quantile(std::vector<float>& values, std::size_t index)
 
 float MeshRegion::extent() const
 {
-  return std::max({upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]});
+  const auto lengths = sides();
+  return *std::max_element(lengths.begin(), lengths.end());
 }
 
 bool MeshRegion::hasExtent() const
@@ -49,8 +51,7 @@ std::array<float, 3> MeshRegion::clamp(const std::array<float, 3>& position) con
 MeshRegion mainRegion(const MeshData& mesh)
 {
   MeshRegion region;
-  region.lower = mesh.lower;
-  region.upper = mesh.upper;
+  static_cast<Bounds&>(region) = mesh;
   const std::size_t step = std::max<std::size_t>(1, mesh.faceCount() / SAMPLED_FACES);
   std::array<std::vector<float>, 3> samples;
   for (std::size_t face = 0; face < mesh.faceCount(); face += step) {
@@ -84,9 +85,9 @@ float typicalEdge(const MeshData& mesh)
   std::vector<float> lengths;
   for (std::size_t face = 0; face < mesh.faceCount(); face += step) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
-      const auto& a = mesh.vertices[mesh.indices[3 * face + corner]].position;
-      const auto& b = mesh.vertices[mesh.indices[3 * face + (corner + 1) % 3]].position;
-      lengths.push_back(std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
+      const auto index = static_cast<std::uint32_t>(face);
+      lengths.push_back(static_cast<float>(
+          distance(cornerOf(mesh, index, corner), cornerOf(mesh, index, (corner + 1) % 3))));
     }
   }
   return lengths.empty() ? 0.0f : quantile(lengths, lengths.size() / 2);

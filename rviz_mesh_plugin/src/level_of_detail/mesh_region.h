@@ -8,10 +8,8 @@ namespace rviz_mesh_plugin {
 
 /// The box in which nearly all faces of a mesh lie. Stray vertices, far off, would make the cells
 /// of any grid over the whole mesh useless.
-struct MeshRegion
+struct MeshRegion : Bounds
 {
-  std::array<float, 3> lower{};
-  std::array<float, 3> upper{};
   bool whole = true;  ///< no vertex lies outside
 
   /// The longest side.

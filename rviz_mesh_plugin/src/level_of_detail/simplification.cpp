@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstddef>
 #include <unordered_map>
 #include <utility>
 
+#include "base/vectors.h"
 #include "level_of_detail/mesh_border.h"
 
 #ifdef HAVE_MESHOPTIMIZER
@@ -13,6 +14,9 @@
 #endif
 
 namespace rviz_mesh_plugin {
+
+#ifdef HAVE_MESHOPTIMIZER
+
 namespace {
 
 /// So few faces are drawn at once at any distance.
@@ -25,27 +29,51 @@ constexpr int LEAST_CELLS = 8;
 /// Where one vertex of so many lies on a border, faces share hardly any: there is no border to see.
 constexpr std::size_t MUCH_BORDER = 8;
 
-}  // namespace
-
-#ifdef HAVE_MESHOPTIMIZER
-
-bool canSimplify()
+/// Merges the vertices in each cell of a grid into one of them; faces that have all their corners
+/// in less than three cells vanish. Faces outside the region, which are few, stay.
+class Simplifier
 {
-  return true;
-}
+ public:
+  /// Most cells along the longest side of the region.
+  static constexpr int MOST_CELLS = 998;
+
+  /// @param vertices have to live as long as this
+  Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion& region);
+
+  /// Three indices into the vertices per face.
+  /// @param cells along the longest side of the region, 2 to MOST_CELLS
+  std::vector<std::uint32_t> simplify(const std::vector<std::uint32_t>& indices, int cells) const;
+
+  /// Puts a vertex of @a border in place of each one of @a simplified in whose cell there is one,
+  /// so that an open border stays where it is.
+  /// @param cells as in simplify()
+  void keepBorder(const std::vector<std::uint32_t>& border, int cells,
+                  std::vector<std::uint32_t>* simplified) const;
+
+  /// In meters. No corner is moved further than the diagonal of a cell.
+  float cellSize(int cells) const { return extent_ / cells; }
+
+ private:
+  bool isOutside(std::uint32_t vertex) const;
+  std::uint64_t cell(std::uint32_t vertex, int cells) const;
+
+  MeshRegion region_;
+  std::array<float, 3> origin_{};  ///< of the grid
+  float extent_ = 0.0f;
+  std::size_t count_;
+  const std::vector<MeshVertex>* vertices_;
+  std::vector<std::array<float, 3>> clamped_;  ///< only where the region is not the whole
+};
 
 Simplifier::Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion& region)
-    : region_(region), extent_(0.0f), count_(vertices.size()), vertices_(&vertices)
+    : region_(region), count_(vertices.size()), vertices_(&vertices)
 {
   // The grid of meshoptimizer lies over the vertices it is given.
   MeshRegion grid;
-  grid.lower = grid.upper = region.clamp(vertices.front().position);
+  static_cast<Bounds&>(grid) = Bounds::none();
   for (const MeshVertex& vertex : vertices) {
     const auto position = region.whole ? vertex.position : region.clamp(vertex.position);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      grid.lower[axis] = std::min(grid.lower[axis], position[axis]);
-      grid.upper[axis] = std::max(grid.upper[axis], position[axis]);
-    }
+    grid.enclose(position);
     if (!region.whole) {
       clamped_.push_back(position);
     }
@@ -119,59 +147,41 @@ void Simplifier::keepBorder(const std::vector<std::uint32_t>& border, int cells,
       const auto found = isOutside(index) ? candidates.end() : candidates.find(cell(index, cells));
       if (found != candidates.end()) {
         // The farthest: next to a corner, that is the corner.
-        const auto distance = [this, index](std::uint32_t vertex) {
-          const auto& a = (*vertices_)[index].position;
-          const auto& b = (*vertices_)[vertex].position;
-          return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+        const auto away = [this, index](std::uint32_t vertex) {
+          return distance((*vertices_)[index].position, (*vertices_)[vertex].position);
         };
-        places[index] = *std::max_element(
-            found->second.begin(), found->second.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
+        places[index] =
+            *std::max_element(found->second.begin(), found->second.end(),
+                              [&](std::uint32_t a, std::uint32_t b) { return away(a) < away(b); });
       }
     }
     index = places[index];
   }
 }
 
-#else
+}  // namespace
 
 bool canSimplify()
 {
-  return false;
+  return true;
 }
 
-Simplifier::Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion& region)
-    : region_(region), extent_(0.0f), count_(vertices.size()), vertices_(&vertices)
-{
-}
-
-std::vector<std::uint32_t> Simplifier::simplify(const std::vector<std::uint32_t>& indices,
-                                                int /*cells*/) const
-{
-  return indices;
-}
-
-void Simplifier::keepBorder(const std::vector<std::uint32_t>& /*border*/, int /*cells*/,
-                            std::vector<std::uint32_t>* /*simplified*/) const
-{
-}
-
-#endif
-
-std::vector<SimplifiedLevel> simplifyInLevels(const Simplifier& simplifier,
-                                              const std::vector<std::uint32_t>& indices, float edge,
+std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& vertices,
+                                              const std::vector<std::uint32_t>& indices,
+                                              const MeshRegion& region, float edge,
                                               const std::atomic<bool>& cancelled)
 {
   std::vector<SimplifiedLevel> levels;
+  const Simplifier simplifier(vertices, region);
   const float extent = simplifier.cellSize(1);
-  if (!canSimplify() || !(extent > 0.0f)) {
+  if (!(extent > 0.0f)) {
     return levels;
   }
   const float wanted = edge > 0.0f ? extent / (2.0f * edge) : Simplifier::MOST_CELLS;
   int cells = static_cast<int>(std::min<float>(wanted, Simplifier::MOST_CELLS));
   const std::size_t few = std::max(3 * FEW_FACES, indices.size() / COARSEST);
-  std::vector<std::uint32_t> border = borderVertices(indices, simplifier.vertexCount());
-  if (border.size() > simplifier.vertexCount() / MUCH_BORDER) {
+  std::vector<std::uint32_t> border = borderVertices(indices, vertices.size());
+  if (border.size() > vertices.size() / MUCH_BORDER) {
     border.clear();
   }
   const std::vector<std::uint32_t>* finer = &indices;
@@ -189,5 +199,22 @@ std::vector<SimplifiedLevel> simplifyInLevels(const Simplifier& simplifier,
   }
   return levels;
 }
+
+#else
+
+bool canSimplify()
+{
+  return false;
+}
+
+std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& /*vertices*/,
+                                              const std::vector<std::uint32_t>& /*indices*/,
+                                              const MeshRegion& /*region*/, float /*edge*/,
+                                              const std::atomic<bool>& /*cancelled*/)
+{
+  return {};
+}
+
+#endif
 
 }  // namespace rviz_mesh_plugin

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "level_of_detail/face_blocks.h"
 #include "level_of_detail/mesh_layout.h"
 #include "threads/parallel_each.h"
 
@@ -20,28 +21,23 @@ namespace {
 
 using Centers = std::vector<std::array<float, 3>>;
 
-/// Blocks of faces are ordered so that parts have small boxes. The Morton order of faces alone
-/// would cut slopes into strips.
-constexpr std::size_t BLOCK_FACES = 128;
-/// Blocks end where the next face is this many times as far as usual, too: a block that leaps would
-/// make the box of its part large.
-constexpr float LEAP = 16.0f;
-
-Centers faceCenters(const MeshData& mesh, const MeshRegion& region)
+Centers faceCenters(const std::vector<MeshVertex>& vertices,
+                    const std::vector<std::uint32_t>& indices, const MeshRegion& region)
 {
-  Centers centers(mesh.faceCount());
-  parallelEach(mesh.faceCount(),
-               [&region, indices = mesh.indices.data(), vertices = mesh.vertices.data(),
-                to = centers.data()](std::size_t i) {
-                 const auto& a = vertices[indices[3 * i]].position;
-                 const auto& b = vertices[indices[3 * i + 1]].position;
-                 const auto& c = vertices[indices[3 * i + 2]].position;
-                 to[i] = region.clamp({(a[0] + b[0] + c[0]) / 3.0f, (a[1] + b[1] + c[1]) / 3.0f,
-                                       (a[2] + b[2] + c[2]) / 3.0f});
-               });
+  Centers centers(indices.size() / 3);
+  parallelEach(centers.size(), [&region, corners = indices.data(), from = vertices.data(),
+                                to = centers.data()](std::size_t i) {
+    const auto& a = from[corners[3 * i]].position;
+    const auto& b = from[corners[3 * i + 1]].position;
+    const auto& c = from[corners[3 * i + 2]].position;
+    to[i] = region.clamp(
+        {(a[0] + b[0] + c[0]) / 3.0f, (a[1] + b[1] + c[1]) / 3.0f, (a[2] + b[2] + c[2]) / 3.0f});
+  });
   return centers;
 }
 
+/// Blocks of faces are ordered so that parts have small boxes. The Morton order of faces alone
+/// would cut slopes into strips.
 struct Block
 {
   const std::uint32_t* first;  ///< its faces
@@ -49,43 +45,15 @@ struct Block
   std::array<float, 3> center;
 };
 
-float squaredDistance(const std::array<float, 3>& a, const std::array<float, 3>& b)
-{
-  const float x = a[0] - b[0];
-  const float y = a[1] - b[1];
-  const float z = a[2] - b[2];
-  return x * x + y * y + z * z;
-}
-
-/// The square of the longest step from face to face that is no leap.
-float squaredLeap(const Centers& centers, const std::vector<std::uint32_t>& order)
-{
-  std::vector<float> steps;
-  const std::size_t stride = std::max<std::size_t>(1, order.size() / 20000);
-  for (std::size_t i = 1; i < order.size(); i += stride) {
-    steps.push_back(squaredDistance(centers[order[i - 1]], centers[order[i]]));
-  }
-  if (steps.empty()) {
-    return 0.0f;
-  }
-  std::nth_element(steps.begin(), steps.begin() + steps.size() / 2, steps.end());
-  return LEAP * LEAP * steps[steps.size() / 2];
-}
-
 std::vector<Block> makeBlocks(const Centers& centers, const std::vector<std::uint32_t>& order)
 {
-  const float leap = squaredLeap(centers, order);
+  const auto begins = cutIntoBlocks(
+      order.size(), [&](std::size_t place) -> const auto& { return centers[order[place]]; },
+      [](std::size_t) { return false; });
   std::vector<Block> blocks;
-  const std::uint32_t* const end = order.data() + order.size();
-  for (const std::uint32_t* face = order.data(); face != end; ++face) {
-    if (blocks.empty() || static_cast<std::size_t>(face - blocks.back().first) == BLOCK_FACES ||
-        squaredDistance(centers[face[-1]], centers[*face]) > leap) {
-      blocks.push_back({face, face, {}});
-    }
-    blocks.back().last = face + 1;
-  }
-  for (Block& block : blocks) {
-    block.center = centers[block.first[(block.last - block.first) / 2]];
+  for (std::size_t i = 1; i < begins.size(); ++i) {
+    blocks.push_back({order.data() + begins[i - 1], order.data() + begins[i],
+                      centers[order[(begins[i - 1] + begins[i]) / 2]]});
   }
   return blocks;
 }
@@ -94,23 +62,17 @@ std::vector<Block> makeBlocks(const Centers& centers, const std::vector<std::uin
 void orderBlocks(Block* first, Block* last)
 {
   std::size_t faces = 0;
-  auto lower = first->center;
-  auto upper = lower;
+  Bounds box = Bounds::none();
   for (const Block* block = first; block != last; ++block) {
     faces += block->last - block->first;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      lower[axis] = std::min(lower[axis], block->center[axis]);
-      upper[axis] = std::max(upper[axis], block->center[axis]);
-    }
+    box.enclose(block->center);
   }
   if (faces <= PART_FACES) {
     std::sort(first, last, [](const Block& a, const Block& b) { return a.first < b.first; });
     return;
   }
-  std::size_t longest = 0;
-  for (std::size_t axis = 1; axis < 3; ++axis) {
-    longest = upper[axis] - lower[axis] > upper[longest] - lower[longest] ? axis : longest;
-  }
+  const auto sides = box.sides();
+  const std::size_t longest = std::max_element(sides.begin(), sides.end()) - sides.begin();
   Block* middle = first + (last - first) / 2;
   std::nth_element(first, middle, last, [longest](const Block& a, const Block& b) {
     return std::make_pair(a.center[longest], a.first) < std::make_pair(b.center[longest], b.first);
@@ -119,10 +81,9 @@ void orderBlocks(Block* first, Block* last)
   orderBlocks(middle, last);
 }
 
-std::vector<std::uint32_t> orderOfFaces(const MeshData& mesh, const MeshRegion& region)
+std::vector<std::uint32_t> orderOfFaces(const Centers& centers)
 {
-  const Centers centers = faceCenters(mesh, region);
-  std::vector<std::uint32_t> places(mesh.faceCount());
+  std::vector<std::uint32_t> places(centers.size());
   meshopt_spatialSortRemap(places.data(), centers[0].data(), centers.size(), sizeof(centers[0]));
   std::vector<std::uint32_t> morton(places.size());
   for (std::size_t face = 0; face < places.size(); ++face) {
@@ -140,35 +101,39 @@ std::vector<std::uint32_t> orderOfFaces(const MeshData& mesh, const MeshRegion& 
 
 #endif
 
-std::vector<std::uint32_t> faceOrder(const MeshData& mesh, const MeshRegion& region)
+std::vector<std::uint32_t> faceOrder(const std::vector<MeshVertex>& vertices,
+                                     const std::vector<std::uint32_t>& indices,
+                                     const MeshRegion& region)
 {
 #ifdef HAVE_MESHOPTIMIZER
   if (region.hasExtent()) {
-    return orderOfFaces(mesh, region);
+    return orderOfFaces(faceCenters(vertices, indices, region));
   }
 #else
+  static_cast<void>(vertices);
   static_cast<void>(region);
 #endif
-  std::vector<std::uint32_t> order(mesh.faceCount());
+  std::vector<std::uint32_t> order(indices.size() / 3);
   std::iota(order.begin(), order.end(), 0);
   return order;
 }
 
 }  // namespace
 
-SortedMesh sortInSpace(const MeshData& mesh, const MeshRegion& region)
+SortedMesh sortInSpace(const std::vector<MeshVertex>& vertices,
+                       const std::vector<std::uint32_t>& indices, const MeshRegion& region)
 {
   SortedMesh sorted;
-  sorted.faces = faceOrder(mesh, region);
-  sorted.indices.resize(mesh.indices.size());
-  parallelEach(sorted.faces.size(), [from = mesh.indices.data(), faces = sorted.faces.data(),
+  sorted.faces = faceOrder(vertices, indices, region);
+  sorted.indices.resize(indices.size());
+  parallelEach(sorted.faces.size(), [from = indices.data(), faces = sorted.faces.data(),
                                      to = sorted.indices.data()](std::size_t i) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       to[3 * i + corner] = from[3 * std::size_t(faces[i]) + corner];
     }
   });
-  std::vector<std::uint32_t> places(mesh.vertexCount(), NONE);
-  sorted.sources.reserve(mesh.vertexCount());
+  std::vector<std::uint32_t> places(vertices.size(), NONE);
+  sorted.sources.reserve(vertices.size());
   for (std::uint32_t& index : sorted.indices) {
     std::uint32_t& place = places[index];
     if (place == NONE) {
@@ -179,7 +144,7 @@ SortedMesh sortInSpace(const MeshData& mesh, const MeshRegion& region)
   }
   sorted.vertices.resize(sorted.sources.size());
   parallelEach(sorted.sources.size(),
-               [from = mesh.vertices.data(), sources = sorted.sources.data(),
+               [from = vertices.data(), sources = sorted.sources.data(),
                 to = sorted.vertices.data()](std::size_t i) { to[i] = from[sources[i]]; });
   return sorted;
 }

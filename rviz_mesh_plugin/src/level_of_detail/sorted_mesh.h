@@ -19,6 +19,7 @@ struct SortedMesh
 };
 
 /// Without meshoptimizer the faces keep the order of the mesh.
-SortedMesh sortInSpace(const MeshData& mesh, const MeshRegion& region);
+SortedMesh sortInSpace(const std::vector<MeshVertex>& vertices,
+                       const std::vector<std::uint32_t>& indices, const MeshRegion& region);
 
 }  // namespace rviz_mesh_plugin

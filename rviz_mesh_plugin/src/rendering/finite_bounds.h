@@ -1,10 +1,11 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
+#include <cstddef>
 
 #include <OgreAxisAlignedBox.h>
 
+#include "base/bounds.h"
 #include "rendering/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
@@ -14,13 +15,12 @@ namespace rviz_mesh_plugin {
 constexpr float FARTHEST_BOUND = 1e15f;
 
 /// @param margin added on all sides
-inline Ogre::AxisAlignedBox finiteBounds(const std::array<float, 3>& lower,
-                                         const std::array<float, 3>& upper, float margin = 0.0f)
+inline Ogre::AxisAlignedBox finiteBounds(const Bounds& bounds, float margin = 0.0f)
 {
   Ogre::Vector3 corners[2];
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    corners[0][axis] = std::clamp(lower[axis] - margin, -FARTHEST_BOUND, FARTHEST_BOUND);
-    corners[1][axis] = std::clamp(upper[axis] + margin, -FARTHEST_BOUND, FARTHEST_BOUND);
+    corners[0][axis] = std::clamp(bounds.lower[axis] - margin, -FARTHEST_BOUND, FARTHEST_BOUND);
+    corners[1][axis] = std::clamp(bounds.upper[axis] + margin, -FARTHEST_BOUND, FARTHEST_BOUND);
   }
   return Ogre::AxisAlignedBox(corners[0], corners[1]);
 }

@@ -1,6 +1,5 @@
 #include "rendering/level_choice.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <OgreCamera.h>
@@ -21,18 +20,6 @@ PixelSize pixelSize(const Ogre::Camera& camera)
   size.meters = 2.0f / (scale * static_cast<float>(viewport->getActualHeight()));
   size.grows_with_distance = projection[3][3] == 0;
   return size;
-}
-
-float distanceToBox(const Ogre::Vector3& point, const std::array<float, 3>& lower,
-                    const std::array<float, 3>& upper)
-{
-  float square = 0.0f;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto value = static_cast<float>(point[axis]);
-    const float outside = std::max({lower[axis] - value, 0.0f, value - upper[axis]});
-    square += outside * outside;
-  }
-  return std::sqrt(square);
 }
 
 std::size_t chooseLevel(const std::vector<float>& cell_sizes, float largest_cell)

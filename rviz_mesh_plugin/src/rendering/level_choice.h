@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -22,10 +21,6 @@ struct PixelSize
 /// Of the viewport that the camera draws into now; all projections, RViz's own orthographic one
 /// too.
 PixelSize pixelSize(const Ogre::Camera& camera);
-
-/// From a point to an axis-aligned box; 0 inside.
-float distanceToBox(const Ogre::Vector3& point, const std::array<float, 3>& lower,
-                    const std::array<float, 3>& upper);
 
 /// The coarsest level of detail whose cells are not larger than @a largest_cell (meters); 0, the
 /// full one, if there is none.

@@ -1,5 +1,7 @@
 #include "rendering/mesh_part_object.h"
 
+#include <cmath>
+
 #include <OgreCamera.h>
 #include <OgreNode.h>
 #include <OgreRenderOperation.h>
@@ -17,7 +19,7 @@ MeshPartObject::MeshPartObject(const PartDrawing& drawing, const MeshPart& part)
     : Ogre::MovableObject(uniqueName("Part")),
       drawing_(drawing),
       part_(part),
-      box_(finiteBounds(part.lower, part.upper)),
+      box_(finiteBounds(part)),
       radius_(radiusAboutOrigin(box_))
 {
   setCastShadows(false);
@@ -53,7 +55,7 @@ IndexRange MeshPartObject::choose(const Ogre::Camera& camera) const
   if (drawing_.detail_pixels > 0.0f && mParentNode) {
     const Ogre::Vector3 eye = mParentNode->_getDerivedOrientation().Inverse() *
                               (camera.getDerivedPosition() - mParentNode->_getDerivedPosition());
-    const float distance = distanceToBox(eye, part_.lower, part_.upper);
+    const float distance = std::sqrt(static_cast<float>(box_.squaredDistance(eye)));
     level =
         chooseLevel(*drawing_.cell_sizes, drawing_.detail_pixels * pixelSize(camera).at(distance));
   }

@@ -1,18 +1,12 @@
 #include "rendering/mesh_visual.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
-#include <OgreEntity.h>
-#include <OgreHardwareBufferManager.h>
-#include <OgreMesh.h>
-#include <OgreMeshManager.h>
-#include <OgreResourceGroupManager.h>
+#include <OgreManualObject.h>
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
-#include <OgreSubMesh.h>
 
 #include "rendering/finite_bounds.h"
 #include "rendering/mesh_material.h"
@@ -29,85 +23,29 @@ bool sameSources(const LayoutOutline& a, const LayoutOutline& b)
   return a.mesh == b.mesh && (a.split == Split::BY_FACE) == (b.split == Split::BY_FACE);
 }
 
-/// Two ends per line: the vertex, and @a length along its normal.
-std::vector<std::array<float, 3>> normalLines(const MeshData& mesh, float length)
-{
-  const std::size_t stride = normalStride(mesh.vertexCount());
-  std::vector<std::array<float, 3>> ends;
-  ends.reserve(2 * (mesh.vertexCount() / stride + 1));
-  for (std::size_t i = 0; i < mesh.vertexCount(); i += stride) {
-    const auto& p = mesh.vertices[i].position;
-    const auto& n = mesh.vertices[i].normal;
-    ends.push_back(p);
-    ends.push_back({p[0] + length * n[0], p[1] + length * n[1], p[2] + length * n[2]});
-  }
-  return ends;
-}
-
 }  // namespace
 
-/// Owns one OGRE mesh of lines with its buffer and the entity that draws it, all with unique names;
-/// destroys them all.
-class MeshVisual::MeshObject
+/// Lines from the vertices of a mesh along their normals.
+class MeshVisual::NormalLines : public Ogre::ManualObject
 {
  public:
-  explicit MeshObject(Ogre::SceneManager* scene_manager)
-      : scene_manager_(scene_manager),
-        mesh_(Ogre::MeshManager::getSingleton().createManual(
-            uniqueName("Mesh"), Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME))
+  NormalLines(const MeshData& mesh, float length, const Ogre::MaterialPtr& material)
+      : Ogre::ManualObject(uniqueName("Normals"))
   {
-    mesh_->setAutoBuildEdgeLists(false);
-    mesh_->sharedVertexData = OGRE_NEW Ogre::VertexData();
-    Ogre::SubMesh* part = mesh_->createSubMesh();
-    part->useSharedVertices = true;
-    part->operationType = Ogre::RenderOperation::OT_LINE_LIST;
-  }
-
-  ~MeshObject()
-  {
-    if (entity_) {
-      entity_->detachFromParent();
-      scene_manager_->destroyEntity(entity_);
+    setCastShadows(false);
+    const std::size_t stride = normalStride(mesh.vertexCount());
+    estimateVertexCount(2 * (mesh.vertexCount() / stride + 1));
+    begin(material->getName(), Ogre::RenderOperation::OT_LINE_LIST);
+    for (std::size_t i = 0; i < mesh.vertexCount(); i += stride) {
+      const auto& p = mesh.vertices[i].position;
+      const auto& n = mesh.vertices[i].normal;
+      position(p[0], p[1], p[2]);
+      position(p[0] + length * n[0], p[1] + length * n[1], p[2] + length * n[2]);
     }
-    removeResource(Ogre::MeshManager::getSingleton(), mesh_);
+    end();
+    setBoundingBox(finiteBounds(mesh, std::fabs(length)));
+    mRadius = radiusAboutOrigin(getBoundingBox());
   }
-
-  MeshObject(const MeshObject&) = delete;
-  MeshObject& operator=(const MeshObject&) = delete;
-
-  /// Uploads the ends of the lines, two each.
-  void setVertices(const std::vector<std::array<float, 3>>& ends)
-  {
-    Ogre::VertexData* vertices = mesh_->sharedVertexData;
-    vertices->vertexStart = 0;
-    vertices->vertexCount = ends.size();
-    constexpr unsigned short BINDING = 0;
-    vertices->vertexDeclaration->addElement(BINDING, 0, Ogre::VET_FLOAT3, Ogre::VES_POSITION);
-    auto buffer = Ogre::HardwareBufferManager::getSingleton().createVertexBuffer(
-        sizeof(ends[0]), ends.size(), Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
-    buffer->writeData(0, buffer->getSizeInBytes(), ends.data(), true);
-    vertices->vertexBufferBinding->setBinding(BINDING, buffer);
-  }
-
-  /// Makes the entity, once, after the vertices.
-  void finish(const Ogre::AxisAlignedBox& bounds, const Ogre::MaterialPtr& material)
-  {
-    mesh_->_setBounds(bounds, false);
-    // About the origin of the node, as OGRE uses it.
-    mesh_->_setBoundingSphereRadius(
-        std::max(bounds.getMinimum().length(), bounds.getMaximum().length()));
-    mesh_->load();
-    entity_ = scene_manager_->createEntity(uniqueName("Entity"), mesh_);
-    entity_->setMaterial(material);
-    entity_->setCastShadows(false);
-  }
-
-  void attachTo(Ogre::SceneNode* node) { node->attachObject(entity_); }
-
- private:
-  Ogre::SceneManager* scene_manager_;
-  Ogre::MeshPtr mesh_;
-  Ogre::Entity* entity_ = nullptr;
 };
 
 MeshVisual::MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent,
@@ -323,16 +261,10 @@ void MeshVisual::updateNormals()
   normals_.reset();
   normals_mesh_ = mesh;
   normals_length_ = style_.normals_length;
-  const auto ends = normalLines(*mesh, normals_length_);
-  if (ends.empty()) {
-    return;
+  if (mesh->vertexCount() > 0) {
+    normals_ = std::make_unique<NormalLines>(*mesh, normals_length_, normals_material_->get());
+    node_->attachObject(normals_.get());
   }
-  auto normals = std::make_unique<MeshObject>(scene_manager_);
-  normals->setVertices(ends);
-  normals->finish(finiteBounds(mesh->lower, mesh->upper, std::fabs(normals_length_)),
-                  normals_material_->get());
-  normals_ = std::move(normals);
-  normals_->attachTo(node_);
 }
 
 }  // namespace rviz_mesh_plugin

@@ -84,7 +84,7 @@ class MeshVisual
   std::size_t gpuBytes() const;
 
  private:
-  class MeshObject;
+  class NormalLines;
   MeshPicture* newest() const { return coming_ ? coming_.get() : shown_.get(); }
   bool uploadSlice();
   void uploadIfSmall();
@@ -104,10 +104,10 @@ class MeshVisual
   ColorSource colors_;
   bool translucent_colors_ = false;
   std::unique_ptr<MeshMaterial> normals_material_;
-  std::unique_ptr<MeshObject> normals_;  ///< only while shown
-  MeshDataConstPtr normals_mesh_;        ///< that normals_ has been built of
-  float normals_length_ = 0.0f;          ///< that normals_ has been built with
-  bool fresh_ = false;                   ///< setLayout() has been called since the last upload()
+  std::unique_ptr<NormalLines> normals_;  ///< only while shown
+  MeshDataConstPtr normals_mesh_;         ///< that normals_ has been built of
+  float normals_length_ = 0.0f;           ///< that normals_ has been built with
+  bool fresh_ = false;                    ///< setLayout() has been called since the last upload()
   bool visible_ = true;
   std::size_t geometry_uploads_ = 0;
   std::size_t color_uploads_ = 0;

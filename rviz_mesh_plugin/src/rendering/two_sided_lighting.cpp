@@ -152,12 +152,4 @@ void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceColor& surface)
   }
 }
 
-void setTwoSidedLighting(Ogre::Pass* pass, bool vertex_colors, const Ogre::ColourValue& color)
-{
-  SurfaceColor surface;
-  surface.from = vertex_colors ? SurfaceColor::From::VERTICES : SurfaceColor::From::ONE;
-  surface.color = color;
-  setTwoSidedLighting(pass, surface);
-}
-
 }  // namespace rviz_mesh_plugin

@@ -36,7 +36,4 @@ struct SurfaceColor
 /// culling.
 void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceColor& surface);
 
-/// @param vertex_colors the color comes from the vertex buffer, else it is @a color everywhere
-void setTwoSidedLighting(Ogre::Pass* pass, bool vertex_colors, const Ogre::ColourValue& color);
-
 }  // namespace rviz_mesh_plugin

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include <mesh_map/mesh/edge_faces.h>
 #include <mesh_map/mesh/topology.h>
@@ -24,19 +23,6 @@ void check(const std::atomic<bool>* cancel)
   if (cancel && *cancel) {
     throw Cancelled();
   }
-}
-
-std::uint64_t hashOf(const std::array<float, 3>& position)
-{
-  std::uint64_t hash = 0;
-  for (const float coordinate : position) {
-    const float normal = coordinate + 0.0f;  // -0 is 0
-    std::uint32_t bits;
-    std::memcpy(&bits, &normal, sizeof(bits));
-    hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
-    hash ^= hash >> 29;
-  }
-  return hash;
 }
 
 double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b)

@@ -23,21 +23,6 @@ TEST(LevelChoice, the_coarsest_level_whose_cells_are_small_enough)
   EXPECT_EQ(chooseLevel({}, 1.0f), 0u);
 }
 
-TEST(LevelChoice, distance_to_a_box)
-{
-  const std::array<float, 3> lower{-1, -2, -3};
-  const std::array<float, 3> upper{1, 2, 3};
-  const auto distance = [&](float x, float y, float z) {
-    return distanceToBox(Ogre::Vector3(x, y, z), lower, upper);
-  };
-  EXPECT_EQ(distance(0, 0, 0), 0.0f);
-  EXPECT_EQ(distance(1, 2, 3), 0.0f);
-  EXPECT_EQ(distance(5, 0, 0), 4.0f);
-  EXPECT_EQ(distance(0, -4, 0), 2.0f);
-  EXPECT_EQ(distance(4, 6, 0), 5.0f);
-  EXPECT_FLOAT_EQ(distance(2, 3, 4), std::sqrt(3.0f));
-}
-
 TEST(LevelChoice, a_pixel_covers_more_with_the_distance_only_in_perspective)
 {
   EXPECT_EQ((PixelSize{0.01f, true}.at(100.0f)), 1.0f);
@@ -48,12 +33,12 @@ TEST(LevelChoice, a_pixel_covers_more_with_the_distance_only_in_perspective)
 TEST(FiniteBounds, what_ogre_gets_never_overflows)
 {
   constexpr float LARGEST = std::numeric_limits<float>::max();
-  const auto box = finiteBounds({-LARGEST, -1, 0}, {LARGEST, 1, 0}, LARGEST);
+  const auto box = finiteBounds({{-LARGEST, -1, 0}, {LARGEST, 1, 0}}, LARGEST);
   EXPECT_TRUE(box.isFinite());
   for (const float value : {box.getSize().squaredLength(), radiusAboutOrigin(box)}) {
     EXPECT_TRUE(std::isfinite(value)) << value;
   }
-  const auto small = finiteBounds({-3, -2, 0}, {1, 1, 1}, 0.5f);
+  const auto small = finiteBounds({{-3, -2, 0}, {1, 1, 1}}, 0.5f);
   EXPECT_EQ(small.getMinimum(), Ogre::Vector3(-3.5f, -2.5f, -0.5f));
   EXPECT_EQ(small.getMaximum(), Ogre::Vector3(1.5f, 1.5f, 1.5f));
   EXPECT_FLOAT_EQ(radiusAboutOrigin(small), std::sqrt(3.5f * 3.5f + 2.5f * 2.5f + 1.5f * 1.5f));

@@ -58,7 +58,9 @@ void LabelMaterial::setAlpha(float alpha)
                                 color_.alpha / 255.0f * std::max(0.0f, std::min(alpha, 1.0f)));
   translucent_ = color.a < 1.0f;
   material_->removeAllTechniques();
-  setTwoSidedLighting(addPass(material_->createTechnique(), translucent_), false, color);
+  SurfaceColor surface;
+  surface.color = color;
+  setTwoSidedLighting(addPass(material_->createTechnique(), translucent_), surface);
   // Without programs: all the light is the surface's own.
   Ogre::Pass* pass = addPass(material_->createTechnique(), translucent_);
   pass->setAmbient(Ogre::ColourValue::Black);
