@@ -4,6 +4,7 @@
 #include <exception>
 #include <limits>
 
+#include <OgreMath.h>
 #include <rviz/display_context.h>
 #include <rviz/display_group.h>
 
@@ -11,6 +12,7 @@
 #include "displays/display_tree.h"
 #include "displays/textured_mesh_display.h"
 #include "picking/surface_index.h"
+#include "rendering/finite_bounds.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -20,21 +22,8 @@ constexpr double INF = std::numeric_limits<double>::infinity();
 /// Where a ray enters the box around a mesh; infinite where it does not.
 double distanceToBox(const mesh_map::Ray& ray, const MeshData& mesh)
 {
-  double from = 0.0, to = INF;
-  for (unsigned i = 0; i < 3; ++i) {
-    const double lower = mesh.lower[i] - ray.origin[i];
-    const double upper = mesh.upper[i] - ray.origin[i];
-    if (ray.direction[i] == 0.0) {
-      if (lower > 0.0 || upper < 0.0) {
-        return INF;
-      }
-      continue;
-    }
-    const double one = lower / ray.direction[i], other = upper / ray.direction[i];
-    from = std::max(from, std::min(one, other));
-    to = std::min(to, std::max(one, other));
-  }
-  return from <= to ? from : INF;
+  const auto hit = Ogre::Math::intersects(ogreRay(ray), finiteBounds(mesh));
+  return hit.first ? hit.second : INF;
 }
 
 SurfaceIndex::State stateOf(const MeshDataConstPtr& mesh)

@@ -1,10 +1,9 @@
 #include "picking/surface_ways.h"
 
 #include <algorithm>
-#include <exception>
 #include <memory>
-#include <mutex>
 #include <new>
+#include <stdexcept>
 #include <utility>
 
 #include <mesh_map/distance/fast_marching/front_mesh.h>
@@ -123,52 +122,25 @@ SurfaceWay findWay(const MeshData& mesh, const SurfacePoint& from, const Surface
   return way;
 }
 
-struct WayMeasurement::Job
-{
-  std::atomic<bool> cancelled{false};
-  std::mutex mutex;
-  std::optional<Result> result;
-};
-
 void WayMeasurement::start(const MeshDataConstPtr& mesh, const SurfacePoint& from,
                            const SurfacePoint& to)
 {
   cancel();
-  auto job = std::make_shared<Job>();
-  lanes_.add("ways", [job, mesh, from, to] {
-    Result result;
+  cancelled_ = std::make_shared<std::atomic<bool>>(false);
+  task_.start([cancelled = cancelled_, mesh, from, to] {
     try {
-      result.way = findWay(*mesh, from, to, &job->cancelled);
-    } catch (const Cancelled&) {  // nobody waits for it
+      return findWay(*mesh, from, to, cancelled.get());
     } catch (const std::bad_alloc&) {
-      result.failure = "there is not enough memory";
-    } catch (const std::exception& error) {
-      result.failure = error.what();
+      throw std::runtime_error("there is not enough memory");
     }
-    const std::lock_guard<std::mutex> lock(job->mutex);
-    job->result = std::move(result);
   });
-  job_ = std::move(job);
-}
-
-std::optional<WayMeasurement::Result> WayMeasurement::take()
-{
-  std::optional<Result> result;
-  if (job_) {
-    const std::lock_guard<std::mutex> lock(job_->mutex);
-    result.swap(job_->result);
-  }
-  if (result) {
-    job_.reset();
-  }
-  return result;
 }
 
 void WayMeasurement::cancel()
 {
-  if (job_) {
-    job_->cancelled = true;
-    job_.reset();
+  if (cancelled_) {
+    *cancelled_ = true;
+    task_.drop();
   }
 }
 

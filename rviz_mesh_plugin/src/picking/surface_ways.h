@@ -5,11 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "base/mesh_data.h"
-#include "threads/work_lanes.h"
+#include "threads/background_task.h"
 
 namespace rviz_mesh_plugin {
 
@@ -35,7 +34,7 @@ struct SurfaceWay
 SurfaceWay findWay(const MeshData& mesh, const SurfacePoint& from, const SurfacePoint& to,
                    const std::atomic<bool>* cancel = nullptr);
 
-/// Finds ways over surfaces on a thread, one after the other. To be used by one thread.
+/// Finds a way over a surface on a thread. To be used by one thread.
 class WayMeasurement
 {
  public:
@@ -44,25 +43,17 @@ class WayMeasurement
   WayMeasurement(const WayMeasurement&) = delete;
   WayMeasurement& operator=(const WayMeasurement&) = delete;
 
-  struct Result
-  {
-    SurfaceWay way;
-    std::string failure;  ///< why there is none; else empty
-  };
-
   /// Gives up the one before. @throw std::bad_alloc, std::system_error
   void start(const MeshDataConstPtr& mesh, const SurfacePoint& from, const SurfacePoint& to);
 
-  /// The result, once.
-  std::optional<Result> take();
+  /// The way or why there is none, once.
+  std::optional<BackgroundTask<SurfaceWay>::Outcome> take() { return task_.take(); }
 
   void cancel();
 
  private:
-  struct Job;
-
-  std::shared_ptr<Job> job_;
-  WorkLanes lanes_;
+  std::shared_ptr<std::atomic<bool>> cancelled_;  ///< of the task
+  BackgroundTask<SurfaceWay> task_;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "base/vectors.h"
+#include "selection/selection_regions.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -41,9 +42,9 @@ Projection projectionOf(const Ogre::Camera& camera)
 }
 
 /// The point that a matrix takes to this one of the picture; not finite where there is none.
-Eigen::Vector3d unproject(const Projection& matrix, double x, double y, double z)
+Eigen::Vector3d unproject(const Projection& matrix, const PicturePoint& point, double z)
 {
-  return matrix.partialPivLu().solve(Eigen::Vector4d(x, y, z, 1.0)).hnormalized();
+  return matrix.partialPivLu().solve(Eigen::Vector4d(point[0], point[1], z, 1.0)).hnormalized();
 }
 
 }  // namespace
@@ -56,13 +57,10 @@ mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event)
   if (!camera || viewport->getActualWidth() <= 0 || viewport->getActualHeight() <= 0) {
     return ray;
   }
-  const double x =
-      2.0 * (event.x + 0.5 - viewport->getActualLeft()) / viewport->getActualWidth() - 1.0;
-  const double y =
-      1.0 - 2.0 * (event.y + 0.5 - viewport->getActualTop()) / viewport->getActualHeight();
+  const PicturePoint cursor = pointOf({event.x, event.y}, *viewport);
   const Projection projection = projectionOf(*camera);
-  const Eigen::Vector3d near = unproject(projection, x, y, -1.0);
-  const Eigen::Vector3d along = unproject(projection, x, y, 0.0) - near;
+  const Eigen::Vector3d near = unproject(projection, cursor, -1.0);
+  const Eigen::Vector3d along = unproject(projection, cursor, 0.0) - near;
   const double length = along.norm();
   if (std::isfinite(length) && length > 0.0) {
     const Eigen::Isometry3d pose = poseOf(*camera);
@@ -72,14 +70,19 @@ mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event)
   return ray;
 }
 
+Ogre::Vector3 ogreVector(const std::array<double, 3>& coordinates)
+{
+  return Ogre::Vector3(vectorOf(coordinates).cast<float>().eval().data());
+}
+
+Ogre::Ray ogreRay(const mesh_map::Ray& ray)
+{
+  return Ogre::Ray(ogreVector(ray.origin), ogreVector(ray.direction));
+}
+
 Ogre::Ray viewRay(const rviz::ViewportMouseEvent& event)
 {
-  const auto vector = [](const std::array<double, 3>& v) {
-    return Ogre::Vector3(static_cast<Ogre::Real>(v[0]), static_cast<Ogre::Real>(v[1]),
-                         static_cast<Ogre::Real>(v[2]));
-  };
-  const mesh_map::Ray ray = cursorRay(event);
-  return Ogre::Ray(vector(ray.origin), vector(ray.direction));
+  return ogreRay(cursorRay(event));
 }
 
 mesh_map::Ray rayInMesh(const mesh_map::Ray& ray, const ShownMesh& mesh)

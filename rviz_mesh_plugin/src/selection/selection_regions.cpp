@@ -81,7 +81,7 @@ FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) con
   run.cancel = cancel;
   FaceSelection::Faces all;
   for (const auto& region : regions) {
-    auto faces = queries->selectFaces(*region, mesh_map::SelectionMode::TOUCHING, {}, run);
+    auto faces = queries->selectFaces(*region, run);
     if (!back_faces) {
       dropBackFaces(*shown.mesh, eye, faces);
     }

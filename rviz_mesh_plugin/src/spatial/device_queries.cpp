@@ -10,7 +10,6 @@
 
 namespace rviz_mesh_plugin {
 
-using mesh_map::ArrayView;
 using mesh_map::BvhOptions;
 
 namespace {
@@ -241,8 +240,6 @@ void DeviceQueries::castRays(const mesh_map::RayBatch& rays, const BvhOptions& r
 
 std::vector<std::uint32_t> DeviceQueries::selectFaces(const mesh_map::Region& region,
                                                       const std::vector<std::uint32_t>& roots,
-                                                      mesh_map::SelectionMode mode,
-                                                      ArrayView<std::uint8_t> mask,
                                                       const BvhOptions& run) const
 {
   std::vector<std::uint8_t> verdicts(bvh_.faceCount(), mesh_map::DEVICE_OUTSIDE);
@@ -273,7 +270,8 @@ std::vector<std::uint32_t> DeviceQueries::selectFaces(const mesh_map::Region& re
                                       nullptr, commands.add());
     commands.wait();
   }
-  return mesh_map::finishSelection(bvh_, region, mode, mask, verdicts, run);
+  return mesh_map::finishSelection(bvh_, region, mesh_map::SelectionMode::TOUCHING, {}, verdicts,
+                                   run);
 }
 
 }  // namespace rviz_mesh_plugin

@@ -28,11 +28,10 @@ class DeviceQueries
   void castRays(const mesh_map::RayBatch& rays, const mesh_map::BvhOptions& run,
                 mesh_map::RayHits& hits) const;
 
-  /// Of a SphereRegion or a ConvexRegion, in the subtrees of mesh_map::selectionRoots().
+  /// Those that touch a SphereRegion or a ConvexRegion, in the subtrees of
+  /// mesh_map::selectionRoots().
   std::vector<std::uint32_t> selectFaces(const mesh_map::Region& region,
                                          const std::vector<std::uint32_t>& roots,
-                                         mesh_map::SelectionMode mode,
-                                         mesh_map::ArrayView<std::uint8_t> mask,
                                          const mesh_map::BvhOptions& run) const;
 
  private:

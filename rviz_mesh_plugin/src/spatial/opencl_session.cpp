@@ -132,11 +132,9 @@ void checkDevice(const std::shared_ptr<const OpenClProgram>& program,
   for (const mesh_map::Region* region : {static_cast<const mesh_map::Region*>(&sphere),
                                          static_cast<const mesh_map::Region*>(&box)}) {
     go_on();
-    for (const auto mode : {mesh_map::SelectionMode::TOUCHING, mesh_map::SelectionMode::INSIDE}) {
-      expect(device.selectFaces(*region, mesh_map::selectionRoots(bvh, *region), mode, {}, {}) ==
-                 mesh_map::selectFaces(bvh, *region, mode),
-             "selections");
-    }
+    expect(device.selectFaces(*region, mesh_map::selectionRoots(bvh, *region), {}) ==
+               mesh_map::selectFaces(bvh, *region),
+           "selections");
   }
 }
 

@@ -159,8 +159,6 @@ mesh_map::RayHits SpatialQueries::castRays(const mesh_map::RayBatch& rays,
 }
 
 std::vector<std::uint32_t> SpatialQueries::selectFaces(const mesh_map::Region& region,
-                                                       mesh_map::SelectionMode mode,
-                                                       ArrayView<std::uint8_t> mask,
                                                        const BvhOptions& run) const
 {
   const bool sphere = dynamic_cast<const mesh_map::SphereRegion*>(&region) != nullptr;
@@ -169,16 +167,15 @@ std::vector<std::uint32_t> SpatialQueries::selectFaces(const mesh_map::Region& r
   std::vector<std::uint32_t> faces;
   bool answered = false;
   // Of a mesh that is too small as a whole, nothing needs to be looked at.
-  if ((sphere || convex) && (mask.empty() || mask.size() == bvh_->faceCount()) &&
-      device(query, bvh_->faceCount())) {
+  if ((sphere || convex) && device(query, bvh_->faceCount())) {
     const auto roots = mesh_map::selectionRoots(*bvh_, region);
     onDevice(query, facesBelow(*bvh_, roots), [&](const DeviceQueries& device) {
-      faces = device.selectFaces(region, roots, mode, mask, run);
+      faces = device.selectFaces(region, roots, run);
       answered = true;
     });
   }
   if (!answered) {
-    return mesh_map::selectFaces(*bvh_, region, mode, mask, run);
+    return mesh_map::selectFaces(*bvh_, region, mesh_map::SelectionMode::TOUCHING, {}, run);
   }
   mesh_map::countQueries(BackEnd::OPENCL, query, 1);
   return faces;

@@ -65,10 +65,9 @@ class SpatialQueries
                                        const std::array<double, 3>& eye,
                                        const mesh_map::BvhOptions& run = {}) const;
 
-  std::vector<std::uint32_t> selectFaces(
-      const mesh_map::Region& region,
-      mesh_map::SelectionMode mode = mesh_map::SelectionMode::TOUCHING,
-      mesh_map::ArrayView<std::uint8_t> mask = {}, const mesh_map::BvhOptions& run = {}) const;
+  /// Those that touch a region.
+  std::vector<std::uint32_t> selectFaces(const mesh_map::Region& region,
+                                         const mesh_map::BvhOptions& run = {}) const;
 
   /// Waits until the device has started or failed, and returns whether batches go to it.
   bool waitForDevice() const;

@@ -234,18 +234,18 @@ void MeshInspectTool::measure(const SurfaceHit& hit)
 
 void MeshInspectTool::takeResult()
 {
-  const auto result = measurement_.take();
-  if (!result || !second_) {
+  const auto outcome = measurement_.take();
+  if (!outcome || !second_) {
     return;
   }
   const std::string apart = meters(distance(first_->point, second_->point)) + " in a straight line";
-  if (!result->failure.empty()) {
-    clicked_ = "The way could not be measured: " + result->failure + "; " + apart;
-  } else if (!result->way.connected) {
+  if (!outcome->result) {
+    clicked_ = "The way could not be measured: " + outcome->error + "; " + apart;
+  } else if (!outcome->result->connected) {
     clicked_ = "The points are not connected along the surface; " + apart;
   } else {
-    clicked_ = "Distance " + meters(result->way.length) + " along the surface, " + apart;
-    marks_->setLine(*second_, result->way.points);
+    clicked_ = "Distance " + meters(outcome->result->length) + " along the surface, " + apart;
+    marks_->setLine(*second_, outcome->result->points);
   }
   context_->queueRender();
   tell();

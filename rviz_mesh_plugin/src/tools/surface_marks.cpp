@@ -27,12 +27,6 @@ constexpr Ogre::uint8 AFTER_SURFACES = Ogre::RENDER_QUEUE_MAIN + 3;
 const Ogre::ColourValue BALL_COLOR(1.0f, 0.75f, 0.0f);
 const Ogre::ColourValue LINE_COLOR(1.0f, 1.0f, 0.2f);
 
-Ogre::Vector3 markPosition(const std::array<double, 3>& v)
-{
-  return Ogre::Vector3(static_cast<Ogre::Real>(v[0]), static_cast<Ogre::Real>(v[1]),
-                       static_cast<Ogre::Real>(v[2]));
-}
-
 /// The mesh as it is shown now, by the same display where it still has its name; else null.
 const ShownMesh* find(const ShownMesh& mesh, const std::vector<ShownMesh>& shown)
 {
@@ -57,7 +51,7 @@ void SurfaceMarks::addBall(const ShownMesh& mesh, const std::array<double, 3>& p
   ball.shape = std::make_unique<rviz::Shape>(rviz::Shape::Sphere, scene_manager_);
   ball.shape->setColor(BALL_COLOR);
   ball.shape->setScale(Ogre::Vector3(size_));
-  ball.shape->setPosition(markPosition(pointInFixedFrame(point, mesh)));
+  ball.shape->setPosition(ogreVector(pointInFixedFrame(point, mesh)));
   balls_.push_back(std::move(ball));
 }
 
@@ -104,8 +98,7 @@ void SurfaceMarks::fillLine()
   const double* const origin = line_points_.data();
   for (std::size_t i = 0; i < count; ++i) {
     const double* const p = &line_points_[3 * i];
-    const Ogre::Vector3 point =
-        markPosition({p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]});
+    const Ogre::Vector3 point = ogreVector({p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]});
     line->addPoint(point);
     if (i % steps == 0 && i > 0 && i + 1 < count) {
       line->newLine();
@@ -127,7 +120,7 @@ void SurfaceMarks::follow(const std::vector<ShownMesh>& shown)
     const ShownMesh* const mesh = find(ball.mesh, shown);
     ball.shape->getRootNode()->setVisible(mesh != nullptr);
     if (mesh) {
-      ball.shape->setPosition(markPosition(pointInFixedFrame(ball.point, *mesh)));
+      ball.shape->setPosition(ogreVector(pointInFixedFrame(ball.point, *mesh)));
     }
   }
   if (line_) {
@@ -135,7 +128,7 @@ void SurfaceMarks::follow(const std::vector<ShownMesh>& shown)
     line_->getSceneNode()->setVisible(mesh != nullptr);
     if (mesh) {
       const auto* const p = line_points_.data();
-      line_->setPosition(markPosition(pointInFixedFrame({p[0], p[1], p[2]}, *mesh)));
+      line_->setPosition(ogreVector(pointInFixedFrame({p[0], p[1], p[2]}, *mesh)));
       line_->setOrientation(mesh->orientation);
     }
   }

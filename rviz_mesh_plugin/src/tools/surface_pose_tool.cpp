@@ -30,23 +30,17 @@ enum Frame
   MESH_FRAME
 };
 
-std::array<double, 3> vectorOf(const Ogre::Vector3& v)
+std::array<double, 3> coordinatesOf(const Ogre::Vector3& v)
 {
   return {v.x, v.y, v.z};
-}
-
-Ogre::Vector3 ogreVector(const std::array<double, 3>& v)
-{
-  return Ogre::Vector3(static_cast<Ogre::Real>(v[0]), static_cast<Ogre::Real>(v[1]),
-                       static_cast<Ogre::Real>(v[2]));
 }
 
 ViewAxes viewOf(const rviz::ViewportMouseEvent& event)
 {
   const Ogre::Camera* camera = event.viewport ? event.viewport->getCamera() : nullptr;
-  return camera
-             ? ViewAxes{vectorOf(camera->getDerivedDirection()), vectorOf(camera->getDerivedUp())}
-             : ViewAxes();
+  return camera ? ViewAxes{coordinatesOf(camera->getDerivedDirection()),
+                           coordinatesOf(camera->getDerivedUp())}
+                : ViewAxes();
 }
 
 SurfacePose inMesh(const SurfacePose& pose, const ShownMesh& mesh)

@@ -2,6 +2,7 @@
 
 #include <rviz/ogre_helpers/shape.h>
 
+#include "picking/view_geometry.h"
 #include "rendering/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
@@ -24,8 +25,7 @@ void BrushBall::show(const std::array<double, 3>& center, double radius, bool ad
   if (!shape_) {
     shape_ = std::make_unique<rviz::Shape>(rviz::Shape::Sphere, scene_manager_);
   }
-  shape_->setPosition(Ogre::Vector3(static_cast<float>(center[0]), static_cast<float>(center[1]),
-                                    static_cast<float>(center[2])));
+  shape_->setPosition(ogreVector(center));
   shape_->setScale(Ogre::Vector3(static_cast<float>(2.0 * radius)));
   const float light = adding ? ADDING : REMOVING;
   shape_->setColor(light, light, light, ALPHA);
