@@ -1,12 +1,14 @@
 #include "rendering/mesh_visual.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
-#include <OgreManualObject.h>
+#include <OgreHardwareBufferManager.h>
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
+#include <OgreSimpleRenderable.h>
 
 #include "rendering/finite_bounds.h"
 #include "rendering/mesh_material.h"
@@ -23,29 +25,55 @@ bool sameSources(const LayoutOutline& a, const LayoutOutline& b)
   return a.mesh == b.mesh && (a.split == Split::BY_FACE) == (b.split == Split::BY_FACE);
 }
 
+/// Two ends per line: the vertex, and @a length along its normal.
+std::vector<std::array<float, 3>> normalLines(const MeshData& mesh, float length)
+{
+  const std::size_t stride = normalStride(mesh.vertexCount());
+  std::vector<std::array<float, 3>> ends;
+  ends.reserve(2 * (mesh.vertexCount() / stride + 1));
+  for (std::size_t i = 0; i < mesh.vertexCount(); i += stride) {
+    const auto& p = mesh.vertices[i].position;
+    const auto& n = mesh.vertices[i].normal;
+    ends.push_back(p);
+    ends.push_back({p[0] + length * n[0], p[1] + length * n[1], p[2] + length * n[2]});
+  }
+  return ends;
+}
+
 }  // namespace
 
 /// Lines from the vertices of a mesh along their normals.
-class MeshVisual::NormalLines : public Ogre::ManualObject
+class MeshVisual::NormalLines : public Ogre::SimpleRenderable
 {
  public:
   NormalLines(const MeshData& mesh, float length, const Ogre::MaterialPtr& material)
-      : Ogre::ManualObject(uniqueName("Normals"))
+      : Ogre::SimpleRenderable(uniqueName("Normals")), material_(material)
   {
     setCastShadows(false);
-    const std::size_t stride = normalStride(mesh.vertexCount());
-    estimateVertexCount(2 * (mesh.vertexCount() / stride + 1));
-    begin(material->getName(), Ogre::RenderOperation::OT_LINE_LIST);
-    for (std::size_t i = 0; i < mesh.vertexCount(); i += stride) {
-      const auto& p = mesh.vertices[i].position;
-      const auto& n = mesh.vertices[i].normal;
-      position(p[0], p[1], p[2]);
-      position(p[0] + length * n[0], p[1] + length * n[1], p[2] + length * n[2]);
-    }
-    end();
     setBoundingBox(finiteBounds(mesh, std::fabs(length)));
-    mRadius = radiusAboutOrigin(getBoundingBox());
+    const auto ends = normalLines(mesh, length);
+    auto buffer = Ogre::HardwareBufferManager::getSingleton().createVertexBuffer(
+        sizeof(ends[0]), ends.size(), Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
+    buffer->writeData(0, buffer->getSizeInBytes(), ends.data(), true);
+    constexpr unsigned short BINDING = 0;
+    vertices_.vertexCount = ends.size();
+    vertices_.vertexDeclaration->addElement(BINDING, 0, Ogre::VET_FLOAT3, Ogre::VES_POSITION);
+    vertices_.vertexBufferBinding->setBinding(BINDING, buffer);
+    mRenderOp.operationType = Ogre::RenderOperation::OT_LINE_LIST;
+    mRenderOp.vertexData = &vertices_;
+    mRenderOp.useIndexes = false;
   }
+
+  const Ogre::MaterialPtr& getMaterial() const override { return material_; }
+  Ogre::Real getBoundingRadius() const override { return radiusAboutOrigin(getBoundingBox()); }
+  Ogre::Real getSquaredViewDepth(const Ogre::Camera* camera) const override
+  {
+    return mParentNode->getSquaredViewDepth(camera);
+  }
+
+ private:
+  Ogre::MaterialPtr material_;
+  Ogre::VertexData vertices_;
 };
 
 MeshVisual::MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent,
