@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <mutex>
 #include <stdexcept>
 #include <string>
@@ -35,6 +36,18 @@ std::array<float, 3> unitOrZero(const Eigen::Vector3d& v)
   }
   const Eigen::Vector3f unit = (v / length).cast<float>();
   return {unit[0], unit[1], unit[2]};
+}
+
+template <class Point>
+std::array<float, 3> toUnit(const Point& normal)
+{
+  return unitOrZero({normal.x, normal.y, normal.z});
+}
+
+/// Tells -0 from 0.
+bool sameBits(const std::array<float, 3>& a, const std::array<float, 3>& b)
+{
+  return std::memcmp(a.data(), b.data(), sizeof(a)) == 0;
 }
 
 /// What is seen of a message while it is converted.
@@ -86,7 +99,7 @@ Survey convertNumbers(const mesh_msgs::MeshGeometry& geometry, MeshData& mesh)
         part.bounds.enclose(to[i].position);
         if (normals != nullptr) {
           part.valid = part.valid && isFiniteVector(toFloats(normals[i]));
-          to[i].normal = unitOrZero({normals[i].x, normals[i].y, normals[i].z});
+          to[i].normal = toUnit(normals[i]);
         }
       });
   survey.add(surveyEach(
@@ -140,8 +153,11 @@ void computeNormals(MeshData& mesh)
                    std::size_t i) { vertices[i].normal = unitOrZero(a[i] + b[i]); });
 }
 
+std::atomic<std::size_t> conversions{0};
+
 MeshDataConstPtr convert(const mesh_msgs::MeshGeometryStamped& message)
 {
+  ++conversions;
   const auto& geometry = message.mesh_geometry;
   auto mesh = std::make_shared<MeshData>();
   mesh->uuid = message.uuid;
@@ -166,6 +182,30 @@ MeshDataConstPtr convert(const mesh_msgs::MeshGeometryStamped& message)
     computeNormals(*mesh);
   }
   return mesh;
+}
+
+bool isConverted(const mesh_msgs::MeshGeometryStamped& message, const MeshData& mesh)
+{
+  const auto& geometry = message.mesh_geometry;
+  if (message.uuid != mesh.uuid || message.header.frame_id != mesh.frame_id ||
+      geometry.vertices.size() != mesh.vertexCount() || geometry.faces.size() != mesh.faceCount() ||
+      geometry.vertex_normals.size() != (mesh.normals_given ? mesh.vertexCount() : 0)) {
+    return false;
+  }
+  const auto* normals = mesh.normals_given ? geometry.vertex_normals.data() : nullptr;
+  const Survey vertices =
+      surveyEach(mesh.vertices.size(), [from = geometry.vertices.data(), normals,
+                                        to = mesh.vertices.data()](std::size_t i, Survey& part) {
+        part.valid = part.valid && sameBits(toFloats(from[i]), to[i].position) &&
+                     (normals == nullptr || sameBits(toUnit(normals[i]), to[i].normal));
+      });
+  // Where no normals are given, they are those of positions and faces.
+  return vertices.valid &&
+         surveyEach(mesh.faceCount(), [from = geometry.faces.data(), to = mesh.indices.data()](
+                                          std::size_t i, Survey& part) {
+           const auto& corners = from[i].vertex_indices;
+           part.valid = part.valid && std::equal(corners.begin(), corners.end(), to + 3 * i);
+         }).valid;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -4,13 +4,13 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
-#include <cstring>
 #include <deque>
 #include <exception>
 #include <iterator>
 #include <map>
 #include <mutex>
 #include <new>
+#include <set>
 #include <utility>
 
 #include "conversion/mesh_conversion.h"
@@ -30,6 +30,8 @@ struct Registry
   std::mutex mutex;
   std::vector<std::weak_ptr<const MeshData>> meshes;
   std::vector<std::weak_ptr<const MeshLayout>> layouts;
+  std::set<std::string> turns;  ///< uuids of the messages that are being converted
+  std::condition_variable turn_ended;
 };
 
 /// Never destroyed: threads may still use it while the process ends.
@@ -47,31 +49,45 @@ void forgetUnused(std::vector<std::weak_ptr<const T>>& entries)
                 entries.end());
 }
 
-template <class T>
-bool sameBytes(const std::vector<T>& a, const std::vector<T>& b)
+/// While it is there, no other thread has one for the same uuid.
+class Turn
 {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
+ public:
+  explicit Turn(const std::string& uuid) : uuid_(uuid)
+  {
+    std::unique_lock<std::mutex> lock(registry().mutex);
+    registry().turn_ended.wait(lock, [&] { return registry().turns.insert(uuid_).second; });
+  }
+  ~Turn()
+  {
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    registry().turns.erase(uuid_);
+    registry().turn_ended.notify_all();
+  }
 
-bool sameContent(const MeshData& a, const MeshData& b)
-{
-  return a.uuid == b.uuid && a.frame_id == b.frame_id && a.normals_given == b.normals_given &&
-         sameBytes(a.indices, b.indices) && sameBytes(a.vertices, b.vertices);
-}
+ private:
+  const std::string uuid_;
+};
 
-/// The mesh that is in use in this process and has the same content, name and frame, to the last
-/// bit; the given one where there is none. Keeps nothing alive. Thread safe.
-MeshDataConstPtr internMesh(const MeshDataConstPtr& mesh)
+/// The mesh of a message: the one that is in use in this process, where it has the same content,
+/// name and frame, to the last bit; else a new one. A message that several threads get is converted
+/// by one of them, while the others wait for it. Keeps nothing alive. Thread safe.
+/// @throw as convert()
+MeshDataConstPtr sharedMesh(const mesh_msgs::MeshGeometryStamped& message)
 {
+  const Turn turn(message.uuid);
   auto& entries = registry();
-  const std::lock_guard<std::mutex> lock(entries.mutex);
-  for (const auto& entry : entries.meshes) {
+  std::unique_lock<std::mutex> lock(entries.mutex);
+  const std::vector<std::weak_ptr<const MeshData>> in_use = entries.meshes;
+  lock.unlock();
+  for (const auto& entry : in_use) {
     const MeshDataConstPtr known = entry.lock();
-    if (known && (known == mesh || sameContent(*known, *mesh))) {
+    if (known && isConverted(message, *known)) {
       return known;
     }
   }
+  const MeshDataConstPtr mesh = convert(message);
+  lock.lock();
   forgetUnused(entries.meshes);
   entries.meshes.push_back(mesh);
   return mesh;
@@ -372,7 +388,7 @@ class MeshLoader::Worker
     auto message = std::move(current_.message);
     current_.message = nullptr;
     lock.unlock();
-    const MeshDataConstPtr mesh = internMesh(convert(*message));
+    const MeshDataConstPtr mesh = sharedMesh(*message);
     message = nullptr;
     lock.lock();
     if (!isWanted()) {

@@ -21,8 +21,8 @@ class EndingThread;
 ///
 /// Of each uuid only the newest message counts: work on an older one is given up, but never twice
 /// in a row, so that meshes of a fast publisher are shown. A message with the content of a mesh
-/// that is in use in this process yields that very mesh (the same pointer), so that memory is
-/// shared and receivers see that nothing has changed.
+/// that is in use in this process yields that very mesh (the same pointer), without being
+/// converted: displays of one topic share its memory, and receivers see that nothing has changed.
 class MeshLoader
 {
  public:

@@ -54,6 +54,34 @@ TEST(Conversion, computes_normals_only_where_the_message_has_none)
       << "and left alone where that cannot be";
 }
 
+TEST(Conversion, tells_a_mesh_that_a_message_has_been_converted_to)
+{
+  const auto message = test_meshes::terrain(20, [](double x, double y) { return x * y; });
+  auto with_normals = message;
+  with_normals.mesh_geometry.vertex_normals.resize(441, test_meshes::point(1.0, 2.0, 0.0));
+  const auto mesh = convert(message);
+  const auto normals_given = convert(with_normals);
+  EXPECT_TRUE(isConverted(message, *mesh));
+  EXPECT_TRUE(isConverted(with_normals, *normals_given));
+  EXPECT_FALSE(isConverted(message, *normals_given));
+  EXPECT_FALSE(isConverted(with_normals, *mesh));
+  const auto differs = [&](const std::function<void(mesh_msgs::MeshGeometryStamped&)>& change) {
+    auto changed = with_normals;
+    change(changed);
+    return !isConverted(changed, *normals_given);
+  };
+  EXPECT_TRUE(differs([](auto& m) { m.uuid = "other"; }));
+  EXPECT_TRUE(differs([](auto& m) { m.header.frame_id = "odom"; }));
+  EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.vertices.pop_back(); }));
+  EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.vertices.back().z += 1e-3; }));
+  EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.vertices.back().z = NAN; }));
+  EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.faces.pop_back(); }));
+  EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.faces.back().vertex_indices[2] ^= 1; }));
+  EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.vertex_normals.pop_back(); }));
+  EXPECT_TRUE(differs([](auto& m) { m.mesh_geometry.vertex_normals.back().y = 3.0; }));
+  EXPECT_FALSE(differs([](auto& m) { m.header.seq = 7; }));
+}
+
 TEST(Conversion, weights_normals_by_the_area_of_the_faces)
 {
   // Vertex 0 belongs to a face of area 2 looking to +z and to one of area 0.5 looking to +x.

@@ -1,10 +1,13 @@
 // What is in a map file, as Map3D and its own hdf5_map_server bring it to the screen.
 #include <array>
+#include <cstddef>
 #include <functional>
+#include <memory>
 
 #include <QColor>
 
 #include "coloring/cost_coloring.h"
+#include "conversion/mesh_conversion.h"
 #include "displays/cluster_label_display.h"
 #include "labels/label_colors.h"
 #include "support/map3d_fixture.h"
@@ -12,6 +15,8 @@
 using osmesa_harness::Image;
 using osmesa_harness::isNear;
 using osmesa_harness::Rgb;
+using rviz_mesh_plugin::conversions;
+using rviz_mesh_plugin::MeshData;
 using rviz_mesh_plugin::Rgba8;
 
 namespace {
@@ -218,6 +223,42 @@ TEST_F(Map3DLayers, have_labels_that_are_edited_and_kept)
   display = createPlainMap(path("a.h5"));
   showOnly(display, false, true);
   EXPECT_TRUE(shows(edited)) << "in another display";
+}
+
+TEST_F(Map3DLayers, have_one_mesh_that_is_converted_once)
+{
+  const auto shown = [](const Display* display, std::size_t faces) {
+    return spinUntil(
+        [&] {
+          const auto labelled = display->labelDisplay()->mesh();
+          return labelled && labelled->faceCount() == faces &&
+                 labelled == display->meshDisplay()->mesh();
+        },
+        TIMEOUT);
+  };
+  writeTestMap("a.h5");
+  writeTestMap("b.h5", 5);
+  const std::size_t before = conversions;
+  Display* display = createPlainMap(path("a.h5"));
+  ASSERT_TRUE(shown(display, 8));
+  EXPECT_EQ(conversions - before, 1u);
+  showOnly(display, false, false);
+  spinFrames(2);
+  showOnly(display, true, true);
+  display->labelDisplay()->reset();
+  EXPECT_TRUE(shown(display, 8));
+  display->meshDisplay()->reset();
+  EXPECT_TRUE(shown(display, 8));
+  EXPECT_EQ(conversions - before, 1u) << "the other one has had it all the time";
+  choose(display, path("b.h5"));
+  ASSERT_TRUE(shown(display, 10));
+  EXPECT_EQ(conversions - before, 2u) << "of another map";
+  const std::weak_ptr<const MeshData> mesh = display->meshDisplay()->mesh();
+  remove(display->labelDisplay());
+  spinFrames(2);
+  EXPECT_EQ(display->meshDisplay()->mesh(), mesh.lock());
+  remove(display);
+  EXPECT_TRUE(spinUntil([&] { return mesh.expired(); }, TIMEOUT)) << "something keeps it alive";
 }
 
 TEST_F(Map3DLayers, leave_nothing_when_the_map_is_loaded_again_and_again)

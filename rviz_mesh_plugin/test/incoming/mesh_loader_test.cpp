@@ -1,4 +1,6 @@
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
@@ -8,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <boost/make_shared.hpp>
 
+#include "conversion/mesh_conversion.h"
 #include "incoming/mesh_loader.h"
 #include "support/layout_checks.h"
 #include "support/meshes.h"
@@ -161,8 +164,10 @@ TEST(Loader, shares_meshes_and_layouts_of_the_same_content_while_they_are_in_use
   Receiver second;
   first.loader.receive(terrain(20));
   ASSERT_TRUE(first.waitForLayout(800));
+  const std::size_t before = conversions;
   second.loader.receive(terrain(20));
   ASSERT_TRUE(second.waitForLayout(800));
+  EXPECT_EQ(conversions, before);
   EXPECT_EQ(second.meshes[0], first.meshes[0]);
   EXPECT_EQ(second.layouts[0], first.layouts[0]);
 
@@ -187,6 +192,32 @@ TEST(Loader, shares_meshes_and_layouts_of_the_same_content_while_they_are_in_use
   second.layouts.clear();
   ASSERT_TRUE(first.waitFor([&]() { return mesh.expired() && layout.expired(); }))
       << "something keeps them alive";
+}
+
+TEST(Loader, converts_once_what_several_get_at_the_same_time)
+{
+  std::array<Receiver, 4> receivers;
+  const std::size_t before = conversions;
+  for (int round = 0; round < 10; ++round) {
+    for (Receiver& receiver : receivers) {
+      receiver.layouts.clear();
+      receiver.loader.receive(terrain(100, "mesh", round));
+    }
+    for (Receiver& receiver : receivers) {
+      ASSERT_TRUE(receiver.waitForLayout(20000));
+      ASSERT_EQ(receiver.meshes.back(), receivers[0].meshes.back());
+    }
+    EXPECT_EQ(conversions - before, round + 1u);
+  }
+  auto bad = boost::make_shared<Message>(test_meshes::square());
+  bad->mesh_geometry.faces[1].vertex_indices[0] = 4;
+  for (Receiver& receiver : receivers) {
+    receiver.loader.receive(bad);
+  }
+  for (Receiver& receiver : receivers) {
+    ASSERT_TRUE(receiver.waitFor([&]() { return receiver.reception.refused == 1; }));
+    EXPECT_NE(receiver.reception.refusal.find("refers to vertex 4"), std::string::npos);
+  }
 }
 
 TEST(Loader, lays_out_as_asked_for_and_so_again_when_the_same_mesh_comes_again)
