@@ -3,16 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
-#include <QColor>
-
 #include <mesh_msgs/MeshFaceCluster.h>
 #include <mesh_msgs/MeshGeometryStamped.h>
-#include <ros/message_traits.h>
-#include <rviz/properties/bool_property.h>
-#include <rviz/properties/color_property.h>
-#include <rviz/properties/enum_property.h>
-#include <rviz/properties/float_property.h>
-#include <rviz/properties/ros_topic_property.h>
 
 #include "displays/label_visibility.h"
 
@@ -21,38 +13,24 @@ namespace {
 
 const char* const NEW_LABEL = "__NEW__";
 
-template <class Message>
-QString dataType()
-{
-  return QString::fromLatin1(ros::message_traits::datatype<Message>());
-}
-
-QColor toQt(const Rgba8& color)
-{
-  return QColor(color.red, color.green, color.blue);
-}
-
 }  // namespace
 
 LabelProperties::LabelProperties(rviz::Property* parent) : QObject(parent)
 {
-  geometry_topic_ = new rviz::RosTopicProperty(
-      "Geometry Topic", "", dataType<mesh_msgs::MeshGeometryStamped>(),
-      "The mesh that is labelled.", parent, SIGNAL(topicsChanged()), this);
-  labels_topic_ = new rviz::RosTopicProperty(
-      "Labels Topic", "", dataType<mesh_msgs::MeshFaceCluster>(),
+  const PropertyMaker topics(this, [this] { Q_EMIT topicsChanged(); });
+  const PropertyMaker looks(this, [this] { Q_EMIT lookChanged(); });
+  geometry_topic_ = topics.topic<mesh_msgs::MeshGeometryStamped>(
+      "Geometry Topic", "The mesh that is labelled.", parent);
+  labels_topic_ = topics.topic<mesh_msgs::MeshFaceCluster>(
+      "Labels Topic",
       "Labels as they change, as /new_cluster_label of hdf5_map_server. The services beside it are "
       "asked for all labels.",
-      parent, SIGNAL(topicsChanged()), this);
+      parent);
   active_label_ = new rviz::EnumProperty(
       "Active label", NEW_LABEL, "The label that tools edit; __NEW__ is one that is not there yet.",
       parent);
   active_label_->addOption(NEW_LABEL);
-  transparency_ = new rviz::FloatProperty("Transparency", 1.0f,
-                                          "Opacity of the labels: 0 is invisible, 1 opaque.",
-                                          parent, SIGNAL(lookChanged()), this);
-  transparency_->setMin(0.0f);
-  transparency_->setMax(1.0f);
+  transparency_ = looks.alpha("Transparency", "labels", parent);
   color_group_ = new rviz::Property(
       "Colors", QVariant(),
       "The labels have the color of their class. One that is chosen here is the label's own and is "
@@ -67,18 +45,7 @@ LabelProperties::LabelProperties(rviz::Property* parent) : QObject(parent)
   brush_size_ = new rviz::FloatProperty(
       "Brush Size", 1.0f, "Radius of the brush of the label tool, in meters.", parent);
   brush_size_->setMin(0.0f);
-  phantom_ = new rviz::BoolProperty("Show Phantom", false, "Draw the whole mesh as a shade.",
-                                    parent, SIGNAL(lookChanged()), this);
-}
-
-std::string LabelProperties::geometryTopic() const
-{
-  return geometry_topic_->getTopicStd();
-}
-
-std::string LabelProperties::labelsTopic() const
-{
-  return labels_topic_->getTopicStd();
+  phantom_ = looks.box("Show Phantom", false, "Draw the whole mesh as a shade.", parent);
 }
 
 void LabelProperties::setTopic(const QString& topic, bool of_labels)
@@ -101,21 +68,6 @@ std::string LabelProperties::activeLabel() const
 void LabelProperties::setActiveLabel(const std::string& label)
 {
   active_label_->setStdString(label.empty() ? NEW_LABEL : label);
-}
-
-float LabelProperties::brushSize() const
-{
-  return brush_size_->getFloat();
-}
-
-float LabelProperties::alpha() const
-{
-  return transparency_->getFloat();
-}
-
-bool LabelProperties::phantom() const
-{
-  return phantom_->getBool();
 }
 
 bool LabelProperties::isShown(const std::string& label) const
@@ -152,7 +104,7 @@ void LabelProperties::setColor(const std::string& label, const Rgba8& color)
   const auto property = colors_.find(label);
   if (property != colors_.end()) {
     setting_color_ = true;
-    property->second->setColor(toQt(color));
+    property->second->setColor(toQColor(color));
     setting_color_ = false;
   }
 }
@@ -163,9 +115,7 @@ Rgba8 LabelProperties::chosenColor(const std::string& label) const
   if (property == colors_.end()) {
     return {};
   }
-  const QColor color = property->second->getColor();
-  return {static_cast<std::uint8_t>(color.red()), static_cast<std::uint8_t>(color.green()),
-          static_cast<std::uint8_t>(color.blue()), 255};
+  return toRgba8(property->second->getColor());
 }
 
 bool LabelProperties::work(std::chrono::microseconds budget)
@@ -193,7 +143,7 @@ void LabelProperties::addLabel(const std::string& label)
                         ? color_group_->numChildren()
                         : static_cast<int>(std::distance(colors_.begin(), entry));
   auto* property = new rviz::ColorProperty(QString::fromStdString(label),
-                                           toQt(wanted_colors_[label]), "Color of this label.");
+                                           toQColor(wanted_colors_[label]), "Color of this label.");
   entry->second = property;
   color_group_->addChild(property, place);
   connect(property, &rviz::Property::changed, this, [this, label] {

@@ -12,16 +12,8 @@
 #ifndef Q_MOC_RUN
 #include "base/mesh_data.h"
 #include "labels/label_order.h"
+#include "properties/property_maker.h"
 #endif
-
-namespace rviz {
-class BoolProperty;
-class ColorProperty;
-class EnumProperty;
-class FloatProperty;
-class Property;
-class RosTopicProperty;
-}  // namespace rviz
 
 namespace rviz_mesh_plugin {
 
@@ -37,17 +29,17 @@ class LabelProperties : public QObject
   /// Adds the properties to @a parent, which owns them from then on.
   explicit LabelProperties(rviz::Property* parent);
 
-  std::string geometryTopic() const;
-  std::string labelsTopic() const;
+  std::string geometryTopic() const { return geometry_topic_->getTopicStd(); }
+  std::string labelsTopic() const { return labels_topic_->getTopicStd(); }
   void setTopic(const QString& topic, bool of_labels);
   void setTopicsHidden(bool hidden);
 
   /// Empty for "__NEW__".
   std::string activeLabel() const;
   void setActiveLabel(const std::string& label);
-  float brushSize() const;
-  float alpha() const;
-  bool phantom() const;
+  float brushSize() const { return brush_size_->getFloat(); }
+  float alpha() const { return transparency_->getFloat(); }
+  bool phantom() const { return phantom_->getBool(); }
   bool isShown(const std::string& label) const;
 
   /// From now on there are these labels; properties for them are made and removed by work().

@@ -7,7 +7,6 @@
 #include "mesh_view/mesh_feed.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
-#include "properties/source_properties.h"
 
 namespace rviz_mesh_plugin {
 
@@ -29,7 +28,7 @@ void MeshRequests::update(Clock::time_point now, MeshFeed& feed, const MeshPrope
   forgetGone(services, store);
   const bool has_topic = !feed.topic(MeshFeed::GEOMETRY).empty();
   // Within another display that shows nothing, a server that happens to be there is not meant.
-  const bool wanted = has_topic || !properties.sources().given();
+  const bool wanted = has_topic || !properties.sourceGiven();
   if (due("mesh", !mesh && wanted, has_topic, now)) {
     services.requestMesh(std::string());
     mesh_asked_ = true;
@@ -71,7 +70,7 @@ void MeshRequests::requestAttributes(Clock::time_point now, const std::string& u
   const MeshAttributes& attributes = store.attributes(uuid);
   const DisplayType type = properties.displayType();
   // A display within another one shows what there is to be chosen.
-  const bool everything = properties.sources().given();
+  const bool everything = properties.sourceGiven();
   const std::string suffix = " " + uuid;
   if (due("colors" + suffix,
           (everything || type == DisplayType::VERTEX_COLOR) && !attributes.colors,

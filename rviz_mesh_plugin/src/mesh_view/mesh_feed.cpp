@@ -3,9 +3,7 @@
 #include <ros/message_traits.h>
 
 #include "incoming/mesh_store.h"
-#include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
-#include "properties/source_properties.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -50,14 +48,12 @@ MeshFeed::~MeshFeed()
 bool MeshFeed::connect(ros::NodeHandle& node_handle, const MeshProperties& properties,
                        MeshStore& store)
 {
-  const SourceProperties& sources = properties.sources();
-  const ServiceNames service_names = sources.services();
+  const ServiceNames service_names = properties.services();
   services_->setNames(service_names);
-  const MeshSource source = sources.source();
-  const std::array<std::string, KINDS> names{source.geometry_topic,   source.costs_topic,
-                                             source.face_costs_topic, sources.updatesTopic(),
-                                             source.colors_topic,     sources.materialsTopic(),
-                                             sources.texturesTopic(), source.labels_topic};
+  const MeshSource source = properties.source();
+  const std::array<std::string, KINDS> names{
+      source.geometry_topic, source.costs_topic,     source.face_costs_topic, source.updates_topic,
+      source.colors_topic,   source.materials_topic, source.textures_topic,   source.labels_topic};
   std::array<std::string, KINDS> services;
   services[COLORS] = service_names.colors;
   services[MATERIALS] = service_names.materials;

@@ -4,18 +4,15 @@
 #include <array>
 #include <utility>
 
-#include <QColor>
-
+#include <mesh_msgs/MeshFaceCluster.h>
+#include <mesh_msgs/MeshGeometryStamped.h>
+#include <mesh_msgs/MeshMaterialsStamped.h>
+#include <mesh_msgs/MeshTexture.h>
+#include <mesh_msgs/MeshVertexColorsStamped.h>
 #include <rviz/config.h>
-#include <rviz/properties/bool_property.h>
-#include <rviz/properties/color_property.h>
-#include <rviz/properties/enum_property.h>
-#include <rviz/properties/float_property.h>
 #include <rviz/properties/int_property.h>
 
 #include "properties/cost_properties.h"
-#include "properties/look_properties.h"
-#include "properties/source_properties.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -29,12 +26,24 @@ constexpr std::array<std::pair<const char*, DisplayType>, 5> DISPLAY_TYPES{
 
 const Ogre::ColourValue MISSING_COLORS{0.6f, 0.6f, 0.6f, 1.0f};
 
+QString serviceDescription(const char* of_what)
+{
+  return QString(
+             "Asked for %1 that no topic brings. A name without a slash in front is looked for "
+             "beside the geometry topic, in the namespaces above it and in that of RViz.")
+      .arg(of_what);
+}
+
 }  // namespace
 
 MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
 {
-  sources_ = new SourceProperties(this);
-  sources_->addGeometry(parent);
+  const PropertyMaker sources(this, [this] { Q_EMIT sourceChanged(); });
+  const PropertyMaker contents(this, [this] { Q_EMIT contentChanged(); });
+  const PropertyMaker styles(this, [this] { Q_EMIT styleChanged(); });
+  geometry_topic_ = source_.bind(
+      sources.topic<mesh_msgs::MeshGeometryStamped>("Geometry Topic", "The mesh.", parent),
+      &MeshSource::geometry_topic);
   buffer_size_ = new rviz::IntProperty("Buffer Size", 1,
                                        "So many meshes (by their uuid) are shown, the newest ones.",
                                        parent, SIGNAL(contentChanged()), this);
@@ -42,52 +51,104 @@ MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
   display_type_ =
       new rviz::EnumProperty("Display Type", "Fixed Color", "What the faces are colored by.",
                              parent, SLOT(onDisplayType()), this);
-  addFaces(display_type_);
-  addTextures(display_type_);
+  addFaces(sources, styles, display_type_);
+  addTextures(sources, styles, display_type_);
   costs_ = new CostProperties(display_type_);
-  sources_->addCosts(costs_);
   update_rate_ = new rviz::FloatProperty("Visualization Update Rate", 10.0f,
                                          "How often updates of costs become seen, in Hz; "
                                          "those that come in between are put together.",
                                          display_type_);
   update_rate_->setMin(1.0f);
-  alpha_ = makeAlpha("Alpha", "faces", display_type_, SIGNAL(styleChanged()), this);
-  look_ = new LookProperties(parent);
-  addLabels(parent);
-  connect(sources_, SIGNAL(changed()), SIGNAL(sourceChanged()));
+  alpha_ = style_.bind(styles.alpha("Alpha", "faces", display_type_), &MeshStyle::alpha);
+  addLook(styles, parent);
+  show_labels_ = contents.group("Show Labels", false,
+                                "Draw labelled faces in the color of their label.", parent);
+  labels_topic_ = source_.bind(sources.topic<mesh_msgs::MeshFaceCluster>(
+                                   "Labels Topic", "Labels as they change.", show_labels_),
+                               &MeshSource::labels_topic);
+  labels_alpha_ = contents.alpha("Labels Alpha", "labelled faces", show_labels_);
+  connect(costs_, SIGNAL(topicsChanged()), SIGNAL(sourceChanged()));
   connect(costs_, SIGNAL(coloringChanged()), SIGNAL(contentChanged()));
   connect(costs_, SIGNAL(legendChanged()), SIGNAL(styleChanged()));
-  connect(look_, SIGNAL(styleChanged()), SIGNAL(styleChanged()));
   onDisplayType();
 }
 
-void MeshProperties::addFaces(rviz::Property* parent)
+void MeshProperties::addFaces(const PropertyMaker& sources, const PropertyMaker& styles,
+                              rviz::Property* parent)
 {
-  faces_color_ = new rviz::ColorProperty("Faces Color", QColor(0, 255, 0),
-                                         "Color of the faces; with textures: of those without a "
-                                         "material.",
-                                         parent, SIGNAL(styleChanged()), this);
-  faces_alpha_ = makeAlpha("Faces Alpha", "faces", parent, SIGNAL(styleChanged()), this);
-  sources_->addColors(parent);
+  faces_color_ = style_.bind(
+      styles.color("Faces Color", QColor(0, 255, 0),
+                   "Color of the faces; with textures: of those without a material.", parent),
+      &MeshStyle::faces_color);
+  faces_alpha_ = styles.alpha("Faces Alpha", "faces", parent);
+  colors_topic_ = source_.bind(sources.topic<mesh_msgs::MeshVertexColorsStamped>(
+                                   "Vertex Colors Topic", "The colors of the vertices.", parent),
+                               &MeshSource::colors_topic);
+  colors_service_ = services_.bind(sources.line("Vertex Color Service Name", "get_vertex_colors",
+                                                serviceDescription("vertex colors"), parent),
+                                   &ServiceNames::colors);
 }
 
-void MeshProperties::addTextures(rviz::Property* parent)
+void MeshProperties::addTextures(const PropertyMaker& sources, const PropertyMaker& styles,
+                                 rviz::Property* parent)
 {
-  only_textured_ = new rviz::BoolProperty("Show textured faces only", false,
-                                          "Leave out the faces that have no texture.", parent,
-                                          SIGNAL(styleChanged()), this);
-  sources_->addTextures(parent);
+  only_textured_ = style_.bind(styles.box("Show textured faces only", false,
+                                          "Leave out the faces that have no texture.", parent),
+                               &MeshStyle::only_textured);
+  materials_service_ = services_.bind(sources.line("Material Service Name", "get_materials",
+                                                   serviceDescription("materials"), parent),
+                                      &ServiceNames::materials);
+  texture_service_ = services_.bind(
+      sources.line("Texture Service Name", "get_texture", serviceDescription("textures"), parent),
+      &ServiceNames::texture);
+  materials_topic_ = source_.bind(
+      sources.topic<mesh_msgs::MeshMaterialsStamped>(
+          "Materials Topic", "The materials of the faces, where they are published.", parent),
+      &MeshSource::materials_topic);
+  textures_topic_ = source_.bind(
+      sources.topic<mesh_msgs::MeshTexture>(
+          "Textures Topic", "The images of the materials, where they are published.", parent),
+      &MeshSource::textures_topic);
 }
 
-void MeshProperties::addLabels(rviz::Property* parent)
+/// What is the same for all display types: lines, culling, shading, level of detail.
+void MeshProperties::addLook(const PropertyMaker& make, rviz::Property* parent)
 {
-  show_labels_ = new rviz::BoolProperty("Show Labels", false,
-                                        "Draw labelled faces in the color of their label.", parent,
-                                        SIGNAL(contentChanged()), this);
-  show_labels_->setDisableChildrenIfFalse(true);
-  sources_->addLabels(show_labels_);
-  labels_alpha_ =
-      makeAlpha("Labels Alpha", "labelled faces", show_labels_, SIGNAL(contentChanged()), this);
+  rviz::Property* wireframe = style_.bind(
+      make.group("Show Wireframe", true, "Draw the edges.", parent), &MeshStyle::show_wireframe);
+  style_.bind(make.color("Wireframe Color", Qt::black, "Color of the edges.", wireframe),
+              &MeshStyle::wireframe_color);
+  style_.bind(make.alpha("Wireframe Alpha", "edges", wireframe),
+              [](MeshStyle& style) -> float& { return style.wireframe_color.a; });
+  show_normals_ = style_.bind(
+      make.group("Show Normals", true, "Draw a line along the normal of each vertex.", parent),
+      &MeshStyle::show_normals);
+  style_.bind(
+      make.color("Normals Color", QColor(255, 0, 255), "Color of the normals.", show_normals_),
+      &MeshStyle::normals_color);
+  style_.bind(make.alpha("Normals Alpha", "normals", show_normals_),
+              [](MeshStyle& style) -> float& { return style.normals_color.a; });
+  style_.bind(make.number("Normals Scaling Factor", 0.1f, "Length of the normals in meters.",
+                          show_normals_),
+              &MeshStyle::normals_length);
+  style_.bind(make.choice("Culling Mode (HW)", "None",
+                          "Which faces are left out: none; those that are wound clockwise as seen "
+                          "from here (the backs of faces, for a look into closed rooms from "
+                          "outside: Anticlockwise); or the others.",
+                          parent, {"None", "Clockwise", "Anticlockwise"}),
+              &MeshStyle::culling);
+  style_.bind(make.choice("Shading", "Smooth",
+                          "Light faces by the normals of their vertices, or each by its plane.",
+                          parent, {"Smooth", "Flat"}),
+              &MeshStyle::flat_shading);
+  rviz::Property* detail =
+      style_.bind(make.group("Level of Detail", true,
+                             "Merge faces that are too small to be told apart from here.", parent),
+                  &MeshStyle::level_of_detail);
+  style_.bind(
+      make.number("Detail in pixels", MeshStyle().detail_pixels,
+                  "Faces smaller than this on the screen may be merged.", detail, 0.1f, 100.0f),
+      &MeshStyle::detail_pixels);
 }
 
 void MeshProperties::onDisplayType()
@@ -96,17 +157,23 @@ void MeshProperties::onDisplayType()
   const bool colors = type == DisplayType::VERTEX_COLOR;
   const bool textures = type == DisplayType::TEXTURES;
   const bool costs = type == DisplayType::VERTEX_COSTS;
+  const bool own = !given_;
   const std::pair<rviz::Property*, bool> seen[] = {
       {faces_color_, type == DisplayType::FIXED_COLOR || textures},
       {faces_alpha_, type == DisplayType::FIXED_COLOR},
+      {colors_topic_, colors && own},
+      {colors_service_, colors && own},
       {only_textured_, textures},
+      {materials_service_, textures && own},
+      {texture_service_, textures && own},
+      {materials_topic_, textures && own},
+      {textures_topic_, textures && own},
       {update_rate_, costs},
       {alpha_, colors || textures || costs},
   };
   for (const auto& property : seen) {
     property.first->setHidden(!property.second);
   }
-  sources_->show(colors, textures);
   costs_->setHidden(!costs);
   offerTypes();  // the one before is offered no longer where it has no data
   Q_EMIT contentChanged();
@@ -114,7 +181,7 @@ void MeshProperties::onDisplayType()
 
 void MeshProperties::offerTypes()
 {
-  const bool own = !sources_->given();
+  const bool own = !given_;
   const bool offered[] = {true, own || available_.colors, own || available_.materials,
                           own || available_.costs, true};
   const QString chosen = display_type_->getString();
@@ -138,17 +205,51 @@ void MeshProperties::setAvailable(const AvailableData& available)
   offerTypes();
 }
 
+MeshSource MeshProperties::source() const
+{
+  if (given_) {
+    return *given_;
+  }
+  MeshSource source = source_.get();
+  source.costs_topic = costs_->costsTopic();
+  source.updates_topic = costs_->updateTopic();
+  source.face_costs_topic = costs_->faceCostsTopic();
+  return source;
+}
+
 void MeshProperties::setSource(const MeshSource& source)
 {
-  sources_->give(source);
+  given_ = source;
+  given_->updates_topic = source.costs_topic.empty() ? "" : source.costs_topic + "/updates";
+  geometry_topic_->hide();
+  labels_topic_->hide();
+  costs_->setTopicsHidden(true);
   buffer_size_->hide();
   onDisplayType();
   Q_EMIT sourceChanged();
 }
 
+ServiceNames MeshProperties::services() const
+{
+  ServiceNames names = services_.get();
+  names.geometry_topic = source().geometry_topic;
+  names.service_namespace = source().service_namespace;
+  return names;
+}
+
+void MeshProperties::proposeTopics(const QString& costs, const QString& colors)
+{
+  if (colors_topic_->getTopic().isEmpty()) {
+    colors_topic_->setString(colors);
+  }
+  if (costs_->costsTopic().empty()) {
+    costs_->setCostsTopic(costs);
+  }
+}
+
 std::size_t MeshProperties::bufferSize() const
 {
-  return sources_->given() ? 1 : static_cast<std::size_t>(std::max(1, buffer_size_->getInt()));
+  return given_ ? 1 : static_cast<std::size_t>(std::max(1, buffer_size_->getInt()));
 }
 
 DisplayType MeshProperties::displayType() const
@@ -162,33 +263,9 @@ DisplayType MeshProperties::displayType() const
   return DisplayType::FIXED_COLOR;
 }
 
-float MeshProperties::updateRate() const
-{
-  return update_rate_->getFloat();
-}
-
-bool MeshProperties::labelsShown() const
-{
-  return show_labels_->getBool();
-}
-
-float MeshProperties::labelsAlpha() const
-{
-  return labels_alpha_->getFloat();
-}
-
-bool MeshProperties::normalsShown() const
-{
-  return look_->normalsShown();
-}
-
 MeshStyle MeshProperties::style(bool at_hand) const
 {
-  MeshStyle style;
-  look_->apply(style);
-  style.alpha = alpha_->getFloat();
-  style.only_textured = only_textured_->getBool();
-  style.faces_color = faces_color_->getOgreColor();
+  MeshStyle style = style_.get();
   switch (displayType()) {
     case DisplayType::FIXED_COLOR:
       style.faces_color.a = faces_alpha_->getFloat();

@@ -1,31 +1,26 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
+#include <optional>
 
 #include <QObject>
 #include <QString>
 
 #ifndef Q_MOC_RUN
+#include "properties/property_maker.h"
 #include "rendering/mesh_style.h"
 #include "sources/mesh_source.h"
+#include "sources/service_names.h"
 #endif
 
 namespace rviz {
-class BoolProperty;
-class ColorProperty;
 class Config;
-class EnumProperty;
-class FloatProperty;
 class IntProperty;
-class Property;
 }  // namespace rviz
 
 namespace rviz_mesh_plugin {
 
 class CostProperties;
-class LookProperties;
-class SourceProperties;
 
 /// Numbers and names as in .rviz files (property "Display Type").
 enum class DisplayType
@@ -56,21 +51,29 @@ class MeshProperties : public QObject
   /// Adds the properties to @a parent, which owns them from then on.
   explicit MeshProperties(rviz::Property* parent);
 
-  SourceProperties& sources() const { return *sources_; }
+  /// Where everything comes from: as chosen, or as another display has given it.
+  MeshSource source() const;
+  /// Whether another display has.
+  bool sourceGiven() const { return given_.has_value(); }
   /// Hides the properties for topics and services; display types are offered
   /// once there are data for them.
   void setSource(const MeshSource& source);
+  ServiceNames services() const;
+  void setGeometryTopic(const QString& topic) { geometry_topic_->setString(topic); }
+  /// For those that have not been chosen yet.
+  void proposeTopics(const QString& costs, const QString& colors);
+
   void setAvailable(const AvailableData& available);
 
   std::size_t bufferSize() const;
   DisplayType displayType() const;
   CostProperties& costs() const { return *costs_; }
   /// In Hz: how often updates of costs become seen.
-  float updateRate() const;
+  float updateRate() const { return update_rate_->getFloat(); }
 
-  bool labelsShown() const;
-  float labelsAlpha() const;
-  bool normalsShown() const;
+  bool labelsShown() const { return show_labels_->getBool(); }
+  float labelsAlpha() const { return labels_alpha_->getFloat(); }
+  bool normalsShown() const { return show_normals_->getBool(); }
 
   /// @param at_hand whether the colors or textures that the display type asks
   /// for are there; grey
@@ -89,24 +92,36 @@ class MeshProperties : public QObject
   void onDisplayType();
 
  private:
-  void addFaces(rviz::Property* parent);
-  void addTextures(rviz::Property* parent);
-  void addLabels(rviz::Property* parent);
+  void addFaces(const PropertyMaker& sources, const PropertyMaker& styles, rviz::Property* parent);
+  void addTextures(const PropertyMaker& sources, const PropertyMaker& styles,
+                   rviz::Property* parent);
+  void addLook(const PropertyMaker& make, rviz::Property* parent);
   void offerTypes();
 
-  SourceProperties* sources_;
+  PropertyValue<MeshSource> source_;
+  PropertyValue<ServiceNames> services_;
+  PropertyValue<MeshStyle> style_;
+  std::optional<MeshSource> given_;
+  AvailableData available_;
+  CostProperties* costs_;
+  rviz::RosTopicProperty* geometry_topic_;
   rviz::IntProperty* buffer_size_;
   rviz::EnumProperty* display_type_;
   rviz::ColorProperty* faces_color_;
   rviz::FloatProperty* faces_alpha_;
+  rviz::RosTopicProperty* colors_topic_;
+  rviz::StringProperty* colors_service_;
   rviz::BoolProperty* only_textured_;
-  CostProperties* costs_;
+  rviz::StringProperty* materials_service_;
+  rviz::StringProperty* texture_service_;
+  rviz::RosTopicProperty* materials_topic_;
+  rviz::RosTopicProperty* textures_topic_;
   rviz::FloatProperty* update_rate_;
   rviz::FloatProperty* alpha_;
-  LookProperties* look_;
+  rviz::BoolProperty* show_normals_;
   rviz::BoolProperty* show_labels_;
+  rviz::RosTopicProperty* labels_topic_;
   rviz::FloatProperty* labels_alpha_;
-  AvailableData available_;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -10,8 +10,11 @@ struct MeshSource
 {
   std::string geometry_topic;
   std::string costs_topic;
+  std::string updates_topic;  ///< of the costs; "updates" below them where a display is given this
   std::string face_costs_topic;
   std::string colors_topic;
+  std::string materials_topic;
+  std::string textures_topic;
   std::string labels_topic;       ///< mesh_msgs/MeshFaceCluster: labels as they are now
   std::string service_namespace;  ///< of get_materials, get_texture, get_labeled_clusters, …
   std::string frame;              ///< that the mesh lies in; empty: as its messages say

@@ -173,7 +173,7 @@ TEST_F(CostPropertiesTest, updates_come_from_below_the_costs_unless_told_otherwi
 {
   EXPECT_EQ(properties->updateTopic(), "");
   properties->setCostsTopic("/map/vertex_costs");
-  properties->setFaceCostsTopic("/map/face_costs");
+  sub({"Face Costs Topic"})->setValue("/map/face_costs");
   EXPECT_EQ(properties->costsTopic(), "/map/vertex_costs");
   EXPECT_EQ(properties->faceCostsTopic(), "/map/face_costs");
   EXPECT_EQ(properties->updateTopic(), "/map/vertex_costs/updates");
