@@ -2,13 +2,11 @@
 
 #include <set>
 
-#include "displays/shown_legend.h"
 #include "incoming/mesh_store.h"
+#include "legend/legend.h"
 #include "mesh_view/mesh_painter.h"
-#include "mesh_view/shown_costs.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
-#include "properties/source_properties.h"
 #include "rendering/mesh_visual.h"
 
 namespace rviz_mesh_plugin {
@@ -72,7 +70,7 @@ StatusLine MeshReport::topic(const Reception& reception) const
 {
   const std::string& topic = feed_.topic(MeshFeed::GEOMETRY);
   const std::string& error = feed_.error(MeshFeed::GEOMETRY);
-  if (topic.empty() && properties_.sources().given()) {
+  if (topic.empty() && properties_.sourceGiven()) {
     return noMapOpen();
   }
   const std::string problem = this->problem(MeshFeed::GEOMETRY);
@@ -88,9 +86,9 @@ GeometryState MeshReport::geometry(const Reception& reception, const std::string
   state.working = working;
   state.normals_shown = properties_.normalsShown();
   state.others = store_.meshes().empty() ? 0 : store_.meshes().size() - 1;
-  if (const MeshPainters::Mesh* newest = painters_.newest()) {
-    state.error = newest->painter->error();
-    const MeshVisual* visual = newest->painter->visual();
+  if (const MeshPainter* newest = painters_.newest()) {
+    state.error = newest->error();
+    const MeshVisual* visual = newest->visual();
     state.drawn = visual && visual->shownLayout();
     state.preview = state.drawn && visual->shownLayout()->preview;
     state.progress = visual ? visual->progress() : 0.0f;
@@ -102,7 +100,7 @@ CostsState MeshReport::costs(const InboxContent& inbox) const
 {
   CostsState state;
   state.chosen = properties_.displayType() == DisplayType::VERTEX_COSTS;
-  state.topic_given = properties_.sources().given();
+  state.topic_given = properties_.sourceGiven();
   state.topic = firstOf(feed_.topic(MeshFeed::COSTS), feed_.topic(MeshFeed::FACE_COSTS));
   state.subscription_error = firstOf(
       problem(MeshFeed::COSTS), firstOf(problem(MeshFeed::FACE_COSTS), problem(MeshFeed::UPDATES)));
@@ -140,7 +138,7 @@ AttributeState MeshReport::colors(const InboxContent& inbox) const
 {
   AttributeState state;
   state.chosen = properties_.displayType() == DisplayType::VERTEX_COLOR;
-  state.topic_given = properties_.sources().given();
+  state.topic_given = properties_.sourceGiven();
   state.topic = feed_.topic(MeshFeed::COLORS);
   state.subscription_error = problem(MeshFeed::COLORS);
   state.reception = inbox.colors_reception;
@@ -190,10 +188,10 @@ LabelsState MeshReport::labels(const InboxContent& inbox) const
   state.subscription_error = problem(MeshFeed::LABELS);
   state.reception = inbox.labels_reception;
   state.mesh_shown = store_.newest() != nullptr;
-  if (const MeshPainters::Mesh* newest = painters_.newest()) {
-    state.labels = newest->labels->count();
-    state.left_out = newest->labels->leftOut();
-    state.error = newest->labels_error;
+  if (const MeshPainter* newest = painters_.newest()) {
+    state.labels = newest->labels().count();
+    state.left_out = newest->labels().leftOut();
+    state.error = newest->labelsError();
   }
   return state;
 }

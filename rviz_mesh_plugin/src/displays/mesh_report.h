@@ -10,17 +10,17 @@
 
 namespace rviz_mesh_plugin {
 
+class Legend;
 class MeshPainters;
 class MeshProperties;
 class MeshStore;
-class ShownLegend;
 
 /// Puts together what the status tree of a mesh display says.
 class MeshReport
 {
  public:
   MeshReport(const MeshFeed& feed, const MeshProperties& properties, const MeshStore& store,
-             const MeshPainters& painters, const ShownLegend& legend)
+             const MeshPainters& painters, const Legend& legend)
       : feed_(feed), properties_(properties), store_(store), painters_(painters), legend_(legend)
   {
   }
@@ -47,7 +47,7 @@ class MeshReport
   const MeshProperties& properties_;
   const MeshStore& store_;
   const MeshPainters& painters_;
-  const ShownLegend& legend_;
+  const Legend& legend_;
   SilentTopics silent_topics_;
 };
 

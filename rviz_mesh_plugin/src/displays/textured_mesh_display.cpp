@@ -9,7 +9,6 @@
 
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
-#include "properties/source_properties.h"
 #include "rendering/mesh_visual.h"
 
 namespace rviz_mesh_plugin {
@@ -77,19 +76,18 @@ void TexturedMeshDisplay::setSource(const MeshSource& source)
 
 MeshDataConstPtr TexturedMeshDisplay::mesh() const
 {
-  const MeshPainters::Mesh* newest = painters_ ? painters_->newest() : nullptr;
-  return newest ? newest->painter->mesh() : nullptr;
+  const MeshPainter* newest = painters_ ? painters_->newest() : nullptr;
+  return newest ? newest->mesh() : nullptr;
 }
 
 std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
 {
   std::vector<ShownMesh> shown;
   if (isEnabled() && painters_) {
-    for (const MeshPainters::Mesh& mesh : painters_->meshes()) {
-      if (mesh.painter->mesh() && mesh.painter->pose()) {
-        shown.push_back({mesh.painter->mesh(), mesh.painter->pose()->position,
-                         mesh.painter->pose()->orientation, getNameStd(),
-                         properties_->sources().source()});
+    for (const MeshPainter& painter : painters_->painters()) {
+      if (painter.mesh() && painter.pose()) {
+        shown.push_back({painter.mesh(), painter.pose()->position, painter.pose()->orientation,
+                         getNameStd(), properties_->source()});
       }
     }
   }
@@ -98,26 +96,21 @@ std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
 
 bool TexturedMeshDisplay::has(const MeshDataConstPtr& mesh) const
 {
-  if (mesh && painters_) {
-    for (const MeshPainters::Mesh& known : painters_->meshes()) {
-      if (known.painter->mesh() == mesh) {
-        return true;
-      }
-    }
-  }
-  return false;
+  return mesh && painters_ &&
+         std::any_of(painters_->painters().begin(), painters_->painters().end(),
+                     [&](const MeshPainter& painter) { return painter.mesh() == mesh; });
 }
 
 const MeshVisual* TexturedMeshDisplay::visual() const
 {
-  const MeshPainters::Mesh* newest = painters_ ? painters_->newest() : nullptr;
-  return newest ? newest->painter->visual() : nullptr;
+  const MeshPainter* newest = painters_ ? painters_->newest() : nullptr;
+  return newest ? newest->visual() : nullptr;
 }
 
 void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*datatype*/)
 {
   lines_.attempt([&] {
-    properties_->sources().setGeometryTopic(topic);
+    properties_->setGeometryTopic(topic);
     proposal_.ask(topic.toStdString());
   });
 }
@@ -197,8 +190,8 @@ void TexturedMeshDisplay::work()
   }
   const Clock::time_point end = Clock::now() + UPDATE_BUDGET;
   if (const auto topics = proposal_.take()) {
-    properties_->sources().proposeTopics(QString::fromStdString(topics->costs),
-                                         QString::fromStdString(topics->colors));
+    properties_->proposeTopics(QString::fromStdString(topics->costs),
+                               QString::fromStdString(topics->colors));
   }
   if (source_changed_) {
     source_changed_ = false;
@@ -222,7 +215,7 @@ void TexturedMeshDisplay::work()
   followLabelColors();
   upload(end);
   updatePoses();
-  legend_.update(*properties_, *painters_);
+  updateLegend();
   report_->report(received_, geometry_reception_, working_, lines_);
 }
 
@@ -300,7 +293,7 @@ void TexturedMeshDisplay::followLabelColors()
     lines_.report("Label colors", std::nullopt);
     return;
   }
-  label_colors_.connect(threaded_nh_, labelNamespace(properties_->sources().source()));
+  label_colors_.connect(threaded_nh_, labelNamespace(properties_->source()));
   for (const MeshDataConstPtr& mesh : store_.meshes()) {
     label_colors_.request(mesh->uuid);
   }
@@ -323,7 +316,7 @@ void TexturedMeshDisplay::updatePoses()
 {
   std::optional<StatusLine> line;
   painters_->setPoses([&](const std::string& frame) {
-    const std::string given = properties_->sources().source().frame;
+    const std::string given = properties_->source().frame;
     StatusLine found;
     const auto pose =
         findPose(*context_->getFrameManager(), given.empty() ? frame : given, "the mesh is", found);
@@ -333,6 +326,22 @@ void TexturedMeshDisplay::updatePoses()
     return pose;
   });
   lines_.report("Transform", line);
+}
+
+/// It is there while a cost layer is drawn and the properties ask for it.
+void TexturedMeshDisplay::updateLegend()
+{
+  const CostProperties& properties = properties_->costs();
+  const auto& painters = painters_->painters();
+  const auto drawn = std::find_if(painters.begin(), painters.end(),
+                                  [](const auto& painter) { return painter.costs() != nullptr; });
+  if (drawn == painters.end() || !properties.legend()) {
+    legend_.hide();
+    return;
+  }
+  const CostColoring& coloring = drawn->coloring();
+  legend_.show({properties.costsType(), properties.unit(), coloring,
+                limitsOf(coloring, drawn->costs()->summary)});
 }
 
 }  // namespace rviz_mesh_plugin

@@ -16,8 +16,8 @@
 #include "base/status_lines.h"
 #include "displays/mesh_report.h"
 #include "displays/mesh_requests.h"
-#include "displays/shown_legend.h"
 #include "incoming/mesh_store.h"
+#include "legend/legend.h"
 #include "mesh_view/mesh_feed.h"
 #include "mesh_view/mesh_painter.h"
 #include "mesh_view/shown_mesh.h"
@@ -121,6 +121,7 @@ class TexturedMeshDisplay : public rviz::Display
   void offerChoices();
   void followLabelColors();
   void updatePoses();
+  void updateLegend();
   void upload(Clock::time_point end);
 
   MeshProperties* properties_;
@@ -130,7 +131,7 @@ class TexturedMeshDisplay : public rviz::Display
   LabelColorFeed label_colors_;
   std::unique_ptr<MeshPainters> painters_;
   std::unique_ptr<MeshReport> report_;
-  ShownLegend legend_;
+  Legend legend_;
   StatusLines lines_;
   InboxContent received_;  ///< for its receptions
   Reception geometry_reception_;

@@ -22,7 +22,6 @@
 #include <QGuiApplication>
 #include <QImage>
 
-#include "legend/legend_picture.h"
 #include "rendering/ogre_compatibility.h"
 #include "rendering/picture_material.h"
 #include "rendering/unique_name.h"
@@ -36,39 +35,64 @@ constexpr unsigned short Z_ORDER = 300;
 /// Between legends and to the border of the view, in pixels of the screen.
 constexpr int DISTANCE = 8;
 
-/// A picture over the 3D view, at its right side. RViz shows overlays in its main view alone: the
-/// views of cameras leave them out. GUI thread only.
-class LegendOverlay
+/// Puts all legends side by side, the first at the right border, halfway up the view, and follows
+/// the size of this. GUI thread only.
+class LegendRow : public Ogre::FrameListener
+{
+ public:
+  static LegendRow& instance();
+
+  void add(LegendPanel* panel);
+  void remove(LegendPanel* panel);
+
+  /// Before each frame that RViz draws; @return true, which goes on.
+  bool frameStarted(const Ogre::FrameEvent& event) override;
+
+ private:
+  std::vector<LegendPanel*> panels_;
+};
+
+}  // namespace
+
+/// One legend that is shown: a picture over the 3D view, at its right side. RViz shows overlays in
+/// its main view alone: the views of cameras leave them out. GUI thread only.
+class LegendPanel
 {
  public:
   /// @throw std::runtime_error where OGRE has no overlays
-  LegendOverlay();
-  ~LegendOverlay();
-  LegendOverlay(const LegendOverlay&) = delete;
-  LegendOverlay& operator=(const LegendOverlay&) = delete;
+  explicit LegendPanel(LegendContent content);
+  ~LegendPanel();
+  LegendPanel(const LegendPanel&) = delete;
+  LegendPanel& operator=(const LegendPanel&) = delete;
 
-  /// @param picture format ARGB32
-  void setPicture(const QImage& picture);
+  const LegendContent& content() const { return content_; }
+  void setContent(const LegendContent& content);
 
-  /// In pixels: from the right side of the view to the right side of the picture, and from the top.
-  void setPosition(int right, int top);
-  void setVisible(bool visible);
+  /// Draws it where there is room, in pixels. Throws nothing.
+  /// @param height of the legend where @a ratio, of pixels to those of the screen, is 1
+  /// @param right from the right side of the view to that of the legend; of the next one after that
+  void place(int height, double ratio, int view_width, int view_height, int& right);
 
-  int width() const { return width_; }
-  int height() const { return height_; }
+  std::string error() const;
 
  private:
   void destroy();
+  void setPicture(const QImage& picture);
 
+  LegendContent content_;
   Ogre::TexturePtr texture_;
   Ogre::MaterialPtr material_;
   Ogre::OverlayContainer* element_ = nullptr;
   Ogre::Overlay* overlay_ = nullptr;
   int width_ = 0;
   int height_ = 0;
+  int drawn_height_ = 0;  ///< 0: the content has changed since
+  double drawn_ratio_ = 1.0;
+  std::string error_;  ///< why it could not be drawn; it is not tried again with the same content
+  bool has_room_ = true;
 };
 
-LegendOverlay::LegendOverlay()
+LegendPanel::LegendPanel(LegendContent content) : content_(std::move(content))
 {
   Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr();
   if (!manager) {
@@ -84,18 +108,20 @@ LegendOverlay::LegendOverlay()
     overlay_ = manager->create(uniqueName("Legend"));
     overlay_->setZOrder(Z_ORDER);
     overlay_->add2D(element_);
+    LegendRow::instance().add(this);
   } catch (...) {
     destroy();
     throw;
   }
 }
 
-LegendOverlay::~LegendOverlay()
+LegendPanel::~LegendPanel()
 {
+  LegendRow::instance().remove(this);
   destroy();
 }
 
-void LegendOverlay::destroy()
+void LegendPanel::destroy()
 {
   if (Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr()) {
     if (overlay_) {
@@ -111,7 +137,7 @@ void LegendOverlay::destroy()
   removeResource(Ogre::TextureManager::getSingleton(), texture_);
 }
 
-void LegendOverlay::setPicture(const QImage& picture)
+void LegendPanel::setPicture(const QImage& picture)
 {
   if (!isSet(texture_) || picture.width() != width_ || picture.height() != height_) {
     Ogre::Pass* pass = material_->getTechnique(0)->getPass(0);
@@ -134,50 +160,44 @@ void LegendOverlay::setPicture(const QImage& picture)
   texture_->getBuffer()->blitFromMemory(box);
 }
 
-void LegendOverlay::setPosition(int right, int top)
+void LegendPanel::setContent(const LegendContent& content)
 {
-  element_->setPosition(static_cast<float>(-right - width_), static_cast<float>(top));
+  content_ = content;
+  drawn_height_ = 0;
 }
 
-void LegendOverlay::setVisible(bool visible)
+void LegendPanel::place(int height, double ratio, int view_width, int view_height, int& right)
 {
-  if (visible) {
+  bool fits = false;
+  try {
+    has_room_ = height >= LEAST_LEGEND_HEIGHT;
+    if (has_room_ && (drawn_height_ != height || drawn_ratio_ != ratio)) {
+      error_.clear();
+      drawn_height_ = height;
+      drawn_ratio_ = ratio;
+      setPicture(drawLegend(content_, height, ratio));
+    }
+    has_room_ = has_room_ && right + width_ <= view_width;
+    fits = has_room_ && error_.empty();
+  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+    error_ = error.what();
+  }
+  if (fits) {
+    element_->setPosition(static_cast<float>(-right - width_),
+                          static_cast<float>((view_height - height_) / 2));
+    right += width_ + static_cast<int>(DISTANCE * ratio);
     overlay_->show();
   } else {
     overlay_->hide();
   }
 }
 
-/// One legend that is shown.
-struct LegendPanel
+std::string LegendPanel::error() const
 {
-  LegendContent content;
-  LegendOverlay overlay;
-  int drawn_height = 0;  ///< 0: the content has changed since
-  double drawn_ratio = 1.0;
-  std::string error;  ///< why it could not be drawn; it is not tried again with the same content
-  bool has_room = true;
-};
+  return error_.empty() && !has_room_ ? "the 3D view is too small for it" : error_;
+}
 
-/// Puts all legends side by side, the first at the right border, halfway up the view, and follows
-/// the size of this. GUI thread only.
-class LegendRow : public Ogre::FrameListener
-{
- public:
-  static LegendRow& instance();
-
-  void add(LegendPanel* panel);
-  void remove(LegendPanel* panel);
-
-  /// Before each frame that RViz draws; @return true, which goes on.
-  bool frameStarted(const Ogre::FrameEvent& event) override;
-
- private:
-  static void place(LegendPanel& panel, int height, double ratio, int view_width, int view_height,
-                    int* right);
-
-  std::vector<LegendPanel*> panels_;
-};
+namespace {
 
 LegendRow& LegendRow::instance()
 {
@@ -201,24 +221,6 @@ void LegendRow::remove(LegendPanel* panel)
   }
 }
 
-void LegendRow::place(LegendPanel& panel, int height, double ratio, int view_width, int view_height,
-                      int* right)
-{
-  if (panel.drawn_height != height || panel.drawn_ratio != ratio) {
-    panel.error.clear();
-    panel.drawn_height = height;
-    panel.drawn_ratio = ratio;
-    panel.overlay.setPicture(drawLegend(panel.content, height, ratio));
-  }
-  panel.has_room = *right + panel.overlay.width() <= view_width;
-  const bool fits = panel.error.empty() && panel.has_room;
-  panel.overlay.setVisible(fits);
-  if (fits) {
-    panel.overlay.setPosition(*right, (view_height - panel.overlay.height()) / 2);
-    *right += panel.overlay.width() + static_cast<int>(DISTANCE * ratio);
-  }
-}
-
 bool LegendRow::frameStarted(const Ogre::FrameEvent& /*event*/)
 {
   const Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr();
@@ -233,71 +235,41 @@ bool LegendRow::frameStarted(const Ogre::FrameEvent& /*event*/)
   const int height = std::min(LEGEND_HEIGHT, room);
   int right = static_cast<int>(DISTANCE * ratio);
   for (LegendPanel* panel : panels_) {
-    try {
-      if (height < LEAST_LEGEND_HEIGHT) {
-        panel->has_room = false;
-        panel->overlay.setVisible(false);
-      } else {
-        place(*panel, height, ratio, view_width, view_height, &right);
-      }
-    } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-      panel->error = error.what();
-      panel->overlay.setVisible(false);
-    }
+    panel->place(height, ratio, view_width, view_height, right);
   }
   return true;
 }
 
 }  // namespace
 
-class Legend::Panel : public LegendPanel
-{
- public:
-  explicit Panel(LegendContent shown)
-  {
-    content = std::move(shown);
-    LegendRow::instance().add(this);
-  }
-  ~Panel() { LegendRow::instance().remove(this); }
-};
-
 Legend::Legend() = default;
 Legend::~Legend() = default;
 
-void Legend::show(const std::string& layer, const std::string& unit, const CostColoring& coloring,
-                  const CostLimits& limits)
+void Legend::show(const LegendContent& content)
 {
-  LegendContent content{layer, unit, coloring, limits};
-  if (panel_ && panel_->content == content) {
+  if (panel_ && panel_->content() == content) {
     return;
   }
   if (panel_) {
-    panel_->content = std::move(content);
-    panel_->drawn_height = 0;
-    return;
-  }
-  if (!error_.empty()) {
-    return;  // OGRE has no overlays now, nor will it later.
-  }
-  try {
-    panel_ = std::make_unique<Panel>(std::move(content));
-  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-    error_ = error.what();
+    panel_->setContent(content);
+  } else if (error_.empty()) {  // else OGRE has no overlays now, nor will it later
+    try {
+      panel_ = std::make_unique<LegendPanel>(content);
+    } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+      error_ = error.what();
+    }
   }
 }
 
 void Legend::hide()
 {
   panel_.reset();
+  error_.clear();
 }
 
 std::string Legend::error() const
 {
-  if (!panel_) {
-    return error_;
-  }
-  return panel_->error.empty() && !panel_->has_room ? "the 3D view is too small for it"
-                                                    : panel_->error;
+  return panel_ ? panel_->error() : error_;
 }
 
 }  // namespace rviz_mesh_plugin

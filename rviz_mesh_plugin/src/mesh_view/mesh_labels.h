@@ -29,7 +29,7 @@ class MeshLabels
   /// are uploaded.
   /// @throw Ogre::Exception, std::bad_alloc
   void show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha);
-  void hide() { clear(); }
+  void clear();
 
   /// Labels have these colors from now on; returns whether one that is drawn has another one than
   /// before. @throw Ogre::Exception, std::bad_alloc
@@ -44,8 +44,6 @@ class MeshLabels
   std::size_t leftOut() const;
 
  private:
-  void clear();
-
   Ogre::SceneManager* scene_manager_;
   Ogre::SceneNode* parent_;
   std::unique_ptr<LabelOverlay> overlay_;  ///< only while there are labels

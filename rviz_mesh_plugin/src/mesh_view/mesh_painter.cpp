@@ -7,7 +7,6 @@
 #include "conversion/validation.h"
 #include "incoming/mesh_loader.h"
 #include "incoming/mesh_store.h"
-#include "mesh_view/shown_costs.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
 #include "rendering/mesh_visual.h"
@@ -41,8 +40,31 @@ ColorSource guarded(ColorSource source, std::size_t size)
 
 }  // namespace
 
+CostColoring commonColoring(const MeshStore& store, const std::string& layer, CostColoring coloring)
+{
+  if (coloring.custom_limits) {
+    return coloring;
+  }
+  std::optional<CostLimits> common;
+  for (const MeshDataConstPtr& mesh : store.meshes()) {
+    const CostLayerConstPtr costs = store.attributes(mesh->uuid).cost(layer);
+    if (!costs || costs->summary.finite == 0) {
+      continue;
+    }
+    const CostLimits limits = limitsOf(coloring, costs->summary);
+    common = common ? CostLimits{std::min(common->lower, limits.lower),
+                                 std::max(common->upper, limits.upper)}
+                    : limits;
+  }
+  if (common) {
+    coloring.custom_limits = true;
+    coloring.limits = *common;
+  }
+  return coloring;
+}
+
 MeshPainter::MeshPainter(const Context& context, std::string uuid)
-    : context_(context), uuid_(std::move(uuid))
+    : context_(context), uuid_(std::move(uuid)), labels_(context.scene_manager, context.parent)
 {
 }
 
@@ -82,11 +104,17 @@ void MeshPainter::setLayout(const MeshLayoutConstPtr& layout)
   if (taken) {
     geometry_error_.clear();
   }
-  paint();
+  paintMesh();
   setPose(pose_);
 }
 
 void MeshPainter::paint()
+{
+  paintMesh();
+  paintLabels();
+}
+
+void MeshPainter::paintMesh()
 {
   const bool waits = requestLayout();
   if (!visual_ || !visual_->layout()) {
@@ -198,7 +226,7 @@ void MeshPainter::updateCosts(const CostLayerConstPtr& layer,
 {
   const Colors before = colors_;
   const bool same_layer = costs_ == layer;
-  paint();
+  paintMesh();
   // Not all of them anew: the layer has been changed in place, the limits are
   // the same.
   if (visual_ && same_layer && costs_ == layer && colors_ == before) {
@@ -259,18 +287,43 @@ void MeshPainter::clearColors()
   }
 }
 
+void MeshPainter::paintLabels()
+{
+  labels_error_.clear();
+  attemptLabels([&] {
+    if (context_.properties.labelsShown()) {
+      labels_.show(context_.store.mesh(uuid_), context_.store.attributes(uuid_).labels,
+                   context_.properties.labelsAlpha());
+    } else {
+      labels_.clear();
+    }
+  });
+}
+
+bool MeshPainter::colorLabels(const LabelColorFeed& feed)
+{
+  bool changed = false;
+  attemptLabels([&] { changed = labels_.setOwnColors(feed.colors(uuid_)); });
+  return changed;
+}
+
 bool MeshPainter::upload(std::chrono::microseconds budget)
 {
+  const auto start = std::chrono::steady_clock::now();
   bool done = true;
   if (visual_ && attempt([&] { done = visual_->upload(budget); }) && done && painted_) {
     colors_error_.clear();
   }
+  const auto left = budget - std::chrono::duration_cast<std::chrono::microseconds>(
+                                 std::chrono::steady_clock::now() - start);
+  attemptLabels([&] { done &= left.count() > 0 && labels_.upload(left); });
   return done;
 }
 
 void MeshPainter::setPose(const std::optional<FramePose>& pose)
 {
   pose_ = pose;
+  labels_.setPose(pose);
   if (visual_) {
     visual_->setVisible(pose.has_value());
     if (pose) {
@@ -295,18 +348,28 @@ bool MeshPainter::attempt(const std::function<void()>& work)
   }
 }
 
-MeshPainters::Mesh* MeshPainters::find(const std::string& uuid)
+void MeshPainter::attemptLabels(const std::function<void()>& work)
 {
-  const auto found = std::find_if(meshes_.begin(), meshes_.end(),
-                                  [&](const Mesh& mesh) { return mesh.painter->uuid() == uuid; });
-  return found == meshes_.end() ? nullptr : &*found;
+  try {
+    work();
+  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+    labels_.clear();
+    labels_error_ = error.what();
+  }
+}
+
+std::list<MeshPainter>::iterator MeshPainters::find(const std::string& uuid)
+{
+  return std::find_if(painters_.begin(), painters_.end(),
+                      [&](const MeshPainter& painter) { return painter.uuid() == uuid; });
 }
 
 void MeshPainters::setLayouts(const std::vector<MeshLayoutConstPtr>& layouts)
 {
   for (const MeshLayoutConstPtr& layout : layouts) {
-    if (Mesh* mesh = find(layout->mesh->uuid)) {
-      mesh->painter->setLayout(layout);
+    const auto painter = find(layout->mesh->uuid);
+    if (painter != painters_.end()) {
+      painter->setLayout(layout);
     }
   }
 }
@@ -314,67 +377,37 @@ void MeshPainters::setLayouts(const std::vector<MeshLayoutConstPtr>& layouts)
 void MeshPainters::paint()
 {
   // In the order of the store; those that it no longer has come last.
-  std::list<Mesh> ordered;
+  std::list<MeshPainter> ordered;
   for (const MeshDataConstPtr& data : context_.store.meshes()) {
-    const auto found = std::find_if(meshes_.begin(), meshes_.end(), [&](const Mesh& mesh) {
-      return mesh.painter->uuid() == data->uuid;
-    });
-    if (found != meshes_.end()) {
-      ordered.splice(ordered.end(), meshes_, found);
+    const auto found = find(data->uuid);
+    if (found != painters_.end()) {
+      ordered.splice(ordered.end(), painters_, found);
     } else {
-      ordered.push_back({std::make_unique<MeshPainter>(context_, data->uuid),
-                         std::make_unique<MeshLabels>(context_.scene_manager, context_.parent),
-                         std::string()});
+      ordered.emplace_back(context_, data->uuid);
     }
   }
-  ordered.splice(ordered.end(), meshes_);
-  meshes_.swap(ordered);
+  ordered.splice(ordered.end(), painters_);
+  painters_.swap(ordered);
   retire();
-  for (Mesh& mesh : meshes_) {
-    mesh.painter->paint();
-    paintLabels(mesh);
+  for (MeshPainter& painter : painters_) {
+    painter.paint();
   }
 }
 
 void MeshPainters::retire()
 {
   const bool replaced =
-      !context_.store.newest() ||
-      (newest() && (newest()->painter->mesh() || !newest()->painter->error().empty()));
-  meshes_.remove_if([&](const Mesh& mesh) {
-    return !context_.store.mesh(mesh.painter->uuid()) && (replaced || !mesh.painter->mesh());
-  });
-}
-
-void MeshPainters::attempt(Mesh& mesh, const std::function<void()>& draw_labels)
-{
-  try {
-    draw_labels();
-  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-    mesh.labels->hide();
-    mesh.labels_error = error.what();
-  }
-}
-
-void MeshPainters::paintLabels(Mesh& mesh)
-{
-  mesh.labels_error.clear();
-  attempt(mesh, [&] {
-    if (context_.properties.labelsShown()) {
-      mesh.labels->show(context_.store.mesh(mesh.painter->uuid()),
-                        context_.store.attributes(mesh.painter->uuid()).labels,
-                        context_.properties.labelsAlpha());
-    } else {
-      mesh.labels->hide();
-    }
+      !context_.store.newest() || (newest() && (newest()->mesh() || !newest()->error().empty()));
+  painters_.remove_if([&](const MeshPainter& painter) {
+    return !context_.store.mesh(painter.uuid()) && (replaced || !painter.mesh());
   });
 }
 
 bool MeshPainters::colorLabels(const LabelColorFeed& feed)
 {
   bool changed = false;
-  for (Mesh& mesh : meshes_) {
-    attempt(mesh, [&] { changed |= mesh.labels->setOwnColors(feed.colors(mesh.painter->uuid())); });
+  for (MeshPainter& painter : painters_) {
+    changed |= painter.colorLabels(feed);
   }
   return changed;
 }
@@ -382,8 +415,9 @@ bool MeshPainters::colorLabels(const LabelColorFeed& feed)
 void MeshPainters::updateCosts(const CostLayerConstPtr& layer,
                                const std::vector<std::uint32_t>& vertices)
 {
-  if (Mesh* mesh = find(layer->uuid)) {
-    mesh->painter->updateCosts(layer, vertices);
+  const auto painter = find(layer->uuid);
+  if (painter != painters_.end()) {
+    painter->updateCosts(layer, vertices);
   }
 }
 
@@ -395,13 +429,12 @@ bool MeshPainters::upload(std::chrono::microseconds budget)
                         std::chrono::steady_clock::now() - start);
   };
   bool done = true;
-  for (Mesh& mesh : meshes_) {
+  for (MeshPainter& painter : painters_) {
     // At least one slice of one mesh, so that there is always some progress.
     if (!done && left().count() <= 0) {
       break;
     }
-    done &= mesh.painter->upload(std::max(left(), std::chrono::microseconds(1)));
-    attempt(mesh, [&] { done &= left().count() > 0 ? mesh.labels->upload(left()) : false; });
+    done &= painter.upload(std::max(left(), std::chrono::microseconds(1)));
   }
   retire();
   return done;
@@ -409,12 +442,10 @@ bool MeshPainters::upload(std::chrono::microseconds budget)
 
 void MeshPainters::setPoses(const FindPose& find_pose)
 {
-  for (Mesh& mesh : meshes_) {
-    const MeshDataConstPtr drawn = mesh.painter->mesh();
-    const MeshDataConstPtr data = drawn ? drawn : context_.store.mesh(mesh.painter->uuid());
-    const auto pose = data ? find_pose(data->frame_id) : std::nullopt;
-    mesh.painter->setPose(pose);
-    mesh.labels->setPose(pose);
+  for (MeshPainter& painter : painters_) {
+    const MeshDataConstPtr drawn = painter.mesh();
+    const MeshDataConstPtr data = drawn ? drawn : context_.store.mesh(painter.uuid());
+    painter.setPose(data ? find_pose(data->frame_id) : std::nullopt);
   }
 }
 

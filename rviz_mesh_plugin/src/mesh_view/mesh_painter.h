@@ -28,12 +28,19 @@ class MeshProperties;
 class MeshStore;
 class MeshVisual;
 
+/// How a layer is colored on all meshes shown, so that one legend tells of all
+/// of them: automatic limits span the costs of all, and are given as custom
+/// ones.
+CostColoring commonColoring(const MeshStore& store, const std::string& layer,
+                            CostColoring coloring);
+
 /// Makes a MeshVisual show one mesh of a MeshStore in the way that
 /// MeshProperties ask for; asks a MeshLoader for another layout where that
-/// needs one, and goes on showing what it has until then. GUI thread only.
+/// needs one, and goes on showing what it has until then. Draws its labels over
+/// it. GUI thread only.
 ///
 /// Where OGRE cannot take the data (memory), what is drawn stays and error()
-/// says why.
+/// says why; labels are taken away, and labelsError() says why.
 class MeshPainter
 {
  public:
@@ -64,7 +71,11 @@ class MeshPainter
   /// changed.
   void updateCosts(const CostLayerConstPtr& layer, const std::vector<std::uint32_t>& vertices);
 
-  /// True where nothing is left to upload.
+  /// Gives labels the colors of their own that are known; returns whether one that is drawn
+  /// changes.
+  bool colorLabels(const LabelColorFeed& feed);
+
+  /// For about this long; true where nothing is left to upload.
   bool upload(std::chrono::microseconds budget);
 
   /// Where the mesh is drawn; not at all where that is not known.
@@ -89,6 +100,10 @@ class MeshPainter
     return geometry_error_.empty() ? colors_error_ : geometry_error_;
   }
 
+  const MeshLabels& labels() const { return labels_; }
+  /// Why they cannot be drawn; else empty.
+  const std::string& labelsError() const { return labels_error_; }
+
  private:
   /// What the colors that have been uploaded were made from.
   struct Colors
@@ -104,6 +119,9 @@ class MeshPainter
   };
 
   bool attempt(const std::function<void()>& work);
+  void attemptLabels(const std::function<void()>& work);
+  void paintMesh();
+  void paintLabels();
   bool accepts(const MeshLayout& layout) const;
   bool requestLayout();
   bool paintAttributes();
@@ -127,6 +145,8 @@ class MeshPainter
   std::string geometry_error_;  ///< of the layout that could not be drawn
   std::string colors_error_;
   bool painted_ = false;  ///< since the last error of colors
+  MeshLabels labels_;
+  std::string labels_error_;
 };
 
 /// Draws all meshes of a MeshStore, with their labels. GUI thread only.
@@ -156,27 +176,19 @@ class MeshPainters
   using FindPose = std::function<std::optional<FramePose>(const std::string& frame)>;
   void setPoses(const FindPose& find_pose);
 
-  void clear() { meshes_.clear(); }
+  void clear() { painters_.clear(); }
 
-  struct Mesh
-  {
-    std::unique_ptr<MeshPainter> painter;
-    std::unique_ptr<MeshLabels> labels;
-    std::string labels_error;  ///< why they cannot be drawn
-  };
-  /// The newest first.
-  const std::list<Mesh>& meshes() const { return meshes_; }
+  /// Of each mesh, the newest first.
+  const std::list<MeshPainter>& painters() const { return painters_; }
   /// Null where there is none.
-  const Mesh* newest() const { return meshes_.empty() ? nullptr : &meshes_.front(); }
+  const MeshPainter* newest() const { return painters_.empty() ? nullptr : &painters_.front(); }
 
  private:
-  Mesh* find(const std::string& uuid);
+  std::list<MeshPainter>::iterator find(const std::string& uuid);
   void retire();
-  void paintLabels(Mesh& mesh);
-  static void attempt(Mesh& mesh, const std::function<void()>& draw_labels);
 
   const MeshPainter::Context context_;
-  std::list<Mesh> meshes_;
+  std::list<MeshPainter> painters_;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include "legend/scale_ticks.h"
+#include "legend/legend_picture.h"
 #include "support/color_printing.h"
 
 using rviz_mesh_plugin::ColorScale;

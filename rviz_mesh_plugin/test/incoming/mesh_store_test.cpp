@@ -10,7 +10,7 @@
 #include "incoming/cost_update.h"
 #include "incoming/mesh_inbox.h"
 #include "incoming/mesh_store.h"
-#include "mesh_view/shown_costs.h"
+#include "mesh_view/mesh_painter.h"
 #include "support/meshes.h"
 
 using rviz_mesh_plugin::convert;

@@ -85,10 +85,7 @@ int whitePixels(const QImage& picture, const QRect& area)
 class LegendTest : public osmesa_harness::RenderFixture
 {
  protected:
-  void show(Legend& legend, const LegendContent& shown)
-  {
-    legend.show(shown.layer, shown.unit, shown.coloring, shown.limits);
-  }
+  void show(Legend& legend, const LegendContent& shown) { legend.show(shown); }
 };
 
 TEST_F(LegendTest, the_bar_has_the_colors_of_each_scale)
