@@ -8,7 +8,7 @@ namespace rviz_mesh_plugin {
 
 StatusLine noMapOpen()
 {
-  return {StatusLine::WARN, "no map is open; the line 'Map' of the display above tells why"};
+  return StatusLine::warn("no map is open; the line 'Map' of the display above tells why");
 }
 
 void StatusLines::report(const std::string& name, const OptionalStatus& status)
@@ -36,11 +36,18 @@ bool StatusLines::attempt(const std::function<void()>& work)
     work();
     return true;
   } catch (const std::exception& error) {  // Ogre::Exception, ros::Exception, std::bad_alloc
-    report("Display",
-           StatusLine{StatusLine::ERROR,
-                      std::string("the display cannot do what it should: ") + error.what()});
+    report("Display", StatusLine::error("the display cannot do what it should: ", error.what()));
     return false;
   }
+}
+
+void StatusLines::repeat(const std::function<void()>& work)
+{
+  const bool done = attempt(work);
+  if (done && repeat_failed_) {
+    report("Display", std::nullopt);
+  }
+  repeat_failed_ = !done;
 }
 
 void StatusLines::clear()

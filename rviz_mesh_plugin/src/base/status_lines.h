@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <string>
 
 namespace rviz {
@@ -10,6 +12,21 @@ class Display;
 }
 
 namespace rviz_mesh_plugin {
+
+/// Texts and numbers, one behind the other.
+template <class... Parts>
+std::string joined(const Parts&... parts)
+{
+  std::ostringstream stream;
+  (stream << ... << parts);
+  return stream.str();
+}
+
+/// "1 layer", "2 layers"
+inline std::string counted(std::size_t count, const char* one, const char* many)
+{
+  return joined(count, " ", count == 1 ? one : many);
+}
 
 /// One line of the status tree: a sentence with the numbers and the way out. Levels are those of
 /// RViz.
@@ -23,6 +40,22 @@ struct StatusLine
   };
   Level level = OK;
   std::string text;
+
+  template <class... Parts>
+  static StatusLine ok(const Parts&... parts)
+  {
+    return {OK, joined(parts...)};
+  }
+  template <class... Parts>
+  static StatusLine warn(const Parts&... parts)
+  {
+    return {WARN, joined(parts...)};
+  }
+  template <class... Parts>
+  static StatusLine error(const Parts&... parts)
+  {
+    return {ERROR, joined(parts...)};
+  }
 };
 
 /// No line at all where there is nothing to say.
@@ -47,6 +80,9 @@ class StatusLines
   /// @return whether all went well
   bool attempt(const std::function<void()>& work);
 
+  /// The same for what is done every frame: the line is taken away as soon as it goes well.
+  void repeat(const std::function<void()>& work);
+
   /// Takes away all lines reported here.
   void clear();
 
@@ -56,6 +92,7 @@ class StatusLines
  private:
   rviz::Display* display_;
   std::map<std::string, StatusLine> lines_;
+  bool repeat_failed_ = false;
 };
 
 }  // namespace rviz_mesh_plugin

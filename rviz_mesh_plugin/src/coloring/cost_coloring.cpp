@@ -14,12 +14,12 @@ namespace {
 /// share of the upper one.
 constexpr float LEAST_SHARE = 1e-3f;
 
-/// Costs to positions on the scale, for many costs; both limits differ.
+/// Costs to positions on the scale, for many costs.
 class Positions
 {
  public:
   Positions(const CostColoring& coloring, const CostLimits& limits)
-      : logarithmic_(isLogarithmic(coloring, limits))
+      : limits_(limits), logarithmic_(isLogarithmic(coloring, limits))
   {
     // In double, since the span of two floats may be more than a float holds.
     lower_ = logarithmic_ ? std::log(static_cast<double>(limits.lower)) : limits.lower;
@@ -29,6 +29,9 @@ class Positions
 
   float at(float cost) const
   {
+    if (limits_.lower == limits_.upper) {
+      return cost > limits_.upper ? 1.0f : 0.0f;
+    }
     double value = cost;
     if (logarithmic_) {
       value = cost > 0.0f ? std::log(value) : -std::numeric_limits<double>::infinity();
@@ -37,6 +40,7 @@ class Positions
   }
 
  private:
+  CostLimits limits_;
   bool logarithmic_;
   double lower_;
   double factor_;
@@ -46,6 +50,24 @@ bool isOutside(const CostLimits& limits, float cost, bool* below)
 {
   *below = cost < std::min(limits.lower, limits.upper);
   return *below || cost > std::max(limits.lower, limits.upper);
+}
+
+/// The color of a cost, where its position lies on the scale: @a scale_color(position).
+template <class ScaleColor>
+Rgba8 colorOf(float cost, const CostColoring& coloring, const CostLimits& limits,
+              const Positions& positions, const ScaleColor& scale_color)
+{
+  if (std::isnan(cost)) {
+    return coloring.unknown;
+  }
+  if (cost > std::numeric_limits<float>::max()) {
+    return coloring.lethal;
+  }
+  bool below = false;
+  if (coloring.mark_outside && isOutside(limits, cost, &below)) {
+    return below ? coloring.below : coloring.above;
+  }
+  return scale_color(positions.at(cost));
 }
 
 CostLimits automaticLimits(const CostColoring& coloring, const CostSummary& summary)
@@ -104,26 +126,14 @@ bool isLogarithmic(const CostColoring& coloring, const CostLimits& limits)
 
 float scalePosition(const CostColoring& coloring, const CostLimits& limits, float cost)
 {
-  if (limits.lower == limits.upper) {
-    return cost > limits.upper ? 1.0f : 0.0f;
-  }
   return Positions(coloring, limits).at(cost);
 }
 
 Rgba8 costColor(const CostColoring& coloring, const CostLimits& limits, float cost)
 {
-  if (std::isnan(cost)) {
-    return coloring.unknown;
-  }
-  if (std::isinf(cost) && cost > 0.0f) {
-    return coloring.lethal;
-  }
-  bool below = false;
-  if (coloring.mark_outside && isOutside(limits, cost, &below)) {
-    return below ? coloring.below : coloring.above;
-  }
-  const float position = scalePosition(coloring, limits, cost);
-  return scaleColor(coloring.scale, coloring.inverted ? 1.0f - position : position);
+  return colorOf(cost, coloring, limits, Positions(coloring, limits), [&](float position) {
+    return scaleColor(coloring.scale, coloring.inverted ? 1.0f - position : position);
+  });
 }
 
 std::string coloringNote(const CostColoring& coloring, const CostSummary& summary)
@@ -153,24 +163,11 @@ ColorSource colorSource(const CostLayerConstPtr& layer, const CostColoring& colo
 {
   const CostLimits limits = limitsOf(coloring, layer->summary);
   const auto table = std::make_shared<const ColorTable>(coloring.scale, coloring.inverted);
-  const bool constant = limits.lower == limits.upper;
   const Positions positions(coloring, limits);
   return [=](const std::uint32_t* sources, std::size_t count, Rgba8* colors) {
-    const std::vector<float>& costs = layer->costs;
     for (std::size_t i = 0; i < count; ++i) {
-      const float cost = costs[sources[i]];
-      bool below = false;
-      if (std::isnan(cost)) {
-        colors[i] = coloring.unknown;
-      } else if (cost > std::numeric_limits<float>::max()) {
-        colors[i] = coloring.lethal;
-      } else if (coloring.mark_outside && isOutside(limits, cost, &below)) {
-        colors[i] = below ? coloring.below : coloring.above;
-      } else if (constant) {
-        colors[i] = table->at(cost > limits.upper ? 1.0f : 0.0f);
-      } else {
-        colors[i] = table->at(positions.at(cost));
-      }
+      colors[i] = colorOf(layer->costs[sources[i]], coloring, limits, positions,
+                          [&](float position) { return table->at(position); });
     }
   };
 }

@@ -214,7 +214,7 @@ void Map3DDisplay::applySource()
 
 void Map3DDisplay::update(float wall_dt, float ros_dt)
 {
-  const bool done = lines_.attempt([this] {
+  lines_.repeat([this] {
     session_->update(threaded_nh_);
     const MapServer* server = session_->server();
     if (shown_namespace_ != (server ? server->ns() : std::string())) {
@@ -225,10 +225,6 @@ void Map3DDisplay::update(float wall_dt, float ros_dt)
     lines_.report("IO", ioStatus(state));
     lines_.report("Label", labelStatus(state));
   });
-  if (done && work_failed_) {
-    lines_.report("Display", std::nullopt);
-  }
-  work_failed_ = !done;
   rviz::DisplayGroup::update(wall_dt, ros_dt);
 }
 

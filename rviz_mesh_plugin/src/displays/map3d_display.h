@@ -71,7 +71,6 @@ class Map3DDisplay : public rviz::DisplayGroup
   std::unique_ptr<MapSession> session_;
   std::string shown_namespace_;  ///< that the children have been told
   StatusLines lines_;
-  bool work_failed_ = false;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -34,33 +34,31 @@ OptionalStatus fileProblem(const MapFile& file)
   using State = MapFile::State;
   switch (file.state) {
     case State::NOT_CHOSEN:
-      return StatusLine{StatusLine::WARN,
-                        "No map file path specified! Click on the value of 'Map file path' and on "
-                        "'...', and choose a map (.h5) or a mesh (.ply, .obj, .stl, .dae, .glb)"};
+      return StatusLine::warn(
+          "No map file path specified! Click on the value of 'Map file path' and on "
+          "'...', and choose a map (.h5) or a mesh (.ply, .obj, .stl, .dae, .glb)");
     case State::UNKNOWN:
-      return StatusLine{StatusLine::WARN, "looking at " + file.path};
+      return StatusLine::warn("looking at ", file.path);
     case State::MISSING:
-      return StatusLine{StatusLine::ERROR,
-                        "Specified map file does not exist! There is nothing at " + file.path +
-                            "; it is loaded as soon as it is there"};
+      return StatusLine::error("Specified map file does not exist! There is nothing at ", file.path,
+                               "; it is loaded as soon as it is there");
     case State::DIRECTORY:
-      return StatusLine{StatusLine::ERROR, file.path + " is a folder; choose a file in it"};
+      return StatusLine::error(file.path, " is a folder; choose a file in it");
     case State::NOT_REGULAR:
-      return StatusLine{StatusLine::ERROR,
-                        file.path + " is not a file (but a device or the like); choose a map file"};
+      return StatusLine::error(file.path,
+                               " is not a file (but a device or the like); choose a map file");
     case State::UNREADABLE:
-      return StatusLine{StatusLine::ERROR,
-                        file.path + " may not be read; change its permissions (chmod +r)"};
+      return StatusLine::error(file.path, " may not be read; change its permissions (chmod +r)");
     case State::BAD_NAME:
-      return StatusLine{StatusLine::ERROR,
-                        file.path + " contains ':=', which ROS takes for a remapping; rename it"};
+      return StatusLine::error(file.path,
+                               " contains ':=', which ROS takes for a remapping; rename it");
     case State::PRESENT:
       break;
   }
   return std::nullopt;
 }
 
-std::string joined(const std::vector<std::string>& notes)
+std::string textOf(const std::vector<std::string>& notes)
 {
   std::string text;
   for (std::size_t i = 0; i < notes.size() && i < NOTES_SHOWN; ++i) {
@@ -84,20 +82,19 @@ StatusLine runningStatus(const Map3DState& state)
   switch (state.progress.stage) {
     case MapProgress::Stage::STARTING:
       if (state.seconds < START_SECONDS) {
-        return StatusLine{StatusLine::OK, "starting " + process};
+        return StatusLine::ok("starting ", process);
       }
-      return StatusLine{StatusLine::WARN,
-                        process + " has said nothing for " + inSeconds(state.seconds) +
-                            "; is the ROS master still there? 'Reset' does not end it: choose the "
-                            "file again to start anew"};
+      return StatusLine::warn(
+          process, " has said nothing for ", inSeconds(state.seconds),
+          "; is the ROS master still there? 'Reset' does not end it: choose the file again to "
+          "start anew");
     case MapProgress::Stage::READING:
-      return StatusLine{StatusLine::OK,
-                        process + " has been reading for " + inSeconds(state.seconds)};
+      return StatusLine::ok(process, " has been reading for ", inSeconds(state.seconds));
     case MapProgress::Stage::READY:
       break;
   }
-  return StatusLine{StatusLine::OK, process + " serves the file (" + withUnit(state.file.size()) +
-                                        ")" + joined(state.progress.notes)};
+  return StatusLine::ok(process, " serves the file (", withUnit(state.file.size()), ")",
+                        textOf(state.progress.notes));
 }
 
 }  // namespace
@@ -105,58 +102,49 @@ StatusLine runningStatus(const Map3DState& state)
 StatusLine mapStatus(const Map3DState& state)
 {
   if (isReady(state)) {
-    return StatusLine{StatusLine::OK, state.progress.text};
+    return StatusLine::ok(state.progress.text);
   }
   if (!state.started && !state.look_problem.empty()) {
-    return StatusLine{StatusLine::WARN,
-                      state.look_problem + "; it is loaded as soon as there is an answer"};
+    return StatusLine::warn(state.look_problem, "; it is loaded as soon as there is an answer");
   }
   if (const OptionalStatus problem = fileProblem(state.file)) {
     return *problem;
   }
   if (!state.problem.empty() || !state.ending.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      "nothing is shown of " + state.file.path + "; line 'IO' tells why"};
+    return StatusLine::error("nothing is shown of ", state.file.path, "; line 'IO' tells why");
   }
   if (state.started && state.progress.stage == MapProgress::Stage::READING) {
-    return StatusLine{StatusLine::WARN,
-                      "reading " + state.progress.text + ", " + inSeconds(state.seconds)};
+    return StatusLine::warn("reading ", state.progress.text, ", ", inSeconds(state.seconds));
   }
-  return StatusLine{StatusLine::WARN,
-                    "loading " + state.file.path + " (" + withUnit(state.file.size()) + ")"};
+  return StatusLine::warn("loading ", state.file.path, " (", withUnit(state.file.size()), ")");
 }
 
 OptionalStatus ioStatus(const Map3DState& state)
 {
   if (!state.problem.empty()) {
-    return StatusLine{StatusLine::ERROR, state.problem};
+    return StatusLine::error(state.problem);
   }
   if (!state.ending.empty()) {
-    const std::string again =
-        "; it is started again when the file changes, and by 'Reset'" +
-        std::string(isReady(state) ? "; what it has served is still shown, edits are not stored"
-                                   : "");
-    return StatusLine{StatusLine::ERROR, "hdf5_map_server has ended: " + state.ending + again};
+    return StatusLine::error(
+        "hdf5_map_server has ended: ", state.ending,
+        "; it is started again when the file changes, and by 'Reset'",
+        isReady(state) ? "; what it has served is still shown, edits are not stored" : "");
   }
   if (!state.started) {
     return std::nullopt;
   }
   if (!state.look_problem.empty()) {
-    return StatusLine{
-        StatusLine::WARN,
-        state.look_problem + (isReady(state) ? "; what was read of it is still shown" : "")};
+    return StatusLine::warn(state.look_problem,
+                            isReady(state) ? "; what was read of it is still shown" : "");
   }
   if (isReady(state) && state.file.state != MapFile::State::PRESENT) {
-    return StatusLine{StatusLine::WARN,
-                      state.file.path +
-                          " is gone or may not be read any more; what was read of it "
-                          "is still shown: put it back, or choose another file"};
+    return StatusLine::warn(state.file.path,
+                            " is gone or may not be read any more; what was read of it is still "
+                            "shown: put it back, or choose another file");
   }
   if (!state.progress.failure.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      "the file has changed, but what is in it now is not "
-                      "served: " +
-                          state.progress.failure};
+    return StatusLine::error("the file has changed, but what is in it now is not served: ",
+                             state.progress.failure);
   }
   return runningStatus(state);
 }
@@ -164,22 +152,22 @@ OptionalStatus ioStatus(const Map3DState& state)
 OptionalStatus labelStatus(const Map3DState& state)
 {
   if (state.label && !state.label->stored) {
-    return StatusLine{StatusLine::ERROR, "Error while saving label: " + state.label->text};
+    return StatusLine::error("Error while saving label: ", state.label->text);
   }
   const std::string owner =
       state.progress.label_owner.empty() ? std::string() : "; " + state.progress.label_owner;
   if (state.label) {
-    return StatusLine{StatusLine::OK, state.label->text + owner};
+    return StatusLine::ok(state.label->text, owner);
   }
   if (!isReady(state)) {
     return std::nullopt;
   }
   if (!owner.empty()) {
-    return StatusLine{StatusLine::WARN, state.progress.label_owner};
+    return StatusLine::warn(state.progress.label_owner);
   }
-  return StatusLine{StatusLine::OK,
-                    "labels that are edited here are stored at once, and put into "
-                    "the file when it is closed or save_map is called"};
+  return StatusLine::ok(
+      "labels that are edited here are stored at once, and put into the file when it is closed or "
+      "save_map is called");
 }
 
 }  // namespace rviz_mesh_plugin

@@ -74,7 +74,7 @@ StatusLine MeshReport::topic(const Reception& reception) const
     return noMapOpen();
   }
   const std::string problem = this->problem(MeshFeed::GEOMETRY);
-  return error.empty() && !problem.empty() ? StatusLine{StatusLine::ERROR, problem}
+  return error.empty() && !problem.empty() ? StatusLine::error(problem)
                                            : topicStatus(topic, error, reception);
 }
 
@@ -96,29 +96,39 @@ GeometryState MeshReport::geometry(const Reception& reception, const std::string
   return state;
 }
 
+template <class State>
+State MeshReport::attribute(bool chosen, const Reception& reception,
+                            std::initializer_list<MeshFeed::Kind> kinds) const
+{
+  State state;
+  state.chosen = chosen;
+  state.reception = reception;
+  for (const MeshFeed::Kind kind : kinds) {
+    state.subscription_error = firstOf(state.subscription_error, problem(kind));
+  }
+  if (const MeshDataConstPtr mesh = store_.newest()) {
+    state.mesh_shown = true;
+    state.vertex_count = mesh->vertexCount();
+    state.face_count = mesh->faceCount();
+  }
+  return state;
+}
+
 CostsState MeshReport::costs(const InboxContent& inbox) const
 {
-  CostsState state;
-  state.chosen = properties_.displayType() == DisplayType::VERTEX_COSTS;
+  auto state = attribute<CostsState>(properties_.displayType() == DisplayType::VERTEX_COSTS,
+                                     sum(inbox.costs_reception, inbox.face_costs_reception),
+                                     {MeshFeed::COSTS, MeshFeed::FACE_COSTS, MeshFeed::UPDATES});
   state.topic_given = properties_.sourceGiven();
   state.topic = firstOf(feed_.topic(MeshFeed::COSTS), feed_.topic(MeshFeed::FACE_COSTS));
-  state.subscription_error = firstOf(
-      problem(MeshFeed::COSTS), firstOf(problem(MeshFeed::FACE_COSTS), problem(MeshFeed::UPDATES)));
-  state.reception = sum(inbox.costs_reception, inbox.face_costs_reception);
   state.updates_reception = inbox.updates_reception;
   state.update_problem = firstOf(inbox.updates_reception.refusal, store_.updateProblem());
   state.stale_updates = inbox.stale + store_.staleUpdates();
   state.waiting = store_.waitingCosts();
   state.type = properties_.costs().costsType();
   state.types = store_.costTypes();
-  const MeshDataConstPtr mesh = store_.newest();
-  if (!mesh) {
-    return state;
-  }
-  state.mesh_shown = true;
-  state.vertex_count = mesh->vertexCount();
-  state.face_count = mesh->faceCount();
-  if (const CostLayerConstPtr layer = store_.attributes().cost(state.type)) {
+  const CostLayerConstPtr layer = state.mesh_shown ? store_.attributes().cost(state.type) : nullptr;
+  if (layer) {
     state.size = layer->costs.size();
     state.on_faces = layer->on_faces;
     state.summary = layer->summary;
@@ -134,42 +144,29 @@ CostsState MeshReport::costs(const InboxContent& inbox) const
   return state;
 }
 
-AttributeState MeshReport::colors(const InboxContent& inbox) const
+ColorsState MeshReport::colors(const InboxContent& inbox) const
 {
-  AttributeState state;
-  state.chosen = properties_.displayType() == DisplayType::VERTEX_COLOR;
+  auto state = attribute<ColorsState>(properties_.displayType() == DisplayType::VERTEX_COLOR,
+                                      inbox.colors_reception, {MeshFeed::COLORS});
   state.topic_given = properties_.sourceGiven();
   state.topic = feed_.topic(MeshFeed::COLORS);
-  state.subscription_error = problem(MeshFeed::COLORS);
-  state.reception = inbox.colors_reception;
   state.waiting = store_.waitingColors();
-  if (const MeshDataConstPtr mesh = store_.newest()) {
-    state.mesh_shown = true;
-    state.vertex_count = mesh->vertexCount();
-    if (const ColorLayerConstPtr layer = store_.attributes().colors) {
-      state.size = layer->colors.size();
-    }
+  const ColorLayerConstPtr layer = state.mesh_shown ? store_.attributes().colors : nullptr;
+  if (layer) {
+    state.size = layer->colors.size();
   }
   return state;
 }
 
 TexturesState MeshReport::textures(const InboxContent& inbox) const
 {
-  TexturesState state;
-  state.chosen = properties_.displayType() == DisplayType::TEXTURES;
-  state.subscription_error = firstOf(problem(MeshFeed::MATERIALS), problem(MeshFeed::TEXTURES));
-  state.materials_reception = inbox.materials_reception;
+  auto state = attribute<TexturesState>(properties_.displayType() == DisplayType::TEXTURES,
+                                        inbox.materials_reception,
+                                        {MeshFeed::MATERIALS, MeshFeed::TEXTURES});
   state.textures_reception = inbox.textures_reception;
-  const MeshDataConstPtr mesh = store_.newest();
-  if (!mesh) {
-    return state;
-  }
-  state.mesh_shown = true;
-  state.vertex_count = mesh->vertexCount();
-  state.face_count = mesh->faceCount();
   const MeshAttributes& attributes = store_.attributes();
-  state.materials = attributes.materials;
-  if (state.materials) {
+  if (state.mesh_shown && attributes.materials) {
+    state.materials = attributes.materials;
     std::set<std::uint32_t> received;
     for (const Material& material : state.materials->materials) {
       if (attributes.textures.count(material.texture_index) != 0) {
@@ -183,11 +180,8 @@ TexturesState MeshReport::textures(const InboxContent& inbox) const
 
 LabelsState MeshReport::labels(const InboxContent& inbox) const
 {
-  LabelsState state;
-  state.chosen = properties_.labelsShown();
-  state.subscription_error = problem(MeshFeed::LABELS);
-  state.reception = inbox.labels_reception;
-  state.mesh_shown = store_.newest() != nullptr;
+  auto state =
+      attribute<LabelsState>(properties_.labelsShown(), inbox.labels_reception, {MeshFeed::LABELS});
   if (const MeshPainter* newest = painters_.newest()) {
     state.labels = newest->labels().count();
     state.left_out = newest->labels().leftOut();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <string>
 
 #include "base/status_lines.h"
@@ -37,8 +38,12 @@ class MeshReport
   /// Why nothing comes from a topic; else empty.
   std::string problem(MeshFeed::Kind kind) const;
   GeometryState geometry(const Reception& reception, const std::string& working) const;
+  /// What is the same for all attributes. @param kinds that bring them
+  template <class State>
+  State attribute(bool chosen, const Reception& reception,
+                  std::initializer_list<MeshFeed::Kind> kinds) const;
   CostsState costs(const InboxContent& inbox) const;
-  AttributeState colors(const InboxContent& inbox) const;
+  ColorsState colors(const InboxContent& inbox) const;
   TexturesState textures(const InboxContent& inbox) const;
   LabelsState labels(const InboxContent& inbox) const;
   OptionalStatus services() const;

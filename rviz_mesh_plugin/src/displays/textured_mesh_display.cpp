@@ -176,11 +176,7 @@ void TexturedMeshDisplay::onContent()
 
 void TexturedMeshDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
 {
-  const bool done = lines_.attempt([this] { work(); });
-  if (done && work_failed_) {
-    lines_.report("Display", std::nullopt);
-  }
-  work_failed_ = !done;
+  lines_.repeat([this] { work(); });
 }
 
 void TexturedMeshDisplay::work()

@@ -142,7 +142,6 @@ class TexturedMeshDisplay : public rviz::Display
   bool source_changed_ = false;
   bool content_changed_ = false;
   bool uploading_ = false;
-  bool work_failed_ = false;
 };
 
 }  // namespace rviz_mesh_plugin

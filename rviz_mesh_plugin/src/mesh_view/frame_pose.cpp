@@ -13,17 +13,16 @@ std::optional<FramePose> findPose(rviz::FrameManager& frames, const std::string&
   const bool known = frames.getTransform(frame, ros::Time(), pose.position, pose.orientation);
   if (known && rviz::validateFloats(pose.position) && rviz::validateFloats(pose.orientation)) {
     pose.orientation.normalise();
-    line = {StatusLine::OK,
-            "frame '" + frame + "' is known in the fixed frame '" + frames.getFixedFrame() + "'"};
+    line = StatusLine::ok("frame '", frame, "' is known in the fixed frame '",
+                          frames.getFixedFrame(), "'");
     return pose;
   }
   std::string reason = "the transform contains NaN or infinity";
   if (!known && !frames.transformHasProblems(frame, ros::Time(), reason)) {
     reason = "nobody publishes it yet";
   }
-  line = {StatusLine::ERROR, "no transform from frame '" + frame + "' to the fixed frame '" +
-                                 frames.getFixedFrame() + "', " + what +
-                                 " hidden until then: " + reason};
+  line = StatusLine::error("no transform from frame '", frame, "' to the fixed frame '",
+                           frames.getFixedFrame(), "', ", what, " hidden until then: ", reason);
   return std::nullopt;
 }
 

@@ -26,27 +26,33 @@ struct GeometryState
   std::size_t others = 0;      ///< older meshes that are shown too
 };
 
-/// What the lines about costs and colors are made of.
+/// What the lines about costs, colors, textures and labels have in common.
 struct AttributeState
 {
-  bool chosen = false;             ///< the display type asks for it
-  bool topic_given = false;        ///< by another display, so that there is no property for it
-  std::string topic;               ///< empty: none chosen
+  bool chosen = false;             ///< it is to be seen
   std::string subscription_error;  ///< why the topic could not be subscribed to
   Reception reception;
   bool mesh_shown = false;       ///< there is a geometry
   std::size_t vertex_count = 0;  ///< of the geometry
-  std::size_t waiting = 0;       ///< layers of other geometries
+  std::size_t face_count = 0;
+};
+
+/// What the line about colors is made of.
+struct ColorsState : AttributeState
+{
+  bool topic_given = false;  ///< by another display, so that there is no property for it
+  std::string topic;         ///< empty: none chosen
+  std::size_t waiting = 0;   ///< layers of other geometries
   /// Number of values of the layer in question, if it has arrived.
   std::optional<std::size_t> size;
 };
 
-struct CostsState : AttributeState
+/// What the line about costs is made of.
+struct CostsState : ColorsState
 {
   std::string type;  ///< chosen; empty: none
   std::vector<std::string> types;
   bool on_faces = false;  ///< the layer in question
-  std::size_t face_count = 0;
   CostSummary summary;
   CostLimits limits;              ///< that the scale spans
   std::string note;               ///< what is done with costs that cannot be shown as asked
@@ -55,27 +61,17 @@ struct CostsState : AttributeState
   Reception updates_reception;
 };
 
-/// What the line about textures is made of.
-struct TexturesState
+/// What the line about textures is made of; the reception is that of materials.
+struct TexturesState : AttributeState
 {
-  bool chosen = false;
-  bool mesh_shown = false;
-  Reception materials_reception;
   Reception textures_reception;
-  std::string subscription_error;
   MaterialsConstPtr materials;  ///< of the mesh; null: not there
-  std::size_t vertex_count = 0;
-  std::size_t face_count = 0;
-  std::size_t textures = 0;  ///< of those that the materials name: how many have arrived
+  std::size_t textures = 0;     ///< of those that the materials name: how many have arrived
 };
 
 /// What the line about labels is made of.
-struct LabelsState
+struct LabelsState : AttributeState
 {
-  bool chosen = false;
-  bool mesh_shown = false;
-  std::string subscription_error;
-  Reception reception;
   std::size_t labels = 0;
   std::size_t left_out = 0;  ///< faces that the mesh does not have
   std::string error;         ///< why they cannot be drawn
@@ -84,7 +80,7 @@ struct LabelsState
 StatusLine topicStatus(const std::string& topic, const std::string& subscription_error,
                        const Reception& reception);
 OptionalStatus geometryStatus(const GeometryState& state);
-OptionalStatus colorsStatus(const AttributeState& state);
+OptionalStatus colorsStatus(const ColorsState& state);
 OptionalStatus costsStatus(const CostsState& state);
 OptionalStatus texturesStatus(const TexturesState& state);
 OptionalStatus labelsStatus(const LabelsState& state);

@@ -143,7 +143,7 @@ TEST(CostsStatus, reports_refused_messages_whatever_is_chosen)
 
 TEST(ColorsStatus, leads_to_the_colors)
 {
-  rviz_mesh_plugin::AttributeState state;
+  rviz_mesh_plugin::ColorsState state;
   EXPECT_FALSE(colorsStatus(state));
   state.chosen = true;
   state.mesh_shown = true;
