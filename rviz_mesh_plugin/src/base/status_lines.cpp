@@ -50,12 +50,4 @@ void StatusLines::repeat(const std::function<void()>& work)
   repeat_failed_ = !done;
 }
 
-void StatusLines::clear()
-{
-  for (const auto& line : lines_) {
-    display_->deleteStatusStd(line.first);
-  }
-  lines_.clear();
-}
-
 }  // namespace rviz_mesh_plugin

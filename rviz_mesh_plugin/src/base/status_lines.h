@@ -83,9 +83,6 @@ class StatusLines
   /// The same for what is done every frame: the line is taken away as soon as it goes well.
   void repeat(const std::function<void()>& work);
 
-  /// Takes away all lines reported here.
-  void clear();
-
   /// To be called after Display::clearStatuses() and Display::reset(), which took the lines away.
   void forget() { lines_.clear(); }
 

@@ -19,9 +19,6 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-constexpr const char* FILTERS =
-    "Maps and meshes (*.h5 *.hdf5 *.ply *.obj *.stl *.dae *.glb *.gltf);;"
-    "Maps (*.h5 *.hdf5);;All files (*)";
 /// "Frame": that of the file.
 constexpr const char* FRAME_OF_FILE = "<As in the file>";
 
@@ -72,7 +69,7 @@ Map3DDisplay::Map3DDisplay() : session_(std::make_unique<MapSession>(findMapServ
       "Map file path", NO_MAP_FILE,
       "A map (.h5), or a mesh: .ply, .obj, .stl, .dae, .glb, .gltf. It is loaded again when it "
       "changes. A relative path counts from where RViz was started.",
-      FILTERS, this, SLOT(onFile()), this);
+      this, SLOT(onFile()), this);
   frame_property_ =
       new rviz::TfFrameProperty("Frame", FRAME_OF_FILE, "The frame that the map lies in.", this,
                                 nullptr, true, SLOT(onFrame()), this);

@@ -8,15 +8,13 @@
 #include "map_server/map_file.h"
 
 namespace rviz_mesh_plugin {
+namespace {
 
-MapFileProperty::MapFileProperty(const QString& name, const QString& default_value,
-                                 const QString& description, const QString& filters,
-                                 rviz::Property* parent, const char* changed_slot,
-                                 QObject* receiver)
-    : rviz::StringProperty(name, default_value, description, parent, changed_slot, receiver),
-      filters_(filters)
-{
-}
+constexpr const char* FILTERS =
+    "Maps and meshes (*.h5 *.hdf5 *.ply *.obj *.stl *.dae *.glb *.gltf);;"
+    "Maps (*.h5 *.hdf5);;All files (*)";
+
+}  // namespace
 
 QWidget* MapFileProperty::createEditor(QWidget* parent, const QStyleOptionViewItem& /*option*/)
 {
@@ -25,7 +23,7 @@ QWidget* MapFileProperty::createEditor(QWidget* parent, const QStyleOptionViewIt
 
 void MapFileProperty::openDialog(QWidget* parent)
 {
-  auto* dialog = new QFileDialog(parent, getName(), QString(), filters_);
+  auto* dialog = new QFileDialog(parent, getName(), QString(), FILTERS);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setFileMode(QFileDialog::ExistingFile);
   const QFileInfo chosen(QString::fromStdString(resolvedPath(getStdString())));

@@ -20,15 +20,14 @@ bool MeshRequests::due(const std::string& what, bool needed, bool has_topic, Clo
   return !has_topic || now - missed >= PATIENCE;
 }
 
-void MeshRequests::update(Clock::time_point now, MeshFeed& feed, const MeshProperties& properties,
-                          const MeshStore& store)
+void MeshRequests::update(Clock::time_point now)
 {
-  MeshServices& services = feed.services();
-  const MeshDataConstPtr mesh = store.newest();
-  forgetGone(services, store);
-  const bool has_topic = !feed.topic(MeshFeed::GEOMETRY).empty();
+  MeshServices& services = feed_.services();
+  const MeshDataConstPtr mesh = store_.newest();
+  forgetGone();
+  const bool has_topic = !feed_.topic(MeshFeed::GEOMETRY).empty();
   // Within another display that shows nothing, a server that happens to be there is not meant.
-  const bool wanted = has_topic || !properties.sourceGiven();
+  const bool wanted = has_topic || !properties_.sourceGiven();
   if (due("mesh", !mesh && wanted, has_topic, now)) {
     services.requestMesh(std::string());
     mesh_asked_ = true;
@@ -44,57 +43,57 @@ void MeshRequests::update(Clock::time_point now, MeshFeed& feed, const MeshPrope
       since_.clear();
     }
   }
-  for (const MeshDataConstPtr& shown : store.meshes()) {
-    requestAttributes(now, shown->uuid, feed, properties, store);
+  for (const MeshDataConstPtr& shown : store_.meshes()) {
+    requestAttributes(now, shown->uuid);
   }
 }
 
-void MeshRequests::forgetGone(MeshServices& services, const MeshStore& store)
+void MeshRequests::forgetGone()
 {
   std::set<std::string> uuids;
-  for (const MeshDataConstPtr& mesh : store.meshes()) {
+  for (const MeshDataConstPtr& mesh : store_.meshes()) {
     uuids.insert(mesh->uuid);
   }
   // Else a publisher of ever new uuids would leave a request behind for each of them.
   if (!std::includes(uuids.begin(), uuids.end(), uuids_.begin(), uuids_.end())) {
-    services.cancel();
+    feed_.services().cancel();
     since_.clear();
   }
   uuids_ = std::move(uuids);
 }
 
-void MeshRequests::requestAttributes(Clock::time_point now, const std::string& uuid, MeshFeed& feed,
-                                     const MeshProperties& properties, const MeshStore& store)
+void MeshRequests::requestAttributes(Clock::time_point now, const std::string& uuid)
 {
-  MeshServices& services = feed.services();
-  const MeshAttributes& attributes = store.attributes(uuid);
-  const DisplayType type = properties.displayType();
+  MeshServices& services = feed_.services();
+  const MeshAttributes& attributes = store_.attributes(uuid);
+  const DisplayType type = properties_.displayType();
   // A display within another one shows what there is to be chosen.
-  const bool everything = properties.sourceGiven();
+  const bool everything = properties_.sourceGiven();
   const std::string suffix = " " + uuid;
   if (due("colors" + suffix,
           (everything || type == DisplayType::VERTEX_COLOR) && !attributes.colors,
-          !feed.topic(MeshFeed::COLORS).empty(), now)) {
+          !feed_.topic(MeshFeed::COLORS).empty(), now)) {
     services.requestColors(uuid);
   }
   if (due("materials" + suffix,
           (everything || type == DisplayType::TEXTURES) &&
               (!attributes.materials || services.missesTextures(uuid)),
-          !feed.topic(MeshFeed::MATERIALS).empty(), now)) {
+          !feed_.topic(MeshFeed::MATERIALS).empty(), now)) {
     services.requestMaterials(uuid);
   }
-  const std::string chosen = properties.costs().costsType();
+  const std::string chosen = properties_.costs().costsType();
   const bool layer_missing = chosen.empty() ? attributes.costs.empty() : !attributes.cost(chosen);
   const bool costs = type == DisplayType::VERTEX_COSTS;
   if (due("costs" + suffix, (costs && layer_missing) || (everything && attributes.costs.empty()),
-          !feed.topic(MeshFeed::COSTS).empty() || !feed.topic(MeshFeed::FACE_COSTS).empty(), now)) {
+          !feed_.topic(MeshFeed::COSTS).empty() || !feed_.topic(MeshFeed::FACE_COSTS).empty(),
+          now)) {
     services.requestCosts(uuid);
     const std::vector<std::string> layers = services.layers(uuid);
     if (costs && std::find(layers.begin(), layers.end(), chosen) != layers.end()) {
       services.requestLayer(uuid, chosen);
     }
   }
-  if (due("labels" + suffix, properties.labelsShown(), false, now)) {
+  if (due("labels" + suffix, properties_.labelsShown(), false, now)) {
     services.requestLabels(uuid);
   }
 }

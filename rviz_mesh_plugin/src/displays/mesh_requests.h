@@ -10,7 +10,6 @@ namespace rviz_mesh_plugin {
 
 class MeshFeed;
 class MeshProperties;
-class MeshServices;
 class MeshStore;
 
 /// Asks services for what a mesh display needs and its topics do not bring.
@@ -19,12 +18,17 @@ class MeshRequests
  public:
   using Clock = std::chrono::steady_clock;
 
+  /// All of them have to outlive this.
+  MeshRequests(MeshFeed& feed, const MeshProperties& properties, const MeshStore& store)
+      : feed_(feed), properties_(properties), store_(store)
+  {
+  }
+
   /// Topics get this much time, where they are named.
   static constexpr std::chrono::milliseconds PATIENCE{1000};
 
   /// To be called regularly.
-  void update(Clock::time_point now, MeshFeed& feed, const MeshProperties& properties,
-              const MeshStore& store);
+  void update(Clock::time_point now);
 
   /// Begins anew: everything is asked again that is still missing.
   void restart()
@@ -35,11 +39,13 @@ class MeshRequests
   }
 
  private:
-  void forgetGone(MeshServices& services, const MeshStore& store);
-  void requestAttributes(Clock::time_point now, const std::string& uuid, MeshFeed& feed,
-                         const MeshProperties& properties, const MeshStore& store);
+  void forgetGone();
+  void requestAttributes(Clock::time_point now, const std::string& uuid);
   bool due(const std::string& what, bool needed, bool has_topic, Clock::time_point now);
 
+  MeshFeed& feed_;
+  const MeshProperties& properties_;
+  const MeshStore& store_;
   std::map<std::string, Clock::time_point> since_;  ///< when what is missing was missed first
   std::set<std::string> uuids_;                     ///< of the meshes that there were
   bool mesh_asked_ = false;

@@ -1,6 +1,7 @@
 #include "displays/textured_mesh_display.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <OgreSceneNode.h>
 
@@ -53,7 +54,10 @@ bool PendingCosts::show(Clock::time_point now, float rate, MeshPainters& painter
   return true;
 }
 
-TexturedMeshDisplay::TexturedMeshDisplay() : properties_(new MeshProperties(this)), lines_(this) {}
+TexturedMeshDisplay::TexturedMeshDisplay()
+    : properties_(new MeshProperties(this)), requests_(feed_, *properties_, store_), lines_(this)
+{
+}
 
 TexturedMeshDisplay::~TexturedMeshDisplay() = default;
 
@@ -197,7 +201,7 @@ void TexturedMeshDisplay::work()
     requests_.restart();
   }
   takeMessages();
-  requests_.update(Clock::now(), feed_, *properties_, store_);
+  requests_.update(Clock::now());
   offerChoices();
   if (content_changed_) {
     content_changed_ = false;
@@ -227,39 +231,26 @@ void TexturedMeshDisplay::takeMessages()
     }
   }
   InboxContent content = feed_.inbox().take();
-  pending_costs_.take(content.earlier_updates, store_);
-  for (const CostLayerConstPtr& layer : content.costs) {
-    store_.addCosts(layer);
-  }
-  for (const ColorLayerConstPtr& layer : content.colors) {
-    store_.addColors(layer);
-  }
-  for (const MaterialsConstPtr& materials : content.materials) {
-    store_.addMaterials(materials);
-  }
-  for (const TextureImageConstPtr& texture : content.textures) {
-    store_.addTexture(texture);
-  }
-  for (const LabelSetConstPtr& labels : content.labels) {
-    store_.addLabels(labels);
-  }
-  content_changed_ |= !content.costs.empty() || !content.colors.empty() ||
-                      !content.materials.empty() || !content.textures.empty() ||
-                      !content.labels.empty();
-  pending_costs_.take(content.updates, store_);
+  // Only the receptions are looked at later on.
+  const auto take_all = [&](auto& items, auto add) {
+    for (const auto& item : items) {
+      (store_.*add)(item);
+    }
+    content_changed_ |= !items.empty();
+    items.clear();
+  };
+  pending_costs_.take(std::exchange(content.earlier_updates, {}), store_);
+  take_all(content.costs, &MeshStore::addCosts);
+  take_all(content.colors, &MeshStore::addColors);
+  take_all(content.materials, &MeshStore::addMaterials);
+  take_all(content.textures, &MeshStore::addTexture);
+  take_all(content.labels, &MeshStore::addLabels);
+  pending_costs_.take(std::exchange(content.updates, {}), store_);
   if (!loaded.layouts.empty()) {
     painters_->paint();  // there is a painter for each mesh then
     painters_->setLayouts(loaded.layouts);
     content_changed_ = true;
   }
-  // Only the receptions are looked at from now on.
-  content.costs.clear();
-  content.earlier_updates.clear();
-  content.updates.clear();
-  content.colors.clear();
-  content.materials.clear();
-  content.textures.clear();
-  content.labels.clear();
   received_ = std::move(content);
 }
 
@@ -274,8 +265,8 @@ void TexturedMeshDisplay::offerChoices()
     }
   }
   const MeshAttributes& attributes = store_.attributes();
-  properties_->setAvailable(
-      {attributes.colors != nullptr, attributes.materials != nullptr, !types.empty()});
+  properties_->setAvailable(attributes.colors != nullptr, attributes.materials != nullptr,
+                            !types.empty());
   if (types != cost_types_) {
     cost_types_ = types;
     properties_->costs().setCostsTypes(types);

@@ -182,11 +182,6 @@ bool MeshPainter::requestLayout()
   return true;
 }
 
-bool MeshPainter::waiting() const
-{
-  return requested_mesh_ != nullptr;
-}
-
 bool MeshPainter::paintAttributes()
 {
   costs_.reset();

@@ -87,9 +87,6 @@ class MeshPainter
   MeshDataConstPtr mesh() const;
   MeshVisual* visual() const { return visual_.get(); }
 
-  /// Whether a picture of the mesh as it is asked for is still on its way.
-  bool waiting() const;
-
   /// The cost layer that is drawn, null where none is, and how.
   const CostLayerConstPtr& costs() const { return costs_; }
   const CostColoring& coloring() const { return colors_.coloring; }

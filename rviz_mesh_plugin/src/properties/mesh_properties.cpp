@@ -181,28 +181,24 @@ void MeshProperties::onDisplayType()
 
 void MeshProperties::offerTypes()
 {
-  const bool own = !given_;
-  const bool offered[] = {true, own || available_.colors, own || available_.materials,
-                          own || available_.costs, true};
   const QString chosen = display_type_->getString();
   display_type_->clearOptions();
   for (const auto& type : DISPLAY_TYPES) {
     const int number = static_cast<int>(type.second);
     // A choice from a file stays and waits for its data.
-    if (offered[number] || chosen == type.first) {
+    if (!given_ || available_[number] || chosen == type.first) {
       display_type_->addOption(type.first, number);
     }
   }
 }
 
-void MeshProperties::setAvailable(const AvailableData& available)
+void MeshProperties::setAvailable(bool colors, bool materials, bool costs)
 {
-  if (available.colors == available_.colors && available.materials == available_.materials &&
-      available.costs == available_.costs) {
-    return;
+  const std::array<bool, 5> available{true, colors, materials, costs, true};
+  if (available != available_) {
+    available_ = available;
+    offerTypes();
   }
-  available_ = available;
-  offerTypes();
 }
 
 MeshSource MeshProperties::source() const

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 
@@ -32,14 +33,6 @@ enum class DisplayType
   HIDE_FACES = 4
 };
 
-/// For which display types there are data.
-struct AvailableData
-{
-  bool colors = false;
-  bool materials = false;
-  bool costs = false;
-};
-
 /// The properties of a mesh display. Names, types, defaults and nesting of
 /// those that the released rviz_map_plugin/Mesh has are the same: .rviz files
 /// in the field depend on them.
@@ -63,7 +56,7 @@ class MeshProperties : public QObject
   /// For those that have not been chosen yet.
   void proposeTopics(const QString& costs, const QString& colors);
 
-  void setAvailable(const AvailableData& available);
+  void setAvailable(bool colors, bool materials, bool costs);
 
   std::size_t bufferSize() const;
   DisplayType displayType() const;
@@ -102,7 +95,7 @@ class MeshProperties : public QObject
   PropertyValue<ServiceNames> services_;
   PropertyValue<MeshStyle> style_;
   std::optional<MeshSource> given_;
-  AvailableData available_;
+  std::array<bool, 5> available_{true, false, false, false, true};  ///< data for the display types
   CostProperties* costs_;
   rviz::RosTopicProperty* geometry_topic_;
   rviz::IntProperty* buffer_size_;
