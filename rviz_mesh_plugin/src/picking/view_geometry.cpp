@@ -44,7 +44,9 @@ Projection projectionOf(const Ogre::Camera& camera)
 /// The point that a matrix takes to this one of the picture; not finite where there is none.
 Eigen::Vector3d unproject(const Projection& matrix, const PicturePoint& point, double z)
 {
-  return matrix.partialPivLu().solve(Eigen::Vector4d(point[0], point[1], z, 1.0)).hnormalized();
+  const Eigen::Vector4d in_picture(point[0], point[1], z, 1.0);
+  const Eigen::Vector4d in_space = matrix.partialPivLu().solve(in_picture);
+  return in_space.hnormalized();
 }
 
 }  // namespace
