@@ -127,6 +127,7 @@ bool castAtLeaf(global const float* corners, global const uchar* mask, uint flag
   const float sign = axes.w ? -1.0f : 1.0f, shear_x = ray->slopes.x, shear_y = ray->slopes.y;
   t.a.x -= shear_x * t.a.z, t.b.x -= shear_x * t.b.z, t.c.x -= shear_x * t.c.z;
   t.a.y -= shear_y * t.a.z, t.b.y -= shear_y * t.b.z, t.c.y -= shear_y * t.c.z;
+  // U, V, W of S. Woop, C. Benthin, I. Wald: Watertight Ray/Triangle Intersection, 2013
   const float4 u = t.c.x * t.b.y - t.c.y * t.b.x;
   const float4 v = t.a.x * t.c.y - t.a.y * t.c.x;
   const float4 w = t.b.x * t.a.y - t.b.y * t.a.x;
@@ -210,6 +211,7 @@ kernel void cast_rays(global const Node* nodes, global const float* corners,
       continue;
     }
     global const Node* node = nodes + child;
+    // slabs: T. Kay, J. Kajiya: Ray Tracing Complex Scenes, 1986
     const float4 enter = largest((node->bounds[near.x] - near_start.x) * near_inverse.x,
                                  (node->bounds[near.y] - near_start.y) * near_inverse.y,
                                  max((node->bounds[near.z] - near_start.z) * near_inverse.z, 0.0f));

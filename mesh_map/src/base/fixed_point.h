@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BASE_FIXED_POINT_H
-#define MESH_MAP_SRC_BASE_FIXED_POINT_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -27,5 +26,3 @@ inline float meanOfFixed(std::uint64_t sum, double units, std::size_t count)
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BASE_FIXED_POINT_H

@@ -60,13 +60,7 @@ void parallelFor(std::size_t count, std::size_t chunk, unsigned threads,
 
 void parallelJobs(const std::vector<std::function<void()>>& jobs, unsigned threads)
 {
-  parallelFor(jobs.size(), 1, threads, [&jobs]() -> RangeBody {
-    return [&jobs](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        jobs[i]();
-      }
-    };
-  });
+  parallelEach(jobs.size(), 1, threads, [&jobs](std::size_t i) { jobs[i](); });
 }
 
 }  // namespace mesh_map

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BASE_RUN_H
-#define MESH_MAP_SRC_BASE_RUN_H
+#pragma once
 
 #include <mesh_map/base/parallel.h>
 #include <mesh_map/base/run_options.h>
@@ -19,7 +18,7 @@ class Run
   /// Throws Cancelled where that was asked for.
   void check() const
   {
-    if (options_.cancel != nullptr && options_.cancel->load(std::memory_order_relaxed)) {
+    if (isSet(options_.cancel)) {
       throw Cancelled();
     }
   }
@@ -27,6 +26,19 @@ class Run
   /// A loop over [0, count) in chunks on all threads that takes this share of the whole run.
   void loop(std::size_t count, std::size_t chunk, double share,
             const std::function<RangeBody()>& make_worker);
+
+  /// Calls body(i) for each item of such a loop. The body is copied into each thread.
+  template <class Body>
+  void each(std::size_t count, std::size_t chunk, double share, const Body& body)
+  {
+    loop(count, chunk, share, [&body]() -> RangeBody {
+      return [body](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          body(i);
+        }
+      };
+    });
+  }
 
   /// Says that a further share of the whole is done.
   void advance(double share);
@@ -41,5 +53,3 @@ class Run
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BASE_RUN_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BASE_SIMD_H
-#define MESH_MAP_SRC_BASE_SIMD_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -31,20 +30,12 @@ inline Floats4 all4(float value)
 /// Where one is NaN: the second.
 inline Floats4 minimum(Floats4 a, Floats4 b)
 {
-#ifdef __SSE__
-  return _mm_min_ps(a, b);
-#else
   return a < b ? a : b;
-#endif
 }
 
 inline Floats4 maximum(Floats4 a, Floats4 b)
 {
-#ifdef __SSE__
-  return _mm_max_ps(a, b);
-#else
   return a > b ? a : b;
-#endif
 }
 
 inline Floats4 absolute(Floats4 a)
@@ -81,11 +72,7 @@ typedef std::int64_t Ints2 __attribute__((vector_size(16)));
 
 inline Doubles2 maximum(Doubles2 a, Doubles2 b)
 {
-#ifdef __SSE2__
-  return _mm_max_pd(a, b);
-#else
   return a > b ? a : b;
-#endif
 }
 
 inline Doubles2 absolute(Doubles2 a)
@@ -116,5 +103,3 @@ inline unsigned lowestBit(unsigned mask)
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BASE_SIMD_H

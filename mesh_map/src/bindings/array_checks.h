@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BINDINGS_ARRAY_CHECKS_H
-#define MESH_MAP_SRC_BINDINGS_ARRAY_CHECKS_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -7,6 +6,7 @@
 #include <pybind11/pybind11.h>
 
 #include <algorithm>
+#include <array>
 #include <initializer_list>
 #include <string>
 #include <utility>
@@ -16,6 +16,9 @@ namespace mesh_map {
 
 namespace py = pybind11;
 
+using Array = const py::array&;
+using Object = const py::object&;
+
 /// Any length, in the list of extents given to view().
 constexpr py::ssize_t ANY = -1;
 
@@ -24,6 +27,17 @@ inline void requireValue(bool condition, const std::string& message)
   if (!condition) {
     throw py::value_error(message);
   }
+}
+
+/// The place of a name in a list, as a value of an enumeration of these; ValueError for another.
+template <class Enumeration>
+Enumeration choiceOf(const std::string& name, const std::array<const char*, 3>& names,
+                     const char* what)
+{
+  const auto found = std::find(names.begin(), names.end(), name);
+  requireValue(found != names.end(),
+               std::string(what) + " has to be " + names[0] + ", " + names[1] + " or " + names[2]);
+  return static_cast<Enumeration>(found - names.begin());
 }
 
 /// A view of a C-contiguous array of exactly this type and shape; ValueError for any other. The
@@ -50,6 +64,14 @@ ArrayView<T> view(const py::array& array, const char* name,
   return {static_cast<const T*>(array.data()), static_cast<std::size_t>(array.size())};
 }
 
+/// The same of an array, or of None, which is an empty one.
+template <class T>
+ArrayView<T> viewOrNone(const py::object& array, const char* name,
+                        std::initializer_list<py::ssize_t> shape)
+{
+  return array.is_none() ? ArrayView<T>() : view<T>(py::cast<py::array>(array), name, shape);
+}
+
 /// ValueError unless all indices are below the limit.
 inline void checkIndices(ArrayView<std::uint32_t> indices, std::size_t limit, const char* name)
 {
@@ -60,6 +82,15 @@ inline void checkIndices(ArrayView<std::uint32_t> indices, std::size_t limit, co
                           " at position " + std::to_string(wrong - indices.begin()) +
                           ", but only " + std::to_string(limit) + " exist");
   }
+}
+
+/// Checked indices below `limit`.
+inline ArrayView<std::uint32_t> indexView(const py::array& array, std::size_t limit,
+                                          const char* name)
+{
+  const auto indices = view<std::uint32_t>(array, name, {ANY});
+  checkIndices(indices, limit, name);
+  return indices;
 }
 
 /// Checked rows of indices below `limit`.
@@ -87,6 +118,14 @@ inline MeshView meshView(const py::array& vertices, const py::array& faces)
   return mesh;
 }
 
+/// What a function gives, which runs without the GIL.
+template <class Function>
+auto unlocked(const Function& function)
+{
+  const py::gil_scoped_release release;
+  return function();
+}
+
 /// Gives the memory of a vector to a new array, without a copy.
 template <class T, class A>
 py::array_t<T> toArray(std::vector<T, A>&& values, std::vector<py::ssize_t> shape)
@@ -104,6 +143,13 @@ py::array_t<T> toArray(std::vector<T, A>&& values)
   return toArray(std::move(values), {size});
 }
 
+/// A tuple of one array for each.
+template <class... Vectors>
+py::tuple toArrays(Vectors&&... values)
+{
+  return py::make_tuple(toArray(std::move(values))...);
+}
+
 /// Rows of `width` values each.
 template <class T, class A>
 py::array_t<T> toRows(std::vector<T, A>&& values, py::ssize_t width)
@@ -113,5 +159,3 @@ py::array_t<T> toRows(std::vector<T, A>&& values, py::ssize_t width)
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BINDINGS_ARRAY_CHECKS_H

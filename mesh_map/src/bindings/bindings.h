@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BINDINGS_BINDINGS_H
-#define MESH_MAP_SRC_BINDINGS_BINDINGS_H
+#pragma once
 
 // What the files of bindings share, and what each adds to the module.
 
@@ -25,10 +24,7 @@ void bindDijkstra(pybind11::module_& module);
 void bindFrontKernels(pybind11::module_& module);
 void bindWaveFront(pybind11::module_& module);
 void bindQueryKernels(pybind11::module_& module);
-void bindGeodesicKernels(pybind11::module_& module);
 void bindTraceKernels(pybind11::module_& module);
 void bindSpatial(pybind11::module_& module);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BINDINGS_BINDINGS_H

@@ -16,9 +16,6 @@ namespace mesh_map {
 
 namespace {
 
-using Array = const py::array&;
-using Object = const py::object&;
-
 constexpr const char* QUERY_NAMES[] = {"ray", "closest_point", "sphere", "frustum", "lasso"};
 static_assert(std::size(QUERY_NAMES) == QUERIES, "one name per query");
 
@@ -46,54 +43,43 @@ py::dict queryCounts()
 
 py::array toDeviceMask(const Bvh& bvh, Array mask)
 {
-  const auto of_faces = maskView(bvh, mask);
-  std::vector<std::uint8_t> of_triangles;
-  {
-    const py::gil_scoped_release release;
-    of_triangles = deviceMask(bvh, of_faces);
-  }
-  return toArray(std::move(of_triangles));
-}
-
-RunArguments onThreads(unsigned threads)
-{
-  RunArguments run;
-  run.threads = threads;
-  return run;
+  const auto of_faces = maskView(bvh.faceCount(), mask);
+  return toArray(unlocked([&] { return deviceMask(bvh, of_faces); }));
 }
 
 py::array pack(const Bvh& bvh, Array origins, Array directions, Array max_distances,
                unsigned threads)
 {
   const RayBatch rays = rayBatch(origins, directions, max_distances);
-  std::vector<float> packed;
-  runLong(onThreads(threads), rays.size(),
-          [&](const BvhOptions& run) { packed = packRays(bvh, rays, run); });
-  return toArray(std::move(packed));
+  return toArray(resultOf({threads}, rays.size(),
+                          [&](const BvhOptions& run) { return packRays(bvh, rays, run); }));
 }
 
-py::tuple finish(const Bvh& bvh, Array origins, Array directions, Array max_distances,
-                 bool back_faces, Object mask, Array answers, unsigned threads)
+/// finishRays() or finishRaysAny().
+template <class Finish>
+auto finish(const Bvh& bvh, Array origins, Array directions, Array max_distances, bool back_faces,
+            Object mask, Array answers, unsigned threads, const Finish& finish_rays)
 {
   const RayBatch rays = rayBatch(origins, directions, max_distances);
-  const RayOptions options{back_faces, maskView(bvh, mask)};
+  const RayOptions options = rayOptions(bvh, back_faces, mask);
   const auto found = view<std::uint32_t>(answers, "answers", {ANY});
-  RayHits hits;
-  runLong(onThreads(threads), rays.size(),
-          [&](const BvhOptions& run) { hits = finishRays(bvh, rays, options, found, run); });
-  return toTuple(std::move(hits));
+  return resultOf({threads}, rays.size(), [&](const BvhOptions& run) {
+    return finish_rays(bvh, rays, options, found, run);
+  });
+}
+
+py::tuple finishCast(const Bvh& bvh, Array origins, Array directions, Array max_distances,
+                     bool back_faces, Object mask, Array answers, unsigned threads)
+{
+  return toTuple(finish(bvh, origins, directions, max_distances, back_faces, mask, answers, threads,
+                        finishRays));
 }
 
 py::array finishAny(const Bvh& bvh, Array origins, Array directions, Array max_distances,
                     bool back_faces, Object mask, Array answers, unsigned threads)
 {
-  const RayBatch rays = rayBatch(origins, directions, max_distances);
-  const RayOptions options{back_faces, maskView(bvh, mask)};
-  const auto found = view<std::uint32_t>(answers, "answers", {ANY});
-  std::vector<std::uint8_t> hits;
-  runLong(onThreads(threads), rays.size(),
-          [&](const BvhOptions& run) { hits = finishRaysAny(bvh, rays, options, found, run); });
-  return toArray(std::move(hits));
+  return toArray(finish(bvh, origins, directions, max_distances, back_faces, mask, answers, threads,
+                        finishRaysAny));
 }
 
 py::array packPointsOf(const Bvh& bvh, Array points, double max_distance, unsigned threads)
@@ -101,10 +87,9 @@ py::array packPointsOf(const Bvh& bvh, Array points, double max_distance, unsign
   const auto queries = view<double>(points, "points", {ANY, 3});
   ClosestOptions options;
   options.max_distance = max_distance;
-  std::vector<float> packed;
-  runLong(onThreads(threads), queries.size() / 3,
-          [&](const BvhOptions& run) { packed = packPoints(bvh, queries, options, run); });
-  return toArray(std::move(packed));
+  return toArray(resultOf({threads}, queries.size() / 3, [&](const BvhOptions& run) {
+    return packPoints(bvh, queries, options, run);
+  }));
 }
 
 py::tuple finishPointsOf(const Bvh& bvh, Array points, double max_distance, Object mask,
@@ -113,23 +98,18 @@ py::tuple finishPointsOf(const Bvh& bvh, Array points, double max_distance, Obje
   const auto queries = view<double>(points, "points", {ANY, 3});
   ClosestOptions options;
   options.max_distance = max_distance;
-  options.mask = maskView(bvh, mask);
+  options.mask = maskView(bvh.faceCount(), mask);
   const auto found = view<std::uint32_t>(answers, "answers", {ANY});
-  SurfaceHits hits;
-  runLong(onThreads(threads), queries.size() / 3,
-          [&](const BvhOptions& run) { hits = finishPoints(bvh, queries, options, found, run); });
-  return toTuple(std::move(hits));
+  return toTuple(resultOf({threads}, queries.size() / 3, [&](const BvhOptions& run) {
+    return finishPoints(bvh, queries, options, found, run);
+  }));
 }
 
 /// Roots (R, 2), and how many triangles are below them.
 py::tuple rootsOf(const Bvh& bvh, const Region& region)
 {
-  std::vector<std::uint32_t> roots;
+  std::vector<std::uint32_t> roots = unlocked([&] { return selectionRoots(bvh, region); });
   std::size_t below = 0;
-  {
-    const py::gil_scoped_release release;
-    roots = selectionRoots(bvh, region);
-  }
   for (std::size_t i = 0; i < roots.size(); i += 2) {
     if (isLeaf(roots[i])) {
       below += roots[i + 1];
@@ -157,16 +137,11 @@ py::tuple packRegion(const Bvh& bvh, const Region& region)
 py::array finishSelectionOf(const Bvh& bvh, const Region& region, bool inside, Object mask,
                             Array verdicts)
 {
-  const auto mask_view = maskView(bvh, mask);
+  const auto mask_view = maskView(bvh.faceCount(), mask);
   const auto size = static_cast<py::ssize_t>(bvh.faceCount());
   const auto of_triangles = view<std::uint8_t>(verdicts, "verdicts", {size});
-  std::vector<std::uint32_t> faces;
-  {
-    const py::gil_scoped_release release;
-    faces = finishSelection(bvh, region, inside ? SelectionMode::INSIDE : SelectionMode::TOUCHING,
-                            mask_view, of_triangles);
-  }
-  return toArray(std::move(faces));
+  return toArray(unlocked(
+      [&] { return finishSelection(bvh, region, modeOf(inside), mask_view, of_triangles); }));
 }
 
 }  // namespace
@@ -182,9 +157,7 @@ void bindDevice(py::module_& module, BvhClass& bvh)
   module.attr("_DEVICE_MASKED") = DEVICE_MASKED;
   module.attr("_DEVICE_ANY_HIT") = DEVICE_ANY_HIT;
   module.attr("_DEVICE_RAY_ANSWERS") = DEVICE_RAY_ANSWERS;
-  module.attr("_DEVICE_RAY_FLOATS") = DEVICE_RAY_FLOATS;
   module.attr("_DEVICE_CANDIDATES") = DEVICE_CANDIDATES;
-  module.attr("_DEVICE_POINT_FLOATS") = DEVICE_POINT_FLOATS;
   module.def(
       "_count_opencl",
       [](const std::string& query, std::uint64_t count) {
@@ -199,7 +172,7 @@ void bindDevice(py::module_& module, BvhClass& bvh)
   bvh.def("_device_mask", &toDeviceMask, arg("mask"))
       .def("_pack_rays", &pack, arg("origins"), arg("directions"), arg("max_distances"),
            arg("threads"))
-      .def("_finish_rays", &finish, arg("origins"), arg("directions"), arg("max_distances"),
+      .def("_finish_rays", &finishCast, arg("origins"), arg("directions"), arg("max_distances"),
            arg("back_faces"), arg("mask"), arg("answers"), arg("threads"))
       .def("_finish_rays_any", &finishAny, arg("origins"), arg("directions"), arg("max_distances"),
            arg("back_faces"), arg("mask"), arg("answers"), arg("threads"))

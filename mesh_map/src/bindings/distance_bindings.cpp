@@ -5,7 +5,6 @@
 #include <mesh_map/distance/fast_marching/wave_front.h>
 
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,9 +18,6 @@
 namespace mesh_map {
 
 namespace {
-
-using Array = const py::array&;
-using Object = const py::object&;
 
 std::shared_ptr<DijkstraGraph> makeGraph(Array offsets, Array neighbors, Array neighbor_edges,
                                          Array edge_weights)
@@ -61,34 +57,15 @@ std::shared_ptr<DijkstraGraph> graphWithWeights(const DijkstraGraph& self, Array
 py::array changedVertices(Array edges, Array before, Array after)
 {
   const EdgeWeights weights(edges, before, after);
-  std::vector<std::uint32_t> vertices;
-  {
-    const py::gil_scoped_release release;
-    vertices = verticesAtChanges(weights.edges, weights.before, weights.after);
-  }
-  return toArray(std::move(vertices));
+  return toArray(
+      unlocked([&] { return verticesAtChanges(weights.edges, weights.before, weights.after); }));
 }
 
 bool lengthsOrClosed(Array weights, Array lengths)
 {
   const auto values = view<float>(weights, "edge weights", {ANY});
   const auto expected = view<float>(lengths, "edge lengths", {weights.size()});
-  const py::gil_scoped_release release;
-  return areLengthsOrClosed(values, expected);
-}
-
-DijkstraQueue parseQueue(const std::string& name)
-{
-  if (name == "automatic") {
-    return DijkstraQueue::AUTOMATIC;
-  }
-  if (name == "buckets") {
-    return DijkstraQueue::BUCKETS;
-  }
-  if (name == "heap") {
-    return DijkstraQueue::HEAP;
-  }
-  throw std::invalid_argument("queue has to be automatic, buckets or heap");
+  return unlocked([&] { return areLengthsOrClosed(values, expected); });
 }
 
 /// A field, and the costs that it looks at.
@@ -114,8 +91,8 @@ class DijkstraKernel
     reach.targets = view<std::uint32_t>(targets, "targets", {ANY});
     reach.offset = offset;
     reach.max_distance = max_distance;
-    const py::gil_scoped_release release;
-    return field_->extend(reach, flagOf(cancel), parseQueue(queue));
+    const auto kind = choiceOf<DijkstraQueue>(queue, {"automatic", "buckets", "heap"}, "queue");
+    return unlocked([&] { return field_->extend(reach, flagOf(cancel), kind); });
   }
 
   py::tuple update(std::shared_ptr<DijkstraGraph> graph, const py::object& costs, Array changed,
@@ -124,12 +101,10 @@ class DijkstraKernel
     const VertexCosts vertex_costs = costsView(costs, field_->costs().limit, field_->vertexCount());
     const auto vertices = view<std::uint32_t>(changed, "changed", {ANY});
     kept_costs_ = py::make_tuple(kept_costs_, costs);  // whichever it looks at after an exception
-    bool done = false;
     std::size_t count = 0;
-    {
-      const py::gil_scoped_release release;
-      done = field_->update(std::move(graph), vertex_costs, vertices, count, flagOf(cancel));
-    }
+    const bool done = unlocked([&] {
+      return field_->update(std::move(graph), vertex_costs, vertices, count, flagOf(cancel));
+    });
     kept_costs_ = costs;
     return py::make_tuple(done, count);
   }
@@ -139,42 +114,30 @@ class DijkstraKernel
   {
     const VertexCosts& before = field_->costs();
     const VertexCosts after = costsView(costs, before.limit, field_->vertexCount());
-    std::vector<std::uint32_t> vertices;
-    {
-      const py::gil_scoped_release release;
+    return toArray(unlocked([&] {
+      std::vector<std::uint32_t> vertices;
       for (std::uint32_t v = 0; v < field_->vertexCount(); ++v) {
         if (before.isPassable(v) != after.isPassable(v)) {
           vertices.push_back(v);
         }
       }
-    }
-    return toArray(std::move(vertices));
+      return vertices;
+    }));
   }
 
   py::array potential() const
   {
-    std::vector<float> values(field_->vertexCount());
-    {
-      const py::gil_scoped_release release;
-      field_->writePotential(values.data());
-    }
-    return toArray(std::move(values));
+    return toArray(unlocked([this] { return field_->potential(); }));
   }
 
   py::array predecessors() const
   {
-    std::vector<std::uint32_t> values(field_->vertexCount());
-    {
-      const py::gil_scoped_release release;
-      field_->writePredecessors(values.data());
-    }
-    return toArray(std::move(values));
+    return toArray(unlocked([this] { return field_->predecessors(); }));
   }
 
   py::array reaches(Array vertices) const
   {
-    const auto wanted = view<std::uint32_t>(vertices, "vertices", {ANY});
-    checkIndices(wanted, field_->vertexCount(), "vertices");
+    const auto wanted = indexView(vertices, field_->vertexCount(), "vertices");
     py::array_t<bool> result(vertices.size());
     bool* const values = result.mutable_data();
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -190,13 +153,8 @@ class DijkstraKernel
  private:
   static VertexCosts costsView(const py::object& costs, float limit, std::size_t vertex_count)
   {
-    VertexCosts result;
-    result.limit = limit;
-    if (!costs.is_none()) {
-      const auto size = static_cast<py::ssize_t>(vertex_count);
-      result.values = view<float>(py::cast<py::array>(costs), "vertex_costs", {size});
-    }
-    return result;
+    return {viewOrNone<float>(costs, "vertex_costs", {static_cast<py::ssize_t>(vertex_count)}),
+            limit};
   }
 
   py::object kept_costs_;
@@ -256,19 +214,13 @@ bool computeObstacles(ObstacleDistance& self, Array lethal, const CancelFlag* ca
                       unsigned threads)
 {
   const ArrayView<std::uint8_t> flags = lethalView(self, lethal);
-  const py::gil_scoped_release release;
-  return self.compute(flags, flagOf(cancel), threads);
+  return unlocked([&] { return self.compute(flags, flagOf(cancel), threads); });
 }
 
 py::array updateObstacles(ObstacleDistance& self, Array lethal)
 {
   const ArrayView<std::uint8_t> flags = lethalView(self, lethal);
-  std::vector<std::uint32_t> changed;
-  {
-    const py::gil_scoped_release release;
-    changed = self.update(flags);
-  }
-  return toArray(std::move(changed));
+  return toArray(unlocked([&] { return self.update(flags); }));
 }
 
 py::array obstacleDistances(const ObstacleDistance& self)
@@ -278,8 +230,7 @@ py::array obstacleDistances(const ObstacleDistance& self)
 
 py::array obstacleDistancesOf(const ObstacleDistance& self, Array vertices)
 {
-  const auto wanted = view<std::uint32_t>(vertices, "vertices", {ANY});
-  checkIndices(wanted, self.mesh().vertexCount(), "vertices");
+  const auto wanted = indexView(vertices, self.mesh().vertexCount(), "vertices");
   std::vector<float> distances;
   for (const std::uint32_t v : wanted) {
     distances.push_back(self.distances()[v]);
@@ -290,32 +241,20 @@ py::array obstacleDistancesOf(const ObstacleDistance& self, Array vertices)
 py::array obstacleRepulsion(const ObstacleDistance& self, Array vertices, const Fading& fading,
                             unsigned threads)
 {
-  const auto wanted = view<std::uint32_t>(vertices, "vertices", {ANY});
-  checkIndices(wanted, self.mesh().vertexCount(), "vertices");
-  std::vector<float> vectors;
-  {
-    const py::gil_scoped_release release;
-    vectors = repulsion(self, wanted, fading, threads);
-  }
-  return toRows(std::move(vectors), 3);
+  const auto wanted = indexView(vertices, self.mesh().vertexCount(), "vertices");
+  return toRows(unlocked([&] { return repulsion(self, wanted, fading, threads); }), 3);
 }
 
 py::array obstacleNeighbors(const ObstacleDistance& self, Array vertices)
 {
-  const auto wanted = view<std::uint32_t>(vertices, "vertices", {ANY});
-  checkIndices(wanted, self.mesh().vertexCount(), "vertices");
-  return toArray(withNeighbors(self.mesh(), wanted));
+  return toArray(
+      withNeighbors(self.mesh(), indexView(vertices, self.mesh().vertexCount(), "vertices")));
 }
 
 py::array computeFadingCosts(Array distances, const Fading& fading, unsigned threads)
 {
   const auto values = view<float>(distances, "distances", {ANY});
-  std::vector<float> costs;
-  {
-    const py::gil_scoped_release release;
-    costs = fadingCosts(values, fading, threads);
-  }
-  return toArray(std::move(costs));
+  return toArray(unlocked([&] { return fadingCosts(values, fading, threads); }));
 }
 
 }  // namespace
@@ -395,8 +334,7 @@ class Field
     stop.max_distance = max_distance;
     stop.cancel = flagOf(cancel);
     const ArrayView<float> values = slownessView();
-    const py::gil_scoped_release release;
-    return field_->extend(values, stop);
+    return unlocked([&] { return field_->extend(values, stop); });
   }
 
   py::tuple update(Array sources, Array source_labels, Object slowness, Array changed,
@@ -409,8 +347,8 @@ class Field
     WaveFrontField::Update done;
     try {
       const ArrayView<float> values = slownessView();
-      const py::gil_scoped_release release;
-      done = field_->update(std::move(seeds), values, vertices, flagOf(cancel));
+      done = unlocked(
+          [&] { return field_->update(std::move(seeds), values, vertices, flagOf(cancel)); });
     } catch (...) {
       slowness_ = before;
       throw;
@@ -422,12 +360,7 @@ class Field
 
   py::array potential() const
   {
-    std::vector<float> values(static_cast<std::size_t>(vertex_count_));
-    {
-      const py::gil_scoped_release release;
-      field_->writePotential(values.data());
-    }
-    return toArray(std::move(values));
+    return toArray(unlocked([this] { return field_->potential(); }));
   }
 
   /// The labels themselves; the field lives as long as this array does.
@@ -442,10 +375,7 @@ class Field
  private:
   ArrayView<float> slownessView() const
   {
-    if (slowness_.is_none()) {
-      return {};
-    }
-    return view<float>(py::cast<py::array>(slowness_), "slowness", {vertex_count_});
+    return viewOrNone<float>(slowness_, "slowness", {vertex_count_});
   }
 
   py::ssize_t vertex_count_;

@@ -10,19 +10,14 @@
 namespace mesh_map {
 namespace {
 
-using Array = const py::array&;
-
 py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double max_distance)
 {
   const auto positions = view<float>(vertices, "vertices", {ANY, 3});
   const auto eligible_view = view<std::uint8_t>(eligible, "eligible", {vertices.shape(0)});
   const auto query = view<double>(point, "point", {3});
   requireValue(max_distance >= 0.0, "the maximum distance has to be 0 or more");
-  VertexHit hit;
-  {
-    const py::gil_scoped_release release;
-    hit = closestVertex(positions, eligible_view, query.data(), max_distance);
-  }
+  const VertexHit hit =
+      unlocked([&] { return closestVertex(positions, eligible_view, query.data(), max_distance); });
   return py::make_tuple(hit.vertex, hit.distance);
 }
 
@@ -49,6 +44,5 @@ PYBIND11_MODULE(_kernels, module)
   bindFrontKernels(module);
   bindWaveFront(module);
   bindQueryKernels(module);
-  bindGeodesicKernels(module);
   bindTraceKernels(module);
 }

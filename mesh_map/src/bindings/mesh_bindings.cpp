@@ -18,16 +18,10 @@
 namespace mesh_map {
 namespace {
 
-using Array = const py::array&;
-
 py::dict topology(Array faces, std::size_t vertex_count, unsigned threads)
 {
   const auto face_view = view<std::uint32_t>(faces, "faces", {ANY, 3});
-  Topology result;
-  {
-    const py::gil_scoped_release release;
-    result = buildTopology(face_view, vertex_count, threads);
-  }
+  Topology result = unlocked([&] { return buildTopology(face_view, vertex_count, threads); });
   py::dict arrays;
   arrays["component_count"] = result.component_count;
   arrays["edges"] = toRows(std::move(result.edges), 2);
@@ -50,23 +44,14 @@ py::array computeEdgeLengths(Array vertices, Array edges, unsigned threads)
   const auto positions = view<float>(vertices, "vertices", {ANY, 3});
   const auto edge_view = view<std::uint32_t>(edges, "edges", {ANY, 2});
   checkIndices(edge_view, static_cast<std::size_t>(vertices.shape(0)), "edges");
-  std::vector<float> lengths;
-  {
-    const py::gil_scoped_release release;
-    lengths = edgeLengths(positions, edge_view, threads);
-  }
-  return toArray(std::move(lengths));
+  return toArray(unlocked([&] { return edgeLengths(positions, edge_view, threads); }));
 }
 
 py::tuple edgeRows(Array face_edges, std::size_t edge_count)
 {
   const auto edges = view<std::uint32_t>(face_edges, "face_edges", {ANY, 3});
-  EdgeFaces rows;
-  {
-    const py::gil_scoped_release release;
-    rows = edgeFaces(edges, edge_count);
-  }
-  return py::make_tuple(toArray(std::move(rows.offsets)), toArray(std::move(rows.faces)));
+  EdgeFaces rows = unlocked([&] { return edgeFaces(edges, edge_count); });
+  return toArrays(std::move(rows.offsets), std::move(rows.faces));
 }
 
 template <class T>
@@ -80,11 +65,7 @@ py::tuple computeFaceNormals(Array vertices, Array faces, const std::array<float
                              unsigned threads)
 {
   const MeshView mesh = meshView(vertices, faces);
-  FaceNormals result;
-  {
-    const py::gil_scoped_release release;
-    result = faceNormals(mesh, fallback, threads);
-  }
+  FaceNormals result = unlocked([&] { return faceNormals(mesh, fallback, threads); });
   return py::make_tuple(toRows(std::move(result.normals), 3),
                         toArray(std::move(result.without_area)));
 }
@@ -92,12 +73,7 @@ py::tuple computeFaceNormals(Array vertices, Array faces, const std::array<float
 py::array computeCornerAngles(Array vertices, Array faces, unsigned threads)
 {
   const MeshView mesh = meshView(vertices, faces);
-  std::vector<float> angles;
-  {
-    const py::gil_scoped_release release;
-    angles = cornerAngles(mesh, threads);
-  }
-  return toRows(std::move(angles), 3);
+  return toRows(unlocked([&] { return cornerAngles(mesh, threads); }), 3);
 }
 
 py::array computeVertexNormals(Array face_normals, Array offsets, Array vertex_faces, Array ignored,
@@ -116,12 +92,7 @@ py::array computeVertexNormals(Array face_normals, Array offsets, Array vertex_f
         view<float>(py::cast<py::array>(corner_angles), "corner_angles", {face_count, 3});
   }
   input.fallback = fallback;
-  std::vector<float> result;
-  {
-    const py::gil_scoped_release release;
-    result = vertexNormals(input, threads);
-  }
-  return toRows(std::move(result), 3);
+  return toRows(unlocked([&] { return vertexNormals(input, threads); }), 3);
 }
 
 py::tuple computeOrientation(Array vertices, Array faces, Array face_edges, Array edge_face_counts,
@@ -133,24 +104,8 @@ py::tuple computeOrientation(Array vertices, Array faces, Array face_edges, Arra
   const auto counts = view<std::uint32_t>(edge_face_counts, "edge_face_counts", {ANY});
   const auto flags = view<std::uint8_t>(edge_flags, "edge_flags", {edge_face_counts.shape(0)});
   const auto to = direction<double>(up, "up");
-  Orientation result;
-  {
-    const py::gil_scoped_release release;
-    result = orientFaces(mesh, sides, counts, flags, to);
-  }
+  Orientation result = unlocked([&] { return orientFaces(mesh, sides, counts, flags, to); });
   return py::make_tuple(toArray(std::move(result.turned)), result.patch_count, result.conflicts);
-}
-
-RadiusSearch parseSearch(const std::string& name)
-{
-  if (name == "automatic") {
-    return RadiusSearch::AUTOMATIC;
-  }
-  if (name == "edges") {
-    return RadiusSearch::EDGES;
-  }
-  requireValue(name == "grid", "search has to be automatic, edges or grid");
-  return RadiusSearch::GRID;
 }
 
 py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors, Array angles,
@@ -169,15 +124,11 @@ py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors
   requireValue(radius > 0.0, "the radius has to be above 0");
   query.radius = radius;
   query.wanted = wanted;
-  query.search = parseSearch(search);
+  query.search = choiceOf<RadiusSearch>(search, {"automatic", "edges", "grid"}, "search");
   query.threads = threads;
-  RadiusStatistics result;
-  {
-    const py::gil_scoped_release release;
-    result = radiusStatistics(query);
-  }
-  return py::make_tuple(toArray(std::move(result.height_differences)),
-                        toArray(std::move(result.roughnesses)), toArray(std::move(result.ridges)));
+  RadiusStatistics result = unlocked([&] { return radiusStatistics(query); });
+  return toArrays(std::move(result.height_differences), std::move(result.roughnesses),
+                  std::move(result.ridges));
 }
 
 py::array computeMeanEdgeAngles(Array normals, Array edges, Array offsets, Array neighbor_edges,
@@ -188,24 +139,14 @@ py::array computeMeanEdgeAngles(Array normals, Array edges, Array offsets, Array
   checkIndices(edge_view, static_cast<std::size_t>(normals.shape(0)), "edges");
   const RowsView rows = rowsView(offsets, neighbor_edges, edge_view.size() / 2, "neighbor_edges");
   requireValue(rows.rowCount() == normal_view.size() / 3, "offsets need one row per vertex");
-  std::vector<float> result;
-  {
-    const py::gil_scoped_release release;
-    result = meanEdgeAngles(normal_view, edge_view, rows, threads);
-  }
-  return toArray(std::move(result));
+  return toArray(unlocked([&] { return meanEdgeAngles(normal_view, edge_view, rows, threads); }));
 }
 
 py::array computeAnglesTo(Array normals, Array up, unsigned threads)
 {
   const auto normal_view = view<float>(normals, "normals", {ANY, 3});
   const auto to = direction<double>(up, "direction");
-  std::vector<float> result;
-  {
-    const py::gil_scoped_release release;
-    result = anglesTo(normal_view, to, threads);
-  }
-  return toArray(std::move(result));
+  return toArray(unlocked([&] { return anglesTo(normal_view, to, threads); }));
 }
 
 }  // namespace

@@ -20,42 +20,6 @@ namespace mesh_map {
 
 namespace {
 
-using Array = const py::array&;
-using Object = const py::object&;
-
-/// A mesh to walk on; keeps its arrays, which are checked once.
-class WalkMeshArrays
-{
- public:
-  WalkMeshArrays(const py::array& vertices, const py::array& faces, const py::array& face_edges,
-                 const py::array& face_flags, const py::array& edge_face_offsets,
-                 const py::array& edge_faces)
-      : arrays_{vertices, faces, face_edges, face_flags, edge_face_offsets, edge_faces}
-  {
-    mesh_.mesh = meshView(vertices, faces);
-    mesh_.face_edges = view<std::uint32_t>(face_edges, "face_edges", {faces.shape(0), 3});
-    mesh_.face_flags = view<std::uint8_t>(face_flags, "face_flags", {faces.shape(0)});
-    mesh_.edge_faces =
-        rowsView(edge_face_offsets, edge_faces, mesh_.mesh.faceCount(), "edge_faces");
-    const py::gil_scoped_release release;
-    checkWalkMesh(mesh_);
-  }
-
-  const WalkMesh& mesh() const { return mesh_; }
-
-  /// One value for each face; empty for None.
-  ArrayView<std::uint8_t> maskOf(const py::object& mask) const
-  {
-    const auto count = static_cast<py::ssize_t>(mesh_.mesh.faceCount());
-    return mask.is_none() ? ArrayView<std::uint8_t>()
-                          : view<std::uint8_t>(py::cast<py::array>(mask), "mask", {count});
-  }
-
- private:
-  std::vector<py::array> arrays_;
-  WalkMesh mesh_;
-};
-
 /// Where walks start: (N,), and (N, 3) doubles each.
 struct Starts
 {
@@ -81,6 +45,12 @@ struct Starts
     return pose;
   }
 };
+
+/// Points and faces of a way.
+py::tuple wayTuple(WalkTrace&& trace)
+{
+  return py::make_tuple(toRows(std::move(trace.points), 3), toArray(std::move(trace.faces)));
+}
 
 /// What N walks found, as arrays.
 struct WalkArrays
@@ -120,8 +90,7 @@ struct WalkArrays
     if (!traces.empty()) {
       py::list list;
       for (WalkTrace& trace : traces) {
-        list.append(
-            py::make_tuple(toRows(std::move(trace.points), 3), toArray(std::move(trace.faces))));
+        list.append(wayTuple(std::move(trace)));
       }
       traced = list;
     }
@@ -132,16 +101,21 @@ struct WalkArrays
   }
 };
 
-/// Walks and footprints on one mesh; keeps its arrays, which are checked once.
+/// Walks, footprints and geodesics on one mesh; keeps its arrays, which are checked once.
 class SurfaceKernel
 {
  public:
-  SurfaceKernel(const py::array& vertices, const py::array& faces, const py::array& face_edges,
-                const py::array& face_flags, const py::array& edge_face_offsets,
-                const py::array& edge_faces)
-      : arrays_(vertices, faces, face_edges, face_flags, edge_face_offsets, edge_faces),
-        mesh_(arrays_.mesh())
+  SurfaceKernel(Array vertices, Array faces, Array face_edges, Array face_flags,
+                Array edge_face_offsets, Array edge_faces)
+      : arrays_{vertices, faces, face_edges, face_flags, edge_face_offsets, edge_faces}
   {
+    mesh_.mesh = meshView(vertices, faces);
+    mesh_.face_edges = view<std::uint32_t>(face_edges, "face_edges", {faces.shape(0), 3});
+    mesh_.face_flags = view<std::uint8_t>(face_flags, "face_flags", {faces.shape(0)});
+    mesh_.edge_faces =
+        rowsView(edge_face_offsets, edge_faces, mesh_.mesh.faceCount(), "edge_faces");
+    const py::gil_scoped_release release;
+    checkWalkMesh(mesh_);
   }
 
   /// `lengths` (N,) for straight walks, or `targets` (N, 3) for lines.
@@ -157,7 +131,7 @@ class SurfaceKernel
     } else {
       goals = view<double>(py::cast<py::array>(targets), "targets", {count, 3});
     }
-    const WalkOptions options{arrays_.maskOf(mask), max_steps};
+    const WalkOptions options{maskOf(mask), max_steps};
     WalkArrays result(starts.faces.size());
     std::vector<WalkTrace> traces(trace ? starts.faces.size() : 0);
     const auto one = [&](std::size_t i) {
@@ -168,15 +142,11 @@ class SurfaceKernel
       return walkLine(mesh_, starts.pose(i), {goals[3 * i], goals[3 * i + 1], goals[3 * i + 2]},
                       options, way);
     };
-    runLong({threads, cancel, py::none()}, starts.faces.size(), [&](const BvhOptions& how) {
+    runLong({threads, cancel}, starts.faces.size(), [&](const BvhOptions& how) {
       Run run(how);
-      run.loop(starts.faces.size(), 64, 1.0, [&]() -> RangeBody {
-        return [&](std::size_t begin, std::size_t end) {
-          for (std::size_t i = begin; i < end; ++i) {
-            run.check();
-            result.put(i, one(i));
-          }
-        };
+      run.each(starts.faces.size(), 64, 1.0, [&](std::size_t i) {
+        run.check();
+        result.put(i, one(i));
       });
       run.finish();
     });
@@ -194,24 +164,17 @@ class SurfaceKernel
     if (!target.is_none()) {
       goal = vector3(target, "target");
     }
-    const WalkOptions options{arrays_.maskOf(mask), max_steps};
+    const WalkOptions options{maskOf(mask), max_steps};
     WalkTrace way;
     WalkTrace* const told = trace ? &way : nullptr;
-    Walk walk;
-    {
-      const py::gil_scoped_release release;
-      walk = target.is_none() ? walkStraight(mesh_, start, length, options, told)
-                              : walkLine(mesh_, start, goal, options, told);
-    }
-    py::object traced = py::none();
-    if (trace) {
-      traced = py::make_tuple(toRows(std::move(way.points), 3), toArray(std::move(way.faces)));
-    }
-    const auto row = [](const std::array<double, 3>& values) {
-      return py::array_t<double>(3, values.data());
-    };
-    return py::make_tuple(walk.pose.face, row(walk.position), row(walk.pose.barycentric),
-                          row(walk.pose.direction), row(walk.pose.up), walk.length,
+    const bool straight = target.is_none();
+    const Walk walk = unlocked([&] {
+      return straight ? walkStraight(mesh_, start, length, options, told)
+                      : walkLine(mesh_, start, goal, options, told);
+    });
+    const py::object traced = trace ? py::object(wayTuple(std::move(way))) : py::none();
+    return py::make_tuple(walk.pose.face, toArray3(walk.position), toArray3(walk.pose.barycentric),
+                          toArray3(walk.pose.direction), toArray3(walk.pose.up), walk.length,
                           static_cast<int>(walk.end), traced);
   }
 
@@ -222,14 +185,13 @@ class SurfaceKernel
     const auto cost_view = view<float>(costs, "costs", {vertex_count});
     const auto pose_view = view<double>(poses, "poses", {ANY, 3, 4});
     const Footprint footprint = footprintOf(corners, lowest, highest);
-    FootprintCosts result;
-    runLong({threads, cancel, py::none()}, static_cast<std::size_t>(poses.shape(0)),
-            [&](const BvhOptions& run) {
-              result = footprintCosts(bvh, mesh_.mesh, cost_view, footprint, pose_view, run);
-            });
-    return py::make_tuple(toArray(std::move(result.max_costs)), toArray(std::move(result.lethal)),
-                          toArray(std::move(result.unknown)), toArray(std::move(result.ground)),
-                          toArray(std::move(result.face_counts)));
+    FootprintCosts result =
+        resultOf({threads, cancel}, pose_view.size() / 12, [&](const BvhOptions& run) {
+          return footprintCosts(bvh, mesh_.mesh, cost_view, footprint, pose_view, run);
+        });
+    return toArrays(std::move(result.max_costs), std::move(result.lethal),
+                    std::move(result.unknown), std::move(result.ground),
+                    std::move(result.face_counts));
   }
 
   py::tuple verticesUnder(const Bvh& bvh, Array corners, double lowest, double highest, Array poses,
@@ -237,12 +199,27 @@ class SurfaceKernel
   {
     const auto pose_view = view<double>(poses, "poses", {ANY, 3, 4});
     const Footprint footprint = footprintOf(corners, lowest, highest);
-    FootprintVertices result;
-    runLong({threads, cancel, py::none()}, static_cast<std::size_t>(poses.shape(0)),
-            [&](const BvhOptions& run) {
-              result = footprintVertices(bvh, mesh_.mesh, footprint, pose_view, run);
-            });
-    return py::make_tuple(toArray(std::move(result.offsets)), toArray(std::move(result.vertices)));
+    FootprintVertices result =
+        resultOf({threads, cancel}, pose_view.size() / 12, [&](const BvhOptions& run) {
+          return footprintVertices(bvh, mesh_.mesh, footprint, pose_view, run);
+        });
+    return toArrays(std::move(result.offsets), std::move(result.vertices));
+  }
+
+  py::tuple shorten(Array points, Array faces, Object mask, bool over_hills, std::size_t max_turns,
+                    const CancelFlag* cancel) const
+  {
+    const auto point_view = view<double>(points, "points", {ANY, 3});
+    const auto face_view = view<std::uint32_t>(faces, "faces", {ANY});
+    const GeodesicOptions options{maskOf(mask), over_hills, max_turns, flagOf(cancel)};
+    Geodesic result = unlocked([&] {
+      const WalkTrace path{{point_view.begin(), point_view.end()},
+                           {face_view.begin(), face_view.end()}};
+      return shortenPath(mesh_, path, options);
+    });
+    return py::make_tuple(toRows(std::move(result.path.points), 3),
+                          toArray(std::move(result.path.faces)), result.turns, result.settled,
+                          result.cancelled);
   }
 
  private:
@@ -256,8 +233,14 @@ class SurfaceKernel
     return footprint;
   }
 
-  WalkMeshArrays arrays_;
-  const WalkMesh& mesh_;
+  /// One value for each face; empty for None.
+  ArrayView<std::uint8_t> maskOf(Object mask) const
+  {
+    return maskView(mesh_.mesh.faceCount(), mask);
+  }
+
+  std::vector<py::array> arrays_;
+  WalkMesh mesh_;
 };
 
 }  // namespace
@@ -267,10 +250,8 @@ void bindQueryKernels(py::module_& module)
   using py::arg;
 
   py::class_<SurfaceKernel>(module, "_Surface", py::module_local())
-      .def(py::init<const py::array&, const py::array&, const py::array&, const py::array&,
-                    const py::array&, const py::array&>(),
-           arg("vertices"), arg("faces"), arg("face_edges"), arg("face_flags"),
-           arg("edge_face_offsets"), arg("edge_faces"))
+      .def(py::init<Array, Array, Array, Array, Array, Array>(), arg("vertices"), arg("faces"),
+           arg("face_edges"), arg("face_flags"), arg("edge_face_offsets"), arg("edge_faces"))
       .def("_walk", &SurfaceKernel::walk, arg("faces"), arg("barycentric"), arg("directions"),
            arg("ups"), arg("lengths"), arg("targets"), arg("mask"), arg("max_steps"), arg("trace"),
            arg("threads"), arg("cancel"))
@@ -279,42 +260,10 @@ void bindQueryKernels(py::module_& module)
       .def("_costs_under", &SurfaceKernel::costsUnder, arg("bvh"), arg("costs"), arg("footprint"),
            arg("lowest"), arg("highest"), arg("poses"), arg("threads"), arg("cancel"))
       .def("_vertices_under", &SurfaceKernel::verticesUnder, arg("bvh"), arg("footprint"),
-           arg("lowest"), arg("highest"), arg("poses"), arg("threads"), arg("cancel"));
-}
-
-namespace {
-
-py::tuple shorten(const WalkMeshArrays& self, const py::array& points, const py::array& faces,
-                  const py::object& mask, bool over_hills, std::size_t max_turns,
-                  const CancelFlag* cancel)
-{
-  const auto point_view = view<double>(points, "points", {ANY, 3});
-  const auto face_view = view<std::uint32_t>(faces, "faces", {ANY});
-  const GeodesicOptions options{self.maskOf(mask), over_hills, max_turns, flagOf(cancel)};
-  Geodesic result;
-  {
-    const py::gil_scoped_release release;
-    const WalkTrace path{{point_view.begin(), point_view.end()},
-                         {face_view.begin(), face_view.end()}};
-    result = shortenPath(self.mesh(), path, options);
-  }
-  return py::make_tuple(toRows(std::move(result.path.points), 3),
-                        toArray(std::move(result.path.faces)), result.turns, result.settled,
-                        result.cancelled);
-}
-
-}  // namespace
-
-void bindGeodesicKernels(py::module_& module)
-{
-  using py::arg;
-  py::class_<WalkMeshArrays>(module, "_Geodesics", py::module_local())
-      .def(py::init<const py::array&, const py::array&, const py::array&, const py::array&,
-                    const py::array&, const py::array&>(),
-           arg("vertices"), arg("faces"), arg("face_edges"), arg("face_flags"),
-           arg("edge_face_offsets"), arg("edge_faces"))
-      .def("_shorten", &shorten, arg("points"), arg("faces"), arg("mask"), arg("over_hills"),
-           arg("max_turns"), arg("cancel"));
+           arg("lowest"), arg("highest"), arg("poses"), arg("threads"), arg("cancel"))
+      .def("_shorten", &SurfaceKernel::shorten, arg("points"), arg("faces"), arg("mask"),
+           arg("over_hills"), arg("max_turns"), arg("cancel"));
+  module.attr("_Geodesics") = module.attr("_Surface");
 }
 
 namespace {
@@ -323,18 +272,16 @@ namespace {
 struct BoundField
 {
   SurfaceField field;
-  py::array slowness;
+  py::object slowness;
 
   BoundField(const TraceMesh& mesh, Array labels, double limit, Object slowness_or_none,
              Object goal_face, Object goal_position)
+      : slowness(slowness_or_none)
   {
     const auto count = static_cast<py::ssize_t>(mesh.mesh.vertexCount());
     field.labels = view<double>(labels, "labels", {count});
     field.limit = limit;
-    if (!slowness_or_none.is_none()) {
-      slowness = py::cast<py::array>(slowness_or_none);
-      field.slowness = view<float>(slowness, "slowness", {count});
-    }
+    field.slowness = viewOrNone<float>(slowness, "slowness", {count});
     if (!goal_face.is_none()) {
       field.goal_face = py::cast<std::uint32_t>(goal_face);
       const auto goal = py::cast<py::array>(goal_position);
@@ -348,8 +295,7 @@ struct BoundField
 class FieldTracer
 {
  public:
-  FieldTracer(const py::array& vertices, const py::array& faces, const py::array& offsets,
-              const py::array& vertex_faces, const py::array& face_flags)
+  FieldTracer(Array vertices, Array faces, Array offsets, Array vertex_faces, Array face_flags)
       : arrays_{vertices, faces, offsets, vertex_faces, face_flags}
   {
     mesh_.mesh = meshView(vertices, faces);
@@ -370,11 +316,9 @@ class FieldTracer
   {
     const Vector start = point(face, position);
     FieldPath found;
-    TraceEnd end = TraceEnd::NOT_REACHED;
-    {
-      const py::gil_scoped_release release;
-      end = tracePath(mesh_, bound.field, face, start, flagOf(cancel), found, max_length);
-    }
+    const TraceEnd end = unlocked([&] {
+      return tracePath(mesh_, bound.field, face, start, flagOf(cancel), found, max_length);
+    });
     if (end != TraceEnd::ARRIVED) {
       return py::bool_(end == TraceEnd::CANCELLED);
     }
@@ -392,22 +336,13 @@ class FieldTracer
   {
     const auto count = static_cast<py::ssize_t>(mesh_.mesh.vertexCount());
     const auto across = view<float>(normals, "vertex_normals", {count, 3});
-    LargeArray<float> directions;
-    {
-      const py::gil_scoped_release release;
-      directions = vertexDirections(mesh_, front, bound.field, across, threads);
-    }
-    return toRows(std::move(directions), 3);
+    return toRows(
+        unlocked([&] { return vertexDirections(mesh_, front, bound.field, across, threads); }), 3);
   }
 
   py::array faces(const BoundField& bound, unsigned threads) const
   {
-    LargeArray<float> directions;
-    {
-      const py::gil_scoped_release release;
-      directions = faceDirections(mesh_, bound.field, threads);
-    }
-    return toRows(std::move(directions), 3);
+    return toRows(unlocked([&] { return faceDirections(mesh_, bound.field, threads); }), 3);
   }
 
  private:
@@ -434,9 +369,8 @@ void bindTraceKernels(py::module_& module)
   using py::arg;
   py::class_<BoundField>(module, "_BoundField", py::module_local());
   py::class_<FieldTracer>(module, "_FieldTracer", py::module_local())
-      .def(py::init<const py::array&, const py::array&, const py::array&, const py::array&,
-                    const py::array&>(),
-           arg("vertices"), arg("faces"), arg("offsets"), arg("vertex_faces"), arg("face_flags"))
+      .def(py::init<Array, Array, Array, Array, Array>(), arg("vertices"), arg("faces"),
+           arg("offsets"), arg("vertex_faces"), arg("face_flags"))
       .def("_bind", &FieldTracer::bind, arg("labels"), arg("limit"), arg("slowness"),
            arg("goal_face"), arg("goal_position"), py::keep_alive<0, 2>(), py::keep_alive<0, 1>())
       .def("_path", &FieldTracer::path, arg("field"), arg("face"), arg("position"), arg("cancel"),

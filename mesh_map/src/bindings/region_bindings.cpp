@@ -1,7 +1,5 @@
 // Regions and the selection of faces for Python (private; see mesh_map.spatial_selection).
 
-#include <mesh_map/bvh/selection/bvh_selection.h>
-
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -11,9 +9,6 @@
 namespace mesh_map {
 
 namespace {
-
-using Array = const py::array&;
-using Object = const py::object&;
 
 std::shared_ptr<Region> sphere(Object center, double radius)
 {
@@ -63,20 +58,10 @@ const T& kind(const Region& region, const char* name)
   return *found;
 }
 
-SelectionMode modeOf(bool inside)
-{
-  return inside ? SelectionMode::INSIDE : SelectionMode::TOUCHING;
-}
-
 py::array select(const Bvh& bvh, const Region& region, bool inside, Object mask)
 {
-  const auto mask_view = maskView(bvh, mask);
-  std::vector<std::uint32_t> faces;
-  {
-    const py::gil_scoped_release release;
-    faces = selectFaces(bvh, region, modeOf(inside), mask_view);
-  }
-  return toArray(std::move(faces));
+  const auto mask_view = maskView(bvh.faceCount(), mask);
+  return toArray(unlocked([&] { return selectFaces(bvh, region, modeOf(inside), mask_view); }));
 }
 
 template <class T>
@@ -105,38 +90,31 @@ RayCast rayCast(const py::function& cast)
         cast(toRows(copied(rays.origins), 3), toRows(copied(rays.directions), 3),
              rays.max_distances.empty() ? py::object(py::none())
                                         : py::object(toArray(copied(rays.max_distances)))));
-    return RayHits{answer<std::uint32_t>(hits, 0, rays.size()),
-                   answer<double>(hits, 1, rays.size()), answer<double>(hits, 2, rays.size())};
+    RayHits result;
+    result.faces = answer<std::uint32_t>(hits, 0, rays.size());
+    result.distances = answer<double>(hits, 1, rays.size());
+    result.barycentric = answer<double>(hits, 2, rays.size());
+    return result;
   };
-}
-
-/// Runs without the GIL what may call Python, whose errors go through.
-template <class Function>
-py::array unlocked(const Function& function)
-{
-  std::vector<std::uint32_t> faces;
-  {
-    const py::gil_scoped_release release;
-    faces = function();
-  }
-  return toArray(std::move(faces));
 }
 
 py::array seen(const Bvh& bvh, const Region& region, Array faces, Object eye,
                const py::function& cast)
 {
-  const auto candidates = view<std::uint32_t>(faces, "faces", {ANY});
-  checkIndices(candidates, bvh.faceCount(), "faces");
+  const auto candidates = indexView(faces, bvh.faceCount(), "faces");
   const std::array<double, 3> from = vector3(eye, "eye");
-  return unlocked([&] { return seenFaces(bvh, region, candidates, from, rayCast(cast)); });
+  const RayCast cast_rays = rayCast(cast);
+  return toArray(unlocked([&] { return seenFaces(bvh, region, candidates, from, cast_rays); }));
 }
 
 py::array inPicture(const Bvh& bvh, const Region& region, Array origins, Array directions,
                     Object mask, const py::function& cast)
 {
   const RayBatch pixels = rayBatch(origins, directions, toArray(std::vector<double>()));
-  const auto mask_view = maskView(bvh, mask);
-  return unlocked([&] { return facesInPicture(bvh, region, pixels, mask_view, rayCast(cast)); });
+  const auto mask_view = maskView(bvh.faceCount(), mask);
+  const RayCast cast_rays = rayCast(cast);
+  return toArray(
+      unlocked([&] { return facesInPicture(bvh, region, pixels, mask_view, cast_rays); }));
 }
 
 py::tuple toTuple(PixelRays&& rays)
@@ -148,23 +126,13 @@ py::tuple pixelsOfFrustum(const Region& region, Object eye, std::size_t columns,
 {
   const auto& frustum = kind<ConvexRegion>(region, "frustum");
   const std::array<double, 3> from = vector3(eye, "eye");
-  PixelRays rays;
-  {
-    const py::gil_scoped_release release;
-    rays = frustumPixels(frustum, from, columns, rows);
-  }
-  return toTuple(std::move(rays));
+  return toTuple(unlocked([&] { return frustumPixels(frustum, from, columns, rows); }));
 }
 
 py::tuple pixelsOfLasso(const Region& region, std::size_t columns, std::size_t rows)
 {
   const auto& lasso = kind<LassoRegion>(region, "lasso");
-  PixelRays rays;
-  {
-    const py::gil_scoped_release release;
-    rays = lassoPixels(lasso, columns, rows);
-  }
-  return toTuple(std::move(rays));
+  return toTuple(unlocked([&] { return lassoPixels(lasso, columns, rows); }));
 }
 
 }  // namespace
@@ -174,7 +142,6 @@ void bindRegions(py::module_& module, BvhClass& bvh)
   using py::arg;
 
   py::class_<Region, std::shared_ptr<Region>>(module, "_Region", py::module_local());
-  module.attr("_MAX_PLANES") = ConvexRegion::MAX_PLANES;
   module.def("_sphere", &sphere, arg("center"), arg("radius"));
   module.def("_convex", &convex, arg("planes"));
   module.def("_box", &box, arg("center"), arg("axes"), arg("half_size"));

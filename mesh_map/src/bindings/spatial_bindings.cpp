@@ -15,17 +15,11 @@
 #include <thread>
 #include <utility>
 
+#include "base/vector3.h"
+
 namespace mesh_map {
 
 namespace {
-
-using Array = const py::array&;
-using Object = const py::object&;
-
-RunArguments runArguments(unsigned threads, const CancelFlag* cancel, py::object progress)
-{
-  return {threads, cancel, std::move(progress)};
-}
 
 /// Not meshView(): Bvh checks indices itself, on all threads.
 MeshView uncheckedMesh(Array vertices, Array faces)
@@ -38,10 +32,9 @@ std::shared_ptr<Bvh> build(Array vertices, Array faces, unsigned threads, const 
                            Object progress)
 {
   const MeshView mesh = uncheckedMesh(vertices, faces);
-  std::shared_ptr<Bvh> bvh;
-  runLong(runArguments(threads, cancel, progress), mesh.faceCount(),
-          [&](const BvhOptions& run) { bvh = std::make_shared<Bvh>(Bvh::build(mesh, run)); });
-  return bvh;
+  return resultOf({threads, cancel, progress}, mesh.faceCount(), [&](const BvhOptions& run) {
+    return std::make_shared<Bvh>(Bvh::build(mesh, run));
+  });
 }
 
 /// A copy with moved vertices: what is asked of the old one meanwhile is answered as before.
@@ -49,21 +42,16 @@ std::shared_ptr<Bvh> refitted(const Bvh& old, Array vertices, Array faces, unsig
                               const CancelFlag* cancel, Object progress)
 {
   const MeshView mesh = uncheckedMesh(vertices, faces);
-  std::shared_ptr<Bvh> bvh;
-  runLong(runArguments(threads, cancel, progress), mesh.faceCount(), [&](const BvhOptions& run) {
-    bvh = std::make_shared<Bvh>(old);
+  return resultOf({threads, cancel, progress}, mesh.faceCount(), [&](const BvhOptions& run) {
+    auto bvh = std::make_shared<Bvh>(old);
     bvh->refit(mesh, run);
+    return bvh;
   });
-  return bvh;
 }
 
 py::bytes serialize(const Bvh& bvh)
 {
-  std::vector<std::uint8_t> bytes;
-  {
-    const py::gil_scoped_release release;
-    bytes = bvh.serialize();
-  }
+  const std::vector<std::uint8_t> bytes = unlocked([&] { return bvh.serialize(); });
   return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
@@ -111,11 +99,6 @@ py::array facesOf(Object self)
   return memoryOf<std::uint32_t>(self, faces.data(), {static_cast<py::ssize_t>(faces.size())});
 }
 
-py::array_t<double> toArray3(const std::array<double, 3>& values)
-{
-  return py::array_t<double>(3, values.data());
-}
-
 Ray rayOf(Object origin, Object direction, double max_distance)
 {
   return {vector3(origin, "origin"), vector3(direction, "direction"), max_distance};
@@ -125,19 +108,12 @@ py::object cast(const Bvh& bvh, Object origin, Object direction, double max_dist
                 bool back_faces, Object mask)
 {
   const Ray ray = rayOf(origin, direction, max_distance);
-  const RayOptions options{back_faces, maskView(bvh, mask)};
-  RayHit hit;
-  {
-    const py::gil_scoped_release release;
-    hit = castRay(bvh, ray, options);
-  }
+  const RayOptions options = rayOptions(bvh, back_faces, mask);
+  const RayHit hit = unlocked([&] { return castRay(bvh, ray, options); });
   if (hit.face == NO_INDEX) {
     return py::none();
   }
-  std::array<double, 3> position = RayTest(ray).direction();
-  for (std::size_t k = 0; k < 3; ++k) {
-    position[k] = ray.origin[k] + hit.distance * position[k];
-  }
+  const Vector3 position = ray.origin + hit.distance * RayTest(ray).direction();
   return py::make_tuple(hit.face, toArray3(position), toArray3(hit.barycentric), hit.distance);
 }
 
@@ -145,31 +121,28 @@ bool anyHit(const Bvh& bvh, Object origin, Object direction, double max_distance
             Object mask)
 {
   const Ray ray = rayOf(origin, direction, max_distance);
-  const RayOptions options{back_faces, maskView(bvh, mask)};
-  const py::gil_scoped_release release;
-  return rayHitsAny(bvh, ray, options);
+  const RayOptions options = rayOptions(bvh, back_faces, mask);
+  return unlocked([&] { return rayHitsAny(bvh, ray, options); });
 }
 
 py::tuple castBatch(const Bvh& bvh, Array origins, Array directions, Array max_distances,
                     bool back_faces, Object mask, unsigned threads, const CancelFlag* cancel)
 {
   const RayBatch rays = rayBatch(origins, directions, max_distances);
-  const RayOptions options{back_faces, maskView(bvh, mask)};
-  RayHits hits;
-  runLong(runArguments(threads, cancel, py::none()), rays.size(),
-          [&](const BvhOptions& run) { hits = castRays(bvh, rays, options, run); });
-  return toTuple(std::move(hits));
+  const RayOptions options = rayOptions(bvh, back_faces, mask);
+  return toTuple(resultOf({threads, cancel}, rays.size(), [&](const BvhOptions& run) {
+    return castRays(bvh, rays, options, run);
+  }));
 }
 
 py::array anyHitBatch(const Bvh& bvh, Array origins, Array directions, Array max_distances,
                       bool back_faces, Object mask, unsigned threads, const CancelFlag* cancel)
 {
   const RayBatch rays = rayBatch(origins, directions, max_distances);
-  const RayOptions options{back_faces, maskView(bvh, mask)};
-  std::vector<std::uint8_t> hits;
-  runLong(runArguments(threads, cancel, py::none()), rays.size(),
-          [&](const BvhOptions& run) { hits = raysHitAny(bvh, rays, options, run); });
-  return toArray(std::move(hits));
+  const RayOptions options = rayOptions(bvh, back_faces, mask);
+  return toArray(resultOf({threads, cancel}, rays.size(), [&](const BvhOptions& run) {
+    return raysHitAny(bvh, rays, options, run);
+  }));
 }
 
 py::object closest(const Bvh& bvh, Object point, double max_distance, Object normal,
@@ -182,11 +155,7 @@ py::object closest(const Bvh& bvh, Object point, double max_distance, Object nor
     direction = vector3(normal, "normal");
     options.normals = {direction.data(), 3};
   }
-  SurfaceHit hit;
-  {
-    const py::gil_scoped_release release;
-    hit = closestPoint(bvh, query.data(), options);
-  }
+  const SurfaceHit hit = unlocked([&] { return closestPoint(bvh, query.data(), options); });
   if (hit.face == NO_INDEX) {
     return py::none();
   }
@@ -198,10 +167,9 @@ py::tuple closestBatch(const Bvh& bvh, Array points, double max_distance, Object
 {
   const auto queries = view<double>(points, "points", {ANY, 3});
   const ClosestOptions options = closestOptions(bvh, max_distance, normals, max_angle, mask);
-  SurfaceHits hits;
-  runLong(runArguments(threads, cancel, py::none()), queries.size() / 3,
-          [&](const BvhOptions& run) { hits = closestPoints(bvh, queries, options, run); });
-  return toTuple(std::move(hits));
+  return toTuple(resultOf({threads, cancel}, queries.size() / 3, [&](const BvhOptions& run) {
+    return closestPoints(bvh, queries, options, run);
+  }));
 }
 
 /// Cancelled becomes mesh_map.errors.Cancelled.
@@ -234,11 +202,6 @@ void bindSpatial(py::module_& module)
       .def_property_readonly("_nodes", &nodes)
       .def_property_readonly("_corners", &corners)
       .def_property_readonly("_faces", &facesOf)
-      .def_property_readonly(
-          "_center",
-          [](const Bvh& self) {
-            return toArray3({self.center()[0], self.center()[1], self.center()[2]});
-          })
       .def_property_readonly("_face_count", &Bvh::faceCount)
       .def_property_readonly("_memory", &Bvh::memory)
       .def("_cast", &cast, arg("origin"), arg("direction"), arg("max_distance"), arg("back_faces"),
@@ -354,7 +317,7 @@ void runLong(const RunArguments& arguments, std::size_t items,
   BvhOptions run;
   run.threads = arguments.threads;
   if (items < MANY_ITEMS && arguments.progress.is_none()) {
-    run.cancel = arguments.cancel ? &arguments.cancel->flag : nullptr;
+    run.cancel = flagOf(arguments.cancel);
     const py::gil_scoped_release release;
     work(run);
     return;
@@ -420,13 +383,19 @@ std::array<double, 3> vector3(const py::object& values, const char* name)
   return {array.data()[0], array.data()[1], array.data()[2]};
 }
 
-ArrayView<std::uint8_t> maskView(const Bvh& bvh, const py::object& mask)
+py::array_t<double> toArray3(const std::array<double, 3>& values)
 {
-  if (mask.is_none()) {
-    return {};
-  }
-  return view<std::uint8_t>(py::cast<py::array>(mask), "mask",
-                            {static_cast<py::ssize_t>(bvh.faceCount())});
+  return py::array_t<double>(3, values.data());
+}
+
+ArrayView<std::uint8_t> maskView(std::size_t face_count, const py::object& mask)
+{
+  return viewOrNone<std::uint8_t>(mask, "mask", {static_cast<py::ssize_t>(face_count)});
+}
+
+RayOptions rayOptions(const Bvh& bvh, bool back_faces, const py::object& mask)
+{
+  return {back_faces, maskView(bvh.faceCount(), mask)};
 }
 
 RayBatch rayBatch(const py::array& origins, const py::array& directions,
@@ -448,10 +417,8 @@ ClosestOptions closestOptions(const Bvh& bvh, double max_distance, const py::obj
   ClosestOptions options;
   options.max_distance = max_distance;
   options.max_angle = max_angle;
-  if (!normals.is_none()) {
-    options.normals = view<double>(py::cast<py::array>(normals), "normals", {ANY, 3});
-  }
-  options.mask = maskView(bvh, mask);
+  options.normals = viewOrNone<double>(normals, "normals", {ANY, 3});
+  options.mask = maskView(bvh.faceCount(), mask);
   return options;
 }
 

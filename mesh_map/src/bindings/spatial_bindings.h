@@ -1,11 +1,10 @@
-#ifndef MESH_MAP_SRC_BINDINGS_SPATIAL_BINDINGS_H
-#define MESH_MAP_SRC_BINDINGS_SPATIAL_BINDINGS_H
+#pragma once
 
 // What the files of bindings of the spatial index share.
 
 #include <mesh_map/bvh/closest/bvh_closest.h>
 #include <mesh_map/bvh/rays/bvh_rays.h>
-#include <mesh_map/bvh/selection/region.h>
+#include <mesh_map/bvh/selection/bvh_selection.h>
 #include <mesh_map/bvh/tree/bvh.h>
 
 #include <pybind11/pybind11.h>
@@ -14,6 +13,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "bindings/array_checks.h"
 #include "bindings/bindings.h"
@@ -37,14 +37,34 @@ struct RunArguments
 void runLong(const RunArguments& arguments, std::size_t items,
              const std::function<void(const BvhOptions& run)>& work);
 
+/// What something long gives, run so.
+template <class Work>
+auto resultOf(const RunArguments& arguments, std::size_t items, const Work& work)
+{
+  decltype(work(std::declval<const BvhOptions&>())) result;
+  runLong(arguments, items, [&](const BvhOptions& run) { result = work(run); });
+  return result;
+}
+
 /// Items from which on runLong() looks for signals: below, all is done in some milliseconds.
 constexpr std::size_t MANY_ITEMS = 4096;
 
 /// Three numbers in any form; ValueError for anything else.
 std::array<double, 3> vector3(const py::object& values, const char* name);
 
+/// The same as an array.
+py::array_t<double> toArray3(const std::array<double, 3>& values);
+
 /// (F,) uint8, or None: all count.
-ArrayView<std::uint8_t> maskView(const Bvh& bvh, const py::object& mask);
+ArrayView<std::uint8_t> maskView(std::size_t face_count, const py::object& mask);
+
+/// Whether all of a face has to be in a region that selects it.
+inline SelectionMode modeOf(bool inside)
+{
+  return inside ? SelectionMode::INSIDE : SelectionMode::TOUCHING;
+}
+
+RayOptions rayOptions(const Bvh& bvh, bool back_faces, const py::object& mask);
 
 /// Arrays of a batch of rays: (N, 3) or (1, 3), (N, 3), and (N,) or (1,) doubles.
 RayBatch rayBatch(const py::array& origins, const py::array& directions,
@@ -62,5 +82,3 @@ void bindRegions(py::module_& module, BvhClass& bvh);
 void bindDevice(py::module_& module, BvhClass& bvh);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BINDINGS_SPATIAL_BINDINGS_H

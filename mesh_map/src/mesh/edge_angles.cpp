@@ -6,12 +6,12 @@
 #include <cmath>
 
 #include "base/fixed_point.h"
+#include "base/vector3.h"
 
 namespace mesh_map {
 namespace {
 
 constexpr std::size_t ITEMS_PER_CHUNK = 16384;
-constexpr double PI = 3.14159265358979323846;
 
 double chordSquared(const float* a, const float* b, float sign)
 {
@@ -39,29 +39,21 @@ std::vector<float> meanEdgeAngles(ArrayView<float> normals, ArrayView<std::uint3
                                   const RowsView& neighbor_edges, unsigned threads)
 {
   std::vector<std::uint32_t> angles(edges.size() / 2);
-  parallelFor(angles.size(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
-    return [=, out = angles.data()](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; ++e) {
-        out[e] = toFixed(angleBetween(normals.data() + 3 * std::size_t{edges[2 * e]},
-                                      normals.data() + 3 * std::size_t{edges[2 * e + 1]}),
-                         ANGLE_UNITS);
-      }
-    };
+  parallelEach(angles.size(), ITEMS_PER_CHUNK, threads, [=, out = angles.data()](std::size_t e) {
+    out[e] = toFixed(angleBetween(normals.data() + 3 * std::size_t{edges[2 * e]},
+                                  normals.data() + 3 * std::size_t{edges[2 * e + 1]}),
+                     ANGLE_UNITS);
   });
   std::vector<float> means(neighbor_edges.rowCount());
-  parallelFor(means.size(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
-    return [neighbor_edges, from = angles.data(), out = means.data()](std::size_t begin,
-                                                                      std::size_t end) {
-      const std::uint32_t* const offsets = neighbor_edges.offsets.data();
-      for (std::size_t v = begin; v < end; ++v) {
-        std::uint64_t sum = 0;
-        for (std::uint32_t k = offsets[v]; k < offsets[v + 1]; ++k) {
-          sum += from[neighbor_edges.values[k]];
-        }
-        out[v] = meanOfFixed(sum, ANGLE_UNITS, offsets[v + 1] - offsets[v]);
-      }
-    };
-  });
+  parallelEach(means.size(), ITEMS_PER_CHUNK, threads,
+               [rows = neighbor_edges, from = angles.data(), out = means.data()](std::size_t v) {
+                 const std::uint32_t* const offsets = rows.offsets.data();
+                 std::uint64_t sum = 0;
+                 for (std::uint32_t k = offsets[v]; k < offsets[v + 1]; ++k) {
+                   sum += from[rows.values[k]];
+                 }
+                 out[v] = meanOfFixed(sum, ANGLE_UNITS, offsets[v + 1] - offsets[v]);
+               });
   return means;
 }
 
@@ -72,13 +64,10 @@ std::vector<float> anglesTo(ArrayView<float> normals, const std::array<double, 3
                                    static_cast<float>(direction[1]),
                                    static_cast<float>(direction[2])};
   std::vector<float> angles(normals.size() / 3);
-  parallelFor(angles.size(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
-    return [normals, to, out = angles.data()](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        out[v] = static_cast<float>(angleBetween(normals.data() + 3 * v, to.data()));
-      }
-    };
-  });
+  parallelEach(angles.size(), ITEMS_PER_CHUNK, threads,
+               [normals, to, out = angles.data()](std::size_t v) {
+                 out[v] = static_cast<float>(angleBetween(normals.data() + 3 * v, to.data()));
+               });
   return angles;
 }
 

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_MESH_EDGE_ANGLES_H
-#define MESH_MAP_SRC_MESH_EDGE_ANGLES_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -23,5 +22,3 @@ std::vector<float> anglesTo(ArrayView<float> normals, const std::array<double, 3
                             unsigned threads = 0);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_MESH_EDGE_ANGLES_H

@@ -11,37 +11,15 @@ namespace {
 
 constexpr std::size_t ITEMS_PER_CHUNK = 32768;
 
-/// Two sides of a face. Differences of floats and their products are exact enough in double that a
-/// face far from the origin has the same normal as near it.
-struct Sides
-{
-  Sides(const MeshView& mesh, std::size_t face)
-  {
-    const auto corner = [&mesh, face](std::size_t k) {
-      return mesh.positions.data() + 3 * std::size_t{mesh.faces[3 * face + k]};
-    };
-    ab = difference(corner(1), corner(0));
-    ac = difference(corner(2), corner(0));
-  }
-
-  Vector3 ab, ac;
-};
-
 /// False where there is no direction: that of the fallback is stored.
 bool store(const Vector3& vector, const std::array<float, 3>& fallback, float* normal)
 {
-  const double norm = std::sqrt(dot(vector, vector));
-  const bool good = norm > 0.0 && std::isfinite(norm);
+  const double length = norm(vector);
+  const bool good = length > 0.0 && std::isfinite(length);
   for (unsigned axis = 0; axis < 3; ++axis) {
-    normal[axis] = good ? static_cast<float>(vector[axis] / norm) : fallback[axis];
+    normal[axis] = good ? static_cast<float>(vector[axis] / length) : fallback[axis];
   }
   return good;
-}
-
-double cornerAngle(const Vector3& a, const Vector3& b)
-{
-  const Vector3 normal = cross(a, b);
-  return std::atan2(std::sqrt(dot(normal, normal)), dot(a, b) + 0.0);  // no angle of -0 is pi
 }
 
 }  // namespace
@@ -52,63 +30,52 @@ FaceNormals faceNormals(const MeshView& mesh, const std::array<float, 3>& fallba
   FaceNormals result;
   result.normals.resize(3 * mesh.faceCount());
   result.without_area.resize(mesh.faceCount());
-  parallelFor(mesh.faceCount(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
-    return [mesh, fallback, out = result.normals.data(), flags = result.without_area.data()](
-               std::size_t begin, std::size_t end) {
-      for (std::size_t f = begin; f < end; ++f) {
-        const Sides sides(mesh, f);
-        flags[f] = !store(cross(sides.ab, sides.ac), fallback, out + 3 * f);
-      }
-    };
-  });
+  const auto one = [mesh, fallback, out = result.normals.data(),
+                    flags = result.without_area.data()](std::size_t f) {
+    const Vector3 normal = triangleNormal(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2));
+    flags[f] = !store(normal, fallback, out + 3 * f);
+  };
+  parallelEach(mesh.faceCount(), ITEMS_PER_CHUNK, threads, one);
   return result;
 }
 
 std::vector<float> cornerAngles(const MeshView& mesh, unsigned threads)
 {
   std::vector<float> angles(3 * mesh.faceCount());
-  parallelFor(mesh.faceCount(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
-    return [mesh, out = angles.data()](std::size_t begin, std::size_t end) {
-      for (std::size_t f = begin; f < end; ++f) {
-        const Sides sides(mesh, f);
-        const Vector3 bc = sides.ac - sides.ab;
-        const Vector3 ba = {-sides.ab[0], -sides.ab[1], -sides.ab[2]};
-        out[3 * f] = static_cast<float>(cornerAngle(sides.ab, sides.ac));
-        out[3 * f + 1] = static_cast<float>(cornerAngle(ba, bc));
-        out[3 * f + 2] = static_cast<float>(cornerAngle(sides.ac, bc));  // both turned round
-      }
-    };
-  });
+  const auto one = [mesh, out = angles.data()](std::size_t f) {
+    const Vector3 ab = difference(mesh.corner(f, 1), mesh.corner(f, 0)),
+                  ac = difference(mesh.corner(f, 2), mesh.corner(f, 0)), bc = ac - ab;
+    out[3 * f] = static_cast<float>(angleBetween(ab, ac));
+    out[3 * f + 1] = static_cast<float>(angleBetween(-ab, bc));
+    out[3 * f + 2] = static_cast<float>(angleBetween(ac, bc));  // both turned round
+  };
+  parallelEach(mesh.faceCount(), ITEMS_PER_CHUNK, threads, one);
   return angles;
 }
 
 std::vector<float> vertexNormals(const VertexNormalsInput& input, unsigned threads)
 {
   std::vector<float> normals(3 * input.vertex_faces.rowCount());
-  parallelFor(input.vertex_faces.rowCount(), ITEMS_PER_CHUNK, threads, [&]() -> RangeBody {
-    return [in = input, out = normals.data()](std::size_t begin, std::size_t end) {
-      const std::uint32_t* const offsets = in.vertex_faces.offsets.data();
-      for (std::size_t v = begin; v < end; ++v) {
-        Vector3 sum = {0.0, 0.0, 0.0};
-        for (std::uint32_t i = offsets[v]; i < offsets[v + 1]; ++i) {
-          const std::size_t face = in.vertex_faces.values[i];
-          if (in.ignored[face]) {
-            continue;
-          }
-          double weight = 1.0;
-          if (!in.corner_angles.empty()) {
-            const std::uint32_t* const corners = in.faces.data() + 3 * face;
-            const unsigned k = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
-            weight = in.corner_angles[3 * face + k];
-          }
-          for (unsigned axis = 0; axis < 3; ++axis) {
-            sum[axis] += weight * in.face_normals[3 * face + axis];
-          }
-        }
-        store(sum, in.fallback, out + 3 * v);
+  const auto one = [in = input, out = normals.data()](std::size_t v) {
+    const std::uint32_t* const offsets = in.vertex_faces.offsets.data();
+    Vector3 sum{};
+    for (std::uint32_t i = offsets[v]; i < offsets[v + 1]; ++i) {
+      const std::size_t face = in.vertex_faces.values[i];
+      if (in.ignored[face]) {
+        continue;
       }
-    };
-  });
+      // by angle: G. Thuermer, C. Wuethrich: Computing Vertex Normals from Polygonal Facets, 1998
+      double weight = 1.0;
+      if (!in.corner_angles.empty()) {
+        const std::uint32_t* const corners = in.faces.data() + 3 * face;
+        const unsigned k = corners[0] == v ? 0 : corners[1] == v ? 1 : 2;
+        weight = in.corner_angles[3 * face + k];
+      }
+      sum = sum + weight * pointOf(in.face_normals.data() + 3 * face);
+    }
+    store(sum, in.fallback, out + 3 * v);
+  };
+  parallelEach(input.vertex_faces.rowCount(), ITEMS_PER_CHUNK, threads, one);
   return normals;
 }
 

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_MESH_NORMALS_H
-#define MESH_MAP_SRC_MESH_NORMALS_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -35,10 +34,9 @@ struct VertexNormalsInput
   std::array<float, 3> fallback = {0.0f, 0.0f, 1.0f};  ///< where that leaves nothing
 };
 
-/// Unit normals of the vertices: the mean of the unit normals of the faces around. Thresholds in
+/// Unit normals of the vertices: the mean of the unit normals of the faces around (H. Gouraud:
+/// Continuous Shading of Curved Surfaces, 1971). Thresholds in
 /// the field were chosen for that without weights.
 std::vector<float> vertexNormals(const VertexNormalsInput& input, unsigned threads = 0);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_MESH_NORMALS_H

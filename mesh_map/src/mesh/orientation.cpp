@@ -1,8 +1,8 @@
 #include "mesh/orientation.h"
 
 #include <cmath>
-#include <stdexcept>
 
+#include "base/require.h"
 #include "base/vector3.h"
 
 namespace mesh_map {
@@ -16,20 +16,18 @@ class PatchSums
 
   void begin(std::uint32_t face)
   {
-    origin_ = corner(face, 0);
+    origin_ = mesh_.corner(face, 0);
     seen_from_above_ = area_ = volume_ = volume_of_parts_ = 0.0;
   }
 
   void add(std::uint32_t face, bool turned)
   {
-    const Vector3 a = difference(corner(face, 0), origin_),
-                  b = difference(corner(face, 1), origin_),
-                  c = difference(corner(face, 2), origin_);
+    const float* const a = mesh_.corner(face, 0);
+    const Vector3 normal = triangleNormal(a, mesh_.corner(face, 1), mesh_.corner(face, 2));
     const double sign = turned ? -1.0 : 1.0;
-    const Vector3 normal = cross(b - a, c - a);
     seen_from_above_ += sign * dot(normal, up_);
-    area_ += std::sqrt(dot(normal, normal));
-    const double volume = dot(a, normal);
+    area_ += norm(normal);
+    const double volume = dot(difference(a, origin_), normal);
     volume_ += sign * volume;
     volume_of_parts_ += std::abs(volume);
   }
@@ -44,11 +42,6 @@ class PatchSums
   }
 
  private:
-  const float* corner(std::uint32_t face, unsigned k) const
-  {
-    return mesh_.positions.data() + 3 * std::size_t{mesh_.faces[3 * std::size_t{face} + k]};
-  }
-
   MeshView mesh_;
   Vector3 up_;
   const float* origin_ = nullptr;
@@ -60,12 +53,7 @@ bool isDegenerate(const std::uint32_t* face)
   return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
 }
 
-void require(bool condition)
-{
-  if (!condition) {
-    throw std::invalid_argument("the topology is not that of the faces");
-  }
-}
+constexpr const char* OTHER_TOPOLOGY = "the topology is not that of the faces";
 
 /// For each edge of two faces, these.
 std::vector<std::uint32_t> facesOfEdges(ArrayView<std::uint32_t> faces,
@@ -78,15 +66,15 @@ std::vector<std::uint32_t> facesOfEdges(ArrayView<std::uint32_t> faces,
     if (isDegenerate(faces.data() + 3 * face)) {
       continue;
     }
-    require(edge < edge_face_counts.size());
+    require(edge < edge_face_counts.size(), OTHER_TOPOLOGY);
     if (edge_face_counts[edge] == 2) {
       std::uint32_t* const pair = result.data() + 2 * edge;
-      require(pair[1] == NO_INDEX);
+      require(pair[1] == NO_INDEX, OTHER_TOPOLOGY);
       pair[pair[0] != NO_INDEX] = static_cast<std::uint32_t>(face);
     }
   }
   for (std::size_t edge = 0; edge < edge_face_counts.size(); ++edge) {
-    require((edge_face_counts[edge] == 2) == (result[2 * edge + 1] != NO_INDEX));
+    require((edge_face_counts[edge] == 2) == (result[2 * edge + 1] != NO_INDEX), OTHER_TOPOLOGY);
   }
   return result;
 }

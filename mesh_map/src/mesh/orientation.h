@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_MESH_ORIENTATION_H
-#define MESH_MAP_SRC_MESH_ORIENTATION_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/mesh/topology.h>
@@ -34,5 +33,3 @@ Orientation orientFaces(const MeshView& mesh, ArrayView<std::uint32_t> face_edge
                         ArrayView<std::uint8_t> edge_flags, const std::array<double, 3>& up);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_MESH_ORIENTATION_H

@@ -56,29 +56,22 @@ void RadiusGrid::sort(ArrayView<float> positions, unsigned threads)
   const std::size_t count = order_.size();
   LargeArray<std::uint64_t> keys(count);
   LargeArray<KeyedIndex> items(count);
-  parallelFor(count, VERTICES_PER_CHUNK, threads, [&]() -> RangeBody {
-    return [&, out = keys.data(), to = items.data()](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        std::uint64_t key = 0;
-        for (unsigned axis = 0; axis < 3; ++axis) {
-          const std::int32_t at = coordinate(positions[3 * v + axis], axis) + REACH;
-          key = key << 21 | static_cast<std::uint32_t>(at);
-        }
-        out[v] = key;
-        to[v] = {static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(v)};
-      }
-    };
-  });
+  parallelEach(count, VERTICES_PER_CHUNK, threads,
+               [&, out = keys.data(), to = items.data()](std::size_t v) {
+                 std::uint64_t key = 0;
+                 for (unsigned axis = 0; axis < 3; ++axis) {
+                   const std::int32_t at = coordinate(positions[3 * v + axis], axis) + REACH;
+                   key = key << 21 | static_cast<std::uint32_t>(at);
+                 }
+                 out[v] = key;
+                 to[v] = {static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(v)};
+               });
   BvhOptions options;
   options.threads = threads;
   Run run(options);
   sortByKey(items, run, 0.0);
-  parallelFor(count, VERTICES_PER_CHUNK, threads, [&]() -> RangeBody {
-    return [&keys, to = items.data()](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        to[i].key = static_cast<std::uint32_t>(keys[to[i].index] >> 32);
-      }
-    };
+  parallelEach(count, VERTICES_PER_CHUNK, threads, [&keys, to = items.data()](std::size_t i) {
+    to[i].key = static_cast<std::uint32_t>(keys[to[i].index] >> 32);
   });
   sortByKey(items, run, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
@@ -98,22 +91,16 @@ void RadiusGrid::cut(ArrayView<float> positions, unsigned threads)
       last = at;
     }
   }
-  parallelFor(cells_.size(), 1024, threads, [&]() -> RangeBody {
-    return [this, positions](std::size_t begin, std::size_t last_cell) {
-      for (std::size_t c = begin; c < last_cell; ++c) {
-        Cell& cell = cells_[c];
-        for (std::uint32_t i = cell.first; i < end(c); ++i) {
-          const float* const position = positions.data() + 3 * std::size_t{order_[i]};
-          for (unsigned axis = 0; axis < 3; ++axis) {
-            const bool first = i == cell.first;
-            cell.lowest[axis] =
-                first ? position[axis] : std::min(cell.lowest[axis], position[axis]);
-            cell.highest[axis] =
-                first ? position[axis] : std::max(cell.highest[axis], position[axis]);
-          }
-        }
+  parallelEach(cells_.size(), 1024, threads, [this, positions](std::size_t c) {
+    Cell& cell = cells_[c];
+    for (std::uint32_t i = cell.first; i < end(c); ++i) {
+      const float* const position = positions.data() + 3 * std::size_t{order_[i]};
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        const bool first = i == cell.first;
+        cell.lowest[axis] = first ? position[axis] : std::min(cell.lowest[axis], position[axis]);
+        cell.highest[axis] = first ? position[axis] : std::max(cell.highest[axis], position[axis]);
       }
-    };
+    }
   });
 }
 

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_MESH_RADIUS_GRID_H
-#define MESH_MAP_SRC_MESH_RADIUS_GRID_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
@@ -57,5 +56,3 @@ class RadiusGrid
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_MESH_RADIUS_GRID_H

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/fixed_point.h"
+#include "base/vector3.h"
 #include "mesh/radius_grid.h"
 
 namespace mesh_map {
@@ -124,26 +125,21 @@ RadiusAttributes gatherAttributes(const RadiusQuery& query, ArrayView<std::uint3
   all.heights.resize(heights ? count : 0);
   all.angles.resize(angles ? count : 0);
   all.normals.resize(normals ? 3 * count : 0);
-  parallelFor(count, VERTICES_PER_CHUNK, query.threads, [&]() -> RangeBody {
-    return [&, up = query.up](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::size_t v = order.empty() ? i : order[i];
-        const float* const position = query.positions.data() + 3 * v;
-        all.x[i] = position[0];
-        all.y[i] = position[1];
-        all.z[i] = position[2];
-        if (heights) {
-          all.heights[i] =
-              static_cast<float>(position[0] * up[0] + position[1] * up[1] + position[2] * up[2]);
-        }
-        if (angles) {
-          all.angles[i] = toFixed(query.angles[v], ANGLE_UNITS);
-        }
-        if (normals) {
-          std::copy_n(query.normals.data() + 3 * v, 3, all.normals.data() + 3 * i);
-        }
-      }
-    };
+  parallelEach(count, VERTICES_PER_CHUNK, query.threads, [&, up = query.up](std::size_t i) {
+    const std::size_t v = order.empty() ? i : order[i];
+    const float* const position = query.positions.data() + 3 * v;
+    all.x[i] = position[0];
+    all.y[i] = position[1];
+    all.z[i] = position[2];
+    if (heights) {
+      all.heights[i] = static_cast<float>(dot(pointOf(position), up));
+    }
+    if (angles) {
+      all.angles[i] = toFixed(query.angles[v], ANGLE_UNITS);
+    }
+    if (normals) {
+      std::copy_n(query.normals.data() + 3 * v, 3, all.normals.data() + 3 * i);
+    }
   });
   return all;
 }
@@ -215,7 +211,6 @@ void copy(const std::vector<RadiusGrid::Range>& ranges, const LargeArray<T>& fro
 
 OrderedMesh inOrderOf(const RadiusGrid& grid, const RadiusQuery& query)
 {
-  constexpr std::size_t vertices_per_chunk = 32768;
   const std::size_t count = grid.order().size();
   const ArrayView<std::uint32_t> order = {grid.order().data(), count};
   OrderedMesh mesh;
@@ -230,16 +225,12 @@ OrderedMesh inOrderOf(const RadiusGrid& grid, const RadiusQuery& query)
     mesh.offsets[i + 1] = mesh.offsets[i] + (offsets[v + 1] - offsets[v]);
   }
   mesh.neighbors.resize(query.neighbors.values.size());
-  parallelFor(count, vertices_per_chunk, query.threads, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::uint32_t v = order[i];
-        std::uint32_t* to = mesh.neighbors.data() + mesh.offsets[i];
-        for (std::uint32_t k = offsets[v]; k < offsets[v + 1]; ++k) {
-          *to++ = places[query.neighbors.values[k]];
-        }
-      }
-    };
+  parallelEach(count, VERTICES_PER_CHUNK, query.threads, [&](std::size_t i) {
+    const std::uint32_t v = order[i];
+    std::uint32_t* to = mesh.neighbors.data() + mesh.offsets[i];
+    for (std::uint32_t k = offsets[v]; k < offsets[v + 1]; ++k) {
+      *to++ = places[query.neighbors.values[k]];
+    }
   });
   return mesh;
 }
@@ -519,8 +510,6 @@ void radiusStatisticsByGrid(const RadiusQuery& query, double cell_size, RadiusSt
     return [worker](std::size_t begin, std::size_t end) { worker->work(begin, end); };
   });
 }
-
-constexpr double PI = 3.14159265358979323846;
 
 void statisticsByEdges(const RadiusQuery& query, RadiusStatistics& results)
 {

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_MESH_RADIUS_STATISTICS_H
-#define MESH_MAP_SRC_MESH_RADIUS_STATISTICS_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -59,5 +58,3 @@ struct RadiusStatistics
 RadiusStatistics radiusStatistics(const RadiusQuery& query);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_MESH_RADIUS_STATISTICS_H

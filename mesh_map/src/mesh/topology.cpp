@@ -10,6 +10,9 @@
 #include <string>
 #include <utility>
 
+#include "base/rows.h"
+#include "base/vector3.h"
+
 namespace mesh_map {
 
 namespace {
@@ -42,32 +45,18 @@ std::uint32_t nextSlot(std::uint32_t slot)
 SideRows gatherSides(ArrayView<std::uint32_t> faces, std::size_t vertex_count)
 {
   SideRows rows;
-  // Filling moves each row's end; offset i + 2 is counted, so that offset i + 1 ends up as the end
-  // of row i.
-  rows.offsets.assign(vertex_count + 2, 0);
-  std::uint32_t* const ends = rows.offsets.data() + 1;
-  for (std::size_t i = 0; i < faces.size(); i += 3) {
-    const std::uint32_t a = faces[i], b = faces[i + 1], c = faces[i + 2];
-    ends[std::min(a, b) + 1] += a != b;
-    ends[std::min(b, c) + 1] += b != c;
-    ends[std::min(c, a) + 1] += c != a;
-  }
-  for (std::size_t v = 1; v <= vertex_count; ++v) {
-    ends[v] += ends[v - 1];
-  }
-  rows.sides.resize(ends[vertex_count]);
-  const auto put = [&](std::uint32_t a, std::uint32_t b, std::size_t slot) {
-    if (a != b) {
-      rows.sides[ends[std::min(a, b)]++] = {std::max(a, b), static_cast<std::uint32_t>(slot)};
+  rows.offsets = fillRows(vertex_count, rows.sides, [faces](const auto& put) {
+    const auto putSide = [&put](std::uint32_t a, std::uint32_t b, std::size_t slot) {
+      if (a != b) {
+        put(std::min(a, b), Side{std::max(a, b), static_cast<std::uint32_t>(slot)});
+      }
+    };
+    for (std::size_t i = 0; i < faces.size(); i += 3) {
+      putSide(faces[i], faces[i + 1], i);
+      putSide(faces[i + 1], faces[i + 2], i + 1);
+      putSide(faces[i + 2], faces[i], i + 2);
     }
-  };
-  for (std::size_t i = 0; i < faces.size(); i += 3) {
-    const std::uint32_t a = faces[i], b = faces[i + 1], c = faces[i + 2];
-    put(a, b, i);
-    put(b, c, i + 1);
-    put(c, a, i + 2);
-  }
-  rows.offsets.pop_back();
+  });
   return rows;
 }
 
@@ -253,58 +242,38 @@ void checkFaces(ArrayView<std::uint32_t> faces, std::size_t vertex_count)
 /// rows.
 void buildNeighbors(Topology& topology)
 {
-  const std::size_t vertex_count = topology.vertex_count;
-  std::vector<std::uint32_t>& offsets = topology.neighbor_offsets;
-  offsets.assign(vertex_count + 2, 0);
-  std::uint32_t* const ends = offsets.data() + 1;
-  for (const std::uint32_t vertex : topology.edges) {
-    ++ends[vertex + 1];
-  }
-  for (std::size_t v = 1; v <= vertex_count; ++v) {
-    ends[v] += ends[v - 1];
-  }
-  topology.neighbors.resize(topology.edges.size());
-  topology.neighbor_edges.resize(topology.edges.size());
-  for (std::uint32_t e = 0; e < topology.edgeCount(); ++e) {
-    const std::uint32_t a = topology.edges[2 * std::size_t{e}];
-    const std::uint32_t b = topology.edges[2 * std::size_t{e} + 1];
-    const std::uint32_t at_a = ends[a]++, at_b = ends[b]++;
-    topology.neighbors[at_a] = b;
-    topology.neighbor_edges[at_a] = e;
-    topology.neighbors[at_b] = a;
-    topology.neighbor_edges[at_b] = e;
-  }
-  offsets.pop_back();
+  const auto visit = [&edges = topology.edges](const auto& put) {
+    for (std::size_t end = 0; end < edges.size(); ++end) {
+      put(edges[end], end);
+    }
+  };
+  const auto begin = [&topology](std::size_t count) {
+    topology.neighbors.resize(count);
+    topology.neighbor_edges.resize(count);
+  };
+  const auto store = [&topology](std::size_t place, std::size_t end) {
+    topology.neighbors[place] = topology.edges[end ^ 1];  // the other end of the edge
+    topology.neighbor_edges[place] = static_cast<std::uint32_t>(end / 2);
+  };
+  topology.neighbor_offsets = fillRows(topology.vertex_count, visit, begin, store);
 }
 
 void buildVertexFaces(ArrayView<std::uint32_t> faces, Topology& topology)
 {
-  const std::size_t vertex_count = topology.vertex_count;
-  std::vector<std::uint32_t>& offsets = topology.vertex_face_offsets;
-  offsets.assign(vertex_count + 2, 0);
-  std::uint32_t* const ends = offsets.data() + 1;
-  for (std::size_t i = 0; i < faces.size(); i += 3) {
-    const std::uint32_t a = faces[i], b = faces[i + 1], c = faces[i + 2];
-    ++ends[a + 1];
-    ends[b + 1] += b != a;
-    ends[c + 1] += c != a && c != b;
-  }
-  for (std::size_t v = 1; v <= vertex_count; ++v) {
-    ends[v] += ends[v - 1];
-  }
-  topology.vertex_faces.resize(ends[vertex_count]);
-  for (std::size_t i = 0; i < faces.size(); i += 3) {
-    const std::uint32_t a = faces[i], b = faces[i + 1], c = faces[i + 2];
-    const std::uint32_t face = static_cast<std::uint32_t>(i / 3);
-    topology.vertex_faces[ends[a]++] = face;
-    if (b != a) {
-      topology.vertex_faces[ends[b]++] = face;
+  const auto visit = [faces](const auto& put) {
+    for (std::size_t i = 0; i < faces.size(); i += 3) {
+      const std::uint32_t a = faces[i], b = faces[i + 1], c = faces[i + 2];
+      const auto face = static_cast<std::uint32_t>(i / 3);
+      put(a, face);
+      if (b != a) {
+        put(b, face);
+      }
+      if (c != a && c != b) {
+        put(c, face);
+      }
     }
-    if (c != a && c != b) {
-      topology.vertex_faces[ends[c]++] = face;
-    }
-  }
-  offsets.pop_back();
+  };
+  topology.vertex_face_offsets = fillRows(topology.vertex_count, topology.vertex_faces, visit);
 }
 
 void buildComponents(Topology& topology)
@@ -383,16 +352,12 @@ std::vector<float> edgeLengths(ArrayView<float> positions, ArrayView<std::uint32
 {
   constexpr std::size_t edges_per_chunk = 65536;
   std::vector<float> lengths(edges.size() / 2);
-  parallelFor(lengths.size(), edges_per_chunk, threads, [&]() -> RangeBody {
-    return [positions, edges, out = lengths.data()](std::size_t begin, std::size_t end) {
-      for (std::size_t e = begin; e < end; ++e) {
-        const float* const a = positions.data() + 3 * std::size_t{edges[2 * e]};
-        const float* const b = positions.data() + 3 * std::size_t{edges[2 * e + 1]};
-        const double x = double{a[0]} - b[0], y = double{a[1]} - b[1], z = double{a[2]} - b[2];
-        out[e] = static_cast<float>(std::sqrt(x * x + y * y + z * z));
-      }
-    };
-  });
+  parallelEach(lengths.size(), edges_per_chunk, threads,
+               [positions, edges, out = lengths.data()](std::size_t e) {
+                 const float* const a = positions.data() + 3 * std::size_t{edges[2 * e]};
+                 const float* const b = positions.data() + 3 * std::size_t{edges[2 * e + 1]};
+                 out[e] = static_cast<float>(norm(difference(a, b)));
+               });
   return lengths;
 }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "base/vector3.h"
+#include "mesh/packed_position.h"
 #include "paths/field_surface.h"
 
 namespace mesh_map {
@@ -125,12 +126,11 @@ class VertexDirection
     if (!values_.isReached(vertex)) {
       return result;
     }
-    const PackedPosition &from = mesh_.position(v_), &to = mesh_.position(vertex);
     result.label = values_.label(vertex);
-    result.side = {double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z};
+    result.side = between(mesh_.position(v_), mesh_.position(vertex));
     if (result.label < label_) {
       const double slow = 0.5 * (values_.slowness(v_) + values_.slowness(vertex));
-      const double total = result.label + slow * std::sqrt(dot(result.side, result.side));
+      const double total = result.label + slow * norm(result.side);
       offer(total * total, result.side);
     }
     return result;
@@ -163,8 +163,7 @@ class VertexDirection
     const double total = scale * scale * (gap * gap + depth * depth) / length_squared;
     if (isBetter(total)) {
       const double share = crossing / most;
-      offer(total, {a.side[0] + share * base[0], a.side[1] + share * base[1],
-                    a.side[2] + share * base[2]});
+      offer(total, a.side + share * base);
     }
   }
 
@@ -190,9 +189,8 @@ class VertexDirection
 /// Into the plane across the normal.
 void storeAcross(const Vector3& way, const float* normal, float* out)
 {
-  const double across = way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2];
-  storeUnit({way[0] - across * normal[0], way[1] - across * normal[1], way[2] - across * normal[2]},
-            ACROSS * ACROSS * dot(way, way), out);
+  const Vector3 up = pointOf(normal);
+  storeUnit(way - dot(way, up) * up, ACROSS * ACROSS * dot(way, way), out);
 }
 
 /// Where the goal is within a face, straight to it.
@@ -205,8 +203,7 @@ void storeAtGoal(const FieldSurface& surface, const FrontMesh& front, const Surf
     const Vector3 way = surface.goal().position - surface.position(v);
     VertexDirection<HAS_COSTS> found(values, front, v);
     found.lookAround();
-    found.lookTo(
-        way, 0.5 * (values.slowness(v) + surface.goalSlowness(face)) * std::sqrt(dot(way, way)));
+    found.lookTo(way, 0.5 * (values.slowness(v) + surface.goalSlowness(face)) * norm(way));
     storeAcross(found.direction(), normals.data() + 3 * std::size_t{v},
                 directions.data() + 3 * std::size_t{v});
   };
@@ -228,18 +225,15 @@ template <bool HAS_COSTS>
 void storeAtVertices(const FrontMesh& front, const SurfaceField& field, ArrayView<float> normals,
                      unsigned threads, LargeArray<float>& directions)
 {
-  parallelFor(front.vertexCount(), CHUNK, threads, [&]() -> RangeBody {
-    return [&, values = FieldValues<HAS_COSTS>(field)](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto v = static_cast<std::uint32_t>(i);
-        VertexDirection<HAS_COSTS> found(values, front, v);
-        if (values.isFinal(v)) {
-          found.lookAround();
-        }
-        storeAcross(found.direction(), normals.data() + 3 * i, directions.data() + 3 * i);
-      }
-    };
-  });
+  const auto one = [&, values = FieldValues<HAS_COSTS>(field)](std::size_t i) {
+    const auto v = static_cast<std::uint32_t>(i);
+    VertexDirection<HAS_COSTS> found(values, front, v);
+    if (values.isFinal(v)) {
+      found.lookAround();
+    }
+    storeAcross(found.direction(), normals.data() + 3 * i, directions.data() + 3 * i);
+  };
+  parallelEach(front.vertexCount(), CHUNK, threads, one);
 }
 
 }  // namespace
@@ -266,7 +260,8 @@ LargeArray<float> vertexDirections(const TraceMesh& mesh, const FrontMesh& front
 
 namespace {
 
-/// From where the labels of all three corners say that the source lies: the point of the plane for
+/// Against the gradient, from where the labels of all three corners say that the source lies: the
+/// point of the plane (by trilateration) for
 /// which the differences of the squared distances are those of the labels.
 template <bool HAS_COSTS>
 void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std::size_t face,
@@ -278,9 +273,8 @@ void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std
   if (!(values.isFinal(v[0]) && values.isFinal(v[1]) && values.isFinal(v[2]) && scale > 0.0)) {
     return;
   }
-  const float* const at = mesh.positions.data() + 3 * std::size_t{v[0]};
-  const Vector3 p = difference(mesh.positions.data() + 3 * std::size_t{v[1]}, at);
-  const Vector3 q = difference(mesh.positions.data() + 3 * std::size_t{v[2]}, at);
+  const Vector3 p = difference(mesh.vertex(v[1]), mesh.vertex(v[0]));
+  const Vector3 q = difference(mesh.vertex(v[2]), mesh.vertex(v[0]));
   const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
   if (!(area > NO_AREA * pp * qq)) {
     return;
@@ -293,21 +287,17 @@ void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std
   const double middle = area * (2.0 / 3.0);
   const double to_p = qq * along_p - pq * along_q - middle;
   const double to_q = pp * along_q - pq * along_p - middle;
-  storeUnit({to_p * p[0] + to_q * q[0], to_p * p[1] + to_q * q[1], to_p * p[2] + to_q * q[2]}, 0.0,
-            out);
+  storeUnit(to_p * p + to_q * q, 0.0, out);
 }
 
 template <bool HAS_COSTS>
 void storeAtFaces(const MeshView& mesh, const SurfaceField& field, unsigned threads,
                   LargeArray<float>& directions)
 {
-  parallelFor(mesh.faceCount(), CHUNK, threads, [&]() -> RangeBody {
-    return [&, values = FieldValues<HAS_COSTS>(field)](std::size_t begin, std::size_t end) {
-      for (std::size_t face = begin; face < end; ++face) {
-        storeAtFace(values, mesh, face, directions.data() + 3 * face);
-      }
-    };
-  });
+  const auto one = [&, values = FieldValues<HAS_COSTS>(field)](std::size_t face) {
+    storeAtFace(values, mesh, face, directions.data() + 3 * face);
+  };
+  parallelEach(mesh.faceCount(), CHUNK, threads, one);
 }
 
 }  // namespace

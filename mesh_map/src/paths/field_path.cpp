@@ -1,3 +1,4 @@
+#include <mesh_map/base/run_options.h>
 #include <mesh_map/paths/field_trace.h>
 
 #include <algorithm>
@@ -8,11 +9,11 @@
 #include <functional>
 #include <limits>
 #include <queue>
-#include <stdexcept>
 #include <tuple>
 #include <unordered_map>
 #include <vector>
 
+#include "base/require.h"
 #include "paths/field_surface.h"
 
 namespace mesh_map {
@@ -77,7 +78,7 @@ std::vector<FieldLeg> findDetour(const FieldSurface& surface, const FieldPlace& 
   if (from.kind == FieldPlace::VERTEX) {
     reached[from.a] = {0.0, NO_INDEX, NO_INDEX};
   }
-  while (!queue.empty() && !(cancel != nullptr && cancel->load(std::memory_order_relaxed))) {
+  while (!queue.empty() && !isSet(cancel)) {
     const auto [here, v] = queue.top();
     queue.pop();
     if (here > reached[v].distance) {
@@ -118,12 +119,8 @@ constexpr std::size_t MAX_CLIMB = 4;
 /// How often an edge may be crossed.
 constexpr unsigned MAX_CROSSINGS = 4;
 
-bool isSet(const std::atomic<bool>* cancel)
-{
-  return cancel != nullptr && cancel->load(std::memory_order_relaxed);
-}
-
-/// The way that grows.
+/// The way that grows, against the gradient of the potential: a characteristic of the eikonal
+/// equation (Kimmel and Sethian: Computing Geodesic Paths on Manifolds, 1998).
 class Descent
 {
  public:
@@ -295,9 +292,7 @@ void Descent::cutAt(double max_length)
     const double step = distance(points_[i - 1], points_[i]);
     if (step > 0.0 && before + step >= max_length) {
       const double share = (max_length - before) / step;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        points_[i][axis] = points_[i - 1][axis] + share * (points_[i][axis] - points_[i - 1][axis]);
-      }
+      points_[i] = points_[i - 1] + share * (points_[i] - points_[i - 1]);
       potentials_[i] = potentials_[i - 1] + share * (potentials_[i] - potentials_[i - 1]);
       points_.resize(i + 1);
       potentials_.resize(i + 1);
@@ -324,9 +319,7 @@ TraceEnd tracePath(const TraceMesh& mesh, const SurfaceField& field, std::uint32
                    const std::array<double, 3>& start, const std::atomic<bool>* cancel,
                    FieldPath& path, double max_length)
 {
-  if (!(max_length >= 0.0)) {
-    throw std::invalid_argument("the length of a way has to be >= 0");
-  }
+  require(max_length >= 0.0, "the length of a way has to be >= 0");
   const FieldSurface surface(mesh, field);
   const FieldPlace place = surface.placeOf(face, start, "the start");
   if (!surface.isFaceReached(face)) {
@@ -347,18 +340,13 @@ double fieldValue(const TraceMesh& mesh, const SurfaceField& field, std::uint32_
 void checkField(const TraceMesh& mesh, const SurfaceField& field)
 {
   const std::size_t count = mesh.mesh.vertexCount();
-  if (mesh.vertex_faces.rowCount() != count) {
-    throw std::invalid_argument("vertex_faces need one row per vertex");
-  }
-  if (mesh.face_flags.size() != mesh.mesh.faceCount()) {
-    throw std::invalid_argument("face_flags need one value per face");
-  }
-  if (field.labels.size() != count || (!field.slowness.empty() && field.slowness.size() != count)) {
-    throw std::invalid_argument("the field is of another mesh");
-  }
-  if (field.goal_face != NO_INDEX && field.goal_face >= mesh.mesh.faceCount()) {
-    throw std::invalid_argument("the face of the goal does not exist");
-  }
+  require(mesh.vertex_faces.rowCount() == count, "vertex_faces need one row per vertex");
+  require(mesh.face_flags.size() == mesh.mesh.faceCount(), "face_flags need one value per face");
+  require(
+      field.labels.size() == count && (field.slowness.empty() || field.slowness.size() == count),
+      "the field is of another mesh");
+  require(field.goal_face == NO_INDEX || field.goal_face < mesh.mesh.faceCount(),
+          "the face of the goal does not exist");
 }
 
 }  // namespace mesh_map

@@ -25,7 +25,7 @@ double distanceToSegment(const Vector3& point, const Vector3& a, const Vector3& 
   const Vector3 side = b - a, from_a = point - a;
   const double square = dot(side, side);
   const double share = square > 0.0 ? std::clamp(dot(from_a, side) / square, 0.0, 1.0) : 0.0;
-  return distance(from_a, {share * side[0], share * side[1], share * side[2]});
+  return distance(from_a, share * side);
 }
 
 }  // namespace
@@ -46,10 +46,10 @@ FieldPlace FieldSurface::placeOf(std::uint32_t face, const Vector3& position,
 {
   const std::uint32_t v[3] = {corner(face, 0), corner(face, 1), corner(face, 2)};
   const Vector3 p[3] = {this->position(v[0]), this->position(v[1]), this->position(v[2])};
-  const float* const floats = mesh_->mesh.positions.data();
-  const double off = TrianglePoint(floats + 3 * std::size_t{v[0]}, floats + 3 * std::size_t{v[1]},
-                                   floats + 3 * std::size_t{v[2]}, position.data())
-                         .distance();
+  const MeshView& mesh = mesh_->mesh;
+  const double off =
+      TrianglePoint(mesh.vertex(v[0]), mesh.vertex(v[1]), mesh.vertex(v[2]), position.data())
+          .distance();
   double size = 0.0, far = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
     size = std::max(size, distance(p[k], p[(k + 1) % 3]));
@@ -157,10 +157,8 @@ double FieldSurface::slownessAt(const FieldPlace& place, std::uint32_t face) con
   } else {
     const Vector3 a = position(corner(face, 0)), to_b = position(corner(face, 1)) - a,
                   to_c = position(corner(face, 2)) - a, here = place.position - a;
-    const Vector3 normal = cross(to_b, to_c);
-    const double square = dot(normal, normal);
-    const double beta = dot(cross(here, to_c), normal) / square;
-    const double gamma = dot(cross(to_b, here), normal) / square;
+    const auto [beta, gamma] = barycentricWeights(to_b, to_c, cross(to_b, to_c), here);
+    // equation (4) of the paper
     result = (1.0 - beta - gamma) * slowness(corner(face, 0)) + beta * slowness(corner(face, 1)) +
              gamma * slowness(corner(face, 2));
   }
@@ -197,8 +195,8 @@ FieldSurface::Crossing FieldSurface::roundCrossing(double u, double v, double ba
   return {share, std::sqrt(gap * gap + square)};
 }
 
-/// The same where slowness changes much: the potential is linear on the base, and the way
-/// refracted.
+/// The same where slowness changes much: the potential is linear on the base, and the way refracted
+/// by the law of Snell: along the base, the gradient is `slope`.
 FieldSurface::Crossing FieldSurface::straightCrossing(double u, double v, double base, double x,
                                                       double y, double slowness)
 {
@@ -229,13 +227,12 @@ void FieldSurface::edgeOffer(std::uint32_t face, std::size_t k, const FieldPlace
     }
   });
   const Vector3 at_a = position(a), side = position(b) - at_a, gap = from.position - at_a;
-  const double length = std::sqrt(dot(side, side));
+  const double length = norm(side);
   const double slow = 0.5 * (slowness(a) + slowness(b));
   if (!has_other || !(slow * length > 0.0)) {
     return;
   }
-  const Vector3 area = cross(gap, side);
-  const double x = dot(gap, side) / length, y = std::sqrt(dot(area, area)) / length;
+  const double x = dot(gap, side) / length, y = norm(cross(gap, side)) / length;
   const Crossing crossing =
       high <= SAME_SLOWNESS * low
           ? roundCrossing(label(a), label(b), slow * length, slow * x, slow * y)
@@ -244,8 +241,7 @@ void FieldSurface::edgeOffer(std::uint32_t face, std::size_t k, const FieldPlace
   if (!(share > AT_END && share < 1.0 - AT_END)) {
     return;
   }
-  offer.to.position = {at_a[0] + share * side[0], at_a[1] + share * side[1],
-                       at_a[2] + share * side[2]};
+  offer.to.position = at_a + share * side;
   const double slowness_there = slowness(a) + share * (slowness(b) - slowness(a));
   offer.step = 0.5 * (slowness_here + slowness_there) * distance(from.position, offer.to.position);
   offer.value = crossing.value;

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_PATHS_FIELD_SURFACE_H
-#define MESH_MAP_SRC_PATHS_FIELD_SURFACE_H
+#pragma once
 
 #include <mesh_map/mesh/topology.h>
 #include <mesh_map/paths/field_trace.h>
@@ -88,11 +87,7 @@ class FieldSurface
   bool leadsLower(const FieldPlace& vertex) const;
 
   double label(std::uint32_t v) const { return field_->labels[v]; }
-  Vector3 position(std::uint32_t v) const
-  {
-    const float* const p = mesh_->mesh.positions.data() + 3 * std::size_t{v};
-    return {p[0], p[1], p[2]};
-  }
+  Vector3 position(std::uint32_t v) const { return pointOf(mesh_->mesh.vertex(v)); }
   std::uint32_t corner(std::uint32_t face, std::size_t k) const
   {
     return mesh_->mesh.faces[3 * std::size_t{face} + k];
@@ -207,12 +202,4 @@ class FieldSurface
   mutable std::vector<FieldOffer> scratch_;
 };
 
-inline double distance(const Vector3& a, const Vector3& b)
-{
-  const Vector3 gap = b - a;
-  return std::sqrt(dot(gap, gap));
-}
-
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_PATHS_FIELD_SURFACE_H

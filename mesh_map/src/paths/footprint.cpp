@@ -12,15 +12,15 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/require.h"
 #include "base/run.h"
+#include "base/unique.h"
 #include "base/vector3.h"
 #include "bvh/selection/region_clip.h"
 
 namespace mesh_map {
 
 namespace {
-
-using Point2 = std::array<double, 2>;
 
 /// Where a robot is: the rows of its matrix.
 class RobotPose
@@ -56,14 +56,14 @@ class FootprintShape
   std::size_t sampleCount() const { return sample_count_; }
 
   /// Marks the samples in a convex polygon, whichever way round it runs.
-  void mark(const std::vector<Point2>& polygon, std::vector<std::uint8_t>& samples) const;
+  void mark(const std::vector<Vector2>& polygon, std::vector<std::uint8_t>& samples) const;
 
   /// Share of the samples that are marked.
   double share(const std::vector<std::uint8_t>& samples) const;
 
  private:
   void addPiece(const Footprint& footprint, std::size_t first, std::size_t last);
-  void addSamples(const std::vector<Point2>& corners);
+  void addSamples(const std::vector<Vector2>& corners);
 
   struct Row
   {
@@ -80,23 +80,23 @@ class FootprintShape
 /// Corners of a piece: its sides and the two ends of the band are planes.
 constexpr std::size_t MOST_CORNERS = ConvexRegion::MAX_PLANES - 2;
 
-Plane leftOf(const Point2& from, const Point2& to)
+Plane leftOf(const Vector2& from, const Vector2& to)
 {
   const double a = from[1] - to[1], b = to[0] - from[0];
   return {a, b, 0.0, -(a * from[0] + b * from[1])};
 }
 
 /// From where to where a convex polygon reaches at a height; empty (from > to) where it does not.
-std::array<double, 2> reachAt(const std::vector<Point2>& polygon, double y)
+std::array<double, 2> reachAt(const std::vector<Vector2>& polygon, double y)
 {
   std::array<double, 2> reach{std::numeric_limits<double>::infinity(),
                               -std::numeric_limits<double>::infinity()};
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Point2 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+    const Vector2 &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
     if (std::min(p[1], q[1]) > y || std::max(p[1], q[1]) < y) {
       continue;
     }
-    for (const Point2* end : {&p, &q}) {
+    for (const Vector2* end : {&p, &q}) {
       const double x = p[1] == q[1] ? (*end)[0] : p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0]);
       reach = {std::min(reach[0], x), std::max(reach[1], x)};
     }
@@ -123,29 +123,23 @@ Plane RobotPose::plane(const Plane& robot) const
 Vector3 RobotPose::local(const Vector3& point) const
 {
   const Vector3 gap = point - shift_;
-  Vector3 result{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      result[k] += gap[i] * rows_[i][k];
-    }
-  }
-  return result;
+  return gap[0] * rows_[0] + gap[1] * rows_[1] + gap[2] * rows_[2];
 }
 
 FootprintShape::FootprintShape(const Footprint& footprint)
 {
-  const std::vector<Point2>& corners = footprint.corners;
+  const std::vector<Vector2>& corners = footprint.corners;
   const std::size_t count = corners.size();
   bool convex = count >= 3 && footprint.lowest <= footprint.highest;
   double turned = 0.0;
   for (std::size_t i = 0; convex && i < count; ++i) {
-    const Point2 &p = corners[i], &q = corners[(i + 1) % count], &r = corners[(i + 2) % count];
-    const double x = q[0] - p[0], y = q[1] - p[1], next_x = r[0] - q[0], next_y = r[1] - q[1];
-    const double cross = x * next_y - y * next_x;
-    convex = std::isfinite(cross) && cross >= 0.0 && (x != 0.0 || y != 0.0);
-    turned += std::atan2(cross, x * next_x + y * next_y);
+    const Vector2 &p = corners[i], &q = corners[(i + 1) % count], &r = corners[(i + 2) % count];
+    const Vector2 side = q - p, next = r - q;
+    const double turn = cross(side, next);
+    convex = std::isfinite(turn) && turn >= 0.0 && side != Vector2{};
+    turned += std::atan2(turn, dot(side, next));
   }
-  if (!convex || std::abs(turned - 2.0 * 3.14159265358979323846) > 1e-3) {
+  if (!convex || std::abs(turned - 2.0 * PI) > 1e-3) {
     throw std::invalid_argument(
         "the footprint has to be convex and counter-clockwise, with a band"
         " from its lowest to its highest z");
@@ -159,7 +153,7 @@ FootprintShape::FootprintShape(const Footprint& footprint)
 /// Corner 0 and those from first to last.
 void FootprintShape::addPiece(const Footprint& footprint, std::size_t first, std::size_t last)
 {
-  const std::vector<Point2>& corners = footprint.corners;
+  const std::vector<Vector2>& corners = footprint.corners;
   std::vector<Plane> planes = {{0.0, 0.0, 1.0, -footprint.lowest},
                                {0.0, 0.0, -1.0, footprint.highest}};
   planes.push_back(leftOf(corners[0], corners[first]));
@@ -170,10 +164,10 @@ void FootprintShape::addPiece(const Footprint& footprint, std::size_t first, std
   pieces_.push_back(std::move(planes));
 }
 
-void FootprintShape::addSamples(const std::vector<Point2>& corners)
+void FootprintShape::addSamples(const std::vector<Vector2>& corners)
 {
-  Point2 low = corners[0], high = corners[0];
-  for (const Point2& corner : corners) {
+  Vector2 low = corners[0], high = corners[0];
+  for (const Vector2& corner : corners) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
       low[axis] = std::min(low[axis], corner[axis]);
       high[axis] = std::max(high[axis], corner[axis]);
@@ -195,7 +189,7 @@ void FootprintShape::addSamples(const std::vector<Point2>& corners)
   }
 }
 
-void FootprintShape::mark(const std::vector<Point2>& polygon,
+void FootprintShape::mark(const std::vector<Vector2>& polygon,
                           std::vector<std::uint8_t>& samples) const
 {
   for (const Row& row : rows_) {
@@ -216,32 +210,41 @@ double FootprintShape::share(const std::vector<std::uint8_t>& samples) const
   return static_cast<double>(marked) / static_cast<double>(sample_count_);
 }
 
-/// The weights of the corners of a triangle at a point of it (equation 1 of the paper).
-class TriangleWeights
+/// The corners of a face, and of a part of it.
+struct FaceCorners
 {
- public:
-  explicit TriangleWeights(const float* corners)
-      : origin_{double{corners[0]}, double{corners[1]}, double{corners[2]}},
-        u_(difference(corners + 3, corners)),
-        w_(difference(corners + 6, corners)),
-        n_(cross(u_, w_))
+  std::array<float, 9> floats;
+
+  FaceCorners(const MeshView& mesh, std::uint32_t face)
   {
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::copy_n(mesh.corner(face, k), 3, floats.data() + 3 * k);
+    }
   }
 
-  bool exist() const { return dot(n_, n_) > 0.0; }
-
-  double value(const std::array<float, 3>& costs, const Vector3& point) const
-  {
-    const Vector3 gap = point - origin_;
-    const double squared = dot(n_, n_);
-    const double gamma = dot(cross(u_, gap), n_) / squared;
-    const double beta = dot(cross(gap, w_), n_) / squared;
-    return (1.0 - beta - gamma) * costs[0] + beta * costs[1] + gamma * costs[2];
-  }
-
- private:
-  Vector3 origin_, u_, w_, n_;
+  Vector3 operator[](std::size_t k) const { return pointOf(floats.data() + 3 * k); }
 };
+
+/// Calls body(region, planes, face) for the faces that touch the band of a footprint, piece by
+/// piece, some more than once. A pose that is not finite has none.
+template <class Body>
+void forFacesUnder(const Bvh& bvh, const FootprintShape& shape, const RobotPose& pose,
+                   const Body& body)
+{
+  for (const std::vector<Plane>& piece : shape.pieces()) {
+    if (!pose.finite()) {
+      return;
+    }
+    std::vector<Plane> planes;
+    for (const Plane& plane : piece) {
+      planes.push_back(pose.plane(plane));
+    }
+    const ConvexRegion region(planes);
+    for (const std::uint32_t face : selectFaces(bvh, region)) {
+      body(region, planes, face);
+    }
+  }
+}
 
 /// What is under one footprint after another. Owns scratch memory: one per thread.
 class FootprintQuery
@@ -257,20 +260,11 @@ class FootprintQuery
   {
     samples_.assign(shape_.sampleCount(), 0);
     seen_.clear();
-    if (pose.finite()) {
-      for (const std::vector<Plane>& piece : shape_.pieces()) {
-        planes_.clear();
-        for (const Plane& plane : piece) {
-          planes_.push_back(pose.plane(plane));
-        }
-        const ConvexRegion region(planes_);
-        for (const std::uint32_t face : selectFaces(bvh_, region)) {
-          add(index, pose, region, face);
-        }
-      }
-    }
-    std::sort(seen_.begin(), seen_.end());
-    seen_.erase(std::unique(seen_.begin(), seen_.end()), seen_.end());
+    forFacesUnder(bvh_, shape_, pose,
+                  [&](const ConvexRegion& region, const std::vector<Plane>&, std::uint32_t face) {
+                    add(index, pose, region, face);
+                  });
+    makeUnique(seen_);
     result_.face_counts[index] = static_cast<std::uint32_t>(seen_.size());
     result_.ground[index] = shape_.share(samples_);
   }
@@ -278,12 +272,10 @@ class FootprintQuery
  private:
   void add(std::size_t index, const RobotPose& pose, const ConvexRegion& region, std::uint32_t face)
   {
-    std::array<float, 9> corners;
+    const FaceCorners corners(mesh_, face);
     std::array<float, 3> costs;
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t vertex = mesh_.faces[3 * std::size_t{face} + k];
-      std::copy_n(mesh_.positions.data() + 3 * vertex, 3, corners.data() + 3 * k);
-      costs[k] = costs_[vertex];
+      costs[k] = costs_[mesh_.faces[3 * std::size_t{face} + k]];
     }
     seen_.push_back(face);
     const bool lethal =
@@ -293,19 +285,23 @@ class FootprintQuery
     result_.lethal[index] |= lethal ? 1 : 0;
     result_.unknown[index] |= unknown ? 1 : 0;
 
-    ClippedTriangle part(corners.data());
+    ClippedTriangle part(corners.floats.data());
     for (const Plane& plane : region.planes()) {
       part.cut(plane);
     }
-    const TriangleWeights weights(corners.data());
+    const Vector3 u = corners[1] - corners[0], w = corners[2] - corners[0], n = cross(u, w);
+    const bool has_area = dot(n, n) > 0.0;
     const float low = std::min({costs[0], costs[1], costs[2]});
     const float high = std::max({costs[0], costs[1], costs[2]});
     outline_.clear();
-    double cost = weights.exist() && !part.empty() ? low : high;
+    double cost = has_area && !part.empty() ? low : high;
     for (std::size_t i = 0; i < part.size(); ++i) {
       const Vector3 local = pose.local(part[i]);
       outline_.push_back({local[0], local[1]});
-      cost = weights.exist() ? std::max(cost, weights.value(costs, part[i])) : cost;
+      const auto [beta, gamma] = barycentricWeights(u, w, n, part[i] - corners[0]);
+      // equation (4) of the paper
+      const double here = (1.0 - beta - gamma) * costs[0] + beta * costs[1] + gamma * costs[2];
+      cost = has_area ? std::max(cost, here) : cost;
     }
     if (!lethal && !unknown) {
       result_.max_costs[index] =
@@ -321,10 +317,9 @@ class FootprintQuery
   ArrayView<float> costs_;
   const FootprintShape& shape_;
   FootprintCosts& result_;
-  std::vector<Plane> planes_;
   std::vector<std::uint8_t> samples_;
   std::vector<std::uint32_t> seen_;
-  std::vector<Point2> outline_;
+  std::vector<Vector2> outline_;
 };
 
 }  // namespace
@@ -333,10 +328,9 @@ FootprintCosts footprintCosts(const Bvh& bvh, const MeshView& mesh, ArrayView<fl
                               const Footprint& footprint, ArrayView<double> poses,
                               const BvhOptions& run_options)
 {
-  if (bvh.faceCount() != mesh.faceCount() || costs.size() != mesh.vertexCount() ||
-      poses.size() % 12 != 0) {
-    throw std::invalid_argument("one cost per vertex and 12 numbers per pose are needed");
-  }
+  require(bvh.faceCount() == mesh.faceCount() && costs.size() == mesh.vertexCount() &&
+              poses.size() % 12 == 0,
+          "one cost per vertex and 12 numbers per pose are needed");
   const FootprintShape shape(footprint);
   const std::size_t count = poses.size() / 12;
   FootprintCosts result;
@@ -364,17 +358,18 @@ FootprintCosts footprintCosts(const Bvh& bvh, const MeshView& mesh, ArrayView<fl
 namespace {
 
 /// Keeps what of a convex polygon has a coordinate of 0 or more.
-void keepUpperPart(const std::vector<Point2>& polygon, std::size_t axis, std::vector<Point2>& kept)
+void keepUpperPart(const std::vector<Vector2>& polygon, std::size_t axis,
+                   std::vector<Vector2>& kept)
 {
   kept.clear();
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Point2 &p = polygon[i], &q = polygon[i + 1 < polygon.size() ? i + 1 : 0];
+    const Vector2 &p = polygon[i], &q = polygon[i + 1 < polygon.size() ? i + 1 : 0];
     if (p[axis] >= 0.0) {
       kept.push_back(p);
     }
     if ((p[axis] < 0.0) != (q[axis] < 0.0)) {
       const double t = p[axis] / (p[axis] - q[axis]);
-      Point2 crossing{p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])};
+      Vector2 crossing = p + t * (q - p);
       crossing[axis] = 0.0;
       kept.push_back(crossing);
     }
@@ -400,48 +395,32 @@ class VerticesQuery
   std::vector<std::uint32_t> under(const RobotPose& pose)
   {
     found_.clear();
-    if (pose.finite()) {
-      for (const std::vector<Plane>& piece : shape_.pieces()) {
-        planes_.clear();
-        for (const Plane& plane : piece) {
-          planes_.push_back(pose.plane(plane));
-        }
-        const ConvexRegion region(planes_);
-        for (const std::uint32_t face : selectFaces(bvh_, region)) {
-          add(face);
-        }
-      }
-    }
-    std::sort(found_.begin(), found_.end());
-    found_.erase(std::unique(found_.begin(), found_.end()), found_.end());
+    forFacesUnder(bvh_, shape_, pose,
+                  [&](const ConvexRegion&, const std::vector<Plane>& planes, std::uint32_t face) {
+                    add(planes, face);
+                  });
+    makeUnique(found_);
     return found_;
   }
 
  private:
-  void add(std::uint32_t face)
+  void add(const std::vector<Plane>& planes, std::uint32_t face)
   {
-    std::array<float, 9> corners;
+    const FaceCorners corners(mesh_, face);
     const std::uint32_t* const vertices = mesh_.faces.data() + 3 * std::size_t{face};
-    for (std::size_t k = 0; k < 3; ++k) {
-      std::copy_n(mesh_.positions.data() + 3 * std::size_t{vertices[k]}, 3, corners.data() + 3 * k);
-    }
-    const PlaneSides sides = planeSides(planes_, ALL_PLANES, corners.data());
+    const PlaneSides sides = planeSides(planes, ALL_PLANES, corners.floats.data());
     if (sides.outside == 0 && sides.cutting == 0) {
       found_.insert(found_.end(), vertices, vertices + 3);
       return;
     }
-    ClippedTriangle part(corners.data());
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
+    ClippedTriangle part(corners.floats.data());
+    for (std::size_t i = 0; i < planes.size(); ++i) {
       if (((sides.outside | sides.cutting) >> i & 1u) != 0) {
-        part.cut(planes_[i]);
+        part.cut(planes[i]);
       }
     }
-    const auto corner = [&](std::size_t k) {
-      return Vector3{double{corners[3 * k]}, double{corners[3 * k + 1]},
-                     double{corners[3 * k + 2]}};
-    };
     for (std::size_t k = 0; k < 3; ++k) {
-      if (reaches(part, corner(k), corner((k + 1) % 3), corner((k + 2) % 3))) {
+      if (reaches(part, corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3])) {
         found_.push_back(vertices[k]);
       }
     }
@@ -463,9 +442,8 @@ class VerticesQuery
   const Bvh& bvh_;
   const MeshView& mesh_;
   const FootprintShape& shape_;
-  std::vector<Plane> planes_;
   std::vector<std::uint32_t> found_;
-  std::vector<Point2> outline_, half_, quarter_;
+  std::vector<Vector2> outline_, half_, quarter_;
 };
 
 }  // namespace
@@ -474,9 +452,8 @@ FootprintVertices footprintVertices(const Bvh& bvh, const MeshView& mesh,
                                     const Footprint& footprint, ArrayView<double> poses,
                                     const BvhOptions& run_options)
 {
-  if (bvh.faceCount() != mesh.faceCount() || poses.size() % 12 != 0) {
-    throw std::invalid_argument("the hierarchy of the mesh and 12 numbers per pose are needed");
-  }
+  require(bvh.faceCount() == mesh.faceCount() && poses.size() % 12 == 0,
+          "the hierarchy of the mesh and 12 numbers per pose are needed");
   const FootprintShape shape(footprint);
   std::vector<std::vector<std::uint32_t>> rows(poses.size() / 12);
   Run run(run_options);

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_PATHS_FOOTPRINT_H
-#define MESH_MAP_SRC_PATHS_FOOTPRINT_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/bvh/tree/bvh.h>
@@ -61,5 +60,3 @@ FootprintVertices footprintVertices(const Bvh& bvh, const MeshView& mesh,
                                     const BvhOptions& run = {});
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_PATHS_FOOTPRINT_H

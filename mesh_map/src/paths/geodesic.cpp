@@ -1,3 +1,4 @@
+#include <mesh_map/base/run_options.h>
 #include <mesh_map/paths/geodesic.h>
 
 #include <cmath>
@@ -38,17 +39,15 @@ class HillSides
   std::size_t edge_ = 0, end_ = 0;  // of the strip, and of its edge: what is to come
 };
 
-constexpr double ALL_ROUND = 2.0 * 3.14159265358979323846 - 1e-9;
+constexpr double ALL_ROUND = 2.0 * PI - 1e-9;
 
 /// The angle of a face at a vertex.
 double cornerAngle(const WalkMesh& mesh, std::uint32_t face, std::uint32_t vertex)
 {
   const std::size_t k = slotOf(mesh, face, vertex);
   const Vector3 center = pointOf(mesh, vertex);
-  const Vector3 a = pointOf(mesh, cornerOf(mesh, face, (k + 1) % 3)) - center;
-  const Vector3 b = pointOf(mesh, cornerOf(mesh, face, (k + 2) % 3)) - center;
-  const Vector3 normal = cross(a, b);
-  return std::atan2(std::sqrt(dot(normal, normal)), dot(a, b));
+  return angleBetween(pointOf(mesh, cornerOf(mesh, face, (k + 1) % 3)) - center,
+                      pointOf(mesh, cornerOf(mesh, face, (k + 2) % 3)) - center);
 }
 
 /// The other edge of a face at a vertex.
@@ -109,11 +108,7 @@ std::optional<Strip> HillSides::around(std::uint32_t vertex, std::size_t first,
   for (std::size_t i = first; i <= last + 1; ++i) {
     angle += cornerAngle(mesh, strip_.faces[i], vertex);
   }
-  const auto at = [](const std::vector<std::uint32_t>& values, std::size_t i) {
-    return values.begin() + static_cast<std::ptrdiff_t>(i);
-  };
-  Strip strip{{strip_.faces.begin(), at(strip_.faces, first + 1)},
-              {strip_.edges.begin(), at(strip_.edges, first)}};
+  Strip strip = strip_.part(0, first);
   std::uint32_t face = strip_.faces[first];
   std::uint32_t edge = nextEdge(mesh, face, vertex, strip_.edges[first]);
   while (true) {
@@ -175,8 +170,6 @@ class TautPath
   std::size_t tried_ = 0;
 };
 
-constexpr double PI = 3.14159265358979323846;
-
 /// An angle that lacks less than this of 180 degrees counts as straight.
 constexpr double STRAIGHT = 1e-8;
 
@@ -223,8 +216,7 @@ bool TautPath::take(const Stretches& path)
 
 bool TautPath::isCancelled(Geodesic& result) const
 {
-  result.cancelled = result.cancelled || (options_.cancel != nullptr &&
-                                          options_.cancel->load(std::memory_order_relaxed));
+  result.cancelled = result.cancelled || isSet(options_.cancel);
   return result.cancelled;
 }
 
@@ -403,8 +395,7 @@ double lengthOf(const WalkTrace& path)
 {
   double sum = 0.0;
   for (std::size_t i = 0; i < path.faces.size(); ++i) {
-    const Vector3 step = pointAt(path, i + 1) - pointAt(path, i);
-    sum += std::sqrt(dot(step, step));
+    sum += distance(pointAt(path, i), pointAt(path, i + 1));
   }
   return sum;
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/require.h"
 #include "bvh/closest/triangle_point.h"
 
 namespace mesh_map {
@@ -30,8 +31,7 @@ struct FaceScale
   {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vector3 a = pointOf(mesh, cornerOf(mesh, face, k));
-      const Vector3 side = pointOf(mesh, cornerOf(mesh, face, (k + 1) % 3)) - a;
-      longest = std::max(longest, std::sqrt(dot(side, side)));
+      longest = std::max(longest, distance(a, pointOf(mesh, cornerOf(mesh, face, (k + 1) % 3))));
       for (const double coordinate : a) {
         farthest = std::max(farthest, std::abs(coordinate));
       }
@@ -47,10 +47,9 @@ std::uint32_t cornerAt(const WalkMesh& mesh, std::uint32_t face, const Vector3& 
   std::uint32_t found = NO_INDEX;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::uint32_t corner = cornerOf(mesh, face, k);
-    const Vector3 gap = point - pointOf(mesh, corner);
-    const double distance = std::sqrt(dot(gap, gap));
-    if (distance <= nearest) {
-      nearest = distance;
+    const double away = distance(point, pointOf(mesh, corner));
+    if (away <= nearest) {
+      nearest = away;
       found = corner;
     }
   }
@@ -109,24 +108,19 @@ std::string beside(std::size_t point, double distance, std::uint32_t face)
 
 void checkPath(const WalkMesh& mesh, const WalkTrace& path, ArrayView<std::uint8_t> mask)
 {
-  if (!mask.empty() && mask.size() != mesh.mesh.faceCount()) {
-    throw std::invalid_argument("the mask has to have one value for each face");
-  }
-  if (path.points.size() % 3 != 0 || path.points.size() / 3 != path.faces.size() + 1) {
-    throw std::invalid_argument("a path has to have one point more than faces");
-  }
+  require(mask.empty() || mask.size() == mesh.mesh.faceCount(),
+          "the mask has to have one value for each face");
+  require(path.points.size() % 3 == 0 && path.points.size() / 3 == path.faces.size() + 1,
+          "a path has to have one point more than faces");
   for (std::size_t i = 0; i < path.points.size(); ++i) {
-    if (!std::isfinite(path.points[i])) {
-      throw std::invalid_argument("point " + std::to_string(i / 3) + " of the path is not finite");
-    }
+    require(std::isfinite(path.points[i]),
+            "point " + std::to_string(i / 3) + " of the path is not finite");
   }
   for (std::size_t i = 0; i < path.faces.size(); ++i) {
     const std::uint32_t face = path.faces[i];
-    if (face >= mesh.mesh.faceCount()) {
-      throw std::invalid_argument("face " + std::to_string(i) + " of the path is " +
-                                  std::to_string(face) + ", but there are only " +
-                                  std::to_string(mesh.mesh.faceCount()) + " faces");
-    }
+    require(face < mesh.mesh.faceCount(), "face " + std::to_string(i) + " of the path is " +
+                                              std::to_string(face) + ", but there are only " +
+                                              std::to_string(mesh.mesh.faceCount()) + " faces");
     const FaceScale scale(mesh, face);
     for (std::size_t k = i; k < i + 2; ++k) {
       const double distance =

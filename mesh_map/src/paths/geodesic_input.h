@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_PATHS_GEODESIC_INPUT_H
-#define MESH_MAP_SRC_PATHS_GEODESIC_INPUT_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -35,5 +34,3 @@ struct Stretches
 Stretches stretchesOf(const FaceChoice& choice, const WalkTrace& path);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_PATHS_GEODESIC_INPUT_H

@@ -142,18 +142,13 @@ std::vector<Bend> funnel(const Unfolding& strip)
   return taut.way();
 }
 
-double distanceBetween(const Vector3& a, const Vector3& b)
-{
-  return std::sqrt(dot(b - a, b - a));
-}
-
 /// A leg that is straight in its strip.
 Leg straightLeg(const WalkMesh& mesh, Strip strip, const Joint& from, const Joint& to)
 {
   Leg leg{std::move(strip)};
   const std::vector<std::uint32_t>&faces = leg.strip.faces, &edges = leg.strip.edges;
   if (edges.empty()) {
-    leg.length = distanceBetween(from.position, to.position);
+    leg.length = distance(from.position, to.position);
     if (from.vertex != NO_INDEX) {
       leg.at_start = rayTo(mesh, faces[0], from.vertex, to.position);
     }
@@ -163,25 +158,16 @@ Leg straightLeg(const WalkMesh& mesh, Strip strip, const Joint& from, const Join
     return leg;
   }
   const Unfolding unfolded(mesh, leg.strip, from.position, to.position);
-  const Vector2 way = unfolded.to - unfolded.from, back = {-way[0], -way[1]};
-  leg.length = std::sqrt(dot(way, way));
+  const Vector2 way = unfolded.to - unfolded.from;
+  leg.length = norm(way);
   if (from.vertex != NO_INDEX) {
     leg.at_start =
         rayAlong(mesh, faces.front(), edges.front(), unfolded.portals.front(), -1.0, way);
   }
   if (to.vertex != NO_INDEX) {
-    leg.at_end = rayAlong(mesh, faces.back(), edges.back(), unfolded.portals.back(), 1.0, back);
+    leg.at_end = rayAlong(mesh, faces.back(), edges.back(), unfolded.portals.back(), 1.0, -way);
   }
   return leg;
-}
-
-Strip part(const Strip& strip, std::size_t first, std::size_t last)
-{
-  const auto at = [](const std::vector<std::uint32_t>& values, std::size_t i) {
-    return values.begin() + static_cast<std::ptrdiff_t>(i);
-  };
-  return {{at(strip.faces, first), at(strip.faces, last + 1)},
-          {at(strip.edges, first), at(strip.edges, last)}};
 }
 
 bool touches(const WalkMesh& mesh, std::uint32_t face, const Joint& joint)
@@ -202,7 +188,7 @@ double Legs::length() const
 
 Leg fixedLeg(std::uint32_t face, const Vector3& from, const Vector3& to)
 {
-  return {{{face}, {}}, distanceBetween(from, to), {}, {}};
+  return {{{face}, {}}, distance(from, to), {}, {}};
 }
 
 std::optional<Legs> straighten(const WalkMesh& mesh, Strip strip, const Joint& from,
@@ -228,7 +214,7 @@ std::optional<Legs> straighten(const WalkMesh& mesh, Strip strip, const Joint& f
     if (!touches(mesh, strip.faces[first], start) || !touches(mesh, strip.faces[last], end)) {
       return std::nullopt;
     }
-    Strip piece = part(strip, first, last);
+    Strip piece = strip.part(first, last);
     piece.trim(mesh, start.vertex, end.vertex);
     result.legs.push_back(straightLeg(mesh, std::move(piece), start, end));
     if (!is_end) {
@@ -249,9 +235,8 @@ void traceLeg(const WalkMesh& mesh, const Leg& leg, const Vector3& from, const V
     const Vector3 left = pointOf(mesh, unfolded.portals[i].left);
     const Vector3 right = pointOf(mesh, unfolded.portals[i].right);
     trace.faces.push_back(leg.strip.faces[i]);
-    for (std::size_t k = 0; k < 3; ++k) {
-      trace.points.push_back(left[k] + shares[i] * (right[k] - left[k]));
-    }
+    const Vector3 point = left + shares[i] * (right - left);
+    trace.points.insert(trace.points.end(), point.begin(), point.end());
   }
   trace.faces.push_back(leg.strip.faces.back());
   trace.points.insert(trace.points.end(), to.begin(), to.end());

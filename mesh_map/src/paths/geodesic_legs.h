@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_PATHS_GEODESIC_LEGS_H
-#define MESH_MAP_SRC_PATHS_GEODESIC_LEGS_H
+#pragma once
 
 #include <cstdint>
 #include <optional>
@@ -48,5 +47,3 @@ void traceLeg(const WalkMesh& mesh, const Leg& leg, const Vector3& from, const V
               WalkTrace& trace);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_PATHS_GEODESIC_LEGS_H

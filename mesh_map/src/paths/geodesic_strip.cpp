@@ -7,16 +7,6 @@
 namespace mesh_map {
 namespace {
 
-double lengthOf(const Vector2& a)
-{
-  return std::sqrt(dot(a, a));
-}
-
-double lengthOf(const Vector3& a)
-{
-  return std::sqrt(dot(a, a));
-}
-
 /// a turned by the angle of b (and scaled by its length).
 Vector2 turned(const Vector2& a, const Vector2& b)
 {
@@ -25,23 +15,18 @@ Vector2 turned(const Vector2& a, const Vector2& b)
 
 Vector2 unit(const Vector2& a)
 {
-  const double length = lengthOf(a);
-  return length > 0.0 ? Vector2{a[0] / length, a[1] / length} : Vector2{};
-}
-
-Vector2 ahead(const Vector2& from, const Vector2& direction, double length)
-{
-  return {from[0] + length * direction[0], from[1] + length * direction[1]};
+  const double length = norm(a);
+  return length > 0.0 ? a / length : Vector2{};
 }
 
 /// Beside a portal, from where its nearer end is.
 Vector2 placed(const WalkMesh& mesh, const Portal& portal, const Vector3& point, double side)
 {
-  const double to_left = lengthOf(point - pointOf(mesh, portal.left));
-  const double to_right = lengthOf(point - pointOf(mesh, portal.right));
+  const double to_left = norm(point - pointOf(mesh, portal.left));
+  const double to_right = norm(point - pointOf(mesh, portal.right));
   return to_left <= to_right
-             ? ahead(portal.at_left, Unfolding::fromLeft(mesh, portal, point, side), to_left)
-             : ahead(portal.at_right, Unfolding::fromRight(mesh, portal, point, side), to_right);
+             ? portal.at_left + to_left * Unfolding::fromLeft(mesh, portal, point, side)
+             : portal.at_right + to_right * Unfolding::fromRight(mesh, portal, point, side);
 }
 
 }  // namespace
@@ -59,6 +44,12 @@ void Strip::cross(std::uint32_t edge, std::uint32_t face)
   faces.push_back(face);
 }
 
+Strip Strip::part(std::size_t first, std::size_t last) const
+{
+  return {{faces.data() + first, faces.data() + last + 1},
+          {edges.data() + first, edges.data() + last}};
+}
+
 void Strip::trim(const WalkMesh& mesh, std::uint32_t at_start, std::uint32_t at_end)
 {
   const auto leadsAround = [&](std::size_t i, std::uint32_t vertex) {
@@ -72,10 +63,7 @@ void Strip::trim(const WalkMesh& mesh, std::uint32_t at_start, std::uint32_t at_
   while (begin < end && leadsAround(end - 1, at_end)) {
     --end;
   }
-  faces.resize(end + 1);
-  edges.resize(end);
-  faces.erase(faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(begin));
-  edges.erase(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(begin));
+  *this = part(begin, end);
 }
 
 std::size_t sideOf(const WalkMesh& mesh, std::uint32_t face, std::uint32_t edge)
@@ -109,8 +97,8 @@ bool canCross(const WalkMesh& mesh, std::uint32_t face, std::uint32_t edge)
 Vector2 besideEdge(const Vector3& a, const Vector3& b, const Vector3& point)
 {
   const Vector3 u = b - a, w = point - a;
-  const double length = lengthOf(u);
-  return {dot(u, w) / length, lengthOf(cross(u, w)) / length};
+  const double length = norm(u);
+  return {dot(u, w) / length, norm(cross(u, w)) / length};
 }
 
 Vector2 Unfolding::fromLeft(const WalkMesh& mesh, const Portal& portal, const Vector3& point,
@@ -135,7 +123,7 @@ Unfolding::Unfolding(const WalkMesh& mesh, const Strip& strip, const Vector3& st
   }
   portals.reserve(strip.edges.size());
   const auto first = endsOf(mesh, strip.faces[0], strip.edges[0]);
-  const double length = lengthOf(pointOf(mesh, first[1]) - pointOf(mesh, first[0]));
+  const double length = norm(pointOf(mesh, first[1]) - pointOf(mesh, first[0]));
   portals.push_back({first[0], first[1], {0.0, 0.0}, {length, 0.0}, {1.0, 0.0}});
   from = placed(mesh, portals[0], start, -1.0);
   for (std::size_t i = 1; i < strip.edges.size(); ++i) {
@@ -149,8 +137,7 @@ Unfolding::Unfolding(const WalkMesh& mesh, const Strip& strip, const Vector3& st
       next.right = apex;
       next.at_right = place;
     } else {
-      const Vector2 back = fromRight(mesh, portals.back(), point, 1.0);
-      next.along = {-back[0], -back[1]};
+      next.along = -fromRight(mesh, portals.back(), point, 1.0);
       next.left = apex;
       next.at_left = place;
     }
@@ -179,7 +166,7 @@ std::vector<double> Unfolding::crossings() const
           std::min(1.0, std::max(0.0, dot(last - portal.at_left, across) / dot(across, across)));
     }
     shares.push_back(share);
-    last = ahead(portal.at_left, across, share);
+    last = portal.at_left + share * across;
   }
   return shares;
 }

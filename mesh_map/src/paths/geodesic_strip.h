@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_PATHS_GEODESIC_STRIP_H
-#define MESH_MAP_SRC_PATHS_GEODESIC_STRIP_H
+#pragma once
 
 #include <mesh_map/paths/walk.h>
 
@@ -22,14 +21,16 @@ struct Strip
   /// Goes on across an edge. Across the one it came over, it goes back, or past the face between.
   void cross(std::uint32_t edge, std::uint32_t face);
 
+  /// From one of its faces to another one.
+  Strip part(std::size_t first, std::size_t last) const;
+
   /// Leaves out what leads around a vertex (or NO_INDEX) at the start, or at the end.
   void trim(const WalkMesh& mesh, std::uint32_t at_start, std::uint32_t at_end);
 };
 
 inline Vector3 pointOf(const WalkMesh& mesh, std::uint32_t vertex)
 {
-  const float* const p = position(mesh, vertex);
-  return {double{p[0]}, double{p[1]}, double{p[2]}};
+  return pointOf(position(mesh, vertex));
 }
 
 /// The place of an edge among those of a face; it is between the corners there and next.
@@ -58,7 +59,8 @@ struct Portal
   Vector2 along;  ///< unit vector from left to right; ahead is a quarter turn to its left
 };
 
-/// A strip laid into the plane, with a point in its first face and one in its last.
+/// A strip laid into the plane, with a point in its first face and one in its last (the unfolding
+/// of J. Mitchell, D. Mount, C. Papadimitriou: The Discrete Geodesic Problem, 1987).
 struct Unfolding
 {
   Unfolding(const WalkMesh& mesh, const Strip& strip, const Vector3& from, const Vector3& to);
@@ -78,5 +80,3 @@ struct Unfolding
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_PATHS_GEODESIC_STRIP_H

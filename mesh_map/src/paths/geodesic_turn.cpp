@@ -16,12 +16,6 @@ namespace {
 
 constexpr double INFINITE = std::numeric_limits<double>::infinity();
 
-double angleBetween(const Vector3& a, const Vector3& b)
-{
-  const Vector3 normal = cross(a, b);
-  return std::atan2(std::sqrt(dot(normal, normal)), dot(a, b));
-}
-
 /// The two edges of a face at one of its corners, and their other ends.
 struct CornerSides
 {
@@ -36,7 +30,7 @@ struct CornerSides
   }
 };
 
-/// Dijkstra on the edges around a vertex, by angle.
+/// Dijkstra (1959) on the edges around a vertex, by angle.
 class TurnSearch
 {
  public:
@@ -187,7 +181,7 @@ Ray rayAlong(const WalkMesh& mesh, std::uint32_t face, std::uint32_t edge, const
     const Vector2 to_apex = sides.ends[k] == portal.left
                                 ? Unfolding::fromLeft(mesh, portal, center, side)
                                 : Unfolding::fromRight(mesh, portal, center, side);
-    const Vector2 back = {-to_apex[0], -to_apex[1]};
+    const Vector2 back = -to_apex;
     if (back != Vector2{}) {
       ray.angles[k] = std::atan2(std::abs(cross(back, direction)), dot(back, direction));
     }

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_PATHS_GEODESIC_TURN_H
-#define MESH_MAP_SRC_PATHS_GEODESIC_TURN_H
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -50,5 +49,3 @@ std::optional<Turn> turnBelow(const FaceChoice& choice, std::uint32_t vertex, co
                               const Ray& to, double limit);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_PATHS_GEODESIC_TURN_H

@@ -2,20 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
+#include "base/require.h"
 #include "paths/walk_face.h"
 
 namespace mesh_map {
 
 namespace {
 
-/// Throws std::invalid_argument for a mask of another size.
 void checkWalk(const WalkMesh& mesh, const WalkOptions& options)
 {
-  if (!options.mask.empty() && options.mask.size() != mesh.mesh.faceCount()) {
-    throw std::invalid_argument("the mask needs one entry per face");
-  }
+  require(options.mask.empty() || options.mask.size() == mesh.mesh.faceCount(),
+          "the mask needs one entry per face");
 }
 
 /// The same direction, times a power of two such that its largest number is 1 to 2: no product of
@@ -103,8 +101,7 @@ class StraightWalk
       const bool arrives = length - walk.length <= exit.distance;
       if (arrives || steps >= options_.max_steps) {
         const double rest = arrives ? length - walk.length : 0.0;
-        walker.point[0] += rest * walker.direction[0];
-        walker.point[1] += rest * walker.direction[1];
+        walker.point = walker.point + rest * walker.direction;
         walk.length = arrives ? length : walk.length;  // not off by rounding
         walk.end = arrives ? WalkEnd::ARRIVED : WalkEnd::STEPS;
         told = walker.face.hasArea() ? walker : told;
@@ -135,8 +132,7 @@ class StraightWalk
     if (exit.kind != FaceExit::EDGE) {
       return corner;
     }
-    const Vector2 side = walker.face.corner((exit.index + 1) % 3) - corner;
-    return {corner[0] + exit.share * side[0], corner[1] + exit.share * side[1]};
+    return corner + exit.share * (walker.face.corner((exit.index + 1) % 3) - corner);
   }
 
   void follow(const Walker& walker, double distance)
@@ -161,14 +157,12 @@ class StraightWalk
     }
     const Vector2 side = face.corner(i) - face.corner(j);
     const double length = std::hypot(side[0], side[1]);
-    const Vector2 unit{side[0] / length, side[1] / length};
+    const Vector2 unit = side / length;
     const Vector2 direction{dot(walker.direction, unit),
                             std::max(0.0, cross(unit, walker.direction))};
     const double size = std::hypot(direction[0], direction[1]);
     const FlatFace beyond = FlatFace::along(mesh_, next, face.vertex(j), face.vertex(i));
-    walker = {beyond,
-              {(1.0 - exit.share) * beyond.corner(1)[0], 0.0},
-              {direction[0] / size, direction[1] / size}};
+    walker = {beyond, {(1.0 - exit.share) * beyond.corner(1)[0], 0.0}, direction / size};
     return WalkEnd::ARRIVED;
   }
 
@@ -197,10 +191,9 @@ Vector2 unitAlong(const FlatFace& face, const Vector3& direction)
   if (!isFinite(direction) || !(largest > 0.0)) {
     return {0.0, 0.0};
   }
-  const Vector2 flat =
-      face.flat({direction[0] / largest, direction[1] / largest, direction[2] / largest});
+  const Vector2 flat = face.flat(direction / largest);
   const double size = std::hypot(flat[0], flat[1]);
-  return size > 1e-9 ? Vector2{flat[0] / size, flat[1] / size} : Vector2{0.0, 0.0};
+  return size > 1e-9 ? flat / size : Vector2{0.0, 0.0};
 }
 
 }  // namespace
@@ -221,14 +214,12 @@ Walk walkStraight(const WalkMesh& mesh, const WalkPose& start, double length,
   }
   const bool backwards = length < 0.0;
   if (backwards) {
-    direction = {-direction[0], -direction[1]};
+    direction = -direction;
   }
   beginTrace(trace, face.positionOf(face.barycentric(face.point(start.barycentric))));
   walk = StraightWalk(mesh, options, trace)
              .run({face, face.point(start.barycentric), direction}, std::abs(length));
-  for (double& value : walk.pose.direction) {
-    value = backwards ? -value : value;
-  }
+  walk.pose.direction = backwards ? -walk.pose.direction : walk.pose.direction;
   return walk;
 }
 
@@ -248,13 +239,13 @@ class Cut
       : mesh_(mesh), origin_(position(mesh, face.vertex(0)))
   {
     start_ = face.inSpace(start);  // from corner 0: small numbers, wherever the mesh is
-    const Vector3 way = gap(target) - start_;
+    const Vector3 way = target - pointOf(origin_) - start_;
     const Vector3 along = ofSizeOne(way);
     normal_ = mesh_map::cross(up, along);
     forward_ = mesh_map::cross(normal_, up);
-    const double size = std::sqrt(dot(forward_, forward_));
-    if (size > 1e-12 * dot(up, up) * std::sqrt(dot(along, along))) {
-      forward_ = {forward_[0] / size, forward_[1] / size, forward_[2] / size};
+    const double size = norm(forward_);
+    if (size > 1e-12 * dot(up, up) * norm(along)) {
+      forward_ = forward_ / size;
       goal_ = dot(forward_, way);
     }
   }
@@ -274,39 +265,21 @@ class Cut
     const std::uint32_t low = std::min(a, b), high = std::max(a, b);
     const double from = height(low), to = height(high);
     const double share = from / (from - to);
-    const Vector3 p = local(low), q = local(high);
-    Vector3 result;
-    for (std::size_t i = 0; i < 3; ++i) {
-      result[i] = p[i] + share * (q[i] - p[i]);
-    }
-    return result;
+    return local(low) + share * (local(high) - local(low));
   }
 
   Vector3 local(std::uint32_t vertex) const { return difference(position(mesh_, vertex), origin_); }
 
-  Vector3 inSpace(const Vector3& point) const
-  {
-    return {origin_[0] + point[0], origin_[1] + point[1], origin_[2] + point[2]};
-  }
+  Vector3 inSpace(const Vector3& point) const { return pointOf(origin_) + point; }
 
  private:
   double height(std::uint32_t vertex) const { return dot(normal_, local(vertex) - start_); }
-
-  Vector3 gap(const std::array<double, 3>& point) const
-  {
-    return {point[0] - origin_[0], point[1] - origin_[1], point[2] - origin_[2]};
-  }
 
   const WalkMesh& mesh_;
   const float* origin_;
   Vector3 start_{}, normal_{}, forward_{};
   double goal_ = 0.0;
 };
-
-Vector3 between(const Vector3& a, const Vector3& b, double share)
-{
-  return {a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * (b[2] - a[2])};
-}
 
 /// Somebody in a face who goes along the cut.
 struct Place
@@ -376,7 +349,8 @@ class LineWalk
       const double before = cut_.progress(place.point), after = cut_.progress(exit.point);
       const bool arrives = after >= cut_.goal();
       if (arrives && after > before) {
-        exit.point = between(place.point, exit.point, (cut_.goal() - before) / (after - before));
+        const double share = (cut_.goal() - before) / (after - before);
+        exit.point = place.point + share * (exit.point - place.point);
       }
       follow(place, exit.point);
       place.point = exit.point;
@@ -418,12 +392,12 @@ class LineWalk
   void follow(const Place& place, const Vector3& to)
   {
     const Vector3 step = to - place.point;
-    const double distance = std::sqrt(dot(step, step));
-    if (!(distance > 0.0)) {
+    const double length = norm(step);
+    if (!(length > 0.0)) {
       return;
     }
-    walk_.length += distance;
-    walk_.pose.direction = {step[0] / distance, step[1] / distance, step[2] / distance};
+    walk_.length += length;
+    walk_.pose.direction = step / length;
     if (trace_ != nullptr) {
       const Vector3 point = cut_.inSpace(to);
       trace_->points.insert(trace_->points.end(), point.begin(), point.end());
@@ -482,37 +456,34 @@ std::array<std::uint32_t, 2> sideOf(const WalkMesh& mesh, std::uint32_t face, st
   return {std::min(a, b), std::max(a, b)};
 }
 
-void require(bool condition)
-{
-  if (!condition) {
-    throw std::invalid_argument("the topology is not that of the faces");
-  }
-}
+constexpr const char* OTHER_TOPOLOGY = "the topology is not that of the faces";
 
 }  // namespace
 
 void checkWalkMesh(const WalkMesh& mesh)
 {
   const std::size_t face_count = mesh.mesh.faceCount();
-  require(mesh.face_edges.size() == 3 * face_count && mesh.face_flags.size() == face_count);
+  require(mesh.face_edges.size() == 3 * face_count && mesh.face_flags.size() == face_count,
+          OTHER_TOPOLOGY);
   std::size_t sides = 0;
   for (std::size_t i = 0; i < mesh.face_edges.size(); i += 3) {
     sides += std::count(mesh.face_edges.data() + i, mesh.face_edges.data() + i + 3, NO_INDEX) == 0
                  ? 3
                  : 0;
   }
-  require(mesh.edge_faces.values.size() == sides);
+  require(mesh.edge_faces.values.size() == sides, OTHER_TOPOLOGY);
   for (std::uint32_t edge = 0; edge < mesh.edge_faces.rowCount(); ++edge) {
     const std::uint32_t begin = mesh.edge_faces.offsets[edge];
     std::array<std::uint32_t, 2> vertices{};
     for (std::uint32_t i = begin; i < mesh.edge_faces.offsets[edge + 1]; ++i) {
       const std::uint32_t face = mesh.edge_faces.values[i];
-      require(face < face_count && (i == begin || mesh.edge_faces.values[i - 1] < face));
+      require(face < face_count && (i == begin || mesh.edge_faces.values[i - 1] < face),
+              OTHER_TOPOLOGY);
       const std::uint32_t* const edges = mesh.face_edges.data() + 3 * std::size_t{face};
       const std::size_t k = static_cast<std::size_t>(std::find(edges, edges + 3, edge) - edges);
-      require(k < 3 && std::count(edges, edges + 3, NO_INDEX) == 0);
+      require(k < 3 && std::count(edges, edges + 3, NO_INDEX) == 0, OTHER_TOPOLOGY);
       vertices = i == begin ? sideOf(mesh, face, k) : vertices;
-      require(vertices == sideOf(mesh, face, k) && vertices[0] != vertices[1]);
+      require(vertices == sideOf(mesh, face, k) && vertices[0] != vertices[1], OTHER_TOPOLOGY);
     }
   }
 }

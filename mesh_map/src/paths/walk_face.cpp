@@ -16,11 +16,6 @@ constexpr double NOTHING = 1e-12;
 /// Of the square of the longest edge: a smaller area gives no plane.
 constexpr double NO_AREA = 1e-14;
 
-double norm(const Vector3& a)
-{
-  return std::sqrt(dot(a, a));
-}
-
 /// The unit vector in a face from an edge to the corner opposite, at a right angle to the edge; 0
 /// for a face without area.
 Vector3 rise(const WalkMesh& mesh, std::uint32_t from, std::uint32_t to, std::uint32_t opposite)
@@ -29,7 +24,7 @@ Vector3 rise(const WalkMesh& mesh, std::uint32_t from, std::uint32_t to, std::ui
   const Vector3 w = difference(position(mesh, opposite), position(mesh, from));
   const Vector3 y = cross(cross(u, w), u);
   const double length = norm(y);
-  return length > 0.0 ? Vector3{y[0] / length, y[1] / length, y[2] / length} : Vector3{};
+  return length > 0.0 ? y / length : Vector3{};
 }
 
 }  // namespace
@@ -39,14 +34,9 @@ std::size_t slotOf(const WalkMesh& mesh, std::uint32_t face, std::uint32_t verte
   return cornerOf(mesh, face, 0) == vertex ? 0 : cornerOf(mesh, face, 1) == vertex ? 1 : 2;
 }
 
-std::uint32_t edgeOpposite(const WalkMesh& mesh, std::uint32_t face, std::size_t slot)
-{
-  return mesh.face_edges[3 * std::size_t{face} + (slot + 1) % 3];
-}
-
 std::uint32_t faceAcross(const WalkMesh& mesh, std::uint32_t face, std::size_t opposite_slot)
 {
-  const std::uint32_t edge = edgeOpposite(mesh, face, opposite_slot);
+  const std::uint32_t edge = mesh.face_edges[3 * std::size_t{face} + (opposite_slot + 1) % 3];
   const std::uint32_t apex = cornerOf(mesh, face, opposite_slot);
   const std::uint32_t from = cornerOf(mesh, face, (opposite_slot + 1) % 3);
   const std::uint32_t to = cornerOf(mesh, face, (opposite_slot + 2) % 3);
@@ -91,7 +81,7 @@ FlatFace::FlatFace(const WalkMesh& mesh, std::uint32_t face, std::size_t first, 
     vertices_[k] = cornerOf(mesh, face, slots_[k]);
   }
   const float* const a = position(mesh, vertices_[0]);
-  origin_ = {double{a[0]}, double{a[1]}, double{a[2]}};
+  origin_ = pointOf(a);
   u_ = difference(position(mesh, vertices_[1]), a);
   w_ = difference(position(mesh, vertices_[2]), a);
   const Vector3 side = w_ - u_, n = cross(u_, w_);
@@ -106,8 +96,8 @@ FlatFace::FlatFace(const WalkMesh& mesh, std::uint32_t face, std::size_t first, 
     corners_[2] = {0.0, norm(w_)};
   }
   if (has_area_) {
-    x_axis_ = {u_[0] / length, u_[1] / length, u_[2] / length};
-    normal_ = {n[0] / twice_area, n[1] / twice_area, n[2] / twice_area};
+    x_axis_ = u_ / length;
+    normal_ = n / twice_area;
     y_axis_ = cross(normal_, x_axis_);
   }
 }
@@ -126,11 +116,7 @@ Vector2 FlatFace::flat(const Vector3& direction) const
 
 Vector3 FlatFace::inSpace(const Vector2& direction) const
 {
-  Vector3 result;
-  for (std::size_t i = 0; i < 3; ++i) {
-    result[i] = direction[0] * x_axis_[i] + direction[1] * y_axis_[i];
-  }
-  return result;
+  return direction[0] * x_axis_ + direction[1] * y_axis_;
 }
 
 std::array<double, 3> FlatFace::barycentric(const Vector2& point) const
@@ -156,12 +142,7 @@ Vector2 FlatFace::point(const std::array<double, 3>& barycentric) const
 
 Vector3 FlatFace::positionOf(const std::array<double, 3>& barycentric) const
 {
-  const double beta = barycentric[slots_[1]], gamma = barycentric[slots_[2]];
-  Vector3 result;
-  for (std::size_t i = 0; i < 3; ++i) {
-    result[i] = origin_[i] + (beta * u_[i] + gamma * w_[i]);
-  }
-  return result;
+  return origin_ + (barycentric[slots_[1]] * u_ + barycentric[slots_[2]] * w_);
 }
 
 FaceExit exitOf(const FlatFace& face, const Vector2& point, const Vector2& direction)
@@ -202,8 +183,6 @@ FaceExit exitOf(const FlatFace& face, const Vector2& point, const Vector2& direc
 
 namespace {
 
-constexpr double PI = 3.14159265358979323846;
-
 /// Radians that are nothing.
 constexpr double NO_ANGLE = 1e-9;
 
@@ -220,11 +199,7 @@ double angleAt(const WalkMesh& mesh, std::uint32_t vertex, std::uint32_t right, 
 {
   const Vector3 u = difference(position(mesh, right), position(mesh, vertex));
   const Vector3 w = difference(position(mesh, left), position(mesh, vertex));
-  if (dot(u, u) == 0.0 || dot(w, w) == 0.0) {
-    return PI / 2.0;
-  }
-  const Vector3 n = cross(u, w);
-  return std::atan2(std::sqrt(dot(n, n)), dot(u, w));
+  return dot(u, u) == 0.0 || dot(w, w) == 0.0 ? PI / 2.0 : angleBetween(u, w);
 }
 
 /// The faces around a vertex to one side of a face, as far as they go.

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_PATHS_WALK_FACE_H
-#define MESH_MAP_SRC_PATHS_WALK_FACE_H
+#pragma once
 
 #include <mesh_map/paths/walk.h>
 
@@ -11,27 +10,9 @@
 
 namespace mesh_map {
 
-using Vector2 = std::array<double, 2>;
-
-inline Vector2 operator-(const Vector2& a, const Vector2& b)
-{
-  return {a[0] - b[0], a[1] - b[1]};
-}
-
-inline double dot(const Vector2& a, const Vector2& b)
-{
-  return a[0] * b[0] + a[1] * b[1];
-}
-
-/// > 0 where b is to the left of a.
-inline double cross(const Vector2& a, const Vector2& b)
-{
-  return a[0] * b[1] - a[1] * b[0];
-}
-
 inline const float* position(const WalkMesh& mesh, std::uint32_t vertex)
 {
-  return mesh.mesh.positions.data() + 3 * std::size_t{vertex};
+  return mesh.mesh.vertex(vertex);
 }
 
 inline std::uint32_t cornerOf(const WalkMesh& mesh, std::uint32_t face, std::size_t k)
@@ -41,9 +22,6 @@ inline std::uint32_t cornerOf(const WalkMesh& mesh, std::uint32_t face, std::siz
 
 /// The place of a vertex among the corners of a face.
 std::size_t slotOf(const WalkMesh& mesh, std::uint32_t face, std::uint32_t vertex);
-
-/// The edge of a face that is opposite to a corner (by its slot).
-std::uint32_t edgeOpposite(const WalkMesh& mesh, std::uint32_t face, std::size_t slot);
 
 /// The face on the other side of the edge opposite to a corner; NO_INDEX at a border. See
 /// walkStraight() for edges of more than two faces.
@@ -131,5 +109,3 @@ VertexTurn turnAt(const WalkMesh& mesh, const FlatFace& face, std::size_t k,
                   const Vector2& direction, ArrayView<std::uint8_t> mask);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_PATHS_WALK_FACE_H

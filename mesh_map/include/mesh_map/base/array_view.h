@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BASE_ARRAY_VIEW_H
-#define MESH_MAP_BASE_ARRAY_VIEW_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -39,6 +38,10 @@ struct MeshView
 
   std::size_t vertexCount() const { return positions.size() / 3; }
   std::size_t faceCount() const { return faces.size() / 3; }
+
+  /// The 3 coordinates of a vertex, and of corner k of a face.
+  const float* vertex(std::size_t v) const { return positions.data() + 3 * v; }
+  const float* corner(std::size_t face, std::size_t k) const { return vertex(faces[3 * face + k]); }
 };
 
 /// Adjacency in compressed rows: row i holds values[offsets[i]] to values[offsets[i + 1] - 1].
@@ -51,5 +54,3 @@ struct RowsView
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BASE_ARRAY_VIEW_H

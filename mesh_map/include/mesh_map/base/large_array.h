@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BASE_LARGE_ARRAY_H
-#define MESH_MAP_BASE_LARGE_ARRAY_H
+#pragma once
 
 #include <cstddef>
 #include <new>
@@ -66,5 +65,3 @@ template <class T>
 using LargeArray = std::vector<T, LargeAllocator<T>>;
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BASE_LARGE_ARRAY_H

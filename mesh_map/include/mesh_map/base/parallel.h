@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BASE_PARALLEL_H
-#define MESH_MAP_BASE_PARALLEL_H
+#pragma once
 
 #include <cstddef>
 #include <functional>
@@ -20,9 +19,21 @@ using RangeBody = std::function<void(std::size_t begin, std::size_t end)>;
 void parallelFor(std::size_t count, std::size_t chunk, unsigned threads,
                  const std::function<RangeBody()>& make_worker);
 
+/// Calls body(i) for each item of [0, count), as parallelFor(). The body is copied into each
+/// thread: capture pointers by value where the loop shall be fast.
+template <class Body>
+void parallelEach(std::size_t count, std::size_t chunk, unsigned threads, const Body& body)
+{
+  parallelFor(count, chunk, threads, [&body]() -> RangeBody {
+    return [body](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        body(i);
+      }
+    };
+  });
+}
+
 /// Runs independent jobs side by side on up to `threads` threads (0 = all cores).
 void parallelJobs(const std::vector<std::function<void()>>& jobs, unsigned threads);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BASE_PARALLEL_H

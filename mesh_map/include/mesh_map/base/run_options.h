@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BASE_RUN_OPTIONS_H
-#define MESH_MAP_BASE_RUN_OPTIONS_H
+#pragma once
 
 #include <atomic>
 #include <functional>
@@ -14,6 +13,12 @@ class Cancelled : public std::runtime_error
   Cancelled() : std::runtime_error("cancelled") {}
 };
 
+/// Whether something that may be cancelled (not null) is.
+inline bool isSet(const std::atomic<bool>* cancel)
+{
+  return cancel != nullptr && cancel->load(std::memory_order_relaxed);
+}
+
 /// How to run something long.
 struct BvhOptions
 {
@@ -24,5 +29,3 @@ struct BvhOptions
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BASE_RUN_OPTIONS_H

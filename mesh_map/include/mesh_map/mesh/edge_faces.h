@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_MESH_EDGE_FACES_H
-#define MESH_MAP_MESH_EDGE_FACES_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -23,5 +22,3 @@ struct EdgeFaces
 EdgeFaces edgeFaces(ArrayView<std::uint32_t> face_edges, std::size_t edge_count);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_MESH_EDGE_FACES_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_MESH_NEIGHBORHOOD_H
-#define MESH_MAP_MESH_NEIGHBORHOOD_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -37,5 +36,3 @@ class RadiusNeighborhood
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_MESH_NEIGHBORHOOD_H

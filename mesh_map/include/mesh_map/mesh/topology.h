@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_MESH_TOPOLOGY_H
-#define MESH_MAP_MESH_TOPOLOGY_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -75,5 +74,3 @@ std::vector<float> edgeLengths(ArrayView<float> positions, ArrayView<std::uint32
                                unsigned threads = 0);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_MESH_TOPOLOGY_H

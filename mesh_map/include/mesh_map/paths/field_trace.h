@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_PATHS_FIELD_TRACE_H
-#define MESH_MAP_PATHS_FIELD_TRACE_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
@@ -85,5 +84,3 @@ LargeArray<float> faceDirections(const TraceMesh& mesh, const SurfaceField& fiel
                                  unsigned threads = 0);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_PATHS_FIELD_TRACE_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_PATHS_GEODESIC_H
-#define MESH_MAP_PATHS_GEODESIC_H
+#pragma once
 
 #include <mesh_map/paths/walk.h>
 
@@ -46,5 +45,3 @@ Geodesic shortenPath(const WalkMesh& mesh, const WalkTrace& path,
                      const GeodesicOptions& options = {});
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_PATHS_GEODESIC_H

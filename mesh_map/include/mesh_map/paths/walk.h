@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_PATHS_WALK_H
-#define MESH_MAP_PATHS_WALK_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -99,5 +98,3 @@ Walk walkLine(const WalkMesh& mesh, const WalkPose& start, const std::array<doub
               const WalkOptions& options = {}, WalkTrace* trace = nullptr);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_PATHS_WALK_H

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "base/require.h"
 #include "base/run.h"
 #include "bvh/closest/closest_search.h"
 #include "bvh/closest/normal_filter.h"
@@ -13,20 +14,15 @@ namespace mesh_map {
 
 namespace {
 
-void require(bool condition, const std::string& what, std::size_t numbers, const std::string& need)
-{
-  if (!condition) {
-    throw std::invalid_argument(what + " of " + std::to_string(numbers) + " numbers: " + need);
-  }
-}
-
 void check(const Bvh& bvh, std::size_t points, const ClosestOptions& options)
 {
   const std::size_t normals = options.normals.size(), mask = options.mask.size();
-  require(normals == 0 || normals == 3 || normals == 3 * points, "normals", normals,
-          "3 for each of " + std::to_string(points) + " points, 3 for all, or none");
-  require(mask == 0 || mask == bvh.faceCount(), "a mask", mask,
-          "one for each of " + std::to_string(bvh.faceCount()) + " faces, or none");
+  require(normals == 0 || normals == 3 || normals == 3 * points,
+          "normals of " + std::to_string(normals) + " numbers: 3 for each of " +
+              std::to_string(points) + " points, 3 for all, or none");
+  require(mask == 0 || mask == bvh.faceCount(),
+          "a mask of " + std::to_string(mask) + " numbers: one for each of " +
+              std::to_string(bvh.faceCount()) + " faces, or none");
 }
 
 const double* normalOf(const ClosestOptions& options, std::size_t point)
@@ -37,10 +33,24 @@ const double* normalOf(const ClosestOptions& options, std::size_t point)
 
 }  // namespace
 
-bool normalWithin(const float* corners, const std::array<double, 3>& direction, double max_angle)
+SurfaceHits::SurfaceHits(std::size_t count)
+    : faces(count), distances(count), positions(3 * count), barycentric(3 * count)
 {
-  const NormalFilter filter(direction, max_angle);
-  return filter.valid() && filter(corners);
+}
+
+void SurfaceHits::set(std::size_t index, const SurfaceHit& hit)
+{
+  faces[index] = hit.face;
+  distances[index] = hit.distance;
+  std::copy(hit.position.begin(), hit.position.end(), positions.begin() + 3 * index);
+  std::copy(hit.barycentric.begin(), hit.barycentric.end(), barycentric.begin() + 3 * index);
+}
+
+std::size_t pointCount(ArrayView<double> points)
+{
+  require(points.size() % 3 == 0,
+          "points of " + std::to_string(points.size()) + " numbers: 3 for each point");
+  return points.size() / 3;
 }
 
 SurfaceHit closestPoint(const Bvh& bvh, const double* point, const ClosestOptions& options)
@@ -53,26 +63,16 @@ SurfaceHit closestPoint(const Bvh& bvh, const double* point, const ClosestOption
 SurfaceHits closestPoints(const Bvh& bvh, ArrayView<double> points, const ClosestOptions& options,
                           const BvhOptions& run_options)
 {
-  require(points.size() % 3 == 0, "points", points.size(), "3 for each point");
-  const std::size_t count = points.size() / 3;
+  const std::size_t count = pointCount(points);
   check(bvh, count, options);
-  SurfaceHits hits;
-  hits.faces.resize(count);
-  hits.distances.resize(count);
-  hits.positions.resize(3 * count);
-  hits.barycentric.resize(3 * count);
-
+  SurfaceHits hits(count);
   Run run(run_options);
   constexpr std::size_t chunk = 256;
   run.loop(count, chunk, 1.0, [&]() -> RangeBody {
     return [&, search = ClosestSearch(bvh, options)](std::size_t begin, std::size_t end) mutable {
       for (std::size_t i = begin; i < end; ++i) {
         run.check();  // one point can take long: far away, or among faces that do not count
-        const SurfaceHit hit = search(points.data() + 3 * i, normalOf(options, i));
-        hits.faces[i] = hit.face;
-        hits.distances[i] = hit.distance;
-        std::copy(hit.position.begin(), hit.position.end(), hits.positions.begin() + 3 * i);
-        std::copy(hit.barycentric.begin(), hit.barycentric.end(), hits.barycentric.begin() + 3 * i);
+        hits.set(i, search(points.data() + 3 * i, normalOf(options, i)));
       }
     };
   });

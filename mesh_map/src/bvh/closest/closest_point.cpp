@@ -6,14 +6,6 @@
 #include "bvh/closest/triangle_point.h"
 
 namespace mesh_map {
-namespace {
-
-bool isFinite(const double* point)
-{
-  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
-}
-
-}  // namespace
 
 SurfaceHit closestPointOnTriangle(const float* a, const float* b, const float* c,
                                   const double* point)

@@ -273,7 +273,8 @@ struct ClosestSearch::NearQuery
     }
   }
 
-  /// Squares of the distances to the boxes of a node: at most the true ones, but for rounding.
+  /// Squares of the distances to the boxes of a node (C. Ericson: Real-Time Collision Detection,
+  /// 2004, 5.1.3): at most the true ones, but for rounding.
   Floats4 squaredDistances(const BvhNode& node) const
   {
     Vectors4 gap;

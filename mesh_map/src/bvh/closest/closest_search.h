@@ -1,11 +1,13 @@
-#ifndef MESH_MAP_SRC_BVH_CLOSEST_CLOSEST_SEARCH_H
-#define MESH_MAP_SRC_BVH_CLOSEST_CLOSEST_SEARCH_H
+#pragma once
 
 #include <mesh_map/bvh/closest/bvh_closest.h>
 
 #include "bvh/closest/normal_filter.h"
 
 namespace mesh_map {
+
+/// How many points so many numbers are. Throws std::invalid_argument for no multiple of 3.
+std::size_t pointCount(ArrayView<double> points);
 
 /// Looks for the closest point of one query after another. What it found for the last one is where
 /// it starts with the next, which changes the time it takes but not the answer.
@@ -49,5 +51,3 @@ class ClosestSearch
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_CLOSEST_CLOSEST_SEARCH_H

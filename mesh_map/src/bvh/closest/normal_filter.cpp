@@ -7,8 +7,6 @@ namespace mesh_map {
 
 namespace {
 
-constexpr double PI = 3.141592653589793;
-
 /// Radians by which an angle may seem larger than it is.
 constexpr double ROUNDING = 1e-12;
 
@@ -17,8 +15,7 @@ Vector3 unit(const double* vector)
 {
   const double largest = std::max({std::abs(vector[0]), std::abs(vector[1]), std::abs(vector[2])});
   const Vector3 scaled = {vector[0] / largest, vector[1] / largest, vector[2] / largest};
-  const double length = std::sqrt(dot(scaled, scaled));
-  return {scaled[0] / length, scaled[1] / length, scaled[2] / length};
+  return scaled / norm(scaled);
 }
 
 }  // namespace
@@ -39,8 +36,8 @@ NormalFilter::NormalFilter(const Vector3& direction, double max_angle)
 
 bool NormalFilter::within(const float* corners) const
 {
-  const Vector3 n = cross(difference(corners + 3, corners), difference(corners + 6, corners));
-  const double length = std::sqrt(dot(n, n)), along = dot(n, direction_);
+  const Vector3 n = triangleNormal(corners, corners + 3, corners + 6);
+  const double length = norm(n), along = dot(n, direction_);
   if (!valid_ || !(length > 0.0)) {
     return false;
   }
@@ -51,8 +48,7 @@ bool NormalFilter::within(const float* corners) const
   if (std::abs(above) > MARGIN * length) {
     return above > 0.0;
   }
-  const Vector3 across = cross(n, direction_);
-  return std::atan2(std::sqrt(dot(across, across)), along) <= max_angle_ + ROUNDING;
+  return angleBetween(n, direction_) <= max_angle_ + ROUNDING;
 }
 
 }  // namespace mesh_map

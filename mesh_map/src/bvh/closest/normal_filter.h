@@ -1,11 +1,11 @@
-#ifndef MESH_MAP_SRC_BVH_CLOSEST_NORMAL_FILTER_H
-#define MESH_MAP_SRC_BVH_CLOSEST_NORMAL_FILTER_H
+#pragma once
 
 #include "base/vector3.h"
 
 namespace mesh_map {
 
-/// Which triangles have a normal within an angle of a direction: normalWithin() for many triangles.
+/// Which triangles have a normal within an angle of a direction, in double precision; 1e-12 radians
+/// more count as rounding.
 class NormalFilter
 {
  public:
@@ -32,5 +32,3 @@ class NormalFilter
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_CLOSEST_NORMAL_FILTER_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_CLOSEST_TRIANGLE_POINT_H
-#define MESH_MAP_SRC_BVH_CLOSEST_TRIANGLE_POINT_H
+#pragma once
 
 #include <mesh_map/bvh/closest/closest_point.h>
 
@@ -19,11 +18,10 @@ constexpr double FAR_AWAY = 1e140;
 inline double lengthOf(const Vector3& gap)
 {
   if (std::abs(gap[0]) + std::abs(gap[1]) + std::abs(gap[2]) < FAR_AWAY) {
-    return std::sqrt(dot(gap, gap));
+    return norm(gap);
   }
   constexpr double SCALE = 0x1p-600;
-  const Vector3 scaled = {gap[0] * SCALE, gap[1] * SCALE, gap[2] * SCALE};
-  return std::sqrt(dot(scaled, scaled)) / SCALE;
+  return norm(SCALE * gap) / SCALE;
 }
 
 /// The point of a triangle that is nearest to a query point.
@@ -45,14 +43,15 @@ class TrianglePoint
       distance_ = lengthOf(from_a);  // from there, all points of a triangle are as near
       return;
     }
-    // the foot, and how far along each edge its nearest point is
+    // the foot, and how far along each edge its nearest point is (C. Ericson: Real-Time Collision
+    // Detection, 2004, 5.1.2)
     const Vector3 n = cross(u, v);
-    const double nn = dot(n, n);
-    const Pair foot = Pair{dot(cross(from_a, v), n), dot(cross(u, from_a), n)} / Pair{nn, nn};
+    const Vector2 foot = barycentricWeights(u, v, n, from_a);
     const Pair at_a = Pair{dot(from_a, u), dot(from_a, v)} / Pair{dot(u, u), dot(v, v)};
     const double from_corner[] = {inUnit(at_a[0]), inUnit(at_a[1]),
                                   inUnit(dot(from_b, side) / dot(side, side))};
     // all comparisons with the NaN of a triangle without area are false
+    // equation (2) of the paper
     const bool inside = (foot[0] >= 0.0) & (foot[1] >= 0.0) & (foot[0] + foot[1] <= 1.0);
     const double beta[] = {inside ? foot[0] : from_corner[0], from_corner[0], 0.0,
                            1.0 - from_corner[2]};
@@ -115,5 +114,3 @@ inline SurfaceHit surfacePoint(const float* a, const float* b, const float* c, d
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_CLOSEST_TRIANGLE_POINT_H

@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 
 #include "base/run.h"
+#include "bvh/closest/closest_search.h"
 #include "bvh/closest/triangle_point.h"
 #include "bvh/device/device_frame.h"
 
@@ -16,15 +15,6 @@ constexpr std::size_t CHUNK = 1024;
 /// Fourth powers of coordinates are to be floats; and seen from further away than this many sizes
 /// of the mesh, most of it is as near to a float.
 constexpr double LARGEST = 1e8, MANY_SIZES = 1e3;
-
-void checkPoints(const Bvh& bvh, ArrayView<double> points, const ClosestOptions& options)
-{
-  if (points.size() % 3 != 0) {
-    throw std::invalid_argument("points of " + std::to_string(points.size()) +
-                                " numbers: 3 for each point");
-  }
-  checkMask(bvh, options.mask);
-}
 
 /// Packs a point as kernels/bvh.cl reads it: two floats per coordinate.
 ///
@@ -102,20 +92,15 @@ bool deviceAnswers(const ClosestOptions& options)
 std::vector<float> packPoints(const Bvh& bvh, ArrayView<double> points,
                               const ClosestOptions& options, const BvhOptions& run_options)
 {
-  checkPoints(bvh, points, options);
+  const std::size_t count = pointCount(points);
+  checkMask(bvh, options.mask);
   const DeviceFrame mesh(bvh);
-  const std::size_t count = points.size() / 3;
   std::vector<float> packed(DEVICE_POINT_FLOATS * (count + 1));
   std::copy(bvh.center().begin(), bvh.center().end(), packed.begin());
   float* const first = packed.data() + DEVICE_POINT_FLOATS;
   Run run(run_options);
-  run.loop(count, CHUNK, 1.0, [&]() -> RangeBody {
-    return [&, first](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        packPoint(mesh, points.data() + 3 * i, options.max_distance,
-                  first + DEVICE_POINT_FLOATS * i);
-      }
-    };
+  run.each(count, CHUNK, 1.0, [&, first](std::size_t i) {
+    packPoint(mesh, points.data() + 3 * i, options.max_distance, first + DEVICE_POINT_FLOATS * i);
   });
   run.finish();
   return packed;
@@ -127,30 +112,19 @@ SurfaceHits finishPoints(const Bvh& bvh, ArrayView<double> points, const Closest
   if (!deviceAnswers(options)) {
     return closestPoints(bvh, points, options, run_options);
   }
-  checkPoints(bvh, points, options);
-  const std::size_t count = points.size() / 3;
+  const std::size_t count = pointCount(points);
+  checkMask(bvh, options.mask);
   checkAnswers(answers.size(), count, DEVICE_CANDIDATES);
-  SurfaceHits hits;
-  hits.faces.resize(count);
-  hits.distances.resize(count);
-  hits.positions.resize(3 * count);
-  hits.barycentric.resize(3 * count);
+  SurfaceHits hits(count);
   Run run(run_options);
-  run.loop(count, CHUNK, 1.0, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const double* const point = points.data() + 3 * i;
-        SurfaceHit hit;
-        if (!decide(bvh, point, options, answers.data() + DEVICE_CANDIDATES * i, hit)) {
-          run.check();
-          hit = closestPoint(bvh, point, options);
-        }
-        hits.faces[i] = hit.face;
-        hits.distances[i] = hit.distance;
-        std::copy(hit.position.begin(), hit.position.end(), hits.positions.begin() + 3 * i);
-        std::copy(hit.barycentric.begin(), hit.barycentric.end(), hits.barycentric.begin() + 3 * i);
-      }
-    };
+  run.each(count, CHUNK, 1.0, [&](std::size_t i) {
+    const double* const point = points.data() + 3 * i;
+    SurfaceHit hit;
+    if (!decide(bvh, point, options, answers.data() + DEVICE_CANDIDATES * i, hit)) {
+      run.check();
+      hit = closestPoint(bvh, point, options);
+    }
+    hits.set(i, hit);
   });
   run.finish();
   return hits;

@@ -2,9 +2,10 @@
 #include <atomic>
 #include <cmath>
 
+#include "base/float_bits.h"
 #include "base/run.h"
 #include "bvh/device/device_frame.h"
-#include "bvh/rays/ray_test.h"
+#include "bvh/rays/ray_search.h"
 
 namespace mesh_map {
 
@@ -19,7 +20,7 @@ void packCode(std::uint32_t code, float* packed)
 {
   std::fill_n(packed, DEVICE_RAY_FLOATS, 0.0f);
   packed[3] = code == DEVICE_DOUBT ? 1.0f : -1.0f;  // the limit
-  packed[7] = floatOfBits(code);
+  packed[7] = floatOf(code);
 }
 
 /// Packs a ray as kernels/bvh.cl reads it. It starts shortly before the slab of the mesh along z,
@@ -100,7 +101,7 @@ void packRay(const DeviceFrame& mesh, const RayTest& ray, float* packed)
     numbers = std::max(numbers, std::abs(place));
   }
   packed[3] = roundedUp(limit);
-  packed[7] = floatOfBits(x | y << 2 | z << 4 | (up ? 0u : 64u));
+  packed[7] = floatOf(x | y << 2 | z << 4 | (up ? 0u : 64u));
   packed[8] = static_cast<float>(ray.shear()[0]);
   packed[9] = static_cast<float>(ray.shear()[1]);
   packed[10] = static_cast<float>(inverse[0]);
@@ -155,16 +156,12 @@ std::vector<float> packRays(const Bvh& bvh, const RayBatch& rays, const BvhOptio
   std::copy(bvh.center().begin(), bvh.center().end(), packed.begin());
   float* const first = packed.data() + DEVICE_RAY_FLOATS;
   Run run(options);
-  run.loop(rays.size(), CHUNK, 1.0, [&]() -> RangeBody {
-    return [&, first](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        if (mesh.usable) {
-          packRay(mesh, RayTest(rays[i]), first + DEVICE_RAY_FLOATS * i);
-        } else {
-          packCode(DEVICE_DOUBT, first + DEVICE_RAY_FLOATS * i);
-        }
-      }
-    };
+  run.each(rays.size(), CHUNK, 1.0, [&, first](std::size_t i) {
+    if (mesh.usable) {
+      packRay(mesh, RayTest(rays[i]), first + DEVICE_RAY_FLOATS * i);
+    } else {
+      packCode(DEVICE_DOUBT, first + DEVICE_RAY_FLOATS * i);
+    }
   });
   run.finish();
   return packed;
@@ -174,24 +171,14 @@ RayHits finishRays(const Bvh& bvh, const RayBatch& rays, const RayOptions& optio
                    ArrayView<std::uint32_t> answers, const BvhOptions& run_options)
 {
   checkRays(bvh, rays, options, answers);
-  const std::size_t count = rays.size();
-  RayHits hits;
-  hits.faces.resize(count);
-  hits.distances.resize(count);
-  hits.barycentric.resize(3 * count);
+  RayHits hits(rays.size());
   Run run(run_options);
-  run.loop(count, CHUNK, 1.0, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        RayHit hit;
-        if (!decide(bvh, rays[i], options, answers.data() + DEVICE_RAY_ANSWERS * i, hit)) {
-          hit = castRay(bvh, rays[i], options);
-        }
-        hits.faces[i] = hit.face;
-        hits.distances[i] = hit.distance;
-        std::copy(hit.barycentric.begin(), hit.barycentric.end(), hits.barycentric.begin() + 3 * i);
-      }
-    };
+  run.each(rays.size(), CHUNK, 1.0, [&](std::size_t i) {
+    RayHit hit;
+    if (!decide(bvh, rays[i], options, answers.data() + DEVICE_RAY_ANSWERS * i, hit)) {
+      hit = castRay(bvh, rays[i], options);
+    }
+    hits.set(i, hit);
   });
   run.finish();
   return hits;
@@ -204,18 +191,14 @@ std::vector<std::uint8_t> finishRaysAny(const Bvh& bvh, const RayBatch& rays,
   checkRays(bvh, rays, options, answers);
   std::vector<std::uint8_t> hits(rays.size());
   Run run(run_options);
-  run.loop(rays.size(), CHUNK, 1.0, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::uint32_t* const own = answers.data() + DEVICE_RAY_ANSWERS * i;
-        RayHit hit;
-        if (own[0] != DEVICE_NONE) {
-          // Kernels stop at a hit that they are sure of, so a miss of all may not be one.
-          hits[i] = (decide(bvh, rays[i], options, own, hit) && hit.face != NO_INDEX) ||
-                    rayHitsAny(bvh, rays[i], options);
-        }
-      }
-    };
+  run.each(rays.size(), CHUNK, 1.0, [&](std::size_t i) {
+    const std::uint32_t* const own = answers.data() + DEVICE_RAY_ANSWERS * i;
+    RayHit hit;
+    if (own[0] != DEVICE_NONE) {
+      // Kernels stop at a hit that they are sure of, so a miss of all may not be one.
+      hits[i] = (decide(bvh, rays[i], options, own, hit) && hit.face != NO_INDEX) ||
+                rayHitsAny(bvh, rays[i], options);
+    }
   });
   run.finish();
   return hits;

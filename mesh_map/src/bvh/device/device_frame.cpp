@@ -1,7 +1,6 @@
 #include "bvh/device/device_frame.h"
 
 #include <algorithm>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 
@@ -11,13 +10,6 @@ static_assert(BVH_STACK <= 128 && BVH_WIDTH == 4 && BVH_LEAF_SIZE == 4, "kernels
 static_assert(Bvh::TAIL >= 9 * (BVH_LEAF_SIZE - 1), "kernels read whole leaves");
 
 const char* const BVH_KERNEL_OPTIONS = "-cl-std=CL1.2";
-
-float floatOfBits(std::uint32_t bits)
-{
-  float value;
-  std::memcpy(&value, &bits, sizeof(value));
-  return value;
-}
 
 DeviceFrame::DeviceFrame(const Bvh& bvh)
 {
@@ -37,15 +29,6 @@ void checkAnswers(std::size_t answers, std::size_t count, std::size_t per_item)
     throw std::invalid_argument(std::to_string(answers) + " answers of a device do not fit " +
                                 std::to_string(count) + " queries: " + std::to_string(per_item) +
                                 " for each");
-  }
-}
-
-void checkMask(const Bvh& bvh, ArrayView<std::uint8_t> mask)
-{
-  if (!mask.empty() && mask.size() != bvh.faceCount()) {
-    throw std::invalid_argument("a mask of " + std::to_string(mask.size()) +
-                                " entries does not fit a mesh of " +
-                                std::to_string(bvh.faceCount()) + " faces: one per face, or none");
   }
 }
 

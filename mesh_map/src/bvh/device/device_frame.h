@@ -1,11 +1,12 @@
-#ifndef MESH_MAP_SRC_BVH_DEVICE_DEVICE_FRAME_H
-#define MESH_MAP_SRC_BVH_DEVICE_DEVICE_FRAME_H
+#pragma once
 
 #include <mesh_map/bvh/device/bvh_device.h>
 
 #include <array>
 #include <cmath>
 #include <cstddef>
+
+#include "bvh/rays/ray_search.h"
 
 namespace mesh_map {
 
@@ -15,9 +16,6 @@ constexpr double DEVICE_LARGEST = 1e17;
 
 /// Bound of the error of some operations in double precision, relative to the size of the numbers.
 constexpr double DEVICE_ROUNDING = 0x1p-48;
-
-/// Bits of codes that are not floats: whether a ray or point is asked at all, and axes.
-float floatOfBits(std::uint32_t bits);
 
 /// A float that is not less than a bound that is not negative; large ones are cut.
 inline float roundedUp(double bound)
@@ -38,9 +36,4 @@ struct DeviceFrame
 /// Throws std::invalid_argument unless there are `per_item` answers for each of `count` items.
 void checkAnswers(std::size_t answers, std::size_t count, std::size_t per_item);
 
-/// Throws std::invalid_argument for a mask that is neither empty nor one per face.
-void checkMask(const Bvh& bvh, ArrayView<std::uint8_t> mask);
-
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_DEVICE_DEVICE_FRAME_H

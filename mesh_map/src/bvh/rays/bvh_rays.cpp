@@ -3,24 +3,32 @@
 #include <algorithm>
 #include <string>
 
+#include "base/require.h"
 #include "base/run.h"
 #include "bvh/rays/ray_packet.h"
 #include "bvh/rays/ray_search.h"
 
 namespace mesh_map {
 
-void checkMask(const Bvh& bvh, const RayOptions& options)
+void checkMask(const Bvh& bvh, ArrayView<std::uint8_t> mask)
 {
-  if (!options.mask.empty() && options.mask.size() != bvh.faceCount()) {
-    throw std::invalid_argument("a mask of " + std::to_string(options.mask.size()) +
-                                " entries does not fit a mesh of " +
-                                std::to_string(bvh.faceCount()) + " faces: one per face, or none");
-  }
+  require(mask.empty() || mask.size() == bvh.faceCount(),
+          "a mask of " + std::to_string(mask.size()) + " entries does not fit a mesh of " +
+              std::to_string(bvh.faceCount()) + " faces: one per face, or none");
+}
+
+RayHits::RayHits(std::size_t count) : faces(count), distances(count), barycentric(3 * count) {}
+
+void RayHits::set(std::size_t index, const RayHit& hit)
+{
+  faces[index] = hit.face;
+  distances[index] = hit.distance;
+  std::copy(hit.barycentric.begin(), hit.barycentric.end(), barycentric.begin() + 3 * index);
 }
 
 RayHit castRay(const Bvh& bvh, const Ray& ray, const RayOptions& options)
 {
-  checkMask(bvh, options);
+  checkMask(bvh, options.mask);
   countQueries(BackEnd::NATIVE, Query::RAY, 1);
   RaySearch search(bvh, ray);
   searchAll<false>(bvh, options, search);
@@ -29,7 +37,7 @@ RayHit castRay(const Bvh& bvh, const Ray& ray, const RayOptions& options)
 
 bool rayHitsAny(const Bvh& bvh, const Ray& ray, const RayOptions& options)
 {
-  checkMask(bvh, options);
+  checkMask(bvh, options.mask);
   countQueries(BackEnd::NATIVE, Query::RAY, 1);
   RaySearch search(bvh, ray);
   searchAll<true>(bvh, options, search);
@@ -88,11 +96,6 @@ Ray RayBatch::operator[](std::size_t index) const
 
 void RayBatch::check() const
 {
-  const auto require = [](bool condition, const std::string& message) {
-    if (!condition) {
-      throw std::invalid_argument(message);
-    }
-  };
   require(directions.size() % 3 == 0,
           std::to_string(directions.size()) + " numbers are no directions: 3 per ray are needed");
   const std::string rays = " do not fit " + std::to_string(size()) + " rays: ";
@@ -108,17 +111,10 @@ RayHits castRays(const Bvh& bvh, const RayBatch& rays, const RayOptions& options
                  const BvhOptions& run)
 {
   rays.check();
-  checkMask(bvh, options);
-  RayHits hits;
-  hits.faces.resize(rays.size());
-  hits.distances.resize(rays.size());
-  hits.barycentric.resize(3 * rays.size());
-  searchBatch(bvh, rays, options, run, false, [&hits](std::size_t i, const RaySearch& search) {
-    const RayHit hit = search.hit();
-    hits.faces[i] = hit.face;
-    hits.distances[i] = hit.distance;
-    std::copy(hit.barycentric.begin(), hit.barycentric.end(), hits.barycentric.begin() + 3 * i);
-  });
+  checkMask(bvh, options.mask);
+  RayHits hits(rays.size());
+  searchBatch(bvh, rays, options, run, false,
+              [&hits](std::size_t i, const RaySearch& search) { hits.set(i, search.hit()); });
   return hits;
 }
 
@@ -126,7 +122,7 @@ std::vector<std::uint8_t> raysHitAny(const Bvh& bvh, const RayBatch& rays,
                                      const RayOptions& options, const BvhOptions& run)
 {
   rays.check();
-  checkMask(bvh, options);
+  checkMask(bvh, options.mask);
   std::vector<std::uint8_t> hits(rays.size());
   searchBatch(bvh, rays, options, run, true, [&hits](std::size_t i, const RaySearch& search) {
     hits[i] = search.best.face != NO_INDEX ? 1 : 0;

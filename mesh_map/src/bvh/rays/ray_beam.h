@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_RAYS_RAY_BEAM_H
-#define MESH_MAP_SRC_BVH_RAYS_RAY_BEAM_H
+#pragma once
 
 #include <mesh_map/bvh/rays/bvh_rays.h>
 
@@ -53,7 +52,8 @@ struct Beam
 };
 
 /// Depths at which a beam enters the boxes of a node, and which it enters at all (bits) before
-/// `limit`.
+/// `limit`: slabs (T. Kay, J. Kajiya: Ray Tracing Complex Scenes, 1986), widened by the rounding
+/// (T. Ize: Robust BVH Ray Traversal, 2013).
 struct BoxHits
 {
   Floats4 depths;
@@ -128,5 +128,3 @@ class TriangleFilter
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_RAYS_RAY_BEAM_H

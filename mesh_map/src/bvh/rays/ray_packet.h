@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_RAYS_RAY_PACKET_H
-#define MESH_MAP_SRC_BVH_RAYS_RAY_PACKET_H
+#pragma once
 
 #include "bvh/rays/ray_search.h"
 
@@ -21,5 +20,3 @@ extern const SearchRays SEARCH_RAYS_AVX2;
 SearchRays fastestSearchRays();
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_RAYS_RAY_PACKET_H

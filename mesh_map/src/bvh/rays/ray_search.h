@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_RAYS_RAY_SEARCH_H
-#define MESH_MAP_SRC_BVH_RAYS_RAY_SEARCH_H
+#pragma once
 
 #include "bvh/rays/ray_beam.h"
 #include "bvh/rays/ray_test.h"
@@ -44,8 +43,8 @@ struct RaySearch
   float limit;  // depth of hits that count
 };
 
-/// Throws std::invalid_argument for a mask of a wrong size.
-void checkMask(const Bvh& bvh, const RayOptions& options);
+/// Throws std::invalid_argument for a mask that is neither empty nor one per face.
+void checkMask(const Bvh& bvh, ArrayView<std::uint8_t> mask);
 
 /// A subtree to be searched: BvhNode::child and count of it, and the depth where the beam enters.
 struct RayTask
@@ -150,5 +149,3 @@ void searchAll(const Bvh& bvh, const RayOptions& options, RaySearch& search)
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_RAYS_RAY_SEARCH_H

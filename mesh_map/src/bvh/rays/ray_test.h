@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_RAYS_RAY_TEST_H
-#define MESH_MAP_SRC_BVH_RAYS_RAY_TEST_H
+#pragma once
 
 #include <mesh_map/bvh/rays/bvh_rays.h>
 
@@ -60,6 +59,7 @@ inline bool meets(const RayTest& ray, const float* corners, bool back_faces, dou
   const double ay = (corners[y] - origin[y]) - shear_y * az;
   const double by = (corners[y + 3] - origin[y]) - shear_y * bz;
   const double cy = (corners[y + 6] - origin[y]) - shear_y * cz;
+  // The scaled barycentric coordinates U, V, W of the sheared corners (Woop et al. 2013).
   const double u = determinant(cx, cy, bx, by);
   const double v = determinant(ax, ay, cx, cy);
   const double w = determinant(bx, by, ax, ay);
@@ -84,5 +84,3 @@ inline bool meets(const RayTest& ray, const float* corners, bool back_faces, dou
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_RAYS_RAY_TEST_H

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
+#include "base/simd.h"
 #include "bvh/selection/region_clip.h"
 
 namespace mesh_map {
@@ -19,23 +19,6 @@ constexpr double LARGEST_FLOAT = std::numeric_limits<float>::max();
 /// A plane that all of a mesh which is much smaller is as clearly in front of, or behind, as of one
 /// further away.
 constexpr double FAR_AWAY = 1e37;
-
-Float4 load(const float* values)
-{
-  Float4 result;
-  std::memcpy(&result, values, sizeof(result));
-  return result;
-}
-
-Float4 all(float value)
-{
-  return Float4{value, value, value, value};
-}
-
-Float4 larger(Float4 a, Float4 b)
-{
-  return a > b ? a : b;
-}
 
 /// A float that is not smaller (larger).
 float roundUp(double value)
@@ -103,15 +86,15 @@ SphereFilter::SphereFilter(const Bvh& bvh, const SphereRegion& sphere) : sphere_
 
 void SphereFilter::children(const BvhNode& node, std::uint32_t, ChildSides& sides) const
 {
-  Float4 near = all(0.0f), far = all(0.0f);  // squared distances
+  Floats4 near = all4(0.0f), far = all4(0.0f);  // squared distances
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Float4 below = load(node.lower[axis]) - center_[axis];
-    const Float4 above = center_[axis] - load(node.upper[axis]);
-    const Float4 gap = larger(larger(below, above), all(0.0f)), reach = larger(-below, -above);
+    const Floats4 below = load4(node.lower[axis]) - center_[axis];
+    const Floats4 above = center_[axis] - load4(node.upper[axis]);
+    const Floats4 gap = maximum(maximum(below, above), all4(0.0f)), reach = maximum(-below, -above);
     near += gap * gap;
     far += reach * reach;
   }
-  const Mask4 outside = near > all(outside_), inside = far < all(inside_);
+  const Ints4 outside = near > all4(outside_), inside = far < all4(inside_);
   for (std::size_t k = 0; k < BVH_WIDTH; ++k) {
     sides.side[k] = outside[k] != 0 || node.count[k] == 0 ? Side::OUTSIDE
                     : inside[k] != 0                      ? Side::INSIDE
@@ -147,28 +130,30 @@ ConvexFilter::ConvexFilter(const Bvh& bvh, const ConvexRegion& region) : region_
 
 void ConvexFilter::children(const BvhNode& node, std::uint32_t cutting, ChildSides& sides) const
 {
-  Float4 lower[3], upper[3], largest[3];
+  Floats4 lower[3], upper[3], largest[3];
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    lower[axis] = load(node.lower[axis]);
-    upper[axis] = load(node.upper[axis]);
-    largest[axis] = larger(-lower[axis], upper[axis]);
+    lower[axis] = load4(node.lower[axis]);
+    upper[axis] = load4(node.upper[axis]);
+    largest[axis] = maximum(-lower[axis], upper[axis]);
   }
-  Mask4 outside{};
-  Mask4 cut = Mask4{} + static_cast<std::int32_t>(cutting);
+  // Planes that no longer cut are masked (U. Assarsson, T. Moeller: Optimized View Frustum Culling
+  // Algorithms, 2000).
+  Ints4 outside{};
+  Ints4 cut = Ints4{} + static_cast<std::int32_t>(cutting);
   for (std::size_t i = 0; i < planes_.size(); ++i) {
     if ((cutting >> i & 1u) == 0) {
       continue;
     }
     const std::array<float, 4>& plane = planes_[i].plane;
-    Float4 front = all(plane[3]), back = front;  // heights of the box over the plane
-    Float4 terms = all(std::abs(plane[3]));
+    Floats4 front = all4(plane[3]), back = front;  // heights of the box over the plane
+    Floats4 terms = all4(std::abs(plane[3]));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const bool rises = plane[axis] >= 0.0f;
       front += plane[axis] * (rises ? upper[axis] : lower[axis]);
       back += plane[axis] * (rises ? lower[axis] : upper[axis]);
       terms += std::abs(plane[axis]) * largest[axis];
     }
-    const Float4 rounding = terms * static_cast<float>(FLOAT_ROUNDING) + planes_[i].rounding;
+    const Floats4 rounding = terms * static_cast<float>(FLOAT_ROUNDING) + planes_[i].rounding;
     outside |= front < -rounding;
     cut &= ~((back > rounding) & static_cast<std::int32_t>(1u << i));
   }

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_FILTERS_H
-#define MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_FILTERS_H
+#pragma once
 
 #include <mesh_map/bvh/selection/region.h>
 #include <mesh_map/bvh/tree/bvh.h>
@@ -15,9 +14,6 @@
 /// Each node has planes that may cut it: below one that a plane contains, it is not asked again.
 namespace mesh_map {
 
-/// Four of a kind, as in BvhNode.
-typedef float Float4 __attribute__((vector_size(16)));
-typedef std::int32_t Mask4 __attribute__((vector_size(16)));
 static_assert(BVH_WIDTH == 4, "one vector per node");
 
 /// How the children of a node lie to a region, and which planes may cut them.
@@ -98,5 +94,3 @@ class LassoFilter
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_FILTERS_H

@@ -58,7 +58,7 @@ class SampleRays
   void set(std::size_t index, const Vector3& sample)
   {
     const Vector3 way = sample - eye_;
-    const double distance = std::sqrt(dot(way, way));
+    const double distance = norm(way);
     const double limit = distance - tolerance(sample, distance);
     sights_[index] = limit > 0.0 ? Sight::FREE_RAY : Sight::SURE;
     std::copy(way.begin(), way.end(), directions_.begin() + 3 * index);
@@ -72,10 +72,8 @@ class SampleRays
   /// Whether the face that hides a sample touches it.
   bool touches(std::size_t index, const float* corners) const
   {
-    Vector3 sample;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      sample[axis] = eye_[axis] + directions_[3 * index + axis];
-    }
+    const Vector3 sample = eye_ + Vector3{directions_[3 * index], directions_[3 * index + 1],
+                                          directions_[3 * index + 2]};
     const double distance = limits_[index];
     return closestPointOnTriangle(corners, corners + 3, corners + 6, sample.data()).distance <=
            tolerance(sample, distance);
@@ -87,29 +85,14 @@ class SampleRays
   std::vector<double> directions_, limits_;
 };
 
-void eachOf(std::size_t count, const std::function<void(std::size_t)>& body)
-{
-  parallelFor(count, CHUNK, 0, [&body]() -> RangeBody {
-    return [&body](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        body(i);
-      }
-    };
-  });
-}
-
 class SeenFaces
 {
  public:
   SeenFaces(const Bvh& bvh, const Region& region, const Vector3& eye, const RayCast& cast)
       : bvh_(bvh), region_(region), eye_(eye), cast_(cast), places_(bvh.faceCount())
   {
-    parallelFor(places_.size(), 1 << 16, 0, [this]() -> RangeBody {
-      return [this](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          places_[bvh_.faces()[i]] = static_cast<std::uint32_t>(i);
-        }
-      };
+    parallelEach(places_.size(), 1 << 16, 0, [this](std::size_t i) {
+      places_[bvh_.faces()[i]] = static_cast<std::uint32_t>(i);
     });
   }
 
@@ -117,7 +100,7 @@ class SeenFaces
   void look(ArrayView<std::uint32_t> faces, std::vector<std::uint32_t>& found) const
   {
     SampleRays centers(eye_, faces.size(), 1);
-    eachOf(faces.size(), [&](std::size_t i) {
+    parallelEach(faces.size(), CHUNK, 0, [&](std::size_t i) {
       const Vector3 center = samplePoint(corners(faces[i]), 3);
       if (region_.contains(center)) {
         centers.set(i, center);
@@ -157,7 +140,7 @@ class SeenFaces
       return seen;
     }
     const RayHits hits = rays.cast(cast_);
-    eachOf(faces.size(), [&](std::size_t i) {
+    parallelEach(faces.size(), CHUNK, 0, [&](std::size_t i) {
       for (std::size_t k = per_face * i; k < per_face * (i + 1); ++k) {
         const std::uint32_t hit = hits.faces[k];
         if (rays.sight(k) == Sight::SURE ||
@@ -177,7 +160,7 @@ class SeenFaces
   {
     std::vector<std::uint32_t> looked_at(others.size());
     SampleRays rays(eye_, others.size(), 3);
-    eachOf(others.size(), [&](std::size_t i) {
+    parallelEach(others.size(), CHUNK, 0, [&](std::size_t i) {
       looked_at[i] = faces[others[i]];
       const float* const triangle = corners(looked_at[i]);
       bool any = centers.sight(others[i]) != Sight::NO_SAMPLE;

@@ -1,7 +1,8 @@
 #include "bvh/selection/bvh_selection_sort.h"
 
 #include <algorithm>
-#include <array>
+
+#include "base/radix_sort.h"
 
 namespace mesh_map {
 
@@ -9,30 +10,6 @@ namespace {
 
 /// From this share of all faces on, a bit for each is less work than sorting.
 constexpr std::size_t BITS_FROM = 512;
-
-constexpr unsigned DIGIT = 11;  // bits
-constexpr std::size_t DIGITS = std::size_t{1} << DIGIT;
-
-/// Sorts by one digit of each number, keeping the order of those that have the same.
-void sortByDigit(const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to,
-                 unsigned shift, unsigned bits)
-{
-  std::array<std::uint32_t, DIGITS> places;
-  const std::uint32_t digits = 1u << bits;
-  std::fill(places.begin(), places.begin() + digits, 0);
-  for (const std::uint32_t number : from) {
-    ++places[number >> shift & (digits - 1)];
-  }
-  std::uint32_t place = 0;
-  for (std::uint32_t digit = 0; digit < digits; ++digit) {
-    const std::uint32_t count = places[digit];
-    places[digit] = place;
-    place += count;
-  }
-  for (const std::uint32_t number : from) {
-    to[places[number >> shift & (digits - 1)]++] = number;
-  }
-}
 
 }  // namespace
 
@@ -62,25 +39,17 @@ std::vector<std::uint32_t> FaceSet::sorted(std::size_t most) const
   return faces;
 }
 
-void sortFaces(std::vector<std::uint32_t>& faces, std::size_t limit)
+void sortFaces(std::vector<std::uint32_t>& faces)
 {
   if (faces.size() < 64) {
     std::sort(faces.begin(), faces.end());
     return;
   }
-  unsigned bits = 1;
-  while (bits < 32 && ((limit - 1) >> bits) != 0) {
-    ++bits;
-  }
-  // Few numbers are sorted by small digits: a pass costs as much as there are values of a digit.
-  const unsigned largest = faces.size() < 4096 ? 8 : DIGIT;
-  const unsigned passes = (bits + largest - 1) / largest;
-  const unsigned digit = (bits + passes - 1) / passes;
-  std::vector<std::uint32_t> other(faces.size());
-  for (unsigned pass = 0; pass < passes; ++pass) {
-    sortByDigit(faces, other, pass * digit, std::min(digit, bits - pass * digit));
-    faces.swap(other);
-  }
+  BvhOptions options;
+  options.threads = 1;
+  Run run(options);
+  radixSort(
+      faces, [](std::uint32_t face) { return face; }, run, 0.0);
 }
 
 std::vector<std::uint32_t> facesOf(ArrayView<std::uint32_t> faces,
@@ -108,7 +77,7 @@ std::vector<std::uint32_t> facesOf(ArrayView<std::uint32_t> faces,
   std::vector<std::uint32_t> result;
   result.reserve(count);
   visit([&result](std::uint32_t face) { result.push_back(face); });
-  sortFaces(result, faces.size());
+  sortFaces(result);
   return result;
 }
 

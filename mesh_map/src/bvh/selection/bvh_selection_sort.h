@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_SORT_H
-#define MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_SORT_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -27,8 +26,7 @@ class FaceSet
   std::vector<std::uint64_t> words_;
 };
 
-/// Sorts numbers below `limit`, no two of which are the same.
-void sortFaces(std::vector<std::uint32_t>& faces, std::size_t limit);
+void sortFaces(std::vector<std::uint32_t>& faces);
 
 /// Triangles [begin, end) in the order of the leaves.
 struct TriangleRange
@@ -42,5 +40,3 @@ std::vector<std::uint32_t> facesOf(ArrayView<std::uint32_t> faces,
                                    ArrayView<std::uint8_t> mask);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_SELECTION_BVH_SELECTION_SORT_H

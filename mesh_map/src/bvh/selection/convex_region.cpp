@@ -105,7 +105,7 @@ Side ConvexRegion::box(const Box& box) const
   }
   bool inside = true;
   for (const Plane& plane : planes_) {
-    Vector3 front, back;  // corners of the box
+    Vector3 front, back;  // corners of the box (N. Greene, 1994: p-vertex, n-vertex)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       front[axis] = plane[axis] >= 0.0 ? box.upper[axis] : box.lower[axis];
       back[axis] = plane[axis] >= 0.0 ? box.lower[axis] : box.upper[axis];

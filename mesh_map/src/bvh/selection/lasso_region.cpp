@@ -24,7 +24,7 @@ double row(const Matrix& matrix, std::size_t index, const Vector3& point)
 }
 
 /// A point of the picture, of one in front of the camera; or not finite.
-Point2 project(const Matrix& matrix, const Vector3& point)
+Vector2 project(const Matrix& matrix, const Vector3& point)
 {
   const double w = row(matrix, 3, point);
   if (!(w > 0.0)) {
@@ -33,11 +33,11 @@ Point2 project(const Matrix& matrix, const Vector3& point)
   return {row(matrix, 0, point) / w, row(matrix, 1, point) / w};
 }
 
-bool isValid(const std::vector<Point2>& polygon, const Matrix& matrix)
+bool isValid(const std::vector<Vector2>& polygon, const Matrix& matrix)
 {
   return polygon.size() >= 3 &&
          std::all_of(polygon.begin(), polygon.end(),
-                     [](const Point2& point) {
+                     [](const Vector2& point) {
                        return std::abs(point[0]) <= LARGEST_CORNER &&
                               std::abs(point[1]) <= LARGEST_CORNER;
                      }) &&
@@ -97,7 +97,7 @@ struct Rest
 
   Rest(const ConvexRegion& frustum, std::uint32_t cutting, const Matrix& matrix,
        const float* corners);
-  Vector3 pointAt(const Point2& place, const Matrix& matrix) const;
+  Vector3 pointAt(const Vector2& place, const Matrix& matrix) const;
 };
 
 Rest::Rest(const ConvexRegion& frustum, std::uint32_t cutting, const Matrix& matrix,
@@ -115,7 +115,7 @@ Rest::Rest(const ConvexRegion& frustum, std::uint32_t cutting, const Matrix& mat
     }
   }
   for (std::size_t i = 0; i < rest.size(); ++i) {
-    const Point2 place = project(matrix, rest[i]);
+    const Vector2 place = project(matrix, rest[i]);
     if (std::isfinite(place[0]) && std::isfinite(place[1])) {
       points[shape.size] = rest[i];
       shape.corners[shape.size++] = place;
@@ -140,7 +140,7 @@ struct Weighted
   double squared_error = std::numeric_limits<double>::infinity();
 
   /// Takes others if they lead nearer to the place.
-  void offer(const ConvexPolygon& shape, const Point2& place, const std::array<std::size_t, 3>& of,
+  void offer(const ConvexPolygon& shape, const Vector2& place, const std::array<std::size_t, 3>& of,
              std::array<double, 3> shares)
   {
     double sum = 0.0;
@@ -148,20 +148,19 @@ struct Weighted
       share = std::max(0.0, share);
       sum += share;
     }
-    double x = -place[0], y = -place[1];
+    Vector2 error = -place;
     for (std::size_t k = 0; k < 3; ++k) {
       shares[k] /= sum;
-      x += shares[k] * shape[of[k]][0];
-      y += shares[k] * shape[of[k]][1];
+      error = error + shares[k] * shape[of[k]];
     }
-    if (x * x + y * y < squared_error) {
-      *this = {of, shares, x * x + y * y};
+    if (dot(error, error) < squared_error) {
+      *this = {of, shares, dot(error, error)};
     }
   }
 };
 
 /// The point that shows at a place of the picture which is in the shape.
-Vector3 Rest::pointAt(const Point2& place, const Matrix& matrix) const
+Vector3 Rest::pointAt(const Vector2& place, const Matrix& matrix) const
 {
   Weighted best;
   for (std::size_t i = 0; i < shape.size; ++i) {
@@ -169,9 +168,9 @@ Vector3 Rest::pointAt(const Point2& place, const Matrix& matrix) const
     best.offer(shape, place, {0, i, next},
                {turn(shape[i], shape[next], place), turn(shape[next], shape[0], place),
                 turn(shape[0], shape[i], place)});
-    const double x = shape[next][0] - shape[i][0], y = shape[next][1] - shape[i][1];
-    const double along = (place[0] - shape[i][0]) * x + (place[1] - shape[i][1]) * y;
-    best.offer(shape, place, {i, next, 0}, {x * x + y * y - along, along, 0.0});
+    const Vector2 side = shape[next] - shape[i];
+    const double along = dot(place - shape[i], side);
+    best.offer(shape, place, {i, next, 0}, {dot(side, side) - along, along, 0.0});
     best.offer(shape, place, {i, 0, 0}, {1.0, 0.0, 0.0});
   }
   // Weights in the picture are weights in space times w.
@@ -182,9 +181,7 @@ Vector3 Rest::pointAt(const Point2& place, const Matrix& matrix) const
   }
   Vector3 point{};
   for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      point[axis] += best.weights[k] / sum * points[best.corners[k]][axis];
-    }
+    point = point + best.weights[k] / sum * points[best.corners[k]];
   }
   return point;
 }

@@ -3,31 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/rows.h"
+
 namespace mesh_map {
 
-Point2 ConvexPolygon::center() const
+Vector2 ConvexPolygon::center() const
 {
-  Point2 sum{};
+  Vector2 sum{};
   for (std::size_t i = 0; i < size; ++i) {
-    sum[0] += corners[i][0] / static_cast<double>(size);
-    sum[1] += corners[i][1] / static_cast<double>(size);
+    sum = sum + corners[i] / static_cast<double>(size);
   }
   return sum;
 }
 
 Rectangle ConvexPolygon::bounds() const
 {
-  Rectangle bounds{corners[0], corners[0]};
-  for (std::size_t i = 1; i < size; ++i) {
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      bounds.lower[axis] = std::min(bounds.lower[axis], corners[i][axis]);
-      bounds.upper[axis] = std::max(bounds.upper[axis], corners[i][axis]);
-    }
-  }
-  return bounds;
+  return boundsOf(corners.data(), size);
 }
 
-bool ConvexPolygon::contains(const Point2& point) const
+bool ConvexPolygon::contains(const Vector2& point) const
 {
   const Rectangle box = bounds();
   bool inside = overlap(box, {point, point});
@@ -37,7 +31,7 @@ bool ConvexPolygon::contains(const Point2& point) const
   return inside;
 }
 
-Side meet(const Point2& from, const Point2& to, const ConvexPolygon& convex)
+Side meet(const Vector2& from, const Vector2& to, const ConvexPolygon& convex)
 {
   bool through = true;
   std::size_t left = 0, right = 0;
@@ -50,7 +44,7 @@ Side meet(const Point2& from, const Point2& to, const ConvexPolygon& convex)
     return Side::OUTSIDE;
   }
   for (std::size_t i = 0; i < convex.size; ++i) {
-    const Point2 &here = convex[i], &next = convex.after(i);
+    const Vector2 &here = convex[i], &next = convex.after(i);
     double low = 0.0, high = 0.0;
     for (std::size_t k = 0; k < convex.size; ++k) {
       const double side = k == i ? 0.0 : turn(here, next, convex[k]);
@@ -66,41 +60,29 @@ Side meet(const Point2& from, const Point2& to, const ConvexPolygon& convex)
   return through && left > 0 && right > 0 ? Side::INSIDE : Side::TOUCHING;
 }
 
-PicturePolygon::PicturePolygon(const std::vector<Point2>& corners) : bounds_{corners[0], corners[0]}
+PicturePolygon::PicturePolygon(const std::vector<Vector2>& corners)
+    : bounds_(boundsOf(corners.data(), corners.size()))
 {
-  for (const Point2& corner : corners) {
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      bounds_.lower[axis] = std::min(bounds_.lower[axis], corner[axis]);
-      bounds_.upper[axis] = std::max(bounds_.upper[axis], corner[axis]);
-    }
-  }
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const double size = bounds_.upper[axis] - bounds_.lower[axis];
     const double largest = std::max(std::abs(bounds_.lower[axis]), std::abs(bounds_.upper[axis]));
     // One cell where cells would be so small that rounding counts.
     cells_per_unit_[axis] = size > 1e-6 * largest && size > 1e-200 ? CELLS / size : 0.0;
   }
-  std::vector<std::uint32_t> starts(CELLS + 1, 0);
+  passed_.assign(CELLS * CELLS, 0);
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Point2 &from = corners[i], &to = corners[i + 1 < corners.size() ? i + 1 : 0];
+    const Vector2 &from = corners[i], &to = corners[i + 1 < corners.size() ? i + 1 : 0];
     edges_.push_back(
         {from, to, cell(1, std::min(from[1], to[1])), cell(1, std::max(from[1], to[1]))});
-    for (std::size_t row = edges_.back().first_row; row <= edges_.back().last_row; ++row) {
-      ++starts[row + 1];
+    markCells(edges_.back());
+  }
+  row_starts_ = fillRows(CELLS, row_edges_, [this](const auto& put) {
+    for (std::size_t i = 0; i < edges_.size(); ++i) {
+      for (std::size_t row = edges_[i].first_row; row <= edges_[i].last_row; ++row) {
+        put(row, static_cast<std::uint32_t>(i));
+      }
     }
-  }
-  for (std::size_t row = 0; row < CELLS; ++row) {
-    starts[row + 1] += starts[row];
-  }
-  row_starts_ = starts;
-  row_edges_.resize(starts[CELLS]);
-  passed_.assign(CELLS * CELLS, 0);
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    for (std::size_t row = edges_[i].first_row; row <= edges_[i].last_row; ++row) {
-      row_edges_[starts[row]++] = static_cast<std::uint32_t>(i);
-    }
-    markCells(edges_[i]);
-  }
+  });
   fillCells();
 }
 
@@ -174,9 +156,9 @@ void PicturePolygon::fillCells()
   }
 }
 
-bool PicturePolygon::containsByEdges(const Point2& point) const
+bool PicturePolygon::containsByEdges(const Vector2& point) const
 {
-  bool odd = false;  // number of edges to the right
+  bool odd = false;  // number of edges to the right (M. Shimrat: Algorithm 112, 1962)
   const bool on_edge = anyEdge({point, point}, [&](const Edge& edge) {
     const double side = turn(edge.from, edge.to, point);
     const bool rises = edge.to[1] > edge.from[1];
@@ -188,7 +170,7 @@ bool PicturePolygon::containsByEdges(const Point2& point) const
   return on_edge || odd;
 }
 
-bool PicturePolygon::contains(const Point2& point) const
+bool PicturePolygon::contains(const Vector2& point) const
 {
   const Side side = rectangleByCells({point, point});
   return side == Side::TOUCHING ? containsByEdges(point) : side == Side::INSIDE;
@@ -274,9 +256,9 @@ Side PicturePolygon::convex(const ConvexPolygon& convex) const
   return touched || contained > 0 ? Side::TOUCHING : Side::OUTSIDE;
 }
 
-Point2 PicturePolygon::common(const ConvexPolygon& convex) const
+Vector2 PicturePolygon::common(const ConvexPolygon& convex) const
 {
-  Point2 found = convex.center();
+  Vector2 found = convex.center();
   if (contains(found)) {
     return found;
   }
@@ -298,8 +280,7 @@ Point2 PicturePolygon::common(const ConvexPolygon& convex) const
       const double d = turn(convex[i], convex.after(i), edge.to);
       if ((a > 0.0) != (b > 0.0) && (c > 0.0) != (d > 0.0)) {
         const double t = a / (a - b);
-        found = {convex[i][0] + t * (convex.after(i)[0] - convex[i][0]),
-                 convex[i][1] + t * (convex.after(i)[1] - convex[i][1])};
+        found = convex[i] + t * (convex.after(i) - convex[i]);
         return true;
       }
     }

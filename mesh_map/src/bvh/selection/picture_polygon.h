@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_SELECTION_PICTURE_POLYGON_H
-#define MESH_MAP_SRC_BVH_SELECTION_PICTURE_POLYGON_H
+#pragma once
 
 #include <mesh_map/bvh/selection/region.h>
 
@@ -13,17 +12,15 @@
 
 namespace mesh_map {
 
-using Point2 = std::array<double, 2>;
-
 /// > 0 where c is to the left of the way from a to b.
-inline double turn(const Point2& a, const Point2& b, const Point2& c)
+inline double turn(const Vector2& a, const Vector2& b, const Vector2& c)
 {
-  return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+  return cross(b - a, c - a);
 }
 
 struct Rectangle
 {
-  Point2 lower, upper;
+  Vector2 lower, upper;
 };
 
 inline bool overlap(const Rectangle& a, const Rectangle& b)
@@ -32,7 +29,20 @@ inline bool overlap(const Rectangle& a, const Rectangle& b)
          b.lower[1] <= a.upper[1];
 }
 
-inline Rectangle boundsOf(const Point2& a, const Point2& b)
+/// Around one point or more.
+inline Rectangle boundsOf(const Vector2* points, std::size_t count)
+{
+  Rectangle bounds{points[0], points[0]};
+  for (std::size_t i = 1; i < count; ++i) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      bounds.lower[axis] = std::min(bounds.lower[axis], points[i][axis]);
+      bounds.upper[axis] = std::max(bounds.upper[axis], points[i][axis]);
+    }
+  }
+  return bounds;
+}
+
+inline Rectangle boundsOf(const Vector2& a, const Vector2& b)
 {
   return {{std::min(a[0], b[0]), std::min(a[1], b[1])},
           {std::max(a[0], b[0]), std::max(a[1], b[1])}};
@@ -42,20 +52,23 @@ inline Rectangle boundsOf(const Point2& a, const Point2& b)
 struct ConvexPolygon
 {
   std::size_t size = 0;
-  std::array<Point2, ClippedTriangle::MAX_CORNERS> corners;
+  std::array<Vector2, ClippedTriangle::MAX_CORNERS> corners;
 
-  const Point2& operator[](std::size_t index) const { return corners[index]; }
-  const Point2& after(std::size_t index) const { return corners[index + 1 < size ? index + 1 : 0]; }
-  Point2 center() const;
+  const Vector2& operator[](std::size_t index) const { return corners[index]; }
+  const Vector2& after(std::size_t index) const
+  {
+    return corners[index + 1 < size ? index + 1 : 0];
+  }
+  Vector2 center() const;
   Rectangle bounds() const;
-  bool contains(const Point2& point) const;
+  bool contains(const Vector2& point) const;
 };
 
 /// How a segment meets a convex polygon: INSIDE = runs through its interior. Convex shapes without
 /// a common point are separated by a line along a side of one of them (or, for segments of one
 /// line, by an axis). Shapes are compared along with all their corners, so that a side that is
 /// nothing but rounding, and points anywhere, does no harm.
-Side meet(const Point2& from, const Point2& to, const ConvexPolygon& convex);
+Side meet(const Vector2& from, const Vector2& to, const ConvexPolygon& convex);
 
 /// A polygon of the plane by the even-odd rule, with its edges, over a grid that answers for most
 /// points and rectangles without looking at edges.
@@ -63,10 +76,10 @@ class PicturePolygon
 {
  public:
   /// Three corners or more, of at most 1e30.
-  explicit PicturePolygon(const std::vector<Point2>& corners);
+  explicit PicturePolygon(const std::vector<Vector2>& corners);
 
   const Rectangle& bounds() const { return bounds_; }
-  bool contains(const Point2& point) const;
+  bool contains(const Vector2& point) const;
 
   /// OUTSIDE and INSIDE: sure for convex() of every part of the rectangle; else TOUCHING.
   Side rectangle(const Rectangle& rectangle) const;
@@ -75,19 +88,19 @@ class PicturePolygon
   Side convex(const ConvexPolygon& convex) const;
 
   /// A point of both, which touch, up to rounding.
-  Point2 common(const ConvexPolygon& convex) const;
+  Vector2 common(const ConvexPolygon& convex) const;
 
  private:
   struct Edge
   {
-    Point2 from, to;
+    Vector2 from, to;
     std::size_t first_row, last_row;
   };
   static constexpr std::size_t CELLS = 64;  // along each side of the grid
 
   std::size_t cell(std::size_t axis, double coordinate) const;
   Side rectangleByCells(const Rectangle& rectangle) const;
-  bool containsByEdges(const Point2& point) const;
+  bool containsByEdges(const Vector2& point) const;
   void markCells(const Edge& edge);
   void fillCells();
 
@@ -96,7 +109,7 @@ class PicturePolygon
   bool anyEdge(const Rectangle& rectangle, const Visit& visit) const;
 
   Rectangle bounds_;
-  Point2 cells_per_unit_;
+  Vector2 cells_per_unit_;
   std::vector<Edge> edges_;
 
   // Row i of the grid has the edges row_edges_[row_starts_[i]] to row_edges_[row_starts_[i+1] - 1].
@@ -108,5 +121,3 @@ class PicturePolygon
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_SELECTION_PICTURE_POLYGON_H

@@ -33,7 +33,7 @@ std::array<Vector3, 4> pictureCorners(const ConvexRegion& frustum)
   constexpr std::size_t SIDES[4][2] = {{LEFT, BOTTOM}, {BOTTOM, RIGHT}, {RIGHT, TOP}, {TOP, LEFT}};
   std::array<Vector3, 4> corners;
   for (std::size_t i = 0; i < 4; ++i) {
-    Vector3 edge = cross(normals[SIDES[i][0]], normals[SIDES[i][1]]);
+    const Vector3 edge = cross(normals[SIDES[i][0]], normals[SIDES[i][1]]);
     // The way that is in front of the planes across.
     const std::size_t across = SIDES[(i + 1) % 4][1], beside = SIDES[(i + 2) % 4][1];
     const double one = dot(edge, normals[across]), other = dot(edge, normals[beside]);
@@ -42,10 +42,7 @@ std::array<Vector3, 4> pictureCorners(const ConvexRegion& frustum)
           "the first four planes of the frustum (left, right, bottom, top) "
           "do not form a pyramid");
     }
-    for (double& component : edge) {
-      component = one > 0.0 ? component : -component;
-    }
-    corners[i] = edge;
+    corners[i] = one > 0.0 ? edge : -edge;
   }
   // Four vectors a, b, c, d of space sum up to zero with the factors |bcd|, -|acd|, |abd|, -|abc|.
   std::array<double, 4> factors;
@@ -54,9 +51,7 @@ std::array<Vector3, 4> pictureCorners(const ConvexRegion& frustum)
         std::abs(determinant(corners[(i + 1) % 4], corners[(i + 2) % 4], corners[(i + 3) % 4]));
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    for (double& component : corners[i]) {
-      component *= factors[i];
-    }
+    corners[i] = factors[i] * corners[i];
   }
   return corners;
 }
@@ -201,24 +196,18 @@ std::vector<std::uint32_t> facesInPicture(const Bvh& bvh, const Region& region,
                                           const RayCast& cast)
 {
   const RayHits hits = cast(pixels);
-  std::vector<std::uint32_t> faces;
+  FaceSet faces(bvh.faceCount());
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const std::uint32_t face = hits.faces[i];
     if (face == NO_INDEX || (!mask.empty() && mask[face] == 0)) {
       continue;
     }
     const RayTest ray(pixels[i]);
-    Vector3 point;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      point[axis] = ray.origin()[axis] + hits.distances[i] * ray.direction()[axis];
-    }
-    if (region.contains(point)) {
-      faces.push_back(face);
+    if (region.contains(ray.origin() + hits.distances[i] * ray.direction())) {
+      faces.add(face);
     }
   }
-  sortFaces(faces, bvh.faceCount());
-  faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-  return faces;
+  return faces.sorted(pixels.size());
 }
 
 }  // namespace mesh_map

@@ -46,11 +46,7 @@ void ClippedTriangle::cut(const Plane& plane)
     }
     if ((here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0)) {
       const double t = here / (here - there);
-      Vector3 point;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        point[axis] = before[i][axis] + t * (before[next][axis] - before[i][axis]);
-      }
-      add(point);
+      add(before[i] + t * (before[next] - before[i]));
     }
   }
 }
@@ -59,9 +55,7 @@ Vector3 ClippedTriangle::center() const
 {
   Vector3 sum{};
   for (std::size_t i = 0; i < size_; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      sum[axis] += points_[i][axis] / static_cast<double>(size_);
-    }
+    sum = sum + points_[i] / static_cast<double>(size_);
   }
   return sum;
 }

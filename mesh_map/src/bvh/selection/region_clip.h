@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_SELECTION_REGION_CLIP_H
-#define MESH_MAP_SRC_BVH_SELECTION_REGION_CLIP_H
+#pragma once
 
 #include <mesh_map/bvh/selection/region.h>
 
@@ -67,5 +66,3 @@ struct PlaneSides
 PlaneSides planeSides(const std::vector<Plane>& planes, std::uint32_t which, const float* corners);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_SELECTION_REGION_CLIP_H

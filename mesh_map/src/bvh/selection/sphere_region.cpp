@@ -27,16 +27,15 @@ SphereRegion::SphereRegion(const std::array<double, 3>& center, double radius)
 {
 }
 
-double SphereRegion::distance(double x, double y, double z) const
+double SphereRegion::distance(const std::array<double, 3>& way)
 {
-  const double size = std::max({std::abs(x), std::abs(y), std::abs(z)});
-  return size < FAR_AWAY ? std::sqrt(x * x + y * y + z * z) : std::hypot(x, y, z);
+  const double size = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
+  return size < FAR_AWAY ? norm(way) : std::hypot(way[0], way[1], way[2]);
 }
 
 bool SphereRegion::contains(const std::array<double, 3>& point) const
 {
-  const Vector3 way = point - center_;
-  return valid_ && distance(way[0], way[1], way[2]) <= radius_;
+  return valid_ && distance(point - center_) <= radius_;
 }
 
 Side SphereRegion::triangle(const float* corners) const
@@ -67,8 +66,7 @@ Side SphereRegion::box(const Box& box) const
     near[i] = std::max({below, above, 0.0});
     far[i] = std::max(-below, -above);
   }
-  const double least = distance(near[0], near[1], near[2]);
-  const double most = distance(far[0], far[1], far[2]);
+  const double least = distance(near), most = distance(far);
   const double rounding = ROUNDING * most;
   if (least > radius_ + rounding) {
     return Side::OUTSIDE;

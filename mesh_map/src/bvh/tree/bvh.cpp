@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "base/float_bits.h"
 #include "base/run.h"
 #include "bvh/tree/bvh_boxes.h"
 #include "bvh/tree/bvh_bytes.h"
@@ -74,13 +74,8 @@ class BvhBuilder
     } else {
       placeTop(0);
     }
-    run_.loop(top_.subtrees.size(), 1, COPY_SHARE, [&]() -> RangeBody {
-      return [this](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          placeSubtree(top_.subtrees[i], offsets_[i]);
-        }
-      };
-    });
+    run_.each(top_.subtrees.size(), 1, COPY_SHARE,
+              [this](std::size_t i) { placeSubtree(top_.subtrees[i], offsets_[i]); });
   }
 
   /// Returns what BvhNode::child says.
@@ -220,20 +215,6 @@ std::uint64_t geometryHash(std::size_t count, const Hash& hash)
 std::string differ(const char* what, std::uint64_t found, std::uint64_t expected)
 {
   return std::to_string(found) + " " + what + " where " + std::to_string(expected) + " belong";
-}
-
-float floatOf(std::uint32_t bits)
-{
-  float value;
-  std::memcpy(&value, &bits, sizeof(value));
-  return value;
-}
-
-std::uint32_t bitsOf(float value)
-{
-  std::uint32_t bits;
-  std::memcpy(&bits, &value, sizeof(bits));
-  return bits;
 }
 
 /// Makes nodes (without boxes) of the numbers of triangles below their children.

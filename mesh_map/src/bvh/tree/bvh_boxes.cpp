@@ -35,7 +35,8 @@ class BoxMaker
           const Part& part = parts_[i];
           copyCorners(geometry_.mesh, geometry_.faces, part.first_triangle, part.end_triangle,
                       geometry_.corners);
-          // Children come after their parents.
+          // From the leaves up (I. Wald, S. Boulos, P. Shirley: Ray Tracing Deformable Scenes Using
+          // Dynamic Bounding Volume Hierarchies, 2007): children come after their parents.
           for (std::size_t node = part.end; node-- > part.begin;) {
             setBoxes(geometry_.nodes[node]);
           }

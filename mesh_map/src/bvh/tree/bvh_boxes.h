@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_TREE_BVH_BOXES_H
-#define MESH_MAP_SRC_BVH_TREE_BVH_BOXES_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/bvh/tree/bvh_node.h>
@@ -35,5 +34,3 @@ void copyCorners(const MeshView& mesh, const std::uint32_t* faces, std::size_t b
                  std::size_t end, float* corners);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_TREE_BVH_BOXES_H

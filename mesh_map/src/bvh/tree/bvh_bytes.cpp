@@ -1,6 +1,6 @@
 #include "bvh/tree/bvh_bytes.h"
 
-#include <cstring>
+#include "base/float_bits.h"
 
 namespace mesh_map {
 
@@ -15,10 +15,7 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t word)
 
 std::uint64_t pairOf(float low, float high)
 {
-  std::uint32_t bits[2];
-  std::memcpy(bits, &low, sizeof(low));
-  std::memcpy(bits + 1, &high, sizeof(high));
-  return bits[0] | std::uint64_t{bits[1]} << 32;
+  return bitsOf(low) | std::uint64_t{bitsOf(high)} << 32;
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_TREE_BVH_BYTES_H
-#define MESH_MAP_SRC_BVH_TREE_BVH_BYTES_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -47,5 +46,3 @@ std::uint64_t checksum(const std::uint8_t* bytes, std::size_t size);
 std::uint64_t faceHash(std::uint32_t face, const float* a, const float* b, const float* c);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_TREE_BVH_BYTES_H

@@ -3,11 +3,11 @@
 #include <mesh_map/bvh/tree/bvh_node.h>
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "base/run.h"
+#include "base/vector3.h"
 #include "bvh/tree/float_box.h"
 
 namespace mesh_map {
@@ -28,11 +28,6 @@ std::string others(std::size_t count)
     return "";
   }
   return " (and " + std::to_string(count - 1) + (count == 2 ? " face" : " faces") + " more)";
-}
-
-bool isFinite(const float* position)
-{
-  return std::isfinite(position[0]) && std::isfinite(position[1]) && std::isfinite(position[2]);
 }
 
 }  // namespace
@@ -60,9 +55,9 @@ bool facesAreSound(const MeshView& mesh, std::size_t begin, std::size_t end)
   if (highest >= mesh.vertexCount()) {
     return false;
   }
-  Float4 zero = allOf(0.0f);  // NaN from the first number on that is not finite
+  Floats4 zero = all4(0.0f);  // NaN from the first number on that is not finite
   for (std::size_t i = 3 * begin; i < 3 * end; ++i) {
-    zero += load3(mesh.positions.data() + 3 * std::size_t{corners[i]}) * allOf(0.0f);
+    zero += load3(mesh.positions.data() + 3 * std::size_t{corners[i]}) * all4(0.0f);
   }
   return zero[0] == 0.0f && zero[1] == 0.0f && zero[2] == 0.0f;
 }

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_TREE_BVH_CHECK_H
-#define MESH_MAP_SRC_BVH_TREE_BVH_CHECK_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -22,5 +21,3 @@ bool facesAreSound(const MeshView& mesh, std::size_t begin, std::size_t end);
 void checkMesh(const MeshView& mesh, Run& run, double share);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_TREE_BVH_CHECK_H

@@ -15,7 +15,8 @@ namespace mesh_map {
 
 namespace {
 
-/// Numbers points so that those with nearby numbers are near each other: a Morton curve of 32 bits
+/// Numbers points so that those with nearby numbers are near each other: a Morton curve (G. Morton,
+/// 1966; for hierarchies: C. Lauterbach et al.: Fast BVH Construction on GPUs, 2009) of 32 bits
 /// that gives each axis as many of them as its extent deserves. Points outside of the box get the
 /// numbers of its border.
 class MortonCurve
@@ -25,11 +26,11 @@ class MortonCurve
 
   explicit MortonCurve(const FloatBox& box);
 
-  std::uint32_t operator()(Float4 point) const
+  std::uint32_t operator()(Floats4 point) const
   {
     // NaN (of infinite numbers) becomes 0.
-    Float4 cell = (point - lower_) * scale_;
-    cell = minimum(maximum(cell, allOf(0.0f)), highest_);
+    Floats4 cell = (point - lower_) * scale_;
+    cell = minimum(maximum(cell, all4(0.0f)), highest_);
     const auto x = static_cast<unsigned>(cell[0]), y = static_cast<unsigned>(cell[1]),
                z = static_cast<unsigned>(cell[2]);
     return spread_[0][x & 0xFF] | spread_[1][x >> 8] | spread_[2][y & 0xFF] | spread_[3][y >> 8] |
@@ -39,12 +40,12 @@ class MortonCurve
  private:
   static constexpr unsigned BITS_PER_AXIS = 16;
 
-  Float4 lower_, scale_, highest_;
+  Floats4 lower_, scale_, highest_;
   std::array<std::array<std::uint32_t, 256>, 6> spread_{};  // per axis: low byte, high byte
 };
 
 MortonCurve::MortonCurve(const FloatBox& box)
-    : lower_(box.lower), scale_(allOf(0.0f)), highest_(allOf(0.0f))
+    : lower_(box.lower), scale_(all4(0.0f)), highest_(all4(0.0f))
 {
   // From the highest bit on, each one halves the cells along the axis where they are the longest.
   float size[3];

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_TREE_BVH_CLUSTERS_H
-#define MESH_MAP_SRC_BVH_TREE_BVH_CLUSTERS_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
@@ -11,8 +10,6 @@
 #include "bvh/tree/bvh_split.h"
 
 namespace mesh_map {
-
-class Run;
 
 /// Faces in an order in which nearby ones follow each other, and runs of them that form clusters.
 struct BvhClusters
@@ -34,5 +31,3 @@ BvhClusters findClusters(const MeshView& mesh, const FaceSample& sample, const L
                          Run& run, double share);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_TREE_BVH_CLUSTERS_H

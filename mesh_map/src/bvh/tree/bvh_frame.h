@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_TREE_BVH_FRAME_H
-#define MESH_MAP_SRC_BVH_TREE_BVH_FRAME_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -44,23 +43,23 @@ class LocalFrame
   }
 
  private:
-  void add(Float4 point, FloatBox& box) const
+  void add(Floats4 point, FloatBox& box) const
   {
     // The difference and what it lacks, exactly (D. Knuth: The Art of Computer Programming 2,
     // 4.2.2, theorem B). No overflow: see LARGEST_CENTER.
     // Zero is made positive, so that boxes do not depend on the order of corners.
-    const Float4 local = (point - center_) + allOf(0.0f);
-    const Float4 point_used = local + center_;
-    const Float4 center_used = point_used - local;
-    const Float4 error = (point - point_used) + (center_used - center_);
+    const Floats4 local = (point - center_) + all4(0.0f);
+    const Floats4 point_used = local + center_;
+    const Floats4 center_used = point_used - local;
+    const Floats4 error = (point - point_used) + (center_used - center_);
     // An inexact difference is no denormal number, so this is one unit in its last place or more.
-    const Float4 zero = allOf(0.0f);
-    const Float4 unit = maximum(local, -local) * allOf(std::numeric_limits<float>::epsilon());
+    const Floats4 zero = all4(0.0f);
+    const Floats4 unit = maximum(local, -local) * all4(std::numeric_limits<float>::epsilon());
     box.lower = minimum(local - (error < zero ? unit : zero), box.lower);
     box.upper = maximum(local + (error > zero ? unit : zero), box.upper);
   }
 
-  Float4 center_;
+  Floats4 center_;
 };
 
 /// Reads the faces [0, count) of a list in its order, which may be any, with memory asked for
@@ -104,5 +103,3 @@ class FaceSample
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_TREE_BVH_FRAME_H

@@ -8,23 +8,21 @@ namespace mesh_map {
 
 namespace {
 
-typedef std::int32_t Int4 __attribute__((vector_size(16)));
-
 /// Twice the center of an item's box; 0 where that is no number, and in the fourth place.
-Float4 center(const BvhItem& item)
+Floats4 center(const BvhItem& item)
 {
   // The numbers in the fourth place would be denormal, with which processors are slow.
-  const Int4 three = {-1, -1, -1, 0};
-  const Float4 sum = (Float4)((Int4)item.lower & three) + (Float4)((Int4)item.upper & three);
-  return sum == sum ? sum : allOf(0.0f);
+  const Ints4 three = {-1, -1, -1, 0};
+  const Floats4 sum = (Floats4)((Ints4)item.lower & three) + (Floats4)((Ints4)item.upper & three);
+  return sum == sum ? sum : all4(0.0f);
 }
 
 /// Which bin a center is in.
 struct Binning
 {
-  Float4 origin, scale;
+  Floats4 origin, scale;
 
-  Float4 operator()(Float4 center) const { return (center - origin) * scale; }
+  Floats4 operator()(Floats4 center) const { return (center - origin) * scale; }
 };
 
 /// Half of the items: full leaves, where these are triangles.
@@ -50,6 +48,8 @@ struct Cut
   unsigned bin = 0;  // the first one on the right
 };
 
+/// The cut of the least surfaces times leaves: the surface area heuristic (J. MacDonald, K. Booth:
+/// Heuristics for Ray Tracing Using Space Subdivision, 1990) over bins (Wald 2007).
 template <unsigned BINS>
 Cut bestCut(const Bins<BINS>& bins, std::uint32_t total)
 {
@@ -95,8 +95,8 @@ std::pair<BvhSpan, BvhSpan> BvhSplitter::binnedSplit(const BvhSpan& span,
                                                      const FloatBox& centers) const
 {
   // A little less than BINS, so that the highest center is in the last one.
-  const Float4 extent = centers.upper - centers.lower;
-  Binning binning = {centers.lower, allOf(0.0f)};
+  const Floats4 extent = centers.upper - centers.lower;
+  Binning binning = {centers.lower, all4(0.0f)};
   for (int axis = 0; axis < 3; ++axis) {
     const float scale = 0.99999f * static_cast<float>(BINS) / extent[axis];
     binning.scale[axis] = scale < std::numeric_limits<float>::infinity() ? scale : 0.0f;
@@ -105,8 +105,8 @@ std::pair<BvhSpan, BvhSpan> BvhSplitter::binnedSplit(const BvhSpan& span,
   const BvhItem* const from = buffers_[span.buffer];
   Bins<BINS> bins;
   for (std::uint32_t i = span.begin; i < span.end; ++i) {
-    const Float4 last = allOf(static_cast<float>(BINS - 1));
-    const Float4 place = minimum(maximum(binning(center(from[i])), allOf(0.0f)), last);
+    const Floats4 last = all4(static_cast<float>(BINS - 1));
+    const Floats4 place = minimum(maximum(binning(center(from[i])), all4(0.0f)), last);
     for (int axis = 0; axis < 3; ++axis) {
       const auto bin = static_cast<unsigned>(static_cast<int>(place[axis]));
       bins.boxes[axis][bin].add(from[i]);
@@ -156,7 +156,7 @@ std::pair<BvhSpan, BvhSpan> BvhSplitter::halve(const BvhSpan& span) const
   for (const BvhItem* item = from; item < from + span.items(); ++item) {
     centers.add(center(*item));
   }
-  const Float4 extent = centers.upper - centers.lower;
+  const Floats4 extent = centers.upper - centers.lower;
   int axis = extent[1] > extent[0] ? 1 : 0;
   axis = extent[2] > extent[axis] ? 2 : axis;
   const std::uint32_t half = evenShare(span);

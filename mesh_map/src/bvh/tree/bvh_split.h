@@ -1,12 +1,11 @@
-#ifndef MESH_MAP_SRC_BVH_TREE_BVH_SPLIT_H
-#define MESH_MAP_SRC_BVH_TREE_BVH_SPLIT_H
+#pragma once
 
 #include <mesh_map/bvh/tree/bvh_node.h>
 
 #include <cstdint>
-#include <cstring>
 #include <utility>
 
+#include "base/float_bits.h"
 #include "bvh/tree/float_box.h"
 
 namespace mesh_map {
@@ -18,23 +17,12 @@ struct BvhItem : FloatBox
   BvhItem() = default;
   BvhItem(const FloatBox& box, std::uint32_t index, std::uint32_t count) : FloatBox(box)
   {
-    float bits;
-    std::memcpy(&bits, &index, sizeof(bits));
-    lower[3] = bits;
-    std::memcpy(&bits, &count, sizeof(bits));
-    upper[3] = bits;
+    lower[3] = floatOf(index);
+    upper[3] = floatOf(count);
   }
 
   std::uint32_t index() const { return bitsOf(lower[3]); }
   std::uint32_t count() const { return bitsOf(upper[3]); }
-
- private:
-  static std::uint32_t bitsOf(float value)
-  {
-    std::uint32_t bits;
-    std::memcpy(&bits, &value, sizeof(bits));
-    return bits;
-  }
 };
 
 /// Some of the items.
@@ -80,5 +68,3 @@ class BvhSplitter
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_TREE_BVH_SPLIT_H

@@ -95,10 +95,8 @@ std::uint32_t BvhSubtreeMaker::divideClusters(const BvhSpan& span, unsigned leve
 {
   const BvhSplitter splitter(small_.data(), other_small_.data());
   if (span.count > FEW_TRIANGLES && maySplitFreely(span.count, level)) {
-    const auto sides = splitter.split(span);
-    const std::uint32_t left = divideClusters(sides.first, level + 1);
-    const std::uint32_t right = divideClusters(sides.second, level + 1);
-    return tree_.addBranch(span.box, left, right);
+    return tree_.addBranch(span.box, splitter.split(span),
+                           [&](const BvhSpan& side) { return divideClusters(side, level + 1); });
   }
   run_.check();
   BvhItem* to = triangles_.data();
@@ -125,9 +123,8 @@ std::uint32_t BvhSubtreeMaker::divideTriangles(const BvhSpan& span, unsigned lev
   }
   const auto sides =
       maySplitFreely(span.count, level) ? splitter.split(span) : splitter.halve(span);
-  const std::uint32_t left = divideTriangles(sides.first, level + 1);
-  const std::uint32_t right = divideTriangles(sides.second, level + 1);
-  return tree_.addBranch(span.box, left, right);
+  return tree_.addBranch(span.box, sides,
+                         [&](const BvhSpan& side) { return divideTriangles(side, level + 1); });
 }
 
 namespace {
@@ -165,10 +162,8 @@ class TopMaker
     run_.check();
     const BvhSplitter splitter(items_.data(), others_.data());
     if (span.count > SUBTREE_SIZE && maySplitFreely(span.count, level)) {
-      const auto sides = splitter.split(span);
-      const std::uint32_t left = divide(sides.first, level + 1);
-      const std::uint32_t right = divide(sides.second, level + 1);
-      return tree_.addBranch(span.box, left, right);
+      return tree_.addBranch(span.box, splitter.split(span),
+                             [&](const BvhSpan& side) { return divide(side, level + 1); });
     }
     const auto first_cluster = static_cast<std::uint32_t>(top_.clusters.size());
     const BvhItem* const items = splitter.items(span);

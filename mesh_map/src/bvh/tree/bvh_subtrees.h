@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_BVH_TREE_BVH_SUBTREES_H
-#define MESH_MAP_SRC_BVH_TREE_BVH_SUBTREES_H
+#pragma once
 
 #include <mesh_map/base/large_array.h>
 #include <mesh_map/bvh/tree/bvh_node.h>
@@ -70,5 +69,3 @@ class BvhSubtreeMaker
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_TREE_BVH_SUBTREES_H

@@ -1,9 +1,9 @@
-#ifndef MESH_MAP_SRC_BVH_TREE_BVH_TREE_H
-#define MESH_MAP_SRC_BVH_TREE_BVH_TREE_H
+#pragma once
 
 #include <mesh_map/bvh/tree/bvh_node.h>
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "bvh/tree/bvh_split.h"
@@ -26,6 +26,15 @@ class BvhTree
   /// Both return the number of the new branch.
   std::uint32_t addLeaf(const FloatBox& box, std::uint32_t first, std::uint32_t count);
   std::uint32_t addBranch(const FloatBox& box, std::uint32_t left, std::uint32_t right);
+
+  /// The same of two spans, the left one first, that `divide` makes the numbers of branches of.
+  template <class Divide>
+  std::uint32_t addBranch(const FloatBox& box, const std::pair<BvhSpan, BvhSpan>& sides,
+                          const Divide& divide)
+  {
+    const std::uint32_t left = divide(sides.first);
+    return addBranch(box, left, divide(sides.second));
+  }
 
   /// Appends the nodes below a branch, depth first, the branch itself being the first of them.
   void appendNodes(std::uint32_t branch, std::vector<BvhNode>& nodes) const;
@@ -55,5 +64,3 @@ class BvhTree
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_BVH_TREE_BVH_TREE_H

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include <mesh_map/base/run_options.h>
+
+#include "base/require.h"
 #include "distance/dijkstra/dijkstra_labels.h"
 #include "distance/dijkstra/dijkstra_queues.h"
 
@@ -49,7 +52,8 @@ enum class SearchEnd
 
 namespace {
 
-/// One search: grows the labels from what is in a queue, until all up to the limit are final.
+/// One search: grows the labels from what is in a queue, until all up to the limit are final
+/// (E. W. Dijkstra: A Note on Two Problems in Connexion with Graphs, 1959).
 class DijkstraSearch
 {
  public:
@@ -139,10 +143,7 @@ class DijkstraSearch
     }
   }
 
-  bool isCancelled() const
-  {
-    return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed);
-  }
+  bool isCancelled() const { return isSet(cancel_); }
 
   const DijkstraGraph& graph_;
   const VertexCosts costs_;
@@ -158,13 +159,6 @@ constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
 /// Where more than this part of all labels has to be taken back, computing all is no slower.
 constexpr std::size_t TOO_MANY = 4;
-
-void require(bool condition, const std::string& message)
-{
-  if (!condition) {
-    throw std::invalid_argument(message);
-  }
-}
 
 }  // namespace
 
@@ -322,25 +316,26 @@ bool DijkstraField::reaches(std::uint32_t vertex) const
   return distance <= limit_ && distance < INFINITE;
 }
 
-void DijkstraField::writePotential(float* potential) const
+std::vector<float> DijkstraField::potential() const
 {
-  std::fill(potential, potential + vertexCount(), INFINITE);
+  std::vector<float> potential(vertexCount(), INFINITE);
   labels_->forEachTouched([&](std::uint32_t v) {
     const float distance = (*labels_)[v].distance;
     potential[v] = distance <= limit_ ? distance : INFINITE;
   });
+  return potential;
 }
 
-void DijkstraField::writePredecessors(std::uint32_t* predecessors) const
+std::vector<std::uint32_t> DijkstraField::predecessors() const
 {
-  for (std::uint32_t v = 0; v < vertexCount(); ++v) {
-    predecessors[v] = v;
-  }
+  std::vector<std::uint32_t> predecessors(vertexCount());
+  std::iota(predecessors.begin(), predecessors.end(), 0u);
   labels_->forEachTouched([&](std::uint32_t v) {
     if (reaches(v)) {
       predecessors[v] = (*labels_)[v].from;
     }
   });
+  return predecessors;
 }
 
 std::vector<std::uint32_t> DijkstraField::wayFrom(std::uint32_t vertex) const
@@ -363,14 +358,11 @@ bool DijkstraField::update(std::shared_ptr<const DijkstraGraph> graph, const Ver
                            const std::atomic<bool>* cancel)
 {
   costs.check(vertexCount());
-  if (graph->vertexCount() != vertexCount()) {
-    throw std::invalid_argument("the graph has " + std::to_string(graph->vertexCount()) +
-                                " vertices, but the field " + std::to_string(vertexCount()));
-  }
+  require(graph->vertexCount() == vertexCount(),
+          "the graph has " + std::to_string(graph->vertexCount()) + " vertices, but the field " +
+              std::to_string(vertexCount()));
   for (const std::uint32_t v : changed) {
-    if (v >= vertexCount()) {
-      throw std::invalid_argument("changed vertex " + std::to_string(v) + " does not exist");
-    }
+    require(v < vertexCount(), "changed vertex " + std::to_string(v) + " does not exist");
   }
   graph_ = std::move(graph);
   costs_ = costs;

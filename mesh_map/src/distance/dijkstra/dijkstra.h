@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_H
-#define MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -107,10 +106,10 @@ class DijkstraField
   bool reaches(std::uint32_t vertex) const;
 
   /// The distance to the nearest source for each vertex, +inf where it is not reached.
-  void writePotential(float* potential) const;
+  std::vector<float> potential() const;
 
   /// The next vertex on the way there; the vertex itself at a source and where it is not reached.
-  void writePredecessors(std::uint32_t* predecessors) const;
+  std::vector<std::uint32_t> predecessors() const;
 
   /// The vertices from this one to its source; none where it is not reached.
   std::vector<std::uint32_t> wayFrom(std::uint32_t vertex) const;
@@ -145,5 +144,3 @@ class DijkstraField
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_H

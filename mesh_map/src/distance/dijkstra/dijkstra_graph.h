@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_GRAPH_H
-#define MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_GRAPH_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
@@ -68,5 +67,3 @@ std::vector<std::uint32_t> verticesAtChanges(ArrayView<std::uint32_t> edges,
 bool areLengthsOrClosed(ArrayView<float> weights, ArrayView<float> lengths);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_GRAPH_H

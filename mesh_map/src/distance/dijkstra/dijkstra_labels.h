@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_LABELS_H
-#define MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_LABELS_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
@@ -93,5 +92,3 @@ class DijkstraPool
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_LABELS_H

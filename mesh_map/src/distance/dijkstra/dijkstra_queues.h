@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_QUEUES_H
-#define MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_QUEUES_H
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -16,9 +15,9 @@ struct QueueEntry
   std::uint32_t vertex;
 };
 
-/// Cyclic buckets of equal width. Entries of one bucket come in any order and may join it while it
-/// is being emptied: the search corrects labels until the bucket is empty, after which everything
-/// below its upper end is final.
+/// Cyclic buckets of equal width (R. Dial: Algorithm 360, 1969; wider than edges may be). Entries
+/// of one bucket come in any order and may join it while it is being emptied: the search corrects
+/// labels until the bucket is empty, after which everything below its upper end is final.
 class BucketQueue
 {
  public:
@@ -196,5 +195,3 @@ class HeapQueue
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_DIJKSTRA_DIJKSTRA_QUEUES_H

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "mesh/packed_position.h"
+
 namespace mesh_map {
 namespace {
 
@@ -13,12 +15,6 @@ namespace {
 /// than the two others of its face, by this part of an edge, is not worth the effort: half of all
 /// corners on a regular grid are about right.
 constexpr double OBTUSE = -0.05;
-
-double distance(const PackedPosition& p, const PackedPosition& q)
-{
-  const double x = double{p.x} - q.x, y = double{p.y} - q.y, z = double{p.z} - q.z;
-  return std::sqrt(x * x + y * y + z * z);
-}
 
 }  // namespace
 
@@ -31,14 +27,10 @@ FrontMesh::FrontMesh(const MeshView& mesh, const RowsView& vertex_faces, unsigne
   if (vertex_faces.rowCount() != vertexCount()) {
     throw std::invalid_argument("vertex_faces need one row per vertex");
   }
-  parallelFor(vertexCount(), 4096, threads, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        const float* const p = mesh.positions.data() + 3 * v;
-        positions_[v] = {p[0], p[1], p[2], 0.0f};
-        fillCorners(mesh, vertex_faces, static_cast<std::uint32_t>(v));
-      }
-    };
+  parallelEach(vertexCount(), 4096, threads, [&](std::size_t v) {
+    const float* const p = mesh.positions.data() + 3 * v;
+    positions_[v] = {p[0], p[1], p[2], 0.0f};
+    fillCorners(mesh, vertex_faces, static_cast<std::uint32_t>(v));
   });
   findAcross(threads);
   // A sample will do: the mean only says how wide the buckets of a queue should be.
@@ -46,7 +38,7 @@ FrontMesh::FrontMesh(const MeshView& mesh, const RowsView& vertex_faces, unsigne
   double sum = 0.0;
   std::size_t count = 0;
   for (std::size_t f = 0; f < mesh.faceCount(); f += step, ++count) {
-    sum += distance(positions_[mesh.faces[3 * f]], positions_[mesh.faces[3 * f + 1]]);
+    sum += norm(between(positions_[mesh.faces[3 * f]], positions_[mesh.faces[3 * f + 1]]));
   }
   if (sum > 0.0 && std::isfinite(sum)) {
     mean_edge_ = sum / static_cast<double>(count);
@@ -89,17 +81,16 @@ std::uint32_t FrontMesh::across(std::uint32_t a, std::uint32_t b, std::uint32_t 
   return count == 2 ? found : NO_INDEX;
 }
 
+// What obtuse triangles need: the next face is unfolded beside them (Kimmel and Sethian, 1998).
 void FrontMesh::findAcross(unsigned threads)
 {
   using Found = std::vector<std::pair<std::uint32_t, FrontAcross>>;
   constexpr std::size_t CHUNK = 16384;
   const auto isObtuse = [this](std::uint32_t v, const FrontCorner& corner) {
-    const PackedPosition &o = positions_[v], &p = positions_[corner.a], &q = positions_[corner.b];
-    const double px = double{p.x} - o.x, py = double{p.y} - o.y, pz = double{p.z} - o.z;
-    const double qx = double{q.x} - o.x, qy = double{q.y} - o.y, qz = double{q.z} - o.z;
-    const double product = px * qx + py * qy + pz * qz;
-    return product < 0.0 && product * product > OBTUSE * OBTUSE * (px * px + py * py + pz * pz) *
-                                                    (qx * qx + qy * qy + qz * qz);
+    const Vector3 p = between(positions_[v], positions_[corner.a]),
+                  q = between(positions_[v], positions_[corner.b]);
+    const double product = dot(p, q);
+    return product < 0.0 && product * product > OBTUSE * OBTUSE * dot(p, p) * dot(q, q);
   };
   std::vector<Found> chunks((vertexCount() + CHUNK - 1) / CHUNK);
   parallelFor(vertexCount(), CHUNK, threads, [&]() -> RangeBody {

@@ -1,13 +1,15 @@
 #include <mesh_map/distance/fast_marching/wave_front.h>
 
-#include <mesh_map/base/parallel.h>
+#include <mesh_map/base/run_options.h>
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
+#include "base/require.h"
+#include "base/unique.h"
 #include "distance/fast_marching/wave_front_buffers.h"
 #include "distance/fast_marching/wave_front_spread.h"
 #include "distance/fast_marching/wave_front_triangle.h"
@@ -70,18 +72,6 @@ constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 4096;
 
 /// Width of a bucket in mean edges: in wider ones, more labels are lowered again.
 constexpr double WIDTH = 0.35;
-
-void require(bool condition, const std::string& message)
-{
-  if (!condition) {
-    throw std::invalid_argument(message);
-  }
-}
-
-bool isSet(const std::atomic<bool>* cancel)
-{
-  return cancel != nullptr && cancel->load();
-}
 
 /// The middle one of a sample of those that are open and above 0, for the width of buckets.
 double middleSlowness(ArrayView<float> slowness)
@@ -186,15 +176,11 @@ class Run
   std::size_t first_open_ = 0;  // target that was not yet reached when it was looked at last
 };
 
-template <bool HAS_COSTS>
-bool march(const FrontMesh& mesh, WaveFrontBuffers& buffers, ArrayView<float> slowness,
-           const WaveFrontStop& stop, double& limit)
+/// Calls body(true_type) where there are costs, body(false_type) where all is equally slow.
+template <class Body>
+auto withCosts(ArrayView<float> slowness, const Body& body)
 {
-  Run<HAS_COSTS> run(mesh, buffers, slowness, stop);
-  if (run.wanted() <= limit) {
-    return true;
-  }
-  return !isSet(stop.cancel) && run.march(limit);
+  return slowness.empty() ? body(std::false_type()) : body(std::true_type());
 }
 
 }  // namespace
@@ -281,9 +267,10 @@ bool WaveFrontField::extend(ArrayView<float> slowness, const WaveFrontStop& stop
 
 bool WaveFrontField::run(ArrayView<float> slowness, const WaveFrontStop& stop)
 {
-  const FrontMesh& mesh = pool_->mesh();
-  return slowness.empty() ? march<false>(mesh, *buffers_, slowness, stop, limit_)
-                          : march<true>(mesh, *buffers_, slowness, stop, limit_);
+  return withCosts(slowness, [&](auto has_costs) {
+    Run<has_costs> run(pool_->mesh(), *buffers_, slowness, stop);
+    return run.wanted() <= limit_ || (!isSet(stop.cancel) && run.march(limit_));
+  });
 }
 
 ArrayView<double> WaveFrontField::labels() const
@@ -291,18 +278,14 @@ ArrayView<double> WaveFrontField::labels() const
   return {buffers_->labels.data(), buffers_->labels.size()};
 }
 
-void WaveFrontField::writePotential(float* potential, unsigned threads) const
+std::vector<float> WaveFrontField::potential() const
 {
-  const double* const labels = buffers_->labels.data();
-  const double final = limit();
-  parallelFor(buffers_->labels.size(), 1 << 16, threads, [&]() -> RangeBody {
-    return [=](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        potential[v] = labels[v] <= final ? static_cast<float>(labels[v])
-                                          : std::numeric_limits<float>::infinity();
-      }
-    };
-  });
+  const auto finalLabel = [final = limit()](double label) {
+    return label <= final ? static_cast<float>(label) : std::numeric_limits<float>::infinity();
+  };
+  std::vector<float> potential(buffers_->labels.size());
+  std::transform(buffers_->labels.begin(), buffers_->labels.end(), potential.begin(), finalLabel);
+  return potential;
 }
 
 // What becomes of a front after changes of costs: labels that do not follow from others any more
@@ -367,7 +350,7 @@ class Repair
     const double front = buffers_.queue.open() ? buffers_.queue.floor() : NOT_REACHED;
     const std::size_t most = buffers_.touched.size() / LABELS_PER_CHECK;
     for (std::size_t tasks = 1; !buffers_.tasks.empty(); ++tasks) {
-      if (tasks % TASKS_PER_CANCEL_CHECK == 0 && cancel != nullptr && cancel->load()) {
+      if (tasks % TASKS_PER_CANCEL_CHECK == 0 && isSet(cancel)) {
         return RepairEnd::CANCELLED;
       }
       if (checks_ > most || has_circle_) {
@@ -476,16 +459,6 @@ class Repair
   bool has_circle_ = false;
 };
 
-template <bool HAS_COSTS>
-void begin(const FrontMesh& mesh, WaveFrontBuffers& buffers, ArrayView<float> slowness,
-           const std::vector<WaveFrontSeed>& seeds, const std::vector<std::uint32_t>& vertices)
-{
-  Repair<HAS_COSTS> repair(mesh, buffers, slowness, seeds);
-  for (const std::uint32_t v : vertices) {
-    repair.beginAround(v);
-  }
-}
-
 /// Vertices whose seed is in one list and not in the other.
 void addDifference(const std::vector<WaveFrontSeed>& one, const std::vector<WaveFrontSeed>& other,
                    std::vector<std::uint32_t>& vertices)
@@ -501,12 +474,6 @@ void addDifference(const std::vector<WaveFrontSeed>& one, const std::vector<Wave
   }
 }
 
-void makeUnique(std::vector<std::uint32_t>& vertices)
-{
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-}
-
 }  // namespace
 
 WaveFrontField::Update WaveFrontField::update(std::vector<WaveFrontSeed> seeds,
@@ -514,7 +481,6 @@ WaveFrontField::Update WaveFrontField::update(std::vector<WaveFrontSeed> seeds,
                                               ArrayView<std::uint32_t> changed,
                                               const std::atomic<bool>* cancel)
 {
-  const FrontMesh& mesh = pool_->mesh();
   checkSlowness(slowness, changed);
   std::vector<WaveFrontSeed> before = std::move(seeds_);
   seeds_ = std::move(seeds);
@@ -538,8 +504,12 @@ WaveFrontField::Update WaveFrontField::update(std::vector<WaveFrontSeed> seeds,
     return done;
   }
   buffers_->is_in_repair = true;
-  slowness.empty() ? begin<false>(mesh, *buffers_, slowness, seeds_, begins)
-                   : begin<true>(mesh, *buffers_, slowness, seeds_, begins);
+  withCosts(slowness, [&](auto has_costs) {
+    Repair<has_costs> repair(pool_->mesh(), *buffers_, slowness, seeds_);
+    for (const std::uint32_t v : begins) {
+      repair.beginAround(v);
+    }
+  });
   done.cancelled = !mend(slowness, cancel, done);
   return done;
 }
@@ -547,9 +517,9 @@ WaveFrontField::Update WaveFrontField::update(std::vector<WaveFrontSeed> seeds,
 bool WaveFrontField::mend(ArrayView<float> slowness, const std::atomic<bool>* cancel, Update& done)
 {
   const FrontMesh& mesh = pool_->mesh();
-  const RepairEnd end = slowness.empty()
-                            ? Repair<false>(mesh, *buffers_, slowness, seeds_).run(cancel, changed_)
-                            : Repair<true>(mesh, *buffers_, slowness, seeds_).run(cancel, changed_);
+  const RepairEnd end = withCosts(slowness, [&](auto has_costs) {
+    return Repair<has_costs>(mesh, *buffers_, slowness, seeds_).run(cancel, changed_);
+  });
   if (end == RepairEnd::CANCELLED) {
     return false;
   }
@@ -565,8 +535,9 @@ bool WaveFrontField::mend(ArrayView<float> slowness, const std::atomic<bool>* ca
     makeUnique(buffers_->touched);
   }
   if (buffers_->queue.open()) {
-    limit_ = std::min(limit_, slowness.empty() ? finalLimit<false>(mesh, *buffers_, slowness)
-                                               : finalLimit<true>(mesh, *buffers_, slowness));
+    limit_ = std::min(limit_, withCosts(slowness, [&](auto has_costs) {
+                        return finalLimit<has_costs>(mesh, *buffers_, slowness);
+                      }));
   }
   return true;
 }

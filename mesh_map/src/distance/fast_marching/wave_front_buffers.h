@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_BUFFERS_H
-#define MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_BUFFERS_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
@@ -246,5 +245,3 @@ struct WaveFrontBuffers
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_BUFFERS_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_SPREAD_H
-#define MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_SPREAD_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/distance/fast_marching/front_mesh.h>
@@ -11,6 +10,7 @@
 
 #include "distance/fast_marching/wave_front_buffers.h"
 #include "distance/fast_marching/wave_front_triangle.h"
+#include "mesh/packed_position.h"
 
 namespace mesh_map {
 
@@ -108,7 +108,7 @@ class WaveFrontRing
   struct Neighbor
   {
     std::uint32_t vertex;
-    WaveFrontVector side;                           // to it
+    Vector3 side;                                   // to it
     double squared, length, label, slowness, time;  // along the edge to it
     double product, area;  // of its side and the next one; twice the area between
   };
@@ -131,9 +131,9 @@ class WaveFrontRing
       n.label = labels[n.vertex];
     }
     for (std::size_t i = 0; i < faces_; ++i) {
-      const WaveFrontVector &side = ring_[i].side, &next = ring_[i + 1 < count_ ? i + 1 : 0].side;
+      const Vector3 &side = ring_[i].side, &next = ring_[i + 1 < count_ ? i + 1 : 0].side;
       ring_[i].product = dot(side, next);
-      ring_[i].area = crossLength(side, next);
+      ring_[i].area = norm(cross(side, next));  // of slivers, too, which lengths would not tell
     }
   }
 
@@ -352,8 +352,7 @@ class WaveFrontSpread
  private:
   double length(std::uint32_t a, std::uint32_t b) const
   {
-    const WaveFrontVector side = between(mesh_.position(a), mesh_.position(b));
-    return std::sqrt(dot(side, side));
+    return norm(between(mesh_.position(a), mesh_.position(b)));
   }
 
   void offerAlongEdge(std::uint32_t from, std::uint32_t to)
@@ -370,8 +369,8 @@ class WaveFrontSpread
     if (!(u < NOT_REACHED && v < NOT_REACHED)) {
       return NOT_REACHED;
     }
-    const WaveFrontVector base = between(mesh_.position(a), mesh_.position(b));
-    const double length = std::sqrt(dot(base, base));
+    const Vector3 base = between(mesh_.position(a), mesh_.position(b));
+    const double length = norm(base);
     double low = std::min({costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)});
     double high = std::max({costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)});
     if (!(length > 0.0) || !mesh_map::mayLower(label, u, v, costs_.alongEdge(a, b, length))) {
@@ -381,16 +380,16 @@ class WaveFrontSpread
     if (other == NO_INDEX) {
       return NOT_REACHED;
     }
-    const WaveFrontVector side = between(mesh_.position(a), mesh_.position(target));
+    const Vector3 side = between(mesh_.position(a), mesh_.position(target));
     const double inverse = 1.0 / length;
     WaveFrontBehind behind = {0.0, 0.0, NOT_REACHED};
     if (other != a) {
-      const WaveFrontVector back = between(mesh_.position(a), mesh_.position(other));
-      behind = {dot(base, back) * inverse, crossLength(base, back) * inverse, labels_[other]};
+      const Vector3 back = between(mesh_.position(a), mesh_.position(other));
+      behind = {dot(base, back) * inverse, norm(cross(base, back)) * inverse, labels_[other]};
     }
     return WaveFrontCosts<HAS_COSTS>::front(
         u, v,
-        {length, dot(base, side) * inverse, crossLength(base, side) * inverse, dot(side, side)},
+        {length, dot(base, side) * inverse, norm(cross(base, side)) * inverse, dot(side, side)},
         {costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)}, behind, low, high,
         label);
   }
@@ -437,5 +436,3 @@ double finalLimit(const FrontMesh& mesh, WaveFrontBuffers& buffers, ArrayView<fl
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_SPREAD_H

@@ -1,7 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_TRIANGLE_H
-#define MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_TRIANGLE_H
-
-#include <mesh_map/mesh/neighborhood.h>
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -27,42 +24,26 @@ struct WaveFrontTriangle
   }
 };
 
-struct WaveFrontVector
-{
-  double x, y, z;
-};
-
-inline WaveFrontVector between(const PackedPosition& from, const PackedPosition& to)
-{
-  return {double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z};
-}
-
-inline double dot(const WaveFrontVector& a, const WaveFrontVector& b)
-{
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-/// Twice the area between two sides; of slivers, too, which the lengths alone would not tell.
-inline double crossLength(const WaveFrontVector& a, const WaveFrontVector& b)
-{
-  const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
-  return std::sqrt(x * x + y * y + z * z);
-}
-
 /// May a front through a base with these labels at its ends lower a label beyond it? All that
 /// crosses the base is as far at least as the nearest point of the base, and between two labels at
-/// a distance c, u^2 (1 - t) + v^2 t - c^2 t (1 - t) is the square of the distance at the part t.
+/// a distance c, u^2 (1 - t) + v^2 t - c^2 t (1 - t) is the square of the distance at the part t
+/// (theorem of Stewart).
 inline bool mayLower(double label, double u, double v, double base)
 {
   const double nearer = u < v ? u : v;
   return label * label > nearer * nearer - 0.25 * base * base;
 }
 
+/// How far along a base the point is that has these distances from its ends (law of cosines).
+inline double footOfSource(double u, double v, double base)
+{
+  return 0.5 * (base * base + (u - v) * (u + v)) / base;
+}
+
 /// The least distance on a base with these labels at its ends.
 inline double leastOnBase(double u, double v, double base)
 {
-  const double nearer = u < v ? u : v;
-  const double foot = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  const double nearer = u < v ? u : v, foot = footOfSource(u, v, base);
   return foot > 0.0 && foot < base ? std::sqrt(std::max(0.0, (u - foot) * (u + foot))) : nearer;
 }
 
@@ -71,23 +52,35 @@ inline double leastOnBase(double u, double v, double base)
 struct WaveFrontSource
 {
   double along, depth;
+
+  /// How far along the base (times depth + height) the straight way to a corner at (x, height)
+  /// crosses it, and whether it does at all.
+  double crossing(double x, double height) const { return along * height + x * depth; }
+  bool crosses(double base, double x, double height) const
+  {
+    const double place = crossing(x, height);
+    return place >= 0.0 && place <= base * (depth + height);
+  }
 };
 
-/// False where no point has these distances from the ends.
+/// False where no point has these distances from the ends. (M. Novotni, R. Klein: Computing
+/// Geodesic Distances on Triangular Meshes, 2002.)
 inline bool findSource(double u, double v, double base, WaveFrontSource& source)
 {
-  const double along = 0.5 * (base * base + (u - v) * (u + v)) / base;
+  const double along = footOfSource(u, v, base);
   const double squared = (u - along) * (u + along);
   source = {along, std::sqrt(std::max(0.0, squared))};
   return squared >= -ON_BASE * base * base;
 }
 
-/// The distance of the corner from the source, which is u away from the origin. Infinite where the
-/// way does not cross the base. Where the corner is nearer than the origin, `more` is negative.
+/// The update of fast marching for the eikonal equation |grad T| F = 1 (J. A. Sethian, 1996) in a
+/// triangle (R. Kimmel, J. A. Sethian: Computing Geodesic Paths on Manifolds, 1998), of a round
+/// front: the distance of the corner from the source, which is u away from the origin. Infinite
+/// where the way does not cross the base. Where the corner is nearer than the origin, `more` is
+/// negative.
 inline double roundFront(double u, const WaveFrontSource& source, const WaveFrontTriangle& triangle)
 {
-  const double crossing = source.along * triangle.height + triangle.along * source.depth;
-  if (!(crossing >= 0.0 && crossing <= triangle.base * (source.depth + triangle.height))) {
+  if (!source.crosses(triangle.base, triangle.along, triangle.height)) {
     return NOT_REACHED;
   }
   // sqrt(u * u + more), without losing what u and the result differ by.
@@ -123,12 +116,14 @@ inline double nearlyRoundFront(double u, double v, const WaveFrontTriangle& tria
   if (!(way < NOT_REACHED && way * low < label * scale && depth > 0.0)) {
     return NOT_REACHED;
   }
-  const double crossing = source.along * scaled.height + scaled.along * source.depth;
+  const double crossing = source.crossing(scaled.along, scaled.height);
   const double beyond = slowness.acrossFrom(crossing / (scaled.base * depth));
   return way * (source.depth * scale + scaled.height * beyond) / (depth * scale);
 }
 
-/// With costs that change within the faces: the least way over points of the base. With `curve` 0,
+/// With costs that change within the faces: the least way over points of the base (F. Bornemann,
+/// C. Rasch: Finite-Element Discretization of Static Hamilton-Jacobi Equations Based on a Local
+/// Variational Principle, 2006). With `curve` 0,
 /// labels are linear in between: a front that bends may look as if its source were right behind
 /// the base. Else they are distances from a source, and `curve` is the time along the base.
 /// Infinite where that is not below `label`; `low` is the least slowness.
@@ -215,5 +210,3 @@ inline double roundFrontFromBehind(double u, double v, const WaveFrontTriangle& 
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_FAST_MARCHING_WAVE_FRONT_TRIANGLE_H

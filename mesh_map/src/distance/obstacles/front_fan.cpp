@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <functional>
+#include <numeric>
 #include <tuple>
+
+#include "base/unique.h"
 
 namespace mesh_map {
 
@@ -41,8 +44,7 @@ void FrontFan::gatherAny(const FrontMesh& mesh, std::uint32_t middle)
     vertices.push_back(corner->a);
     vertices.push_back(corner->b);
   }
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  makeUnique(vertices);
   nodes_.clear();
   for (const std::uint32_t vertex : vertices) {
     if (vertex != middle) {
@@ -68,9 +70,7 @@ void FrontFan::gatherAny(const FrontMesh& mesh, std::uint32_t middle)
   for (const Arc& arc : arcs_) {
     ++arc_starts_[arc.from + 1];
   }
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    arc_starts_[i + 1] += arc_starts_[i];
-  }
+  std::partial_sum(arc_starts_.begin(), arc_starts_.end(), arc_starts_.begin());
 }
 
 std::size_t FrontFan::find(std::uint32_t vertex) const

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_FAN_H
-#define MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_FAN_H
+#pragma once
 
 #include <mesh_map/distance/fast_marching/front_mesh.h>
 
@@ -8,28 +7,15 @@
 #include <cstdint>
 #include <vector>
 
+#include "mesh/packed_position.h"
+
 namespace mesh_map {
 
-struct PlanePoint
+/// One step of unfolding: where a point lies in the plane, beyond the line from a to b as seen from
+/// the origin, at given squared distances from these.
+inline bool placeBeyond(Vector2 a, Vector2 b, double from_a, double from_b, Vector2& result)
 {
-  double x, y;
-};
-
-inline double cross(PlanePoint a, PlanePoint b)
-{
-  return a.x * b.y - a.y * b.x;
-}
-inline double dot(PlanePoint a, PlanePoint b)
-{
-  return a.x * b.x + a.y * b.y;
-}
-
-/// Where a point lies in the plane, beyond the line from a to b as seen from the origin, at given
-/// squared distances from these.
-inline bool placeBeyond(PlanePoint a, PlanePoint b, double from_a, double from_b,
-                        PlanePoint& result)
-{
-  const PlanePoint side{b.x - a.x, b.y - a.y};
+  const Vector2 side = b - a;
   const double squared = dot(side, side);
   if (!(squared > 0.0)) {
     return false;
@@ -37,7 +23,7 @@ inline bool placeBeyond(PlanePoint a, PlanePoint b, double from_a, double from_b
   const double along = 0.5 * (from_a + squared - from_b) / squared;
   const double height = std::sqrt(std::max(0.0, from_a / squared - along * along));
   // Counterclockwise from a to b around the origin: beyond is to the right of the side.
-  result = {a.x + along * side.x + height * side.y, a.y + along * side.y - height * side.x};
+  result = {a[0] + along * side[0] + height * side[1], a[1] + along * side[1] - height * side[0]};
   return true;
 }
 
@@ -47,7 +33,7 @@ struct FanStep
 {
   std::size_t node;
   std::size_t before;
-  PlanePoint direction;  // of length 1
+  Vector2 direction;  // of length 1
 };
 
 /// The vertices next to one, and walks among them from face to face. Owns scratch memory.
@@ -57,7 +43,7 @@ class FrontFan
   struct Node
   {
     std::uint32_t vertex;
-    double x, y, z;  // from the middle, of length 1
+    Vector3 direction;  // from the middle, of length 1
     double length;
   };
   struct Turn
@@ -67,18 +53,16 @@ class FrontFan
 
   static Node node(const PackedPosition& from, const PackedPosition& to, std::uint32_t vertex)
   {
-    const double x = double{to.x} - from.x, y = double{to.y} - from.y, z = double{to.z} - from.z;
-    const double length = std::sqrt(x * x + y * y + z * z);
-    const double scale = length > 0.0 ? 1.0 / length : 0.0;
-    return {vertex, scale * x, scale * y, scale * z, length};
+    const Vector3 side = between(from, to);
+    const double length = norm(side);
+    return {vertex, (length > 0.0 ? 1.0 / length : 0.0) * side, length};
   }
 
   /// The angle between two sides; none where one of them is without length.
   static Turn turn(const Node& a, const Node& b)
   {
-    const double x = a.y * b.z - a.z * b.y, y = a.z * b.x - a.x * b.z, z = a.x * b.y - a.y * b.x;
-    const double sine = std::sqrt(x * x + y * y + z * z);
-    const double cosine = a.x * b.x + a.y * b.y + a.z * b.z;
+    const double sine = norm(cross(a.direction, b.direction));
+    const double cosine = dot(a.direction, b.direction);
     return {sine + std::abs(cosine) > 0.5 ? cosine : 1.0, sine};
   }
 
@@ -134,8 +118,8 @@ class FrontFan
       step.before = step.node;
       step.node = up ? (step.node + 1) % count : (step.node + count - 1) % count;
       const Turn& by = turns_[up ? step.before : step.node];
-      step.direction = {step.direction.x * by.cosine - step.direction.y * by.sine,
-                        step.direction.y * by.cosine + step.direction.x * by.sine};
+      step.direction = {step.direction[0] * by.cosine - step.direction[1] * by.sine,
+                        step.direction[1] * by.cosine + step.direction[0] * by.sine};
       if (!body(static_cast<const FanStep&>(step))) {
         return;
       }
@@ -168,5 +152,3 @@ class FrontFan
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_FAN_H

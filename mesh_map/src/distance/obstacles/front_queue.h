@@ -1,14 +1,14 @@
-#ifndef MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_QUEUE_H
-#define MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_QUEUE_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <vector>
+
+#include "base/float_bits.h"
 
 namespace mesh_map {
 
@@ -79,17 +79,12 @@ class FrontQueue
 
   static Key key(float distance, std::uint32_t vertex)
   {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &distance, sizeof(bits));
-    return Key{bits} << 32 | vertex;
+    return Key{bitsOf(distance)} << 32 | vertex;
   }
 
   static FrontEntry fromKey(Key key)
   {
-    FrontEntry entry{0.0f, static_cast<std::uint32_t>(key)};
-    const auto bits = static_cast<std::uint32_t>(key >> 32);
-    std::memcpy(&entry.distance, &bits, sizeof(bits));
-    return entry;
+    return {floatOf(static_cast<std::uint32_t>(key >> 32)), static_cast<std::uint32_t>(key)};
   }
 
   void openNext()
@@ -118,5 +113,3 @@ class FrontQueue
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_OBSTACLES_FRONT_QUEUE_H

@@ -2,13 +2,13 @@
 
 #include <mesh_map/base/parallel.h>
 
-#include <algorithm>
 #include <cmath>
+
+#include "base/unique.h"
+#include "base/vector3.h"
 
 namespace mesh_map {
 namespace {
-
-constexpr double PI = 3.14159265358979323846;
 
 float cost(double distance, const Fading& fading)
 {
@@ -23,6 +23,7 @@ float cost(double distance, const Fading& fading)
     return 0.0f;
   }
   const double beyond = distance - inner;
+  // the exponential of costmap_2d (D. Lu, D. Hershberger, W. Smart: Layered Costmaps, 2014)
   const double share =
       fading.is_exponential
           ? std::exp(-fading.cost_scaling * beyond)
@@ -35,13 +36,8 @@ float cost(double distance, const Fading& fading)
 std::vector<float> fadingCosts(ArrayView<float> distances, const Fading& fading, unsigned threads)
 {
   std::vector<float> costs(distances.size());
-  parallelFor(distances.size(), 16384, threads, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        costs[i] = cost(distances[i], fading);
-      }
-    };
-  });
+  parallelEach(distances.size(), 16384, threads,
+               [&](std::size_t i) { costs[i] = cost(distances[i], fading); });
   return costs;
 }
 
@@ -50,18 +46,14 @@ std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::ui
 {
   fading.lethal_value = fading.inscribed_value = 1.0;
   std::vector<float> vectors(3 * vertices.size());
-  parallelFor(vertices.size(), 4096, threads, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const float length = cost(distance.distances()[vertices[i]], fading);
-        if (length > 0.0f) {
-          const std::array<float, 3> direction = distance.direction(vertices[i]);
-          for (unsigned axis = 0; axis < 3; ++axis) {
-            vectors[3 * i + axis] = length * direction[axis];
-          }
-        }
+  parallelEach(vertices.size(), 4096, threads, [&](std::size_t i) {
+    const float length = cost(distance.distances()[vertices[i]], fading);
+    if (length > 0.0f) {
+      const std::array<float, 3> direction = distance.direction(vertices[i]);
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        vectors[3 * i + axis] = length * direction[axis];
       }
-    };
+    }
   });
   return vectors;
 }
@@ -75,8 +67,7 @@ std::vector<std::uint32_t> withNeighbors(const FrontMesh& mesh, ArrayView<std::u
       result.push_back(corner->b);
     }
   }
-  std::sort(result.begin(), result.end());
-  result.erase(std::unique(result.begin(), result.end()), result.end());
+  makeUnique(result);
   return result;
 }
 

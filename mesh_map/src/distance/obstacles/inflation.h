@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_OBSTACLES_INFLATION_H
-#define MESH_MAP_SRC_DISTANCE_OBSTACLES_INFLATION_H
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -36,5 +35,3 @@ std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::ui
 std::vector<std::uint32_t> withNeighbors(const FrontMesh& mesh, ArrayView<std::uint32_t> vertices);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_OBSTACLES_INFLATION_H

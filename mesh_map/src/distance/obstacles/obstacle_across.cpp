@@ -7,15 +7,6 @@
 #include "distance/obstacles/obstacle_spread.h"
 
 namespace mesh_map {
-namespace {
-
-double squaredDistance(const PackedPosition& p, const PackedPosition& q)
-{
-  const double x = double{p.x} - q.x, y = double{p.y} - q.y, z = double{p.z} - q.z;
-  return x * x + y * y + z * z;
-}
-
-}  // namespace
 
 /// What does not know of the obstacle yet, with an edge between of which the same is true of at
 /// least one end: of two that know, what they have to tell is enough.
@@ -32,39 +23,34 @@ void ObstacleDistance::Spread::findAcross()
 
 /// Offers what is across the edge from the node `before` to the node k, both unfolded into the
 /// plane, counterclockwise. `is_past`: the direction to `before` is already past the obstacle.
-void ObstacleDistance::Spread::offerAcross(std::size_t before, PlanePoint before_place,
-                                           std::size_t k, PlanePoint place, bool is_past)
+void ObstacleDistance::Spread::offerAcross(std::size_t before, Vector2 before_place, std::size_t k,
+                                           Vector2 place, bool is_past)
 {
   const std::uint32_t a = fan_.nodes()[before].vertex, b = fan_.nodes()[k].vertex;
   for (const FrontAcross& across : across_) {
     const bool is_here = (across.a == a && across.b == b) || (across.a == b && across.b == a);
     const std::uint32_t v = across.vertex;
-    PlanePoint seen;
+    Vector2 seen;
     if (!is_here ||
-        !placeBeyond(before_place, place, squaredDistance(mesh_.position(a), mesh_.position(v)),
-                     squaredDistance(mesh_.position(b), mesh_.position(v)), seen)) {
+        !placeBeyond(before_place, place, squaredLength(a, v), squaredLength(b, v), seen)) {
       continue;
     }
     // Where does the way cross the edge? Not at all where the obstacle lies beyond it, too.
-    const PlanePoint nearest = nearestOnSegment(piece_.a, piece_.b, seen);
-    const PlanePoint edge{place.x - before_place.x, place.y - before_place.y};
-    const double from_nearest =
-        cross({before_place.x - nearest.x, before_place.y - nearest.y}, edge);
-    const double from_seen = cross({seen.x - before_place.x, seen.y - before_place.y}, edge);
+    const Vector2 nearest = nearestOnSegment(piece_.a, piece_.b, seen);
+    const Vector2 edge = place - before_place;
+    const double from_nearest = cross(before_place - nearest, edge);
+    const double from_seen = cross(seen - before_place, edge);
     if (!(from_nearest > 0.0 && from_seen > 0.0)) {
       continue;
     }
     const double t = from_nearest / (from_nearest + from_seen);
-    const PlanePoint away{seen.x - nearest.x, seen.y - nearest.y};
+    const Vector2 away = seen - nearest, to_a = before_place - nearest, to_b = place - nearest;
     const double squared = dot(away, away);
-    const PlanePoint to_a{before_place.x - nearest.x, before_place.y - nearest.y};
-    const PlanePoint to_b{place.x - nearest.x, place.y - nearest.y};
     if (squared >= dot(to_a, to_a) && squared >= dot(to_b, to_b)) {
       continue;  // both ends will know before it, and tell
     }
-    const PlanePoint crossing{nearest.x + t * away.x, nearest.y + t * away.y};
-    const double along =
-        dot({crossing.x - before_place.x, crossing.y - before_place.y}, edge) / dot(edge, edge);
+    const Vector2 crossing = nearest + t * away;
+    const double along = dot(crossing - before_place, edge) / dot(edge, edge);
     const bool bends_here = is_past && cross(nearest, crossing) < 0.0;
     if (!(along >= 0.0 && along <= 1.0) || bends_here || hiding(crossing, nearest) != nullptr) {
       continue;
@@ -76,18 +62,9 @@ void ObstacleDistance::Spread::offerAcross(std::size_t before, PlanePoint before
     // Only to what is farther: see the order in which distances follow from each other.
     if (distance >= above(distance_) && isBetter(distance, v, b, a)) {
       // As seen from there: the x axis points to b, the y axis to where a is.
-      const PlanePoint axis{place.x - seen.x, place.y - seen.y};
-      const double scale = 1.0 / std::sqrt(dot(axis, axis));
-      const PlanePoint u{scale * axis.x, scale * axis.y};
-      const auto x = [&](PlanePoint p) {
-        return static_cast<float>((p.x - seen.x) * u.x + (p.y - seen.y) * u.y);
-      };
-      const auto y = [&](PlanePoint p) {
-        return static_cast<float>(u.x * (p.y - seen.y) - u.y * (p.x - seen.x));
-      };
-      take(v, distance,
-           {static_cast<float>(piece_.offset), x(piece_.a), y(piece_.a), x(piece_.b), y(piece_.b),
-            b, a});
+      const Vector2 axis = place - seen, u = 1.0 / norm(axis) * axis;
+      const auto asSeen = [&](Vector2 p) { return Vector2{dot(p - seen, u), cross(u, p - seen)}; };
+      take(v, distance, sourceOf(piece_.offset, asSeen(piece_.a), asSeen(piece_.b), b, a));
     }
   }
 }
@@ -110,20 +87,20 @@ void ObstacleDistance::Spread::passAcrossFromLethal()
     const FrontFan::Turn by = FrontFan::turn(nodes[a], nodes[b]);
     for (const bool from_a : {true, false}) {
       const std::size_t before = from_a ? a : b, k = from_a ? b : a;
-      const PlanePoint before_place{nodes[before].length, 0.0};
-      const PlanePoint place{nodes[k].length * by.cosine, nodes[k].length * by.sine};
+      const Vector2 before_place{nodes[before].length, 0.0};
+      const Vector2 place{nodes[k].length * by.cosine, nodes[k].length * by.sine};
       piece_ = {};
       bounds_.clear();
       bounds_.push_back({{1.0, 0.0}, nodes[before].length, {}});
       // The walk goes away from there, so mirrored; the way must not leave the fan in between.
       fan_.walk(before, k, false, [&](const FanStep& step) {
         const FrontFan::Node& node = nodes[step.node];
-        if (step.direction.y < 0.0) {
+        if (step.direction[1] < 0.0) {
           return false;
         }
-        const PlanePoint direction{step.direction.x, -step.direction.y};
+        const Vector2 direction{step.direction[0], -step.direction[1]};
         if (owner_.lethal_[node.vertex] != 0) {
-          piece_.b = {node.length * direction.x, node.length * direction.y};
+          piece_.b = {node.length * direction[0], node.length * direction[1]};
           return false;
         }
         bounds_.push_back({direction, node.length, {}});
@@ -135,8 +112,8 @@ void ObstacleDistance::Spread::passAcrossFromLethal()
 }
 
 /// The distance, or what follows from that of this vertex and the node k where that is more.
-double ObstacleDistance::Spread::atLeastAcross(double distance, std::size_t k, PlanePoint place,
-                                               PlanePoint seen) const
+double ObstacleDistance::Spread::atLeastAcross(double distance, std::size_t k, Vector2 place,
+                                               Vector2 seen) const
 {
   const FrontFan::Node& node = fan_.nodes()[k];
   if (!isKnown(node.vertex) || !(node.length > 0.0)) {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 #include <tuple>
 
+#include "base/require.h"
 #include "distance/obstacles/obstacle_spread.h"
 
 namespace mesh_map {
@@ -25,17 +25,13 @@ ObstacleDistance::ObstacleDistance(std::shared_ptr<const FrontMesh> mesh, float 
       source_(mesh_->vertexCount(), Source{}),
       stamps_(mesh_->vertexCount())
 {
-  if (!(max_distance > 0.0f)) {
-    throw std::invalid_argument("the maximum distance has to be above 0");
-  }
+  require(max_distance > 0.0f, "the maximum distance has to be above 0");
 }
 
 bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic<bool>* cancel,
                                unsigned threads)
 {
-  if (lethal.size() != lethal_.size()) {
-    throw std::invalid_argument("there have to be as many lethal flags as vertices");
-  }
+  require(lethal.size() == lethal_.size(), "there have to be as many lethal flags as vertices");
   known_ = false;  // until it ends
   lethal_.assign(lethal.begin(), lethal.end());
   parallelFor(distance_.size(), 16384, threads, [&]() -> RangeBody {
@@ -77,7 +73,7 @@ void ObstacleDistance::seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint
 {
   if (!mesh_->isFan(lethal)) {
     const FrontFan::Node from = FrontFan::node(mesh_->position(lethal), mesh_->position(v), v);
-    const PlanePoint point{from.length, 0.0};
+    const Vector2 point{from.length, 0.0};
     offerSeed(v, lethal, side, point, point);
     if (side != v && side != lethal && lethal_[side] != 0) {
       const FrontFan::Node to =
@@ -90,10 +86,10 @@ void ObstacleDistance::seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint
   fan.gather(*mesh_, lethal);
   const std::size_t start = fan.find(v);
   const double length = fan.nodes()[start].length;
-  const PlanePoint a{length, 0.0};
+  const Vector2 a{length, 0.0};
   offerSeed(v, lethal, side, a, a);
   fan.walk(start, fan.find(side), true, [&](const FanStep& step) {
-    if (step.direction.x < 0.0 || step.direction.y < 0.0) {
+    if (step.direction[0] < 0.0 || step.direction[1] < 0.0) {
       return false;
     }
     const FrontFan::Node& node = fan.nodes()[step.node];
@@ -101,61 +97,54 @@ void ObstacleDistance::seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint
       return true;
     }
     offerSeed(v, lethal, side, a,
-              {length - node.length * step.direction.x, node.length * step.direction.y});
+              {length - node.length * step.direction[0], node.length * step.direction[1]});
     return false;
   });
 }
 
-void ObstacleDistance::offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side,
-                                 PlanePoint a, PlanePoint b)
+void ObstacleDistance::offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side, Vector2 a,
+                                 Vector2 b)
 {
-  const PlanePoint nearest = nearestOnSegment(a, b, {0.0, 0.0});
-  const float distance =
-      std::max(above(0.0f), static_cast<float>(std::sqrt(dot(nearest, nearest))));
+  const Vector2 nearest = nearestOnSegment(a, b, {0.0, 0.0});
+  const float distance = std::max(above(0.0f), static_cast<float>(norm(nearest)));
   const Source& known = source_[v];
   const bool is_tie = distance == distance_[v];
   // At the same distance an edge is better than a point of it: it is as near to all others.
-  const bool is_point = a.x == b.x && a.y == b.y;
+  const bool is_point = a == b;
   const bool known_point = known.ax == known.bx && known.ay == known.by;
   if (distance > max_distance_ || distance > distance_[v] ||
       (is_tie && std::tie(is_point, axis, side) >= std::tie(known_point, known.axis, known.side))) {
     return;
   }
   distance_[v] = distance;
-  source_[v] = {0.0f,
-                static_cast<float>(a.x),
-                static_cast<float>(a.y),
-                static_cast<float>(b.x),
-                static_cast<float>(b.y),
-                axis,
-                side};
+  source_[v] = sourceOf(0.0, a, b, axis, side);
 }
 
-std::array<double, 3> ObstacleDistance::sourceDirection(std::uint32_t v) const
+ObstacleDistance::Source ObstacleDistance::sourceOf(double offset, const Vector2& a,
+                                                    const Vector2& b, std::uint32_t axis,
+                                                    std::uint32_t side)
+{
+  return {static_cast<float>(offset),
+          static_cast<float>(a[0]),
+          static_cast<float>(a[1]),
+          static_cast<float>(b[0]),
+          static_cast<float>(b[1]),
+          axis,
+          side};
+}
+
+Vector3 ObstacleDistance::sourceDirection(std::uint32_t v) const
 {
   const Source& source = source_[v];
-  const PlanePoint nearest =
+  const Vector2 nearest =
       nearestOnSegment({source.ax, source.ay}, {source.bx, source.by}, {0.0, 0.0});
-  const PackedPosition &o = mesh_->position(v), &p = mesh_->position(source.axis),
-                       &q = mesh_->position(source.side);
-  double x[3] = {double{p.x} - o.x, double{p.y} - o.y, double{p.z} - o.z};
-  double y[3] = {double{q.x} - o.x, double{q.y} - o.y, double{q.z} - o.z};
-  const double length = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-  double along = 0.0, height = 0.0;
-  for (unsigned i = 0; i < 3; ++i) {
-    x[i] = length > 0.0 ? x[i] / length : 0.0;
-    along += x[i] * y[i];
-  }
-  for (unsigned i = 0; i < 3; ++i) {
-    y[i] -= along * x[i];
-    height += y[i] * y[i];
-  }
-  height = std::sqrt(height);
-  std::array<double, 3> direction{};
-  for (unsigned i = 0; i < 3; ++i) {
-    direction[i] = -(nearest.x * x[i] + (height > 0.0 ? nearest.y * y[i] / height : 0.0));
-  }
-  return direction;
+  const Vector3 to_axis = between(mesh_->position(v), mesh_->position(source.axis)),
+                to_side = between(mesh_->position(v), mesh_->position(source.side));
+  const double length = norm(to_axis);
+  const Vector3 x = length > 0.0 ? to_axis / length : Vector3{};
+  const Vector3 y = to_side - dot(x, to_side) * x;
+  const double height = norm(y);
+  return -(nearest[0] * x + (height > 0.0 ? nearest[1] * y / height : Vector3{}));
 }
 
 std::array<float, 3> ObstacleDistance::direction(std::uint32_t v) const
@@ -163,10 +152,7 @@ std::array<float, 3> ObstacleDistance::direction(std::uint32_t v) const
   const auto isBetween = [this](std::uint32_t u) {
     return distance_[u] > 0.0f && distance_[u] < INFINITE;
   };
-  const auto norm = [](const std::array<double, 3>& d) {
-    return std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-  };
-  std::array<double, 3> sum{};
+  Vector3 sum{};
   if (isBetween(v)) {
     sum = sourceDirection(v);
   } else if (distance_[v] == 0.0f) {
@@ -174,11 +160,9 @@ std::array<float, 3> ObstacleDistance::direction(std::uint32_t v) const
          ++corner) {
       for (const std::uint32_t u : {corner->a, corner->b}) {
         if (isBetween(u)) {
-          const std::array<double, 3> one = sourceDirection(u);
+          const Vector3 one = sourceDirection(u);
           const double length = norm(one);
-          for (unsigned i = 0; i < 3 && length > 0.0; ++i) {
-            sum[i] += one[i] / length;
-          }
+          sum = length > 0.0 ? sum + one / length : sum;
         }
       }
     }

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_DISTANCE_H
-#define MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_DISTANCE_H
+#pragma once
 
 #include <mesh_map/base/large_array.h>
 #include <mesh_map/distance/fast_marching/front_mesh.h>
@@ -11,19 +10,21 @@
 #include <memory>
 #include <vector>
 
+#include "base/vector3.h"
+
 namespace mesh_map {
 
 class FrontFan;
-struct PlanePoint;
 
 /// Distances along the surface from obstacles: lethal vertices, edges between two of them, and
 /// faces between three.
 ///
 /// A front carries with each vertex not only how far the obstacle is, but also which piece of it
 /// (a point or an edge) is nearest, and where that lies when the faces in between are unfolded into
-/// a plane. So a front that comes from an edge stays straight, one that comes from a corner stays
-/// round. Where the way has to bend, at a border or between faces that form a saddle, the vertex
-/// there becomes the source.
+/// a plane (J. Mitchell, D. Mount, C. Papadimitriou: The Discrete Geodesic Problem, 1987). So a
+/// front that comes from an edge stays straight, one that comes from a corner stays round. Where
+/// the way has to bend, at a border or between faces that form a saddle, the vertex there becomes
+/// the source.
 ///
 /// A vertex hears of the obstacle from neighbors that are nearer to it, and, where its corner of a
 /// face is obtuse, also from the vertex across the opposite edge, since both ends of that edge may
@@ -78,8 +79,7 @@ class ObstacleDistance
 
   void seed(std::uint32_t v, FrontFan& fan);
   void seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side, FrontFan& fan);
-  void offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side, PlanePoint a,
-                 PlanePoint b);
+  void offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side, Vector2 a, Vector2 b);
   bool solveParts(const std::atomic<bool>* cancel, unsigned threads);
   bool solveRegion(std::size_t most, std::vector<std::uint32_t>& changed);
   std::vector<std::uint32_t> computeAnew(ArrayView<std::uint8_t> lethal);
@@ -93,7 +93,9 @@ class ObstacleDistance
   std::uint8_t newStamps(std::size_t count);
   /// What has changed is rarely within three edges of the end of this, and so is solved only once.
   double reach() const { return 1.05 * max_distance_ + 4.5 * mesh_->meanEdge(); }
-  std::array<double, 3> sourceDirection(std::uint32_t v) const;
+  static Source sourceOf(double offset, const Vector2& a, const Vector2& b, std::uint32_t axis,
+                         std::uint32_t side);
+  Vector3 sourceDirection(std::uint32_t v) const;
 
   std::shared_ptr<const FrontMesh> mesh_;
   float max_distance_;
@@ -111,5 +113,3 @@ class ObstacleDistance
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_DISTANCE_H

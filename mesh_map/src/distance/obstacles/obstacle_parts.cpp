@@ -74,13 +74,9 @@ bool ObstacleDistance::solveParts(const std::atomic<bool>* cancel, unsigned thre
       std::min({static_cast<std::size_t>(resolveThreads(threads)), MAX_PARTS, count / MIN_PART}));
   const Cuts cuts(*mesh_, parts);
   const std::uint8_t first = newStamps(parts);
-  parallelFor(count, 16384, threads, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        stamps_[v] = static_cast<std::uint8_t>(
-            first + cuts.part(mesh_->position(static_cast<std::uint32_t>(v))));
-      }
-    };
+  parallelEach(count, 16384, threads, [&](std::size_t v) {
+    stamps_[v] = static_cast<std::uint8_t>(
+        first + cuts.part(mesh_->position(static_cast<std::uint32_t>(v))));
   });
   // Each part as if there were nothing else ...
   std::atomic<bool> is_done{true};

@@ -20,9 +20,10 @@
 #include <limits>
 #include <numeric>
 #include <queue>
-#include <stdexcept>
 #include <utility>
 
+#include "base/require.h"
+#include "base/unique.h"
 #include "distance/obstacles/obstacle_spread.h"
 
 namespace mesh_map {
@@ -30,21 +31,12 @@ namespace {
 
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
-double edgeLength(const FrontMesh& mesh, std::uint32_t u, std::uint32_t v)
-{
-  const PackedPosition &p = mesh.position(u), &q = mesh.position(v);
-  const double x = double{p.x} - q.x, y = double{p.y} - q.y, z = double{p.z} - q.z;
-  return std::sqrt(x * x + y * y + z * z);
-}
-
 }  // namespace
 
 std::vector<std::uint32_t> ObstacleDistance::update(ArrayView<std::uint8_t> lethal,
                                                     double most_share)
 {
-  if (lethal.size() != lethal_.size()) {
-    throw std::invalid_argument("there have to be as many lethal flags as vertices");
-  }
+  require(lethal.size() == lethal_.size(), "there have to be as many lethal flags as vertices");
   std::vector<std::uint32_t> changed;
   if (!known_) {
     compute(lethal);
@@ -150,11 +142,7 @@ void ObstacleDistance::runRegion()
       }
     });
   }
-  const auto unique = [&starts]() {
-    std::sort(starts.begin(), starts.end());
-    starts.erase(std::unique(starts.begin(), starts.end()), starts.end());
-  };
-  unique();
+  makeUnique(starts);
   const std::size_t next_to_it = starts.size();
   for (std::size_t i = 0; i < next_to_it; ++i) {  // what is across an edge is two edges off
     forNeighbors(*mesh_, starts[i], [&](std::uint32_t u) {
@@ -164,7 +152,7 @@ void ObstacleDistance::runRegion()
     });
   }
   starts.insert(starts.end(), region_.begin(), region_.end());
-  unique();
+  makeUnique(starts);
   Spread spread(*this, stamp_, true);
   for (const std::uint32_t v : starts) {
     if (passesOn(v)) {
@@ -243,7 +231,8 @@ bool ObstacleDistance::growRegion(const std::vector<std::uint32_t>& from, double
       addToRegion(place.second);
       forNeighbors(*mesh_, place.second, [&](std::uint32_t u) {
         if (lengths_[u] > place.first) {
-          come(u, place.first + edgeLength(*mesh_, place.second, u));
+          const Vector3 edge = between(mesh_->position(place.second), mesh_->position(u));
+          come(u, place.first + norm(edge));
         }
       });
     }
@@ -258,8 +247,7 @@ bool ObstacleDistance::growRegion(const std::vector<std::uint32_t>& from, double
       addToRegion(v);
       forNeighbors(*mesh_, v, [&next](std::uint32_t u) { next.push_back(u); });
     }
-    std::sort(next.begin(), next.end());
-    next.erase(std::unique(next.begin(), next.end()), next.end());
+    makeUnique(next);
     last = next;
   }
   std::for_each(last.begin(), last.end(), [this](std::uint32_t v) { addToRegion(v); });

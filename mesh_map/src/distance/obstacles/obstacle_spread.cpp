@@ -104,8 +104,8 @@ void ObstacleDistance::Spread::spread(std::uint32_t vertex)
   const std::size_t axis = fan_.find(source.axis), side = fan_.find(source.side);
   piece_ = {{source.ax, source.ay}, {source.bx, source.by}, source.offset};
   look(axis, side, true);
-  piece_.a.y = -piece_.a.y;
-  piece_.b.y = -piece_.b.y;
+  piece_.a[1] = -piece_.a[1];
+  piece_.b[1] = -piece_.b[1];
   look(axis, side, false);
   for (std::size_t k = 0; k < nodes.size(); ++k) {
     if (seen_[k] == 0 && isOpen(nodes[k].vertex)) {
@@ -127,29 +127,28 @@ bool ObstacleDistance::Spread::hasOpenNeighbor() const
 
 void ObstacleDistance::Spread::look(std::size_t axis, std::size_t side, bool toward)
 {
-  const PlanePoint left = cross(piece_.a, piece_.b) > 0.0 ? piece_.b : piece_.a;
-  const double straight = STRAIGHT * std::sqrt(dot(left, left));
+  const Vector2 left = cross(piece_.a, piece_.b) > 0.0 ? piece_.b : piece_.a;
+  const double straight = STRAIGHT * norm(left);
   // Has the walk come past the direction to the obstacle (but not yet half a turn beyond it)?
-  bool is_past = left.y <= 0.0;
+  bool is_past = left[1] <= 0.0;
   bounds_.clear();
-  PlanePoint before{fan_.nodes()[axis].length, 0.0};
+  Vector2 before{fan_.nodes()[axis].length, 0.0};
   fan_.walk(axis, side, toward, [&](const FanStep& step) {
     const double past = cross(left, step.direction);
     if (is_past && past < -straight) {
       return false;  // the way to what follows goes round the other side, or bends here
     }
     const FrontFan::Node& node = fan_.nodes()[step.node];
-    const PlanePoint place{node.length * step.direction.x, node.length * step.direction.y};
+    const Vector2 place = node.length * step.direction;
     if (!across_.empty()) {  // in a fan: the node before this one is the last one that was seen
       offerAcross(step.before, before, step.node, place, is_past);
       before = place;
     }
     is_past = past >= 0.0 || (is_past && past >= -straight);
-    const PlanePoint nearest = nearestOnSegment(piece_.a, piece_.b, place);
+    const Vector2 nearest = nearestOnSegment(piece_.a, piece_.b, place);
     if (isOpen(node.vertex)) {
       const double sideways = cross(nearest, step.direction);
-      const bool passes_here =
-          is_past && sideways < 0.0 && sideways < -STRAIGHT * std::sqrt(dot(nearest, nearest));
+      const bool passes_here = is_past && sideways < 0.0 && sideways < -STRAIGHT * norm(nearest);
       if (!passes_here) {
         const Bound* const bound = hiding(place, nearest);
         if (bound == nullptr) {
@@ -168,16 +167,15 @@ void ObstacleDistance::Spread::look(std::size_t axis, std::size_t side, bool tow
 
 /// Where a way passes beyond a bound, seen from here, what it crosses there may be a hole: it has
 /// to bend at the bound.
-const ObstacleDistance::Spread::Bound* ObstacleDistance::Spread::hiding(PlanePoint place,
-                                                                        PlanePoint nearest) const
+const ObstacleDistance::Spread::Bound* ObstacleDistance::Spread::hiding(Vector2 place,
+                                                                        Vector2 nearest) const
 {
   for (const Bound& bound : bounds_) {
     const double to_place = cross(bound.direction, place);
     const double to_nearest = cross(nearest, bound.direction);
     if (to_place > 0.0 && to_nearest > 0.0) {  // the bound is between the two
       const double t = to_nearest / (to_place + to_nearest);
-      const PlanePoint crossing{nearest.x + t * (place.x - nearest.x),
-                                nearest.y + t * (place.y - nearest.y)};
+      const Vector2 crossing = nearest + t * (place - nearest);
       if (dot(crossing, bound.direction) > bound.length * (1.0 + STRAIGHT)) {
         return &bound;
       }
@@ -187,7 +185,7 @@ const ObstacleDistance::Spread::Bound* ObstacleDistance::Spread::hiding(PlanePoi
 }
 
 /// Vertices at a border, and such that do not see what is seen from here.
-void ObstacleDistance::Spread::addBound(const FanStep& step, PlanePoint place, PlanePoint nearest)
+void ObstacleDistance::Spread::addBound(const FanStep& step, Vector2 place, Vector2 nearest)
 {
   const FrontFan::Node& node = fan_.nodes()[step.node];
   const bool is_known = isKnown(node.vertex);
@@ -195,7 +193,7 @@ void ObstacleDistance::Spread::addBound(const FanStep& step, PlanePoint place, P
   if (!is_known && !is_border) {
     return;
   }
-  const PlanePoint away{place.x - nearest.x, place.y - nearest.y};
+  const Vector2 away = place - nearest;
   const double squared = dot(away, away), distance = owner_.distance_[node.vertex];
   const double farther = distance - piece_.offset - FARTHER_THAN_SEEN * node.length;
   if (is_border || (farther > 0.0 && farther * farther > squared)) {
@@ -211,7 +209,7 @@ double ObstacleDistance::Spread::atLeast(double distance, const FanStep& step) c
   if (!isKnown(before.vertex) || !(before.length > 0.0)) {
     return distance;
   }
-  const double x = node.x * before.x + node.y * before.y + node.z * before.z;
+  const double x = dot(node.direction, before.direction);
   const double y = std::sqrt(std::max(0.0, 1.0 - x * x));
   const double least = leastDistance(distance_, owner_.distance_[before.vertex], before.length,
                                      node.length * x, node.length * y);
@@ -219,13 +217,11 @@ double ObstacleDistance::Spread::atLeast(double distance, const FanStep& step) c
 }
 
 /// The way there leads straight to a piece, or to where it bends; or it bends here.
-void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest,
+void ObstacleDistance::Spread::offerSeen(const FanStep& step, Vector2 place, Vector2 nearest,
                                          const Piece& piece)
 {
   const FrontFan::Node& node = fan_.nodes()[step.node];
-  const PlanePoint away{place.x - nearest.x, place.y - nearest.y};
-  const auto straight =
-      static_cast<float>(atLeast(piece.offset + std::sqrt(dot(away, away)), step));
+  const auto straight = static_cast<float>(atLeast(piece.offset + norm(place - nearest), step));
   const float bent = distance_ + static_cast<float>(node.length);
   if ((&piece != &piece_ && straight > bent) ||
       straight < distance_ - MUCH_NEARER * static_cast<float>(node.length)) {
@@ -236,16 +232,11 @@ void ObstacleDistance::Spread::offerSeen(const FanStep& step, PlanePoint place, 
   seen_[step.node] = 1;
   if (isBetter(distance, node.vertex, vertex_, before)) {
     // As seen from there: the x axis points here, the y axis to where the walk comes from.
-    const PlanePoint u = step.direction;
-    const auto x = [&](PlanePoint p) {
-      return static_cast<float>(-((p.x - place.x) * u.x + (p.y - place.y) * u.y));
-    };
-    const auto y = [&](PlanePoint p) {
-      return static_cast<float>((p.x - place.x) * u.y - (p.y - place.y) * u.x);
+    const auto asSeen = [&](Vector2 p) {
+      return Vector2{-dot(p - place, step.direction), cross(p - place, step.direction)};
     };
     take(node.vertex, distance,
-         {static_cast<float>(piece.offset), x(piece.a), y(piece.a), x(piece.b), y(piece.b), vertex_,
-          before});
+         sourceOf(piece.offset, asSeen(piece.a), asSeen(piece.b), vertex_, before));
   }
 }
 

@@ -1,11 +1,10 @@
-#ifndef MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_SPREAD_H
-#define MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_SPREAD_H
+#pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <vector>
 
+#include "distance/fast_marching/wave_front_triangle.h"
 #include "distance/obstacles/front_fan.h"
 #include "distance/obstacles/front_queue.h"
 #include "distance/obstacles/obstacle_distance.h"
@@ -16,11 +15,7 @@ namespace mesh_map {
 /// so that "nearer to the obstacle" is an order without ties along any way.
 inline float above(float distance)
 {
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &distance, sizeof(bits));
-  ++bits;
-  std::memcpy(&distance, &bits, sizeof(bits));
-  return distance;
+  return floatOf(bitsOf(distance) + 1);
 }
 
 /// Calls body(u) for the neighbors u of v; one may come several times.
@@ -34,16 +29,12 @@ void forNeighbors(const FrontMesh& mesh, std::uint32_t v, Body&& body)
 }
 
 /// The point of the segment from a to b that is nearest to p.
-inline PlanePoint nearestOnSegment(PlanePoint a, PlanePoint b, PlanePoint p)
+inline Vector2 nearestOnSegment(Vector2 a, Vector2 b, Vector2 p)
 {
-  const PlanePoint side{b.x - a.x, b.y - a.y};
+  const Vector2 side = b - a;
   const double squared = dot(side, side);
-  if (!(squared > 0.0)) {
-    return a;
-  }
-  const double t = dot({p.x - a.x, p.y - a.y}, side) / squared;
-  const double within = std::min(1.0, std::max(0.0, t));
-  return {a.x + within * side.x, a.y + within * side.y};
+  const double within = std::min(1.0, std::max(0.0, dot(p - a, side) / squared));
+  return squared > 0.0 ? a + within * side : a;
 }
 
 /// Where a way is shorter than two known distances allow, by this part of the edge, the surface is
@@ -55,11 +46,10 @@ constexpr double SHORTER_THAN_KNOWN = 0.02;
 /// (base, 0); 0 where the way does not cross the base.
 inline double leastDistance(double u, double v, double base, double x, double y)
 {
-  const double sx = 0.5 * (base * base + (u - v) * (u + v)) / base;
-  const double sy = std::sqrt(std::max(0.0, (u - sx) * (u + sx)));
-  const double crossing = sx * y + x * sy;
-  const bool crosses = crossing >= 0.0 && crossing <= base * (sy + y);
-  return crosses ? std::sqrt((x - sx) * (x - sx) + (y + sy) * (y + sy)) : 0.0;
+  WaveFrontSource source;
+  findSource(u, v, base, source);
+  const double along = x - source.along, height = y + source.depth;
+  return source.crosses(base, x, y) ? std::sqrt(along * along + height * height) : 0.0;
 }
 
 /// One run of a front over a part of the mesh: the vertices with its stamp. A vertex that has its
@@ -81,13 +71,13 @@ class ObstacleDistance::Spread
   /// A piece of the obstacle, or a vertex where the way to it bends, `offset` from it.
   struct Piece
   {
-    PlanePoint a, b;
+    Vector2 a, b;
     double offset;
   };
   /// A neighbor beyond which the obstacle cannot be seen, and the way from what lies behind.
   struct Bound
   {
-    PlanePoint direction;
+    Vector2 direction;
     double length;
     Piece piece;
   };
@@ -96,15 +86,21 @@ class ObstacleDistance::Spread
   void spread(std::uint32_t vertex);
   bool hasOpenNeighbor() const;
   void passAcrossFromLethal();
-  void offerAcross(std::size_t before, PlanePoint before_place, std::size_t k, PlanePoint place,
+  void offerAcross(std::size_t before, Vector2 before_place, std::size_t k, Vector2 place,
                    bool is_past);
   void look(std::size_t axis, std::size_t side, bool toward);
-  const Bound* hiding(PlanePoint place, PlanePoint nearest) const;
+  const Bound* hiding(Vector2 place, Vector2 nearest) const;
   void findAcross();
-  void addBound(const FanStep& step, PlanePoint place, PlanePoint nearest);
-  void offerSeen(const FanStep& step, PlanePoint place, PlanePoint nearest, const Piece& piece);
+  void addBound(const FanStep& step, Vector2 place, Vector2 nearest);
+  void offerSeen(const FanStep& step, Vector2 place, Vector2 nearest, const Piece& piece);
   double atLeast(double distance, const FanStep& step) const;
-  double atLeastAcross(double distance, std::size_t k, PlanePoint place, PlanePoint seen) const;
+  /// Of the side between two vertices.
+  double squaredLength(std::uint32_t a, std::uint32_t b) const
+  {
+    const Vector3 side = between(mesh_.position(a), mesh_.position(b));
+    return dot(side, side);
+  }
+  double atLeastAcross(double distance, std::size_t k, Vector2 place, Vector2 seen) const;
   void offerBent(std::size_t k);
 
   bool isInPart(std::uint32_t v) const { return owner_.stamps_[v] == stamp_; }
@@ -136,5 +132,3 @@ class ObstacleDistance::Spread
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_SRC_DISTANCE_OBSTACLES_OBSTACLE_SPREAD_H

@@ -149,10 +149,8 @@ void expectRight(const DijkstraField& field, const World& world, const Seeds& se
 {
   const std::vector<float> expected = world.distances(seeds.vertices, seeds.starts);
   const auto count = static_cast<std::uint32_t>(expected.size());
-  std::vector<float> potential(count);
-  std::vector<std::uint32_t> predecessors(count);
-  field.writePotential(potential.data());
-  field.writePredecessors(predecessors.data());
+  const std::vector<float> potential = field.potential();
+  const std::vector<std::uint32_t> predecessors = field.predecessors();
   for (std::uint32_t v = 0; v < count; ++v) {
     const bool is_known = expected[v] <= field.limit() && expected[v] < INF;
     ASSERT_EQ(potential[v], is_known ? expected[v] : INF) << "vertex " << v;

@@ -220,8 +220,7 @@ TEST(WaveFront, WhatIsFarIsNotReached)
   stop.max_distance = 0.8;
   ASSERT_TRUE(field->extend({}, stop));
   EXPECT_EQ(field->limit(), 0.8);
-  std::vector<float> potential(fronts.sample.size());
-  field->writePotential(potential.data());
+  const std::vector<float> potential = field->potential();
   const std::vector<double> all = fronts.solve(480);
   for (std::size_t v = 0; v < all.size(); ++v) {
     EXPECT_EQ(potential[v], all[v] <= 0.8 ? static_cast<float>(all[v]) : FAR);

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_FIELD_CHECKS_H
-#define MESH_MAP_TEST_FIELD_CHECKS_H
+#pragma once
 
 #include <mesh_map/paths/field_trace.h>
 
@@ -226,5 +225,3 @@ inline double pathLength(const mesh_map::FieldPath& path)
   }
   return length;
 }
-
-#endif  // MESH_MAP_TEST_FIELD_CHECKS_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_FRONT_CHECKS_H
-#define MESH_MAP_TEST_FRONT_CHECKS_H
+#pragma once
 
 #include <mesh_map/distance/fast_marching/front_mesh.h>
 #include <mesh_map/mesh/topology.h>
@@ -129,5 +128,3 @@ inline std::vector<std::uint8_t> randomMask(std::size_t size, double share, unsi
   std::generate(mask.begin(), mask.end(), [&]() { return chance(random) < share ? 1 : 0; });
   return mask;
 }
-
-#endif  // MESH_MAP_TEST_FRONT_CHECKS_H

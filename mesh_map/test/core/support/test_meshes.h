@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_TEST_MESHES_H
-#define MESH_MAP_TEST_TEST_MESHES_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -158,5 +157,3 @@ inline std::vector<TestMesh> testMeshes()
           far,     soup(3),         soup(1000), soup(500, 2.0f),
           cube(4), identical(1000), slivers(),  withGiant(soup(300))};
 }
-
-#endif  // MESH_MAP_TEST_TEST_MESHES_H

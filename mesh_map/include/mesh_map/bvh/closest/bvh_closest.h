@@ -1,10 +1,8 @@
-#ifndef MESH_MAP_BVH_CLOSEST_BVH_CLOSEST_H
-#define MESH_MAP_BVH_CLOSEST_BVH_CLOSEST_H
+#pragma once
 
 #include <mesh_map/bvh/closest/closest_point.h>
 #include <mesh_map/bvh/tree/bvh.h>
 
-#include <array>
 #include <limits>
 #include <vector>
 
@@ -27,16 +25,15 @@ struct ClosestOptions
 /// Answers for many points: one entry (three of the last two) per point, as in SurfaceHit.
 struct SurfaceHits
 {
+  SurfaceHits() = default;
+  explicit SurfaceHits(std::size_t count);
+  void set(std::size_t index, const SurfaceHit& hit);
+
   std::vector<std::uint32_t> faces;
   std::vector<double> distances;
   std::vector<double> positions;
   std::vector<double> barycentric;
 };
-
-/// Whether the normal of a triangle (9 floats) is within an angle of a unit direction, in double
-/// precision; 1e-12 radians more count as rounding. False for an angle or a direction that
-/// finds nothing below.
-bool normalWithin(const float* corners, const std::array<double, 3>& direction, double max_angle);
 
 /// The nearest point of the mesh. Of faces as near, the one of lowest index. A point, normal or
 /// distance that is not finite (a maximum distance of +inf excepted), or a normal of 0, finds
@@ -54,5 +51,3 @@ SurfaceHits closestPoints(const Bvh& bvh, ArrayView<double> points,
                           const ClosestOptions& options = {}, const BvhOptions& run = {});
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_CLOSEST_BVH_CLOSEST_H

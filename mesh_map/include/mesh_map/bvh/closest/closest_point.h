@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BVH_CLOSEST_CLOSEST_POINT_H
-#define MESH_MAP_BVH_CLOSEST_CLOSEST_POINT_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -38,5 +37,3 @@ VertexHit closestVertex(ArrayView<float> positions, ArrayView<std::uint8_t> elig
                         const double* point, double max_distance);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_CLOSEST_CLOSEST_POINT_H

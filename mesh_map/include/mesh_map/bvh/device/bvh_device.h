@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BVH_DEVICE_BVH_DEVICE_H
-#define MESH_MAP_BVH_DEVICE_BVH_DEVICE_H
+#pragma once
 
 #include <mesh_map/bvh/closest/bvh_closest.h>
 #include <mesh_map/bvh/rays/bvh_rays.h>
@@ -106,5 +105,3 @@ std::vector<std::uint32_t> finishSelection(const Bvh& bvh, const Region& region,
                                            const BvhOptions& run = {});
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_DEVICE_BVH_DEVICE_H

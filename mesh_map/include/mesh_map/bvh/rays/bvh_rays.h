@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BVH_RAYS_BVH_RAYS_H
-#define MESH_MAP_BVH_RAYS_BVH_RAYS_H
+#pragma once
 
 #include <mesh_map/bvh/tree/bvh.h>
 
@@ -50,6 +49,10 @@ struct RayBatch
 /// One entry (three of barycentric) per ray, as in RayHit.
 struct RayHits
 {
+  RayHits() = default;
+  explicit RayHits(std::size_t count);
+  void set(std::size_t index, const RayHit& hit);
+
   std::vector<std::uint32_t> faces;
   std::vector<double> distances;
   std::vector<double> barycentric;
@@ -113,5 +116,3 @@ std::vector<std::uint8_t> raysHitAny(const Bvh& bvh, const RayBatch& rays,
                                      const RayOptions& options = {}, const BvhOptions& run = {});
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_RAYS_BVH_RAYS_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BVH_SELECTION_BVH_SELECTION_H
-#define MESH_MAP_BVH_SELECTION_BVH_SELECTION_H
+#pragma once
 
 #include <mesh_map/bvh/rays/bvh_rays.h>
 #include <mesh_map/bvh/selection/region.h>
@@ -72,5 +71,3 @@ PixelRays frustumPixels(const ConvexRegion& frustum, const std::array<double, 3>
 PixelRays lassoPixels(const LassoRegion& lasso, std::size_t columns, std::size_t rows);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_SELECTION_BVH_SELECTION_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BVH_SELECTION_REGION_H
-#define MESH_MAP_BVH_SELECTION_REGION_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 
@@ -65,7 +64,7 @@ class SphereRegion final : public Region
   bool valid() const { return valid_; }
 
  private:
-  double distance(double x, double y, double z) const;
+  static double distance(const std::array<double, 3>& way);
 
   std::array<double, 3> center_;
   double radius_;
@@ -165,5 +164,3 @@ class LassoRegion final : public Region
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_SELECTION_REGION_H

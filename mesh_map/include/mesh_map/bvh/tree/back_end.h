@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BVH_TREE_BACK_END_H
-#define MESH_MAP_BVH_TREE_BACK_END_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -35,5 +34,3 @@ std::uint64_t queryCount(BackEnd back_end, Query query);
 std::size_t deviceThreshold(Query query, bool device_is_gpu);
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_TREE_BACK_END_H

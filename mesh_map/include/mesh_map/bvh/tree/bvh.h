@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BVH_TREE_BVH_H
-#define MESH_MAP_BVH_TREE_BVH_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
@@ -72,5 +71,3 @@ class Bvh
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_TREE_BVH_H

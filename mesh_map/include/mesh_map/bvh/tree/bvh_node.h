@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_BVH_TREE_BVH_NODE_H
-#define MESH_MAP_BVH_TREE_BVH_NODE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -49,5 +48,3 @@ inline bool isLeaf(std::uint32_t child)
 }
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_BVH_TREE_BVH_NODE_H

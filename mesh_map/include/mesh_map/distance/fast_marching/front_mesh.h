@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_DISTANCE_FAST_MARCHING_FRONT_MESH_H
-#define MESH_MAP_DISTANCE_FAST_MARCHING_FRONT_MESH_H
+#pragma once
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
@@ -102,5 +101,3 @@ class FrontMesh
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_DISTANCE_FAST_MARCHING_FRONT_MESH_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_DISTANCE_FAST_MARCHING_WAVE_FRONT_H
-#define MESH_MAP_DISTANCE_FAST_MARCHING_WAVE_FRONT_H
+#pragma once
 
 #include <mesh_map/distance/fast_marching/front_mesh.h>
 
@@ -54,7 +53,8 @@ class WaveFrontPool
 };
 
 /// Fast marching over the surface of any triangle soup: a front from a point, across faces, that
-/// may stop, go on, and be mended after changes of costs.
+/// may stop, go on, and be mended after changes of costs. Its potential T solves the eikonal
+/// equation |grad T| = slowness.
 ///
 /// From the labels of two corners of a triangle follows where the source lies when all that is
 /// between is unfolded into its plane; what is beyond their side gets its distance from there, if
@@ -109,8 +109,8 @@ class WaveFrontField
   /// +inf where not reached. Values above the limit are not final.
   ArrayView<double> labels() const;
 
-  /// Writes one float per vertex: the label where it is final, else +inf.
-  void writePotential(float* potential, unsigned threads = 1) const;
+  /// For each vertex the label where it is final, else +inf.
+  std::vector<float> potential() const;
 
  private:
   void checkSlowness(ArrayView<float> slowness, ArrayView<std::uint32_t> changed) const;
@@ -129,5 +129,3 @@ class WaveFrontField
 };
 
 }  // namespace mesh_map
-
-#endif  // MESH_MAP_DISTANCE_FAST_MARCHING_WAVE_FRONT_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_CLOSEST_CHECKS_H
-#define MESH_MAP_TEST_CLOSEST_CHECKS_H
+#pragma once
 
 #include <mesh_map/bvh/closest/bvh_closest.h>
 
@@ -11,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bvh/closest/normal_filter.h"
 #include "core/support/test_meshes.h"
 
 using Point = std::array<double, 3>;
@@ -18,6 +18,13 @@ using Point = std::array<double, 3>;
 inline bool isFinite(const Point& point)
 {
   return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
+}
+
+/// Whether the normal of a triangle (9 floats) is within an angle of a unit direction.
+inline bool normalWithin(const float* corners, const Point& direction, double max_angle)
+{
+  const mesh_map::NormalFilter filter(direction, max_angle);
+  return filter.valid() && filter(corners);
 }
 
 /// The closest point by looking at every face in turn. A normal has length 1.
@@ -30,8 +37,7 @@ inline mesh_map::SurfaceHit lookAtEveryFace(const TestMesh& mesh, const Point& p
   best.distance = max_distance;
   for (std::size_t f = 0; f < mesh.faceCount() && isFinite(point); ++f) {
     if ((!mask.empty() && mask[f] == 0) ||
-        (normal != nullptr &&
-         !mesh_map::normalWithin(mesh.corners(f).data(), *normal, max_angle))) {
+        (normal != nullptr && !normalWithin(mesh.corners(f).data(), *normal, max_angle))) {
       continue;
     }
     mesh_map::SurfaceHit hit = mesh_map::closestPointOnTriangle(
@@ -108,5 +114,3 @@ inline std::vector<Point> pointsAround(const TestMesh& mesh, std::size_t of_each
   points.push_back({0.5, 0.5, 0.5});  // the middle of the cube: six sides are as near
   return points;
 }
-
-#endif  // MESH_MAP_TEST_CLOSEST_CHECKS_H

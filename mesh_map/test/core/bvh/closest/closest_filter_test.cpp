@@ -4,7 +4,6 @@
 using mesh_map::Bvh;
 using mesh_map::ClosestOptions;
 using mesh_map::NO_INDEX;
-using mesh_map::normalWithin;
 
 namespace {
 

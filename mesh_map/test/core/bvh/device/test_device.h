@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_TEST_DEVICE_H
-#define MESH_MAP_TEST_TEST_DEVICE_H
+#pragma once
 
 #define CL_TARGET_OPENCL_VERSION 120
 #define CL_HPP_TARGET_OPENCL_VERSION 120
@@ -177,5 +176,3 @@ class DeviceMesh
   const mesh_map::Bvh& bvh_;
   cl::Buffer nodes_, corners_;
 };
-
-#endif  // MESH_MAP_TEST_TEST_DEVICE_H

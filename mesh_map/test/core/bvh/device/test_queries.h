@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_TEST_QUERIES_H
-#define MESH_MAP_TEST_TEST_QUERIES_H
+#pragma once
 
 #include <mesh_map/bvh/selection/region.h>
 
@@ -174,5 +173,3 @@ struct TestQueries
   const TestMesh& mesh_;
   std::mt19937 random_;
 };
-
-#endif  // MESH_MAP_TEST_TEST_QUERIES_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_RAY_CHECKS_H
-#define MESH_MAP_TEST_RAY_CHECKS_H
+#pragma once
 
 #include <mesh_map/bvh/rays/bvh_rays.h>
 
@@ -95,5 +94,3 @@ inline std::size_t expectAsAllFaces(const TestMesh& mesh, const mesh_map::Bvh& b
   }
   return count;
 }
-
-#endif  // MESH_MAP_TEST_RAY_CHECKS_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_RAY_SAMPLES_H
-#define MESH_MAP_TEST_RAY_SAMPLES_H
+#pragma once
 
 #include <mesh_map/bvh/rays/bvh_rays.h>
 
@@ -262,5 +261,3 @@ class RaySamples
   std::mt19937 random_;
   Point lower_{1e300, 1e300, 1e300}, upper_{-1e300, -1e300, -1e300};
 };
-
-#endif  // MESH_MAP_TEST_RAY_SAMPLES_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_REGION_TRIANGLES_H
-#define MESH_MAP_TEST_REGION_TRIANGLES_H
+#pragma once
 
 #include <mesh_map/bvh/closest/closest_point.h>
 #include <mesh_map/bvh/selection/region.h>
@@ -92,5 +91,3 @@ inline mesh_map::Side check(const mesh_map::Region& region, const Triangle& tria
   }
   return side;
 }
-
-#endif  // MESH_MAP_TEST_REGION_TRIANGLES_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_REGIONS_H
-#define MESH_MAP_TEST_REGIONS_H
+#pragma once
 
 #include <mesh_map/bvh/selection/bvh_selection.h>
 #include <mesh_map/bvh/selection/region.h>
@@ -262,5 +261,3 @@ inline std::vector<NamedRegion> regionsFor(const TestMesh& mesh, unsigned seed, 
   add("lasso of a point", LassoRegion({{0, 0}, {0, 0}, {0, 0}}, orthographic(size, -9e9, 9e9)));
   return regions;
 }
-
-#endif  // MESH_MAP_TEST_REGIONS_H

@@ -1,5 +1,4 @@
-#ifndef MESH_MAP_TEST_BVH_CHECKS_H
-#define MESH_MAP_TEST_BVH_CHECKS_H
+#pragma once
 
 #include <mesh_map/bvh/tree/bvh.h>
 
@@ -163,5 +162,3 @@ inline bool sameTree(const mesh_map::Bvh& a, const mesh_map::Bvh& b)
          same(a.faces(), b.faces()) && same(a.center(), b.center()) && same(a.lower(), b.lower()) &&
          same(a.upper(), b.upper());
 }
-
-#endif  // MESH_MAP_TEST_BVH_CHECKS_H
