@@ -40,10 +40,27 @@ constexpr int DISTANCE = 8;
 class LegendRow : public Ogre::FrameListener
 {
  public:
-  static LegendRow& instance();
+  static LegendRow& instance()
+  {
+    static LegendRow row;
+    return row;
+  }
 
-  void add(LegendPanel* panel);
-  void remove(LegendPanel* panel);
+  void add(LegendPanel* panel)
+  {
+    if (panels_.empty()) {
+      Ogre::Root::getSingleton().addFrameListener(this);
+    }
+    panels_.push_back(panel);
+  }
+
+  void remove(LegendPanel* panel)
+  {
+    panels_.erase(std::remove(panels_.begin(), panels_.end(), panel), panels_.end());
+    if (panels_.empty() && Ogre::Root::getSingletonPtr()) {
+      Ogre::Root::getSingleton().removeFrameListener(this);
+    }
+  }
 
   /// Before each frame that RViz draws; @return true, which goes on.
   bool frameStarted(const Ogre::FrameEvent& event) override;
@@ -60,24 +77,118 @@ class LegendPanel
 {
  public:
   /// @throw std::runtime_error where OGRE has no overlays
-  explicit LegendPanel(LegendContent content);
-  ~LegendPanel();
+  explicit LegendPanel(LegendContent content) : content_(std::move(content))
+  {
+    Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr();
+    if (!manager) {
+      throw std::runtime_error("OGRE has been set up without overlays");
+    }
+    try {
+      material_ = createPictureMaterial("Legend material");
+      element_ = static_cast<Ogre::OverlayContainer*>(
+          manager->createOverlayElement("Panel", uniqueName("Legend panel")));
+      element_->setMetricsMode(Ogre::GMM_PIXELS);
+      element_->setHorizontalAlignment(Ogre::GHA_RIGHT);
+      element_->setMaterialName(material_->getName());
+      overlay_ = manager->create(uniqueName("Legend"));
+      overlay_->setZOrder(Z_ORDER);
+      overlay_->add2D(element_);
+      LegendRow::instance().add(this);
+    } catch (...) {
+      destroy();
+      throw;
+    }
+  }
+
+  ~LegendPanel()
+  {
+    LegendRow::instance().remove(this);
+    destroy();
+  }
+
   LegendPanel(const LegendPanel&) = delete;
   LegendPanel& operator=(const LegendPanel&) = delete;
 
   const LegendContent& content() const { return content_; }
-  void setContent(const LegendContent& content);
+
+  void setContent(const LegendContent& content)
+  {
+    content_ = content;
+    drawn_height_ = 0;
+  }
 
   /// Draws it where there is room, in pixels. Throws nothing.
   /// @param height of the legend where @a ratio, of pixels to those of the screen, is 1
   /// @param right from the right side of the view to that of the legend; of the next one after that
-  void place(int height, double ratio, int view_width, int view_height, int& right);
+  void place(int height, double ratio, int view_width, int view_height, int& right)
+  {
+    bool fits = false;
+    try {
+      has_room_ = height >= LEAST_LEGEND_HEIGHT;
+      if (has_room_ && (drawn_height_ != height || drawn_ratio_ != ratio)) {
+        error_.clear();
+        drawn_height_ = height;
+        drawn_ratio_ = ratio;
+        setPicture(drawLegend(content_, height, ratio));
+      }
+      has_room_ = has_room_ && right + width_ <= view_width;
+      fits = has_room_ && error_.empty();
+    } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
+      error_ = error.what();
+    }
+    if (fits) {
+      element_->setPosition(static_cast<float>(-right - width_),
+                            static_cast<float>((view_height - height_) / 2));
+      right += width_ + static_cast<int>(DISTANCE * ratio);
+      overlay_->show();
+    } else {
+      overlay_->hide();
+    }
+  }
 
-  std::string error() const;
+  std::string error() const
+  {
+    return error_.empty() && !has_room_ ? "the 3D view is too small for it" : error_;
+  }
 
  private:
-  void destroy();
-  void setPicture(const QImage& picture);
+  void destroy()
+  {
+    if (Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr()) {
+      if (overlay_) {
+        manager->destroy(overlay_);
+      }
+      if (element_) {
+        manager->destroyOverlayElement(element_);
+      }
+    }
+    removeResource(Ogre::MaterialManager::getSingleton(), material_);
+    removeResource(Ogre::TextureManager::getSingleton(), texture_);
+  }
+
+  /// @param picture format ARGB32
+  void setPicture(const QImage& picture)
+  {
+    if (!isSet(texture_) || picture.width() != width_ || picture.height() != height_) {
+      Ogre::Pass* pass = material_->getTechnique(0)->getPass(0);
+      pass->removeAllTextureUnitStates();
+      removeResource(Ogre::TextureManager::getSingleton(), texture_);
+      width_ = picture.width();
+      height_ = picture.height();
+      texture_ = Ogre::TextureManager::getSingleton().createManual(
+          uniqueName("Legend texture"), Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME,
+          Ogre::TEX_TYPE_2D, static_cast<Ogre::uint>(width_), static_cast<Ogre::uint>(height_), 0,
+          Ogre::PF_A8R8G8B8, Ogre::TU_STATIC_WRITE_ONLY);
+      Ogre::TextureUnitState* unit = pass->createTextureUnitState(texture_->getName());
+      unit->setTextureFiltering(Ogre::TFO_NONE);
+      unit->setTextureAddressingMode(Ogre::TextureUnitState::TAM_CLAMP);
+      element_->setDimensions(static_cast<float>(width_), static_cast<float>(height_));
+    }
+    // Rows of this format are never padded. OGRE only reads.
+    const Ogre::PixelBox box(static_cast<Ogre::uint32>(width_), static_cast<Ogre::uint32>(height_),
+                             1, Ogre::PF_A8R8G8B8, const_cast<uchar*>(picture.constBits()));
+    texture_->getBuffer()->blitFromMemory(box);
+  }
 
   LegendContent content_;
   Ogre::TexturePtr texture_;
@@ -91,135 +202,6 @@ class LegendPanel
   std::string error_;  ///< why it could not be drawn; it is not tried again with the same content
   bool has_room_ = true;
 };
-
-LegendPanel::LegendPanel(LegendContent content) : content_(std::move(content))
-{
-  Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr();
-  if (!manager) {
-    throw std::runtime_error("OGRE has been set up without overlays");
-  }
-  try {
-    material_ = createPictureMaterial("Legend material");
-    element_ = static_cast<Ogre::OverlayContainer*>(
-        manager->createOverlayElement("Panel", uniqueName("Legend panel")));
-    element_->setMetricsMode(Ogre::GMM_PIXELS);
-    element_->setHorizontalAlignment(Ogre::GHA_RIGHT);
-    element_->setMaterialName(material_->getName());
-    overlay_ = manager->create(uniqueName("Legend"));
-    overlay_->setZOrder(Z_ORDER);
-    overlay_->add2D(element_);
-    LegendRow::instance().add(this);
-  } catch (...) {
-    destroy();
-    throw;
-  }
-}
-
-LegendPanel::~LegendPanel()
-{
-  LegendRow::instance().remove(this);
-  destroy();
-}
-
-void LegendPanel::destroy()
-{
-  if (Ogre::OverlayManager* manager = Ogre::OverlayManager::getSingletonPtr()) {
-    if (overlay_) {
-      manager->destroy(overlay_);
-    }
-    if (element_) {
-      manager->destroyOverlayElement(element_);
-    }
-  }
-  overlay_ = nullptr;
-  element_ = nullptr;
-  removeResource(Ogre::MaterialManager::getSingleton(), material_);
-  removeResource(Ogre::TextureManager::getSingleton(), texture_);
-}
-
-void LegendPanel::setPicture(const QImage& picture)
-{
-  if (!isSet(texture_) || picture.width() != width_ || picture.height() != height_) {
-    Ogre::Pass* pass = material_->getTechnique(0)->getPass(0);
-    pass->removeAllTextureUnitStates();
-    removeResource(Ogre::TextureManager::getSingleton(), texture_);
-    width_ = picture.width();
-    height_ = picture.height();
-    texture_ = Ogre::TextureManager::getSingleton().createManual(
-        uniqueName("Legend texture"), Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME,
-        Ogre::TEX_TYPE_2D, static_cast<Ogre::uint>(width_), static_cast<Ogre::uint>(height_), 0,
-        Ogre::PF_A8R8G8B8, Ogre::TU_STATIC_WRITE_ONLY);
-    Ogre::TextureUnitState* unit = pass->createTextureUnitState(texture_->getName());
-    unit->setTextureFiltering(Ogre::TFO_NONE);
-    unit->setTextureAddressingMode(Ogre::TextureUnitState::TAM_CLAMP);
-    element_->setDimensions(static_cast<float>(width_), static_cast<float>(height_));
-  }
-  // Rows of this format are never padded. OGRE only reads.
-  const Ogre::PixelBox box(static_cast<Ogre::uint32>(width_), static_cast<Ogre::uint32>(height_), 1,
-                           Ogre::PF_A8R8G8B8, const_cast<uchar*>(picture.constBits()));
-  texture_->getBuffer()->blitFromMemory(box);
-}
-
-void LegendPanel::setContent(const LegendContent& content)
-{
-  content_ = content;
-  drawn_height_ = 0;
-}
-
-void LegendPanel::place(int height, double ratio, int view_width, int view_height, int& right)
-{
-  bool fits = false;
-  try {
-    has_room_ = height >= LEAST_LEGEND_HEIGHT;
-    if (has_room_ && (drawn_height_ != height || drawn_ratio_ != ratio)) {
-      error_.clear();
-      drawn_height_ = height;
-      drawn_ratio_ = ratio;
-      setPicture(drawLegend(content_, height, ratio));
-    }
-    has_room_ = has_room_ && right + width_ <= view_width;
-    fits = has_room_ && error_.empty();
-  } catch (const std::exception& error) {  // Ogre::Exception, std::bad_alloc
-    error_ = error.what();
-  }
-  if (fits) {
-    element_->setPosition(static_cast<float>(-right - width_),
-                          static_cast<float>((view_height - height_) / 2));
-    right += width_ + static_cast<int>(DISTANCE * ratio);
-    overlay_->show();
-  } else {
-    overlay_->hide();
-  }
-}
-
-std::string LegendPanel::error() const
-{
-  return error_.empty() && !has_room_ ? "the 3D view is too small for it" : error_;
-}
-
-namespace {
-
-LegendRow& LegendRow::instance()
-{
-  static LegendRow row;
-  return row;
-}
-
-void LegendRow::add(LegendPanel* panel)
-{
-  if (panels_.empty()) {
-    Ogre::Root::getSingleton().addFrameListener(this);
-  }
-  panels_.push_back(panel);
-}
-
-void LegendRow::remove(LegendPanel* panel)
-{
-  panels_.erase(std::remove(panels_.begin(), panels_.end(), panel), panels_.end());
-  if (panels_.empty() && Ogre::Root::getSingletonPtr()) {
-    Ogre::Root::getSingleton().removeFrameListener(this);
-  }
-}
 
 bool LegendRow::frameStarted(const Ogre::FrameEvent& /*event*/)
 {
@@ -239,8 +221,6 @@ bool LegendRow::frameStarted(const Ogre::FrameEvent& /*event*/)
   }
   return true;
 }
-
-}  // namespace
 
 Legend::Legend() = default;
 Legend::~Legend() = default;
