@@ -1,6 +1,7 @@
 #include "displays/cluster_label_display.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include <mesh_msgs/MeshGeometryStamped.h>
 #include <ros/message_traits.h>
@@ -14,82 +15,13 @@
 namespace rviz_mesh_plugin {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr std::chrono::milliseconds BUDGET(8);  // of one update, for each kind of work
-constexpr std::chrono::seconds PATIENCE(10);    // until a label that was sent should be stored
 
 std::string counted(std::size_t count, const std::string& what, const std::string& plural)
 {
   return std::to_string(count) + " " + (count == 1 ? what : plural);
-}
-
-/// Which mesh is labelled, or why there is none.
-StatusLine labelGeometryStatus(const LabelDisplayState& state, const LabelStore& store)
-{
-  if (!state.subscription_error.empty()) {
-    return {StatusLine::ERROR, state.subscription_error};
-  }
-  if (state.geometry_topic.empty() && state.source_given) {
-    return noMapOpen();
-  }
-  if (state.geometry_topic.empty()) {
-    return {StatusLine::ERROR,
-            "there is no mesh to label: choose a 'Geometry Topic' and a 'Labels Topic', or add a "
-            "Map3D display, which brings a display of labels of its own"};
-  }
-  if (!state.geometry.refusal.empty()) {
-    return {StatusLine::ERROR, "the newest mesh on " + state.geometry_topic +
-                                   " was refused: " + state.geometry.refusal};
-  }
-  if (!store.mesh()) {
-    const std::string text = state.working.empty() ? "no mesh received on " + state.geometry_topic +
-                                                         " yet: is its node running?"
-                                                   : state.working;
-    return {state.working.empty() ? StatusLine::WARN : StatusLine::OK, text};
-  }
-  return {StatusLine::OK,
-          counted(store.mesh()->faceCount(), "face", "faces") + ", uuid " + store.mesh()->uuid};
-}
-
-/// Which labels there are, or why there are none.
-OptionalStatus labelsStatus(const LabelDisplayState& state, const LabelStore& store)
-{
-  if (!store.mesh()) {
-    return std::nullopt;
-  }
-  if (!state.labels.refusal.empty()) {
-    return StatusLine{StatusLine::ERROR, "the newest labels were refused: " + state.labels.refusal};
-  }
-  if (state.labels_topic.empty()) {
-    return StatusLine{StatusLine::WARN,
-                      "no labels: choose a 'Labels Topic', as /new_cluster_label of "
-                      "hdf5_map_server"};
-  }
-  if (state.label_count == 0) {
-    if (store.waiting() > 0) {
-      return StatusLine{StatusLine::WARN,
-                        "labels of another mesh have arrived: both topics have "
-                        "to be of one node"};
-    }
-    return StatusLine{StatusLine::OK, store.isComplete()
-                                          ? "the mesh has no labels (yet)"
-                                          : "no label received yet; those that change show here"};
-  }
-  std::string text = counted(state.label_count, "label", "labels") + " of " +
-                     counted(state.class_count, "class", "classes") + " on " +
-                     counted(store.faceCount(), "face", "faces");
-  if (state.hidden > 0) {
-    text += ", " + std::to_string(state.hidden) + " hidden";
-  }
-  if (state.to_show > 0) {
-    text += ", " + std::to_string(state.to_show) + " to be shown yet";
-  }
-  if (store.facesBeyond() > 0) {
-    return StatusLine{StatusLine::WARN,
-                      text + "; " + counted(store.facesBeyond(), "index", "indices") +
-                          " left out, which the mesh has no face for: the labels were made for "
-                          "another one"};
-  }
-  return StatusLine{StatusLine::OK, text};
 }
 
 /// How it went with what was asked.
@@ -190,22 +122,22 @@ void ClusterLabelDisplay::subscribe()
 {
   unsubscribe();
   const MeshSource source = this->source();
-  state_.subscription_error.clear();
+  subscription_error_.clear();
   try {
     // Services and the topic of edits are beside that of the labels.
     ServiceNames names;
     names.geometry_topic = source.geometry_topic;
     names.service_namespace = labelNamespace(source);
     services_.setNames(names);
-    state_.subscription_error = topics_.subscribeGeometry(threaded_nh_, source.geometry_topic);
+    subscription_error_ = topics_.subscribeGeometry(threaded_nh_, source.geometry_topic);
     const std::string error = topics_.subscribeLabels(threaded_nh_, source.labels_topic);
-    if (state_.subscription_error.empty()) {
-      state_.subscription_error = error;
+    if (subscription_error_.empty()) {
+      subscription_error_ = error;
     }
     owner_.connect(threaded_nh_, names.service_namespace);
     label_colors_.connect(threaded_nh_, names.service_namespace);
   } catch (const ros::Exception& error) {
-    state_.subscription_error = "these topics cannot be used: " + std::string(error.what());
+    subscription_error_ = "these topics cannot be used: " + std::string(error.what());
   }
   if (store_.mesh() && !source.labels_topic.empty()) {
     services_.requestLabels(store_.mesh()->uuid);  // changes may have been missed
@@ -229,9 +161,11 @@ void ClusterLabelDisplay::restart()
     store_.clear();
     label_colors_.clear();
     colors_.clear();
-    edits_.clear();
+    edits_.reset();
     edit_failure_.clear();
-    state_ = LabelDisplayState();
+    subscription_error_.clear();
+    received_ = MeshLoader::Content();
+    labels_received_ = Reception();
     if (overlay_) {
       overlay_->setMesh(nullptr);
     }
@@ -295,6 +229,17 @@ void ClusterLabelDisplay::onColorChosen(const QString& label)
   });
 }
 
+const LabelLooks& ClusterLabelDisplay::looks() const
+{
+  static const LabelLooks none;
+  return overlay_ ? overlay_->looks() : none;
+}
+
+void ClusterLabelDisplay::setShown(const std::string& label, bool shown)
+{
+  properties_->setShown(label, shown);
+}
+
 std::string ClusterLabelDisplay::activeLabel() const
 {
   return properties_->activeLabel();
@@ -325,28 +270,13 @@ std::string ClusterLabelDisplay::whyNotEditable(const std::string& label) const
   return {};
 }
 
-std::string ClusterLabelDisplay::setLabelFaces(const std::string& label,
-                                               const std::vector<std::uint32_t>& faces)
-{
-  return storeFaces(label, faces, true);
-}
-
-std::string ClusterLabelDisplay::addLabelFaces(const std::string& label,
-                                               const std::vector<std::uint32_t>& faces)
-{
-  return storeFaces(label, faces, false);
-}
-
 std::string ClusterLabelDisplay::storeFaces(const std::string& label,
                                             const std::vector<std::uint32_t>& faces, bool override)
 {
   std::string reason = whyNotEditable(label);
   if (reason.empty()) {
     edit_failure_.clear();
-    lines_.attempt([&] {
-      owner_.store(*store_.mesh(), label, faces, override);
-      edits_[label] = Clock::now();
-    });
+    lines_.attempt([&] { owner_.store(*store_.mesh(), label, faces, override); });
   }
   return reason;
 }
@@ -382,11 +312,9 @@ void ClusterLabelDisplay::work()
 
 void ClusterLabelDisplay::takeMessages()
 {
-  const MeshLoader::Content content = loader_->take();
-  state_.geometry = content.reception;
-  state_.working = content.working;
-  if (!content.meshes.empty() && content.meshes.back() != store_.mesh()) {
-    store_.setMesh(content.meshes.back());
+  received_ = loader_->take();
+  if (!received_.meshes.empty() && received_.meshes.back() != store_.mesh()) {
+    store_.setMesh(received_.meshes.back());
     if (overlay_) {
       overlay_->setMesh(store_.mesh());
     }
@@ -396,12 +324,9 @@ void ClusterLabelDisplay::takeMessages()
     services_.requestLabels(store_.mesh()->uuid);
   }
   const InboxContent news = inbox_->take();
-  state_.labels = news.labels_reception;
+  labels_received_ = news.labels_reception;
   for (const LabelSetConstPtr& labels : news.labels) {
     store_.add(labels);
-    for (const LabelCluster& cluster : labels->clusters) {
-      edits_.erase(cluster.label);
-    }
   }
 }
 
@@ -496,41 +421,93 @@ void ClusterLabelDisplay::updatePose()
   lines_.report("Transform", line);
 }
 
+/// Which mesh is labelled, or why there is none.
+StatusLine ClusterLabelDisplay::geometryStatus() const
+{
+  const std::string topic = source().geometry_topic;
+  if (!subscription_error_.empty()) {
+    return {StatusLine::ERROR, subscription_error_};
+  }
+  if (topic.empty() && source_) {
+    return noMapOpen();
+  }
+  if (topic.empty()) {
+    return {StatusLine::ERROR,
+            "there is no mesh to label: choose a 'Geometry Topic' and a 'Labels Topic', or add a "
+            "Map3D display, which brings a display of labels of its own"};
+  }
+  if (!received_.reception.refusal.empty()) {
+    return {StatusLine::ERROR,
+            "the newest mesh on " + topic + " was refused: " + received_.reception.refusal};
+  }
+  if (store_.mesh()) {
+    return {StatusLine::OK,
+            counted(store_.mesh()->faceCount(), "face", "faces") + ", uuid " + store_.mesh()->uuid};
+  }
+  if (!received_.working.empty()) {
+    return {StatusLine::OK, received_.working};
+  }
+  return {StatusLine::WARN, "no mesh received on " + topic + " yet: is its node running?"};
+}
+
+/// Which labels there are, or why there are none.
+OptionalStatus ClusterLabelDisplay::labelsStatus() const
+{
+  if (!store_.mesh()) {
+    return std::nullopt;
+  }
+  if (!labels_received_.refusal.empty()) {
+    return StatusLine{StatusLine::ERROR,
+                      "the newest labels were refused: " + labels_received_.refusal};
+  }
+  if (source().labels_topic.empty()) {
+    return StatusLine{StatusLine::WARN,
+                      "no labels: choose a 'Labels Topic', as /new_cluster_label of "
+                      "hdf5_map_server"};
+  }
+  if (store_.labels().empty()) {
+    if (store_.waiting() > 0) {
+      return StatusLine{StatusLine::WARN,
+                        "labels of another mesh have arrived: both topics have "
+                        "to be of one node"};
+    }
+    return StatusLine{StatusLine::OK, store_.isComplete()
+                                          ? "the mesh has no labels (yet)"
+                                          : "no label received yet; those that change show here"};
+  }
+  std::string text = counted(store_.labels().size(), "label", "labels") + " of " +
+                     counted(classes_.size(), "class", "classes") + " on " +
+                     counted(store_.faceCount(), "face", "faces");
+  if (hidden_ > 0) {
+    text += ", " + std::to_string(hidden_) + " hidden";
+  }
+  if (!to_show_.empty()) {
+    text += ", " + std::to_string(to_show_.size()) + " to be shown yet";
+  }
+  if (store_.facesBeyond() > 0) {
+    return StatusLine{StatusLine::WARN,
+                      text + "; " + counted(store_.facesBeyond(), "index", "indices") +
+                          " left out, which the mesh has no face for: the labels were made for "
+                          "another one"};
+  }
+  return StatusLine{StatusLine::OK, text};
+}
+
 void ClusterLabelDisplay::updateStatuses()
 {
-  state_.source_given = source_.has_value();
-  const MeshSource source = this->source();
-  state_.geometry_topic = source.geometry_topic;
-  state_.labels_topic = source.labels_topic;
-  state_.label_count = store_.labels().size();
-  state_.class_count = classes_.size();
-  state_.to_show = to_show_.size();
   if (recount_) {
     recount_ = false;
-    state_.hidden = static_cast<std::size_t>(
+    hidden_ = static_cast<std::size_t>(
         std::count_if(store_.labels().begin(), store_.labels().end(),
                       [this](const auto& label) { return !properties_->isShown(label.first); }));
   }
-  lines_.report("Geometry", labelGeometryStatus(state_, store_));
-  lines_.report("Labels", labelsStatus(state_, store_));
+  lines_.report("Geometry", geometryStatus());
+  lines_.report("Labels", labelsStatus());
   lines_.report("Label colors", label_colors_.status());
   lines_.report("Services", servicesStatus(services_.report()));
-  const auto late = std::find_if(edits_.begin(), edits_.end(), [](const auto& edit) {
-    return Clock::now() - edit.second > PATIENCE;
-  });
-  if (!edit_failure_.empty()) {
-    lines_.report("Edits", StatusLine{StatusLine::ERROR, edit_failure_});
-  } else if (late != edits_.end()) {
-    lines_.report("Edits", StatusLine{StatusLine::WARN,
-                                      "label '" + late->first + "' was sent to " + owner_.topic() +
-                                          ", but has not come back as stored: see the log of the "
-                                          "node that listens there"});
-  } else if (!edits_.empty()) {
-    lines_.report("Edits",
-                  StatusLine{StatusLine::OK, "'" + edits_.begin()->first + "' is being stored"});
-  } else {
-    lines_.report("Edits", std::nullopt);
-  }
+  lines_.report("Edits", edit_failure_.empty()
+                             ? edits_
+                             : OptionalStatus(StatusLine{StatusLine::ERROR, edit_failure_}));
 }
 
 }  // namespace rviz_mesh_plugin

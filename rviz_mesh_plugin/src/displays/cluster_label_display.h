@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -32,22 +31,6 @@ namespace rviz_mesh_plugin {
 class LabelOverlay;
 class LabelProperties;
 
-/// What the status lines of a display of labels are made of.
-struct LabelDisplayState
-{
-  bool source_given = false;  ///< another display decides what is shown
-  std::string geometry_topic;
-  std::string labels_topic;
-  std::string subscription_error;
-  Reception geometry;
-  Reception labels;
-  std::string working;  ///< on the mesh
-  std::size_t label_count = 0;
-  std::size_t class_count = 0;
-  std::size_t hidden = 0;   ///< labels
-  std::size_t to_show = 0;  ///< labels that are being uploaded
-};
-
 /// Shows the labelled clusters of a mesh, and gives others (tools, panels) what they need to change
 /// them. As a child of Map3D its source is set; on its own it has properties for that.
 ///
@@ -63,6 +46,8 @@ class ClusterLabelDisplay : public rviz::Display
 
   /// From now on mesh and labels come from there, and the properties for topics are hidden.
   void setSource(const MeshSource& source);
+  /// Where they come from.
+  MeshSource source() const;
 
   /// The mesh that is labelled; null before it has arrived.
   MeshDataConstPtr mesh() const { return store_.mesh(); }
@@ -80,6 +65,11 @@ class ClusterLabelDisplay : public rviz::Display
     return mesh() ? label_colors_.colors(mesh()->uuid) : nullptr;
   }
 
+  /// How labels are drawn; also those that are gone.
+  const LabelLooks& looks() const;
+  /// Shows its class, too.
+  void setShown(const std::string& label, bool shown);
+
   /// The label that is chosen to be edited; empty for a new one ("__NEW__").
   std::string activeLabel() const;
   void setActiveLabel(const std::string& label);
@@ -87,14 +77,17 @@ class ClusterLabelDisplay : public rviz::Display
   /// In meters.
   float brushSize() const;
 
-  /// Asks the owner of the labels to store a label with these faces and no others: it shows once it
-  /// is stored. Returns why that cannot be asked for, else an empty string.
-  std::string setLabelFaces(const std::string& label, const std::vector<std::uint32_t>& faces);
-  /// The same for these faces and those that it has.
-  std::string addLabelFaces(const std::string& label, const std::vector<std::uint32_t>& faces);
+  /// Asks the owner of the labels to store a label with these faces, instead of those it has
+  /// (@a override) or beside them: it shows once it is stored. Returns why that cannot be asked
+  /// for, else an empty string.
+  std::string storeFaces(const std::string& label, const std::vector<std::uint32_t>& faces,
+                         bool override);
 
   /// The same for a color of the label's own; null: that of its class again.
   std::string setLabelColor(const std::string& label, const Rgba8* color);
+
+  /// What is said of the edits that are on their way, by who follows them until they are stored.
+  void showEdits(const OptionalStatus& status) { edits_ = status; }
 
   void setTopic(const QString& topic, const QString& datatype) override;
   void update(float wall_dt, float ros_dt) override;
@@ -113,9 +106,6 @@ class ClusterLabelDisplay : public rviz::Display
   void onColorChosen(const QString& label);
 
  private:
-  using Clock = std::chrono::steady_clock;
-
-  MeshSource source() const;
   void work();
   void subscribe();
   void unsubscribe();
@@ -126,9 +116,9 @@ class ClusterLabelDisplay : public rviz::Display
   void applyLook(const std::string& label);
   void updatePose();
   void updateStatuses();
+  StatusLine geometryStatus() const;
+  OptionalStatus labelsStatus() const;
   std::string whyNotEditable(const std::string& label) const;
-  std::string storeFaces(const std::string& label, const std::vector<std::uint32_t>& faces,
-                         bool override);
 
   LabelProperties* properties_;
   std::shared_ptr<MeshInbox> inbox_;
@@ -142,12 +132,15 @@ class ClusterLabelDisplay : public rviz::Display
   StatusLines lines_;
   std::unique_ptr<LabelOverlay> overlay_;
   std::optional<MeshSource> source_;
-  LabelDisplayState state_;
+  std::string subscription_error_;
+  MeshLoader::Content received_;  ///< the newest mesh, and what is being done on it
+  Reception labels_received_;
   std::set<std::string> to_show_;  ///< labels whose faces the overlay does not have yet
   std::map<std::string, std::size_t> classes_;
-  std::vector<std::string> names_;                  ///< that the properties have been told
-  bool recount_ = true;                             ///< the hidden labels
-  std::map<std::string, Clock::time_point> edits_;  ///< labels that were sent to be stored
+  std::vector<std::string> names_;  ///< that the properties have been told
+  std::size_t hidden_ = 0;          ///< labels
+  bool recount_ = true;             ///< these
+  OptionalStatus edits_;
   std::string edit_failure_;
   bool work_failed_ = false;
 };

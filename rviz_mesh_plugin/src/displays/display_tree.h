@@ -15,11 +15,11 @@ template <class Kind, class Visit>
 void visitDisplays(const rviz::DisplayGroup* group, DisplayChoice choice, const Visit& visit)
 {
   for (int i = 0; group && i < group->numDisplays(); ++i) {
-    const rviz::Display* display = group->getDisplayAt(i);
+    rviz::Display* display = group->getDisplayAt(i);
     if (choice == DisplayChoice::ENABLED && !display->isEnabled()) {
       continue;
     }
-    if (const auto* wanted = dynamic_cast<const Kind*>(display)) {
+    if (auto* wanted = dynamic_cast<Kind*>(display)) {
       visit(*wanted);
     }
     visitDisplays<Kind>(dynamic_cast<const rviz::DisplayGroup*>(display), choice, visit);

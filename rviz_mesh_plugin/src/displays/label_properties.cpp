@@ -75,6 +75,11 @@ bool LabelProperties::isShown(const std::string& label) const
   return visibility_->isShown(label);
 }
 
+void LabelProperties::setShown(const std::string& label, bool shown)
+{
+  visibility_->setShown(label, shown);
+}
+
 void LabelProperties::setLabels(const std::vector<std::string>& labels)
 {
   const LabelLess less;

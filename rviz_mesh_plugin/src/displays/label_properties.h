@@ -41,6 +41,8 @@ class LabelProperties : public QObject
   float alpha() const { return transparency_->getFloat(); }
   bool phantom() const { return phantom_->getBool(); }
   bool isShown(const std::string& label) const;
+  /// Shows its class, too.
+  void setShown(const std::string& label, bool shown);
 
   /// From now on there are these labels; properties for them are made and removed by work().
   void setLabels(const std::vector<std::string>& labels);

@@ -59,6 +59,18 @@ bool LabelVisibility::isShown(const std::string& label) const
   return hidden_labels_.count(label) == 0 && hidden_classes_.count(labelClass(label)) == 0;
 }
 
+void LabelVisibility::setShown(const std::string& label, bool shown)
+{
+  int place = 0;
+  rviz::Property* parent = classBox(labelClass(label));
+  if (rviz::Property* box = parent ? findBox(parent, label, place) : nullptr) {
+    box->setValue(shown);
+    if (shown) {
+      parent->setValue(true);
+    }
+  }
+}
+
 rviz::Property* LabelVisibility::classBox(const std::string& label_class) const
 {
   int place = 0;

@@ -25,6 +25,8 @@ class LabelVisibility : public rviz::Property
   explicit LabelVisibility(rviz::Property* parent);
 
   bool isShown(const std::string& label) const;
+  /// Shows its class, too.
+  void setShown(const std::string& label, bool shown);
 
   void addLabel(const std::string& label);
   void removeLabel(const std::string& label);

@@ -88,6 +88,19 @@ std::string LabelEdits::failure() const
   return {};
 }
 
+OptionalStatus LabelEdits::status() const
+{
+  const std::string failure = this->failure();
+  if (!failure.empty()) {
+    return StatusLine{StatusLine::WARN, failure};
+  }
+  if (edits_.empty()) {
+    return std::nullopt;
+  }
+  const LabelEdit& first = edits_.begin()->second.edit;
+  return StatusLine{StatusLine::OK, "'" + first.label + "' is being stored"};
+}
+
 bool LabelEdits::isPending(const MeshId& mesh, const std::string& label) const
 {
   return edits_.count({mesh, label, false}) != 0 || edits_.count({mesh, label, true}) != 0;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/mesh_data.h"
+#include "base/status_lines.h"
 
 namespace rviz_mesh_plugin {
 
@@ -65,6 +66,8 @@ class LabelEdits
   std::size_t failed() const;
   /// Why the first that failed did; empty where none has.
   std::string failure() const;
+  /// On those that are under way; nothing where none is.
+  OptionalStatus status() const;
   bool isPending(const MeshId& mesh, const std::string& label) const;
   /// The one of the faces of a label; null: there is none. Until this changes.
   const LabelEdit* find(const MeshId& mesh, const std::string& label) const;

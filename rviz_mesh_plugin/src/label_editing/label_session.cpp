@@ -10,14 +10,11 @@
 #include <ros/console.h>
 #include <ros/names.h>
 #include <rviz/display_context.h>
-#include <rviz/display_group.h>
-#include <rviz/properties/property.h>
 #include <std_srvs/Trigger.h>
 
-#include "displays/map3d_display.h"
+#include "displays/display_tree.h"
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
-#include "map_server/map_server.h"
 #include "ros_client/message_lengths.h"
 #include "sources/label_color_feed.h"
 #include "sources/label_service.h"
@@ -33,18 +30,6 @@ constexpr std::uint32_t QUEUE = 100;
 
 constexpr std::chrono::seconds SAVE_PATIENCE(120);
 
-void findDisplays(const rviz::DisplayGroup* group, std::vector<ClusterLabelDisplay*>& found)
-{
-  for (int i = 0; group && i < group->numDisplays(); ++i) {
-    rviz::Display* display = group->getDisplayAt(i);
-    auto* labels = dynamic_cast<ClusterLabelDisplay*>(display);
-    if (labels && labels->mesh()) {
-      found.push_back(labels);
-    }
-    findDisplays(dynamic_cast<rviz::DisplayGroup*>(display), found);
-  }
-}
-
 MeshId idOf(const MeshDataConstPtr& mesh)
 {
   return mesh ? MeshId{mesh->uuid, mesh->faceCount()} : MeshId();
@@ -56,18 +41,21 @@ bool isSame(const MeshDataConstPtr& a, const MeshDataConstPtr& b)
                     a->vertexCount() == b->vertexCount());
 }
 
-/// Those of the mesh are better than others, those that are enabled better than those that are not.
-ClusterLabelDisplay* chooseDisplay(const rviz::DisplayGroup* root, const MeshDataConstPtr& mesh)
+/// The first of those with a mesh that have the highest rank above 0; null: none has.
+template <class Rank>
+ClusterLabelDisplay* bestDisplay(const rviz::DisplayContext& context, const Rank& rank)
 {
-  std::vector<ClusterLabelDisplay*> displays;
-  findDisplays(root, displays);
-  const auto rank = [&](const ClusterLabelDisplay* display) {
-    return (mesh && isSame(display->mesh(), mesh) ? 2 : 0) + (display->isEnabled() ? 1 : 0);
-  };
-  const auto best =
-      std::max_element(displays.begin(), displays.end(),
-                       [&](const auto* a, const auto* b) { return rank(a) < rank(b); });
-  return best == displays.end() ? nullptr : *best;
+  ClusterLabelDisplay* best = nullptr;
+  int highest = 0;
+  visitDisplays<ClusterLabelDisplay>(context.getRootDisplayGroup(), DisplayChoice::ALL,
+                                     [&](ClusterLabelDisplay& display) {
+                                       const int its = display.mesh() ? rank(display) : 0;
+                                       if (its > highest) {
+                                         highest = its;
+                                         best = &display;
+                                       }
+                                     });
+  return best;
 }
 
 /// None: the label is not there.
@@ -115,23 +103,6 @@ bool saveLabels(const std::string& name_space, const Cancellation& cancellation)
   return true;
 }
 
-/// Of who stores the labels of a display; empty where it has no source of labels.
-std::string labelNamespace(const ClusterLabelDisplay& display)
-{
-  MeshSource source;
-  const auto* map = dynamic_cast<const Map3DDisplay*>(display.getParent());
-  if (map && map->labelDisplay() == &display) {
-    const MapServer* server = map->session().server();
-    return server ? labelNamespace(server->source(std::string())) : std::string();
-  }
-  for (int i = 0; i < display.numChildren(); ++i) {
-    if (display.childAt(i)->getName() == "Labels Topic") {
-      source.labels_topic = display.childAt(i)->getValue().toString().toStdString();
-    }
-  }
-  return labelNamespace(source);
-}
-
 }  // namespace
 
 LabelSession::LabelSession(rviz::DisplayContext* context, std::chrono::milliseconds patience)
@@ -142,6 +113,9 @@ LabelSession::LabelSession(rviz::DisplayContext* context, std::chrono::milliseco
 
 LabelSession::~LabelSession()
 {
+  if (display_) {
+    display_->showEdits(std::nullopt);
+  }
   for (const auto& saving : saving_) {
     saving.second.cancellation->set();
   }
@@ -149,13 +123,24 @@ LabelSession::~LabelSession()
 
 void LabelSession::work(const MeshDataConstPtr& mesh)
 {
-  display_ = chooseDisplay(context_->getRootDisplayGroup(), mesh);
-  namespace_ = display_ ? labelNamespace(*display_) : std::string();
+  // Those of the mesh are better than others, those that are enabled better than those that are
+  // not.
+  ClusterLabelDisplay* best = bestDisplay(*context_, [&](const ClusterLabelDisplay& display) {
+    return 1 + (mesh && isSame(display.mesh(), mesh) ? 2 : 0) + (display.isEnabled() ? 1 : 0);
+  });
+  if (display_ && display_ != best) {
+    display_->showEdits(std::nullopt);
+  }
+  display_ = best;
+  namespace_ = display_ ? labelNamespace(display_->source()) : std::string();
   const auto stored = edits_.work(
       Clock::now(), [this](const LabelEdit& edit) { return isStored(edit); },
       [this](const LabelEdit& edit) { return send(edit); });
   for (const LabelEdit& edit : stored) {
-    unsaved_[{edit.mesh(), edit.label}] = {labelNamespace(*displayOf(edit)), ++changes_};
+    unsaved_[{edit.mesh(), edit.label}] = {labelNamespace(displayOf(edit)->source()), ++changes_};
+  }
+  if (display_) {
+    display_->showEdits(edits_.status());
   }
   takeSaved();
   if (!stored.empty() || labels() != known_) {
@@ -253,15 +238,9 @@ ClusterLabelDisplay* LabelSession::displayOf(const LabelEdit& edit) const
   if (display_ && id() == edit.mesh()) {
     return display_;
   }
-  std::vector<ClusterLabelDisplay*> displays;
-  findDisplays(context_->getRootDisplayGroup(), displays);
-  ClusterLabelDisplay* found = nullptr;
-  for (ClusterLabelDisplay* display : displays) {
-    if (idOf(display->mesh()) == edit.mesh() && (!found || display->isEnabled())) {
-      found = display;
-    }
-  }
-  return found;
+  return bestDisplay(*context_, [&](const ClusterLabelDisplay& display) {
+    return idOf(display.mesh()) == edit.mesh() ? 1 + (display.isEnabled() ? 1 : 0) : 0;
+  });
 }
 
 std::string LabelSession::send(const LabelEdit& edit)
@@ -280,8 +259,7 @@ std::string LabelSession::send(const LabelEdit& edit)
     return "it has changed meanwhile, elsewhere, and what is new would be lost: give up and look "
            "at it, or delete it";
   }
-  const std::string reason = edit.adds ? display->addLabelFaces(edit.label, *edit.faces)
-                                       : display->setLabelFaces(edit.label, *edit.faces);
+  const std::string reason = display->storeFaces(edit.label, *edit.faces, !edit.adds);
   if (reason.empty()) {
     tellEverybody(edit, *display);
   }
@@ -292,7 +270,7 @@ std::string LabelSession::send(const LabelEdit& edit)
 void LabelSession::tellEverybody(const LabelEdit& edit, const ClusterLabelDisplay& display)
 {
   if (edit.uuid.empty() || edit.uuid == "mesh" ||
-      ros::names::append(labelNamespace(display), "cluster_label") == EVERYBODY) {
+      ros::names::append(labelNamespace(display.source()), "cluster_label") == EVERYBODY) {
     return;
   }
   mesh_msgs::MeshFaceClusterStamped message;

@@ -14,6 +14,21 @@ namespace rviz_mesh_plugin {
 using OwnColors = std::map<std::string, Rgba8>;
 using OwnColorsConstPtr = std::shared_ptr<const OwnColors>;
 
+/// How a label is drawn.
+struct LabelLook
+{
+  Rgba8 color{200, 200, 200, 255};
+  bool visible = true;
+};
+
+inline bool operator==(const LabelLook& a, const LabelLook& b)
+{
+  return a.color == b.color && a.visible == b.visible;
+}
+
+/// By label.
+using LabelLooks = std::map<std::string, LabelLook>;
+
 /// Colors of labels: a label's own where it has one, else that of its class.
 ///
 /// A class has the color that its name stands for, the same in every process. Of two classes whose

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include <ros/console.h>
+#include <QColor>
 #include <QLocale>
 
 #include "labels/label_name.h"
@@ -14,103 +15,7 @@ namespace {
 
 constexpr std::chrono::milliseconds BUDGET(5);
 
-rviz::Property* childOf(const rviz::Property& parent, const char* name)
-{
-  for (int i = 0; i < parent.numChildren(); ++i) {
-    if (parent.childAt(i)->getName() == name) {
-      return parent.childAt(i);
-    }
-  }
-  return nullptr;
-}
-
-/// The colors, and the labels that can be hidden.
-std::size_t countProperties(const rviz::Property* display)
-{
-  const rviz::Property* colors = display ? childOf(*display, "Colors") : nullptr;
-  const rviz::Property* classes = display ? childOf(*display, "Visible Labels") : nullptr;
-  int count = colors ? colors->numChildren() : 0;
-  for (int i = 0; classes && i < classes->numChildren(); ++i) {
-    count += classes->childAt(i)->numChildren();
-  }
-  return static_cast<std::size_t>(count);
-}
-
 }  // namespace
-
-/// The display makes and deletes properties a while after its labels have changed.
-bool LabelLooks::refresh(rviz::Display* display)
-{
-  if (display != display_ || !isRead()) {
-    display_ = display;
-    read();
-  }
-  std::vector<std::pair<QColor, bool>> seen;
-  seen.reserve(looks_.size());
-  for (const auto& look : looks_) {
-    const bool known = look.second.isComplete();
-    seen.emplace_back(known ? look.second.color->getColor() : QColor(),
-                      known && look.second.isShown());
-  }
-  seen.swap(seen_);
-  return seen != seen_;
-}
-
-bool LabelLooks::isRead() const
-{
-  return countProperties(display_) == properties_ &&
-         std::all_of(looks_.begin(), looks_.end(),
-                     [](const auto& look) { return look.second.isComplete(); });
-}
-
-void LabelLooks::read()
-{
-  looks_.clear();
-  properties_ = countProperties(display_);
-  const rviz::Property* colors = display_ ? childOf(*display_, "Colors") : nullptr;
-  const rviz::Property* classes = display_ ? childOf(*display_, "Visible Labels") : nullptr;
-  for (int i = 0; colors && i < colors->numChildren(); ++i) {
-    rviz::Property* color = colors->childAt(i);
-    looks_[color->getNameStd()].color = dynamic_cast<rviz::ColorProperty*>(color);
-  }
-  for (int i = 0; classes && i < classes->numChildren(); ++i) {
-    rviz::Property* label_class = classes->childAt(i);
-    for (int j = 0; j < label_class->numChildren(); ++j) {
-      Look& look = looks_[label_class->childAt(j)->getNameStd()];
-      look.shown = dynamic_cast<rviz::BoolProperty*>(label_class->childAt(j));
-      look.class_shown = dynamic_cast<rviz::BoolProperty*>(label_class);
-    }
-  }
-}
-
-const LabelLooks::Look* LabelLooks::find(const std::string& label) const
-{
-  const auto look = looks_.find(label);
-  return look != looks_.end() && look->second.isComplete() ? &look->second : nullptr;
-}
-
-QColor LabelLooks::color(const std::string& label) const
-{
-  const Look* look = find(label);
-  return look ? look->color->getColor() : QColor();
-}
-
-bool LabelLooks::isShown(const std::string& label) const
-{
-  const Look* look = find(label);
-  return !look || look->isShown();
-}
-
-void LabelLooks::setShown(const std::string& label, bool shown)
-{
-  if (const Look* look = find(label)) {
-    const QPointer<rviz::BoolProperty> label_class = look->class_shown;
-    look->shown->setBool(shown);
-    if (shown && label_class) {
-      label_class->setBool(true);
-    }
-  }
-}
 
 LabelListModel::LabelListModel(LabelSession* session, QObject* parent)
     : QAbstractTableModel(parent), session_(session)
@@ -119,7 +24,7 @@ LabelListModel::LabelListModel(LabelSession* session, QObject* parent)
 
 bool LabelListModel::refresh()
 {
-  bool changed = looks_.refresh(session_->display());
+  bool changed = refreshLooks();
   if (!areas_known_ || revision_ != session_->revision()) {
     areas_known_ = areas_.work(session_->mesh(), session_->labels(), BUDGET);
     changed = true;
@@ -144,6 +49,15 @@ bool LabelListModel::refreshRows()
   labels_ = std::move(labels);
   endResetModel();
   return true;
+}
+
+/// True where something looks other than before.
+bool LabelListModel::refreshLooks()
+{
+  const LabelLooks now = session_->display() ? session_->display()->looks() : LabelLooks();
+  const bool changed = !(now == looks_);
+  looks_ = now;
+  return changed;
 }
 
 int LabelListModel::rowCount(const QModelIndex& parent) const
@@ -195,12 +109,15 @@ QVariant LabelListModel::data(const QModelIndex& index, int role) const
                      : session_->isUnsaved(label) ? "is stored, but not saved in the map"
                                                   : "");
     }
+    const auto look = looks_.find(label);
+    const bool known = look != looks_.end();
     if (role == Qt::CheckStateRole && column == CLASS) {
-      return looks_.isShown(label) ? Qt::Checked : Qt::Unchecked;
+      return !known || look->second.visible ? Qt::Checked : Qt::Unchecked;
     }
     if (role == Qt::DecorationRole && column == CLASS) {
-      const QColor color = looks_.color(label);
-      return color.isValid() ? color : QColor(Qt::transparent);  // takes as much room
+      const Rgba8 color = known ? look->second.color : Rgba8();
+      return known ? QColor(color.red, color.green, color.blue)
+                   : QColor(Qt::transparent);  // takes as much room
     }
   } catch (const std::exception& error) {
     ROS_ERROR_THROTTLE(10, "the list of labels cannot be shown: %s", error.what());
@@ -214,7 +131,11 @@ bool LabelListModel::setData(const QModelIndex& index, const QVariant& value, in
     return false;
   }
   try {
-    looks_.setShown(labels_[static_cast<std::size_t>(index.row())], value.toInt() == Qt::Checked);
+    if (ClusterLabelDisplay* display = session_->display()) {
+      display->setShown(labels_[static_cast<std::size_t>(index.row())],
+                        value.toInt() == Qt::Checked);
+    }
+    refreshLooks();
   } catch (const std::exception& error) {
     ROS_ERROR("the label cannot be shown or hidden: %s", error.what());
     return false;

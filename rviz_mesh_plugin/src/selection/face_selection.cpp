@@ -28,17 +28,19 @@ void visitBits(FaceWord word, std::uint32_t first, const Visit& visit)
   }
 }
 
-/// The faces that are in the one and not in the other, ascending.
-void subtract(const FaceWords& from, const FaceWords& other, std::vector<std::uint32_t>& faces)
+/// The faces whose bits are set, ascending.
+/// @param wordAt gives each word
+template <class WordAt>
+void listFaces(std::size_t words, const WordAt& wordAt, std::vector<std::uint32_t>& faces)
 {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    count += static_cast<std::size_t>(__builtin_popcountll(from[i] & ~other[i]));
+  for (std::size_t i = 0; i < words; ++i) {
+    count += static_cast<std::size_t>(__builtin_popcountll(wordAt(i)));
   }
   faces.resize(count);
   std::uint32_t* next = faces.data();
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    visitBits(from[i] & ~other[i], static_cast<std::uint32_t>(FACE_BITS * i),
+  for (std::size_t i = 0; i < words; ++i) {
+    visitBits(wordAt(i), static_cast<std::uint32_t>(FACE_BITS * i),
               [&](std::uint32_t face) { *next++ = face; });
   }
 }
@@ -55,57 +57,23 @@ void toggle(FaceWords& words, std::uint32_t begin, std::uint32_t end)
   }
 }
 
-/// Packs ascending faces into runs: for each the faces left out before it, then its length, as
-/// numbers of 7 bits a byte, the lowest first.
-class RunWriter
+using Bytes = std::vector<std::uint8_t>;
+
+/// Appends a number as LEB128: 7 bits a byte, the lowest first, the last byte below 0x80.
+void appendNumber(Bytes& bytes, std::uint32_t number)
 {
- public:
-  void add(std::uint32_t begin, std::uint32_t count)
-  {
-    if (begin != end_ || end_ == begin_) {
-      flush();
-      begin_ = begin;
-    }
-    end_ = begin + count;
+  for (; number >= 0x80; number >>= 7) {
+    bytes.push_back(static_cast<std::uint8_t>(number | 0x80));
   }
+  bytes.push_back(static_cast<std::uint8_t>(number));
+}
 
-  std::vector<std::uint8_t> take()
-  {
-    flush();
-    bytes_.shrink_to_fit();
-    return std::move(bytes_);
-  }
-
- private:
-  void flush()
-  {
-    if (end_ > begin_) {
-      write(begin_ - written_);
-      write(end_ - begin_);
-      written_ = end_;
-    }
-  }
-
-  void write(std::uint32_t number)
-  {
-    for (; number >= 0x80; number >>= 7) {
-      bytes_.push_back(static_cast<std::uint8_t>(number | 0x80));
-    }
-    bytes_.push_back(static_cast<std::uint8_t>(number));
-  }
-
-  std::vector<std::uint8_t> bytes_;
-  std::uint32_t begin_ = 0;
-  std::uint32_t end_ = 0;
-  std::uint32_t written_ = 0;
-};
-
-/// The next number that a RunWriter has written; @a at goes on behind it.
-std::uint32_t readNumber(const std::vector<std::uint8_t>& bytes, std::size_t& at)
+/// Takes the next number off; @a at goes on behind it.
+std::uint32_t takeNumber(Bytes::const_iterator& at)
 {
   std::uint32_t number = 0;
   for (unsigned shift = 0;; shift += 7) {
-    const std::uint8_t byte = bytes[at++];
+    const std::uint8_t byte = *at++;
     number |= static_cast<std::uint32_t>(byte & 0x7F) << shift;
     if (byte < 0x80) {
       return number;
@@ -113,8 +81,25 @@ std::uint32_t readNumber(const std::vector<std::uint8_t>& bytes, std::size_t& at
   }
 }
 
+/// Ascending faces as runs: for each the faces left out before it, then its length.
+Bytes packRuns(const std::vector<std::uint32_t>& faces)
+{
+  Bytes bytes;
+  std::uint32_t end = 0;
+  for (std::size_t first = 0, next = 0; first < faces.size(); first = next) {
+    for (next = first + 1; next < faces.size() && faces[next] == faces[next - 1] + 1;) {
+      ++next;
+    }
+    appendNumber(bytes, faces[first] - end);
+    appendNumber(bytes, static_cast<std::uint32_t>(next - first));
+    end = faces[next - 1] + 1;
+  }
+  bytes.shrink_to_fit();
+  return bytes;
+}
+
 /// What a step costs besides its bytes.
-constexpr std::size_t STEP_BYTES = sizeof(std::vector<std::uint8_t>) + 16;
+constexpr std::size_t STEP_BYTES = sizeof(Bytes) + 16;
 
 /// The faces ascending and each once: themselves where they are so, else a copy.
 const FaceSelection::Faces& ordered(const FaceSelection::Faces& faces, FaceSelection::Faces& copy)
@@ -153,58 +138,43 @@ void FaceSelection::reset(std::size_t face_count)
 FaceSelection::Faces FaceSelection::faces() const
 {
   Faces faces;
-  faces.reserve(count_);
-  for (std::size_t i = 0; i < words_.size(); ++i) {
-    visitBits(words_[i], static_cast<std::uint32_t>(BITS * i),
-              [&](std::uint32_t face) { faces.push_back(face); });
-  }
+  listFaces(
+      words_.size(), [&](std::size_t i) { return words_[i]; }, faces);
   return faces;
 }
 
 const FaceSelection::Change& FaceSelection::select(const Faces& faces)
 {
-  Faces copy;
-  next_.added.clear();
-  next_.removed.clear();
-  for (const std::uint32_t face : ordered(faces, copy)) {
-    if (face < size_ && !contains(face)) {
-      next_.added.push_back(face);
-    }
-  }
-  return make();
+  return make(faces, true);
 }
 
 const FaceSelection::Change& FaceSelection::deselect(const Faces& faces)
 {
-  Faces copy;
-  next_.added.clear();
-  next_.removed.clear();
-  for (const std::uint32_t face : ordered(faces, copy)) {
-    if (contains(face)) {
-      next_.removed.push_back(face);
-    }
-  }
-  return make();
+  return make(faces, false);
 }
 
 /// What may throw comes first.
-const FaceSelection::Change& FaceSelection::make()
+const FaceSelection::Change& FaceSelection::make(const Faces& faces, bool adding)
 {
-  if (!next_.empty()) {
+  Faces copy;
+  next_.added.clear();
+  next_.removed.clear();
+  Faces& changed = adding ? next_.added : next_.removed;
+  for (const std::uint32_t face : ordered(faces, copy)) {
+    if (face < size_ && contains(face) != adding) {
+      changed.push_back(face);
+    }
+  }
+  if (!changed.empty()) {
     if (!in_stroke_) {
-      remember(pack(next_));
+      remember(packRuns(changed));
     }
     forgetUndone();
-    for (const std::uint32_t face : next_.added) {
-      words_[face / BITS] |= Word{1} << (face % BITS);
+    for (const std::uint32_t face : changed) {
+      words_[face / BITS] ^= Word{1} << (face % BITS);
     }
-    for (const std::uint32_t face : next_.removed) {
-      words_[face / BITS] &= ~(Word{1} << (face % BITS));
-    }
-    count_ = count_ + next_.added.size() - next_.removed.size();
   }
-  std::swap(change_, next_);
-  return change_;
+  return take();
 }
 
 const FaceSelection::Change& FaceSelection::replace(const Faces& faces)
@@ -243,23 +213,26 @@ const FaceSelection::Change& FaceSelection::make(Words& wanted)
   compare(wanted);
   if (!next_.empty()) {
     if (!in_stroke_) {
-      remember(pack(words_, wanted));
+      remember(stepTo(wanted));
     }
     forgetUndone();
   }
-  return become(wanted);
+  words_.swap(wanted);
+  return take();
 }
 
 /// What has to be added and removed.
 void FaceSelection::compare(const Words& wanted)
 {
-  subtract(wanted, words_, next_.added);
-  subtract(words_, wanted, next_.removed);
+  const auto added = [&](std::size_t i) { return wanted[i] & ~words_[i]; };
+  const auto removed = [&](std::size_t i) { return words_[i] & ~wanted[i]; };
+  listFaces(words_.size(), added, next_.added);
+  listFaces(words_.size(), removed, next_.removed);
 }
 
-const FaceSelection::Change& FaceSelection::become(Words& wanted)
+/// What has been found is the change now.
+const FaceSelection::Change& FaceSelection::take()
 {
-  words_.swap(wanted);
   count_ = count_ + next_.added.size() - next_.removed.size();
   std::swap(change_, next_);
   return change_;
@@ -285,7 +258,7 @@ void FaceSelection::endStroke()
     return;
   }
   try {
-    remember(pack(before, words_));
+    remember(stepTo(before));
   } catch (const std::bad_alloc&) {  // what was before cannot be returned to
     done_.clear();
     used_bytes_ = 0;
@@ -298,7 +271,8 @@ const FaceSelection::Change& FaceSelection::giveUpStroke()
   compare(wanted);
   in_stroke_ = false;
   Words().swap(before_);
-  return become(wanted);
+  words_.swap(wanted);
+  return take();
 }
 
 bool FaceSelection::canUndo() const
@@ -323,11 +297,10 @@ const FaceSelection::Change& FaceSelection::move(std::deque<Step>& from, std::de
 {
   Words wanted(words_);
   if (!from.empty()) {
-    const Step& step = from.back();
     std::uint32_t end = 0;
-    for (std::size_t at = 0; at < step.size();) {
-      const std::uint32_t begin = end + readNumber(step, at);
-      end = begin + readNumber(step, at);
+    for (auto at = from.back().cbegin(); at != from.back().cend();) {
+      const std::uint32_t begin = end + takeNumber(at);
+      end = begin + takeNumber(at);
       toggle(wanted, begin, end);
     }
   }
@@ -337,35 +310,17 @@ const FaceSelection::Change& FaceSelection::move(std::deque<Step>& from, std::de
     to.back().swap(from.back());
     from.pop_back();
   }
-  return become(wanted);
+  words_.swap(wanted);
+  return take();
 }
 
-FaceSelection::Step FaceSelection::pack(const Change& change)
+/// There and back: its faces change sides.
+FaceSelection::Step FaceSelection::stepTo(const Words& other) const
 {
-  RunWriter runs;
-  auto added = change.added.begin();
-  auto removed = change.removed.begin();
-  while (added != change.added.end() || removed != change.removed.end()) {
-    const bool take_added =
-        removed == change.removed.end() || (added != change.added.end() && *added < *removed);
-    runs.add(take_added ? *added++ : *removed++, 1);
-  }
-  return runs.take();
-}
-
-FaceSelection::Step FaceSelection::pack(const Words& before, const Words& after)
-{
-  RunWriter runs;
-  for (std::size_t i = 0; i < after.size(); ++i) {
-    const auto first = static_cast<std::uint32_t>(BITS * i);
-    const Word changed = before[i] ^ after[i];
-    if (changed == ~Word{0}) {
-      runs.add(first, BITS);
-    } else {
-      visitBits(changed, first, [&](std::uint32_t face) { runs.add(face, 1); });
-    }
-  }
-  return runs.take();
+  Faces changed;
+  listFaces(
+      words_.size(), [&](std::size_t i) { return words_[i] ^ other[i]; }, changed);
+  return packRuns(changed);
 }
 
 std::size_t FaceSelection::bytesOf(const Step& step)

@@ -74,18 +74,16 @@ class FaceSelection
   using Words = std::vector<Word>;
   static constexpr std::uint32_t BITS = 64;
 
-  /// Which faces have changed: runs of them, each as the gap before it and its length, in groups of
-  /// 7 bits.
+  /// Which faces have changed: runs of them, each as the gap before it and its length (LEB128).
   using Step = std::vector<std::uint8_t>;
 
   static std::size_t bytesOf(const Step& step);
-  static Step pack(const Change& change);
-  static Step pack(const Words& before, const Words& after);
 
-  const Change& make();
+  Step stepTo(const Words& other) const;
+  const Change& make(const Faces& faces, bool adding);
   const Change& make(Words& wanted);
   void compare(const Words& wanted);
-  const Change& become(Words& wanted);
+  const Change& take();
   const Change& move(std::deque<Step>& from, std::deque<Step>& to);
   void remember(Step step);
   void forgetUndone();

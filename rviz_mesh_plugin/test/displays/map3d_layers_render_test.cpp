@@ -197,11 +197,11 @@ TEST_F(Map3DLayers, have_labels_that_are_edited_and_kept)
     return spinUntil([&] { return (refusal = request()).empty(); }, TIMEOUT);
   };
   ASSERT_TRUE(edit([&] {
-    return display->labelDisplay()->setLabelFaces("tree_1", {2, 3});
+    return display->labelDisplay()->storeFaces("tree_1", {2, 3}, true);
   })) << refusal;
   EXPECT_TRUE(shows({NOTHING, tree, wall, NOTHING}));
   ASSERT_TRUE(edit([&] {
-    return display->labelDisplay()->setLabelFaces("car_1", {6, 7});
+    return display->labelDisplay()->storeFaces("car_1", {6, 7}, true);
   })) << refusal;
   EXPECT_TRUE(shows({NOTHING, tree, wall, classColor("car")}));
   const Rgba8 violet{200, 0, 100, 255};

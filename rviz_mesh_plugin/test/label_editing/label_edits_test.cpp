@@ -126,6 +126,7 @@ TEST(LabelEdits, that_fail_are_kept_and_can_be_sent_again)
   owner.now += 1ms;
   owner.work();
   EXPECT_NE(owner.edits.failure().find("has not come back"), std::string::npos);
+  EXPECT_EQ(owner.edits.status()->text, owner.edits.failure());
   EXPECT_EQ(owner.sent, (Names{"a", "a"}));
   owner.stored = {"a"};
   EXPECT_EQ(owner.work(), 1u) << "late, but stored";

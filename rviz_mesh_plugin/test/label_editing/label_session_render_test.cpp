@@ -22,8 +22,10 @@ TEST_F(LabelSessionTest, a_label_is_unstored_then_unsaved)
   ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
   EXPECT_TRUE(received(0, "car_1", {5, 7}));
   EXPECT_TRUE(session->isUnstored("car_1")) << "it has not come back";
+  EXPECT_TRUE(says(display, "Edits", "Ok: 'car_1' is being stored"));
   ASSERT_TRUE(store(1));
   EXPECT_FALSE(session->isUnstored("car_1"));
+  EXPECT_TRUE(spinUntil([&] { return status(display, "Edits").empty(); }));
   EXPECT_TRUE(session->isUnsaved("car_1"));
 }
 

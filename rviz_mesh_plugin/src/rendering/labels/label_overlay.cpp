@@ -216,7 +216,7 @@ void LabelOverlay::setVisible(const std::string& label, bool visible)
 void LabelOverlay::applyLook(const std::string& label)
 {
   if (LabelObject* object = labels_->find(label)) {
-    const Look& look = looks_[label];
+    const LabelLook& look = looks_[label];
     object->setMaterial(materials_.get(look.color));
     object->setShown(look.visible);
   }

@@ -9,6 +9,7 @@
 #include <OgrePrerequisites.h>
 
 #include "base/mesh_data.h"
+#include "labels/label_colors.h"
 #include "rendering/labels/label_material.h"
 #include "rendering/labels/label_object.h"
 #include "rendering/labels/label_vertices.h"
@@ -38,6 +39,8 @@ class LabelOverlay
   std::size_t setLabel(const LabelClusterConstPtr& label);
   void removeLabel(const std::string& label);
 
+  /// Also of labels that are gone.
+  const LabelLooks& looks() const { return looks_; }
   void setColor(const std::string& label, const Rgba8& color);
   void setVisible(const std::string& label, bool visible);
   void setAlpha(float alpha) { materials_.setAlpha(alpha); }
@@ -58,11 +61,6 @@ class LabelOverlay
 
  private:
   class LabelObjects;
-  struct Look
-  {
-    Rgba8 color{200, 200, 200, 255};
-    bool visible = true;
-  };
 
   void applyLook(const std::string& label);
   bool uploadSlice();
@@ -72,7 +70,7 @@ class LabelOverlay
   LabelMaterials materials_;
   LabelVertices vertices_;
   std::unique_ptr<LabelObjects> labels_;
-  std::map<std::string, Look> looks_;
+  LabelLooks looks_;
   std::unique_ptr<LabelObject> phantom_;
   bool phantom_shown_ = false;
   std::size_t uploaded_bytes_ = 0;

@@ -1,7 +1,6 @@
 #include "rendering/labels/label_slots.h"
 
 #include <algorithm>
-#include <functional>
 #include <utility>
 
 namespace rviz_mesh_plugin {
@@ -12,21 +11,12 @@ constexpr std::size_t GAP = 64;
 
 constexpr std::uint32_t NO_PLACE = 0xFFFFFFFF;
 
-/// Many are in order already.
-void sort(std::vector<std::uint32_t>& places)
-{
-  if (!std::is_sorted(places.begin(), places.end())) {
-    std::sort(places.begin(), places.end());
-  }
-}
-
 }  // namespace
 
 void LabelSlots::assign(std::shared_ptr<const Faces> faces)
 {
   wanted_ = std::move(faces);
   places_ = std::vector<std::uint32_t>();
-  has_places_ = false;
   missing_.assign(wanted_->empty() ? 0 : std::size_t{wanted_->back()} + 1, false);
   holes_.clear();
   filled_ = 0;
@@ -51,6 +41,7 @@ std::size_t LabelSlots::work(std::size_t limit)
       wanted_.reset();
       missing_ = std::vector<bool>();
       holes_ = std::vector<std::uint32_t>();
+      filled_ = 0;
     } else {
       step_ = static_cast<Step>(static_cast<int>(step_) + 1);
     }
@@ -86,18 +77,18 @@ void LabelSlots::look(std::size_t begin, std::size_t end)
         holes_.push_back(static_cast<std::uint32_t>(i));
       }
     } else if (step_ == Step::FILL) {
-      fill((*wanted_)[i]);
+      if (missing_[(*wanted_)[i]]) {
+        fill((*wanted_)[i]);
+      }
     } else {
       closeHole();
     }
   }
 }
 
+/// Puts a face that has no place into the first hole, or behind all others.
 void LabelSlots::fill(std::uint32_t face)
 {
-  if (!missing_[face]) {
-    return;
-  }
   if (filled_ < holes_.size()) {
     put(holes_[filled_++], face);
   } else {
@@ -106,6 +97,7 @@ void LabelSlots::fill(std::uint32_t face)
   }
 }
 
+/// Ends with the last face in it: each call takes one face off the end.
 void LabelSlots::closeHole()
 {
   if (holes_.back() == faces_.size() - 1) {
@@ -119,11 +111,9 @@ void LabelSlots::closeHole()
 void LabelSlots::put(std::size_t place, std::uint32_t face)
 {
   faces_[place] = face;
-  mark(place);
-}
-
-void LabelSlots::mark(std::size_t place)
-{
+  if (face < places_.size()) {
+    places_[face] = static_cast<std::uint32_t>(place);
+  }
   if (!changed_.empty() && place <= changed_.back().end + GAP) {
     changed_.back().end = place + 1;
   } else {
@@ -131,7 +121,7 @@ void LabelSlots::mark(std::size_t place)
   }
 }
 
-/// Has room in places_ for these faces.
+/// Has a place in places_ for these faces (ascending).
 void LabelSlots::makeRoom(const Faces& faces)
 {
   const std::size_t length = faces.empty() ? 0 : std::size_t{faces.back()} + 1;
@@ -142,54 +132,32 @@ void LabelSlots::makeRoom(const Faces& faces)
 
 void LabelSlots::change(const Faces& added, const Faces& removed)
 {
-  makeRoom(added);
-  makeRoom(removed);
-  if (!has_places_) {
-    has_places_ = true;
+  if (places_.empty() && !faces_.empty()) {
+    makeRoom({*std::max_element(faces_.begin(), faces_.end())});
     for (std::size_t place = 0; place < faces_.size(); ++place) {
-      makeRoom({faces_[place]});
       places_[faces_[place]] = static_cast<std::uint32_t>(place);
     }
   }
-  std::vector<std::uint32_t> free, touched;
+  makeRoom(added);
+  makeRoom(removed);
   for (const std::uint32_t face : removed) {
     if (places_[face] != NO_PLACE) {
-      free.push_back(places_[face]);
-      places_[face] = NO_PLACE;
+      holes_.push_back(std::exchange(places_[face], NO_PLACE));
     }
   }
-  if (free.size() == faces_.size()) {  // none stays
-    faces_.clear();
-    free.clear();
+  if (!std::is_sorted(holes_.begin(), holes_.end())) {  // many are in order already
+    std::sort(holes_.begin(), holes_.end());
   }
-  sort(free);
-  std::reverse(free.begin(), free.end());  // the last is filled first
-  touched.reserve(std::max(added.size(), free.size()));
   for (const std::uint32_t face : added) {
-    if (places_[face] != NO_PLACE) {
-      continue;
+    if (places_[face] == NO_PLACE) {
+      fill(face);
     }
-    auto place = static_cast<std::uint32_t>(faces_.size());
-    if (free.empty()) {
-      faces_.push_back(face);
-    } else {
-      place = free.back();
-      free.pop_back();
-      faces_[place] = face;
-    }
-    places_[face] = place;
-    touched.push_back(place);
   }
-  for (const std::uint32_t place : free) {  // the highest first
-    if (place + std::size_t{1} < faces_.size()) {
-      faces_[place] = faces_.back();
-      places_[faces_[place]] = place;
-      touched.push_back(place);
-    }
-    faces_.pop_back();
+  while (filled_ < holes_.size()) {
+    closeHole();
   }
-  sort(touched);
-  std::for_each(touched.begin(), touched.end(), [this](std::uint32_t place) { mark(place); });
+  holes_.clear();
+  filled_ = 0;
 }
 
 std::vector<LabelSlots::Range> LabelSlots::takeChanged()

@@ -56,7 +56,6 @@ class LabelSlots
   void fill(std::uint32_t face);
   void closeHole();
   void put(std::size_t place, std::uint32_t face);
-  void mark(std::size_t place);
   void makeRoom(const Faces& faces);
 
   Faces faces_;
@@ -65,10 +64,9 @@ class LabelSlots
   std::size_t next_ = 0;  ///< of the step
   std::shared_ptr<const Faces> wanted_;
   std::vector<bool> missing_;          ///< faces that are wanted and have no place
-  std::vector<std::uint32_t> holes_;   ///< places, ascending
+  std::vector<std::uint32_t> holes_;   ///< places whose faces are not wanted, ascending
   std::size_t filled_ = 0;             ///< of the holes
-  std::vector<std::uint32_t> places_;  ///< by face, for change()
-  bool has_places_ = false;
+  std::vector<std::uint32_t> places_;  ///< by face, once there was a change(); else empty
 };
 
 }  // namespace rviz_mesh_plugin
