@@ -1,6 +1,7 @@
 """Labels as JSON and CSV: nothing is lost, and wrong files are refused with the place."""
 import csv
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -131,7 +132,7 @@ JSON = '{"format": "mesh_labels", "version": 1, "labels": %s}'
         (JSON.replace("1", "2") % "[]", "format", "version 2"),
         (JSON % "3", "format", "labels[0]"),
         (JSON % '[{"label": "a", "faces": [1, true]}]', "index", "faces[1] is True"),
-        (JSON % '[{"label": "a", "faces": [1e3]}]', "index", "faces[0]"),
+        (JSON % '[{"label": "a", "faces": [1.5]}]', "index", "faces[0]"),
         (JSON % '[{"label": "a", "faces": [1000]}]', "index", "1000"),
         (JSON % '[{"label": "a", "faces": [-1]}]', "index", "-1"),
         (JSON % '[{"label": "a", "faces": []}, {"label": "a", "faces": []}]', "format", "twice"),
@@ -168,3 +169,30 @@ def test_colors():
     for text in ("red", "#ff00", "1,2", "1,2,256", "-1,2,3", "#ff00zz"):
         with pytest.raises(ValueError):
             parse_color(text)
+
+
+# Cases that RViz has to read in the same way: rviz_mesh_plugin/test/label_editing.
+CORPUS = json.loads(
+    (Path(__file__).resolve().parents[3] / "mesh_msgs/test/label_files.json").read_text("utf-8")
+)
+
+
+@pytest.mark.parametrize("case", CORPUS, ids=[case["name"] for case in CORPUS])
+def test_the_files_that_rviz_reads_too(tmp_path, case):
+    path = tmp_path / "labels"
+    path.write_bytes(case["text"].encode(case.get("encoding", "utf-8")))
+    if "refused" in case:
+        with pytest.raises(MapFileError) as error:
+            read_labels(path, 10)
+        assert case["refused"] in str(error.value)
+        return
+    uuid, labels = read_labels(path, 10)
+    assert uuid == case.get("uuid")
+    found = {
+        text: {"faces": sorted(label.faces.tolist()), "color": label.color and list(label.color)}
+        for text, label in labels.items()
+    }
+    assert found == case["labels"]
+    if case.get("written"):
+        written = labels_to_json(labels, uuid, 10) if uuid else labels_to_csv(labels)
+        assert written == case["text"]

@@ -1,10 +1,10 @@
 #include "label_editing/label_files.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include <QByteArray>
@@ -13,6 +13,7 @@
 #include <QJsonArray>
 #include <QJsonDocument>
 #include <QJsonObject>
+#include <QRegularExpression>
 #include <QSaveFile>
 
 #include "labels/label_faces.h"
@@ -47,6 +48,15 @@ std::string trimmed(const std::string& text)
                                     : text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
+/// Of ASCII.
+std::string lowered(std::string text)
+{
+  for (char& c : text) {
+    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  return text;
+}
+
 /// Reads rows of cells, which may be in quotation marks.
 class Rows
 {
@@ -64,8 +74,8 @@ class Rows
     do {
       cells.push_back(cell());
     } while (take(delimiter_));
-    take('\r');
-    if (!take('\n') && place_ < text_.size()) {
+    const bool ended = take('\r');  // that of old Macs is no more
+    if (!take('\n') && !ended && place_ < text_.size()) {
       throw LabelFileError(where() + ": there is text behind a quotation mark");
     }
     return true;
@@ -107,19 +117,25 @@ class Rows
   std::size_t line_ = 0;
 };
 
+/// Of #rrggbb, or red,green,blue.
 std::optional<Rgba8> toColor(const std::string& text, const std::string& where)
 {
-  if (text.empty() || text == "none") {
+  if (text.empty() || lowered(text) == "none") {
     return std::nullopt;
   }
-  const std::string digits = text.substr(text[0] == '#' ? 1 : 0);
-  if (digits.size() != 6 ||
-      digits.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos) {
+  static const QRegularExpression FORM(
+      "\\A(?:#?([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})|"
+      "([0-9]{1,3})\\s*,\\s*([0-9]{1,3})\\s*,\\s*([0-9]{1,3}))\\z");
+  const auto match = FORM.match(QString::fromStdString(text));
+  const bool decimal = !match.captured(4).isEmpty();
+  const auto channel = [&](int i) {
+    return match.captured(i + (decimal ? 4 : 1)).toInt(nullptr, decimal ? 10 : 16);
+  };
+  if (!match.hasMatch() || std::max({channel(0), channel(1), channel(2)}) > 255) {
     throw LabelFileError(where + ": '" + shortened(text) + "' is no color as #rrggbb");
   }
-  const unsigned long value = std::stoul(digits, nullptr, 16);
-  return Rgba8{static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8 & 255),
-               static_cast<std::uint8_t>(value & 255), 255};
+  const auto byte = [&](int i) { return static_cast<std::uint8_t>(channel(i)); };
+  return Rgba8{byte(0), byte(1), byte(2), 255};
 }
 
 std::size_t toFace(const std::string& text, std::size_t face_count, const std::string& where)
@@ -135,55 +151,42 @@ std::size_t toFace(const std::string& text, std::size_t face_count, const std::s
   return static_cast<std::size_t>(face);
 }
 
-/// Which cell holds what.
-struct Columns
+/// The places of cells in a row, by the name of their column.
+using Columns = std::map<std::string, std::size_t>;
+
+Columns columnsOf(const std::vector<std::string>& header)
 {
-  enum Name
-  {
-    LABEL,
-    COLOR,
-    FIRST,
-    LAST
-  };
-  std::array<std::size_t, 4> places{};
-
-  explicit Columns(const std::vector<std::string>& header)
-  {
-    const std::array<const char*, 4> names = {"label", "color", "first_face", "last_face"};
-    for (std::size_t name = 0; name < names.size(); ++name) {
-      places[name] = static_cast<std::size_t>(
-          std::find_if(header.begin(), header.end(),
-                       [&](const std::string& cell) { return trimmed(cell) == names[name]; }) -
-          header.begin());
-    }
-    if (places[LABEL] == header.size() || places[FIRST] == header.size()) {
-      throw LabelFileError("line 1 does not name the columns label and first_face");
-    }
+  Columns columns;
+  for (std::size_t place = 0; place < header.size(); ++place) {
+    columns[lowered(trimmed(header[place]))] = place;
   }
-
-  std::string of(const std::vector<std::string>& cells, Name name) const
-  {
-    const std::size_t place = places[name];
-    return place < cells.size() ? cells[place] : std::string();
+  if (columns.count("label") == 0 || columns.count("first_face") == 0) {
+    throw LabelFileError("line 1 does not name the columns label and first_face");
   }
-};
+  return columns;
+}
 
 void addRow(FileLabels& labels, const Columns& columns, const std::vector<std::string>& cells,
             std::size_t face_count, const std::string& where)
 {
-  const std::string name = columns.of(cells, Columns::LABEL);
+  const auto cell = [&](const char* name) {
+    const auto column = columns.find(name);
+    return column != columns.end() && column->second < cells.size() ? cells[column->second]
+                                                                    : std::string();
+  };
+  const std::string name = cell("label");
   const std::string reason = whyNoLabel(name);
   if (!reason.empty()) {
     throw LabelFileError(where + ": " + reason);
   }
   FileLabel& label = labels[name];
-  const auto color = toColor(trimmed(columns.of(cells, Columns::COLOR)), where);
+  const auto color = toColor(trimmed(cell("color")), where);
   if (color && label.color && !(*color == *label.color)) {
     throw LabelFileError(where + ": label '" + shortened(name) + "' has two colors");
   }
   label.color = color ? color : label.color;
-  const std::string first_text = trimmed(columns.of(cells, Columns::FIRST));
-  const std::string last_text = trimmed(columns.of(cells, Columns::LAST));
+  const std::string first_text = trimmed(cell("first_face"));
+  const std::string last_text = trimmed(cell("last_face"));
   if (first_text.empty() && last_text.empty()) {
     return;
   }
@@ -235,7 +238,7 @@ FileLabels labelsFromCsv(const std::string& text, std::size_t face_count)
   if (!rows.next(cells)) {
     throw LabelFileError("it is empty");
   }
-  const Columns columns(cells);
+  const Columns columns = columnsOf(cells);
   FileLabels labels;
   while (rows.next(cells)) {
     if (cells.size() > 1 || !trimmed(cells[0]).empty()) {
@@ -335,6 +338,9 @@ void addLabel(FileLabels& labels, const QJsonValue& entry, std::string where,
   }
   const std::string name = label.toString().toStdString();
   where += ", '" + shortened(name) + "'";
+  if (QString::fromStdString(name) != label.toString()) {
+    throw LabelFileError(where + ": the name of the label has half a character");
+  }
   const std::string reason = whyNoLabel(name);
   if (!reason.empty()) {
     throw LabelFileError(where + ": " + reason);
@@ -435,6 +441,9 @@ std::string readAll(const std::string& path)
 
 LabelFile parse(const std::string& text, std::size_t face_count)
 {
+  if (!isUtf8(text)) {
+    throw LabelFileError("it is no UTF-8");
+  }
   const std::size_t start = text.find_first_not_of(" \t\r\n");
   if (start != std::string::npos && (text[start] == '{' || text[start] == '[')) {
     return labelsFromJson(text, face_count);

@@ -35,7 +35,8 @@ class LabelFileError : public std::runtime_error
   using std::runtime_error::runtime_error;
 };
 
-/// Both are the formats of "mesh_tool labels export", see the README of mesh_msgs_hdf5.
+/// Both are the formats of "mesh_tool labels export", see the README of mesh_msgs_hdf5. Tests hold
+/// this and labels/label_tables.py there to the same cases, mesh_msgs/test/label_files.json.
 std::string labelsToJson(const LabelFile& file, std::size_t face_count);
 std::string labelsToCsv(const FileLabels& labels);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <iomanip>
-#include <optional>
 #include <sstream>
 
 #include <boost/locale/utf.hpp>
@@ -14,19 +13,19 @@ namespace {
 constexpr std::size_t MAX_BYTES = 255;  // labels become names of files and HDF5 datasets
 constexpr std::size_t MAX_DIGITS = 9;   // of instances that are counted
 
-/// The characters of UTF-8; nothing where the text is none.
-std::optional<std::vector<std::uint32_t>> decoded(const std::string& text)
+/// Calls back with each character of UTF-8; false: the text is none, from here on.
+template <class Visit>
+bool visitCharacters(const std::string& text, const Visit& visit)
 {
   namespace utf = boost::locale::utf;
-  std::vector<std::uint32_t> characters;
   for (auto at = text.begin(); at != text.end();) {
     const utf::code_point point = utf::utf_traits<char>::decode(at, text.end());
     if (point == utf::illegal || point == utf::incomplete) {
-      return std::nullopt;
+      return false;
     }
-    characters.push_back(point);
+    visit(point);
   }
-  return characters;
+  return true;
 }
 
 bool isControl(std::uint32_t character)
@@ -74,13 +73,20 @@ std::string joinLabel(const std::string& label_class, const std::string& instanc
   return instance.empty() ? label_class : label_class + "_" + instance;
 }
 
+bool isUtf8(const std::string& text)
+{
+  return visitCharacters(text, [](std::uint32_t /*point*/) {});
+}
+
 std::string labelFault(const std::string& label)
 {
   if (label.size() > MAX_BYTES) {
     return "has " + std::to_string(label.size()) + " bytes";
   }
-  const auto characters = decoded(label);
-  if (characters && std::any_of(characters->begin(), characters->end(), isControl)) {
+  std::vector<std::uint32_t> characters;
+  const bool is_utf8 =
+      visitCharacters(label, [&](std::uint32_t point) { characters.push_back(point); });
+  if (is_utf8 && std::any_of(characters.begin(), characters.end(), isControl)) {
     return "contains a control character";
   }
   if (label.find('/') != std::string::npos) {
@@ -89,11 +95,11 @@ std::string labelFault(const std::string& label)
   if (label == "." || label == "..") {
     return "is no name";
   }
-  if (!characters) {
+  if (!is_utf8) {
     return "is no UTF-8";
   }
-  const auto disguise = std::find_if(characters->begin(), characters->end(), isDisguise);
-  if (disguise != characters->end()) {
+  const auto disguise = std::find_if(characters.begin(), characters.end(), isDisguise);
+  if (disguise != characters.end()) {
     return "contains U+" + hexadecimal(*disguise) + ", which makes it look like another";
   }
   return {};

@@ -15,6 +15,8 @@ std::string labelInstance(const std::string& label);
 /// The label of a class and an instance; the class alone where the instance is empty.
 std::string joinLabel(const std::string& label_class, const std::string& instance);
 
+bool isUtf8(const std::string& text);
+
 /// What makes a text unusable as a label: the end of a sentence that begins with the label; empty:
 /// nothing. Whether it is empty is not asked. The rule of mesh_msgs' checks/label_name.py: tests
 /// hold both to the same cases.

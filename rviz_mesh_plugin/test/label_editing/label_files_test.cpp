@@ -87,6 +87,24 @@ void expectReason(const std::string& text, bool json, const std::string& reason)
   EXPECT_NE(said.find(reason), std::string::npos) << text << "\nis refused: " << said;
 }
 
+/// Of a case of the corpus.
+FileLabels labelsOf(const QJsonObject& entries)
+{
+  FileLabels labels;
+  for (auto entry = entries.begin(); entry != entries.end(); ++entry) {
+    FileLabel& label = labels[entry.key().toStdString()];
+    for (const auto& face : entry.value().toObject()["faces"].toArray()) {
+      label.faces.push_back(static_cast<std::uint32_t>(face.toInt()));
+    }
+    const QJsonArray color = entry.value().toObject()["color"].toArray();
+    if (!color.isEmpty()) {
+      const auto channel = [&](int i) { return static_cast<std::uint8_t>(color[i].toInt()); };
+      label.color = Rgba8{channel(0), channel(1), channel(2), 255};
+    }
+  }
+  return labels;
+}
+
 std::string json(const std::string& labels)
 {
   return "{\"format\": \"mesh_labels\", \"version\": 1,\n\"labels\": [" + labels + "]}";
@@ -122,6 +140,38 @@ TEST(LabelFiles, hold_all_names_that_labels_may_have)
   ASSERT_GE(file.labels.size(), 20u);
   EXPECT_TRUE(same(labelsFromJson(labelsToJson(file, 10), 10).labels, file.labels));
   EXPECT_TRUE(same(labelsFromCsv(labelsToCsv(file.labels), 10), file.labels));
+}
+
+/// Cases that mesh_tool has to read in the same way: mesh_msgs_hdf5/test/labels.
+TEST(LabelFiles, are_read_and_written_as_by_mesh_tool)
+{
+  QFile cases(LABEL_FILES);
+  ASSERT_TRUE(cases.open(QIODevice::ReadOnly)) << LABEL_FILES;
+  const QJsonArray corpus = QJsonDocument::fromJson(cases.readAll()).array();
+  ASSERT_GE(corpus.size(), 90);
+  QTemporaryDir folder;
+  const std::string path = folder.filePath("labels").toStdString();
+  for (const auto& entry : corpus) {
+    const QJsonObject one = entry.toObject();
+    SCOPED_TRACE(one["name"].toString().toStdString());
+    const QString text = one["text"].toString();
+    const QByteArray bytes = one.contains("encoding") ? text.toLatin1() : text.toUtf8();
+    std::ofstream(path, std::ios::binary).write(bytes.data(), bytes.size());
+    if (one.contains("refused")) {
+      const std::string said = reasonOf([&] { readLabelFile(path, 10); });
+      EXPECT_EQ(said.rfind(path + ": ", 0), 0u) << said;
+      EXPECT_NE(said.find(one["refused"].toString().toStdString()), std::string::npos) << said;
+      continue;
+    }
+    LabelFile file;
+    ASSERT_EQ(reasonOf([&] { file = readLabelFile(path, 10); }), "nothing was wrong");
+    EXPECT_EQ(file.uuid, one["uuid"].toString().toStdString());
+    EXPECT_TRUE(same(file.labels, labelsOf(one["labels"].toObject())));
+    if (one["written"].toBool()) {
+      EXPECT_EQ(file.uuid.empty() ? labelsToCsv(file.labels) : labelsToJson(file, 10),
+                text.toStdString());
+    }
+  }
 }
 
 TEST(LabelFiles, are_those_of_mesh_tool)

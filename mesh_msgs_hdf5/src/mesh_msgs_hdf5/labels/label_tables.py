@@ -8,6 +8,9 @@ CSV: a line with the names of the columns, then a line for each run of consecuti
 label, class, instance, color (#rrggbb or nothing), first_face, last_face. A label without faces has
 one line where both are empty. Lines of one label belong together, wherever they are; their color
 may stand in any of them. Of the columns only label and first_face are needed.
+
+RViz reads and writes them, too (rviz_mesh_plugin, label_editing/label_files.h): tests hold both to
+the same cases, mesh_msgs/test/label_files.json.
 """
 import csv
 import io
@@ -26,6 +29,7 @@ from mesh_msgs_hdf5.model.mesh import Color, Label
 
 FORMAT, VERSION = "mesh_labels", 1
 COLUMNS = ("label", "class", "instance", "color", "first_face", "last_face")
+NO_COLOR = "no color: #rrggbb, red,green,blue or none"
 Labels = Dict[str, Label]
 
 
@@ -76,9 +80,12 @@ def parse_color(text: str) -> Optional[Color]:
     if re.fullmatch("#?[0-9a-f]{6}", text):
         text = text.lstrip("#")
         return tuple(int(text[i : i + 2], 16) for i in (0, 2, 4))
-    color = tuple(int(part) for part in text.split(","))
-    if len(color) != 3 or not all(0 <= value <= 255 for value in color):
-        raise ValueError("no color: #rrggbb, red,green,blue or none")
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 3 or not all(re.fullmatch("[0-9]{1,3}", part) for part in parts):
+        raise ValueError(NO_COLOR)
+    color = tuple(int(part) for part in parts)
+    if max(color) > 255:
+        raise ValueError(NO_COLOR)
     return color
 
 
@@ -114,14 +121,14 @@ def _from_json(path, text, face_count):
         raise _wrong(path, "it is no JSON: %s" % error) from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise _wrong(path, 'it does not say "format": "%s"' % FORMAT)
-    if content.get("version") != VERSION:
+    if _whole(content.get("version")) != VERSION:
         raise _wrong(path, "it is of version %.20r, not %d" % (content.get("version"), VERSION))
     faces, entries = content.get("faces", face_count), content.get("labels")
-    if faces != face_count:
+    if _whole(faces) != face_count:
         message = "it is for a mesh of %.20r faces, this one has %d" % (faces, face_count)
         raise MapFileError("index", path, message, "take the map that it was made for")
     labels: Labels = {}
-    for index, entry in enumerate(entries if isinstance(entries, list) else [entries]):
+    for index, entry in enumerate(entries if isinstance(entries, list) else [None]):
         name = entry.get("label") if isinstance(entry, dict) else None
         if not isinstance(name, str) or not isinstance(entry.get("faces"), list):
             raise _wrong(path, 'labels[%d] has no "label" text or no list of "faces"' % index)
@@ -134,21 +141,31 @@ def _from_json(path, text, face_count):
     return content.get("uuid") if isinstance(content.get("uuid"), str) else None, labels
 
 
+def _whole(number):
+    """The int that a number of JSON is, which may have a point; None: it is none."""
+    if type(number) is float and number.is_integer():
+        return int(number)
+    return number if type(number) is int else None
+
+
 def _face_array(path, name, faces):
-    for place, face in enumerate(faces):
-        if type(face) is not int or not 0 <= face < 1 << 32:
-            message = "label %s: faces[%d] is %.20r, no face index" % (one_line(name), place, face)
+    indices = [_whole(face) for face in faces]
+    for place, index in enumerate(indices):
+        if index is None or not 0 <= index < 1 << 32:
+            message = "label %s: faces[%d] is %.20r, no face index"
+            message = message % (one_line(name), place, faces[place])
             raise MapFileError("index", path, message, "whole numbers from 0")
-    return np.array(faces, dtype=np.uint32)
+    return np.array(indices, dtype=np.uint32)
 
 
 def _json_color(path, name, color):
     if color is None:
         return None
-    if not isinstance(color, list) or len(color) != 3 or any(type(c) is not int for c in color):
+    channels = [_whole(channel) for channel in color] if isinstance(color, list) else []
+    if len(channels) != 3 or None in channels:
         message = "label %s: color %.40r is not [red, green, blue]" % (one_line(name), color)
         raise _wrong(path, message)
-    return tuple(color)
+    return tuple(channels)
 
 
 def _from_csv(path, text, face_count):
@@ -166,7 +183,7 @@ def _from_csv(path, text, face_count):
                 if "label" not in columns or "first_face" not in columns:
                     message = "line 1 has no columns label and first_face, but %.80r" % row
                     raise _wrong(path, message)
-            elif row:
+            elif len(row) > 1 or "".join(row).strip():
                 where = "line %d" % rows.line_num
                 cell = {name: row[i] for name, i in columns.items() if i < len(row)}
                 name, color, run = _csv_row(path, where, cell, face_count)
@@ -191,6 +208,9 @@ def _csv_row(path, where, cell, face_count):
         color = parse_color(cell.get("color", ""))
         if not first and not last:
             return name, color, np.zeros(0, dtype=np.int64)
+        for face in (first, last):
+            if not re.fullmatch("-?[0-9]+", face):
+                raise ValueError("%.20r is no face" % face)
         first, last = int(first), int(last)
     except ValueError as error:
         raise _wrong(path, "%s: %s" % (where, error)) from error
