@@ -9,9 +9,8 @@
 #include "displays/textured_mesh_display.h"
 #include "panel/cluster_label_panel.h"
 #include "tools/cluster_label_tool.h"
-#include "tools/mesh_goal_tool.h"
 #include "tools/mesh_inspect_tool.h"
-#include "tools/mesh_pose_estimate_tool.h"
+#include "tools/mesh_pose_tools.h"
 
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::ClusterLabelDisplay, rviz::Display)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::Map3DDisplay, rviz::Display)

@@ -45,13 +45,12 @@ ClusterLabelDisplay::ClusterLabelDisplay()
       services_(inbox_, loader_),
       lines_(this)
 {
-  connect(properties_, SIGNAL(topicsChanged()), this, SLOT(onTopics()));
-  connect(properties_, SIGNAL(lookChanged()), this, SLOT(onLook()));
-  connect(properties_, SIGNAL(labelVisibilityChanged(QString)), this,
-          SLOT(onLabelVisibility(QString)));
-  connect(properties_, SIGNAL(classVisibilityChanged(QString)), this,
-          SLOT(onClassVisibility(QString)));
-  connect(properties_, SIGNAL(colorChosen(QString)), this, SLOT(onColorChosen(QString)));
+  using Self = ClusterLabelDisplay;
+  connect(properties_, &LabelProperties::topicsChanged, this, &Self::restart);
+  connect(properties_, &LabelProperties::lookChanged, this, &Self::onLook);
+  connect(properties_, &LabelProperties::labelVisibilityChanged, this, &Self::onLabelVisibility);
+  connect(properties_, &LabelProperties::classVisibilityChanged, this, &Self::onClassVisibility);
+  connect(properties_, &LabelProperties::colorChosen, this, &Self::onColorChosen);
 }
 
 ClusterLabelDisplay::~ClusterLabelDisplay()
@@ -72,7 +71,7 @@ void ClusterLabelDisplay::setSource(const MeshSource& source)
 {
   source_ = source;
   properties_->setTopicsHidden(true);
-  onTopics();
+  restart();
 }
 
 /// The other topic, where there is none yet, is the one that hdf5_map_server has beside it.
@@ -183,11 +182,6 @@ void ClusterLabelDisplay::reset()
   restart();
 }
 
-void ClusterLabelDisplay::onTopics()
-{
-  restart();
-}
-
 void ClusterLabelDisplay::onLook()
 {
   lines_.attempt([this] {
@@ -229,6 +223,13 @@ void ClusterLabelDisplay::onColorChosen(const QString& label)
   });
 }
 
+std::optional<Rgba8> ClusterLabelDisplay::ownColor(const std::string& label) const
+{
+  const OwnColorsConstPtr own = mesh() ? label_colors_.colors(mesh()->uuid) : nullptr;
+  const auto color = own ? own->find(label) : OwnColors::const_iterator();
+  return own && color != own->end() ? std::optional<Rgba8>(color->second) : std::nullopt;
+}
+
 const LabelLooks& ClusterLabelDisplay::looks() const
 {
   static const LabelLooks none;
@@ -238,16 +239,6 @@ const LabelLooks& ClusterLabelDisplay::looks() const
 void ClusterLabelDisplay::setShown(const std::string& label, bool shown)
 {
   properties_->setShown(label, shown);
-}
-
-std::string ClusterLabelDisplay::activeLabel() const
-{
-  return properties_->activeLabel();
-}
-
-void ClusterLabelDisplay::setActiveLabel(const std::string& label)
-{
-  properties_->setActiveLabel(label);
 }
 
 float ClusterLabelDisplay::brushSize() const

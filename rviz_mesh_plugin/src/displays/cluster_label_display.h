@@ -59,20 +59,13 @@ class ClusterLabelDisplay : public rviz::Display
 
   /// As it is drawn: the label's own, else that of its class.
   Rgba8 labelColor(const std::string& label) { return colors_.color(label); }
-  /// Null while they are not known.
-  OwnColorsConstPtr ownColors() const
-  {
-    return mesh() ? label_colors_.colors(mesh()->uuid) : nullptr;
-  }
+  /// The label's own; nothing where it has none, or none is known yet.
+  std::optional<Rgba8> ownColor(const std::string& label) const;
 
   /// How labels are drawn; also those that are gone.
   const LabelLooks& looks() const;
   /// Shows its class, too.
   void setShown(const std::string& label, bool shown);
-
-  /// The label that is chosen to be edited; empty for a new one ("__NEW__").
-  std::string activeLabel() const;
-  void setActiveLabel(const std::string& label);
 
   /// In meters.
   float brushSize() const;
@@ -98,14 +91,11 @@ class ClusterLabelDisplay : public rviz::Display
   void onEnable() override;
   void onDisable() override;
 
- private Q_SLOTS:
-  void onTopics();
+ private:
   void onLook();
   void onLabelVisibility(const QString& label);
   void onClassVisibility(const QString& label_class);
   void onColorChosen(const QString& label);
-
- private:
   void work();
   void subscribe();
   void unsubscribe();

@@ -59,17 +59,6 @@ void LabelProperties::setTopicsHidden(bool hidden)
   labels_topic_->setHidden(hidden);
 }
 
-std::string LabelProperties::activeLabel() const
-{
-  const std::string label = active_label_->getStdString();
-  return label == NEW_LABEL ? std::string() : label;
-}
-
-void LabelProperties::setActiveLabel(const std::string& label)
-{
-  active_label_->setStdString(label.empty() ? NEW_LABEL : label);
-}
-
 bool LabelProperties::isShown(const std::string& label) const
 {
   return visibility_->isShown(label);

@@ -34,9 +34,6 @@ class LabelProperties : public QObject
   void setTopic(const QString& topic, bool of_labels);
   void setTopicsHidden(bool hidden);
 
-  /// Empty for "__NEW__".
-  std::string activeLabel() const;
-  void setActiveLabel(const std::string& label);
   float brushSize() const { return brush_size_->getFloat(); }
   float alpha() const { return transparency_->getFloat(); }
   bool phantom() const { return phantom_->getBool(); }

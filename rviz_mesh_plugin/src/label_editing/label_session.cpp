@@ -290,10 +290,7 @@ bool LabelSession::isStored(const LabelEdit& edit) const
     return false;
   }
   if (!edit.faces) {
-    const OwnColorsConstPtr own = display->ownColors();
-    const auto color = own ? own->find(edit.label) : OwnColors::const_iterator();
-    const bool has_own = own && color != own->end();
-    return edit.color ? has_own && color->second == *edit.color : !has_own;
+    return display->ownColor(edit.label) == edit.color;
   }
   const Faces& stored = storedFaces(*display, edit.label);
   return edit.adds
@@ -387,11 +384,10 @@ std::string LabelSession::rename(const std::string& from, const std::string& to)
   if (std::find(known.begin(), known.end(), to) != known.end()) {
     return "there is a label '" + to + "' already: merge them, or take another name";
   }
-  const OwnColorsConstPtr own = ownColors();
-  const auto color = own ? own->find(from) : OwnColors::const_iterator();
+  const std::optional<Rgba8> own = display_ ? display_->ownColor(from) : std::nullopt;
   std::string reason = assign(to, faces(from));
-  if (reason.empty() && own && color != own->end()) {
-    reason = setColor({to}, color->second);
+  if (reason.empty() && own) {
+    reason = setColor({to}, own);
   }
   if (reason.empty()) {
     reason = put(clearing(from, to));
@@ -453,14 +449,11 @@ std::string LabelSession::import(const FileLabels& labels)
 
 FileLabels LabelSession::content() const
 {
-  const OwnColorsConstPtr own = ownColors();
   FileLabels content;
   for (const std::string& name : names()) {
     FileLabel label;
     label.faces = faces(name);
-    if (own && own->count(name) != 0) {
-      label.color = own->at(name);
-    }
+    label.color = display_ ? display_->ownColor(name) : std::nullopt;
     if (!label.faces.empty()) {
       content.emplace(name, std::move(label));
     }

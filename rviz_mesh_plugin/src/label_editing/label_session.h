@@ -127,7 +127,6 @@ class LabelSession
   std::string send(const LabelEdit& edit);
   void tellEverybody(const LabelEdit& edit, const ClusterLabelDisplay& display);
   bool isStored(const LabelEdit& edit) const;
-  OwnColorsConstPtr ownColors() const { return display_ ? display_->ownColors() : nullptr; }
   void startSaving(const std::string& name_space);
   void takeSaved();
   std::string takeSaved(const std::string& name_space, Saving& saving);

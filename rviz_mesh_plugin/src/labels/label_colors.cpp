@@ -60,20 +60,16 @@ std::vector<std::string> LabelColors::setOwn(const OwnColorsConstPtr& own)
   if (own == own_) {
     return changed;
   }
-  const OwnColorsConstPtr before = own_;
-  const auto differs = [&](const std::string& label, const Rgba8& color) {
-    return !(this->color(label) == color);
-  };
-  own_ = own;
-  for (const auto& old : before ? *before : OwnColors()) {
-    if (differs(old.first, old.second)) {
-      changed.push_back(old.first);
+  OwnColors before;
+  for (const OwnColorsConstPtr& colors : {own_, own}) {
+    for (const auto& label : colors ? *colors : OwnColors()) {
+      before.emplace(label.first, color(label.first));
     }
   }
-  for (const auto& color : own ? *own : OwnColors()) {
-    const bool known = before && before->count(color.first) != 0;
-    if (!known && differs(color.first, classColor(labelClass(color.first)))) {
-      changed.push_back(color.first);
+  own_ = own;
+  for (const auto& old : before) {
+    if (!(color(old.first) == old.second)) {
+      changed.push_back(old.first);
     }
   }
   return changed;

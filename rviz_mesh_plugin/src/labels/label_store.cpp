@@ -9,18 +9,14 @@ void LabelStore::setMesh(const MeshDataConstPtr& mesh)
   if (mesh == mesh_) {
     return;
   }
+  for (const auto& label : labels_) {
+    changed_.insert(label.first);
+  }
   // The same mesh in another frame, say, keeps its labels.
   if (!mesh || !mesh_ || mesh->uuid != mesh_->uuid || mesh->faceCount() != mesh_->faceCount()) {
-    for (const auto& label : labels_) {
-      changed_.insert(label.first);
-    }
     labels_.clear();
     beyond_.clear();
     complete_ = false;
-  } else {
-    for (const auto& label : labels_) {
-      changed_.insert(label.first);
-    }
   }
   mesh_ = mesh;
   std::deque<LabelSetConstPtr> others;

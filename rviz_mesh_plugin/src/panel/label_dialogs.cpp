@@ -1,7 +1,6 @@
 #include "panel/label_dialogs.h"
 
 #include <algorithm>
-#include <memory>
 #include <set>
 
 #include <QColorDialog>
@@ -23,25 +22,26 @@ namespace {
 constexpr std::size_t MOST_LISTED = 8;
 
 /// Gone once it is closed.
-template <class Dialog>
-Dialog* create(QWidget* parent, const QString& title)
+template <class Dialog, class... Content>
+Dialog* create(QWidget* parent, const QString& title, const Content&... content)
 {
-  auto* dialog = new Dialog(parent);
+  auto* dialog = new Dialog(parent, content...);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setWindowTitle(title);
   return dialog;
 }
 
 /// Class, instance, and why they cannot be taken.
-class LabelForm
+class LabelDialog : public QDialog
 {
  public:
-  LabelForm(QDialog* dialog, const std::string& label, const std::vector<std::string>& labels)
-      : labels_(labels),
-        label_class_(new QComboBox(dialog)),
-        instance_(new QLineEdit(dialog)),
-        problem_(new QLabel(dialog)),
-        buttons_(new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel, dialog))
+  LabelDialog(QWidget* parent, const std::string& label, const std::vector<std::string>& labels)
+      : QDialog(parent),
+        labels_(labels),
+        label_class_(new QComboBox(this)),
+        instance_(new QLineEdit(this)),
+        problem_(new QLabel(this)),
+        buttons_(new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel, this))
   {
     std::set<std::string> classes;
     for (const std::string& other : labels) {
@@ -53,14 +53,15 @@ class LabelForm
     label_class_->setEditable(true);
     label_class_->setEditText(QString::fromStdString(labelClass(label)));
     problem_->setWordWrap(true);
-    auto* layout = new QFormLayout(dialog);
+    auto* layout = new QFormLayout(this);
     layout->addRow("Class:", label_class_);
     layout->addRow("Instance:", instance_);
     layout->addRow(problem_);
     layout->addRow(buttons_);
-    QObject::connect(buttons_, &QDialogButtonBox::accepted, dialog, &QDialog::accept);
-    QObject::connect(buttons_, &QDialogButtonBox::rejected, dialog, &QDialog::reject);
-    if (label.empty()) {
+    connect(buttons_, &QDialogButtonBox::accepted, this, &QDialog::accept);
+    connect(buttons_, &QDialogButtonBox::rejected, this, &QDialog::reject);
+    const bool suggests = label.empty();
+    if (suggests) {
       label_class_->setEditText(classes.empty() ? QString()
                                                 : QString::fromStdString(*classes.begin()));
       suggest();
@@ -69,26 +70,19 @@ class LabelForm
     }
     check();
     label_class_->lineEdit()->selectAll();
+    connect(label_class_, &QComboBox::editTextChanged, this, [this, suggests] {
+      if (suggests) {
+        suggest();
+      }
+      check();
+    });
+    connect(instance_, &QLineEdit::textChanged, this, [this] { check(); });
   }
 
   std::string label() const
   {
     return joinLabel(label_class_->currentText().trimmed().toStdString(),
                      instance_->text().trimmed().toStdString());
-  }
-
-  /// @param self keeps this alive
-  static void follow(const std::shared_ptr<LabelForm>& self, bool suggests)
-  {
-    QObject::connect(self->label_class_, &QComboBox::editTextChanged, self->problem_,
-                     [self = self.get(), suggests] {
-                       if (suggests) {
-                         self->suggest();
-                       }
-                       self->check();
-                     });
-    QObject::connect(self->instance_, &QLineEdit::textChanged, self->problem_,
-                     [self = self.get()] { self->check(); });
   }
 
  private:
@@ -126,10 +120,8 @@ void askLabel(QWidget* parent, const QString& title, const std::string& label,
               const std::vector<std::string>& labels,
               const std::function<void(const std::string& label)>& done)
 {
-  auto* dialog = create<QDialog>(parent, title);
-  const auto form = std::make_shared<LabelForm>(dialog, label, labels);
-  LabelForm::follow(form, label.empty());
-  QObject::connect(dialog, &QDialog::accepted, parent, [form, done] { done(form->label()); });
+  auto* dialog = create<LabelDialog>(parent, title, label, labels);
+  QObject::connect(dialog, &QDialog::accepted, parent, [dialog, done] { done(dialog->label()); });
   dialog->open();
 }
 

@@ -21,6 +21,12 @@ namespace rviz_mesh_plugin {
 
 /// What a camera of RViz has to do with the coordinates of a mesh, in double precision.
 
+inline Ogre::Vector3 ogreVector(const std::array<double, 3>& v)
+{
+  return Ogre::Vector3(static_cast<Ogre::Real>(v[0]), static_cast<Ogre::Real>(v[1]),
+                       static_cast<Ogre::Real>(v[2]));
+}
+
 /// From the near plane of the camera through the middle of the pixel under the cursor, in the fixed
 /// frame; the direction has length 1. Hits nothing where there is no camera.
 mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event);

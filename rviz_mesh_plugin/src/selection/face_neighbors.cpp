@@ -116,24 +116,25 @@ void FaceNeighbors::visit(std::uint32_t face, const Visit& visit) const
   }
 }
 
-FaceNeighbors::Faces FaceNeighbors::of(std::uint32_t face) const
+/// Of the sides that lie between selected faces and others: the faces that are selected, or the
+/// others; ascending.
+FaceNeighbors::Faces FaceNeighbors::border(const FaceSelection& selection, bool selected) const
 {
-  Faces neighbors;
-  if (face < faceCount()) {
-    visit(face, [&](std::uint32_t neighbor) { neighbors.push_back(neighbor); });
-    std::sort(neighbors.begin(), neighbors.end());
-    neighbors.erase(std::unique(neighbors.begin(), neighbors.end()), neighbors.end());
-  }
-  return neighbors;
-}
-
-/// Calls back for each side of a selected face: with the face and its neighbor there, or with the
-/// row of faces where there are several; once for each row.
-template <class OnPair, class OnRow>
-void FaceNeighbors::visitSides(const FaceSelection& selection, const OnPair& on_pair,
-                               const OnRow& on_row) const
-{
-  std::vector<bool> seen(shared_offsets_.size(), false);
+  Faces ring;
+  std::vector<bool> found(faceCount(), false);
+  const auto look = [&](const std::uint32_t* begin, const std::uint32_t* end) {
+    const auto is_selected = [&](std::uint32_t face) { return selection.contains(face); };
+    if (std::all_of(begin, end, is_selected)) {
+      return;
+    }
+    for (const std::uint32_t* face = begin; face != end; ++face) {
+      if (!found[*face] && is_selected(*face) == selected) {
+        found[*face] = true;
+        ring.push_back(*face);
+      }
+    }
+  };
+  std::vector<bool> seen(shared_offsets_.size(), false);  // rows
   for (const std::uint32_t face : selection.faces()) {
     for (unsigned corner = 0; corner < 3 && face < faceCount(); ++corner) {
       const std::uint32_t neighbor = sides_[3 * std::size_t{face} + corner];
@@ -142,59 +143,26 @@ void FaceNeighbors::visitSides(const FaceSelection& selection, const OnPair& on_
         continue;
       }
       if ((neighbor & SHARED) == 0) {
-        on_pair(face, neighbor);
+        const std::uint32_t both[] = {face, neighbor};
+        look(both, both + 2);
       } else if (!seen[row]) {
         seen[row] = true;
-        on_row(&shared_[shared_offsets_[row]], &shared_[shared_offsets_[row + 1] - 1] + 1);
+        look(&shared_[shared_offsets_[row]], &shared_[shared_offsets_[row + 1] - 1] + 1);
       }
     }
   }
+  std::sort(ring.begin(), ring.end());
+  return ring;
 }
 
 FaceNeighbors::Faces FaceNeighbors::grow(const FaceSelection& selection) const
 {
-  Faces ring;
-  std::vector<bool> found(faceCount(), false);
-  const auto add = [&](std::uint32_t face) {
-    if (!found[face] && !selection.contains(face)) {
-      found[face] = true;
-      ring.push_back(face);
-    }
-  };
-  visitSides(
-      selection, [&](std::uint32_t /*face*/, std::uint32_t neighbor) { add(neighbor); },
-      [&](const std::uint32_t* begin, const std::uint32_t* end) {
-        std::for_each(begin, end, add);
-      });
-  std::sort(ring.begin(), ring.end());
-  return ring;
+  return border(selection, false);
 }
 
 FaceNeighbors::Faces FaceNeighbors::shrink(const FaceSelection& selection) const
 {
-  Faces ring;
-  std::vector<bool> found(faceCount(), false);
-  const auto add = [&](std::uint32_t face) {
-    if (!found[face] && selection.contains(face)) {
-      found[face] = true;
-      ring.push_back(face);
-    }
-  };
-  visitSides(
-      selection,
-      [&](std::uint32_t face, std::uint32_t neighbor) {
-        if (!selection.contains(neighbor)) {
-          add(face);
-        }
-      },
-      [&](const std::uint32_t* begin, const std::uint32_t* end) {
-        const auto selected = [&](std::uint32_t face) { return selection.contains(face); };
-        if (!std::all_of(begin, end, selected)) {
-          std::for_each(begin, end, add);
-        }
-      });
-  std::sort(ring.begin(), ring.end());
-  return ring;
+  return border(selection, true);
 }
 
 FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t start,
@@ -230,12 +198,6 @@ FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t st
   }
   std::sort(region.begin(), region.end());
   return region;
-}
-
-std::size_t FaceNeighbors::memory() const
-{
-  return sizeof(std::uint32_t) *
-         (sides_.capacity() + shared_offsets_.capacity() + shared_.capacity());
 }
 
 }  // namespace rviz_mesh_plugin

@@ -30,9 +30,6 @@ class FaceNeighbors
 
   std::size_t faceCount() const { return sides_.size() / 3; }
 
-  /// Ascending, each once.
-  Faces of(std::uint32_t face) const;
-
   /// The ring around a selection: its neighbors that are not in it, ascending.
   Faces grow(const FaceSelection& selection) const;
 
@@ -49,13 +46,10 @@ class FaceNeighbors
   Faces flood(const MeshData& mesh, std::uint32_t start, double max_angle,
               const std::atomic<bool>* cancel = nullptr) const;
 
-  std::size_t memory() const;
-
  private:
   template <class Visit>
   void visit(std::uint32_t face, const Visit& visit) const;
-  template <class OnPair, class OnRow>
-  void visitSides(const FaceSelection& selection, const OnPair& on_pair, const OnRow& on_row) const;
+  Faces border(const FaceSelection& selection, bool selected) const;
 
   /// Three per face: its neighbor there, NONE, or SHARED and the number of a row of shared_.
   std::vector<std::uint32_t> sides_;

@@ -1,24 +1,43 @@
 #include "selection/selection_gestures.h"
 
 #include <algorithm>
-#include <cstdlib>
+
+#include <rviz/viewport_mouse_event.h>
+#include <QEvent>
 
 namespace rviz_mesh_plugin {
+namespace {
 
-constexpr double SelectionGestures::CLICK_SHARE;
-
-Gesture SelectionGestures::handle(const MouseInput& input, SelectionTechnique technique,
-                                  double picture_area)
+Pixel pixelOf(const rviz::ViewportMouseEvent& event)
 {
-  switch (input.type) {
-    case MouseInput::PRESS:
-      return press(input, technique);
-    case MouseInput::RELEASE:
-      return release(input, picture_area);
-    case MouseInput::WHEEL:
-      return wheel(input);
+  return {event.x, event.y};
+}
+
+}  // namespace
+
+std::pair<Pixel, Pixel> boundsOf(const std::vector<Pixel>& path)
+{
+  Pixel lower = path.front(), upper = lower;
+  for (const Pixel& pixel : path) {
+    lower = {std::min(lower.x, pixel.x), std::min(lower.y, pixel.y)};
+    upper = {std::max(upper.x, pixel.x), std::max(upper.y, pixel.y)};
+  }
+  return {lower, upper};
+}
+
+Gesture SelectionGestures::handle(const rviz::ViewportMouseEvent& event,
+                                  SelectionTechnique technique, double picture_area)
+{
+  switch (event.type) {
+    case QEvent::MouseButtonPress:
+    case QEvent::MouseButtonDblClick:  // the second of two quick presses
+      return press(event, technique);
+    case QEvent::MouseButtonRelease:
+      return release(event, picture_area);
+    case QEvent::Wheel:
+      return wheel(event);
     default:
-      return move(input);
+      return move(event);
   }
 }
 
@@ -30,73 +49,75 @@ bool SelectionGestures::giveUp()
   return dragging;
 }
 
-Gesture SelectionGestures::press(const MouseInput& input, SelectionTechnique technique)
+Gesture SelectionGestures::press(const rviz::ViewportMouseEvent& event,
+                                 SelectionTechnique technique)
 {
   if (isDragging()) {
     giveUp();
-    return make(Gesture::GIVE_UP, input);
+    return make(Gesture::GIVE_UP, event);
   }
   if (state_ == State::CAMERA) {
-    return make(Gesture::CAMERA, input);
+    return make(Gesture::CAMERA, event);
   }
-  if (state_ == State::IGNORED && input.down != Qt::MouseButtons(input.button)) {
+  if (state_ == State::IGNORED && event.buttons_down != Qt::MouseButtons(event.acting_button)) {
     return {};
   }
-  button_ = input.button;
+  button_ = event.acting_button;
   technique_ = technique;
-  path_ = {input.at};
+  path_ = {pixelOf(event)};
   const bool selects = button_ == Qt::LeftButton || button_ == Qt::RightButton;
-  if (!selects || (input.modifiers & Qt::ShiftModifier) != 0) {
+  if (!selects || (event.modifiers & Qt::ShiftModifier) != 0) {
     state_ = State::CAMERA;
-    return make(Gesture::CAMERA, input);
+    return make(Gesture::CAMERA, event);
   }
-  if ((input.modifiers & Qt::ControlModifier) != 0) {
+  if ((event.modifiers & Qt::ControlModifier) != 0) {
     state_ = State::STROKE;
-    return make(Gesture::STROKE_BEGIN, input);
+    return make(Gesture::STROKE_BEGIN, event);
   }
   state_ = State::DRAG;
-  return make(Gesture::OUTLINE, input);
+  return make(Gesture::OUTLINE, event);
 }
 
-Gesture SelectionGestures::move(const MouseInput& input)
+Gesture SelectionGestures::move(const rviz::ViewportMouseEvent& event)
 {
-  if (isDragging() && (input.down & button_) == 0) {
+  if (isDragging() && (event.buttons_down & button_) == 0) {
     giveUp();
     state_ = State::IDLE;
-    return make(Gesture::GIVE_UP, input);
+    return make(Gesture::GIVE_UP, event);
   }
-  if (input.down == Qt::NoButton) {
+  if (event.buttons_down == Qt::NoButton) {
     state_ = State::IDLE;
   }
   switch (state_) {
     case State::CAMERA:
-      return make(Gesture::CAMERA, input);
+      return make(Gesture::CAMERA, event);
     case State::STROKE:
-      return follow(Gesture::STROKE, input);
+      return follow(Gesture::STROKE, event);
     case State::DRAG:
-      return follow(Gesture::OUTLINE, input);
+      return follow(Gesture::OUTLINE, event);
     case State::IGNORED:
       return {};
     default:
       break;
   }
-  Gesture gesture = make(Gesture::HOVER, input);
-  gesture.brush = input.down == Qt::NoButton && (input.modifiers & Qt::ControlModifier) != 0 &&
-                  (input.modifiers & Qt::ShiftModifier) == 0;
+  Gesture gesture = make(Gesture::HOVER, event);
+  gesture.brush = event.buttons_down == Qt::NoButton &&
+                  (event.modifiers & Qt::ControlModifier) != 0 &&
+                  (event.modifiers & Qt::ShiftModifier) == 0;
   return gesture;
 }
 
-Gesture SelectionGestures::release(const MouseInput& input, double picture_area)
+Gesture SelectionGestures::release(const rviz::ViewportMouseEvent& event, double picture_area)
 {
   const State state = state_;
   if (state == State::CAMERA || state == State::IGNORED) {
-    state_ = input.down == Qt::NoButton ? State::IDLE : state;
-    return state == State::CAMERA ? make(Gesture::CAMERA, input) : Gesture();
+    state_ = event.buttons_down == Qt::NoButton ? State::IDLE : state;
+    return state == State::CAMERA ? make(Gesture::CAMERA, event) : Gesture();
   }
-  if (!isDragging() || input.button != button_) {
+  if (!isDragging() || event.acting_button != button_) {
     return {};
   }
-  Gesture gesture = follow(Gesture::STROKE_END, input);
+  Gesture gesture = follow(Gesture::STROKE_END, event);
   state_ = State::IDLE;
   if (state == State::STROKE) {
     return gesture;
@@ -112,50 +133,46 @@ Gesture SelectionGestures::release(const MouseInput& input, double picture_area)
   return gesture;
 }
 
-Gesture SelectionGestures::wheel(const MouseInput& input) const
+Gesture SelectionGestures::wheel(const rviz::ViewportMouseEvent& event) const
 {
-  const bool brush = (input.modifiers & Qt::ControlModifier) != 0;
+  const bool brush = (event.modifiers & Qt::ControlModifier) != 0;
   if (state_ == State::DRAG || state_ == State::IGNORED || (state_ == State::STROKE && !brush)) {
     return {};
   }
-  Gesture gesture = make(brush ? Gesture::RADIUS : Gesture::CAMERA, input);
-  gesture.notches = input.wheel / 120.0;
+  Gesture gesture = make(brush ? Gesture::RADIUS : Gesture::CAMERA, event);
+  gesture.notches = event.wheel_delta / 120.0;
   return gesture;
 }
 
-Gesture SelectionGestures::make(Gesture::Kind kind, const MouseInput& input) const
+Gesture SelectionGestures::make(Gesture::Kind kind, const rviz::ViewportMouseEvent& event) const
 {
   Gesture gesture;
   gesture.kind = kind;
   gesture.adding = isAdding();
-  gesture.from = gesture.to = input.at;
+  gesture.from = gesture.to = pixelOf(event);
   return gesture;
 }
 
 /// The path goes on to where the mouse is.
-Gesture SelectionGestures::follow(Gesture::Kind kind, const MouseInput& input)
+Gesture SelectionGestures::follow(Gesture::Kind kind, const rviz::ViewportMouseEvent& event)
 {
-  Gesture gesture = make(kind, input);
+  Gesture gesture = make(kind, event);
   gesture.from = path_.back();
   if (state_ != State::DRAG || technique_ != SelectionTechnique::LASSO) {
     path_.resize(1);  // only both ends matter
     if (state_ == State::STROKE) {
       path_.clear();
     }
-    path_.push_back(input.at);
-  } else if (!(path_.back() == input.at)) {
-    path_.push_back(input.at);
+    path_.push_back(pixelOf(event));
+  } else if (!(path_.back() == pixelOf(event))) {
+    path_.push_back(pixelOf(event));
   }
   return gesture;
 }
 
 bool SelectionGestures::isClick(double picture_area) const
 {
-  Pixel lower = path_.front(), upper = lower;
-  for (const Pixel& pixel : path_) {
-    lower = {std::min(lower.x, pixel.x), std::min(lower.y, pixel.y)};
-    upper = {std::max(upper.x, pixel.x), std::max(upper.y, pixel.y)};
-  }
+  const auto [lower, upper] = boundsOf(path_);
   const double area = static_cast<double>(upper.x - lower.x) * (upper.y - lower.y);
   return area < CLICK_SHARE * picture_area;
 }

@@ -1,8 +1,13 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include <qnamespace.h>
+
+namespace rviz {
+class ViewportMouseEvent;
+}
 
 namespace rviz_mesh_plugin {
 
@@ -26,23 +31,8 @@ inline bool operator==(const Pixel& a, const Pixel& b)
   return a.x == b.x && a.y == b.y;
 }
 
-/// What the mouse did.
-struct MouseInput
-{
-  enum Type
-  {
-    PRESS,
-    RELEASE,
-    MOVE,
-    WHEEL
-  };
-  Type type = MOVE;
-  Pixel at;
-  Qt::MouseButton button = Qt::NoButton;  ///< that was pressed or released
-  Qt::MouseButtons down = Qt::NoButton;   ///< from now on
-  Qt::KeyboardModifiers modifiers = Qt::NoModifier;
-  int wheel = 0;  ///< 120 per notch
-};
+/// The lower and the upper corner of a path, which is not empty.
+std::pair<Pixel, Pixel> boundsOf(const std::vector<Pixel>& path);
 
 /// What is to be done.
 struct Gesture
@@ -81,7 +71,8 @@ class SelectionGestures
   static constexpr double CLICK_SHARE = 1e-4;
 
   /// @param picture_area in pixels
-  Gesture handle(const MouseInput& input, SelectionTechnique technique, double picture_area);
+  Gesture handle(const rviz::ViewportMouseEvent& event, SelectionTechnique technique,
+                 double picture_area);
 
   /// Forgets what is being dragged; returns whether anything but the camera was.
   bool giveUp();
@@ -103,12 +94,12 @@ class SelectionGestures
     IGNORED  ///< given up; the buttons are still down
   };
 
-  Gesture press(const MouseInput& input, SelectionTechnique technique);
-  Gesture move(const MouseInput& input);
-  Gesture release(const MouseInput& input, double picture_area);
-  Gesture wheel(const MouseInput& input) const;
-  Gesture make(Gesture::Kind kind, const MouseInput& input) const;
-  Gesture follow(Gesture::Kind kind, const MouseInput& input);
+  Gesture press(const rviz::ViewportMouseEvent& event, SelectionTechnique technique);
+  Gesture move(const rviz::ViewportMouseEvent& event);
+  Gesture release(const rviz::ViewportMouseEvent& event, double picture_area);
+  Gesture wheel(const rviz::ViewportMouseEvent& event) const;
+  Gesture make(Gesture::Kind kind, const rviz::ViewportMouseEvent& event) const;
+  Gesture follow(Gesture::Kind kind, const rviz::ViewportMouseEvent& event);
   bool isClick(double picture_area) const;
 
   State state_ = State::IDLE;

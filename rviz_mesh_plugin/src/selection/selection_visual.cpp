@@ -31,8 +31,6 @@ class SelectionObject : public LabelObject
 
 }  // namespace
 
-constexpr Rgba8 SelectionVisual::COLOR;
-
 SelectionVisual::SelectionVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
     : parent_(parent),
       node_(scene_manager->createSceneNode()),
@@ -94,12 +92,6 @@ void SelectionVisual::setColor(const Rgba8& color)
   material_ = std::move(material);
 }
 
-void SelectionVisual::setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation)
-{
-  node_->setPosition(position);
-  node_->setOrientation(orientation);
-}
-
 void SelectionVisual::setVisible(bool visible)
 {
   const bool attached = node_->getParent() != nullptr;
@@ -114,7 +106,8 @@ bool SelectionVisual::follow(const std::vector<ShownMesh>& shown)
 {
   for (const ShownMesh& other : shown) {
     if (mesh() && other.mesh == mesh()) {
-      setPose(other.position, other.orientation);
+      node_->setPosition(other.position);
+      node_->setOrientation(other.orientation);
       setVisible(true);
       return true;
     }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <OgrePrerequisites.h>
-#include <OgreQuaternion.h>
 
 #include "base/mesh_data.h"
 #include "mesh_view/shown_mesh.h"
@@ -43,7 +42,6 @@ class SelectionVisual
   void apply(const FaceSelection::Change& change);
 
   void setColor(const Rgba8& color);
-  void setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation);
   void setVisible(bool visible);
 
   /// To be called each frame: takes the pose that the mesh has now; hides the highlight where the

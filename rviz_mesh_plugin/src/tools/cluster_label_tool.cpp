@@ -9,6 +9,7 @@
 #include <ros/console.h>
 #include <rviz/display_context.h>
 #include <rviz/load_resource.h>
+#include <rviz/ogre_helpers/shape.h>
 #include <rviz/properties/property.h>
 #include <rviz/render_panel.h>
 #include <rviz/tool_manager.h>
@@ -22,7 +23,6 @@
 
 #include "displays/cluster_label_display.h"
 #include "displays/display_tree.h"
-#include "tools/selection/brush_ball.h"
 #include "tools/selection/screen_outline.h"
 #include "tools/selection/selection_editor.h"
 #include "tools/selection/selection_properties.h"
@@ -30,51 +30,38 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-using Change = FaceSelection::Change;
-
 /// Seconds between two lines of the log.
 constexpr double LOG_PERIOD = 5.0;
 
 /// Of the brush's radius, per notch of the wheel.
 constexpr double RADIUS_FACTOR = 1.1;
 
-const char* cursorOf(SelectionTechnique technique)
-{
-  switch (technique) {
-    case SelectionTechnique::LASSO:
-      return "package://rviz_mesh_plugin/icons/select_lasso.png";
-    case SelectionTechnique::FLOOD:
-      return "package://rviz_mesh_plugin/icons/select_flood.png";
-    case SelectionTechnique::LABEL:
-      return "package://rviz_mesh_plugin/icons/select_label.png";
-    default:
-      return "package://rviz_mesh_plugin/icons/select_box.png";
-  }
-}
+/// Brightness of the brush, so that it shows on the highlight, too.
+constexpr float BALL_ADDING = 1.0f;
+constexpr float BALL_REMOVING = 0.1f;
+constexpr float BALL_ALPHA = 0.4f;
 
-MouseInput inputOf(const rviz::ViewportMouseEvent& event)
+struct TechniqueLook
 {
-  MouseInput input;
-  input.at = {event.x, event.y};
-  input.button = event.acting_button;
-  input.down = event.buttons_down;
-  input.modifiers = event.modifiers;
-  switch (event.type) {
-    case QEvent::MouseButtonPress:
-    case QEvent::MouseButtonDblClick:  // the second of two quick presses
-      input.type = MouseInput::PRESS;
-      break;
-    case QEvent::MouseButtonRelease:
-      input.type = MouseInput::RELEASE;
-      break;
-    case QEvent::Wheel:
-      input.type = MouseInput::WHEEL;
-      input.wheel = event.wheel_delta;
-      break;
-    default:
-      break;
-  }
-  return input;
+  const char* cursor;
+  const char* hint;
+};
+
+/// Of SelectionTechnique.
+constexpr TechniqueLook LOOKS[] = {
+    {"package://rviz_mesh_plugin/icons/select_box.png",
+     "<b>Left drag:</b> box to select. <b>Right drag:</b> to deselect. <b>Click:</b> one face."},
+    {"package://rviz_mesh_plugin/icons/select_lasso.png",
+     "<b>Left drag:</b> lasso to select. <b>Right drag:</b> to deselect."},
+    {"package://rviz_mesh_plugin/icons/select_flood.png",
+     "<b>Left click:</b> select the connected region. <b>Right click:</b> deselect it."},
+    {"package://rviz_mesh_plugin/icons/select_label.png",
+     "<b>Left click:</b> select the faces of a label. <b>Right click:</b> deselect them."},
+};
+
+const TechniqueLook& lookOf(SelectionTechnique technique)
+{
+  return LOOKS[static_cast<std::size_t>(technique)];
 }
 
 bool hasPicture(const rviz::ViewportMouseEvent& event)
@@ -82,61 +69,6 @@ bool hasPicture(const rviz::ViewportMouseEvent& event)
   const Ogre::Viewport* viewport = event.viewport;
   return viewport && viewport->getCamera() && viewport->getActualWidth() > 0 &&
          viewport->getActualHeight() > 0;
-}
-
-/// What the status bar says while faces are being selected.
-struct SelectionState
-{
-  std::size_t count = 0;       ///< of the faces
-  std::optional<double> area;  ///< in square meters
-  bool busy = false;
-  bool brush = false;   ///< it is in use
-  std::string message;  ///< what happened last; may be empty
-};
-
-const char* mouseHint(SelectionTechnique technique)
-{
-  switch (technique) {
-    case SelectionTechnique::LASSO:
-      return "<b>Left drag:</b> lasso to select. <b>Right drag:</b> to deselect.";
-    case SelectionTechnique::FLOOD:
-      return "<b>Left click:</b> select the connected region. <b>Right click:</b> deselect it.";
-    case SelectionTechnique::LABEL:
-      return "<b>Left click:</b> select the faces of a label. <b>Right click:</b> deselect them.";
-    default:
-      return "<b>Left drag:</b> box to select. <b>Right drag:</b> to deselect. <b>Click:</b> one "
-             "face.";
-  }
-}
-
-/// As rich text.
-QString selectionHint(const SelectionState& state, const SelectionSettings& settings)
-{
-  QString text;
-  if (state.busy) {
-    text = settings.visible_only ? "Looking which faces are seen ... <b>Esc:</b> give up. "
-                                 : "Looking for the faces ... <b>Esc:</b> give up. ";
-  } else if (!state.message.empty()) {
-    QString message = QString::fromStdString(state.message);
-    message[0] = message[0].toUpper();
-    text = message.toHtmlEscaped() + ". ";
-  }
-  if (state.count == 0) {
-    text += "No faces are selected. ";
-  } else {
-    text += QString(state.count == 1 ? "%1 face is selected, " : "%1 faces are selected, ")
-                .arg(state.count);
-    text += state.area ? QString("%1 m². ").arg(*state.area, 0, 'g', 4) : "... m². ";
-  }
-  if (state.brush) {
-    return text + QString(
-                      "<b>Ctrl + drag:</b> brush of %1 m, right to deselect. <b>Ctrl + "
-                      "wheel:</b> its radius.")
-                      .arg(settings.radius, 0, 'g', 3);
-  }
-  return text + mouseHint(settings.technique) +
-         " <b>Ctrl:</b> brush. <b>Shift, middle, wheel:</b> view. <b>1-4:</b> mode. <b>Enter:</b> "
-         "label.";
 }
 
 }  // namespace
@@ -179,7 +111,6 @@ void ClusterLabelTool::onInitialize()
   const bool ready = attempt([&] {
     editor_ = std::make_unique<SelectionEditor>(context_, [this] { Q_EMIT selectionChanged(); });
     outline_ = std::make_unique<ScreenOutline>(scene_manager_);
-    ball_ = std::make_unique<BrushBall>(scene_manager_);
     onSettings();
     // RViz updates only the tool in use, but the highlight stays with the mesh.
     if (auto* manager = dynamic_cast<rviz::VisualizationManager*>(context_)) {
@@ -222,7 +153,7 @@ void ClusterLabelTool::clearSelection()
   attempt([&] {
     if (editor_ && mesh()) {
       editor_->giveUp();
-      editor_->change([](FaceSelection& selection) -> const Change& { return selection.clear(); });
+      editor_->change(&FaceSelection::clear);
     }
   });
   showStatus();
@@ -256,7 +187,7 @@ void ClusterLabelTool::deactivate()
   attempt([&] {
     if (editor_) {
       giveUp();
-      ball_->hide();
+      ball_.reset();
     }
     active_ = false;
   });
@@ -294,7 +225,7 @@ void ClusterLabelTool::onFrame()
     }
     const bool control = (QGuiApplication::keyboardModifiers() & Qt::ControlModifier) != 0;
     if (!editor_->brush() || !(control || gestures_.isDragging())) {
-      ball_->hide();
+      ball_.reset();
     }
     if (!news.text.empty()) {
       say(news.text);
@@ -308,7 +239,7 @@ void ClusterLabelTool::onSettings()
   attempt([&] {
     if (editor_) {
       editor_->session().setColor(properties_->color());
-      setCursor(rviz::makeIconCursor(cursorOf(properties_->settings().technique)));
+      setCursor(rviz::makeIconCursor(lookOf(properties_->settings().technique).cursor));
       showStatus();
     }
   });
@@ -339,7 +270,7 @@ int ClusterLabelTool::handle(rviz::ViewportMouseEvent& event)
   const SelectionSettings settings = properties_->settings();
   const double area =
       static_cast<double>(event.viewport->getActualWidth()) * event.viewport->getActualHeight();
-  const Gesture gesture = gestures_.handle(inputOf(event), settings.technique, area);
+  const Gesture gesture = gestures_.handle(event, settings.technique, area);
   const bool begins =
       event.type == QEvent::MouseButtonPress || event.type == QEvent::MouseButtonDblClick;
   if (begins && gestures_.isDragging()) {
@@ -359,7 +290,7 @@ int ClusterLabelTool::handle(rviz::ViewportMouseEvent& event)
     case Gesture::HOVER:
       return hover(event, gesture.brush) ? Render : 0;
     case Gesture::OUTLINE:
-      ball_->hide();
+      ball_.reset();
       showOutline(event);
       return Render;
     case Gesture::RADIUS:
@@ -387,28 +318,19 @@ void ClusterLabelTool::select(const rviz::ViewportMouseEvent& event, const Gestu
       text = editor_->click(event, gesture, settings);
       break;
     case Gesture::BOX:
-      text = editor_->box(event, gesture, settings);
-      break;
     case Gesture::LASSO:
-      text = editor_->lasso(event, gesture, gestures_.path(), settings);
+      text = editor_->area(event, gesture, gestures_.path(), settings);
       break;
-    case Gesture::STROKE_BEGIN:
-      editor_->beginStroke();
+    default:  // of a stroke
+      if (gesture.kind == Gesture::STROKE_BEGIN) {
+        editor_->beginStroke();
+      }
       text = editor_->stroke(event, gesture, settings);
+      if (gesture.kind == Gesture::STROKE_END) {
+        editor_->endStroke();
+      }
+      showBall(gesture.adding);
       break;
-    case Gesture::STROKE:
-      text = editor_->stroke(event, gesture, settings);
-      break;
-    case Gesture::STROKE_END:
-      text = editor_->stroke(event, gesture, settings);
-      editor_->endStroke();
-      break;
-    default:
-      break;
-  }
-  if (gesture.kind == Gesture::STROKE_BEGIN || gesture.kind == Gesture::STROKE ||
-      gesture.kind == Gesture::STROKE_END) {
-    showBall(gesture.adding);
   }
   message_ = text;
   showStatus();
@@ -417,24 +339,32 @@ void ClusterLabelTool::select(const rviz::ViewportMouseEvent& event, const Gestu
 /// Returns whether there is anything new to be seen.
 bool ClusterLabelTool::hover(const rviz::ViewportMouseEvent& event, bool brush)
 {
-  const bool was_shown = ball_->isShown();
+  const bool was_shown = ball_ != nullptr;
   if (brush) {
     editor_->findBrush(event, properties_->settings());
     showBall(!gestures_.isDragging() || gestures_.isAdding());
   } else {
-    ball_->hide();
+    ball_.reset();
   }
   showStatus();
-  return was_shown || ball_->isShown();
+  return was_shown || ball_ != nullptr;
 }
 
+/// Shows where the brush is, and how large.
 void ClusterLabelTool::showBall(bool adding)
 {
-  if (const auto& hit = editor_->brush()) {
-    ball_->show(pointInFixedFrame(hit->point, *hit), properties_->settings().radius, adding);
-  } else {
-    ball_->hide();
+  const auto& hit = editor_->brush();
+  if (!hit) {
+    ball_.reset();
+    return;
   }
+  if (!ball_) {
+    ball_ = std::make_unique<rviz::Shape>(rviz::Shape::Sphere, scene_manager_);
+  }
+  ball_->setPosition(ogreVector(pointInFixedFrame(hit->point, *hit)));
+  ball_->setScale(Ogre::Vector3(static_cast<float>(2.0 * properties_->settings().radius)));
+  const float light = adding ? BALL_ADDING : BALL_REMOVING;
+  ball_->setColor(light, light, light, BALL_ALPHA);
 }
 
 void ClusterLabelTool::showOutline(const rviz::ViewportMouseEvent& event)
@@ -454,7 +384,7 @@ void ClusterLabelTool::moveCamera(const rviz::ViewportMouseEvent& event)
   if (!view) {
     return;
   }
-  ball_->hide();
+  ball_.reset();
   rviz::ViewportMouseEvent passed = event;
   const bool middle =
       event.acting_button == Qt::MiddleButton || (event.buttons_down & Qt::MiddleButton) != 0;
@@ -551,19 +481,17 @@ std::string ClusterLabelTool::pressForFaces(SelectionKey key)
 {
   switch (key) {
     case SelectionKey::UNDO:
-      return selection().canUndo()
-                 ? editor_->change([](FaceSelection& s) -> const Change& { return s.undo(); })
-                 : "there is nothing to undo";
+      return selection().canUndo() ? editor_->change(&FaceSelection::undo)
+                                   : "there is nothing to undo";
     case SelectionKey::REDO:
-      return selection().canRedo()
-                 ? editor_->change([](FaceSelection& s) -> const Change& { return s.redo(); })
-                 : "there is nothing to redo";
+      return selection().canRedo() ? editor_->change(&FaceSelection::redo)
+                                   : "there is nothing to redo";
     case SelectionKey::ALL:
       return editor_->selectAll();
     case SelectionKey::CLEAR:
-      return editor_->change([](FaceSelection& s) -> const Change& { return s.clear(); });
+      return editor_->change(&FaceSelection::clear);
     case SelectionKey::INVERT:
-      return editor_->change([](FaceSelection& s) -> const Change& { return s.invert(); });
+      return editor_->change(&FaceSelection::invert);
     case SelectionKey::GROW:
       return editor_->growOrShrink(true);
     case SelectionKey::SHRINK:
@@ -585,19 +513,45 @@ void ClusterLabelTool::say(const std::string& message)
   showStatus();
 }
 
+/// What the status bar says while faces are being selected, as rich text.
+QString ClusterLabelTool::hint() const
+{
+  const SelectionSettings settings = properties_->settings();
+  QString text;
+  if (busy()) {
+    text = settings.visible_only ? "Looking which faces are seen ... <b>Esc:</b> give up. "
+                                 : "Looking for the faces ... <b>Esc:</b> give up. ";
+  } else if (!message_.empty()) {
+    QString message = QString::fromStdString(message_);
+    message[0] = message[0].toUpper();
+    text = message.toHtmlEscaped() + ". ";
+  }
+  const std::size_t count = selection().count();
+  if (count == 0) {
+    text += "No faces are selected. ";
+  } else {
+    const std::optional<double> area = editor_->session().area();
+    text += QString(count == 1 ? "%1 face is selected, " : "%1 faces are selected, ").arg(count);
+    text += area ? QString("%1 m². ").arg(*area, 0, 'g', 4) : "... m². ";
+  }
+  if (ball_) {
+    return text + QString(
+                      "<b>Ctrl + drag:</b> brush of %1 m, right to deselect. <b>Ctrl + "
+                      "wheel:</b> its radius.")
+                      .arg(settings.radius, 0, 'g', 3);
+  }
+  return text + lookOf(settings.technique).hint +
+         " <b>Ctrl:</b> brush. <b>Shift, middle, wheel:</b> view. <b>1-4:</b> mode. <b>Enter:</b> "
+         "label.";
+}
+
 /// Where another tool is in use, the status bar is that one's.
 void ClusterLabelTool::showStatus()
 {
   if (!active_ || !editor_) {
     return;
   }
-  SelectionState state;
-  state.count = selection().count();
-  state.area = editor_->session().area();
-  state.busy = busy();
-  state.brush = ball_ && ball_->isShown();
-  state.message = message_;
-  const QString status = selectionHint(state, properties_->settings());
+  const QString status = hint();
   if (status != status_) {
     status_ = status;
     setStatus(status);

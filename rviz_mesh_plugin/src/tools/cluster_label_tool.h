@@ -13,9 +13,12 @@
 #include "tools/selection/selection_keys.h"
 #endif
 
+namespace rviz {
+class Shape;
+}
+
 namespace rviz_mesh_plugin {
 
-class BrushBall;
 class ScreenOutline;
 class SelectionEditor;
 class SelectionProperties;
@@ -85,13 +88,14 @@ class ClusterLabelTool : public rviz::Tool
   void giveUp();
   void say(const std::string& message);
   void followBrushSize();
+  QString hint() const;
   void showStatus();
 
   SelectionProperties* properties_;
   SelectionGestures gestures_;
   std::unique_ptr<SelectionEditor> editor_;
   std::unique_ptr<ScreenOutline> outline_;
-  std::unique_ptr<BrushBall> ball_;
+  std::unique_ptr<rviz::Shape> ball_;  ///< the brush, where it is seen
   bool active_ = false;
   float brush_size_ = 1.0f;  ///< of the display, as it was last
   std::string message_;

@@ -118,10 +118,11 @@ TEST_F(ClusterLabelTest, what_is_saved_is_loaded_before_there_are_labels)
   spinFrames();
   auto* other = createDisplayAs<Display>("rviz_mesh_plugin/ClusterLabel");
   other->load(saved);
-  EXPECT_EQ(other->activeLabel(), "tree_1") << "before there are labels";
+  EXPECT_EQ(find(other, {"Active label"})->getValue().toString(), "tree_1")
+      << "before there are labels";
   EXPECT_EQ(other->brushSize(), 0.25f);
   ASSERT_TRUE(says(other, "Labels", "2 labels of 2 classes on 100 faces, 2 hidden"));
-  EXPECT_EQ(other->activeLabel(), "tree_1");
+  EXPECT_EQ(find(other, {"Active label"})->getValue().toString(), "tree_1");
   EXPECT_EQ(picture().count({48, 48, 48}), 640u * 480u);
   rviz::Config again;
   other->save(again);
@@ -129,7 +130,7 @@ TEST_F(ClusterLabelTest, what_is_saved_is_loaded_before_there_are_labels)
     const auto names = again.mapGetChild("Visible Labels").mapGetChild(list);
     ASSERT_EQ(names.listLength(), 1) << list;
   }
-  other->setActiveLabel("");
+  set(other, {"Active label"}, "__NEW__");
   EXPECT_EQ(find(other, {"Active label"})->getValue().toString(), "__NEW__");
 }
 

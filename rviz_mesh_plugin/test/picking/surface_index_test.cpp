@@ -124,7 +124,9 @@ TEST(SurfaceIndexTest, all_who_ask_share_what_is_made_once)
   EXPECT_EQ(found[1]->bvh().faceCount(), other->faceCount());
   const FaceNeighbors expected(joinedCorners(*mesh));
   for (std::uint32_t face = 0; face < mesh->faceCount(); face += 7) {
-    ASSERT_EQ(neighbors[0]->of(face), expected.of(face));
+    rviz_mesh_plugin::FaceSelection one(mesh->faceCount());
+    one.select({face});
+    ASSERT_EQ(neighbors[0]->grow(one), expected.grow(one));
   }
   EXPECT_EQ(index.meshCount(), 2u);
 }

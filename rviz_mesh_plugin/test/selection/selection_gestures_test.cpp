@@ -1,10 +1,11 @@
 #include <gtest/gtest.h>
+#include <rviz/viewport_mouse_event.h>
+#include <QEvent>
 
 #include "selection/selection_gestures.h"
 #include "tools/selection/selection_keys.h"
 
 using rviz_mesh_plugin::Gesture;
-using rviz_mesh_plugin::MouseInput;
 using rviz_mesh_plugin::Pixel;
 using rviz_mesh_plugin::SelectionGestures;
 using rviz_mesh_plugin::SelectionKey;
@@ -24,23 +25,33 @@ class SelectionGesturesTest : public testing::Test
                 Qt::KeyboardModifiers modifiers = Qt::NoModifier)
   {
     down |= button;
-    return gestures.handle({MouseInput::PRESS, at, button, down, modifiers, 0}, technique, AREA);
+    return handle(QEvent::MouseButtonPress, at, button, modifiers);
   }
   Gesture move(const Pixel& at, Qt::KeyboardModifiers modifiers = Qt::NoModifier)
   {
-    return gestures.handle({MouseInput::MOVE, at, Qt::NoButton, down, modifiers, 0}, technique,
-                           AREA);
+    return handle(QEvent::MouseMove, at, Qt::NoButton, modifiers);
   }
   Gesture release(const Pixel& at, Qt::MouseButton button = Qt::LeftButton)
   {
     down &= ~Qt::MouseButtons(button);
-    return gestures.handle({MouseInput::RELEASE, at, button, down, Qt::NoModifier, 0}, technique,
-                           AREA);
+    return handle(QEvent::MouseButtonRelease, at, button, Qt::NoModifier);
   }
   Gesture wheel(int delta, Qt::KeyboardModifiers modifiers = Qt::NoModifier)
   {
-    return gestures.handle({MouseInput::WHEEL, {5, 5}, Qt::NoButton, down, modifiers, delta},
-                           technique, AREA);
+    return handle(QEvent::Wheel, {5, 5}, Qt::NoButton, modifiers, delta);
+  }
+  Gesture handle(QEvent::Type type, const Pixel& at, Qt::MouseButton button,
+                 Qt::KeyboardModifiers modifiers, int wheel = 0)
+  {
+    rviz::ViewportMouseEvent event;
+    event.type = type;
+    event.x = at.x;
+    event.y = at.y;
+    event.acting_button = button;
+    event.buttons_down = down;
+    event.modifiers = modifiers;
+    event.wheel_delta = wheel;
+    return gestures.handle(event, technique, AREA);
   }
 
   SelectionGestures gestures;

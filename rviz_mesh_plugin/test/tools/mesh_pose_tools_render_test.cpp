@@ -8,8 +8,7 @@
 #include <std_msgs/ColorRGBA.h>
 
 #include "surface_tool_fixture.h"
-#include "tools/mesh_goal_tool.h"
-#include "tools/mesh_pose_estimate_tool.h"
+#include "tools/mesh_pose_tools.h"
 
 using rviz_mesh_plugin::MeshGoalTool;
 using rviz_mesh_plugin::MeshPoseEstimateTool;

@@ -3,16 +3,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
-#include <set>
 #include <utility>
-#include <vector>
 
 #include <OgreSceneManager.h>
 #include <OgreSceneNode.h>
 
 #include "labels/label_faces.h"
-#include "labels/label_order.h"
-#include "rendering/labels/label_layers.h"
 #include "rendering/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
@@ -31,137 +27,8 @@ constexpr std::size_t FACE_LAYER = 2;
 
 }  // namespace
 
-/// The labels of one mesh as objects in the scene: uploaded, and laid over each other in the order
-/// of their names, in slices.
-class LabelOverlay::LabelObjects
-{
- public:
-  /// @param mesh outlives the objects; its vertices are uploaded first
-  LabelObjects(Ogre::SceneNode* parent, const LabelledMesh& mesh) : parent_(parent), mesh_(mesh) {}
-
-  /// Adds or replaces a label with faces, all of the mesh; the object is without a material at
-  /// first.
-  LabelObject& set(const LabelClusterConstPtr& label);
-  void remove(const std::string& label);
-  void clear();
-
-  /// Null where there is none.
-  LabelObject* find(const std::string& label) const;
-  bool empty() const { return labels_.empty(); }
-
-  /// Works as long as uploading @a left bytes takes, and takes that off it; returns how many bytes
-  /// were uploaded. All of it is left where there is nothing to do.
-  std::size_t upload(std::size_t& left);
-  /// What has not been uploaded yet stays so.
-  void giveUp() { waiting_.clear(); }
-
-  std::size_t gpuBytes() const;
-
- private:
-  struct Label
-  {
-    LabelClusterConstPtr cluster;
-    std::unique_ptr<LabelObject> object;
-  };
-
-  void arrange(std::size_t& left);
-
-  Ogre::SceneNode* parent_;
-  const LabelledMesh& mesh_;
-  std::map<std::string, Label, LabelLess> labels_;
-  std::set<std::string> waiting_;  ///< labels with something to upload
-  LabelLayers layers_;
-  bool is_arranged_ = true;  ///< or is being arranged
-};
-
-LabelObject& LabelOverlay::LabelObjects::set(const LabelClusterConstPtr& cluster)
-{
-  Label& label = labels_[cluster->label];
-  if (!label.object) {
-    label.object = std::make_unique<LabelObject>(parent_, mesh_);
-  }
-  label.cluster = cluster;
-  label.object->setFaces({cluster, &cluster->faces});
-  waiting_.insert(cluster->label);
-  is_arranged_ = false;
-  return *label.object;
-}
-
-void LabelOverlay::LabelObjects::remove(const std::string& label)
-{
-  if (labels_.erase(label) > 0) {
-    waiting_.erase(label);
-    is_arranged_ = false;
-  }
-}
-
-void LabelOverlay::LabelObjects::clear()
-{
-  labels_.clear();
-  waiting_.clear();
-  layers_ = LabelLayers();
-  is_arranged_ = true;
-}
-
-LabelObject* LabelOverlay::LabelObjects::find(const std::string& label) const
-{
-  const auto found = labels_.find(label);
-  return found == labels_.end() ? nullptr : found->second.object.get();
-}
-
-std::size_t LabelOverlay::LabelObjects::upload(std::size_t& left)
-{
-  std::size_t half = left / 2;  // neither holds up the other
-  left -= half;
-  arrange(half);
-  left += half;
-  std::size_t uploaded = 0;
-  while (!waiting_.empty() && left >= CALL) {
-    LabelObject& object = *labels_.at(*waiting_.begin()).object;
-    uploaded += object.upload(left);
-    left -= std::min(left, CALL);
-    if (object.isComplete()) {
-      waiting_.erase(waiting_.begin());
-    }
-  }
-  return uploaded;
-}
-
-/// Finds the layers of the labels as they are when it begins: others that come meanwhile are for
-/// the next time, so that labels that change all the time get theirs, too.
-void LabelOverlay::LabelObjects::arrange(std::size_t& left)
-{
-  if (!is_arranged_ && layers_.isDone()) {
-    is_arranged_ = true;
-    LabelLayers::Labels clusters;
-    clusters.reserve(labels_.size());
-    for (const auto& label : labels_) {
-      clusters.push_back(label.second.cluster);
-    }
-    layers_.start(mesh_.mesh->faceCount(), std::move(clusters));
-  }
-  const auto place = [this](const LabelCluster& label, unsigned short layer) {
-    if (LabelObject* object = find(label.label)) {
-      object->setLayer(layer);
-    }
-  };
-  const std::size_t looked = layers_.work(left / FACE_LAYER, place);
-  left -= std::min(left, FACE_LAYER * looked);
-}
-
-std::size_t LabelOverlay::LabelObjects::gpuBytes() const
-{
-  std::size_t bytes = 0;
-  for (const auto& label : labels_) {
-    bytes += label.second.object->gpuBytes();
-  }
-  return bytes;
-}
-
 LabelOverlay::LabelOverlay(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
-    : parent_(parent),
-      node_(scene_manager->createSceneNode()),
-      labels_(std::make_unique<LabelObjects>(node_, vertices_.shared()))
+    : parent_(parent), node_(scene_manager->createSceneNode())
 {
   parent_->addChild(node_);
 }
@@ -169,36 +36,55 @@ LabelOverlay::LabelOverlay(Ogre::SceneManager* scene_manager, Ogre::SceneNode* p
 LabelOverlay::~LabelOverlay()
 {
   phantom_.reset();
-  labels_->clear();
+  labels_.clear();
   destroySceneNode(node_);
 }
 
 void LabelOverlay::setMesh(const MeshDataConstPtr& mesh)
 {
   phantom_.reset();
-  labels_->clear();
+  labels_.clear();
+  waiting_.clear();
+  layers_ = LabelLayers();
+  is_arranged_ = true;
   vertices_.setMesh(mesh);
   if (phantom_shown_) {
     setPhantom(true);
   }
 }
 
-std::size_t LabelOverlay::setLabel(const LabelClusterConstPtr& label)
+std::size_t LabelOverlay::setLabel(const LabelClusterConstPtr& cluster)
 {
   const MeshDataConstPtr& mesh = vertices_.shared().mesh;
-  const LabelClusterConstPtr inside = withinMesh(label, mesh ? mesh->faceCount() : 0);
+  const LabelClusterConstPtr inside = withinMesh(cluster, mesh ? mesh->faceCount() : 0);
   if (inside->faces.empty()) {
-    labels_->remove(label->label);
+    removeLabel(cluster->label);
   } else {
-    labels_->set(inside);
-    applyLook(label->label);
+    Label& label = labels_[cluster->label];
+    if (!label.object) {
+      label.object = std::make_unique<LabelObject>(node_, vertices_.shared());
+    }
+    label.cluster = inside;
+    label.object->setFaces({inside, &inside->faces});
+    waiting_.insert(cluster->label);
+    is_arranged_ = false;
+    applyLook(cluster->label);
   }
-  return label->faces.size() - inside->faces.size();
+  return cluster->faces.size() - inside->faces.size();
 }
 
 void LabelOverlay::removeLabel(const std::string& label)
 {
-  labels_->remove(label);
+  if (labels_.erase(label) > 0) {
+    waiting_.erase(label);
+    is_arranged_ = false;
+  }
+}
+
+LabelObject* LabelOverlay::find(const std::string& label) const
+{
+  const auto found = labels_.find(label);
+  return found == labels_.end() ? nullptr : found->second.object.get();
 }
 
 void LabelOverlay::setColor(const std::string& label, const Rgba8& color)
@@ -215,7 +101,7 @@ void LabelOverlay::setVisible(const std::string& label, bool visible)
 
 void LabelOverlay::applyLook(const std::string& label)
 {
-  if (LabelObject* object = labels_->find(label)) {
+  if (LabelObject* object = find(label)) {
     const LabelLook& look = looks_[label];
     object->setMaterial(materials_.get(look.color));
     object->setShown(look.visible);
@@ -262,7 +148,7 @@ bool LabelOverlay::upload(std::chrono::microseconds budget)
       }
     } while (std::chrono::steady_clock::now() < end);
   } catch (...) {
-    labels_->giveUp();
+    waiting_.clear();  // what has not been uploaded yet stays so
     phantom_.reset();
     vertices_.giveUp();
     throw;
@@ -273,7 +159,7 @@ bool LabelOverlay::upload(std::chrono::microseconds budget)
 /// False where there was nothing to do.
 bool LabelOverlay::uploadSlice()
 {
-  if (!vertices_.shared().mesh || (labels_->empty() && !phantom_)) {
+  if (!vertices_.shared().mesh || (labels_.empty() && !phantom_)) {
     return false;
   }
   if (!vertices_.shared().complete()) {
@@ -281,16 +167,62 @@ bool LabelOverlay::uploadSlice()
     return true;
   }
   std::size_t left = SLICE;
-  uploaded_bytes_ += labels_->upload(left);
+  uploaded_bytes_ += uploadLabels(left);
   if (left > 0 && phantom_ && !phantom_->isComplete()) {
     uploaded_bytes_ += phantom_->upload(left);
   }
   return left < SLICE;
 }
 
+/// Works as long as uploading @a left bytes takes, and takes that off it; returns how many bytes
+/// were uploaded. All of it is left where there is nothing to do.
+std::size_t LabelOverlay::uploadLabels(std::size_t& left)
+{
+  std::size_t half = left / 2;  // neither holds up the other
+  left -= half;
+  arrange(half);
+  left += half;
+  std::size_t uploaded = 0;
+  while (!waiting_.empty() && left >= CALL) {
+    LabelObject& object = *labels_.at(*waiting_.begin()).object;
+    uploaded += object.upload(left);
+    left -= std::min(left, CALL);
+    if (object.isComplete()) {
+      waiting_.erase(waiting_.begin());
+    }
+  }
+  return uploaded;
+}
+
+/// Finds the layers of the labels as they are when it begins: others that come meanwhile are for
+/// the next time, so that labels that change all the time get theirs, too.
+void LabelOverlay::arrange(std::size_t& left)
+{
+  if (!is_arranged_ && layers_.isDone()) {
+    is_arranged_ = true;
+    LabelLayers::Labels clusters;
+    clusters.reserve(labels_.size());
+    for (const auto& label : labels_) {
+      clusters.push_back(label.second.cluster);
+    }
+    layers_.start(vertices_.shared().mesh->faceCount(), std::move(clusters));
+  }
+  const auto place = [this](const LabelCluster& label, unsigned short layer) {
+    if (LabelObject* object = find(label.label)) {
+      object->setLayer(layer);
+    }
+  };
+  const std::size_t looked = layers_.work(left / FACE_LAYER, place);
+  left -= std::min(left, FACE_LAYER * looked);
+}
+
 std::size_t LabelOverlay::gpuBytes() const
 {
-  return vertices_.gpuBytes() + labels_->gpuBytes() + (phantom_ ? phantom_->gpuBytes() : 0);
+  std::size_t bytes = vertices_.gpuBytes() + (phantom_ ? phantom_->gpuBytes() : 0);
+  for (const auto& label : labels_) {
+    bytes += label.second.object->gpuBytes();
+  }
+  return bytes;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -4,12 +4,15 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include <OgrePrerequisites.h>
 
 #include "base/mesh_data.h"
 #include "labels/label_colors.h"
+#include "labels/label_order.h"
+#include "rendering/labels/label_layers.h"
 #include "rendering/labels/label_material.h"
 #include "rendering/labels/label_object.h"
 #include "rendering/labels/label_vertices.h"
@@ -36,7 +39,7 @@ class LabelOverlay
 
   /// Adds or replaces one label; without faces it is removed. Faces beyond the mesh are left out;
   /// returns how many.
-  std::size_t setLabel(const LabelClusterConstPtr& label);
+  std::size_t setLabel(const LabelClusterConstPtr& cluster);
   void removeLabel(const std::string& label);
 
   /// Also of labels that are gone.
@@ -60,16 +63,26 @@ class LabelOverlay
   std::size_t uploadedBytes() const { return uploaded_bytes_; }
 
  private:
-  class LabelObjects;
+  struct Label
+  {
+    LabelClusterConstPtr cluster;
+    std::unique_ptr<LabelObject> object;
+  };
 
+  LabelObject* find(const std::string& label) const;
   void applyLook(const std::string& label);
   bool uploadSlice();
+  std::size_t uploadLabels(std::size_t& left);
+  void arrange(std::size_t& left);
 
   Ogre::SceneNode* parent_;
   Ogre::SceneNode* node_;
   LabelMaterials materials_;
   LabelVertices vertices_;
-  std::unique_ptr<LabelObjects> labels_;
+  std::map<std::string, Label, LabelLess> labels_;
+  std::set<std::string> waiting_;  ///< labels with something to upload
+  LabelLayers layers_;
+  bool is_arranged_ = true;  ///< or is being arranged
   LabelLooks looks_;
   std::unique_ptr<LabelObject> phantom_;
   bool phantom_shown_ = false;

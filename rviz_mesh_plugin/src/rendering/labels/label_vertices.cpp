@@ -1,10 +1,10 @@
 #include "rendering/labels/label_vertices.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <OgreHardwareBufferManager.h>
 
+#include "base/vectors.h"
 #include "rendering/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
@@ -22,10 +22,8 @@ float edgeOf(const MeshData& mesh)
   double sum = 0.0;
   std::size_t count = 0;
   for (std::size_t face = 0; face < mesh.faceCount(); face += stride) {
-    const auto& a = mesh.vertices[mesh.indices[3 * face]].position;
-    const auto& b = mesh.vertices[mesh.indices[3 * face + 1]].position;
-    sum += std::hypot(static_cast<double>(a[0]) - b[0], static_cast<double>(a[1]) - b[1],
-                      static_cast<double>(a[2]) - b[2]);
+    const auto one = static_cast<std::uint32_t>(face);
+    sum += distance(cornerOf(mesh, one, 0), cornerOf(mesh, one, 1));
     ++count;
   }
   return count == 0 ? 0.0f : static_cast<float>(sum / count);

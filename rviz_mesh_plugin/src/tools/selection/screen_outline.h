@@ -29,7 +29,6 @@ class ScreenOutline : public Ogre::MovableObject, public Ogre::Renderable
   /// A rectangle, slightly filled.
   void showBox(const Ogre::Viewport& viewport, const Pixel& corner, const Pixel& opposite);
   void hide() { viewport_ = nullptr; }
-  bool isShown() const { return viewport_ != nullptr; }
 
   /// MovableObject and Renderable.
   const Ogre::String& getMovableType() const override;

@@ -1,7 +1,6 @@
 #include "tools/selection/selection_editor.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdlib>
 #include <utility>
@@ -133,31 +132,24 @@ std::string SelectionEditor::flood(const SurfaceHit& hit, bool adding,
   return reason;
 }
 
-std::string SelectionEditor::box(const Event& event, const Gesture& gesture,
-                                 const SelectionSettings& settings)
-{
-  Target target = findTarget(event, gesture, {gesture.from, gesture.to}, settings);
-  if (!target.reason.empty()) {
-    return target.reason;
-  }
-  target.search.regions.push_back(std::make_shared<mesh_map::ConvexRegion>(
-      boxRegion(pointOf(gesture.from, *event.viewport), pointOf(gesture.to, *event.viewport),
-                meshToClip(*event.viewport->getCamera(), target.search.shown))));
-  return search(std::move(target.search), gesture.adding, settings.visible_only);
-}
-
-std::string SelectionEditor::lasso(const Event& event, const Gesture& gesture,
-                                   const std::vector<Pixel>& path,
-                                   const SelectionSettings& settings)
+std::string SelectionEditor::area(const Event& event, const Gesture& gesture,
+                                  const std::vector<Pixel>& path, const SelectionSettings& settings)
 {
   Target target = findTarget(event, gesture, path, settings);
   if (!target.reason.empty()) {
     return target.reason;
   }
-  target.search.regions.push_back(std::make_shared<mesh_map::LassoRegion>(
-      pointsOf(path, *event.viewport),
-      meshToClip(*event.viewport->getCamera(), target.search.shown)));
-  return search(std::move(target.search), gesture.adding, true);
+  const auto points = pointsOf(path, *event.viewport);
+  const auto to_clip = meshToClip(*event.viewport->getCamera(), target.search.shown);
+  const bool lasso = gesture.kind == Gesture::LASSO;
+  auto& regions = target.search.regions;
+  if (lasso) {
+    regions.push_back(std::make_shared<mesh_map::LassoRegion>(points, to_clip));
+  } else {
+    regions.push_back(std::make_shared<mesh_map::ConvexRegion>(
+        boxRegion(points.front(), points.back(), to_clip)));
+  }
+  return search(std::move(target.search), gesture.adding, lasso || settings.visible_only);
 }
 
 FaceSearch SelectionEditor::makeSearch(const Event& event, const ShownMesh& shown,
@@ -194,17 +186,13 @@ SelectionEditor::Target SelectionEditor::selectedTarget(const Event& event,
 /// The mesh in the middle of a part of the picture, else the one that has a selection, else the
 /// first that has faces there.
 SelectionEditor::Target SelectionEditor::findTarget(const Event& event, const Gesture& gesture,
-                                                    const std::vector<Pixel>& bounds,
+                                                    const std::vector<Pixel>& path,
                                                     const SelectionSettings& settings) const
 {
   if (!gesture.adding) {
     return selectedTarget(event, settings);
   }
-  Pixel lower = bounds.front(), upper = lower;
-  for (const Pixel& pixel : bounds) {
-    lower = {std::min(lower.x, pixel.x), std::min(lower.y, pixel.y)};
-    upper = {std::max(upper.x, pixel.x), std::max(upper.y, pixel.y)};
-  }
+  const auto [lower, upper] = boundsOf(path);
   Event middle = event;
   middle.x = (lower.x + upper.x) / 2;
   middle.y = (lower.y + upper.y) / 2;
@@ -347,9 +335,7 @@ std::string SelectionEditor::selectAll()
     const auto shown = picker_.meshes();
     session_.setMesh(shown.empty() ? nullptr : shown.front().mesh);
   }
-  return change([](FaceSelection& selection) -> const FaceSelection::Change& {
-    return selection.selectAll();
-  });
+  return change(&FaceSelection::selectAll);
 }
 
 std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
@@ -401,9 +387,7 @@ bool SelectionEditor::giveUp()
   stroke_ending_ = false;
   stroke_mesh_.reset();
   if (stroking && session_.selection().inStroke()) {
-    session_.change([](FaceSelection& selection) -> const FaceSelection::Change& {
-      return selection.giveUpStroke();
-    });
+    session_.change(&FaceSelection::giveUpStroke);
   }
   return searching || stroking;
 }

@@ -38,9 +38,9 @@ class SelectionEditor
 
   /// What is under the cursor.
   std::string click(const Event& event, const Gesture& gesture, const SelectionSettings& settings);
-  std::string box(const Event& event, const Gesture& gesture, const SelectionSettings& settings);
-  std::string lasso(const Event& event, const Gesture& gesture, const std::vector<Pixel>& path,
-                    const SelectionSettings& settings);
+  /// A box or a lasso. @param path of the gesture
+  std::string area(const Event& event, const Gesture& gesture, const std::vector<Pixel>& path,
+                   const SelectionSettings& settings);
 
   /// With the brush: all of a stroke is one step to undo.
   void beginStroke();
@@ -88,7 +88,7 @@ class SelectionEditor
   FaceSearch makeSearch(const Event& event, const ShownMesh& shown,
                         const SelectionSettings& settings) const;
   Target selectedTarget(const Event& event, const SelectionSettings& settings) const;
-  Target findTarget(const Event& event, const Gesture& gesture, const std::vector<Pixel>& bounds,
+  Target findTarget(const Event& event, const Gesture& gesture, const std::vector<Pixel>& path,
                     const SelectionSettings& settings) const;
   std::string flood(const SurfaceHit& hit, bool adding, const SelectionSettings& settings);
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const FaceSelection::Faces& faces);

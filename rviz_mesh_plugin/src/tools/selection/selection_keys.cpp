@@ -3,50 +3,38 @@
 namespace rviz_mesh_plugin {
 namespace {
 
+constexpr int PLAIN = Qt::NoModifier;  // with Shift or without
+constexpr int CONTROL = Qt::ControlModifier;
+constexpr int CONTROL_SHIFT = Qt::ControlModifier | Qt::ShiftModifier;
+
 struct Binding
 {
+  int modifiers;
   int key;
   SelectionKey meaning;
 };
 
-constexpr Binding PLAIN[] = {
-    {Qt::Key_Delete, SelectionKey::CLEAR},
-    {Qt::Key_Plus, SelectionKey::GROW},
-    {Qt::Key_Equal, SelectionKey::GROW},  // the same key without Shift, on many keyboards
-    {Qt::Key_Minus, SelectionKey::SHRINK},
-    {Qt::Key_1, SelectionKey::BOX},
-    {Qt::Key_2, SelectionKey::LASSO},
-    {Qt::Key_3, SelectionKey::FLOOD},
-    {Qt::Key_4, SelectionKey::LABEL},
-    {Qt::Key_Return, SelectionKey::REQUEST_LABEL},
-    {Qt::Key_Enter, SelectionKey::REQUEST_LABEL},
-    {Qt::Key_Escape, SelectionKey::GIVE_UP},
+constexpr Binding BINDINGS[] = {
+    {PLAIN, Qt::Key_Delete, SelectionKey::CLEAR},
+    {PLAIN, Qt::Key_Plus, SelectionKey::GROW},
+    {PLAIN, Qt::Key_Equal, SelectionKey::GROW},  // the same key without Shift, on many keyboards
+    {PLAIN, Qt::Key_Minus, SelectionKey::SHRINK},
+    {PLAIN, Qt::Key_1, SelectionKey::BOX},
+    {PLAIN, Qt::Key_2, SelectionKey::LASSO},
+    {PLAIN, Qt::Key_3, SelectionKey::FLOOD},
+    {PLAIN, Qt::Key_4, SelectionKey::LABEL},
+    {PLAIN, Qt::Key_Return, SelectionKey::REQUEST_LABEL},
+    {PLAIN, Qt::Key_Enter, SelectionKey::REQUEST_LABEL},
+    {PLAIN, Qt::Key_Escape, SelectionKey::GIVE_UP},
+    {CONTROL, Qt::Key_Z, SelectionKey::UNDO},
+    {CONTROL, Qt::Key_Y, SelectionKey::REDO},
+    {CONTROL, Qt::Key_A, SelectionKey::ALL},
+    {CONTROL, Qt::Key_I, SelectionKey::INVERT},
+    {CONTROL, Qt::Key_T, SelectionKey::TOGGLE_VISIBLE_ONLY},
+    {CONTROL, Qt::Key_B, SelectionKey::TOGGLE_BACK_FACES},
+    {CONTROL_SHIFT, Qt::Key_Z, SelectionKey::REDO},
+    {CONTROL_SHIFT, Qt::Key_A, SelectionKey::CLEAR},
 };
-
-constexpr Binding CONTROL[] = {
-    {Qt::Key_Z, SelectionKey::UNDO},
-    {Qt::Key_Y, SelectionKey::REDO},
-    {Qt::Key_A, SelectionKey::ALL},
-    {Qt::Key_I, SelectionKey::INVERT},
-    {Qt::Key_T, SelectionKey::TOGGLE_VISIBLE_ONLY},
-    {Qt::Key_B, SelectionKey::TOGGLE_BACK_FACES},
-};
-
-constexpr Binding CONTROL_SHIFT[] = {
-    {Qt::Key_Z, SelectionKey::REDO},
-    {Qt::Key_A, SelectionKey::CLEAR},
-};
-
-template <class Bindings>
-SelectionKey find(const Bindings& bindings, int key)
-{
-  for (const Binding& binding : bindings) {
-    if (binding.key == key) {
-      return binding.meaning;
-    }
-  }
-  return SelectionKey::NONE;
-}
 
 }  // namespace
 
@@ -55,10 +43,14 @@ SelectionKey selectionKey(int key, Qt::KeyboardModifiers modifiers)
   if ((modifiers & (Qt::AltModifier | Qt::MetaModifier)) != 0) {
     return SelectionKey::NONE;
   }
-  if ((modifiers & Qt::ControlModifier) == 0) {
-    return find(PLAIN, key);
+  const bool control = (modifiers & Qt::ControlModifier) != 0;
+  const int held = control ? static_cast<int>(modifiers & CONTROL_SHIFT) : PLAIN;
+  for (const Binding& binding : BINDINGS) {
+    if (binding.modifiers == held && binding.key == key) {
+      return binding.meaning;
+    }
   }
-  return (modifiers & Qt::ShiftModifier) != 0 ? find(CONTROL_SHIFT, key) : find(CONTROL, key);
+  return SelectionKey::NONE;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -1,4 +1,4 @@
-#include "tools/mesh_pose_estimate_tool.h"
+#include "tools/mesh_pose_tools.h"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <rviz/properties/float_property.h>
@@ -25,6 +25,17 @@ constexpr Variance VARIANCES[6] = {
      "Of the rotation about z of the frame, in rad²."}};
 
 }  // namespace
+
+MeshGoalTool::MeshGoalTool()
+    : SurfacePoseTool({'m', "The goal", "goal", Ogre::ColourValue::Green,
+                       PublishedTopic::advertise<geometry_msgs::PoseStamped>})
+{
+}
+
+std::string MeshGoalTool::publish(PublishedTopic& topic, const geometry_msgs::PoseStamped& pose)
+{
+  return topic.publish(what(), pose);
+}
 
 MeshPoseEstimateTool::MeshPoseEstimateTool()
     : SurfacePoseTool({'e', "The pose estimate", "initialpose", Ogre::ColourValue::Red,

@@ -9,6 +9,18 @@
 
 namespace rviz_mesh_plugin {
 
+/// Publishes a goal on a surface as geometry_msgs/PoseStamped.
+class MeshGoalTool : public SurfacePoseTool
+{
+  Q_OBJECT
+
+ public:
+  MeshGoalTool();
+
+ protected:
+  std::string publish(PublishedTopic& topic, const geometry_msgs::PoseStamped& pose) override;
+};
+
 /// Publishes where a robot is on a surface as geometry_msgs/PoseWithCovarianceStamped.
 class MeshPoseEstimateTool : public SurfacePoseTool
 {
