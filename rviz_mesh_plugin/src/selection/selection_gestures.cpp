@@ -30,7 +30,6 @@ Gesture SelectionGestures::handle(const rviz::ViewportMouseEvent& event,
 {
   switch (event.type) {
     case QEvent::MouseButtonPress:
-    case QEvent::MouseButtonDblClick:  // the second of two quick presses
       return press(event, technique);
     case QEvent::MouseButtonRelease:
       return release(event, picture_area);

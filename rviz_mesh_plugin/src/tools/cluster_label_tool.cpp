@@ -2,11 +2,9 @@
 
 #include <cmath>
 #include <cstddef>
-#include <exception>
 #include <optional>
 
 #include <OgreViewport.h>
-#include <ros/console.h>
 #include <rviz/display_context.h>
 #include <rviz/load_resource.h>
 #include <rviz/ogre_helpers/shape.h>
@@ -29,9 +27,6 @@
 
 namespace rviz_mesh_plugin {
 namespace {
-
-/// Seconds between two lines of the log.
-constexpr double LOG_PERIOD = 5.0;
 
 /// Of the brush's radius, per notch of the wheel.
 constexpr double RADIUS_FACTOR = 1.1;
@@ -83,42 +78,29 @@ ClusterLabelTool::ClusterLabelTool()
 
 ClusterLabelTool::~ClusterLabelTool() = default;
 
-/// Errors end here; what has been begun is given up then.
-bool ClusterLabelTool::attempt(const std::function<void()>& work)
+/// What has been begun is given up.
+void ClusterLabelTool::recover(const std::string& problem)
 {
-  try {
-    try {
-      work();
-      return true;
-    } catch (const std::exception& error) {
-      ROS_ERROR_THROTTLE(LOG_PERIOD, "Cluster Label: %s", error.what());
-      gestures_.giveUp();
-      if (outline_) {
-        outline_->hide();
-      }
-      say(std::string("something went wrong: ") + error.what());
-      if (editor_) {
-        editor_->giveUp();
-      }
-    }
-  } catch (const std::exception&) {  // no memory to say so
+  gestures_.giveUp();
+  if (outline_) {
+    outline_->hide();
   }
-  return false;
+  tell("something went wrong: " + problem);
+  if (editor_) {
+    editor_->giveUp();
+  }
 }
 
-void ClusterLabelTool::onInitialize()
+/// Without an editor nothing is done: that is the last that may fail.
+void ClusterLabelTool::initializeTool()
 {
-  const bool ready = attempt([&] {
-    editor_ = std::make_unique<SelectionEditor>(context_, [this] { Q_EMIT selectionChanged(); });
-    outline_ = std::make_unique<ScreenOutline>(scene_manager_);
-    onSettings();
-    // RViz updates only the tool in use, but the highlight stays with the mesh.
-    if (auto* manager = dynamic_cast<rviz::VisualizationManager*>(context_)) {
-      connect(manager, &rviz::VisualizationManager::preUpdate, this, &ClusterLabelTool::onFrame);
-    }
-  });
-  if (!ready) {
-    editor_.reset();  // then nothing is done
+  outline_ = std::make_unique<ScreenOutline>(scene_manager_);
+  editor_ =
+      std::make_unique<SelectionEditor>(context_, picker(), [this] { Q_EMIT selectionChanged(); });
+  onSettings();
+  // RViz updates only the tool in use, but the highlight stays with the mesh.
+  if (auto* manager = dynamic_cast<rviz::VisualizationManager*>(context_)) {
+    connect(manager, &rviz::VisualizationManager::preUpdate, this, &ClusterLabelTool::onFrame);
   }
 }
 
@@ -170,36 +152,30 @@ const SelectionVisual* ClusterLabelTool::visual() const
 }
 
 /// Looks at no display: RViz also calls this while it ends, when they are gone.
-void ClusterLabelTool::activate()
+void ClusterLabelTool::begin()
 {
-  attempt([&] {
-    active_ = true;
-    message_.clear();
-    status_.clear();
-    gestures_.giveUp();
-    onSettings();
-  });
+  active_ = true;
+  message_.clear();
+  status_.clear();
+  gestures_.giveUp();
+  onSettings();
 }
 
-/// Also what Esc leads to, in RViz; looks at no display either.
-void ClusterLabelTool::deactivate()
+/// Looks at no display either.
+void ClusterLabelTool::end()
 {
-  attempt([&] {
-    if (editor_) {
-      giveUp();
-      ball_.reset();
-    }
-    active_ = false;
-  });
+  if (editor_) {
+    giveUp();
+    ball_.reset();
+  }
+  active_ = false;
 }
 
-void ClusterLabelTool::update(float /*wall_dt*/, float /*ros_dt*/)
+void ClusterLabelTool::work()
 {
   if (active_ && editor_) {
-    attempt([&] {
-      followBrushSize();
-      editor_->prepare(properties_->settings());
-    });
+    followBrushSize();
+    editor_->prepare(properties_->settings());
   }
 }
 
@@ -228,7 +204,7 @@ void ClusterLabelTool::onFrame()
       ball_.reset();
     }
     if (!news.text.empty()) {
-      say(news.text);
+      tell(news.text);
     }
     showStatus();
   });
@@ -250,43 +226,39 @@ void ClusterLabelTool::giveUp()
   const bool dragging = gestures_.giveUp();
   outline_->hide();
   if (editor_->giveUp() || dragging) {
-    say("given up");
+    tell("given up");
   }
 }
 
-int ClusterLabelTool::processMouseEvent(rviz::ViewportMouseEvent& event)
+int ClusterLabelTool::mouse(rviz::ViewportMouseEvent& event)
 {
-  int result = 0;
-  attempt([&] {
-    if (editor_ && hasPicture(event)) {
-      result = handle(event);
-    }
-  });
-  return result;
-}
-
-int ClusterLabelTool::handle(rviz::ViewportMouseEvent& event)
-{
+  if (!editor_ || !hasPicture(event)) {
+    return 0;
+  }
   const SelectionSettings settings = properties_->settings();
   const double area =
       static_cast<double>(event.viewport->getActualWidth()) * event.viewport->getActualHeight();
   const Gesture gesture = gestures_.handle(event, settings.technique, area);
-  const bool begins =
-      event.type == QEvent::MouseButtonPress || event.type == QEvent::MouseButtonDblClick;
-  if (begins && gestures_.isDragging()) {
+  if (event.type == QEvent::MouseButtonPress && gestures_.isDragging()) {
     message_.clear();
     if (busy()) {
       gestures_.giveUp();
-      say(STILL_LOOKING);
+      tell(STILL_LOOKING);
       return Render;
     }
   }
   switch (gesture.kind) {
     case Gesture::NOTHING:
       return 0;
-    case Gesture::CAMERA:
-      moveCamera(event);
+    case Gesture::CAMERA: {
+      ball_.reset();
+      // Shift with left or right is what these buttons do without it in RViz's other tools.
+      const bool middle =
+          event.acting_button == Qt::MiddleButton || (event.buttons_down & Qt::MiddleButton) != 0;
+      moveCamera(event, !middle && event.type != QEvent::Wheel);
+      status_.clear();  // the view has its own
       return Render;
+    }
     case Gesture::HOVER:
       return hover(event, gesture.brush) ? Render : 0;
     case Gesture::OUTLINE:
@@ -377,24 +349,6 @@ void ClusterLabelTool::showOutline(const rviz::ViewportMouseEvent& event)
   }
 }
 
-/// Shift with left or right is what these buttons do without it in RViz's other tools.
-void ClusterLabelTool::moveCamera(const rviz::ViewportMouseEvent& event)
-{
-  rviz::ViewController* view = event.panel ? event.panel->getViewController() : nullptr;
-  if (!view) {
-    return;
-  }
-  ball_.reset();
-  rviz::ViewportMouseEvent passed = event;
-  const bool middle =
-      event.acting_button == Qt::MiddleButton || (event.buttons_down & Qt::MiddleButton) != 0;
-  if (!middle && event.type != QEvent::Wheel) {
-    passed.modifiers &= ~Qt::KeyboardModifiers(Qt::ShiftModifier);
-  }
-  view->handleMouseEvent(passed);
-  status_.clear();  // the view has its own
-}
-
 int ClusterLabelTool::processKeyEvent(QKeyEvent* event, rviz::RenderPanel* panel)
 {
   bool used = false;
@@ -442,7 +396,7 @@ void ClusterLabelTool::press(SelectionKey key)
     return;  // until the button is released
   }
   if (!pressForSettings(key)) {
-    say(busy() ? STILL_LOOKING : pressForFaces(key));
+    tell(busy() ? STILL_LOOKING : pressForFaces(key));
   }
 }
 
@@ -463,13 +417,13 @@ bool ClusterLabelTool::pressForSettings(SelectionKey key)
       return true;
     case SelectionKey::TOGGLE_VISIBLE_ONLY:
       properties_->toggleVisibleOnly();
-      say(properties_->settings().visible_only ? "only faces that are seen are selected"
-                                               : "faces are selected through the mesh");
+      tell(properties_->settings().visible_only ? "only faces that are seen are selected"
+                                                : "faces are selected through the mesh");
       return true;
     case SelectionKey::TOGGLE_BACK_FACES:
       properties_->toggleBackFaces();
-      say(properties_->settings().back_faces ? "faces seen from behind are selected, too"
-                                             : "faces seen from behind are not selected");
+      tell(properties_->settings().back_faces ? "faces seen from behind are selected, too"
+                                              : "faces seen from behind are not selected");
       return true;
     default:
       return false;
@@ -507,7 +461,7 @@ std::string ClusterLabelTool::pressForFaces(SelectionKey key)
   }
 }
 
-void ClusterLabelTool::say(const std::string& message)
+void ClusterLabelTool::tell(const std::string& message)
 {
   message_ = message;
   showStatus();

@@ -1,16 +1,14 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 
 #ifndef Q_MOC_RUN
-#include <rviz/tool.h>
-
 #include "base/mesh_data.h"
 #include "selection/face_selection.h"
 #include "selection/selection_gestures.h"
 #include "tools/selection/selection_keys.h"
+#include "tools/surface_tool.h"
 #endif
 
 namespace rviz {
@@ -27,7 +25,7 @@ class SelectionVisual;
 /// Selects faces of a mesh that is shown: by box, lasso, brush, connected region or label, to be
 /// labelled. What is selected stays, and stays highlighted, while other tools are used, until the
 /// mesh is gone.
-class ClusterLabelTool : public rviz::Tool
+class ClusterLabelTool : public SurfaceTool
 {
   Q_OBJECT
 
@@ -52,10 +50,6 @@ class ClusterLabelTool : public rviz::Tool
   /// For tests and benchmarks; null before initialize().
   const SelectionVisual* visual() const;
 
-  void activate() override;
-  void deactivate() override;
-  void update(float wall_dt, float ros_dt) override;
-  int processMouseEvent(rviz::ViewportMouseEvent& event) override;
   int processKeyEvent(QKeyEvent* event, rviz::RenderPanel* panel) override;
 
  Q_SIGNALS:
@@ -64,7 +58,14 @@ class ClusterLabelTool : public rviz::Tool
   void labelRequested();
 
  protected:
-  void onInitialize() override;
+  void initializeTool() override;
+  void begin() override;
+  void end() override;
+  void work() override;
+  int mouse(rviz::ViewportMouseEvent& event) override;
+  /// mouse() tells.
+  bool movesCamera(const rviz::ViewportMouseEvent& /*event*/) override { return false; }
+  void recover(const std::string& problem) override;
 
  private Q_SLOTS:
   void onFrame();
@@ -74,19 +75,16 @@ class ClusterLabelTool : public rviz::Tool
   static constexpr const char* STILL_LOOKING =
       "faces are still being looked for: wait, or give up with Esc";
 
-  bool attempt(const std::function<void()>& work);
-  int handle(rviz::ViewportMouseEvent& event);
   void select(const rviz::ViewportMouseEvent& event, const Gesture& gesture);
   bool hover(const rviz::ViewportMouseEvent& event, bool brush);
   void showBall(bool adding);
   void showOutline(const rviz::ViewportMouseEvent& event);
-  void moveCamera(const rviz::ViewportMouseEvent& event);
   void press(SelectionKey key);
   bool pressForSettings(SelectionKey key);
   std::string pressForFaces(SelectionKey key);
   bool switchTool(const QKeyEvent& event);
   void giveUp();
-  void say(const std::string& message);
+  void tell(const std::string& message);
   void followBrushSize();
   QString hint() const;
   void showStatus();

@@ -23,10 +23,15 @@ void SurfaceTool::attempt(const std::function<void()>& work)
   } catch (const std::exception& error) {
     try {
       ROS_ERROR_THROTTLE(5, "%s: %s", qPrintable(getName()), error.what());
-      say("Something went wrong: " + std::string(error.what()) + "; try again");
+      recover(error.what());
     } catch (const std::exception&) {  // no memory to say so
     }
   }
+}
+
+void SurfaceTool::recover(const std::string& problem)
+{
+  say("Something went wrong: " + problem + "; try again");
 }
 
 void SurfaceTool::onInitialize()
@@ -99,22 +104,27 @@ int SurfaceTool::processMouseEvent(rviz::ViewportMouseEvent& original)
       flags = mouse(event);
       return;
     }
-    rviz::ViewController* view = event.panel ? event.panel->getViewController() : nullptr;
-    rviz::ViewportMouseEvent camera_event = event;
     if (event.type != QEvent::Wheel) {
-      camera_event.buttons_down &= camera_button_;  // not the one that drags something
+      event.buttons_down &= camera_button_;  // not the one that drags something
     }
-    if (camera_button_ == Qt::LeftButton) {  // does what it does without Shift in other tools
-      camera_event.modifiers &= ~Qt::KeyboardModifiers(Qt::ShiftModifier);
-    }
+    // Shift with left is what this button does without it in RViz's other tools.
+    const bool without_shift = camera_button_ == Qt::LeftButton;
     if (event.type == QEvent::MouseButtonRelease && event.acting_button == camera_button_) {
       camera_button_ = Qt::NoButton;
     }
-    if (view) {
-      view->handleMouseEvent(camera_event);
-    }
+    moveCamera(event, without_shift);
   });
   return flags;
+}
+
+void SurfaceTool::moveCamera(rviz::ViewportMouseEvent event, bool without_shift)
+{
+  if (without_shift) {
+    event.modifiers &= ~Qt::KeyboardModifiers(Qt::ShiftModifier);
+  }
+  if (rviz::ViewController* view = event.panel ? event.panel->getViewController() : nullptr) {
+    view->handleMouseEvent(event);
+  }
 }
 
 int SurfaceTool::processKeyEvent(QKeyEvent* event, rviz::RenderPanel* /*panel*/)

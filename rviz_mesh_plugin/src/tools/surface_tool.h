@@ -14,8 +14,9 @@ class QKeyEvent;
 
 namespace rviz_mesh_plugin {
 
-/// What tools that point at surfaces have in common: a picker, a camera that can be moved with the
-/// wheel, the middle and right buttons, and Shift and the left one; and nothing is thrown to RViz.
+/// What tools that point at surfaces have in common: a picker, a camera that can be moved (where
+/// they do not say otherwise, with the wheel, the middle and right buttons, and Shift and the left
+/// one); and nothing is thrown to RViz.
 class SurfaceTool : public rviz::Tool
 {
   Q_OBJECT
@@ -25,7 +26,7 @@ class SurfaceTool : public rviz::Tool
   void deactivate() final;
   void update(float wall_dt, float ros_dt) final;
   int processMouseEvent(rviz::ViewportMouseEvent& event) final;
-  int processKeyEvent(QKeyEvent* event, rviz::RenderPanel* panel) final;
+  int processKeyEvent(QKeyEvent* event, rviz::RenderPanel* panel) override;
 
  protected:
   void onInitialize() final;
@@ -38,16 +39,20 @@ class SurfaceTool : public rviz::Tool
   virtual int mouse(rviz::ViewportMouseEvent& event) = 0;
   /// Whether the left button is in use, and the right one is not for the camera.
   virtual bool isDragging() const { return false; }
+  /// Whether it is the camera's, and not for mouse().
+  virtual bool movesCamera(const rviz::ViewportMouseEvent& event);
+  /// After something went wrong: says so.
+  virtual void recover(const std::string& problem);
 
   const SurfacePicker& picker() const { return *picker_; }
   void say(const std::string& text);
+  /// Hands an event to the view. @param without_shift as if that key was not down
+  static void moveCamera(rviz::ViewportMouseEvent event, bool without_shift);
 
-  /// Does it, and says what went wrong.
+  /// Does it; errors end here, and lead to recover().
   void attempt(const std::function<void()>& work);
 
  private:
-  bool movesCamera(const rviz::ViewportMouseEvent& event);
-
   std::unique_ptr<SurfacePicker> picker_;
   Qt::MouseButton camera_button_ = Qt::NoButton;  ///< by which the camera is being moved
 };

@@ -89,9 +89,9 @@ BrushPath followBrush(const SurfacePicker& picker, const rviz::ViewportMouseEven
 
 }  // namespace
 
-SelectionEditor::SelectionEditor(rviz::DisplayContext* context,
+SelectionEditor::SelectionEditor(rviz::DisplayContext* context, const SurfacePicker& picker,
                                  const std::function<void()>& on_change)
-    : context_(context), picker_(context), session_(context->getSceneManager(), on_change)
+    : context_(context), picker_(picker), session_(context->getSceneManager(), on_change)
 {
 }
 
@@ -394,7 +394,6 @@ bool SelectionEditor::giveUp()
 
 void SelectionEditor::prepare(const SelectionSettings& settings)
 {
-  picker_.prepare();
   const auto meshes = picker_.meshes();
   if (meshes.size() == 1 && !session_.mesh() && !stroking_) {
     session_.setMesh(meshes.front().mesh);  // its vertices are uploaded then

@@ -30,8 +30,10 @@ class SelectionEditor
  public:
   using Event = rviz::ViewportMouseEvent;
 
+  /// @param picker outlives this
   /// @param on_change is called where the selection has changed
-  SelectionEditor(rviz::DisplayContext* context, const std::function<void()>& on_change);
+  SelectionEditor(rviz::DisplayContext* context, const SurfacePicker& picker,
+                  const std::function<void()>& on_change);
 
   SelectionSession& session() { return session_; }
   const SelectionSession& session() const { return session_; }
@@ -64,7 +66,7 @@ class SelectionEditor
   /// Takes back the stroke, and forgets what is being looked for. Returns whether there was any.
   bool giveUp();
 
-  /// Begins what has to be ready before the first click.
+  /// Begins what has to be ready before the first click, besides what the picker needs.
   void prepare(const SelectionSettings& settings);
 
   struct News
@@ -97,7 +99,7 @@ class SelectionEditor
   void finishStroke();
 
   rviz::DisplayContext* context_;
-  SurfacePicker picker_;
+  const SurfacePicker& picker_;
   SelectionSession session_;
   SelectionQuery query_;
   std::optional<SurfaceHit> brush_;
