@@ -32,10 +32,12 @@ CPP = {
         {"mesh_view"},
         {"map_server", "properties"},
         {"sources"},
+        {"ros_client"},
         {"incoming", "legend", "rendering/labels"},
         {"conversion", "rendering"},
-        {"coloring", "labels", "level_of_detail", "ros_client"},
-        {"base", "spatial", "threads"},
+        {"coloring", "labels", "level_of_detail"},
+        {"base", "spatial"},
+        {"threads"},
     ],
 }
 

@@ -60,22 +60,16 @@ struct CostLayer
   std::vector<float> costs;
   CostSummary summary;      ///< of the costs
   std::uint64_t stamp = 0;  ///< of the message, in nanoseconds; 0: it has none
-  /// Updates that came before the layer and are newer than this count still; 0: none does.
-  std::uint64_t outdated = 0;
 };
 
-/// New costs of some vertices of a layer: costs[i] is that of vertices[i]. The newest counts, of
-/// equally new ones the last.
+/// New costs of some vertices of a layer: costs[i] is that of vertices[i], the last one counts.
 struct CostUpdate
 {
   std::string uuid;  ///< of the geometry
   std::string type;  ///< name of the layer
   std::vector<std::uint32_t> vertices;
-  std::vector<float> costs;           ///< as many
-  std::uint64_t stamp = 0;            ///< of the message, in nanoseconds; 0: it has none
-  std::vector<std::uint64_t> stamps;  ///< as many, where several messages are joined; else empty
-
-  std::uint64_t stampOf(std::size_t i) const { return stamps.empty() ? stamp : stamps[i]; }
+  std::vector<float> costs;  ///< as many
+  std::uint64_t stamp = 0;   ///< of the message, in nanoseconds; 0: it has none
 };
 
 /// One color per vertex.

@@ -1,10 +1,21 @@
 #include "base/status_lines.h"
 
+#include <algorithm>
 #include <exception>
 
 #include <rviz/display.h>
 
 namespace rviz_mesh_plugin {
+
+std::string shortened(std::string text)
+{
+  if (text.size() > 300) {
+    text = text.substr(0, 297) + "...";
+  }
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
+  return text;
+}
 
 StatusLine noMapOpen()
 {

@@ -61,6 +61,9 @@ struct StatusLine
 /// No line at all where there is nothing to say.
 using OptionalStatus = std::optional<StatusLine>;
 
+/// A reason of somebody else's, short and on one line.
+std::string shortened(std::string text);
+
 /// What the displays within another one say while that has nothing to show.
 StatusLine noMapOpen();
 

@@ -18,7 +18,7 @@ std::shared_ptr<CostLayer> toLayer(const Message& message, const std::vector<flo
   layer->uuid = message.uuid;
   layer->type = message.type;
   layer->on_faces = on_faces;
-  layer->stamp = layer->outdated = message.header.stamp.toNSec();
+  layer->stamp = message.header.stamp.toNSec();
   layer->costs = costs;
   layer->summary = summarizeCosts(layer->costs);
   return layer;

@@ -19,31 +19,20 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds BUDGET(8);  // of one update, for each kind of work
 
-std::string counted(std::size_t count, const std::string& what, const std::string& plural)
-{
-  return std::to_string(count) + " " + (count == 1 ? what : plural);
-}
-
 /// How it went with what was asked.
-OptionalStatus servicesStatus(const MeshServices::Report& report)
+OptionalStatus servicesStatus(const ServiceReport& report)
 {
-  if (report.lines.empty()) {
+  if (report.text.empty()) {
     return std::nullopt;
   }
-  const bool bad = report.worst() == MeshServices::Report::State::FAILED ||
-                   report.worst() == MeshServices::Report::State::SEARCHING;
-  return StatusLine{bad ? StatusLine::WARN : StatusLine::OK, report.text()};
+  const bool bad = report.worst == ServiceReport::State::FAILED ||
+                   report.worst == ServiceReport::State::SEARCHING;
+  return StatusLine{bad ? StatusLine::WARN : StatusLine::OK, report.text};
 }
 
 }  // namespace
 
-ClusterLabelDisplay::ClusterLabelDisplay()
-    : properties_(new LabelProperties(this)),
-      inbox_(std::make_shared<MeshInbox>()),
-      loader_(std::make_shared<MeshLoader>(false)),
-      topics_(inbox_, loader_),
-      services_(inbox_, loader_),
-      lines_(this)
+ClusterLabelDisplay::ClusterLabelDisplay() : properties_(new LabelProperties(this)), lines_(this)
 {
   using Self = ClusterLabelDisplay;
   connect(properties_, &LabelProperties::topicsChanged, this, &Self::restart);
@@ -53,10 +42,7 @@ ClusterLabelDisplay::ClusterLabelDisplay()
   connect(properties_, &LabelProperties::colorChosen, this, &Self::onColorChosen);
 }
 
-ClusterLabelDisplay::~ClusterLabelDisplay()
-{
-  topics_.unsubscribe();
-}
+ClusterLabelDisplay::~ClusterLabelDisplay() = default;
 
 void ClusterLabelDisplay::onInitialize()
 {
@@ -124,29 +110,29 @@ void ClusterLabelDisplay::subscribe()
   subscription_error_.clear();
   try {
     // Services and the topic of edits are beside that of the labels.
-    ServiceNames names;
-    names.geometry_topic = source.geometry_topic;
-    names.service_namespace = labelNamespace(source);
-    services_.setNames(names);
-    subscription_error_ = topics_.subscribeGeometry(threaded_nh_, source.geometry_topic);
-    const std::string error = topics_.subscribeLabels(threaded_nh_, source.labels_topic);
+    MeshFeed::Names names;
+    names.topics[MeshNews::GEOMETRY] = source.geometry_topic;
+    names.topics[MeshNews::LABELS] = source.labels_topic;
+    names.services.geometry_topic = source.geometry_topic;
+    names.services.service_namespace = labelNamespace(source);
+    feed_.connect(threaded_nh_, names);
+    subscription_error_ = feed_.error(MeshNews::GEOMETRY);
     if (subscription_error_.empty()) {
-      subscription_error_ = error;
+      subscription_error_ = feed_.error(MeshNews::LABELS);
     }
-    owner_.connect(threaded_nh_, names.service_namespace);
-    label_colors_.connect(threaded_nh_, names.service_namespace);
+    owner_.connect(threaded_nh_, names.services.service_namespace);
+    label_colors_.connect(threaded_nh_, names.services.service_namespace);
   } catch (const ros::Exception& error) {
     subscription_error_ = "these topics cannot be used: " + std::string(error.what());
   }
   if (store_.mesh() && !source.labels_topic.empty()) {
-    services_.requestLabels(store_.mesh()->uuid);  // changes may have been missed
+    feed_.services().requestLabels(store_.mesh()->uuid);  // changes may have been missed
   }
 }
 
 void ClusterLabelDisplay::unsubscribe()
 {
-  topics_.unsubscribe();
-  services_.cancel();
+  feed_.disconnect();
   owner_.disconnect();
   label_colors_.disconnect();
 }
@@ -155,8 +141,7 @@ void ClusterLabelDisplay::restart()
 {
   lines_.attempt([this] {
     unsubscribe();
-    loader_->clear();
-    inbox_->clearLabels();
+    feed_.clear();
     store_.clear();
     label_colors_.clear();
     colors_.clear();
@@ -267,7 +252,8 @@ std::string ClusterLabelDisplay::storeFaces(const std::string& label,
   std::string reason = whyNotEditable(label);
   if (reason.empty()) {
     edit_failure_.clear();
-    lines_.attempt([&] { owner_.store(*store_.mesh(), label, faces, override); });
+    lines_.attempt(
+        [&] { owner_.store(labelEdit(*store_.mesh(), label, faces, override)); });
   }
   return reason;
 }
@@ -303,19 +289,19 @@ void ClusterLabelDisplay::work()
 
 void ClusterLabelDisplay::takeMessages()
 {
-  received_ = loader_->take();
+  received_ = feed_.loader().take();
   if (!received_.meshes.empty() && received_.meshes.back() != store_.mesh()) {
     store_.setMesh(received_.meshes.back());
     if (overlay_) {
       overlay_->setMesh(store_.mesh());
     }
-    services_.cancel();  // the labels of a mesh that was here before are asked for once more
+    feed_.services().cancel();  // the labels of a mesh that was here before are asked for once more
   }
   if (store_.mesh() && !source().labels_topic.empty()) {
-    services_.requestLabels(store_.mesh()->uuid);
+    feed_.services().requestLabels(store_.mesh()->uuid);
   }
-  const InboxContent news = inbox_->take();
-  labels_received_ = news.labels_reception;
+  const InboxContent news = feed_.inbox().take();
+  labels_received_ = news.receptions[MeshNews::LABELS];
   for (const LabelSetConstPtr& labels : news.labels) {
     store_.add(labels);
   }
@@ -495,7 +481,7 @@ void ClusterLabelDisplay::updateStatuses()
   lines_.report("Geometry", geometryStatus());
   lines_.report("Labels", labelsStatus());
   lines_.report("Label colors", label_colors_.status());
-  lines_.report("Services", servicesStatus(services_.report()));
+  lines_.report("Services", servicesStatus(feed_.services().report()));
   lines_.report("Edits", edit_failure_.empty()
                              ? edits_
                              : OptionalStatus(StatusLine{StatusLine::ERROR, edit_failure_}));

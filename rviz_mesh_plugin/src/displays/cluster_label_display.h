@@ -14,16 +14,13 @@
 
 #include "base/mesh_data.h"
 #include "base/status_lines.h"
-#include "incoming/mesh_inbox.h"
-#include "incoming/mesh_loader.h"
 #include "incoming/reception.h"
 #include "labels/label_colors.h"
 #include "labels/label_store.h"
 #include "sources/label_color_feed.h"
 #include "sources/label_owner.h"
-#include "sources/mesh_services.h"
+#include "sources/mesh_feed.h"
 #include "sources/mesh_source.h"
-#include "sources/mesh_topics.h"
 #endif
 
 namespace rviz_mesh_plugin {
@@ -111,10 +108,7 @@ class ClusterLabelDisplay : public rviz::Display
   std::string whyNotEditable(const std::string& label) const;
 
   LabelProperties* properties_;
-  std::shared_ptr<MeshInbox> inbox_;
-  std::shared_ptr<MeshLoader> loader_;
-  MeshTopics topics_;
-  MeshServices services_;
+  MeshFeed feed_{false};
   LabelOwner owner_;
   LabelColorFeed label_colors_;
   LabelStore store_;

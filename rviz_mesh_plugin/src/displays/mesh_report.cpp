@@ -25,12 +25,12 @@ Reception sum(const Reception& a, const Reception& b)
 
 }  // namespace
 
-void MeshReport::report(const InboxContent& inbox, const Reception& geometry_reception,
-                        const std::string& working, StatusLines& lines)
+void MeshReport::report(const InboxContent& inbox, const std::string& working, StatusLines& lines)
 {
-  findSilentTopics(inbox, geometry_reception);
-  lines.report("Topic", topic(geometry_reception));
-  lines.report("Geometry", geometryStatus(geometry(geometry_reception, working)));
+  findSilentTopics(inbox);
+  const Reception& reception = inbox.receptions[MeshNews::GEOMETRY];
+  lines.report("Topic", topic(reception));
+  lines.report("Geometry", geometryStatus(geometry(reception, working)));
   lines.report("Costs", costsStatus(costs(inbox)));
   lines.report("Colors", colorsStatus(colors(inbox)));
   lines.report("Textures", texturesStatus(textures(inbox)));
@@ -38,42 +38,33 @@ void MeshReport::report(const InboxContent& inbox, const Reception& geometry_rec
   lines.report("Services", services());
 }
 
-void MeshReport::findSilentTopics(const InboxContent& inbox, const Reception& geometry)
+void MeshReport::findSilentTopics(const InboxContent& inbox)
 {
-  // In the order of MeshFeed::Kind.
-  const Reception* const receptions[MeshFeed::KINDS] = {&geometry,
-                                                        &inbox.costs_reception,
-                                                        &inbox.face_costs_reception,
-                                                        &inbox.updates_reception,
-                                                        &inbox.colors_reception,
-                                                        &inbox.materials_reception,
-                                                        &inbox.textures_reception,
-                                                        &inbox.labels_reception};
   std::vector<std::string> silent;
-  for (int kind = 0; kind < MeshFeed::KINDS; ++kind) {
-    const std::string& topic = feed_.resolvedTopic(static_cast<MeshFeed::Kind>(kind));
-    if (!topic.empty() && receptions[kind]->received() == 0) {
+  for (const MeshNews part : MESH_NEWS) {
+    const std::string& topic = feed_.resolvedTopic(part);
+    if (!topic.empty() && inbox.receptions[part].received() == 0) {
       silent.push_back(topic);
     }
   }
-  silent_topics_.update(SilentTopics::Clock::now(), silent);
+  directory_.update(TopicDirectory::Clock::now(), silent);
 }
 
-std::string MeshReport::problem(MeshFeed::Kind kind) const
+std::string MeshReport::problem(MeshNews part) const
 {
-  const std::string& error = feed_.error(kind);
-  return error.empty() ? silent_topics_.problem(feed_.resolvedTopic(kind), MeshFeed::type(kind))
+  const std::string& error = feed_.error(part);
+  return error.empty() ? directory_.problem(feed_.resolvedTopic(part), MeshFeed::type(part))
                        : error;
 }
 
 StatusLine MeshReport::topic(const Reception& reception) const
 {
-  const std::string& topic = feed_.topic(MeshFeed::GEOMETRY);
-  const std::string& error = feed_.error(MeshFeed::GEOMETRY);
+  const std::string& topic = feed_.topic(MeshNews::GEOMETRY);
+  const std::string& error = feed_.error(MeshNews::GEOMETRY);
   if (topic.empty() && properties_.sourceGiven()) {
     return noMapOpen();
   }
-  const std::string problem = this->problem(MeshFeed::GEOMETRY);
+  const std::string problem = this->problem(MeshNews::GEOMETRY);
   return error.empty() && !problem.empty() ? StatusLine::error(problem)
                                            : topicStatus(topic, error, reception);
 }
@@ -98,13 +89,13 @@ GeometryState MeshReport::geometry(const Reception& reception, const std::string
 
 template <class State>
 State MeshReport::attribute(bool chosen, const Reception& reception,
-                            std::initializer_list<MeshFeed::Kind> kinds) const
+                            std::initializer_list<MeshNews> parts) const
 {
   State state;
   state.chosen = chosen;
   state.reception = reception;
-  for (const MeshFeed::Kind kind : kinds) {
-    state.subscription_error = firstOf(state.subscription_error, problem(kind));
+  for (const MeshNews part : parts) {
+    state.subscription_error = firstOf(state.subscription_error, problem(part));
   }
   if (const MeshDataConstPtr mesh = store_.newest()) {
     state.mesh_shown = true;
@@ -116,14 +107,15 @@ State MeshReport::attribute(bool chosen, const Reception& reception,
 
 CostsState MeshReport::costs(const InboxContent& inbox) const
 {
-  auto state = attribute<CostsState>(properties_.displayType() == DisplayType::VERTEX_COSTS,
-                                     sum(inbox.costs_reception, inbox.face_costs_reception),
-                                     {MeshFeed::COSTS, MeshFeed::FACE_COSTS, MeshFeed::UPDATES});
+  auto state = attribute<CostsState>(
+      properties_.displayType() == DisplayType::VERTEX_COSTS,
+      sum(inbox.receptions[MeshNews::COSTS], inbox.receptions[MeshNews::FACE_COSTS]),
+      {MeshNews::COSTS, MeshNews::FACE_COSTS, MeshNews::UPDATES});
   state.topic_given = properties_.sourceGiven();
-  state.topic = firstOf(feed_.topic(MeshFeed::COSTS), feed_.topic(MeshFeed::FACE_COSTS));
-  state.updates_reception = inbox.updates_reception;
-  state.update_problem = firstOf(inbox.updates_reception.refusal, store_.updateProblem());
-  state.stale_updates = inbox.stale + store_.staleUpdates();
+  state.topic = firstOf(feed_.topic(MeshNews::COSTS), feed_.topic(MeshNews::FACE_COSTS));
+  state.updates_reception = inbox.receptions[MeshNews::UPDATES];
+  state.update_problem = inbox.receptions[MeshNews::UPDATES].refusal;
+  state.stale_updates = inbox.stale;
   state.waiting = store_.waitingCosts();
   state.type = properties_.costs().costsType();
   state.types = store_.costTypes();
@@ -147,9 +139,9 @@ CostsState MeshReport::costs(const InboxContent& inbox) const
 ColorsState MeshReport::colors(const InboxContent& inbox) const
 {
   auto state = attribute<ColorsState>(properties_.displayType() == DisplayType::VERTEX_COLOR,
-                                      inbox.colors_reception, {MeshFeed::COLORS});
+                                      inbox.receptions[MeshNews::COLORS], {MeshNews::COLORS});
   state.topic_given = properties_.sourceGiven();
-  state.topic = feed_.topic(MeshFeed::COLORS);
+  state.topic = feed_.topic(MeshNews::COLORS);
   state.waiting = store_.waitingColors();
   const ColorLayerConstPtr layer = state.mesh_shown ? store_.attributes().colors : nullptr;
   if (layer) {
@@ -161,9 +153,9 @@ ColorsState MeshReport::colors(const InboxContent& inbox) const
 TexturesState MeshReport::textures(const InboxContent& inbox) const
 {
   auto state = attribute<TexturesState>(properties_.displayType() == DisplayType::TEXTURES,
-                                        inbox.materials_reception,
-                                        {MeshFeed::MATERIALS, MeshFeed::TEXTURES});
-  state.textures_reception = inbox.textures_reception;
+                                        inbox.receptions[MeshNews::MATERIALS],
+                                        {MeshNews::MATERIALS, MeshNews::TEXTURES});
+  state.textures_reception = inbox.receptions[MeshNews::TEXTURES];
   const MeshAttributes& attributes = store_.attributes();
   if (state.mesh_shown && attributes.materials) {
     state.materials = attributes.materials;
@@ -180,8 +172,8 @@ TexturesState MeshReport::textures(const InboxContent& inbox) const
 
 LabelsState MeshReport::labels(const InboxContent& inbox) const
 {
-  auto state =
-      attribute<LabelsState>(properties_.labelsShown(), inbox.labels_reception, {MeshFeed::LABELS});
+  auto state = attribute<LabelsState>(
+      properties_.labelsShown(), inbox.receptions[MeshNews::LABELS], {MeshNews::LABELS});
   if (const MeshPainter* newest = painters_.newest()) {
     state.labels = newest->labels().count();
     state.left_out = newest->labels().leftOut();
@@ -192,12 +184,12 @@ LabelsState MeshReport::labels(const InboxContent& inbox) const
 
 OptionalStatus MeshReport::services() const
 {
-  const MeshServices::Report report = feed_.services().report();
-  if (report.lines.empty()) {
+  const ServiceReport report = feed_.services().report();
+  if (report.text.empty()) {
     return std::nullopt;
   }
-  const bool failed = report.worst() == MeshServices::Report::State::FAILED;
-  return StatusLine{failed ? StatusLine::WARN : StatusLine::OK, report.text()};
+  const bool failed = report.worst == ServiceReport::State::FAILED;
+  return StatusLine{failed ? StatusLine::WARN : StatusLine::OK, report.text};
 }
 
 }  // namespace rviz_mesh_plugin

@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "incoming/mesh_store.h"
-#include "mesh_view/mesh_feed.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
+#include "sources/mesh_feed.h"
 
 namespace rviz_mesh_plugin {
 
@@ -22,10 +22,10 @@ bool MeshRequests::due(const std::string& what, bool needed, bool has_topic, Clo
 
 void MeshRequests::update(Clock::time_point now)
 {
-  MeshServices& services = feed_.services();
+  MapServiceClient& services = feed_.services();
   const MeshDataConstPtr mesh = store_.newest();
   forgetGone();
-  const bool has_topic = !feed_.topic(MeshFeed::GEOMETRY).empty();
+  const bool has_topic = !feed_.topic(MeshNews::GEOMETRY).empty();
   // Within another display that shows nothing, a server that happens to be there is not meant.
   const bool wanted = has_topic || !properties_.sourceGiven();
   if (due("mesh", !mesh && wanted, has_topic, now)) {
@@ -37,8 +37,8 @@ void MeshRequests::update(Clock::time_point now)
   }
   if (mesh_asked_) {
     mesh_asked_ = false;
-    const MeshServices::Report::State state = services.report().worst();
-    if (state != MeshServices::Report::State::ANSWERED) {
+    const ServiceReport::State state = services.report().worst;
+    if (state != ServiceReport::State::ANSWERED) {
       services.cancel();  // a topic has brought the mesh
       since_.clear();
     }
@@ -64,7 +64,7 @@ void MeshRequests::forgetGone()
 
 void MeshRequests::requestAttributes(Clock::time_point now, const std::string& uuid)
 {
-  MeshServices& services = feed_.services();
+  MapServiceClient& services = feed_.services();
   const MeshAttributes& attributes = store_.attributes(uuid);
   const DisplayType type = properties_.displayType();
   // A display within another one shows what there is to be chosen.
@@ -72,20 +72,20 @@ void MeshRequests::requestAttributes(Clock::time_point now, const std::string& u
   const std::string suffix = " " + uuid;
   if (due("colors" + suffix,
           (everything || type == DisplayType::VERTEX_COLOR) && !attributes.colors,
-          !feed_.topic(MeshFeed::COLORS).empty(), now)) {
+          !feed_.topic(MeshNews::COLORS).empty(), now)) {
     services.requestColors(uuid);
   }
   if (due("materials" + suffix,
           (everything || type == DisplayType::TEXTURES) &&
               (!attributes.materials || services.missesTextures(uuid)),
-          !feed_.topic(MeshFeed::MATERIALS).empty(), now)) {
+          !feed_.topic(MeshNews::MATERIALS).empty(), now)) {
     services.requestMaterials(uuid);
   }
   const std::string chosen = properties_.costs().costsType();
   const bool layer_missing = chosen.empty() ? attributes.costs.empty() : !attributes.cost(chosen);
   const bool costs = type == DisplayType::VERTEX_COSTS;
   if (due("costs" + suffix, (costs && layer_missing) || (everything && attributes.costs.empty()),
-          !feed_.topic(MeshFeed::COSTS).empty() || !feed_.topic(MeshFeed::FACE_COSTS).empty(),
+          !feed_.topic(MeshNews::COSTS).empty() || !feed_.topic(MeshNews::FACE_COSTS).empty(),
           now)) {
     services.requestCosts(uuid);
     const std::vector<std::string> layers = services.layers(uuid);

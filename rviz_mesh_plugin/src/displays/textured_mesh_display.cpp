@@ -23,7 +23,7 @@ constexpr std::chrono::milliseconds UPDATE_BUDGET{32};
 void PendingCosts::take(const std::vector<CostUpdateConstPtr>& updates, MeshStore& store)
 {
   for (const CostUpdateConstPtr& update : updates) {
-    const CostLayerConstPtr layer = store.update(update);
+    const CostLayerConstPtr layer = store.update(*update);
     if (!layer) {
       continue;
     }
@@ -66,7 +66,8 @@ void TexturedMeshDisplay::onInitialize()
   lines_.attempt([this] {
     painters_ = std::make_unique<MeshPainters>(
         MeshPainter::Context{store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
-    report_ = std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_, legend_);
+    report_ =
+        std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_, legend_, directory_);
     connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
     connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
     connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
@@ -115,7 +116,7 @@ void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*dataty
 {
   lines_.attempt([&] {
     properties_->setGeometryTopic(topic);
-    proposal_.ask(topic.toStdString());
+    directory_.propose(topic.toStdString());
   });
 }
 
@@ -160,7 +161,6 @@ void TexturedMeshDisplay::reset()
     }
     legend_.hide();
     received_ = InboxContent();
-    geometry_reception_ = Reception();
   });
   onSource();
   onContent();
@@ -189,13 +189,14 @@ void TexturedMeshDisplay::work()
     return;  // onInitialize() has failed, and said why
   }
   const Clock::time_point end = Clock::now() + UPDATE_BUDGET;
-  if (const auto topics = proposal_.take()) {
+  if (const auto topics = directory_.takeProposal()) {
     properties_->proposeTopics(QString::fromStdString(topics->costs),
                                QString::fromStdString(topics->colors));
   }
   if (source_changed_) {
     source_changed_ = false;
-    if (feed_.connect(threaded_nh_, *properties_, store_)) {
+    for (const MeshNews part : feed_.connect(threaded_nh_, properties_->names())) {
+      store_.forget(part);
       content_changed_ = true;
     }
     requests_.restart();
@@ -216,13 +217,12 @@ void TexturedMeshDisplay::work()
   upload(end);
   updatePoses();
   updateLegend();
-  report_->report(received_, geometry_reception_, working_, lines_);
+  report_->report(received_, working_, lines_);
 }
 
 void TexturedMeshDisplay::takeMessages()
 {
   const MeshLoader::Content loaded = feed_.loader().take();
-  geometry_reception_ = loaded.reception;
   working_ = loaded.working;
   for (const MeshDataConstPtr& mesh : loaded.meshes) {
     if (store_.mesh(mesh->uuid) != mesh) {
@@ -231,6 +231,7 @@ void TexturedMeshDisplay::takeMessages()
     }
   }
   InboxContent content = feed_.inbox().take();
+  content.receptions[MeshNews::GEOMETRY] = loaded.reception;
   // Only the receptions are looked at later on.
   const auto take_all = [&](auto& items, auto add) {
     for (const auto& item : items) {
@@ -239,7 +240,6 @@ void TexturedMeshDisplay::takeMessages()
     content_changed_ |= !items.empty();
     items.clear();
   };
-  pending_costs_.take(std::exchange(content.earlier_updates, {}), store_);
   take_all(content.costs, &MeshStore::addCosts);
   take_all(content.colors, &MeshStore::addColors);
   take_all(content.materials, &MeshStore::addMaterials);

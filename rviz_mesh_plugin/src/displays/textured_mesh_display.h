@@ -18,11 +18,11 @@
 #include "displays/mesh_requests.h"
 #include "incoming/mesh_store.h"
 #include "legend/legend.h"
-#include "mesh_view/mesh_feed.h"
 #include "mesh_view/mesh_painter.h"
 #include "mesh_view/shown_mesh.h"
-#include "ros_client/topic_proposal.h"
+#include "ros_client/topic_directory.h"
 #include "sources/label_color_feed.h"
+#include "sources/mesh_feed.h"
 #include "sources/mesh_source.h"
 #endif
 
@@ -134,10 +134,9 @@ class TexturedMeshDisplay : public rviz::Display
   Legend legend_;
   StatusLines lines_;
   InboxContent received_;  ///< for its receptions
-  Reception geometry_reception_;
-  std::string working_;  ///< what the loader is doing
+  std::string working_;    ///< what the loader is doing
   PendingCosts pending_costs_;
-  TopicProposal proposal_;
+  TopicDirectory directory_;
   std::vector<std::string> cost_types_;  ///< that are offered
   bool source_changed_ = false;
   bool content_changed_ = false;

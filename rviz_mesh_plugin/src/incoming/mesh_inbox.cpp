@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/erase_if.h"
 #include "conversion/attribute_conversion.h"
 #include "conversion/material_conversion.h"
 
@@ -12,26 +13,74 @@ namespace rviz_mesh_plugin {
 namespace {
 
 /// More than this is not kept while nobody takes it; the oldest goes.
+constexpr std::size_t MAX_LAYERS = 256;
 constexpr std::size_t MAX_LABEL_SETS = 256;
 constexpr std::size_t MAX_MESHES = 8;
 constexpr std::size_t MAX_TEXTURES = 4096;
+/// More updates of a layer than this are joined, so that few are left to the GUI thread.
+constexpr std::size_t MAX_UPDATES = 16;
 
 /// Puts @a item behind the others, in place of the one that it supersedes.
 template <class Pointer, class IsSame>
 void replaceOrAppend(std::vector<Pointer>& items, const Pointer& item, std::size_t most,
                      const IsSame& is_same)
 {
-  items.erase(std::remove_if(items.begin(), items.end(), is_same), items.end());
+  eraseIf(items, is_same);
   items.push_back(item);
   if (items.size() > most) {
     items.erase(items.begin());
   }
 }
 
-template <class Items, class IsGone>
-void eraseSets(Items& items, const IsGone& is_gone)
+template <class Layer>
+bool isOf(const CostUpdate& update, const Layer& layer)
 {
-  items.erase(std::remove_if(items.begin(), items.end(), is_gone), items.end());
+  return update.uuid == layer.uuid && update.type == layer.type;
+}
+
+/// What updates of it have brought before is in a layer of vertices already, or does not count.
+void addCosts(InboxContent& content, const CostLayerConstPtr& layer)
+{
+  if (!layer->on_faces) {
+    eraseIf(content.updates, [&](const auto& update) { return isOf(*update, *layer); });
+  }
+  replaceOrAppend(content.costs, layer, MAX_LAYERS, [&](const auto& other) {
+    return other->uuid == layer->uuid && other->type == layer->type &&
+           other->on_faces == layer->on_faces;
+  });
+}
+
+/// All updates of one layer as one, in place of the newest: each vertex once.
+void joinUpdates(std::vector<CostUpdateConstPtr>& updates, const CostUpdate& newest)
+{
+  std::unordered_map<std::uint32_t, float> costs;
+  for (const CostUpdateConstPtr& update : updates) {
+    for (std::size_t i = 0; isOf(*update, newest) && i < update->vertices.size(); ++i) {
+      costs[update->vertices[i]] = update->costs[i];
+    }
+  }
+  auto joined = std::make_shared<CostUpdate>();
+  joined->uuid = newest.uuid;
+  joined->type = newest.type;
+  for (const auto& cost : costs) {
+    joined->vertices.push_back(cost.first);
+    joined->costs.push_back(cost.second);
+  }
+  eraseIf(updates, [&](const auto& update) { return isOf(*update, *joined); });
+  updates.push_back(joined);
+}
+
+void addUpdate(std::vector<CostUpdateConstPtr>& updates, const CostUpdateConstPtr& update)
+{
+  updates.push_back(update);
+  const auto count = std::count_if(updates.begin(), updates.end(),
+                                   [&](const auto& other) { return isOf(*other, *update); });
+  if (static_cast<std::size_t>(count) > MAX_UPDATES) {
+    joinUpdates(updates, *update);
+  }
+  if (updates.size() > MAX_LAYERS * MAX_UPDATES) {
+    updates.erase(updates.begin());
+  }
 }
 
 /// Joins neighbors of the same mesh: of each label the last cluster.
@@ -63,7 +112,7 @@ void joinLabels(std::vector<LabelSetConstPtr>& sets)
 void addLabels(std::vector<LabelSetConstPtr>& sets, const LabelSetConstPtr& labels)
 {
   if (labels->all) {
-    eraseSets(sets, [&](const auto& other) { return other->uuid == labels->uuid; });
+    eraseIf(sets, [&](const auto& other) { return other->uuid == labels->uuid; });
   }
   sets.push_back(labels);
   if (sets.size() > MAX_LABEL_SETS) {
@@ -80,7 +129,6 @@ void addLabels(std::vector<LabelSetConstPtr>& sets, const LabelSetConstPtr& labe
 template <class Edit>
 bool MeshInbox::change(const Edit& edit, const Flag* dropped)
 {
-  const std::lock_guard<std::mutex> changing(changing_);
   while (true) {
     InboxContent next;  // what it replaces is freed without the lock
     std::uint64_t version = 0;
@@ -101,17 +149,23 @@ bool MeshInbox::change(const Edit& edit, const Flag* dropped)
   }
 }
 
-template <class Convert, class Store>
-bool MeshInbox::accept(const Convert& convert, Reception InboxContent::*reception,
+/// @param arrange what is converted, once
+template <class Convert, class Arrange, class Store>
+bool MeshInbox::accept(MeshNews part, const Convert& convert, const Arrange& arrange,
                        const Store& store, const Flag* dropped)
 {
   std::string refusal;
   decltype(convert()) converted;
   try {
     converted = convert();
+    const std::lock_guard<std::mutex> changing(changing_);
+    if (dropped != nullptr && *dropped) {
+      return false;
+    }
+    arrange(converted);
     return change(
         [&](InboxContent& content) {
-          (content.*reception).accept();
+          content.receptions[part].accept();
           store(content, converted);
         },
         dropped);
@@ -121,36 +175,59 @@ bool MeshInbox::accept(const Convert& convert, Reception InboxContent::*receptio
     refusal = std::string("the message could not be ") + (converted ? "kept" : "converted") + ": " +
               error.what();
   }
-  refuse(reception, refusal, dropped);
+  refuse(part, refusal, dropped);
   return false;
 }
 
-void MeshInbox::refuse(Reception InboxContent::*reception, const std::string& reason,
+template <class Message, class Store>
+bool MeshInbox::accept(MeshNews part, const Message& message, const Store& store,
                        const Flag* dropped)
 {
-  change([&](InboxContent& content) { (content.*reception).refuse(reason); }, dropped);
+  return accept(
+      part, [&] { return convert(message); }, [](const auto& /*converted*/) {}, store, dropped);
+}
+
+void MeshInbox::refuse(MeshNews part, const std::string& reason, const Flag* dropped)
+{
+  const std::lock_guard<std::mutex> changing(changing_);
+  change([&](InboxContent& content) { content.receptions[part].refuse(reason); }, dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped)
 {
-  const auto store = [outdated = message.header.stamp.toNSec()](InboxContent& content,
-                                                                const auto& layer) {
-    layer->outdated = outdated;  // as it was; add() may have changed it
-    content.add(layer);
-  };
-  return accept([&]() { return convert(message); }, &InboxContent::costs_reception, store, dropped);
+  std::string problem;
+  return accept(
+      MeshNews::COSTS, [&] { return convert(message); },
+      [&](const auto& layer) { problem = order_.arrange(*layer); },
+      [&](InboxContent& content, const auto& layer) {
+        addCosts(content, layer);
+        if (!problem.empty()) {
+          content.receptions[MeshNews::UPDATES].refusal = problem;
+        }
+        content.stale = order_.stale();
+      },
+      dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshFaceCostsStamped& message, const Flag* dropped)
 {
-  return accept([&]() { return convert(message); }, &InboxContent::face_costs_reception,
-                [](InboxContent& content, const auto& layer) { content.add(layer); }, dropped);
+  return accept(MeshNews::FACE_COSTS, message, addCosts, dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshVertexCostsSparseStamped& message, const Flag* dropped)
 {
-  return accept([&]() { return convert(message); }, &InboxContent::updates_reception,
-                [](InboxContent& content, const auto& update) { content.add(update); }, dropped);
+  std::string problem;
+  return accept(
+      MeshNews::UPDATES, [&] { return convert(message); },
+      [&](auto& update) { update = order_.arrange(update, problem); },
+      [&](InboxContent& content, const auto& update) {
+        if (update) {
+          addUpdate(content.updates, update);
+        }
+        content.receptions[MeshNews::UPDATES].refusal = problem;
+        content.stale = order_.stale();
+      },
+      dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshVertexColorsStamped& message, const Flag* dropped)
@@ -159,8 +236,7 @@ bool MeshInbox::receive(const mesh_msgs::MeshVertexColorsStamped& message, const
     replaceOrAppend(content.colors, layer, MAX_MESHES,
                     [&](const ColorLayerConstPtr& other) { return other->uuid == layer->uuid; });
   };
-  return accept([&]() { return convert(message); }, &InboxContent::colors_reception, store,
-                dropped);
+  return accept(MeshNews::COLORS, message, store, dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshMaterialsStamped& message, const Flag* dropped)
@@ -169,8 +245,7 @@ bool MeshInbox::receive(const mesh_msgs::MeshMaterialsStamped& message, const Fl
     replaceOrAppend(content.materials, materials, MAX_MESHES,
                     [&](const MaterialsConstPtr& other) { return other->uuid == materials->uuid; });
   };
-  return accept([&]() { return convert(message); }, &InboxContent::materials_reception, store,
-                dropped);
+  return accept(MeshNews::MATERIALS, message, store, dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshTexture& message, const Flag* dropped)
@@ -180,8 +255,7 @@ bool MeshInbox::receive(const mesh_msgs::MeshTexture& message, const Flag* dropp
       return other->uuid == image->uuid && other->index == image->index;
     });
   };
-  return accept([&]() { return convert(message); }, &InboxContent::textures_reception, store,
-                dropped);
+  return accept(MeshNews::TEXTURES, message, store, dropped);
 }
 
 bool MeshInbox::receive(const mesh_msgs::MeshFaceCluster& message, const Flag* dropped)
@@ -189,8 +263,7 @@ bool MeshInbox::receive(const mesh_msgs::MeshFaceCluster& message, const Flag* d
   const auto store = [](InboxContent& content, const LabelSetConstPtr& labels) {
     addLabels(content.labels, labels);
   };
-  return accept([&]() { return convert(message); }, &InboxContent::labels_reception, store,
-                dropped);
+  return accept(MeshNews::LABELS, message, store, dropped);
 }
 
 bool MeshInbox::receiveLabels(const std::string& uuid,
@@ -198,12 +271,14 @@ bool MeshInbox::receiveLabels(const std::string& uuid,
                               const Flag* dropped)
 {
   std::string left_out;
-  const auto store = [&left_out](InboxContent& content, const LabelSetConstPtr& labels) {
-    addLabels(content.labels, labels);
-    content.labels_reception.refusal = left_out;
-  };
-  return accept([&]() { return convertLabels(uuid, clusters, all, left_out); },
-                &InboxContent::labels_reception, store, dropped);
+  return accept(
+      MeshNews::LABELS, [&] { return convertLabels(uuid, clusters, all, left_out); },
+      [](const auto& /*labels*/) {},
+      [&](InboxContent& content, const LabelSetConstPtr& labels) {
+        addLabels(content.labels, labels);
+        content.receptions[MeshNews::LABELS].refusal = left_out;
+      },
+      dropped);
 }
 
 InboxContent MeshInbox::take()
@@ -213,74 +288,45 @@ InboxContent MeshInbox::take()
   InboxContent taken = std::move(content_);
   content_ = InboxContent();
   content_.stale = taken.stale;
-  content_.costs_reception = taken.costs_reception;
-  content_.face_costs_reception = taken.face_costs_reception;
-  content_.updates_reception = taken.updates_reception;
-  content_.colors_reception = taken.colors_reception;
-  content_.materials_reception = taken.materials_reception;
-  content_.textures_reception = taken.textures_reception;
-  content_.labels_reception = taken.labels_reception;
+  content_.receptions = taken.receptions;
   return taken;
 }
 
-template <class Forget>
-void MeshInbox::forget(const Forget& forget)
+void MeshInbox::forget(MeshNews part)
 {
+  const std::lock_guard<std::mutex> changing(changing_);
   const std::lock_guard<std::mutex> lock(mutex_);
   ++version_;
-  forget(content_);
-}
-
-void MeshInbox::clearCosts()
-{
-  forget([](InboxContent& content) {
-    eraseSets(content.costs, [](const auto& layer) { return !layer->on_faces; });
-    content.costs_reception = Reception();
-  });
-}
-
-void MeshInbox::clearFaceCosts()
-{
-  forget([](InboxContent& content) {
-    eraseSets(content.costs, [](const auto& layer) { return layer->on_faces; });
-    content.face_costs_reception = Reception();
-  });
-}
-
-void MeshInbox::clearUpdates()
-{
-  forget([](InboxContent& content) {
-    content.earlier_updates.clear();
-    content.updates.clear();
-    content.stale = 0;
-    content.updates_reception = Reception();
-  });
-}
-
-void MeshInbox::clearColors()
-{
-  forget([](InboxContent& content) {
-    content.colors.clear();
-    content.colors_reception = Reception();
-  });
-}
-
-void MeshInbox::clearMaterials()
-{
-  forget([](InboxContent& content) {
-    content.materials.clear();
-    content.textures.clear();
-    content.materials_reception = Reception();
-    content.textures_reception = Reception();
-  });
-}
-
-void MeshInbox::clearLabels()
-{
-  forget([](InboxContent& content) {
-    content.labels.clear();
-    content.labels_reception = Reception();
-  });
+  content_.receptions[part] = Reception();
+  switch (part) {
+    case MeshNews::GEOMETRY:
+      break;
+    case MeshNews::COSTS:
+      eraseIf(content_.costs, [](const auto& layer) { return !layer->on_faces; });
+      order_.forgetLayers();
+      break;
+    case MeshNews::FACE_COSTS:
+      eraseIf(content_.costs, [](const auto& layer) { return layer->on_faces; });
+      break;
+    case MeshNews::UPDATES:
+      content_.updates.clear();
+      content_.stale = 0;
+      order_.forgetUpdates();
+      break;
+    case MeshNews::COLORS:
+      content_.colors.clear();
+      break;
+    case MeshNews::MATERIALS:
+    case MeshNews::TEXTURES:
+      content_.materials.clear();
+      content_.textures.clear();
+      content_.receptions[MeshNews::MATERIALS] = Reception();
+      content_.receptions[MeshNews::TEXTURES] = Reception();
+      break;
+    case MeshNews::LABELS:
+      content_.labels.clear();
+      break;
+  }
 }
 
 }  // namespace rviz_mesh_plugin

@@ -15,26 +15,23 @@
 #include <mesh_msgs/MeshVertexCostsStamped.h>
 
 #include "base/mesh_data.h"
-#include "incoming/cost_update.h"
+#include "incoming/cost_order.h"
 #include "incoming/reception.h"
 
 namespace rviz_mesh_plugin {
 
 /// What the GUI thread takes from the inbox: the newest of each kind, and the receptions so far.
 /// All lists are in order of arrival.
-struct InboxContent : CostNews
+struct InboxContent
 {
+  std::vector<CostLayerConstPtr> costs;        ///< one per uuid, type and kind (vertices, faces)
+  std::vector<CostUpdateConstPtr> updates;     ///< to be applied after costs, in this order
+  std::size_t stale = 0;                       ///< updates left out, in all
   std::vector<ColorLayerConstPtr> colors;      ///< one per uuid
   std::vector<MaterialsConstPtr> materials;    ///< one per uuid
   std::vector<TextureImageConstPtr> textures;  ///< one per uuid and index
   std::vector<LabelSetConstPtr> labels;        ///< to be applied in this order
-  Reception costs_reception;
-  Reception face_costs_reception;
-  Reception updates_reception;
-  Reception colors_reception;
-  Reception materials_reception;
-  Reception textures_reception;
-  Reception labels_reception;
+  PerNews<Reception> receptions;               ///< but of the geometry, which has a loader
 };
 
 /// Between the threads that ROS and services call back and the GUI thread: checks and converts
@@ -64,33 +61,28 @@ class MeshInbox
                      const Flag* dropped = nullptr);
 
   /// Counts a message that could not even be read.
-  void refuse(Reception InboxContent::*reception, const std::string& reason,
-              const Flag* dropped = nullptr);
+  void refuse(MeshNews part, const std::string& reason, const Flag* dropped = nullptr);
 
   /// Hands over and forgets what has arrived; the receptions go on counting. Never waits for a
   /// message that is being converted, or joined with others.
   InboxContent take();
 
-  /// Forget what has arrived on one topic, and its reception.
-  void clearCosts();  ///< of vertices
-  void clearFaceCosts();
-  void clearUpdates();
-  void clearColors();
-  void clearMaterials();  ///< and textures
-  void clearLabels();
+  /// Forgets what has arrived on one topic, and its reception; with materials also textures.
+  void forget(MeshNews part);
 
  private:
-  template <class Convert, class Store>
-  bool accept(const Convert& convert, Reception InboxContent::*reception, const Store& store,
+  template <class Convert, class Arrange, class Store>
+  bool accept(MeshNews part, const Convert& convert, const Arrange& arrange, const Store& store,
               const Flag* dropped);
+  template <class Message, class Store>
+  bool accept(MeshNews part, const Message& message, const Store& store, const Flag* dropped);
   /// @param edit is given a copy, maybe more than once: what the GUI thread has left of it
   template <class Edit>
   bool change(const Edit& edit, const Flag* dropped);
-  template <class Forget>
-  void forget(const Forget& forget);
 
   std::mutex changing_;  ///< by one thread at a time, which may take long
-  std::mutex mutex_;     ///< for a moment
+  CostOrder order_;
+  std::mutex mutex_;  ///< for a moment
   InboxContent content_;
   std::uint64_t version_ = 0;  ///< counts what the GUI thread has taken or forgotten
 };

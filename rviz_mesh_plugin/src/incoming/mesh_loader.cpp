@@ -13,17 +13,11 @@
 #include <set>
 #include <utility>
 
+#include "base/erase_if.h"
 #include "conversion/mesh_conversion.h"
-#include "threads/ending_thread.h"
 
 namespace rviz_mesh_plugin {
 namespace {
-
-template <class Entries, class Predicate>
-void eraseIf(Entries& entries, const Predicate& predicate)
-{
-  entries.erase(std::remove_if(entries.begin(), entries.end(), predicate), entries.end());
-}
 
 struct Registry
 {
@@ -44,9 +38,7 @@ Registry& registry()
 template <class T>
 void forgetUnused(std::vector<std::weak_ptr<const T>>& entries)
 {
-  entries.erase(std::remove_if(entries.begin(), entries.end(),
-                               [](const auto& entry) { return entry.expired(); }),
-                entries.end());
+  eraseIf(entries, [](const auto& entry) { return entry.expired(); });
 }
 
 /// While it is there, no other thread has one for the same uuid.
@@ -255,13 +247,17 @@ class MeshLoader::Worker
  public:
   explicit Worker(bool with_layouts) : with_layouts_(with_layouts) {}
 
-  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message, const Flag* dropped)
+  /// @param wake has workOnce() called, after this
+  template <class Wake>
+  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message, const Flag* dropped,
+               const Wake& wake)
   {
     std::vector<MeshJob> removed;  // freed without the lock, which takes long
     const std::lock_guard<std::mutex> lock(mutex_);
     if (dropped != nullptr && *dropped) {
       return;
     }
+    wake();
     const std::string refusal = jobs_.add(message, removed);
     if (!refusal.empty()) {
       ready_.reception.refuse(refusal);
@@ -270,7 +266,6 @@ class MeshLoader::Worker
     if (laying_out_ && current_.uuid == message->uuid && !gave_up_) {
       cancelled_ = gave_up_ = true;
     }
-    wake_.notify_one();
   }
 
   void refuse(const std::string& reason, const Flag* dropped)
@@ -281,7 +276,9 @@ class MeshLoader::Worker
     }
   }
 
-  void layOut(const MeshDataConstPtr& mesh, Split split, const MaterialsConstPtr& materials)
+  template <class Wake>
+  void layOut(const MeshDataConstPtr& mesh, Split split, const MaterialsConstPtr& materials,
+              const Wake& wake)
   {
     MeshJob job;
     job.uuid = mesh->uuid;
@@ -289,6 +286,7 @@ class MeshLoader::Worker
     job.split = split;
     job.materials = split == Split::BY_MATERIAL ? materials : nullptr;
     const std::lock_guard<std::mutex> lock(mutex_);
+    wake();
     jobs_.setWish(job);
     if (laying_out_ && current_.mesh == mesh && !cancelled_) {
       if (current_.isSameLayout(job)) {
@@ -297,7 +295,6 @@ class MeshLoader::Worker
       cancelled_ = true;
     }
     jobs_.add(std::move(job));
-    wake_.notify_one();
   }
 
   Content take()
@@ -326,29 +323,23 @@ class MeshLoader::Worker
     const std::lock_guard<std::mutex> lock(mutex_);
     stopped_ = cancelled_ = true;
     jobs_.clear();
-    wake_.notify_one();
   }
 
-  void run()
+  /// The next job, if there is one: on the thread.
+  void workOnce()
   {
     std::unique_lock<std::mutex> lock(mutex_);
-    while (true) {
-      wake_.wait(lock, [this]() { return stopped_ || !jobs_.empty(); });
-      if (stopped_) {
-        return;
-      }
-      current_ = jobs_.takeFirst();
-      cancelled_ = false;
-      current_generation_ = generation_;
-      work(lock);
-      laying_out_ = false;
-      working_.clear();
-      MeshJob done = std::move(current_);
-      current_ = MeshJob();
-      lock.unlock();
-      done = MeshJob();  // freed without the lock, which takes long
-      lock.lock();
+    if (jobs_.empty()) {
+      return;
     }
+    current_ = jobs_.takeFirst();
+    cancelled_ = false;
+    current_generation_ = generation_;
+    work(lock);
+    laying_out_ = false;
+    working_.clear();
+    const MeshJob done = std::exchange(current_, MeshJob());
+    lock.unlock();  // it is freed without the lock, which takes long
   }
 
  private:
@@ -447,7 +438,6 @@ class MeshLoader::Worker
 
   const bool with_layouts_;
   std::mutex mutex_;
-  std::condition_variable wake_;
   MeshJobs jobs_;
   Content ready_;
   std::string working_;
@@ -467,20 +457,16 @@ MeshLoader::~MeshLoader()
   worker_->stop();
 }
 
-void MeshLoader::start()
+void MeshLoader::wake()
 {
-  const std::lock_guard<std::mutex> lock(starting_);
-  if (!thread_) {
-    thread_ = std::make_unique<EndingThread>([worker = worker_]() { worker->run(); });
-  }
+  thread_.add([worker = worker_](const Cancellation&) { worker->workOnce(); });
 }
 
 void MeshLoader::receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
                          const Flag* dropped)
 {
   try {
-    start();
-    worker_->receive(message, dropped);
+    worker_->receive(message, dropped, [this] { wake(); });
   } catch (const std::exception& error) {  // no more threads, or memory
     worker_->refuse(std::string("the mesh cannot be loaded: ") + error.what(), dropped);
   }
@@ -495,8 +481,7 @@ void MeshLoader::layOut(const MeshDataConstPtr& mesh, Split split,
                         const MaterialsConstPtr& materials)
 {
   try {
-    start();
-    worker_->layOut(mesh, split, materials);
+    worker_->layOut(mesh, split, materials, [this] { wake(); });
   } catch (const std::exception& error) {
     worker_->refuse(std::string("the mesh cannot be laid out: ") + error.what(), nullptr);
   }

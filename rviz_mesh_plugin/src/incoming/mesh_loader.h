@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -11,10 +10,9 @@
 #include "base/mesh_data.h"
 #include "incoming/reception.h"
 #include "level_of_detail/mesh_layout.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
-
-class EndingThread;
 
 /// Checks, converts and lays out meshes on a thread of its own, which starts with the first of
 /// them. Thread safe.
@@ -62,11 +60,10 @@ class MeshLoader
 
  private:
   class Worker;
-  void start();
+  void wake();
 
   std::shared_ptr<Worker> worker_;
-  std::mutex starting_;
-  std::unique_ptr<EndingThread> thread_;
+  WorkThread thread_{"mesh loader"};
 };
 
 }  // namespace rviz_mesh_plugin

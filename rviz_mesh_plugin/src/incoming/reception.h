@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 
@@ -24,6 +25,34 @@ struct Reception
     refusal = last_refusal = reason;
   }
   std::size_t received() const { return accepted + refused; }
+};
+
+/// What comes of a mesh, on a topic each.
+enum class MeshNews
+{
+  GEOMETRY,
+  COSTS,  ///< of vertices
+  FACE_COSTS,
+  UPDATES,  ///< of costs of vertices
+  COLORS,
+  MATERIALS,
+  TEXTURES,
+  LABELS
+};
+constexpr std::array<MeshNews, 8> MESH_NEWS = {
+    MeshNews::GEOMETRY, MeshNews::COSTS,     MeshNews::FACE_COSTS, MeshNews::UPDATES,
+    MeshNews::COLORS,   MeshNews::MATERIALS, MeshNews::TEXTURES,   MeshNews::LABELS};
+
+/// Something for each of them.
+template <class T>
+class PerNews
+{
+ public:
+  T& operator[](MeshNews part) { return all_[static_cast<std::size_t>(part)]; }
+  const T& operator[](MeshNews part) const { return all_[static_cast<std::size_t>(part)]; }
+
+ private:
+  std::array<T, MESH_NEWS.size()> all_{};
 };
 
 }  // namespace rviz_mesh_plugin

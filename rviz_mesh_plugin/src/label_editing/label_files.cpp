@@ -16,9 +16,9 @@
 #include <QRegularExpression>
 #include <QSaveFile>
 
+#include "base/status_lines.h"
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
-#include "sources/service_log.h"
 
 namespace rviz_mesh_plugin {
 

@@ -15,10 +15,9 @@
 #include "displays/display_tree.h"
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
-#include "ros_client/message_lengths.h"
+#include "ros_client/service_call.h"
 #include "sources/label_color_feed.h"
-#include "sources/label_service.h"
-#include "sources/service_log.h"
+#include "sources/label_owner.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -82,21 +81,19 @@ bool saveLabels(const std::string& name_space, const Cancellation& cancellation)
 {
   using std_srvs::Trigger;
   const std::string service = ros::names::append(name_space, "save_map");
-  const auto answer = callLabelService<Trigger>(service, Trigger::Request(), cancellation);
+  const auto answer = ServiceCall(cancellation).callPatiently<Trigger>(service, Trigger::Request());
   if (!answer) {
     return false;
   }
   if (!answer->refusal.empty()) {
     throw std::runtime_error(service + " refuses it: " + shortened(answer->refusal));
   }
-  const ros::SerializedMessage& bytes = answer->response;
-  const std::string reason =
-      findFalseLength<Trigger::Response>(bytes.message_start, bytes.num_bytes);
-  if (!reason.empty()) {
-    throw std::runtime_error(service + " answers: " + reason);
-  }
   Trigger::Response response;
-  ros::serialization::deserializeMessage(bytes, response);
+  try {
+    response = answer->read<Trigger::Response>();
+  } catch (const RejectedMessage& rejected) {
+    throw std::runtime_error(service + " answers: " + rejected.what());
+  }
   if (!response.success) {
     throw std::runtime_error(service + " says: " + shortened(response.message));
   }
@@ -115,9 +112,6 @@ LabelSession::~LabelSession()
 {
   if (display_) {
     display_->showEdits(std::nullopt);
-  }
-  for (const auto& saving : saving_) {
-    saving.second.cancellation->set();
   }
 }
 
@@ -273,14 +267,7 @@ void LabelSession::tellEverybody(const LabelEdit& edit, const ClusterLabelDispla
       ros::names::append(labelNamespace(display.source()), "cluster_label") == EVERYBODY) {
     return;
   }
-  mesh_msgs::MeshFaceClusterStamped message;
-  message.header.frame_id = display.mesh()->frame_id;
-  message.header.stamp = ros::Time::now();
-  message.uuid = edit.uuid;
-  message.cluster.label = edit.label;
-  message.cluster.face_indices = *edit.faces;
-  message.override = !edit.adds;
-  everybody_.publish(message);
+  everybody_.publish(labelEdit(*display.mesh(), edit.label, *edit.faces, !edit.adds));
 }
 
 bool LabelSession::isStored(const LabelEdit& edit) const
@@ -485,14 +472,12 @@ std::string LabelSession::save()
 
 void LabelSession::startSaving(const std::string& name_space)
 {
-  Saving saving;
+  Saving& saving = saving_[name_space];
   saving.until = changes_;
   saving.since = Clock::now();
-  saving.cancellation = std::make_shared<Cancellation>();
-  saving.task.start([name_space, cancellation = saving.cancellation] {
-    return saveLabels(name_space, *cancellation);
+  saving.task.start([name_space](const Cancellation& cancellation) {
+    return saveLabels(name_space, cancellation);
   });
-  saving_.emplace(name_space, std::move(saving));
 }
 
 void LabelSession::takeSaved()
@@ -520,7 +505,6 @@ std::string LabelSession::takeSaved(const std::string& name_space, Saving& savin
   }
   const std::string service = ros::names::append(name_space, "save_map");
   if (!outcome) {
-    saving.cancellation->set();
     saving.task.drop();
     return "labels are not saved: " + service + " has not answered for two minutes";
   }

@@ -20,7 +20,6 @@
 #include "label_editing/label_edits.h"
 #include "label_editing/label_files.h"
 #include "threads/background_task.h"
-#include "threads/cancellation.h"
 #endif
 
 namespace rviz {
@@ -112,9 +111,8 @@ class LabelSession
   /// By one of those who store labels.
   struct Saving
   {
-    std::shared_ptr<Cancellation> cancellation;
-    BackgroundTask<bool> task;  ///< false: nobody is there
-    std::size_t until = 0;      ///< changes that are saved then
+    BackgroundTask<bool> task{"save labels"};  ///< false: nobody is there
+    std::size_t until = 0;                     ///< changes that are saved then
     Clock::time_point since;
   };
 

@@ -2,15 +2,12 @@
 
 #include <chrono>
 #include <functional>
-#include <future>
-#include <memory>
 #include <string>
 
 #include "map_server/map_file.h"
+#include "threads/background_task.h"
 
 namespace rviz_mesh_plugin {
-
-class WorkLanes;
 
 /// Looks at a file about once a second, on a thread of its own: on a network share whose server is
 /// gone a look may never end. Nobody waits for it, and until it ends the answer before stands. GUI
@@ -27,9 +24,6 @@ class MapFileWatch
   static constexpr std::chrono::milliseconds PATIENCE{3000};    ///< with a look that does not end
 
   explicit MapFileWatch(Look look = lookAtFile);
-  ~MapFileWatch();
-  MapFileWatch(const MapFileWatch&) = delete;
-  MapFileWatch& operator=(const MapFileWatch&) = delete;
 
   /// Looks there from now on; a look elsewhere that has not ended is left alone.
   /// @param path as the user gave it, see resolvedPath()
@@ -47,15 +41,14 @@ class MapFileWatch
 
  private:
   void ask(Clock::time_point now);
-  void take(Clock::time_point now);
+  void take(BackgroundTask<MapFile>::Outcome seen, Clock::time_point now);
 
   Look look_;
-  std::unique_ptr<WorkLanes> lanes_;
   std::string path_;
   MapFile file_;
   bool settled_ = false;
   std::string problem_;
-  std::future<MapFile> answer_;  ///< valid while a look is under way
+  BackgroundTask<MapFile> answer_{"map file", std::chrono::seconds(2)};
   Clock::time_point asked_{};
   Clock::time_point next_look_{};
 };

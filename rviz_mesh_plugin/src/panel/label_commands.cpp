@@ -213,8 +213,9 @@ std::string LabelCommands::startImport(const std::string& path)
 {
   read_path_ = path;
   read_for_ = session_->mesh();
-  reading_.start(
-      [path, face_count = read_for_->faceCount()] { return readLabelFile(path, face_count); });
+  reading_.start([path, face_count = read_for_->faceCount()](const Cancellation&) {
+    return readLabelFile(path, face_count);
+  });
   return {};
 }
 
@@ -224,10 +225,11 @@ std::string LabelCommands::startExport(const std::string& path)
   LabelFile file;
   file.uuid = mesh->uuid;
   file.labels = session_->content();
-  writing_.start([path, file = std::move(file), face_count = mesh->faceCount()] {
-    writeLabelFile(path, file, face_count);
-    return countedLabels(file.labels) + " exported to " + path;
-  });
+  writing_.start(
+      [path, file = std::move(file), face_count = mesh->faceCount()](const Cancellation&) {
+        writeLabelFile(path, file, face_count);
+        return countedLabels(file.labels) + " exported to " + path;
+      });
   return {};
 }
 

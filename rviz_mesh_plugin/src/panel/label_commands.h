@@ -78,10 +78,10 @@ class LabelCommands
   QPointer<ClusterLabelTool> tool_;
   std::string message_;
   std::string news_;
-  BackgroundTask<LabelFile> reading_;
+  BackgroundTask<LabelFile> reading_{"import labels"};
   std::string read_path_;
   MeshDataConstPtr read_for_;
-  BackgroundTask<std::string> writing_;  ///< the news
+  BackgroundTask<std::string> writing_{"export labels"};  ///< the news
 };
 
 template <class Work>

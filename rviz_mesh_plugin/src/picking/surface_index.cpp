@@ -18,7 +18,6 @@
 #include "base/vectors.h"
 #include "selection/face_neighbors.h"
 #include "threads/cancellation.h"
-#include "threads/ending_thread.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -71,15 +70,15 @@ class SurfaceIndex::Worker
   void stop()
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    stopped_ = cancelled_ = true;
+    cancelled_ = true;
     wake_.notify_one();
   }
 
   /// The thread.
-  void run()
+  void run(const Cancellation& cancellation)
   {
     std::unique_lock<std::mutex> lock(mutex_);
-    while (!stopped_) {
+    while (!cancellation.flag()) {
       dropGone(lock);
       if (jobs_.empty()) {
         wake_.wait_for(lock, LOOK_EVERY);
@@ -221,7 +220,6 @@ class SurfaceIndex::Worker
   std::condition_variable wake_;
   std::map<WeakMesh, Entry, std::owner_less<>> entries_;
   std::deque<Job> jobs_;
-  std::atomic<bool> stopped_{false};
   std::atomic<bool> cancelled_{false};  ///< the job
   std::atomic<std::size_t> given_up_{0};
 };
@@ -246,10 +244,9 @@ SurfaceIndex::~SurfaceIndex()
 void SurfaceIndex::clear()
 {
   std::shared_ptr<Worker> worker;
-  std::unique_ptr<EndingThread> thread;
   const std::lock_guard<std::mutex> lock(mutex_);
   worker.swap(worker_);
-  thread.swap(thread_);
+  thread_.cancel();
   if (worker) {
     worker->stop();
   }
@@ -272,7 +269,7 @@ std::shared_ptr<SurfaceIndex::Worker> SurfaceIndex::worker()
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!worker_) {
     auto worker = std::make_shared<Worker>(options_);
-    thread_ = std::make_unique<EndingThread>([worker] { worker->run(); });
+    thread_.add([worker](const Cancellation& cancellation) { worker->run(cancellation); });
     worker_ = std::move(worker);
   }
   return worker_;

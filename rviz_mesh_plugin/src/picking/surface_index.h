@@ -7,10 +7,10 @@
 
 #include "base/mesh_data.h"
 #include "spatial/spatial_queries.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 
-class EndingThread;
 class FaceNeighbors;
 
 /// What answers geometric questions about meshes: made once per mesh, on a thread, and shared by
@@ -65,7 +65,7 @@ class SurfaceIndex
   const SpatialQueriesOptions options_;
   mutable std::mutex mutex_;
   std::shared_ptr<Worker> worker_;
-  std::unique_ptr<EndingThread> thread_;
+  WorkThread thread_{"surface index"};
   std::weak_ptr<void> user_;
 };
 

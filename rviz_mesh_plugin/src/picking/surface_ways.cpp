@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <new>
-#include <stdexcept>
 #include <utility>
 
 #include <mesh_map/distance/fast_marching/front_mesh.h>
@@ -120,28 +118,6 @@ SurfaceWay findWay(const MeshData& mesh, const SurfacePoint& from, const Surface
   way.length = geodesic.length;
   way.points = std::move(geodesic.path.points);
   return way;
-}
-
-void WayMeasurement::start(const MeshDataConstPtr& mesh, const SurfacePoint& from,
-                           const SurfacePoint& to)
-{
-  cancel();
-  cancelled_ = std::make_shared<std::atomic<bool>>(false);
-  task_.start([cancelled = cancelled_, mesh, from, to] {
-    try {
-      return findWay(*mesh, from, to, cancelled.get());
-    } catch (const std::bad_alloc&) {
-      throw std::runtime_error("there is not enough memory");
-    }
-  });
-}
-
-void WayMeasurement::cancel()
-{
-  if (cancelled_) {
-    *cancelled_ = true;
-    task_.drop();
-  }
 }
 
 }  // namespace rviz_mesh_plugin

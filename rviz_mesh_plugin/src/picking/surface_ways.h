@@ -3,12 +3,9 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
-#include <memory>
-#include <optional>
 #include <vector>
 
 #include "base/mesh_data.h"
-#include "threads/background_task.h"
 
 namespace rviz_mesh_plugin {
 
@@ -33,27 +30,5 @@ struct SurfaceWay
 /// in their faces
 SurfaceWay findWay(const MeshData& mesh, const SurfacePoint& from, const SurfacePoint& to,
                    const std::atomic<bool>* cancel = nullptr);
-
-/// Finds a way over a surface on a thread. To be used by one thread.
-class WayMeasurement
-{
- public:
-  WayMeasurement() = default;
-  ~WayMeasurement() { cancel(); }
-  WayMeasurement(const WayMeasurement&) = delete;
-  WayMeasurement& operator=(const WayMeasurement&) = delete;
-
-  /// Gives up the one before. @throw std::bad_alloc, std::system_error
-  void start(const MeshDataConstPtr& mesh, const SurfacePoint& from, const SurfacePoint& to);
-
-  /// The way or why there is none, once.
-  std::optional<BackgroundTask<SurfaceWay>::Outcome> take() { return task_.take(); }
-
-  void cancel();
-
- private:
-  std::shared_ptr<std::atomic<bool>> cancelled_;  ///< of the task
-  BackgroundTask<SurfaceWay> task_;
-};
 
 }  // namespace rviz_mesh_plugin

@@ -72,11 +72,6 @@ mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event)
   return ray;
 }
 
-Ogre::Vector3 ogreVector(const std::array<double, 3>& coordinates)
-{
-  return Ogre::Vector3(vectorOf(coordinates).cast<float>().eval().data());
-}
-
 Ogre::Ray ogreRay(const mesh_map::Ray& ray)
 {
   return Ogre::Ray(ogreVector(ray.origin), ogreVector(ray.direction));

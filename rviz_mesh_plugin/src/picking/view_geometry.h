@@ -33,7 +33,6 @@ mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event);
 Ogre::Ray viewRay(const rviz::ViewportMouseEvent& event);
 
 /// In OGRE's precision.
-Ogre::Vector3 ogreVector(const std::array<double, 3>& coordinates);
 Ogre::Ray ogreRay(const mesh_map::Ray& ray);
 
 /// A ray in the fixed frame in the coordinates of a mesh.

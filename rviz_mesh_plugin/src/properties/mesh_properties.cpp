@@ -225,11 +225,21 @@ void MeshProperties::setSource(const MeshSource& source)
   Q_EMIT sourceChanged();
 }
 
-ServiceNames MeshProperties::services() const
+MeshFeed::Names MeshProperties::names() const
 {
-  ServiceNames names = services_.get();
-  names.geometry_topic = source().geometry_topic;
-  names.service_namespace = source().service_namespace;
+  const MeshSource source = this->source();
+  MeshFeed::Names names;
+  names.topics[MeshNews::GEOMETRY] = source.geometry_topic;
+  names.topics[MeshNews::COSTS] = source.costs_topic;
+  names.topics[MeshNews::FACE_COSTS] = source.face_costs_topic;
+  names.topics[MeshNews::UPDATES] = source.updates_topic;
+  names.topics[MeshNews::COLORS] = source.colors_topic;
+  names.topics[MeshNews::MATERIALS] = source.materials_topic;
+  names.topics[MeshNews::TEXTURES] = source.textures_topic;
+  names.topics[MeshNews::LABELS] = source.labels_topic;
+  names.services = services_.get();
+  names.services.geometry_topic = source.geometry_topic;
+  names.services.service_namespace = source.service_namespace;
   return names;
 }
 

@@ -1,7 +1,8 @@
 #include "ros_client/checked_callback.h"
 
-#include <algorithm>
 #include <iterator>
+
+#include "base/erase_if.h"
 
 namespace rviz_mesh_plugin {
 
@@ -16,9 +17,7 @@ void TopicReaders::add(const std::string& topic, const std::shared_ptr<const Ref
   const std::lock_guard<std::mutex> lock(mutex_);
   for (auto item = by_topic_.begin(); item != by_topic_.end();) {
     auto& readers = item->second;
-    readers.erase(std::remove_if(readers.begin(), readers.end(),
-                                 [](const auto& reader) { return reader.expired(); }),
-                  readers.end());
+    eraseIf(readers, [](const auto& reader) { return reader.expired(); });
     item = readers.empty() ? by_topic_.erase(item) : std::next(item);
   }
   by_topic_[topic].push_back(refuse);

@@ -7,7 +7,7 @@
 #include <ros/callback_queue.h>
 #include <ros/console.h>
 
-#include "threads/ending_thread.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -36,9 +36,9 @@ std::mutex& subscribing()
   return mutex;
 }
 
-void work(ros::CallbackQueue& queue, const TopicReceiver::Flag& stopped)
+void work(ros::CallbackQueue& queue, const Cancellation& cancellation)
 {
-  while (!stopped) {
+  while (!cancellation.flag()) {
     try {
       queue.callOne(ros::WallDuration(1.0));
     } catch (const std::exception& error) {
@@ -78,17 +78,18 @@ void TopicReceiver::Subscription::end()
   queue_.reset();
 }
 
-TopicReceiver::TopicReceiver()
-    : queue_(std::make_shared<ros::CallbackQueue>()), stopped_(std::make_shared<Flag>(false))
-{
-}
+TopicReceiver::TopicReceiver() : queue_(std::make_shared<ros::CallbackQueue>()) {}
 
+/// The thread ends when it has done what is in the queue before.
 TopicReceiver::~TopicReceiver()
 {
+  if (!thread_) {
+    return;
+  }
   try {
-    queue_->addCallback(boost::make_shared<Task>([stopped = stopped_] { *stopped = true; }));
+    queue_->addCallback(boost::make_shared<Task>([thread = thread_] { thread->cancel(); }));
   } catch (const std::exception&) {  // no memory
-    *stopped_ = true;
+    thread_->cancel();
   }
 }
 
@@ -97,8 +98,9 @@ TopicReceiver::Subscription TopicReceiver::subscribe(ros::NodeHandle& node_handl
                                                      const std::shared_ptr<Flag>& ended)
 {
   if (!thread_) {
-    thread_ = std::make_unique<EndingThread>(
-        [queue = queue_, stopped = stopped_] { work(*queue, *stopped); });
+    auto thread = std::make_shared<WorkThread>("ROS messages");
+    thread->add([queue = queue_](const Cancellation& cancellation) { work(*queue, cancellation); });
+    thread_ = std::move(thread);
   }
   options.callback_queue = queue_.get();
   Subscription subscription;

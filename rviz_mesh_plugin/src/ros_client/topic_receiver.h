@@ -21,7 +21,7 @@ class CallbackQueue;
 
 namespace rviz_mesh_plugin {
 
-class EndingThread;
+class WorkThread;
 
 /// Receives topics on a thread of its own, which starts with the first subscription, so that
 /// nobody waits for a message that is being read: to unsubscribe from a topic (and to destroy
@@ -89,8 +89,7 @@ class TopicReceiver
                          const std::shared_ptr<Flag>& ended);
 
   std::shared_ptr<ros::CallbackQueue> queue_;
-  std::shared_ptr<Flag> stopped_;
-  std::unique_ptr<EndingThread> thread_;
+  std::shared_ptr<WorkThread> thread_;
 };
 
 }  // namespace rviz_mesh_plugin

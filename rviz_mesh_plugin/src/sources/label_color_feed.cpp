@@ -19,8 +19,7 @@
 
 #include "conversion/validation.h"
 #include "ros_client/checked_callback.h"
-#include "sources/label_service.h"
-#include "sources/service_log.h"
+#include "ros_client/service_call.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -165,11 +164,7 @@ void LabelColorFeed::disconnect()
   connected_ = false;
   subscriber_.shutdown();
   asked_.clear();
-  if (cancellation_) {
-    cancellation_->set();
-    cancellation_.reset();
-    lanes_.reset();
-  }
+  thread_.cancel();
   const auto before = known_;  // what is on its way arrives there
   known_ = std::make_shared<Known>();
   const std::lock_guard<std::mutex> lock(before->mutex);
@@ -190,14 +185,8 @@ void LabelColorFeed::request(const std::string& uuid)
   if (!connected_ || !asked_.insert(uuid).second) {
     return;
   }
-  if (!cancellation_) {
-    lanes_ = std::make_unique<WorkLanes>();
-    cancellation_ = std::make_shared<Cancellation>();
-  }
-  lanes_->add("colors", [known = known_, cancellation = cancellation_, uuid,
-                         service = ros::names::append(namespace_, "get_label_colors")] {
-    ask(*known, service, uuid, *cancellation);
-  });
+  thread_.add([known = known_, uuid, service = ros::names::append(namespace_, "get_label_colors")](
+                  const Cancellation& cancellation) { ask(*known, service, uuid, cancellation); });
 }
 
 /// Where that fails, nothing is wrong: there are owners without colors.
@@ -205,18 +194,12 @@ void LabelColorFeed::ask(Known& known, const std::string& service, const std::st
                          const Cancellation& cancellation)
 {
   try {
-    mesh_msgs::GetLabelColors::Request request;
+    using mesh_msgs::GetLabelColors;
+    GetLabelColors::Request request;
     request.uuid = uuid;
-    const auto answer = callLabelService<mesh_msgs::GetLabelColors>(service, request, cancellation);
+    const auto answer = ServiceCall(cancellation).callPatiently<GetLabelColors>(service, request);
     if (answer && answer->refusal.empty()) {
-      mesh_msgs::GetLabelColors::Response response;
-      const ros::SerializedMessage& bytes = answer->response;
-      const std::string reason = findFalseLength<mesh_msgs::GetLabelColors::Response>(
-          bytes.message_start, bytes.num_bytes);
-      if (!reason.empty()) {
-        throw RejectedMessage(reason);
-      }
-      ros::serialization::deserializeMessage(bytes, response);
+      const auto response = answer->read<GetLabelColors::Response>();
       known.put(uuid, convert(response.labels, response.colors), false);
     } else if (answer) {
       ROS_WARN("%s refuses to tell colors: %s", service.c_str(),

@@ -10,8 +10,7 @@
 #include "base/status_lines.h"
 #include "labels/label_colors.h"
 #include "sources/mesh_source.h"
-#include "threads/cancellation.h"
-#include "threads/work_lanes.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 
@@ -56,9 +55,8 @@ class LabelColorFeed
   bool connected_ = false;
   ros::Subscriber subscriber_;
   std::shared_ptr<Known> known_;
-  std::set<std::string> asked_;                 ///< uuids
-  std::shared_ptr<Cancellation> cancellation_;  ///< with the lanes; null: nothing has been asked
-  std::unique_ptr<WorkLanes> lanes_;
+  std::set<std::string> asked_;  ///< uuids
+  WorkThread thread_{"label colors"};
 };
 
 }  // namespace rviz_mesh_plugin

@@ -5,12 +5,11 @@
 #include <mutex>
 #include <utility>
 
-#include <mesh_msgs/MeshFaceClusterStamped.h>
 #include <mesh_msgs/SetLabelColor.h>
 #include <ros/names.h>
 
-#include "sources/label_service.h"
-#include "sources/service_log.h"
+#include "base/status_lines.h"
+#include "ros_client/service_call.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -21,7 +20,8 @@ constexpr std::uint32_t EDIT_QUEUE = 10;
 std::string call(const std::string& service, const mesh_msgs::SetLabelColor::Request& request,
                  const Cancellation& cancellation)
 {
-  const auto answer = callLabelService<mesh_msgs::SetLabelColor>(service, request, cancellation);
+  const auto answer =
+      ServiceCall(cancellation).callPatiently<mesh_msgs::SetLabelColor>(service, request);
   if (!answer) {
     return "nobody offers the service " + service;
   }
@@ -29,6 +29,19 @@ std::string call(const std::string& service, const mesh_msgs::SetLabelColor::Req
 }
 
 }  // namespace
+
+mesh_msgs::MeshFaceClusterStamped labelEdit(const MeshData& mesh, const std::string& label,
+                                            const std::vector<std::uint32_t>& faces, bool override)
+{
+  mesh_msgs::MeshFaceClusterStamped message;
+  message.header.frame_id = mesh.frame_id;
+  message.header.stamp = ros::Time::now();
+  message.uuid = mesh.uuid;
+  message.cluster.label = label;
+  message.cluster.face_indices = faces;
+  message.override = override;
+  return message;
+}
 
 /// What the thread that calls the service uses, too.
 struct LabelOwner::Shared
@@ -60,33 +73,12 @@ void LabelOwner::disconnect()
 {
   publisher_.shutdown();
   publisher_ = ros::Publisher();
-  if (cancellation_) {
-    cancellation_->set();
-    cancellation_.reset();
-    lanes_.reset();
-  }
+  thread_.cancel();
   shared_ = std::make_shared<Shared>();  // what is on its way arrives in the old one
-}
-
-void LabelOwner::store(const MeshData& mesh, const std::string& label,
-                       const std::vector<std::uint32_t>& faces, bool override)
-{
-  mesh_msgs::MeshFaceClusterStamped message;
-  message.header.frame_id = mesh.frame_id;
-  message.header.stamp = ros::Time::now();
-  message.uuid = mesh.uuid;
-  message.cluster.label = label;
-  message.cluster.face_indices = faces;
-  message.override = override;
-  publisher_.publish(message);
 }
 
 void LabelOwner::setColor(const std::string& uuid, const std::string& label, const Rgba8* color)
 {
-  if (!cancellation_) {
-    lanes_ = std::make_unique<WorkLanes>();
-    cancellation_ = std::make_shared<Cancellation>();
-  }
   mesh_msgs::SetLabelColor::Request request;
   request.uuid = uuid;
   request.label = label;
@@ -101,8 +93,10 @@ void LabelOwner::setColor(const std::string& uuid, const std::string& label, con
     // Of a color that is dragged about, the newest counts.
     shared_->requests[label] = request;
   }
-  lanes_->add("colors", [shared = shared_, cancellation = cancellation_, name = color_service_,
-                         label] { storeColor(*shared, name, label, *cancellation); });
+  thread_.add(
+      [shared = shared_, service = color_service_, label](const Cancellation& cancellation) {
+        storeColor(*shared, service, label, cancellation);
+      });
 }
 
 void LabelOwner::storeColor(Shared& shared, const std::string& service, const std::string& label,

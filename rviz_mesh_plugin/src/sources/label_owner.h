@@ -5,14 +5,18 @@
 #include <string>
 #include <vector>
 
+#include <mesh_msgs/MeshFaceClusterStamped.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
 #include "base/mesh_data.h"
-#include "threads/cancellation.h"
-#include "threads/work_lanes.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
+
+/// Has these faces stored as the label, instead of those it has (@a override) or beside them.
+mesh_msgs::MeshFaceClusterStamped labelEdit(const MeshData& mesh, const std::string& label,
+                                            const std::vector<std::uint32_t>& faces, bool override);
 
 /// The way of edits to who owns the labels of a map (hdf5_map_server, label_manager). GUI thread
 /// only; nothing waits for an answer.
@@ -33,9 +37,8 @@ class LabelOwner
   std::string topic() const { return publisher_.getTopic(); }
   bool isHeard() const { return publisher_ && publisher_.getNumSubscribers() > 0; }
 
-  /// Has these faces stored as the label, instead of those it has (@a override) or beside them.
-  void store(const MeshData& mesh, const std::string& label,
-             const std::vector<std::uint32_t>& faces, bool override);
+  /// See labelEdit().
+  void store(const mesh_msgs::MeshFaceClusterStamped& edit) { publisher_.publish(edit); }
 
   /// Has a color stored; null: none. What goes wrong is in takeFailure().
   void setColor(const std::string& uuid, const std::string& label, const Rgba8* color);
@@ -51,8 +54,7 @@ class LabelOwner
   std::shared_ptr<Shared> shared_;
   std::string color_service_;
   ros::Publisher publisher_;
-  std::shared_ptr<Cancellation> cancellation_;  ///< with the lanes; null: nothing has been asked
-  std::unique_ptr<WorkLanes> lanes_;
+  WorkThread thread_{"label owner"};
 };
 
 }  // namespace rviz_mesh_plugin

@@ -32,11 +32,6 @@ Registry& registry()
   return registry;
 }
 
-/// The session was destroyed while it started.
-struct Stopped
-{
-};
-
 std::string nativeInstead(const std::string& why)
 {
   return "OpenCL: " + why + "; queries are answered natively";
@@ -151,7 +146,11 @@ std::shared_ptr<OpenClSession> OpenClSession::shared(const std::string& wish,
   if (session && session->state() != State::UNUSABLE) {
     return session;
   }
-  session.reset(new OpenClSession(wish, cache_folder, std::move(log)));
+  const std::shared_ptr<OpenClSession> started(
+      new OpenClSession(wish, cache_folder, std::move(log)));
+  // Its thread keeps it until it has ended, and is told to end when its last user has gone.
+  session.reset(started.get(),
+                [started](OpenClSession* abandoned) { abandoned->thread_.cancel(); });
   const auto refusal = all.refusals.find(key);
   if (refusal != all.refusals.end()) {
     session->end(State::UNUSABLE, refusal->second);
@@ -159,7 +158,8 @@ std::shared_ptr<OpenClSession> OpenClSession::shared(const std::string& wish,
   }
   all.sessions[key] = session;
   try {
-    session->thread_ = std::thread([raw = session.get()] { raw->run(); });
+    session->thread_.add(
+        [started](const Cancellation& cancellation) { started->run(cancellation); });
   } catch (const std::system_error& error) {
     session->end(State::UNUSABLE, nativeInstead(error.what()));
     session->log(LogLevel::WARNING, session->text());
@@ -170,14 +170,6 @@ std::shared_ptr<OpenClSession> OpenClSession::shared(const std::string& wish,
 OpenClSession::OpenClSession(std::string wish, const std::string& cache_folder, LogFunction log)
     : wish_(std::move(wish)), cache_folder_(cache_folder), log_(std::move(log))
 {
-}
-
-OpenClSession::~OpenClSession()
-{
-  stop_ = true;
-  if (thread_.joinable()) {
-    thread_.join();
-  }
 }
 
 bool OpenClSession::wait() const
@@ -207,17 +199,17 @@ void OpenClSession::fail(const std::string& why)
   }
 }
 
-void OpenClSession::run()
+void OpenClSession::run(const Cancellation& cancellation)
 {
   std::string why;
   try {
-    const auto program = start();
+    const auto program = start(cancellation);
     const std::string text = "OpenCL: batches of queries are answered by " + program->info.text() +
                              ", program " + (program->from_cache ? "from the cache" : "compiled");
     log(LogLevel::INFO, text);
     end(State::READY, text, program);
     return;
-  } catch (const Stopped&) {
+  } catch (const Cancelled&) {
     end(State::UNUSABLE, "stopped");
     return;
   } catch (const cl::BuildError& error) {
@@ -237,18 +229,23 @@ void OpenClSession::run()
   end(State::UNUSABLE, text);
 }
 
-std::shared_ptr<const OpenClProgram> OpenClSession::start() const
+std::shared_ptr<const OpenClProgram> OpenClSession::start(const Cancellation& cancellation) const
 {
+  const auto go_on = [&] {
+    if (cancellation.flag()) {
+      throw Cancelled();
+    }
+  };
   const ProgramCache cache(cache_folder_);
   const std::vector<cl::Device> devices = listDevices();
   const cl::Device& device = devices.at(choose(devices, wish_));
-  goOn();
+  go_on();
   auto program = std::make_shared<const OpenClProgram>(
       buildProgram(device, mesh_map::BVH_KERNELS, mesh_map::BVH_KERNEL_OPTIONS, cache));
-  goOn();
-  checkDevice(program, [this] { goOn(); });
+  go_on();
+  checkDevice(program, go_on);
   if (!program->from_cache) {
-    goOn();
+    go_on();
     keepProgram(*program, cache);
   }
   return program;
@@ -274,13 +271,6 @@ void OpenClSession::log(LogLevel level, const std::string& line) const
     } catch (...) {
       return;  // a log that is full is no reason to answer less
     }
-  }
-}
-
-void OpenClSession::goOn() const
-{
-  if (stop_) {
-    throw Stopped();
   }
 }
 

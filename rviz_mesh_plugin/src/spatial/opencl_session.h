@@ -6,9 +6,9 @@
 #include <memory>
 #include <mutex>
 #include <string>
-#include <thread>
 
 #include "spatial/program_cache.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 
@@ -42,9 +42,6 @@ class OpenClSession
   static std::shared_ptr<OpenClSession> shared(const std::string& wish,
                                                const std::string& cache_folder, LogFunction log);
 
-  /// Waits for the end of the step that the start is in: a compilation takes a second or more.
-  ~OpenClSession();
-
   OpenClSession(const OpenClSession&) = delete;
   OpenClSession& operator=(const OpenClSession&) = delete;
 
@@ -68,22 +65,20 @@ class OpenClSession
  private:
   OpenClSession(std::string wish, const std::string& cache_folder, LogFunction log);
 
-  void run();
-  std::shared_ptr<const OpenClProgram> start() const;
+  void run(const Cancellation& cancellation);
+  std::shared_ptr<const OpenClProgram> start(const Cancellation& cancellation) const;
   void end(State state, const std::string& text,
            std::shared_ptr<const OpenClProgram> program = nullptr);
   void log(LogLevel level, const std::string& line) const;
-  void goOn() const;
 
   const std::string wish_, cache_folder_;
   const LogFunction log_;
   std::atomic<State> state_{State::STARTING};
-  std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;  // of those below
   mutable std::condition_variable ended_;
   std::string text_;
   std::shared_ptr<const OpenClProgram> program_;
-  std::thread thread_;
+  WorkThread thread_{"OpenCL start"};
 };
 
 }  // namespace rviz_mesh_plugin

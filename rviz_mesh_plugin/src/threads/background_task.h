@@ -1,19 +1,21 @@
 #pragma once
 
+#include <chrono>
 #include <exception>
 #include <functional>
+#include <future>
 #include <memory>
-#include <mutex>
+#include <new>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "threads/ending_thread.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 
-/// One task at a time on a thread of its own; nobody waits for it. Destroyed before the task has
-/// ended, its outcome is dropped.
+/// One task at a time on a thread of its own, and what comes of it; nobody waits for it. To be used
+/// by one thread.
 template <class Result>
 class BackgroundTask
 {
@@ -24,55 +26,59 @@ class BackgroundTask
     std::string error;  ///< where there is no result
   };
 
-  /// @param work owns what it uses, and ends soon. @throw std::system_error without a thread
-  void start(std::function<Result()> work)
+  /// As for WorkThread.
+  explicit BackgroundTask(std::string name,
+                          std::optional<std::chrono::milliseconds> patience = std::nullopt)
+      : thread_(std::move(name), patience)
   {
-    auto shared = std::make_shared<Shared>();
-    thread_ = std::make_unique<EndingThread>([shared, work = std::move(work)] {
-      Outcome outcome;
-      try {
-        outcome.result = work();
-      } catch (const std::exception& error) {
-        outcome.error = error.what();
-      }
-      const std::lock_guard<std::mutex> lock(shared->mutex);
-      shared->outcome = std::move(outcome);
-    });
-    shared_ = std::move(shared);
   }
 
-  bool isRunning() const { return shared_ != nullptr; }
+  /// Drops the one before.
+  /// @param work owns what it uses, and ends soon once it is cancelled
+  /// @throw std::system_error without a thread
+  void start(std::function<Result(const Cancellation& cancellation)> work)
+  {
+    drop();
+    using Task = std::packaged_task<Result(const Cancellation&)>;
+    const auto task = std::make_shared<Task>(std::move(work));
+    thread_.add([task](const Cancellation& cancellation) { (*task)(cancellation); });
+    result_ = task->get_future();
+  }
+
+  /// Until it has ended and its outcome has been taken.
+  bool isRunning() const { return result_.valid(); }
+  bool isReady() const
+  {
+    return isRunning() && result_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  }
 
   /// Once it has ended, and then nothing again.
   std::optional<Outcome> take()
   {
-    if (!shared_) {
+    if (!isReady()) {
       return std::nullopt;
     }
-    std::unique_lock<std::mutex> lock(shared_->mutex);
-    if (!shared_->outcome) {
-      return std::nullopt;
+    Outcome outcome;
+    try {
+      outcome.result = result_.get();
+    } catch (const std::bad_alloc&) {
+      outcome.error = "there is not enough memory";
+    } catch (const std::exception& error) {
+      outcome.error = error.what();
     }
-    std::optional<Outcome> outcome = std::move(shared_->outcome);
-    lock.unlock();
-    drop();
     return outcome;
   }
 
+  /// Cancels it; its outcome is lost.
   void drop()
   {
-    shared_.reset();
-    thread_.reset();
+    thread_.cancel();
+    result_ = {};
   }
 
  private:
-  struct Shared
-  {
-    std::mutex mutex;
-    std::optional<Outcome> outcome;
-  };
-  std::shared_ptr<Shared> shared_;
-  std::unique_ptr<EndingThread> thread_;
+  WorkThread thread_;
+  std::future<Result> result_;
 };
 
 }  // namespace rviz_mesh_plugin

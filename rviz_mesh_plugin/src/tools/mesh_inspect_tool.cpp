@@ -129,7 +129,7 @@ void MeshInspectTool::end()
 
 void MeshInspectTool::clearMarks()
 {
-  measurement_.cancel();
+  measurement_.drop();
   first_.reset();
   second_.reset();
   clicked_.clear();
@@ -222,7 +222,11 @@ std::string MeshInspectTool::publish(const SurfaceHit& hit)
 void MeshInspectTool::measure(const SurfaceHit& hit)
 {
   if (isSame(*first_, hit)) {
-    measurement_.start(hit.mesh, {first_->face, first_->point}, {hit.face, hit.point});
+    const SurfacePoint from = {first_->face, first_->point};
+    const SurfacePoint to = {hit.face, hit.point};
+    measurement_.start([mesh = hit.mesh, from, to](const Cancellation& cancellation) {
+      return findWay(*mesh, from, to, &cancellation.flag());
+    });
     clicked_ = "Measuring the way along the surface…";
   } else {
     const double length =

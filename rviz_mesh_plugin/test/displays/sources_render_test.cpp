@@ -9,7 +9,7 @@
 #include <ros/spinner.h>
 #include <std_msgs/String.h>
 
-#include "ros_client/silent_topics.h"
+#include "ros_client/topic_directory.h"
 #include "support/display_fixture.h"
 
 /// Topics and services of a mesh display that change while it has data.
@@ -146,17 +146,17 @@ TEST_F(SourcesTest, a_topic_of_another_type_is_named_in_the_line_of_its_concern)
 
 TEST_F(SourcesTest, the_master_is_asked_about_silent_topics_only_and_not_too_often)
 {
-  using rviz_mesh_plugin::SilentTopics;
+  using rviz_mesh_plugin::TopicDirectory;
   using namespace std::chrono_literals;
   const std::string topic = geometry_topic + "_of_others";
   auto others = node.advertise<std_msgs::String>(topic, 1);
-  SilentTopics topics;
-  const SilentTopics::Clock::time_point start;
+  TopicDirectory topics;
+  const TopicDirectory::Clock::time_point start;
   topics.update(start, {});
-  topics.update(start + SilentTopics::PATIENCE, {topic});
-  topics.update(start + 2 * SilentTopics::PATIENCE - 1ms, {topic});
+  topics.update(start + TopicDirectory::PATIENCE, {topic});
+  topics.update(start + 2 * TopicDirectory::PATIENCE - 1ms, {topic});
   EXPECT_FALSE(topics.asking()) << "something may come yet";
-  SilentTopics::Clock::time_point now = start + 2 * SilentTopics::PATIENCE;
+  TopicDirectory::Clock::time_point now = start + 2 * TopicDirectory::PATIENCE;
   topics.update(now, {topic});
   ASSERT_TRUE(spinUntil([&] { return !topics.asking(); }));
   EXPECT_EQ(topics.problem(topic, "a/B"), "") << "not taken yet";
@@ -167,7 +167,7 @@ TEST_F(SourcesTest, the_master_is_asked_about_silent_topics_only_and_not_too_oft
   EXPECT_EQ(topics.problem(topic, "std_msgs/String"), "");
   EXPECT_EQ(topics.problem(geometry_topic, "a/B"), "") << "not said to be silent";
   others.shutdown();
-  now += SilentTopics::INTERVAL;
+  now += TopicDirectory::INTERVAL;
   topics.update(now - 1ms, {topic});
   EXPECT_FALSE(topics.asking());
   topics.update(now, {topic});
@@ -176,6 +176,6 @@ TEST_F(SourcesTest, the_master_is_asked_about_silent_topics_only_and_not_too_oft
     return topics.problem(topic, "a/B").empty();
   };
   EXPECT_TRUE(spinUntil(known)) << "nobody publishes it any more";
-  topics.update(now + 2 * SilentTopics::INTERVAL, {});
+  topics.update(now + 2 * TopicDirectory::INTERVAL, {});
   EXPECT_FALSE(topics.asking()) << "nothing is silent";
 }

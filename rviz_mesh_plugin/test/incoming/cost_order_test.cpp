@@ -9,11 +9,17 @@
 #include <gtest/gtest.h>
 #include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 
+#include "incoming/cost_order.h"
 #include "incoming/mesh_inbox.h"
 #include "incoming/mesh_store.h"
 #include "support/meshes.h"
 
+using rviz_mesh_plugin::CostLayer;
+using rviz_mesh_plugin::CostOrder;
+using rviz_mesh_plugin::CostUpdate;
+using rviz_mesh_plugin::CostUpdateConstPtr;
 using rviz_mesh_plugin::MeshInbox;
+using rviz_mesh_plugin::MeshNews;
 using rviz_mesh_plugin::MeshStore;
 
 namespace {
@@ -62,17 +68,14 @@ class Pipeline
   Pipeline& frame()
   {
     const auto content = inbox_.take();
-    for (const auto& one : content.earlier_updates) {
-      store_.update(one);
-    }
     for (const auto& one : content.costs) {
       store_.addCosts(one);
     }
     for (const auto& one : content.updates) {
-      store_.update(one);
+      store_.update(*one);
     }
-    stale_ = content.stale + store_.staleUpdates();
-    EXPECT_EQ(store_.updateProblem(), "");
+    stale_ = content.stale;
+    EXPECT_EQ(content.receptions[MeshNews::UPDATES].refusal, "");
     return *this;
   }
 
@@ -259,4 +262,102 @@ TEST(CostOrder, is_that_of_messages_one_by_one)
     }
     ASSERT_EQ(pipeline.costs(), reference.costs()) << "round " << round;
   }
+}
+
+namespace {
+
+CostUpdateConstPtr made(const std::string& type, const std::vector<std::uint32_t>& vertices,
+                        const Values& costs, std::uint64_t stamp)
+{
+  return std::make_shared<CostUpdate>(CostUpdate{"a", type, vertices, costs, stamp});
+}
+
+CostLayer madeLayer(const std::string& uuid, const Values& costs, std::uint64_t stamp)
+{
+  CostLayer layer;
+  layer.uuid = uuid;
+  layer.type = "x";
+  layer.costs = costs;
+  layer.stamp = stamp;
+  return layer;
+}
+
+}  // namespace
+
+TEST(CostOrder, updates_that_are_newer_than_their_layer_wait_for_it)
+{
+  CostOrder order;
+  std::string problem;
+  EXPECT_FALSE(order.arrange(made("x", {0}, {7}, 2), problem));
+  EXPECT_FALSE(order.arrange(made("x", {0, 1}, {8, 8}, 3), problem));
+  EXPECT_FALSE(order.arrange(made("x", {3}, {9}, 0), problem)) << "any layer is newer";
+  EXPECT_FALSE(order.arrange(made("y", {0}, {1}, 1), problem));
+  EXPECT_EQ(problem, "");
+  EXPECT_EQ(order.waitingValues(), 4u);
+  CostLayer other = madeLayer("b", {1, 2, 3, 4}, 1);
+  EXPECT_EQ(order.arrange(other), "");
+  EXPECT_EQ(order.waitingValues(), 4u) << "another mesh";
+  CostLayer layer = madeLayer("a", {1, 2, 3, 4}, 1);
+  EXPECT_EQ(order.arrange(layer), "");
+  EXPECT_EQ(layer.costs, (Values{8, 8, 3, 4}));
+  EXPECT_EQ(order.waitingValues(), 1u);
+  const auto large = made("never comes", std::vector<std::uint32_t>(1000), Values(1000), 1);
+  for (std::size_t i = 0; i < 3 * CostOrder::MAX_WAITING_VALUES / 1000; ++i) {
+    order.arrange(large, problem);
+  }
+  EXPECT_EQ(order.waitingValues(), CostOrder::MAX_WAITING_VALUES);
+  order.forgetUpdates();
+  EXPECT_EQ(order.waitingValues(), 0u);
+}
+
+TEST(CostOrder, small_updates_that_wait_are_bounded_too)
+{
+  CostOrder order;
+  std::string problem;
+  for (std::size_t i = 0; i < CostOrder::MAX_WAITING_UPDATES + 5; ++i) {
+    order.arrange(made("never comes", {0}, {1}, 1), problem);
+  }
+  EXPECT_EQ(order.waitingValues(), CostOrder::MAX_WAITING_UPDATES);
+  const auto empty = made("never comes", {}, {}, 1);
+  for (std::size_t i = 0; i <= CostOrder::MAX_WAITING_UPDATES; ++i) {
+    order.arrange(empty, problem);
+  }
+  EXPECT_EQ(order.waitingValues(), 0u);
+  EXPECT_LE(empty.use_count(), long(CostOrder::MAX_WAITING_UPDATES) + 1);
+}
+
+TEST(CostOrder, updates_that_do_not_fit_their_layer_are_left_out_as_a_whole)
+{
+  const std::string reason =
+      "an update of layer 'x': entry 1 refers to vertex 4, but there are 4; publish the update "
+      "for this geometry";
+  CostOrder order;
+  std::string problem;
+  EXPECT_FALSE(order.arrange(made("x", {1, 4}, {0, 0}, 2), problem));
+  EXPECT_EQ(problem, "") << "its layer is not known";
+  CostLayer layer = madeLayer("a", {1, 2, 3, 4}, 1);
+  EXPECT_EQ(order.arrange(layer), reason);
+  EXPECT_EQ(layer.costs, (Values{1, 2, 3, 4}));
+  EXPECT_FALSE(order.arrange(made("x", {1, 4}, {0, 0}, 2), problem));
+  EXPECT_EQ(problem, reason);
+  EXPECT_FALSE(order.arrange(made("x", {1}, {0, 0}, 2), problem));
+  EXPECT_EQ(problem, "an update of layer 'x' has 2 costs for 1 vertices");
+  const auto good = made("x", {1}, {0}, 2);
+  EXPECT_EQ(order.arrange(good, problem), good);
+  EXPECT_EQ(problem, "");
+  EXPECT_EQ(order.stale(), 0u);
+}
+
+// The GUI thread forgets a topic while messages of others go on.
+TEST(CostOrder, begins_anew_where_the_layers_are_forgotten)
+{
+  MeshInbox inbox;
+  EXPECT_TRUE(inbox.receive(layer(1, {1, 1})));
+  EXPECT_TRUE(inbox.receive(update(5, {0}, {9})));
+  inbox.forget(MeshNews::COSTS);
+  EXPECT_TRUE(inbox.receive(layer(3, {2, 2})));
+  auto content = inbox.take();
+  ASSERT_EQ(content.costs.size(), 1u);
+  EXPECT_EQ(content.costs[0]->costs, (Values{2, 2})) << "the update was for the layer before";
+  EXPECT_TRUE(content.updates.empty());
 }

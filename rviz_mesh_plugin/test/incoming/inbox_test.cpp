@@ -13,6 +13,7 @@
 #include "support/meshes.h"
 
 using rviz_mesh_plugin::MeshInbox;
+using rviz_mesh_plugin::MeshNews;
 
 namespace {
 
@@ -70,21 +71,23 @@ TEST(Inbox, keeps_vertex_and_face_layers_of_one_name_apart)
   EXPECT_FALSE(content.costs[0]->on_faces);
   EXPECT_TRUE(content.costs[1]->on_faces);
   EXPECT_EQ(content.costs[1]->costs, std::vector<float>{4.0f});
-  EXPECT_EQ(content.costs_reception.accepted, 1u);
-  EXPECT_EQ(content.face_costs_reception.accepted, 2u);
+  EXPECT_EQ(content.receptions[MeshNews::COSTS].accepted, 1u);
+  EXPECT_EQ(content.receptions[MeshNews::FACE_COSTS].accepted, 2u);
   inbox.receive(test_meshes::costs("slope", {1.0f}));
   inbox.receive(faceCosts("slope", 3.0f));
-  inbox.clearCosts();
+  inbox.forget(MeshNews::COSTS);
   content = inbox.take();
   ASSERT_EQ(content.costs.size(), 1u);
   EXPECT_TRUE(content.costs[0]->on_faces) << "clearing vertex costs leaves those of faces";
-  EXPECT_EQ(content.costs_reception.accepted, 0u);
-  EXPECT_EQ(content.face_costs_reception.accepted, 3u);
+  EXPECT_EQ(content.receptions[MeshNews::COSTS].accepted, 0u);
+  EXPECT_EQ(content.receptions[MeshNews::FACE_COSTS].accepted, 3u);
 }
 
 TEST(Inbox, drops_updates_that_an_entire_layer_made_obsolete)
 {
   MeshInbox inbox;
+  inbox.receive(test_meshes::costs("slope", {1.0f, 1.0f}));
+  inbox.receive(test_meshes::costs("other", {1.0f, 1.0f}));
   inbox.receive(update("slope", 0, 1.0f));
   inbox.receive(update("other", 1, 2.0f));
   inbox.receive(test_meshes::costs("slope", {5.0f, 6.0f}));
@@ -93,13 +96,14 @@ TEST(Inbox, drops_updates_that_an_entire_layer_made_obsolete)
   ASSERT_EQ(content.updates.size(), 2u);
   EXPECT_EQ(content.updates[0]->type, "other");
   EXPECT_EQ(content.updates[1]->vertices, std::vector<std::uint32_t>{1});
-  EXPECT_EQ(content.updates_reception.accepted, 3u);
+  EXPECT_EQ(content.receptions[MeshNews::UPDATES].accepted, 3u);
   EXPECT_TRUE(inbox.take().updates.empty());
 }
 
 TEST(Inbox, joins_updates_that_nobody_takes_and_the_last_cost_counts)
 {
   MeshInbox inbox;
+  inbox.receive(test_meshes::costs("slope", std::vector<float>(31)));
   std::map<std::uint32_t, float> expected;
   for (int i = 0; i < 1000; ++i) {
     const std::uint32_t vertex = (i * 7) % 31;
@@ -108,7 +112,7 @@ TEST(Inbox, joins_updates_that_nobody_takes_and_the_last_cost_counts)
   }
   const auto content = inbox.take();
   EXPECT_LE(content.updates.size(), 64u);
-  EXPECT_EQ(content.updates_reception.accepted, 1000u);
+  EXPECT_EQ(content.receptions[MeshNews::UPDATES].accepted, 1000u);
   std::map<std::uint32_t, float> found;
   for (const auto& one : content.updates) {
     for (std::size_t i = 0; i < one->vertices.size(); ++i) {
@@ -181,11 +185,11 @@ TEST(Inbox, leaves_out_labels_that_cannot_be_used_and_says_so)
   ASSERT_EQ(content.labels.size(), 1u);
   EXPECT_EQ(content.labels[0]->uuid, "mesh");
   ASSERT_EQ(content.labels[0]->clusters.size(), 1u);
-  EXPECT_EQ(content.labels_reception.refusal,
+  EXPECT_EQ(content.receptions[MeshNews::LABELS].refusal,
             "1 of 2 labels are left out: the label 'a/b' contains a slash; choose up to 255 bytes "
             "without '/', such as 'tree_1'");
-  EXPECT_EQ(content.labels_reception.accepted, 2u);
-  EXPECT_EQ(content.labels_reception.refused, 1u);
+  EXPECT_EQ(content.receptions[MeshNews::LABELS].accepted, 2u);
+  EXPECT_EQ(content.receptions[MeshNews::LABELS].refused, 1u);
 }
 
 TEST(Inbox, refuses_labels_that_are_no_text)
@@ -194,7 +198,7 @@ TEST(Inbox, refuses_labels_that_are_no_text)
   for (const char* label : {"tree_\xff", "\xc3", "tr\xc0\xa9", "\xed\xa0\x80", "a\xe2\x82"}) {
     MeshInbox inbox;
     EXPECT_FALSE(inbox.receive(cluster(label, {1}))) << label;
-    const std::string refusal = inbox.take().labels_reception.refusal;
+    const std::string refusal = inbox.take().receptions[MeshNews::LABELS].refusal;
     EXPECT_NE(refusal.find("is no UTF-8"), std::string::npos) << refusal;
   }
   MeshInbox inbox;
@@ -210,8 +214,9 @@ TEST(Inbox, drops_what_is_not_wanted_any_more_without_a_trace)
   EXPECT_FALSE(inbox.receiveLabels("", {cluster("tree_1", {1})}, true, &dropped));
   const auto content = inbox.take();
   EXPECT_TRUE(content.costs.empty() && content.textures.empty() && content.labels.empty());
-  EXPECT_EQ(content.costs_reception.received() + content.textures_reception.received() +
-                content.labels_reception.received(),
+  EXPECT_EQ(content.receptions[MeshNews::COSTS].received() +
+                content.receptions[MeshNews::TEXTURES].received() +
+                content.receptions[MeshNews::LABELS].received(),
             0u);
 }
 
@@ -228,18 +233,22 @@ TEST(Inbox, counts_refusals_of_each_kind_with_their_reason)
   mesh_msgs::MeshMaterialsStamped materials;
   EXPECT_FALSE(inbox.receive(materials));
   const auto content = inbox.take();
-  EXPECT_NE(content.face_costs_reception.refusal.find("face 0 is -inf"), std::string::npos);
-  EXPECT_NE(content.updates_reception.refusal.find("0 costs for 1 vertices"), std::string::npos);
-  EXPECT_NE(content.textures_reception.refusal.find("encoding 'jpeg'"), std::string::npos);
-  EXPECT_NE(content.materials_reception.refusal.find("frame_id"), std::string::npos);
-  EXPECT_EQ(content.materials_reception.refused, 1u);
+  EXPECT_NE(content.receptions[MeshNews::FACE_COSTS].refusal.find("face 0 is -inf"),
+            std::string::npos);
+  EXPECT_NE(content.receptions[MeshNews::UPDATES].refusal.find("0 costs for 1 vertices"),
+            std::string::npos);
+  EXPECT_NE(content.receptions[MeshNews::TEXTURES].refusal.find("encoding 'jpeg'"),
+            std::string::npos);
+  EXPECT_NE(content.receptions[MeshNews::MATERIALS].refusal.find("frame_id"), std::string::npos);
+  EXPECT_EQ(content.receptions[MeshNews::MATERIALS].refused, 1u);
   inbox.receive(faceCosts("slope", 1.0f));
-  inbox.refuse(&rviz_mesh_plugin::InboxContent::textures_reception, "it ends in the middle");
+  inbox.refuse(MeshNews::TEXTURES, "it ends in the middle");
   const auto later = inbox.take();
-  EXPECT_EQ(later.face_costs_reception.refusal, "");
-  EXPECT_EQ(later.face_costs_reception.last_refusal, content.face_costs_reception.refusal);
-  EXPECT_EQ(later.textures_reception.refusal, "it ends in the middle");
-  EXPECT_EQ(later.textures_reception.refused, 2u);
+  EXPECT_EQ(later.receptions[MeshNews::FACE_COSTS].refusal, "");
+  EXPECT_EQ(later.receptions[MeshNews::FACE_COSTS].last_refusal,
+            content.receptions[MeshNews::FACE_COSTS].refusal);
+  EXPECT_EQ(later.receptions[MeshNews::TEXTURES].refusal, "it ends in the middle");
+  EXPECT_EQ(later.receptions[MeshNews::TEXTURES].refused, 2u);
 }
 
 // The GUI thread takes and forgets while messages are joined with those before them.
@@ -266,7 +275,7 @@ TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
   std::size_t received = 0;
   while (received < UPDATES) {
     const auto content = inbox.take();
-    received = content.textures_reception.accepted;
+    received = content.receptions[MeshNews::TEXTURES].accepted;
     for (const auto& one : content.updates) {
       for (std::size_t i = 0; i < one->vertices.size(); ++i) {
         EXPECT_GE(one->costs[i], costs[one->vertices[i]]);
@@ -276,7 +285,7 @@ TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
     for (const auto& one : content.textures) {
       EXPECT_TRUE(textures.insert(one->index).second);
     }
-    inbox.clearLabels();
+    inbox.forget(MeshNews::LABELS);
   }
   sender.join();
   EXPECT_EQ(textures.size(), std::size_t(UPDATES));
@@ -284,29 +293,4 @@ TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
     const int last = UPDATES - 1 - (UPDATES - 1 - int(vertex % 7)) % 7;
     ASSERT_EQ(costs[vertex], float(last)) << vertex;
   }
-}
-
-// Updates that a layer has made obsolete are so for the next one too, if it comes in its place.
-TEST(Inbox, says_of_a_layer_what_the_one_before_did_only_where_that_was_not_taken)
-{
-  std::atomic<bool> ended{false};
-  MeshInbox inbox;
-  std::thread sender([&] {
-    for (int i = 0; i < 20000; ++i) {
-      auto message = test_meshes::costs("slope", {float(i)});
-      message.header.stamp.sec = 2 - i % 2;
-      inbox.receive(message);
-    }
-    ended = true;
-  });
-  int last = -1;
-  while (!ended) {
-    for (const auto& layer : inbox.take().costs) {
-      const int i = int(layer->costs[0]);
-      const bool alone = i % 2 == 1 && i == last + 1;
-      EXPECT_EQ(layer->outdated, alone ? 1000000000u : 2000000000u) << i << " after " << last;
-      last = i;
-    }
-  }
-  sender.join();
 }

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "conversion/mesh_conversion.h"
-#include "incoming/cost_update.h"
+#include "incoming/cost_order.h"
 #include "incoming/mesh_inbox.h"
 #include "incoming/mesh_store.h"
 #include "mesh_view/mesh_painter.h"
@@ -22,6 +22,7 @@ using rviz_mesh_plugin::LabelCluster;
 using rviz_mesh_plugin::LabelSet;
 using rviz_mesh_plugin::LabelSetConstPtr;
 using rviz_mesh_plugin::MeshInbox;
+using rviz_mesh_plugin::MeshNews;
 using rviz_mesh_plugin::MeshStore;
 
 namespace {
@@ -34,16 +35,9 @@ rviz_mesh_plugin::MeshDataConstPtr mesh(const std::string& uuid)
 }
 
 CostUpdateConstPtr update(const std::string& type, const std::vector<std::uint32_t>& vertices,
-                          const std::vector<float>& costs, std::uint64_t stamp = 0)
+                          const std::vector<float>& costs)
 {
-  return std::make_shared<CostUpdate>(CostUpdate{"a", type, vertices, costs, stamp, {}});
-}
-
-CostLayerConstPtr layer(const std::string& uuid, std::uint32_t seconds)
-{
-  auto message = test_meshes::costs("x", {1, 2, 3, 4}, uuid);
-  message.header.stamp.sec = seconds;
-  return convert(message);
+  return std::make_shared<CostUpdate>(CostUpdate{"a", type, vertices, costs, 0});
 }
 
 LabelSetConstPtr labels(const std::string& uuid, bool all,
@@ -114,12 +108,12 @@ TEST(MeshStore, clears_each_kind_on_its_own)
   store.addMesh(mesh("a"));
   store.addCosts(convert(test_meshes::costs("x", {1}, "a")));
   store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
-  store.clearCosts(true);
+  store.forget(MeshNews::FACE_COSTS);
   EXPECT_TRUE(store.attributes().cost("x")) << "it is one of vertices";
-  store.clearCosts(false);
+  store.forget(MeshNews::COSTS);
   EXPECT_FALSE(store.attributes().cost("x"));
   EXPECT_TRUE(store.attributes().colors);
-  store.clearColors();
+  store.forget(MeshNews::COLORS);
   EXPECT_FALSE(store.attributes().colors);
   EXPECT_TRUE(store.newest());
   store.clear();
@@ -173,7 +167,7 @@ TEST(MeshStore, an_update_changes_only_what_it_names)
   MeshStore store;
   const CostLayerConstPtr given = convert(test_meshes::costs("x", {1, 2, 3, 4}, "a"));
   store.addCosts(given);
-  const CostLayerConstPtr updated = store.update(update("x", {2, 0}, {9, NAN}));
+  const CostLayerConstPtr updated = store.update(*update("x", {2, 0}, {9, NAN}));
   ASSERT_TRUE(updated);
   EXPECT_EQ(given->costs, (std::vector<float>{1, 2, 3, 4})) << "may be read elsewhere";
   EXPECT_TRUE(std::isnan(updated->costs[0]));
@@ -184,56 +178,12 @@ TEST(MeshStore, an_update_changes_only_what_it_names)
   EXPECT_EQ(updated->summary.finite, 3u);
   EXPECT_EQ(updated->summary.unknown, 1u);
   EXPECT_EQ(store.attributes("a").cost("x"), updated);
-  EXPECT_EQ(store.update(update("x", {0}, {5})), updated) << "in place from now on";
+  EXPECT_EQ(store.update(*update("x", {0}, {5})), updated) << "in place from now on";
   EXPECT_EQ(updated->costs[0], 5.0f);
-  EXPECT_FALSE(store.update(update("x", {1, 4}, {0, 0})));
-  EXPECT_EQ(
-      store.updateProblem(),
-      "an update of layer 'x': entry 1 refers to vertex 4, but there are 4; publish the update "
-      "for this geometry");
+  EXPECT_FALSE(store.update(*update("x", {1, 4}, {0, 0})));
   EXPECT_EQ(updated->costs[1], 2.0f) << "all or nothing";
-  EXPECT_FALSE(store.update(update("x", {1}, {0, 0})));
-  EXPECT_NE(store.updateProblem(), "");
-  EXPECT_TRUE(store.update(update("x", {}, {})));
-  EXPECT_EQ(store.updateProblem(), "");
-}
-
-TEST(MeshStore, updates_that_are_newer_than_their_layer_wait_for_it)
-{
-  constexpr std::uint64_t SECOND = 1000000000;
-  MeshStore store;
-  EXPECT_FALSE(store.update(update("x", {0}, {7}, 2 * SECOND)));
-  EXPECT_FALSE(store.update(update("x", {0, 1}, {8, 8}, 3 * SECOND)));
-  EXPECT_FALSE(store.update(update("x", {3}, {9})));
-  EXPECT_FALSE(store.update(update("y", {0}, {1})));
-  EXPECT_EQ(store.updateProblem(), "");
-  EXPECT_EQ(store.waitingValues(), 5u);
-  store.addCosts(layer("b", 1));
-  EXPECT_EQ(store.waitingValues(), 5u) << "another mesh";
-  store.addCosts(layer("a", 1));
-  EXPECT_EQ(store.attributes("a").cost("x")->costs, (std::vector<float>{8, 8, 3, 4}));
-  EXPECT_EQ(store.waitingValues(), 1u);
-  for (std::size_t i = 0; i < 3 * MeshStore::MAX_WAITING_VALUES / 1000; ++i) {
-    store.update(update("never comes", std::vector<std::uint32_t>(1000), std::vector<float>(1000)));
-  }
-  EXPECT_EQ(store.waitingValues(), MeshStore::MAX_WAITING_VALUES);
-  store.clearUpdates();
-  EXPECT_EQ(store.waitingValues(), 0u);
-}
-
-TEST(MeshStore, small_updates_that_wait_are_bounded_too)
-{
-  MeshStore store;
-  for (std::size_t i = 0; i < MeshStore::MAX_WAITING_UPDATES + 5; ++i) {
-    store.update(update("never comes", {0}, {1}));
-  }
-  EXPECT_EQ(store.waitingValues(), MeshStore::MAX_WAITING_UPDATES);
-  const auto empty = update("never comes", {}, {});
-  for (std::size_t i = 0; i <= MeshStore::MAX_WAITING_UPDATES; ++i) {
-    store.update(empty);
-  }
-  EXPECT_EQ(store.waitingValues(), 0u);
-  EXPECT_LE(empty.use_count(), long(MeshStore::MAX_WAITING_UPDATES) + 1);
+  EXPECT_FALSE(store.update(*update("x", {1}, {0, 0})));
+  EXPECT_TRUE(store.update(*update("x", {}, {})));
 }
 
 TEST(MeshStore, updates_of_other_meshes_drive_nothing_out_that_waits)
@@ -241,8 +191,7 @@ TEST(MeshStore, updates_of_other_meshes_drive_nothing_out_that_waits)
   MeshStore store;
   store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
   for (std::size_t i = 0; i < 2 * MeshStore::MAX_WAITING; ++i) {
-    store.update(std::make_shared<CostUpdate>(
-        CostUpdate{"other " + std::to_string(i), "x", {0}, {1.0f}, 0, {}}));
+    store.update({"other " + std::to_string(i), "x", {0}, {1.0f}, 0});
   }
   store.addMesh(mesh("a"));
   EXPECT_TRUE(store.attributes().colors);
@@ -264,9 +213,9 @@ TEST(MeshStore, a_whole_layer_replaces_what_was_updated)
 {
   MeshStore store;
   store.addCosts(convert(test_meshes::costs("x", {1, 2}, "a")));
-  store.update(update("x", {0}, {7}));
+  store.update(*update("x", {0}, {7}));
   store.addCosts(convert(test_meshes::costs("x", {3, 4}, "a")));
-  store.update(update("x", {1}, {9}));
+  store.update(*update("x", {1}, {9}));
   EXPECT_EQ(store.attributes("a").cost("x")->costs, (std::vector<float>{3, 9}));
 }
 
@@ -340,11 +289,11 @@ TEST(MeshInbox, hands_over_the_newest_of_each_kind_once)
   EXPECT_EQ(content.costs[0]->costs[0], 2.0f);
   ASSERT_EQ(content.colors.size(), 1u);
   EXPECT_EQ(content.colors[0]->colors[0].red, 255);
-  EXPECT_EQ(content.costs_reception.accepted, 4u);
+  EXPECT_EQ(content.receptions[MeshNews::COSTS].accepted, 4u);
   content = inbox.take();
   EXPECT_TRUE(content.costs.empty());
   EXPECT_TRUE(content.colors.empty());
-  EXPECT_EQ(content.costs_reception.accepted, 4u) << "goes on counting";
+  EXPECT_EQ(content.receptions[MeshNews::COSTS].accepted, 4u) << "goes on counting";
 }
 
 TEST(MeshInbox, loses_nothing_between_two_threads)
@@ -360,7 +309,7 @@ TEST(MeshInbox, loses_nothing_between_two_threads)
   std::size_t accepted = 0;
   while (accepted < LAYERS) {
     const auto content = inbox.take();
-    accepted = content.costs_reception.accepted;
+    accepted = content.receptions[MeshNews::COSTS].accepted;
     for (const auto& layer : content.costs) {
       types.push_back(layer->type);
     }

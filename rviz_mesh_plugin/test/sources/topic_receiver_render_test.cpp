@@ -11,16 +11,14 @@
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 
-#include "incoming/mesh_loader.h"
-#include "sources/mesh_topics.h"
+#include "sources/mesh_feed.h"
 #include "support/meshes.h"
 #include "support/no_threads.h"
 #include "support/raw_messages.h"
 #include "support/service_servers.h"
 
-using rviz_mesh_plugin::MeshInbox;
-using rviz_mesh_plugin::MeshLoader;
-using rviz_mesh_plugin::MeshTopics;
+using rviz_mesh_plugin::MeshFeed;
+using rviz_mesh_plugin::MeshNews;
 using rviz_mesh_plugin::TopicReceiver;
 using service_servers::Gate;
 using service_servers::waitFor;
@@ -185,15 +183,23 @@ TEST_F(Topics, without_a_copy_from_this_process)
 
 TEST_F(Topics, say_where_no_thread_can_be_started_and_begin_later)
 {
-  const auto inbox = std::make_shared<MeshInbox>();
-  MeshTopics topics(inbox, std::make_shared<MeshLoader>(false));
+  MeshFeed feed(false);
+  MeshFeed::Names names;
+  std::string& name = names.topics[MeshNews::COSTS];
+  name = topic;
   {
     const NoThreads none;
-    EXPECT_NE(topics.subscribeCosts(node, topic), "");
+    feed.connect(node, names);
+    EXPECT_NE(feed.error(MeshNews::COSTS), "");
   }
-  EXPECT_NE(topics.subscribeCosts(node, "not a name"), "");
-  EXPECT_EQ(topics.subscribeCosts(node, topic), "");
+  name = "not a name";
+  feed.connect(node, names);
+  EXPECT_NE(feed.error(MeshNews::COSTS), "");
+  name = topic;
+  feed.connect(node, names);
+  EXPECT_EQ(feed.error(MeshNews::COSTS), "");
   const auto publisher = node.advertise<Message>(topic, 10, true);
   publisher.publish(MESSAGE);
-  EXPECT_TRUE(waitFor([&] { return inbox->take().costs_reception.accepted == 1; }));
+  EXPECT_TRUE(
+      waitFor([&] { return feed.inbox().take().receptions[MeshNews::COSTS].accepted == 1; }));
 }

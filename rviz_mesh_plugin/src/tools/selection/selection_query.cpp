@@ -10,7 +10,6 @@ namespace rviz_mesh_plugin {
 /// Shared with the thread; another one after giveUp().
 struct SelectionQuery::Answers
 {
-  std::atomic<bool> cancel{false};
   std::mutex mutex;
   std::deque<Answer> ready;
 };
@@ -22,28 +21,23 @@ SelectionQuery::~SelectionQuery()
 
 void SelectionQuery::ask(const MeshDataConstPtr& mesh, bool adding, Work work)
 {
-  if (!lanes_) {
-    lanes_ = std::make_unique<WorkLanes>();
-  }
   if (!answers_) {
     answers_ = std::make_shared<Answers>();
   }
-  lanes_->add("selection", [answers = answers_, mesh, adding, work = std::move(work)] {
-    Answer answer{mesh, adding, {}, {}};
-    if (answers->cancel) {
-      return;
-    }
-    try {
-      answer.faces = work(answers->cancel);
-    } catch (const std::exception& error) {
-      answer.failure = error.what();
-    }
-    try {
-      const std::lock_guard<std::mutex> lock(answers->mutex);
-      answers->ready.push_back(std::move(answer));
-    } catch (const std::exception&) {  // no memory: the user may give it up
-    }
-  });
+  thread_.add(
+      [answers = answers_, mesh, adding, work = std::move(work)](const Cancellation& cancellation) {
+        Answer answer{mesh, adding, {}, {}};
+        try {
+          answer.faces = work(cancellation.flag());
+        } catch (const std::exception& error) {
+          answer.failure = error.what();
+        }
+        try {
+          const std::lock_guard<std::mutex> lock(answers->mutex);
+          answers->ready.push_back(std::move(answer));
+        } catch (const std::exception&) {  // no memory: the user may give it up
+        }
+      });
   ++open_;
 }
 
@@ -64,10 +58,8 @@ std::optional<SelectionQuery::Answer> SelectionQuery::take()
 
 bool SelectionQuery::giveUp()
 {
-  if (answers_) {
-    answers_->cancel = true;
-    answers_.reset();
-  }
+  thread_.cancel();
+  answers_.reset();
   return std::exchange(open_, 0) != 0;
 }
 

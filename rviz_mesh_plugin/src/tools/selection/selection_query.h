@@ -9,7 +9,7 @@
 
 #include "base/mesh_data.h"
 #include "selection/face_selection.h"
-#include "threads/work_lanes.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 
@@ -50,7 +50,7 @@ class SelectionQuery
   struct Answers;
   std::shared_ptr<Answers> answers_;
   std::size_t open_ = 0;
-  std::unique_ptr<WorkLanes> lanes_;
+  WorkThread thread_{"selection"};
 };
 
 }  // namespace rviz_mesh_plugin

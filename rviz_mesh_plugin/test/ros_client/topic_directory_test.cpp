@@ -1,4 +1,4 @@
-#include "ros_client/topic_proposal.h"
+#include "ros_client/topic_directory.h"
 
 #include <atomic>
 #include <cstdlib>
@@ -12,7 +12,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-using rviz_mesh_plugin::TopicProposal;
+using rviz_mesh_plugin::TopicDirectory;
 
 namespace {
 
@@ -59,25 +59,25 @@ class EndlessMaster
 {
   ::alarm(60);                  // seconds; where it waits for the master, it waits forever
   static EndlessMaster master;  // its thread needs it to the very end
-  ros::init(ros::M_string{{"__master", master.uri()}}, "topic_proposal_test",
+  ros::init(ros::M_string{{"__master", master.uri()}}, "topic_directory_test",
             ros::init_options::NoSigintHandler);
   {
-    TopicProposal proposal;
-    proposal.ask("/map/mesh");
+    TopicDirectory topics;
+    topics.propose("/map/mesh");
     while (!master.asked()) {
       ::usleep(1000);
     }
-    if (proposal.take()) {
+    if (topics.takeProposal()) {
       std::abort();
     }
-    proposal.ask("/map/other");  // what was asked before is given up
+    topics.propose("/map/other");  // what was asked before is given up
   }
   std::exit(0);
 }
 
 }  // namespace
 
-TEST(TopicProposal, is_given_up_when_rviz_is_closed_while_the_master_hangs)
+TEST(TopicDirectory, is_given_up_when_rviz_is_closed_while_the_master_hangs)
 {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(close(), testing::ExitedWithCode(0), "");

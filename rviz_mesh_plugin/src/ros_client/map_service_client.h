@@ -1,14 +1,16 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "incoming/mesh_inbox.h"
 #include "incoming/mesh_loader.h"
-#include "sources/service_log.h"
-#include "sources/service_names.h"
+#include "ros_client/service_log.h"
+#include "ros_client/service_names.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 
@@ -20,7 +22,7 @@ namespace rviz_mesh_plugin {
 /// the name answers, it is looked for once a second. Where a service refuses, or has nothing, and
 /// the thing is requested still, it is asked again, more and more rarely: it may be loading its
 /// map, or a layer may be computed only later.
-class MeshServices
+class MapServiceClient
 {
  public:
   /// Between two questions about the same thing; the first, and the greatest that this grows to.
@@ -31,11 +33,12 @@ class MeshServices
   };
 
   /// @param loader may be null where no mesh is ever requested
-  MeshServices(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader, Pauses pauses);
-  MeshServices(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader);
-  ~MeshServices();
-  MeshServices(const MeshServices&) = delete;
-  MeshServices& operator=(const MeshServices&) = delete;
+  MapServiceClient(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader,
+                   Pauses pauses);
+  MapServiceClient(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader);
+  ~MapServiceClient();
+  MapServiceClient(const MapServiceClient&) = delete;
+  MapServiceClient& operator=(const MapServiceClient&) = delete;
 
   /// Other names than before cancel everything. A service with an empty name is not asked.
   void setNames(const ServiceNames& names);
@@ -59,20 +62,27 @@ class MeshServices
   /// Gives up and forgets everything; nothing that was asked before arrives any more.
   void cancel();
 
-  using Report = ServiceReport;
-  Report report() const;
+  ServiceReport report() const;
 
  private:
-  class Work;
-  template <class Request>
-  void request(const std::string& key, const Request& request);
+  class Question;
+  class Errand;
+  struct Work;
+  struct Turn;
+
+  /// @param lane what is asked in one lane is asked one after the other
+  /// @param item of what is asked, where there are several
+  void request(const std::string& lane, bool (Errand::*errand)(), const std::string& uuid,
+               const std::string& item = std::string());
 
   std::shared_ptr<MeshInbox> inbox_;
   std::shared_ptr<MeshLoader> loader_;
   const Pauses pauses_;
   ServiceNames names_;
-  std::unique_ptr<Work> work_;  ///< null: nothing has been asked
-  std::string failure_;         ///< why nothing can be asked
+  std::shared_ptr<Work> work_;  ///< null: nothing has been asked
+  std::map<std::string, std::shared_ptr<Turn>> turns_;
+  std::map<std::string, WorkThread> lanes_;
+  std::string failure_;  ///< why nothing can be asked
 };
 
 }  // namespace rviz_mesh_plugin

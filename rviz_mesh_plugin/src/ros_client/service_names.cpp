@@ -1,4 +1,4 @@
-#include "sources/service_names.h"
+#include "ros_client/service_names.h"
 
 #include <algorithm>
 

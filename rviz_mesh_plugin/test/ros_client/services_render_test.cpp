@@ -18,7 +18,7 @@
 #include <mesh_msgs/GetVertexCostLayers.h>
 #include <mesh_msgs/GetVertexCosts.h>
 
-#include "sources/mesh_services.h"
+#include "ros_client/map_service_client.h"
 #include "support/meshes.h"
 #include "support/raw_messages.h"
 #include "support/service_servers.h"
@@ -43,13 +43,13 @@ struct DataType<RawBytes>
 
 using namespace mesh_msgs;
 using rviz_mesh_plugin::InboxContent;
+using rviz_mesh_plugin::MapServiceClient;
 using rviz_mesh_plugin::MeshInbox;
 using rviz_mesh_plugin::MeshLoader;
-using rviz_mesh_plugin::MeshServices;
 using service_servers::DyingServer;
 using service_servers::Gate;
 using service_servers::waitFor;
-using State = MeshServices::Report::State;
+using State = rviz_mesh_plugin::ServiceReport::State;
 
 namespace {
 
@@ -99,16 +99,16 @@ class Services : public testing::Test
   {
     const bool reached = waitFor([&]() {
       const auto report = services->report();
-      return report.worst() == state && report.text().find(part) != std::string::npos;
+      return report.worst == state && report.text.find(part) != std::string::npos;
     });
-    EXPECT_TRUE(reached) << services->report().text();
+    EXPECT_TRUE(reached) << services->report().text;
     return reached;
   }
 
   service_servers::Servers servers;
   std::shared_ptr<MeshInbox> inbox = std::make_shared<MeshInbox>();
   std::shared_ptr<MeshLoader> loader = std::make_shared<MeshLoader>(false);
-  std::unique_ptr<MeshServices> services = std::make_unique<MeshServices>(inbox, loader);
+  std::unique_ptr<MapServiceClient> services = std::make_unique<MapServiceClient>(inbox, loader);
   rviz_mesh_plugin::ServiceNames names;
   std::string space;
   std::atomic<int> color_calls{0};
@@ -139,7 +139,7 @@ TEST_F(Services, bring_colors_layers_and_labels)
         response.clusters[0].face_indices = {3};
         return true;
       });
-  EXPECT_EQ(services->report().text(), "");
+  EXPECT_EQ(services->report().text, "");
   for (int i = 0; i < 3; ++i) {  // each is asked once
     services->requestColors("mesh");
     services->requestCosts("mesh");
@@ -199,8 +199,8 @@ TEST_F(Services, bring_materials_and_each_of_fifty_textures_once)
   services->requestMaterials("mesh");
   ASSERT_TRUE(reaches(State::FAILED, "(47 of 50 textures, 3 refused)"));
   EXPECT_TRUE(waitFor([&] { return services->missesTextures("mesh"); }));
-  EXPECT_NE(services->report().text().find("answers with what cannot be shown"), std::string::npos)
-      << "the first of the three: " << services->report().text();
+  EXPECT_NE(services->report().text.find("answers with what cannot be shown"), std::string::npos)
+      << "the first of the three: " << services->report().text;
   const auto content = inbox->take();
   EXPECT_EQ(content.materials.size(), 1u);
   ASSERT_EQ(content.textures.size(), 47u);
@@ -238,7 +238,7 @@ TEST_F(Services, that_refuse_are_not_asked_at_once_and_their_reason_is_told)
   ASSERT_TRUE(reaches(State::FAILED, "/get_vertex_colors refuses: it gives no reason"));
   services->requestColors("mesh");
   services->cancel();
-  EXPECT_EQ(services->report().text(), "");
+  EXPECT_EQ(services->report().text, "");
   services->requestColors("mesh");
   ASSERT_TRUE(reaches(State::FAILED, "refuses: there are no colors in garden.h5"));
   EXPECT_EQ(calls, 2);
@@ -246,9 +246,9 @@ TEST_F(Services, that_refuse_are_not_asked_at_once_and_their_reason_is_told)
 
 TEST_F(Services, that_refuse_or_have_nothing_are_asked_again_while_it_is_wanted)
 {
-  services = std::make_unique<MeshServices>(
+  services = std::make_unique<MapServiceClient>(
       inbox, loader,
-      MeshServices::Pauses{std::chrono::milliseconds(5), std::chrono::milliseconds(20)});
+      MapServiceClient::Pauses{std::chrono::milliseconds(5), std::chrono::milliseconds(20)});
   services->setNames(names);
   std::atomic<bool> loaded{false};
   std::atomic<int> layer_calls{0};
@@ -420,7 +420,7 @@ TEST_F(Services, are_looked_for_around_the_geometry_topic)
   names.colors.clear();
   services->setNames(names);
   services->requestColors("mesh");
-  EXPECT_EQ(services->report().text(), "") << "without a name nothing is asked";
+  EXPECT_EQ(services->report().text, "") << "without a name nothing is asked";
 }
 
 TEST_F(Services, of_another_map_are_told_apart)
