@@ -171,6 +171,6 @@ def vertex_costs(costs: Any, topology: Topology, how: str = MAX) -> np.ndarray:
             with np.errstate(invalid="ignore"):
                 sums = np.add.reduceat(around.astype(np.float64), starts)
             result[has_face] = sums / degrees[has_face]
-        lethal = np.logical_or.reduceat(np.isposinf(around), starts)
+        lethal = np.logical_or.reduceat(np.isinf(around), starts)
         result[np.flatnonzero(has_face)[lethal]] = np.inf
     return result
