@@ -7,6 +7,7 @@ import re
 
 import room_rules
 import rooms
+import word_rules
 
 # Which of our packages (and which outside ones that matter) a package's Python must not import.
 NEVER_IMPORTED = {
@@ -166,6 +167,7 @@ def check(root, files):
         text = (root / path).read_text(encoding="utf-8", errors="replace")
         if path.suffix in CODE:
             texts[path] = text
+            yield from word_rules.check(path, text)
         if path.suffix == ".py" or text.startswith("#!/usr/bin/python3"):
             yield from check_python(path, text)
         elif path.suffix in (".cpp", ".h"):
@@ -173,6 +175,7 @@ def check(root, files):
         for number, line in enumerate(text.splitlines(), 1):
             if UNFINISHED.search(line):
                 yield path.as_posix(), number, "unfinished: do it, or say it in the README"
+    yield from word_rules.check_classes(texts)
     yield from check_lengths({path: text.count("\n") for path, text in texts.items()})
     yield from check_packages(root, set(files))
     for page in (path for path in files if path.as_posix() in PAGES):

@@ -9,17 +9,17 @@
 
 namespace mesh_map {
 
-/// A long computation: its threads, whether it is cancelled, how far it is.
+/// A long computation: its threads, whether it is canceled, how far it is.
 class Run
 {
  public:
   explicit Run(const BvhOptions& options) : options_(options) {}
 
-  /// Throws Cancelled where that was asked for.
+  /// Throws Canceled where that was asked for.
   void check() const
   {
     if (isSet(options_.cancel)) {
-      throw Cancelled();
+      throw Canceled();
     }
   }
 

@@ -21,8 +21,8 @@ inline const std::atomic<bool>* flagOf(const CancelFlag* cancel)
 
 void bindMesh(pybind11::module_& module);
 void bindDijkstra(pybind11::module_& module);
-void bindFrontKernels(pybind11::module_& module);
-void bindWaveFront(pybind11::module_& module);
+void bindObstacleDistance(pybind11::module_& module);
+void bindFastMarching(pybind11::module_& module);
 void bindQueryKernels(pybind11::module_& module);
 void bindTraceKernels(pybind11::module_& module);
 void bindSpatial(pybind11::module_& module);

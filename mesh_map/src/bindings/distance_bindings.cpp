@@ -1,8 +1,8 @@
 // Distances over edges and over the surface for Python (private; see mesh_map.dijkstra and
 // mesh_map.wave_front).
 
-#include <mesh_map/distance/fast_marching/front_mesh.h>
-#include <mesh_map/distance/fast_marching/wave_front.h>
+#include <mesh_map/distance/fast_marching/fast_marching.h>
+#include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 
 #include <memory>
 #include <string>
@@ -146,7 +146,7 @@ class DijkstraKernel
     return result;
   }
 
-  py::array wayFrom(std::uint32_t vertex) const { return toArray(field_->wayFrom(vertex)); }
+  py::array pathFrom(std::uint32_t vertex) const { return toArray(field_->pathFrom(vertex)); }
 
   float limit() const { return field_->limit(); }
 
@@ -187,7 +187,7 @@ void bindDijkstra(py::module_& module)
       .def("_potential", &DijkstraKernel::potential)
       .def("_predecessors", &DijkstraKernel::predecessors)
       .def("_reaches", &DijkstraKernel::reaches, arg("vertices"))
-      .def("_way_from", &DijkstraKernel::wayFrom, arg("vertex"))
+      .def("_way_from", &DijkstraKernel::pathFrom, arg("vertex"))
       .def("_limit", &DijkstraKernel::limit);
   module.def("_vertices_at_changes", &changedVertices, arg("edges"), arg("before"), arg("after"));
   module.def("_are_lengths_or_closed", &lengthsOrClosed, arg("weights"), arg("lengths"));
@@ -195,13 +195,13 @@ void bindDijkstra(py::module_& module)
 
 namespace {
 
-std::shared_ptr<FrontMesh> makeMesh(Array vertices, Array faces, Array offsets, Array vertex_faces,
-                                    unsigned threads)
+std::shared_ptr<FastMarchingMesh> makeMesh(Array vertices, Array faces, Array offsets,
+                                           Array vertex_faces, unsigned threads)
 {
   const MeshView mesh = meshView(vertices, faces);
   const RowsView rows = rowsView(offsets, vertex_faces, mesh.faceCount(), "vertex_faces");
   const py::gil_scoped_release release;
-  return std::make_shared<FrontMesh>(mesh, rows, threads);
+  return std::make_shared<FastMarchingMesh>(mesh, rows, threads);
 }
 
 ArrayView<std::uint8_t> lethalView(const ObstacleDistance& self, Array lethal)
@@ -259,10 +259,11 @@ py::array computeFadingCosts(Array distances, const Fading& fading, unsigned thr
 
 }  // namespace
 
-void bindFrontKernels(py::module_& module)
+void bindObstacleDistance(py::module_& module)
 {
   using py::arg;
-  py::class_<FrontMesh, std::shared_ptr<FrontMesh>>(module, "_FrontMesh", py::module_local())
+  py::class_<FastMarchingMesh, std::shared_ptr<FastMarchingMesh>>(module, "_FastMarchingMesh",
+                                                                  py::module_local())
       .def(py::init(&makeMesh), arg("vertices"), arg("faces"), arg("offsets"), arg("vertex_faces"),
            arg("threads") = 0u);
   py::class_<Fading>(module, "_Fading", py::module_local())
@@ -274,7 +275,7 @@ void bindFrontKernels(py::module_& module)
            arg("inscribed_radius"), arg("inflation_radius"), arg("lethal_value"),
            arg("inscribed_value"), arg("is_exponential"), arg("cost_scaling"));
   py::class_<ObstacleDistance>(module, "_ObstacleDistance", py::module_local())
-      .def(py::init([](std::shared_ptr<FrontMesh> mesh, float max_distance) {
+      .def(py::init([](std::shared_ptr<FastMarchingMesh> mesh, float max_distance) {
              const py::gil_scoped_release release;
              return std::make_unique<ObstacleDistance>(std::move(mesh), max_distance);
            }),
@@ -292,11 +293,11 @@ void bindFrontKernels(py::module_& module)
 
 namespace {
 
-std::vector<WaveFrontSeed> seedsOf(Array vertices, Array labels)
+std::vector<FastMarchingSeed> seedsOf(Array vertices, Array labels)
 {
   const auto vertex_view = view<std::uint32_t>(vertices, "sources", {ANY});
   const auto label_view = view<double>(labels, "source distances", {vertices.size()});
-  std::vector<WaveFrontSeed> seeds;
+  std::vector<FastMarchingSeed> seeds;
   for (std::size_t i = 0; i < vertex_view.size(); ++i) {
     seeds.push_back({vertex_view[i], label_view[i]});
   }
@@ -307,13 +308,13 @@ std::vector<WaveFrontSeed> seedsOf(Array vertices, Array labels)
 class Field
 {
  public:
-  Field(std::shared_ptr<WaveFrontPool> pool, Array sources, Array source_labels, Object slowness)
+  Field(std::shared_ptr<FastMarchingPool> pool, Array sources, Array source_labels, Object slowness)
       : vertex_count_(static_cast<py::ssize_t>(pool->mesh().vertexCount())), slowness_(slowness)
   {
     const ArrayView<float> values = slownessView();
-    std::vector<WaveFrontSeed> seeds = seedsOf(sources, source_labels);
+    std::vector<FastMarchingSeed> seeds = seedsOf(sources, source_labels);
     const py::gil_scoped_release release;
-    field_ = std::make_unique<WaveFrontField>(std::move(pool), std::move(seeds), values);
+    field_ = std::make_unique<FastMarchingField>(std::move(pool), std::move(seeds), values);
   }
 
   Field(const Field&) = delete;
@@ -328,7 +329,7 @@ class Field
 
   bool extend(Array targets, double offset, double max_distance, const CancelFlag* cancel)
   {
-    WaveFrontStop stop;
+    FastMarchingStop stop;
     stop.targets = view<std::uint32_t>(targets, "targets", {ANY});
     stop.offset = offset;
     stop.max_distance = max_distance;
@@ -340,11 +341,11 @@ class Field
   py::tuple update(Array sources, Array source_labels, Object slowness, Array changed,
                    const CancelFlag* cancel)
   {
-    std::vector<WaveFrontSeed> seeds = seedsOf(sources, source_labels);
+    std::vector<FastMarchingSeed> seeds = seedsOf(sources, source_labels);
     const auto vertices = view<std::uint32_t>(changed, "changed", {ANY});
     const py::object before = slowness_;
     slowness_ = slowness;
-    WaveFrontField::Update done;
+    FastMarchingField::Update done;
     try {
       const ArrayView<float> values = slownessView();
       done = unlocked(
@@ -353,7 +354,7 @@ class Field
       slowness_ = before;
       throw;
     }
-    return py::make_tuple(done.count, done.cancelled);
+    return py::make_tuple(done.count, done.canceled);
   }
 
   double limit() const { return field_->limit(); }
@@ -380,22 +381,22 @@ class Field
 
   py::ssize_t vertex_count_;
   py::object slowness_;
-  std::unique_ptr<WaveFrontField> field_;
+  std::unique_ptr<FastMarchingField> field_;
 };
 
 }  // namespace
 
-void bindWaveFront(py::module_& module)
+void bindFastMarching(py::module_& module)
 {
   using py::arg;
-  py::class_<WaveFrontPool, std::shared_ptr<WaveFrontPool>>(module, "_WaveFrontPool",
-                                                            py::module_local())
-      .def(py::init([](std::shared_ptr<FrontMesh> mesh) {
-             return std::make_shared<WaveFrontPool>(std::move(mesh));
+  py::class_<FastMarchingPool, std::shared_ptr<FastMarchingPool>>(module, "_FastMarchingPool",
+                                                                  py::module_local())
+      .def(py::init([](std::shared_ptr<FastMarchingMesh> mesh) {
+             return std::make_shared<FastMarchingPool>(std::move(mesh));
            }),
            arg("mesh"));
-  py::class_<Field>(module, "_WaveFrontField", py::module_local())
-      .def(py::init<std::shared_ptr<WaveFrontPool>, Array, Array, Object>(), arg("pool"),
+  py::class_<Field>(module, "_FastMarchingField", py::module_local())
+      .def(py::init<std::shared_ptr<FastMarchingPool>, Array, Array, Object>(), arg("pool"),
            arg("sources"), arg("source_labels"), arg("slowness"))
       .def("_extend", &Field::extend, arg("targets"), arg("offset"), arg("max_distance"),
            arg("cancel"))

@@ -41,8 +41,8 @@ PYBIND11_MODULE(_kernels, module)
   bindMesh(module);
   bindSpatial(module);
   bindDijkstra(module);
-  bindFrontKernels(module);
-  bindWaveFront(module);
+  bindObstacleDistance(module);
+  bindFastMarching(module);
   bindQueryKernels(module);
   bindTraceKernels(module);
 }

@@ -47,7 +47,7 @@ struct Starts
 };
 
 /// Points and faces of a way.
-py::tuple wayTuple(WalkTrace&& trace)
+py::tuple pathTuple(WalkTrace&& trace)
 {
   return py::make_tuple(toRows(std::move(trace.points), 3), toArray(std::move(trace.faces)));
 }
@@ -90,7 +90,7 @@ struct WalkArrays
     if (!traces.empty()) {
       py::list list;
       for (WalkTrace& trace : traces) {
-        list.append(wayTuple(std::move(trace)));
+        list.append(pathTuple(std::move(trace)));
       }
       traced = list;
     }
@@ -172,7 +172,7 @@ class SurfaceKernel
       return straight ? walkStraight(mesh_, start, length, options, told)
                       : walkLine(mesh_, start, goal, options, told);
     });
-    const py::object traced = trace ? py::object(wayTuple(std::move(way))) : py::none();
+    const py::object traced = trace ? py::object(pathTuple(std::move(way))) : py::none();
     return py::make_tuple(walk.pose.face, toArray3(walk.position), toArray3(walk.pose.barycentric),
                           toArray3(walk.pose.direction), toArray3(walk.pose.up), walk.length,
                           static_cast<int>(walk.end), traced);
@@ -219,7 +219,7 @@ class SurfaceKernel
     });
     return py::make_tuple(toRows(std::move(result.path.points), 3),
                           toArray(std::move(result.path.faces)), result.turns, result.settled,
-                          result.cancelled);
+                          result.canceled);
   }
 
  private:
@@ -320,7 +320,7 @@ class FieldTracer
       return tracePath(mesh_, bound.field, face, start, flagOf(cancel), found, max_length);
     });
     if (end != TraceEnd::ARRIVED) {
-      return py::bool_(end == TraceEnd::CANCELLED);
+      return py::bool_(end == TraceEnd::CANCELED);
     }
     return py::make_tuple(toRows(std::move(found.points), 3), toArray(std::move(found.faces)),
                           toArray(std::move(found.potentials)));
@@ -331,7 +331,7 @@ class FieldTracer
     return fieldValue(mesh_, bound.field, face, point(face, position));
   }
 
-  py::array vertices(const BoundField& bound, const FrontMesh& front, Array normals,
+  py::array vertices(const BoundField& bound, const FastMarchingMesh& front, Array normals,
                      unsigned threads) const
   {
     const auto count = static_cast<py::ssize_t>(mesh_.mesh.vertexCount());

@@ -172,16 +172,16 @@ py::tuple closestBatch(const Bvh& bvh, Array points, double max_distance, Object
   }));
 }
 
-/// Cancelled becomes mesh_map.errors.Cancelled.
-void translateCancelled(std::exception_ptr error)
+/// Canceled becomes mesh_map.errors.Canceled.
+void translateCanceled(std::exception_ptr error)
 {
   try {
     if (error) {
       std::rethrow_exception(error);
     }
-  } catch (const Cancelled& cancelled) {
-    const py::object type = py::module_::import("mesh_map.errors").attr("Cancelled");
-    PyErr_SetString(type.ptr(), cancelled.what());
+  } catch (const Canceled& canceled) {
+    const py::object type = py::module_::import("mesh_map.errors").attr("Canceled");
+    PyErr_SetString(type.ptr(), canceled.what());
   }
 }
 
@@ -191,7 +191,7 @@ void bindSpatial(py::module_& module)
 {
   using py::arg;
 
-  py::register_exception_translator(&translateCancelled);
+  py::register_exception_translator(&translateCanceled);
   BvhClass bvh(module, "_Bvh", py::module_local());
   bvh.def_static("_build", &build, arg("vertices"), arg("faces"), arg("threads"), arg("cancel"),
                  arg("progress"))

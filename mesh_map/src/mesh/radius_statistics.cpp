@@ -308,11 +308,11 @@ class BlockSearch
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t u = found[i];
       if (!(distances[guides[u]] < distances[u]) && u != center && !findGuide(u)) {
-        const Way way = searchNearer(u, center);
-        if (way == Way::TOO_FAR) {
+        const Found way = searchNearer(u, center);
+        if (way == Found::TOO_FAR) {
           return searchAlongEdges(center);
         }
-        all = all && way == Way::NEARER;
+        all = all && way == Found::NEARER;
       }
     }
     return {found, all ? count : removeSeparate(count)};
@@ -379,7 +379,7 @@ class BlockSearch
     return guide != u;
   }
 
-  enum class Way
+  enum class Found
   {
     NEARER,
     SEPARATE,
@@ -388,13 +388,13 @@ class BlockSearch
 
   /// Whether edges within the radius lead from u to one that is nearer, or to the center (others
   /// may be in the same place). If not, all that they lead to is marked as farther than the radius.
-  Way searchNearer(std::uint32_t u, std::uint32_t center)
+  Found searchNearer(std::uint32_t u, std::uint32_t center)
   {
     float* const distances = distances_.data();
     std::uint32_t* const reached = reached_.data();
     const float own = distances[u], limit = maybe_within_;
     if (own > limit) {
-      return Way::SEPARATE;  // marked before
+      return Found::SEPARATE;  // marked before
     }
     const std::uint32_t search = ++searches_;
     std::size_t count = 1;
@@ -402,13 +402,13 @@ class BlockSearch
     seen_[u] = search;
     for (std::size_t i = 0; i < count; ++i) {
       if (effort_ == 0) {
-        return Way::TOO_FAR;
+        return Found::TOO_FAR;
       }
       --effort_;
       for (std::uint32_t k = block_.offsets[reached[i]]; k < block_.offsets[reached[i] + 1]; ++k) {
         const std::uint32_t to = block_.neighbors[k];
         if (distances[to] < own || to == center) {
-          return Way::NEARER;
+          return Found::NEARER;
         }
         reached[count] = to;
         count += (distances[to] <= limit) & (seen_[to] != search);
@@ -418,7 +418,7 @@ class BlockSearch
     for (std::size_t i = 0; i < count; ++i) {
       distances[reached[i]] = std::numeric_limits<float>::infinity();
     }
-    return Way::SEPARATE;
+    return Found::SEPARATE;
   }
 
   std::size_t removeSeparate(std::size_t count)

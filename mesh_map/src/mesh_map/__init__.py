@@ -22,7 +22,6 @@ _ROOMS = {
     "distance": (
         "dijkstra",
         "exact_geodesic",
-        "front",
         "potential_field",
         "surface_path",
         "wave_front",
@@ -45,6 +44,7 @@ alias_modules(
         "mesh_map.closest_point": "mesh_map.spatial.device_batches",
         "mesh_map.raycast": "mesh_map.spatial.device_batches",
         "mesh_map.dijkstra_field": "mesh_map.distance.dijkstra",
+        "mesh_map.front": "mesh_map.distance.obstacle_distance",
         "mesh_map.parameter_server_ros": "mesh_map.ros.parameter_server",
     }
 )

@@ -78,7 +78,8 @@ template <bool HAS_COSTS>
 class VertexDirection
 {
  public:
-  VertexDirection(const FieldValues<HAS_COSTS>& values, const FrontMesh& mesh, std::uint32_t v)
+  VertexDirection(const FieldValues<HAS_COSTS>& values, const FastMarchingMesh& mesh,
+                  std::uint32_t v)
       : values_(values), mesh_(mesh), v_(v), label_(values.label(v)), squared_(label_ * label_)
   {
   }
@@ -86,9 +87,9 @@ class VertexDirection
   /// Through the faces around, straight to where the source lies beyond them, or along edges.
   void lookAround()
   {
-    const FrontCorner* const end = mesh_.cornersEnd(v_);
+    const FastMarchingCorner* const end = mesh_.cornersEnd(v_);
     Neighbor a, b;
-    for (const FrontCorner* corner = mesh_.cornersBegin(v_); corner != end; ++corner) {
+    for (const FastMarchingCorner* corner = mesh_.cornersBegin(v_); corner != end; ++corner) {
       if (corner->a == v_) {
         continue;
       }
@@ -179,7 +180,7 @@ class VertexDirection
   }
 
   const FieldValues<HAS_COSTS>& values_;
-  const FrontMesh& mesh_;
+  const FastMarchingMesh& mesh_;
   std::uint32_t v_;
   double label_, squared_;
   double error_ = FAR;
@@ -195,8 +196,8 @@ void storeAcross(const Vector3& way, const float* normal, float* out)
 
 /// Where the goal is within a face, straight to it.
 template <bool HAS_COSTS>
-void storeAtGoal(const FieldSurface& surface, const FrontMesh& front, const SurfaceField& field,
-                 ArrayView<float> normals, LargeArray<float>& directions)
+void storeAtGoal(const FieldSurface& surface, const FastMarchingMesh& front,
+                 const SurfaceField& field, ArrayView<float> normals, LargeArray<float>& directions)
 {
   const FieldValues<HAS_COSTS> values(field);
   const auto store = [&](std::uint32_t face, std::uint32_t v) {
@@ -222,8 +223,8 @@ void storeAtGoal(const FieldSurface& surface, const FrontMesh& front, const Surf
 }
 
 template <bool HAS_COSTS>
-void storeAtVertices(const FrontMesh& front, const SurfaceField& field, ArrayView<float> normals,
-                     unsigned threads, LargeArray<float>& directions)
+void storeAtVertices(const FastMarchingMesh& front, const SurfaceField& field,
+                     ArrayView<float> normals, unsigned threads, LargeArray<float>& directions)
 {
   const auto one = [&, values = FieldValues<HAS_COSTS>(field)](std::size_t i) {
     const auto v = static_cast<std::uint32_t>(i);
@@ -238,7 +239,7 @@ void storeAtVertices(const FrontMesh& front, const SurfaceField& field, ArrayVie
 
 }  // namespace
 
-LargeArray<float> vertexDirections(const TraceMesh& mesh, const FrontMesh& front,
+LargeArray<float> vertexDirections(const TraceMesh& mesh, const FastMarchingMesh& front,
                                    const SurfaceField& field, ArrayView<float> normals,
                                    unsigned threads)
 {

@@ -39,7 +39,7 @@ struct Reached
 };
 
 /// The shortest way along edges from a place to a vertex whose label is below `potential`, or to
-/// the goal, however much it climbs in between; empty if there is none, or it was cancelled.
+/// the goal, however much it climbs in between; empty if there is none, or it was canceled.
 std::vector<FieldLeg> findDetour(const FieldSurface& surface, const FieldPlace& from,
                                  double potential, const std::atomic<bool>* cancel)
 {
@@ -47,7 +47,7 @@ std::vector<FieldLeg> findDetour(const FieldSurface& surface, const FieldPlace& 
   std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> queue;
   std::unordered_map<std::uint32_t, Reached> reached;
   std::vector<FieldOffer> offers;
-  const auto spread = [&](const FieldPlace& place, double distance_here) {
+  const auto relax = [&](const FieldPlace& place, double distance_here) {
     surface.collectOffers(place, offers);
     for (const FieldOffer& offer : offers) {
       if (offer.to.kind != FieldPlace::VERTEX) {
@@ -74,7 +74,7 @@ std::vector<FieldLeg> findDetour(const FieldSurface& surface, const FieldPlace& 
   };
 
   std::vector<FieldLeg> legs;
-  spread(from, 0.0);
+  relax(from, 0.0);
   if (from.kind == FieldPlace::VERTEX) {
     reached[from.a] = {0.0, NO_INDEX, NO_INDEX};
   }
@@ -102,7 +102,7 @@ std::vector<FieldLeg> findDetour(const FieldSurface& surface, const FieldPlace& 
       std::reverse(legs.begin(), legs.end());
       return legs;
     }
-    spread(place, here);
+    relax(place, here);
   }
   return legs;
 }
@@ -272,10 +272,10 @@ TraceEnd Descent::run(double max_length, FieldPath& path)
 {
   while (length_ < max_length && !isArrived()) {
     if (isSet(cancel_)) {
-      return TraceEnd::CANCELLED;
+      return TraceEnd::CANCELED;
     }
     if ((climbed_.size() >= MAX_CLIMB || !goOn()) && !climb()) {
-      return isSet(cancel_) ? TraceEnd::CANCELLED : TraceEnd::NOT_REACHED;
+      return isSet(cancel_) ? TraceEnd::CANCELED : TraceEnd::NOT_REACHED;
     }
   }
   if (length_ > max_length) {

@@ -311,7 +311,7 @@ double FieldSurface::firstValue(const FieldPlace& place) const
 }
 
 /// The best offer from a place; nullptr if there is none. Valid until the next call.
-const FieldOffer* FieldSurface::wayOn(const FieldPlace& place) const
+const FieldOffer* FieldSurface::nextOffer(const FieldPlace& place) const
 {
   collectOffers(place, scratch_);
   return best(
@@ -324,13 +324,13 @@ double FieldSurface::value(const FieldPlace& place) const
   if (isSure(place)) {
     return firstValue(place);
   }
-  const FieldOffer* const found = wayOn(place);
+  const FieldOffer* const found = nextOffer(place);
   return found == nullptr ? std::numeric_limits<double>::infinity() : found->total();
 }
 
 bool FieldSurface::leadsLower(const FieldPlace& vertex) const
 {
-  const FieldOffer* const found = wayOn(vertex);
+  const FieldOffer* const found = nextOffer(vertex);
   return found != nullptr && found->value < label(vertex.a);
 }
 

@@ -194,7 +194,7 @@ class FieldSurface
   void widen(std::uint32_t face, double& low, double& high) const;
   double meanOfOpen(std::uint32_t face) const;
   double firstValue(const FieldPlace& place) const;
-  const FieldOffer* wayOn(const FieldPlace& place) const;
+  const FieldOffer* nextOffer(const FieldPlace& place) const;
 
   const TraceMesh* mesh_;
   const SurfaceField* field_;

@@ -38,7 +38,7 @@ constexpr std::size_t GROUND_SAMPLES = 24;
 /// matrix from the frame of the robot to that of the mesh (a rotation and a shift; not checked). A
 /// face counts if it touches the band anywhere, its border included. A pose that is not finite has
 /// no faces. Throws std::invalid_argument for a polygon that is not convex and counter-clockwise,
-/// for a mesh that is not that of the hierarchy, or arrays of other sizes, Cancelled, or
+/// for a mesh that is not that of the hierarchy, or arrays of other sizes, Canceled, or
 /// std::bad_alloc.
 FootprintCosts footprintCosts(const Bvh& bvh, const MeshView& mesh, ArrayView<float> costs,
                               const Footprint& footprint, ArrayView<double> poses,

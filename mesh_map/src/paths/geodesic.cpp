@@ -161,12 +161,12 @@ class TautPath
   std::optional<Legs> around(const Joint& joint, const Leg& after, const Joint& to);
   std::optional<Legs> overHills(const Leg& leg, const Joint& from, const Joint& to,
                                 Geodesic& result);
-  bool isCancelled(Geodesic& result) const;
+  bool isCanceled(Geodesic& result) const;
 
   const FaceChoice choice_;
   const GeodesicOptions options_;
   Joint start_{}, end_{};
-  Legs way_;
+  Legs legs_;
   std::size_t tried_ = 0;
 };
 
@@ -198,26 +198,26 @@ bool TautPath::take(const Stretches& path)
   for (std::size_t i = 0; i < path.stretches.size(); ++i) {
     const Joint &from = path.joints[i], &to = path.joints[i + 1];
     if (i > 0) {
-      way_.joints.push_back(from);
+      legs_.joints.push_back(from);
     }
     if (path.stretches[i].stays) {
-      way_.legs.push_back(fixedLeg(path.stretches[i].strip.faces[0], from.position, to.position));
+      legs_.legs.push_back(fixedLeg(path.stretches[i].strip.faces[0], from.position, to.position));
       continue;
     }
     std::optional<Legs> legs = straighten(choice_.mesh, path.stretches[i].strip, from, to);
     if (!legs) {
       return false;
     }
-    append(way_, std::move(*legs));
+    append(legs_, std::move(*legs));
   }
   cutLoops();
   return true;
 }
 
-bool TautPath::isCancelled(Geodesic& result) const
+bool TautPath::isCanceled(Geodesic& result) const
 {
-  result.cancelled = result.cancelled || isSet(options_.cancel);
-  return result.cancelled;
+  result.canceled = result.canceled || isSet(options_.cancel);
+  return result.canceled;
 }
 
 void TautPath::settle(Geodesic& result, std::size_t passes)
@@ -230,16 +230,16 @@ void TautPath::settle(Geodesic& result, std::size_t passes)
 // none is laid out often.
 bool TautPath::pass(Geodesic& result)
 {
-  if (way_.legs.empty()) {
+  if (legs_.legs.empty()) {
     return false;
   }
-  Legs old = std::exchange(way_, {});
-  bool is_new = false, open = false;  // of the last leg of way_
-  way_.legs.push_back(std::move(old.legs[0]));
+  Legs old = std::exchange(legs_, {});
+  bool is_new = false, open = false;  // of the last leg of legs_
+  legs_.legs.push_back(std::move(old.legs[0]));
   for (std::size_t j = 0; j < old.joints.size(); ++j) {
     Joint joint = old.joints[j];
     Leg& after = old.legs[j + 1];
-    if (isCancelled(result)) {
+    if (isCanceled(result)) {
       return false;
     }
     if (!joint.settled && joint.vertex != NO_INDEX && !is_new) {
@@ -247,22 +247,22 @@ bool TautPath::pass(Geodesic& result)
       std::optional<Legs> shorter = around(joint, after, to);
       joint.settled = !shorter;
       if (shorter) {
-        way_.legs.pop_back();
-        if (!way_.joints.empty()) {
-          way_.joints.back().settled = false;
+        legs_.legs.pop_back();
+        if (!legs_.joints.empty()) {
+          legs_.joints.back().settled = false;
         }
         if (j + 1 < old.joints.size()) {
           old.joints[j + 1].settled = false;
         }
-        append(way_, std::move(*shorter));
+        append(legs_, std::move(*shorter));
         is_new = open = true;
         ++result.turns;
         continue;
       }
     }
     open = open || (!joint.settled && joint.vertex != NO_INDEX);
-    way_.joints.push_back(joint);
-    way_.legs.push_back(std::move(after));
+    legs_.joints.push_back(joint);
+    legs_.legs.push_back(std::move(after));
     is_new = false;
   }
   if (open) {
@@ -276,10 +276,10 @@ WalkTrace TautPath::trace() const
 {
   WalkTrace path;
   path.points.assign(start_.position.begin(), start_.position.end());
-  for (std::size_t i = 0; i < way_.legs.size(); ++i) {
-    const Joint& from = i == 0 ? start_ : way_.joints[i - 1];
-    const Joint& to = i + 1 == way_.legs.size() ? end_ : way_.joints[i];
-    traceLeg(choice_.mesh, way_.legs[i], from.position, to.position, path);
+  for (std::size_t i = 0; i < legs_.legs.size(); ++i) {
+    const Joint& from = i == 0 ? start_ : legs_.joints[i - 1];
+    const Joint& to = i + 1 == legs_.legs.size() ? end_ : legs_.joints[i];
+    traceLeg(choice_.mesh, legs_.legs[i], from.position, to.position, path);
   }
   return path;
 }
@@ -290,9 +290,9 @@ void TautPath::cutLoops()
   Legs kept;  // with the joint after each leg
   std::unordered_map<std::uint32_t, std::size_t> legs_before;
   legs_before[start_.vertex] = 0;
-  for (std::size_t i = 0; i < way_.legs.size(); ++i) {
-    kept.legs.push_back(std::move(way_.legs[i]));
-    kept.joints.push_back(i < way_.joints.size() ? way_.joints[i] : end_);
+  for (std::size_t i = 0; i < legs_.legs.size(); ++i) {
+    kept.legs.push_back(std::move(legs_.legs[i]));
+    kept.joints.push_back(i < legs_.joints.size() ? legs_.joints[i] : end_);
     const std::uint32_t vertex = kept.joints.back().vertex;
     const auto [visit, is_first] = legs_before.try_emplace(vertex, kept.legs.size());
     if (vertex == NO_INDEX || is_first) {
@@ -311,14 +311,14 @@ void TautPath::cutLoops()
   if (!kept.joints.empty()) {
     kept.joints.pop_back();
   }
-  way_ = std::move(kept);
+  legs_ = std::move(kept);
 }
 
 // The last leg of the way so far and the next one, on another side of the joint between them, if
 // that is shorter.
 std::optional<Legs> TautPath::around(const Joint& joint, const Leg& after, const Joint& to)
 {
-  const Leg& before = way_.legs.back();
+  const Leg& before = legs_.legs.back();
   std::optional<Turn> turn =
       turnBelow(choice_, joint.vertex, before.at_end, after.at_start, PI - STRAIGHT);
   if (!turn) {
@@ -333,7 +333,7 @@ std::optional<Legs> TautPath::around(const Joint& joint, const Leg& after, const
   for (std::size_t i = 0; i < after.strip.edges.size(); ++i) {
     strip.cross(after.strip.edges[i], after.strip.faces[i + 1]);
   }
-  const Joint& from = way_.joints.empty() ? start_ : way_.joints.back();
+  const Joint& from = legs_.joints.empty() ? start_ : legs_.joints.back();
   std::optional<Legs> shorter = straighten(choice_.mesh, std::move(strip), from, to);
   const double given = before.length + after.length;
   return shorter && shorter->length() < given * (1.0 - NO_GAIN) ? std::move(shorter) : std::nullopt;
@@ -341,7 +341,7 @@ std::optional<Legs> TautPath::around(const Joint& joint, const Leg& after, const
 
 bool TautPath::tryHills(Geodesic& result)
 {
-  Legs old = std::exchange(way_, {});
+  Legs old = std::exchange(legs_, {});
   bool changed = false;
   for (std::size_t i = 0; i < old.legs.size(); ++i) {
     const Joint& from = i == 0 ? start_ : old.joints[i - 1];
@@ -349,16 +349,16 @@ bool TautPath::tryHills(Geodesic& result)
     std::optional<Legs> shorter = overHills(old.legs[i], from, to, result);
     if (shorter) {
       changed = true;
-      append(way_, std::move(*shorter));
+      append(legs_, std::move(*shorter));
     } else {
-      way_.legs.push_back(std::move(old.legs[i]));
+      legs_.legs.push_back(std::move(old.legs[i]));
     }
     if (i < old.joints.size()) {
-      way_.joints.push_back(old.joints[i]);
-      way_.joints.back().settled = false;
+      legs_.joints.push_back(old.joints[i]);
+      legs_.joints.back().settled = false;
     }
   }
-  return changed && !result.cancelled && tried_ < options_.max_turns;
+  return changed && !result.canceled && tried_ < options_.max_turns;
 }
 
 // The first way on another side of a hill that is shorter than a leg.
@@ -367,7 +367,7 @@ std::optional<Legs> TautPath::overHills(const Leg& leg, const Joint& from, const
 {
   HillSides sides(choice_, leg.strip);
   while (std::optional<Strip> strip = sides.next()) {
-    if (isCancelled(result) || ++tried_ >= options_.max_turns) {
+    if (isCanceled(result) || ++tried_ >= options_.max_turns) {
       break;
     }
     std::optional<Legs> legs = straighten(choice_.mesh, std::move(*strip), from, to);
@@ -377,12 +377,12 @@ std::optional<Legs> TautPath::overHills(const Leg& leg, const Joint& from, const
     TautPath other(choice_, options_);
     other.start_ = from;
     other.end_ = to;
-    other.way_ = std::move(*legs);
+    other.legs_ = std::move(*legs);
     other.cutLoops();
     other.settle(result, HILL_PASSES);
     tried_ += other.tried_;
-    if (!other.way_.legs.empty() && other.way_.length() < leg.length * (1.0 - NO_HILL)) {
-      return std::move(other.way_);
+    if (!other.legs_.legs.empty() && other.legs_.length() < leg.length * (1.0 - NO_HILL)) {
+      return std::move(other.legs_);
     }
   }
   return std::nullopt;
@@ -447,7 +447,7 @@ Geodesic shortenPath(const WalkMesh& mesh, const WalkTrace& path, const Geodesic
   while (options.over_hills && taut.tryHills(result)) {
     taut.settle(result, options.max_turns);
   }
-  if (result.cancelled) {
+  if (result.canceled) {
     return {{}, 0.0, result.turns, false, true};
   }
   WalkTrace shorter = cleaned(taut.trace(), result.length);

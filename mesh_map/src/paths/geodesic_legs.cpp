@@ -68,7 +68,7 @@ class Funnel
   void keepRight() { ++points_[chain_[end_]].bend.last; }
 
   /// The bends on the way to what was added last.
-  std::vector<Bend> way() const
+  std::vector<Bend> bends() const
   {
     std::vector<Bend> bends;
     for (std::size_t i = points_.back().before; i != 0; i = points_[i].before) {
@@ -139,7 +139,7 @@ std::vector<Bend> funnel(const Unfolding& strip)
     }
   }
   taut.addLeft(strip.to, {NO_INDEX, portals.size(), portals.size()});
-  return taut.way();
+  return taut.bends();
 }
 
 /// A leg that is straight in its strip.

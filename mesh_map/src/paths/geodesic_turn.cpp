@@ -69,7 +69,7 @@ class TurnSearch
       }
       goOn(edge, angle);
     }
-    return found ? std::optional<Turn>(way(last)) : std::nullopt;
+    return found ? std::optional<Turn>(turn(last)) : std::nullopt;
   }
 
  private:
@@ -114,7 +114,7 @@ class TurnSearch
     }
   }
 
-  Turn way(std::uint32_t last) const
+  Turn turn(std::uint32_t last) const
   {
     Turn turn;
     for (std::uint32_t edge = last; edge != NO_INDEX; edge = steps_.at(edge).before) {

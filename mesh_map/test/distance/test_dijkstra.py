@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mesh_map import _kernels
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.distance.dijkstra import DijkstraSolver
 from mesh_map.geometry.topology import Topology, edge_lengths
 from meshes import BOTANICAL, SMALL, TestMesh, data_mesh, real, small, soup, terrain
@@ -248,9 +248,9 @@ def test_cancel():
     field = graph.solver.solve(0, max_distance=1.0, cancel_flag=flag)
     before = field.potential
     flag.set()
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         graph.solver.solve(0, cancel_flag=flag)
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         field.extend(cancel=flag)
     assert 1 < field.limit < np.inf
     expected = graph.solver.solve(0).potential
@@ -269,7 +269,7 @@ def test_cancel_while_solving():
         def solve():
             try:
                 results.append(np.isfinite(graph.solver.solve(0, cancel_flag=flag).potential).all())
-            except Cancelled:
+            except Canceled:
                 results.append(flag.is_set())
 
         threads = [threading.Thread(target=solve) for _ in range(2)]

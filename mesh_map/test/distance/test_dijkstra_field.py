@@ -6,7 +6,7 @@ import threading
 import numpy as np
 import pytest
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.distance.dijkstra import DijkstraSolver, is_lengths_or_closed
 from mesh_map.geometry.topology import Topology, edge_lengths
 from meshes import small, soup, terrain
@@ -114,7 +114,7 @@ def test_what_is_known_is_not_searched_again():
     canceled = CancelFlag()
     canceled.set()
     field.extend([800, 0], cancel=canceled)
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         field.extend(cancel=canceled)
 
 
@@ -228,7 +228,7 @@ def test_a_cancelled_update_can_go_on():
     setting.costs[0] = 0
     flag = CancelFlag()
     flag.set()
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         field.update(setting.costs, changed, cancel=flag)
     assert field.limit < np.inf
     setting.check(field)

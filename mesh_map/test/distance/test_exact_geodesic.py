@@ -8,7 +8,7 @@ import pytest
 from geodesic_paths import check_path, check_taut, edge_way, path_of, random_way
 from geodesic_samples import samples
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.distance.exact_geodesic import ExactGeodesic
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_msgs import zoo
@@ -345,7 +345,7 @@ def test_cancel_and_turns():
     given = edge_way(geometry, 0, 1599)
     cancel = CancelFlag()
     cancel.set()
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         shorten(geometry, given, cancel=cancel)
     few = shorten(geometry, given, max_turns=3)
     check_path(geometry, given, few)

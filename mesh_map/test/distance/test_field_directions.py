@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mesh_map.distance.front import SurfaceFront
+from mesh_map.distance.obstacle_distance import SurfaceFront
 from mesh_map.distance.surface_path import FieldTracer
 from mesh_map.distance.wave_front import WaveFrontSolver
 from mesh_map.geometry.mesh_geometry import MeshGeometry

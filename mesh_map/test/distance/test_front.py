@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mesh_map import MeshMap
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
-from mesh_map.distance.front import ObstacleDistance, SurfaceFront
+from mesh_map.base.errors import Canceled
+from mesh_map.distance.obstacle_distance import ObstacleDistance, SurfaceFront
 from meshes import terrain
 
 
@@ -45,7 +45,7 @@ def test_a_cancelled_run_is_an_error():
     flag.set()
     lethal = np.arange(150 * 150) % 97 == 0
     obstacles = ObstacleDistance(front=front, max_distance=5.0)
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         obstacles.compute(lethal, flag)
     obstacles.compute(lethal)
     assert np.isfinite(obstacles.distances()).all()

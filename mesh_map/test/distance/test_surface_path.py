@@ -5,7 +5,7 @@ import gc
 import numpy as np
 import pytest
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.distance.surface_path import FieldTracer
 from mesh_map.distance.wave_front import WaveFrontSolver
 from mesh_map.geometry.mesh_geometry import MeshGeometry
@@ -263,7 +263,7 @@ def test_cancelled_and_refused(plane):
     flag = CancelFlag()
     assert tracer.path(field, start, cancel=flag) is not None
     flag.set()
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         tracer.path(field, start, cancel=flag)
     labels = field.labels
     faults = [

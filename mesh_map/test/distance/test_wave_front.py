@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from front_oracles import faces_edges
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.distance.wave_front import WaveFrontSolver
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from meshes import small, terrain
@@ -252,7 +252,7 @@ def test_updates(solver):
     changed = np.arange(0, 1600, 40)
     slowness = slowness.copy()
     slowness[changed] = 7
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         field.update(slowness, changed, cancel=flag)
     assert field.limit == -1 and np.isinf(field.potential).all()
     assert not field.reaches([400]).any()
@@ -286,10 +286,10 @@ def test_cancelling_and_threads():
     solver = WaveFrontSolver.of(geometry_of(mesh.vertices, mesh.faces))
     flag = CancelFlag()
     flag.set()
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         solver.solve(0, cancel=flag)
     field = solver.solve(0, max_distance=1.0)
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         field.extend(cancel=flag)
     assert field.limit == 1.0
     found = {}
@@ -300,7 +300,7 @@ def test_cancelling_and_threads():
         timer.start()
         try:
             solver.solve(source, cancel=flag)
-        except Cancelled:
+        except Canceled:
             pass
         timer.cancel()
         found[source] = solver.solve(source).labels

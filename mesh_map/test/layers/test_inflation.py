@@ -7,7 +7,7 @@ import pytest
 from front_oracles import euclidean, faded, fine_graph
 from mesh_map import MeshMap, _kernels
 from mesh_map.costs.layer import LayerInput, checked
-from mesh_map.distance.front import ObstacleDistance, SurfaceFront
+from mesh_map.distance.obstacle_distance import ObstacleDistance, SurfaceFront
 from mesh_map.layers.inflation import InflationLayer
 from meshes import TestMesh, data_mesh, real, renumbered, small, terrain
 
@@ -278,7 +278,7 @@ def test_stored_costs_are_used_without_computing_anything(monkeypatch):
     params = {"repulsive_field": False}
     expected = InflationLayer("i", params).evaluate(mesh_map, inputs)
     calls = []
-    for name in ("_FrontMesh", "_ObstacleDistance", "_fading_costs"):
+    for name in ("_FastMarchingMesh", "_ObstacleDistance", "_fading_costs"):
         kernel = getattr(_kernels, name)
 
         def counted(*args, kernel=kernel, name=name, **keywords):
@@ -295,7 +295,7 @@ def test_stored_costs_are_used_without_computing_anything(monkeypatch):
     differ = others["layer_1"].lethal != inputs["layer_1"].lethal
     changed = np.flatnonzero(differ).astype(np.uint32)
     updated = layer.update(mesh_map, others, changed, found)
-    assert calls == ["_FrontMesh", "_ObstacleDistance", "_fading_costs"]
+    assert calls == ["_FastMarchingMesh", "_ObstacleDistance", "_fading_costs"]
     assert same(updated, InflationLayer("j", params).evaluate(mesh_map, others))
 
 

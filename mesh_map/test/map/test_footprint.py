@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled, MeshMapError
+from mesh_map.base.errors import Canceled, MeshMapError
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.footprint import Footprint
 from mesh_map.map.queries import SurfaceQueries
@@ -179,5 +179,5 @@ def test_other_bad_arguments_are_refused():
         queries.footprint_cost(Footprint(SQUARE), np.eye(4))
     flag = CancelFlag()
     flag.set()
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         queries.footprint_costs(Footprint(SQUARE), scaled[:1], costs=costs, cancel=flag)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.footprint import Footprint
 from mesh_map.map.queries import SurfaceQueries
@@ -78,6 +78,6 @@ def test_wrong_poses_and_cancel():
     assert len(queries.vertices_under(Footprint(SQUARE), np.full((3, 4, 4), np.nan)).vertices) == 0
     flag = CancelFlag()
     flag.set()
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         poses = np.broadcast_to(np.eye(4), (1000, 4, 4))
         queries.vertices_under(Footprint(SQUARE), poses, cancel=flag)

@@ -6,7 +6,7 @@ import types
 
 import pytest
 from mesh_map.ros import complaints
-from mesh_map.ros.complaints import Complaints
+from mesh_map.ros.complaints import ThrottledWarnings
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def clock(monkeypatch):
 
 
 def test_one_warning_of_a_kind_in_ten_seconds(clock, caplog):
-    said = Complaints("obstacles")
+    said = ThrottledWarnings("obstacles")
     for seconds in range(25):
         clock[0] = 100.0 + seconds
         said.add("clouds cannot be used", "no frame %d\nat all" % seconds)
@@ -35,7 +35,7 @@ def test_one_warning_of_a_kind_in_ten_seconds(clock, caplog):
 
 
 def test_threads_that_complain_at_once(clock, caplog):
-    said = Complaints("o")
+    said = ThrottledWarnings("o")
 
     def complain():
         for _ in range(200):

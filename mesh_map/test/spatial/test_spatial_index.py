@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mesh_map import MeshMap, SpatialIndex, _kernels
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.spatial.spatial_index import query_counts
 from meshes import TestMesh, small, terrain
 from spatial_samples import TERRAIN, moved, need_opencl, same, some_points, some_rays, steep_rays
@@ -303,20 +303,20 @@ def test_a_flag_that_is_set_ends_all():
     before = answers(index, mesh)
     flag.set()
     directions = np.tile((0.1, 0.2, -1.0), (10_000, 1))
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         SpatialIndex(mesh.vertices, mesh.faces, cancel=flag)
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         index.refit(mesh.vertices * 2, cancel=flag)
     for count in (100, 10_000):
         rays = {"origins": (1, 1, 5), "directions": directions[:count], "cancel": flag}
         for back_end in ("native", "opencl"):
-            with pytest.raises(Cancelled):
+            with pytest.raises(Canceled):
                 index.cast_batch(**rays, back_end=back_end)
-            with pytest.raises(Cancelled):
+            with pytest.raises(Canceled):
                 index.any_hit_batch(**rays, back_end=back_end)
-            with pytest.raises(Cancelled):
+            with pytest.raises(Canceled):
                 index.closest_batch(points=directions[:count], cancel=flag, back_end=back_end)
-    with pytest.raises(Cancelled):
+    with pytest.raises(Canceled):
         index.in_sphere(center=(6, 6, 0), radius=3, mode="visible", eye=(6, 6, 9), cancel=flag)
     assert same(answers(index, mesh), before)
 
@@ -330,7 +330,7 @@ def test_a_flag_ends_a_batch_soon():
             SpatialIndex(mesh.vertices, mesh.faces).cast_batch(
                 **rays, cancel=flag, back_end="native"
             )
-        except Cancelled:
+        except Canceled:
             ended.append(time.monotonic())
 
     thread = threading.Thread(target=cast)

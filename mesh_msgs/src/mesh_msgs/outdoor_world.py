@@ -10,7 +10,7 @@ from typing import List
 import numpy as np
 
 from mesh_msgs.world import bridge, layout as plan, structures
-from mesh_msgs.world.part import Part
+from mesh_msgs.world.part import WorldPart
 from mesh_msgs.world.terrain import Terrain
 from mesh_msgs.world.triangulation import triangulate
 from mesh_msgs.world.zoo_mesh import ZooMesh
@@ -41,7 +41,7 @@ def outdoor_world(faces: int = 200_000, seed: int = 0) -> ZooMesh:
         )
     size = float(np.clip(60.0 * (faces / 200_000) ** 0.222, 24.0, 100.0))
     edge = size * float(np.sqrt(2.0 / faces))
-    layout = plan.Layout(size, seed)
+    layout = plan.WorldLayout(size, seed)
     terrain = Terrain(layout, seed, edge)
     parts = _parts(layout, terrain, edge, seed)
 
@@ -53,7 +53,7 @@ def outdoor_world(faces: int = 200_000, seed: int = 0) -> ZooMesh:
     return _assemble(terrain, parts, points, len(ground.free), ground.faces)
 
 
-def _parts(layout: plan.Layout, terrain: Terrain, edge: float, seed: int) -> List[Part]:
+def _parts(layout: plan.WorldLayout, terrain: Terrain, edge: float, seed: int) -> List[WorldPart]:
     rng = np.random.default_rng([seed, 6])
     parts = [bridge.bridge(terrain.height, edge, rng)]
     parts += [structures.wall(wall, terrain.height, edge, rng) for wall in layout.walls]
@@ -64,7 +64,11 @@ def _parts(layout: plan.Layout, terrain: Terrain, edge: float, seed: int) -> Lis
 
 
 def _assemble(
-    terrain: Terrain, parts: List[Part], ground: np.ndarray, free: int, ground_faces: np.ndarray
+    terrain: Terrain,
+    parts: List[WorldPart],
+    ground: np.ndarray,
+    free: int,
+    ground_faces: np.ndarray,
 ) -> ZooMesh:
     """Join the ground (points (N, 2), the first `free` of them not on rings) and the structures."""
     lifted = np.column_stack([ground, terrain.height(ground)])

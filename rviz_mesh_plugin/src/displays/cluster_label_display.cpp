@@ -110,15 +110,15 @@ void ClusterLabelDisplay::subscribe()
   subscription_error_.clear();
   try {
     // Services and the topic of edits are beside that of the labels.
-    MeshFeed::Names names;
-    names.topics[MeshNews::GEOMETRY] = source.geometry_topic;
-    names.topics[MeshNews::LABELS] = source.labels_topic;
+    MeshSources::Names names;
+    names.topics[MeshMember::GEOMETRY] = source.geometry_topic;
+    names.topics[MeshMember::LABELS] = source.labels_topic;
     names.services.geometry_topic = source.geometry_topic;
     names.services.service_namespace = labelNamespace(source);
-    feed_.connect(threaded_nh_, names);
-    subscription_error_ = feed_.error(MeshNews::GEOMETRY);
+    sources_.connect(threaded_nh_, names);
+    subscription_error_ = sources_.error(MeshMember::GEOMETRY);
     if (subscription_error_.empty()) {
-      subscription_error_ = feed_.error(MeshNews::LABELS);
+      subscription_error_ = sources_.error(MeshMember::LABELS);
     }
     owner_.connect(threaded_nh_, names.services.service_namespace);
     label_colors_.connect(threaded_nh_, names.services.service_namespace);
@@ -126,13 +126,13 @@ void ClusterLabelDisplay::subscribe()
     subscription_error_ = "these topics cannot be used: " + std::string(error.what());
   }
   if (store_.mesh() && !source.labels_topic.empty()) {
-    feed_.services().requestLabels(store_.mesh()->uuid);  // changes may have been missed
+    sources_.services().requestLabels(store_.mesh()->uuid);  // changes may have been missed
   }
 }
 
 void ClusterLabelDisplay::unsubscribe()
 {
-  feed_.disconnect();
+  sources_.disconnect();
   owner_.disconnect();
   label_colors_.disconnect();
 }
@@ -141,7 +141,7 @@ void ClusterLabelDisplay::restart()
 {
   lines_.attempt([this] {
     unsubscribe();
-    feed_.clear();
+    sources_.clear();
     store_.clear();
     label_colors_.clear();
     colors_.clear();
@@ -252,8 +252,7 @@ std::string ClusterLabelDisplay::storeFaces(const std::string& label,
   std::string reason = whyNotEditable(label);
   if (reason.empty()) {
     edit_failure_.clear();
-    lines_.attempt(
-        [&] { owner_.store(labelEdit(*store_.mesh(), label, faces, override)); });
+    lines_.attempt([&] { owner_.store(labelEdit(*store_.mesh(), label, faces, override)); });
   }
   return reason;
 }
@@ -289,20 +288,21 @@ void ClusterLabelDisplay::work()
 
 void ClusterLabelDisplay::takeMessages()
 {
-  received_ = feed_.loader().take();
+  received_ = sources_.loader().take();
   if (!received_.meshes.empty() && received_.meshes.back() != store_.mesh()) {
     store_.setMesh(received_.meshes.back());
     if (overlay_) {
       overlay_->setMesh(store_.mesh());
     }
-    feed_.services().cancel();  // the labels of a mesh that was here before are asked for once more
+    sources_.services()
+        .cancel();  // the labels of a mesh that was here before are asked for once more
   }
   if (store_.mesh() && !source().labels_topic.empty()) {
-    feed_.services().requestLabels(store_.mesh()->uuid);
+    sources_.services().requestLabels(store_.mesh()->uuid);
   }
-  const InboxContent news = feed_.inbox().take();
-  labels_received_ = news.receptions[MeshNews::LABELS];
-  for (const LabelSetConstPtr& labels : news.labels) {
+  const QueuedAttributes queued = sources_.queue().take();
+  labels_received_ = queued.receptions[MeshMember::LABELS];
+  for (const LabelSetConstPtr& labels : queued.labels) {
     store_.add(labels);
   }
 }
@@ -481,7 +481,7 @@ void ClusterLabelDisplay::updateStatuses()
   lines_.report("Geometry", geometryStatus());
   lines_.report("Labels", labelsStatus());
   lines_.report("Label colors", label_colors_.status());
-  lines_.report("Services", servicesStatus(feed_.services().report()));
+  lines_.report("Services", servicesStatus(sources_.services().report()));
   lines_.report("Edits", edit_failure_.empty()
                              ? edits_
                              : OptionalStatus(StatusLine{StatusLine::ERROR, edit_failure_}));

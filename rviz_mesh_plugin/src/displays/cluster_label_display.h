@@ -16,11 +16,11 @@
 #include "base/status_lines.h"
 #include "incoming/reception.h"
 #include "labels/label_colors.h"
-#include "labels/label_store.h"
-#include "sources/label_color_feed.h"
-#include "sources/label_owner.h"
-#include "sources/mesh_feed.h"
+#include "labels/shown_labels.h"
+#include "sources/label_client.h"
+#include "sources/label_color_source.h"
 #include "sources/mesh_source.h"
+#include "sources/mesh_sources.h"
 #endif
 
 namespace rviz_mesh_plugin {
@@ -108,10 +108,10 @@ class ClusterLabelDisplay : public rviz::Display
   std::string whyNotEditable(const std::string& label) const;
 
   LabelProperties* properties_;
-  MeshFeed feed_{false};
-  LabelOwner owner_;
-  LabelColorFeed label_colors_;
-  LabelStore store_;
+  MeshSources sources_{false};
+  LabelClient owner_;
+  LabelColorSource label_colors_;
+  ShownLabels store_;
   LabelColors colors_;
   StatusLines lines_;
   std::unique_ptr<LabelOverlay> overlay_;

@@ -14,7 +14,7 @@
 #include "displays/map3d_status.h"
 #include "displays/map_file_property.h"
 #include "displays/textured_mesh_display.h"
-#include "map_server/map_server.h"
+#include "map_server/map_server_run.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -51,7 +51,7 @@ Map3DState stateOf(const MapSession& session)
   state.problem = session.problem();
   state.progress = session.progress();
   state.label = session.label();
-  if (const MapServer* server = session.server()) {
+  if (const MapServerRun* server = session.server()) {
     state.started = true;
     state.pid = server->process().pid();
     state.server = server->ns();
@@ -198,7 +198,7 @@ std::string Map3DDisplay::frame() const
 
 void Map3DDisplay::applySource()
 {
-  const MapServer* server = session_->server();
+  const MapServerRun* server = session_->server();
   const MeshSource source = server ? server->source(frame()) : MeshSource();
   if (labels_) {
     labelDisplay()->setSource(source);
@@ -213,7 +213,7 @@ void Map3DDisplay::update(float wall_dt, float ros_dt)
 {
   lines_.repeat([this] {
     session_->update(threaded_nh_);
-    const MapServer* server = session_->server();
+    const MapServerRun* server = session_->server();
     if (shown_namespace_ != (server ? server->ns() : std::string())) {
       applySource();
     }

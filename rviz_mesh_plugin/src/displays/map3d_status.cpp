@@ -29,9 +29,9 @@ std::string inSeconds(double seconds)
 }
 
 /// Why there is no file that could be read; nothing where there is one.
-OptionalStatus fileProblem(const MapFile& file)
+OptionalStatus fileProblem(const FileState& file)
 {
-  using State = MapFile::State;
+  using State = FileState::State;
   switch (file.state) {
     case State::NOT_CHOSEN:
       return StatusLine::warn(
@@ -137,7 +137,7 @@ OptionalStatus ioStatus(const Map3DState& state)
     return StatusLine::warn(state.look_problem,
                             isReady(state) ? "; what was read of it is still shown" : "");
   }
-  if (isReady(state) && state.file.state != MapFile::State::PRESENT) {
+  if (isReady(state) && state.file.state != FileState::State::PRESENT) {
     return StatusLine::warn(state.file.path,
                             " is gone or may not be read any more; what was read of it is still "
                             "shown: put it back, or choose another file");

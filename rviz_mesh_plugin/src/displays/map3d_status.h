@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/status_lines.h"
-#include "map_server/map_file.h"
+#include "map_server/file_state.h"
 #include "map_server/map_progress.h"
 
 namespace rviz_mesh_plugin {
@@ -13,7 +13,7 @@ namespace rviz_mesh_plugin {
 /// What the lines of Map3D are made of.
 struct Map3DState
 {
-  MapFile file;
+  FileState file;
   std::string look_problem;  ///< why nothing newer is known of the file; else empty
   std::string problem;       ///< why no process can be started
   bool started = false;      ///< a process has been started

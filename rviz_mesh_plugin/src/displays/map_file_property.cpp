@@ -5,7 +5,7 @@
 #include <QFileInfo>
 #include <QPushButton>
 
-#include "map_server/map_file.h"
+#include "map_server/file_state.h"
 
 namespace rviz_mesh_plugin {
 namespace {

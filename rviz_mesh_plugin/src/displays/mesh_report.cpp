@@ -4,7 +4,7 @@
 
 #include "incoming/mesh_store.h"
 #include "legend/legend.h"
-#include "mesh_view/mesh_painter.h"
+#include "mesh_view/mesh_appearance.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
 #include "rendering/mesh_visual.h"
@@ -25,46 +25,47 @@ Reception sum(const Reception& a, const Reception& b)
 
 }  // namespace
 
-void MeshReport::report(const InboxContent& inbox, const std::string& working, StatusLines& lines)
+void MeshReport::report(const QueuedAttributes& queue, const std::string& working,
+                        StatusLines& lines)
 {
-  findSilentTopics(inbox);
-  const Reception& reception = inbox.receptions[MeshNews::GEOMETRY];
+  findSilentTopics(queue);
+  const Reception& reception = queue.receptions[MeshMember::GEOMETRY];
   lines.report("Topic", topic(reception));
   lines.report("Geometry", geometryStatus(geometry(reception, working)));
-  lines.report("Costs", costsStatus(costs(inbox)));
-  lines.report("Colors", colorsStatus(colors(inbox)));
-  lines.report("Textures", texturesStatus(textures(inbox)));
-  lines.report("Labels", labelsStatus(labels(inbox)));
+  lines.report("Costs", costsStatus(costs(queue)));
+  lines.report("Colors", colorsStatus(colors(queue)));
+  lines.report("Textures", texturesStatus(textures(queue)));
+  lines.report("Labels", labelsStatus(labels(queue)));
   lines.report("Services", services());
 }
 
-void MeshReport::findSilentTopics(const InboxContent& inbox)
+void MeshReport::findSilentTopics(const QueuedAttributes& queue)
 {
   std::vector<std::string> silent;
-  for (const MeshNews part : MESH_NEWS) {
-    const std::string& topic = feed_.resolvedTopic(part);
-    if (!topic.empty() && inbox.receptions[part].received() == 0) {
+  for (const MeshMember part : MESH_MEMBERS) {
+    const std::string& topic = sources_.resolvedTopic(part);
+    if (!topic.empty() && queue.receptions[part].received() == 0) {
       silent.push_back(topic);
     }
   }
   directory_.update(TopicDirectory::Clock::now(), silent);
 }
 
-std::string MeshReport::problem(MeshNews part) const
+std::string MeshReport::problem(MeshMember part) const
 {
-  const std::string& error = feed_.error(part);
-  return error.empty() ? directory_.problem(feed_.resolvedTopic(part), MeshFeed::type(part))
+  const std::string& error = sources_.error(part);
+  return error.empty() ? directory_.problem(sources_.resolvedTopic(part), MeshSources::type(part))
                        : error;
 }
 
 StatusLine MeshReport::topic(const Reception& reception) const
 {
-  const std::string& topic = feed_.topic(MeshNews::GEOMETRY);
-  const std::string& error = feed_.error(MeshNews::GEOMETRY);
+  const std::string& topic = sources_.topic(MeshMember::GEOMETRY);
+  const std::string& error = sources_.error(MeshMember::GEOMETRY);
   if (topic.empty() && properties_.sourceGiven()) {
     return noMapOpen();
   }
-  const std::string problem = this->problem(MeshNews::GEOMETRY);
+  const std::string problem = this->problem(MeshMember::GEOMETRY);
   return error.empty() && !problem.empty() ? StatusLine::error(problem)
                                            : topicStatus(topic, error, reception);
 }
@@ -77,7 +78,7 @@ GeometryState MeshReport::geometry(const Reception& reception, const std::string
   state.working = working;
   state.normals_shown = properties_.normalsShown();
   state.others = store_.meshes().empty() ? 0 : store_.meshes().size() - 1;
-  if (const MeshPainter* newest = painters_.newest()) {
+  if (const MeshAppearance* newest = appearances_.newest()) {
     state.error = newest->error();
     const MeshVisual* visual = newest->visual();
     state.drawn = visual && visual->shownLayout();
@@ -89,12 +90,12 @@ GeometryState MeshReport::geometry(const Reception& reception, const std::string
 
 template <class State>
 State MeshReport::attribute(bool chosen, const Reception& reception,
-                            std::initializer_list<MeshNews> parts) const
+                            std::initializer_list<MeshMember> parts) const
 {
   State state;
   state.chosen = chosen;
   state.reception = reception;
-  for (const MeshNews part : parts) {
+  for (const MeshMember part : parts) {
     state.subscription_error = firstOf(state.subscription_error, problem(part));
   }
   if (const MeshDataConstPtr mesh = store_.newest()) {
@@ -105,17 +106,17 @@ State MeshReport::attribute(bool chosen, const Reception& reception,
   return state;
 }
 
-CostsState MeshReport::costs(const InboxContent& inbox) const
+CostsState MeshReport::costs(const QueuedAttributes& queue) const
 {
   auto state = attribute<CostsState>(
       properties_.displayType() == DisplayType::VERTEX_COSTS,
-      sum(inbox.receptions[MeshNews::COSTS], inbox.receptions[MeshNews::FACE_COSTS]),
-      {MeshNews::COSTS, MeshNews::FACE_COSTS, MeshNews::UPDATES});
+      sum(queue.receptions[MeshMember::COSTS], queue.receptions[MeshMember::FACE_COSTS]),
+      {MeshMember::COSTS, MeshMember::FACE_COSTS, MeshMember::UPDATES});
   state.topic_given = properties_.sourceGiven();
-  state.topic = firstOf(feed_.topic(MeshNews::COSTS), feed_.topic(MeshNews::FACE_COSTS));
-  state.updates_reception = inbox.receptions[MeshNews::UPDATES];
-  state.update_problem = inbox.receptions[MeshNews::UPDATES].refusal;
-  state.stale_updates = inbox.stale;
+  state.topic = firstOf(sources_.topic(MeshMember::COSTS), sources_.topic(MeshMember::FACE_COSTS));
+  state.updates_reception = queue.receptions[MeshMember::UPDATES];
+  state.update_problem = queue.receptions[MeshMember::UPDATES].refusal;
+  state.stale_updates = queue.stale;
   state.waiting = store_.waitingCosts();
   state.type = properties_.costs().costsType();
   state.types = store_.costTypes();
@@ -136,12 +137,12 @@ CostsState MeshReport::costs(const InboxContent& inbox) const
   return state;
 }
 
-ColorsState MeshReport::colors(const InboxContent& inbox) const
+ColorsState MeshReport::colors(const QueuedAttributes& queue) const
 {
   auto state = attribute<ColorsState>(properties_.displayType() == DisplayType::VERTEX_COLOR,
-                                      inbox.receptions[MeshNews::COLORS], {MeshNews::COLORS});
+                                      queue.receptions[MeshMember::COLORS], {MeshMember::COLORS});
   state.topic_given = properties_.sourceGiven();
-  state.topic = feed_.topic(MeshNews::COLORS);
+  state.topic = sources_.topic(MeshMember::COLORS);
   state.waiting = store_.waitingColors();
   const ColorLayerConstPtr layer = state.mesh_shown ? store_.attributes().colors : nullptr;
   if (layer) {
@@ -150,12 +151,12 @@ ColorsState MeshReport::colors(const InboxContent& inbox) const
   return state;
 }
 
-TexturesState MeshReport::textures(const InboxContent& inbox) const
+TexturesState MeshReport::textures(const QueuedAttributes& queue) const
 {
   auto state = attribute<TexturesState>(properties_.displayType() == DisplayType::TEXTURES,
-                                        inbox.receptions[MeshNews::MATERIALS],
-                                        {MeshNews::MATERIALS, MeshNews::TEXTURES});
-  state.textures_reception = inbox.receptions[MeshNews::TEXTURES];
+                                        queue.receptions[MeshMember::MATERIALS],
+                                        {MeshMember::MATERIALS, MeshMember::TEXTURES});
+  state.textures_reception = queue.receptions[MeshMember::TEXTURES];
   const MeshAttributes& attributes = store_.attributes();
   if (state.mesh_shown && attributes.materials) {
     state.materials = attributes.materials;
@@ -170,11 +171,11 @@ TexturesState MeshReport::textures(const InboxContent& inbox) const
   return state;
 }
 
-LabelsState MeshReport::labels(const InboxContent& inbox) const
+LabelsState MeshReport::labels(const QueuedAttributes& queue) const
 {
-  auto state = attribute<LabelsState>(
-      properties_.labelsShown(), inbox.receptions[MeshNews::LABELS], {MeshNews::LABELS});
-  if (const MeshPainter* newest = painters_.newest()) {
+  auto state = attribute<LabelsState>(properties_.labelsShown(),
+                                      queue.receptions[MeshMember::LABELS], {MeshMember::LABELS});
+  if (const MeshAppearance* newest = appearances_.newest()) {
     state.labels = newest->labels().count();
     state.left_out = newest->labels().leftOut();
     state.error = newest->labelsError();
@@ -184,7 +185,7 @@ LabelsState MeshReport::labels(const InboxContent& inbox) const
 
 OptionalStatus MeshReport::services() const
 {
-  const ServiceReport report = feed_.services().report();
+  const ServiceReport report = sources_.services().report();
   if (report.text.empty()) {
     return std::nullopt;
   }

@@ -4,15 +4,15 @@
 #include <string>
 
 #include "base/status_lines.h"
-#include "incoming/mesh_inbox.h"
+#include "incoming/attribute_queue.h"
 #include "mesh_view/mesh_status.h"
 #include "ros_client/topic_directory.h"
-#include "sources/mesh_feed.h"
+#include "sources/mesh_sources.h"
 
 namespace rviz_mesh_plugin {
 
 class Legend;
-class MeshPainters;
+class MeshAppearances;
 class MeshProperties;
 class MeshStore;
 
@@ -20,41 +20,41 @@ class MeshStore;
 class MeshReport
 {
  public:
-  MeshReport(const MeshFeed& feed, const MeshProperties& properties, const MeshStore& store,
-             const MeshPainters& painters, const Legend& legend, TopicDirectory& directory)
-      : feed_(feed),
+  MeshReport(const MeshSources& sources, const MeshProperties& properties, const MeshStore& store,
+             const MeshAppearances& appearances, const Legend& legend, TopicDirectory& directory)
+      : sources_(sources),
         properties_(properties),
         store_(store),
-        painters_(painters),
+        appearances_(appearances),
         legend_(legend),
         directory_(directory)
   {
   }
 
-  /// @param inbox for the receptions
+  /// @param queue for the receptions
   /// @param working what the loader is doing
-  void report(const InboxContent& inbox, const std::string& working, StatusLines& lines);
+  void report(const QueuedAttributes& queue, const std::string& working, StatusLines& lines);
 
  private:
-  void findSilentTopics(const InboxContent& inbox);
+  void findSilentTopics(const QueuedAttributes& queue);
   StatusLine topic(const Reception& geometry) const;
   /// Why nothing comes from a topic; else empty.
-  std::string problem(MeshNews part) const;
+  std::string problem(MeshMember part) const;
   GeometryState geometry(const Reception& reception, const std::string& working) const;
   /// What is the same for all attributes. @param parts that bring them
   template <class State>
   State attribute(bool chosen, const Reception& reception,
-                  std::initializer_list<MeshNews> parts) const;
-  CostsState costs(const InboxContent& inbox) const;
-  ColorsState colors(const InboxContent& inbox) const;
-  TexturesState textures(const InboxContent& inbox) const;
-  LabelsState labels(const InboxContent& inbox) const;
+                  std::initializer_list<MeshMember> parts) const;
+  CostsState costs(const QueuedAttributes& queue) const;
+  ColorsState colors(const QueuedAttributes& queue) const;
+  TexturesState textures(const QueuedAttributes& queue) const;
+  LabelsState labels(const QueuedAttributes& queue) const;
   OptionalStatus services() const;
 
-  const MeshFeed& feed_;
+  const MeshSources& sources_;
   const MeshProperties& properties_;
   const MeshStore& store_;
-  const MeshPainters& painters_;
+  const MeshAppearances& appearances_;
   const Legend& legend_;
   TopicDirectory& directory_;
 };

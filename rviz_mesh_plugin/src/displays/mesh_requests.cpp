@@ -6,7 +6,7 @@
 #include "incoming/mesh_store.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
-#include "sources/mesh_feed.h"
+#include "sources/mesh_sources.h"
 
 namespace rviz_mesh_plugin {
 
@@ -22,10 +22,10 @@ bool MeshRequests::due(const std::string& what, bool needed, bool has_topic, Clo
 
 void MeshRequests::update(Clock::time_point now)
 {
-  MapServiceClient& services = feed_.services();
+  MapServiceClient& services = sources_.services();
   const MeshDataConstPtr mesh = store_.newest();
   forgetGone();
-  const bool has_topic = !feed_.topic(MeshNews::GEOMETRY).empty();
+  const bool has_topic = !sources_.topic(MeshMember::GEOMETRY).empty();
   // Within another display that shows nothing, a server that happens to be there is not meant.
   const bool wanted = has_topic || !properties_.sourceGiven();
   if (due("mesh", !mesh && wanted, has_topic, now)) {
@@ -56,7 +56,7 @@ void MeshRequests::forgetGone()
   }
   // Else a publisher of ever new uuids would leave a request behind for each of them.
   if (!std::includes(uuids.begin(), uuids.end(), uuids_.begin(), uuids_.end())) {
-    feed_.services().cancel();
+    sources_.services().cancel();
     since_.clear();
   }
   uuids_ = std::move(uuids);
@@ -64,7 +64,7 @@ void MeshRequests::forgetGone()
 
 void MeshRequests::requestAttributes(Clock::time_point now, const std::string& uuid)
 {
-  MapServiceClient& services = feed_.services();
+  MapServiceClient& services = sources_.services();
   const MeshAttributes& attributes = store_.attributes(uuid);
   const DisplayType type = properties_.displayType();
   // A display within another one shows what there is to be chosen.
@@ -72,20 +72,21 @@ void MeshRequests::requestAttributes(Clock::time_point now, const std::string& u
   const std::string suffix = " " + uuid;
   if (due("colors" + suffix,
           (everything || type == DisplayType::VERTEX_COLOR) && !attributes.colors,
-          !feed_.topic(MeshNews::COLORS).empty(), now)) {
+          !sources_.topic(MeshMember::COLORS).empty(), now)) {
     services.requestColors(uuid);
   }
   if (due("materials" + suffix,
           (everything || type == DisplayType::TEXTURES) &&
               (!attributes.materials || services.missesTextures(uuid)),
-          !feed_.topic(MeshNews::MATERIALS).empty(), now)) {
+          !sources_.topic(MeshMember::MATERIALS).empty(), now)) {
     services.requestMaterials(uuid);
   }
   const std::string chosen = properties_.costs().costsType();
   const bool layer_missing = chosen.empty() ? attributes.costs.empty() : !attributes.cost(chosen);
   const bool costs = type == DisplayType::VERTEX_COSTS;
   if (due("costs" + suffix, (costs && layer_missing) || (everything && attributes.costs.empty()),
-          !feed_.topic(MeshNews::COSTS).empty() || !feed_.topic(MeshNews::FACE_COSTS).empty(),
+          !sources_.topic(MeshMember::COSTS).empty() ||
+              !sources_.topic(MeshMember::FACE_COSTS).empty(),
           now)) {
     services.requestCosts(uuid);
     const std::vector<std::string> layers = services.layers(uuid);

@@ -8,7 +8,7 @@
 
 namespace rviz_mesh_plugin {
 
-class MeshFeed;
+class MeshSources;
 class MeshProperties;
 class MeshStore;
 
@@ -19,8 +19,8 @@ class MeshRequests
   using Clock = std::chrono::steady_clock;
 
   /// All of them have to outlive this.
-  MeshRequests(MeshFeed& feed, const MeshProperties& properties, const MeshStore& store)
-      : feed_(feed), properties_(properties), store_(store)
+  MeshRequests(MeshSources& sources, const MeshProperties& properties, const MeshStore& store)
+      : sources_(sources), properties_(properties), store_(store)
   {
   }
 
@@ -43,7 +43,7 @@ class MeshRequests
   void requestAttributes(Clock::time_point now, const std::string& uuid);
   bool due(const std::string& what, bool needed, bool has_topic, Clock::time_point now);
 
-  MeshFeed& feed_;
+  MeshSources& sources_;
   const MeshProperties& properties_;
   const MeshStore& store_;
   std::map<std::string, Clock::time_point> since_;  ///< when what is missing was missed first

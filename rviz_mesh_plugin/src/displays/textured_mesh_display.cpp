@@ -40,7 +40,7 @@ void PendingCosts::take(const std::vector<CostUpdateConstPtr>& updates, MeshStor
   }
 }
 
-bool PendingCosts::show(Clock::time_point now, float rate, MeshPainters& painters)
+bool PendingCosts::show(Clock::time_point now, float rate, MeshAppearances& appearances)
 {
   const std::chrono::duration<float> interval(1.0f / rate);
   if (changed_.empty() || now - shown_ < interval) {
@@ -48,14 +48,14 @@ bool PendingCosts::show(Clock::time_point now, float rate, MeshPainters& painter
   }
   shown_ = now;
   for (const auto& changed : changed_) {
-    painters.updateCosts(changed.second.layer, changed.second.vertices);
+    appearances.updateCosts(changed.second.layer, changed.second.vertices);
   }
   changed_.clear();
   return true;
 }
 
 TexturedMeshDisplay::TexturedMeshDisplay()
-    : properties_(new MeshProperties(this)), requests_(feed_, *properties_, store_), lines_(this)
+    : properties_(new MeshProperties(this)), requests_(sources_, *properties_, store_), lines_(this)
 {
 }
 
@@ -64,10 +64,10 @@ TexturedMeshDisplay::~TexturedMeshDisplay() = default;
 void TexturedMeshDisplay::onInitialize()
 {
   lines_.attempt([this] {
-    painters_ = std::make_unique<MeshPainters>(
-        MeshPainter::Context{store_, *properties_, feed_.loader(), scene_manager_, scene_node_});
-    report_ =
-        std::make_unique<MeshReport>(feed_, *properties_, store_, *painters_, legend_, directory_);
+    appearances_ = std::make_unique<MeshAppearances>(MeshAppearance::Context{
+        store_, *properties_, sources_.loader(), scene_manager_, scene_node_});
+    report_ = std::make_unique<MeshReport>(sources_, *properties_, store_, *appearances_, legend_,
+                                           directory_);
     connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
     connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
     connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
@@ -81,18 +81,18 @@ void TexturedMeshDisplay::setSource(const MeshSource& source)
 
 MeshDataConstPtr TexturedMeshDisplay::mesh() const
 {
-  const MeshPainter* newest = painters_ ? painters_->newest() : nullptr;
+  const MeshAppearance* newest = appearances_ ? appearances_->newest() : nullptr;
   return newest ? newest->mesh() : nullptr;
 }
 
 std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
 {
   std::vector<ShownMesh> shown;
-  if (isEnabled() && painters_) {
-    for (const MeshPainter& painter : painters_->painters()) {
-      if (painter.mesh() && painter.pose()) {
-        shown.push_back({painter.mesh(), painter.pose()->position, painter.pose()->orientation,
-                         getNameStd(), properties_->source()});
+  if (isEnabled() && appearances_) {
+    for (const MeshAppearance& appearance : appearances_->appearances()) {
+      if (appearance.mesh() && appearance.pose()) {
+        shown.push_back({appearance.mesh(), appearance.pose()->position,
+                         appearance.pose()->orientation, getNameStd(), properties_->source()});
       }
     }
   }
@@ -101,14 +101,14 @@ std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
 
 bool TexturedMeshDisplay::has(const MeshDataConstPtr& mesh) const
 {
-  return mesh && painters_ &&
-         std::any_of(painters_->painters().begin(), painters_->painters().end(),
-                     [&](const MeshPainter& painter) { return painter.mesh() == mesh; });
+  return mesh && appearances_ &&
+         std::any_of(appearances_->appearances().begin(), appearances_->appearances().end(),
+                     [&](const MeshAppearance& appearance) { return appearance.mesh() == mesh; });
 }
 
 const MeshVisual* TexturedMeshDisplay::visual() const
 {
-  const MeshPainter* newest = painters_ ? painters_->newest() : nullptr;
+  const MeshAppearance* newest = appearances_ ? appearances_->newest() : nullptr;
   return newest ? newest->visual() : nullptr;
 }
 
@@ -137,7 +137,7 @@ void TexturedMeshDisplay::onEnable()
 void TexturedMeshDisplay::onDisable()
 {
   lines_.attempt([this] {
-    feed_.disconnect();
+    sources_.disconnect();
     label_colors_.disconnect();
     requests_.restart();
     legend_.hide();
@@ -151,16 +151,16 @@ void TexturedMeshDisplay::reset()
   lines_.attempt([this] {
     Display::reset();
     lines_.forget();
-    feed_.clear();
+    sources_.clear();
     label_colors_.clear();
     requests_.restart();
     store_.clear();
     pending_costs_.clear();
-    if (painters_) {
-      painters_->clear();
+    if (appearances_) {
+      appearances_->clear();
     }
     legend_.hide();
-    received_ = InboxContent();
+    received_ = QueuedAttributes();
   });
   onSource();
   onContent();
@@ -195,7 +195,7 @@ void TexturedMeshDisplay::work()
   }
   if (source_changed_) {
     source_changed_ = false;
-    for (const MeshNews part : feed_.connect(threaded_nh_, properties_->names())) {
+    for (const MeshMember part : sources_.connect(threaded_nh_, properties_->names())) {
       store_.forget(part);
       content_changed_ = true;
     }
@@ -207,10 +207,10 @@ void TexturedMeshDisplay::work()
   if (content_changed_) {
     content_changed_ = false;
     store_.setCapacity(properties_->bufferSize());
-    painters_->paint();
+    appearances_->paint();
     uploading_ = true;
   }
-  if (pending_costs_.show(Clock::now(), properties_->updateRate(), *painters_)) {
+  if (pending_costs_.show(Clock::now(), properties_->updateRate(), *appearances_)) {
     uploading_ = true;
   }
   followLabelColors();
@@ -222,7 +222,7 @@ void TexturedMeshDisplay::work()
 
 void TexturedMeshDisplay::takeMessages()
 {
-  const MeshLoader::Content loaded = feed_.loader().take();
+  const MeshLoader::Content loaded = sources_.loader().take();
   working_ = loaded.working;
   for (const MeshDataConstPtr& mesh : loaded.meshes) {
     if (store_.mesh(mesh->uuid) != mesh) {
@@ -230,8 +230,8 @@ void TexturedMeshDisplay::takeMessages()
       content_changed_ = true;
     }
   }
-  InboxContent content = feed_.inbox().take();
-  content.receptions[MeshNews::GEOMETRY] = loaded.reception;
+  QueuedAttributes content = sources_.queue().take();
+  content.receptions[MeshMember::GEOMETRY] = loaded.reception;
   // Only the receptions are looked at later on.
   const auto take_all = [&](auto& items, auto add) {
     for (const auto& item : items) {
@@ -247,8 +247,8 @@ void TexturedMeshDisplay::takeMessages()
   take_all(content.labels, &MeshStore::addLabels);
   pending_costs_.take(std::exchange(content.updates, {}), store_);
   if (!loaded.layouts.empty()) {
-    painters_->paint();  // there is a painter for each mesh then
-    painters_->setLayouts(loaded.layouts);
+    appearances_->paint();  // there is an appearance for each mesh then
+    appearances_->setLayouts(loaded.layouts);
     content_changed_ = true;
   }
   received_ = std::move(content);
@@ -258,7 +258,7 @@ void TexturedMeshDisplay::offerChoices()
 {
   std::vector<std::string> types = store_.costTypes();
   if (const MeshDataConstPtr newest = store_.newest()) {
-    for (const std::string& layer : feed_.services().layers(newest->uuid)) {
+    for (const std::string& layer : sources_.services().layers(newest->uuid)) {
       if (std::find(types.begin(), types.end(), layer) == types.end()) {
         types.push_back(layer);
       }
@@ -284,14 +284,14 @@ void TexturedMeshDisplay::followLabelColors()
   for (const MeshDataConstPtr& mesh : store_.meshes()) {
     label_colors_.request(mesh->uuid);
   }
-  uploading_ |= painters_->colorLabels(label_colors_);
+  uploading_ |= appearances_->colorLabels(label_colors_);
   lines_.report("Label colors", label_colors_.status());
 }
 
 void TexturedMeshDisplay::upload(Clock::time_point end)
 {
   const auto left = std::chrono::duration_cast<std::chrono::microseconds>(end - Clock::now());
-  const bool done = painters_->upload(std::max(left, std::chrono::microseconds(0)));
+  const bool done = appearances_->upload(std::max(left, std::chrono::microseconds(0)));
   if (uploading_ || !done) {
     setVisibilityBits(getVisibilityBits());  // for the objects that are new
     queueRender();
@@ -302,7 +302,7 @@ void TexturedMeshDisplay::upload(Clock::time_point end)
 void TexturedMeshDisplay::updatePoses()
 {
   std::optional<StatusLine> line;
-  painters_->setPoses([&](const std::string& frame) {
+  appearances_->setPoses([&](const std::string& frame) {
     const std::string given = properties_->source().frame;
     StatusLine found;
     const auto pose =
@@ -319,10 +319,11 @@ void TexturedMeshDisplay::updatePoses()
 void TexturedMeshDisplay::updateLegend()
 {
   const CostProperties& properties = properties_->costs();
-  const auto& painters = painters_->painters();
-  const auto drawn = std::find_if(painters.begin(), painters.end(),
-                                  [](const auto& painter) { return painter.costs() != nullptr; });
-  if (drawn == painters.end() || !properties.legend()) {
+  const auto& appearances = appearances_->appearances();
+  const auto drawn =
+      std::find_if(appearances.begin(), appearances.end(),
+                   [](const auto& appearance) { return appearance.costs() != nullptr; });
+  if (drawn == appearances.end() || !properties.legend()) {
     legend_.hide();
     return;
   }

@@ -18,12 +18,12 @@
 #include "displays/mesh_requests.h"
 #include "incoming/mesh_store.h"
 #include "legend/legend.h"
-#include "mesh_view/mesh_painter.h"
+#include "mesh_view/mesh_appearance.h"
 #include "mesh_view/shown_mesh.h"
 #include "ros_client/topic_directory.h"
-#include "sources/label_color_feed.h"
-#include "sources/mesh_feed.h"
+#include "sources/label_color_source.h"
 #include "sources/mesh_source.h"
+#include "sources/mesh_sources.h"
 #endif
 
 namespace rviz_mesh_plugin {
@@ -42,7 +42,7 @@ class PendingCosts
 
   /// @param rate in Hz: how often at most
   /// @return whether something has become seen
-  bool show(Clock::time_point now, float rate, MeshPainters& painters);
+  bool show(Clock::time_point now, float rate, MeshAppearances& appearances);
 
   void clear() { changed_.clear(); }
 
@@ -126,15 +126,15 @@ class TexturedMeshDisplay : public rviz::Display
 
   MeshProperties* properties_;
   MeshStore store_;
-  MeshFeed feed_;
+  MeshSources sources_;
   MeshRequests requests_;
-  LabelColorFeed label_colors_;
-  std::unique_ptr<MeshPainters> painters_;
+  LabelColorSource label_colors_;
+  std::unique_ptr<MeshAppearances> appearances_;
   std::unique_ptr<MeshReport> report_;
   Legend legend_;
   StatusLines lines_;
-  InboxContent received_;  ///< for its receptions
-  std::string working_;    ///< what the loader is doing
+  QueuedAttributes received_;  ///< for its receptions
+  std::string working_;        ///< what the loader is doing
   PendingCosts pending_costs_;
   TopicDirectory directory_;
   std::vector<std::string> cost_types_;  ///< that are offered

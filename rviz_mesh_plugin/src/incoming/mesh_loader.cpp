@@ -264,7 +264,7 @@ class MeshLoader::Worker
     }
     // Never twice in a row: else a fast publisher would not be shown at all.
     if (laying_out_ && current_.uuid == message->uuid && !gave_up_) {
-      cancelled_ = gave_up_ = true;
+      canceled_ = gave_up_ = true;
     }
   }
 
@@ -288,11 +288,11 @@ class MeshLoader::Worker
     const std::lock_guard<std::mutex> lock(mutex_);
     wake();
     jobs_.setWish(job);
-    if (laying_out_ && current_.mesh == mesh && !cancelled_) {
+    if (laying_out_ && current_.mesh == mesh && !canceled_) {
       if (current_.isSameLayout(job)) {
         return;
       }
-      cancelled_ = true;
+      canceled_ = true;
     }
     jobs_.add(std::move(job));
   }
@@ -313,7 +313,7 @@ class MeshLoader::Worker
     jobs_.clear();
     ready_ = Content();
     working_.clear();
-    cancelled_ = true;
+    canceled_ = true;
     gave_up_ = false;
     ++generation_;
   }
@@ -321,7 +321,7 @@ class MeshLoader::Worker
   void stop()
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    stopped_ = cancelled_ = true;
+    stopped_ = canceled_ = true;
     jobs_.clear();
   }
 
@@ -333,7 +333,7 @@ class MeshLoader::Worker
       return;
     }
     current_ = jobs_.takeFirst();
-    cancelled_ = false;
+    canceled_ = false;
     current_generation_ = generation_;
     work(lock);
     laying_out_ = false;
@@ -413,7 +413,7 @@ class MeshLoader::Worker
         };
       }
       layout =
-          rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, cancelled_, receive_preview);
+          rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, canceled_, receive_preview);
       if (layout) {
         rememberLayout(layout);
       }
@@ -447,7 +447,7 @@ class MeshLoader::Worker
   bool stopped_ = false;
   std::uint64_t generation_ = 0;  ///< counts calls of clear()
   std::uint64_t current_generation_ = 0;
-  std::atomic<bool> cancelled_{false};
+  std::atomic<bool> canceled_{false};
 };
 
 MeshLoader::MeshLoader(bool with_layouts) : worker_(std::make_shared<Worker>(with_layouts)) {}

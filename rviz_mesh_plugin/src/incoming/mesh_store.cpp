@@ -163,22 +163,22 @@ CostLayerConstPtr MeshStore::update(const CostUpdate& update)
   return stored.layer;
 }
 
-void MeshStore::forget(MeshNews part)
+void MeshStore::forget(MeshMember part)
 {
-  if (part == MeshNews::GEOMETRY) {
+  if (part == MeshMember::GEOMETRY) {
     meshes_.clear();
   }
   for (MeshAttributes& attributes : attributes_) {
-    if (part == MeshNews::COSTS || part == MeshNews::FACE_COSTS) {
+    if (part == MeshMember::COSTS || part == MeshMember::FACE_COSTS) {
       eraseIf(attributes.costs, [&](const StoredCosts& stored) {
-        return stored.layer->on_faces == (part == MeshNews::FACE_COSTS);
+        return stored.layer->on_faces == (part == MeshMember::FACE_COSTS);
       });
-    } else if (part == MeshNews::COLORS) {
+    } else if (part == MeshMember::COLORS) {
       attributes.colors.reset();
-    } else if (part == MeshNews::MATERIALS || part == MeshNews::TEXTURES) {
+    } else if (part == MeshMember::MATERIALS || part == MeshMember::TEXTURES) {
       attributes.materials.reset();
       attributes.textures.clear();
-    } else if (part == MeshNews::LABELS) {
+    } else if (part == MeshMember::LABELS) {
       attributes.labels.clear();
     }
   }

@@ -64,7 +64,7 @@ class MeshStore
   CostLayerConstPtr update(const CostUpdate& update);
 
   /// Forgets what has come on one topic; with materials also textures.
-  void forget(MeshNews part);
+  void forget(MeshMember part);
   void clear();
 
   /// The newest first.

@@ -28,7 +28,7 @@ struct Reception
 };
 
 /// What comes of a mesh, on a topic each.
-enum class MeshNews
+enum class MeshMember
 {
   GEOMETRY,
   COSTS,  ///< of vertices
@@ -39,20 +39,20 @@ enum class MeshNews
   TEXTURES,
   LABELS
 };
-constexpr std::array<MeshNews, 8> MESH_NEWS = {
-    MeshNews::GEOMETRY, MeshNews::COSTS,     MeshNews::FACE_COSTS, MeshNews::UPDATES,
-    MeshNews::COLORS,   MeshNews::MATERIALS, MeshNews::TEXTURES,   MeshNews::LABELS};
+constexpr std::array<MeshMember, 8> MESH_MEMBERS = {
+    MeshMember::GEOMETRY, MeshMember::COSTS,     MeshMember::FACE_COSTS, MeshMember::UPDATES,
+    MeshMember::COLORS,   MeshMember::MATERIALS, MeshMember::TEXTURES,   MeshMember::LABELS};
 
 /// Something for each of them.
 template <class T>
-class PerNews
+class PerMember
 {
  public:
-  T& operator[](MeshNews part) { return all_[static_cast<std::size_t>(part)]; }
-  const T& operator[](MeshNews part) const { return all_[static_cast<std::size_t>(part)]; }
+  T& operator[](MeshMember part) { return all_[static_cast<std::size_t>(part)]; }
+  const T& operator[](MeshMember part) const { return all_[static_cast<std::size_t>(part)]; }
 
  private:
-  std::array<T, MESH_NEWS.size()> all_{};
+  std::array<T, MESH_MEMBERS.size()> all_{};
 };
 
 }  // namespace rviz_mesh_plugin

@@ -16,8 +16,8 @@
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
 #include "ros_client/service_call.h"
-#include "sources/label_color_feed.h"
-#include "sources/label_owner.h"
+#include "sources/label_client.h"
+#include "sources/label_color_source.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -76,7 +76,7 @@ bool hasChanged(const LabelEdit& edit, const ClusterLabelDisplay& display)
 }
 
 /// Asks who stores labels in this namespace to write them into the map; false: nobody is there.
-/// @throw std::runtime_error that says why they are not saved; Cancelled
+/// @throw std::runtime_error that says why they are not saved; Canceled
 bool saveLabels(const std::string& name_space, const Cancellation& cancellation)
 {
   using std_srvs::Trigger;

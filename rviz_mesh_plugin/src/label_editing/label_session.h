@@ -17,8 +17,8 @@
 #include <ros/publisher.h>
 
 #include "displays/cluster_label_display.h"
-#include "label_editing/label_edits.h"
 #include "label_editing/label_files.h"
+#include "label_editing/pending_edits.h"
 #include "threads/background_task.h"
 #endif
 
@@ -134,7 +134,7 @@ class LabelSession
   std::string namespace_;  ///< of who stores its labels
   ros::NodeHandle node_;
   ros::Publisher everybody_;
-  LabelEdits edits_;
+  PendingEdits edits_;
   std::map<Key, Unsaved> unsaved_;
   std::size_t changes_ = 0;
   std::size_t revision_ = 0;

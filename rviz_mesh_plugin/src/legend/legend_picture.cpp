@@ -297,7 +297,7 @@ QImage drawLegend(const LegendContent& content, int height, double pixel_ratio)
                QImage::Format_ARGB32_Premultiplied);
   image.fill(Qt::transparent);
   image.setDevicePixelRatio(pixel_ratio);
-  QPainter painter(&image);
+  QPainter painter{&image};
   painter.setFont(font);
   painter.setRenderHint(QPainter::Antialiasing);
   painter.setPen(Qt::NoPen);

@@ -38,11 +38,11 @@ void refuseWrongMaterials(const MeshData& mesh, const Materials* materials)
 std::atomic<std::size_t> preview_faces{2500000};
 
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
-                          const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled,
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& canceled,
                           const PreviewReceiver& receive_preview)
 {
   refuseWrongMaterials(*mesh, materials.get());
-  if (cancelled) {
+  if (canceled) {
     return nullptr;
   }
   const auto splitter = makeSplit(split, materials.get());
@@ -50,11 +50,11 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   if (receive_preview && mesh->faceCount() > preview_faces) {
     receive_preview(layOutPreview(mesh));
   }
-  if (cancelled) {
+  if (canceled) {
     return nullptr;
   }
   const SortedMesh sorted = sortInSpace(mesh->vertices, mesh->indices, region);
-  if (cancelled) {
+  if (canceled) {
     return nullptr;
   }
   auto layout = std::make_shared<MeshLayout>();
@@ -66,14 +66,14 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   std::unique_ptr<LayoutParts> parts;
   mesh_map::parallelJobs({[&]() {
                             levels = simplifyInLevels(sorted.vertices, sorted.indices, region,
-                                                      typicalEdge(*mesh), cancelled);
+                                                      typicalEdge(*mesh), canceled);
                           },
                           [&]() {
                             faces = splitter->split(sorted, *layout);
                             parts = std::make_unique<LayoutParts>(faces, *layout);
                           }},
                          2);
-  if (cancelled) {
+  if (canceled) {
     return nullptr;
   }
   parts->write(levels, *splitter);

@@ -79,12 +79,12 @@ using PreviewReceiver = std::function<void(const MeshLayoutConstPtr&)>;
 
 /// Takes about 0.25 s per million faces, on two cores.
 /// @param materials needed for BY_MATERIAL
-/// @param cancelled where it becomes true, null is returned soon
+/// @param canceled where it becomes true, null is returned soon
 /// @param receive_preview where given, gets layOutPreview() of a mesh of more than preview_faces
 ///        before anything else is done
 /// @throw std::invalid_argument where the materials belong to another mesh
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
-                          const MaterialsConstPtr& materials, const std::atomic<bool>& cancelled,
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& canceled,
                           const PreviewReceiver& receive_preview = nullptr);
 
 /// A coarse picture of a large mesh, made in a fraction of the time; not split. Null where it

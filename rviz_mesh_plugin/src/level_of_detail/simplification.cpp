@@ -169,7 +169,7 @@ bool canSimplify()
 std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& vertices,
                                               const std::vector<std::uint32_t>& indices,
                                               const MeshRegion& region, float edge,
-                                              const std::atomic<bool>& cancelled)
+                                              const std::atomic<bool>& canceled)
 {
   std::vector<SimplifiedLevel> levels;
   const Simplifier simplifier(vertices, region);
@@ -185,7 +185,7 @@ std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& ver
     border.clear();
   }
   const std::vector<std::uint32_t>* finer = &indices;
-  for (; cells >= LEAST_CELLS && finer->size() > few && !cancelled; cells /= 2) {
+  for (; cells >= LEAST_CELLS && finer->size() > few && !canceled; cells /= 2) {
     SimplifiedLevel level{simplifier.cellSize(cells), simplifier.simplify(*finer, cells)};
     if (level.indices.empty()) {
       break;
@@ -210,7 +210,7 @@ bool canSimplify()
 std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& /*vertices*/,
                                               const std::vector<std::uint32_t>& /*indices*/,
                                               const MeshRegion& /*region*/, float /*edge*/,
-                                              const std::atomic<bool>& /*cancelled*/)
+                                              const std::atomic<bool>& /*canceled*/)
 {
   return {};
 }

@@ -3,11 +3,11 @@
 #include <exception>
 #include <utility>
 
-#include "map_server/map_server.h"
+#include "map_server/map_server_run.h"
 
 namespace rviz_mesh_plugin {
 
-MapSession::MapSession(std::function<std::string()> find_program, MapFileWatch::Look look)
+MapSession::MapSession(std::function<std::string()> find_program, FileWatch::Look look)
     : find_program_(std::move(find_program)), watch_(std::move(look))
 {
 }
@@ -38,11 +38,11 @@ void MapSession::update(ros::NodeHandle& nodes)
   if (server_) {
     server_->poll(progress_, label_);
   }
-  if (!watch_.update(MapFileWatch::Clock::now())) {
+  if (!watch_.update(FileWatch::Clock::now())) {
     return;
   }
   const bool failed = !server_ || server_->process().ended();
-  if (failed && file().state == MapFile::State::PRESENT && watch_.settled() &&
+  if (failed && file().state == FileState::State::PRESENT && watch_.settled() &&
       tried_ != file().stamp) {
     start(nodes);
   }
@@ -63,7 +63,7 @@ void MapSession::start(ros::NodeHandle& nodes)
       return;
     }
     problem_.clear();
-    server_ = std::make_unique<MapServer>(program, file().path, nodes);
+    server_ = std::make_unique<MapServerRun>(program, file().path, nodes);
   } catch (const std::exception& error) {
     problem_ = std::string("hdf5_map_server cannot be started: ") + error.what();
   }

@@ -323,8 +323,8 @@ void ClusterLabelPanel::showSituation()
               "</font>";
     }
   }
-  if (!commands_->news().empty()) {
-    text += "<br>" + QString::fromStdString(commands_->news()).toHtmlEscaped() + ".";
+  if (!commands_->report().empty()) {
+    text += "<br>" + QString::fromStdString(commands_->report()).toHtmlEscaped() + ".";
   }
   if (status_->text() != text) {
     status_->setText(text);

@@ -58,7 +58,7 @@ void LabelCommands::run(LabelAction action, const std::string& name, const Label
     now.name = name;
     now.chosen = chosen.size();
     now.labels = session_->names().size();
-    news_.clear();
+    report_.clear();
     message_ = whyNot(action, now);
     if (message_.empty()) {
       start(action, name, chosen);
@@ -264,7 +264,7 @@ std::string LabelCommands::importNow(const FileLabels& labels)
 {
   std::string reason = session_->import(labels);
   if (reason.empty()) {
-    news_ = countedLabels(labels) + " imported from " + read_path_;
+    report_ = countedLabels(labels) + " imported from " + read_path_;
   }
   return reason;
 }
@@ -280,7 +280,7 @@ void LabelCommands::work()
       }
     }
     if (const auto written = writing_.take()) {
-      (written->result ? news_ : message_) = written->result ? *written->result : written->error;
+      (written->result ? report_ : message_) = written->result ? *written->result : written->error;
     }
   });
 }

@@ -43,7 +43,7 @@ class LabelCommands
   /// What went wrong with the newest command; empty if all is well.
   const std::string& message() const { return message_; }
   /// What it has done, where that is not to be seen in the list.
-  const std::string& news() const { return news_; }
+  const std::string& report() const { return report_; }
   void say(const std::string& message) { message_ = message; }
   /// Nothing is thrown: the message says what went wrong.
   void attempt(const std::function<void()>& work);
@@ -77,11 +77,11 @@ class LabelCommands
   QWidget* parent_;
   QPointer<ClusterLabelTool> tool_;
   std::string message_;
-  std::string news_;
+  std::string report_;
   BackgroundTask<LabelFile> reading_{"import labels"};
   std::string read_path_;
   MeshDataConstPtr read_for_;
-  BackgroundTask<std::string> writing_{"export labels"};  ///< the news
+  BackgroundTask<std::string> writing_{"export labels"};  ///< the report
 };
 
 template <class Work>

@@ -70,7 +70,7 @@ class SurfaceIndex::Worker
   void stop()
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    cancelled_ = true;
+    canceled_ = true;
     wake_.notify_one();
   }
 
@@ -86,7 +86,7 @@ class SurfaceIndex::Worker
       }
       Job job = std::move(jobs_.front());
       jobs_.pop_front();
-      cancelled_ = false;
+      canceled_ = false;
       lock.unlock();
       work(job);
       lock.lock();
@@ -143,14 +143,14 @@ class SurfaceIndex::Worker
     std::string failure;
     try {
       if (job.mesh.expired()) {
-        throw Cancelled();
+        throw Canceled();
       }
       (this->*job.make)(job.mesh);
       return;
-    } catch (const Cancelled&) {
+    } catch (const Canceled&) {
       ++given_up_;
       return;
-    } catch (const mesh_map::Cancelled&) {
+    } catch (const mesh_map::Canceled&) {
       ++given_up_;
       return;
     } catch (const std::bad_alloc&) {
@@ -178,7 +178,7 @@ class SurfaceIndex::Worker
   {
     const MeshDataConstPtr data = mesh.lock();
     if (!data) {
-      throw Cancelled();
+      throw Canceled();
     }
     return data;
   }
@@ -190,10 +190,10 @@ class SurfaceIndex::Worker
     const std::vector<std::uint32_t> faces = data->indices;
     data.reset();  // so that it can go meanwhile
     mesh_map::BvhOptions run;
-    run.cancel = &cancelled_;
+    run.cancel = &canceled_;
     run.progress = [&](double fraction) {
       if (mesh.expired()) {
-        cancelled_ = true;
+        canceled_ = true;
       } else if (const auto entry = locked(mesh); entry.second) {
         entry.second->state.progress = static_cast<float>(fraction);
       }
@@ -209,7 +209,7 @@ class SurfaceIndex::Worker
   void makeNeighbors(const WeakMesh& mesh)
   {
     const auto corners = joinedCorners(*alive(mesh));
-    auto neighbors = std::make_shared<const FaceNeighbors>(corners, &cancelled_);
+    auto neighbors = std::make_shared<const FaceNeighbors>(corners, &canceled_);
     if (const auto entry = locked(mesh); entry.second) {
       entry.second->neighbors.neighbors.swap(neighbors);
     }
@@ -220,7 +220,7 @@ class SurfaceIndex::Worker
   std::condition_variable wake_;
   std::map<WeakMesh, Entry, std::owner_less<>> entries_;
   std::deque<Job> jobs_;
-  std::atomic<bool> cancelled_{false};  ///< the job
+  std::atomic<bool> canceled_{false};  ///< the job
   std::atomic<std::size_t> given_up_{0};
 };
 

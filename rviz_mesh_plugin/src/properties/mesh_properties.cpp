@@ -225,18 +225,18 @@ void MeshProperties::setSource(const MeshSource& source)
   Q_EMIT sourceChanged();
 }
 
-MeshFeed::Names MeshProperties::names() const
+MeshSources::Names MeshProperties::names() const
 {
   const MeshSource source = this->source();
-  MeshFeed::Names names;
-  names.topics[MeshNews::GEOMETRY] = source.geometry_topic;
-  names.topics[MeshNews::COSTS] = source.costs_topic;
-  names.topics[MeshNews::FACE_COSTS] = source.face_costs_topic;
-  names.topics[MeshNews::UPDATES] = source.updates_topic;
-  names.topics[MeshNews::COLORS] = source.colors_topic;
-  names.topics[MeshNews::MATERIALS] = source.materials_topic;
-  names.topics[MeshNews::TEXTURES] = source.textures_topic;
-  names.topics[MeshNews::LABELS] = source.labels_topic;
+  MeshSources::Names names;
+  names.topics[MeshMember::GEOMETRY] = source.geometry_topic;
+  names.topics[MeshMember::COSTS] = source.costs_topic;
+  names.topics[MeshMember::FACE_COSTS] = source.face_costs_topic;
+  names.topics[MeshMember::UPDATES] = source.updates_topic;
+  names.topics[MeshMember::COLORS] = source.colors_topic;
+  names.topics[MeshMember::MATERIALS] = source.materials_topic;
+  names.topics[MeshMember::TEXTURES] = source.textures_topic;
+  names.topics[MeshMember::LABELS] = source.labels_topic;
   names.services = services_.get();
   names.services.geometry_topic = source.geometry_topic;
   names.services.service_namespace = source.service_namespace;

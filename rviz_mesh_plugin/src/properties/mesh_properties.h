@@ -10,8 +10,8 @@
 #ifndef Q_MOC_RUN
 #include "properties/property_maker.h"
 #include "rendering/mesh_style.h"
-#include "sources/mesh_feed.h"
 #include "sources/mesh_source.h"
+#include "sources/mesh_sources.h"
 #endif
 
 namespace rviz {
@@ -52,7 +52,7 @@ class MeshProperties : public QObject
   /// once there are data for them.
   void setSource(const MeshSource& source);
   /// All topics and services.
-  MeshFeed::Names names() const;
+  MeshSources::Names names() const;
   void setGeometryTopic(const QString& topic) { geometry_topic_->setString(topic); }
   /// For those that have not been chosen yet.
   void proposeTopics(const QString& costs, const QString& colors);

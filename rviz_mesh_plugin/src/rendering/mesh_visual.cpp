@@ -11,8 +11,8 @@
 #include <OgreSimpleRenderable.h>
 
 #include "rendering/finite_bounds.h"
+#include "rendering/gpu_mesh.h"
 #include "rendering/mesh_material.h"
-#include "rendering/mesh_picture.h"
 #include "rendering/ogre_compatibility.h"
 #include "rendering/unique_name.h"
 
@@ -105,7 +105,7 @@ void MeshVisual::setLayout(const MeshLayoutConstPtr& layout)
   if (!keep_colors) {
     colors_ = nullptr;
   }
-  auto picture = std::make_unique<MeshPicture>(scene_manager_, layout, indices_per_buffer_);
+  auto picture = std::make_unique<GpuMesh>(scene_manager_, layout, indices_per_buffer_);
   picture->setStyle(style_);
   if (colors_) {
     picture->setColors(colors_, translucent_colors_);
@@ -151,7 +151,7 @@ bool MeshVisual::upload(std::chrono::microseconds budget)
 
 bool MeshVisual::uploadSlice()
 {
-  MeshPicture* picture = newest();
+  GpuMesh* picture = newest();
   if (!picture) {
     return false;
   }
@@ -223,7 +223,7 @@ void MeshVisual::clearTextures()
 void MeshVisual::setStyle(const MeshStyle& style)
 {
   style_ = style;
-  for (MeshPicture* picture : {shown_.get(), coming_.get()}) {
+  for (GpuMesh* picture : {shown_.get(), coming_.get()}) {
     if (picture) {
       picture->setStyle(style);
     }

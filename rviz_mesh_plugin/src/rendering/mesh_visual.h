@@ -18,7 +18,7 @@
 namespace rviz_mesh_plugin {
 
 class MeshMaterial;
-class MeshPicture;
+class GpuMesh;
 
 /// Draws one mesh with OGRE below a scene node of its own. GUI thread only.
 ///
@@ -85,7 +85,7 @@ class MeshVisual
 
  private:
   class NormalLines;
-  MeshPicture* newest() const { return coming_ ? coming_.get() : shown_.get(); }
+  GpuMesh* newest() const { return coming_ ? coming_.get() : shown_.get(); }
   bool uploadSlice();
   void uploadIfSmall();
   void showComing();
@@ -99,8 +99,8 @@ class MeshVisual
   LayoutOutlineConstPtr layout_;
   LayoutOutlineConstPtr shown_layout_;
   std::weak_ptr<const MeshLayout> given_;  ///< that layout_ is the outline of
-  std::unique_ptr<MeshPicture> shown_;
-  std::unique_ptr<MeshPicture> coming_;  ///< of layout_, until it is drawable
+  std::unique_ptr<GpuMesh> shown_;
+  std::unique_ptr<GpuMesh> coming_;  ///< of layout_, until it is drawable
   ColorSource colors_;
   bool translucent_colors_ = false;
   std::unique_ptr<MeshMaterial> normals_material_;

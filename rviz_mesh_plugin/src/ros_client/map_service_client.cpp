@@ -67,7 +67,7 @@ std::set<std::uint32_t> texturesOf(const mesh_msgs::MeshMaterials& materials)
 }  // namespace
 
 /// What one service is asked, which may not be there yet: the log says how that goes. Whatever
-/// waits throws Cancelled.
+/// waits throws Canceled.
 class MapServiceClient::Question
 {
  public:
@@ -223,7 +223,7 @@ bool MapServiceClient::Question::tryOnce(const Names& names,
       if (answer) {
         refuse(name, answer->refusal);
       }
-    } catch (const Cancelled&) {
+    } catch (const Canceled&) {
       throw;
     } catch (const ConnectionLost& error) {
       lost = name + " does not answer: " + error.what();
@@ -256,7 +256,7 @@ bool MapServiceClient::Question::tryOnce(const Names& names,
 /// everything else: it owns what it uses.
 struct MapServiceClient::Work
 {
-  const std::shared_ptr<MeshInbox> inbox;
+  const std::shared_ptr<AttributeQueue> queue;
   const std::shared_ptr<MeshLoader> loader;
   const ServiceNames names;
   ServiceLog log;
@@ -375,7 +375,7 @@ class MapServiceClient::Errand
   {
     Question question = ask(LABELS);
     const auto response = question.get<mesh_msgs::GetLabeledClusters>(uuid_);
-    return response && question.judge(work_.inbox->receiveLabels(uuid_, response->clusters, true,
+    return response && question.judge(work_.queue->receiveLabels(uuid_, response->clusters, true,
                                                                  &cancellation_.flag()),
                                       std::to_string(response->clusters.size()) + " labels");
   }
@@ -390,7 +390,7 @@ class MapServiceClient::Errand
   template <class Message>
   bool handOver(Question& question, const Message& message)
   {
-    return question.judge(work_.inbox->receive(message, &cancellation_.flag()));
+    return question.judge(work_.queue->receive(message, &cancellation_.flag()));
   }
 
   /// Waits for a mesh of whatever name, which it is asked for by then. Nothing: refused, as the log
@@ -509,15 +509,15 @@ struct MapServiceClient::Turn
   }
 };
 
-MapServiceClient::MapServiceClient(std::shared_ptr<MeshInbox> inbox,
+MapServiceClient::MapServiceClient(std::shared_ptr<AttributeQueue> queue,
                                    std::shared_ptr<MeshLoader> loader, Pauses pauses)
-    : inbox_(std::move(inbox)), loader_(std::move(loader)), pauses_(pauses)
+    : queue_(std::move(queue)), loader_(std::move(loader)), pauses_(pauses)
 {
 }
 
-MapServiceClient::MapServiceClient(std::shared_ptr<MeshInbox> inbox,
+MapServiceClient::MapServiceClient(std::shared_ptr<AttributeQueue> queue,
                                    std::shared_ptr<MeshLoader> loader)
-    : MapServiceClient(std::move(inbox), std::move(loader), Pauses())
+    : MapServiceClient(std::move(queue), std::move(loader), Pauses())
 {
 }
 
@@ -547,7 +547,7 @@ void MapServiceClient::request(const std::string& lane, bool (Errand::*errand)()
 {
   try {
     if (!work_) {
-      work_.reset(new Work{inbox_, loader_, names_, {}, {}, {}, {}});
+      work_.reset(new Work{queue_, loader_, names_, {}, {}, {}, {}});
     }
     std::shared_ptr<Turn>& last = turns_[lane + "\n" + uuid + "\n" + item];
     if (last && !last->isDue()) {
@@ -561,7 +561,7 @@ void MapServiceClient::request(const std::string& lane, bool (Errand::*errand)()
       bool complete = false;
       try {
         complete = (Errand(*work, cancellation, uuid, item, again).*errand)();
-      } catch (const Cancelled&) {
+      } catch (const Canceled&) {
         return;
       } catch (const std::exception& error) {
         work->log.want("services", {}, false);

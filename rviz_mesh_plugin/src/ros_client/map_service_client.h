@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "incoming/mesh_inbox.h"
+#include "incoming/attribute_queue.h"
 #include "incoming/mesh_loader.h"
 #include "ros_client/service_log.h"
 #include "ros_client/service_names.h"
@@ -14,7 +14,7 @@
 
 namespace rviz_mesh_plugin {
 
-/// Asks the services of a map for what its topics do not bring. What they answer goes to the inbox
+/// Asks the services of a map for what its topics do not bring. What they answer goes to the queue
 /// and the loader as if it had come as messages, checked in the same way. To be used by one thread;
 /// no call waits for a service, not even the destructor.
 ///
@@ -33,9 +33,9 @@ class MapServiceClient
   };
 
   /// @param loader may be null where no mesh is ever requested
-  MapServiceClient(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader,
+  MapServiceClient(std::shared_ptr<AttributeQueue> queue, std::shared_ptr<MeshLoader> loader,
                    Pauses pauses);
-  MapServiceClient(std::shared_ptr<MeshInbox> inbox, std::shared_ptr<MeshLoader> loader);
+  MapServiceClient(std::shared_ptr<AttributeQueue> queue, std::shared_ptr<MeshLoader> loader);
   ~MapServiceClient();
   MapServiceClient(const MapServiceClient&) = delete;
   MapServiceClient& operator=(const MapServiceClient&) = delete;
@@ -75,7 +75,7 @@ class MapServiceClient
   void request(const std::string& lane, bool (Errand::*errand)(), const std::string& uuid,
                const std::string& item = std::string());
 
-  std::shared_ptr<MeshInbox> inbox_;
+  std::shared_ptr<AttributeQueue> queue_;
   std::shared_ptr<MeshLoader> loader_;
   const Pauses pauses_;
   ServiceNames names_;

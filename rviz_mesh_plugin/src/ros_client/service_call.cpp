@@ -28,8 +28,8 @@ constexpr std::uint32_t MOST_TEXT_BYTES = 1 << 20;
 constexpr std::size_t MOST_MASTER_BYTES = 1 << 24;
 constexpr int MASTER_MILLISECONDS = 10000;
 
-/// A TCP connection that every wait of can be cancelled. All members throw ConnectionLost and
-/// Cancelled.
+/// A TCP connection that every wait of can be canceled. All members throw ConnectionLost and
+/// Canceled.
 class TcpStream
 {
  public:

@@ -33,7 +33,7 @@ class WrongService : public std::runtime_error
   using std::runtime_error::runtime_error;
 };
 
-/// Calls a service, or the ROS master, and can be given up: all members throw Cancelled as soon as
+/// Calls a service, or the ROS master, and can be given up: all members throw Canceled as soon as
 /// that is wanted, and ConnectionLost where nobody answers.
 ///
 /// It speaks ROS's TCP protocol itself, since roscpp cannot do this. ros::ServiceClient waits for

@@ -21,7 +21,7 @@ constexpr std::size_t STRETCH = 1 << 16;
 void check(const std::atomic<bool>* cancel)
 {
   if (cancel && *cancel) {
-    throw Cancelled();
+    throw Canceled();
   }
 }
 

@@ -24,7 +24,7 @@ class FaceNeighbors
 
   /// Takes about a second for some million faces.
   /// @param corners of joinedCorners(), three per face
-  /// @throw Cancelled (cancellation.h), std::invalid_argument, std::bad_alloc
+  /// @throw Canceled (cancellation.h), std::invalid_argument, std::bad_alloc
   explicit FaceNeighbors(const std::vector<std::uint32_t>& corners,
                          const std::atomic<bool>* cancel = nullptr);
 
@@ -42,7 +42,7 @@ class FaceNeighbors
   /// them.
   /// @param mesh that this has been made of
   /// @param max_angle in radians
-  /// @throw Cancelled, std::bad_alloc
+  /// @throw Canceled, std::bad_alloc
   Faces flood(const MeshData& mesh, std::uint32_t start, double max_angle,
               const std::atomic<bool>* cancel = nullptr) const;
 

@@ -222,7 +222,7 @@ void DeviceQueries::castRays(const mesh_map::RayBatch& rays, const BvhOptions& r
       append(hits, slot.finish(bvh_, run));
     }
     if (run.cancel && *run.cancel) {
-      throw mesh_map::Cancelled();
+      throw mesh_map::Canceled();
     }
   };
   // While the device has a chunk, the host finishes the one before and packs the next.

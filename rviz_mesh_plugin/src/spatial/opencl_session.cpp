@@ -209,7 +209,7 @@ void OpenClSession::run(const Cancellation& cancellation)
     log(LogLevel::INFO, text);
     end(State::READY, text, program);
     return;
-  } catch (const Cancelled&) {
+  } catch (const Canceled&) {
     end(State::UNUSABLE, "stopped");
     return;
   } catch (const cl::BuildError& error) {
@@ -233,7 +233,7 @@ std::shared_ptr<const OpenClProgram> OpenClSession::start(const Cancellation& ca
 {
   const auto go_on = [&] {
     if (cancellation.flag()) {
-      throw Cancelled();
+      throw Canceled();
     }
   };
   const ProgramCache cache(cache_folder_);

@@ -34,7 +34,7 @@ class BackgroundTask
   }
 
   /// Drops the one before.
-  /// @param work owns what it uses, and ends soon once it is cancelled
+  /// @param work owns what it uses, and ends soon once it is canceled
   /// @throw std::system_error without a thread
   void start(std::function<Result(const Cancellation& cancellation)> work)
   {

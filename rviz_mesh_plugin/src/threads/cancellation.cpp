@@ -44,7 +44,7 @@ bool Cancellation::wait(int socket, short events, int milliseconds) const
     pollfd watched[] = {{event_, POLLIN, 0}, {socket, events, 0}};  // negative: ignored
     const int ready = poll(watched, 2, left);
     if (flag_) {
-      throw Cancelled();
+      throw Canceled();
     }
     if (ready < 0 && errno != EINTR) {
       throw std::system_error(errno, std::generic_category(), "poll");

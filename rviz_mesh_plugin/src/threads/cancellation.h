@@ -6,7 +6,7 @@
 namespace rviz_mesh_plugin {
 
 /// Thrown where work is given up.
-class Cancelled : public std::exception
+class Canceled : public std::exception
 {
  public:
   const char* what() const noexcept override { return "cancelled"; }
@@ -27,7 +27,7 @@ class Cancellation
   /// Waits until @a socket can be read or written (POLLIN, POLLOUT); false after the time.
   /// @param socket negative: only waits
   /// @param milliseconds negative: no limit
-  /// @throw Cancelled, std::runtime_error
+  /// @throw Canceled, std::runtime_error
   bool wait(int socket, short events, int milliseconds) const;
 
  private:

@@ -13,13 +13,13 @@ namespace rviz_mesh_plugin {
 /// The one kind of thread in the plugin. It does tasks one after the other, and starts with the
 /// first. To be used by one thread at a time; a task may use it, too.
 ///
-/// Nobody who uses it waits for it: what is cancelled works to its end on its own. At the end of
-/// the process all threads are cancelled and joined, before anything is gone that they use. (The
+/// Nobody who uses it waits for it: what is canceled works to its end on its own. At the end of
+/// the process all threads are canceled and joined, before anything is gone that they use. (The
 /// library is linked so that it is never unloaded before that.)
 class WorkThread
 {
  public:
-  /// Owns what it uses, throws nothing, and ends soon once it is cancelled.
+  /// Owns what it uses, throws nothing, and ends soon once it is canceled.
   using Task = std::function<void(const Cancellation& cancellation)>;
 
   /// @param name of the thread, as debuggers and top show it: at most 15 characters

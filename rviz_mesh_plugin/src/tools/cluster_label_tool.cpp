@@ -195,16 +195,16 @@ void ClusterLabelTool::followBrushSize()
 void ClusterLabelTool::onFrame()
 {
   attempt([&] {
-    const SelectionEditor::News news = editor_->frame();
-    if (news.mesh_gone && gestures_.giveUp()) {
+    const SelectionEditor::FrameResult result = editor_->frame();
+    if (result.mesh_gone && gestures_.giveUp()) {
       outline_->hide();
     }
     const bool control = (QGuiApplication::keyboardModifiers() & Qt::ControlModifier) != 0;
     if (!editor_->brush() || !(control || gestures_.isDragging())) {
       ball_.reset();
     }
-    if (!news.text.empty()) {
-      tell(news.text);
+    if (!result.text.empty()) {
+      tell(result.text);
     }
     showStatus();
   });

@@ -225,7 +225,7 @@ void MeshInspectTool::measure(const SurfaceHit& hit)
     const SurfacePoint from = {first_->face, first_->point};
     const SurfacePoint to = {hit.face, hit.point};
     measurement_.start([mesh = hit.mesh, from, to](const Cancellation& cancellation) {
-      return findWay(*mesh, from, to, &cancellation.flag());
+      return findPath(*mesh, from, to, &cancellation.flag());
     });
     clicked_ = "Measuring the way along the surface…";
   } else {

@@ -8,7 +8,7 @@
 #ifndef Q_MOC_RUN
 #include <OgreRay.h>
 
-#include "picking/surface_ways.h"
+#include "picking/surface_paths.h"
 #include "properties/published_topic.h"
 #include "threads/background_task.h"
 #include "tools/surface_tool.h"
@@ -55,7 +55,7 @@ class MeshInspectTool : public SurfaceTool
   PublishedTopic topic_;
   rviz::FloatProperty* size_;
   std::unique_ptr<SurfaceMarks> marks_;
-  BackgroundTask<SurfaceWay> measurement_{"surface ways"};
+  BackgroundTask<SurfacePath> measurement_{"surface ways"};
   std::optional<SurfaceHit> first_;
   std::optional<SurfaceHit> second_;
   std::string clicked_;  ///< what is said of the clicks

@@ -5,12 +5,12 @@
 #include "map_server/map_progress.h"
 
 using rviz_mesh_plugin::errorLine;
+using rviz_mesh_plugin::FileState;
 using rviz_mesh_plugin::ioStatus;
 using rviz_mesh_plugin::isRefusedLabel;
 using rviz_mesh_plugin::LabelEvent;
 using rviz_mesh_plugin::labelStatus;
 using rviz_mesh_plugin::Map3DState;
-using rviz_mesh_plugin::MapFile;
 using rviz_mesh_plugin::MapProgress;
 using rviz_mesh_plugin::mapStatus;
 using rviz_mesh_plugin::OptionalStatus;
@@ -18,7 +18,7 @@ using rviz_mesh_plugin::plainLine;
 using rviz_mesh_plugin::StatusLine;
 using rviz_mesh_plugin::takeProgress;
 using Stage = rviz_mesh_plugin::MapProgress::Stage;
-using State = rviz_mesh_plugin::MapFile::State;
+using State = rviz_mesh_plugin::FileState::State;
 
 namespace {
 

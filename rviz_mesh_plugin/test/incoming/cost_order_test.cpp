@@ -9,17 +9,17 @@
 #include <gtest/gtest.h>
 #include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 
+#include "incoming/attribute_queue.h"
 #include "incoming/cost_order.h"
-#include "incoming/mesh_inbox.h"
 #include "incoming/mesh_store.h"
 #include "support/meshes.h"
 
+using rviz_mesh_plugin::AttributeQueue;
 using rviz_mesh_plugin::CostLayer;
 using rviz_mesh_plugin::CostOrder;
 using rviz_mesh_plugin::CostUpdate;
 using rviz_mesh_plugin::CostUpdateConstPtr;
-using rviz_mesh_plugin::MeshInbox;
-using rviz_mesh_plugin::MeshNews;
+using rviz_mesh_plugin::MeshMember;
 using rviz_mesh_plugin::MeshStore;
 
 namespace {
@@ -54,20 +54,20 @@ mesh_msgs::MeshVertexCostsSparseStamped update(std::uint32_t seconds,
   return message;
 }
 
-/// The inbox and the store as a display uses them.
+/// The queue and the store as a display uses them.
 class Pipeline
 {
  public:
   template <class Message>
   Pipeline& operator<<(const Message& message)
   {
-    EXPECT_TRUE(inbox_.receive(message));
+    EXPECT_TRUE(queue_.receive(message));
     return *this;
   }
 
   Pipeline& frame()
   {
-    const auto content = inbox_.take();
+    const auto content = queue_.take();
     for (const auto& one : content.costs) {
       store_.addCosts(one);
     }
@@ -75,7 +75,7 @@ class Pipeline
       store_.update(*one);
     }
     stale_ = content.stale;
-    EXPECT_EQ(content.receptions[MeshNews::UPDATES].refusal, "");
+    EXPECT_EQ(content.receptions[MeshMember::UPDATES].refusal, "");
     return *this;
   }
 
@@ -89,7 +89,7 @@ class Pipeline
   std::size_t stale() const { return stale_; }
 
  private:
-  MeshInbox inbox_;
+  AttributeQueue queue_;
   MeshStore store_;
   std::size_t stale_ = 0;
 };
@@ -224,7 +224,7 @@ TEST(CostOrder, an_older_layer_that_comes_last_replaces_a_newer_one)
 }
 
 // The result is that of handling one message after the other, however they fall into frames, and
-// however many of them the inbox has to join.
+// however many of them the queue has to join.
 TEST(CostOrder, is_that_of_messages_one_by_one)
 {
   std::mt19937 random(7);
@@ -351,12 +351,12 @@ TEST(CostOrder, updates_that_do_not_fit_their_layer_are_left_out_as_a_whole)
 // The GUI thread forgets a topic while messages of others go on.
 TEST(CostOrder, begins_anew_where_the_layers_are_forgotten)
 {
-  MeshInbox inbox;
-  EXPECT_TRUE(inbox.receive(layer(1, {1, 1})));
-  EXPECT_TRUE(inbox.receive(update(5, {0}, {9})));
-  inbox.forget(MeshNews::COSTS);
-  EXPECT_TRUE(inbox.receive(layer(3, {2, 2})));
-  auto content = inbox.take();
+  AttributeQueue queue;
+  EXPECT_TRUE(queue.receive(layer(1, {1, 1})));
+  EXPECT_TRUE(queue.receive(update(5, {0}, {9})));
+  queue.forget(MeshMember::COSTS);
+  EXPECT_TRUE(queue.receive(layer(3, {2, 2})));
+  auto content = queue.take();
   ASSERT_EQ(content.costs.size(), 1u);
   EXPECT_EQ(content.costs[0]->costs, (Values{2, 2})) << "the update was for the layer before";
   EXPECT_TRUE(content.updates.empty());

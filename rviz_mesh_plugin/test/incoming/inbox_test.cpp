@@ -9,11 +9,11 @@
 
 #include <gtest/gtest.h>
 
-#include "incoming/mesh_inbox.h"
+#include "incoming/attribute_queue.h"
 #include "support/meshes.h"
 
-using rviz_mesh_plugin::MeshInbox;
-using rviz_mesh_plugin::MeshNews;
+using rviz_mesh_plugin::AttributeQueue;
+using rviz_mesh_plugin::MeshMember;
 
 namespace {
 
@@ -62,57 +62,57 @@ mesh_msgs::MeshTexture texture(std::uint32_t index)
 
 TEST(Inbox, keeps_vertex_and_face_layers_of_one_name_apart)
 {
-  MeshInbox inbox;
-  EXPECT_TRUE(inbox.receive(test_meshes::costs("slope", {1.0f, 2.0f})));
-  EXPECT_TRUE(inbox.receive(faceCosts("slope", 3.0f)));
-  EXPECT_TRUE(inbox.receive(faceCosts("slope", 4.0f)));
-  auto content = inbox.take();
+  AttributeQueue queue;
+  EXPECT_TRUE(queue.receive(test_meshes::costs("slope", {1.0f, 2.0f})));
+  EXPECT_TRUE(queue.receive(faceCosts("slope", 3.0f)));
+  EXPECT_TRUE(queue.receive(faceCosts("slope", 4.0f)));
+  auto content = queue.take();
   ASSERT_EQ(content.costs.size(), 2u);
   EXPECT_FALSE(content.costs[0]->on_faces);
   EXPECT_TRUE(content.costs[1]->on_faces);
   EXPECT_EQ(content.costs[1]->costs, std::vector<float>{4.0f});
-  EXPECT_EQ(content.receptions[MeshNews::COSTS].accepted, 1u);
-  EXPECT_EQ(content.receptions[MeshNews::FACE_COSTS].accepted, 2u);
-  inbox.receive(test_meshes::costs("slope", {1.0f}));
-  inbox.receive(faceCosts("slope", 3.0f));
-  inbox.forget(MeshNews::COSTS);
-  content = inbox.take();
+  EXPECT_EQ(content.receptions[MeshMember::COSTS].accepted, 1u);
+  EXPECT_EQ(content.receptions[MeshMember::FACE_COSTS].accepted, 2u);
+  queue.receive(test_meshes::costs("slope", {1.0f}));
+  queue.receive(faceCosts("slope", 3.0f));
+  queue.forget(MeshMember::COSTS);
+  content = queue.take();
   ASSERT_EQ(content.costs.size(), 1u);
   EXPECT_TRUE(content.costs[0]->on_faces) << "clearing vertex costs leaves those of faces";
-  EXPECT_EQ(content.receptions[MeshNews::COSTS].accepted, 0u);
-  EXPECT_EQ(content.receptions[MeshNews::FACE_COSTS].accepted, 3u);
+  EXPECT_EQ(content.receptions[MeshMember::COSTS].accepted, 0u);
+  EXPECT_EQ(content.receptions[MeshMember::FACE_COSTS].accepted, 3u);
 }
 
 TEST(Inbox, drops_updates_that_an_entire_layer_made_obsolete)
 {
-  MeshInbox inbox;
-  inbox.receive(test_meshes::costs("slope", {1.0f, 1.0f}));
-  inbox.receive(test_meshes::costs("other", {1.0f, 1.0f}));
-  inbox.receive(update("slope", 0, 1.0f));
-  inbox.receive(update("other", 1, 2.0f));
-  inbox.receive(test_meshes::costs("slope", {5.0f, 6.0f}));
-  inbox.receive(update("slope", 1, 3.0f));
-  const auto content = inbox.take();
+  AttributeQueue queue;
+  queue.receive(test_meshes::costs("slope", {1.0f, 1.0f}));
+  queue.receive(test_meshes::costs("other", {1.0f, 1.0f}));
+  queue.receive(update("slope", 0, 1.0f));
+  queue.receive(update("other", 1, 2.0f));
+  queue.receive(test_meshes::costs("slope", {5.0f, 6.0f}));
+  queue.receive(update("slope", 1, 3.0f));
+  const auto content = queue.take();
   ASSERT_EQ(content.updates.size(), 2u);
   EXPECT_EQ(content.updates[0]->type, "other");
   EXPECT_EQ(content.updates[1]->vertices, std::vector<std::uint32_t>{1});
-  EXPECT_EQ(content.receptions[MeshNews::UPDATES].accepted, 3u);
-  EXPECT_TRUE(inbox.take().updates.empty());
+  EXPECT_EQ(content.receptions[MeshMember::UPDATES].accepted, 3u);
+  EXPECT_TRUE(queue.take().updates.empty());
 }
 
 TEST(Inbox, joins_updates_that_nobody_takes_and_the_last_cost_counts)
 {
-  MeshInbox inbox;
-  inbox.receive(test_meshes::costs("slope", std::vector<float>(31)));
+  AttributeQueue queue;
+  queue.receive(test_meshes::costs("slope", std::vector<float>(31)));
   std::map<std::uint32_t, float> expected;
   for (int i = 0; i < 1000; ++i) {
     const std::uint32_t vertex = (i * 7) % 31;
-    inbox.receive(update("slope", vertex, static_cast<float>(i)));
+    queue.receive(update("slope", vertex, static_cast<float>(i)));
     expected[vertex] = static_cast<float>(i);
   }
-  const auto content = inbox.take();
+  const auto content = queue.take();
   EXPECT_LE(content.updates.size(), 64u);
-  EXPECT_EQ(content.receptions[MeshNews::UPDATES].accepted, 1000u);
+  EXPECT_EQ(content.receptions[MeshMember::UPDATES].accepted, 1000u);
   std::map<std::uint32_t, float> found;
   for (const auto& one : content.updates) {
     for (std::size_t i = 0; i < one->vertices.size(); ++i) {
@@ -124,13 +124,13 @@ TEST(Inbox, joins_updates_that_nobody_takes_and_the_last_cost_counts)
 
 TEST(Inbox, keeps_few_meshes_layers_and_textures_while_nobody_takes_them)
 {
-  MeshInbox inbox;
+  AttributeQueue queue;
   for (int i = 0; i < 300; ++i) {
-    inbox.receive(test_meshes::colors({test_meshes::color(1, 0, 0)}, std::to_string(i)));
-    inbox.receive(test_meshes::costs(std::to_string(i), {1.0f}));
-    inbox.receive(texture(static_cast<std::uint32_t>(i / 2)));
+    queue.receive(test_meshes::colors({test_meshes::color(1, 0, 0)}, std::to_string(i)));
+    queue.receive(test_meshes::costs(std::to_string(i), {1.0f}));
+    queue.receive(texture(static_cast<std::uint32_t>(i / 2)));
   }
-  const auto content = inbox.take();
+  const auto content = queue.take();
   ASSERT_EQ(content.colors.size(), 8u);
   EXPECT_EQ(content.colors.back()->uuid, "299");
   ASSERT_EQ(content.costs.size(), 256u);
@@ -140,12 +140,12 @@ TEST(Inbox, keeps_few_meshes_layers_and_textures_while_nobody_takes_them)
 
 TEST(Inbox, keeps_the_order_of_labels)
 {
-  MeshInbox inbox;
-  inbox.receive(cluster("tree_1", {1}));
-  inbox.receiveLabels("", {cluster("tree_2", {2}), cluster("tree_2", {3})}, true);
-  inbox.receive(cluster("tree_3", {4}));
-  inbox.receive(cluster("tree_2", {}));
-  const auto labels = inbox.take().labels;
+  AttributeQueue queue;
+  queue.receive(cluster("tree_1", {1}));
+  queue.receiveLabels("", {cluster("tree_2", {2}), cluster("tree_2", {3})}, true);
+  queue.receive(cluster("tree_3", {4}));
+  queue.receive(cluster("tree_2", {}));
+  const auto labels = queue.take().labels;
   ASSERT_EQ(labels.size(), 3u) << "all labels replace those before";
   EXPECT_TRUE(labels[0]->all);
   ASSERT_EQ(labels[0]->clusters.size(), 1u) << "clusters of one label are joined";
@@ -156,12 +156,12 @@ TEST(Inbox, keeps_the_order_of_labels)
 
 TEST(Inbox, joins_labels_that_nobody_takes)
 {
-  MeshInbox inbox;
-  inbox.receiveLabels("", {cluster("old", {9})}, true);
+  AttributeQueue queue;
+  queue.receiveLabels("", {cluster("old", {9})}, true);
   for (std::uint32_t i = 0; i < 2000; ++i) {
-    inbox.receive(cluster("tree_" + std::to_string(i % 500), {i}));
+    queue.receive(cluster("tree_" + std::to_string(i % 500), {i}));
   }
-  const auto labels = inbox.take().labels;
+  const auto labels = queue.take().labels;
   EXPECT_LE(labels.size(), 256u);
   EXPECT_TRUE(labels[0]->all);
   std::map<std::string, std::vector<std::uint32_t>> faces;
@@ -176,79 +176,79 @@ TEST(Inbox, joins_labels_that_nobody_takes)
 
 TEST(Inbox, leaves_out_labels_that_cannot_be_used_and_says_so)
 {
-  MeshInbox inbox;
-  EXPECT_TRUE(inbox.receiveLabels(
+  AttributeQueue queue;
+  EXPECT_TRUE(queue.receiveLabels(
       "mesh", {cluster("a/b", {1}), cluster("tree_1", {2}), cluster("", {3})}, true));
-  EXPECT_FALSE(inbox.receive(cluster("", {1})));
-  inbox.receiveLabels("mesh", {cluster("a/b", {1}), cluster("tree_1", {2})}, true);
-  const auto content = inbox.take();
+  EXPECT_FALSE(queue.receive(cluster("", {1})));
+  queue.receiveLabels("mesh", {cluster("a/b", {1}), cluster("tree_1", {2})}, true);
+  const auto content = queue.take();
   ASSERT_EQ(content.labels.size(), 1u);
   EXPECT_EQ(content.labels[0]->uuid, "mesh");
   ASSERT_EQ(content.labels[0]->clusters.size(), 1u);
-  EXPECT_EQ(content.receptions[MeshNews::LABELS].refusal,
+  EXPECT_EQ(content.receptions[MeshMember::LABELS].refusal,
             "1 of 2 labels are left out: the label 'a/b' contains a slash; choose up to 255 bytes "
             "without '/', such as 'tree_1'");
-  EXPECT_EQ(content.receptions[MeshNews::LABELS].accepted, 2u);
-  EXPECT_EQ(content.receptions[MeshNews::LABELS].refused, 1u);
+  EXPECT_EQ(content.receptions[MeshMember::LABELS].accepted, 2u);
+  EXPECT_EQ(content.receptions[MeshMember::LABELS].refused, 1u);
 }
 
 TEST(Inbox, refuses_labels_that_are_no_text)
 {
   // Their names would be others in a property than they are.
   for (const char* label : {"tree_\xff", "\xc3", "tr\xc0\xa9", "\xed\xa0\x80", "a\xe2\x82"}) {
-    MeshInbox inbox;
-    EXPECT_FALSE(inbox.receive(cluster(label, {1}))) << label;
-    const std::string refusal = inbox.take().receptions[MeshNews::LABELS].refusal;
+    AttributeQueue queue;
+    EXPECT_FALSE(queue.receive(cluster(label, {1}))) << label;
+    const std::string refusal = queue.take().receptions[MeshMember::LABELS].refusal;
     EXPECT_NE(refusal.find("is no UTF-8"), std::string::npos) << refusal;
   }
-  MeshInbox inbox;
-  EXPECT_TRUE(inbox.receive(cluster("b\xc3\xa4ume_\xf0\x9f\x8c\xb3", {1})));
+  AttributeQueue queue;
+  EXPECT_TRUE(queue.receive(cluster("b\xc3\xa4ume_\xf0\x9f\x8c\xb3", {1})));
 }
 
 TEST(Inbox, drops_what_is_not_wanted_any_more_without_a_trace)
 {
-  MeshInbox inbox;
+  AttributeQueue queue;
   const std::atomic<bool> dropped{true};
-  EXPECT_FALSE(inbox.receive(test_meshes::costs("slope", {1.0f}), &dropped));
-  EXPECT_FALSE(inbox.receive(texture(1), &dropped));
-  EXPECT_FALSE(inbox.receiveLabels("", {cluster("tree_1", {1})}, true, &dropped));
-  const auto content = inbox.take();
+  EXPECT_FALSE(queue.receive(test_meshes::costs("slope", {1.0f}), &dropped));
+  EXPECT_FALSE(queue.receive(texture(1), &dropped));
+  EXPECT_FALSE(queue.receiveLabels("", {cluster("tree_1", {1})}, true, &dropped));
+  const auto content = queue.take();
   EXPECT_TRUE(content.costs.empty() && content.textures.empty() && content.labels.empty());
-  EXPECT_EQ(content.receptions[MeshNews::COSTS].received() +
-                content.receptions[MeshNews::TEXTURES].received() +
-                content.receptions[MeshNews::LABELS].received(),
+  EXPECT_EQ(content.receptions[MeshMember::COSTS].received() +
+                content.receptions[MeshMember::TEXTURES].received() +
+                content.receptions[MeshMember::LABELS].received(),
             0u);
 }
 
 TEST(Inbox, counts_refusals_of_each_kind_with_their_reason)
 {
-  MeshInbox inbox;
-  EXPECT_FALSE(inbox.receive(faceCosts("slope", -std::numeric_limits<float>::infinity())));
+  AttributeQueue queue;
+  EXPECT_FALSE(queue.receive(faceCosts("slope", -std::numeric_limits<float>::infinity())));
   auto bad = update("slope", 0, 1.0f);
   bad.mesh_vertex_costs.costs.clear();
-  EXPECT_FALSE(inbox.receive(bad));
+  EXPECT_FALSE(queue.receive(bad));
   auto broken = texture(0);
   broken.image.encoding = "jpeg";
-  EXPECT_FALSE(inbox.receive(broken));
+  EXPECT_FALSE(queue.receive(broken));
   mesh_msgs::MeshMaterialsStamped materials;
-  EXPECT_FALSE(inbox.receive(materials));
-  const auto content = inbox.take();
-  EXPECT_NE(content.receptions[MeshNews::FACE_COSTS].refusal.find("face 0 is -inf"),
+  EXPECT_FALSE(queue.receive(materials));
+  const auto content = queue.take();
+  EXPECT_NE(content.receptions[MeshMember::FACE_COSTS].refusal.find("face 0 is -inf"),
             std::string::npos);
-  EXPECT_NE(content.receptions[MeshNews::UPDATES].refusal.find("0 costs for 1 vertices"),
+  EXPECT_NE(content.receptions[MeshMember::UPDATES].refusal.find("0 costs for 1 vertices"),
             std::string::npos);
-  EXPECT_NE(content.receptions[MeshNews::TEXTURES].refusal.find("encoding 'jpeg'"),
+  EXPECT_NE(content.receptions[MeshMember::TEXTURES].refusal.find("encoding 'jpeg'"),
             std::string::npos);
-  EXPECT_NE(content.receptions[MeshNews::MATERIALS].refusal.find("frame_id"), std::string::npos);
-  EXPECT_EQ(content.receptions[MeshNews::MATERIALS].refused, 1u);
-  inbox.receive(faceCosts("slope", 1.0f));
-  inbox.refuse(MeshNews::TEXTURES, "it ends in the middle");
-  const auto later = inbox.take();
-  EXPECT_EQ(later.receptions[MeshNews::FACE_COSTS].refusal, "");
-  EXPECT_EQ(later.receptions[MeshNews::FACE_COSTS].last_refusal,
-            content.receptions[MeshNews::FACE_COSTS].refusal);
-  EXPECT_EQ(later.receptions[MeshNews::TEXTURES].refusal, "it ends in the middle");
-  EXPECT_EQ(later.receptions[MeshNews::TEXTURES].refused, 2u);
+  EXPECT_NE(content.receptions[MeshMember::MATERIALS].refusal.find("frame_id"), std::string::npos);
+  EXPECT_EQ(content.receptions[MeshMember::MATERIALS].refused, 1u);
+  queue.receive(faceCosts("slope", 1.0f));
+  queue.refuse(MeshMember::TEXTURES, "it ends in the middle");
+  const auto later = queue.take();
+  EXPECT_EQ(later.receptions[MeshMember::FACE_COSTS].refusal, "");
+  EXPECT_EQ(later.receptions[MeshMember::FACE_COSTS].last_refusal,
+            content.receptions[MeshMember::FACE_COSTS].refusal);
+  EXPECT_EQ(later.receptions[MeshMember::TEXTURES].refusal, "it ends in the middle");
+  EXPECT_EQ(later.receptions[MeshMember::TEXTURES].refused, 2u);
 }
 
 // The GUI thread takes and forgets while messages are joined with those before them.
@@ -256,8 +256,8 @@ TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
 {
   constexpr std::uint32_t VERTICES = 20000;
   constexpr int UPDATES = 400;
-  MeshInbox inbox;
-  inbox.receive(test_meshes::costs("slope", std::vector<float>(VERTICES, -1.0f)));
+  AttributeQueue queue;
+  queue.receive(test_meshes::costs("slope", std::vector<float>(VERTICES, -1.0f)));
   std::thread sender([&] {
     mesh_msgs::MeshVertexCostsSparseStamped all = update("slope", 0, 0.0f);
     for (int i = 0; i < UPDATES; ++i) {
@@ -266,16 +266,16 @@ TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
         all.mesh_vertex_costs.vertices.push_back(vertex);
       }
       all.mesh_vertex_costs.costs.assign(all.mesh_vertex_costs.vertices.size(), float(i));
-      inbox.receive(all);
-      inbox.receive(texture(static_cast<std::uint32_t>(i)));
+      queue.receive(all);
+      queue.receive(texture(static_cast<std::uint32_t>(i)));
     }
   });
   std::vector<float> costs(VERTICES, -1.0f);
   std::set<std::uint32_t> textures;
   std::size_t received = 0;
   while (received < UPDATES) {
-    const auto content = inbox.take();
-    received = content.receptions[MeshNews::TEXTURES].accepted;
+    const auto content = queue.take();
+    received = content.receptions[MeshMember::TEXTURES].accepted;
     for (const auto& one : content.updates) {
       for (std::size_t i = 0; i < one->vertices.size(); ++i) {
         EXPECT_GE(one->costs[i], costs[one->vertices[i]]);
@@ -285,7 +285,7 @@ TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
     for (const auto& one : content.textures) {
       EXPECT_TRUE(textures.insert(one->index).second);
     }
-    inbox.forget(MeshNews::LABELS);
+    queue.forget(MeshMember::LABELS);
   }
   sender.join();
   EXPECT_EQ(textures.size(), std::size_t(UPDATES));

@@ -7,12 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "conversion/mesh_conversion.h"
+#include "incoming/attribute_queue.h"
 #include "incoming/cost_order.h"
-#include "incoming/mesh_inbox.h"
 #include "incoming/mesh_store.h"
-#include "mesh_view/mesh_painter.h"
+#include "mesh_view/mesh_appearance.h"
 #include "support/meshes.h"
 
+using rviz_mesh_plugin::AttributeQueue;
 using rviz_mesh_plugin::convert;
 using rviz_mesh_plugin::CostLayer;
 using rviz_mesh_plugin::CostLayerConstPtr;
@@ -21,8 +22,7 @@ using rviz_mesh_plugin::CostUpdateConstPtr;
 using rviz_mesh_plugin::LabelCluster;
 using rviz_mesh_plugin::LabelSet;
 using rviz_mesh_plugin::LabelSetConstPtr;
-using rviz_mesh_plugin::MeshInbox;
-using rviz_mesh_plugin::MeshNews;
+using rviz_mesh_plugin::MeshMember;
 using rviz_mesh_plugin::MeshStore;
 
 namespace {
@@ -108,12 +108,12 @@ TEST(MeshStore, clears_each_kind_on_its_own)
   store.addMesh(mesh("a"));
   store.addCosts(convert(test_meshes::costs("x", {1}, "a")));
   store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
-  store.forget(MeshNews::FACE_COSTS);
+  store.forget(MeshMember::FACE_COSTS);
   EXPECT_TRUE(store.attributes().cost("x")) << "it is one of vertices";
-  store.forget(MeshNews::COSTS);
+  store.forget(MeshMember::COSTS);
   EXPECT_FALSE(store.attributes().cost("x"));
   EXPECT_TRUE(store.attributes().colors);
-  store.forget(MeshNews::COLORS);
+  store.forget(MeshMember::COLORS);
   EXPECT_FALSE(store.attributes().colors);
   EXPECT_TRUE(store.newest());
   store.clear();
@@ -275,41 +275,41 @@ TEST(ShownCosts, automatic_limits_span_all_meshes_and_custom_ones_stay)
   EXPECT_EQ(rviz_mesh_plugin::commonColoring(store, "x", coloring), coloring);
 }
 
-TEST(MeshInbox, hands_over_the_newest_of_each_kind_once)
+TEST(AttributeQueue, hands_over_the_newest_of_each_kind_once)
 {
-  MeshInbox inbox;
+  AttributeQueue queue;
   for (const float value : {1.0f, 2.0f}) {
-    inbox.receive(test_meshes::costs("x", {value}));
-    inbox.receive(test_meshes::costs("y", {value}));
-    inbox.receive(test_meshes::colors({test_meshes::color(value / 2, 0, 0)}));
+    queue.receive(test_meshes::costs("x", {value}));
+    queue.receive(test_meshes::costs("y", {value}));
+    queue.receive(test_meshes::colors({test_meshes::color(value / 2, 0, 0)}));
   }
-  auto content = inbox.take();
+  auto content = queue.take();
   ASSERT_EQ(content.costs.size(), 2u);
   EXPECT_EQ(content.costs[0]->type, "x");
   EXPECT_EQ(content.costs[0]->costs[0], 2.0f);
   ASSERT_EQ(content.colors.size(), 1u);
   EXPECT_EQ(content.colors[0]->colors[0].red, 255);
-  EXPECT_EQ(content.receptions[MeshNews::COSTS].accepted, 4u);
-  content = inbox.take();
+  EXPECT_EQ(content.receptions[MeshMember::COSTS].accepted, 4u);
+  content = queue.take();
   EXPECT_TRUE(content.costs.empty());
   EXPECT_TRUE(content.colors.empty());
-  EXPECT_EQ(content.receptions[MeshNews::COSTS].accepted, 4u) << "goes on counting";
+  EXPECT_EQ(content.receptions[MeshMember::COSTS].accepted, 4u) << "goes on counting";
 }
 
-TEST(MeshInbox, loses_nothing_between_two_threads)
+TEST(AttributeQueue, loses_nothing_between_two_threads)
 {
   constexpr std::size_t LAYERS = 250;  // as many as wait at once
-  MeshInbox inbox;
+  AttributeQueue queue;
   std::thread sender([&] {
     for (std::size_t i = 0; i < LAYERS; ++i) {
-      inbox.receive(test_meshes::costs(std::to_string(i), {float(i)}));
+      queue.receive(test_meshes::costs(std::to_string(i), {float(i)}));
     }
   });
   std::vector<std::string> types;
   std::size_t accepted = 0;
   while (accepted < LAYERS) {
-    const auto content = inbox.take();
-    accepted = content.receptions[MeshNews::COSTS].accepted;
+    const auto content = queue.take();
+    accepted = content.receptions[MeshMember::COSTS].accepted;
     for (const auto& layer : content.costs) {
       types.push_back(layer->type);
     }

@@ -15,21 +15,21 @@
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
 #include "labels/label_order.h"
-#include "labels/label_store.h"
+#include "labels/shown_labels.h"
+#include "rendering/labels/index_slots.h"
 #include "rendering/labels/label_layers.h"
-#include "rendering/labels/label_slots.h"
 
+using rviz_mesh_plugin::IndexSlots;
 using rviz_mesh_plugin::LabelCluster;
 using rviz_mesh_plugin::LabelClusterConstPtr;
 using rviz_mesh_plugin::LabelColors;
 using rviz_mesh_plugin::LabelLayers;
 using rviz_mesh_plugin::LabelLess;
 using rviz_mesh_plugin::LabelSet;
-using rviz_mesh_plugin::LabelSlots;
-using rviz_mesh_plugin::LabelStore;
 using rviz_mesh_plugin::MeshData;
 using rviz_mesh_plugin::OwnColors;
 using rviz_mesh_plugin::Rgba8;
+using rviz_mesh_plugin::ShownLabels;
 
 namespace {
 
@@ -47,7 +47,7 @@ class Copy
   std::size_t update(std::vector<std::uint32_t> faces, std::size_t slice)
   {
     std::sort(faces.begin(), faces.end());
-    slots_.assign(std::make_shared<LabelSlots::Faces>(faces));
+    slots_.assign(std::make_shared<IndexSlots::Faces>(faces));
     while (!slots_.isSettled()) {
       const std::size_t looked = slots_.work(slice);
       EXPECT_GT(looked, 0u);
@@ -77,7 +77,7 @@ class Copy
   }
 
  private:
-  LabelSlots slots_;
+  IndexSlots slots_;
   std::vector<std::uint32_t> buffer_;
 };
 
@@ -217,7 +217,7 @@ TEST(LabelLessTest, is_a_strict_order_of_all_texts)
   }
 }
 
-TEST(LabelSlotsTest, what_grows_or_shrinks_by_some_faces_changes_some_places)
+TEST(IndexSlotsTest, what_grows_or_shrinks_by_some_faces_changes_some_places)
 {
   for (const std::size_t slice : {1u, 7u, 1000000u}) {
     Copy copy;
@@ -235,7 +235,7 @@ TEST(LabelSlotsTest, what_grows_or_shrinks_by_some_faces_changes_some_places)
   }
 }
 
-TEST(LabelSlotsTest, random_edits_leave_what_was_assigned)
+TEST(IndexSlotsTest, random_edits_leave_what_was_assigned)
 {
   std::mt19937 random(2);
   Copy copy;
@@ -252,11 +252,11 @@ TEST(LabelSlotsTest, random_edits_leave_what_was_assigned)
   }
 }
 
-TEST(LabelSlotsTest, changes_near_to_each_other_are_taken_together)
+TEST(IndexSlotsTest, changes_near_to_each_other_are_taken_together)
 {
-  LabelSlots slots;
+  IndexSlots slots;
   const auto assign = [&](const std::vector<std::uint32_t>& faces) {
-    slots.assign(std::make_shared<LabelSlots::Faces>(faces));
+    slots.assign(std::make_shared<IndexSlots::Faces>(faces));
     slots.work(1000000);
     return slots.takeChanged();
   };
@@ -317,12 +317,12 @@ TEST(LabelFacesTest, what_a_mesh_does_not_have_is_left_out_and_nothing_else_copi
   EXPECT_TRUE(rviz_mesh_plugin::withinMesh(label, 0)->faces.empty());
 }
 
-TEST(LabelStoreTest, labels_are_shared_with_the_set_that_brought_them)
+TEST(ShownLabelsTest, labels_are_shared_with_the_set_that_brought_them)
 {
   auto mesh = std::make_shared<MeshData>();
   mesh->uuid = "mesh";
   mesh->indices.resize(30);
-  LabelStore store;
+  ShownLabels store;
   store.setMesh(mesh);
   const auto set = std::make_shared<LabelSet>(
       LabelSet{"mesh", true, {{"a", {1, 2}}, {"b", {3, 9, 10, 11}}, {"c", {10}}}});

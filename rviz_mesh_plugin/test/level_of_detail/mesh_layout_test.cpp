@@ -15,12 +15,12 @@ using layout_checks::positionsOf;
 
 namespace {
 
-const std::atomic<bool> NOT_CANCELLED{false};
+const std::atomic<bool> NOT_CANCELED{false};
 
 MeshLayoutConstPtr layOutNow(const MeshDataConstPtr& mesh, Split split,
                              const MaterialsConstPtr& materials = nullptr)
 {
-  return layOut(mesh, split, materials, NOT_CANCELLED);
+  return layOut(mesh, split, materials, NOT_CANCELED);
 }
 
 /// Squares of materials as long as this, by the first corner; every seventh face has none.
@@ -281,15 +281,15 @@ TEST(Layout, refuses_materials_of_another_mesh)
 TEST(Layout, is_given_up_when_cancelled)
 {
   const auto mesh = mesh_zoo::terrain(300, 300);
-  std::atomic<bool> cancelled{true};
-  EXPECT_EQ(layOut(mesh, Split::NONE, nullptr, cancelled), nullptr);
+  std::atomic<bool> canceled{true};
+  EXPECT_EQ(layOut(mesh, Split::NONE, nullptr, canceled), nullptr);
   for (int delay = 0; delay < 10; ++delay) {
-    cancelled = false;
+    canceled = false;
     std::thread canceller([&]() {
       std::this_thread::sleep_for(std::chrono::milliseconds(delay));
-      cancelled = true;
+      canceled = true;
     });
-    const auto layout = layOut(mesh, Split::NONE, nullptr, cancelled);
+    const auto layout = layOut(mesh, Split::NONE, nullptr, canceled);
     canceller.join();
     if (layout) {
       expectSound(*layout);

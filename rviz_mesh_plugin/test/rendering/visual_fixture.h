@@ -10,7 +10,7 @@
 #include <osmesa_harness/render_fixture.h>
 
 #include "level_of_detail/mesh_layout.h"
-#include "rendering/mesh_picture.h"
+#include "rendering/gpu_mesh.h"
 #include "rendering/mesh_visual.h"
 
 /// Layouts made by hand, so that tests know every vertex, part and level.

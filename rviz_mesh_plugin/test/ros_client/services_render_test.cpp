@@ -42,10 +42,10 @@ struct DataType<RawBytes>
 }  // namespace ros
 
 using namespace mesh_msgs;
-using rviz_mesh_plugin::InboxContent;
+using rviz_mesh_plugin::AttributeQueue;
 using rviz_mesh_plugin::MapServiceClient;
-using rviz_mesh_plugin::MeshInbox;
 using rviz_mesh_plugin::MeshLoader;
+using rviz_mesh_plugin::QueuedAttributes;
 using service_servers::DyingServer;
 using service_servers::Gate;
 using service_servers::waitFor;
@@ -87,9 +87,9 @@ class Services : public testing::Test
   /// The red of the colors that have arrived, -1 if none do.
   int receivedRed()
   {
-    InboxContent content;
+    QueuedAttributes content;
     waitFor([&]() {
-      content = inbox->take();
+      content = queue->take();
       return !content.colors.empty();
     });
     return content.colors.empty() ? -1 : content.colors[0]->colors[0].red;
@@ -106,9 +106,9 @@ class Services : public testing::Test
   }
 
   service_servers::Servers servers;
-  std::shared_ptr<MeshInbox> inbox = std::make_shared<MeshInbox>();
+  std::shared_ptr<AttributeQueue> queue = std::make_shared<AttributeQueue>();
   std::shared_ptr<MeshLoader> loader = std::make_shared<MeshLoader>(false);
-  std::unique_ptr<MapServiceClient> services = std::make_unique<MapServiceClient>(inbox, loader);
+  std::unique_ptr<MapServiceClient> services = std::make_unique<MapServiceClient>(queue, loader);
   rviz_mesh_plugin::ServiceNames names;
   std::string space;
   std::atomic<int> color_calls{0};
@@ -150,7 +150,7 @@ TEST_F(Services, bring_colors_layers_and_labels)
   ASSERT_TRUE(reaches(State::ANSWERED, "1 labels"));
   EXPECT_EQ(services->layers("mesh"), (std::vector<std::string>{"slope", "border"}));
   EXPECT_TRUE(services->layers("other").empty());
-  const auto content = inbox->take();
+  const auto content = queue->take();
   ASSERT_EQ(content.colors.size(), 1u);
   ASSERT_EQ(content.costs.size(), 1u);
   EXPECT_EQ(content.costs[0]->type, "border");
@@ -201,7 +201,7 @@ TEST_F(Services, bring_materials_and_each_of_fifty_textures_once)
   EXPECT_TRUE(waitFor([&] { return services->missesTextures("mesh"); }));
   EXPECT_NE(services->report().text.find("answers with what cannot be shown"), std::string::npos)
       << "the first of the three: " << services->report().text;
-  const auto content = inbox->take();
+  const auto content = queue->take();
   EXPECT_EQ(content.materials.size(), 1u);
   ASSERT_EQ(content.textures.size(), 47u);
   EXPECT_EQ(content.textures[3]->index, 3u);
@@ -247,7 +247,7 @@ TEST_F(Services, that_refuse_are_not_asked_at_once_and_their_reason_is_told)
 TEST_F(Services, that_refuse_or_have_nothing_are_asked_again_while_it_is_wanted)
 {
   services = std::make_unique<MapServiceClient>(
-      inbox, loader,
+      queue, loader,
       MapServiceClient::Pauses{std::chrono::milliseconds(5), std::chrono::milliseconds(20)});
   services->setNames(names);
   std::atomic<bool> loaded{false};
@@ -325,7 +325,7 @@ TEST_F(Services, that_have_nothing_of_a_mesh_say_so_and_bring_nothing)
   ASSERT_TRUE(reaches(State::ANSWERED, "has answered: the mesh has no vertex colors"));
   services->requestMaterials("mesh");
   ASSERT_TRUE(reaches(State::ANSWERED, "has answered: the mesh has no materials"));
-  const InboxContent content = inbox->take();
+  const QueuedAttributes content = queue->take();
   EXPECT_TRUE(content.colors.empty());
   EXPECT_TRUE(content.materials.empty());
 }
@@ -351,8 +351,8 @@ TEST_F(Services, that_hang_hold_up_nothing_else)
   services.reset();
   gate.open();
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
-  EXPECT_TRUE(inbox->take().materials.empty()) << "nothing arrives after the end";
-  EXPECT_EQ(inbox.use_count(), 1) << "the threads have ended";
+  EXPECT_TRUE(queue->take().materials.empty()) << "nothing arrives after the end";
+  EXPECT_EQ(queue.use_count(), 1) << "the threads have ended";
 }
 
 TEST_F(Services, of_another_type_are_named_and_the_right_one_is_waited_for)
@@ -428,7 +428,7 @@ TEST_F(Services, of_another_map_are_told_apart)
   const auto server = serveColors(space + "/get_vertex_colors", 1.0f, "garden");
   services->requestColors("quarry");
   ASSERT_TRUE(reaches(State::FAILED, "answers for the mesh 'garden', but 'quarry' is shown"));
-  EXPECT_TRUE(inbox->take().colors.empty());
+  EXPECT_TRUE(queue->take().colors.empty());
   services->requestColors("mesh");  // the only one
   EXPECT_EQ(receivedRed(), 255);
 }

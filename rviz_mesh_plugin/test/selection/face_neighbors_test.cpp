@@ -255,7 +255,7 @@ TEST(FaceNeighborsTest, work_can_be_given_up)
 {
   std::mt19937 random(1);
   const MeshData mesh = waves(4, 0.0, random);
-  const std::atomic<bool> cancelled{true};
-  EXPECT_THROW(FaceNeighbors(joinedCorners(mesh), &cancelled), rviz_mesh_plugin::Cancelled);
-  EXPECT_THROW(neighborsOf(mesh).flood(mesh, 0, 1.0, &cancelled), rviz_mesh_plugin::Cancelled);
+  const std::atomic<bool> canceled{true};
+  EXPECT_THROW(FaceNeighbors(joinedCorners(mesh), &canceled), rviz_mesh_plugin::Canceled);
+  EXPECT_THROW(neighborsOf(mesh).flood(mesh, 0, 1.0, &canceled), rviz_mesh_plugin::Canceled);
 }

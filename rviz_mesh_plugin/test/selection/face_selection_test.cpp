@@ -8,11 +8,11 @@
 
 #include <gtest/gtest.h>
 
-#include "rendering/labels/label_slots.h"
+#include "rendering/labels/index_slots.h"
 #include "selection/face_selection.h"
 
 using rviz_mesh_plugin::FaceSelection;
-using rviz_mesh_plugin::LabelSlots;
+using rviz_mesh_plugin::IndexSlots;
 using Faces = FaceSelection::Faces;
 using Set = std::set<std::uint32_t>;
 
@@ -308,10 +308,10 @@ TEST(FaceSelectionTest, large_changes_cost_few_bytes_to_remember)
   EXPECT_EQ(selection.undo().added.size(), 2000u);
 }
 
-TEST(LabelSlotsTest, changes_give_and_take_places_and_touch_as_many_only)
+TEST(IndexSlotsTest, changes_give_and_take_places_and_touch_as_many_only)
 {
   std::mt19937 random(7);
-  LabelSlots slots;
+  IndexSlots slots;
   Set reference;
   Faces drawn;  ///< what has been uploaded
   for (int i = 0; i < 2000; ++i) {
@@ -331,7 +331,7 @@ TEST(LabelSlotsTest, changes_give_and_take_places_and_touch_as_many_only)
     Faces faces = slots.faces();
     drawn.resize(faces.size());
     std::size_t touched = 0, last = 0;
-    for (const LabelSlots::Range& range : slots.takeChanged()) {
+    for (const IndexSlots::Range& range : slots.takeChanged()) {
       ASSERT_LE(last, range.begin);
       ASSERT_LT(range.begin, range.end);
       last = range.end;

@@ -11,14 +11,14 @@
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 
-#include "sources/mesh_feed.h"
+#include "sources/mesh_sources.h"
 #include "support/meshes.h"
 #include "support/no_threads.h"
 #include "support/raw_messages.h"
 #include "support/service_servers.h"
 
-using rviz_mesh_plugin::MeshFeed;
-using rviz_mesh_plugin::MeshNews;
+using rviz_mesh_plugin::MeshMember;
+using rviz_mesh_plugin::MeshSources;
 using rviz_mesh_plugin::TopicReceiver;
 using service_servers::Gate;
 using service_servers::waitFor;
@@ -183,23 +183,23 @@ TEST_F(Topics, without_a_copy_from_this_process)
 
 TEST_F(Topics, say_where_no_thread_can_be_started_and_begin_later)
 {
-  MeshFeed feed(false);
-  MeshFeed::Names names;
-  std::string& name = names.topics[MeshNews::COSTS];
+  MeshSources sources(false);
+  MeshSources::Names names;
+  std::string& name = names.topics[MeshMember::COSTS];
   name = topic;
   {
     const NoThreads none;
-    feed.connect(node, names);
-    EXPECT_NE(feed.error(MeshNews::COSTS), "");
+    sources.connect(node, names);
+    EXPECT_NE(sources.error(MeshMember::COSTS), "");
   }
   name = "not a name";
-  feed.connect(node, names);
-  EXPECT_NE(feed.error(MeshNews::COSTS), "");
+  sources.connect(node, names);
+  EXPECT_NE(sources.error(MeshMember::COSTS), "");
   name = topic;
-  feed.connect(node, names);
-  EXPECT_EQ(feed.error(MeshNews::COSTS), "");
+  sources.connect(node, names);
+  EXPECT_EQ(sources.error(MeshMember::COSTS), "");
   const auto publisher = node.advertise<Message>(topic, 10, true);
   publisher.publish(MESSAGE);
   EXPECT_TRUE(
-      waitFor([&] { return feed.inbox().take().receptions[MeshNews::COSTS].accepted == 1; }));
+      waitFor([&] { return sources.queue().take().receptions[MeshMember::COSTS].accepted == 1; }));
 }

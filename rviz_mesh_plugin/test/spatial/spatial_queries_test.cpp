@@ -157,7 +157,7 @@ TEST_F(SpatialQueriesTest, cancels_without_harm)
   std::atomic<bool> cancel{true};
   mesh_map::BvhOptions run;
   run.cancel = &cancel;
-  EXPECT_THROW(queries.castRays(questions.rays(), run), mesh_map::Cancelled);
+  EXPECT_THROW(queries.castRays(questions.rays(), run), mesh_map::Canceled);
   for (int milliseconds = 0; milliseconds < 5; ++milliseconds) {
     cancel = false;
     std::thread canceller([&] {
@@ -165,7 +165,7 @@ TEST_F(SpatialQueriesTest, cancels_without_harm)
       cancel = true;
     });
     EXPECT_THROW(
-        while (true) { queries.castRays(questions.rays(), run); }, mesh_map::Cancelled);
+        while (true) { queries.castRays(questions.rays(), run); }, mesh_map::Canceled);
     canceller.join();
   }
   EXPECT_TRUE(queries.waitForDevice()) << "is no failure of the device";

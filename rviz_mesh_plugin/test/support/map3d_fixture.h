@@ -17,7 +17,7 @@
 
 #include "displays/map3d_display.h"
 #include "displays/textured_mesh_display.h"
-#include "map_server/map_server.h"
+#include "map_server/map_server_run.h"
 #include "status_fixture.h"
 
 /// Map3D displays, and files for them in a folder of the test's own.

@@ -21,8 +21,8 @@
 #include "threads/background_task.h"
 
 using rviz_mesh_plugin::BackgroundTask;
+using rviz_mesh_plugin::Canceled;
 using rviz_mesh_plugin::Cancellation;
-using rviz_mesh_plugin::Cancelled;
 using rviz_mesh_plugin::WorkThread;
 
 TEST(WorkThread, does_tasks_one_after_the_other_beside_other_threads)
@@ -100,27 +100,27 @@ TEST(WorkThread, has_its_name)
 TEST(WorkThread, is_cancelled_while_it_waits_and_goes_on_with_what_comes_later)
 {
   std::promise<void> begun;
-  std::promise<void> cancelled;
+  std::promise<void> canceled;
   std::promise<void> later;
   WorkThread thread("a");
   thread.add([&](const Cancellation& cancellation) {
     begun.set_value();
     try {
       cancellation.wait(-1, 0, -1);
-    } catch (const Cancelled&) {
-      cancelled.set_value();
+    } catch (const Canceled&) {
+      canceled.set_value();
     }
   });
   begun.get_future().wait();
   thread.cancel();
   thread.add([&](const Cancellation&) { later.set_value(); });
-  cancelled.get_future().wait();
+  canceled.get_future().wait();
   later.get_future().wait();
 }
 
 namespace {
 
-/// Ends the process while threads work that nobody has cancelled.
+/// Ends the process while threads work that nobody has canceled.
 [[noreturn]] void endWithThreads()
 {
   ::alarm(60);  // seconds; where it waits for the thread that hangs, it waits forever
@@ -185,18 +185,18 @@ TEST(BackgroundTask, that_is_dropped_is_cancelled_and_its_outcome_lost)
 {
   BackgroundTask<int> task("a");
   std::promise<void> begun;
-  std::promise<void> cancelled;
+  std::promise<void> canceled;
   task.start([&](const Cancellation& cancellation) {
     begun.set_value();
     while (!cancellation.flag()) {
       std::this_thread::yield();
     }
-    cancelled.set_value();
+    canceled.set_value();
     return 1;
   });
   begun.get_future().wait();
   task.drop();
   EXPECT_FALSE(task.isRunning());
-  cancelled.get_future().wait();
+  canceled.get_future().wait();
   EXPECT_FALSE(task.take());
 }

@@ -7,13 +7,13 @@
 namespace mesh_map {
 
 /// Thrown out of a build or a batch of queries whose cancel flag was set.
-class Cancelled : public std::runtime_error
+class Canceled : public std::runtime_error
 {
  public:
-  Cancelled() : std::runtime_error("cancelled") {}
+  Canceled() : std::runtime_error("cancelled") {}
 };
 
-/// Whether something that may be cancelled (not null) is.
+/// Whether something that may be canceled (not null) is.
 inline bool isSet(const std::atomic<bool>* cancel)
 {
   return cancel != nullptr && cancel->load(std::memory_order_relaxed);

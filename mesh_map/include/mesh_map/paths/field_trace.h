@@ -2,7 +2,7 @@
 
 #include <mesh_map/base/array_view.h>
 #include <mesh_map/base/large_array.h>
-#include <mesh_map/distance/fast_marching/front_mesh.h>
+#include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 
 #include <array>
 #include <atomic>
@@ -49,7 +49,7 @@ enum class TraceEnd : std::uint8_t
 {
   ARRIVED = 0,      ///< at the goal, or after the length that was asked for
   NOT_REACHED = 1,  ///< the front did not come to the face of the start
-  CANCELLED = 2
+  CANCELED = 2
 };
 
 /// Down the potential from a point to the goal: from where it crosses an edge, to where the way on
@@ -74,7 +74,7 @@ double fieldValue(const TraceMesh& mesh, const SurfaceField& field, std::uint32_
 /// Unit vectors down the potential, 3 floats per vertex, in the plane across `normals` (3 floats
 /// per vertex); 0 where the front did not come, and at its sources. `front` is of the same mesh.
 /// `threads`: 0 = all cores. Throws std::invalid_argument for numbers of another mesh.
-LargeArray<float> vertexDirections(const TraceMesh& mesh, const FrontMesh& front,
+LargeArray<float> vertexDirections(const TraceMesh& mesh, const FastMarchingMesh& front,
                                    const SurfaceField& field, ArrayView<float> normals,
                                    unsigned threads = 0);
 

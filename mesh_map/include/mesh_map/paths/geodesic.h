@@ -21,9 +21,9 @@ struct Geodesic
 {
   WalkTrace path;
   double length = 0.0;
-  std::size_t turns = 0;   ///< times that the path went to another side of a vertex
-  bool settled = true;     ///< false: given up after max_turns; shorter than it was all the same
-  bool cancelled = false;  ///< then there is no path
+  std::size_t turns = 0;  ///< times that the path went to another side of a vertex
+  bool settled = true;    ///< false: given up after max_turns; shorter than it was all the same
+  bool canceled = false;  ///< then there is no path
 };
 
 /// The locally shortest path that a path over the surface becomes when it is pulled taut: as short

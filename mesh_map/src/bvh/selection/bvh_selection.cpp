@@ -27,7 +27,7 @@ void append(std::vector<TriangleRange>& ranges, std::uint32_t begin, std::uint32
   }
 }
 
-/// Subtrees after which a selection looks whether it is cancelled.
+/// Subtrees after which a selection looks whether it is canceled.
 constexpr std::size_t PATIENCE = 1024;
 
 /// The triangles that the region of the filter selects.

@@ -33,15 +33,15 @@ class MortonCurve
     cell = minimum(maximum(cell, all4(0.0f)), highest_);
     const auto x = static_cast<unsigned>(cell[0]), y = static_cast<unsigned>(cell[1]),
                z = static_cast<unsigned>(cell[2]);
-    return spread_[0][x & 0xFF] | spread_[1][x >> 8] | spread_[2][y & 0xFF] | spread_[3][y >> 8] |
-           spread_[4][z & 0xFF] | spread_[5][z >> 8];
+    return dilated_[0][x & 0xFF] | dilated_[1][x >> 8] | dilated_[2][y & 0xFF] |
+           dilated_[3][y >> 8] | dilated_[4][z & 0xFF] | dilated_[5][z >> 8];
   }
 
  private:
   static constexpr unsigned BITS_PER_AXIS = 16;
 
   Floats4 lower_, scale_, highest_;
-  std::array<std::array<std::uint32_t, 256>, 6> spread_{};  // per axis: low byte, high byte
+  std::array<std::array<std::uint32_t, 256>, 6> dilated_{};  // per axis: low byte, high byte
 };
 
 MortonCurve::MortonCurve(const FloatBox& box)
@@ -74,7 +74,7 @@ MortonCurve::MortonCurve(const FloatBox& box)
       const std::uint32_t to = std::uint32_t{1} << (BITS - 1 - bit);
       for (unsigned value = 0; value < 256; ++value) {
         if (((value >> (from % 8)) & 1) != 0) {
-          spread_[2 * static_cast<unsigned>(axis) + from / 8][value] |= to;
+          dilated_[2 * static_cast<unsigned>(axis) + from / 8][value] |= to;
         }
       }
     }

@@ -17,13 +17,13 @@ constexpr double NEAR = 8.0;
 /// A box of all samples is good enough where it is at most so much larger than that of most.
 constexpr float STRETCH = 8.0f;
 
-struct Spread
+struct Quantiles
 {
   float lowest, low, middle, high, highest;
 };
 
 /// Quantiles 0, 1/32, 1/2, 31/32 and 1.
-Spread spread(std::vector<float>& values)
+Quantiles quantiles(std::vector<float>& values)
 {
   std::sort(values.begin(), values.end());
   const std::size_t last = values.size() - 1, few = values.size() / 32;
@@ -52,7 +52,7 @@ std::array<float, 3> FaceSample::center() const
     for (std::size_t i = 0; i < values.size(); ++i) {
       values[i] = mesh_.positions[3 * std::size_t{mesh_.faces[3 * faces_[i / 3] + i % 3]} + axis];
     }
-    const Spread found = spread(values);
+    const Quantiles found = quantiles(values);
     const double extent = double{found.high} - found.low, middle = found.middle;
     if (std::abs(middle) <= NEAR * extent || std::abs(middle) > 0.5 * LocalFrame::LARGEST_CENTER) {
       continue;
@@ -73,7 +73,7 @@ FloatBox FaceSample::mainBox(const LocalFrame& frame) const
       const float center = box.lower[axis] + box.upper[axis];
       values[i] = std::isnan(center) ? 0.0f : center;  // of -inf and +inf
     }
-    const Spread found = spread(values);
+    const Quantiles found = quantiles(values);
     const float most = found.high - found.low, all = found.highest - found.lowest;
     const float margin = most / 16.0f;
     result.lower[axis] = all <= STRETCH * most ? found.lowest : found.low - margin;

@@ -46,7 +46,7 @@ struct DijkstraStop
 enum class SearchEnd
 {
   DONE,
-  CANCELLED,
+  CANCELED,
   OVERFLOWED  ///< the queue could not hold the search; another one has to go on
 };
 
@@ -63,7 +63,7 @@ class DijkstraSearch
   {
   }
 
-  /// What is left is in the queue and in beyond() then. Even where it is cancelled from the start
+  /// What is left is in the queue and in beyond() then. Even where it is canceled from the start
   /// it gets somewhat farther, so that steps that are all broken off come to an end.
   template <class Queue>
   SearchEnd run(Queue& queue)
@@ -71,7 +71,7 @@ class DijkstraSearch
     while (queue.nextBatch()) {
       stop_.settle(labels_, [&](float distance) { return queue.isFinal(distance); });
       if (queue.isPast(stop_.limit)) {
-        return isCancelled() ? SearchEnd::CANCELLED : SearchEnd::DONE;
+        return isCanceled() ? SearchEnd::CANCELED : SearchEnd::DONE;
       }
       QueueEntry entry;
       while (queue.popFromBatch(entry)) {
@@ -79,8 +79,8 @@ class DijkstraSearch
         if (entry.distance == labels_[entry.vertex].distance) {
           expand(queue, entry);
         }
-        if (++steps_ % STEPS_PER_CANCEL_CHECK == 0 && isCancelled()) {
-          return SearchEnd::CANCELLED;
+        if (++steps_ % STEPS_PER_CANCEL_CHECK == 0 && isCanceled()) {
+          return SearchEnd::CANCELED;
         }
       }
       if (queue.overflowed()) {
@@ -88,7 +88,7 @@ class DijkstraSearch
       }
     }
     stop_.settle(labels_, [](float) { return true; });
-    return isCancelled() ? SearchEnd::CANCELLED : SearchEnd::DONE;
+    return isCanceled() ? SearchEnd::CANCELED : SearchEnd::DONE;
   }
 
   /// Entries beyond the limit that were popped.
@@ -143,7 +143,7 @@ class DijkstraSearch
     }
   }
 
-  bool isCancelled() const { return isSet(cancel_); }
+  bool isCanceled() const { return isSet(cancel_); }
 
   const DijkstraGraph& graph_;
   const VertexCosts costs_;
@@ -202,7 +202,7 @@ DijkstraField::~DijkstraField()
 
 void DijkstraField::start()
 {
-  front_.clear();
+  frontier_.clear();
   for (const Source& source : sources_) {
     offer(source.vertex, source.distance, source.vertex);
   }
@@ -219,7 +219,7 @@ bool DijkstraField::offer(std::uint32_t vertex, float distance, std::uint32_t fr
     labels_->touch(vertex);
   }
   label = {distance, from};
-  front_.push_back(vertex);
+  frontier_.push_back(vertex);
   return true;
 }
 
@@ -243,18 +243,18 @@ bool DijkstraField::extend(const DijkstraReach& reach, const std::atomic<bool>* 
 bool DijkstraField::run(DijkstraStop& stop, const std::atomic<bool>* cancel, DijkstraQueue kind)
 {
   float lowest = INFINITE, highest = 0.0f;
-  for (const std::uint32_t v : front_) {
+  for (const std::uint32_t v : frontier_) {
     lowest = std::min(lowest, (*labels_)[v].distance);
     highest = std::max(highest, (*labels_)[v].distance);
   }
-  const double spread = front_.empty() ? 0.0 : double{highest} - lowest;
+  const double spread = frontier_.empty() ? 0.0 : double{highest} - lowest;
   const double span = std::max<double>(graph_->longest(), spread);
   const bool fits = BucketQueue::fits(graph_->typical(), span);
   require(fits || kind != DijkstraQueue::BUCKETS, "the edge lengths differ too much for buckets");
 
   DijkstraSearch search(*graph_, costs_, *labels_, stop, cancel);
   std::vector<QueueEntry> entries;
-  for (const std::uint32_t v : front_) {
+  for (const std::uint32_t v : frontier_) {
     entries.push_back({(*labels_)[v].distance, v});
   }
   SearchEnd end = SearchEnd::OVERFLOWED;
@@ -273,29 +273,29 @@ bool DijkstraField::run(DijkstraStop& stop, const std::atomic<bool>* cancel, Dij
   }
   entries.insert(entries.end(), search.beyond().begin(), search.beyond().end());
   gone_over_ = search.goneOver();
-  keepFront(entries);
-  if (end == SearchEnd::CANCELLED) {
+  keepFrontier(entries);
+  if (end == SearchEnd::CANCELED) {
     limit_ = INFINITE;
-    for (const std::uint32_t v : front_) {
+    for (const std::uint32_t v : frontier_) {
       // as far as it is itself, there may be more beyond edges of no length
       limit_ = std::min(limit_, std::nextafter((*labels_)[v].distance, -INFINITE));
     }
     return false;
   }
   limit_ = stop.limit;
-  if (limit_ < INFINITE && front_.empty() && !isAnythingBeyond(limit_)) {
+  if (limit_ < INFINITE && frontier_.empty() && !isAnythingBeyond(limit_)) {
     limit_ = INFINITE;
   }
   return true;
 }
 
 /// What was queued becomes the front again, without what has become nearer since.
-void DijkstraField::keepFront(std::vector<QueueEntry>& entries)
+void DijkstraField::keepFrontier(std::vector<QueueEntry>& entries)
 {
-  front_.clear();
+  frontier_.clear();
   for (const QueueEntry& entry : entries) {
     if (entry.distance == (*labels_)[entry.vertex].distance) {
-      front_.push_back(entry.vertex);
+      frontier_.push_back(entry.vertex);
     }
   }
 }
@@ -338,7 +338,7 @@ std::vector<std::uint32_t> DijkstraField::predecessors() const
   return predecessors;
 }
 
-std::vector<std::uint32_t> DijkstraField::wayFrom(std::uint32_t vertex) const
+std::vector<std::uint32_t> DijkstraField::pathFrom(std::uint32_t vertex) const
 {
   require(vertex < vertexCount(), "vertex " + std::to_string(vertex) + " does not exist");
   std::vector<std::uint32_t> way;
@@ -383,10 +383,11 @@ bool DijkstraField::update(std::shared_ptr<const DijkstraGraph> graph, const Ver
     start();
   }
   // each once: what lies beyond the limit stays there, and would be there more often each time
-  std::sort(front_.begin(), front_.end());
+  std::sort(frontier_.begin(), frontier_.end());
   const auto isGone = [this](std::uint32_t v) { return !((*labels_)[v].distance < INFINITE); };
-  front_.erase(std::remove_if(front_.begin(), std::unique(front_.begin(), front_.end()), isGone),
-               front_.end());
+  frontier_.erase(
+      std::remove_if(frontier_.begin(), std::unique(frontier_.begin(), frontier_.end()), isGone),
+      frontier_.end());
   count += taken.size();
   if (limit_ < 0.0f) {
     return true;  // nothing was asked for so far

@@ -82,14 +82,14 @@ class DijkstraField
   DijkstraField(const DijkstraField&) = delete;
   DijkstraField& operator=(const DijkstraField&) = delete;
 
-  /// Goes on until the field is known so far. False where it was cancelled: then limit() tells how
+  /// Goes on until the field is known so far. False where it was canceled: then limit() tells how
   /// far it is. Throws std::invalid_argument for an argument out of its range.
   bool extend(const DijkstraReach& reach, const std::atomic<bool>* cancel = nullptr,
               DijkstraQueue queue = DijkstraQueue::AUTOMATIC);
 
   /// Makes it the field of another graph (of the same vertices and edges) and other costs, up to
   /// the same limit; these may differ only at the vertices `changed` and at edges that end there.
-  /// False where it was cancelled, as above. Adds to `count` how many labels were taken back or
+  /// False where it was canceled, as above. Adds to `count` how many labels were taken back or
   /// gone over again; where that is 0, nothing has changed.
   bool update(std::shared_ptr<const DijkstraGraph> graph, const VertexCosts& costs,
               ArrayView<std::uint32_t> changed, std::size_t& count,
@@ -112,7 +112,7 @@ class DijkstraField
   std::vector<std::uint32_t> predecessors() const;
 
   /// The vertices from this one to its source; none where it is not reached.
-  std::vector<std::uint32_t> wayFrom(std::uint32_t vertex) const;
+  std::vector<std::uint32_t> pathFrom(std::uint32_t vertex) const;
 
  private:
   struct Source
@@ -123,7 +123,7 @@ class DijkstraField
 
   void start();
   bool run(DijkstraStop& stop, const std::atomic<bool>* cancel, DijkstraQueue kind);
-  void keepFront(std::vector<QueueEntry>& entries);
+  void keepFrontier(std::vector<QueueEntry>& entries);
   bool isAnythingBeyond(float limit) const;
 
   // of update()
@@ -138,7 +138,7 @@ class DijkstraField
   std::unique_ptr<DijkstraLabels> labels_;
   VertexCosts costs_;
   std::vector<Source> sources_;
-  std::vector<std::uint32_t> front_;  // labeled, but its edges have not been gone over since
+  std::vector<std::uint32_t> frontier_;  // labeled, but its edges have not been gone over since
   float limit_ = -std::numeric_limits<float>::infinity();
   std::size_t gone_over_ = 0;  // by the last run
 };

@@ -58,11 +58,13 @@ std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::ui
   return vectors;
 }
 
-std::vector<std::uint32_t> withNeighbors(const FrontMesh& mesh, ArrayView<std::uint32_t> vertices)
+std::vector<std::uint32_t> withNeighbors(const FastMarchingMesh& mesh,
+                                         ArrayView<std::uint32_t> vertices)
 {
   std::vector<std::uint32_t> result(vertices.begin(), vertices.end());
   for (const std::uint32_t v : vertices) {
-    for (const FrontCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v); ++corner) {
+    for (const FastMarchingCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v);
+         ++corner) {
       result.push_back(corner->a);
       result.push_back(corner->b);
     }

@@ -32,6 +32,7 @@ std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::ui
 
 /// These vertices and those next to them, ascending: where a change of distances can change
 /// directions.
-std::vector<std::uint32_t> withNeighbors(const FrontMesh& mesh, ArrayView<std::uint32_t> vertices);
+std::vector<std::uint32_t> withNeighbors(const FastMarchingMesh& mesh,
+                                         ArrayView<std::uint32_t> vertices);
 
 }  // namespace mesh_map

@@ -4,17 +4,17 @@
 
 #include <cmath>
 
-#include "distance/obstacles/obstacle_spread.h"
+#include "distance/obstacles/obstacle_propagation.h"
 
 namespace mesh_map {
 
 /// What does not know of the obstacle yet, with an edge between of which the same is true of at
 /// least one end: of two that know, what they have to tell is enough.
-void ObstacleDistance::Spread::findAcross()
+void ObstacleDistance::Propagation::findAcross()
 {
   across_.clear();
-  const FrontAcross* const end = mesh_.acrossEnd(vertex_);
-  for (const FrontAcross* across = mesh_.acrossBegin(vertex_); across != end; ++across) {
+  const FastMarchingAcross* const end = mesh_.acrossEnd(vertex_);
+  for (const FastMarchingAcross* across = mesh_.acrossBegin(vertex_); across != end; ++across) {
     if (isOpen(across->vertex) && !(isKnown(across->a) && isKnown(across->b))) {
       across_.push_back(*across);
     }
@@ -23,11 +23,11 @@ void ObstacleDistance::Spread::findAcross()
 
 /// Offers what is across the edge from the node `before` to the node k, both unfolded into the
 /// plane, counterclockwise. `is_past`: the direction to `before` is already past the obstacle.
-void ObstacleDistance::Spread::offerAcross(std::size_t before, Vector2 before_place, std::size_t k,
-                                           Vector2 place, bool is_past)
+void ObstacleDistance::Propagation::offerAcross(std::size_t before, Vector2 before_place,
+                                                std::size_t k, Vector2 place, bool is_past)
 {
   const std::uint32_t a = fan_.nodes()[before].vertex, b = fan_.nodes()[k].vertex;
-  for (const FrontAcross& across : across_) {
+  for (const FastMarchingAcross& across : across_) {
     const bool is_here = (across.a == a && across.b == b) || (across.a == b && across.b == a);
     const std::uint32_t v = across.vertex;
     Vector2 seen;
@@ -70,7 +70,7 @@ void ObstacleDistance::Spread::offerAcross(std::size_t before, Vector2 before_pl
 }
 
 /// A lethal vertex with what it knows: itself, and the edges from it to other lethal ones.
-void ObstacleDistance::Spread::passAcrossFromLethal()
+void ObstacleDistance::Propagation::passAcrossFromLethal()
 {
   findAcross();
   if (across_.empty()) {
@@ -78,13 +78,13 @@ void ObstacleDistance::Spread::passAcrossFromLethal()
   }
   fan_.gather(mesh_, vertex_);
   const auto& nodes = fan_.nodes();
-  for (const FrontAcross& across : across_) {
+  for (const FastMarchingAcross& across : across_) {
     // What has a lethal neighbor there knows of the edge to that one (see seed()).
     if (owner_.lethal_[across.a] != 0 || owner_.lethal_[across.b] != 0) {
       continue;
     }
     const std::size_t a = fan_.find(across.a), b = fan_.find(across.b);
-    const FrontFan::Turn by = FrontFan::turn(nodes[a], nodes[b]);
+    const VertexFan::Turn by = VertexFan::turn(nodes[a], nodes[b]);
     for (const bool from_a : {true, false}) {
       const std::size_t before = from_a ? a : b, k = from_a ? b : a;
       const Vector2 before_place{nodes[before].length, 0.0};
@@ -94,7 +94,7 @@ void ObstacleDistance::Spread::passAcrossFromLethal()
       bounds_.push_back({{1.0, 0.0}, nodes[before].length, {}});
       // The walk goes away from there, so mirrored; the way must not leave the fan in between.
       fan_.walk(before, k, false, [&](const FanStep& step) {
-        const FrontFan::Node& node = nodes[step.node];
+        const VertexFan::Node& node = nodes[step.node];
         if (step.direction[1] < 0.0) {
           return false;
         }
@@ -112,10 +112,10 @@ void ObstacleDistance::Spread::passAcrossFromLethal()
 }
 
 /// The distance, or what follows from that of this vertex and the node k where that is more.
-double ObstacleDistance::Spread::atLeastAcross(double distance, std::size_t k, Vector2 place,
-                                               Vector2 seen) const
+double ObstacleDistance::Propagation::atLeastAcross(double distance, std::size_t k, Vector2 place,
+                                                    Vector2 seen) const
 {
-  const FrontFan::Node& node = fan_.nodes()[k];
+  const VertexFan::Node& node = fan_.nodes()[k];
   if (!isKnown(node.vertex) || !(node.length > 0.0)) {
     return distance;
   }

@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "base/require.h"
-#include "distance/obstacles/obstacle_spread.h"
+#include "distance/obstacles/obstacle_propagation.h"
 
 namespace mesh_map {
 namespace {
@@ -17,7 +17,7 @@ constexpr float INFINITE = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
-ObstacleDistance::ObstacleDistance(std::shared_ptr<const FrontMesh> mesh, float max_distance)
+ObstacleDistance::ObstacleDistance(std::shared_ptr<const FastMarchingMesh> mesh, float max_distance)
     : mesh_(std::move(mesh)),
       max_distance_(max_distance),
       lethal_(mesh_->vertexCount()),
@@ -35,7 +35,7 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   known_ = false;  // until it ends
   lethal_.assign(lethal.begin(), lethal.end());
   parallelFor(distance_.size(), 16384, threads, [&]() -> RangeBody {
-    return [&, fan = std::make_shared<FrontFan>()](std::size_t begin, std::size_t end) {
+    return [&, fan = std::make_shared<VertexFan>()](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
         distance_[v] = lethal_[v] != 0 ? 0.0f : INFINITE;
         seed(static_cast<std::uint32_t>(v), *fan);
@@ -49,13 +49,13 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
 /// What a vertex gets of the lethal ones next to it: points, and edges from these to others that
 /// are lethal, as far as the vertex lies beside such an edge. Whatever lethal area is farther away
 /// has such edges in between, and the middle of one seeds nothing.
-void ObstacleDistance::seed(std::uint32_t v, FrontFan& fan)
+void ObstacleDistance::seed(std::uint32_t v, VertexFan& fan)
 {
   if (lethal_[v] != 0) {
     return;
   }
-  const FrontCorner* const end = mesh_->cornersEnd(v);
-  for (const FrontCorner* corner = mesh_->cornersBegin(v); corner != end; ++corner) {
+  const FastMarchingCorner* const end = mesh_->cornersEnd(v);
+  for (const FastMarchingCorner* corner = mesh_->cornersBegin(v); corner != end; ++corner) {
     if (lethal_[corner->a] != 0) {
       seedFrom(corner->a, v, corner->b, fan);
     }
@@ -69,16 +69,16 @@ void ObstacleDistance::seed(std::uint32_t v, FrontFan& fan)
 /// the first edge to another lethal vertex, up to a right angle. Where the faces around it are not
 /// one fan, which may be very many, that face alone counts.
 void ObstacleDistance::seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side,
-                                FrontFan& fan)
+                                VertexFan& fan)
 {
   if (!mesh_->isFan(lethal)) {
-    const FrontFan::Node from = FrontFan::node(mesh_->position(lethal), mesh_->position(v), v);
+    const VertexFan::Node from = VertexFan::node(mesh_->position(lethal), mesh_->position(v), v);
     const Vector2 point{from.length, 0.0};
     offerSeed(v, lethal, side, point, point);
     if (side != v && side != lethal && lethal_[side] != 0) {
-      const FrontFan::Node to =
-          FrontFan::node(mesh_->position(lethal), mesh_->position(side), side);
-      const FrontFan::Turn by = FrontFan::turn(from, to);
+      const VertexFan::Node to =
+          VertexFan::node(mesh_->position(lethal), mesh_->position(side), side);
+      const VertexFan::Turn by = VertexFan::turn(from, to);
       offerSeed(v, lethal, side, point, {from.length - to.length * by.cosine, to.length * by.sine});
     }
     return;
@@ -92,7 +92,7 @@ void ObstacleDistance::seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint
     if (step.direction[0] < 0.0 || step.direction[1] < 0.0) {
       return false;
     }
-    const FrontFan::Node& node = fan.nodes()[step.node];
+    const VertexFan::Node& node = fan.nodes()[step.node];
     if (lethal_[node.vertex] == 0) {
       return true;
     }
@@ -156,7 +156,7 @@ std::array<float, 3> ObstacleDistance::direction(std::uint32_t v) const
   if (isBetween(v)) {
     sum = sourceDirection(v);
   } else if (distance_[v] == 0.0f) {
-    for (const FrontCorner* corner = mesh_->cornersBegin(v); corner != mesh_->cornersEnd(v);
+    for (const FastMarchingCorner* corner = mesh_->cornersBegin(v); corner != mesh_->cornersEnd(v);
          ++corner) {
       for (const std::uint32_t u : {corner->a, corner->b}) {
         if (isBetween(u)) {

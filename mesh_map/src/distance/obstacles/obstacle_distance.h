@@ -1,7 +1,7 @@
 #pragma once
 
 #include <mesh_map/base/large_array.h>
-#include <mesh_map/distance/fast_marching/front_mesh.h>
+#include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 
 #include <array>
 #include <atomic>
@@ -14,7 +14,7 @@
 
 namespace mesh_map {
 
-class FrontFan;
+class VertexFan;
 
 /// Distances along the surface from obstacles: lethal vertices, edges between two of them, and
 /// faces between three.
@@ -39,10 +39,10 @@ class ObstacleDistance
 {
  public:
   /// Distances beyond `max_distance` (meters, above 0, may be infinite) are infinite.
-  ObstacleDistance(std::shared_ptr<const FrontMesh> mesh, float max_distance);
+  ObstacleDistance(std::shared_ptr<const FastMarchingMesh> mesh, float max_distance);
 
   /// From everything: `lethal` holds one byte per vertex, not 0 for lethal ones. False where it was
-  /// cancelled; then nothing is known, and update() computes everything again.
+  /// canceled; then nothing is known, and update() computes everything again.
   bool compute(ArrayView<std::uint8_t> lethal, const std::atomic<bool>* cancel = nullptr,
                unsigned threads = 0);
 
@@ -63,7 +63,7 @@ class ObstacleDistance
   /// mean of those around. Zero where there is none.
   std::array<float, 3> direction(std::uint32_t v) const;
 
-  const FrontMesh& mesh() const { return *mesh_; }
+  const FastMarchingMesh& mesh() const { return *mesh_; }
 
  private:
   /// The nearest piece of the obstacle, from a to b, as seen from a vertex v: in a plane with v at
@@ -75,10 +75,10 @@ class ObstacleDistance
     float ax, ay, bx, by;
     std::uint32_t axis, side;
   };
-  class Spread;
+  class Propagation;
 
-  void seed(std::uint32_t v, FrontFan& fan);
-  void seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side, FrontFan& fan);
+  void seed(std::uint32_t v, VertexFan& fan);
+  void seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side, VertexFan& fan);
   void offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side, Vector2 a, Vector2 b);
   bool solveParts(const std::atomic<bool>* cancel, unsigned threads);
   bool solveRegion(std::size_t most, std::vector<std::uint32_t>& changed);
@@ -97,7 +97,7 @@ class ObstacleDistance
                          std::uint32_t side);
   Vector3 sourceDirection(std::uint32_t v) const;
 
-  std::shared_ptr<const FrontMesh> mesh_;
+  std::shared_ptr<const FastMarchingMesh> mesh_;
   float max_distance_;
   std::vector<std::uint8_t> lethal_;
   LargeArray<float> distance_;

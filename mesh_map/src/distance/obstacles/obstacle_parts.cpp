@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "distance/obstacles/obstacle_spread.h"
+#include "distance/obstacles/obstacle_propagation.h"
 
 namespace mesh_map {
 namespace {
@@ -25,7 +25,7 @@ struct Cuts
   int axis = 0;
   std::vector<float> places;  // ascending
 
-  Cuts(const FrontMesh& mesh, std::size_t parts)
+  Cuts(const FastMarchingMesh& mesh, std::size_t parts)
   {
     const std::size_t step = mesh.vertexCount() / 4096 + 1;
     std::vector<float> best;
@@ -84,13 +84,13 @@ bool ObstacleDistance::solveParts(const std::atomic<bool>* cancel, unsigned thre
   for (std::uint32_t i = 0; i < parts; ++i) {
     jobs.push_back([&, i]() {
       const auto stamp = static_cast<std::uint8_t>(first + i);
-      Spread spread(*this, stamp, false);
+      Propagation propagation(*this, stamp, false);
       for (std::size_t v = 0; v < count; ++v) {
         if (stamps_[v] == stamp && passesOn(static_cast<std::uint32_t>(v))) {
-          spread.start(static_cast<std::uint32_t>(v));
+          propagation.start(static_cast<std::uint32_t>(v));
         }
       }
-      if (!spread.run(cancel)) {
+      if (!propagation.run(cancel)) {
         is_done = false;
       }
     });

@@ -2,10 +2,10 @@
 //
 // The distances and sources D are the one solution of: D(v) is the best of what the lethal
 // neighbors w of v give (seed), which depends on which neighbors of w are lethal, and of what each
-// w nearer to the obstacle passes on (Spread), which depends on D(w), and on D(p) of the neighbors
-// p of w that are nearer than w, or, where w is lethal, on which of them are. Such a w is a
-// neighbor of v, or across an edge opposite to v (FrontAcross), so two edges off, and p three. It
-// is the only solution, because each D(v) follows from such with smaller distances.
+// w nearer to the obstacle passes on (Propagation), which depends on D(w), and on D(p) of the
+// neighbors p of w that are nearer than w, or, where w is lethal, on which of them are. Such a w is
+// a neighbor of v, or across an edge opposite to v (FastMarchingAcross), so two edges off, and p
+// three. It is the only solution, because each D(v) follows from such with smaller distances.
 //
 // Let D be such that the equation holds everywhere except within a region, from whose outside
 // nothing that has changed can be reached over three edges. Solve the region again, with D held
@@ -24,7 +24,7 @@
 
 #include "base/require.h"
 #include "base/unique.h"
-#include "distance/obstacles/obstacle_spread.h"
+#include "distance/obstacles/obstacle_propagation.h"
 
 namespace mesh_map {
 namespace {
@@ -129,7 +129,7 @@ bool ObstacleDistance::solveRegion(std::size_t most, std::vector<std::uint32_t>&
 
 void ObstacleDistance::runRegion()
 {
-  FrontFan fan;
+  VertexFan fan;
   for (const std::uint32_t v : region_) {
     distance_[v] = lethal_[v] != 0 ? 0.0f : INFINITE;
     seed(v, fan);
@@ -153,13 +153,13 @@ void ObstacleDistance::runRegion()
   }
   starts.insert(starts.end(), region_.begin(), region_.end());
   makeUnique(starts);
-  Spread spread(*this, stamp_, true);
+  Propagation propagation(*this, stamp_, true);
   for (const std::uint32_t v : starts) {
     if (passesOn(v)) {
-      spread.start(v);
+      propagation.start(v);
     }
   }
-  spread.run(nullptr);
+  propagation.run(nullptr);
 }
 
 /// Does it tell others what it knows, once it has its distance?

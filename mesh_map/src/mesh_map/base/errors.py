@@ -24,8 +24,11 @@ class PluginError(MeshMapError):
     """A plugin that is not known, or cannot be loaded."""
 
 
-class Cancelled(Exception):
+class Canceled(Exception):
     """Something long was ended by its CancelFlag; nothing has changed."""
+
+
+Cancelled = Canceled  # documented before; for one release
 
 
 def error_line(error: BaseException) -> str:

@@ -48,7 +48,7 @@ class LayerGraph:
                 text = "cyclic inputs: " + ", ".join(
                     "%s reads %s" % pair for pair in zip(circle, circle[1:] + circle[:1])
                 )
-                together = self._connected_both_ways(name)
+                together = self._strongly_connected(name)
                 self.errors.update((other, text) for other in names if other in together)
         for name in self.errors:
             self.inputs.pop(name, None)
@@ -94,7 +94,7 @@ class LayerGraph:
                     waiting.append(read)
         return found
 
-    def _connected_both_ways(self, name: str) -> Set[str]:
+    def _strongly_connected(self, name: str) -> Set[str]:
         """The layers in any circle with this one, and itself."""
         return {name} | {
             other

@@ -8,7 +8,7 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only, vertex_indices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.base.query_arguments import one_each
 from mesh_map.distance.potential_field import PotentialField, pairs_of
 from mesh_map.geometry.topology import Topology
@@ -81,7 +81,7 @@ class DijkstraField(PotentialField):
         Raises:
             ValueError: a wrong number of costs, a vertex that does not exist, or a solver of
                 another topology: then nothing has changed.
-            Cancelled: `cancel` was set. The field has the new costs then, and `limit` tells how far
+            Canceled: `cancel` was set. The field has the new costs then, and `limit` tells how far
                 it is known; extend() goes on.
         """
         if solver is not None:
@@ -104,7 +104,7 @@ class DijkstraField(PotentialField):
             if done and count == 0:
                 self._potential, self._predecessors = arrays
         if not done:
-            raise Cancelled("the update of a field was cancelled")
+            raise Canceled("the update of a field was cancelled")
         return count
 
     def _reached(self, wanted: np.ndarray) -> np.ndarray:
@@ -190,7 +190,7 @@ class DijkstraSolver:
         Raises:
             ValueError: a vertex that does not exist, a wrong number of costs, or a number out of
                 its range.
-            Cancelled: `cancel_flag` was set.
+            Canceled: `cancel_flag` was set.
         """
         vertices, distances = self._sources(source)
         costs = frozen(vertex_costs)

@@ -7,7 +7,7 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.base.query_arguments import mask_array, points_array, whole_number
 from mesh_map.distance.surface_path import SurfacePath
 from mesh_map.geometry.mesh_geometry import MadeOnce, MeshGeometry
@@ -65,7 +65,7 @@ class ExactGeodesic(MadeOnce):
         Raises:
             ValueError: a point that is not in its face (the first is named), a mask of another
                 type or length, or a number of turns out of its range.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         points, faces, _, _, cancelled = self._kernel._shorten(
             points_array(path.points, "the points of a path"),
@@ -76,7 +76,7 @@ class ExactGeodesic(MadeOnce):
             kernel_flag(cancel),
         )
         if cancelled:
-            raise Cancelled("the shortest path was cancelled")
+            raise Canceled("the shortest path was cancelled")
         steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
         remaining = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
         return SurfacePath(

@@ -8,7 +8,7 @@ import numpy as np
 
 from mesh_map.base.array_checks import read_only, vertex_indices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 
 
 class PotentialField:
@@ -68,7 +68,7 @@ class PotentialField:
             cancel: ends this when it is set.
         Raises:
             ValueError: a target that does not exist, or a number out of its range.
-            Cancelled: `cancel` was set. What is final still is, and it may go on.
+            Canceled: `cancel` was set. What is final still is, and it may go on.
         """
         wanted = vertex_indices(() if targets is None else targets, self._vertex_count, "target ")
         flag = kernel_flag(cancel)
@@ -80,7 +80,7 @@ class PotentialField:
                 if self._kernel._limit() != before:
                     self._forget_arrays()
         if not done:
-            raise Cancelled("the search from the goal was cancelled")
+            raise Canceled("the search from the goal was cancelled")
 
     def _reached(self, wanted: np.ndarray) -> np.ndarray:
         """(N,) bool for (N,) uint32 vertices that exist; under the lock."""

@@ -10,9 +10,9 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.base.query_arguments import number, vector
-from mesh_map.distance.front import SurfaceFront
+from mesh_map.distance.obstacle_distance import SurfaceFront
 from mesh_map.geometry.mesh_geometry import MadeOnce, MeshGeometry
 
 
@@ -67,7 +67,7 @@ class FieldTracer(MadeOnce):
             topology.vertex_faces,
             topology.face_flags,
         )
-        self._front = SurfaceFront.of(geometry)
+        self._marching_mesh = SurfaceFront.of(geometry)
         self._normals = geometry.vertex_normals
 
     def path(
@@ -94,7 +94,7 @@ class FieldTracer(MadeOnce):
         Raises:
             ValueError: a start or goal that is not on its face, a field of another mesh, or a
                 length that is not >= 0.
-            Cancelled: `cancel` was set.
+            Canceled: `cancel` was set.
         """
         face, position = _point(start)
         bound, flag = _bound(self.kernel, field), kernel_flag(cancel)
@@ -102,7 +102,7 @@ class FieldTracer(MadeOnce):
         found = self.kernel._path(bound, face, position, flag, *limit)
         if isinstance(found, bool):
             if found:
-                raise Cancelled("the way down the potential was cancelled")
+                raise Canceled("the way down the potential was cancelled")
             return None
         return SurfacePath(*(read_only(array) for array in found))
 
@@ -127,7 +127,7 @@ class FieldTracer(MadeOnce):
             ValueError: a field of another mesh.
         """
         bound = _bound(self.kernel, field)
-        return self.kernel._vertex_directions(bound, self._front._mesh, self._normals)
+        return self.kernel._vertex_directions(bound, self._marching_mesh._mesh, self._normals)
 
     def face_directions(self, field: Any) -> np.ndarray:
         """(F, 3) float32 unit vectors down the potential at the middle of each face, in its plane.

@@ -8,8 +8,8 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only, vertex_indices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Cancelled
-from mesh_map.distance.front import SurfaceFront
+from mesh_map.base.errors import Canceled
+from mesh_map.distance.obstacle_distance import SurfaceFront
 from mesh_map.distance.potential_field import PotentialField, pairs_of
 from mesh_map.geometry.mesh_geometry import MadeOnce, MeshGeometry
 from mesh_map.geometry.surface import barycentric_coordinates
@@ -129,7 +129,7 @@ class WaveFrontField(PotentialField):
         self.goal_position = self._goal.position
         self.slowness = slowness
         sources, distances = self._goal.seeds(slowness)
-        kernel = _kernels._WaveFrontField(solver._pool, sources, distances, slowness)
+        kernel = _kernels._FastMarchingField(solver._pool, sources, distances, slowness)
         super().__init__(kernel, len(solver._vertices))
         self.labels: np.ndarray = self._kernel._labels()
 
@@ -152,7 +152,7 @@ class WaveFrontField(PotentialField):
             how many labels were computed anew.
         Raises:
             ValueError: a wrong number of values, a negative one, or a vertex that does not exist.
-            Cancelled: `cancel` was set. Nothing is final then; extend() and update() finish it.
+            Canceled: `cancel` was set. Nothing is final then; extend() and update() finish it.
         """
         slowness = self._solver._slowness(slowness)
         vertices = self._solver._indices(changed, "changed ")
@@ -163,7 +163,7 @@ class WaveFrontField(PotentialField):
             self.slowness = slowness
             self._forget_arrays()
         if cancelled:
-            raise Cancelled("the update of the wave front was cancelled")
+            raise Canceled("the update of the wave front was cancelled")
         return count
 
 
@@ -186,7 +186,7 @@ class WaveFrontSolver(MadeOnce):
         self._vertices = geometry.vertices
         self._faces = geometry.faces
         self._topology = geometry.topology
-        self._pool = _kernels._WaveFrontPool(SurfaceFront.of(geometry)._mesh)
+        self._pool = _kernels._FastMarchingPool(SurfaceFront.of(geometry)._mesh)
 
     def solve(
         self,
@@ -213,7 +213,7 @@ class WaveFrontSolver(MadeOnce):
         Raises:
             ValueError: a goal or a target that does not exist, a wrong number of values, or one out
                 of its range (the first is named).
-            Cancelled: `cancel` was set.
+            Canceled: `cancel` was set.
         """
         field = WaveFrontField(self, goal, self._slowness(slowness))
         field.extend(targets, offset=offset, max_distance=max_distance, cancel=cancel)

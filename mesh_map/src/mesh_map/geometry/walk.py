@@ -228,10 +228,10 @@ class SurfaceWalker:
             starts, mask, max_steps, paths: see the class.
             lengths: (N,), or a number for all.
             directions, ups: (N, 3), or (3,) for all; or None as in walk().
-            cancel: CancelFlag that ends the batch with Cancelled.
+            cancel: CancelFlag that ends the batch with Canceled.
         Raises:
             ValueError: other shapes, or no directions.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         ways = _direction(starts, "directions") if directions is None else directions
         count = len(starts.faces)
@@ -281,10 +281,10 @@ class SurfaceWalker:
             starts, mask, max_steps, paths: see the class.
             targets: (N, 3), or (3,) for all.
             ups: (N, 3), or (3,) for all; or None as in line().
-            cancel: CancelFlag that ends the batch with Cancelled.
+            cancel: CancelFlag that ends the batch with Canceled.
         Raises:
             ValueError: other shapes.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         goals = _rows(targets, "targets", len(starts.faces))
         return self._run(starts, _NOWHERE, ups, None, goals, mask, max_steps, paths, cancel)

@@ -9,7 +9,7 @@ from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
-from mesh_map.distance.front import ObstacleDistance, SurfaceFront
+from mesh_map.distance.obstacle_distance import ObstacleDistance, SurfaceFront
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
 
@@ -75,7 +75,7 @@ class InflationLayer(Layer):
 
     The inflation of Pütz et al., 4.2, by distance instead of by rings of triangles. d is measured
     along the surface from lethal vertices, edges between two of them and faces between three (see
-    mesh_map.distance.front). With the radii r (inscribed) and R (inflation):
+    mesh_map.distance.obstacle_distance). With the radii r (inscribed) and R (inflation):
 
     * lethal vertices stay lethal, and cost lethal_value (below 0: infinite; in the combination of a
       map lethal vertices are infinite anyway);

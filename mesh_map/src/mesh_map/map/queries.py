@@ -300,10 +300,10 @@ class SurfaceQueries:
             poses: (N, 4, 4), from the frame of the robot to that of the mesh, such as
                 SurfaceWalk.matrix(); one that is not finite has no faces.
             costs: see the class.
-            cancel: CancelFlag that ends the batch with Cancelled.
+            cancel: CancelFlag that ends the batch with Canceled.
         Raises:
             ValueError: another shape, or a pose that does more than turn and shift.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         found = self.walker.kernel._costs_under(
             self.geometry.spatial_index.native,
@@ -331,7 +331,7 @@ class SurfaceQueries:
             footprint, poses, cancel: as for footprint_costs().
         Raises:
             ValueError: another shape, or a pose that does more than turn and shift.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         found = self.walker.kernel._vertices_under(
             self.geometry.spatial_index.native,

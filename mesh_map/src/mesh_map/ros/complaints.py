@@ -13,7 +13,7 @@ _LOG = logging.getLogger("mesh_map")
 _PERIOD = 10.0  # seconds
 
 
-class Complaints:
+class ThrottledWarnings:
     """One warning of a kind at most in ten seconds, with how often it would have been said."""
 
     def __init__(self, layer: str) -> None:

@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.geometry.topology import quantity
 from mesh_map.io.point_cloud import cloud_points
-from mesh_map.ros.complaints import Complaints
+from mesh_map.ros.complaints import ThrottledWarnings
 from mesh_map.ros.ros_adapter import RosAdapter
 from mesh_map.ros.transforms import SharedTransforms
 
@@ -44,7 +44,7 @@ class ObstacleAdapter(RosAdapter):
         self._lock = threading.Lock()  # held while the layer or the map changes
         self._due = False  # the layer has changed, and the map does not know it yet
         self._closed = threading.Event()
-        self._complaints = Complaints(self.layer.name)
+        self._complaints = ThrottledWarnings(self.layer.name)
         self._transforms = SharedTransforms.acquired()
         self._subscriber: Optional[rospy.Subscriber] = None
         self._topic: Optional[str] = None

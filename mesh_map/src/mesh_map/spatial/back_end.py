@@ -11,7 +11,7 @@ import numpy as np
 
 from mesh_map import _kernels
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.base.query_arguments import ANY_NORMAL, NormalLimit, Rays
 from mesh_map.spatial.opencl.device_queries import DeviceQueries
 from mesh_map.spatial.opencl.session import Session, describe, shared_session
@@ -122,7 +122,7 @@ class MeshDevice:
                 for part in ask(device, 0):
                     parts.append(part)
                     done += len(part[0])
-            except Cancelled:
+            except Canceled:
                 raise
             except Exception as error:  # drivers fail in any way
                 self.give_up(error)

@@ -10,7 +10,7 @@ from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Cancelled  # noqa: F401
+from mesh_map.base.errors import Canceled  # noqa: F401
 from mesh_map.base.query_arguments import (
     Rays,
     checked_rays,
@@ -83,7 +83,7 @@ class SpatialIndex:
         mask: (F,) bool, True for each face that counts; None for all. Faces that do not count are
             passed by rays as if they were not there, except in the mode "visible", where they hide
             what is behind them.
-        cancel: CancelFlag that ends the batch with Cancelled.
+        cancel: CancelFlag that ends the batch with Canceled.
         back_end: "auto", "native", or "opencl" for a device whatever the size of the batch (and
             native code where there is none, or it fails: the same answers, to the last bit); None
             for "auto", or of an index by on_device() for "opencl".
@@ -123,7 +123,7 @@ class SpatialIndex:
         Raises:
             ValueError: wrong shapes, no faces, a face that refers to no vertex, or has one that is
                 not finite (the first is named).
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         wish, threads = device_wish(device), thread_count(threads)
         corners, triangles = as_vertices(vertices), as_faces(faces)
@@ -186,7 +186,7 @@ class SpatialIndex:
             vertices: (V, 3).
             progress, cancel: as for the index.
         Raises:
-            ValueError, Cancelled: as for the index; then nothing has changed.
+            ValueError, Canceled: as for the index; then nothing has changed.
         """
         flag = kernel_flag(cancel)
         corners = as_vertices(vertices)
@@ -266,7 +266,7 @@ class SpatialIndex:
             mask, cancel, back_end: see the class.
         Raises:
             ValueError: another shape.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         rays = checked_rays(origins, directions, max_distance)
         return RayHits(*self._cast(rays, not cull_back_faces, mask, False, cancel, back_end))
@@ -368,7 +368,7 @@ class SpatialIndex:
             mask, cancel, back_end: see the class.
         Raises:
             ValueError: another shape, or an angle out of its range.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         queries = points_array(points, "points")
         limit = normal_limit(normals, max_angle, len(queries), "normals")
@@ -405,7 +405,7 @@ class SpatialIndex:
             eye: (3,) meters, for "visible".
         Raises:
             ValueError: another shape or mode, or an eye that is missing.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         region = _kernels._sphere(center, number(radius, "radius"))
         return self._faces_in(region, "sphere", mode, mask, eye, cancel, back_end)
@@ -432,7 +432,7 @@ class SpatialIndex:
                 lower and upper sides of a picture, and meet in the eye.
         Raises:
             ValueError: another shape or mode, an eye that is missing or not that of the planes.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         region = _kernels._convex(float_array(planes, "planes", (None, 4)))
         if mode != VISIBLE or pixels is None:
@@ -469,7 +469,7 @@ class SpatialIndex:
         Raises:
             ValueError: another shape or mode, axes that are not orthonormal, or an eye that is
                 missing.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         rows = float_array(axes, "axes", (3, 3))
         off = np.abs(rows @ rows.T - np.eye(3)).max() if np.isfinite(rows).all() else 0.0
@@ -511,7 +511,7 @@ class SpatialIndex:
             eye: (3,) meters, for "visible" without a viewport.
         Raises:
             ValueError: another shape or mode, an eye that is missing, or a matrix without inverse.
-            Cancelled: by `cancel`.
+            Canceled: by `cancel`.
         """
         corners = float_array(polygon, "polygon", (None, 2))
         matrix = float_array(view_projection, "view_projection", (4, 4))

@@ -144,7 +144,7 @@ TEST(Threads, AnotherThreadMayCancelAtAnyTime)
       EXPECT_EQ(hits.faces, expected.hits.faces);
       const auto closest = closestPoints(bvh, questions.origins, {}, options);
       EXPECT_EQ(closest.faces, expected.closest.faces);
-    } catch (const mesh_map::Cancelled&) {
+    } catch (const mesh_map::Canceled&) {
       EXPECT_TRUE(cancel);
     }
     other.join();

@@ -156,7 +156,7 @@ void expectRight(const DijkstraField& field, const World& world, const Seeds& se
     ASSERT_EQ(potential[v], is_known ? expected[v] : INF) << "vertex " << v;
     ASSERT_EQ(field.reaches(v), is_known);
     const std::uint32_t before = predecessors[v];
-    const std::vector<std::uint32_t> way = field.wayFrom(v);
+    const std::vector<std::uint32_t> way = field.pathFrom(v);
     ASSERT_EQ(way.empty(), !is_known);
     if (before != v) {
       ASSERT_TRUE(is_known);
@@ -380,10 +380,10 @@ TEST(Dijkstra, AnUpdateLooksOnlyAtWhatDependsOnTheChange)
   world.costs[0] = INF;
   ASSERT_TRUE(field->update(world.graph(), world.vertexCosts(), source, work));
   expectRight(*field, world, seeds);
-  EXPECT_TRUE(field->wayFrom(1).empty());
+  EXPECT_TRUE(field->pathFrom(1).empty());
   ASSERT_TRUE(field->update(open.graph(), open.vertexCosts(), source, work));
   expectRight(*field, open, seeds);
-  EXPECT_EQ(field->wayFrom(1).size(), 2u);
+  EXPECT_EQ(field->pathFrom(1).size(), 2u);
 }
 
 World chain(std::uint32_t vertex_count)
@@ -442,7 +442,7 @@ TEST(Dijkstra, WhatIsKnownCostsNothing)
   reach.offset = 2.0f;
   ASSERT_TRUE(field->extend(reach));
   const float limit = field->limit();
-  const std::atomic<bool> cancel(true);  // nothing that could be cancelled
+  const std::atomic<bool> cancel(true);  // nothing that could be canceled
   ASSERT_TRUE(field->extend(reach, &cancel));
   EXPECT_EQ(field->limit(), limit);
   reach.offset = 2.5f;

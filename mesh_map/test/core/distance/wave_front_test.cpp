@@ -1,7 +1,7 @@
 // Fronts from a point: exact on planes, near great circles, on any mesh; stopped, gone on with,
-// cancelled, and mended after changes.
+// canceled, and mended after changes.
 
-#include <mesh_map/distance/fast_marching/wave_front.h>
+#include <mesh_map/distance/fast_marching/fast_marching.h>
 
 #include <gtest/gtest.h>
 
@@ -19,17 +19,18 @@ using Slowness = std::vector<float>;
 struct Fronts
 {
   FrontSample sample;
-  std::shared_ptr<WaveFrontPool> pool;
+  std::shared_ptr<FastMarchingPool> pool;
 
   explicit Fronts(TestMesh mesh)
-      : sample(std::move(mesh)), pool(std::make_shared<WaveFrontPool>(sample.front))
+      : sample(std::move(mesh)), pool(std::make_shared<FastMarchingPool>(sample.front))
   {
   }
 
-  std::unique_ptr<WaveFrontField> start(std::uint32_t source, const Slowness& slowness = {}) const
+  std::unique_ptr<FastMarchingField> start(std::uint32_t source,
+                                           const Slowness& slowness = {}) const
   {
-    return std::make_unique<WaveFrontField>(pool, std::vector<WaveFrontSeed>{{source, 0.0}},
-                                            slowness);
+    return std::make_unique<FastMarchingField>(pool, std::vector<FastMarchingSeed>{{source, 0.0}},
+                                               slowness);
   }
 
   std::vector<double> solve(std::uint32_t source, const Slowness& slowness = {}) const
@@ -190,7 +191,7 @@ TEST(WaveFront, StopsGoesOnAndIsCancelledWithoutAnyDifference)
     double last = -1.0;
     for (const std::uint32_t target : {1870u, 1200u, 3000u, 10u}) {
       const std::vector<std::uint32_t> targets{target};
-      WaveFrontStop stop;
+      FastMarchingStop stop;
       stop.targets = targets;
       stop.offset = 0.2;
       ASSERT_TRUE(field->extend(slowness, stop));
@@ -203,7 +204,7 @@ TEST(WaveFront, StopsGoesOnAndIsCancelledWithoutAnyDifference)
       last = field->limit();
     }
     const std::atomic<bool> cancel{true};
-    WaveFrontStop stop;
+    FastMarchingStop stop;
     stop.cancel = &cancel;
     EXPECT_EQ(field->extend(slowness, stop), last == FAR);
     EXPECT_EQ(field->limit(), last);
@@ -216,7 +217,7 @@ TEST(WaveFront, WhatIsFarIsNotReached)
 {
   const Fronts fronts(plane(30, 0.2));
   const auto field = fronts.start(480);
-  WaveFrontStop stop;
+  FastMarchingStop stop;
   stop.max_distance = 0.8;
   ASSERT_TRUE(field->extend({}, stop));
   EXPECT_EQ(field->limit(), 0.8);
@@ -240,7 +241,7 @@ TEST(WaveFront, UpdatesAreAsANewField)
       const auto source = static_cast<std::uint32_t>(random() % slowness.size());
       slowness[source] = 1.0f;
       const auto field = fronts.start(source, slowness);
-      WaveFrontStop stop;
+      FastMarchingStop stop;
       stop.max_distance = seed % 2 == 0 ? FAR : 3.0;
       ASSERT_TRUE(field->extend(slowness, stop));
       for (unsigned round = 0; round < 6; ++round) {
@@ -254,7 +255,7 @@ TEST(WaveFront, UpdatesAreAsANewField)
         }
         const std::atomic<bool> cancel{round % 3 == 2};
         auto update = field->update({{source, 0.0}}, slowness, changed, &cancel);
-        if (update.cancelled) {
+        if (update.canceled) {
           ASSERT_TRUE(field->extend(slowness, stop));
         }
         const std::vector<double> expected = fronts.solve(source, slowness);
@@ -287,14 +288,14 @@ TEST(WaveFront, FieldsThatLiveAreNotOverwrittenAndOthersAreUsedAgain)
 {
   const Fronts fronts(terrain(40));
   const auto kept = fronts.start(5);
-  WaveFrontStop stop;
+  FastMarchingStop stop;
   stop.max_distance = 2.0;
   ASSERT_TRUE(kept->extend({}, stop));
   const std::vector<double> before(kept->labels().begin(), kept->labels().end());
   const double* memory = nullptr;
   for (std::uint32_t source = 0; source < 40; ++source) {
     const auto field = fronts.start(source);
-    ASSERT_TRUE(field->extend({}, source % 2 == 0 ? stop : WaveFrontStop{}));
+    ASSERT_TRUE(field->extend({}, source % 2 == 0 ? stop : FastMarchingStop{}));
     EXPECT_NE(field->labels().data(), kept->labels().data());
     EXPECT_TRUE(memory == nullptr || field->labels().data() == memory);
     memory = field->labels().data();
@@ -329,11 +330,11 @@ TEST(WaveFront, RefusesWhatDoesNotFit)
   EXPECT_THROW(fronts.start(36), std::invalid_argument);
   EXPECT_THROW(fronts.start(0, {1.0f}), std::invalid_argument);
   EXPECT_THROW(fronts.start(0, Slowness(36, -1.0f)), std::invalid_argument);
-  EXPECT_THROW(WaveFrontField(fronts.pool, {{0, -1.0}}, {}), std::invalid_argument);
-  EXPECT_THROW(WaveFrontField(fronts.pool, {{0, FAR}}, {}), std::invalid_argument);
+  EXPECT_THROW(FastMarchingField(fronts.pool, {{0, -1.0}}, {}), std::invalid_argument);
+  EXPECT_THROW(FastMarchingField(fronts.pool, {{0, FAR}}, {}), std::invalid_argument);
   const auto field = fronts.start(0);
   const std::vector<std::uint32_t> wrong{36};
-  WaveFrontStop stop;
+  FastMarchingStop stop;
   stop.targets = wrong;
   EXPECT_THROW(field->extend({}, stop), std::invalid_argument);
   EXPECT_THROW(field->update({{0, 0.0}}, {}, wrong, nullptr), std::invalid_argument);

@@ -308,7 +308,7 @@ TEST(FieldTrace, IsCancelled)
   const std::atomic<bool> cancel{true};
   FieldPath path;
   EXPECT_EQ(tracePath(sample.trace(), sample.field, start.face, start.position, &cancel, path),
-            TraceEnd::CANCELLED);
+            TraceEnd::CANCELED);
 }
 
 TEST(FieldTrace, RefusesWhatIsNotOnTheMesh)

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <mesh_map/distance/fast_marching/front_mesh.h>
+#include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 #include <mesh_map/mesh/topology.h>
 
 #include <algorithm>
@@ -30,12 +30,12 @@ struct FrontSample
 {
   TestMesh mesh;
   mesh_map::Topology topology;
-  std::shared_ptr<const mesh_map::FrontMesh> front;
+  std::shared_ptr<const mesh_map::FastMarchingMesh> front;
 
   explicit FrontSample(TestMesh given)
       : mesh(std::move(given)),
         topology(mesh_map::buildTopology(mesh.faces, mesh.positions.size() / 3)),
-        front(std::make_shared<mesh_map::FrontMesh>(
+        front(std::make_shared<mesh_map::FastMarchingMesh>(
             mesh.view(), mesh_map::RowsView{topology.vertex_face_offsets, topology.vertex_faces}))
   {
   }

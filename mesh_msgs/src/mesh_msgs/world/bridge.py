@@ -3,12 +3,12 @@
 import numpy as np
 
 from mesh_msgs.world import layout as plan
-from mesh_msgs.world.part import Height, Part, closed, mottled, random_faces
+from mesh_msgs.world.part import Height, WorldPart, closed, mottled, random_faces
 
 CONCRETE = np.array([178, 176, 170.0])
 
 
-def bridge(height: Height, edge: float, rng: np.random.Generator) -> Part:
+def bridge(height: Height, edge: float, rng: np.random.Generator) -> WorldPart:
     """A slab with a parapet on either side, from a hole in the western bank to one in the eastern.
 
     The ring of a hole is the slab's cross section laid on the bank: the front edge (lower, towards
@@ -56,4 +56,4 @@ def bridge(height: Height, edge: float, rng: np.random.Generator) -> Part:
     driven = (upper == 1.0) & (np.abs(y) <= inner + 1e-9)
     color = np.where(np.repeat(driven, count - 1)[:, None], CONCRETE * 0.94, CONCRETE)
     colors = mottled(color, len(vertices), rng, 0.08)
-    return Part([west, east[::-1]], cover, vertices, colors, faces)
+    return WorldPart([west, east[::-1]], cover, vertices, colors, faces)

@@ -49,7 +49,7 @@ class Hill(NamedTuple):
     height: float
 
 
-class Layout:
+class WorldLayout:
     """The plan of a world of the given side (meters) and seed."""
 
     def __init__(self, size: float, seed: int):

@@ -15,7 +15,7 @@ from mesh_msgs.world.zoo_mesh import grid_faces
 Height = Callable[[np.ndarray], np.ndarray]
 
 
-class Part(NamedTuple):
+class WorldPart(NamedTuple):
     """A structure on rings of the ground."""
 
     # The rings, each (R, 2), counter-clockwise seen from above.

@@ -3,13 +3,13 @@
 import numpy as np
 
 from mesh_msgs.world import layout as plan
-from mesh_msgs.world.part import Height, Part, closed, mottled, random_faces
+from mesh_msgs.world.part import Height, WorldPart, closed, mottled, random_faces
 
 STONE, WOOD = np.array([176, 160, 134.0]), np.array([104, 76, 50.0])
 LEAVES, NEEDLES = np.array([96, 140, 52.0]), np.array([44, 92, 56.0])
 
 
-def wall(design: plan.Wall, height: Height, edge: float, rng: np.random.Generator) -> Part:
+def wall(design: plan.Wall, height: Height, edge: float, rng: np.random.Generator) -> WorldPart:
     """A wall of dry stone: vertical sides that rise from the ground, and an uneven top."""
     middle, normals = plan.resample(design.line, min(edge, 1.2))
     across = max(1, int(round(plan.WALL_THICKNESS / edge)))
@@ -46,10 +46,10 @@ def wall(design: plan.Wall, height: Height, edge: float, rng: np.random.Generato
     vertices = np.concatenate([side, cap])
     radius = np.full((count, 1), plan.WALL_THICKNESS / 2)
     cover = np.concatenate([middle, radius], axis=1)
-    return Part([ring], cover, vertices, mottled(STONE, len(vertices), rng, 0.30), faces)
+    return WorldPart([ring], cover, vertices, mottled(STONE, len(vertices), rng, 0.30), faces)
 
 
-def trunk(design: plan.Tree, height: Height, edge: float, rng: np.random.Generator) -> Part:
+def trunk(design: plan.Tree, height: Height, edge: float, rng: np.random.Generator) -> WorldPart:
     """The trunk of a tree, tapered, closed at its top (which the crown hides)."""
     size = int(np.clip(round(2.0 * np.pi * design.trunk_radius / edge), 5, 24))
     angles = (np.arange(size) + 0.3 * rng.random(size)) * (2.0 * np.pi / size)
@@ -70,10 +70,10 @@ def trunk(design: plan.Tree, height: Height, edge: float, rng: np.random.Generat
     cap = np.stack([index[:-1, -1], index[1:, -1], np.full(size, size + size * rows)], axis=1)
     faces = np.concatenate([random_faces(index, rng), cap])
     cover = np.array([[*design.position, design.trunk_radius]])
-    return Part([ring], cover, vertices, mottled(WOOD, len(vertices), rng, 0.3), faces)
+    return WorldPart([ring], cover, vertices, mottled(WOOD, len(vertices), rng, 0.3), faces)
 
 
-def crown(design: plan.Tree, height: Height, edge: float, rng: np.random.Generator) -> Part:
+def crown(design: plan.Tree, height: Height, edge: float, rng: np.random.Generator) -> WorldPart:
     """The crown of a tree: a closed surface of its own, lumpy, or in tiers for a conifer."""
     rows = int(np.clip(round(2.2 * design.crown_height / edge), 3, 200))
     t = np.linspace(0.0, 1.0, rows + 2)[1:-1]
@@ -109,7 +109,9 @@ def crown(design: plan.Tree, height: Height, edge: float, rng: np.random.Generat
     # Light comes from above; every tree has a green of its own.
     light = 0.72 + 0.22 * (unit[:, 2:] + 1.0) / 2.0 + 1.2 * (lumps[:, None] - 1.0)
     shade = color * (1.0 + 0.24 * (rng.random(3) - 0.5) * [1.4, 1.0, 0.6])
-    return Part([], np.zeros((0, 3)), vertices, mottled(shade, len(vertices), rng) * light, faces)
+    return WorldPart(
+        [], np.zeros((0, 3)), vertices, mottled(shade, len(vertices), rng) * light, faces
+    )
 
 
 def _lumps(unit: np.ndarray, rng: np.random.Generator, strength: float) -> np.ndarray:

@@ -39,7 +39,7 @@ class Noise:
 class Terrain:
     """Ground of the world planned by `layout`, with details down to twice the length `edge` (m)."""
 
-    def __init__(self, layout: plan.Layout, seed: int, edge: float):
+    def __init__(self, layout: plan.WorldLayout, seed: int, edge: float):
         self.layout = layout
         rng = np.random.default_rng([seed, 2])
         size = layout.size

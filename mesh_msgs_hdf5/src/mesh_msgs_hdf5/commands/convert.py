@@ -8,7 +8,7 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.isolation import isolated
 
 NAME = "convert"
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     check_output(arguments.input, arguments.output, arguments.force)
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("converting " + arguments.input)
         notes = isolated(
             "convert",

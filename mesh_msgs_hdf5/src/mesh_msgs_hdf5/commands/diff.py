@@ -2,7 +2,7 @@
 import argparse
 
 from mesh_msgs_hdf5.commands._common import add_output_options, say
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.comparison.diff import MEMBERS, compare
 from mesh_msgs_hdf5.formats.any_mesh import open_members
 
@@ -41,7 +41,7 @@ _tolerance.__name__ = "tolerance"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.one)
         one = open_members(arguments.one, arguments.part)
         progress.stage("reading " + arguments.other)

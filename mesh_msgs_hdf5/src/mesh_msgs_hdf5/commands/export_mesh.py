@@ -8,7 +8,7 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.exporter import write_mesh
 from mesh_msgs_hdf5.formats.importer import read_mesh
 
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     check_output(arguments.input, arguments.output, arguments.force, SUFFIXES)
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.input)
         mesh, report = read_mesh(arguments.input, arguments.part)
         progress.stage("writing " + arguments.output)

@@ -8,7 +8,7 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.schema import check_frame_id
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.frame is not None:
         check_frame_id(arguments.output, arguments.frame)
     check_output(arguments.input, arguments.output, arguments.force)
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.input)
         mesh, report = read_mesh(
             arguments.input,

@@ -4,7 +4,7 @@ import json
 from typing import Any, Dict
 
 from mesh_msgs_hdf5.commands._common import add_output_options, add_part, say
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.commands.summary import summarize
 
 NAME = "info"
@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.file)
         summary = summarize(arguments.file, arguments.part, arguments.fast)
     arguments.quiet = False  # what was asked for

@@ -11,7 +11,7 @@ from mesh_msgs_hdf5.commands.label_changes import (
     renamed,
     save,
 )
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.save import save_file
 from mesh_msgs_hdf5.labels.label_tables import (
     color_text,
@@ -65,7 +65,7 @@ _color.__name__ = "color (#rrggbb, red,green,blue or none)"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.file)
         if arguments.action == "list":
             value, lines = _list(arguments)

@@ -4,7 +4,7 @@ import argparse
 from mesh_msgs_hdf5.commands._common import add_actions, say
 from mesh_msgs_hdf5.commands.info import values_text
 from mesh_msgs_hdf5.commands.layer_changes import copied, deleted, names_of, renamed
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.commands.summary import face_attribute_summary, layer_summary
 from mesh_msgs_hdf5.formats.any_mesh import open_members
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.file)
         if arguments.action == "list":
             value, lines = _list(arguments)

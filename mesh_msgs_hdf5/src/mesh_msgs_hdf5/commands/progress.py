@@ -15,7 +15,7 @@ except ImportError:  # then nothing is shown
 _DELAY, _EVERY = 0.7, 0.2  # seconds
 
 
-class Progress:
+class ProgressLine:
     """A context manager; with quiet, or where stderr is no terminal, it does nothing."""
 
     def __init__(self, quiet: bool = False) -> None:
@@ -26,7 +26,7 @@ class Progress:
         if tqdm is not None and not quiet and sys.stderr.isatty():
             self._thread = threading.Thread(target=self._show, daemon=True)
 
-    def __enter__(self) -> "Progress":
+    def __enter__(self) -> "ProgressLine":
         if self._thread is not None:
             self._thread.start()
         return self

@@ -9,7 +9,7 @@ from mesh_msgs_hdf5.commands._common import (
     file_bytes,
     say,
 )
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.save import save_file
 from mesh_msgs_hdf5.formats.any_mesh import open_members
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -81,7 +81,7 @@ _view.__name__, _size.__name__, _limits.__name__ = "view", "size (WxH)", "limits
 
 def run(arguments: argparse.Namespace) -> int:
     check_output(arguments.file, arguments.output, arguments.force, (".png",))
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("reading " + arguments.file)
         file = open_members(arguments.file, arguments.part).members
         if not file.face_count:

@@ -2,7 +2,7 @@
 import argparse
 
 from mesh_msgs_hdf5.commands._common import add_output_options, check_output, file_bytes, say
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.probe import read_head
 from mesh_msgs_hdf5.isolation import isolated
 
@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         check_output(arguments.input, output, arguments.force)
     before = file_bytes(arguments.input)
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("repacking " + arguments.input)
         isolated("repack", arguments.input, output, arguments.compression, arguments.force)
     after = file_bytes(output)

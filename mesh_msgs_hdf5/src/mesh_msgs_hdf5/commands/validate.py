@@ -4,7 +4,7 @@ import sys
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.commands._common import add_output_options, add_part, say
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, RULES, WARNING, counts
 from mesh_msgs_hdf5.validation.validate import validate
 
@@ -42,7 +42,7 @@ class _Rules(argparse.Action):
 
 def run(arguments: argparse.Namespace) -> int:
     results = []
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         for path in arguments.files:
             name = one_line(path)
             findings = validate(

@@ -12,7 +12,7 @@ from mesh_msgs_hdf5.label_manager.label_manager_options import LabelOptions, par
 from mesh_msgs_hdf5.label_manager.label_maps import LabelMaps
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColors
+from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColorServices
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
@@ -47,7 +47,7 @@ class LabelManager:
         self._labels = LabelServices(
             "~", self._found, self._answering, self._forwarder, self._deleted
         )
-        self._colors = LabelColors("~", self._found, self._answering, self._forwarder)
+        self._colors = LabelColorServices("~", self._found, self._answering, self._forwarder)
         self._timer = rospy.Timer(rospy.Duration(_POLL), lambda _event: self._publish_colors())
         self._subscribers = [
             rospy.Subscriber(

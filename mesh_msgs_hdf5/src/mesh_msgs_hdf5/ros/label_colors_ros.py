@@ -22,7 +22,7 @@ from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
 Found = Tuple[str, Any]
 
 
-class LabelColors:
+class LabelColorServices:
     """get_label_colors, set_label_color, and label_colors: for each mesh all labels with a color.
 
     The topic is filled when somebody subscribes to it: labels are not read before.

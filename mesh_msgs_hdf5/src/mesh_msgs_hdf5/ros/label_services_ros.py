@@ -22,7 +22,7 @@ class LabelServices:
         forwarder: LabelForwarder,
         deleted: Callable[[str, Any, arrays.MeshFaceCluster], None],
     ) -> None:
-        """prefix, find, answering: as in LabelColors.
+        """prefix, find, answering: as in LabelColorServices.
 
         deleted: called with the UUID, its labels and a cluster that has the text and no faces.
         """

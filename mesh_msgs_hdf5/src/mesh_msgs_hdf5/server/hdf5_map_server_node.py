@@ -7,7 +7,7 @@ import rospy
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColors
+from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColorServices
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
@@ -16,9 +16,9 @@ from mesh_msgs_hdf5.server.map_loading import load, owner_notes
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry
 from mesh_msgs_hdf5.server.map_reload_ros import MapReload
-from mesh_msgs_hdf5.server.map_services_ros import MapServices, answering
+from mesh_msgs_hdf5.server.map_services_ros import MapServerServices, answering
 from mesh_msgs_hdf5.server.map_store_ros import MapStore
-from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
+from mesh_msgs_hdf5.server.map_topics_ros import MapServerTopics
 from mesh_msgs_hdf5.server.served_map import STORES_ALL
 from mesh_msgs_hdf5.server.server_options import ServerOptions, parse
 
@@ -28,9 +28,9 @@ class MapServer:
 
     def __init__(self, maps: MapRegistry, options: ServerOptions, progress: MapProgress) -> None:
         forwarder = LabelForwarder()
-        colors = LabelColors("", _labels_of(maps), answering, forwarder)
-        self._topics = MapTopics(colors)
-        self._services = MapServices(maps)
+        colors = LabelColorServices("", _labels_of(maps), answering, forwarder)
+        self._topics = MapServerTopics(colors)
+        self._services = MapServerServices(maps)
 
         def deleted(uuid, _labels, cluster):
             self._topics.publish_label(maps.find(uuid), cluster)

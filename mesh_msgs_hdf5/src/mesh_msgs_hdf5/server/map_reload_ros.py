@@ -10,7 +10,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.server.map_loading import load, owner_notes, source_now
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry
-from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
+from mesh_msgs_hdf5.server.map_topics_ros import MapServerTopics
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
 _REPLACED = "another program has replaced the mesh"
@@ -26,7 +26,7 @@ class MapReload:
     def __init__(
         self,
         maps: MapRegistry,
-        topics: MapTopics,
+        topics: MapServerTopics,
         progress: MapProgress,
         owner_info: Dict[str, Any],
         read_only: bool,

@@ -25,7 +25,7 @@ _ROUGHNESS = ("roughness",)
 _HEIGHT_DIFFERENCE = ("height_diff", "height_difference")
 
 
-class MapServices:
+class MapServerServices:
     """Each answers for the map whose uuid is asked for, or with an error that names the known ones.
 
     Handlers run in threads of their own; the maps see to it that one at a time reads a file.

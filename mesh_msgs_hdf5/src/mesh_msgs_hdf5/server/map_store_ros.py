@@ -15,7 +15,7 @@ from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
 from mesh_msgs_hdf5.ros.map_messages import cluster
 from mesh_msgs_hdf5.server import received
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
-from mesh_msgs_hdf5.server.map_topics_ros import MapTopics
+from mesh_msgs_hdf5.server.map_topics_ros import MapServerTopics
 from mesh_msgs_hdf5.server.received import Refused
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
@@ -50,7 +50,7 @@ class MapStore:
     def __init__(
         self,
         maps: MapRegistry,
-        topics: MapTopics,
+        topics: MapServerTopics,
         forwarder: LabelForwarder,
         save_delay: float,
         look: Callable[[], None],

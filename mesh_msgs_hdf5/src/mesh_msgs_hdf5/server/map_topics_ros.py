@@ -9,14 +9,14 @@ from mesh_msgs.ros import LatchedTopics
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.ros.label_colors_ros import LabelColors
+from mesh_msgs_hdf5.ros.label_colors_ros import LabelColorServices
 from mesh_msgs_hdf5.server.served_map import ServedMap
 
 
-class MapTopics:
+class MapServerTopics:
     """Latched for each map and each of its layers: a late subscriber gets every one."""
 
-    def __init__(self, label_colors: LabelColors) -> None:
+    def __init__(self, label_colors: LabelColorServices) -> None:
         self._geometry = LatchedTopics("mesh/geometry", arrays.MeshGeometryStamped)
         self._colors = LatchedTopics("mesh/vertex_colors", arrays.MeshVertexColorsStamped)
         self._vertex_costs = LatchedTopics("mesh/vertex_costs", arrays.MeshVertexCostsStamped)

@@ -4,7 +4,7 @@ from typing import Dict, List, NamedTuple, Optional
 ERROR, WARNING, NOTE = "error", "warning", "note"
 
 
-class Finding(NamedTuple):
+class MapFinding(NamedTuple):
     """rule: one word for programs, a key of RULES or the code of a MapFileError; level: ERROR
     (it cannot be used), WARNING (it may surprise) or NOTE; where: the member, such as "faces" or
     "layer slope"; message: a sentence; first: the first index, count: of how many, or None.
@@ -58,7 +58,7 @@ RULES: Dict[str, str] = {
 }
 
 
-def counts(findings: List[Finding]) -> Dict[str, int]:
+def counts(findings: List[MapFinding]) -> Dict[str, int]:
     """How many findings there are of each level."""
     levels = [finding.level for finding in findings]
     return {level: levels.count(level) for level in (ERROR, WARNING, NOTE)}

@@ -8,7 +8,7 @@ from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.any_mesh import Members, is_map_file, open_members
 from mesh_msgs_hdf5.isolation import isolated
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, WARNING, Finding
+from mesh_msgs_hdf5.validation.findings import ERROR, NOTE, WARNING, MapFinding
 from mesh_msgs_hdf5.validation.validate_beside import check_journal, check_temporaries
 from mesh_msgs_hdf5.validation.validate_shape import check_shape
 from mesh_msgs_hdf5.validation.validate_topology import check_topology
@@ -25,7 +25,7 @@ _SINGLE += ("vertex_colors", "texture_coordinates", "materials", "features")
 
 def validate(
     path: str, part: Optional[str] = None, progress: Callable[[str], None] = lambda stage: None
-) -> List[Finding]:
+) -> List[MapFinding]:
     """Findings about a file of any known format; never raises for what is in the file.
 
     Every member is read, a map file in a process of its own. part: of a map; None: all its parts.
@@ -49,18 +49,18 @@ def validate(
     return sorted(findings, key=lambda finding: (ERROR, WARNING, NOTE).index(finding.level))
 
 
-def _validate_part(path, part, progress) -> List[Finding]:
+def _validate_part(path, part, progress) -> List[MapFinding]:
     try:
         file, form, notes = open_members(path, part)
     except MapFileError as error:
         return [_error("file", error)]
-    findings = [Finding("import", NOTE, "file", note) for note in notes]
+    findings = [MapFinding("import", NOTE, "file", note) for note in notes]
     with file:
         return findings + _validate_members(file, form, progress)
 
 
-def _validate_members(file: Members, form, progress) -> List[Finding]:
-    findings: List[Finding] = []
+def _validate_members(file: Members, form, progress) -> List[MapFinding]:
+    findings: List[MapFinding] = []
     members = _read_all(file, findings, progress)
     vertices, faces = members.get("vertices"), members.get("faces")
     if vertices is not None and faces is not None:
@@ -77,9 +77,9 @@ def _validate_members(file: Members, form, progress) -> List[Finding]:
     return findings
 
 
-def _error(where, error: MapFileError) -> Finding:
+def _error(where, error: MapFileError) -> MapFinding:
     hint = " (%s)" % error.hint if error.hint else ""
-    return Finding(error.code, ERROR, where, one_line(error.message + hint))
+    return MapFinding(error.code, ERROR, where, one_line(error.message + hint))
 
 
 def _read_all(file: Members, findings, progress) -> Dict[str, Any]:
@@ -119,18 +119,18 @@ def _read_all(file: Members, findings, progress) -> Dict[str, Any]:
     return members
 
 
-def _uuid(file: Members, vertices: np.ndarray, faces: np.ndarray) -> List[Finding]:
+def _uuid(file: Members, vertices: np.ndarray, faces: np.ndarray) -> List[MapFinding]:
     try:
         stored = file.stored_uuid
     except MapFileError as error:
         return [_error("uuid", error)]
     if stored is None:
         text = "the file does not say its UUID (mesh_tool convert adds it)"
-        return [Finding("uuid_missing", WARNING, "uuid", text)]
+        return [MapFinding("uuid_missing", WARNING, "uuid", text)]
     actual = geometry_uuid(vertices, faces)
     if stored == actual:
         return []
     text = "it is %s, but vertices and faces are those of %s" % (one_line(stored), actual)
     # a UUID of other people need not be made from the geometry
     level = ERROR if file.schema_version else WARNING
-    return [Finding("uuid_mismatch", level, "uuid", text)]
+    return [MapFinding("uuid_mismatch", level, "uuid", text)]

@@ -10,25 +10,25 @@ from mesh_msgs_hdf5.formats.any_mesh import Members
 from mesh_msgs_hdf5.labels.journal_reading import read_journal
 from mesh_msgs_hdf5.labels.label_store import journal_path
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.validation.findings import WARNING, Finding
+from mesh_msgs_hdf5.validation.findings import WARNING, MapFinding
 
 
-def check_journal(file: Members) -> Iterator[Finding]:
+def check_journal(file: Members) -> Iterator[MapFinding]:
     """A finding if edits of labels have not been saved in the map."""
     try:
         journal = journal_path(file.path, file.part)
         edits = read_journal(journal, file.uuid, file.face_count).edits
     except MapFileError as error:
         text = one_line("%s: %s" % (os.path.basename(error.path), error.message))
-        yield Finding("journal", WARNING, "labels", text)
+        yield MapFinding("journal", WARNING, "labels", text)
         return
     if edits:
         text = "edits of labels are in %s but not in the map yet (the node that owns it saves them)"
         name = one_line(os.path.basename(journal))
-        yield Finding("journal", WARNING, "labels", text % name, None, len(edits))
+        yield MapFinding("journal", WARNING, "labels", text % name, None, len(edits))
 
 
-def check_temporaries(path: str) -> Iterator[Finding]:
+def check_temporaries(path: str) -> Iterator[MapFinding]:
     """A finding if temporary files of saving this map are left that no program has open."""
     stale = []
     for temporary in temporary_paths(os.path.realpath(os.fsdecode(path))):
@@ -38,4 +38,4 @@ def check_temporaries(path: str) -> Iterator[Finding]:
     if stale:
         text = "a program was killed while it saved: %s (the next save removes it)"
         text = text % one_line(stale[0])
-        yield Finding("stale_temporary", WARNING, "file", text, None, len(stale))
+        yield MapFinding("stale_temporary", WARNING, "file", text, None, len(stale))

@@ -4,7 +4,7 @@ from typing import Iterator, Optional
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.equal_rows import is_repeated
-from mesh_msgs_hdf5.validation.findings import NOTE, WARNING, Finding
+from mesh_msgs_hdf5.validation.findings import NOTE, WARNING, MapFinding
 from mesh_msgs_hdf5.validation.validate_topology import found
 
 _NO_AREA = 1e-6  # height / longest edge; about what float32 can tell from 0
@@ -16,13 +16,13 @@ _BLOCK = 1 << 19
 
 def check_shape(
     vertices: np.ndarray, faces: np.ndarray, normals: Optional[np.ndarray]
-) -> Iterator[Finding]:
+) -> Iterator[MapFinding]:
     """Findings about vertices (V, 3), faces (F, 3), and vertex normals (V, 3) or None."""
     largest = float(np.abs(vertices).max()) if len(vertices) else 0.0
     step = float(np.spacing(np.float32(largest)))
     if step > _COARSE:
         text = "coordinates up to %g m have steps of %g m in float32 (import with --origin auto)"
-        yield Finding("far_from_origin", WARNING, "vertices", text % (largest, step))
+        yield MapFinding("far_from_origin", WARNING, "vertices", text % (largest, step))
     text = "vertices have the position of an earlier one (import with --merge-vertices"
     text += ", which keeps those of texture seams)"
     plain = (vertices + np.float32(0)).view(np.uint32)  # -0 is 0

@@ -4,7 +4,7 @@ from typing import Iterator, NamedTuple
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.equal_rows import is_repeated
-from mesh_msgs_hdf5.validation.findings import NOTE, WARNING, Finding
+from mesh_msgs_hdf5.validation.findings import NOTE, WARNING, MapFinding
 
 
 class Edges(NamedTuple):
@@ -37,7 +37,7 @@ def edges_of(faces: np.ndarray, kept: np.ndarray) -> Edges:
     return Edges(low[order], high[order], (tail < head)[order], side[order], start, count)
 
 
-def check_topology(vertex_count: int, faces: np.ndarray) -> Iterator[Finding]:
+def check_topology(vertex_count: int, faces: np.ndarray) -> Iterator[MapFinding]:
     """Findings about faces (F, 3), each index below vertex_count."""
     repeated = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
     yield from found("repeated_vertex", "faces", "faces name a vertex twice", repeated)
@@ -54,10 +54,10 @@ def check_topology(vertex_count: int, faces: np.ndarray) -> Iterator[Finding]:
         yield from _component_findings(edges, used, vertex_count)
 
 
-def found(rule, where, message, bad, level=WARNING) -> Iterator[Finding]:
+def found(rule, where, message, bad, level=WARNING) -> Iterator[MapFinding]:
     """A finding if any of bad (N,) is set."""
     if bad.any():
-        yield Finding(rule, level, where, message, int(bad.argmax()), int(np.count_nonzero(bad)))
+        yield MapFinding(rule, level, where, message, int(bad.argmax()), int(np.count_nonzero(bad)))
 
 
 def _edge_findings(edges):
@@ -80,7 +80,7 @@ def _at_edges(rule, bad, text, level, edges):
         first = edges.start[first[edges.side[edges.start[first]].argmin()]]
         where = "%s, such as %d-%d of that face" % (text, edges.low[first], edges.high[first])
         number = int(np.count_nonzero(bad))
-        yield Finding(rule, level, "faces", where, int(edges.side[first] // 3), number)
+        yield MapFinding(rule, level, "faces", where, int(edges.side[first] // 3), number)
 
 
 def _fan_findings(edges, faces, kept, vertex_count):
@@ -113,7 +113,7 @@ def _component_findings(edges, used, vertex_count):
             sizes.max(),
             sizes.sum(),
         )
-        yield Finding("components", WARNING, "faces", text, None, len(sizes))
+        yield MapFinding("components", WARNING, "faces", text, None, len(sizes))
 
 
 def _components(a, b, count):

@@ -11,8 +11,8 @@ from mesh_msgs import zoo
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.controllers.carrot import Carrot
 from mesh_navigation.controllers.sight import Sight
-from mesh_navigation.controllers.ground import ESCAPE, Ground
-from mesh_navigation.controllers.standing import Locator
+from mesh_navigation.controllers.local_costs import ESCAPE, LocalCosts
+from mesh_navigation.controllers.surface_pose import Locator
 from mesh_navigation.controllers.steering import Ahead, steer
 from mesh_navigation.controllers.track import Track
 from mesh_navigation.controllers.vector3 import inside
@@ -23,17 +23,17 @@ GRID = MapWithCosts(zoo.grid(cells=50))
 FAR = Ahead(math.inf, math.inf)
 
 
-def standing_at(place, yaw=0.0, mesh_map=GRID):
+def surface_pose_at(place, yaw=0.0, mesh_map=GRID):
     return Locator(mesh_map.geometry).stand(Pose.at(place, yaw), None, 0.4, 0.4)
 
 
-def ground_of(mesh_map=GRID, goal=(9.0, 9.0, 0.0)):
+def snapshot_of(mesh_map=GRID, goal=(9.0, 9.0, 0.0)):
     face = mesh_map.closest_face(np.array(goal), 1.0).face
-    return Ground(mesh_map.geometry, mesh_map.costs, face, np.array(goal))
+    return LocalCosts(mesh_map.geometry, mesh_map.costs, face, np.array(goal))
 
 
-def sight(standing, mesh_map=GRID):
-    return Sight(mesh_map.geometry, ground_of(mesh_map), standing)
+def sight(surface_pose, mesh_map=GRID):
+    return Sight(mesh_map.geometry, snapshot_of(mesh_map), surface_pose)
 
 
 @pytest.mark.parametrize("angle", [0.02, -0.1, 0.3])
@@ -57,7 +57,7 @@ def test_speeds_fade_towards_the_goal_and_before_what_is_blocked():
 
 
 def test_arcs_end_at_the_border_and_at_blocked_ground():
-    at_border = standing_at([9.5, 5.0, 0.0])
+    at_border = surface_pose_at([9.5, 5.0, 0.0])
     assert sight(at_border).free_arc(0.0, 0.4) is None
     assert sight(at_border).free_arc(0.0, 0.8) == pytest.approx(0.5)
     # A circle of radius 0.4 m to the left stays on the map, one of 1 m does not.
@@ -65,7 +65,7 @@ def test_arcs_end_at_the_border_and_at_blocked_ground():
     assert sight(at_border).free_arc(1.0, 1.2) == pytest.approx(np.pi / 6, abs=0.06)
     mesh = zoo.grid(cells=50)
     wall = MapWithCosts(mesh, np.where(np.abs(mesh.vertices[:, 0] - 6.0) < 0.15, np.inf, 0.0))
-    here = standing_at([5.0, 5.1, 0.0], mesh_map=wall)
+    here = surface_pose_at([5.0, 5.1, 0.0], mesh_map=wall)
     found = sight(here, wall).free_arc(0.0, 2.0)
     assert found == pytest.approx(0.9, abs=0.07)
 
@@ -73,10 +73,10 @@ def test_arcs_end_at_the_border_and_at_blocked_ground():
 def test_blocked_ground_may_be_left_where_that_is_near():
     mesh = zoo.grid(cells=50)
     spot = MapWithCosts(mesh, np.where(np.hypot(*(mesh.vertices[:, :2] - 5.0).T) < 0.1, np.inf, 0))
-    within = standing_at([5.05, 5.0, 0.0], mesh_map=spot)
+    within = surface_pose_at([5.05, 5.0, 0.0], mesh_map=spot)
     assert sight(within, spot).free_arc(0.0, 1.0) is None
     wide = MapWithCosts(mesh, np.where(np.hypot(*(mesh.vertices[:, :2] - 5.0).T) < 1.0, np.inf, 0))
-    within = standing_at([5.0, 5.0, 0.0], mesh_map=wide)
+    within = surface_pose_at([5.0, 5.0, 0.0], mesh_map=wide)
     assert sight(within, wide).free_arc(0.0, 1.0) == 0.0
     assert ESCAPE < 1.0
 

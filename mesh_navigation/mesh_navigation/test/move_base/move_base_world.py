@@ -16,7 +16,7 @@ from mesh_navigation.base.outcomes import (
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.server_parameters import PARAMETERS
 from mesh_navigation.move_base.move_base_execution import MoveBaseExecution
-from mesh_navigation.move_base.sub_goals import GoalEnd, Progress, SubActions, SubGoal
+from mesh_navigation.move_base.sub_goals import GoalEnd, DriveProgress, SubActions, SubGoal
 
 STEP = 0.01
 CANCELED = {
@@ -122,7 +122,7 @@ class World(Clock, SubActions):
 
     def progress(self, outcome=0):
         pose = Pose.at((self.x, 0.0, 0.0), self.yaw)
-        return Progress(pose, abs(self.goal_x - self.x), outcome)
+        return DriveProgress(pose, abs(self.goal_x - self.x), outcome)
 
     # SubActions
 

@@ -11,7 +11,7 @@ from navigation_test_maps import MapWithCosts, planner_on
 from mesh_map.costs.settings import MapSettings
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.planners.dijkstra import EdgeSolvers
-from mesh_navigation.surface.anchors import find_anchor
+from mesh_navigation.surface.face_points import find_face_point
 
 START, GOAL = Pose.at([0, 5, 0]), Pose.at([10, 5, 0])
 GRID = zoo.grid()
@@ -39,7 +39,7 @@ def test_the_path_is_the_cheapest_one(settings):
     weights = mesh_map.planning_costs().edge_weights.astype(np.float64)
     edges, count = mesh_map.topology.edges, len(GRID.vertices)
     graph = coo_matrix((weights, (edges[:, 0], edges[:, 1])), shape=(count, count))
-    start, goal = (find_anchor(mesh_map, pose.position, "end", 0) for pose in (START, GOAL))
+    start, goal = (find_face_point(mesh_map, pose.position, "end", 0) for pose in (START, GOAL))
     from_corners = dijkstra(graph, directed=False, indices=goal.corners)
     distances = (from_corners + goal.distances[:, None]).min(axis=0)
     np.testing.assert_allclose(result.potential, distances, rtol=1e-5)

@@ -8,7 +8,7 @@ from mesh_map.base.errors import MeshMapError
 from mesh_msgs import zoo
 from mesh_navigation.base.pose import Pose, multiply, quaternions_from_axes
 from mesh_navigation.surface import check_costs
-from mesh_navigation.surface.anchors import find_anchor
+from mesh_navigation.surface.face_points import find_face_point
 from mesh_navigation.surface.check_costs import Check, CostChecks, PathCheck
 from mesh_navigation.surface.cost_scale import Factors, State, scaled, states_of, total
 from mesh_navigation.surface.robot_shape import RobotShape
@@ -69,11 +69,11 @@ def test_points_are_what_planners_take_them_for(mesh):
     asked = checks(costs, mesh=mesh)
     for pair in random_pairs(mesh, 20, seed=6):
         for _, point in pair:
-            anchor = find_anchor(MapWithCosts(mesh), point, "start", 52)
-            distances = np.sort(anchor.distances)
+            face_point = find_face_point(MapWithCosts(mesh), point, "start", 52)
+            distances = np.sort(face_point.distances)
             if distances[1] - distances[0] < 1e-4:
                 continue  # either of two corners
-            cost = costs[anchor.corners[:1]]
+            cost = costs[face_point.corners[:1]]
             expected = Check(states_of(cost, 1.0)[0], scaled(cost, 1.0)[0])
             assert asked.point(point) == expected
 

@@ -6,7 +6,13 @@ import pytest
 from mesh_msgs import zoo
 
 from mesh_map.geometry.mesh_geometry import MeshGeometry
-from mesh_navigation.surface.slowness import Ground, Grounds, changed_vertices, is_much, passable
+from mesh_navigation.surface.slowness import (
+    CostSnapshot,
+    CostSnapshots,
+    changed_vertices,
+    is_much,
+    passable,
+)
 
 MESH = zoo.jittered_plane()
 GEOMETRY = MeshGeometry(MESH.vertices, MESH.faces)
@@ -27,7 +33,7 @@ def costs_with(share, seed=0):
 @pytest.mark.parametrize("share", [0.0, 0.03, 0.5, 1.0])
 def test_ground(limit, factor, share):
     costs = costs_with(share)
-    ground = Ground(GEOMETRY, costs, limit, factor)
+    ground = CostSnapshot(GEOMETRY, costs, limit, factor)
     expected = [np.float32(1 + factor * c) if c <= limit else np.inf for c in costs]
     if np.all(np.equal(expected, 1)):
         assert ground.slowness is None
@@ -48,17 +54,21 @@ def test_costs_that_are_none():
     costs = np.float32([np.inf, np.nan, -np.inf, -1, 0, 1, 1.0001])
     assert passable(costs, 1.0).tolist() == [False, False, False, True, True, True, False]
     negative = np.full(COUNT, -0.5, np.float32)
-    assert Ground(GEOMETRY, negative, 1.0, 10.0).slowness is None
+    assert CostSnapshot(GEOMETRY, negative, 1.0, 10.0).slowness is None
     negative[3] = np.nan
-    slowness = Ground(GEOMETRY, negative, 1.0, 10.0).slowness
+    slowness = CostSnapshot(GEOMETRY, negative, 1.0, 10.0).slowness
     assert slowness.tolist() == [np.inf if v == 3 else 1.0 for v in range(COUNT)]
 
 
 def test_grounds_are_shared_while_nothing_changes():
-    grounds, costs = Grounds(GEOMETRY), costs_with(0.1)
-    first = grounds.of(costs, 1.0, 2.0)
-    assert grounds.of(costs, 1.0, 2.0) is first
-    others = [grounds.of(costs, 0.5, 2.0), grounds.of(costs, 1.0, 3.0), grounds.of(+costs, 1.0, 2)]
+    snapshots, costs = CostSnapshots(GEOMETRY), costs_with(0.1)
+    first = snapshots.of(costs, 1.0, 2.0)
+    assert snapshots.of(costs, 1.0, 2.0) is first
+    others = [
+        snapshots.of(costs, 0.5, 2.0),
+        snapshots.of(costs, 1.0, 3.0),
+        snapshots.of(+costs, 1.0, 2),
+    ]
     assert len({id(ground) for ground in [first, *others]}) == 4
     assert others[0].cost_limit == 0.5 and others[1].cost_factor == 3.0
 
@@ -67,7 +77,9 @@ def test_changed_vertices():
     costs = costs_with(0.3)
     other = costs.copy()
     other[[3, 50, 7]] = [np.inf, 0.0, 0.9]
-    before, after, same = (Ground(GEOMETRY, c, 1.0, 1.0) for c in (costs, other, costs.copy()))
+    before, after, same = (
+        CostSnapshot(GEOMETRY, c, 1.0, 1.0) for c in (costs, other, costs.copy())
+    )
     for ground in (before, same):
         assert changed_vertices(before, ground).tolist() == []
     changed = [v for v in range(COUNT) if before.slowness[v] != after.slowness[v]]
@@ -75,10 +87,12 @@ def test_changed_vertices():
 
 
 def test_changed_vertices_where_some_or_all_are_plain():
-    free = Ground(GEOMETRY, costs_with(0.0), 1.0, 0.0)
-    blocked = Ground(GEOMETRY, costs_with(0.1), 1.0, 0.0)
+    free = CostSnapshot(GEOMETRY, costs_with(0.0), 1.0, 0.0)
+    blocked = CostSnapshot(GEOMETRY, costs_with(0.1), 1.0, 0.0)
     assert free.slowness is None and blocked.slowness is not None
-    assert changed_vertices(free, Ground(GEOMETRY, costs_with(0.0, 1), 1.0, 0.0)).tolist() == []
+    assert (
+        changed_vertices(free, CostSnapshot(GEOMETRY, costs_with(0.0, 1), 1.0, 0.0)).tolist() == []
+    )
     closed = np.flatnonzero(~blocked.passable).tolist()
     assert len(closed) > 10
     for pair in ((free, blocked), (blocked, free)):
@@ -86,5 +100,5 @@ def test_changed_vertices_where_some_or_all_are_plain():
 
 
 def test_is_much():
-    ground = Ground(GEOMETRY, costs_with(0.0), 1.0, 0.0)
+    ground = CostSnapshot(GEOMETRY, costs_with(0.0), 1.0, 0.0)
     assert not is_much(np.arange(COUNT // 8), ground) and is_much(np.arange(COUNT // 7), ground)

@@ -58,7 +58,7 @@ std::size_t LabelObject::upload(std::size_t& left)
   std::size_t faces_left = dirty_.empty() ? 0 : std::max<std::size_t>(1, left / FACE_BYTES);
   std::size_t written = 0;
   while (!dirty_.empty() && faces_left > 0) {
-    LabelSlots::Range& range = dirty_.back();
+    IndexSlots::Range& range = dirty_.back();
     const std::size_t begin =
         range.begin + faces_left < range.end ? range.end - faces_left : range.begin;
     write(begin, range.end);
@@ -79,8 +79,8 @@ std::size_t LabelObject::upload(std::size_t& left)
   return written * FACE_BYTES;
 }
 
-std::size_t LabelObject::changeFaces(const LabelSlots::Faces& added,
-                                     const LabelSlots::Faces& removed)
+std::size_t LabelObject::changeFaces(const IndexSlots::Faces& added,
+                                     const IndexSlots::Faces& removed)
 {
   slots_.change(added, removed);
   takeChanges();

@@ -13,8 +13,8 @@
 #include <OgreVertexIndexData.h>
 
 #include "base/mesh_data.h"
+#include "rendering/labels/index_slots.h"
 #include "rendering/labels/label_material.h"
-#include "rendering/labels/label_slots.h"
 
 namespace rviz_mesh_plugin {
 
@@ -45,10 +45,10 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   ~LabelObject() override;
 
   /// @param faces ascending, each once, all of the mesh
-  void setFaces(std::shared_ptr<const LabelSlots::Faces> faces) { wanted_ = std::move(faces); }
+  void setFaces(std::shared_ptr<const IndexSlots::Faces> faces) { wanted_ = std::move(faces); }
   /// Adds faces to those that are drawn, takes others away, and uploads that: what is changed like
   /// this is never set as a whole. Returns how many bytes were uploaded.
-  std::size_t changeFaces(const LabelSlots::Faces& added, const LabelSlots::Faces& removed);
+  std::size_t changeFaces(const IndexSlots::Faces& added, const IndexSlots::Faces& removed);
   void setMaterial(const std::shared_ptr<LabelMaterial>& material) { material_ = material; }
   void setShown(bool shown) { shown_ = shown; }
   /// Of labels that lie on the same faces, the one with the higher layer is seen.
@@ -84,9 +84,9 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   const LabelledMesh& mesh_;
   std::shared_ptr<LabelMaterial> material_;
   const bool growing_;
-  std::shared_ptr<const LabelSlots::Faces> wanted_;  ///< newer than those of the slots
-  LabelSlots slots_;
-  std::vector<LabelSlots::Range> dirty_;
+  std::shared_ptr<const IndexSlots::Faces> wanted_;  ///< newer than those of the slots
+  IndexSlots slots_;
+  std::vector<IndexSlots::Range> dirty_;
   Ogre::HardwareIndexBufferSharedPtr buffer_;  ///< uploaded to
   /// What is drawn: of another buffer until that one is complete.
   Ogre::IndexData drawn_;

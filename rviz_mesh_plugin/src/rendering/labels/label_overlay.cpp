@@ -116,7 +116,7 @@ void LabelOverlay::setPhantom(bool shown)
   if (shown && mesh && mesh->faceCount() > 0) {
     phantom_ = std::make_unique<LabelObject>(node_, vertices_.shared(), false);
     phantom_->setMaterial(std::make_shared<LabelMaterial>(PHANTOM_COLOR));
-    auto all = std::make_shared<LabelSlots::Faces>(mesh->faceCount());
+    auto all = std::make_shared<IndexSlots::Faces>(mesh->faceCount());
     std::iota(all->begin(), all->end(), 0u);
     phantom_->setFaces(all);
   }

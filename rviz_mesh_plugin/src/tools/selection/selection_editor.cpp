@@ -405,15 +405,15 @@ void SelectionEditor::prepare(const SelectionSettings& settings)
   }
 }
 
-SelectionEditor::News SelectionEditor::dropLostMesh()
+SelectionEditor::FrameResult SelectionEditor::dropLostMesh()
 {
   const auto is_gone = [this](const MeshDataConstPtr& mesh) {
     return mesh && !picker_.exists(mesh);
   };
-  News news;
+  FrameResult result;
   if (is_gone(stroke_mesh_)) {
     giveUp();
-    news = {"the mesh is gone that the brush was on", true};
+    result = {"the mesh is gone that the brush was on", true};
   }
   if (brush_ && is_gone(brush_->mesh)) {
     brush_.reset();
@@ -422,30 +422,30 @@ SelectionEditor::News SelectionEditor::dropLostMesh()
     const std::size_t lost = session_.selection().count();
     giveUp();
     session_.setMesh(nullptr);
-    news.mesh_gone = true;
+    result.mesh_gone = true;
     if (lost > 0) {
-      news.text = "the mesh is gone of which " + std::to_string(lost) + " faces were selected";
+      result.text = "the mesh is gone of which " + std::to_string(lost) + " faces were selected";
     }
   }
-  return news;
+  return result;
 }
 
-SelectionEditor::News SelectionEditor::frame()
+SelectionEditor::FrameResult SelectionEditor::frame()
 {
-  News news = dropLostMesh();
+  FrameResult result = dropLostMesh();
   while (auto answer = query_.take()) {
     if (!answer->failure.empty()) {
-      news.text = "faces could not be found: " + answer->failure;
+      result.text = "faces could not be found: " + answer->failure;
     } else if (!picker_.exists(answer->mesh)) {
-      news.text = "the mesh is gone of which faces were looked for";
+      result.text = "the mesh is gone of which faces were looked for";
     } else {
       const std::string text = apply(answer->mesh, answer->adding, answer->faces);
-      news.text = text.empty() ? news.text : text;
+      result.text = text.empty() ? result.text : text;
     }
   }
   finishStroke();
   session_.follow(picker_.meshes());
-  return news;
+  return result;
 }
 
 }  // namespace rviz_mesh_plugin

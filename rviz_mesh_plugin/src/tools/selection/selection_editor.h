@@ -69,13 +69,13 @@ class SelectionEditor
   /// Begins what has to be ready before the first click, besides what the picker needs.
   void prepare(const SelectionSettings& settings);
 
-  struct News
+  struct FrameResult
   {
     std::string text;
     bool mesh_gone = false;
   };
   /// To be called each frame.
-  News frame();
+  FrameResult frame();
 
  private:
   struct Target
@@ -95,7 +95,7 @@ class SelectionEditor
   std::string flood(const SurfaceHit& hit, bool adding, const SelectionSettings& settings);
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const FaceSelection::Faces& faces);
   std::string search(FaceSearch search, bool adding, bool on_thread);
-  News dropLostMesh();
+  FrameResult dropLostMesh();
   void finishStroke();
 
   rviz::DisplayContext* context_;

@@ -69,9 +69,9 @@ class LabelOverlayTest : public osmesa_harness::RenderFixture
   void drawMesh(const MeshDataConstPtr& mesh, bool wireframe = false)
   {
     visual = std::make_unique<MeshVisual>(sceneManager(), root);
-    const std::atomic<bool> cancelled{false};
+    const std::atomic<bool> canceled{false};
     visual->setLayout(
-        rviz_mesh_plugin::layOut(mesh, rviz_mesh_plugin::Split::NONE, nullptr, cancelled));
+        rviz_mesh_plugin::layOut(mesh, rviz_mesh_plugin::Split::NONE, nullptr, canceled));
     style.show_wireframe = wireframe;
     visual->setStyle(style);
     while (!visual->upload()) {

@@ -79,7 +79,7 @@ def test_scipy_computes_the_same_ways(world):
 
 
 def test_peers_agree_where_they_are_installed(world):
-    ground = peers.ground_of(world)
+    ground = peers.snapshot_of(world)
     own = WaveFrontSolver.of(world.geometry).solve(world.source).labels[ground.numbers]
     solvers = [("exact", lambda: peers.exact_solver(ground))] + peers.installed(ground)
     asked = 0
@@ -98,7 +98,7 @@ def test_peers_agree_where_they_are_installed(world):
 
 
 def test_ground_near_the_source_is_a_part_of_all(world):
-    ground, near = peers.ground_of(world), peers.ground_of(world, 8.0)
+    ground, near = peers.snapshot_of(world), peers.snapshot_of(world, 8.0)
     assert near.numbers[near.source] == ground.numbers[ground.source] == world.source
     assert len(near.numbers) < len(ground.numbers) and np.isin(near.numbers, ground.numbers).all()
     np.testing.assert_array_equal(near.vertices, world.vertices[near.numbers])

@@ -45,7 +45,7 @@ struct SurfaceHits
 SurfaceHit closestPoint(const Bvh& bvh, const double* point, const ClosestOptions& options = {});
 
 /// closestPoint() for each point, 3 doubles each. Points that follow each other had better be near
-/// each other. Throws Cancelled, std::bad_alloc, or std::invalid_argument for arrays that do not
+/// each other. Throws Canceled, std::bad_alloc, or std::invalid_argument for arrays that do not
 /// fit each other.
 SurfaceHits closestPoints(const Bvh& bvh, ArrayView<double> points,
                           const ClosestOptions& options = {}, const BvhOptions& run = {});

@@ -55,7 +55,7 @@ std::vector<std::uint8_t> deviceMask(const Bvh& bvh, ArrayView<std::uint8_t> mas
 /// answers: DEVICE_RAY_ANSWERS per ray: triangles (positions in the order of the leaves), one of
 /// which is hit first if any is, filled up with DEVICE_NONE; or DEVICE_DOUBT first.
 ///
-/// pack...() and finish...() throw Cancelled, std::bad_alloc, or std::invalid_argument for arrays
+/// pack...() and finish...() throw Canceled, std::bad_alloc, or std::invalid_argument for arrays
 /// that do not fit each other.
 constexpr std::size_t DEVICE_RAY_FLOATS = 16;
 constexpr std::size_t DEVICE_RAY_ANSWERS = 4;

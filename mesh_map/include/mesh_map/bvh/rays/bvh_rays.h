@@ -106,7 +106,7 @@ RayHit castRay(const Bvh& bvh, const Ray& ray, const RayOptions& options = {});
 /// Whether there is any hit.
 bool rayHitsAny(const Bvh& bvh, const Ray& ray, const RayOptions& options = {});
 
-/// castRay() for each ray. Throws Cancelled, std::bad_alloc, or std::invalid_argument for arrays
+/// castRay() for each ray. Throws Canceled, std::bad_alloc, or std::invalid_argument for arrays
 /// that do not fit each other.
 RayHits castRays(const Bvh& bvh, const RayBatch& rays, const RayOptions& options = {},
                  const BvhOptions& run = {});

@@ -18,7 +18,7 @@ enum class SelectionMode
 };
 
 /// The faces that a region selects, ascending. `mask` (per face, 0 = never; empty: all) filters.
-/// Throws Cancelled, or std::bad_alloc; it uses one thread, and tells no progress.
+/// Throws Canceled, or std::bad_alloc; it uses one thread, and tells no progress.
 std::vector<std::uint32_t> selectFaces(const Bvh& bvh, const Region& region,
                                        SelectionMode mode = SelectionMode::TOUCHING,
                                        ArrayView<std::uint8_t> mask = {},

@@ -21,7 +21,7 @@ class Bvh
 {
  public:
   /// Throws std::invalid_argument for a mesh without faces or with too many (2^31), a face that
-  /// refers to no vertex, or a corner that is not finite (naming the first), Cancelled, or
+  /// refers to no vertex, or a corner that is not finite (naming the first), Canceled, or
   /// std::bad_alloc. Nothing is left behind then. Vertices that no face has do not matter.
   static Bvh build(const MeshView& mesh, const BvhOptions& options = {});
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mesh_map import _kernels
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.base.query_arguments import Rays
 from mesh_map.spatial.opencl.program import DeviceProgram
 
@@ -135,7 +135,7 @@ class DeviceQueries:
         before = None
         for begin in range(0, job.count, self._program.chunk):
             if cancel is not None and cancel.is_set():
-                raise Cancelled("cancelled")
+                raise Canceled("cancelled")
             end = min(begin + self._program.chunk, job.count)
             started = self._start(job, begin, end, mask_buffer, flags)
             if before is not None:

@@ -1,4 +1,4 @@
-// Many closest points at once are what one at a time are; batches can be cancelled.
+// Many closest points at once are what one at a time are; batches can be canceled.
 #include <mesh_map/bvh/tree/back_end.h>
 
 #include <atomic>
@@ -124,14 +124,14 @@ TEST(ClosestPoints, EndWhenCancelled)
     run.threads = threads;
     run.cancel = &cancel;
     const std::uint64_t before = nativeCount();
-    EXPECT_THROW(closestPoints(bvh, points, {}, run), mesh_map::Cancelled);
+    EXPECT_THROW(closestPoints(bvh, points, {}, run), mesh_map::Canceled);
     for (const int milliseconds : {1, 30}) {
       cancel = false;
       std::thread other([&] {
         std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
         cancel = true;
       });
-      EXPECT_THROW(closestPoints(bvh, points, {}, run), mesh_map::Cancelled);
+      EXPECT_THROW(closestPoints(bvh, points, {}, run), mesh_map::Canceled);
       other.join();
     }
     EXPECT_EQ(nativeCount(), before);

@@ -238,14 +238,14 @@ TEST_F(Device, AllIsCancelled)
   const std::vector<std::uint32_t> answers(DEVICE_RAY_ANSWERS * rays.size(), DEVICE_DOUBT);
   const std::vector<std::uint32_t> more(DEVICE_CANDIDATES * point_count, DEVICE_DOUBT);
   const std::vector<std::uint8_t> verdicts(bvh.faceCount(), DEVICE_UNSURE);
-  EXPECT_THROW(packRays(bvh, rays, run), Cancelled);
-  EXPECT_THROW(finishRays(bvh, rays, {}, answers, run), Cancelled);
-  EXPECT_THROW(finishRaysAny(bvh, rays, {}, answers, run), Cancelled);
-  EXPECT_THROW(packPoints(bvh, queries.points, {}, run), Cancelled);
-  EXPECT_THROW(finishPoints(bvh, queries.points, {}, more, run), Cancelled);
+  EXPECT_THROW(packRays(bvh, rays, run), Canceled);
+  EXPECT_THROW(finishRays(bvh, rays, {}, answers, run), Canceled);
+  EXPECT_THROW(finishRaysAny(bvh, rays, {}, answers, run), Canceled);
+  EXPECT_THROW(packPoints(bvh, queries.points, {}, run), Canceled);
+  EXPECT_THROW(finishPoints(bvh, queries.points, {}, more, run), Canceled);
   EXPECT_THROW(finishSelection(bvh, SphereRegion({5.0, 5.0, 0.0}, 3.0), SelectionMode::INSIDE, {},
                                verdicts, run),
-               Cancelled);
+               Canceled);
 }
 
 TEST_F(Device, PackedNumbersAreNumbers)

@@ -10,7 +10,7 @@
 
 using mesh_map::Bvh;
 using mesh_map::BvhOptions;
-using mesh_map::Cancelled;
+using mesh_map::Canceled;
 using mesh_map::castRays;
 using mesh_map::Ray;
 using mesh_map::RayBatch;
@@ -161,11 +161,11 @@ TEST(RayBatch, ends_when_cancelled_and_tells_how_far_it_is)
     std::atomic<bool> cancel{false};
     run.cancel = &cancel;
     run.progress = [&](double fraction) { cancel = fraction > 0.3; };
-    EXPECT_THROW(castRays(bvh, arrays.batch(), {}, run), Cancelled);
+    EXPECT_THROW(castRays(bvh, arrays.batch(), {}, run), Canceled);
     cancel = false;
-    EXPECT_THROW(raysHitAny(bvh, arrays.batch(), {}, run), Cancelled);
+    EXPECT_THROW(raysHitAny(bvh, arrays.batch(), {}, run), Canceled);
     cancel = true;
-    EXPECT_THROW(raysHitAny(bvh, arrays.batch(), {}, run), Cancelled);
+    EXPECT_THROW(raysHitAny(bvh, arrays.batch(), {}, run), Canceled);
   }
 }
 

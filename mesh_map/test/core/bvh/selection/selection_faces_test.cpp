@@ -201,7 +201,7 @@ TEST(SelectFaces, findsTheBigTriangleAroundAFrustum)
   EXPECT_EQ(selectFaces(bvh, SphereRegion({40, 40, 0}, 1.999)), Faces());
 }
 
-TEST(SelectFaces, endWhereCancelled)
+TEST(SelectFaces, endWhereCanceled)
 {
   const TestMesh mesh = terrain(40);
   const Bvh bvh = Bvh::build(mesh.view());
@@ -209,8 +209,8 @@ TEST(SelectFaces, endWhereCancelled)
   std::atomic<bool> cancel{true};
   BvhOptions run;
   run.cancel = &cancel;
-  EXPECT_THROW(selectFaces(bvh, sphere, SelectionMode::TOUCHING, {}, run), Cancelled);
-  EXPECT_THROW(selectFaces(bvh, Other(sphere), SelectionMode::TOUCHING, {}, run), Cancelled);
+  EXPECT_THROW(selectFaces(bvh, sphere, SelectionMode::TOUCHING, {}, run), Canceled);
+  EXPECT_THROW(selectFaces(bvh, Other(sphere), SelectionMode::TOUCHING, {}, run), Canceled);
   cancel = false;
   EXPECT_EQ(selectFaces(bvh, sphere, SelectionMode::TOUCHING, {}, run), selectFaces(bvh, sphere));
 }

@@ -226,10 +226,10 @@ TEST(SeenFaces, areNoneFromNowhere)
   EXPECT_EQ(seen(mesh, EVERYWHERE, range(0, 50), {1e300, 0, 0}).size(), 50u);
 }
 
-TEST(SeenFaces, passOnThatTheyAreCancelled)
+TEST(SeenFaces, passOnThatTheyAreCanceled)
 {
   const TestMesh mesh = terrain(5);
-  const RayCast cancelled = [](const RayBatch&) -> RayHits { throw Cancelled(); };
-  EXPECT_THROW(seenFaces(Bvh::build(mesh.view()), EVERYWHERE, range(0, 50), {0, 0, 9}, cancelled),
-               Cancelled);
+  const RayCast canceled = [](const RayBatch&) -> RayHits { throw Canceled(); };
+  EXPECT_THROW(seenFaces(Bvh::build(mesh.view()), EVERYWHERE, range(0, 50), {0, 0, 9}, canceled),
+               Canceled);
 }

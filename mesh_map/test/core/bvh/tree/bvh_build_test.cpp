@@ -388,7 +388,7 @@ TEST(BvhBuild, StopsWhenToldTo)
   std::atomic<bool> cancel{true};
   BvhOptions options = threads(2);
   options.cancel = &cancel;
-  EXPECT_THROW(Bvh::build(mesh.view(), options), mesh_map::Cancelled);
+  EXPECT_THROW(Bvh::build(mesh.view(), options), mesh_map::Canceled);
   cancel = false;
   EXPECT_TRUE(sameTree(Bvh::build(mesh.view(), options), Bvh::build(mesh.view())));
 }

@@ -265,7 +265,7 @@ TEST_F(Faults, NothingIsLeftWhereItIsCancelled)
       bool right = true;
       try {
         right = task.run(options);
-      } catch (const mesh_map::Cancelled&) {
+      } catch (const mesh_map::Canceled&) {
         ++stopped;
       }
       if (after_a_while.joinable()) {

@@ -137,10 +137,10 @@ TEST(BvhRefit, ChangesNothingWhereItRefuses)
   std::atomic<bool> cancel{true};
   BvhOptions options;
   options.cancel = &cancel;
-  EXPECT_THROW(bvh.refit(mesh.view(), options), mesh_map::Cancelled);
+  EXPECT_THROW(bvh.refit(mesh.view(), options), mesh_map::Canceled);
   cancel = false;
   options.progress = [&](double fraction) { cancel = fraction > 0.5; };
-  EXPECT_THROW(bvh.refit(mesh.view(), options), mesh_map::Cancelled);
+  EXPECT_THROW(bvh.refit(mesh.view(), options), mesh_map::Canceled);
   EXPECT_TRUE(sameTree(bvh, built));
 }
 

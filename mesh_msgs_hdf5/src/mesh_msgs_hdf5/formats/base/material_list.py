@@ -12,7 +12,7 @@ WHITE = (255, 255, 255)
 NO_TEXTURE = -1
 
 
-class Textures:
+class ImportedTextures:
     """Images by the index under which a mesh keeps them; each file is read once.
 
     wanted: False if no image is of any use, because there are no texture coordinates.
@@ -83,7 +83,7 @@ def give_materials(
     mesh: Mesh,
     materials: List[Tuple[Any, int]],
     face_materials: np.ndarray,
-    textures: Textures,
+    textures: ImportedTextures,
     exact: bool = False,
 ) -> None:
     """Put materials (color, texture index) into the mesh, and the images.

@@ -15,7 +15,7 @@ from mesh_msgs_hdf5.model.mesh import Mesh
 
 
 @dataclass
-class Part:
+class ScenePart:
     """Triangles with vertices of their own.
 
     positions: (N, 3) float; faces: (F, 3) int64, below N; materials: (F,) int64; normals: (N, 3);
@@ -30,7 +30,7 @@ class Part:
     coordinates: Optional[np.ndarray] = None
     layers: Dict[str, np.ndarray] = field(default_factory=dict)
 
-    def moved(self, transform: np.ndarray) -> "Part":
+    def moved(self, transform: np.ndarray) -> "ScenePart":
         """The part after a 4 x 4 transform; where that mirrors, outside stays outside."""
         if np.array_equal(transform, np.eye(4)):
             return self
@@ -53,7 +53,7 @@ class Part:
 
 @dataclass
 class Scene:
-    """All parts as one: arrays as in Part.
+    """All parts as one: arrays as in ScenePart.
 
     known: (N,) bool, which vertices have texture coordinates; face_materials: (F,).
     """
@@ -68,7 +68,7 @@ class Scene:
     layers: Dict[str, np.ndarray] = field(default_factory=dict)
 
 
-def joined(parts: List[Part], report: ImportReport) -> Scene:
+def joined(parts: List[ScenePart], report: ImportReport) -> Scene:
     """One scene of all parts.
 
     Where only some have colors the others are white, where only some have a layer the others are

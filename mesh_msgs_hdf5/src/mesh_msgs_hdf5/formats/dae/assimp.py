@@ -14,7 +14,7 @@ import numpy as np
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.material_list import byte_color
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.base.scene import Part, Scene, joined
+from mesh_msgs_hdf5.formats.base.scene import ScenePart, Scene, joined
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 _TRIANGULATE, _SORT_BY_KIND = 0x8, 0x8000
@@ -137,7 +137,7 @@ def _material(library, material) -> Material:
     return {"color": byte_color(list(color)), "texture": text}
 
 
-def _instances(path, scene, report) -> List[Part]:
+def _instances(path, scene, report) -> List[ScenePart]:
     parts = [_part(scene.meshes[i].contents, report) for i in range(scene.mesh_count)]
     found, total = [], 0
     todo = [(scene.root.contents, np.eye(4))] if scene.root else []
@@ -160,12 +160,12 @@ def _instances(path, scene, report) -> List[Part]:
     return found
 
 
-def _part(mesh, report) -> Part:
+def _part(mesh, report) -> ScenePart:
     """A mesh in its own frame."""
     none = np.zeros((0, 3), np.int64)
     if not mesh.kinds & _TRIANGLES:
         report.note("left out: %d points or lines", mesh.face_count)
-        return Part(none.astype(np.float64), none, none[:, 0])
+        return ScenePart(none.astype(np.float64), none, none[:, 0])
     rows = mesh.vertex_count
 
     def floats(pointer, width) -> Optional[np.ndarray]:
@@ -177,7 +177,7 @@ def _part(mesh, report) -> Part:
     faces = faces[faces["count"] == 3]
     corners = b"".join([ctypes.string_at(place, 12) for place in faces["corners"].tolist()])
     faces = np.frombuffer(corners, np.uint32).reshape(-1, 3).astype(np.int64)
-    part = Part(positions, faces, np.full(len(faces), mesh.material))
+    part = ScenePart(positions, faces, np.full(len(faces), mesh.material))
     part.normals = floats(mesh.normals, 3)
     colors = floats(mesh.colors[0], 4)
     if colors is not None:

@@ -4,7 +4,7 @@ import os
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.beside import Folder
-from mesh_msgs_hdf5.formats.base.material_list import NO_TEXTURE, Textures, give_materials
+from mesh_msgs_hdf5.formats.base.material_list import NO_TEXTURE, ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.scene import welded_mesh, z_up
@@ -26,7 +26,7 @@ def read_dae(path: PathLike, options: Options, report: ImportReport) -> Mesh:
     scene.positions, scene.normals = z_up(scene.positions), z_up(scene.normals)
     report.note("COLLADA's unit and up axis were applied: meters, z up")
     mesh = welded_mesh(path, scene, options, report)
-    textures = Textures(Folder(path), report, wanted=mesh.texture_coordinates is not None)
+    textures = ImportedTextures(Folder(path), report, wanted=mesh.texture_coordinates is not None)
     used, numbers = np.unique(scene.face_materials, return_inverse=True)
     found = []
     for material in (materials[number] for number in used.tolist()):

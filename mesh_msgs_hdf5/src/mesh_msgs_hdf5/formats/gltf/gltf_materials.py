@@ -3,7 +3,7 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.formats.base.material_list import NO_TEXTURE, WHITE, Textures
+from mesh_msgs_hdf5.formats.base.material_list import NO_TEXTURE, WHITE, ImportedTextures
 from mesh_msgs_hdf5.formats.base.remarks import Remark, about
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.gltf.gltf_file import GltfFile
@@ -12,11 +12,15 @@ from mesh_msgs_hdf5.formats.gltf.gltf_scene import to_srgb
 _WEBP = "EXT_texture_webp"
 
 
-class MaterialReader:
+class GltfMaterialReader:
     """Colors and images of the materials of a file."""
 
     def __init__(
-        self, file: GltfFile, remarks: List[Remark], textures: Textures, report: ImportReport
+        self,
+        file: GltfFile,
+        remarks: List[Remark],
+        textures: ImportedTextures,
+        report: ImportReport,
     ) -> None:
         self._file, self._report = file, report
         self.textures = textures

@@ -4,7 +4,7 @@ from typing import Any, Dict, Iterator, List, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.base.scene import Part
+from mesh_msgs_hdf5.formats.base.scene import ScenePart
 from mesh_msgs_hdf5.formats.gltf.gltf_file import GltfFile
 from mesh_msgs_hdf5.model.errors import MapFileError
 
@@ -52,7 +52,7 @@ class SceneReader:
         self._left_out: Dict[str, int] = {}
         self._total = 0
 
-    def parts(self) -> List[Part]:
+    def parts(self) -> List[ScenePart]:
         """Every instance of every mesh of the scene, in the order of the nodes."""
         found = [
             part.moved(transform)
@@ -115,7 +115,7 @@ class SceneReader:
         result[:3, 3] = self._file.numbers(node, "translation", [0.0, 0.0, 0.0])
         return result
 
-    def _primitives(self, mesh) -> List[Part]:
+    def _primitives(self, mesh) -> List[ScenePart]:
         """Parts of one mesh; primitives with the same attributes are one."""
         primitives = mesh.get("primitives", [])
         if not isinstance(primitives, list):
@@ -181,10 +181,10 @@ class SceneReader:
             index = np.arange(count)
         return _as_triangles(index, mode)
 
-    def _part(self, attributes, faces, materials) -> Part:
+    def _part(self, attributes, faces, materials) -> ScenePart:
         read = self._read
         position = read(attributes, "POSITION", (3,))
-        part = Part(position, faces, materials)
+        part = ScenePart(position, faces, materials)
         rows = len(position)
         part.normals = read(attributes, "NORMAL", (3,), rows)
         colors = read(attributes, "COLOR_0", (3, 4), rows)

@@ -7,7 +7,7 @@ from typing import Any, Dict, List, Optional
 
 import numpy as np
 
-from mesh_msgs_hdf5.formats.base.material_list import Textures, give_materials
+from mesh_msgs_hdf5.formats.base.material_list import ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options
 from mesh_msgs_hdf5.formats.base.remarks import (
     Remark,
@@ -22,7 +22,7 @@ from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.scene import Scene, joined, unwelded_mesh, welded_mesh, z_up
 from mesh_msgs_hdf5.formats.base.values import add_face_attribute
 from mesh_msgs_hdf5.formats.gltf.gltf_file import GltfFile
-from mesh_msgs_hdf5.formats.gltf.gltf_materials import MaterialReader
+from mesh_msgs_hdf5.formats.gltf.gltf_materials import GltfMaterialReader
 from mesh_msgs_hdf5.formats.gltf.gltf_scene import SceneReader, check_extensions
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -53,8 +53,8 @@ def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportRepor
         name: parameters[name] for name in mesh.vertex_costs if parameters.get(name)
     }
     useful = mesh.texture_coordinates is not None or exact
-    textures = Textures(file.folder, report, wanted=useful)
-    reader = MaterialReader(file, remarks if exact else [], textures, report)
+    textures = ImportedTextures(file.folder, report, wanted=useful)
+    reader = GltfMaterialReader(file, remarks if exact else [], textures, report)
     materials, numbers = reader.chosen(scene.face_materials, keep_all=exact)
     give_materials(mesh, materials, numbers, textures, exact and bool(file.items("materials")))
     if exact:

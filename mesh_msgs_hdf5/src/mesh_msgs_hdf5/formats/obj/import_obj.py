@@ -10,7 +10,7 @@ import numpy as np
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.beside import Folder
 from mesh_msgs_hdf5.formats.base.corners import agreed, note_missing, texture_vertices
-from mesh_msgs_hdf5.formats.base.material_list import Textures, give_materials
+from mesh_msgs_hdf5.formats.base.material_list import ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import Triangles, check_corners, triangulate
 from mesh_msgs_hdf5.formats.base.remap import take_vertices
@@ -188,7 +188,9 @@ def _take_materials(path, lines, mesh, triangles: Triangles, remarks: List[Remar
     if not uses and not files and not own:
         return
     folder = Folder(path)
-    textures = Textures(folder, report, wanted=mesh.texture_coordinates is not None or bool(own))
+    textures = ImportedTextures(
+        folder, report, wanted=mesh.texture_coordinates is not None or bool(own)
+    )
     for remark in about(remarks, "texture", int):
         if isinstance(remark.get("file"), str) and 0 <= remark["texture"] < 1 << 31:
             textures.add_file(remark["file"], wanted=remark["texture"])

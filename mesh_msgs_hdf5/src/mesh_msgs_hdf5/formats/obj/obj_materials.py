@@ -5,7 +5,12 @@ from typing import Dict, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.beside import Folder, shown
-from mesh_msgs_hdf5.formats.base.material_list import NO_TEXTURE, WHITE, Textures, byte_color
+from mesh_msgs_hdf5.formats.base.material_list import (
+    NO_TEXTURE,
+    WHITE,
+    ImportedTextures,
+    byte_color,
+)
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 
 MAX_MTL_BYTES = 64 << 20
@@ -112,7 +117,7 @@ def face_materials(
     uses: List[Tuple[int, bytes]],
     polygon_count: int,
     known: Dict[bytes, MtlMaterial],
-    textures: Textures,
+    textures: ImportedTextures,
     keep_all: bool,
     report: ImportReport,
 ) -> FaceMaterials:

@@ -6,7 +6,12 @@ import numpy as np
 from mesh_msgs_hdf5.checks.check import MAX_TEXTURE_INDEX
 from mesh_msgs_hdf5.formats.base.beside import Folder
 from mesh_msgs_hdf5.formats.base.corners import texture_vertices
-from mesh_msgs_hdf5.formats.base.material_list import NO_TEXTURE, WHITE, Textures, give_materials
+from mesh_msgs_hdf5.formats.base.material_list import (
+    NO_TEXTURE,
+    WHITE,
+    ImportedTextures,
+    give_materials,
+)
 from mesh_msgs_hdf5.formats.base.options import Options
 from mesh_msgs_hdf5.formats.base.polygons import Triangles
 from mesh_msgs_hdf5.formats.base.remap import take_vertices
@@ -85,7 +90,7 @@ class FaceReader:
         files = [c[len(TEXTURE_FILE) :] for c in self._file.comments if c.startswith(TEXTURE_FILE)]
         useful = mesh.texture_coordinates is not None
         exact = bool(own or images)
-        textures = Textures(Folder(self._path), self._report, wanted=useful or exact)
+        textures = ImportedTextures(Folder(self._path), self._report, wanted=useful or exact)
         if exact:
             self._take_own_materials(mesh, own, images, textures)
         elif files and useful:

@@ -14,7 +14,7 @@ from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.plugins.planner import PlanResult
-from mesh_navigation.surface.anchors import passable
+from mesh_navigation.surface.face_points import passable
 
 SIZE = (1200, 900)  # pixels
 _MARGIN = 0.08  # of the region that is shown, on each side

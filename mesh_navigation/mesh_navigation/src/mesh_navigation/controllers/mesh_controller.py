@@ -14,10 +14,10 @@ from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.pose import vector_text
 from mesh_navigation.base.robot import STOP, RobotState, Velocity
 from mesh_navigation.controllers.carrot import find_carrot, heading_error
-from mesh_navigation.controllers.ground import Ground
+from mesh_navigation.controllers.local_costs import LocalCosts
 from mesh_navigation.controllers.guide import Guide
 from mesh_navigation.controllers.sight import Sight
-from mesh_navigation.controllers.standing import MAX_STEPS, Locator, Standing
+from mesh_navigation.controllers.surface_pose import MAX_STEPS, Locator, SurfacePose
 from mesh_navigation.controllers.steering import (
     CLEARANCE,
     Ahead,
@@ -94,7 +94,7 @@ class MeshController(Controller):
         self._guide: Optional[Guide] = None
         self._watch: Optional[StuckWatch] = None
         self._state: Optional[RobotState] = None
-        self._standing: Optional[Standing] = None
+        self._surface_pose: Optional[SurfacePose] = None
         self._period = FIRST_PERIOD
         self._cycle: Optional[float] = None
         self._velocity = STOP
@@ -133,19 +133,21 @@ class MeshController(Controller):
         values = self.values
         self._tolerance, self._angle_tolerance = dist_tolerance, angle_tolerance
         try:
-            standing = self._stand(state, values)
+            surface_pose = self._stand(state, values)
         except ControlFailure:  # compute_velocity tells
             return False
-        if self._distance_to_goal(standing) > dist_tolerance or self._has_way_to_go(standing):
+        if self._distance_to_goal(surface_pose) > dist_tolerance or self._has_path_ahead(
+            surface_pose
+        ):
             return False
         if values["turn_to_goal_heading"]:
-            error = heading_error(standing, self._goal_heading)
+            error = heading_error(surface_pose, self._goal_heading)
             if error is not None and not self._is_headed(abs(error), angle_tolerance):
                 return False
         at_once = values["max_lin_acceleration"] * self._period
         if abs(self._velocity.x) > max(values["min_lin_velocity"], at_once):
             return False  # it stands sooner, and nearer to the goal, if it brakes
-        return self._sees_goal(standing, dist_tolerance)
+        return self._sees_goal(surface_pose, dist_tolerance)
 
     def _is_headed(self, error: float, tolerance: float) -> bool:
         """Whether the heading is met; a robot that had to turn for it goes on as long as it gets
@@ -166,17 +168,17 @@ class MeshController(Controller):
     def _command(self, state: RobotState, values: Mapping[str, Any]) -> Command:
         if self._guide is None or self._watch is None:
             raise ControlFailure(ExePathOutcome.NOT_INITIALIZED, "there is no plan to follow")
-        standing = self._stand(state, values)
+        surface_pose = self._stand(state, values)
         self._take_period(state.time)
-        self._watch.look(standing)
+        self._watch.look(surface_pose)
         if self._watch.is_stuck(values["stuck_timeout"]):
-            raise ControlFailure(ExePathOutcome.ROBOT_STUCK, self._stuck_text(standing))
-        distance = self._distance_to_goal(standing)
+            raise ControlFailure(ExePathOutcome.ROBOT_STUCK, self._stuck_text(surface_pose))
+        distance = self._distance_to_goal(surface_pose)
         remark = ""
-        if self._is_at_goal(standing, distance):
-            wanted = self._turn_to_goal(standing, values)
+        if self._is_at_goal(surface_pose, distance):
+            wanted = self._turn_to_goal(surface_pose, values)
         else:
-            wanted, remark = self._drive(standing, distance, values)
+            wanted, remark = self._drive(surface_pose, distance, values)
         velocity = self._accelerated(wanted, values)
         if velocity == STOP:
             raise ControlFailure(ExePathOutcome.NO_VALID_CMD, _no_speed_text(distance, values))
@@ -188,16 +190,16 @@ class MeshController(Controller):
 
     # Where it is.
 
-    def _stand(self, state: RobotState, values: Mapping[str, Any]) -> Standing:
+    def _stand(self, state: RobotState, values: Mapping[str, Any]) -> SurfacePose:
         """Where the robot stands in this cycle; found once."""
-        if state is not self._state or self._standing is None:
+        if state is not self._state or self._surface_pose is None:
             distance, radius = values["max_search_distance"], values["max_search_radius"]
-            hint = self._standing
+            hint = self._surface_pose
             if hint is None:
                 hint = self._guide.hint(state.pose.position, distance + radius)
-            self._standing = self._locator.stand(state.pose, hint, distance, radius)
+            self._surface_pose = self._locator.stand(state.pose, hint, distance, radius)
             self._state = state
-        return self._standing
+        return self._surface_pose
 
     def _take_period(self, now: float) -> None:
         since = math.inf if self._cycle is None else now - self._cycle
@@ -207,67 +209,67 @@ class MeshController(Controller):
             self._velocity = STOP  # nobody has asked for long, or time has jumped: it stands
         self._cycle = now
 
-    def _distance_to_goal(self, standing: Standing) -> float:
-        return math.dist(standing.position, self._goal.position)
+    def _distance_to_goal(self, surface_pose: SurfacePose) -> float:
+        return math.dist(surface_pose.position, self._goal.position)
 
-    def _sees_goal(self, standing: Standing, tolerance: float) -> bool:
+    def _sees_goal(self, surface_pose: SurfacePose, tolerance: float) -> bool:
         """Whether the goal is near over the surface, too, not only through a wall or a floor."""
         line = self.map.geometry.walker.line(
-            start=standing, target=self._goal.position, up=standing.up, max_steps=MAX_STEPS
+            start=surface_pose, target=self._goal.position, up=surface_pose.up, max_steps=MAX_STEPS
         )
         if math.dist(line.position, self._goal.position) <= tolerance / 2:
             return True
-        nearest = self._guide.nearest(standing.position, self.values["max_path_distance"])
+        nearest = self._guide.nearest(surface_pose.position, self.values["max_path_distance"])
         rest = self._guide.ahead(nearest, 3 * tolerance)
         return rest.arrives and rest.length <= 2 * tolerance
 
-    def _is_at_goal(self, standing: Standing, distance: float) -> bool:
+    def _is_at_goal(self, surface_pose: SurfacePose, distance: float) -> bool:
         """Whether only the heading is left: near to the goal, or within half of the tolerance and
         the goal is not ahead any more. Then it drives again only beyond the tolerance."""
-        if distance > max(self._tolerance, 2 * _NEAR) or self._has_way_to_go(standing):
+        if distance > max(self._tolerance, 2 * _NEAR) or self._has_path_ahead(surface_pose):
             self._is_turning = False
         elif self._is_turning:
             # Narrower tolerances than that wait until it has turned.
             turns = self.values["turn_to_goal_heading"]
-            error = heading_error(standing, self._goal_heading) if turns else None
+            error = heading_error(surface_pose, self._goal_heading) if turns else None
             has_turned = error is None or abs(error) <= self._angle_tolerance
             self._is_turning = distance <= self._tolerance or not has_turned
         elif distance <= min(_NEAR, self._tolerance / 4):
             self._is_turning = True
         elif distance <= self._tolerance / 2:
-            direction = standing.direction_to(tuple(self._goal.position))
-            angle = 0.0 if direction is None else heading_error(standing, np.array(direction))
+            direction = surface_pose.direction_to(tuple(self._goal.position))
+            angle = 0.0 if direction is None else heading_error(surface_pose, np.array(direction))
             self._is_turning = angle is None or abs(angle) > math.radians(self.values["max_angle"])
         return self._is_turning
 
-    def _has_way_to_go(self, standing: Standing) -> bool:
+    def _has_path_ahead(self, surface_pose: SurfacePose) -> bool:
         """Whether it is beside the goal, but the path has still to be driven, as loops have."""
         values = self.values
         room = 2 * self._tolerance + _LOOP
         is_field = values["follow"] == FIELD
-        return self._guide.has_way_to_go(standing, is_field, room, values["max_path_distance"])
+        return self._guide.has_path_ahead(surface_pose, is_field, room, values["max_path_distance"])
 
     # What to do.
 
-    def _turn_to_goal(self, standing: Standing, values: Mapping[str, Any]) -> Velocity:
-        error = heading_error(standing, self._goal_heading)
+    def _turn_to_goal(self, surface_pose: SurfacePose, values: Mapping[str, Any]) -> Velocity:
+        error = heading_error(surface_pose, self._goal_heading)
         if error is None or not values["turn_to_goal_heading"]:
             error = 0.0
         self.current_angle = error = self._same_side(error)
         return Velocity(yaw=turning_speed(error, values, self._period))
 
-    def _drive(self, standing: Standing, distance: float, values: Mapping[str, Any]) -> Any:
+    def _drive(self, surface_pose: SurfacePose, distance: float, values: Mapping[str, Any]) -> Any:
         brakes, lookahead = values["max_lin_acceleration"], values["lookahead_distance"]
         stopping = stopping_distance(self._velocity.x, brakes, 2 * self._period)
         gap = values["blocked_distance"]
         ahead = stopping + max(gap, lookahead / 2)
         horizon = max(lookahead, values["arrival_fading"], ahead) + CLEARANCE
-        guidance = self._guide.way(
-            standing, values["follow"] == FIELD, horizon, values["max_path_distance"]
+        guidance = self._guide.guidance(
+            surface_pose, values["follow"] == FIELD, horizon, values["max_path_distance"]
         )
-        way = guidance.ways[0]
+        way = guidance.paths[0]
         costs = self.map.planning_costs().costs
-        ground = Ground(self.map.geometry, costs, self._goal.face, self._goal.position)
+        ground = LocalCosts(self.map.geometry, costs, self._goal.face, self._goal.position)
         stop, reach = math.inf, lookahead
         blocked = ground.first_blocked(way.points, way.faces) if len(way.faces) else None
         if blocked is not None:
@@ -276,16 +278,16 @@ class MeshController(Controller):
             if blocked - gap < _NEAR:
                 raise ControlFailure(
                     ExePathOutcome.BLOCKED_PATH,
-                    f"the way of the robot at {vector_text(standing.position)} is blocked after "
-                    f"{blocked:.2f} m, at {vector_text(way.at(blocked))}; it stops "
+                    f"the way of the robot at {vector_text(surface_pose.position)} is blocked "
+                    f"after {blocked:.2f} m, at {vector_text(way.at(blocked))}; it stops "
                     f"{gap:.2f} m before (blocked_distance)",
                 )
-        sight = Sight(self.map.geometry, ground, standing)
-        carrot = find_carrot(sight, guidance.ways, reach, values["side_clearance"])
+        sight = Sight(self.map.geometry, ground, surface_pose)
+        carrot = find_carrot(sight, guidance.paths, reach, values["side_clearance"])
         self.current_angle = self._same_side(carrot.angle)
         carrot = carrot._replace(angle=self.current_angle)
         goal = max(distance, way.length) if way.arrives else math.inf
-        bends = speed_before_bends(way, standing.up, stopping, values, self._period)
+        bends = speed_before_bends(way, surface_pose.up, stopping, values, self._period)
         wanted = steer(carrot, Ahead(goal, stop, bends), values, self._period)
         wanted = on_free_ground(wanted, sight, carrot, values, self._period)
         self._brake_hard(sight, wanted, values)
@@ -315,8 +317,8 @@ class MeshController(Controller):
         yaw = approached(wanted.yaw, self._velocity.yaw, angular)
         return Velocity(x=min(x, values["max_lin_velocity"]), yaw=yaw)
 
-    def _stuck_text(self, standing: Standing) -> str:
-        return f"the robot at {vector_text(standing.position)} {self._watch.text()}"
+    def _stuck_text(self, surface_pose: SurfacePose) -> str:
+        return f"the robot at {vector_text(surface_pose.position)} {self._watch.text()}"
 
 
 def _no_speed_text(distance: float, values: Mapping[str, Any]) -> str:
@@ -336,8 +338,8 @@ class StuckWatch:
     """Adds up what was commanded since the robot has last moved."""
 
     def __init__(self) -> None:
-        self._since: Optional[Standing] = None
-        self._spot: Optional[Standing] = None
+        self._since: Optional[SurfacePose] = None
+        self._spot: Optional[SurfacePose] = None
         self.turned = 0.0
         self._forget()
 
@@ -348,13 +350,13 @@ class StuckWatch:
         """Turns on the spot for other goals do not count."""
         self.turned = 0.0
 
-    def look(self, standing: Standing) -> None:
+    def look(self, surface_pose: SurfacePose) -> None:
         """Note where the robot is; once per cycle."""
-        if self._since is None or _has_moved(self._since, standing):
-            self._since = standing
+        if self._since is None or _has_moved(self._since, surface_pose):
+            self._since = surface_pose
             self._forget()
-        if self._spot is None or math.dist(self._spot.position, standing.position) > 2 * MOVED:
-            self._spot = standing
+        if self._spot is None or math.dist(self._spot.position, surface_pose.position) > 2 * MOVED:
+            self._spot = surface_pose
             self.turned = 0.0
 
     def commanded(self, velocity: Velocity, period: float) -> None:
@@ -382,7 +384,7 @@ class StuckWatch:
         )
 
 
-def _has_moved(before: Standing, now: Standing) -> bool:
+def _has_moved(before: SurfacePose, now: SurfacePose) -> bool:
     step = minus(now.point, before.point)
     turned = dot(before.heading, now.heading) < 1.0 - TURNED * TURNED / 2
     return dot(step, step) > MOVED * MOVED or turned

@@ -9,10 +9,10 @@ from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.walk import WalkEnd
 from mesh_map.spatial.hits import NO_FACE, SurfacePoint
 
-from mesh_navigation.controllers.ground import Ground
-from mesh_navigation.controllers.standing import MAX_STEPS, Standing
+from mesh_navigation.controllers.local_costs import LocalCosts
+from mesh_navigation.controllers.surface_pose import MAX_STEPS, SurfacePose
 from mesh_navigation.controllers.vector3 import Vector3, cross, inside, minus, unit, vector3
-from mesh_navigation.controllers.way import Way
+from mesh_navigation.controllers.local_path import LocalPath
 
 _THERE = 0.01  # m from a place to where the line to it ends
 _HERE = 1e-4  # m; what is nearer is here
@@ -42,19 +42,25 @@ class Corridor(NamedTuple):
 class Sight:
     """From where the robot stands, at one moment."""
 
-    def __init__(self, geometry: MeshGeometry, ground: Ground, standing: Standing) -> None:
+    def __init__(
+        self, geometry: MeshGeometry, ground: LocalCosts, surface_pose: SurfacePose
+    ) -> None:
         self._geometry, self._walker = geometry, geometry.walker
-        self._ground, self.standing = ground, standing
+        self._ground, self.surface_pose = ground, surface_pose
 
     def look(self, point: np.ndarray) -> View:
         """The straight way to a place (3,) (m)."""
-        standing = self.standing
-        straight = math.dist(point, standing.position)
+        surface_pose = self.surface_pose
+        straight = math.dist(point, surface_pose.position)
         if straight < _HERE:
             return View(straight, None, "")
-        for up in (standing.up, standing.normal, self._geometry.up):  # one of them where it bends
+        for up in (
+            surface_pose.up,
+            surface_pose.normal,
+            self._geometry.up,
+        ):  # one of them where it bends
             line = self._walker.line(
-                start=standing, target=point, up=up, max_steps=MAX_STEPS, path=True
+                start=surface_pose, target=point, up=up, max_steps=MAX_STEPS, path=True
             )
             missed = math.dist(line.position, point)
             if missed <= _THERE:
@@ -64,7 +70,7 @@ class Sight:
                 return View(line.length + missed, blocked, "is blocked")
         return View(straight, min(line.length, straight), "leaves the surface")
 
-    def corridor(self, way: Way, length: float, clearance: float) -> Corridor:
+    def corridor(self, way: LocalPath, length: float, clearance: float) -> Corridor:
         """What is beside a place of a way.
 
         Args:
@@ -82,7 +88,7 @@ class Sight:
             return Corridor(middle, [])
         corners = self._geometry.vertices[self._geometry.faces[face]].astype(np.float64)
         place = SurfacePoint(face, middle, inside(corners, middle), 0.0)
-        left = cross(self.standing.up, ahead)
+        left = cross(self.surface_pose.up, ahead)
         goal = way.arrives and length >= way.length
         ways = [self._beside(place, left, sign * 2 * clearance) for sign in (1.0, -1.0)]
         room = [found.length for found in ways]
@@ -110,7 +116,7 @@ class Sight:
         """
         steps = 1 if curvature == 0.0 else min(max(math.ceil(length / _STEP), 2), _MOST_STEPS)
         step = length / steps
-        place, heading = self.standing, self.standing.heading
+        place, heading = self.surface_pose, self.surface_pose.heading
         points, faces, walked, ended = [], [], 0.0, False
         for _ in range(steps):
             heading = _turned(heading, vector3(place.normal), curvature * step / 2)
@@ -133,25 +139,25 @@ class Sight:
                 return blocked
         return walked if ended else None
 
-    def _beside(self, place: SurfacePoint, left: Any, length: float) -> Way:
+    def _beside(self, place: SurfacePoint, left: Any, length: float) -> LocalPath:
         """The free way to one side."""
         walk = self._walker.walk(
             start=place,
             direction=left,
             length=length,
-            up=self.standing.up,
+            up=self.surface_pose.up,
             max_steps=MAX_STEPS,
             path=True,
         )
         if not len(walk.path.faces):
-            return Way.through(place.position[None], walk.path.faces, False)
-        way = Way.through(walk.path.points, walk.path.faces, False)
+            return LocalPath.through(place.position[None], walk.path.faces, False)
+        way = LocalPath.through(walk.path.points, walk.path.faces, False)
         blocked = self._ground.first_blocked(way.points, way.faces)
         if blocked is None:
             return way
         kept = max(int(way.travelled.searchsorted(blocked)), 1)
         points = np.concatenate([way.points[:kept], way.at(blocked)[None]])
-        return Way.through(points, way.faces[:kept], False)
+        return LocalPath.through(points, way.faces[:kept], False)
 
 
 def _turned(heading: Vector3, normal: Vector3, angle: float) -> Vector3:

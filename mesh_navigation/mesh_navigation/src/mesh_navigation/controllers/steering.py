@@ -9,7 +9,7 @@ from mesh_navigation.base.robot import Velocity
 from mesh_navigation.controllers.carrot import Carrot
 from mesh_navigation.controllers.sight import Sight
 from mesh_navigation.controllers.vector3 import Vector3
-from mesh_navigation.controllers.way import Way
+from mesh_navigation.controllers.local_path import LocalPath
 
 
 def braking_speed(distance: float, deceleration: float, period: float) -> float:
@@ -142,7 +142,7 @@ _MOST = 32  # places that are looked at
 
 
 def speed_before_bends(
-    way: Way, up: Vector3, farthest: float, values: Mapping[str, Any], period: float
+    way: LocalPath, up: Vector3, farthest: float, values: Mapping[str, Any], period: float
 ) -> float:
     """The highest speed from which one can brake to that of each bend of the way (m/s).
 
@@ -170,14 +170,14 @@ def speed_before_bends(
     )
 
 
-def _level(way: Way, starts: np.ndarray, ends: np.ndarray, up: Vector3) -> np.ndarray:
+def _level(way: LocalPath, starts: np.ndarray, ends: np.ndarray, up: Vector3) -> np.ndarray:
     """(N,3) directions of length 1 between points of the way, as seen from above."""
     chords = _at(way, ends) - _at(way, starts)
     chords -= (chords @ np.array(up))[:, None] * np.array(up)
     return chords / np.maximum(np.linalg.norm(chords, axis=1, keepdims=True), 1e-9)
 
 
-def _at(way: Way, lengths: np.ndarray) -> np.ndarray:
+def _at(way: LocalPath, lengths: np.ndarray) -> np.ndarray:
     columns = (np.interp(lengths, way.travelled, way.points[:, axis]) for axis in range(3))
     return np.stack(list(columns), axis=1)
 

@@ -12,10 +12,10 @@ from mesh_map.spatial.hits import NO_FACE, SurfacePoint, SurfacePoints
 
 from mesh_navigation.base.outcomes import ExePathOutcome
 from mesh_navigation.base.pose import number_text, vector_text
-from mesh_navigation.controllers.ground import Ground
-from mesh_navigation.controllers.standing import MAX_STEPS, SAME_SHEET
+from mesh_navigation.controllers.local_costs import LocalCosts
+from mesh_navigation.controllers.surface_pose import MAX_STEPS, SAME_SHEET
 from mesh_navigation.controllers.vector3 import inside
-from mesh_navigation.controllers.way import Way
+from mesh_navigation.controllers.local_path import LocalPath
 from mesh_navigation.plugins.controller import ControlFailure
 
 _BACK, _AHEAD = 0.5, 2.0  # m around the last place on the path, where the next one is looked for
@@ -65,12 +65,12 @@ class Track:
             places.barycentric[last],
             float(places.distances[last]),
         )
-        self._way = _laid_out(geometry, places)
-        ground = Ground(geometry, costs, self.goal.face, self.goal.position)
+        self._path = _laid_out(geometry, places)
+        ground = LocalCosts(geometry, costs, self.goal.face, self.goal.position)
         if clearance > 0.0 and len(positions) > 2:
             wide = _laid_out(geometry, rounded(geometry, places, clearance))
             if is_free(ground, wide):
-                self._way = wide
+                self._path = wide
         self._travelled = -1.0  # not known yet
 
     def nearest(self, position: np.ndarray, max_distance: float) -> Nearest:
@@ -90,7 +90,7 @@ class Track:
         return found
 
     def _nearest(self, position: np.ndarray, begin: float, end: float) -> Nearest:
-        points, travelled = self._way.points, self._way.travelled
+        points, travelled = self._path.points, self._path.travelled
         if len(points) == 1:
             return Nearest(0, points[0], 0.0, float(np.linalg.norm(points[0] - position)))
         first = max(int(travelled.searchsorted(begin)) - 1, 0)
@@ -121,16 +121,16 @@ class Track:
 
     def comes_back(self, nearest: Nearest, radius: float) -> bool:
         """Whether from there on the path leads farther from its end than a radius (m)."""
-        gaps = self._way.points[nearest.index + 1 :] - self._way.points[-1]
+        gaps = self._path.points[nearest.index + 1 :] - self._path.points[-1]
         return bool(np.any(np.einsum("ij,ij->i", gaps, gaps) > radius * radius))
 
     def before(self, nearest: Nearest, length: float) -> Nearest:
         """The point of the path that comes this length (m) before another one."""
         travelled = max(nearest.travelled - length, 0.0)
-        index = max(int(self._way.travelled.searchsorted(travelled)) - 1, 0)
-        return Nearest(index, self._way.at(travelled), travelled, np.nan)
+        index = max(int(self._path.travelled.searchsorted(travelled)) - 1, 0)
+        return Nearest(index, self._path.at(travelled), travelled, np.nan)
 
-    def ahead(self, nearest: Nearest, length: float) -> Way:
+    def ahead(self, nearest: Nearest, length: float) -> LocalPath:
         """The path from there on.
 
         Args:
@@ -138,11 +138,11 @@ class Track:
             length: at which it is cut off, or somewhat after (m).
         """
         end = nearest.travelled + length
-        last = min(int(self._way.travelled.searchsorted(end)) + 1, len(self._way.points))
+        last = min(int(self._path.travelled.searchsorted(end)) + 1, len(self._path.points))
         after = nearest.index + 1
-        points = np.concatenate([nearest.position[None], self._way.points[after:last]])
-        faces = self._way.faces[nearest.index : last - 1]
-        return Way.through(points, faces, last == len(self._way.points))
+        points = np.concatenate([nearest.position[None], self._path.points[after:last]])
+        faces = self._path.faces[nearest.index : last - 1]
+        return LocalPath.through(points, faces, last == len(self._path.points))
 
     def hint(self, position: np.ndarray, radius: float) -> Any:
         """The place of the path that is nearest to a position, to look for the robot from there.
@@ -152,9 +152,9 @@ class Track:
         found = self._nearest(position, -np.inf, np.inf)
         if found.distance > radius:
             return None
-        if len(self._way.faces) == 0:
+        if len(self._path.faces) == 0:
             return self.goal
-        face = int(self._way.faces[found.index])
+        face = int(self._path.faces[found.index])
         if face == NO_FACE:
             return None
         corners = self._geometry.vertices[self._geometry.faces[face]].astype(np.float64)
@@ -178,7 +178,7 @@ def _places(geometry: MeshGeometry, positions: np.ndarray, distance: float) -> S
     )
 
 
-def is_free(ground: Ground, way: Way) -> bool:
+def is_free(ground: LocalCosts, way: LocalPath) -> bool:
     """Whether all of a way can be driven: no part is blocked or leaves the surface."""
     if not len(way.faces):
         return True
@@ -187,7 +187,7 @@ def is_free(ground: Ground, way: Way) -> bool:
     )
 
 
-def _laid_out(geometry: MeshGeometry, places: SurfacePoints) -> Way:
+def _laid_out(geometry: MeshGeometry, places: SurfacePoints) -> LocalPath:
     """The polyline through places, over the faces between them; where the surface does not lead
     from one to the next, straight, without a face."""
     starts = SurfacePoints(*(column[:-1] for column in places))
@@ -212,7 +212,7 @@ def _laid_out(geometry: MeshGeometry, places: SurfacePoints) -> Way:
                 points.append(target)
                 same = places.faces[index] == places.faces[index + 1]
                 faces.append(np.array([places.faces[index] if same else NO_FACE], dtype=np.int64))
-    return Way.through(np.concatenate(points), np.concatenate(faces), arrives=True)
+    return LocalPath.through(np.concatenate(points), np.concatenate(faces), arrives=True)
 
 
 _REACH = 0.3  # m before and behind a place, between which the path bends there

@@ -19,7 +19,7 @@ from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.plan_execution import checked_result
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 from mesh_navigation.plugins.plugin_list import PLANNERS, checked_plugin, ready_plugin
-from mesh_navigation.surface.anchors import MAX_DISTANCE
+from mesh_navigation.surface.face_points import MAX_DISTANCE
 from mesh_navigation.surface.map_loading import load_map
 
 SHORT_NAMES = {

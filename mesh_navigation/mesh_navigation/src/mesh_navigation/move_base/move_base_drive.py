@@ -5,7 +5,7 @@ from typing import Any, Callable, List, Optional
 import numpy as np
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.move_base.sub_goals import GoalEnd, Progress, SubActions, SubGoal
+from mesh_navigation.move_base.sub_goals import GoalEnd, DriveProgress, SubActions, SubGoal
 
 
 class Relay(SubGoal):
@@ -22,17 +22,17 @@ class Relay(SubGoal):
             path: the first one.
         """
         self._actions = actions
-        self.progress: Optional[Progress] = None
+        self.progress: Optional[DriveProgress] = None
         """The newest that was reported."""
-        self._first: Optional[Progress] = None
+        self._first: Optional[DriveProgress] = None
         self._older: List[SubGoal] = []
         self._newest = actions.drive(path, self._note)
 
-    def _note(self, progress: Progress) -> None:
+    def _note(self, progress: DriveProgress) -> None:
         self._first = self._first or progress
         self.progress = progress
 
-    def way(self) -> float:
+    def distance(self) -> float:
         """How far away the robot is from where it was reported first (m)."""
         if self.progress is None or self._first is None:
             return 0.0

@@ -14,7 +14,7 @@ from mesh_navigation.execution.drive_watches import OscillationWatch
 from mesh_navigation.move_base.move_base_drive import Relay, Replanning
 from mesh_navigation.move_base.sub_goals import (
     GoalEnd,
-    Over,
+    MoveBaseOver,
     SubActions,
     SubGoal,
     checked,
@@ -130,14 +130,14 @@ class MoveBaseExecution:
                 if drive.succeeded:
                     return drive
                 self._recover(DRIVING, drive, cancellation)
-        except Over as over:
+        except MoveBaseOver as over:
             return over.end
 
     def _drive(self, path: Any, cancellation: Cancellation) -> GoalEnd:
         """Drive; returns how it ended: with success, or why the robot cannot go on.
 
         Raises:
-            Over: see `mesh_navigation.move_base.sub_goals.ended`.
+            MoveBaseOver: see `mesh_navigation.move_base.sub_goals.ended`.
         """
         oscillation = OscillationWatch()
         replanning = Replanning(self._actions, self._clock.now(), self._log)
@@ -152,7 +152,7 @@ class MoveBaseExecution:
                     continue
                 now, values = self._clock.now(), self._values()
                 getting_on = max(SMALLEST_STEP, values["oscillation_distance"])
-                if drive.way() >= getting_on and is_success(progress.outcome):
+                if drive.distance() >= getting_on and is_success(progress.outcome):
                     self._overcome(DRIVING, "gets on")
                 fault = oscillation.fault(progress.pose, now, values)
                 if fault:
@@ -161,7 +161,7 @@ class MoveBaseExecution:
                 plan = replanning.newer_plan(now, frequency, progress.dist_to_goal)
                 if plan is not None:
                     drive.follow(plan.path)
-        except Over:
+        except MoveBaseOver:
             raise
         except Exception:  # Whatever it is, the robot does not go on alone.
             drive.stop("move_base failed")
@@ -178,20 +178,20 @@ class MoveBaseExecution:
         """Run the next behavior.
 
         Raises:
-            Over: there is nothing that could help.
+            MoveBaseOver: there is nothing that could help.
         """
         if failure.outcome in FINAL or not self._values()["recovery_enabled"]:
-            raise Over(failure)
+            raise MoveBaseOver(failure)
         tried = self._chain.tried
         name = self._chain.next(trouble)
         if name is None:
-            raise Over(_in_vain(failure, tried))
+            raise MoveBaseOver(_in_vain(failure, tried))
         self._log(f"{trouble} failed: {failure.message} ({failure.outcome}); trying {name}")
         end = ended(self._actions.recover(name), f"recovery {name}", cancellation)
         if not end.succeeded:
             self._log(f"recovery {name} failed: {end.message} ({end.outcome})")
             if self._chain.exhausted:
-                raise Over(_in_vain(failure, self._chain.tried))
+                raise MoveBaseOver(_in_vain(failure, self._chain.tried))
 
 
 def _end_oscillation(drive: SubGoal, fault: str) -> GoalEnd:
@@ -199,7 +199,7 @@ def _end_oscillation(drive: SubGoal, fault: str) -> GoalEnd:
     if end is None:
         # Whatever is done next, two would command the robot.
         message = f"{fault}; {DRIVE} does not end"
-        raise Over(GoalEnd(MoveBaseOutcome.INTERNAL_ERROR, message))
+        raise MoveBaseOver(GoalEnd(MoveBaseOutcome.INTERNAL_ERROR, message))
     if end.succeeded:
         return end
     return GoalEnd(MoveBaseOutcome.OSCILLATION, fault, drive=end.drive)

@@ -107,7 +107,7 @@ class SubGoal:
         return self.wait(timeout=PATIENCE)
 
 
-class Progress(NamedTuple):
+class DriveProgress(NamedTuple):
     """The robot, as a drive reports it in each cycle."""
 
     pose: Pose
@@ -146,7 +146,7 @@ class SubActions:
         """A plan from where the robot is to the goal."""
         return self._get_path.send(self._plan, owner=OWNER)
 
-    def drive(self, path: Any, on_progress: Callable[[Progress], None]) -> SubGoal:
+    def drive(self, path: Any, on_progress: Callable[[DriveProgress], None]) -> SubGoal:
         """Follow a path; what is followed already goes on with the new path without a stop.
 
         Args:
@@ -158,7 +158,7 @@ class SubActions:
             self._on_feedback(feedback)
             if feedback.current_pose.header.frame_id:  # else the robot's pose is not known
                 pose = pose_from_message(feedback.current_pose.pose)
-                on_progress(Progress(pose, feedback.dist_to_goal, int(feedback.outcome)))
+                on_progress(DriveProgress(pose, feedback.dist_to_goal, int(feedback.outcome)))
 
         goal = ExePathGoal(path=path, controller=self._controller)
         return self._exe_path.send(goal, on_feedback, OWNER)
@@ -168,7 +168,7 @@ class SubActions:
         return self._recovery.send(RecoveryGoal(behavior=behavior), owner=OWNER)
 
 
-class Over(Exception):
+class MoveBaseOver(Exception):
     """Raised where going to the goal ends without success."""
 
     def __init__(self, end: GoalEnd) -> None:
@@ -185,7 +185,7 @@ def ended(goal: SubGoal, what: str, cancellation: Cancellation) -> GoalEnd:
         cancellation: of the whole; cancels the sub-goal.
 
     Raises:
-        Over: canceled, by ours or by somebody else, or rejected.
+        MoveBaseOver: canceled, by ours or by somebody else, or rejected.
     """
     return checked(goal.wait(cancellation), goal, what, cancellation)
 
@@ -194,18 +194,18 @@ def checked(end: Any, goal: SubGoal, what: str, cancellation: Cancellation) -> G
     """The end of a sub-goal that was waited for, None where a cancel ended the waiting.
 
     Raises:
-        Over: as `ended`.
+        MoveBaseOver: as `ended`.
     """
     if cancellation.canceled:
         end = goal.stop(cancellation.reason)
         message = f"canceled during {what}: {cancellation.reason}"
         if end is None:
             message += f"; {what} has not ended within {PATIENCE:g} s"
-        raise Over(GoalEnd(MoveBaseOutcome.CANCELED, message, drive=end and end.drive))
+        raise MoveBaseOver(GoalEnd(MoveBaseOutcome.CANCELED, message, drive=end and end.drive))
     if end.canceled:
         # Someone wants the robot to stop: going on would be disobedience.
         message = f"{what} was canceled, not by move_base: {end.message}"
-        raise Over(GoalEnd(MoveBaseOutcome.CANCELED, message, drive=end.drive))
+        raise MoveBaseOver(GoalEnd(MoveBaseOutcome.CANCELED, message, drive=end.drive))
     if end.state == GoalStatus.REJECTED:
-        raise Over(end)
+        raise MoveBaseOver(end)
     return end

@@ -12,8 +12,8 @@ from mesh_map.distance.dijkstra import DijkstraField, DijkstraSolver, is_lengths
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.path import path_length, without_repeats
-from mesh_navigation.planners.places import Place
-from mesh_navigation.planners.surface_planner import Held, Search, SurfacePlanner, Track
+from mesh_navigation.planners.path_ends import PathEnd
+from mesh_navigation.planners.surface_planner import CachedField, Search, SurfacePlanner, RawPath
 from mesh_navigation.plugins.planner import PlanField
 from mesh_navigation.surface.slowness import changed_vertices, is_much
 from mesh_navigation.surface.up_normals import area_vectors, face_up_normals, vertex_up_normals
@@ -33,21 +33,21 @@ class DijkstraMeshPlanner(SurfacePlanner):
 
     def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
         edges = self._solvers.newest()
-        ground = self._grounds.of(edges.costs, values["cost_limit"])
+        ground = self._snapshots.of(edges.costs, values["cost_limit"])
         return Search(values, ground, edges, flag)
 
     def _solved(
-        self, search: Search, target: Place, vertices: Optional[List[int]]
+        self, search: Search, target: PathEnd, vertices: Optional[List[int]]
     ) -> DijkstraField:
         return search.basis.solver.solve(
-            target.ways,
+            target.corner_paths,
             vertex_costs=search.ground.slowness,
             targets=vertices,
             offset=search.values["goal_dist_offset"],
             cancel_flag=search.flag,
         )
 
-    def _updated(self, search: Search, target: Place, held: Held) -> bool:
+    def _updated(self, search: Search, target: PathEnd, held: CachedField) -> bool:
         before, now, solver = held.search.ground, search.ground, search.basis.solver
         if is_much(changed_vertices(before, now), now):
             return False
@@ -55,27 +55,29 @@ class DijkstraMeshPlanner(SurfacePlanner):
             held.field.update(now.slowness, solver=solver, cancel=search.flag)
         return True
 
-    def _track(self, search: Search, origin: Place, target: Place, field: DijkstraField) -> Track:
+    def _track(
+        self, search: Search, origin: PathEnd, target: PathEnd, field: DijkstraField
+    ) -> RawPath:
         way = np.zeros(0, dtype=np.uint32)
         cost = None
         if not origin.sees(target):
-            vertex, least = first_corner(origin.ways, field)
+            vertex, least = first_corner(origin.corner_paths, field)
             way = field.way_from(vertex)
             cost = least if search.basis.weighted else None
         geometry = self.map.geometry
-        ends = face_up_normals(geometry, [origin.anchor.face, target.anchor.face])
+        ends = face_up_normals(geometry, [origin.face_point.face, target.face_point.face])
         points, normals = without_repeats(
             np.concatenate([origin.position[None], self.map.vertices[way], target.position[None]]),
             np.concatenate([ends[:1], vertex_up_normals(geometry, way), ends[1:]]),
         )
-        return Track(points, normals, path_length(points) if cost is None else cost)
+        return RawPath(points, normals, path_length(points) if cost is None else cost)
 
-    def _plan_field(self, target: Place, field: DijkstraField) -> PlanField:
+    def _plan_field(self, target: PathEnd, field: DijkstraField) -> PlanField:
         labels = read_only(field.potential.astype(np.float64))
-        return PlanField(labels, field.limit, None, target.anchor.face, target.position)
+        return PlanField(labels, field.limit, None, target.face_point.face, target.position)
 
     def _vectors(
-        self, search: Search, target: Place, field: DijkstraField
+        self, search: Search, target: PathEnd, field: DijkstraField
     ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
         values = search.values
         if not (values["publish_vector_field"] or values["publish_face_vectors"]):

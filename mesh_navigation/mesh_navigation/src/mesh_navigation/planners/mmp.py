@@ -11,7 +11,7 @@ from mesh_map.distance.surface_path import SurfacePath
 from mesh_map.distance.wave_front import WaveFrontField
 
 from mesh_navigation.planners.dijkstra import first_corner
-from mesh_navigation.planners.places import Place
+from mesh_navigation.planners.path_ends import PathEnd
 from mesh_navigation.planners.surface_planner import PARAMETERS, Search
 from mesh_navigation.planners.wave_front import STEP_WIDTH, WaveFrontPlanner
 
@@ -48,7 +48,7 @@ class MMPPlanner(WaveFrontPlanner):
         return 0.0
 
     def _surface_path(
-        self, search: Search, origin: Place, target: Place, field: WaveFrontField
+        self, search: Search, origin: PathEnd, target: PathEnd, field: WaveFrontField
     ) -> SurfacePath:
         traced = super()._surface_path(search, origin, target, field)
         path = self._taut(search, traced)
@@ -63,15 +63,15 @@ class MMPPlanner(WaveFrontPlanner):
         """The locally shortest path, over what may be passed, that a path becomes."""
         return self._geodesic.shorten(path, mask=search.ground.open_faces, cancel=search.flag)
 
-    def _along_edges(self, search: Search, origin: Place, target: Place) -> SurfacePath:
+    def _along_edges(self, search: Search, origin: PathEnd, target: PathEnd) -> SurfacePath:
         """The shortest way over edges, as Dijkstra's algorithm finds it."""
         found = self._edges.solve(
-            target.ways,
+            target.corner_paths,
             vertex_costs=search.ground.slowness,
             targets=origin.vertices,
             cancel_flag=search.flag,
         )
-        way = found.way_from(first_corner(origin.ways, found)[0])
+        way = found.way_from(first_corner(origin.corner_paths, found)[0])
         points = np.concatenate(
             [origin.position[None], self.map.vertices[way], target.position[None]]
         )
@@ -80,5 +80,7 @@ class MMPPlanner(WaveFrontPlanner):
             np.intersect1d(faces_of(a), faces_of(b))[0]
             for a, b in zip(way.tolist(), way[1:].tolist())
         ]
-        faces = np.array([origin.anchor.face, *between, target.anchor.face], dtype=np.uint32)
+        faces = np.array(
+            [origin.face_point.face, *between, target.face_point.face], dtype=np.uint32
+        )
         return SurfacePath(points, faces, np.zeros(len(points)))

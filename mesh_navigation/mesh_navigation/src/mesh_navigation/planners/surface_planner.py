@@ -7,7 +7,7 @@ from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 import numpy as np
 
 from mesh_map.base.cancel import CancelFlag
-from mesh_map.base.errors import Cancelled
+from mesh_map.base.errors import Canceled
 from mesh_map.base.parameter import Parameter
 from mesh_map.geometry.topology import Topology
 from mesh_map.map.mesh_map import MeshMap
@@ -17,7 +17,7 @@ from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.base.path import path_length, path_poses
 from mesh_navigation.base.pose import Pose, vector_text
 from mesh_navigation.base.recent import Recent
-from mesh_navigation.planners.places import Place, find_place, nearest_place
+from mesh_navigation.planners.path_ends import PathEnd, find_path_end, nearest_path_end
 from mesh_navigation.plugins.planner import (
     MeshPlanner,
     PlanFailure,
@@ -25,7 +25,7 @@ from mesh_navigation.plugins.planner import (
     PlanResult,
     stop_if_canceled,
 )
-from mesh_navigation.surface.slowness import Ground, Grounds
+from mesh_navigation.surface.slowness import CostSnapshot, CostSnapshots
 
 PARAMETERS = (
     Parameter("cost_limit", 1.0, 0.0, 10.0, "highest cost of a vertex that may be passed"),
@@ -46,13 +46,13 @@ class Search(NamedTuple):
 
     values: Mapping[str, Any]
     """Of the parameters."""
-    ground: Ground
+    ground: CostSnapshot
     basis: Any
     """What a field is computed from, as the planner knows it."""
     flag: CancelFlag
 
 
-class Track(NamedTuple):
+class RawPath(NamedTuple):
     """A path before it is made of poses."""
 
     points: np.ndarray
@@ -62,7 +62,7 @@ class Track(NamedTuple):
     cost: float
 
 
-class Held(NamedTuple):
+class CachedField(NamedTuple):
     """A field between two plans."""
 
     field: Any
@@ -85,9 +85,9 @@ class SurfacePlanner(MeshPlanner):
     def initialize(self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}) -> list:
         complaints = super().initialize(name, mesh_map, given)
         mesh_map.spatial_index  # now rather than during the first plan
-        self._grounds = Grounds(mesh_map.geometry)
+        self._snapshots = CostSnapshots(mesh_map.geometry)
         self._components = Components(mesh_map.topology)
-        self._fields: "Recent[Held]" = Recent(_KEPT)
+        self._fields: "Recent[CachedField]" = Recent(_KEPT)
         self._prepare()
         return complaints
 
@@ -99,18 +99,18 @@ class SurfacePlanner(MeshPlanner):
             try:
                 search = self._begin(self.values, flag)
                 result = self._plan(start, goal, tolerance, search)
-            except Cancelled:
+            except Canceled:
                 stop_if_canceled(cancellation)
                 raise
         stop_if_canceled(cancellation)
         return result
 
     def _plan(self, start: Pose, goal: Pose, tolerance: float, search: Search) -> PlanResult:
-        origin = find_place(
+        origin = find_path_end(
             self.map, start.position, search.ground, "start", GetPathOutcome.INVALID_START
         )
         try:
-            target = find_place(
+            target = find_path_end(
                 self.map, goal.position, search.ground, "goal", GetPathOutcome.INVALID_GOAL
             )
             return self._result(search, origin, target, goal)
@@ -119,17 +119,17 @@ class SurfacePlanner(MeshPlanner):
             if tolerance == 0.0 or failure.outcome not in replaceable:
                 raise
             reached = np.isfinite(self._solved(search, origin, None).potential)
-            target = nearest_place(
+            target = nearest_path_end(
                 self.map, goal.position, tolerance, reached, search.ground, failure
             )
         return self._result(search, origin, target, goal)
 
-    def _result(self, search: Search, origin: Place, target: Place, goal: Pose) -> PlanResult:
+    def _result(self, search: Search, origin: PathEnd, target: PathEnd, goal: Pose) -> PlanResult:
         """The result of a plan that succeeds.
 
         Raises:
             PlanFailure: NO_PATH_FOUND.
-            Cancelled: by the flag.
+            Canceled: by the flag.
         """
         self._components.check_same(origin, target)
         with self._reaching(search, origin, target) as field:
@@ -156,7 +156,7 @@ class SurfacePlanner(MeshPlanner):
         )
 
     def _not_reached(
-        self, search: Search, origin: Place, target: Place, potential: np.ndarray
+        self, search: Search, origin: PathEnd, target: PathEnd, potential: np.ndarray
     ) -> PlanFailure:
         """The failure of a search that has seen everything around the goal, but not the start."""
         ground, number = search.ground, self._components.number(target)
@@ -171,7 +171,7 @@ class SurfacePlanner(MeshPlanner):
         )
 
     @contextmanager
-    def _reaching(self, search: Search, origin: Place, target: Place) -> Iterator[Any]:
+    def _reaching(self, search: Search, origin: PathEnd, target: PathEnd) -> Iterator[Any]:
         """The field of a goal, final around the start; nobody else changes it meanwhile."""
         held = self._fields.take(target.key)
         if held is not None and self._updated(search, target, held):
@@ -183,7 +183,7 @@ class SurfacePlanner(MeshPlanner):
         try:
             yield field
         finally:
-            self._fields.put(target.key, Held(field, search))
+            self._fields.put(target.key, CachedField(field, search))
 
     # The search.
 
@@ -194,32 +194,32 @@ class SurfacePlanner(MeshPlanner):
         """What a plan needs, of one moment."""
         raise NotImplementedError
 
-    def _solved(self, search: Search, target: Place, vertices: Optional[List[int]]) -> Any:
+    def _solved(self, search: Search, target: PathEnd, vertices: Optional[List[int]]) -> Any:
         """A field from a place, final `goal_dist_offset` beyond these vertices; None: everywhere.
 
         Raises:
-            Cancelled: by the flag.
+            Canceled: by the flag.
         """
         raise NotImplementedError
 
-    def _updated(self, search: Search, target: Place, held: Held) -> bool:
+    def _updated(self, search: Search, target: PathEnd, held: CachedField) -> bool:
         """Brings a field to what the search is based on. False: it has to be computed anew.
 
         Raises:
-            Cancelled: by the flag; the field is then of no use any more.
+            Canceled: by the flag; the field is then of no use any more.
         """
         raise NotImplementedError
 
-    def _track(self, search: Search, origin: Place, target: Place, field: Any) -> Track:
+    def _track(self, search: Search, origin: PathEnd, target: PathEnd, field: Any) -> RawPath:
         """The path down a field that reaches the start."""
         raise NotImplementedError
 
-    def _plan_field(self, target: Place, field: Any) -> PlanField:
+    def _plan_field(self, target: PathEnd, field: Any) -> PlanField:
         """A copy of a field, which does not change when the field does."""
         raise NotImplementedError
 
     def _vectors(
-        self, search: Search, target: Place, field: Any
+        self, search: Search, target: PathEnd, field: Any
     ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
         """Directions at vertices and in faces, None unless asked for."""
         raise NotImplementedError
@@ -231,9 +231,9 @@ class Components:
     def __init__(self, topology: Topology) -> None:
         self._topology = topology
 
-    def number(self, place: Place) -> int:
+    def number(self, place: PathEnd) -> int:
         """That of a place."""
-        return int(self._topology.components[place.anchor.corners[0]]) + 1
+        return int(self._topology.components[place.face_point.corners[0]]) + 1
 
     @cached_property
     def sizes(self) -> np.ndarray:
@@ -241,7 +241,7 @@ class Components:
         topology = self._topology
         return np.bincount(topology.components, minlength=topology.component_count)
 
-    def check_same(self, origin: Place, target: Place) -> None:
+    def check_same(self, origin: PathEnd, target: PathEnd) -> None:
         """
         Raises:
             PlanFailure: start and goal are in different ones.

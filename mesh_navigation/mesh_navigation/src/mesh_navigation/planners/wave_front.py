@@ -11,8 +11,14 @@ from mesh_map.distance.surface_path import FieldTracer, SurfacePath
 from mesh_map.distance.wave_front import WaveFrontField, WaveFrontSolver
 
 from mesh_navigation.base.path import spaced_out
-from mesh_navigation.planners.places import Place
-from mesh_navigation.planners.surface_planner import PARAMETERS, Held, Search, SurfacePlanner, Track
+from mesh_navigation.planners.path_ends import PathEnd
+from mesh_navigation.planners.surface_planner import (
+    PARAMETERS,
+    CachedField,
+    Search,
+    SurfacePlanner,
+    RawPath,
+)
 from mesh_navigation.plugins.planner import PlanField
 from mesh_navigation.surface.slowness import changed_vertices
 from mesh_navigation.surface.up_normals import face_up_normals
@@ -43,24 +49,24 @@ class WaveFrontPlanner(SurfacePlanner):
 
     def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
         costs = self.map.planning_costs().costs
-        ground = self._grounds.of(costs, values["cost_limit"], self._factor(values))
+        ground = self._snapshots.of(costs, values["cost_limit"], self._factor(values))
         return Search(values, ground, ground, flag)
 
     def _factor(self, values: Mapping[str, Any]) -> float:
         return values["cost_factor"]
 
     def _solved(
-        self, search: Search, target: Place, vertices: Optional[List[int]]
+        self, search: Search, target: PathEnd, vertices: Optional[List[int]]
     ) -> WaveFrontField:
         return self._solver.solve(
-            target.anchor if target.whole else _seeds(target, search.ground.slowness),
+            target.face_point if target.whole else _seeds(target, search.ground.slowness),
             slowness=search.ground.slowness,
             targets=vertices,
             offset=search.values["goal_dist_offset"],
             cancel=search.flag,
         )
 
-    def _updated(self, search: Search, target: Place, held: Held) -> bool:
+    def _updated(self, search: Search, target: PathEnd, held: CachedField) -> bool:
         changed = changed_vertices(held.search.ground, search.ground)
         if not target.whole and np.isin(target.vertices, changed).any():
             return False  # the front begins with other values
@@ -68,26 +74,28 @@ class WaveFrontPlanner(SurfacePlanner):
             held.field.update(search.ground.slowness, changed, cancel=search.flag)
         return True
 
-    def _track(self, search: Search, origin: Place, target: Place, field: WaveFrontField) -> Track:
+    def _track(
+        self, search: Search, origin: PathEnd, target: PathEnd, field: WaveFrontField
+    ) -> RawPath:
         path = self._surface_path(search, origin, target, field)
         if len(path.points) == 1:  # the start is the goal
             ends = np.stack([origin.position, target.position])
-            path = SurfacePath(ends, np.array([target.anchor.face]), np.zeros(2))
+            path = SurfacePath(ends, np.array([target.face_point.face]), np.zeros(2))
         points, segments = spaced_out(path.points, search.values["step_width"])
         normals = face_up_normals(self.map.geometry, path.faces[segments])
-        return Track(points, normals, float(path.potentials[0]))
+        return RawPath(points, normals, float(path.potentials[0]))
 
     def _surface_path(
-        self, search: Search, origin: Place, target: Place, field: WaveFrontField
+        self, search: Search, origin: PathEnd, target: PathEnd, field: WaveFrontField
     ) -> SurfacePath:
         """The path in the faces; its potentials are what it costs from there."""
-        return self._tracer.path(_to_goal(field, target), origin.anchor, cancel=search.flag)
+        return self._tracer.path(_to_goal(field, target), origin.face_point, cancel=search.flag)
 
-    def _plan_field(self, target: Place, field: WaveFrontField) -> PlanField:
+    def _plan_field(self, target: PathEnd, field: WaveFrontField) -> PlanField:
         return _plan_field(read_only(field.labels.copy()), field, target)
 
     def _vectors(
-        self, search: Search, target: Place, field: WaveFrontField
+        self, search: Search, target: PathEnd, field: WaveFrontField
     ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
         values, tracer, field = search.values, self._tracer, _to_goal(field, target)
         return (
@@ -102,17 +110,19 @@ class CVPMeshPlanner(WaveFrontPlanner):
     parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(0.0))
 
 
-def _to_goal(field: WaveFrontField, target: Place) -> Any:
+def _to_goal(field: WaveFrontField, target: PathEnd) -> Any:
     """A field that ends at the goal, also where it came from corners of a face it did not cross."""
     return field if target.whole else _plan_field(field.labels, field, target)
 
 
-def _plan_field(labels: np.ndarray, field: WaveFrontField, target: Place) -> PlanField:
-    return PlanField(labels, field.limit, field.slowness, target.anchor.face, target.position)
+def _plan_field(labels: np.ndarray, field: WaveFrontField, target: PathEnd) -> PlanField:
+    return PlanField(labels, field.limit, field.slowness, target.face_point.face, target.position)
 
 
-def _seeds(target: Place, slowness: Optional[np.ndarray]) -> List[Tuple[int, float]]:
+def _seeds(target: PathEnd, slowness: Optional[np.ndarray]) -> List[Tuple[int, float]]:
     """Where the front begins if it must not cross the goal's face: vertices, and times to it."""
     if slowness is None:
-        return target.ways
-    return [(vertex, distance * float(slowness[vertex])) for vertex, distance in target.ways]
+        return target.corner_paths
+    return [
+        (vertex, distance * float(slowness[vertex])) for vertex, distance in target.corner_paths
+    ]

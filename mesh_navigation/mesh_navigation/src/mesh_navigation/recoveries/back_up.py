@@ -17,7 +17,7 @@ from mesh_navigation.base.pose import Pose, rotate, vector_text
 from mesh_navigation.base.progress_watch import ProgressWatch
 from mesh_navigation.base.robot import STOP, Robot, RobotState, Velocity
 from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
-from mesh_navigation.surface.anchors import MAX_DISTANCE, obstacle_at
+from mesh_navigation.surface.face_points import MAX_DISTANCE, obstacle_at
 from mesh_navigation.surface.slowness import passable
 from mesh_navigation.surface.surface_corners import corners_along
 
@@ -32,7 +32,7 @@ REACH = 0.5  # m; a trail that is farther away is not where the robot came from
 _WINDOW = 1.0  # m, how far the way back is searched for where the robot is now
 
 
-class WayBack:
+class ReversePath:
     """The last poses of a robot, from where it is to the oldest; straight back from there.
 
     Where it is, is told by `gone`, which only ever grows.
@@ -112,7 +112,7 @@ def _nearest(pose: Pose, trail: List[Pose]) -> Optional[int]:
     return best
 
 
-class FreeWay(NamedTuple):
+class FreePath(NamedTuple):
     """The ground in one direction."""
 
     length: float
@@ -121,9 +121,9 @@ class FreeWay(NamedTuple):
     """What is in the way, as a phrase; empty if nothing is."""
 
 
-def free_way(
+def free_path(
     mesh_map: MeshMap, start: SurfacePoint, direction: np.ndarray, length: float
-) -> FreeWay:
+) -> FreePath:
     """Look straight on over the surface.
 
     Ground is blocked where the nearest corner of its face is lethal or unknown. Blocked ground at
@@ -138,7 +138,7 @@ def free_way(
     costs = mesh_map.planning_costs().costs
     walk = mesh_map.geometry.walker.walk(start=start, direction=direction, length=length, path=True)
     if walk.end == WalkEnd.NOWHERE or walk.path is None:
-        return FreeWay(0.0, f"there is no way on from {vector_text(start.position)}")
+        return FreePath(0.0, f"there is no way on from {vector_text(start.position)}")
     along = corners_along(mesh_map.geometry, walk.path)
     free = passable(costs[along.vertices], np.inf)
     first = _first_blocked(free)
@@ -146,10 +146,10 @@ def free_way(
         vertex = int(along.vertices[first])
         what = obstacle_at(mesh_map, vertex, float(costs[vertex]), np.inf)
         where = vector_text(mesh_map.vertices[vertex])
-        return FreeWay(float(along.entered[first]), f"vertex {vertex} at {where} is {what}")
+        return FreePath(float(along.entered[first]), f"vertex {vertex} at {where} is {what}")
     if walk.end != WalkEnd.ARRIVED:
-        return FreeWay(walk.length, f"the surface ends at {vector_text(walk.position)}")
-    return FreeWay(walk.length, "")
+        return FreePath(walk.length, f"the surface ends at {vector_text(walk.position)}")
+    return FreePath(walk.length, "")
 
 
 def _first_blocked(free: np.ndarray) -> Optional[int]:
@@ -159,10 +159,10 @@ def _first_blocked(free: np.ndarray) -> Optional[int]:
     return begin + int(blocked[0]) if len(blocked) else None
 
 
-class _Way(NamedTuple):
+class _Run(NamedTuple):
     """What one run works with."""
 
-    back: WayBack
+    back: ReversePath
     values: Mapping[str, Value]
     watch: ProgressWatch
 
@@ -184,8 +184,8 @@ class BackUp(MeshRecovery):
 
     def run(self, robot: Robot, clock: Clock, cancellation: Cancellation) -> RecoveryResult:
         """Backs up; IMPASSABLE before blocked ground, FAILURE off the map or if it is stuck."""
-        back = WayBack(robot.state().pose, robot.trail.back())
-        way = _Way(back, self.values, ProgressWatch())
+        back = ReversePath(robot.state().pose, robot.trail.back())
+        way = _Run(back, self.values, ProgressWatch())
         gone = speed = 0.0
         try:
             while not cancellation.canceled:
@@ -204,7 +204,7 @@ class BackUp(MeshRecovery):
         return RecoveryResult(RecoveryOutcome.CANCELED, text)
 
     def _next(
-        self, way: _Way, state: RobotState, gone: float, speed: float, now: float
+        self, way: _Run, state: RobotState, gone: float, speed: float, now: float
     ) -> Tuple[Optional[RecoveryResult], Velocity]:
         """The end, or the next command."""
         values = way.values
@@ -242,7 +242,7 @@ class BackUp(MeshRecovery):
             return 0.0, RecoveryResult(RecoveryOutcome.FAILURE, text)
         stopping = speed * speed / (2.0 * values["acceleration"]) + 2.0 * speed * PERIOD
         clearance = values["clearance"]
-        found = free_way(self.map, start, -pose.heading, clearance + stopping)
+        found = free_path(self.map, start, -pose.heading, clearance + stopping)
         if found.length <= clearance and found.obstacle:
             text = (
                 f"{found.length:.2f} m behind the robot (clearance {clearance:.2f} m) "

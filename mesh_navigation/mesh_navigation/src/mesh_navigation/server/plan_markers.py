@@ -11,7 +11,7 @@ from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.plugins.planner import PlanResult
-from mesh_navigation.surface.anchors import MAX_DISTANCE
+from mesh_navigation.surface.face_points import MAX_DISTANCE
 
 GREEN, RED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
 

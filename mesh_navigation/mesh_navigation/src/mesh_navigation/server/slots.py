@@ -7,10 +7,10 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import REPLACED
 
 
-class Job(threading.Thread):
+class SlotJob(threading.Thread):
     """One job in its own thread."""
 
-    def __init__(self, work: Callable[[Cancellation], None], previous: "Optional[Job]") -> None:
+    def __init__(self, work: Callable[[Cancellation], None], previous: "Optional[SlotJob]") -> None:
         super().__init__(name="job", daemon=True)
         self.cancellation = Cancellation()
         self._work: Optional[Callable[[Cancellation], None]] = work
@@ -32,9 +32,9 @@ class ConcurrencySlots:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._jobs: Dict[int, Job] = {}
+        self._jobs: Dict[int, SlotJob] = {}
 
-    def start(self, slot: int, run: Callable[[Cancellation], None]) -> Job:
+    def start(self, slot: int, run: Callable[[Cancellation], None]) -> SlotJob:
         """Run a job in a slot; the job that is there is canceled and ends first.
 
         Args:
@@ -43,13 +43,13 @@ class ConcurrencySlots:
         """
         with self._lock:
             previous = self._jobs.get(slot)
-            job = self._jobs[slot] = Job(run, previous)
+            job = self._jobs[slot] = SlotJob(run, previous)
             job.start()
         if previous is not None:
             previous.cancellation.cancel(f"{REPLACED} {slot}")
         return job
 
-    def cancel_all(self, reason: str) -> List[Job]:
+    def cancel_all(self, reason: str) -> List[SlotJob]:
         """Cancel the jobs of all slots; returns them."""
         with self._lock:
             jobs = list(self._jobs.values())

@@ -140,11 +140,11 @@ def drive(
         raise MeshMapError(f"{', '.join(body)}: not for a robot of one's own")
     else:
         robot.put(start)
-    made = _Drive(mesh_map, robot, planner, goal, settings, on_step)
+    made = _Simulation(mesh_map, robot, planner, goal, settings, on_step)
     return made.run(copy.copy(controller), max_time)
 
 
-class _Drive:
+class _Simulation:
     def __init__(
         self,
         mesh_map: MeshMap,

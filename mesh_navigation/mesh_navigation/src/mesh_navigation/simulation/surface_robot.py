@@ -27,7 +27,7 @@ _OBSTRUCTIONS = {
 class Motion(NamedTuple):
     """A short piece of a drive, on the ground or as wheels count it."""
 
-    way: float
+    distance: float
     """m."""
     turn: float
     """To the left (rad)."""
@@ -53,9 +53,9 @@ class MotionNoise:
         if self._share == 0:
             return motion
         way, bend, turn = (self._share * self._random.standard_normal(3)).tolist()
-        root = math.sqrt(abs(motion.way))
+        root = math.sqrt(abs(motion.distance))
         return Motion(
-            motion.way + way * root,
+            motion.distance + way * root,
             motion.turn + bend * root + turn * math.sqrt(abs(motion.turn)),
         )
 
@@ -205,13 +205,13 @@ class SurfaceRobot:
         speed = math.hypot(mean.x, mean.y) if mean.y else mean.x
         wheels = Motion(speed * seconds, mean.yaw * seconds)
         grip = 1.0 - self._slip
-        ground = self._noise.on(Motion(wheels.way * grip, wheels.turn * grip))
+        ground = self._noise.on(Motion(wheels.distance * grip, wheels.turn * grip))
         before = self.place
         middle = before.turned(ground.turn / 2 + side)
         share = self._go(middle, _chord(ground), ground.turn / 2 - side)
         if share < 1:
             self._wheels.block()
-            wheels = wheels._replace(way=wheels.way * share)
+            wheels = wheels._replace(distance=wheels.distance * share)
         counted = self._counting.on(wheels)
         moved = _chord(ground) * share
         along = (self.place.position - before.position) / moved if moved else middle.direction
@@ -268,7 +268,7 @@ class SurfaceRobot:
 def _chord(motion: Motion) -> float:
     """The straight way (m) between the ends of an arc; negative for one that was driven back."""
     half = motion.turn / 2
-    return motion.way * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    return motion.distance * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
 
 
 def _flattened(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:

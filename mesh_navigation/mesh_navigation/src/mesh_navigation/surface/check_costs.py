@@ -12,7 +12,7 @@ from mesh_map.map.mesh_map import MeshMap
 from mesh_map.spatial.hits import NO_FACE, SurfacePoints
 
 from mesh_navigation.base.pose import vector_text
-from mesh_navigation.surface.anchors import MAX_DISTANCE
+from mesh_navigation.surface.face_points import MAX_DISTANCE
 from mesh_navigation.surface.cost_scale import Factors, State, states_of, total
 from mesh_navigation.surface.robot_shape import RobotShape
 from mesh_navigation.surface.surface_corners import corners_of_pieces, nearest_corners
@@ -141,7 +141,7 @@ class CostChecks:
         states, vertices = self._at(carried)
         owners = np.flatnonzero(carried.faces != NO_FACE)
         if path_only:
-            on_way, of = self._ways(poses, chosen, carried)
+            on_way, of = self._vertices_between(poses, chosen, carried)
             np.maximum.at(states, of, self._states(on_way))
             order = np.argsort(np.concatenate([owners, of]), kind="stable")
             vertices = np.concatenate([vertices, on_way])[order]
@@ -164,7 +164,7 @@ class CostChecks:
     def _under(
         self, poses: np.ndarray, carried: SurfacePoints, footprint: Footprint
     ) -> Tuple[np.ndarray, FootprintVertices]:
-        matrices = standing_poses(self._map.geometry, poses[:, 3:], carried)
+        matrices = poses_on_surface(self._map.geometry, poses[:, 3:], carried)
         rows = self._map.queries.vertices_under(footprint, matrices)
         states = np.full(len(poses), State.FREE, np.uint8)
         begins, ends = rows.offsets[:-1].astype(np.int64), rows.offsets[1:].astype(np.int64)
@@ -187,7 +187,7 @@ class CostChecks:
         )
         return ~hits.reshape(len(matrices), len(corners)).all(axis=1)
 
-    def _ways(
+    def _vertices_between(
         self, poses: np.ndarray, chosen: np.ndarray, carried: SurfacePoints
     ) -> Tuple[np.ndarray, np.ndarray]:
         """What lies on the ways from the poses before, where the surface leads straight on: (K,)
@@ -240,7 +240,7 @@ def _check_poses(poses: np.ndarray) -> None:
 _NO_DIRECTION = 1e-6
 
 
-def standing_poses(
+def poses_on_surface(
     geometry: MeshGeometry, orientations: np.ndarray, carried: SurfacePoints
 ) -> np.ndarray:
     """(N,4,4) matrices from the frame of a robot that stands there to that of the map.

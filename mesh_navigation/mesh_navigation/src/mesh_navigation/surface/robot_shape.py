@@ -10,7 +10,7 @@ from mesh_map.base.parameter import Parameter
 from mesh_map.map.footprint import Footprint
 
 from mesh_navigation.base.parameters import read_parameters
-from mesh_navigation.surface.anchors import MAX_DISTANCE
+from mesh_navigation.surface.face_points import MAX_DISTANCE
 
 SHAPE_PARAMETERS = (
     Parameter("footprint", (), description="corners [[x, y], ...] in the robot's frame (m)"),

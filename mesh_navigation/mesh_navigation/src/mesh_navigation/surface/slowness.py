@@ -23,7 +23,7 @@ def passable(costs: np.ndarray, cost_limit: float) -> np.ndarray:
     return np.isfinite(costs) & (costs <= cost_limit)
 
 
-class Ground:
+class CostSnapshot:
     """The surface as one plan sees it: immutable, for any number of threads.
 
     Attributes:
@@ -83,28 +83,28 @@ class Ground:
         return read_only(mask)
 
 
-class Grounds:
+class CostSnapshots:
     """Those of one map; from any thread."""
 
     def __init__(self, geometry: MeshGeometry) -> None:
         self._geometry = geometry
         self._lock = threading.Lock()
-        self._recent: List[Ground] = []
+        self._recent: List[CostSnapshot] = []
 
-    def of(self, costs: np.ndarray, cost_limit: float, cost_factor: float = 0.0) -> Ground:
+    def of(self, costs: np.ndarray, cost_limit: float, cost_factor: float = 0.0) -> CostSnapshot:
         """The same one as before while the costs are the same array and the numbers are equal."""
         with self._lock:
             for ground in self._recent:
                 numbers = ground.cost_limit, ground.cost_factor
                 if ground.costs is costs and numbers == (cost_limit, cost_factor):
                     return ground
-            made = Ground(self._geometry, costs, cost_limit, cost_factor)
+            made = CostSnapshot(self._geometry, costs, cost_limit, cost_factor)
             self._recent = [made] + self._recent[: _KEPT - 1]
             return made
 
 
-def changed_vertices(before: Ground, after: Ground) -> np.ndarray:
-    """(K,) int64, ascending: where the slowness of two grounds of one map differs."""
+def changed_vertices(before: CostSnapshot, after: CostSnapshot) -> np.ndarray:
+    """(K,) int64, ascending: where the slowness of two snapshots of one map differs."""
     if before.slowness is after.slowness:
         return np.zeros(0, dtype=np.int64)
     one = np.ones(1, dtype=np.float32)  # for every vertex
@@ -112,6 +112,6 @@ def changed_vertices(before: Ground, after: Ground) -> np.ndarray:
     return np.flatnonzero(arrays[0] != arrays[1])
 
 
-def is_much(changed: np.ndarray, ground: Ground) -> bool:
+def is_much(changed: np.ndarray, ground: CostSnapshot) -> bool:
     """Whether so many vertices have changed that a field is better computed anew."""
     return len(changed) > _MUCH * len(ground.costs)

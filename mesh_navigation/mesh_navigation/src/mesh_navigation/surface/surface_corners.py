@@ -1,6 +1,6 @@
 """The vertices that say what the ground is like: of each point of the surface, its nearest corner.
 
-So start and goal of plans are judged, see `mesh_navigation.surface.anchors`.
+So start and goal of plans are judged, see `mesh_navigation.surface.face_points`.
 """
 
 from typing import NamedTuple, Tuple

@@ -77,7 +77,7 @@ def others(world: PlanningWorld, repeats: int) -> List[Figure]:
 
     The last only so far around the source that it takes seconds.
     """
-    ground = peers.ground_of(world)
+    ground = peers.snapshot_of(world)
     front = WaveFrontSolver.of(world.geometry)
     own, field = timed(lambda: front.solve(world.source), repeats)
     found = []
@@ -88,7 +88,7 @@ def others(world: PlanningWorld, repeats: int) -> List[Figure]:
         found.append(Figure("wave front, whole field", own, "ms", name, other))
         found.append(Figure("  %s, preparing" % name, before, "ms"))
         results.append((name, distances))
-    near = peers.ground_of(world, EXACT_RADIUS)
+    near = peers.snapshot_of(world, EXACT_RADIUS)
     exact = peers.exact_solver(near)
     if exact is None:
         return found

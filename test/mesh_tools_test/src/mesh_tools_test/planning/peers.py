@@ -17,7 +17,7 @@ class Ground(NamedTuple):
     source: int
 
 
-def ground_of(world: Any, radius: float = np.inf) -> Ground:
+def snapshot_of(world: Any, radius: float = np.inf) -> Ground:
     """That of a PlanningWorld, without faces at edges of more than two.
 
     Only faces with a corner within the radius (m) of the source: no way to there that is as short

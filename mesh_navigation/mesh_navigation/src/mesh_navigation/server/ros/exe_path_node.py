@@ -24,7 +24,7 @@ from mesh_navigation.server.map_gate import Ready
 from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal, SlotActionServer
 
 
-class _Drive:
+class _RunningDrive:
     """What is done for a goal, and for those that take over."""
 
     def __init__(self, name: str, key: str) -> None:
@@ -74,7 +74,7 @@ class ExePathServer(SlotActionServer):
     def _execute(self, running: RunningGoal, name: str, cancellation: Cancellation) -> Any:
         with self._server.lock:  # No goal takes over while this looks for the newest one.
             goal = running.get_goal()
-            drive = running.data = _Drive(name, running.key)
+            drive = running.data = _RunningDrive(name, running.key)
         with cancellation.calling(lambda: drive.cancellation.cancel(cancellation.reason)):
             try:
                 drive.ready = ready = self._parts.gate.wait(drive.cancellation)
@@ -115,7 +115,7 @@ class ExePathServer(SlotActionServer):
     def _drive(
         self,
         running: RunningGoal,
-        drive: _Drive,
+        drive: _RunningDrive,
         controller: MeshController,
         plan: ControllerPlan,
         tolerances: Tolerances,
@@ -159,7 +159,7 @@ class ExePathServer(SlotActionServer):
             return False
         if goal.controller and name != drive.name:
             return False
-        with drive.lock:  # Held for moments only.
+        with drive.lock:  # CachedField for moments only.
             if drive.refusal:
                 return False
             drive.newest = handle.get_goal_id().id
@@ -169,7 +169,7 @@ class ExePathServer(SlotActionServer):
         thread.start()
         return True
 
-    def _inject(self, drive: _Drive, goal: Any, key: str) -> None:
+    def _inject(self, drive: _RunningDrive, goal: Any, key: str) -> None:
         """Give the controller another path; in a thread, since its frame may be waited for."""
         assert drive.execution is not None and drive.ready is not None
         try:

@@ -24,7 +24,7 @@ from mesh_navigation.move_base.move_base_execution import MoveBaseExecution
 from mesh_navigation.move_base.sub_goals import GoalEnd, SubActions
 from mesh_navigation.plugins.planner import PlanFailure
 from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal, SlotActionServer
-from mesh_navigation.surface.anchors import find_anchor
+from mesh_navigation.surface.face_points import find_face_point
 
 NAME = "move_base"
 
@@ -94,7 +94,7 @@ class MoveBaseServer(SlotActionServer):
             outcome, unknown = self._outcome(error.kind), float("nan")
             return MoveBaseResult(outcome, error.message, unknown, unknown, PoseStamped())
         try:  # What is off the map stays there, whatever recovery behaviors do.
-            find_anchor(ends.map, ends.target.position, "goal", GetPathOutcome.INVALID_GOAL)
+            find_face_point(ends.map, ends.target.position, "goal", GetPathOutcome.INVALID_GOAL)
         except PlanFailure as failure:
             return self._filled(GoalEnd(failure.outcome, failure.message), ends)
         actions = SubActions(

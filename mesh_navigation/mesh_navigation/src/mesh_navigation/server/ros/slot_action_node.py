@@ -20,7 +20,7 @@ from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.ros.action_server_node import ActionServer
 from mesh_navigation.server.ros.robot_ros import RobotRos
 from mesh_navigation.server.ros.transforms_ros import Transforms
-from mesh_navigation.server.slots import ConcurrencySlots, Job
+from mesh_navigation.server.slots import ConcurrencySlots, SlotJob
 
 _NUMBERS = itertools.count(1)
 
@@ -110,7 +110,7 @@ class SlotActionServer:
         self._slots = ConcurrencySlots()
         self._running: Dict[str, RunningGoal] = {}  # by goal id; used under the server's lock
         self._in_slot: Dict[int, RunningGoal] = {}
-        self._jobs: List[Job] = []
+        self._jobs: List[SlotJob] = []
         self._stopping = ""
         self._server = ActionServer(
             rospy.resolve_name(name), action, self._on_goal, self._on_cancel, False

@@ -1,0 +1,565 @@
+#include <mesh_map/distance/fast_marching/fast_marching.h>
+
+#include <mesh_map/base/run_options.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "base/require.h"
+#include "base/unique.h"
+#include "distance/fast_marching/fast_marching_buffers.h"
+#include "distance/fast_marching/fast_marching_triangle.h"
+#include "distance/fast_marching/fast_marching_update.h"
+
+namespace mesh_map {
+
+namespace {
+
+/// More than this are not kept for later.
+constexpr std::size_t MAX_SPARE = 4;
+
+}  // namespace
+
+FastMarchingPool::FastMarchingPool(std::shared_ptr<const FastMarchingMesh> mesh)
+    : mesh_(std::move(mesh))
+{
+}
+
+FastMarchingPool::~FastMarchingPool() = default;
+
+std::unique_ptr<FastMarchingBuffers> FastMarchingPool::take()
+{
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!spare_.empty()) {
+      std::unique_ptr<FastMarchingBuffers> buffers = std::move(spare_.back());
+      spare_.pop_back();
+      return buffers;
+    }
+  }
+  auto buffers = std::make_unique<FastMarchingBuffers>();
+  buffers->labels.assign(mesh_->vertexCount(), NOT_REACHED);
+  return buffers;
+}
+
+void FastMarchingPool::giveBack(std::unique_ptr<FastMarchingBuffers> buffers)
+{
+  buffers->clear();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (spare_.size() < MAX_SPARE) {
+    spare_.push_back(std::move(buffers));
+  }
+}
+
+void FastMarchingBuffers::clear()
+{
+  if (touched.size() > labels.size() / 4) {
+    std::fill(labels.begin(), labels.end(), NOT_REACHED);
+  } else {
+    for (const std::uint32_t v : touched) {
+      labels[v] = NOT_REACHED;
+    }
+  }
+  touched.clear();
+  tasks.clear();
+  is_in_repair = false;
+  queue.reset(queue.width());
+}
+
+namespace {
+
+constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 4096;
+
+/// Width of a bucket in mean edges: in wider ones, more labels are lowered again.
+constexpr double WIDTH = 0.35;
+
+/// The middle one of a sample of those that are open and above 0, for the width of buckets.
+double middleSlowness(ArrayView<float> slowness)
+{
+  std::vector<float> sample;
+  for (std::size_t v = 0; v < slowness.size(); v += slowness.size() / 4096 + 1) {
+    if (slowness[v] > 0.0f && slowness[v] < std::numeric_limits<float>::infinity()) {
+      sample.push_back(slowness[v]);
+    }
+  }
+  if (sample.empty()) {
+    return 1.0;
+  }
+  const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+  std::nth_element(sample.begin(), middle, sample.end());
+  return *middle;
+}
+
+/// One stretch of a front.
+template <bool HAS_COSTS>
+class Run
+{
+ public:
+  Run(const FastMarchingMesh& mesh, FastMarchingBuffers& buffers, ArrayView<float> slowness,
+      const FastMarchingStop& stop)
+      : mesh_(mesh),
+        buffers_(buffers),
+        slowness_(slowness),
+        update_(mesh, buffers, slowness),
+        stop_(stop)
+  {
+  }
+
+  /// What has to be final, by the labels so far: infinite while a target has none.
+  double wanted()
+  {
+    if (stop_.targets.empty()) {
+      return stop_.max_distance;
+    }
+    double farthest = 0.0;
+    for (; first_open_ < stop_.targets.size(); ++first_open_) {
+      if (buffers_.labels[stop_.targets[first_open_]] == NOT_REACHED) {
+        return stop_.max_distance;
+      }
+    }
+    for (const std::uint32_t v : stop_.targets) {
+      farthest = std::max(farthest, buffers_.labels[v]);
+    }
+    return std::min(stop_.max_distance, farthest + stop_.offset);
+  }
+
+  /// False if it was canceled. `limit` becomes what is final then.
+  bool march(double& limit)
+  {
+    FastMarchingQueue& queue = buffers_.queue;
+    double next_look = 0.0;
+    for (std::uint32_t steps = 1; queue.open();) {
+      if (queue.floor() >= next_look && isEnough(limit, next_look)) {
+        return true;
+      }
+      for (FastMarchingEntry entry; queue.pop(entry); ++steps) {
+        update_.prefetch();
+        if (entry.label == buffers_.labels[entry.vertex]) {
+          update_.push(entry.vertex);
+        }
+        if (steps % STEPS_PER_CANCEL_CHECK == 0 && isSet(stop_.cancel)) {
+          return false;
+        }
+      }
+    }
+    double farthest = 0.0;
+    for (const std::uint32_t v : buffers_.touched) {
+      farthest = std::max(farthest, buffers_.labels[v] < NOT_REACHED ? buffers_.labels[v] : 0.0);
+    }
+    limit = farthest <= stop_.max_distance ? NOT_REACHED : std::max(limit, stop_.max_distance);
+    return true;
+  }
+
+ private:
+  bool isEnough(double& limit, double& next_look)
+  {
+    const double enough = wanted();
+    const double floor = buffers_.queue.floor();
+    if (floor < enough) {
+      next_look = first_open_ < stop_.targets.size() ? floor : enough;
+      return false;
+    }
+    const double reached = finalLimit<HAS_COSTS>(mesh_, buffers_, slowness_);
+    next_look = floor + (enough - reached);
+    if (reached < enough) {
+      return false;
+    }
+    limit = std::max(limit, std::min(reached, stop_.max_distance));
+    return true;
+  }
+
+  const FastMarchingMesh& mesh_;
+  FastMarchingBuffers& buffers_;
+  ArrayView<float> slowness_;
+  FastMarchingUpdate<HAS_COSTS> update_;
+  const FastMarchingStop& stop_;
+  std::size_t first_open_ = 0;  // target that was not yet reached when it was looked at last
+};
+
+/// Calls body(true_type) where there are costs, body(false_type) where all is equally slow.
+template <class Body>
+auto withCosts(ArrayView<float> slowness, const Body& body)
+{
+  return slowness.empty() ? body(std::false_type()) : body(std::true_type());
+}
+
+}  // namespace
+
+FastMarchingField::FastMarchingField(std::shared_ptr<FastMarchingPool> pool,
+                                     std::vector<FastMarchingSeed> seeds, ArrayView<float> slowness)
+    : pool_(std::move(pool)), seeds_(std::move(seeds))
+{
+  checkSlowness(slowness, {});
+  prepareSeeds();
+  buffers_ = pool_->take();
+  start(slowness);
+}
+
+FastMarchingField::~FastMarchingField()
+{
+  pool_->giveBack(std::move(buffers_));
+}
+
+void FastMarchingField::checkSlowness(ArrayView<float> slowness,
+                                      ArrayView<std::uint32_t> changed) const
+{
+  const std::size_t count = pool_->mesh().vertexCount();
+  require(slowness.empty() || slowness.size() == count,
+          "there are " + std::to_string(slowness.size()) + " values of slowness for " +
+              std::to_string(count) + " vertices");
+  const auto is_negative = [](float s) { return s < 0.0f; };
+  const auto* wrong = slowness.end();
+  if (changed.empty()) {
+    bool any = false;  // in a loop without an end in between, which is fast
+    for (const float s : slowness) {
+      any |= is_negative(s);
+    }
+    wrong = any ? std::find_if(slowness.begin(), slowness.end(), is_negative) : wrong;
+  }
+  for (const std::uint32_t v : changed) {
+    require(v < count, "changed vertex " + std::to_string(v) + " does not exist");
+    if (!slowness.empty() && is_negative(slowness[v])) {
+      wrong = &slowness[v];
+      break;
+    }
+  }
+  require(wrong == slowness.end(),
+          "the slowness of vertex " + std::to_string(wrong - slowness.begin()) + " is negative");
+}
+
+void FastMarchingField::prepareSeeds()
+{
+  for (std::size_t i = 0; i < seeds_.size(); ++i) {
+    require(seeds_[i].vertex < pool_->mesh().vertexCount(),
+            "source vertex " + std::to_string(seeds_[i].vertex) + " does not exist");
+    require(seeds_[i].label >= 0.0 && seeds_[i].label < NOT_REACHED,
+            "the distance of source " + std::to_string(i) + " has to be finite and 0 or more");
+  }
+  std::sort(seeds_.begin(), seeds_.end(), [](const FastMarchingSeed& a, const FastMarchingSeed& b) {
+    return std::tie(a.vertex, a.label) < std::tie(b.vertex, b.label);
+  });
+}
+
+void FastMarchingField::start(ArrayView<float> slowness)
+{
+  buffers_->queue.reset(WIDTH * pool_->mesh().meanEdge() * middleSlowness(slowness));
+  FastMarchingUpdate<false> update(pool_->mesh(), *buffers_, slowness);
+  for (const FastMarchingSeed& seed : seeds_) {
+    if (slowness.empty() || slowness[seed.vertex] < NOT_REACHED) {
+      update.offer(seed.vertex, seed.label);
+    }
+  }
+  limit_ = -1.0;
+}
+
+bool FastMarchingField::extend(ArrayView<float> slowness, const FastMarchingStop& stop)
+{
+  require(stop.offset >= 0.0 && stop.offset < NOT_REACHED,
+          "the offset has to be finite and 0 or more");
+  require(stop.max_distance >= 0.0, "the maximum distance has to be 0 or more");
+  for (const std::uint32_t v : stop.targets) {
+    require(v < pool_->mesh().vertexCount(),
+            "target vertex " + std::to_string(v) + " does not exist");
+  }
+  Update done;
+  return (is_mended_ || mend(slowness, stop.cancel, done)) && run(slowness, stop);
+}
+
+bool FastMarchingField::run(ArrayView<float> slowness, const FastMarchingStop& stop)
+{
+  return withCosts(slowness, [&](auto has_costs) {
+    Run<has_costs> run(pool_->mesh(), *buffers_, slowness, stop);
+    return run.wanted() <= limit_ || (!isSet(stop.cancel) && run.march(limit_));
+  });
+}
+
+ArrayView<double> FastMarchingField::labels() const
+{
+  return {buffers_->labels.data(), buffers_->labels.size()};
+}
+
+std::vector<float> FastMarchingField::potential() const
+{
+  const auto finalLabel = [final = limit()](double label) {
+    return label <= final ? static_cast<float>(label) : std::numeric_limits<float>::infinity();
+  };
+  std::vector<float> potential(buffers_->labels.size());
+  std::transform(buffers_->labels.begin(), buffers_->labels.end(), potential.begin(), finalLabel);
+  return potential;
+}
+
+// What becomes of a front after changes of costs: labels that do not follow from others any more
+// are taken back, in the order of labels, and found again. The order is that of LPA* (Koenig,
+// Likhachev, Furcy, Artificial Intelligence 155, 2004): a label is only looked at when all that it
+// may follow from is as it should be; so what gets the same label again takes nothing else with it.
+
+namespace {
+
+/// Labels that differ by a smaller part than this are the same.
+constexpr double SAME = 1e-9;
+
+constexpr std::size_t TASKS_PER_CANCEL_CHECK = 256;
+
+/// A label that is looked at in a repair takes about as long as two in a new field.
+constexpr std::size_t LABELS_PER_CHECK = 2;
+
+/// Of more changes than a part of the field, it is made anew.
+constexpr std::size_t CHANGES_FOR_NEW_FIELD = 16;
+
+enum class RepairEnd
+{
+  DONE,
+  CANCELED,
+  TOO_MUCH  ///< a new field takes less time
+};
+
+template <bool HAS_COSTS>
+class Repair
+{
+ public:
+  Repair(const FastMarchingMesh& mesh, FastMarchingBuffers& buffers, ArrayView<float> slowness,
+         const std::vector<FastMarchingSeed>& seeds)
+      : mesh_(mesh), buffers_(buffers), update_(mesh, buffers, slowness), seeds_(seeds)
+  {
+  }
+
+  /// What may have another label if the slowness at v, or a seed there, has changed.
+  void beginAround(std::uint32_t v)
+  {
+    begin(v);
+    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      begin(c->a);
+      begin(c->b);
+      if (c->a == c->b) {
+        continue;
+      }
+      // The front comes across the edge (a, b) from this face, in a way that depends on v.
+      for (const FastMarchingCorner* d = mesh_.cornersBegin(c->a); d != mesh_.cornersEnd(c->a);
+           ++d) {
+        if (d->a == c->b) {
+          begin(d->b);
+        } else if (d->b == c->b) {
+          begin(d->a);
+        }
+      }
+    }
+  }
+
+  /// `changed`: vertices that got a label, some more than once.
+  RepairEnd run(const std::atomic<bool>* cancel, std::vector<std::uint32_t>& changed)
+  {
+    const double front = buffers_.queue.open() ? buffers_.queue.floor() : NOT_REACHED;
+    const std::size_t most = buffers_.touched.size() / LABELS_PER_CHECK;
+    for (std::size_t tasks = 1; !buffers_.tasks.empty(); ++tasks) {
+      if (tasks % TASKS_PER_CANCEL_CHECK == 0 && isSet(cancel)) {
+        return RepairEnd::CANCELED;
+      }
+      if (checks_ > most || has_circle_) {
+        return RepairEnd::TOO_MUCH;
+      }
+      const FastMarchingTask task = buffers_.takeTask();
+      while (!buffers_.tasks.empty() && !(buffers_.tasks.front() > task)) {
+        buffers_.takeTask();  // the same once more
+      }
+      if (task.kind == FastMarchingTask::CHECK) {
+        check(task, changed);
+      } else if (task.kind == FastMarchingTask::SETTLE) {
+        settle(task);
+      } else if (task.key == buffers_.labels[task.vertex]) {
+        changed.push_back(task.vertex);
+        if (task.key < front) {
+          update_.push(task.vertex);
+        } else {
+          buffers_.queue.push(task.key, task.vertex);
+        }
+      }
+    }
+    return RepairEnd::DONE;
+  }
+
+ private:
+  double labelByOthers(std::uint32_t v)
+  {
+    ++checks_;
+    double least_step = 0.0;
+    double label = update_.pull(v, least_step);
+    // Two labels that are the same could follow from each other, and from nothing else.
+    has_circle_ |= label < NOT_REACHED && least_step <= SAME * label;
+    auto seed = std::lower_bound(
+        seeds_.begin(), seeds_.end(), v,
+        [](const FastMarchingSeed& one, std::uint32_t vertex) { return one.vertex < vertex; });
+    if (seed != seeds_.end() && seed->vertex == v && update_.isOpen(v)) {
+      label = std::min(label, seed->label);
+    }
+    return label;
+  }
+
+  void begin(std::uint32_t v)
+  {
+    const double now = buffers_.labels[v], label = labelByOthers(v);
+    if (now == NOT_REACHED) {
+      settleAt(v, label);
+    } else if (update_.isAbove(now, label)) {
+      update_.offer(v, label);
+    } else if (label > now * (1.0 + SAME)) {
+      buffers_.addTask({now, v, FastMarchingTask::CHECK});
+    }
+  }
+
+  void settleAt(std::uint32_t v, double label)
+  {
+    if (label < NOT_REACHED) {
+      buffers_.addTask({label, v, FastMarchingTask::SETTLE});
+    }
+  }
+
+  void check(const FastMarchingTask& task, std::vector<std::uint32_t>& changed)
+  {
+    const std::uint32_t v = task.vertex;
+    if (buffers_.labels[v] != task.key) {
+      return;
+    }
+    const double label = labelByOthers(v);
+    if (label <= task.key * (1.0 + SAME)) {
+      return;
+    }
+    buffers_.labels[v] = NOT_REACHED;
+    changed.push_back(v);
+    settleAt(v, label);
+    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      checkNext(v, c->a);
+      checkNext(v, c->b);
+    }
+  }
+
+  void checkNext(std::uint32_t v, std::uint32_t next)
+  {
+    if (next != v && buffers_.labels[next] < NOT_REACHED) {
+      buffers_.addTask({buffers_.labels[next], next, FastMarchingTask::CHECK});
+    }
+  }
+
+  void settle(const FastMarchingTask& task)
+  {
+    if (!update_.isAbove(buffers_.labels[task.vertex], task.key)) {
+      return;
+    }
+    const double label = labelByOthers(task.vertex);
+    if (update_.isAbove(label, task.key)) {
+      settleAt(task.vertex, label);
+    } else {
+      update_.offer(task.vertex, label);
+    }
+  }
+
+  const FastMarchingMesh& mesh_;
+  FastMarchingBuffers& buffers_;
+  FastMarchingUpdate<HAS_COSTS> update_;
+  const std::vector<FastMarchingSeed>& seeds_;
+  std::size_t checks_ = 0;
+  bool has_circle_ = false;
+};
+
+/// Vertices whose seed is in one list and not in the other.
+void addDifference(const std::vector<FastMarchingSeed>& one,
+                   const std::vector<FastMarchingSeed>& other, std::vector<std::uint32_t>& vertices)
+{
+  for (const FastMarchingSeed& seed : one) {
+    const bool is_in_both =
+        std::any_of(other.begin(), other.end(), [&](const FastMarchingSeed& candidate) {
+          return candidate.vertex == seed.vertex && candidate.label == seed.label;
+        });
+    if (!is_in_both) {
+      vertices.push_back(seed.vertex);
+    }
+  }
+}
+
+}  // namespace
+
+FastMarchingField::Update FastMarchingField::update(std::vector<FastMarchingSeed> seeds,
+                                                    ArrayView<float> slowness,
+                                                    ArrayView<std::uint32_t> changed,
+                                                    const std::atomic<bool>* cancel)
+{
+  checkSlowness(slowness, changed);
+  std::vector<FastMarchingSeed> before = std::move(seeds_);
+  seeds_ = std::move(seeds);
+  try {
+    prepareSeeds();
+  } catch (...) {
+    seeds_ = std::move(before);
+    throw;
+  }
+  std::vector<std::uint32_t> begins(changed.begin(), changed.end());
+  addDifference(seeds_, before, begins);
+  addDifference(before, seeds_, begins);
+  makeUnique(begins);
+  Update done;
+  if (begins.empty() && is_mended_) {
+    return done;
+  }
+  is_mended_ = false;
+  if (begins.size() > buffers_->touched.size() / CHANGES_FOR_NEW_FIELD) {
+    done.canceled = !startAgain(slowness, cancel, done);
+    return done;
+  }
+  buffers_->is_in_repair = true;
+  withCosts(slowness, [&](auto has_costs) {
+    Repair<has_costs> repair(pool_->mesh(), *buffers_, slowness, seeds_);
+    for (const std::uint32_t v : begins) {
+      repair.beginAround(v);
+    }
+  });
+  done.canceled = !mend(slowness, cancel, done);
+  return done;
+}
+
+bool FastMarchingField::mend(ArrayView<float> slowness, const std::atomic<bool>* cancel,
+                             Update& done)
+{
+  const FastMarchingMesh& mesh = pool_->mesh();
+  const RepairEnd end = withCosts(slowness, [&](auto has_costs) {
+    return Repair<has_costs>(mesh, *buffers_, slowness, seeds_).run(cancel, changed_);
+  });
+  if (end == RepairEnd::CANCELED) {
+    return false;
+  }
+  if (end == RepairEnd::TOO_MUCH) {
+    return startAgain(slowness, cancel, done);
+  }
+  buffers_->is_in_repair = false;
+  is_mended_ = true;
+  makeUnique(changed_);
+  done.count = changed_.size();
+  changed_.clear();
+  if (buffers_->touched.size() > mesh.vertexCount()) {
+    makeUnique(buffers_->touched);
+  }
+  if (buffers_->queue.open()) {
+    limit_ = std::min(limit_, withCosts(slowness, [&](auto has_costs) {
+                        return finalLimit<has_costs>(mesh, *buffers_, slowness);
+                      }));
+  }
+  return true;
+}
+
+bool FastMarchingField::startAgain(ArrayView<float> slowness, const std::atomic<bool>* cancel,
+                                   Update& done)
+{
+  FastMarchingStop stop;
+  stop.max_distance = std::max(0.0, limit_);
+  stop.cancel = cancel;
+  buffers_->clear();
+  changed_.clear();
+  is_mended_ = true;
+  start(slowness);
+  const bool is_done = run(slowness, stop);
+  done.count = buffers_->touched.size();
+  return is_done;
+}
+
+}  // namespace mesh_map

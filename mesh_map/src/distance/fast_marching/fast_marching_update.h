@@ -1,0 +1,441 @@
+#pragma once
+
+#include <mesh_map/base/array_view.h>
+#include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "distance/fast_marching/fast_marching_buffers.h"
+#include "distance/fast_marching/fast_marching_triangle.h"
+#include "mesh/packed_position.h"
+
+namespace mesh_map {
+
+/// What ways cost: along an edge, across a face.
+template <bool HAS_COSTS>
+class FastMarchingCosts
+{
+ public:
+  explicit FastMarchingCosts(ArrayView<float> slowness) : slowness_(slowness.data()) {}
+
+  bool isOpen(std::uint32_t v) const { return !HAS_COSTS || slowness_[v] < NOT_REACHED; }
+  double slowness(std::uint32_t v) const { return HAS_COSTS ? double{slowness_[v]} : 1.0; }
+
+  /// The time along an edge.
+  double alongEdge(std::uint32_t a, std::uint32_t b, double length) const
+  {
+    return HAS_COSTS ? 0.5 * (slowness(a) + slowness(b)) * length : length;
+  }
+
+  void prefetch(std::uint32_t v) const
+  {
+    if (HAS_COSTS) {
+      __builtin_prefetch(&slowness_[v]);
+    }
+  }
+
+  /// What comes to the corner of a triangle across its base; `low` and `high` slowness of it and of
+  /// the face behind. Where that is not less than `label`, it may be any that is not.
+  static double front(double u, double v, const FastMarchingTriangle& triangle,
+                      const FastMarchingSlowness& slowness, const FastMarchingBehind& behind,
+                      double low, double high, double label)
+  {
+    if (!HAS_COSTS) {
+      return planarUpdate(u, v, triangle, behind, label);
+    }
+    if (low == high) {
+      return planarUpdate(u, v, triangle.scaled(low), behind.scaled(low), label);
+    }
+    if (isEven(low, high)) {
+      return nearlySphericalUpdate(u, v, triangle, slowness, low, label);
+    }
+    const double base = slowness.onBase() * triangle.base;
+    return std::fabs(u - v) <= base * (1.0 + 1e-9)
+               ? unevenUpdate(u, v, triangle, slowness, low, high <= ROUND * low ? base : 0.0,
+                              label)
+               : NOT_REACHED;
+  }
+
+  /// Is slowness within two neighboring faces, from `low` to `high`, about the same?
+  static bool isEven(double low, double high) { return high <= EVEN * low; }
+
+ private:
+  /// Of slowness within two neighboring faces, the highest by the lowest: up to this, it is taken
+  /// as the same for the way across.
+  static constexpr double EVEN = 1.1;
+  /// Up to this, the front is taken as round.
+  static constexpr double ROUND = 1.3;
+  /// What is above a label by less than this part is looked at more exactly.
+  static constexpr double NEAR = 0.01;
+
+  /// Where all is equally slow. What is a little above the label is looked at more exactly, too: so
+  /// the result does not depend on which of two ways has come first.
+  static double planarUpdate(double u, double v, const FastMarchingTriangle& triangle,
+                             const FastMarchingBehind& behind, double label)
+  {
+    FastMarchingSource source;
+    if (!findSource(u, v, triangle.base, source)) {
+      return NOT_REACHED;
+    }
+    const double plain = sphericalUpdate(u, source, triangle);
+    return plain < label * (1.0 + NEAR) && isEarlier(behind, source)
+               ? std::min(plain, sphericalUpdateFromBehind(u, v, triangle, source, behind))
+               : plain;
+  }
+
+  const float* slowness_;
+};
+
+/// How much lower a label has to be to replace another one: a part of it, and the least step.
+struct FastMarchingStep
+{
+  double least;
+
+  bool isAbove(double label, double other) const { return other < label * (1.0 - PART) - least; }
+
+  static constexpr double PART = 1e-6;
+};
+
+/// The vertices around one whose faces are in order, and what their labels become by it: what they
+/// share is computed once.
+template <bool HAS_COSTS>
+class FastMarchingRing
+{
+ public:
+  /// A vertex of the ring.
+  struct Neighbor
+  {
+    std::uint32_t vertex;
+    Vector3 side;                                   // to it
+    double squared, length, label, slowness, time;  // along the edge to it
+    double product, area;  // of its side and the next one; twice the area between
+  };
+
+  FastMarchingRing(const FastMarchingMesh& mesh, const FastMarchingCosts<HAS_COSTS>& costs,
+                   const double* labels, FastMarchingStep step, std::uint32_t v)
+      : step_(step), here_(labels[v]), slowness_(costs.slowness(v)), is_closed_(mesh.isClosed(v))
+  {
+    const FastMarchingCorner* const corners = mesh.cornersBegin(v);
+    faces_ = static_cast<std::size_t>(mesh.cornersEnd(v) - corners);
+    count_ = is_closed_ ? faces_ : faces_ + 1;
+    for (std::size_t i = 0; i < count_; ++i) {
+      Neighbor& n = ring_[i];
+      n.vertex = i < faces_ ? corners[i].a : corners[i - 1].b;
+      n.slowness = costs.slowness(n.vertex);
+      n.side = between(mesh.position(v), mesh.position(n.vertex));
+      n.squared = dot(n.side, n.side);
+      n.length = std::sqrt(n.squared);
+      n.time = costs.alongEdge(v, n.vertex, n.length);
+      n.label = labels[n.vertex];
+    }
+    for (std::size_t i = 0; i < faces_; ++i) {
+      const Vector3 &side = ring_[i].side, &next = ring_[i + 1 < count_ ? i + 1 : 0].side;
+      ring_[i].product = dot(side, next);
+      ring_[i].area = norm(cross(side, next));  // of slivers, too, which lengths would not tell
+    }
+  }
+
+  /// Along the edges, then across the faces.
+  void lowerLabels()
+  {
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (isOpen(ring_[i])) {
+        offer(ring_[i], here_ + ring_[i].time);
+      }
+    }
+    for (std::size_t i = 0; i < faces_; ++i) {
+      const std::size_t j = i + 1 < count_ ? i + 1 : 0;
+      const std::size_t before = i > 0 ? i - 1 : is_closed_ ? count_ - 1 : NONE;
+      const std::size_t after = j + 1 < count_ ? j + 1 : is_closed_ ? 0 : NONE;
+      if (mayLower(j, i, after)) {
+        lower(ring_[j], ring_[i], ring_[after], ring_[i], ring_[j]);
+      }
+      if (mayLower(i, j, before)) {
+        lower(ring_[i], ring_[j], ring_[before], ring_[i], ring_[before]);
+      }
+    }
+  }
+
+  const Neighbor* begin() const { return ring_; }
+  const Neighbor* end() const { return ring_ + count_; }
+
+ private:
+  static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
+
+  /// Slowness at the corners of two faces.
+  struct Range
+  {
+    double low, high;
+  };
+
+  static bool isOpen(const Neighbor& n) { return !HAS_COSTS || n.slowness < NOT_REACHED; }
+
+  void offer(Neighbor& n, double label)
+  {
+    if (step_.isAbove(n.label, label)) {
+      n.label = label;
+    }
+  }
+
+  Range rangeOf(const Neighbor& a, const Neighbor& b, const Neighbor& c) const
+  {
+    return {std::min(std::min(slowness_, a.slowness), std::min(b.slowness, c.slowness)),
+            std::max(std::max(slowness_, a.slowness), std::max(b.slowness, c.slowness))};
+  }
+
+  /// May the target get a lower label across the base from the middle to a neighbor? `other` is the
+  /// third corner of the face on the other side. Where two labels differ by the time along an even
+  /// base, the front comes along it.
+  bool mayLower(std::size_t base, std::size_t target, std::size_t other) const
+  {
+    const Neighbor &b = ring_[base], &t = ring_[target];
+    if (!(b.label < NOT_REACHED) || other == NONE || other == target || !(b.length > 0.0) ||
+        !mesh_map::mayLower(t.label, here_, b.label, b.time)) {
+      return false;
+    }
+    if (!HAS_COSTS) {
+      return std::fabs(here_ - b.label) < b.time;
+    }
+    if (!(isOpen(b) && isOpen(t) && isOpen(ring_[other]))) {
+      return false;
+    }
+    if (std::fabs(here_ - b.label) < b.time) {
+      return true;
+    }
+    const Range range = rangeOf(b, t, ring_[other]);
+    return !FastMarchingCosts<HAS_COSTS>::isEven(range.low, range.high);
+  }
+
+  /// Lowers it, if that is so. `face` and `face_behind` know the product and the area of the sides
+  /// of the face of the target, and of that on the other side of the base.
+  void lower(const Neighbor& base, Neighbor& target, const Neighbor& other, const Neighbor& face,
+             const Neighbor& face_behind)
+  {
+    const double inverse = 1.0 / base.length;
+    const Range range = HAS_COSTS ? rangeOf(base, target, other) : Range{1.0, 1.0};
+    offer(target, FastMarchingCosts<HAS_COSTS>::front(
+                      here_, base.label,
+                      {base.length, face.product * inverse, face.area * inverse, target.squared},
+                      {slowness_, base.slowness, target.slowness},
+                      {face_behind.product * inverse, face_behind.area * inverse, other.label},
+                      range.low, range.high, target.label));
+  }
+
+  Neighbor ring_[FastMarchingMesh::MAX_FAN + 1];
+  std::size_t faces_, count_;
+  FastMarchingStep step_;
+  double here_, slowness_;
+  bool is_closed_;
+};
+
+/// How labels of neighbors follow from each other.
+template <bool HAS_COSTS>
+class FastMarchingUpdate
+{
+ public:
+  FastMarchingUpdate(const FastMarchingMesh& mesh, FastMarchingBuffers& buffers,
+                     ArrayView<float> slowness)
+      : mesh_(mesh),
+        buffers_(buffers),
+        labels_(buffers.labels.data()),
+        costs_(slowness),
+        step_{1e-12 * buffers.queue.width()}
+  {
+  }
+
+  bool isOpen(std::uint32_t v) const { return costs_.isOpen(v); }
+
+  /// Is a label higher than another one, by more than what is left as it is?
+  bool isAbove(double label, double other) const { return step_.isAbove(label, other); }
+
+  /// Lowers labels around v, as follows from its own.
+  void push(std::uint32_t v)
+  {
+    if (mesh_.isFan(v)) {
+      FastMarchingRing<HAS_COSTS> ring(mesh_, costs_, labels_, step_, v);
+      ring.lowerLabels();
+      for (const auto& neighbor : ring) {
+        offer(neighbor.vertex, neighbor.label);
+      }
+      return;
+    }
+    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      if (c->a == v) {
+        continue;
+      }
+      offerAlongEdge(v, c->a);
+      offerAlongEdge(v, c->b);
+      if (c->a != c->b && isOpen(c->a) && isOpen(c->b)) {
+        offer(c->a, across(v, c->b, c->a, labels_[c->a]));
+        offer(c->b, across(v, c->a, c->b, labels_[c->b]));
+      }
+    }
+  }
+
+  /// What the label of v should be by those around it; infinite for a closed one. `least_step`
+  /// becomes the least time along an edge to v.
+  double pull(std::uint32_t v, double& least_step) const
+  {
+    double best = NOT_REACHED;
+    least_step = NOT_REACHED;
+    if (!isOpen(v)) {
+      return best;
+    }
+    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      if (c->a == v) {
+        continue;
+      }
+      for (const std::uint32_t from : {c->a, c->b}) {
+        if (from != v && labels_[from] < NOT_REACHED && isOpen(from)) {
+          const double step = costs_.alongEdge(from, v, length(from, v));
+          least_step = std::min(least_step, step);
+          best = std::min(best, labels_[from] + step);
+        }
+      }
+    }
+    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      if (c->a != v && c->a != c->b && isOpen(c->a) && isOpen(c->b)) {
+        best = std::min(best, across(c->a, c->b, v, best));
+      }
+    }
+    return best;
+  }
+
+  /// A label that nothing which is still to come from v goes below.
+  double leastAround(std::uint32_t v) const
+  {
+    double least = labels_[v];
+    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+      for (const std::uint32_t other : {c->a, c->b}) {
+        if (other != v && labels_[other] < NOT_REACHED && isOpen(other)) {
+          const double base = costs_.alongEdge(v, other, length(v, other));
+          least = std::min(least, leastOnBase(labels_[v], labels_[other], base));
+        }
+      }
+    }
+    return least;
+  }
+
+  void offer(std::uint32_t v, double label)
+  {
+    const double last = labels_[v];
+    if (isAbove(last, label)) {
+      if (last == NOT_REACHED) {
+        buffers_.touched.push_back(v);
+      }
+      labels_[v] = label;
+      buffers_.queueLowered(label, v);
+    }
+  }
+
+  void prefetch() const
+  {
+    const FastMarchingQueue& queue = buffers_.queue;
+    if (const std::uint32_t v = queue.peek(12); v != NO_INDEX) {
+      mesh_.prefetchRow(v);
+      mesh_.prefetchVertex(v);
+      __builtin_prefetch(&labels_[v]);
+    }
+    if (const std::uint32_t v = queue.peek(7); v != NO_INDEX) {
+      mesh_.prefetchCorners(v);
+    }
+    if (const std::uint32_t v = queue.peek(3); v != NO_INDEX) {
+      for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
+        mesh_.prefetchVertex(c->a);
+        __builtin_prefetch(&labels_[c->a]);
+        costs_.prefetch(c->a);
+      }
+    }
+  }
+
+ private:
+  double length(std::uint32_t a, std::uint32_t b) const
+  {
+    return norm(between(mesh_.position(a), mesh_.position(b)));
+  }
+
+  void offerAlongEdge(std::uint32_t from, std::uint32_t to)
+  {
+    if (to != from && isOpen(to)) {
+      offer(to, labels_[from] + costs_.alongEdge(from, to, length(from, to)));
+    }
+  }
+
+  /// What comes to `target` across the base from a to b, if that may be less than `label`.
+  double across(std::uint32_t a, std::uint32_t b, std::uint32_t target, double label) const
+  {
+    const double u = labels_[a], v = labels_[b];
+    if (!(u < NOT_REACHED && v < NOT_REACHED)) {
+      return NOT_REACHED;
+    }
+    const Vector3 base = between(mesh_.position(a), mesh_.position(b));
+    const double length = norm(base);
+    double low = std::min({costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)});
+    double high = std::max({costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)});
+    if (!(length > 0.0) || !mesh_map::mayLower(label, u, v, costs_.alongEdge(a, b, length))) {
+      return NOT_REACHED;
+    }
+    const std::uint32_t other = findOther(a, b, target, low, high);
+    if (other == NO_INDEX) {
+      return NOT_REACHED;
+    }
+    const Vector3 side = between(mesh_.position(a), mesh_.position(target));
+    const double inverse = 1.0 / length;
+    FastMarchingBehind behind = {0.0, 0.0, NOT_REACHED};
+    if (other != a) {
+      const Vector3 back = between(mesh_.position(a), mesh_.position(other));
+      behind = {dot(base, back) * inverse, norm(cross(base, back)) * inverse, labels_[other]};
+    }
+    return FastMarchingCosts<HAS_COSTS>::front(
+        u, v,
+        {length, dot(base, side) * inverse, norm(cross(base, side)) * inverse, dot(side, side)},
+        {costs_.slowness(a), costs_.slowness(b), costs_.slowness(target)}, behind, low, high,
+        label);
+  }
+
+  /// The third corner of the other open face at the edge (a, b), from which a front may come; a
+  /// where there are several, NO_INDEX for none. The lowest and the highest slowness become those
+  /// of their corners, too.
+  std::uint32_t findOther(std::uint32_t a, std::uint32_t b, std::uint32_t target, double& low,
+                          double& high) const
+  {
+    std::uint32_t found = NO_INDEX;
+    for (const FastMarchingCorner* c = mesh_.cornersBegin(a); c != mesh_.cornersEnd(a); ++c) {
+      if (c->a != c->b && (c->a == b || c->b == b)) {
+        const std::uint32_t third = c->a == b ? c->b : c->a;
+        if (third != target && third != a && isOpen(third)) {
+          found = found == NO_INDEX ? third : a;
+          low = std::min(low, costs_.slowness(third));
+          high = std::max(high, costs_.slowness(third));
+        }
+      }
+    }
+    return found;
+  }
+
+  const FastMarchingMesh& mesh_;
+  FastMarchingBuffers& buffers_;
+  double* labels_;
+  FastMarchingCosts<HAS_COSTS> costs_;
+  FastMarchingStep step_;
+};
+
+/// Labels up to this one will not be lowered any more by what is in the queue.
+template <bool HAS_COSTS>
+double finalLimit(const FastMarchingMesh& mesh, FastMarchingBuffers& buffers,
+                  ArrayView<float> slowness)
+{
+  const FastMarchingUpdate<HAS_COSTS> update(mesh, buffers, slowness);
+  double limit = NOT_REACHED;
+  buffers.queue.forEach([&](const FastMarchingEntry& entry) {
+    if (entry.label == buffers.labels[entry.vertex]) {
+      limit = std::min(limit, update.leastAround(entry.vertex));
+    }
+  });
+  return limit;
+}
+
+}  // namespace mesh_map

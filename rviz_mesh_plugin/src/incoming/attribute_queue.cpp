@@ -1,0 +1,333 @@
+#include "incoming/attribute_queue.h"
+
+#include <algorithm>
+#include <exception>
+#include <unordered_map>
+#include <utility>
+
+#include "base/erase_if.h"
+#include "conversion/attribute_conversion.h"
+#include "conversion/material_conversion.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+/// More than this is not kept while nobody takes it; the oldest goes.
+constexpr std::size_t MAX_LAYERS = 256;
+constexpr std::size_t MAX_LABEL_SETS = 256;
+constexpr std::size_t MAX_MESHES = 8;
+constexpr std::size_t MAX_TEXTURES = 4096;
+/// More updates of a layer than this are joined, so that few are left to the GUI thread.
+constexpr std::size_t MAX_UPDATES = 16;
+
+/// Puts @a item behind the others, in place of the one that it supersedes.
+template <class Pointer, class IsSame>
+void replaceOrAppend(std::vector<Pointer>& items, const Pointer& item, std::size_t most,
+                     const IsSame& is_same)
+{
+  eraseIf(items, is_same);
+  items.push_back(item);
+  if (items.size() > most) {
+    items.erase(items.begin());
+  }
+}
+
+template <class Layer>
+bool isOf(const CostUpdate& update, const Layer& layer)
+{
+  return update.uuid == layer.uuid && update.type == layer.type;
+}
+
+/// What updates of it have brought before is in a layer of vertices already, or does not count.
+void addCosts(QueuedAttributes& content, const CostLayerConstPtr& layer)
+{
+  if (!layer->on_faces) {
+    eraseIf(content.updates, [&](const auto& update) { return isOf(*update, *layer); });
+  }
+  replaceOrAppend(content.costs, layer, MAX_LAYERS, [&](const auto& other) {
+    return other->uuid == layer->uuid && other->type == layer->type &&
+           other->on_faces == layer->on_faces;
+  });
+}
+
+/// All updates of one layer as one, in place of the newest: each vertex once.
+void joinUpdates(std::vector<CostUpdateConstPtr>& updates, const CostUpdate& newest)
+{
+  std::unordered_map<std::uint32_t, float> costs;
+  for (const CostUpdateConstPtr& update : updates) {
+    for (std::size_t i = 0; isOf(*update, newest) && i < update->vertices.size(); ++i) {
+      costs[update->vertices[i]] = update->costs[i];
+    }
+  }
+  auto joined = std::make_shared<CostUpdate>();
+  joined->uuid = newest.uuid;
+  joined->type = newest.type;
+  for (const auto& cost : costs) {
+    joined->vertices.push_back(cost.first);
+    joined->costs.push_back(cost.second);
+  }
+  eraseIf(updates, [&](const auto& update) { return isOf(*update, *joined); });
+  updates.push_back(joined);
+}
+
+void addUpdate(std::vector<CostUpdateConstPtr>& updates, const CostUpdateConstPtr& update)
+{
+  updates.push_back(update);
+  const auto count = std::count_if(updates.begin(), updates.end(),
+                                   [&](const auto& other) { return isOf(*other, *update); });
+  if (static_cast<std::size_t>(count) > MAX_UPDATES) {
+    joinUpdates(updates, *update);
+  }
+  if (updates.size() > MAX_LAYERS * MAX_UPDATES) {
+    updates.erase(updates.begin());
+  }
+}
+
+/// Joins neighbors of the same mesh: of each label the last cluster.
+void joinLabels(std::vector<LabelSetConstPtr>& sets)
+{
+  std::vector<LabelSetConstPtr> joined;
+  std::shared_ptr<LabelSet> last;
+  std::unordered_map<std::string, std::size_t> places;
+  for (const LabelSetConstPtr& set : sets) {
+    if (!last || last->uuid != set->uuid) {
+      last = std::make_shared<LabelSet>();
+      last->uuid = set->uuid;
+      last->all = set->all;
+      joined.push_back(last);
+      places.clear();
+    }
+    for (const LabelCluster& cluster : set->clusters) {
+      const auto place = places.emplace(cluster.label, last->clusters.size());
+      if (place.second) {
+        last->clusters.push_back(cluster);
+      } else {
+        last->clusters[place.first->second] = cluster;
+      }
+    }
+  }
+  sets = std::move(joined);
+}
+
+void addLabels(std::vector<LabelSetConstPtr>& sets, const LabelSetConstPtr& labels)
+{
+  if (labels->all) {
+    eraseIf(sets, [&](const auto& other) { return other->uuid == labels->uuid; });
+  }
+  sets.push_back(labels);
+  if (sets.size() > MAX_LABEL_SETS) {
+    joinLabels(sets);
+  }
+  if (sets.size() > MAX_LABEL_SETS) {
+    sets.erase(sets.begin());
+  }
+}
+
+}  // namespace
+
+/// What the GUI thread does in the meantime counts: then all is done once more.
+template <class Edit>
+bool AttributeQueue::change(const Edit& edit, const Flag* dropped)
+{
+  while (true) {
+    QueuedAttributes next;  // what it replaces is freed without the lock
+    std::uint64_t version = 0;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      next = content_;
+      version = version_;
+    }
+    edit(next);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (dropped != nullptr && *dropped) {
+      return false;
+    }
+    if (version == version_) {
+      std::swap(content_, next);
+      return true;
+    }
+  }
+}
+
+/// @param arrange what is converted, once
+template <class Convert, class Arrange, class Store>
+bool AttributeQueue::accept(MeshMember part, const Convert& convert, const Arrange& arrange,
+                            const Store& store, const Flag* dropped)
+{
+  std::string refusal;
+  decltype(convert()) converted;
+  try {
+    converted = convert();
+    const std::lock_guard<std::mutex> changing(changing_);
+    if (dropped != nullptr && *dropped) {
+      return false;
+    }
+    arrange(converted);
+    return change(
+        [&](QueuedAttributes& content) {
+          content.receptions[part].accept();
+          store(content, converted);
+        },
+        dropped);
+  } catch (const RejectedMessage& rejected) {
+    refusal = rejected.what();
+  } catch (const std::exception& error) {  // out of memory
+    refusal = std::string("the message could not be ") + (converted ? "kept" : "converted") + ": " +
+              error.what();
+  }
+  refuse(part, refusal, dropped);
+  return false;
+}
+
+template <class Message, class Store>
+bool AttributeQueue::accept(MeshMember part, const Message& message, const Store& store,
+                            const Flag* dropped)
+{
+  return accept(
+      part, [&] { return convert(message); }, [](const auto& /*converted*/) {}, store, dropped);
+}
+
+void AttributeQueue::refuse(MeshMember part, const std::string& reason, const Flag* dropped)
+{
+  const std::lock_guard<std::mutex> changing(changing_);
+  change([&](QueuedAttributes& content) { content.receptions[part].refuse(reason); }, dropped);
+}
+
+bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped)
+{
+  std::string problem;
+  return accept(
+      MeshMember::COSTS, [&] { return convert(message); },
+      [&](const auto& layer) { problem = order_.arrange(*layer); },
+      [&](QueuedAttributes& content, const auto& layer) {
+        addCosts(content, layer);
+        if (!problem.empty()) {
+          content.receptions[MeshMember::UPDATES].refusal = problem;
+        }
+        content.stale = order_.stale();
+      },
+      dropped);
+}
+
+bool AttributeQueue::receive(const mesh_msgs::MeshFaceCostsStamped& message, const Flag* dropped)
+{
+  return accept(MeshMember::FACE_COSTS, message, addCosts, dropped);
+}
+
+bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsSparseStamped& message,
+                             const Flag* dropped)
+{
+  std::string problem;
+  return accept(
+      MeshMember::UPDATES, [&] { return convert(message); },
+      [&](auto& update) { update = order_.arrange(update, problem); },
+      [&](QueuedAttributes& content, const auto& update) {
+        if (update) {
+          addUpdate(content.updates, update);
+        }
+        content.receptions[MeshMember::UPDATES].refusal = problem;
+        content.stale = order_.stale();
+      },
+      dropped);
+}
+
+bool AttributeQueue::receive(const mesh_msgs::MeshVertexColorsStamped& message, const Flag* dropped)
+{
+  const auto store = [](QueuedAttributes& content, const ColorLayerConstPtr& layer) {
+    replaceOrAppend(content.colors, layer, MAX_MESHES,
+                    [&](const ColorLayerConstPtr& other) { return other->uuid == layer->uuid; });
+  };
+  return accept(MeshMember::COLORS, message, store, dropped);
+}
+
+bool AttributeQueue::receive(const mesh_msgs::MeshMaterialsStamped& message, const Flag* dropped)
+{
+  const auto store = [](QueuedAttributes& content, const MaterialsConstPtr& materials) {
+    replaceOrAppend(content.materials, materials, MAX_MESHES,
+                    [&](const MaterialsConstPtr& other) { return other->uuid == materials->uuid; });
+  };
+  return accept(MeshMember::MATERIALS, message, store, dropped);
+}
+
+bool AttributeQueue::receive(const mesh_msgs::MeshTexture& message, const Flag* dropped)
+{
+  const auto store = [](QueuedAttributes& content, const TextureImageConstPtr& image) {
+    replaceOrAppend(content.textures, image, MAX_TEXTURES, [&](const TextureImageConstPtr& other) {
+      return other->uuid == image->uuid && other->index == image->index;
+    });
+  };
+  return accept(MeshMember::TEXTURES, message, store, dropped);
+}
+
+bool AttributeQueue::receive(const mesh_msgs::MeshFaceCluster& message, const Flag* dropped)
+{
+  const auto store = [](QueuedAttributes& content, const LabelSetConstPtr& labels) {
+    addLabels(content.labels, labels);
+  };
+  return accept(MeshMember::LABELS, message, store, dropped);
+}
+
+bool AttributeQueue::receiveLabels(const std::string& uuid,
+                                   const std::vector<mesh_msgs::MeshFaceCluster>& clusters,
+                                   bool all, const Flag* dropped)
+{
+  std::string left_out;
+  return accept(
+      MeshMember::LABELS, [&] { return convertLabels(uuid, clusters, all, left_out); },
+      [](const auto& /*labels*/) {},
+      [&](QueuedAttributes& content, const LabelSetConstPtr& labels) {
+        addLabels(content.labels, labels);
+        content.receptions[MeshMember::LABELS].refusal = left_out;
+      },
+      dropped);
+}
+
+QueuedAttributes AttributeQueue::take()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++version_;
+  QueuedAttributes taken = std::move(content_);
+  content_ = QueuedAttributes();
+  content_.stale = taken.stale;
+  content_.receptions = taken.receptions;
+  return taken;
+}
+
+void AttributeQueue::forget(MeshMember part)
+{
+  const std::lock_guard<std::mutex> changing(changing_);
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++version_;
+  content_.receptions[part] = Reception();
+  switch (part) {
+    case MeshMember::GEOMETRY:
+      break;
+    case MeshMember::COSTS:
+      eraseIf(content_.costs, [](const auto& layer) { return !layer->on_faces; });
+      order_.forgetLayers();
+      break;
+    case MeshMember::FACE_COSTS:
+      eraseIf(content_.costs, [](const auto& layer) { return layer->on_faces; });
+      break;
+    case MeshMember::UPDATES:
+      content_.updates.clear();
+      content_.stale = 0;
+      order_.forgetUpdates();
+      break;
+    case MeshMember::COLORS:
+      content_.colors.clear();
+      break;
+    case MeshMember::MATERIALS:
+    case MeshMember::TEXTURES:
+      content_.materials.clear();
+      content_.textures.clear();
+      content_.receptions[MeshMember::MATERIALS] = Reception();
+      content_.receptions[MeshMember::TEXTURES] = Reception();
+      break;
+    case MeshMember::LABELS:
+      content_.labels.clear();
+      break;
+  }
+}
+
+}  // namespace rviz_mesh_plugin

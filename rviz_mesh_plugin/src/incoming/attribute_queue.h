@@ -1,0 +1,90 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <mesh_msgs/MeshFaceCluster.h>
+#include <mesh_msgs/MeshFaceCostsStamped.h>
+#include <mesh_msgs/MeshMaterialsStamped.h>
+#include <mesh_msgs/MeshTexture.h>
+#include <mesh_msgs/MeshVertexColorsStamped.h>
+#include <mesh_msgs/MeshVertexCostsSparseStamped.h>
+#include <mesh_msgs/MeshVertexCostsStamped.h>
+
+#include "base/mesh_data.h"
+#include "incoming/cost_order.h"
+#include "incoming/reception.h"
+
+namespace rviz_mesh_plugin {
+
+/// What the GUI thread takes from the queue: the newest of each kind, and the receptions so far.
+/// All lists are in order of arrival.
+struct QueuedAttributes
+{
+  std::vector<CostLayerConstPtr> costs;        ///< one per uuid, type and kind (vertices, faces)
+  std::vector<CostUpdateConstPtr> updates;     ///< to be applied after costs, in this order
+  std::size_t stale = 0;                       ///< updates left out, in all
+  std::vector<ColorLayerConstPtr> colors;      ///< one per uuid
+  std::vector<MaterialsConstPtr> materials;    ///< one per uuid
+  std::vector<TextureImageConstPtr> textures;  ///< one per uuid and index
+  std::vector<LabelSetConstPtr> labels;        ///< to be applied in this order
+  PerMember<Reception> receptions;             ///< but of the geometry, which has a loader
+};
+
+/// Between the threads that ROS and services call back and the GUI thread: checks and converts
+/// messages on the former, hands the newest over to the latter, so that a fast publisher can
+/// neither block RViz nor fill its memory. Thread safe.
+///
+/// What may be too late is received with a flag: where that is set at the end of the conversion,
+/// the message is dropped without a trace.
+class AttributeQueue
+{
+ public:
+  using Flag = std::atomic<bool>;
+
+  /// All these return whether the message was accepted; if not, its reception says why.
+  bool receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshFaceCostsStamped& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshVertexCostsSparseStamped& message,
+               const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshVertexColorsStamped& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshMaterialsStamped& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshTexture& message, const Flag* dropped = nullptr);
+  /// One label of the only mesh, as it is now.
+  bool receive(const mesh_msgs::MeshFaceCluster& message, const Flag* dropped = nullptr);
+  /// @param all these are all labels of the mesh
+  bool receiveLabels(const std::string& uuid,
+                     const std::vector<mesh_msgs::MeshFaceCluster>& clusters, bool all,
+                     const Flag* dropped = nullptr);
+
+  /// Counts a message that could not even be read.
+  void refuse(MeshMember part, const std::string& reason, const Flag* dropped = nullptr);
+
+  /// Hands over and forgets what has arrived; the receptions go on counting. Never waits for a
+  /// message that is being converted, or joined with others.
+  QueuedAttributes take();
+
+  /// Forgets what has arrived on one topic, and its reception; with materials also textures.
+  void forget(MeshMember part);
+
+ private:
+  template <class Convert, class Arrange, class Store>
+  bool accept(MeshMember part, const Convert& convert, const Arrange& arrange, const Store& store,
+              const Flag* dropped);
+  template <class Message, class Store>
+  bool accept(MeshMember part, const Message& message, const Store& store, const Flag* dropped);
+  /// @param edit is given a copy, maybe more than once: what the GUI thread has left of it
+  template <class Edit>
+  bool change(const Edit& edit, const Flag* dropped);
+
+  std::mutex changing_;  ///< by one thread at a time, which may take long
+  CostOrder order_;
+  std::mutex mutex_;  ///< for a moment
+  QueuedAttributes content_;
+  std::uint64_t version_ = 0;  ///< counts what the GUI thread has taken or forgotten
+};
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,127 @@
+#include "label_editing/pending_edits.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace rviz_mesh_plugin {
+
+void PendingEdits::add(LabelEdit edit)
+{
+  const Key key{edit.mesh(), edit.label, edit.faces == nullptr};
+  Pending pending;
+  pending.edit = std::move(edit);
+  edits_[key] = std::move(pending);
+}
+
+bool PendingEdits::mustWait(const LabelEdit& edit) const
+{
+  if (!edit.faces && edits_.count({edit.mesh(), edit.label, false}) != 0) {
+    return true;  // there may be no label to color yet
+  }
+  return !edit.after.empty() && isPending(edit.mesh(), edit.after);
+}
+
+std::vector<LabelEdit> PendingEdits::work(Clock::time_point now,
+                                          const std::function<bool(const LabelEdit&)>& is_stored,
+                                          const std::function<std::string(const LabelEdit&)>& send)
+{
+  std::vector<LabelEdit> stored;
+  std::size_t under_way = 0;
+  for (auto entry = edits_.begin(); entry != edits_.end();) {
+    Pending& pending = entry->second;
+    if (pending.sent && is_stored(pending.edit)) {
+      stored.push_back(std::move(pending.edit));
+      entry = edits_.erase(entry);
+      continue;
+    }
+    if (pending.sent && pending.failure.empty()) {
+      if (now - pending.since > patience_) {
+        pending.failure =
+            "it was sent, but has not come back as stored: see the log of the node "
+            "that stores labels";
+      } else {
+        ++under_way;
+      }
+    }
+    ++entry;
+  }
+  for (auto& entry : edits_) {
+    Pending& pending = entry.second;
+    if (under_way == AT_ONCE) {
+      break;
+    }
+    if (!pending.sent && pending.failure.empty() && !mustWait(pending.edit)) {
+      pending.failure = send(pending.edit);
+      pending.sent = pending.failure.empty();
+      pending.since = now;
+      under_way += pending.sent ? 1 : 0;
+    }
+  }
+  return stored;
+}
+
+void PendingEdits::sendAgain()
+{
+  for (auto& entry : edits_) {
+    if (!entry.second.failure.empty()) {
+      entry.second.failure.clear();
+      entry.second.sent = false;
+    }
+  }
+}
+
+std::size_t PendingEdits::failed() const
+{
+  return static_cast<std::size_t>(
+      std::count_if(edits_.begin(), edits_.end(),
+                    [](const auto& entry) { return !entry.second.failure.empty(); }));
+}
+
+std::string PendingEdits::failure() const
+{
+  for (const auto& entry : edits_) {
+    if (!entry.second.failure.empty()) {
+      return (entry.second.edit.faces ? "label '" : "the color of '") + entry.second.edit.label +
+             "' is not stored: " + entry.second.failure;
+    }
+  }
+  return {};
+}
+
+OptionalStatus PendingEdits::status() const
+{
+  const std::string failure = this->failure();
+  if (!failure.empty()) {
+    return StatusLine{StatusLine::WARN, failure};
+  }
+  if (edits_.empty()) {
+    return std::nullopt;
+  }
+  const LabelEdit& first = edits_.begin()->second.edit;
+  return StatusLine{StatusLine::OK, "'" + first.label + "' is being stored"};
+}
+
+bool PendingEdits::isPending(const MeshId& mesh, const std::string& label) const
+{
+  return edits_.count({mesh, label, false}) != 0 || edits_.count({mesh, label, true}) != 0;
+}
+
+const LabelEdit* PendingEdits::find(const MeshId& mesh, const std::string& label) const
+{
+  const auto found = edits_.find({mesh, label, false});
+  return found == edits_.end() ? nullptr : &found->second.edit;
+}
+
+std::vector<std::string> PendingEdits::labels(const MeshId& mesh) const
+{
+  std::vector<std::string> labels;
+  for (const auto& entry : edits_) {
+    const LabelEdit& edit = entry.second.edit;
+    if (edit.mesh() == mesh && edit.faces && !edit.faces->empty()) {
+      labels.push_back(edit.label);
+    }
+  }
+  return labels;
+}
+
+}  // namespace rviz_mesh_plugin

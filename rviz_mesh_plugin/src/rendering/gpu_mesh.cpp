@@ -1,0 +1,167 @@
+#include "rendering/gpu_mesh.h"
+
+#include <algorithm>
+#include <memory>
+
+#include <OgreSceneManager.h>
+#include <OgreSceneNode.h>
+
+#include "rendering/ogre_compatibility.h"
+
+namespace rviz_mesh_plugin {
+
+GpuMesh::GpuMesh(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout,
+                 std::size_t indices_per_buffer)
+    : layout_(std::make_shared<LayoutOutline>(*layout)),
+      colors_(layout_),
+      materials_(layout_),
+      node_(scene_manager->createSceneNode())
+{
+  drawing_.cell_sizes = &layout_->cell_sizes;
+  try {
+    if (!layout->vertices.empty() && !layout->indices.empty()) {
+      buffers_ = std::make_unique<MeshBuffers>(layout, indices_per_buffer);
+      drawing_.vertices = buffers_->vertices();
+      drawing_.buffers = buffers_.get();
+      makeParts();
+    }
+    applyStyle();
+  } catch (...) {  // memory
+    destroySceneNode(node_);
+    throw;
+  }
+}
+
+GpuMesh::~GpuMesh()
+{
+  parts_.clear();
+  destroySceneNode(node_);
+}
+
+void GpuMesh::makeParts()
+{
+  parts_.reserve(layout_->parts.size());
+  for (const MeshPart& part : layout_->parts) {
+    if (part.levels.empty()) {
+      continue;
+    }
+    parts_.push_back(std::make_unique<MeshPartObject>(drawing_, part));
+    node_->createChildSceneNode()->attachObject(parts_.back().get());
+    coarsest_end_ = std::max(coarsest_end_, part.levels.back().end());
+  }
+}
+
+void GpuMesh::show(Ogre::SceneNode* parent)
+{
+  parent->addChild(node_);
+}
+
+bool GpuMesh::drawable() const
+{
+  return !buffers_ || (buffers_->verticesComplete() && colors_.usable() &&
+                       buffers_->uploadedIndices() >= coarsest_end_);
+}
+
+float GpuMesh::progress() const
+{
+  return !buffers_ || buffers_->bytes() == 0 ? 1.0f
+                                             : static_cast<float>(buffers_->uploadedBytes()) /
+                                                   static_cast<float>(buffers_->bytes());
+}
+
+bool GpuMesh::uploadSlice()
+{
+  if (!buffers_) {
+    return false;
+  }
+  if (buffers_->verticesComplete() && !colors_.complete()) {
+    colors_.uploadSlice();
+    if (colors_.buffer().get() != bound_colors_.get()) {
+      bound_colors_ = colors_.buffer();
+      translucent_colors_ = translucent_coming_;
+      buffers_->bindColors(bound_colors_);
+      applyStyle();
+    }
+    return true;
+  }
+  if (!buffers_->complete()) {
+    buffers_->uploadSlice();
+    drawing_.uploaded_indices = buffers_->uploadedIndices();
+    return true;
+  }
+  if (!materials_.complete()) {
+    if (materials_.uploadSlice()) {
+      assignMaterials();
+    }
+    return true;
+  }
+  return false;
+}
+
+void GpuMesh::setStyle(const MeshStyle& style)
+{
+  if (style != style_) {
+    style_ = style;
+    applyStyle();
+  }
+}
+
+void GpuMesh::applyStyle()
+{
+  drawing_.detail_pixels = style_.level_of_detail ? style_.detail_pixels : 0.0f;
+  materials_.apply(style_, isSet(bound_colors_), translucent_colors_);
+  assignMaterials();
+}
+
+void GpuMesh::assignMaterials()
+{
+  for (const auto& part : parts_) {
+    part->setMaterial(materials_.of(part->part()));
+    part->setColor(materials_.colorOf(part->part()));
+  }
+}
+
+void GpuMesh::setColors(const ColorSource& colors, bool translucent)
+{
+  if (buffers_) {
+    translucent_coming_ = translucent;
+    colors_.start(colors);
+  }
+}
+
+void GpuMesh::updateColors(const std::vector<std::uint32_t>& changed)
+{
+  if (buffers_) {
+    colors_.update(changed);
+  }
+}
+
+void GpuMesh::clearColors()
+{
+  colors_.clear();
+  if (isSet(bound_colors_)) {
+    bound_colors_ = Ogre::HardwareVertexBufferSharedPtr();
+    translucent_colors_ = false;
+    buffers_->bindColors(bound_colors_);
+    applyStyle();
+  }
+}
+
+void GpuMesh::setTexture(const TextureImageConstPtr& image)
+{
+  materials_.setTexture(image);
+  assignMaterials();
+}
+
+void GpuMesh::clearTextures()
+{
+  materials_.clearTextures();
+  assignMaterials();
+}
+
+std::size_t GpuMesh::gpuBytes() const
+{
+  return (buffers_ ? buffers_->bytes() : 0) + colors_.bytes() + materials_.bytes();
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <OgrePrerequisites.h>
+
+#include "level_of_detail/mesh_layout.h"
+#include "rendering/mesh_buffers.h"
+#include "rendering/mesh_material.h"
+#include "rendering/mesh_part_object.h"
+#include "rendering/mesh_style.h"
+#include "rendering/vertex_colors.h"
+
+namespace rviz_mesh_plugin {
+
+/// Everything that OGRE holds of one layout: buffers, colors, materials, textures, and the parts,
+/// below a scene node of its own. Uploaded in slices; the rest of the layout is let go then. GUI
+/// thread only.
+class GpuMesh
+{
+ public:
+  GpuMesh(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout,
+          std::size_t indices_per_buffer = INDICES_PER_BUFFER);
+  ~GpuMesh();
+  GpuMesh(const GpuMesh&) = delete;
+  GpuMesh& operator=(const GpuMesh&) = delete;
+
+  const LayoutOutlineConstPtr& layout() const { return layout_; }
+
+  /// Puts it below a scene node.
+  void show(Ogre::SceneNode* parent);
+
+  /// Uploads one slice; false where nothing was left to do.
+  bool uploadSlice();
+  /// It would take about as long as all slices of one frame.
+  bool nextSliceIsLong() const { return buffers_ && buffers_->nextSliceIsLong(); }
+
+  /// The coarsest level of detail can be drawn, in its colors if there are any.
+  bool drawable() const;
+  bool geometryComplete() const { return !buffers_ || buffers_->complete(); }
+  /// The part of vertices and faces that is uploaded, 0..1.
+  float progress() const;
+
+  void setStyle(const MeshStyle& style);
+  void setColors(const ColorSource& colors, bool translucent);
+  void updateColors(const std::vector<std::uint32_t>& changed);
+  void clearColors();
+  void setTexture(const TextureImageConstPtr& image);
+  void clearTextures();
+
+  std::size_t colorUploads() const { return colors_.uploads(); }
+  std::size_t gpuBytes() const;
+  const std::vector<std::unique_ptr<MeshPartObject>>& parts() const { return parts_; }
+
+ private:
+  void makeParts();
+  void applyStyle();
+  void assignMaterials();
+
+  LayoutOutlineConstPtr layout_;
+  std::unique_ptr<MeshBuffers> buffers_;  ///< null where there is nothing to draw
+  VertexColors colors_;
+  Ogre::HardwareVertexBufferSharedPtr bound_colors_;
+  PartMaterials materials_;
+  MeshStyle style_;
+  bool translucent_colors_ = false;  ///< of those bound
+  bool translucent_coming_ = false;
+  PartDrawing drawing_;
+  std::size_t coarsest_end_ = 0;  ///< of the indices of all parts' coarsest levels
+  std::vector<std::unique_ptr<MeshPartObject>> parts_;
+  Ogre::SceneNode* node_;
+};
+
+}  // namespace rviz_mesh_plugin
