@@ -150,10 +150,10 @@ Leg straightLeg(const WalkMesh& mesh, Strip strip, const Joint& from, const Join
   if (edges.empty()) {
     leg.length = distance(from.position, to.position);
     if (from.vertex != NO_INDEX) {
-      leg.at_start = rayTo(mesh, faces[0], from.vertex, to.position);
+      leg.at_start = directionTo(mesh, faces[0], from.vertex, to.position);
     }
     if (to.vertex != NO_INDEX) {
-      leg.at_end = rayTo(mesh, faces[0], to.vertex, from.position);
+      leg.at_end = directionTo(mesh, faces[0], to.vertex, from.position);
     }
     return leg;
   }
@@ -162,10 +162,11 @@ Leg straightLeg(const WalkMesh& mesh, Strip strip, const Joint& from, const Join
   leg.length = norm(way);
   if (from.vertex != NO_INDEX) {
     leg.at_start =
-        rayAlong(mesh, faces.front(), edges.front(), unfolded.portals.front(), -1.0, way);
+        directionAlong(mesh, faces.front(), edges.front(), unfolded.portals.front(), -1.0, way);
   }
   if (to.vertex != NO_INDEX) {
-    leg.at_end = rayAlong(mesh, faces.back(), edges.back(), unfolded.portals.back(), 1.0, -way);
+    leg.at_end =
+        directionAlong(mesh, faces.back(), edges.back(), unfolded.portals.back(), 1.0, -way);
   }
   return leg;
 }

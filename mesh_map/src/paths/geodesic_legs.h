@@ -22,7 +22,8 @@ struct Leg
 {
   Strip strip;
   double length = 0.0;
-  Ray at_start{}, at_end{};  ///< where it leaves its joints; without a face: not to be moved
+  CornerDirection at_start{},
+      at_end{};  ///< where it leaves its joints; without a face: not to be moved
 };
 
 /// Some legs, one after the other, and the joints between them.

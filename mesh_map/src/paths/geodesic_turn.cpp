@@ -34,12 +34,12 @@ struct CornerSides
 class TurnSearch
 {
  public:
-  TurnSearch(const FaceChoice& choice, std::uint32_t vertex, const Ray& to)
+  TurnSearch(const FaceChoice& choice, std::uint32_t vertex, const CornerDirection& to)
       : choice_(choice), vertex_(vertex), to_(to)
   {
   }
 
-  std::optional<Turn> run(const Ray& from, double limit)
+  std::optional<Turn> run(const CornerDirection& from, double limit)
   {
     double best = limit;
     std::uint32_t last = NO_INDEX;
@@ -130,7 +130,7 @@ class TurnSearch
 
   const FaceChoice& choice_;
   const std::uint32_t vertex_;
-  const Ray& to_;
+  const CornerDirection& to_;
   std::unordered_map<std::uint32_t, Step> steps_;
   std::priority_queue<Item, std::vector<Item>, std::greater<Item>> queue_;
 };
@@ -156,11 +156,12 @@ std::uint32_t FaceChoice::firstOf(std::uint32_t face) const
   return *other;
 }
 
-Ray rayTo(const WalkMesh& mesh, std::uint32_t face, std::uint32_t corner, const Vector3& point)
+CornerDirection directionTo(const WalkMesh& mesh, std::uint32_t face, std::uint32_t corner,
+                            const Vector3& point)
 {
   const CornerSides sides(mesh, face, corner);
   const Vector3 center = pointOf(mesh, corner);
-  Ray ray{face, sides.edges, {INFINITE, INFINITE}};
+  CornerDirection ray{face, sides.edges, {INFINITE, INFINITE}};
   for (std::size_t k = 0; k < 2; ++k) {
     const Vector3 side = pointOf(mesh, sides.ends[k]) - center;
     if (side != Vector3{}) {
@@ -170,13 +171,13 @@ Ray rayTo(const WalkMesh& mesh, std::uint32_t face, std::uint32_t corner, const 
   return ray;
 }
 
-Ray rayAlong(const WalkMesh& mesh, std::uint32_t face, std::uint32_t edge, const Portal& portal,
-             double side, const Vector2& direction)
+CornerDirection directionAlong(const WalkMesh& mesh, std::uint32_t face, std::uint32_t edge,
+                               const Portal& portal, double side, const Vector2& direction)
 {
   const std::uint32_t apex = apexOf(mesh, face, edge);
   const Vector3 center = pointOf(mesh, apex);
   const CornerSides sides(mesh, face, apex);
-  Ray ray{face, sides.edges, {INFINITE, INFINITE}};
+  CornerDirection ray{face, sides.edges, {INFINITE, INFINITE}};
   for (std::size_t k = 0; k < 2; ++k) {
     const Vector2 to_apex = sides.ends[k] == portal.left
                                 ? Unfolding::fromLeft(mesh, portal, center, side)
@@ -189,8 +190,8 @@ Ray rayAlong(const WalkMesh& mesh, std::uint32_t face, std::uint32_t edge, const
   return ray;
 }
 
-std::optional<Turn> turnBelow(const FaceChoice& choice, std::uint32_t vertex, const Ray& from,
-                              const Ray& to, double limit)
+std::optional<Turn> turnBelow(const FaceChoice& choice, std::uint32_t vertex,
+                              const CornerDirection& from, const CornerDirection& to, double limit)
 {
   if (from.face == NO_INDEX || to.face == NO_INDEX) {
     return std::nullopt;

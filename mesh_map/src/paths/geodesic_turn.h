@@ -22,7 +22,7 @@ struct FaceChoice
 };
 
 /// A direction in a face from one of its corners.
-struct Ray
+struct CornerDirection
 {
   std::uint32_t face = NO_INDEX;
   std::array<std::uint32_t, 2> edges{};  ///< of the face at that corner
@@ -30,11 +30,12 @@ struct Ray
 };
 
 /// Of a corner of a face, to a point of it.
-Ray rayTo(const WalkMesh& mesh, std::uint32_t face, std::uint32_t corner, const Vector3& point);
+CornerDirection directionTo(const WalkMesh& mesh, std::uint32_t face, std::uint32_t corner,
+                            const Vector3& point);
 
 /// Of the corner opposite to a portal (on its side 1, ahead, or -1), by the direction in the plane.
-Ray rayAlong(const WalkMesh& mesh, std::uint32_t face, std::uint32_t edge, const Portal& portal,
-             double side, const Vector2& direction);
+CornerDirection directionAlong(const WalkMesh& mesh, std::uint32_t face, std::uint32_t edge,
+                               const Portal& portal, double side, const Vector2& direction);
 
 /// A way around a vertex: faces between two, and the edges at the vertex that are crossed, one more
 /// than faces (none of both within one face).
@@ -45,7 +46,7 @@ struct Turn
 
 /// The way from one ray to another around their vertex of the least angle, if that is below a
 /// limit.
-std::optional<Turn> turnBelow(const FaceChoice& choice, std::uint32_t vertex, const Ray& from,
-                              const Ray& to, double limit);
+std::optional<Turn> turnBelow(const FaceChoice& choice, std::uint32_t vertex,
+                              const CornerDirection& from, const CornerDirection& to, double limit);
 
 }  // namespace mesh_map

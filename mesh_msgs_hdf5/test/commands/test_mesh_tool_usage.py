@@ -239,8 +239,8 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path):
     pytest.importorskip("tqdm")
     code = (
         "import sys, time\n"
-        "from mesh_msgs_hdf5.commands.progress import Progress\n"
-        "with Progress('-q' in sys.argv) as progress:\n"
+        "from mesh_msgs_hdf5.commands.progress import ProgressLine\n"
+        "with ProgressLine('-q' in sys.argv) as progress:\n"
         "    progress.stage('reading x')\n    time.sleep(1.2)\n"
         "    progress.stage('drawing')\n    progress.part(0.4)\n    time.sleep(0.6)\n"
     )

@@ -35,7 +35,7 @@ void refuseWrongMaterials(const MeshData& mesh, const Materials* materials)
 
 }  // namespace
 
-std::atomic<std::size_t> preview_faces{2500000};
+std::atomic<std::size_t> preview_threshold{2500000};
 
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
                           const MaterialsConstPtr& materials, const std::atomic<bool>& canceled,
@@ -47,7 +47,7 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   }
   const auto splitter = makeSplit(split, materials.get());
   const MeshRegion region = mainRegion(*mesh);
-  if (receive_preview && mesh->faceCount() > preview_faces) {
+  if (receive_preview && mesh->faceCount() > preview_threshold) {
     receive_preview(layOutPreview(mesh));
   }
   if (canceled) {

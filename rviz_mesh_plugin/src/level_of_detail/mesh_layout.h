@@ -72,7 +72,7 @@ using MeshLayoutConstPtr = std::shared_ptr<const MeshLayout>;
 
 /// Meshes with more faces than this get a preview; those with less are laid out within a second.
 /// Only tests change it.
-extern std::atomic<std::size_t> preview_faces;
+extern std::atomic<std::size_t> preview_threshold;
 
 /// Given a layout, or null where there is none.
 using PreviewReceiver = std::function<void(const MeshLayoutConstPtr&)>;
@@ -80,7 +80,8 @@ using PreviewReceiver = std::function<void(const MeshLayoutConstPtr&)>;
 /// Takes about 0.25 s per million faces, on two cores.
 /// @param materials needed for BY_MATERIAL
 /// @param canceled where it becomes true, null is returned soon
-/// @param receive_preview where given, gets layOutPreview() of a mesh of more than preview_faces
+/// @param receive_preview where given, gets layOutPreview() of a mesh of more than
+/// preview_threshold
 ///        before anything else is done
 /// @throw std::invalid_argument where the materials belong to another mesh
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,

@@ -54,7 +54,7 @@ class RemovalTest : public DisplayFixture
   void SetUp() override
   {
     DisplayFixture::SetUp();
-    rviz_mesh_plugin::preview_faces = PREVIEW_FACES;
+    rviz_mesh_plugin::preview_threshold = PREVIEW_FACES;
     space_ = geometry_topic + "_services";
     // What is shared by all meshes exists before anything is counted.
     auto* display = createMeshDisplay();

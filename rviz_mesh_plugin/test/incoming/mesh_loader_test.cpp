@@ -248,11 +248,11 @@ TEST(Loader, lays_out_as_asked_for_and_so_again_when_the_same_mesh_comes_again)
 
 TEST(Loader, never_hands_over_a_preview_after_the_layout)
 {
-  const std::size_t usual = rviz_mesh_plugin::preview_faces.exchange(500000);
+  const std::size_t usual = rviz_mesh_plugin::preview_threshold.exchange(500000);
   Receiver receiver;
   receiver.loader.receive(terrain(510));
   const bool laid_out = receiver.waitForLayout(520200);
-  rviz_mesh_plugin::preview_faces = usual;
+  rviz_mesh_plugin::preview_threshold = usual;
   ASSERT_TRUE(laid_out);
   ASSERT_LE(receiver.layouts.size(), 2u);
   if (receiver.layouts.size() == 2) {

@@ -192,9 +192,9 @@ struct FastMarchingTask
 {
   enum Kind : std::uint32_t
   {
-    SPREAD,  ///< it has the label `key` now: tell its neighbors
-    CHECK,   ///< it has the label `key`: does that still follow from its neighbors?
-    SETTLE   ///< it has none, and will have this one by its neighbors
+    PROPAGATE,  ///< it has the label `key` now: tell its neighbors
+    CHECK,      ///< it has the label `key`: does that still follow from its neighbors?
+    SETTLE      ///< it has none, and will have this one by its neighbors
   };
 
   double key;
@@ -223,7 +223,7 @@ struct FastMarchingBuffers
   void queueLowered(double label, std::uint32_t vertex)
   {
     if (is_in_repair) {
-      addTask({label, vertex, FastMarchingTask::SPREAD});
+      addTask({label, vertex, FastMarchingTask::PROPAGATE});
     } else {
       queue.push(label, vertex);
     }

@@ -44,10 +44,10 @@ class FastMarchingCosts
                       double low, double high, double label)
   {
     if (!HAS_COSTS) {
-      return planarUpdate(u, v, triangle, behind, label);
+      return evenUpdate(u, v, triangle, behind, label);
     }
     if (low == high) {
-      return planarUpdate(u, v, triangle.scaled(low), behind.scaled(low), label);
+      return evenUpdate(u, v, triangle.scaled(low), behind.scaled(low), label);
     }
     if (isEven(low, high)) {
       return nearlySphericalUpdate(u, v, triangle, slowness, low, label);
@@ -73,8 +73,8 @@ class FastMarchingCosts
 
   /// Where all is equally slow. What is a little above the label is looked at more exactly, too: so
   /// the result does not depend on which of two ways has come first.
-  static double planarUpdate(double u, double v, const FastMarchingTriangle& triangle,
-                             const FastMarchingBehind& behind, double label)
+  static double evenUpdate(double u, double v, const FastMarchingTriangle& triangle,
+                           const FastMarchingBehind& behind, double label)
   {
     FastMarchingSource source;
     if (!findSource(u, v, triangle.base, source)) {

@@ -13,7 +13,7 @@ import rosgraph
 import rospy
 from mesh_msgs.init_node import init_node
 from mesh_msgs_hdf5.commands.completion import wanted
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from rosgraph.names import is_legal_name
 
 from mesh_msgs.text import one_line
@@ -85,7 +85,7 @@ def _run(arguments: Any) -> int:
     yaw = None if arguments.yaw is None else math.radians(arguments.yaw)
     goal = arguments.x, arguments.y, arguments.z
     fields = {"frame_id": arguments.frame, "planner": arguments.planner}
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
         progress.stage("waiting for the server")
         navigator.wait_until_ready(
             "get_path", *([] if arguments.plan_only else ["move_base"]), timeout=arguments.timeout

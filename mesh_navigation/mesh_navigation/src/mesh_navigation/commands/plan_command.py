@@ -16,7 +16,7 @@ import numpy as np
 import yaml
 from mesh_msgs_hdf5.commands.completion import wanted
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.commands.progress import Progress
+from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.save import check_target, save_file
 
 from mesh_map.base.errors import MeshMapError
@@ -82,7 +82,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.png is not None:
         _check_picture(arguments.png, arguments.force)
     seconds: Dict[str, float] = {}
-    with Progress(arguments.quiet) as progress:
+    with ProgressLine(arguments.quiet) as progress:
 
         def tell(share: float, what: str) -> None:
             progress.stage(what)
@@ -135,7 +135,7 @@ def _draw(
     planner: MeshPlanner,
     result: PlanResult,
     places: List[Pose],
-    progress: Progress,
+    progress: ProgressLine,
 ) -> None:
     # It takes a moment to load what draws.
     from mesh_navigation.commands.picture import plan_picture

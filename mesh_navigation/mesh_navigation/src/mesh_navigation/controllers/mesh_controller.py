@@ -269,9 +269,9 @@ class MeshController(Controller):
         )
         way = guidance.paths[0]
         costs = self.map.planning_costs().costs
-        ground = LocalCosts(self.map.geometry, costs, self._goal.face, self._goal.position)
+        local_costs = LocalCosts(self.map.geometry, costs, self._goal.face, self._goal.position)
         stop, reach = math.inf, lookahead
-        blocked = ground.first_blocked(way.points, way.faces) if len(way.faces) else None
+        blocked = local_costs.first_blocked(way.points, way.faces) if len(way.faces) else None
         if blocked is not None:
             # Bases follow a speed that falls with each command by half a period later.
             stop, reach = blocked - gap - self._velocity.x * self._period / 2, min(reach, blocked)
@@ -282,7 +282,7 @@ class MeshController(Controller):
                     f"after {blocked:.2f} m, at {vector_text(way.at(blocked))}; it stops "
                     f"{gap:.2f} m before (blocked_distance)",
                 )
-        sight = Sight(self.map.geometry, ground, surface_pose)
+        sight = Sight(self.map.geometry, local_costs, surface_pose)
         carrot = find_carrot(sight, guidance.paths, reach, values["side_clearance"])
         self.current_angle = self._same_side(carrot.angle)
         carrot = carrot._replace(angle=self.current_angle)

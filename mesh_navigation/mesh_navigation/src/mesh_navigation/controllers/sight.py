@@ -43,10 +43,10 @@ class Sight:
     """From where the robot stands, at one moment."""
 
     def __init__(
-        self, geometry: MeshGeometry, ground: LocalCosts, surface_pose: SurfacePose
+        self, geometry: MeshGeometry, local_costs: LocalCosts, surface_pose: SurfacePose
     ) -> None:
         self._geometry, self._walker = geometry, geometry.walker
-        self._ground, self.surface_pose = ground, surface_pose
+        self._local_costs, self.surface_pose = local_costs, surface_pose
 
     def look(self, point: np.ndarray) -> View:
         """The straight way to a place (3,) (m)."""
@@ -66,7 +66,7 @@ class Sight:
             if missed <= _THERE:
                 blocked = None
                 if len(line.path.faces):
-                    blocked = self._ground.first_blocked(line.path.points, line.path.faces)
+                    blocked = self._local_costs.first_blocked(line.path.points, line.path.faces)
                 return View(line.length + missed, blocked, "is blocked")
         return View(straight, min(line.length, straight), "leaves the surface")
 
@@ -134,7 +134,7 @@ class Sight:
                 break
         points.append(place.position[None])
         if faces:
-            blocked = self._ground.first_blocked(np.concatenate(points), np.concatenate(faces))
+            blocked = self._local_costs.first_blocked(np.concatenate(points), np.concatenate(faces))
             if blocked is not None:
                 return blocked
         return walked if ended else None
@@ -152,7 +152,7 @@ class Sight:
         if not len(walk.path.faces):
             return LocalPath.through(place.position[None], walk.path.faces, False)
         way = LocalPath.through(walk.path.points, walk.path.faces, False)
-        blocked = self._ground.first_blocked(way.points, way.faces)
+        blocked = self._local_costs.first_blocked(way.points, way.faces)
         if blocked is None:
             return way
         kept = max(int(way.travelled.searchsorted(blocked)), 1)

@@ -66,10 +66,10 @@ class Track:
             float(places.distances[last]),
         )
         self._path = _laid_out(geometry, places)
-        ground = LocalCosts(geometry, costs, self.goal.face, self.goal.position)
+        local_costs = LocalCosts(geometry, costs, self.goal.face, self.goal.position)
         if clearance > 0.0 and len(positions) > 2:
             wide = _laid_out(geometry, rounded(geometry, places, clearance))
-            if is_free(ground, wide):
+            if is_free(local_costs, wide):
                 self._path = wide
         self._travelled = -1.0  # not known yet
 
@@ -178,12 +178,12 @@ def _places(geometry: MeshGeometry, positions: np.ndarray, distance: float) -> S
     )
 
 
-def is_free(ground: LocalCosts, way: LocalPath) -> bool:
+def is_free(local_costs: LocalCosts, way: LocalPath) -> bool:
     """Whether all of a way can be driven: no part is blocked or leaves the surface."""
     if not len(way.faces):
         return True
     return bool(np.all(way.faces != NO_FACE)) and (
-        ground.first_blocked(way.points, way.faces) is None
+        local_costs.first_blocked(way.points, way.faces) is None
     )
 
 

@@ -59,7 +59,7 @@ class ObedienceWatch:
         self._base: Optional[Pose] = None
         self._since = self._last = 0.0
         self._distance = self._angle = 0.0
-        self._surface_pose = True
+        self._odometry_stands = True
 
     def restart(self) -> None:
         """Begin anew with the next command."""
@@ -81,15 +81,15 @@ class ObedienceWatch:
         if self._base is None or not 0.0 <= now - self._last <= LONGEST_CYCLE:
             self._begin(state, now)
         measured = state.velocity
-        self._surface_pose = self._surface_pose and (
+        self._odometry_stands = self._odometry_stands and (
             math.hypot(measured.x, measured.y) < STANDING and abs(measured.yaw) < STANDING
         )
-        if not self._stays(state.pose, STILL_BY_ODOMETRY if self._surface_pose else STILL):
+        if not self._stays(state.pose, STILL_BY_ODOMETRY if self._odometry_stands else STILL):
             self._begin(state, now)
         elapsed, self._last = now - self._last, now
         self._distance += linear * elapsed
         self._angle += angular * elapsed
-        if now - self._since <= tolerance or not (self._surface_pose or self._is_clear()):
+        if now - self._since <= tolerance or not (self._odometry_stands or self._is_clear()):
             return ""
         return (
             f"the robot does not move for {now - self._since:.1f} s (cmd_vel_ignored_tolerance "
@@ -99,7 +99,7 @@ class ObedienceWatch:
     def _begin(self, state: RobotState, now: float) -> None:
         self._base, self._since, self._last = state.pose, now, now
         self._distance = self._angle = 0.0
-        self._surface_pose = True
+        self._odometry_stands = True
 
     def _stays(self, pose: Pose, noise: float) -> bool:
         assert self._base is not None

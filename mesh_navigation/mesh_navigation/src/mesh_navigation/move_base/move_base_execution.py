@@ -31,16 +31,16 @@ PLANNING, DRIVING = "planning", "driving"
 
 
 class RecoveryChain:
-    """Behaviors in their order, each once; from the first again when the troubles are overcome.
+    """Behaviors in their order, each once; from the first again when the triggers are overcome.
 
-    Troubles are kept apart: a plan that is found again does not help a robot that still gets
+    Triggers are kept apart: a plan that is found again does not help a robot that still gets
     nowhere, so that the two taking turns come to an end too.
     """
 
     def __init__(self, behaviors: Sequence[str]) -> None:
         self._behaviors = list(behaviors)
         self._tried = 0
-        self._troubles: Set[str] = set()
+        self._triggers: Set[str] = set()
 
     @property
     def tried(self) -> List[str]:
@@ -52,20 +52,20 @@ class RecoveryChain:
         """Whether there is none left."""
         return self._tried >= len(self._behaviors)
 
-    def next(self, trouble: str) -> Optional[str]:
-        """The behavior to try for a trouble; None if there is none left."""
-        self._troubles.add(trouble)
+    def next(self, trigger: str) -> Optional[str]:
+        """The behavior to try for a trigger; None if there is none left."""
+        self._triggers.add(trigger)
         if self.exhausted:
             return None
         self._tried += 1
         return self._behaviors[self._tried - 1]
 
-    def overcome(self, trouble: str) -> bool:
-        """A trouble is over. Returns whether the chain starts anew, now that the last one is."""
-        if trouble not in self._troubles:
+    def overcome(self, trigger: str) -> bool:
+        """A trigger is over. Returns whether the chain starts anew, now that the last one is."""
+        if trigger not in self._triggers:
             return False
-        self._troubles.discard(trouble)
-        if self._troubles:
+        self._triggers.discard(trigger)
+        if self._triggers:
             return False
         self._tried = 0
         return True
@@ -169,12 +169,12 @@ class MoveBaseExecution:
         finally:
             replanning.end("the drive has ended")
 
-    def _overcome(self, trouble: str, what: str) -> None:
+    def _overcome(self, trigger: str, what: str) -> None:
         tried = ", ".join(self._chain.tried)
-        if self._chain.overcome(trouble):
+        if self._chain.overcome(trigger):
             self._log(f"the robot {what} again, after {tried}")
 
-    def _recover(self, trouble: str, failure: GoalEnd, cancellation: Cancellation) -> None:
+    def _recover(self, trigger: str, failure: GoalEnd, cancellation: Cancellation) -> None:
         """Run the next behavior.
 
         Raises:
@@ -183,10 +183,10 @@ class MoveBaseExecution:
         if failure.outcome in FINAL or not self._values()["recovery_enabled"]:
             raise MoveBaseOver(failure)
         tried = self._chain.tried
-        name = self._chain.next(trouble)
+        name = self._chain.next(trigger)
         if name is None:
             raise MoveBaseOver(_in_vain(failure, tried))
-        self._log(f"{trouble} failed: {failure.message} ({failure.outcome}); trying {name}")
+        self._log(f"{trigger} failed: {failure.message} ({failure.outcome}); trying {name}")
         end = ended(self._actions.recover(name), f"recovery {name}", cancellation)
         if not end.succeeded:
             self._log(f"recovery {name} failed: {end.message} ({end.outcome})")

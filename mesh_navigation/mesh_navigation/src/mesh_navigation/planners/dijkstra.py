@@ -33,22 +33,22 @@ class DijkstraMeshPlanner(SurfacePlanner):
 
     def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
         edges = self._solvers.newest()
-        ground = self._snapshots.of(edges.costs, values["cost_limit"])
-        return Search(values, ground, edges, flag)
+        snapshot = self._snapshots.of(edges.costs, values["cost_limit"])
+        return Search(values, snapshot, edges, flag)
 
     def _solved(
         self, search: Search, target: PathEnd, vertices: Optional[List[int]]
     ) -> DijkstraField:
         return search.basis.solver.solve(
             target.corner_paths,
-            vertex_costs=search.ground.slowness,
+            vertex_costs=search.snapshot.slowness,
             targets=vertices,
             offset=search.values["goal_dist_offset"],
             cancel_flag=search.flag,
         )
 
     def _updated(self, search: Search, target: PathEnd, held: CachedField) -> bool:
-        before, now, solver = held.search.ground, search.ground, search.basis.solver
+        before, now, solver = held.search.snapshot, search.snapshot, search.basis.solver
         if is_much(changed_vertices(before, now), now):
             return False
         if now.slowness is not before.slowness or solver is not held.field.solver:

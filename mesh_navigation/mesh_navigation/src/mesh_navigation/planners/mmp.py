@@ -61,13 +61,13 @@ class MMPPlanner(WaveFrontPlanner):
 
     def _taut(self, search: Search, path: SurfacePath) -> SurfacePath:
         """The locally shortest path, over what may be passed, that a path becomes."""
-        return self._geodesic.shorten(path, mask=search.ground.open_faces, cancel=search.flag)
+        return self._geodesic.shorten(path, mask=search.snapshot.open_faces, cancel=search.flag)
 
     def _along_edges(self, search: Search, origin: PathEnd, target: PathEnd) -> SurfacePath:
         """The shortest way over edges, as Dijkstra's algorithm finds it."""
         found = self._edges.solve(
             target.corner_paths,
-            vertex_costs=search.ground.slowness,
+            vertex_costs=search.snapshot.slowness,
             targets=origin.vertices,
             cancel_flag=search.flag,
         )

@@ -62,7 +62,7 @@ class PathEnd(NamedTuple):
 
 
 def find_path_end(
-    mesh_map: MeshMap, position: np.ndarray, ground: CostSnapshot, what: str, outcome: int
+    mesh_map: MeshMap, position: np.ndarray, snapshot: CostSnapshot, what: str, outcome: int
 ) -> PathEnd:
     """The place of the surface that is nearest to a position.
 
@@ -71,7 +71,7 @@ def find_path_end(
     Args:
         mesh_map: the map.
         position: (3,) m.
-        ground: what may be passed.
+        snapshot: what may be passed.
         what: "start" or "goal", for the message.
         outcome: of a failure.
 
@@ -80,20 +80,20 @@ def find_path_end(
     """
     face_point = find_face_point(mesh_map, position, what, outcome)
     vertex = int(face_point.corners[0])
-    obstacle = obstacle_at(mesh_map, vertex, float(ground.costs[vertex]), ground.cost_limit)
+    obstacle = obstacle_at(mesh_map, vertex, float(snapshot.costs[vertex]), snapshot.cost_limit)
     if obstacle:
         raise PlanFailure(
             outcome,
             f"{what} {vector_text(face_point.position)} is blocked: its nearest vertex {vertex}, "
             f"{face_point.distances[0]:.2f} m away, is {obstacle}",
         )
-    place = _place(face_point, ground)
+    place = _path_end(face_point, snapshot)
     if place.whole:
         return place
     found = mesh_map.spatial_index.closest(
-        point=face_point.position, max_distance=SAME_POINT, mask=ground.open_faces
+        point=face_point.position, max_distance=SAME_POINT, mask=snapshot.open_faces
     )
-    return place if found is None else _place(FacePoint.at(mesh_map, *found[:2]), ground)
+    return place if found is None else _path_end(FacePoint.at(mesh_map, *found[:2]), snapshot)
 
 
 def nearest_path_end(
@@ -101,7 +101,7 @@ def nearest_path_end(
     position: np.ndarray,
     tolerance: float,
     reached: np.ndarray,
-    ground: CostSnapshot,
+    snapshot: CostSnapshot,
     failure: PlanFailure,
 ) -> PathEnd:
     """What to take for a goal that cannot be reached: the nearest place within the tolerance.
@@ -111,7 +111,7 @@ def nearest_path_end(
         position: (3,) m, the goal.
         tolerance: m.
         reached: (V,) bool: vertices to which a way leads from the start.
-        ground: what may be passed.
+        snapshot: what may be passed.
         failure: why it is not the goal itself.
 
     Raises:
@@ -121,13 +121,13 @@ def nearest_path_end(
     faces = reached[mesh_map.faces].all(axis=1)
     found = mesh_map.spatial_index.closest(point=position, max_distance=tolerance, mask=faces)
     if found is not None:
-        best = _place(FacePoint.at(mesh_map, found.face, found.position), ground)
+        best = _path_end(FacePoint.at(mesh_map, found.face, found.position), snapshot)
         distance = found.distance
     distances = np.linalg.norm(mesh_map.vertices - position, axis=1)
     near = np.flatnonzero((distances <= tolerance) & reached)
     if len(near) and distances[near].min() < distance - 1e-6:
         vertex = int(near[np.argmin(distances[near])])
-        best, distance = _place_at_vertex(mesh_map, vertex), distances[vertex]
+        best, distance = _path_end_at_vertex(mesh_map, vertex), distances[vertex]
     if best is None:
         count = int(np.count_nonzero(distances <= tolerance))
         raise PlanFailure(
@@ -143,13 +143,13 @@ def nearest_path_end(
     return best._replace(remark=remark)
 
 
-def _place(face_point: FacePoint, ground: CostSnapshot) -> PathEnd:
-    usable = ground.passable[face_point.corners]
+def _path_end(face_point: FacePoint, snapshot: CostSnapshot) -> PathEnd:
+    usable = snapshot.passable[face_point.corners]
     corners = zip(face_point.corners[usable], face_point.distances[usable])
     return PathEnd(face_point, [(int(vertex), float(distance)) for vertex, distance in corners])
 
 
-def _place_at_vertex(mesh_map: MeshMap, vertex: int) -> PathEnd:
+def _path_end_at_vertex(mesh_map: MeshMap, vertex: int) -> PathEnd:
     face = int(mesh_map.topology.faces_of(vertex)[0])
     position = mesh_map.vertices[vertex].astype(np.float64)
     return PathEnd(FacePoint.at(mesh_map, face, position), [(vertex, 0.0)])

@@ -46,7 +46,7 @@ class Search(NamedTuple):
 
     values: Mapping[str, Any]
     """Of the parameters."""
-    ground: CostSnapshot
+    snapshot: CostSnapshot
     basis: Any
     """What a field is computed from, as the planner knows it."""
     flag: CancelFlag
@@ -107,11 +107,11 @@ class SurfacePlanner(MeshPlanner):
 
     def _plan(self, start: Pose, goal: Pose, tolerance: float, search: Search) -> PlanResult:
         origin = find_path_end(
-            self.map, start.position, search.ground, "start", GetPathOutcome.INVALID_START
+            self.map, start.position, search.snapshot, "start", GetPathOutcome.INVALID_START
         )
         try:
             target = find_path_end(
-                self.map, goal.position, search.ground, "goal", GetPathOutcome.INVALID_GOAL
+                self.map, goal.position, search.snapshot, "goal", GetPathOutcome.INVALID_GOAL
             )
             return self._result(search, origin, target, goal)
         except PlanFailure as failure:
@@ -120,7 +120,7 @@ class SurfacePlanner(MeshPlanner):
                 raise
             reached = np.isfinite(self._solved(search, origin, None).potential)
             target = nearest_path_end(
-                self.map, goal.position, tolerance, reached, search.ground, failure
+                self.map, goal.position, tolerance, reached, search.snapshot, failure
             )
         return self._result(search, origin, target, goal)
 
@@ -159,14 +159,14 @@ class SurfacePlanner(MeshPlanner):
         self, search: Search, origin: PathEnd, target: PathEnd, potential: np.ndarray
     ) -> PlanFailure:
         """The failure of a search that has seen everything around the goal, but not the start."""
-        ground, number = search.ground, self._components.number(target)
+        snapshot, number = search.snapshot, self._components.number(target)
         reached = int(np.count_nonzero(np.isfinite(potential)))
         return PlanFailure(
             GetPathOutcome.NO_PATH_FOUND,
             f"no path: {reached} of {self._components.sizes[number - 1]} vertices of component "
             f"{number} can be reached from the goal, none of them at the start "
-            f"{vector_text(origin.position)}; {ground.blocked_count} vertices of the map are "
-            f"lethal, unknown or over the cost limit {ground.cost_limit:.3g}",
+            f"{vector_text(origin.position)}; {snapshot.blocked_count} vertices of the map are "
+            f"lethal, unknown or over the cost limit {snapshot.cost_limit:.3g}",
             potential,
         )
 

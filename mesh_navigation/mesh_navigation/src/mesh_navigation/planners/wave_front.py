@@ -49,8 +49,8 @@ class WaveFrontPlanner(SurfacePlanner):
 
     def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
         costs = self.map.planning_costs().costs
-        ground = self._snapshots.of(costs, values["cost_limit"], self._factor(values))
-        return Search(values, ground, ground, flag)
+        snapshot = self._snapshots.of(costs, values["cost_limit"], self._factor(values))
+        return Search(values, snapshot, snapshot, flag)
 
     def _factor(self, values: Mapping[str, Any]) -> float:
         return values["cost_factor"]
@@ -59,19 +59,19 @@ class WaveFrontPlanner(SurfacePlanner):
         self, search: Search, target: PathEnd, vertices: Optional[List[int]]
     ) -> WaveFrontField:
         return self._solver.solve(
-            target.face_point if target.whole else _seeds(target, search.ground.slowness),
-            slowness=search.ground.slowness,
+            target.face_point if target.whole else _seeds(target, search.snapshot.slowness),
+            slowness=search.snapshot.slowness,
             targets=vertices,
             offset=search.values["goal_dist_offset"],
             cancel=search.flag,
         )
 
     def _updated(self, search: Search, target: PathEnd, held: CachedField) -> bool:
-        changed = changed_vertices(held.search.ground, search.ground)
+        changed = changed_vertices(held.search.snapshot, search.snapshot)
         if not target.whole and np.isin(target.vertices, changed).any():
             return False  # the front begins with other values
         if len(changed):
-            held.field.update(search.ground.slowness, changed, cancel=search.flag)
+            held.field.update(search.snapshot.slowness, changed, cancel=search.flag)
         return True
 
     def _track(

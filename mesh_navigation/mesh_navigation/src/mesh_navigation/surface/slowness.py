@@ -94,10 +94,10 @@ class CostSnapshots:
     def of(self, costs: np.ndarray, cost_limit: float, cost_factor: float = 0.0) -> CostSnapshot:
         """The same one as before while the costs are the same array and the numbers are equal."""
         with self._lock:
-            for ground in self._recent:
-                numbers = ground.cost_limit, ground.cost_factor
-                if ground.costs is costs and numbers == (cost_limit, cost_factor):
-                    return ground
+            for snapshot in self._recent:
+                numbers = snapshot.cost_limit, snapshot.cost_factor
+                if snapshot.costs is costs and numbers == (cost_limit, cost_factor):
+                    return snapshot
             made = CostSnapshot(self._geometry, costs, cost_limit, cost_factor)
             self._recent = [made] + self._recent[: _KEPT - 1]
             return made
@@ -108,10 +108,12 @@ def changed_vertices(before: CostSnapshot, after: CostSnapshot) -> np.ndarray:
     if before.slowness is after.slowness:
         return np.zeros(0, dtype=np.int64)
     one = np.ones(1, dtype=np.float32)  # for every vertex
-    arrays = [one if ground.slowness is None else ground.slowness for ground in (before, after)]
+    arrays = [
+        one if snapshot.slowness is None else snapshot.slowness for snapshot in (before, after)
+    ]
     return np.flatnonzero(arrays[0] != arrays[1])
 
 
-def is_much(changed: np.ndarray, ground: CostSnapshot) -> bool:
+def is_much(changed: np.ndarray, snapshot: CostSnapshot) -> bool:
     """Whether so many vertices have changed that a field is better computed anew."""
-    return len(changed) > _MUCH * len(ground.costs)
+    return len(changed) > _MUCH * len(snapshot.costs)

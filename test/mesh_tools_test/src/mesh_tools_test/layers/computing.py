@@ -5,7 +5,7 @@ import time
 from typing import Any, Callable, Dict, List, Optional
 
 import numpy as np
-from mesh_map.costs.combination import combine
+from mesh_map.costs.combination import Combination
 from mesh_map.costs.layer import Layer, LayerInput, checked_result
 from mesh_map.costs.layer_set import make_layers
 from mesh_map.geometry.mesh_geometry import MeshGeometry
@@ -196,7 +196,7 @@ def combinations(world: World, repeats: int) -> List[Figure]:
     other, expected = timed(lambda: peers.numpy_combination(layers), repeats)
     found = []
     for mode in ("sum", "normalized", "max"):
-        own, costs = timed(lambda mode=mode: combine(results, count, mode), repeats)
+        own, costs = timed(lambda mode=mode: Combination(results, count, mode).costs, repeats)
         if mode == "sum":
             np.testing.assert_allclose(costs, expected, rtol=1e-5)
         peer, value = ("NumPy", other) if mode == "sum" else ("", None)
