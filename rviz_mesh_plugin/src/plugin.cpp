@@ -1,5 +1,7 @@
 #include <pluginlib/class_list_macros.hpp>
 
+#include <QCoreApplication>
+
 #include <rviz/display.h>
 #include <rviz/panel.h>
 #include <rviz/tool.h>
@@ -8,9 +10,20 @@
 #include "displays/map3d_display.h"
 #include "displays/textured_mesh_display.h"
 #include "panel/cluster_label_panel.h"
+#include "threads/work_thread.h"
 #include "tools/cluster_label_tool.h"
 #include "tools/mesh_inspect_tool.h"
 #include "tools/mesh_pose_tools.h"
+
+namespace {
+
+/// When RViz's application is gone, and with it all displays, but nothing else yet.
+const bool threads_end = [] {
+  qAddPostRoutine(&rviz_mesh_plugin::WorkThread::joinAll);
+  return true;
+}();
+
+}  // namespace
 
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::ClusterLabelDisplay, rviz::Display)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::Map3DDisplay, rviz::Display)

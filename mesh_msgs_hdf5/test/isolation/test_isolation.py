@@ -1,4 +1,5 @@
 """Map files read in a process of their own: the same answers, and each accident is one error."""
+import gc
 import inspect
 import os
 import signal
@@ -20,8 +21,10 @@ from mesh_msgs_hdf5.isolation import (
     isolated_map_file,
     prepare,
 )
+from mesh_msgs_hdf5.isolation.map_access import list_parts
 from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.map_file.map_file import parts_of
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 
@@ -440,3 +443,33 @@ def children_of(parent):
         except (ValueError, FileNotFoundError, ProcessLookupError):
             continue
     return found
+
+
+def test_what_a_process_shares_is_bounded():
+    code = (
+        "import os\n"
+        "from mesh_msgs_hdf5.isolation import zygote_child\n"
+        "shared = os.memfd_create('arrays')\n"
+        "zygote_child._limit(1 << 30)\n"
+        "os.posix_fallocate(shared, 0, zygote_child.MOST_SHARED)\n"
+        "try:\n"
+        "    os.posix_fallocate(shared, zygote_child.MOST_SHARED, 1)\n"
+        "except OSError as error:\n"
+        "    print(os.strerror(error.errno))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, timeout=60)
+    assert (done.returncode, done.stdout) == (0, b"File too large\n")
+
+
+def test_a_wrong_call_says_only_that(capsys):
+    with pytest.raises(TypeError):
+        IsolatedMapFile()
+    gc.collect()
+    assert capsys.readouterr().err == ""
+
+
+def test_a_path_that_no_file_can_have_is_named():
+    for ask in (parts_of, list_parts):
+        with pytest.raises(MapFileError) as caught:
+            ask("/tmp/a\0b.h5")
+        assert caught.value.code == "name"

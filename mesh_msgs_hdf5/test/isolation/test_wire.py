@@ -417,7 +417,7 @@ def test_shared_arrays_count_against_the_limit(shared):
 
 
 def test_more_than_may_be_shared_is_sent(shared, monkeypatch):
-    monkeypatch.setattr(wire, "_MOST_SHARED", LARGE[0].nbytes)
+    monkeypatch.setattr(wire, "MOST_SHARED", LARGE[0].nbytes)
     sizes = []
     value = LARGE[:1] + [np.zeros(SHARED_BYTES, "u1")]
     found, _ = over(shared, value, lambda: sizes.append(os.fstat(shared).st_size))

@@ -162,6 +162,7 @@ bool AttributeQueue::accept(MeshMember part, const Convert& convert, const Arran
     if (dropped != nullptr && *dropped) {
       return false;
     }
+    forgetOrder();
     arrange(converted);
     return change(
         [&](QueuedAttributes& content) {
@@ -293,9 +294,19 @@ QueuedAttributes AttributeQueue::take()
   return taken;
 }
 
+void AttributeQueue::forgetOrder()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (std::exchange(layers_forgotten_, false)) {
+    order_.forgetLayers();
+  }
+  if (std::exchange(updates_forgotten_, false)) {
+    order_.forgetUpdates();
+  }
+}
+
 void AttributeQueue::forget(MeshMember part)
 {
-  const std::lock_guard<std::mutex> changing(changing_);
   const std::lock_guard<std::mutex> lock(mutex_);
   ++version_;
   content_.receptions[part] = Reception();
@@ -304,7 +315,7 @@ void AttributeQueue::forget(MeshMember part)
       break;
     case MeshMember::COSTS:
       eraseIf(content_.costs, [](const auto& layer) { return !layer->on_faces; });
-      order_.forgetLayers();
+      layers_forgotten_ = true;
       break;
     case MeshMember::FACE_COSTS:
       eraseIf(content_.costs, [](const auto& layer) { return layer->on_faces; });
@@ -312,7 +323,7 @@ void AttributeQueue::forget(MeshMember part)
     case MeshMember::UPDATES:
       content_.updates.clear();
       content_.stale = 0;
-      order_.forgetUpdates();
+      updates_forgotten_ = true;
       break;
     case MeshMember::COLORS:
       content_.colors.clear();

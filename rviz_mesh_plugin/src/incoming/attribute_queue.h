@@ -76,6 +76,8 @@ class AttributeQueue
               const Flag* dropped);
   template <class Message, class Store>
   bool accept(MeshMember part, const Message& message, const Store& store, const Flag* dropped);
+  /// Of the order, what forget() has asked for; where changing_ is held.
+  void forgetOrder();
   /// @param edit is given a copy, maybe more than once: what the GUI thread has left of it
   template <class Edit>
   bool change(const Edit& edit, const Flag* dropped);
@@ -84,6 +86,8 @@ class AttributeQueue
   CostOrder order_;
   std::mutex mutex_;  ///< for a moment
   QueuedAttributes content_;
+  bool layers_forgotten_ = false;  ///< by the GUI thread, which does not wait for changing_
+  bool updates_forgotten_ = false;
   std::uint64_t version_ = 0;  ///< counts what the GUI thread has taken or forgotten
 };
 

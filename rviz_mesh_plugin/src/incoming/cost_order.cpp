@@ -91,6 +91,20 @@ void CostOrder::Layer::remember(const CostUpdate& update)
   newest_stamp = std::max(newest_stamp, update.stamp);
 }
 
+void CostOrder::remember(Layer& layer, const CostUpdate& update)
+{
+  layer.remember(update);
+  std::size_t values = layer.stamps.size();
+  for (Layer& other : layers_) {  // the last changed first
+    values += &other == &layer ? 0 : other.stamps.size();
+    if (&other != &layer && values > max_remembered_) {
+      values -= other.stamps.size();
+      std::vector<std::uint64_t>().swap(other.stamps);
+      std::vector<float>().swap(other.costs);
+    }
+  }
+}
+
 template <class Costs>
 CostOrder::Layer* CostOrder::find(const Costs& costs)
 {
@@ -184,7 +198,7 @@ CostUpdateConstPtr CostOrder::counting(Layer& layer, const CostUpdateConstPtr& u
     return nullptr;
   }
   if (std::all_of(update->vertices.begin(), update->vertices.end(), counts)) {
-    layer.remember(*update);
+    remember(layer, *update);
     return update;
   }
   auto part = std::make_shared<CostUpdate>();
@@ -201,7 +215,7 @@ CostUpdateConstPtr CostOrder::counting(Layer& layer, const CostUpdateConstPtr& u
     ++stale_;
     return nullptr;
   }
-  layer.remember(*part);
+  remember(layer, *part);
   return part;
 }
 

@@ -35,6 +35,14 @@ class CostOrder
   static constexpr std::size_t MAX_WAITING_VALUES = 1000000;
   static constexpr std::size_t MAX_WAITING_UPDATES = 10000;
 
+  /// @param max_remembered of so many vertices of all layers the newest updates are known (12 bytes
+  /// each), or of the layer that is updated if that is larger; of layers that have not been for the
+  /// longest time, only their own stamp
+  explicit CostOrder(std::size_t max_remembered = 32 * 1024 * 1024)
+      : max_remembered_(max_remembered)
+  {
+  }
+
   /// An entire layer of vertices: it gets what newer updates have brought.
   /// @return why one that has waited for it does not fit; else empty
   std::string arrange(CostLayer& layer);
@@ -72,8 +80,10 @@ class CostOrder
   template <class Costs>
   Layer* find(const Costs& costs);
   CostUpdateConstPtr counting(Layer& layer, const CostUpdateConstPtr& update, std::string& problem);
+  void remember(Layer& layer, const CostUpdate& update);
   void keepWaiting(const CostUpdateConstPtr& update);
 
+  const std::size_t max_remembered_;
   std::list<Layer> layers_;  ///< the last changed first
   std::deque<CostUpdateConstPtr> waiting_;
   std::size_t waiting_values_ = 0;

@@ -123,7 +123,8 @@ std::optional<Rgba8> toColor(const std::string& text, const std::string& where)
   if (text.empty() || lowered(text) == "none") {
     return std::nullopt;
   }
-  static const QRegularExpression FORM(
+  // Never destroyed: a thread may still read a file while the process ends.
+  static const QRegularExpression& FORM = *new QRegularExpression(
       "\\A(?:#?([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})|"
       "([0-9]{1,3})\\s*,\\s*([0-9]{1,3})\\s*,\\s*([0-9]{1,3}))\\z");
   const auto match = FORM.match(QString::fromStdString(text));

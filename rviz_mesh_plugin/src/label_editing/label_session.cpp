@@ -110,8 +110,15 @@ LabelSession::LabelSession(rviz::DisplayContext* context, std::chrono::milliseco
 
 LabelSession::~LabelSession()
 {
-  if (display_) {
-    display_->showEdits(std::nullopt);
+  showEdits(std::nullopt);
+}
+
+/// Of several sessions, only one with edits under way says so.
+void LabelSession::showEdits(const OptionalStatus& status)
+{
+  if (display_ && (status || shows_edits_)) {
+    display_->showEdits(status);
+    shows_edits_ = status.has_value();
   }
 }
 
@@ -122,8 +129,9 @@ void LabelSession::work(const MeshDataConstPtr& mesh)
   ClusterLabelDisplay* best = bestDisplay(*context_, [&](const ClusterLabelDisplay& display) {
     return 1 + (mesh && isSame(display.mesh(), mesh) ? 2 : 0) + (display.isEnabled() ? 1 : 0);
   });
-  if (display_ && display_ != best) {
-    display_->showEdits(std::nullopt);
+  if (display_ != best) {
+    showEdits(std::nullopt);
+    shows_edits_ = false;
   }
   display_ = best;
   namespace_ = display_ ? labelNamespace(display_->source()) : std::string();
@@ -133,9 +141,7 @@ void LabelSession::work(const MeshDataConstPtr& mesh)
   for (const LabelEdit& edit : stored) {
     unsaved_[{edit.mesh(), edit.label}] = {labelNamespace(displayOf(edit)->source()), ++changes_};
   }
-  if (display_) {
-    display_->showEdits(edits_.status());
-  }
+  showEdits(edits_.status());
   takeSaved();
   if (!stored.empty() || labels() != known_) {
     known_ = labels();

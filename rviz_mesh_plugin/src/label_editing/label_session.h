@@ -111,8 +111,8 @@ class LabelSession
   /// By one of those who store labels.
   struct Saving
   {
-    BackgroundTask<bool> task{"save labels"};  ///< false: nobody is there
-    std::size_t until = 0;                     ///< changes that are saved then
+    BackgroundTask<bool> task{"save labels", NAME_PATIENCE};  ///< false: nobody is there
+    std::size_t until = 0;                                    ///< changes that are saved then
     Clock::time_point since;
   };
 
@@ -127,11 +127,13 @@ class LabelSession
   bool isStored(const LabelEdit& edit) const;
   void startSaving(const std::string& name_space);
   void takeSaved();
+  void showEdits(const OptionalStatus& status);
   std::string takeSaved(const std::string& name_space, Saving& saving);
 
   rviz::DisplayContext* context_;
   QPointer<ClusterLabelDisplay> display_;
-  std::string namespace_;  ///< of who stores its labels
+  bool shows_edits_ = false;  ///< there, of this session
+  std::string namespace_;     ///< of who stores its labels
   ros::NodeHandle node_;
   ros::Publisher everybody_;
   PendingEdits edits_;

@@ -556,7 +556,7 @@ void MapServiceClient::request(const std::string& lane, bool (Errand::*errand)()
     const bool again = last != nullptr;
     const auto turn = std::make_shared<Turn>();
     turn->pause = again ? std::min(2 * last->pause, pauses_.greatest) : pauses_.first;
-    WorkThread& thread = lanes_.try_emplace(lane, "map " + lane).first->second;
+    WorkThread& thread = lanes_.try_emplace(lane, "map " + lane, NAME_PATIENCE).first->second;
     thread.add([=, work = work_](const Cancellation& cancellation) {
       bool complete = false;
       try {

@@ -55,7 +55,7 @@ class TopicDirectory
   std::optional<std::string> proposed_in_;  ///< the namespace that is asked for
   std::optional<Proposal> proposal_;
   Types types_;
-  BackgroundTask<Types> question_{"ROS topics"};
+  BackgroundTask<Types> question_{"ROS topics", NAME_PATIENCE};
 };
 
 }  // namespace rviz_mesh_plugin

@@ -54,7 +54,7 @@ class LabelClient
   std::shared_ptr<Shared> shared_;
   std::string color_service_;
   ros::Publisher publisher_;
-  WorkThread thread_{"label owner"};
+  WorkThread thread_{"label owner", NAME_PATIENCE};
 };
 
 }  // namespace rviz_mesh_plugin

@@ -56,7 +56,7 @@ class LabelColorSource
   ros::Subscriber subscriber_;
   std::shared_ptr<Known> known_;
   std::set<std::string> asked_;  ///< uuids
-  WorkThread thread_{"label colors"};
+  WorkThread thread_{"label colors", NAME_PATIENCE};
 };
 
 }  // namespace rviz_mesh_plugin

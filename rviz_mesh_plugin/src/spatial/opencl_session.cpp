@@ -148,9 +148,9 @@ std::shared_ptr<OpenClSession> OpenClSession::shared(const std::string& wish,
   }
   const std::shared_ptr<OpenClSession> started(
       new OpenClSession(wish, cache_folder, std::move(log)));
-  // Its thread keeps it until it has ended, and is told to end when its last user has gone.
-  session.reset(started.get(),
-                [started](OpenClSession* abandoned) { abandoned->thread_.cancel(); });
+  // Its thread keeps it until it has ended. The last user waits for that: drivers and compilers
+  // must not work while the end of the process takes their libraries down.
+  session.reset(started.get(), [started](OpenClSession* abandoned) { abandoned->thread_.join(); });
   const auto refusal = all.refusals.find(key);
   if (refusal != all.refusals.end()) {
     session->end(State::UNUSABLE, refusal->second);

@@ -38,7 +38,9 @@ class BackgroundTask
   /// @throw std::system_error without a thread
   void start(std::function<Result(const Cancellation& cancellation)> work)
   {
-    drop();
+    if (isRunning() && !isReady()) {
+      drop();
+    }
     using Task = std::packaged_task<Result(const Cancellation&)>;
     const auto task = std::make_shared<Task>(std::move(work));
     thread_.add([task](const Cancellation& cancellation) { (*task)(cancellation); });

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <cstdlib>
 #include <deque>
 #include <future>
 #include <mutex>
@@ -20,6 +21,8 @@ struct WorkThread::Queue
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<Task> tasks;
+  std::thread::id worker;  ///< while it works
+  bool working = true;
 
   void add(Task task)
   {
@@ -37,19 +40,33 @@ struct WorkThread::Queue
     changed.notify_all();
   }
 
+  void waitForEnd()
+  {
+    std::unique_lock<std::mutex> lock(mutex);
+    changed.wait(lock, [this] { return !working || worker == std::this_thread::get_id(); });
+  }
+
   /// The thread.
   void work()
   {
     std::unique_lock<std::mutex> lock(mutex);
+    worker = std::this_thread::get_id();
     while (true) {
       changed.wait(lock, [this] { return cancellation.flag() || !tasks.empty(); });
       if (cancellation.flag()) {
+        working = false;
+        changed.notify_all();
         return;
       }
       Task task = std::move(tasks.front());
       tasks.pop_front();
       lock.unlock();
-      task(cancellation);
+      try {
+        task(cancellation);
+      } catch (...) {
+        // Only where there was no memory to keep an error in: those that follow are done all the
+        // same.
+      }
       task = nullptr;
       lock.lock();
     }
@@ -60,25 +77,30 @@ struct WorkThread::Queue
 class WorkThread::Running
 {
  public:
-  /// Made with the first thread, and so destroyed after what threads made later.
+  /// Never destroyed: threads may start others while the process ends.
   static Running& instance()
   {
-    static Running running;
+    static Running& running = [&]() -> Running& {
+      std::atexit(&WorkThread::joinAll);
+      return *new Running;
+    }();
     return running;
   }
 
-  ~Running()
+  void joinAll()
   {
-    for (const One& one : all_) {
-      if (const auto queue = one.queue.lock()) {
-        queue->close();
+    for (std::vector<One> all = takeAll(); !all.empty(); all = takeAll()) {
+      for (const One& one : all) {
+        if (const auto queue = one.queue.lock()) {
+          queue->close();
+        }
       }
-    }
-    for (One& one : all_) {
-      if (!one.patience || one.ended.wait_for(*one.patience) == std::future_status::ready) {
-        one.thread.join();
-      } else {
-        one.thread.detach();
+      for (One& one : all) {
+        if (!one.patience || one.ended.wait_for(*one.patience) == std::future_status::ready) {
+          one.thread.join();
+        } else {
+          one.thread.detach();
+        }
       }
     }
   }
@@ -115,6 +137,12 @@ class WorkThread::Running
     std::thread thread;
   };
 
+  std::vector<One> takeAll()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(all_, {});
+  }
+
   /// Waits for at most as long as a thread that has ended takes to be gone.
   void joinEnded()
   {
@@ -147,6 +175,20 @@ void WorkThread::add(Task task)
     queue_ = std::move(queue);
   }
   queue_->add(std::move(task));
+}
+
+void WorkThread::joinAll()
+{
+  Running::instance().joinAll();
+}
+
+void WorkThread::join()
+{
+  const std::shared_ptr<Queue> queue = queue_;
+  cancel();
+  if (queue) {
+    queue->waitForEnd();
+  }
 }
 
 void WorkThread::cancel()

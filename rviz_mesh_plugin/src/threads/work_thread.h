@@ -10,6 +10,10 @@
 
 namespace rviz_mesh_plugin {
 
+/// Of the end of the process with tasks that look up the addresses of hosts: the system may take
+/// half a minute for that, and nothing can cancel it.
+constexpr std::chrono::seconds NAME_PATIENCE(2);
+
 /// The one kind of thread in the plugin. It does tasks one after the other, and starts with the
 /// first. To be used by one thread at a time; a task may use it, too.
 ///
@@ -37,6 +41,15 @@ class WorkThread
   /// Cancels the task that is being done, and drops those that have not begun. Those added later
   /// are done on another thread.
   void cancel();
+
+  /// The same, and waits until the task that was being done has ended: for what uses libraries
+  /// that the end of the process takes down before it joins threads. Does not wait in a task.
+  void join();
+
+  /// Cancels all threads of the process and waits for them, but not without patience. The end of
+  /// the process does so, and the plugin when the application ends: before libraries are taken
+  /// down that threads use.
+  static void joinAll();
 
  private:
   struct Queue;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <random>
 #include <string>
@@ -360,4 +361,51 @@ TEST(CostOrder, begins_anew_where_the_layers_are_forgotten)
   ASSERT_EQ(content.costs.size(), 1u);
   EXPECT_EQ(content.costs[0]->costs, (Values{2, 2})) << "the update was for the layer before";
   EXPECT_TRUE(content.updates.empty());
+}
+
+namespace {
+
+/// How many updates are stale of one for each of three layers, whose newest updates are known for
+/// so many vertices, where each layer has had a newer one.
+std::size_t staleOf(std::size_t max_remembered)
+{
+  CostOrder order(max_remembered);
+  const auto update = [&](const std::string& type, std::uint64_t stamp) {
+    auto made = std::make_shared<CostUpdate>();
+    made->uuid = "mesh";
+    made->type = type;
+    made->stamp = stamp;
+    made->vertices = {1};
+    made->costs = {1.0f};
+    std::string problem;
+    const CostUpdateConstPtr counts = order.arrange(CostUpdateConstPtr(made), problem);
+    EXPECT_EQ(problem, "");
+    return counts;
+  };
+  for (const std::string type : {"a", "b", "c"}) {
+    CostLayer layer;
+    layer.uuid = "mesh";
+    layer.type = type;
+    layer.stamp = 10;
+    layer.costs.resize(VERTICES);
+    EXPECT_EQ(order.arrange(layer), "");
+    EXPECT_TRUE(update(type, 30));
+  }
+  for (const std::string type : {"a", "b", "c"}) {
+    EXPECT_FALSE(update(type, 5));  // older than the layer itself, however little is known
+  }
+  const std::size_t old = order.stale();
+  for (const std::string type : {"c", "b", "a"}) {
+    update(type, 20);
+  }
+  return order.stale() - old;
+}
+
+}  // namespace
+
+TEST(CostOrder, knows_the_newest_updates_of_so_many_vertices)
+{
+  EXPECT_EQ(staleOf(3 * VERTICES), 3u);
+  EXPECT_EQ(staleOf(2 * VERTICES), 2u);
+  EXPECT_EQ(staleOf(1), 1u);  // that of the last layer, in any case
 }

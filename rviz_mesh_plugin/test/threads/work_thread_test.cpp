@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <future>
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -83,6 +84,69 @@ TEST(WorkThread, says_where_no_thread_can_be_started_and_begins_later)
   WorkThread unused("unused");
   const NoThreads none;
   EXPECT_THROW(unused.add([](const Cancellation&) {}), std::system_error);
+}
+
+TEST(WorkThread, is_waited_for_where_that_is_asked_but_not_by_itself)
+{
+  std::atomic<bool> begun{false}, ended{false};
+  WorkThread thread("joined");
+  thread.join();  // there is none yet
+  thread.add([&](const rviz_mesh_plugin::Cancellation& cancellation) {
+    begun = true;
+    while (!cancellation.flag()) {
+      std::this_thread::yield();
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ended = true;
+  });
+  while (!begun) {
+    std::this_thread::yield();
+  }
+  thread.join();
+  EXPECT_TRUE(ended);
+
+  std::promise<bool> own;
+  thread.add([&](const rviz_mesh_plugin::Cancellation& cancellation) {
+    thread.join();
+    own.set_value(cancellation.flag());
+  });
+  EXPECT_TRUE(own.get_future().get());
+}
+
+TEST(WorkThread, of_all_is_joined_also_where_one_starts_another)
+{
+  std::atomic<bool> begun{false};
+  std::atomic<int> ended{0};
+  WorkThread first("first"), second("second");
+  const auto wait = [&](const Cancellation& cancellation) {
+    while (!cancellation.flag()) {
+      std::this_thread::yield();
+    }
+    ++ended;
+  };
+  first.add([&](const Cancellation& cancellation) {
+    begun = true;
+    wait(cancellation);
+    second.add(wait);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  });
+  while (!begun) {
+    std::this_thread::yield();
+  }
+  WorkThread::joinAll();
+  EXPECT_GE(ended, 1);  // the second task may not have begun
+  const int then = ended;
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(ended, then);
+}
+
+TEST(WorkThread, goes_on_after_a_task_that_throws)
+{
+  WorkThread thread("throws");
+  std::promise<void> later;
+  thread.add([](const Cancellation&) { throw std::bad_alloc(); });
+  thread.add([&](const Cancellation&) { later.set_value(); });
+  later.get_future().wait();
 }
 
 TEST(WorkThread, has_its_name)

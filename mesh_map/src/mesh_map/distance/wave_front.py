@@ -8,7 +8,7 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only, vertex_indices
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Canceled
+from mesh_map.base.errors import Canceled, Cancelled  # noqa: F401
 from mesh_map.distance.obstacle_distance import SurfaceFront
 from mesh_map.distance.potential_field import PotentialField, pairs_of
 from mesh_map.geometry.mesh_geometry import MadeOnce, MeshGeometry

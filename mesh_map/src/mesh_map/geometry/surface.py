@@ -8,7 +8,7 @@ from typing import Any, Tuple
 
 import numpy as np
 
-from mesh_map.spatial.hits import NO_FACE
+from mesh_map.spatial.hits import NO_FACE, SurfacePoint, SurfacePoints  # noqa: F401
 
 # A corner of smaller weight does not count: what is said of an edge or vertex does not depend on
 # the face that is looked at, also where points were rounded to 32-bit floats.

@@ -10,7 +10,7 @@ from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag, kernel_flag
-from mesh_map.base.errors import Canceled  # noqa: F401
+from mesh_map.base.errors import Canceled, Cancelled  # noqa: F401
 from mesh_map.base.query_arguments import (
     Rays,
     checked_rays,

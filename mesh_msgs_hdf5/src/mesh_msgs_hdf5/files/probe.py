@@ -44,6 +44,7 @@ def check_regular(path: PathLike) -> None:
 
     Raises MapFileError (missing, directory, not_regular, name, permission, unreadable).
     """
+    check_name(path)
     try:
         mode = os.stat(path).st_mode
     except OSError as error:
@@ -62,7 +63,6 @@ def read_head(path: PathLike) -> bytes:
     Raises MapFileError (missing, directory, not_regular, permission, name, empty, lfs_pointer,
     unreadable).
     """
-    check_name(path)
     check_regular(path)
     try:
         with open(path, "rb") as stream:

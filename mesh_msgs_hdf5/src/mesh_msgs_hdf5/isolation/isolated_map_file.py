@@ -104,8 +104,7 @@ class IsolatedMapFile:
     def close(self) -> None:
         """Refuse further calls (ValueError)."""
         self._state, self._keeps = None, False
-        with self._reader():  # which ends the kept process, unless a call does so at its end
-            pass
+        self._end_kept()
 
     def __enter__(self) -> "IsolatedMapFile":
         self._kept = self._kept or _Reader(*self._limits)
@@ -113,7 +112,8 @@ class IsolatedMapFile:
         return self
 
     def __del__(self) -> None:
-        self.close()
+        if "_state" in self.__dict__:  # it was opened
+            self.close()
 
     def __exit__(self, *_: Any) -> None:
         self.close()
@@ -148,12 +148,20 @@ class IsolatedMapFile:
                     yield self._kept
                     return
             finally:
-                if not self._keeps and self._kept is not None:
-                    self._kept.close()
-                    self._kept = None
                 self._busy.release()
+                self._end_kept()
         with _Reader(*self._limits) as reader:
             yield reader
+
+    def _end_kept(self):
+        """End the kept process where nobody wants it any more; who is using it does so later."""
+        if not self._keeps and self._busy.acquire(blocking=False):
+            try:
+                if self._kept is not None and not self._keeps:
+                    self._kept.close()
+                    self._kept = None
+            finally:
+                self._busy.release()
 
 
 def _forwarded_property(name, original):

@@ -38,7 +38,7 @@ _NUMBER = re.compile(r"[<>|=](b1|[iu][1248]|f(2|4|8|16))")
 _TOGETHER = 1 << 20  # small arrays are sent together, in pieces of about this size
 _BUFFER = 1 << 16
 SHARED_BYTES = 1 << 17  # arrays from this size on go through the file, where there is one ...
-_MOST_SHARED = 1 << 28  # ... as long as all of them together are no larger than this
+MOST_SHARED = 1 << 28  # ... as long as all of them together are no larger than this
 
 
 class WireError(ValueError):
@@ -75,7 +75,7 @@ class Wire:
             """What the header says of an array, which is shared now, or sent behind the header."""
             nonlocal end
             what = [_type_name(array.dtype), list(array.shape)]
-            fits_in = SHARED_BYTES <= array.nbytes <= _MOST_SHARED - end
+            fits_in = SHARED_BYTES <= array.nbytes <= MOST_SHARED - end
             if fits_in and self._shared is not None:
                 with contextlib.suppress(OSError):  # no room there, or more than this user may have
                     place, end = end, _write_shared(self._shared, array, end)

@@ -17,7 +17,7 @@ import h5py
 import numpy as np
 
 import mesh_msgs_hdf5.isolation.isolated_calls  # noqa: F401 (loads all that is needed once for all)
-from mesh_msgs_hdf5.isolation.wire import Wire, WireError
+from mesh_msgs_hdf5.isolation.wire import MOST_SHARED, Wire, WireError
 from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY
 from mesh_msgs_hdf5.model.errors import MapFileError
 
@@ -130,7 +130,7 @@ def _die_with(zygote):
 
 
 def _limit(memory_limit):
-    """Bound the memory, leave no core file, be the first to go when the machine runs out."""
+    """Bound memory and what is shared; no core file; the first to go when the machine runs out."""
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     with open("/proc/self/statm", "rb") as stream:
         present = int(stream.read().split()[0]) * resource.getpagesize()
@@ -140,6 +140,11 @@ def _limit(memory_limit):
         limit = min(limit, hard)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[
+        1
+    ]  # the file in memory is no memory of its own
+    most = MOST_SHARED if hard == resource.RLIM_INFINITY else min(MOST_SHARED, hard)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
     with contextlib.suppress(OSError), open("/proc/self/oom_score_adj", "w") as stream:
         stream.write("1000")
     # before version 1.25, NumPy says so when it has no memory for the result of a comparison

@@ -14,7 +14,7 @@ from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.ros.run_node_ros import run_node
 from mesh_msgs_hdf5.server.map_loading import load, owner_notes
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
-from mesh_msgs_hdf5.server.map_registry import MapRegistry
+from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.map_reload_ros import MapReload
 from mesh_msgs_hdf5.server.map_services_ros import MapServerServices, answering
 from mesh_msgs_hdf5.server.map_store_ros import MapStore
@@ -33,7 +33,8 @@ class MapServer:
         self._services = MapServerServices(maps)
 
         def deleted(uuid, _labels, cluster):
-            self._topics.publish_label(maps.find(uuid), cluster)
+            with contextlib.suppress(UnknownMap):  # it has just been replaced: nobody asks for it
+                self._topics.publish_label(maps.find(uuid), cluster)
 
         self._labels = LabelServices("", _labels_of(maps), answering, forwarder, deleted)
         for served in maps:

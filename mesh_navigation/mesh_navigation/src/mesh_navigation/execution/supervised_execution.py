@@ -137,6 +137,6 @@ class SupervisedExecution(PathExecution):
 
     def _result(self, outcome: int, message: str) -> ExecutionResult:
         pose = self._robot.known_pose()
-        pending = self._pending
-        newest = pending[0] if pending else self._plan
+        with self._lock:  # a drive may be taken over at this moment
+            newest = self._pending[0] if self._pending else self._plan
         return ExecutionResult(outcome, message, pose, *to_goal(newest, pose))

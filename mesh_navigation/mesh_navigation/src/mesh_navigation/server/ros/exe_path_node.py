@@ -159,7 +159,7 @@ class ExePathServer(SlotActionServer):
             return False
         if goal.controller and name != drive.name:
             return False
-        with drive.lock:  # CachedField for moments only.
+        with drive.lock:  # Locked for moments only.
             if drive.refusal:
                 return False
             drive.newest = handle.get_goal_id().id
