@@ -44,9 +44,11 @@ def check_regular(path: PathLike) -> None:
 
     Raises MapFileError (missing, directory, not_regular, name, permission, unreadable).
     """
-    check_name(path)
     try:
         mode = os.stat(path).st_mode
+    except ValueError:
+        check_name(path)
+        raise
     except OSError as error:
         raise os_error(path, error) from error
     if stat.S_ISREG(mode):
