@@ -57,7 +57,8 @@ class ServerMap:
             self._reconfigure = _reconfigure(ready)
             self._on_ready(ready)
         except Exception as error:
-            if not rospy.is_shutdown():  # which ends the loading
+            # The end of the server ends the loading; rospy closes topics before it says so.
+            if not (self._ending.canceled or rospy.is_shutdown()):
                 rospy.logerr("no map, goals will fail: %s", error)
             raise
         return ready
