@@ -34,6 +34,14 @@ def test_costs_of_faces_and_vertices_equal_loops(mesh, how):
     np.testing.assert_allclose(back, expected, rtol=1e-6)
 
 
+@pytest.mark.parametrize("how", ["max", "mean"])
+def test_what_is_infinite_is_lethal_whatever_its_sign(how):
+    faces = np.array([[0, 1, 2], [1, 2, 3]])
+    topology = Topology(faces=faces, vertex_count=4)
+    assert vertex_costs([-np.inf, 1.0], topology, how).tolist() == [np.inf, np.inf, np.inf, 1.0]
+    assert face_costs([-np.inf, 1.0, 1.0, 1.0], faces, how).tolist() == [np.inf, 1.0]
+
+
 def test_attributes_are_checked_and_cannot_be_written_through():
     attributes = Attributes(3, "faces")
     given = np.array([1.0, 2.0, 3.0])

@@ -29,6 +29,23 @@ TEST_F(LabelSessionTest, a_label_is_unstored_then_unsaved)
   EXPECT_TRUE(session->isUnsaved("car_1"));
 }
 
+TEST_F(LabelSessionTest, another_one_without_edits_says_nothing_of_them)
+{
+  start();
+  rviz_mesh_plugin::LabelSession other(manager(), 10s);
+  other.work(nullptr);
+  EXPECT_EQ(session->assign("car_1", {5}), "");
+  ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
+  for (int frame = 0; frame < 5; ++frame) {
+    session->work(nullptr);
+    other.work(nullptr);
+    spinFrames(1);
+  }
+  EXPECT_EQ(status(display, "Edits"), "Ok: 'car_1' is being stored");
+  ASSERT_TRUE(store(1));
+  EXPECT_TRUE(spinUntil([&] { return status(display, "Edits").empty(); }));
+}
+
 TEST_F(LabelSessionTest, faces_are_added_and_taken_away_even_before_they_are_stored)
 {
   start();
