@@ -185,35 +185,20 @@ def runtime_nodes(tree):
 
 
 def circles(graph):
-    """Strongly connected components (Tarjan's way), and nodes that use themselves, sorted."""
-    index, low, on_stack, stack, found = {}, {}, set(), [], []
-    for root in sorted(graph):
-        if root in index:
-            continue
-        work = [(root, iter(graph.get(root, ())))]
-        index[root] = low[root] = len(index)
-        stack.append(root)
-        on_stack.add(root)
-        while work:
-            node, following = work[-1]
-            for other in following:
-                if other not in index:
-                    index[other] = low[other] = len(index)
-                    stack.append(other)
-                    on_stack.add(other)
-                    work.append((other, iter(graph.get(other, ()))))
-                    break
-                if other in on_stack:
-                    low[node] = min(low[node], index[other])
-            else:
-                work.pop()
-                if work:
-                    low[work[-1][0]] = min(low[work[-1][0]], low[node])
-                if low[node] == index[node]:
-                    component = set()
-                    while node not in component:
-                        on_stack.discard(stack[-1])
-                        component.add(stack.pop())
-                    if len(component) > 1 or node in graph.get(node, ()):
-                        found.append(sorted(component))
-    return sorted(found)
+    """Sets of nodes that lead to each other, and nodes that lead to themselves, sorted."""
+    reached = {node: reachable(graph, node) for node in graph}
+    found = set()
+    for node, others in reached.items():
+        if node in others:
+            found.add(tuple(sorted(other for other in others if node in reached.get(other, ()))))
+    return sorted(map(list, found))
+
+
+def reachable(graph, start):
+    """The nodes that a way of one step or more leads to."""
+    found, waiting = set(), [start]
+    while waiting:
+        new = set(graph.get(waiting.pop(), ())) - found
+        found |= new
+        waiting += new
+    return found

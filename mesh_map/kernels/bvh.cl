@@ -119,7 +119,7 @@ typedef struct { float4 head, tail, slopes, errors; } PackedRay;
 // Axes x, y, z, and 1 where the ray runs against the last.
 uint4 axesOf(uint code) { return ((uint4)(code) >> (uint4)(0, 2, 4, 6)) & 3; }
 
-// Returns whether there is a hit for sure. Its bounds are derived in bvh_device_rays.cpp.
+// Returns whether there is a hit for sure. Its bounds are derived in bvh_device.cpp.
 bool castAtLeaf(global const float* corners, global const uchar* mask, uint flags, uint first,
                 uint count, const PackedRay* ray, float* limit, ulong* found) {
   const uint4 axes = axesOf(as_uint(ray->tail.w));
@@ -249,7 +249,7 @@ void tryEdge(Vectors start, Vectors edge, Vectors* nearest, float4* squared) {
   *squared = nearer ? other : *squared;
 }
 
-// Bounds of the distances of triangles from 0: bvh_device_points.cpp says why they are.
+// Bounds of the distances of triangles from 0: bvh_device.cpp says why they are.
 void distanceBounds(Corners t, float error, float4* low, float4* high) {
   const Vectors u = minus4(t.b, t.a), v = minus4(t.c, t.a), n = cross4(u, v);
   Vectors nearest = t.a;

@@ -13,7 +13,7 @@
 #include "threads/work_thread.h"
 #include "tools/cluster_label_tool.h"
 #include "tools/mesh_inspect_tool.h"
-#include "tools/mesh_pose_tools.h"
+#include "tools/surface_pose_tool.h"
 
 namespace {
 

@@ -6,12 +6,11 @@
 
 namespace mesh_map {
 
-/// Sorts items into rows. `visit(put)` calls put(row, item) for each of them, the same in both of
-/// two passes; `begin(count)` is called in between, and `store(place, item)` in the second one.
-/// Rows keep the order of their items. Returns the offsets of the rows.
-template <class Visit, class Begin, class Store>
-std::vector<std::uint32_t> fillRows(std::size_t row_count, const Visit& visit, const Begin& begin,
-                                    const Store& store)
+/// Sorts items into rows, side by side in `values`. `visit(put)` calls put(row, item) for each of
+/// them, the same in both of two passes. Rows keep the order of their items. Returns the offsets of
+/// the rows.
+template <class Values, class Visit>
+std::vector<std::uint32_t> fillRows(std::size_t row_count, Values& values, const Visit& visit)
 {
   // Filling moves each row's end; offset i + 2 is counted, so that offset i + 1 ends up as the end
   // of row i.
@@ -21,19 +20,10 @@ std::vector<std::uint32_t> fillRows(std::size_t row_count, const Visit& visit, c
   for (std::size_t row = 1; row <= row_count; ++row) {
     ends[row] += ends[row - 1];
   }
-  begin(ends[row_count]);
-  visit([ends, &store](std::size_t row, const auto& item) { store(ends[row]++, item); });
+  values.resize(ends[row_count]);
+  visit([ends, &values](std::size_t row, const auto& item) { values[ends[row]++] = item; });
   offsets.pop_back();
   return offsets;
-}
-
-/// The same into a list of values.
-template <class Values, class Visit>
-std::vector<std::uint32_t> fillRows(std::size_t row_count, Values& values, const Visit& visit)
-{
-  return fillRows(
-      row_count, visit, [&values](std::size_t count) { values.resize(count); },
-      [&values](std::size_t place, const auto& item) { values[place] = item; });
 }
 
 }  // namespace mesh_map

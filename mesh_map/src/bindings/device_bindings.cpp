@@ -148,8 +148,6 @@ py::array finishSelectionOf(const Bvh& bvh, const Region& region, bool inside, O
 
 void bindDevice(py::module_& module, BvhClass& bvh)
 {
-  using py::arg;
-
   module.attr("_BVH_KERNELS") = BVH_KERNELS;
   module.attr("_BVH_KERNEL_OPTIONS") = BVH_KERNEL_OPTIONS;
   module.attr("_DEVICE_WORK_GROUP") = DEVICE_WORK_GROUP;
@@ -158,31 +156,22 @@ void bindDevice(py::module_& module, BvhClass& bvh)
   module.attr("_DEVICE_ANY_HIT") = DEVICE_ANY_HIT;
   module.attr("_DEVICE_RAY_ANSWERS") = DEVICE_RAY_ANSWERS;
   module.attr("_DEVICE_CANDIDATES") = DEVICE_CANDIDATES;
-  module.def(
-      "_count_opencl",
-      [](const std::string& query, std::uint64_t count) {
-        countQueries(BackEnd::OPENCL, queryOf(query), count);
-      },
-      arg("query"), arg("count"));
+  module.def("_count_opencl", [](const std::string& query, std::uint64_t count) {
+    countQueries(BackEnd::OPENCL, queryOf(query), count);
+  });
   module.def("_query_counts", &queryCounts);
-  module.def(
-      "_device_threshold",
-      [](const std::string& query, bool is_gpu) { return deviceThreshold(queryOf(query), is_gpu); },
-      arg("query"), arg("is_gpu"));
-  bvh.def("_device_mask", &toDeviceMask, arg("mask"))
-      .def("_pack_rays", &pack, arg("origins"), arg("directions"), arg("max_distances"),
-           arg("threads"))
-      .def("_finish_rays", &finishCast, arg("origins"), arg("directions"), arg("max_distances"),
-           arg("back_faces"), arg("mask"), arg("answers"), arg("threads"))
-      .def("_finish_rays_any", &finishAny, arg("origins"), arg("directions"), arg("max_distances"),
-           arg("back_faces"), arg("mask"), arg("answers"), arg("threads"))
-      .def("_pack_points", &packPointsOf, arg("points"), arg("max_distance"), arg("threads"))
-      .def("_finish_points", &finishPointsOf, arg("points"), arg("max_distance"), arg("mask"),
-           arg("answers"), arg("threads"))
-      .def("_selection_roots", &rootsOf, arg("region"))
-      .def("_pack_region", &packRegion, arg("region"))
-      .def("_finish_selection", &finishSelectionOf, arg("region"), arg("inside"), arg("mask"),
-           arg("verdicts"));
+  module.def("_device_threshold", [](const std::string& query, bool is_gpu) {
+    return deviceThreshold(queryOf(query), is_gpu);
+  });
+  bvh.def("_device_mask", &toDeviceMask)
+      .def("_pack_rays", &pack)
+      .def("_finish_rays", &finishCast)
+      .def("_finish_rays_any", &finishAny)
+      .def("_pack_points", &packPointsOf)
+      .def("_finish_points", &finishPointsOf)
+      .def("_selection_roots", &rootsOf)
+      .def("_pack_region", &packRegion)
+      .def("_finish_selection", &finishSelectionOf);
 }
 
 }  // namespace mesh_map

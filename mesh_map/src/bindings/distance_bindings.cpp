@@ -5,11 +5,9 @@
 #include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 
 #include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "bindings/array_checks.h"
 #include "bindings/bindings.h"
 #include "distance/dijkstra/dijkstra.h"
 #include "distance/dijkstra/dijkstra_labels.h"
@@ -84,15 +82,13 @@ class DijkstraKernel
                                              vertex_costs);
   }
 
-  bool extend(Array targets, float offset, float max_distance, const CancelFlag* cancel,
-              const std::string& queue)
+  bool extend(Array targets, float offset, float max_distance, const CancelFlag* cancel)
   {
     DijkstraReach reach;
     reach.targets = view<std::uint32_t>(targets, "targets", {ANY});
     reach.offset = offset;
     reach.max_distance = max_distance;
-    const auto kind = choiceOf<DijkstraQueue>(queue, {"automatic", "buckets", "heap"}, "queue");
-    return unlocked([&] { return field_->extend(reach, flagOf(cancel), kind); });
+    return unlocked([&] { return field_->extend(reach, flagOf(cancel)); });
   }
 
   py::tuple update(std::shared_ptr<DijkstraGraph> graph, const py::object& costs, Array changed,
@@ -135,17 +131,6 @@ class DijkstraKernel
     return toArray(unlocked([this] { return field_->predecessors(); }));
   }
 
-  py::array reaches(Array vertices) const
-  {
-    const auto wanted = indexView(vertices, field_->vertexCount(), "vertices");
-    py::array_t<bool> result(vertices.size());
-    bool* const values = result.mutable_data();
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      values[i] = field_->reaches(wanted[i]);
-    }
-    return result;
-  }
-
   py::array pathFrom(std::uint32_t vertex) const { return toArray(field_->pathFrom(vertex)); }
 
   float limit() const { return field_->limit(); }
@@ -165,32 +150,25 @@ class DijkstraKernel
 
 void bindDijkstra(py::module_& module)
 {
-  using py::arg;
   py::class_<DijkstraGraph, std::shared_ptr<DijkstraGraph>>(module, "_DijkstraGraph",
                                                             py::module_local())
-      .def(py::init(&makeGraph), arg("offsets"), arg("neighbors"), arg("neighbor_edges"),
-           arg("edge_lengths"))
-      .def("_with_weights", &graphWithWeights, arg("edges"), arg("before"), arg("after"));
+      .def(py::init(&makeGraph))
+      .def("_with_weights", &graphWithWeights);
   py::class_<DijkstraPool, std::shared_ptr<DijkstraPool>>(module, "_DijkstraPool",
                                                           py::module_local())
-      .def(py::init(&makeDijkstraPool), arg("vertex_count"));
+      .def(py::init(&makeDijkstraPool));
   py::class_<DijkstraKernel>(module, "_DijkstraField", py::module_local())
       .def(py::init<std::shared_ptr<DijkstraGraph>, std::shared_ptr<DijkstraPool>, const py::array&,
-                    const py::array&, const py::object&, float>(),
-           arg("graph"), arg("pool"), arg("sources"), arg("source_distances"), arg("vertex_costs"),
-           arg("cost_limit"))
-      .def("_extend", &DijkstraKernel::extend, arg("targets"), arg("offset"), arg("max_distance"),
-           arg("cancel"), arg("queue") = "automatic")
-      .def("_update", &DijkstraKernel::update, arg("graph"), arg("vertex_costs"), arg("changed"),
-           arg("cancel"))
-      .def("_opened_or_closed", &DijkstraKernel::openedOrClosed, arg("vertex_costs"))
+                    const py::array&, const py::object&, float>())
+      .def("_extend", &DijkstraKernel::extend)
+      .def("_update", &DijkstraKernel::update)
+      .def("_opened_or_closed", &DijkstraKernel::openedOrClosed)
       .def("_potential", &DijkstraKernel::potential)
       .def("_predecessors", &DijkstraKernel::predecessors)
-      .def("_reaches", &DijkstraKernel::reaches, arg("vertices"))
-      .def("_way_from", &DijkstraKernel::pathFrom, arg("vertex"))
+      .def("_way_from", &DijkstraKernel::pathFrom)
       .def("_limit", &DijkstraKernel::limit);
-  module.def("_vertices_at_changes", &changedVertices, arg("edges"), arg("before"), arg("after"));
-  module.def("_are_lengths_or_closed", &lengthsOrClosed, arg("weights"), arg("lengths"));
+  module.def("_vertices_at_changes", &changedVertices);
+  module.def("_are_lengths_or_closed", &lengthsOrClosed);
 }
 
 namespace {
@@ -210,11 +188,10 @@ ArrayView<std::uint8_t> lethalView(const ObstacleDistance& self, Array lethal)
   return view<std::uint8_t>(lethal, "lethal", {count});
 }
 
-bool computeObstacles(ObstacleDistance& self, Array lethal, const CancelFlag* cancel,
-                      unsigned threads)
+bool computeObstacles(ObstacleDistance& self, Array lethal, const CancelFlag* cancel)
 {
   const ArrayView<std::uint8_t> flags = lethalView(self, lethal);
-  return unlocked([&] { return self.compute(flags, flagOf(cancel), threads); });
+  return unlocked([&] { return self.compute(flags, flagOf(cancel)); });
 }
 
 py::array updateObstacles(ObstacleDistance& self, Array lethal)
@@ -238,11 +215,10 @@ py::array obstacleDistancesOf(const ObstacleDistance& self, Array vertices)
   return toArray(std::move(distances));
 }
 
-py::array obstacleRepulsion(const ObstacleDistance& self, Array vertices, const Fading& fading,
-                            unsigned threads)
+py::array obstacleRepulsion(const ObstacleDistance& self, Array vertices, const Fading& fading)
 {
   const auto wanted = indexView(vertices, self.mesh().vertexCount(), "vertices");
-  return toRows(unlocked([&] { return repulsion(self, wanted, fading, threads); }), 3);
+  return toRows(unlocked([&] { return repulsion(self, wanted, fading); }), 3);
 }
 
 py::array obstacleNeighbors(const ObstacleDistance& self, Array vertices)
@@ -251,44 +227,37 @@ py::array obstacleNeighbors(const ObstacleDistance& self, Array vertices)
       withNeighbors(self.mesh(), indexView(vertices, self.mesh().vertexCount(), "vertices")));
 }
 
-py::array computeFadingCosts(Array distances, const Fading& fading, unsigned threads)
+py::array computeFadingCosts(Array distances, const Fading& fading)
 {
   const auto values = view<float>(distances, "distances", {ANY});
-  return toArray(unlocked([&] { return fadingCosts(values, fading, threads); }));
+  return toArray(unlocked([&] { return fadingCosts(values, fading); }));
 }
 
 }  // namespace
 
 void bindObstacleDistance(py::module_& module)
 {
-  using py::arg;
   py::class_<FastMarchingMesh, std::shared_ptr<FastMarchingMesh>>(module, "_FastMarchingMesh",
                                                                   py::module_local())
-      .def(py::init(&makeMesh), arg("vertices"), arg("faces"), arg("offsets"), arg("vertex_faces"),
-           arg("threads") = 0u);
+      .def(py::init(&makeMesh));
   py::class_<Fading>(module, "_Fading", py::module_local())
       .def(py::init([](double inscribed_radius, double inflation_radius, double lethal_value,
                        double inscribed_value, bool is_exponential, double cost_scaling) {
-             return Fading{inscribed_radius, inflation_radius, lethal_value,
-                           inscribed_value,  is_exponential,   cost_scaling};
-           }),
-           arg("inscribed_radius"), arg("inflation_radius"), arg("lethal_value"),
-           arg("inscribed_value"), arg("is_exponential"), arg("cost_scaling"));
+        return Fading{inscribed_radius, inflation_radius, lethal_value,
+                      inscribed_value,  is_exponential,   cost_scaling};
+      }));
   py::class_<ObstacleDistance>(module, "_ObstacleDistance", py::module_local())
       .def(py::init([](std::shared_ptr<FastMarchingMesh> mesh, float max_distance) {
-             const py::gil_scoped_release release;
-             return std::make_unique<ObstacleDistance>(std::move(mesh), max_distance);
-           }),
-           arg("mesh"), arg("max_distance"))
-      .def("_compute", &computeObstacles, arg("lethal"), arg("cancel") = py::none(),
-           arg("threads") = 0u)
-      .def("_update", &updateObstacles, arg("lethal"))
+        const py::gil_scoped_release release;
+        return std::make_unique<ObstacleDistance>(std::move(mesh), max_distance);
+      }))
+      .def("_compute", &computeObstacles)
+      .def("_update", &updateObstacles)
       .def("_distances", &obstacleDistances)
-      .def("_distances_of", &obstacleDistancesOf, arg("vertices"))
-      .def("_repulsion", &obstacleRepulsion, arg("vertices"), arg("fading"), arg("threads") = 0u)
-      .def("_with_neighbors", &obstacleNeighbors, arg("vertices"));
-  module.def("_fading_costs", &computeFadingCosts, arg("distances"), arg("fading"),
-             arg("threads") = 0u);
+      .def("_distances_of", &obstacleDistancesOf)
+      .def("_repulsion", &obstacleRepulsion)
+      .def("_with_neighbors", &obstacleNeighbors);
+  module.def("_fading_costs", &computeFadingCosts);
 }
 
 namespace {
@@ -368,9 +337,7 @@ class Field
   static py::array labels(Object self)
   {
     const ArrayView<double> labels = py::cast<const Field&>(self).field_->labels();
-    py::array_t<double> array({static_cast<py::ssize_t>(labels.size())}, labels.data(), self);
-    array.attr("flags").attr("writeable") = false;
-    return std::move(array);
+    return memoryOf(self, labels.data(), {labels.size()});
   }
 
  private:
@@ -388,20 +355,15 @@ class Field
 
 void bindFastMarching(py::module_& module)
 {
-  using py::arg;
   py::class_<FastMarchingPool, std::shared_ptr<FastMarchingPool>>(module, "_FastMarchingPool",
                                                                   py::module_local())
       .def(py::init([](std::shared_ptr<FastMarchingMesh> mesh) {
-             return std::make_shared<FastMarchingPool>(std::move(mesh));
-           }),
-           arg("mesh"));
+        return std::make_shared<FastMarchingPool>(std::move(mesh));
+      }));
   py::class_<Field>(module, "_FastMarchingField", py::module_local())
-      .def(py::init<std::shared_ptr<FastMarchingPool>, Array, Array, Object>(), arg("pool"),
-           arg("sources"), arg("source_labels"), arg("slowness"))
-      .def("_extend", &Field::extend, arg("targets"), arg("offset"), arg("max_distance"),
-           arg("cancel"))
-      .def("_update", &Field::update, arg("sources"), arg("source_labels"), arg("slowness"),
-           arg("changed"), arg("cancel"))
+      .def(py::init<std::shared_ptr<FastMarchingPool>, Array, Array, Object>())
+      .def("_extend", &Field::extend)
+      .def("_update", &Field::update)
       .def("_limit", &Field::limit)
       .def("_potential", &Field::potential)
       .def("_labels", &Field::labels);

@@ -2,9 +2,8 @@
 // are in the modules of mesh_map that import it. Arrays are checked here, once (ValueError), and
 // the GIL is released while a kernel runs.
 
-#include <mesh_map/bvh/closest/closest_point.h>
+#include <mesh_map/bvh/closest/bvh_closest.h>
 
-#include "bindings/array_checks.h"
 #include "bindings/bindings.h"
 
 namespace mesh_map {
@@ -14,7 +13,7 @@ py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double 
 {
   const auto positions = view<float>(vertices, "vertices", {ANY, 3});
   const auto eligible_view = view<std::uint8_t>(eligible, "eligible", {vertices.shape(0)});
-  const auto query = view<double>(point, "point", {3});
+  const auto query = triple<double>(point, "point");
   requireValue(max_distance >= 0.0, "the maximum distance has to be 0 or more");
   const VertexHit hit =
       unlocked([&] { return closestVertex(positions, eligible_view, query.data(), max_distance); });
@@ -28,12 +27,9 @@ PYBIND11_MODULE(_kernels, module)
 {
   using namespace mesh_map;
   namespace py = pybind11;
-  using py::arg;
-
   module.doc() = "Kernels of mesh_map_core. Private: use the modules of mesh_map.";
   module.attr("_NO_INDEX") = NO_INDEX;
-  module.def("_closest_vertex", &findClosestVertex, arg("vertices"), arg("eligible"), arg("point"),
-             arg("max_distance"));
+  module.def("_closest_vertex", &findClosestVertex);
   py::class_<CancelFlag>(module, "_CancelFlag", py::module_local())
       .def(py::init<>())
       .def("_set", [](CancelFlag& self) { self.flag = true; })

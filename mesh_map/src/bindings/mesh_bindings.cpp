@@ -1,6 +1,5 @@
 // Topology, normals, orientation and statistics of neighborhoods for Python (private).
 
-#include <mesh_map/mesh/edge_faces.h>
 #include <mesh_map/mesh/topology.h>
 
 #include <pybind11/stl.h>
@@ -8,9 +7,7 @@
 #include <array>
 #include <string>
 
-#include "bindings/array_checks.h"
 #include "bindings/bindings.h"
-#include "mesh/edge_angles.h"
 #include "mesh/normals.h"
 #include "mesh/orientation.h"
 #include "mesh/radius_statistics.h"
@@ -39,12 +36,12 @@ py::dict topology(Array faces, std::size_t vertex_count, unsigned threads)
   return arrays;
 }
 
-py::array computeEdgeLengths(Array vertices, Array edges, unsigned threads)
+py::array computeEdgeLengths(Array vertices, Array edges)
 {
   const auto positions = view<float>(vertices, "vertices", {ANY, 3});
   const auto edge_view = view<std::uint32_t>(edges, "edges", {ANY, 2});
   checkIndices(edge_view, static_cast<std::size_t>(vertices.shape(0)), "edges");
-  return toArray(unlocked([&] { return edgeLengths(positions, edge_view, threads); }));
+  return toArray(unlocked([&] { return edgeLengths(positions, edge_view); }));
 }
 
 py::tuple edgeRows(Array face_edges, std::size_t edge_count)
@@ -54,31 +51,23 @@ py::tuple edgeRows(Array face_edges, std::size_t edge_count)
   return toArrays(std::move(rows.offsets), std::move(rows.faces));
 }
 
-template <class T>
-std::array<T, 3> direction(Array values, const char* name)
-{
-  const auto numbers = view<T>(values, name, {3});
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
-py::tuple computeFaceNormals(Array vertices, Array faces, const std::array<float, 3>& fallback,
-                             unsigned threads)
+py::tuple computeFaceNormals(Array vertices, Array faces, const std::array<float, 3>& fallback)
 {
   const MeshView mesh = meshView(vertices, faces);
-  FaceNormals result = unlocked([&] { return faceNormals(mesh, fallback, threads); });
+  FaceNormals result = unlocked([&] { return faceNormals(mesh, fallback); });
   return py::make_tuple(toRows(std::move(result.normals), 3),
                         toArray(std::move(result.without_area)));
 }
 
-py::array computeCornerAngles(Array vertices, Array faces, unsigned threads)
+py::array computeCornerAngles(Array vertices, Array faces)
 {
   const MeshView mesh = meshView(vertices, faces);
-  return toRows(unlocked([&] { return cornerAngles(mesh, threads); }), 3);
+  return toRows(unlocked([&] { return cornerAngles(mesh); }), 3);
 }
 
 py::array computeVertexNormals(Array face_normals, Array offsets, Array vertex_faces, Array ignored,
                                const py::object& faces, const py::object& corner_angles,
-                               const std::array<float, 3>& fallback, unsigned threads)
+                               const std::array<float, 3>& fallback)
 {
   VertexNormalsInput input;
   input.face_normals = view<float>(face_normals, "face_normals", {ANY, 3});
@@ -92,7 +81,7 @@ py::array computeVertexNormals(Array face_normals, Array offsets, Array vertex_f
         view<float>(py::cast<py::array>(corner_angles), "corner_angles", {face_count, 3});
   }
   input.fallback = fallback;
-  return toRows(unlocked([&] { return vertexNormals(input, threads); }), 3);
+  return toRows(unlocked([&] { return vertexNormals(input); }), 3);
 }
 
 py::tuple computeOrientation(Array vertices, Array faces, Array face_edges, Array edge_face_counts,
@@ -103,14 +92,14 @@ py::tuple computeOrientation(Array vertices, Array faces, Array face_edges, Arra
   const auto sides = view<std::uint32_t>(face_edges, "face_edges", {face_count, 3});
   const auto counts = view<std::uint32_t>(edge_face_counts, "edge_face_counts", {ANY});
   const auto flags = view<std::uint8_t>(edge_flags, "edge_flags", {edge_face_counts.shape(0)});
-  const auto to = direction<double>(up, "up");
+  const auto to = triple<double>(up, "up");
   Orientation result = unlocked([&] { return orientFaces(mesh, sides, counts, flags, to); });
   return py::make_tuple(toArray(std::move(result.turned)), result.patch_count, result.conflicts);
 }
 
 py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors, Array angles,
                                   Array normals, Array up, double radius, unsigned wanted,
-                                  const std::string& search, unsigned threads)
+                                  const std::string& search)
 {
   const py::ssize_t rows = vertices.ndim() == 2 ? vertices.shape(0) : 0;
   const auto vertex_count = static_cast<std::size_t>(rows);
@@ -120,61 +109,47 @@ py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors
   requireValue(query.neighbors.rowCount() == vertex_count, "offsets need one row per vertex");
   query.angles = view<float>(angles, "angles", {wanted & ROUGHNESS ? rows : ANY});
   query.normals = view<float>(normals, "normals", {wanted & RIDGE ? rows : ANY, 3});
-  query.up = direction<double>(up, "up");
+  query.up = triple<double>(up, "up");
   requireValue(radius > 0.0, "the radius has to be above 0");
   query.radius = radius;
   query.wanted = wanted;
   query.search = choiceOf<RadiusSearch>(search, {"automatic", "edges", "grid"}, "search");
-  query.threads = threads;
   RadiusStatistics result = unlocked([&] { return radiusStatistics(query); });
   return toArrays(std::move(result.height_differences), std::move(result.roughnesses),
                   std::move(result.ridges));
 }
 
-py::array computeMeanEdgeAngles(Array normals, Array edges, Array offsets, Array neighbor_edges,
-                                unsigned threads)
+py::array computeMeanEdgeAngles(Array normals, Array edges, Array offsets, Array neighbor_edges)
 {
   const auto normal_view = view<float>(normals, "normals", {ANY, 3});
   const auto edge_view = view<std::uint32_t>(edges, "edges", {ANY, 2});
   checkIndices(edge_view, static_cast<std::size_t>(normals.shape(0)), "edges");
   const RowsView rows = rowsView(offsets, neighbor_edges, edge_view.size() / 2, "neighbor_edges");
   requireValue(rows.rowCount() == normal_view.size() / 3, "offsets need one row per vertex");
-  return toArray(unlocked([&] { return meanEdgeAngles(normal_view, edge_view, rows, threads); }));
+  return toArray(unlocked([&] { return meanEdgeAngles(normal_view, edge_view, rows); }));
 }
 
-py::array computeAnglesTo(Array normals, Array up, unsigned threads)
+py::array computeAnglesTo(Array normals, Array up)
 {
   const auto normal_view = view<float>(normals, "normals", {ANY, 3});
-  const auto to = direction<double>(up, "direction");
-  return toArray(unlocked([&] { return anglesTo(normal_view, to, threads); }));
+  const auto to = triple<double>(up, "direction");
+  return toArray(unlocked([&] { return anglesTo(normal_view, to); }));
 }
 
 }  // namespace
 
 void bindMesh(py::module_& module)
 {
-  using py::arg;
-
-  module.def("_topology", &topology, arg("faces"), arg("vertex_count"), arg("threads") = 0u);
-  module.def("_edge_lengths", &computeEdgeLengths, arg("vertices"), arg("edges"),
-             arg("threads") = 0u);
-  module.def("_edge_faces", &edgeRows, arg("face_edges"), arg("edge_count"));
-  const std::array<float, 3> upward = {0.0f, 0.0f, 1.0f};
-  module.def("_face_normals", &computeFaceNormals, arg("vertices"), arg("faces"),
-             arg("fallback") = upward, arg("threads") = 0u);
-  module.def("_corner_angles", &computeCornerAngles, arg("vertices"), arg("faces"),
-             arg("threads") = 0u);
-  module.def("_vertex_normals", &computeVertexNormals, arg("face_normals"), arg("offsets"),
-             arg("vertex_faces"), arg("ignored"), arg("faces") = py::none(),
-             arg("corner_angles") = py::none(), arg("fallback") = upward, arg("threads") = 0u);
-  module.def("_orientation", &computeOrientation, arg("vertices"), arg("faces"), arg("face_edges"),
-             arg("edge_face_counts"), arg("edge_flags"), arg("up"));
-  module.def("_radius_statistics", &computeRadiusStatistics, arg("vertices"), arg("offsets"),
-             arg("neighbors"), arg("angles"), arg("normals"), arg("up"), arg("radius"),
-             arg("wanted"), arg("search") = "automatic", arg("threads") = 0u);
-  module.def("_mean_edge_angles", &computeMeanEdgeAngles, arg("normals"), arg("edges"),
-             arg("offsets"), arg("neighbor_edges"), arg("threads") = 0u);
-  module.def("_angles_to", &computeAnglesTo, arg("normals"), arg("direction"), arg("threads") = 0u);
+  module.def("_topology", &topology);
+  module.def("_edge_lengths", &computeEdgeLengths);
+  module.def("_edge_faces", &edgeRows);
+  module.def("_face_normals", &computeFaceNormals);
+  module.def("_corner_angles", &computeCornerAngles);
+  module.def("_vertex_normals", &computeVertexNormals);
+  module.def("_orientation", &computeOrientation);
+  module.def("_radius_statistics", &computeRadiusStatistics);
+  module.def("_mean_edge_angles", &computeMeanEdgeAngles);
+  module.def("_angles_to", &computeAnglesTo);
 }
 
 }  // namespace mesh_map

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "base/run.h"
-#include "bindings/array_checks.h"
 #include "bindings/bindings.h"
 #include "bindings/spatial_bindings.h"
 #include "paths/footprint.h"
@@ -247,22 +246,13 @@ class SurfaceKernel
 
 void bindQueryKernels(py::module_& module)
 {
-  using py::arg;
-
   py::class_<SurfaceKernel>(module, "_Surface", py::module_local())
-      .def(py::init<Array, Array, Array, Array, Array, Array>(), arg("vertices"), arg("faces"),
-           arg("face_edges"), arg("face_flags"), arg("edge_face_offsets"), arg("edge_faces"))
-      .def("_walk", &SurfaceKernel::walk, arg("faces"), arg("barycentric"), arg("directions"),
-           arg("ups"), arg("lengths"), arg("targets"), arg("mask"), arg("max_steps"), arg("trace"),
-           arg("threads"), arg("cancel"))
-      .def("_walk_one", &SurfaceKernel::walkOne, arg("face"), arg("barycentric"), arg("direction"),
-           arg("up"), arg("length"), arg("target"), arg("mask"), arg("max_steps"), arg("trace"))
-      .def("_costs_under", &SurfaceKernel::costsUnder, arg("bvh"), arg("costs"), arg("footprint"),
-           arg("lowest"), arg("highest"), arg("poses"), arg("threads"), arg("cancel"))
-      .def("_vertices_under", &SurfaceKernel::verticesUnder, arg("bvh"), arg("footprint"),
-           arg("lowest"), arg("highest"), arg("poses"), arg("threads"), arg("cancel"))
-      .def("_shorten", &SurfaceKernel::shorten, arg("points"), arg("faces"), arg("mask"),
-           arg("over_hills"), arg("max_turns"), arg("cancel"));
+      .def(py::init<Array, Array, Array, Array, Array, Array>())
+      .def("_walk", &SurfaceKernel::walk)
+      .def("_walk_one", &SurfaceKernel::walkOne)
+      .def("_costs_under", &SurfaceKernel::costsUnder)
+      .def("_vertices_under", &SurfaceKernel::verticesUnder)
+      .def("_shorten", &SurfaceKernel::shorten);
   module.attr("_Geodesics") = module.attr("_Surface");
 }
 
@@ -284,8 +274,7 @@ struct BoundField
     field.slowness = viewOrNone<float>(slowness, "slowness", {count});
     if (!goal_face.is_none()) {
       field.goal_face = py::cast<std::uint32_t>(goal_face);
-      const auto goal = py::cast<py::array>(goal_position);
-      std::copy_n(view<double>(goal, "goal_position", {3}).data(), 3, field.goal.begin());
+      field.goal = triple<double>(py::cast<py::array>(goal_position), "goal_position");
     }
     checkField(mesh, field);
   }
@@ -314,7 +303,7 @@ class FieldTracer
   py::object path(const BoundField& bound, std::uint32_t face, Array position,
                   const CancelFlag* cancel, double max_length) const
   {
-    const Vector start = point(face, position);
+    const std::array<double, 3> start = point(face, position);
     FieldPath found;
     const TraceEnd end = unlocked([&] {
       return tracePath(mesh_, bound.field, face, start, flagOf(cancel), found, max_length);
@@ -346,16 +335,12 @@ class FieldTracer
   }
 
  private:
-  using Vector = std::array<double, 3>;
-
-  Vector point(std::uint32_t face, Array position) const
+  std::array<double, 3> point(std::uint32_t face, Array position) const
   {
     requireValue(face < mesh_.mesh.faceCount(),
                  "face " + std::to_string(face) + " does not exist: there are " +
                      std::to_string(mesh_.mesh.faceCount()) + " faces");
-    Vector result;
-    std::copy_n(view<double>(position, "position", {3}).data(), 3, result.begin());
-    return result;
+    return triple<double>(position, "position");
   }
 
   std::vector<py::array> arrays_;
@@ -369,13 +354,11 @@ void bindTraceKernels(py::module_& module)
   using py::arg;
   py::class_<BoundField>(module, "_BoundField", py::module_local());
   py::class_<FieldTracer>(module, "_FieldTracer", py::module_local())
-      .def(py::init<Array, Array, Array, Array, Array>(), arg("vertices"), arg("faces"),
-           arg("offsets"), arg("vertex_faces"), arg("face_flags"))
-      .def("_bind", &FieldTracer::bind, arg("labels"), arg("limit"), arg("slowness"),
-           arg("goal_face"), arg("goal_position"), py::keep_alive<0, 2>(), py::keep_alive<0, 1>())
+      .def(py::init<Array, Array, Array, Array, Array>())
+      .def("_bind", &FieldTracer::bind, py::keep_alive<0, 2>(), py::keep_alive<0, 1>())
       .def("_path", &FieldTracer::path, arg("field"), arg("face"), arg("position"), arg("cancel"),
            arg("max_length") = std::numeric_limits<double>::infinity())
-      .def("_value", &FieldTracer::value, arg("field"), arg("face"), arg("position"))
+      .def("_value", &FieldTracer::value)
       .def("_vertex_directions", &FieldTracer::vertices, arg("field"), arg("front"), arg("normals"),
            arg("threads") = 0u)
       .def("_face_directions", &FieldTracer::faces, arg("field"), arg("threads") = 0u);

@@ -1,18 +1,15 @@
-// The spatial index for Python (private; see mesh_map.spatial_index): its making, rays and closest
-// points; and long runs that Python can interrupt.
+// The spatial index for Python (private; see mesh_map.spatial_index): its making, rays, closest
+// points and selections; and long runs that Python can interrupt.
 
 #include "bindings/spatial_bindings.h"
 
 #include <mesh_map/bvh/tree/back_end.h>
 
 #include <chrono>
-#include <cmath>
-#include <condition_variable>
 #include <exception>
-#include <mutex>
+#include <future>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include "base/vector3.h"
@@ -68,35 +65,24 @@ std::shared_ptr<Bvh> deserialize(const py::bytes& data, Array vertices, Array fa
       {reinterpret_cast<const std::uint8_t*>(bytes), static_cast<std::size_t>(size)}, mesh));
 }
 
-/// Memory of the hierarchy as an array that cannot be written and keeps it alive.
-template <class T>
-py::array memoryOf(Object owner, const void* data, std::vector<py::ssize_t> shape)
-{
-  py::array array(py::dtype::of<T>(), std::move(shape), data, owner);
-  array.attr("flags").attr("writeable") = false;
-  return array;
-}
-
 py::array nodes(Object self)
 {
   const auto nodes = py::cast<const Bvh&>(self).nodes();
-  return memoryOf<std::uint8_t>(
-      self, nodes.data(),
-      {static_cast<py::ssize_t>(nodes.size()), static_cast<py::ssize_t>(sizeof(BvhNode))});
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(nodes.data());
+  return memoryOf(self, bytes, {nodes.size(), sizeof(BvhNode)});
 }
 
 /// With the tail.
 py::array corners(Object self)
 {
   const auto corners = py::cast<const Bvh&>(self).corners();
-  return memoryOf<float>(self, corners.data(),
-                         {static_cast<py::ssize_t>(corners.size() + Bvh::TAIL)});
+  return memoryOf(self, corners.data(), {corners.size() + Bvh::TAIL});
 }
 
 py::array facesOf(Object self)
 {
   const auto faces = py::cast<const Bvh&>(self).faces();
-  return memoryOf<std::uint32_t>(self, faces.data(), {static_cast<py::ssize_t>(faces.size())});
+  return memoryOf(self, faces.data(), {faces.size()});
 }
 
 Ray rayOf(Object origin, Object direction, double max_distance)
@@ -172,6 +158,131 @@ py::tuple closestBatch(const Bvh& bvh, Array points, double max_distance, Object
   }));
 }
 
+std::shared_ptr<Region> sphere(Object center, double radius)
+{
+  return std::make_shared<SphereRegion>(vector3(center, "center"), radius);
+}
+
+std::shared_ptr<Region> convex(Array planes)
+{
+  const auto numbers = view<double>(planes, "planes", {ANY, 4});
+  std::vector<Plane> list;
+  for (std::size_t i = 0; i < numbers.size(); i += 4) {
+    list.push_back({numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]});
+  }
+  return std::make_shared<ConvexRegion>(list);
+}
+
+std::shared_ptr<Region> box(Object center, Array axes, Object half_size)
+{
+  const auto numbers = view<double>(axes, "axes", {3, 3});
+  std::array<std::array<double, 3>, 3> rows;
+  for (std::size_t i = 0; i < 9; ++i) {
+    rows[i / 3][i % 3] = numbers[i];
+  }
+  return std::make_shared<ConvexRegion>(
+      ConvexRegion::box(vector3(center, "center"), rows, vector3(half_size, "half_size")));
+}
+
+std::shared_ptr<Region> lasso(Array polygon, Array view_projection)
+{
+  const auto points = view<double>(polygon, "polygon", {ANY, 2});
+  const auto numbers = view<double>(view_projection, "view_projection", {4, 4});
+  std::vector<LassoRegion::Point> corners;
+  for (std::size_t i = 0; i < points.size(); i += 2) {
+    corners.push_back({points[i], points[i + 1]});
+  }
+  std::array<double, 16> matrix;
+  std::copy(numbers.begin(), numbers.end(), matrix.begin());
+  return std::make_shared<LassoRegion>(std::move(corners), matrix);
+}
+
+/// The kind of region that a function needs; ValueError for another.
+template <class T>
+const T& kind(const Region& region, const char* name)
+{
+  const T* const found = dynamic_cast<const T*>(&region);
+  requireValue(found != nullptr, std::string("this needs a ") + name);
+  return *found;
+}
+
+py::array select(const Bvh& bvh, const Region& region, bool inside, Object mask)
+{
+  const auto mask_view = maskView(bvh.faceCount(), mask);
+  return toArray(unlocked([&] { return selectFaces(bvh, region, modeOf(inside), mask_view); }));
+}
+
+template <class T>
+std::vector<T> copied(ArrayView<T> values)
+{
+  return {values.begin(), values.end()};
+}
+
+/// Values of a hit for each ray, from an array that Python gives.
+template <class T>
+std::vector<T> answer(const py::tuple& hits, std::size_t which, std::size_t count)
+{
+  const auto array = py::cast<py::array>(hits[which]);
+  const auto size = static_cast<py::ssize_t>(count);
+  return copied(which == 2 ? view<T>(array, "barycentric", {size, 3})
+                           : view<T>(array, "hits", {size}));
+}
+
+/// Rays are cast by a function in Python, which takes origins, directions and maximum distances,
+/// and gives faces, distances and barycentric coordinates.
+RayCast rayCast(const py::function& cast)
+{
+  return [&cast](const RayBatch& rays) {
+    const py::gil_scoped_acquire acquire;
+    const auto hits = py::cast<py::tuple>(
+        cast(toRows(copied(rays.origins), 3), toRows(copied(rays.directions), 3),
+             rays.max_distances.empty() ? py::object(py::none())
+                                        : py::object(toArray(copied(rays.max_distances)))));
+    RayHits result;
+    result.faces = answer<std::uint32_t>(hits, 0, rays.size());
+    result.distances = answer<double>(hits, 1, rays.size());
+    result.barycentric = answer<double>(hits, 2, rays.size());
+    return result;
+  };
+}
+
+py::array seen(const Bvh& bvh, const Region& region, Array faces, Object eye,
+               const py::function& cast)
+{
+  const auto candidates = indexView(faces, bvh.faceCount(), "faces");
+  const std::array<double, 3> from = vector3(eye, "eye");
+  const RayCast cast_rays = rayCast(cast);
+  return toArray(unlocked([&] { return seenFaces(bvh, region, candidates, from, cast_rays); }));
+}
+
+py::array inPicture(const Bvh& bvh, const Region& region, Array origins, Array directions,
+                    Object mask, const py::function& cast)
+{
+  const RayBatch pixels = rayBatch(origins, directions, toArray(std::vector<double>()));
+  const auto mask_view = maskView(bvh.faceCount(), mask);
+  const RayCast cast_rays = rayCast(cast);
+  return toArray(
+      unlocked([&] { return facesInPicture(bvh, region, pixels, mask_view, cast_rays); }));
+}
+
+py::tuple toTuple(PixelRays&& rays)
+{
+  return py::make_tuple(toRows(std::move(rays.origins), 3), toRows(std::move(rays.directions), 3));
+}
+
+py::tuple pixelsOfFrustum(const Region& region, Object eye, std::size_t columns, std::size_t rows)
+{
+  const auto& frustum = kind<ConvexRegion>(region, "frustum");
+  const std::array<double, 3> from = vector3(eye, "eye");
+  return toTuple(unlocked([&] { return frustumPixels(frustum, from, columns, rows); }));
+}
+
+py::tuple pixelsOfLasso(const Region& region, std::size_t columns, std::size_t rows)
+{
+  const auto& lasso = kind<LassoRegion>(region, "lasso");
+  return toTuple(unlocked([&] { return lassoPixels(lasso, columns, rows); }));
+}
+
 /// Canceled becomes mesh_map.errors.Canceled.
 void translateCanceled(std::exception_ptr error)
 {
@@ -189,34 +300,31 @@ void translateCanceled(std::exception_ptr error)
 
 void bindSpatial(py::module_& module)
 {
-  using py::arg;
-
   py::register_exception_translator(&translateCanceled);
   BvhClass bvh(module, "_Bvh", py::module_local());
-  bvh.def_static("_build", &build, arg("vertices"), arg("faces"), arg("threads"), arg("cancel"),
-                 arg("progress"))
-      .def("_refitted", &refitted, arg("vertices"), arg("faces"), arg("threads"), arg("cancel"),
-           arg("progress"))
+  bvh.def_static("_build", &build)
+      .def("_refitted", &refitted)
       .def("_serialize", &serialize)
-      .def_static("_deserialize", &deserialize, arg("data"), arg("vertices"), arg("faces"))
+      .def_static("_deserialize", &deserialize)
       .def_property_readonly("_nodes", &nodes)
       .def_property_readonly("_corners", &corners)
       .def_property_readonly("_faces", &facesOf)
       .def_property_readonly("_face_count", &Bvh::faceCount)
       .def_property_readonly("_memory", &Bvh::memory)
-      .def("_cast", &cast, arg("origin"), arg("direction"), arg("max_distance"), arg("back_faces"),
-           arg("mask"))
-      .def("_any_hit", &anyHit, arg("origin"), arg("direction"), arg("max_distance"),
-           arg("back_faces"), arg("mask"))
-      .def("_cast_batch", &castBatch, arg("origins"), arg("directions"), arg("max_distances"),
-           arg("back_faces"), arg("mask"), arg("threads"), arg("cancel"))
-      .def("_any_hit_batch", &anyHitBatch, arg("origins"), arg("directions"), arg("max_distances"),
-           arg("back_faces"), arg("mask"), arg("threads"), arg("cancel"))
-      .def("_closest", &closest, arg("point"), arg("max_distance"), arg("normal"), arg("max_angle"),
-           arg("mask"))
-      .def("_closest_batch", &closestBatch, arg("points"), arg("max_distance"), arg("normals"),
-           arg("max_angle"), arg("mask"), arg("threads"), arg("cancel"));
-  bindRegions(module, bvh);
+      .def("_cast", &cast)
+      .def("_any_hit", &anyHit)
+      .def("_cast_batch", &castBatch)
+      .def("_any_hit_batch", &anyHitBatch)
+      .def("_closest", &closest)
+      .def("_closest_batch", &closestBatch);
+  py::class_<Region, std::shared_ptr<Region>>(module, "_Region", py::module_local());
+  module.def("_sphere", &sphere);
+  module.def("_convex", &convex);
+  module.def("_box", &box);
+  module.def("_lasso", &lasso);
+  module.def("_frustum_pixels", &pixelsOfFrustum);
+  module.def("_lasso_pixels", &pixelsOfLasso);
+  bvh.def("_select", &select).def("_seen", &seen).def("_in_picture", &inPicture);
   bindDevice(module, bvh);
 }
 
@@ -225,82 +333,16 @@ namespace {
 constexpr std::chrono::milliseconds TICK(5);
 constexpr unsigned TICKS_PER_SIGNAL = 4;
 
-/// Runs work in a thread of its own, and tells when it has ended.
-class Worker
+/// Where no thread is to be had, the work is done when its end is waited for: it cannot be
+/// interrupted then.
+std::future<void> inItsOwnThread(const std::function<void()>& work)
 {
- public:
-  explicit Worker(const std::function<void()>& work)
-  {
-    const auto body = [this, &work] {
-      try {
-        work();
-      } catch (...) {
-        error_ = std::current_exception();
-      }
-      const std::lock_guard<std::mutex> lock(mutex_);
-      ended_ = true;
-      changed_.notify_all();
-    };
-    try {
-      thread_ = std::thread(body);
-    } catch (const std::system_error&) {
-      body();  // no thread is to be had: it cannot be interrupted then
-    }
+  try {
+    return std::async(std::launch::async, work);
+  } catch (const std::system_error&) {
+    return std::async(std::launch::deferred, work);
   }
-
-  ~Worker()
-  {
-    if (thread_.joinable()) {
-      thread_.join();
-    }
-  }
-
-  bool waitFor(std::chrono::milliseconds time)
-  {
-    std::unique_lock<std::mutex> lock(mutex_);
-    return changed_.wait_for(lock, time, [this] { return ended_; });
-  }
-
-  /// Once it has ended.
-  void rethrow() const
-  {
-    if (error_) {
-      std::rethrow_exception(error_);
-    }
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool ended_ = false;
-  std::exception_ptr error_;
-  std::thread thread_;
-};
-
-/// What Python code has raised, once.
-class PythonError
-{
- public:
-  /// With the GIL held.
-  void catchCurrent()
-  {
-    if (!error_) {
-      error_ = std::current_exception();
-    }
-  }
-  explicit operator bool() const { return error_ != nullptr; }
-
-  /// With the GIL held: the error goes with this.
-  void rethrow()
-  {
-    if (error_) {
-      std::rethrow_exception(std::exchange(error_, nullptr));
-    }
-  }
-
- private:
-  std::exception_ptr error_;
-};
+}
 
 /// A value in one line of an error, not too long.
 std::string shown(const py::object& value)
@@ -324,50 +366,45 @@ void runLong(const RunArguments& arguments, std::size_t items,
   }
   std::atomic<bool> stop{arguments.cancel && arguments.cancel->flag};
   run.cancel = &stop;
-  PythonError raised;
-  if (!arguments.progress.is_none()) {
-    run.progress = [&](double fraction) {
-      const py::gil_scoped_acquire acquire;
-      try {
-        if (!raised) {
-          arguments.progress(fraction);
-        }
-      } catch (const py::error_already_set&) {
-        raised.catchCurrent();
-        stop = true;
+  std::exception_ptr raised;  // what Python code has raised first; touched with the GIL held
+  const auto callPython = [&](const auto& call) {
+    const py::gil_scoped_acquire acquire;
+    try {
+      if (!raised) {
+        call();
       }
-    };
+    } catch (const py::error_already_set&) {
+      raised = raised ? raised : std::current_exception();
+      stop = true;
+    }
+  };
+  if (!arguments.progress.is_none()) {
+    run.progress = [&](double fraction) { callPython([&] { arguments.progress(fraction); }); };
   }
   std::exception_ptr failed;
   {
     const py::gil_scoped_release release;
     try {
-      const std::function<void()> body = [&] { work(run); };
-      Worker worker(body);
-      for (unsigned tick = 1; !worker.waitFor(TICK); ++tick) {
+      std::future<void> ended = inItsOwnThread([&] { work(run); });
+      for (unsigned tick = 1; ended.wait_for(TICK) == std::future_status::timeout; ++tick) {
         if (arguments.cancel && arguments.cancel->flag) {
           stop = true;
         }
         if (tick % TICKS_PER_SIGNAL == 0) {
-          const py::gil_scoped_acquire acquire;
-          try {
-            if (!raised && PyErr_CheckSignals() != 0) {
+          callPython([] {
+            if (PyErr_CheckSignals() != 0) {
               throw py::error_already_set();
             }
-          } catch (const py::error_already_set&) {
-            raised.catchCurrent();
-            stop = true;
-          }
+          });
         }
       }
-      worker.rethrow();
+      ended.get();
     } catch (...) {
       failed = std::current_exception();
     }
   }
-  raised.rethrow();
-  if (failed) {
-    std::rethrow_exception(failed);
+  if (raised || failed) {
+    std::rethrow_exception(raised ? raised : failed);
   }
 }
 

@@ -15,7 +15,6 @@
 #include <memory>
 #include <utility>
 
-#include "bindings/array_checks.h"
 #include "bindings/bindings.h"
 
 namespace mesh_map {
@@ -78,7 +77,6 @@ ClosestOptions closestOptions(const Bvh& bvh, double max_distance, const py::obj
 py::tuple toTuple(RayHits&& hits);
 py::tuple toTuple(SurfaceHits&& hits);
 
-void bindRegions(py::module_& module, BvhClass& bvh);
 void bindDevice(py::module_& module, BvhClass& bvh);
 
 }  // namespace mesh_map

@@ -2,8 +2,10 @@
 
 #include <mesh_map/base/parallel.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "base/fixed_point.h"
 #include "base/vector3.h"
 
 namespace mesh_map {
@@ -24,8 +26,7 @@ bool store(const Vector3& vector, const std::array<float, 3>& fallback, float* n
 
 }  // namespace
 
-FaceNormals faceNormals(const MeshView& mesh, const std::array<float, 3>& fallback,
-                        unsigned threads)
+FaceNormals faceNormals(const MeshView& mesh, const std::array<float, 3>& fallback)
 {
   FaceNormals result;
   result.normals.resize(3 * mesh.faceCount());
@@ -35,11 +36,11 @@ FaceNormals faceNormals(const MeshView& mesh, const std::array<float, 3>& fallba
     const Vector3 normal = triangleNormal(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2));
     flags[f] = !store(normal, fallback, out + 3 * f);
   };
-  parallelEach(mesh.faceCount(), ITEMS_PER_CHUNK, threads, one);
+  parallelEach(mesh.faceCount(), ITEMS_PER_CHUNK, 0, one);
   return result;
 }
 
-std::vector<float> cornerAngles(const MeshView& mesh, unsigned threads)
+std::vector<float> cornerAngles(const MeshView& mesh)
 {
   std::vector<float> angles(3 * mesh.faceCount());
   const auto one = [mesh, out = angles.data()](std::size_t f) {
@@ -49,11 +50,11 @@ std::vector<float> cornerAngles(const MeshView& mesh, unsigned threads)
     out[3 * f + 1] = static_cast<float>(angleBetween(-ab, bc));
     out[3 * f + 2] = static_cast<float>(angleBetween(ac, bc));  // both turned round
   };
-  parallelEach(mesh.faceCount(), ITEMS_PER_CHUNK, threads, one);
+  parallelEach(mesh.faceCount(), ITEMS_PER_CHUNK, 0, one);
   return angles;
 }
 
-std::vector<float> vertexNormals(const VertexNormalsInput& input, unsigned threads)
+std::vector<float> vertexNormals(const VertexNormalsInput& input)
 {
   std::vector<float> normals(3 * input.vertex_faces.rowCount());
   const auto one = [in = input, out = normals.data()](std::size_t v) {
@@ -75,8 +76,60 @@ std::vector<float> vertexNormals(const VertexNormalsInput& input, unsigned threa
     }
     store(sum, in.fallback, out + 3 * v);
   };
-  parallelEach(input.vertex_faces.rowCount(), ITEMS_PER_CHUNK, threads, one);
+  parallelEach(input.vertex_faces.rowCount(), ITEMS_PER_CHUNK, 0, one);
   return normals;
+}
+
+namespace {
+
+double angleOfChord(double squared)
+{
+  return 2.0 * std::asin(std::min(0.5 * std::sqrt(squared), 1.0));
+}
+
+}  // namespace
+
+double angleBetween(const float* a, const float* b)
+{
+  const Vector3 chord = pointOf(a) - pointOf(b), opposite = pointOf(a) + pointOf(b);
+  const double squared = dot(chord, chord);
+  // The half of the circle in which the arc sine is well conditioned.
+  return squared <= 2.0 ? angleOfChord(squared) : PI - angleOfChord(dot(opposite, opposite));
+}
+
+std::vector<float> meanEdgeAngles(ArrayView<float> normals, ArrayView<std::uint32_t> edges,
+                                  const RowsView& neighbor_edges)
+{
+  std::vector<std::uint32_t> angles(edges.size() / 2);
+  parallelEach(angles.size(), ITEMS_PER_CHUNK, 0, [=, out = angles.data()](std::size_t e) {
+    out[e] = toFixed(angleBetween(normals.data() + 3 * std::size_t{edges[2 * e]},
+                                  normals.data() + 3 * std::size_t{edges[2 * e + 1]}),
+                     ANGLE_UNITS);
+  });
+  std::vector<float> means(neighbor_edges.rowCount());
+  parallelEach(means.size(), ITEMS_PER_CHUNK, 0,
+               [rows = neighbor_edges, from = angles.data(), out = means.data()](std::size_t v) {
+                 const std::uint32_t* const offsets = rows.offsets.data();
+                 std::uint64_t sum = 0;
+                 for (std::uint32_t k = offsets[v]; k < offsets[v + 1]; ++k) {
+                   sum += from[rows.values[k]];
+                 }
+                 out[v] = meanOfFixed(sum, ANGLE_UNITS, offsets[v + 1] - offsets[v]);
+               });
+  return means;
+}
+
+std::vector<float> anglesTo(ArrayView<float> normals, const std::array<double, 3>& direction)
+{
+  const std::array<float, 3> to = {static_cast<float>(direction[0]),
+                                   static_cast<float>(direction[1]),
+                                   static_cast<float>(direction[2])};
+  std::vector<float> angles(normals.size() / 3);
+  parallelEach(angles.size(), ITEMS_PER_CHUNK, 0,
+               [normals, to, out = angles.data()](std::size_t v) {
+                 out[v] = static_cast<float>(angleBetween(normals.data() + 3 * v, to.data()));
+               });
+  return angles;
 }
 
 }  // namespace mesh_map

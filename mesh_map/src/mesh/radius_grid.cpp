@@ -66,9 +66,7 @@ void RadiusGrid::sort(ArrayView<float> positions, unsigned threads)
                  out[v] = key;
                  to[v] = {static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(v)};
                });
-  BvhOptions options;
-  options.threads = threads;
-  Run run(options);
+  Run run({threads, nullptr, {}});
   sortByKey(items, run, 0.0);
   parallelEach(count, VERTICES_PER_CHUNK, threads, [&keys, to = items.data()](std::size_t i) {
     to[i].key = static_cast<std::uint32_t>(keys[to[i].index] >> 32);

@@ -33,25 +33,6 @@ struct RadiusAttributes
   std::size_t size() const { return x.size(); }
 };
 
-/// Writes the statistics of one vertex, given those around it.
-class RadiusWriter
-{
- public:
-  /// `results` has to outlive this object.
-  RadiusWriter(const RadiusQuery& query, RadiusStatistics& results);
-
-  /// `members` are the places in `of` of the vertices around `center`, itself among them; v is its
-  /// index in the results.
-  void write(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uint32_t> members,
-             std::size_t v) const;
-
- private:
-  float* height_differences_;
-  float* roughnesses_;
-  float* ridges_;
-  double ridge_units_;
-};
-
 constexpr std::size_t VERTICES_PER_CHUNK = 32768;
 
 float heightDifference(const float* heights, std::uint32_t center, ArrayView<std::uint32_t> members)
@@ -112,6 +93,43 @@ double ridgeUnits(const RadiusQuery& query)
   return std::exp2(std::floor(31.0 - std::log2(largest)));
 }
 
+/// Writes the statistics of one vertex, given those around it.
+class RadiusWriter
+{
+ public:
+  /// `results` has to outlive this object.
+  RadiusWriter(const RadiusQuery& query, RadiusStatistics& results)
+      : height_differences_(query.wanted & HEIGHT_DIFFERENCE ? results.height_differences.data()
+                                                             : nullptr),
+        roughnesses_(query.wanted & ROUGHNESS ? results.roughnesses.data() : nullptr),
+        ridges_(query.wanted & RIDGE ? results.ridges.data() : nullptr),
+        ridge_units_(ridges_ == nullptr ? 1.0 : ridgeUnits(query))
+  {
+  }
+
+  /// `members` are the places in `of` of the vertices around `center`, itself among them; v is its
+  /// index in the results.
+  void write(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uint32_t> members,
+             std::size_t v) const
+  {
+    if (height_differences_ != nullptr) {
+      height_differences_[v] = heightDifference(of.heights.data(), center, members);
+    }
+    if (roughnesses_ != nullptr) {
+      roughnesses_[v] = roughness(of.angles.data(), members);
+    }
+    if (ridges_ != nullptr) {
+      ridges_[v] = ridge(of, center, members, ridge_units_);
+    }
+  }
+
+ private:
+  float* height_differences_;
+  float* roughnesses_;
+  float* ridges_;
+  double ridge_units_;
+};
+
 /// Those of all vertices, the one of index order[i] in place i; without an order, of index i.
 RadiusAttributes gatherAttributes(const RadiusQuery& query, ArrayView<std::uint32_t> order)
 {
@@ -144,56 +162,11 @@ RadiusAttributes gatherAttributes(const RadiusQuery& query, ArrayView<std::uint3
   return all;
 }
 
-RadiusWriter::RadiusWriter(const RadiusQuery& query, RadiusStatistics& results)
-    : height_differences_(query.wanted & HEIGHT_DIFFERENCE ? results.height_differences.data()
-                                                           : nullptr),
-      roughnesses_(query.wanted & ROUGHNESS ? results.roughnesses.data() : nullptr),
-      ridges_(query.wanted & RIDGE ? results.ridges.data() : nullptr),
-      ridge_units_(ridges_ == nullptr ? 1.0 : ridgeUnits(query))
-{
-}
-
-void RadiusWriter::write(const RadiusAttributes& of, std::uint32_t center,
-                         ArrayView<std::uint32_t> members, std::size_t v) const
-{
-  if (height_differences_ != nullptr) {
-    height_differences_[v] = heightDifference(of.heights.data(), center, members);
-  }
-  if (roughnesses_ != nullptr) {
-    roughnesses_[v] = roughness(of.angles.data(), members);
-  }
-  if (ridges_ != nullptr) {
-    ridges_[v] = ridge(of, center, members, ridge_units_);
-  }
-}
-
 /// All vertices in the order of a grid, so that those of a cell lie side by side.
 struct OrderedMesh
 {
   RadiusAttributes attributes;
   LargeArray<std::uint32_t> offsets, neighbors;  // places, not indices
-};
-
-/// Those vertices of a mesh that can be within the radius of any vertex of one cell, side by side
-/// in small arrays that stay in the cache, and what edges connect of them.
-class Block
-{
- public:
-  explicit Block(const OrderedMesh& mesh) : mesh_(mesh), local_(mesh.attributes.size(), 0) {}
-
-  void gather(const std::vector<RadiusGrid::Range>& ranges);
-
-  std::size_t size() const { return places_.size(); }
-  /// Where a vertex of the block is in the arrays below.
-  std::uint32_t localOf(std::uint32_t place) const { return local_[place]; }
-
-  RadiusAttributes attributes;
-  std::vector<std::uint32_t> offsets, neighbors;
-
- private:
-  const OrderedMesh& mesh_;
-  std::vector<std::uint32_t> local_;  // per place; may be of an earlier block
-  std::vector<std::uint32_t> places_;
 };
 
 template <class T>
@@ -208,6 +181,56 @@ void copy(const std::vector<RadiusGrid::Range>& ranges, const LargeArray<T>& fro
     }
   }
 }
+
+/// Those vertices of a mesh that can be within the radius of any vertex of one cell, side by side
+/// in small arrays that stay in the cache, and what edges connect of them.
+class Block
+{
+ public:
+  explicit Block(const OrderedMesh& mesh) : mesh_(mesh), local_(mesh.attributes.size(), 0) {}
+
+  void gather(const std::vector<RadiusGrid::Range>& ranges)
+  {
+    places_.clear();
+    for (const auto& [begin, end] : ranges) {
+      for (std::uint32_t place = begin; place < end; ++place) {
+        local_[place] = static_cast<std::uint32_t>(places_.size());
+        places_.push_back(place);
+      }
+    }
+    const RadiusAttributes& from = mesh_.attributes;
+    copy(ranges, from.x, 1, attributes.x);
+    copy(ranges, from.y, 1, attributes.y);
+    copy(ranges, from.z, 1, attributes.z);
+    copy(ranges, from.heights, 1, attributes.heights);
+    copy(ranges, from.angles, 1, attributes.angles);
+    copy(ranges, from.normals, 3, attributes.normals);
+
+    offsets.assign(1, 0);
+    neighbors.clear();
+    for (const std::uint32_t place : places_) {
+      for (std::uint32_t k = mesh_.offsets[place]; k < mesh_.offsets[place + 1]; ++k) {
+        const std::uint32_t to = mesh_.neighbors[k], local = local_[to];
+        if (local < places_.size() && places_[local] == to) {
+          neighbors.push_back(local);
+        }
+      }
+      offsets.push_back(static_cast<std::uint32_t>(neighbors.size()));
+    }
+  }
+
+  std::size_t size() const { return places_.size(); }
+  /// Where a vertex of the block is in the arrays below.
+  std::uint32_t localOf(std::uint32_t place) const { return local_[place]; }
+
+  RadiusAttributes attributes;
+  std::vector<std::uint32_t> offsets, neighbors;
+
+ private:
+  const OrderedMesh& mesh_;
+  std::vector<std::uint32_t> local_;  // per place; may be of an earlier block
+  std::vector<std::uint32_t> places_;
+};
 
 OrderedMesh inOrderOf(const RadiusGrid& grid, const RadiusQuery& query)
 {
@@ -233,36 +256,6 @@ OrderedMesh inOrderOf(const RadiusGrid& grid, const RadiusQuery& query)
     }
   });
   return mesh;
-}
-
-void Block::gather(const std::vector<RadiusGrid::Range>& ranges)
-{
-  places_.clear();
-  for (const auto& [begin, end] : ranges) {
-    for (std::uint32_t place = begin; place < end; ++place) {
-      local_[place] = static_cast<std::uint32_t>(places_.size());
-      places_.push_back(place);
-    }
-  }
-  const RadiusAttributes& from = mesh_.attributes;
-  copy(ranges, from.x, 1, attributes.x);
-  copy(ranges, from.y, 1, attributes.y);
-  copy(ranges, from.z, 1, attributes.z);
-  copy(ranges, from.heights, 1, attributes.heights);
-  copy(ranges, from.angles, 1, attributes.angles);
-  copy(ranges, from.normals, 3, attributes.normals);
-
-  offsets.assign(1, 0);
-  neighbors.clear();
-  for (const std::uint32_t place : places_) {
-    for (std::uint32_t k = mesh_.offsets[place]; k < mesh_.offsets[place + 1]; ++k) {
-      const std::uint32_t to = mesh_.neighbors[k], local = local_[to];
-      if (local < places_.size() && places_[local] == to) {
-        neighbors.push_back(local);
-      }
-    }
-    offsets.push_back(static_cast<std::uint32_t>(neighbors.size()));
-  }
 }
 
 /// Finds N_r(v) and v among the vertices of a block.
@@ -517,15 +510,12 @@ void statisticsByEdges(const RadiusQuery& query, RadiusStatistics& results)
   const RadiusAttributes attributes = gatherAttributes(query, {});
   const std::vector<PackedPosition> packed = packPositions(query.positions);
   const RadiusWriter writer(query, results);
-  parallelFor(packed.size(), vertices_per_chunk, query.threads, [&]() -> RangeBody {
-    return [neighborhood = RadiusNeighborhood(packed, query.neighbors), radius = query.radius,
-            &attributes, writer](std::size_t begin, std::size_t end) mutable {
-      for (std::size_t v = begin; v < end; ++v) {
-        const auto center = static_cast<std::uint32_t>(v);
-        writer.write(attributes, center, neighborhood.find(center, radius), v);
-      }
-    };
-  });
+  const auto one = [neighborhood = RadiusNeighborhood(packed, query.neighbors),
+                    radius = query.radius, &attributes, writer](std::size_t v) mutable {
+    const auto center = static_cast<std::uint32_t>(v);
+    writer.write(attributes, center, neighborhood.find(center, radius), v);
+  };
+  parallelEach(packed.size(), vertices_per_chunk, query.threads, one);
 }
 
 /// The mean number of vertices around a vertex, itself included, of a sample of at least one.

@@ -12,7 +12,7 @@ enum RadiusStatistic : unsigned
 {
   /// The largest minus the smallest height.
   HEIGHT_DIFFERENCE = 1,
-  /// The mean of the angles (see edge_angles.h).
+  /// The mean of the angles (see normals.h).
   ROUGHNESS = 2,
   /// The mean distance of position + normal from that of the vertex itself, over the other
   /// vertices; 0 where there are none.

@@ -3,13 +3,13 @@
 #include <mesh_map/base/parallel.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "base/require.h"
 #include "base/rows.h"
 #include "base/vector3.h"
 
@@ -60,22 +60,6 @@ SideRows gatherSides(ArrayView<std::uint32_t> faces, std::size_t vertex_count)
   return rows;
 }
 
-void sortSides(Side* begin, Side* end)
-{
-  if (end - begin > 32) {
-    std::sort(begin, end);
-    return;
-  }
-  for (Side* i = begin; i != end; ++i) {
-    const Side side = *i;
-    Side* j = i;
-    for (; j != begin && side < *(j - 1); --j) {
-      *j = *(j - 1);
-    }
-    *j = side;
-  }
-}
-
 class EdgeWriter
 {
  public:
@@ -116,9 +100,6 @@ class EdgeWriter
   /// Faces with the same vertices meet on the edge of their two lowest ones, with the same third.
   void markDuplicates()
   {
-    if (thirds_.size() < 2) {
-      return;
-    }
     std::sort(thirds_.begin(), thirds_.end());
     for (std::size_t i = 1; i < thirds_.size(); ++i) {
       if (thirds_[i].first == thirds_[i - 1].first) {
@@ -155,7 +136,7 @@ void buildEdges(ArrayView<std::uint32_t> faces, unsigned threads, Topology& topo
       for (std::size_t v = begin; v < end; ++v) {
         Side* const first = rows.sides.data() + rows.offsets[v];
         Side* const last = rows.sides.data() + rows.offsets[v + 1];
-        sortSides(first, last);
+        std::sort(first, last);
         for (const Side* side = first; side != last; ++side) {
           edges += side == first || side->upper != (side - 1)->upper;
         }
@@ -225,10 +206,9 @@ class DisjointSets
 
 void checkFaces(ArrayView<std::uint32_t> faces, std::size_t vertex_count)
 {
-  if (vertex_count > std::size_t{std::numeric_limits<std::int32_t>::max()} ||
-      faces.size() > std::numeric_limits<std::uint32_t>::max() / 2) {
-    throw std::invalid_argument("the mesh is too large: at most 2^31 - 1 vertices and 7e8 faces");
-  }
+  require(vertex_count <= std::size_t{std::numeric_limits<std::int32_t>::max()} &&
+              faces.size() <= std::numeric_limits<std::uint32_t>::max() / 2,
+          "the mesh is too large: at most 2^31 - 1 vertices and 7e8 faces");
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (faces[i] >= vertex_count) {
       throw std::invalid_argument("face " + std::to_string(i / 3) + " refers to vertex " +
@@ -243,19 +223,17 @@ void checkFaces(ArrayView<std::uint32_t> faces, std::size_t vertex_count)
 void buildNeighbors(Topology& topology)
 {
   const auto visit = [&edges = topology.edges](const auto& put) {
-    for (std::size_t end = 0; end < edges.size(); ++end) {
+    for (std::uint32_t end = 0; end < edges.size(); ++end) {
       put(edges[end], end);
     }
   };
-  const auto begin = [&topology](std::size_t count) {
-    topology.neighbors.resize(count);
-    topology.neighbor_edges.resize(count);
-  };
-  const auto store = [&topology](std::size_t place, std::size_t end) {
-    topology.neighbors[place] = topology.edges[end ^ 1];  // the other end of the edge
-    topology.neighbor_edges[place] = static_cast<std::uint32_t>(end / 2);
-  };
-  topology.neighbor_offsets = fillRows(topology.vertex_count, visit, begin, store);
+  std::vector<std::uint32_t>& ends = topology.neighbor_edges;  // at first
+  topology.neighbor_offsets = fillRows(topology.vertex_count, ends, visit);
+  topology.neighbors.resize(ends.size());
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    topology.neighbors[i] = topology.edges[ends[i] ^ 1];  // the other end of the edge
+    ends[i] /= 2;
+  }
 }
 
 void buildVertexFaces(ArrayView<std::uint32_t> faces, Topology& topology)
@@ -333,9 +311,7 @@ void markVertices(ArrayView<std::uint32_t> faces, Topology& topology)
 
 Topology buildTopology(ArrayView<std::uint32_t> faces, std::size_t vertex_count, unsigned threads)
 {
-  if (faces.size() % 3 != 0) {
-    throw std::invalid_argument("the list of faces is no multiple of three vertex indices");
-  }
+  require(faces.size() % 3 == 0, "the list of faces is no multiple of three vertex indices");
   checkFaces(faces, vertex_count);
   Topology topology;
   topology.vertex_count = vertex_count;
@@ -347,18 +323,34 @@ Topology buildTopology(ArrayView<std::uint32_t> faces, std::size_t vertex_count,
   return topology;
 }
 
-std::vector<float> edgeLengths(ArrayView<float> positions, ArrayView<std::uint32_t> edges,
-                               unsigned threads)
+std::vector<float> edgeLengths(ArrayView<float> positions, ArrayView<std::uint32_t> edges)
 {
   constexpr std::size_t edges_per_chunk = 65536;
   std::vector<float> lengths(edges.size() / 2);
-  parallelEach(lengths.size(), edges_per_chunk, threads,
+  parallelEach(lengths.size(), edges_per_chunk, 0,
                [positions, edges, out = lengths.data()](std::size_t e) {
                  const float* const a = positions.data() + 3 * std::size_t{edges[2 * e]};
                  const float* const b = positions.data() + 3 * std::size_t{edges[2 * e + 1]};
                  out[e] = static_cast<float>(norm(difference(a, b)));
                });
   return lengths;
+}
+
+EdgeFaces edgeFaces(ArrayView<std::uint32_t> face_edges, std::size_t edge_count)
+{
+  EdgeFaces rows;
+  rows.offsets = fillRows(edge_count, rows.faces, [&](const auto& put) {
+    for (std::size_t face = 0; face < face_edges.size() / 3; ++face) {
+      // A face that names a vertex twice has a side that is no edge.
+      const std::uint32_t* const sides = face_edges.data() + 3 * face;
+      const bool degenerate = std::count(sides, sides + 3, NO_INDEX) > 0;
+      for (std::size_t k = 0; k < 3 && !degenerate; ++k) {
+        require(sides[k] < edge_count, "a face has an edge that does not exist");
+        put(sides[k], static_cast<std::uint32_t>(face));
+      }
+    }
+  });
+  return rows;
 }
 
 }  // namespace mesh_map

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 
+#include "base/require.h"
 #include "base/vector3.h"
 #include "mesh/packed_position.h"
 #include "paths/field_surface.h"
@@ -20,7 +20,6 @@ namespace {
 constexpr double NO_AREA = 1e-20;
 
 /// Labels and slowness, where the latter may be 1 everywhere.
-template <bool HAS_COSTS>
 class FieldValues
 {
  public:
@@ -32,7 +31,10 @@ class FieldValues
   }
 
   double label(std::uint32_t v) const { return labels_[v]; }
-  double slowness(std::uint32_t v) const { return HAS_COSTS ? double{slowness_[v]} : 1.0; }
+  double slowness(std::uint32_t v) const
+  {
+    return slowness_ != nullptr ? double{slowness_[v]} : 1.0;
+  }
 
   /// Open, and the front came there.
   bool isReached(std::uint32_t v) const { return isUpTo(v, std::numeric_limits<double>::max()); }
@@ -40,13 +42,14 @@ class FieldValues
 
   double meanSlowness(std::uint32_t a, std::uint32_t b, std::uint32_t c) const
   {
-    return HAS_COSTS ? (slowness(a) + slowness(b) + slowness(c)) * (1.0 / 3.0) : 1.0;
+    return slowness_ != nullptr ? (slowness(a) + slowness(b) + slowness(c)) * (1.0 / 3.0) : 1.0;
   }
 
  private:
   bool isUpTo(std::uint32_t v, double most) const
   {
-    return labels_[v] >= 0.0 && labels_[v] <= most && (!HAS_COSTS || std::isfinite(slowness_[v]));
+    return labels_[v] >= 0.0 && labels_[v] <= most &&
+           (slowness_ == nullptr || std::isfinite(slowness_[v]));
   }
 
   const double* labels_;
@@ -74,12 +77,10 @@ constexpr double ACROSS = 1e-6;
 
 /// Of the ways down from one vertex, that whose potential is nearest to its label: where the front
 /// went straight through all faces, the lowest.
-template <bool HAS_COSTS>
 class VertexDirection
 {
  public:
-  VertexDirection(const FieldValues<HAS_COSTS>& values, const FastMarchingMesh& mesh,
-                  std::uint32_t v)
+  VertexDirection(const FieldValues& values, const FastMarchingMesh& mesh, std::uint32_t v)
       : values_(values), mesh_(mesh), v_(v), label_(values.label(v)), squared_(label_ * label_)
   {
   }
@@ -87,18 +88,17 @@ class VertexDirection
   /// Through the faces around, straight to where the source lies beyond them, or along edges.
   void lookAround()
   {
-    const FastMarchingCorner* const end = mesh_.cornersEnd(v_);
     Neighbor a, b;
-    for (const FastMarchingCorner* corner = mesh_.cornersBegin(v_); corner != end; ++corner) {
-      if (corner->a == v_) {
+    for (const FastMarchingCorner& corner : mesh_.corners(v_)) {
+      if (corner.a == v_) {
         continue;
       }
-      if (corner->a == b.vertex) {  // as in a fan
+      if (corner.a == b.vertex) {  // as in a fan
         a = b;
       } else {
-        a = neighbor(corner->a);
+        a = neighbor(corner.a);
       }
-      b = neighbor(corner->b);
+      b = neighbor(corner.b);
       if (a.isReached() && b.isReached() && std::min(a.label, b.label) < label_) {
         lookThrough(a, b);
       }
@@ -142,7 +142,7 @@ class VertexDirection
   void lookThrough(const Neighbor& a, const Neighbor& b)
   {
     const double scale = values_.meanSlowness(v_, a.vertex, b.vertex);
-    const double per_square = HAS_COSTS ? 1.0 / (scale * scale) : 1.0;
+    const double per_square = 1.0 / (scale * scale);
     const Vector3 base = b.side - a.side, area = cross(a.side, b.side);
     const double u_squared = a.label * a.label * per_square;
     const double length_squared = dot(base, base), area_squared = dot(area, area);
@@ -179,7 +179,7 @@ class VertexDirection
     }
   }
 
-  const FieldValues<HAS_COSTS>& values_;
+  const FieldValues& values_;
   const FastMarchingMesh& mesh_;
   std::uint32_t v_;
   double label_, squared_;
@@ -195,14 +195,13 @@ void storeAcross(const Vector3& way, const float* normal, float* out)
 }
 
 /// Where the goal is within a face, straight to it.
-template <bool HAS_COSTS>
 void storeAtGoal(const FieldSurface& surface, const FastMarchingMesh& front,
                  const SurfaceField& field, ArrayView<float> normals, LargeArray<float>& directions)
 {
-  const FieldValues<HAS_COSTS> values(field);
+  const FieldValues values(field);
   const auto store = [&](std::uint32_t face, std::uint32_t v) {
     const Vector3 way = surface.goal().position - surface.position(v);
-    VertexDirection<HAS_COSTS> found(values, front, v);
+    VertexDirection found(values, front, v);
     found.lookAround();
     found.lookTo(way, 0.5 * (values.slowness(v) + surface.goalSlowness(face)) * norm(way));
     storeAcross(found.direction(), normals.data() + 3 * std::size_t{v},
@@ -222,39 +221,28 @@ void storeAtGoal(const FieldSurface& surface, const FastMarchingMesh& front,
   }
 }
 
-template <bool HAS_COSTS>
-void storeAtVertices(const FastMarchingMesh& front, const SurfaceField& field,
-                     ArrayView<float> normals, unsigned threads, LargeArray<float>& directions)
-{
-  const auto one = [&, values = FieldValues<HAS_COSTS>(field)](std::size_t i) {
-    const auto v = static_cast<std::uint32_t>(i);
-    VertexDirection<HAS_COSTS> found(values, front, v);
-    if (values.isFinal(v)) {
-      found.lookAround();
-    }
-    storeAcross(found.direction(), normals.data() + 3 * i, directions.data() + 3 * i);
-  };
-  parallelEach(front.vertexCount(), CHUNK, threads, one);
-}
-
 }  // namespace
 
 LargeArray<float> vertexDirections(const TraceMesh& mesh, const FastMarchingMesh& front,
                                    const SurfaceField& field, ArrayView<float> normals,
                                    unsigned threads)
 {
-  if (front.vertexCount() != mesh.mesh.vertexCount() ||
-      normals.size() != mesh.mesh.positions.size()) {
-    throw std::invalid_argument("the corners or normals are of another mesh");
-  }
+  require(front.vertexCount() == mesh.mesh.vertexCount() &&
+              normals.size() == mesh.mesh.positions.size(),
+          "the corners or normals are of another mesh");
   LargeArray<float> directions(mesh.mesh.positions.size());
-  const bool has_costs = !field.slowness.empty();
-  (has_costs ? storeAtVertices<true> : storeAtVertices<false>)(front, field, normals, threads,
-                                                               directions);
+  const auto one = [&, values = FieldValues(field)](std::size_t i) {
+    const auto v = static_cast<std::uint32_t>(i);
+    VertexDirection found(values, front, v);
+    if (values.isFinal(v)) {
+      found.lookAround();
+    }
+    storeAcross(found.direction(), normals.data() + 3 * i, directions.data() + 3 * i);
+  };
+  parallelEach(front.vertexCount(), CHUNK, threads, one);
   const FieldSurface surface(mesh, field);
   if (surface.hasGoal()) {
-    (has_costs ? storeAtGoal<true> : storeAtGoal<false>)(surface, front, field, normals,
-                                                         directions);
+    storeAtGoal(surface, front, field, normals, directions);
   }
   return directions;
 }
@@ -264,9 +252,7 @@ namespace {
 /// Against the gradient, from where the labels of all three corners say that the source lies: the
 /// point of the plane (by trilateration) for
 /// which the differences of the squared distances are those of the labels.
-template <bool HAS_COSTS>
-void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std::size_t face,
-                 float* out)
+void storeAtFace(const FieldValues& values, const MeshView& mesh, std::size_t face, float* out)
 {
   const std::uint32_t* const v = mesh.faces.data() + 3 * face;
   out[0] = out[1] = out[2] = 0.0f;
@@ -280,7 +266,7 @@ void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std
   if (!(area > NO_AREA * pp * qq)) {
     return;
   }
-  const double per_square = HAS_COSTS ? 1.0 / (scale * scale) : 1.0;
+  const double per_square = 1.0 / (scale * scale);
   const double u[3] = {values.label(v[0]), values.label(v[1]), values.label(v[2])};
   const double along_p = pp - (u[1] - u[0]) * (u[1] + u[0]) * per_square;
   const double along_q = qq - (u[2] - u[0]) * (u[2] + u[0]) * per_square;
@@ -291,23 +277,15 @@ void storeAtFace(const FieldValues<HAS_COSTS>& values, const MeshView& mesh, std
   storeUnit(to_p * p + to_q * q, 0.0, out);
 }
 
-template <bool HAS_COSTS>
-void storeAtFaces(const MeshView& mesh, const SurfaceField& field, unsigned threads,
-                  LargeArray<float>& directions)
-{
-  const auto one = [&, values = FieldValues<HAS_COSTS>(field)](std::size_t face) {
-    storeAtFace(values, mesh, face, directions.data() + 3 * face);
-  };
-  parallelEach(mesh.faceCount(), CHUNK, threads, one);
-}
-
 }  // namespace
 
 LargeArray<float> faceDirections(const TraceMesh& mesh, const SurfaceField& field, unsigned threads)
 {
   LargeArray<float> directions(mesh.mesh.faces.size());
-  (field.slowness.empty() ? storeAtFaces<false> : storeAtFaces<true>)(mesh.mesh, field, threads,
-                                                                      directions);
+  const auto one = [&, values = FieldValues(field)](std::size_t face) {
+    storeAtFace(values, mesh.mesh, face, directions.data() + 3 * face);
+  };
+  parallelEach(mesh.mesh.faceCount(), CHUNK, threads, one);
   return directions;
 }
 

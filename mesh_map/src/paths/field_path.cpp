@@ -132,16 +132,157 @@ class Descent
     lowest_ = potentials_.back();
   }
 
-  TraceEnd run(double max_length, FieldPath& path);
+  TraceEnd run(double max_length, FieldPath& path)
+  {
+    while (length_ < max_length && !isArrived()) {
+      if (isSet(cancel_)) {
+        return TraceEnd::CANCELED;
+      }
+      if ((climbed_.size() >= MAX_CLIMB || !goOn()) && !climb()) {
+        return isSet(cancel_) ? TraceEnd::CANCELED : TraceEnd::NOT_REACHED;
+      }
+    }
+    if (length_ > max_length) {
+      cutAt(max_length);
+    }
+    write(path);
+    return TraceEnd::ARRIVED;
+  }
 
  private:
-  bool isArrived();
-  bool goOn();
-  bool climb();
-  void append(const FieldPlace& to, std::uint32_t face, double value);
-  void settle(std::size_t end, double value);
-  void cutAt(double max_length);
-  void write(FieldPath& path) const;
+  /// At the goal; or, where the front came from vertices, at one from which no way leads lower.
+  bool isArrived()
+  {
+    if (here_.kind == FieldPlace::GOAL) {
+      return true;
+    }
+    if (surface_->hasGoal() || here_.kind != FieldPlace::VERTEX || !climbed_.empty()) {
+      return false;
+    }
+    return !(surface_->label(here_.a) > 0.0) || !surface_->leadsLower(here_);
+  }
+
+  bool goOn()
+  {
+    const auto counts = [this](const FieldOffer& offer) {
+      for (const FieldPlace& place : climbed_) {
+        if (offer.to.sameAs(place)) {
+          return false;
+        }
+      }
+      if (offer.to.kind != FieldPlace::EDGE) {
+        return true;
+      }
+      const auto found = crossings_.find(edgeKey(offer.to));
+      return found == crossings_.end() || found->second < MAX_CROSSINGS;
+    };
+    surface_->collectOffers(here_, offers_);
+    const FieldOffer* const found = FieldSurface::best(
+        offers_, counts, [this](const FieldPlace& to) { return surface_->value(to); });
+    if (found == nullptr || !std::isfinite(found->total())) {
+      return false;
+    }
+    const FieldOffer offer = *found;
+    append(offer.to, offer.face, offer.value);
+    return true;
+  }
+
+  /// From the lowest point along edges to a lower one.
+  bool climb()
+  {
+    points_.resize(potentials_.size());
+    faces_.resize(points_.size() - 1);
+    here_ = lowest_place_;
+    climbed_.clear();
+    const double below = lowest_ * (1.0 - LOWER);
+    const std::vector<FieldLeg> legs = findDetour(*surface_, here_, below, cancel_);
+    for (std::size_t i = 0; i < legs.size(); ++i) {
+      const FieldPlace& to = legs[i].to;
+      const bool is_last = i + 1 == legs.size();
+      const double value = to.kind == FieldPlace::GOAL ? 0.0 : surface_->label(to.a);
+      append(to, legs[i].face, is_last ? value : lowest_);
+    }
+    return !legs.empty();
+  }
+
+  void append(const FieldPlace& to, std::uint32_t face, double value)
+  {
+    if (to.kind == FieldPlace::EDGE) {
+      ++crossings_[edgeKey(to)];
+    }
+    double size = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      size = std::max(size, distance(surface_->position(surface_->corner(face, k)),
+                                     surface_->position(surface_->corner(face, (k + 1) % 3))));
+    }
+    if (distance(points_.back(), to.position) <= SAME_POINT * size) {
+      here_ = to;
+      here_.position = points_.back();
+      if (to.kind == FieldPlace::GOAL) {
+        points_.back() = to.position;
+      }
+    } else {
+      points_.push_back(to.position);
+      faces_.push_back(face);
+      here_ = to;
+    }
+    if (value < lowest_ * (1.0 - LOWER) || to.kind == FieldPlace::GOAL) {
+      settle(points_.size(), value);
+    } else {
+      climbed_.push_back(to);
+    }
+  }
+
+  /// The last point is the lowest so far: gives potentials to those that lead there.
+  void settle(std::size_t end, double value)
+  {
+    const std::size_t begin = potentials_.size();
+    double length = 0.0, done = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      length += distance(points_[i - 1], points_[i]);
+    }
+    for (std::size_t i = begin; i + 1 < end; ++i) {
+      done += distance(points_[i - 1], points_[i]);
+      potentials_.push_back(lowest_ + (value - lowest_) * (done / length));
+    }
+    if (begin < end) {
+      potentials_.push_back(value);
+    } else if (here_.kind == FieldPlace::GOAL) {
+      potentials_.back() = value;
+    }
+    length_ += length;
+    lowest_ = value;
+    lowest_place_ = here_;
+    climbed_.clear();
+  }
+
+  void cutAt(double max_length)
+  {
+    double before = 0.0;
+    for (std::size_t i = 1; i < points_.size(); ++i) {
+      const double step = distance(points_[i - 1], points_[i]);
+      if (step > 0.0 && before + step >= max_length) {
+        const double share = (max_length - before) / step;
+        points_[i] = points_[i - 1] + share * (points_[i] - points_[i - 1]);
+        potentials_[i] = potentials_[i - 1] + share * (potentials_[i] - potentials_[i - 1]);
+        points_.resize(i + 1);
+        potentials_.resize(i + 1);
+        faces_.resize(i);
+        return;
+      }
+      before += step;
+    }
+  }
+
+  void write(FieldPath& path) const
+  {
+    path.faces = faces_;
+    path.potentials = potentials_;
+    path.points.clear();
+    for (const Vector3& point : points_) {
+      path.points.insert(path.points.end(), point.begin(), point.end());
+    }
+  }
 
   static std::uint64_t edgeKey(const FieldPlace& edge)
   {
@@ -161,157 +302,6 @@ class Descent
   std::vector<FieldOffer> offers_;
   std::unordered_map<std::uint64_t, unsigned> crossings_;
 };
-
-/// At the goal; or, where the front came from vertices, at one from which no way leads lower.
-bool Descent::isArrived()
-{
-  if (here_.kind == FieldPlace::GOAL) {
-    return true;
-  }
-  if (surface_->hasGoal() || here_.kind != FieldPlace::VERTEX || !climbed_.empty()) {
-    return false;
-  }
-  return !(surface_->label(here_.a) > 0.0) || !surface_->leadsLower(here_);
-}
-
-void Descent::append(const FieldPlace& to, std::uint32_t face, double value)
-{
-  if (to.kind == FieldPlace::EDGE) {
-    ++crossings_[edgeKey(to)];
-  }
-  double size = 0.0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    size = std::max(size, distance(surface_->position(surface_->corner(face, k)),
-                                   surface_->position(surface_->corner(face, (k + 1) % 3))));
-  }
-  if (distance(points_.back(), to.position) <= SAME_POINT * size) {
-    here_ = to;
-    here_.position = points_.back();
-    if (to.kind == FieldPlace::GOAL) {
-      points_.back() = to.position;
-    }
-  } else {
-    points_.push_back(to.position);
-    faces_.push_back(face);
-    here_ = to;
-  }
-  if (value < lowest_ * (1.0 - LOWER) || to.kind == FieldPlace::GOAL) {
-    settle(points_.size(), value);
-  } else {
-    climbed_.push_back(to);
-  }
-}
-
-/// The last point is the lowest so far: gives potentials to those that lead there.
-void Descent::settle(std::size_t end, double value)
-{
-  const std::size_t begin = potentials_.size();
-  double length = 0.0, done = 0.0;
-  for (std::size_t i = begin; i < end; ++i) {
-    length += distance(points_[i - 1], points_[i]);
-  }
-  for (std::size_t i = begin; i + 1 < end; ++i) {
-    done += distance(points_[i - 1], points_[i]);
-    potentials_.push_back(lowest_ + (value - lowest_) * (done / length));
-  }
-  if (begin < end) {
-    potentials_.push_back(value);
-  } else if (here_.kind == FieldPlace::GOAL) {
-    potentials_.back() = value;
-  }
-  length_ += length;
-  lowest_ = value;
-  lowest_place_ = here_;
-  climbed_.clear();
-}
-
-bool Descent::goOn()
-{
-  const auto counts = [this](const FieldOffer& offer) {
-    for (const FieldPlace& place : climbed_) {
-      if (offer.to.sameAs(place)) {
-        return false;
-      }
-    }
-    if (offer.to.kind != FieldPlace::EDGE) {
-      return true;
-    }
-    const auto found = crossings_.find(edgeKey(offer.to));
-    return found == crossings_.end() || found->second < MAX_CROSSINGS;
-  };
-  surface_->collectOffers(here_, offers_);
-  const FieldOffer* const found = FieldSurface::best(
-      offers_, counts, [this](const FieldPlace& to) { return surface_->value(to); });
-  if (found == nullptr || !std::isfinite(found->total())) {
-    return false;
-  }
-  const FieldOffer offer = *found;
-  append(offer.to, offer.face, offer.value);
-  return true;
-}
-
-/// From the lowest point along edges to a lower one.
-bool Descent::climb()
-{
-  points_.resize(potentials_.size());
-  faces_.resize(points_.size() - 1);
-  here_ = lowest_place_;
-  climbed_.clear();
-  const double below = lowest_ * (1.0 - LOWER);
-  const std::vector<FieldLeg> legs = findDetour(*surface_, here_, below, cancel_);
-  for (std::size_t i = 0; i < legs.size(); ++i) {
-    const FieldPlace& to = legs[i].to;
-    const bool is_last = i + 1 == legs.size();
-    const double value = to.kind == FieldPlace::GOAL ? 0.0 : surface_->label(to.a);
-    append(to, legs[i].face, is_last ? value : lowest_);
-  }
-  return !legs.empty();
-}
-
-TraceEnd Descent::run(double max_length, FieldPath& path)
-{
-  while (length_ < max_length && !isArrived()) {
-    if (isSet(cancel_)) {
-      return TraceEnd::CANCELED;
-    }
-    if ((climbed_.size() >= MAX_CLIMB || !goOn()) && !climb()) {
-      return isSet(cancel_) ? TraceEnd::CANCELED : TraceEnd::NOT_REACHED;
-    }
-  }
-  if (length_ > max_length) {
-    cutAt(max_length);
-  }
-  write(path);
-  return TraceEnd::ARRIVED;
-}
-
-void Descent::cutAt(double max_length)
-{
-  double before = 0.0;
-  for (std::size_t i = 1; i < points_.size(); ++i) {
-    const double step = distance(points_[i - 1], points_[i]);
-    if (step > 0.0 && before + step >= max_length) {
-      const double share = (max_length - before) / step;
-      points_[i] = points_[i - 1] + share * (points_[i] - points_[i - 1]);
-      potentials_[i] = potentials_[i - 1] + share * (potentials_[i] - potentials_[i - 1]);
-      points_.resize(i + 1);
-      potentials_.resize(i + 1);
-      faces_.resize(i);
-      return;
-    }
-    before += step;
-  }
-}
-
-void Descent::write(FieldPath& path) const
-{
-  path.faces = faces_;
-  path.potentials = potentials_;
-  path.points.clear();
-  for (const Vector3& point : points_) {
-    path.points.insert(path.points.end(), point.begin(), point.end());
-  }
-}
 
 }  // namespace
 

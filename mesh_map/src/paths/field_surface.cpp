@@ -83,16 +83,6 @@ FieldPlace FieldSurface::placeOf(std::uint32_t face, const Vector3& position,
   return place;
 }
 
-bool FieldSurface::isOpen(std::uint32_t v) const
-{
-  return field_->slowness.empty() || std::isfinite(field_->slowness[v]);
-}
-
-bool FieldSurface::isReached(std::uint32_t v) const
-{
-  return label(v) >= 0.0 && std::isfinite(label(v)) && isOpen(v);
-}
-
 bool FieldSurface::isFaceReached(std::uint32_t face) const
 {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -102,11 +92,6 @@ bool FieldSurface::isFaceReached(std::uint32_t face) const
     }
   }
   return false;
-}
-
-bool FieldSurface::isFaceOpen(std::uint32_t face) const
-{
-  return isOpen(corner(face, 0)) && isOpen(corner(face, 1)) && isOpen(corner(face, 2));
 }
 
 void FieldSurface::widen(std::uint32_t face, double& low, double& high) const
@@ -120,7 +105,7 @@ void FieldSurface::widen(std::uint32_t face, double& low, double& high) const
   }
 }
 
-double FieldSurface::meanOfOpen(std::uint32_t face) const
+double FieldSurface::meanSlowness(std::uint32_t face) const
 {
   double sum = 0.0;
   unsigned count = 0;
@@ -173,11 +158,9 @@ constexpr double AT_END = 1e-9;
 /// Slowness that varies by more within two neighboring faces is not taken as the same.
 constexpr double SAME_SLOWNESS = 1.5;
 
-}  // namespace
-
 /// Where the shortest way from a point at (x, y) crosses a base that runs from the origin along the
 /// x axis, and the potential there.
-struct FieldSurface::Crossing
+struct Crossing
 {
   double share, value;
 };
@@ -185,8 +168,7 @@ struct FieldSurface::Crossing
 /// Unfolded beyond the base lies the point that has the distances of the labels u and v from both
 /// of its ends, and the shortest way goes straight there. Without such a point (a share that is
 /// NaN), one end is better than all in between.
-FieldSurface::Crossing FieldSurface::roundCrossing(double u, double v, double base, double x,
-                                                   double y)
+Crossing roundCrossing(double u, double v, double base, double x, double y)
 {
   const double along = 0.5 * (base + (u - v) * (u + v) / base);
   const double square = (u - along) * (u + along), beyond = std::sqrt(square), height = y + beyond;
@@ -197,13 +179,14 @@ FieldSurface::Crossing FieldSurface::roundCrossing(double u, double v, double ba
 
 /// The same where slowness changes much: the potential is linear on the base, and the way refracted
 /// by the law of Snell: along the base, the gradient is `slope`.
-FieldSurface::Crossing FieldSurface::straightCrossing(double u, double v, double base, double x,
-                                                      double y, double slowness)
+Crossing straightCrossing(double u, double v, double base, double x, double y, double slowness)
 {
   const double slope = (v - u) / base, sine = slope / slowness;
   const double crossing = x - sine * y / std::sqrt((1.0 - sine) * (1.0 + sine));
   return {crossing / base, u + slope * crossing};
 }
+
+}  // namespace
 
 /// Across an edge, if there is a face from which the front may have come.
 template <class Sink>

@@ -3,6 +3,7 @@
 #include <mesh_map/mesh/topology.h>
 #include <mesh_map/paths/field_trace.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -94,14 +95,20 @@ class FieldSurface
   }
 
   /// Not closed.
-  bool isOpen(std::uint32_t v) const;
+  bool isOpen(std::uint32_t v) const { return std::isfinite(slowness(v)); }
   /// Open, and the front came there (the value need not be final: that of what is beyond the limit
   /// may be needed for the lower end of an edge).
-  bool isReached(std::uint32_t v) const;
+  bool isReached(std::uint32_t v) const
+  {
+    return label(v) >= 0.0 && std::isfinite(label(v)) && isOpen(v);
+  }
   /// Has the face a corner that is reached, with a final value?
   bool isFaceReached(std::uint32_t face) const;
   /// Are all corners of a face open? Else it is not crossed.
-  bool isFaceOpen(std::uint32_t face) const;
+  bool isFaceOpen(std::uint32_t face) const
+  {
+    return isOpen(corner(face, 0)) && isOpen(corner(face, 1)) && isOpen(corner(face, 2));
+  }
 
   /// Is the vertex, or are both ends of the edge, open?
   bool isOpenAt(const FieldPlace& place) const
@@ -128,10 +135,7 @@ class FieldSurface
   double slownessAt(const FieldPlace& place, std::uint32_t face) const;
 
   /// Of the corners that are open.
-  double meanSlowness(std::uint32_t face) const
-  {
-    return field_->slowness.empty() ? 1.0 : meanOfOpen(face);
-  }
+  double meanSlowness(std::uint32_t face) const;
   /// That at the goal, in a face that it is in.
   double goalSlowness(std::uint32_t face) const { return slownessAt(goal_place_, face); }
 
@@ -185,14 +189,8 @@ class FieldSurface
   void edgeOffer(std::uint32_t face, std::size_t k, const FieldPlace& from, double slowness_here,
                  const Sink& sink) const;
 
-  struct Crossing;
-  static Crossing roundCrossing(double u, double v, double base, double x, double y);
-  static Crossing straightCrossing(double u, double v, double base, double x, double y,
-                                   double slowness);
-
   /// Makes the range reach all slowness of the corners that are open.
   void widen(std::uint32_t face, double& low, double& high) const;
-  double meanOfOpen(std::uint32_t face) const;
   double firstValue(const FieldPlace& place) const;
   const FieldOffer* nextOffer(const FieldPlace& place) const;
 

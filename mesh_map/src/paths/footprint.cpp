@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <iterator>
 #include <limits>
-#include <stdexcept>
 #include <vector>
 
 #include "base/require.h"
@@ -22,59 +21,43 @@ namespace mesh_map {
 
 namespace {
 
+/// Poses that a thread takes at once.
+constexpr std::size_t CHUNK = 16;
+
 /// Where a robot is: the rows of its matrix.
 class RobotPose
 {
  public:
-  explicit RobotPose(const double* numbers);
+  explicit RobotPose(const double* numbers)
+  {
+    for (std::size_t i = 0; i < 3; ++i) {
+      rows_[i] = {numbers[4 * i], numbers[4 * i + 1], numbers[4 * i + 2]};
+      shift_[i] = numbers[4 * i + 3];
+      finite_ = finite_ && isFinite(rows_[i]) && std::isfinite(shift_[i]);
+    }
+  }
 
   bool finite() const { return finite_; }
 
   /// A plane of the frame of the robot in that of the mesh.
-  Plane plane(const Plane& robot) const;
+  Plane plane(const Plane& robot) const
+  {
+    const Vector3 normal{robot[0], robot[1], robot[2]};
+    const Vector3 turned{dot(rows_[0], normal), dot(rows_[1], normal), dot(rows_[2], normal)};
+    return {turned[0], turned[1], turned[2], robot[3] - dot(turned, shift_)};
+  }
 
   /// A point of the mesh in the frame of the robot.
-  Vector3 local(const Vector3& point) const;
+  Vector3 local(const Vector3& point) const
+  {
+    const Vector3 gap = point - shift_;
+    return gap[0] * rows_[0] + gap[1] * rows_[1] + gap[2] * rows_[2];
+  }
 
  private:
   std::array<Vector3, 3> rows_;
   Vector3 shift_;
   bool finite_ = true;
-};
-
-/// A footprint, ready to be asked.
-class FootprintShape
-{
- public:
-  /// Throws std::invalid_argument for a polygon that is not convex and counter-clockwise.
-  explicit FootprintShape(const Footprint& footprint);
-
-  /// The band, cut into pieces of few enough planes for a ConvexRegion.
-  const std::vector<std::vector<Plane>>& pieces() const { return pieces_; }
-
-  /// Points of the polygon: the centers of the cells of a grid. In rows.
-  std::size_t sampleCount() const { return sample_count_; }
-
-  /// Marks the samples in a convex polygon, whichever way round it runs.
-  void mark(const std::vector<Vector2>& polygon, std::vector<std::uint8_t>& samples) const;
-
-  /// Share of the samples that are marked.
-  double share(const std::vector<std::uint8_t>& samples) const;
-
- private:
-  void addPiece(const Footprint& footprint, std::size_t first, std::size_t last);
-  void addSamples(const std::vector<Vector2>& corners);
-
-  struct Row
-  {
-    double y;
-    double first_x;
-    std::size_t begin, count;  // in the samples
-  };
-  std::vector<std::vector<Plane>> pieces_;
-  std::vector<Row> rows_;
-  std::size_t sample_count_ = 0;
-  double step_ = 0.0;
 };
 
 /// Corners of a piece: its sides and the two ends of the band are planes.
@@ -104,111 +87,112 @@ std::array<double, 2> reachAt(const std::vector<Vector2>& polygon, double y)
   return reach;
 }
 
-RobotPose::RobotPose(const double* numbers)
+/// A footprint, ready to be asked.
+class FootprintShape
 {
-  for (std::size_t i = 0; i < 3; ++i) {
-    rows_[i] = {numbers[4 * i], numbers[4 * i + 1], numbers[4 * i + 2]};
-    shift_[i] = numbers[4 * i + 3];
-    finite_ = finite_ && isFinite(rows_[i]) && std::isfinite(shift_[i]);
+ public:
+  /// Throws std::invalid_argument for a polygon that is not convex and counter-clockwise.
+  explicit FootprintShape(const Footprint& footprint)
+  {
+    const std::vector<Vector2>& corners = footprint.corners;
+    const std::size_t count = corners.size();
+    bool convex = count >= 3 && footprint.lowest <= footprint.highest;
+    double turned = 0.0;
+    for (std::size_t i = 0; convex && i < count; ++i) {
+      const Vector2 &p = corners[i], &q = corners[(i + 1) % count], &r = corners[(i + 2) % count];
+      const Vector2 side = q - p, next = r - q;
+      const double turn = cross(side, next);
+      convex = std::isfinite(turn) && turn >= 0.0 && side != Vector2{};
+      turned += std::atan2(turn, dot(side, next));
+    }
+    require(convex && std::abs(turned - 2.0 * PI) <= 1e-3,
+            "the footprint has to be convex and counter-clockwise, with a band"
+            " from its lowest to its highest z");
+    for (std::size_t first = 1; first + 1 < count; first += MOST_CORNERS - 2) {
+      addPiece(footprint, first, std::min(count - 1, first + MOST_CORNERS - 2));
+    }
+    addSamples(corners);
   }
-}
 
-Plane RobotPose::plane(const Plane& robot) const
-{
-  const Vector3 normal{robot[0], robot[1], robot[2]};
-  const Vector3 turned{dot(rows_[0], normal), dot(rows_[1], normal), dot(rows_[2], normal)};
-  return {turned[0], turned[1], turned[2], robot[3] - dot(turned, shift_)};
-}
+  /// The band, cut into pieces of few enough planes for a ConvexRegion.
+  const std::vector<std::vector<Plane>>& pieces() const { return pieces_; }
 
-Vector3 RobotPose::local(const Vector3& point) const
-{
-  const Vector3 gap = point - shift_;
-  return gap[0] * rows_[0] + gap[1] * rows_[1] + gap[2] * rows_[2];
-}
+  /// Points of the polygon: the centers of the cells of a grid. In rows.
+  std::size_t sampleCount() const { return sample_count_; }
 
-FootprintShape::FootprintShape(const Footprint& footprint)
-{
-  const std::vector<Vector2>& corners = footprint.corners;
-  const std::size_t count = corners.size();
-  bool convex = count >= 3 && footprint.lowest <= footprint.highest;
-  double turned = 0.0;
-  for (std::size_t i = 0; convex && i < count; ++i) {
-    const Vector2 &p = corners[i], &q = corners[(i + 1) % count], &r = corners[(i + 2) % count];
-    const Vector2 side = q - p, next = r - q;
-    const double turn = cross(side, next);
-    convex = std::isfinite(turn) && turn >= 0.0 && side != Vector2{};
-    turned += std::atan2(turn, dot(side, next));
-  }
-  if (!convex || std::abs(turned - 2.0 * PI) > 1e-3) {
-    throw std::invalid_argument(
-        "the footprint has to be convex and counter-clockwise, with a band"
-        " from its lowest to its highest z");
-  }
-  for (std::size_t first = 1; first + 1 < count; first += MOST_CORNERS - 2) {
-    addPiece(footprint, first, std::min(count - 1, first + MOST_CORNERS - 2));
-  }
-  addSamples(corners);
-}
-
-/// Corner 0 and those from first to last.
-void FootprintShape::addPiece(const Footprint& footprint, std::size_t first, std::size_t last)
-{
-  const std::vector<Vector2>& corners = footprint.corners;
-  std::vector<Plane> planes = {{0.0, 0.0, 1.0, -footprint.lowest},
-                               {0.0, 0.0, -1.0, footprint.highest}};
-  planes.push_back(leftOf(corners[0], corners[first]));
-  for (std::size_t i = first; i < last; ++i) {
-    planes.push_back(leftOf(corners[i], corners[i + 1]));
-  }
-  planes.push_back(leftOf(corners[last], corners[0]));
-  pieces_.push_back(std::move(planes));
-}
-
-void FootprintShape::addSamples(const std::vector<Vector2>& corners)
-{
-  Vector2 low = corners[0], high = corners[0];
-  for (const Vector2& corner : corners) {
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      low[axis] = std::min(low[axis], corner[axis]);
-      high[axis] = std::max(high[axis], corner[axis]);
+  /// Marks the samples in a convex polygon, whichever way round it runs.
+  void mark(const std::vector<Vector2>& polygon, std::vector<std::uint8_t>& samples) const
+  {
+    for (const Row& row : rows_) {
+      const std::array<double, 2> reach = reachAt(polygon, row.y);
+      const double slack = 1e-9 * step_;  // so that no sample is lost between two faces
+      const double first = std::ceil((reach[0] - slack - row.first_x) / step_);
+      const double last = std::floor((reach[1] + slack - row.first_x) / step_);
+      const auto most = static_cast<double>(row.count) - 1.0;
+      for (double k = std::max(0.0, first); k <= std::min(most, last); k += 1.0) {
+        samples[row.begin + static_cast<std::size_t>(k)] = 1;
+      }
     }
   }
-  step_ = std::max(high[0] - low[0], high[1] - low[1]) / GROUND_SAMPLES;
-  const auto rows = static_cast<std::size_t>(
-      std::max(1.0, std::ceil((high[1] - low[1]) / step_ - 1e-9)));  // one of a thin footprint
-  const double row_step = (high[1] - low[1]) / static_cast<double>(rows);
-  for (std::size_t i = 0; i < rows; ++i) {
-    const double y = low[1] + (static_cast<double>(i) + 0.5) * row_step;
-    const std::array<double, 2> reach = reachAt(corners, y);
-    const auto count =
-        static_cast<std::size_t>(std::max(1.0, std::round((reach[1] - reach[0]) / step_)));
-    const double middle = (reach[0] + reach[1]) / 2.0;
-    rows_.push_back(
-        {y, middle - 0.5 * step_ * static_cast<double>(count - 1), sample_count_, count});
-    sample_count_ += count;
-  }
-}
 
-void FootprintShape::mark(const std::vector<Vector2>& polygon,
-                          std::vector<std::uint8_t>& samples) const
-{
-  for (const Row& row : rows_) {
-    const std::array<double, 2> reach = reachAt(polygon, row.y);
-    const double slack = 1e-9 * step_;  // so that no sample is lost between two faces
-    const double first = std::ceil((reach[0] - slack - row.first_x) / step_);
-    const double last = std::floor((reach[1] + slack - row.first_x) / step_);
-    const auto most = static_cast<double>(row.count) - 1.0;
-    for (double k = std::max(0.0, first); k <= std::min(most, last); k += 1.0) {
-      samples[row.begin + static_cast<std::size_t>(k)] = 1;
+  /// Share of the samples that are marked.
+  double share(const std::vector<std::uint8_t>& samples) const
+  {
+    const auto marked = std::count(samples.begin(), samples.end(), std::uint8_t{1});
+    return static_cast<double>(marked) / static_cast<double>(sample_count_);
+  }
+
+ private:
+  /// Corner 0 and those from first to last.
+  void addPiece(const Footprint& footprint, std::size_t first, std::size_t last)
+  {
+    const std::vector<Vector2>& corners = footprint.corners;
+    std::vector<Plane> planes = {{0.0, 0.0, 1.0, -footprint.lowest},
+                                 {0.0, 0.0, -1.0, footprint.highest}};
+    planes.push_back(leftOf(corners[0], corners[first]));
+    for (std::size_t i = first; i < last; ++i) {
+      planes.push_back(leftOf(corners[i], corners[i + 1]));
+    }
+    planes.push_back(leftOf(corners[last], corners[0]));
+    pieces_.push_back(std::move(planes));
+  }
+
+  void addSamples(const std::vector<Vector2>& corners)
+  {
+    Vector2 low = corners[0], high = corners[0];
+    for (const Vector2& corner : corners) {
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        low[axis] = std::min(low[axis], corner[axis]);
+        high[axis] = std::max(high[axis], corner[axis]);
+      }
+    }
+    step_ = std::max(high[0] - low[0], high[1] - low[1]) / GROUND_SAMPLES;
+    const auto rows = static_cast<std::size_t>(
+        std::max(1.0, std::ceil((high[1] - low[1]) / step_ - 1e-9)));  // one of a thin footprint
+    const double row_step = (high[1] - low[1]) / static_cast<double>(rows);
+    for (std::size_t i = 0; i < rows; ++i) {
+      const double y = low[1] + (static_cast<double>(i) + 0.5) * row_step;
+      const std::array<double, 2> reach = reachAt(corners, y);
+      const auto count =
+          static_cast<std::size_t>(std::max(1.0, std::round((reach[1] - reach[0]) / step_)));
+      const double middle = (reach[0] + reach[1]) / 2.0;
+      rows_.push_back(
+          {y, middle - 0.5 * step_ * static_cast<double>(count - 1), sample_count_, count});
+      sample_count_ += count;
     }
   }
-}
 
-double FootprintShape::share(const std::vector<std::uint8_t>& samples) const
-{
-  const auto marked = std::count(samples.begin(), samples.end(), std::uint8_t{1});
-  return static_cast<double>(marked) / static_cast<double>(sample_count_);
-}
+  struct Row
+  {
+    double y;
+    double first_x;
+    std::size_t begin, count;  // in the samples
+  };
+  std::vector<std::vector<Plane>> pieces_;
+  std::vector<Row> rows_;
+  std::size_t sample_count_ = 0;
+  double step_ = 0.0;
+};
 
 /// The corners of a face, and of a part of it.
 struct FaceCorners
@@ -286,9 +270,7 @@ class FootprintQuery
     result_.unknown[index] |= unknown ? 1 : 0;
 
     ClippedTriangle part(corners.floats.data());
-    for (const Plane& plane : region.planes()) {
-      part.cut(plane);
-    }
+    part.cut(region.planes(), ALL_PLANES);
     const Vector3 u = corners[1] - corners[0], w = corners[2] - corners[0], n = cross(u, w);
     const bool has_area = dot(n, n) > 0.0;
     const float low = std::min({costs[0], costs[1], costs[2]});
@@ -341,40 +323,16 @@ FootprintCosts footprintCosts(const Bvh& bvh, const MeshView& mesh, ArrayView<fl
   result.face_counts.assign(count, 0);
 
   Run run(run_options);
-  constexpr std::size_t chunk = 16;
-  run.loop(count, chunk, 1.0, [&]() -> RangeBody {
-    return [&, query = FootprintQuery(bvh, mesh, costs, shape, result)](std::size_t begin,
-                                                                        std::size_t end) mutable {
-      for (std::size_t i = begin; i < end; ++i) {
-        run.check();
-        query.ask(i, RobotPose(poses.data() + 12 * i));
-      }
-    };
-  });
+  run.each(count, CHUNK, 1.0,
+           [&, query = FootprintQuery(bvh, mesh, costs, shape, result)](std::size_t i) mutable {
+             run.check();
+             query.ask(i, RobotPose(poses.data() + 12 * i));
+           });
   run.finish();
   return result;
 }
 
 namespace {
-
-/// Keeps what of a convex polygon has a coordinate of 0 or more.
-void keepUpperPart(const std::vector<Vector2>& polygon, std::size_t axis,
-                   std::vector<Vector2>& kept)
-{
-  kept.clear();
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2 &p = polygon[i], &q = polygon[i + 1 < polygon.size() ? i + 1 : 0];
-    if (p[axis] >= 0.0) {
-      kept.push_back(p);
-    }
-    if ((p[axis] < 0.0) != (q[axis] < 0.0)) {
-      const double t = p[axis] / (p[axis] - q[axis]);
-      Vector2 crossing = p + t * (q - p);
-      crossing[axis] = 0.0;
-      kept.push_back(crossing);
-    }
-  }
-}
 
 /// How much nearer a point is to one place than to another: linear in the point, 0 half-way.
 double nearness(const Vector3& point, const Vector3& to, const Vector3& than)
@@ -414,11 +372,7 @@ class VerticesQuery
       return;
     }
     ClippedTriangle part(corners.floats.data());
-    for (std::size_t i = 0; i < planes.size(); ++i) {
-      if (((sides.outside | sides.cutting) >> i & 1u) != 0) {
-        part.cut(planes[i]);
-      }
-    }
+    part.cut(planes, sides.outside | sides.cutting);
     for (std::size_t k = 0; k < 3; ++k) {
       if (reaches(part, corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3])) {
         found_.push_back(vertices[k]);
@@ -426,24 +380,30 @@ class VerticesQuery
     }
   }
 
-  /// Whether a point of the polygon is as near to one place as to two others.
-  bool reaches(const ClippedTriangle& part, const Vector3& to, const Vector3& first,
-               const Vector3& second)
+  /// Whether a point of the polygon is as near to one place as to two others: of what is as near as
+  /// to the first, a corner is as near as to the second.
+  static bool reaches(const ClippedTriangle& part, const Vector3& to, const Vector3& first,
+                      const Vector3& second)
   {
-    outline_.clear();
     for (std::size_t i = 0; i < part.size(); ++i) {
-      outline_.push_back({nearness(part[i], to, first), nearness(part[i], to, second)});
+      const Vector3 &p = part[i], &q = part[i + 1 < part.size() ? i + 1 : 0];
+      const Vector2 here = {nearness(p, to, first), nearness(p, to, second)};
+      const Vector2 there = {nearness(q, to, first), nearness(q, to, second)};
+      if (here[0] >= 0.0 && here[1] >= 0.0) {
+        return true;
+      }
+      const double t = here[0] / (here[0] - there[0]);
+      if ((here[0] < 0.0) != (there[0] < 0.0) && here[1] + t * (there[1] - here[1]) >= 0.0) {
+        return true;
+      }
     }
-    keepUpperPart(outline_, 0, half_);
-    keepUpperPart(half_, 1, quarter_);
-    return !quarter_.empty();
+    return false;
   }
 
   const Bvh& bvh_;
   const MeshView& mesh_;
   const FootprintShape& shape_;
   std::vector<std::uint32_t> found_;
-  std::vector<Vector2> outline_, half_, quarter_;
 };
 
 }  // namespace
@@ -457,16 +417,11 @@ FootprintVertices footprintVertices(const Bvh& bvh, const MeshView& mesh,
   const FootprintShape shape(footprint);
   std::vector<std::vector<std::uint32_t>> rows(poses.size() / 12);
   Run run(run_options);
-  constexpr std::size_t chunk = 16;
-  run.loop(rows.size(), chunk, 1.0, [&]() -> RangeBody {
-    return
-        [&, query = VerticesQuery(bvh, mesh, shape)](std::size_t begin, std::size_t end) mutable {
-          for (std::size_t i = begin; i < end; ++i) {
-            run.check();
-            rows[i] = query.under(RobotPose(poses.data() + 12 * i));
-          }
-        };
-  });
+  run.each(rows.size(), CHUNK, 1.0,
+           [&, query = VerticesQuery(bvh, mesh, shape)](std::size_t i) mutable {
+             run.check();
+             rows[i] = query.under(RobotPose(poses.data() + 12 * i));
+           });
   run.finish();
 
   FootprintVertices result{{0}, {}};

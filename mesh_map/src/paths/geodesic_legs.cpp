@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
+#include <iterator>
+#include <sstream>
+#include <stdexcept>
+#include <string>
 #include <utility>
-#include <vector>
 
-#include "paths/geodesic_strip.h"
+#include "base/require.h"
+#include "bvh/closest/triangle_point.h"
 
 namespace mesh_map {
 
@@ -30,42 +32,30 @@ constexpr double STRAIGHT = 1e-12;
 class Funnel
 {
  public:
-  explicit Funnel(std::size_t portal_count)
-      : chain_(2 * portal_count + 5), begin_(portal_count + 2), end_(begin_), apex_(begin_)
+  Funnel(std::size_t portal_count, const Vector2& apex)
+      : chain_(2 * portal_count + 5),
+        ends_{portal_count + 2, portal_count + 2},
+        apex_(portal_count + 2)
   {
     points_.reserve(portal_count + 3);
-    points_.push_back({{}, {NO_INDEX, 0, 0}, NONE});
+    points_.push_back({apex, {NO_INDEX, 0, 0}, NONE});
   }
 
-  void start(const Vector2& at)
+  /// The string to the left (0) or the right (1) ends at a point now.
+  void add(std::size_t side, const Vector2& at, const Bend& bend)
   {
-    points_[0].at = at;
-    chain_[apex_] = 0;
-  }
-
-  void addLeft(const Vector2& at, const Bend& bend)
-  {
-    while (begin_ < end_ && isHiddenLeft(at)) {
-      ++begin_;
-      apex_ = std::max(apex_, begin_);
+    std::size_t& end = ends_[side];
+    while (ends_[0] < ends_[1] && isHidden(side, at)) {
+      end += inwards(side);
+      apex_ = std::clamp(apex_, ends_[0], ends_[1]);
     }
-    points_.push_back({at, bend, chain_[begin_]});
-    chain_[--begin_] = points_.size() - 1;
+    points_.push_back({at, bend, chain_[end]});
+    end -= inwards(side);
+    chain_[end] = points_.size() - 1;
   }
 
-  void addRight(const Vector2& at, const Bend& bend)
-  {
-    while (begin_ < end_ && isHiddenRight(at)) {
-      --end_;
-      apex_ = std::min(apex_, end_);
-    }
-    points_.push_back({at, bend, chain_[end_]});
-    chain_[++end_] = points_.size() - 1;
-  }
-
-  /// The ends of the two strings go on to the next portal.
-  void keepLeft() { ++points_[chain_[begin_]].bend.last; }
-  void keepRight() { ++points_[chain_[end_]].bend.last; }
+  /// The end of a string goes on to the next portal.
+  void keep(std::size_t side) { ++points_[chain_[ends_[side]]].bend.last; }
 
   /// The bends on the way to what was added last.
   std::vector<Bend> bends() const
@@ -88,16 +78,14 @@ class Funnel
 
   const Vector2& at(std::size_t i) const { return points_[chain_[i]].at; }
 
+  static int inwards(std::size_t side) { return side == 0 ? 1 : -1; }
+
   // Whether the way to a point leaves out the end of the string on its side.
-  bool isHiddenLeft(const Vector2& point) const
+  bool isHidden(std::size_t side, const Vector2& point) const
   {
-    const Vector2 &p = at(begin_), &q = at(begin_ + 1);
-    return begin_ < apex_ ? turn(q, p, point) <= 0 : isPast(p, q, point, -1);
-  }
-  bool isHiddenRight(const Vector2& point) const
-  {
-    const Vector2 &p = at(end_), &q = at(end_ - 1);
-    return end_ > apex_ ? turn(q, p, point) >= 0 : isPast(p, q, point, 1);
+    const int step = inwards(side);
+    const Vector2 &p = at(ends_[side]), &q = at(ends_[side] + step);
+    return ends_[side] != apex_ ? step * turn(q, p, point) <= 0 : isPast(p, q, point, -step);
   }
 
   // Whether the way from p to a point leads around q, from where `side` (1 left, -1 right) of it is
@@ -118,27 +106,26 @@ class Funnel
 
   std::vector<Point> points_;
   std::vector<std::size_t> chain_;
-  std::size_t begin_, end_, apex_;
+  std::array<std::size_t, 2> ends_;
+  std::size_t apex_;
 };
 
 /// Where the shortest path through an unfolded strip bends, in its order. In linear time.
 std::vector<Bend> funnel(const Unfolding& strip)
 {
   const std::vector<Portal>& portals = strip.portals;
-  Funnel taut(portals.size());
-  taut.start(strip.from);
-  taut.addLeft(portals[0].at_left, {portals[0].left, 0, 0});
-  taut.addRight(portals[0].at_right, {portals[0].right, 0, 0});
+  Funnel taut(portals.size(), strip.from);
+  const auto add = [&](std::size_t i, std::size_t side) {
+    taut.add(side, portals[i].at[side], {portals[i].ends[side], i, i});
+  };
+  add(0, 0);
+  add(0, 1);
   for (std::size_t i = 1; i < portals.size(); ++i) {
-    if (portals[i].left != portals[i - 1].left) {
-      taut.keepRight();
-      taut.addLeft(portals[i].at_left, {portals[i].left, i, i});
-    } else {
-      taut.keepLeft();
-      taut.addRight(portals[i].at_right, {portals[i].right, i, i});
-    }
+    const std::size_t changed = portals[i].ends[0] != portals[i - 1].ends[0] ? 0 : 1;
+    taut.keep(1 - changed);
+    add(i, changed);
   }
-  taut.addLeft(strip.to, {NO_INDEX, portals.size(), portals.size()});
+  taut.add(0, strip.to, {NO_INDEX, portals.size(), portals.size()});
   return taut.bends();
 }
 
@@ -187,9 +174,10 @@ double Legs::length() const
   return sum;
 }
 
-Leg fixedLeg(std::uint32_t face, const Vector3& from, const Vector3& to)
+void Legs::append(Legs&& more)
 {
-  return {{{face}, {}}, distance(from, to), {}, {}};
+  std::move(more.legs.begin(), more.legs.end(), std::back_inserter(legs));
+  joints.insert(joints.end(), more.joints.begin(), more.joints.end());
 }
 
 std::optional<Legs> straighten(const WalkMesh& mesh, Strip strip, const Joint& from,
@@ -233,14 +221,214 @@ void traceLeg(const WalkMesh& mesh, const Leg& leg, const Vector3& from, const V
   const Unfolding unfolded(mesh, leg.strip, from, to);
   const std::vector<double> shares = unfolded.crossings();
   for (std::size_t i = 0; i < shares.size(); ++i) {
-    const Vector3 left = pointOf(mesh, unfolded.portals[i].left);
-    const Vector3 right = pointOf(mesh, unfolded.portals[i].right);
+    const Vector3 left = pointOf(mesh, unfolded.portals[i].ends[0]);
+    const Vector3 right = pointOf(mesh, unfolded.portals[i].ends[1]);
     trace.faces.push_back(leg.strip.faces[i]);
     const Vector3 point = left + shares[i] * (right - left);
     trace.points.insert(trace.points.end(), point.begin(), point.end());
   }
   trace.faces.push_back(leg.strip.faces.back());
   trace.points.insert(trace.points.end(), to.begin(), to.end());
+}
+
+namespace {
+
+/// Of the longest edge of a face: so far from a corner or an edge is at it.
+constexpr double AT = 1e-12;
+
+/// Of the longest edge: so far from its face, a point is not in it.
+constexpr double BESIDE = 1e-6;
+
+/// Of the largest coordinate: what is lost by rounding in double precision, and in single.
+constexpr double ROUNDING = 1e-15, SINGLE = 1e-6;
+
+/// What lengths at a face are compared with.
+struct FaceScale
+{
+  double longest = 0.0, farthest = 0.0;
+
+  FaceScale(const WalkMesh& mesh, std::uint32_t face)
+  {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3 a = pointOf(mesh, cornerOf(mesh, face, k));
+      longest = std::max(longest, distance(a, pointOf(mesh, cornerOf(mesh, face, (k + 1) % 3))));
+      for (const double coordinate : a) {
+        farthest = std::max(farthest, std::abs(coordinate));
+      }
+    }
+  }
+};
+
+/// The corner of a face that a point is at; NO_INDEX: none.
+std::uint32_t cornerAt(const WalkMesh& mesh, std::uint32_t face, const Vector3& point)
+{
+  const FaceScale scale(mesh, face);
+  double nearest = AT * scale.longest + ROUNDING * scale.farthest;
+  std::uint32_t found = NO_INDEX;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t corner = cornerOf(mesh, face, k);
+    const double away = distance(point, pointOf(mesh, corner));
+    if (away <= nearest) {
+      nearest = away;
+      found = corner;
+    }
+  }
+  return found;
+}
+
+/// An edge of both faces that can be crossed.
+std::uint32_t commonEdge(const WalkMesh& mesh, std::uint32_t a, std::uint32_t b)
+{
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t edge = mesh.face_edges[3 * std::size_t{a} + k];
+    if (mesh.face_edges[3 * std::size_t{b} + sideOf(mesh, b, edge)] == edge &&
+        canCross(mesh, a, edge)) {
+      return edge;
+    }
+  }
+  return NO_INDEX;
+}
+
+/// A face that may be entered and has an edge along which a segment runs.
+std::uint32_t faceBeside(const FaceChoice& choice, std::uint32_t face, const Vector3& from,
+                         const Vector3& to)
+{
+  const WalkMesh& mesh = choice.mesh;
+  const FaceScale scale(mesh, face);
+  const double tolerance = AT * scale.longest + ROUNDING * scale.farthest;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t edge = mesh.face_edges[3 * std::size_t{face} + k];
+    if (edge == NO_INDEX || !canCross(mesh, face, edge)) {
+      continue;
+    }
+    const Vector3 a = pointOf(mesh, cornerOf(mesh, face, k));
+    const Vector3 b = pointOf(mesh, cornerOf(mesh, face, (k + 1) % 3));
+    if (besideEdge(a, b, from)[1] > tolerance || besideEdge(a, b, to)[1] > tolerance) {
+      continue;
+    }
+    for (std::uint32_t i = mesh.edge_faces.offsets[edge]; i < mesh.edge_faces.offsets[edge + 1];
+         ++i) {
+      if (choice.allows(mesh.edge_faces.values[i])) {
+        return mesh.edge_faces.values[i];
+      }
+    }
+  }
+  return NO_INDEX;
+}
+
+std::string beside(std::size_t point, double distance, std::uint32_t face)
+{
+  std::ostringstream text;
+  text << "point " << point << " of the path is " << distance << " m from face " << face
+       << ", in which it should lie";
+  return text.str();
+}
+
+/// A part of a path, from a joint on, that is to be straightened in its strip, or to stay. The
+/// joint has its vertex only where the stretches on both sides may move (or that is the start).
+struct Stretch
+{
+  Joint from;
+  Strip strip;
+  bool stays;
+};
+
+std::vector<Stretch> stretchesOf(const FaceChoice& choice, const WalkTrace& path)
+{
+  const WalkMesh& mesh = choice.mesh;
+  std::vector<Stretch> result;
+  const auto begin = [&](const Vector3& point, std::uint32_t vertex, std::uint32_t face,
+                         bool stays) {
+    result.push_back({{point, vertex}, {{face}, {}}, stays});
+  };
+  for (std::size_t i = 0; i < path.faces.size(); ++i) {
+    const Vector3 point = pointAt(path, i), next = pointAt(path, i + 1);
+    std::uint32_t face = path.faces[i];
+    bool stays = !choice.allows(face);
+    if (stays) {
+      const std::uint32_t other = faceBeside(choice, face, point, next);
+      stays = other == NO_INDEX;
+      face = stays ? face : other;
+    }
+    face = stays ? face : choice.firstOf(face);
+    if (i == 0) {
+      begin(point, cornerAt(mesh, face, point), face, stays);
+      continue;
+    }
+    Stretch& last = result.back();
+    const std::uint32_t before = last.strip.faces.back();
+    if (stays || last.stays) {
+      begin(point, NO_INDEX, face, stays);
+    } else if (before != face) {
+      const std::uint32_t edge = commonEdge(mesh, before, face);
+      if (edge != NO_INDEX) {
+        last.strip.cross(edge, face);
+      } else {
+        const std::uint32_t corner = cornerAt(mesh, face, point);
+        const bool is_common = corner != NO_INDEX && hasCorner(mesh, before, corner);
+        begin(is_common ? pointOf(mesh, corner) : point, is_common ? corner : NO_INDEX, face,
+              false);
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+void checkPath(const WalkMesh& mesh, const WalkTrace& path, ArrayView<std::uint8_t> mask)
+{
+  require(mask.empty() || mask.size() == mesh.mesh.faceCount(),
+          "the mask has to have one value for each face");
+  require(path.points.size() % 3 == 0 && path.points.size() / 3 == path.faces.size() + 1,
+          "a path has to have one point more than faces");
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    require(std::isfinite(path.points[i]),
+            "point " + std::to_string(i / 3) + " of the path is not finite");
+  }
+  for (std::size_t i = 0; i < path.faces.size(); ++i) {
+    const std::uint32_t face = path.faces[i];
+    require(face < mesh.mesh.faceCount(), "face " + std::to_string(i) + " of the path is " +
+                                              std::to_string(face) + ", but there are only " +
+                                              std::to_string(mesh.mesh.faceCount()) + " faces");
+    const FaceScale scale(mesh, face);
+    for (std::size_t k = i; k < i + 2; ++k) {
+      const double distance =
+          TrianglePoint(position(mesh, cornerOf(mesh, face, 0)),
+                        position(mesh, cornerOf(mesh, face, 1)),
+                        position(mesh, cornerOf(mesh, face, 2)), path.points.data() + 3 * k)
+              .distance();
+      if (!(distance <= BESIDE * scale.longest + SINGLE * scale.farthest)) {
+        throw std::invalid_argument(beside(k, distance, face));
+      }
+    }
+  }
+}
+
+std::optional<JoinedPath> joined(const FaceChoice& choice, const WalkTrace& path)
+{
+  const std::vector<Stretch> stretches = stretchesOf(choice, path);
+  const Vector3 end = pointAt(path, path.faces.size());
+  JoinedPath result{stretches[0].from, {}, {}};
+  result.end = {end, cornerAt(choice.mesh, stretches.back().strip.faces.back(), end)};
+  for (std::size_t i = 0; i < stretches.size(); ++i) {
+    const Joint& from = stretches[i].from;
+    const Joint& to = i + 1 < stretches.size() ? stretches[i + 1].from : result.end;
+    if (i > 0) {
+      result.legs.joints.push_back(from);
+    }
+    if (stretches[i].stays) {
+      const double length = distance(from.position, to.position);
+      result.legs.legs.push_back({stretches[i].strip, length, {}, {}});
+      continue;
+    }
+    std::optional<Legs> legs = straighten(choice.mesh, stretches[i].strip, from, to);
+    if (!legs) {
+      return std::nullopt;
+    }
+    result.legs.append(std::move(*legs));
+  }
+  return result;
 }
 
 }  // namespace mesh_map

@@ -1,11 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "paths/geodesic_strip.h"
-#include "paths/geodesic_turn.h"
 
 namespace mesh_map {
 
@@ -33,10 +33,27 @@ struct Legs
   std::vector<Joint> joints;  ///< one less
 
   double length() const;
+  void append(Legs&& more);
 };
 
-/// A leg along a line in a face, as it is.
-Leg fixedLeg(std::uint32_t face, const Vector3& from, const Vector3& to);
+/// Legs between two ends.
+struct JoinedPath
+{
+  Joint start, end;
+  Legs legs;
+};
+
+inline Vector3 pointAt(const WalkTrace& path, std::size_t i)
+{
+  return {path.points[3 * i], path.points[3 * i + 1], path.points[3 * i + 2]};
+}
+
+/// Throws std::invalid_argument for what shortenPath() does not accept.
+void checkPath(const WalkMesh& mesh, const WalkTrace& path, ArrayView<std::uint8_t> mask);
+
+/// A path that was checked, each part that may move straight in its strip; nothing where that is
+/// not to be told.
+std::optional<JoinedPath> joined(const FaceChoice& choice, const WalkTrace& path);
 
 /// The shortest way through a strip; nothing where that is not to be told (a strip whose faces do
 /// not hang together).

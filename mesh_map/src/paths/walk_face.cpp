@@ -109,16 +109,6 @@ FlatFace FlatFace::along(const WalkMesh& mesh, std::uint32_t face, std::uint32_t
   return FlatFace(mesh, face, first, cornerOf(mesh, face, (first + 1) % 3) != to);
 }
 
-Vector2 FlatFace::flat(const Vector3& direction) const
-{
-  return {dot(direction, x_axis_), dot(direction, y_axis_)};
-}
-
-Vector3 FlatFace::inSpace(const Vector2& direction) const
-{
-  return direction[0] * x_axis_ + direction[1] * y_axis_;
-}
-
 std::array<double, 3> FlatFace::barycentric(const Vector2& point) const
 {
   const auto unit = [](double value) { return value > 0.0 ? std::min(value, 1.0) : 0.0; };
@@ -138,11 +128,6 @@ Vector2 FlatFace::point(const std::array<double, 3>& barycentric) const
 {
   const double beta = barycentric[slots_[1]], gamma = barycentric[slots_[2]];
   return {beta * corners_[1][0] + gamma * corners_[2][0], gamma * corners_[2][1]};
-}
-
-Vector3 FlatFace::positionOf(const std::array<double, 3>& barycentric) const
-{
-  return origin_ + (barycentric[slots_[1]] * u_ + barycentric[slots_[2]] * w_);
 }
 
 FaceExit exitOf(const FlatFace& face, const Vector2& point, const Vector2& direction)

@@ -53,8 +53,8 @@ class FlatFace
   double tolerance() const { return tolerance_; }
 
   /// Of directions in space, and back. Only with an area.
-  Vector2 flat(const Vector3& direction) const;
-  Vector3 inSpace(const Vector2& direction) const;
+  Vector2 flat(const Vector3& way) const { return {dot(way, x_axis_), dot(way, y_axis_)}; }
+  Vector3 inSpace(const Vector2& way) const { return way[0] * x_axis_ + way[1] * y_axis_; }
   const Vector3& normal() const { return normal_; }
 
   /// Weights of the corners of the face (by slots) at a point, 0 to 1.
@@ -62,7 +62,10 @@ class FlatFace
   Vector2 point(const std::array<double, 3>& barycentric) const;
 
   /// In space, of weights by slots.
-  Vector3 positionOf(const std::array<double, 3>& barycentric) const;
+  Vector3 positionOf(const std::array<double, 3>& barycentric) const
+  {
+    return origin_ + (barycentric[slots_[1]] * u_ + barycentric[slots_[2]] * w_);
+  }
 
  private:
   std::uint32_t face_;

@@ -9,7 +9,7 @@ import rospkg
 from mesh_map.base.errors import PluginError
 from mesh_map.base.plugins import find_class, scanned_once
 from mesh_map.costs.layer import BASE_CLASS_TYPE
-from mesh_map.layers.height_diff import HeightDiffLayer
+from mesh_map.layers.threshold_layer import HeightDiffLayer
 from mesh_map.map.mesh_map import MeshMap
 
 HEIGHT_DIFF = "mesh_layers/HeightDiffLayer"

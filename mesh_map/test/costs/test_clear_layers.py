@@ -5,7 +5,7 @@ import logging
 import numpy as np
 import pytest
 from mesh_map import MeshMapError
-from mesh_map.layers.height_diff import HeightDiffLayer
+from mesh_map.layers.threshold_layer import HeightDiffLayer
 from mesh_map.layers.obstacle import ObstacleLayer
 from mesh_map.map.mesh_map import COMBINED_COSTS
 from toy_layers import TYPES, DataLayer, calls, entry, evaluations, grid_map

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 from mesh_map.costs.combination import Combination
-from mesh_map.costs.layer import LayerResult, checked_result
+from mesh_map.costs.layer import LayerResult, checked
 
 INF, NAN = math.inf, math.nan
 MODES = ("sum", "normalized", "max")
 
 
 def result_of(costs, lethal=()):
-    return checked_result(np.array(costs, np.float32), np.array(lethal, np.int64), len(costs))
+    return checked((np.array(costs, np.float32), np.array(lethal, np.int64)), len(costs))
 
 
 def combine(results, vertex_count, mode="sum"):
@@ -82,7 +82,7 @@ def random_results(random, count, layers):
         costs[random.uniform(size=count) < 0.05] = np.nan
         costs[random.uniform(size=count) < 0.05] = np.inf
         lethal = random.uniform(size=count) < 0.1
-        results.append((checked_result(costs, lethal, count), float(random.uniform())))
+        results.append((checked((costs, lethal), count), float(random.uniform())))
     return results
 
 
@@ -123,7 +123,7 @@ def test_a_part_is_as_the_whole(mode, share):
         costs[changed] = random.uniform(0.5, 2.5 + 3 * (step % 2), len(changed))
         lethal[changed] = random.uniform(size=len(changed)) < 0.3
         costs[changed[::7]] = np.nan
-        results[number] = (checked_result(costs, lethal, count), factor)
+        results[number] = (checked((costs, lethal), count), factor)
         after = Combination(results, count, mode, before, changed)
         whole = combine(results, count, mode)
         assert np.array_equal(after.costs.view(np.uint32), whole.view(np.uint32))

@@ -7,8 +7,8 @@ import pytest
 from mesh_map import MeshMap
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter
-from mesh_map.costs.layer import Layer, LayerInput, checked, checked_result
-from mesh_map.layers.height_diff import HeightDiffLayer
+from mesh_map.costs.layer import Layer, LayerInput, checked
+from mesh_map.layers.threshold_layer import HeightDiffLayer
 
 INF, NAN = math.inf, math.nan
 
@@ -226,12 +226,12 @@ def test_changes_of_parameters_are_checked_first():
 
 def test_results_are_checked():
     costs = np.array([0, 1, INF, NAN])
-    result = checked_result(costs, [1], 4)
+    result = checked((costs, [1]), 4)
     assert result.costs.dtype == np.float32 and np.array_equal(result.costs, costs, equal_nan=True)
     assert result.lethal.tolist() == [False, True, True, False]
-    assert checked_result([1e60, 0, 0, 0], [], 4).lethal.tolist() == [True, False, False, False]
+    assert checked(([1e60, 0, 0, 0], []), 4).lethal.tolist() == [True, False, False, False]
     mask = np.array([True, False, False, False])
-    assert checked_result(costs, mask, 4).lethal.tolist() == [True, False, True, False]
+    assert checked((costs, mask), 4).lethal.tolist() == [True, False, True, False]
     assert mask.tolist() == [True, False, False, False]
     for bad_costs, bad_lethal, message in (
         (costs[:3], [], r"the costs are of shape \(3,\) and type float64, but 4 numbers"),
@@ -245,16 +245,16 @@ def test_results_are_checked():
         ([0, 0, 0, -INF], [3], r"the cost of vertex 3 is -inf \(1 negative"),
     ):
         with pytest.raises(MeshMapError, match=message):
-            checked_result(bad_costs, bad_lethal, 4)
+            checked((bad_costs, bad_lethal), 4)
 
 
 def test_vectors_are_checked():
     vectors = np.ones((2, 3))
-    assert checked_result([0, 0], [], 2).vectors is None
-    assert checked_result([0, 0], [], 2, vectors).vectors.dtype == np.float32
+    assert checked(([0, 0], []), 2).vectors is None
+    assert checked(([0, 0], [], vectors), 2).vectors.dtype == np.float32
     for bad in (vectors[:1], vectors[:, :2], np.full((2, 3), NAN), np.full((2, 3), 1e300)):
         with pytest.raises(MeshMapError, match=r"the vectors have to be \(2, 3\) finite numbers"):
-            checked_result([0, 0], [], 2, bad)
+            checked(([0, 0], [], bad), 2)
     for bad in (None, ([0, 0],), ([0, 0], [], vectors, vectors)):
         with pytest.raises(MeshMapError, match="did not return costs and lethal vertices"):
             checked(bad, 2)

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 from mesh_map.costs import layer_changes
-from mesh_map.costs.layer import checked_result
+from mesh_map.costs.layer import checked
 from mesh_map.costs.layer_changes import LayerChange, Listeners, ResultDifference, different, union
 
 NAN = math.nan
@@ -45,10 +45,10 @@ def test_unions():
 
 
 def test_readers_see_more_than_what_is_shown():
-    before = checked_result([0, 1, 2, 3], [0], 4, np.zeros((4, 3)))
+    before = checked(([0, 1, 2, 3], [0], np.zeros((4, 3))), 4)
     vectors = np.zeros((4, 3))
     vectors[3] = 1
-    after = checked_result([0, 5, 2, 3], [2], 4, vectors)
+    after = checked(([0, 5, 2, 3], [2], vectors), 4)
     difference = ResultDifference.between(before, after)
     assert difference.read.tolist() == [0, 1, 2, 3] and difference.shown.tolist() == [1, 3]
     assert difference.read.dtype == difference.shown.dtype == np.uint32

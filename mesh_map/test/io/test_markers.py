@@ -4,7 +4,8 @@ import genpy
 import numpy as np
 import pytest
 from mesh_map.io import markers
-from mesh_map.io.markers import no_marker, rainbow, sphere_marker, triangles_marker
+from mesh_map.io.markers import no_marker, sphere_marker, triangles_marker
+from mesh_msgs_hdf5.rendering.render_scale import RAINBOW, scale_colors
 from visualization_msgs.msg import Marker
 
 STAMP = genpy.Time(3)
@@ -58,15 +59,15 @@ def test_lines_of_faces():
     faces = np.uint32([[0, 1, 2], [1, 3, 2], [0, 1, 3]])
     vectors = np.float32([[0, 0, 0], [0, 1, 0], [1, 0, 0]])
     values = np.float32([0, 1, 2, 6])
-    marker = markers.face_vectors_marker(vertices, faces, vectors, values, "map", STAMP)
-    check(marker, Marker.LINE_LIST, "face_vectors")
+    marker = field_of(vertices, vectors, values, faces=faces)
+    check(marker, Marker.LINE_LIST, "vector_field")
     expected = [[2, 2, 1.01], [2, 2.1, 1.01], [2, 1, 0.01], [2.1, 1, 0.01]]
     assert np.allclose(xyz(marker.points), expected)
     assert rgba(marker.colors[0]) == [1, 0, 0, 1]  # 3, the largest mean
-    half = rainbow(np.array([7 / 9]))[0]
+    half = scale_colors(RAINBOW, np.array([7 / 9]))[0]
     assert np.allclose(rgba(marker.colors[2])[:3], half)
     values[0] = np.inf
-    marker = markers.face_vectors_marker(vertices, faces, vectors, values, "map", STAMP, "b")
+    marker = field_of(vertices, vectors, values, namespace="b", faces=faces)
     check(marker, Marker.LINE_LIST, "b")
     assert [rgba(color) for color in marker.colors] == [[1, 0, 0, 1]] * 4
 
@@ -98,9 +99,3 @@ def test_triangles():
 def test_a_marker_that_takes_another_away():
     marker = no_marker("here", "map", STAMP)
     assert (marker.ns, marker.action, marker.pose.orientation.w) == ("here", Marker.DELETE, 1)
-
-
-def test_rainbow_runs_from_purple_over_blue_and_green_to_red():
-    colors = rainbow(np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0]))
-    expected = [[1, 0, 1], [0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 1, 0], [1, 0, 0]]
-    assert np.allclose(colors, expected)

@@ -6,7 +6,7 @@ import pytest
 from layer_calls import made, scaled
 from mesh_map.costs.combination import Combination
 from mesh_map.costs.edge_weights import difference_weights, mean_weights
-from mesh_map.costs.layer import LayerInput, checked_result
+from mesh_map.costs.layer import LayerInput, checked
 from mesh_map.map.mesh_map import MeshMap
 
 
@@ -31,7 +31,7 @@ def test_combination(mode, seed):
         layers.append((np.full(500, 3, np.float32), np.zeros(500, bool), 1.0))  # all the same
     if seed == 1:
         layers.append((np.full(500, np.inf, np.float32), np.ones(500, bool), 0.0))
-    results = [(checked_result(costs, lethal, 500), factor) for costs, lethal, factor in layers]
+    results = [(checked((costs, lethal), 500), factor) for costs, lethal, factor in layers]
     found = Combination(results, 500, mode).costs
     expected = layer_oracles.combined(layers, mode)
     np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7)
@@ -53,7 +53,7 @@ def test_combination_layers(kind, formula):
     layers = random_layers(count, 3, 5)
     weights = np.array([0.2, 1.0, 0.5])
     inputs = {
-        "layer_%d" % number: LayerInput(*checked_result(costs, lethal, count), weight)
+        "layer_%d" % number: LayerInput(*checked((costs, lethal), count), weight)
         for number, ((costs, lethal, _), weight) in enumerate(zip(layers, weights))
     }
     result = made(kind).evaluate(MeshMap(mesh.vertices, mesh.faces), inputs)

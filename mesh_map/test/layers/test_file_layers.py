@@ -9,7 +9,7 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.io.map_source import MapSource
 from mesh_map.layers.labels import LabelLayer
-from mesh_map.layers.stored import SpeedLimitLayer, StoredLayer
+from mesh_map.layers.file_layer import SpeedLimitLayer, StoredLayer
 from mesh_map.map.attributes import vertex_costs
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.ros.labels_watch import LabelWatcher

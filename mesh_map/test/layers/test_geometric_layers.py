@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 import surroundings
 from mesh_map.geometry.mesh_geometry import MeshGeometry
-from mesh_map.layers.border import BorderLayer
-from mesh_map.layers.ridge import RidgeLayer
-from mesh_map.layers.roughness import RoughnessLayer
-from mesh_map.layers.steepness import SteepnessLayer
+from mesh_map.layers.threshold_layer import BorderLayer, RidgeLayer, RoughnessLayer, SteepnessLayer
 from mesh_map.map.mesh_map import MeshMap
 from meshes import BOTANICAL, TRAY, TestMesh, data_mesh, small, terrain
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mesh_map.layers.height_diff import HeightDiffLayer
+from mesh_map.layers.threshold_layer import HeightDiffLayer
 from mesh_map.map.mesh_map import MeshMap
 from meshes import BOTANICAL, TRAY, TestMesh, data_mesh, renumbered, small, terrain
 from surroundings import neighborhoods

@@ -5,18 +5,19 @@ import math
 import numpy as np
 import pytest
 from mesh_map.layers import obstacles
-from mesh_map.layers.obstacles import ObstacleLimits, ObstacleMarks, find_obstacles
+from mesh_map.layers.obstacles import ObstacleMarks, find_obstacles
 from mesh_map.spatial.hits import NO_FACE
 from mesh_map.spatial.spatial_index import SpatialIndex
 from meshes import small, terrain
 from obstacle_oracles import faces_below
 
 DOWN = np.array([0.0, 0.0, -1.0])
+ALL = {"nearest": 0.0, "farthest": math.inf, "lowest": 0.0, "highest": math.inf}
 LIMITS = [
-    ObstacleLimits(),
-    ObstacleLimits(highest=0.6),
-    ObstacleLimits(lowest=0.15, highest=0.8),
-    ObstacleLimits(nearest=0.5, farthest=1.5, lowest=0.3),
+    ALL,
+    {**ALL, "highest": 0.6},
+    {**ALL, "lowest": 0.15, "highest": 0.8},
+    {**ALL, "nearest": 0.5, "farthest": 1.5, "lowest": 0.3},
 ]
 
 
@@ -30,9 +31,9 @@ def test_faces_below_points_equal_brute_force(mesh, limits):
     origin = (low + high) / 2.0
     for down in (DOWN, np.array([0.3, -0.2, -2.0])):
         index = SpatialIndex(mesh.vertices, mesh.faces)
-        found = find_obstacles(index, points, origin, down, limits)
+        found = find_obstacles(index, points, origin, down, **limits)
         unit = down / np.linalg.norm(down)
-        starts, reach = points - limits.lowest * unit, limits.highest + limits.lowest
+        starts, reach = points - limits["lowest"] * unit, limits["highest"] + limits["lowest"]
         with np.errstate(all="ignore"):  # of points that are not finite
             below = faces_below(mesh.vertices, mesh.faces, starts, unit, reach)
         for point, finite, inside, ground, face, expected, way, close in zip(
@@ -43,10 +44,10 @@ def test_faces_below_points_equal_brute_force(mesh, limits):
                 continue
             assert finite
             distance = math.dist(point, origin)
-            assert inside == (limits.nearest <= distance <= limits.farthest)
+            assert inside == (limits["nearest"] <= distance <= limits["farthest"])
             if close:
                 continue
-            low_enough = inside and expected != NO_FACE and way < 2 * limits.lowest
+            low_enough = inside and expected != NO_FACE and way < 2 * limits["lowest"]
             assert ground == low_enough
             assert face == (expected if inside and not low_enough else NO_FACE)
 
@@ -55,7 +56,7 @@ def test_the_comparison_meets_all_kinds_of_points():
     mesh = terrain(20)
     points = np.random.default_rng(1).uniform((-0.5, -0.5, -0.5), (2.5, 2.5, 2.0), (500, 3))
     index = SpatialIndex(mesh.vertices, mesh.faces)
-    found = find_obstacles(index, points, np.array([1.0, 1.0, 0.5]), DOWN, LIMITS[3])
+    found = find_obstacles(index, points, np.array([1.0, 1.0, 0.5]), DOWN, **LIMITS[3])
     counts = [found.ground.sum(), (found.faces != NO_FACE).sum(), (~found.in_range).sum()]
     assert min(counts) > 20, counts
 
@@ -66,7 +67,7 @@ def test_a_point_just_below_the_upper_floor_is_ground_not_an_obstacle_below():
     faces = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], np.uint32)
     index = SpatialIndex(vertices, faces)
     points = np.array([[0.5, 0.1, z] for z in (2.95, 3.05, 3.15, 2.85)])
-    found = find_obstacles(index, points, np.zeros(3), DOWN, ObstacleLimits(lowest=0.1))
+    found = find_obstacles(index, points, np.zeros(3), DOWN, lowest=0.1)
     assert found.ground.tolist() == [True, True, False, False]
     assert found.faces[2:].tolist() == [2, 0]
 

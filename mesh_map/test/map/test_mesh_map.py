@@ -210,7 +210,7 @@ def test_libraries_do_not_import_ros():
         "names = ['.'.join(path.parts) for path in found if path.parts[1] != 'ros']\n"
         "for name in names:\n"
         "    importlib.import_module(name.replace('.__init__', ''))\n"
-        "assert len(names) > 60 and 'mesh_map.layers.height_diff' in names, names\n"
+        "assert len(names) > 60 and 'mesh_map.layers.threshold_layer' in names, names\n"
         "assert 'rospy' not in sys.modules and 'h5py' in sys.modules\n"
     )
     subprocess.run([sys.executable, "-W", "error::RuntimeWarning", "-c", script], check=True)

@@ -6,6 +6,7 @@ import shutil
 import tempfile
 import time
 import unittest
+from functools import partial
 from unittest import mock
 
 import numpy as np
@@ -220,7 +221,6 @@ class MapTopicsTest(unittest.TestCase):
             "/%s/get_vertex_cost_layers" % self.name, GetVertexCostLayers
         )().layers
         self.assertEqual(layers, [COMBINED_COSTS, "Potential"])
-        server.publish_face_costs("danger", FACE_COSTS + 1)
         stamp = rospy.Time.now()
         for number in (1, 2):
             place = [number, 2, 3]
@@ -237,17 +237,17 @@ class MapTopicsTest(unittest.TestCase):
         self.assertTrue(wait_until(lambda: markers.newest and fields.newest))
         self.assertEqual(markers.newest["a"].pose.position.x, 3)
         self.assertEqual(len(fields.newest["vector_field"].points), 6)
-        self.assertTrue(wait_until(lambda: set(faces.newest) == {"slope", "danger"}))
+        self.assertTrue(wait_until(lambda: set(faces.newest) == {"slope"}))
+        of_faces = partial(server.publish_vector_field, of_faces=True)
         for publish, arguments, words in (
-            (server.publish_face_costs, (np.zeros(3),), r"x has \(3,\) costs for 200 faces"),
             (server.publish_vector_field, (np.eye(3), np.zeros(COUNT)), "vectors for 121 vert"),
             (server.publish_vector_field, (np.eye(COUNT, 3), np.zeros(3)), "costs for 121 vert"),
-            (server.publish_face_vectors, (np.eye(3), np.zeros(COUNT)), "vectors for 200 faces"),
-            (server.publish_face_vectors, (np.eye(200, 3), np.zeros(3)), "costs for 121 vert"),
+            (of_faces, (np.eye(3), np.zeros(COUNT)), "vectors for 200 faces"),
+            (of_faces, (np.eye(200, 3), np.zeros(3)), "costs for 121 vert"),
         ):
             with self.assertRaisesRegex(Exception, words):
                 publish("x", *arguments)
-        server.publish_face_vectors("face_vectors", np.eye(200, 3), np.arange(COUNT))
+        of_faces("face_vectors", np.eye(200, 3), np.arange(COUNT))
         self.assertTrue(wait_until(lambda: "face_vectors" in fields.newest))
         self.assertEqual(len(fields.newest["face_vectors"].points), 6)
         for name in ("face_vectors", "never"):

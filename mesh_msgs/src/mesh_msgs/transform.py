@@ -64,7 +64,7 @@ def transform_geometry(
         arrays.ArrayError: a message of the generated class with arrays that are none.
     """
     rotation, translation = _checked(message, transform)
-    old = _as_arrays(arrays.MeshGeometryStamped, message).mesh_geometry
+    old = arrays.MeshGeometryStamped.from_message(message).mesh_geometry
     return arrays.MeshGeometryStamped(
         header=_header(message, transform),
         uuid=message.uuid,
@@ -81,7 +81,7 @@ def transform_vector_field(
 ) -> arrays.VectorFieldStamped:
     """Positions rotated and moved, vectors rotated only. Arguments and errors as above."""
     rotation, translation = _checked(message, transform)
-    old = _as_arrays(arrays.VectorFieldStamped, message).vector_field
+    old = arrays.VectorFieldStamped.from_message(message).vector_field
     return arrays.VectorFieldStamped(
         header=_header(message, transform),
         vector_field=arrays.VectorField(
@@ -132,10 +132,6 @@ def _header(message, transform):
     header = copy.deepcopy(message.header)
     header.frame_id = transform.header.frame_id
     return header
-
-
-def _as_arrays(kind, message):
-    return message if isinstance(message, kind) else kind.from_message(message)
 
 
 def _moved(points, rotation, translation=None):

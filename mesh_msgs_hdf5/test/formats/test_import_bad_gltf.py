@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from mesh_writers import SQUARE, TWO_FACES, Gltf, dae, glb, image_bytes, pixels
 
-from mesh_msgs_hdf5.formats.dae import assimp_child
+from mesh_msgs_hdf5.formats import importer
+from mesh_msgs_hdf5.formats.base import scene
 from mesh_msgs_hdf5.formats.exporter import write_mesh
-from mesh_msgs_hdf5.formats.gltf import gltf_file, gltf_scene
+from mesh_msgs_hdf5.formats.gltf import gltf_file
 from mesh_msgs_hdf5.formats.importer import read_mesh
+from mesh_msgs_hdf5.isolation import FUNCTIONS
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 
@@ -215,7 +217,7 @@ def test_small_files_that_would_be_large(tmp_path, monkeypatch):
     gltf.json["accessors"][1].pop("bufferView")
     gltf.json["accessors"][1]["count"] = 10**12
     assert refusal(tmp_path, gltf.data()).code == "size"
-    monkeypatch.setattr(gltf_scene, "MAX_TOTAL", 59)
+    monkeypatch.setattr(scene, "MAX_TOTAL", 59)
     gltf = plain()
     gltf.json["nodes"] = [{"mesh": 0}] * 10
     gltf.json["scenes"][0]["nodes"] = list(range(10))
@@ -270,19 +272,14 @@ def test_deep_collada(tmp_path):
 
 
 def test_the_child_that_does_not_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(assimp_child, "_PROGRAM", "import time; time.sleep(60)")
-    monkeypatch.setattr(assimp_child, "SECONDS", 0.5)
+    monkeypatch.setitem(FUNCTIONS, "collada", ("victims", "sleep_long"))
+    monkeypatch.setattr(importer, "DAE_SECONDS", 0.5)
     error = refusal(tmp_path, dae(SQUARE, TWO_FACES).encode(), "a.dae")
-    assert error.code == "size" and "did not read it in 0 seconds" in error.message
+    assert error.code == "size" and "takes more than 0.5" in error.message
+    assert "convert" in error.hint
 
 
 def test_the_child_that_wants_all_memory(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        assimp_child,
-        "_PROGRAM",
-        "import json, sys\nsys.path[:] = json.loads(sys.argv[1])\n"
-        "from mesh_msgs_hdf5.formats.dae import assimp_child\n"
-        "assimp_child._limit_memory(sys.argv[2])\nbytes(8 << 30)\n",
-    )
+    monkeypatch.setitem(FUNCTIONS, "collada", ("victims", "swallow_8_gib"))
     error = refusal(tmp_path, dae(SQUARE, TWO_FACES).encode(), "a.dae")
-    assert error.code == "format" and "MemoryError" in error.message
+    assert error.code == "size" and "more memory than the 2048 MiB allowed" in error.message

@@ -39,7 +39,7 @@ def path(tmp_path, full_mesh):
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Map files are read in this process, so that what a test replaces is used."""
-    monkeypatch.setattr("mesh_msgs_hdf5.isolation.map_access.open_map", MapFile)
+    monkeypatch.setattr("mesh_msgs_hdf5.labels.label_store.IsolatedMapFile", MapFile)
     return MapFile
 
 

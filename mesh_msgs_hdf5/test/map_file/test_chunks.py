@@ -74,16 +74,14 @@ def arrays(draw):
 
 
 @settings(deadline=None, max_examples=300)
-@given(arrays(), st.one_of(st.none(), st.integers(1, 400)), st.integers(1, 3000))
+@given(arrays(), st.one_of(st.just(chunks.CHUNK_ROWS), st.integers(1, 400)), st.integers(1, 3000))
 def test_hdf5_reads_what_is_stored(array, chunk_rows, batch_bytes):
-    original, chunks._BATCH_BYTES = chunks._BATCH_BYTES, batch_bytes
-    try:
-        with memory_file() as file:
-            dataset = chunks.store(file, "a", array, chunk_rows=chunk_rows)
-            assert same(dataset[()], np.ascontiguousarray(array))
-            assert same(chunks.load(dataset), np.ascontiguousarray(array))
-    finally:
-        chunks._BATCH_BYTES = original
+    with pytest.MonkeyPatch.context() as patch, memory_file() as file:
+        patch.setattr(chunks, "CHUNK_ROWS", chunk_rows)
+        patch.setattr(chunks, "_BATCH_BYTES", batch_bytes)
+        dataset = chunks.store(file, "a", array)
+        assert same(dataset[()], np.ascontiguousarray(array))
+        assert same(chunks.load(dataset), np.ascontiguousarray(array))
 
 
 @settings(deadline=None, max_examples=400)
@@ -126,21 +124,22 @@ def test_form_of_a_dataset():
             assert dataset.shuffle and dataset.fletcher32 is False and dataset.maxshape == shape
         plain = chunks.store(file, "none", np.zeros((9, 3)), compression="none")
         assert plain.chunks is None and plain.compression is None
-        assert chunks.store(file, "rows", np.zeros((9, 3)), chunk_rows=4).chunks == (4, 3)
         with pytest.raises(ValueError, match="'zip' is neither gzip nor none"):
             chunks.store(file, "x", np.zeros(3), compression="zip")
 
 
-def test_edge_chunks_are_padded_with_zeros():
+def test_edge_chunks_are_padded_with_zeros(monkeypatch):
     """As HDF5 does; else the file would hold what was in memory before."""
     array = numbers((25, 3), "<u4", kind="random")
-    data = _deflate._compress(array, (10, 2), True, 0, 6, 1)
-    padded = np.zeros((30, 4), "<u4")
-    padded[:25, :3] = array
-    for number, chunk in enumerate(data):
-        row, column = number // 2 * 10, number % 2 * 2
-        planes = padded[row : row + 10, column : column + 2].ravel().view("u1").reshape(20, 4).T
-        assert zlib.decompress(chunk) == planes.tobytes()
+    padded = np.zeros((30, 3), "<u4")
+    padded[:25] = array
+    with memory_file() as file:
+        monkeypatch.setattr(chunks, "CHUNK_ROWS", 10)
+        dataset = chunks.store(file, "a", array)
+        for row in (0, 10, 20):
+            planes = padded[row : row + 10].ravel().view("u1").reshape(30, 4).T
+            skipped, data = dataset.id.read_direct_chunk((row, 0))
+            assert skipped == 0 and zlib.decompress(data) == planes.tobytes()
 
 
 def test_structured_array():
@@ -343,7 +342,7 @@ def test_damage_is_found_or_does_no_harm():
         for data in changed:
             output = np.zeros(400, "<u4")
             try:
-                _decompress([(data, 3)], (400,), 0, output)
+                _decompress([(data, True, True, output)], 0)
             except RuntimeError as error:
                 assert str(error).startswith("chunk 0 ")
                 outcomes["error"] += 1
@@ -355,29 +354,27 @@ def test_damage_is_found_or_does_no_harm():
 
 @settings(deadline=None, max_examples=500)
 @given(st.data())
-def test_nothing_outside_of_the_array_is_written(data):
-    """Whatever the chunks hold and however they lie, the bytes around the array stay."""
-    shape = tuple(data.draw(st.lists(st.integers(1, 9), min_size=1, max_size=3)))
-    sides = tuple(data.draw(st.integers(1, 12)) for _ in shape)
+def test_nothing_outside_of_a_chunk_is_written(data):
+    """Whatever the bytes are, those around the chunks stay."""
+    sides = tuple(data.draw(st.lists(st.integers(1, 12), min_size=1, max_size=3)))
     dtype = np.dtype(data.draw(st.sampled_from(DTYPES)))
     whole = int(np.prod(sides)) * dtype.itemsize
-    size = int(np.prod(shape)) * dtype.itemsize
-    around = np.full(64 + size + 64, 0xA5, "u1")
-    array = around[64 : 64 + size].view(dtype).reshape(shape)
-    count = int(np.prod([-(-length // side) for length, side in zip(shape, sides)]))
+    around = [np.full(64 + whole + 64, 0xA5, "u1") for _ in range(data.draw(st.integers(1, 9)))]
     stored, wrong = [], False
-    for _ in range(count):
+    for memory in around:
         length = max(0, whole + data.draw(st.sampled_from([0, 0, 0, 0, -1, 1, 500])))
         wrong = wrong or length != whole
         raw = np.random.default_rng(data.draw(st.integers(0, 99))).bytes(length)
-        flags = data.draw(st.integers(0, 3))
-        stored.append((zlib.compress(raw) if flags & 2 else raw, flags))
+        shuffled, deflated = data.draw(st.booleans()), data.draw(st.booleans())
+        chunk = memory[64 : 64 + whole].view(dtype).reshape(sides)
+        stored.append((zlib.compress(raw) if deflated else raw, shuffled, deflated, chunk))
     if wrong:
         with pytest.raises(RuntimeError, match="than its %d bytes" % whole):
-            _decompress(stored, sides, 0, array)
+            _decompress(stored, 0)
     else:
-        _decompress(stored, sides, 0, array)
-    assert (around[:64] == 0xA5).all() and (around[64 + size :] == 0xA5).all()
+        _decompress(stored, 0)
+    for memory in around:
+        assert (memory[:64] == 0xA5).all() and (memory[64 + whole :] == 0xA5).all()
 
 
 def test_chunks_far_larger_than_the_array_are_refused():
@@ -390,13 +387,13 @@ def test_chunks_far_larger_than_the_array_are_refused():
 
 
 def test_any_number_of_threads_gives_the_same_bytes():
-    array = numbers((100_000, 3), "<f4", kind="random")
-    one = _deflate._compress(array, (1000, 3), True, 0, 100, 1)
-    for threads in (0, 2, 8, 1000):
-        assert _deflate._compress(array, (1000, 3), True, 0, 100, threads) == one
-        output = np.zeros_like(array)
-        _deflate._decompress([(data, 3) for data in one], (1000, 3), 0, output, threads)
-        assert same(output, array)
+    """A chunk alone is compressed by one thread, many by as many as there are cores."""
+    parts = np.split(numbers((100_000, 3), "<f4", kind="random"), 100)
+    one = [_deflate._compress([part])[0] for part in parts]
+    assert _deflate._compress(parts) == one
+    output = [np.zeros_like(part) for part in parts]
+    _decompress([(data, True, True, chunk) for data, chunk in zip(one, output)], 0)
+    assert all(map(same, output, parts))
 
 
 def test_several_threads_at_a_time():
@@ -404,9 +401,10 @@ def test_several_threads_at_a_time():
     results = [None] * 4
 
     def work(number):
-        data = _deflate._compress(array + number, (1000, 3), True, 0, 100)
+        data = _deflate._compress(np.split(array + number, 100))
         results[number] = np.zeros_like(array)
-        _deflate._decompress([(chunk, 3) for chunk in data], (1000, 3), 0, results[number])
+        stored = zip(data, np.split(results[number], 100))
+        _decompress([(chunk, True, True, part) for chunk, part in stored], 0)
 
     threads = [threading.Thread(target=work, args=(number,)) for number in range(4)]
     for thread in threads:
@@ -420,35 +418,32 @@ def test_arguments_of_the_module_are_checked():
     array = np.zeros((10, 3), "<f4")
     read_only = array.copy()
     read_only.flags.writeable = False
-    good = _deflate._compress(array, (4, 3), True, 0, 3)
-    stored = [(data, 3) for data in good]
-    for arguments in (
-        (array[:, ::2], (4, 2), True, 0, 1),
-        (array.astype(object), (4, 3), True, 0, 1),
-        (array.astype("S4"), (4, 3), True, 0, 1),
-        (array, (4,), True, 0, 1),
-        (array, (), True, 0, 0),
-        (array, (0, 3), True, 0, 0),
-        (array, (1 << 30, 3), True, 0, 0),
-        (array, (1 << 62, 1 << 62), True, 0, 0),
-        (array, (4, 3), True, 0, 4),
-        (array, (4, 3), True, 4, 0),
-        (array, (4, 3), True, 2**64 - 1, 2),
-        (np.array(1.0), (), True, 0, 0),
-    ):
+    (good,) = _deflate._compress([array])
+    wrong = (
+        array[:, ::2],
+        array.T,
+        array.astype(object),
+        array.astype("S4"),
+        array.astype("c8"),
+        array.astype(np.longdouble),
+        array[:0],
+    )
+    for chunk in wrong:
         with pytest.raises(ValueError):
-            _deflate._compress(*arguments)
-    for arguments in (
-        (stored, (4, 3), 1, array),
-        (stored, (4, 3), 2**64 - 1, array),
-        (stored, (4, 3), 0, read_only),
-        (stored, (4, 3), 0, array.astype(object)),
-        (stored, (4, 3), 0, array.T),
-    ):
+            _deflate._compress([array, chunk])
+    for chunk in (*wrong, read_only):
         with pytest.raises(ValueError):
-            _decompress(*arguments)
-    for wrong in ([good[0]], [("text", 3)], [(b"", -1)], [3], [(bytearray(good[0]), 3)]):
-        with pytest.raises((TypeError, RuntimeError)):
-            _decompress(wrong, (4, 3), 0, array)
+            _decompress([(good, True, True, chunk)], 0)
     with pytest.raises(TypeError):
-        _decompress(stored, (4, 3), 0, array.tolist())
+        _deflate._compress([array.tolist()])
+    for stored in (
+        [good],
+        [(good, True, True)],
+        [("text", True, True, array)],
+        [(bytearray(good), True, True, array)],
+        [(good, True, True, array.tolist())],
+    ):
+        with pytest.raises(TypeError):
+            _decompress(stored, 0)
+    with pytest.raises(TypeError):
+        _decompress([(good, True, True, array)], -1)

@@ -9,7 +9,7 @@ from mesh_msgs import zoo
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
 from mesh_msgs_hdf5.rendering.render import choose_paint, paint_mesh
-from mesh_msgs_hdf5.rendering.render_camera import VIEWS, look_at, view_axes
+from mesh_msgs_hdf5.rendering.render_camera import VIEWS, axis_names, look_at, view_axes
 from mesh_msgs_hdf5.rendering.render_figure import picture_png
 from mesh_msgs_hdf5.rendering.render_paint import PLAIN
 from mesh_msgs_hdf5.rendering.render_raster import NO_FACE, visible_faces
@@ -94,8 +94,8 @@ def test_views():
     camera = look_at(WALL.vertices, VIEWS["top"], 100, 200)
     left, right, bottom, top = camera.extent
     assert np.isclose(right - left, 1 / 0.94) and np.isclose(top - bottom, 2 / 0.94)
-    assert np.isclose((left + right) / 2, 0.5) and camera.axis_names == ("x", "y")
-    assert look_at(WALL.vertices, VIEWS["iso"], 100, 200).axis_names == ("", "")
+    assert np.isclose((left + right) / 2, 0.5) and axis_names(camera.axes) == ("x", "y")
+    assert axis_names(look_at(WALL.vertices, VIEWS["iso"], 100, 200).axes) == ("", "")
 
 
 def colors_of(mesh, *arguments, view="top", **keywords):
@@ -144,7 +144,7 @@ def test_faces_labels_colors_and_textures():
         hue(colors[40, 40]), hue(PLAIN)
     )
     mesh.vertex_colors = np.array([[255, 0, 0]] * 4, dtype=np.uint8)
-    assert np.allclose(hue(colors_of(mesh)[8, 8]), (1, 0, 0))  # auto: colors
+    assert np.allclose(hue(colors_of(mesh, "colors")[8, 8]), (1, 0, 0))
     mesh.materials = Materials(
         np.array([[0, 0, 255], [0, 0, 0]], dtype=np.uint8),
         np.array([-1, 7], dtype=np.int32),
@@ -154,7 +154,7 @@ def test_faces_labels_colors_and_textures():
     mesh.textures[7][0] = 0, 255, 0  # the top
     mesh.textures[7][1] = 255, 255, 0
     mesh.texture_coordinates = WALL.vertices[:, :2].copy()
-    colors = colors_of(mesh)  # auto: textures
+    colors = colors_of(mesh, "textures")
     assert np.allclose(hue(colors[40, 45]), (0, 0, 1))
     assert np.allclose(hue(colors[4, 20]), (0, 1, 0)) and np.allclose(hue(colors[40, 4]), (1, 1, 0))
 

@@ -70,6 +70,13 @@ class Manager:
         return code
 
 
+def end(process):
+    """What a test that failed has left."""
+    if process.poll() is None:
+        process.kill()
+        process.wait(30)
+
+
 class Labels(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp()
@@ -300,7 +307,11 @@ class Labels(unittest.TestCase):
             ["rosrun", "mesh_msgs_hdf5", "hdf5_map_server", "_inputFile:=" + self.map],
             stdout=subprocess.DEVNULL,
         )
+        self.addCleanup(end, server)
         rospy.wait_for_service("/delete_label", 30)
+        topic = rospy.Publisher("/cluster_label", MeshFaceClusterStamped, queue_size=10)
+        self.publishers["/cluster_label"] = topic
+        self.until(lambda: topic.get_num_connections() > 0)  # the server; no manager runs yet
         ask = rospy.ServiceProxy("/get_labeled_clusters", GetLabeledClusters)
         knowing = self.start("knowing", "_map_file:=" + self.map)
         self.publish(knowing, "a_1", [1, 2])
@@ -313,7 +324,6 @@ class Labels(unittest.TestCase):
         knowing.stop()
         alone = self.start("alone")  # names no map: labels on that topic are the server's business
         self.publish(alone, "x_1", [5], uuid=STRANGER, topic="/cluster_label")
-        topic = self.publishers["/cluster_label"]
         for text in ("c_1", "c_2"):
             message = MeshFaceClusterStamped(uuid=self.uuid)
             message.cluster = MeshFaceCluster(face_indices=[1], label=text)

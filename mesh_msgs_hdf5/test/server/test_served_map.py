@@ -157,7 +157,7 @@ def test_an_imported_mesh_gets_a_map_file_when_there_is_something_to_store(opene
     assert served.save() == ("1 layer", "")
     assert served.overlay.layer_names() == ["new"]
     served.labels.set("tree_1", [3])
-    assert served.fold_labels() == "1 label"
+    assert served.fold_labels() == ("1 label", "")
     served.labels.close()
     file = MapFile(target)
     assert file.layer_names() == ["new"] and file.label("tree_1").faces.tolist() == [3]
@@ -179,7 +179,7 @@ def test_a_map_of_another_schema_is_stored_beside_it(opened, tmp_path, write):
     served.labels.set("tree_9", [4])
     assert not target.exists()
     assert served.save() == ("1 layer", "")
-    assert served.fold_labels() == "1 label"
+    assert served.fold_labels() == ("1 label", "")
     served.labels.close()
     assert path.read_bytes() == before
     again, (note,) = opened(path)
@@ -249,7 +249,7 @@ def test_labels_with_a_journal_of_another_mesh_are_shown_only(opened, path):
         served.labels.delete("tree_1")
     store_layer(served, "new")
     assert served.save() == ("1 layer", "")
-    assert served.fold_labels() == ""
+    assert served.fold_labels() == ("", "")
 
 
 def test_parts(tmp_path):

@@ -37,6 +37,10 @@ def swallow(path, size):
     return int(np.ones(size, np.uint8).sum())
 
 
+def swallow_8_gib(path):
+    return swallow(path, 8 << 30)
+
+
 def compare(path, size):
     """Where there is memory for an array, but none for what it is compared to."""
     return bool((np.zeros(size, np.uint8) == 1).any())
@@ -49,7 +53,15 @@ def sleep(path, seconds):
     time.sleep(seconds)
 
 
-def fail(path, kind):
+def sleep_long(path):
+    time.sleep(60)
+
+
+def abort(path):
+    os.abort()
+
+
+def fail(path, kind="key"):
     raise {"key": KeyError, "recursion": RecursionError, "system": SystemError}[kind]("so\nthere")
 
 

@@ -99,7 +99,6 @@ struct Materials
   std::vector<std::uint32_t> face_materials;
   /// One pair per vertex, or none at all; v runs from the top of the image, as OGRE wants it.
   std::vector<std::array<float, 2>> texture_coordinates;
-  std::size_t repeated_faces = 0;  ///< how often a face is named that has a material already
 };
 
 struct TextureImage

@@ -7,13 +7,13 @@
 
 namespace rviz_mesh_plugin {
 
-std::string shortened(std::string text)
+std::string shortened(std::string text, std::size_t most, char control)
 {
-  if (text.size() > 300) {
-    text = text.substr(0, 297) + "...";
+  if (text.size() > most) {
+    text = text.substr(0, most - 3) + "...";
   }
   std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
+      text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, control);
   return text;
 }
 

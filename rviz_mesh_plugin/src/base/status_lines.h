@@ -61,8 +61,9 @@ struct StatusLine
 /// No line at all where there is nothing to say.
 using OptionalStatus = std::optional<StatusLine>;
 
-/// A reason of somebody else's, short and on one line.
-std::string shortened(std::string text);
+/// A text of somebody else's on one line, and not longer than this.
+/// @param control stands for characters that cannot be seen
+std::string shortened(std::string text, std::size_t most = 300, char control = ' ');
 
 /// What the displays within another one say while that has nothing to show.
 StatusLine noMapOpen();

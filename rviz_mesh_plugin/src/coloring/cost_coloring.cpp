@@ -14,7 +14,9 @@ namespace {
 /// share of the upper one.
 constexpr float LEAST_SHARE = 1e-3f;
 
-/// Costs to positions on the scale, for many costs.
+/// Where costs (no NaN) lie between the limits: 0 at the lower, 1 at the upper one and beyond.
+/// Where both are equal, costs up to them are at 0 and greater ones at 1; where the lower limit is
+/// above the upper one, the scale runs backwards.
 class Positions
 {
  public:
@@ -52,10 +54,9 @@ bool isOutside(const CostLimits& limits, float cost, bool* below)
   return *below || cost > std::max(limits.lower, limits.upper);
 }
 
-/// The color of a cost, where its position lies on the scale: @a scale_color(position).
-template <class ScaleColor>
+/// The color of a cost; -inf counts as one below all others.
 Rgba8 colorOf(float cost, const CostColoring& coloring, const CostLimits& limits,
-              const Positions& positions, const ScaleColor& scale_color)
+              const Positions& positions, const ColorTable& table)
 {
   if (std::isnan(cost)) {
     return coloring.unknown;
@@ -67,7 +68,7 @@ Rgba8 colorOf(float cost, const CostColoring& coloring, const CostLimits& limits
   if (coloring.mark_outside && isOutside(limits, cost, &below)) {
     return below ? coloring.below : coloring.above;
   }
-  return scale_color(positions.at(cost));
+  return table.at(positions.at(cost));
 }
 
 CostLimits automaticLimits(const CostColoring& coloring, const CostSummary& summary)
@@ -124,18 +125,6 @@ bool isLogarithmic(const CostColoring& coloring, const CostLimits& limits)
   return coloring.logarithmic && limits.lower > 0.0f && limits.upper > 0.0f;
 }
 
-float scalePosition(const CostColoring& coloring, const CostLimits& limits, float cost)
-{
-  return Positions(coloring, limits).at(cost);
-}
-
-Rgba8 costColor(const CostColoring& coloring, const CostLimits& limits, float cost)
-{
-  return colorOf(cost, coloring, limits, Positions(coloring, limits), [&](float position) {
-    return scaleColor(coloring.scale, coloring.inverted ? 1.0f - position : position);
-  });
-}
-
 std::string coloringNote(const CostColoring& coloring, const CostSummary& summary)
 {
   if (!coloring.logarithmic || summary.finite == 0) {
@@ -166,8 +155,7 @@ ColorSource colorSource(const CostLayerConstPtr& layer, const CostColoring& colo
   const Positions positions(coloring, limits);
   return [=](const std::uint32_t* sources, std::size_t count, Rgba8* colors) {
     for (std::size_t i = 0; i < count; ++i) {
-      colors[i] = colorOf(layer->costs[sources[i]], coloring, limits, positions,
-                          [&](float position) { return table->at(position); });
+      colors[i] = colorOf(layer->costs[sources[i]], coloring, limits, positions, *table);
     }
   };
 }

@@ -43,19 +43,11 @@ CostLimits limitsOf(const CostColoring& coloring, const CostSummary& summary);
 /// Whether the scale is logarithmic between these limits: where asked for, and both are above 0.
 bool isLogarithmic(const CostColoring& coloring, const CostLimits& limits);
 
-/// Where a cost (no NaN) lies between the limits: 0 at the lower, 1 at the upper one and beyond.
-/// Where both are equal, costs up to them are at 0 and greater ones at 1; where the lower limit is
-/// above the upper one, the scale runs backwards.
-float scalePosition(const CostColoring& coloring, const CostLimits& limits, float cost);
-
-/// The color of one cost. -inf counts as a cost below all others.
-Rgba8 costColor(const CostColoring& coloring, const CostLimits& limits, float cost);
-
 /// What is done with costs that cannot be shown as asked, as a part of a sentence: "the scale is
 /// linear, since no cost is above 0". Empty where there is nothing to say.
 std::string coloringNote(const CostColoring& coloring, const CostSummary& summary);
 
-/// The colors of a layer for MeshVisual::setColors(): costColor() of each, to within one step of a
+/// The colors of a layer for MeshVisual::setColors(): those of the scale, to within one step of a
 /// channel. Takes about 5 ms per million costs.
 ColorSource colorSource(const CostLayerConstPtr& layer, const CostColoring& coloring);
 

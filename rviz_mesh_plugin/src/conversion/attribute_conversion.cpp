@@ -28,8 +28,7 @@ std::vector<Finding> checkLabel(const mesh_msgs::MeshFaceCluster& cluster)
 {
   auto findings = check(cluster);
   if (cluster.label.empty()) {
-    findings.push_back(
-        {"label_empty", "a cluster has no label", std::nullopt, 1, "choose one such as 'tree_1'"});
+    findings.push_back({"label_empty", "a cluster has no label", "choose one such as 'tree_1'"});
   }
   return findings;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/erase_if.h"
 #include "base/texture_halving.h"
 #include "conversion/attribute_conversion.h"
 
@@ -13,9 +14,7 @@ namespace {
 void refuseInvalid(const mesh_msgs::MeshMaterialsStamped& message)
 {
   auto findings = check(message);
-  findings.erase(std::remove_if(findings.begin(), findings.end(),
-                                [](const Finding& f) { return f.rule == "label_unusable"; }),
-                 findings.end());
+  eraseIf(findings, [](const Finding& finding) { return finding.rule == "label_unusable"; });
   refuse(findings);
 }
 
@@ -70,7 +69,6 @@ void assignMaterials(const mesh_msgs::MeshMaterials& given, Materials& made)
   } else {
     assignSparsely(given, count, made);
   }
-  made.repeated_faces = count - made.faces.size();
 }
 
 void halve(TextureImage& image)

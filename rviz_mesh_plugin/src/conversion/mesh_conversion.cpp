@@ -1,5 +1,7 @@
 #include "conversion/mesh_conversion.h"
 
+#include <mesh_map/base/parallel.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,10 +13,12 @@
 
 #include "base/vectors.h"
 #include "conversion/validation.h"
-#include "threads/parallel_each.h"
 
 namespace rviz_mesh_plugin {
 namespace {
+
+/// Vertices or faces that one core works on at a time.
+constexpr std::size_t RUN = 65536;
 
 template <class Point>
 std::array<float, 3> toFloats(const Point& point)
@@ -69,7 +73,7 @@ Survey surveyEach(std::size_t count, const Convert& convert)
 {
   Survey sum;
   std::mutex mutex;
-  mesh_map::parallelFor(count, 65536, 0, [&]() -> mesh_map::RangeBody {
+  mesh_map::parallelFor(count, RUN, 0, [&]() -> mesh_map::RangeBody {
     return [&sum, &mutex, convert](std::size_t begin, std::size_t end) {
       Survey part;
       for (std::size_t i = begin; i < end; ++i) {
@@ -148,9 +152,11 @@ void computeNormals(MeshData& mesh)
   mesh_map::parallelJobs({[&]() { addNormals(mesh, 0, count / 2, halves[0]); },
                           [&]() { addNormals(mesh, count / 2, count, halves[1]); }},
                          2);
-  parallelEach(mesh.vertices.size(),
-               [a = halves[0].data(), b = halves[1].data(), vertices = mesh.vertices.data()](
-                   std::size_t i) { vertices[i].normal = unitOrZero(a[i] + b[i]); });
+  mesh_map::parallelEach(
+      mesh.vertices.size(), RUN, 0,
+      [a = halves[0].data(), b = halves[1].data(), vertices = mesh.vertices.data()](std::size_t i) {
+        vertices[i].normal = unitOrZero(a[i] + b[i]);
+      });
 }
 
 std::atomic<std::size_t> conversions{0};

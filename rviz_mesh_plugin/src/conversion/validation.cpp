@@ -5,28 +5,14 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <sstream>
 
 #include <std_msgs/ColorRGBA.h>
 
+#include "base/status_lines.h"
 #include "labels/label_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {
-
-template <class... Parts>
-std::string text(const Parts&... parts)
-{
-  std::ostringstream stream;
-  (stream << ... << parts);
-  return stream.str();
-}
-
-/// About the whole, and not about one of many elements.
-Finding findingOf(const char* rule, const std::string& what, const std::string& hint)
-{
-  return {rule, what, std::nullopt, 1, hint};
-}
 
 void addFinding(std::vector<Finding>& findings, const std::optional<Finding>& finding)
 {
@@ -42,20 +28,14 @@ std::optional<Finding> checkCount(const char* rule, std::size_t count, const cha
   if (count == wanted) {
     return std::nullopt;
   }
-  return findingOf(rule, text("there are ", count, " ", things, " for ", wanted, " ", others),
-                   hint);
+  return Finding{rule, joined("there are ", count, " ", things, " for ", wanted, " ", others),
+                 hint};
 }
 
 /// Finite as a float, which is what OGRE computes with: 1e60 is finite as a double only.
 bool isFinite(double value)
 {
   return std::isfinite(static_cast<float>(value));
-}
-
-template <class Point>
-bool isFinitePoint(const Point& point)
-{
-  return isFinite(point.x) && isFinite(point.y) && isFinite(point.z);
 }
 
 template <class Function>
@@ -79,18 +59,14 @@ void addFinding(std::vector<Finding>& findings, const char* rule, const Elements
     }
   }
   if (count > 0) {
-    findings.push_back({rule, describe(first), first, count, hint});
+    findings.push_back({rule, describe(first), hint, count});
   }
 }
 
 /// Text of a message in quotes, on one line and not too long for a status line.
 std::string shown(const std::string& text)
 {
-  std::string line = text.size() <= 60 ? text : text.substr(0, 57) + "...";
-  for (char& c : line) {
-    c = static_cast<unsigned char>(c) < 32 || c == 127 ? '?' : c;
-  }
-  return "'" + line + "'";
+  return "'" + shortened(text, 60, '?') + "'";
 }
 
 void checkUuid(std::vector<Finding>& findings, const std::string& given,
@@ -98,9 +74,9 @@ void checkUuid(std::vector<Finding>& findings, const std::string& given,
 {
   if (!expected.empty() && given != expected) {
     findings.push_back(
-        findingOf("uuid_mismatch",
-                  text("the uuid is ", shown(given), ", but ", shown(expected), " is expected"),
-                  "publish it with the uuid of the geometry it belongs to"));
+        Finding{"uuid_mismatch",
+                joined("the uuid is ", shown(given), ", but ", shown(expected), " is expected"),
+                "publish it with the uuid of the geometry it belongs to"});
   }
 }
 
@@ -109,8 +85,8 @@ void checkIdentity(std::vector<Finding>& findings, const Message& message, const
 {
   checkUuid(findings, message.uuid, uuid);
   if (message.header.frame_id.empty()) {
-    findings.push_back(findingOf("frame_id_empty", "header.frame_id is empty",
-                                 "set it to the frame of the coordinates"));
+    findings.push_back(Finding{"frame_id_empty", "header.frame_id is empty",
+                               "set it to the frame of the coordinates"});
   }
 }
 
@@ -122,8 +98,8 @@ void checkChannels(std::vector<Finding>& findings, const Colors& colors, const c
 {
   const auto describe = [&](std::size_t first) {
     const std_msgs::ColorRGBA& color = color_of(colors[first]);
-    return text("the color of ", noun, " ", first, " is (", color.r, ", ", color.g, ", ", color.b,
-                ", ", color.a, ")");
+    return joined("the color of ", noun, " ", first, " is (", color.r, ", ", color.g, ", ", color.b,
+                  ", ", color.a, ")");
   };
   addFinding(
       findings, "color_not_finite", colors,
@@ -147,13 +123,24 @@ void checkCostValues(std::vector<Finding>& findings, const std::vector<float>& c
   addFinding(
       findings, "cost_negative_infinity", costs,
       [](float cost) { return std::isinf(cost) && cost < 0.0f; },
-      [&](std::size_t first) { return text("the cost of ", noun, " ", first, " is -inf"); },
+      [&](std::size_t first) { return joined("the cost of ", noun, " ", first, " is -inf"); },
       "lethal is +inf, unknown is NaN");
 }
 
-std::string coordinates(const char* name, std::size_t index, const geometry_msgs::Point& point)
+/// @param noun what the points are
+void checkPoints(std::vector<Finding>& findings, const char* rule, const char* noun,
+                 const std::vector<geometry_msgs::Point>& points, const char* hint)
 {
-  return text(name, " ", index, " is (", point.x, ", ", point.y, ", ", point.z, ")");
+  addFinding(
+      findings, rule, points,
+      [](const auto& point) {
+        return !isFinite(point.x) || !isFinite(point.y) || !isFinite(point.z);
+      },
+      [&](std::size_t first) {
+        const geometry_msgs::Point& point = points[first];
+        return joined(noun, " ", first, " is (", point.x, ", ", point.y, ", ", point.z, ")");
+      },
+      hint);
 }
 
 void checkFaces(std::vector<Finding>& findings, const mesh_msgs::MeshGeometry& mesh)
@@ -167,8 +154,8 @@ void checkFaces(std::vector<Finding>& findings, const mesh_msgs::MeshGeometry& m
       findings, "face_index_out_of_range", mesh.faces,
       [&](const auto& face) { return bad_corner(face) != face.vertex_indices.end(); },
       [&](std::size_t first) {
-        return text("face ", first, " refers to vertex ", *bad_corner(mesh.faces[first]),
-                    ", but the mesh has ", vertex_count, " vertices");
+        return joined("face ", first, " refers to vertex ", *bad_corner(mesh.faces[first]),
+                      ", but the mesh has ", vertex_count, " vertices");
       },
       "export the mesh again; indices count from 0");
 }
@@ -182,8 +169,8 @@ void checkIndices(std::vector<Finding>& findings, const char* rule, const std::s
     addFinding(
         findings, rule, indices, [&](std::uint32_t index) { return index >= *limit; },
         [&](std::size_t first) {
-          return text(noun, " ", first, " refers to ", target, " ", indices[first],
-                      ", but there are ", *limit);
+          return joined(noun, " ", first, " refers to ", target, " ", indices[first],
+                        ", but there are ", *limit);
         },
         hint);
   }
@@ -196,9 +183,9 @@ void checkCluster(std::vector<Finding>& findings, const mesh_msgs::MeshFaceClust
                cluster.face_indices, face_count, "name faces of the mesh that the uuid stands for");
   const std::string fault = labelFault(cluster.label);
   if (!fault.empty()) {
-    findings.push_back(findingOf("label_unusable",
-                                 text(prefix, "the label ", shown(cluster.label), " ", fault),
-                                 "choose up to 255 bytes without '/', such as 'tree_1'"));
+    findings.push_back(Finding{"label_unusable",
+                               joined(prefix, "the label ", shown(cluster.label), " ", fault),
+                               "choose up to 255 bytes without '/', such as 'tree_1'"});
   }
 }
 
@@ -220,8 +207,8 @@ void checkCoordinates(std::vector<Finding>& findings,
       findings, "texture_coordinate_not_finite", coordinates,
       [](const auto& pair) { return !isFinite(pair.u) || !isFinite(pair.v); },
       [&](std::size_t first) {
-        return text("texture coordinate ", first, " is (", coordinates[first].u, ", ",
-                    coordinates[first].v, ")");
+        return joined("texture coordinate ", first, " is (", coordinates[first].u, ", ",
+                      coordinates[first].v, ")");
       },
       "send 0 where there is no texture");
 }
@@ -245,37 +232,37 @@ std::optional<Finding> checkImage(const sensor_msgs::Image& image)
   if (!encoding) {
     std::string names;
     for (const PixelEncoding& known : ENCODINGS) {
-      names += text(names.empty() ? "" : ", ", known.name);
+      names += joined(names.empty() ? "" : ", ", known.name);
     }
-    return findingOf("image_encoding", text("the texture has the encoding ", shown(image.encoding)),
-                     text("use one of ", names));
+    return Finding{"image_encoding", joined("the texture has the encoding ", shown(image.encoding)),
+                   joined("use one of ", names)};
   }
   if (image.width == 0 || image.height == 0) {
-    return findingOf("image_empty",
-                     text("the texture has ", image.width, " x ", image.height, " pixels"),
-                     "leave the texture out");
+    return Finding{"image_empty",
+                   joined("the texture has ", image.width, " x ", image.height, " pixels"),
+                   "leave the texture out"};
   }
   // All 32-bit numbers, and at most 8 bytes: nothing overflows in 64 bits.
   const std::uint64_t row = image.width * std::uint64_t{encoding->bytes()};
   if (image.step >= row && image.data.size() >= std::uint64_t(image.step) * image.height) {
     return std::nullopt;
   }
-  return findingOf(
+  return Finding{
       "image_size",
-      text("a texture of ", image.width, " x ", image.height, " pixels in ", image.encoding,
-           " has a step of ", image.step, " and ", image.data.size(), " bytes"),
-      text("send ", row, " bytes for each row"));
+      joined("a texture of ", image.width, " x ", image.height, " pixels in ", image.encoding,
+             " has a step of ", image.step, " and ", image.data.size(), " bytes"),
+      joined("send ", row, " bytes for each row")};
 }
 
 /// Costs of all vertices or faces.
 template <class Message>
 std::vector<Finding> checkCosts(const Message& message, const std::vector<float>& costs,
-                                const char* noun, const std::optional<Finding>& count,
+                                bool on_faces, std::optional<std::size_t> count,
                                 const std::string& uuid)
 {
   std::vector<Finding> findings;
-  addFinding(findings, count);
-  checkCostValues(findings, costs, noun);
+  addFinding(findings, checkCostCount(costs.size(), count.value_or(costs.size()), on_faces));
+  checkCostValues(findings, costs, on_faces ? "face" : "vertex");
   checkIdentity(findings, message, uuid);
   return findings;
 }
@@ -284,8 +271,8 @@ std::vector<Finding> checkCosts(const Message& message, const std::vector<float>
 
 std::string Finding::sentence() const
 {
-  return text(what, count > 1 ? text(" (the first of ", count, ")") : "", hint.empty() ? "" : "; ",
-              hint);
+  return joined(what, count > 1 ? joined(" (the first of ", count, ")") : "",
+                hint.empty() ? "" : "; ", hint);
 }
 
 const PixelEncoding* findEncoding(const std::string& name)
@@ -300,30 +287,24 @@ std::vector<Finding> check(const mesh_msgs::MeshGeometryStamped& message, const 
   const auto& mesh = message.mesh_geometry;
   std::vector<Finding> findings;
   if (mesh.vertices.empty()) {
-    findings.push_back(findingOf("no_vertices", "the mesh has no vertices",
-                                 "look at the node that publishes it: did it load its file?"));
+    findings.push_back(Finding{"no_vertices", "the mesh has no vertices",
+                               "look at the node that publishes it: did it load its file?"});
   }
   if (mesh.faces.empty()) {
-    findings.push_back(findingOf(
-        "no_faces", text("the mesh has ", mesh.vertices.size(), " vertices, but no faces"),
-        "a point cloud has to be triangulated before"));
+    findings.push_back(Finding{
+        "no_faces", joined("the mesh has ", mesh.vertices.size(), " vertices, but no faces"),
+        "a point cloud has to be triangulated before"});
   }
-  addFinding(
-      findings, "vertex_not_finite", mesh.vertices,
-      [](const auto& point) { return !isFinitePoint(point); },
-      [&](std::size_t first) { return coordinates("vertex", first, mesh.vertices[first]); },
-      "coordinates have to be finite as 32-bit floats");
+  checkPoints(findings, "vertex_not_finite", "vertex", mesh.vertices,
+              "coordinates have to be finite as 32-bit floats");
   checkFaces(findings, mesh);
   if (!mesh.vertex_normals.empty()) {
     addFinding(findings, checkCount("normal_count", mesh.vertex_normals.size(), "normals",
                                     mesh.vertices.size(), "vertices",
                                     "send one normal per vertex, or none at all"));
   }
-  addFinding(
-      findings, "normal_not_finite", mesh.vertex_normals,
-      [](const auto& normal) { return !isFinitePoint(normal); },
-      [&](std::size_t first) { return coordinates("normal", first, mesh.vertex_normals[first]); },
-      "send finite normals, or none at all: they are then computed");
+  checkPoints(findings, "normal_not_finite", "normal", mesh.vertex_normals,
+              "send finite normals, or none at all: they are then computed");
   checkIdentity(findings, message, uuid);
   return findings;
 }
@@ -331,17 +312,13 @@ std::vector<Finding> check(const mesh_msgs::MeshGeometryStamped& message, const 
 std::vector<Finding> check(const mesh_msgs::MeshVertexCostsStamped& message,
                            std::optional<std::size_t> vertex_count, const std::string& uuid)
 {
-  const auto& costs = message.mesh_vertex_costs.costs;
-  return checkCosts(message, costs, "vertex",
-                    checkCostCount(costs.size(), vertex_count.value_or(costs.size())), uuid);
+  return checkCosts(message, message.mesh_vertex_costs.costs, false, vertex_count, uuid);
 }
 
 std::vector<Finding> check(const mesh_msgs::MeshFaceCostsStamped& message,
                            std::optional<std::size_t> face_count, const std::string& uuid)
 {
-  const auto& costs = message.mesh_face_costs.costs;
-  return checkCosts(message, costs, "face",
-                    checkFaceCostCount(costs.size(), face_count.value_or(costs.size())), uuid);
+  return checkCosts(message, message.mesh_face_costs.costs, true, face_count, uuid);
 }
 
 std::vector<Finding> check(const mesh_msgs::MeshVertexColorsStamped& message,
@@ -366,8 +343,8 @@ std::vector<Finding> check(const mesh_msgs::MeshVertexCostsSparseStamped& messag
                         "vertices", "send a cost for each of the vertices"));
   checkCostValues(findings, sparse.costs, "entry");
   if (std::isinf(sparse.default_value) && sparse.default_value < 0.0f) {
-    findings.push_back(findingOf("cost_negative_infinity", "default_value is -inf",
-                                 "lethal is +inf, unknown is NaN"));
+    findings.push_back(Finding{"cost_negative_infinity", "default_value is -inf",
+                               "lethal is +inf, unknown is NaN"});
   }
   checkIndices(findings, "vertex_index_out_of_range", "entry", "vertex", sparse.vertices,
                vertex_count, "name vertices of the mesh that the uuid stands for");
@@ -390,7 +367,7 @@ std::vector<Finding> check(const mesh_msgs::MeshMaterialsStamped& message,
   const auto& given = message.mesh_materials;
   std::vector<Finding> findings;
   for (std::size_t i = 0; i < given.clusters.size(); ++i) {
-    checkCluster(findings, given.clusters[i], face_count, text("cluster ", i, ": "));
+    checkCluster(findings, given.clusters[i], face_count, joined("cluster ", i, ": "));
   }
   addFinding(findings, checkCount("cluster_material_count", given.cluster_materials.size(),
                                   "cluster_materials", given.clusters.size(), "clusters",
@@ -413,15 +390,9 @@ std::vector<Finding> check(const mesh_msgs::MeshTexture& message, const std::str
   return findings;
 }
 
-std::optional<Finding> checkCostCount(std::size_t cost_count, std::size_t vertex_count)
+std::optional<Finding> checkCostCount(std::size_t cost_count, std::size_t count, bool on_faces)
 {
-  return checkCount("cost_count", cost_count, "costs", vertex_count, "vertices",
-                    "compute the layer for this geometry");
-}
-
-std::optional<Finding> checkFaceCostCount(std::size_t cost_count, std::size_t face_count)
-{
-  return checkCount("cost_count", cost_count, "costs", face_count, "faces",
+  return checkCount("cost_count", cost_count, "costs", count, on_faces ? "faces" : "vertices",
                     "compute the layer for this geometry");
 }
 
@@ -446,9 +417,9 @@ std::optional<Finding> checkMaterialsFit(const Materials& materials, std::size_t
     const auto first = std::lower_bound(materials.faces.begin(), materials.faces.end(), face_count);
     return Finding{
         "cluster_face_out_of_range",
-        text("the materials refer to face ", *first, ", but the mesh has ", face_count, " faces"),
-        std::nullopt, static_cast<std::size_t>(materials.faces.end() - first),
-        "publish the materials of this geometry"};
+        joined("the materials refer to face ", *first, ", but the mesh has ", face_count, " faces"),
+        "publish the materials of this geometry",
+        static_cast<std::size_t>(materials.faces.end() - first)};
   }
   return checkCoordinateCount(materials.texture_coordinates.size(), vertex_count);
 }
@@ -459,7 +430,7 @@ std::string summarize(const std::vector<Finding>& findings)
     return std::string();
   }
   const std::size_t more = findings.size() - 1;
-  return findings.front().sentence() + (more > 0 ? text(" (and ", more, " more findings)") : "");
+  return findings.front().sentence() + (more > 0 ? joined(" (and ", more, " more findings)") : "");
 }
 
 }  // namespace rviz_mesh_plugin

@@ -22,11 +22,10 @@ namespace rviz_mesh_plugin {
 /// One broken rule in a message.
 struct Finding
 {
-  std::string rule;                  ///< name of the rule, the same as in mesh_msgs.validation
-  std::string what;                  ///< what is wrong, with the numbers
-  std::optional<std::size_t> index;  ///< of the first offending element
-  std::size_t count = 1;             ///< how many elements break the rule
-  std::string hint;                  ///< the way out
+  std::string rule;       ///< name of the rule, the same as in mesh_msgs.validation
+  std::string what;       ///< what is wrong, with the numbers, of the first offending element
+  std::string hint;       ///< the way out
+  std::size_t count = 1;  ///< how many elements break the rule
 
   /// All of it in one line.
   std::string sentence() const;
@@ -75,11 +74,10 @@ struct PixelEncoding
 const PixelEncoding* findEncoding(const std::string& name);
 
 /// The rules on lengths and indices alone, for attributes that arrived before their geometry.
-std::optional<Finding> checkFaceCostCount(std::size_t cost_count, std::size_t face_count);
 std::optional<Finding> checkUpdateFits(const CostUpdate& update, std::size_t vertex_count);
 std::optional<Finding> checkMaterialsFit(const Materials& materials, std::size_t vertex_count,
                                          std::size_t face_count);
-std::optional<Finding> checkCostCount(std::size_t cost_count, std::size_t vertex_count);
+std::optional<Finding> checkCostCount(std::size_t cost_count, std::size_t count, bool on_faces);
 std::optional<Finding> checkColorCount(std::size_t color_count, std::size_t vertex_count);
 
 /// The sentence of the first finding, and how many more there are; empty without findings.

@@ -19,17 +19,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds BUDGET(8);  // of one update, for each kind of work
 
-/// How it went with what was asked.
-OptionalStatus servicesStatus(const ServiceReport& report)
-{
-  if (report.text.empty()) {
-    return std::nullopt;
-  }
-  const bool bad = report.worst == ServiceReport::State::FAILED ||
-                   report.worst == ServiceReport::State::SEARCHING;
-  return StatusLine{bad ? StatusLine::WARN : StatusLine::OK, report.text};
-}
-
 }  // namespace
 
 ClusterLabelDisplay::ClusterLabelDisplay() : properties_(new LabelProperties(this)), lines_(this)
@@ -37,8 +26,7 @@ ClusterLabelDisplay::ClusterLabelDisplay() : properties_(new LabelProperties(thi
   using Self = ClusterLabelDisplay;
   connect(properties_, &LabelProperties::topicsChanged, this, &Self::restart);
   connect(properties_, &LabelProperties::lookChanged, this, &Self::onLook);
-  connect(properties_, &LabelProperties::labelVisibilityChanged, this, &Self::onLabelVisibility);
-  connect(properties_, &LabelProperties::classVisibilityChanged, this, &Self::onClassVisibility);
+  connect(properties_, &LabelProperties::visibilityChanged, this, &Self::onVisibility);
   connect(properties_, &LabelProperties::colorChosen, this, &Self::onColorChosen);
 }
 
@@ -47,7 +35,7 @@ ClusterLabelDisplay::~ClusterLabelDisplay() = default;
 void ClusterLabelDisplay::onInitialize()
 {
   lines_.attempt([this] {
-    overlay_ = std::make_unique<LabelOverlay>(scene_manager_, scene_node_);
+    overlay_ = std::make_unique<LabelOverlay>(scene_node_);
     overlay_->setVisible(false);
   });
   onLook();
@@ -63,16 +51,14 @@ void ClusterLabelDisplay::setSource(const MeshSource& source)
 /// The other topic, where there is none yet, is the one that hdf5_map_server has beside it.
 void ClusterLabelDisplay::setTopic(const QString& topic, const QString& datatype)
 {
-  const QString geometry_type =
-      QString::fromLatin1(ros::message_traits::datatype<mesh_msgs::MeshGeometryStamped>());
-  const QString geometry = "mesh/geometry";
-  const QString labels = "new_cluster_label";
-  const bool of_labels = datatype != geometry_type;
+  const bool of_labels =
+      datatype != ros::message_traits::datatype<mesh_msgs::MeshGeometryStamped>();
   properties_->setTopic(topic, of_labels);
-  const QString& mine = of_labels ? labels : geometry;
+  const QString names[] = {"mesh/geometry", "new_cluster_label"};
+  const QString& mine = names[of_labels ? 1 : 0];
   const std::string other = of_labels ? properties_->geometryTopic() : properties_->labelsTopic();
   if (other.empty() && topic.endsWith("/" + mine)) {
-    properties_->setTopic(topic.left(topic.size() - mine.size()) + (of_labels ? geometry : labels),
+    properties_->setTopic(topic.left(topic.size() - mine.size()) + names[of_labels ? 0 : 1],
                           !of_labels);
   }
 }
@@ -125,9 +111,6 @@ void ClusterLabelDisplay::subscribe()
   } catch (const ros::Exception& error) {
     subscription_error_ = "these topics cannot be used: " + std::string(error.what());
   }
-  if (store_.mesh() && !source.labels_topic.empty()) {
-    sources_.services().requestLabels(store_.mesh()->uuid);  // changes may have been missed
-  }
 }
 
 void ClusterLabelDisplay::unsubscribe()
@@ -179,29 +162,24 @@ void ClusterLabelDisplay::onLook()
   queueRender();
 }
 
-void ClusterLabelDisplay::onLabelVisibility(const QString& label)
+void ClusterLabelDisplay::onVisibility()
 {
   recount_ = true;
-  lines_.attempt([&] { applyLook(label.toStdString()); });
-}
-
-void ClusterLabelDisplay::onClassVisibility(const QString& label_class)
-{
-  recount_ = true;
-  lines_.attempt([&] {
+  lines_.attempt([this] {
     for (const auto& label : store_.labels()) {
-      if (labelClass(label.first) == label_class.toStdString()) {
-        applyLook(label.first);
+      if (overlay_) {
+        overlay_->setVisible(label.first, properties_->visibility().isShown(label.first));
       }
     }
   });
+  queueRender();
 }
 
-void ClusterLabelDisplay::onColorChosen(const QString& label)
+void ClusterLabelDisplay::onColorChosen(const QString& label, const QColor& chosen)
 {
   lines_.attempt([&] {
     const std::string name = label.toStdString();
-    const Rgba8 color = properties_->chosenColor(name);
+    const Rgba8 color = toRgba8(chosen);
     const bool of_class = color == colors_.classColor(labelClass(name));
     edit_failure_ = setLabelColor(name, of_class ? nullptr : &color);
     applyLook(name);  // as it is until the new color is stored
@@ -223,7 +201,7 @@ const LabelLooks& ClusterLabelDisplay::looks() const
 
 void ClusterLabelDisplay::setShown(const std::string& label, bool shown)
 {
-  properties_->setShown(label, shown);
+  properties_->visibility().setShown(label, shown);
 }
 
 float ClusterLabelDisplay::brushSize() const
@@ -269,11 +247,7 @@ std::string ClusterLabelDisplay::setLabelColor(const std::string& label, const R
 
 void ClusterLabelDisplay::update(float /*wall_dt*/, float /*ros_dt*/)
 {
-  const bool done = lines_.attempt([this] { work(); });
-  if (done && work_failed_) {
-    lines_.report("Display", std::nullopt);
-  }
-  work_failed_ = !done;
+  lines_.repeat([this] { work(); });
 }
 
 void ClusterLabelDisplay::work()
@@ -294,11 +268,10 @@ void ClusterLabelDisplay::takeMessages()
     if (overlay_) {
       overlay_->setMesh(store_.mesh());
     }
-    sources_.services()
-        .cancel();  // the labels of a mesh that was here before are asked for once more
+    sources_.services().cancel();  // labels of a mesh that was here before are asked for once more
   }
   if (store_.mesh() && !source().labels_topic.empty()) {
-    sources_.services().requestLabels(store_.mesh()->uuid);
+    sources_.services().requestLabels(store_.mesh()->uuid);  // once since it was subscribed to
   }
   const QueuedAttributes queued = sources_.queue().take();
   labels_received_ = queued.receptions[MeshMember::LABELS];
@@ -312,7 +285,7 @@ void ClusterLabelDisplay::takeColors()
   if (!store_.mesh()) {
     return;
   }
-  std::string failure = owner_.takeFailure();
+  std::string failure = owner_.work();
   if (!failure.empty()) {
     edit_failure_ = failure;
   }
@@ -375,7 +348,7 @@ void ClusterLabelDisplay::applyLook(const std::string& label)
   properties_->setColor(label, color);
   if (overlay_) {
     overlay_->setColor(label, color);
-    overlay_->setVisible(label, properties_->isShown(label));
+    overlay_->setVisible(label, properties_->visibility().isShown(label));
     queueRender();
   }
 }
@@ -391,10 +364,7 @@ void ClusterLabelDisplay::updatePose()
       findPose(*context_->getFrameManager(),
                source_ && !source_->frame.empty() ? source_->frame : store_.mesh()->frame_id,
                "the labels are", line);
-  overlay_->setVisible(pose && isEnabled());
-  if (pose) {
-    overlay_->setPose(pose->position, pose->orientation);
-  }
+  overlay_->place(isEnabled() ? pose : std::nullopt);
   lines_.report("Transform", line);
 }
 
@@ -403,28 +373,28 @@ StatusLine ClusterLabelDisplay::geometryStatus() const
 {
   const std::string topic = source().geometry_topic;
   if (!subscription_error_.empty()) {
-    return {StatusLine::ERROR, subscription_error_};
+    return StatusLine::error(subscription_error_);
   }
   if (topic.empty() && source_) {
     return noMapOpen();
   }
   if (topic.empty()) {
-    return {StatusLine::ERROR,
-            "there is no mesh to label: choose a 'Geometry Topic' and a 'Labels Topic', or add a "
-            "Map3D display, which brings a display of labels of its own"};
+    return StatusLine::error(
+        "there is no mesh to label: choose a 'Geometry Topic' and a 'Labels Topic', or add a Map3D "
+        "display, which brings a display of labels of its own");
   }
   if (!received_.reception.refusal.empty()) {
-    return {StatusLine::ERROR,
-            "the newest mesh on " + topic + " was refused: " + received_.reception.refusal};
+    return StatusLine::error("the newest mesh on ", topic,
+                             " was refused: ", received_.reception.refusal);
   }
   if (store_.mesh()) {
-    return {StatusLine::OK,
-            counted(store_.mesh()->faceCount(), "face", "faces") + ", uuid " + store_.mesh()->uuid};
+    return StatusLine::ok(counted(store_.mesh()->faceCount(), "face", "faces"), ", uuid ",
+                          store_.mesh()->uuid);
   }
   if (!received_.working.empty()) {
-    return {StatusLine::OK, received_.working};
+    return StatusLine::ok(received_.working);
   }
-  return {StatusLine::WARN, "no mesh received on " + topic + " yet: is its node running?"};
+  return StatusLine::warn("no mesh received on ", topic, " yet: is its node running?");
 }
 
 /// Which labels there are, or why there are none.
@@ -434,57 +404,52 @@ OptionalStatus ClusterLabelDisplay::labelsStatus() const
     return std::nullopt;
   }
   if (!labels_received_.refusal.empty()) {
-    return StatusLine{StatusLine::ERROR,
-                      "the newest labels were refused: " + labels_received_.refusal};
+    return StatusLine::error("the newest labels were refused: ", labels_received_.refusal);
   }
   if (source().labels_topic.empty()) {
-    return StatusLine{StatusLine::WARN,
-                      "no labels: choose a 'Labels Topic', as /new_cluster_label of "
-                      "hdf5_map_server"};
+    return StatusLine::warn(
+        "no labels: choose a 'Labels Topic', as /new_cluster_label of hdf5_map_server");
+  }
+  if (store_.labels().empty() && store_.waiting() > 0) {
+    return StatusLine::warn(
+        "labels of another mesh have arrived: both topics have to be of one node");
   }
   if (store_.labels().empty()) {
-    if (store_.waiting() > 0) {
-      return StatusLine{StatusLine::WARN,
-                        "labels of another mesh have arrived: both topics have "
-                        "to be of one node"};
-    }
-    return StatusLine{StatusLine::OK, store_.isComplete()
-                                          ? "the mesh has no labels (yet)"
-                                          : "no label received yet; those that change show here"};
+    return StatusLine::ok(store_.isComplete()
+                              ? "the mesh has no labels (yet)"
+                              : "no label received yet; those that change show here");
   }
-  std::string text = counted(store_.labels().size(), "label", "labels") + " of " +
-                     counted(classes_.size(), "class", "classes") + " on " +
-                     counted(store_.faceCount(), "face", "faces");
+  StatusLine line = StatusLine::ok(counted(store_.labels().size(), "label", "labels"), " of ",
+                                   counted(classes_.size(), "class", "classes"), " on ",
+                                   counted(store_.faceCount(), "face", "faces"));
   if (hidden_ > 0) {
-    text += ", " + std::to_string(hidden_) + " hidden";
+    line.text += joined(", ", hidden_, " hidden");
   }
   if (!to_show_.empty()) {
-    text += ", " + std::to_string(to_show_.size()) + " to be shown yet";
+    line.text += joined(", ", to_show_.size(), " to be shown yet");
   }
-  if (store_.facesBeyond() > 0) {
-    return StatusLine{StatusLine::WARN,
-                      text + "; " + counted(store_.facesBeyond(), "index", "indices") +
-                          " left out, which the mesh has no face for: the labels were made for "
-                          "another one"};
+  if (const std::size_t beyond = store_.facesBeyond()) {
+    line = StatusLine::warn(line.text, "; ", counted(beyond, "index", "indices"),
+                            " left out, which the mesh has no face for: the labels were made for "
+                            "another one");
   }
-  return StatusLine{StatusLine::OK, text};
+  return line;
 }
 
 void ClusterLabelDisplay::updateStatuses()
 {
   if (recount_) {
     recount_ = false;
-    hidden_ = static_cast<std::size_t>(
-        std::count_if(store_.labels().begin(), store_.labels().end(),
-                      [this](const auto& label) { return !properties_->isShown(label.first); }));
+    hidden_ = static_cast<std::size_t>(std::count_if(
+        store_.labels().begin(), store_.labels().end(),
+        [this](const auto& label) { return !properties_->visibility().isShown(label.first); }));
   }
   lines_.report("Geometry", geometryStatus());
   lines_.report("Labels", labelsStatus());
   lines_.report("Label colors", label_colors_.status());
-  lines_.report("Services", servicesStatus(sources_.services().report()));
-  lines_.report("Edits", edit_failure_.empty()
-                             ? edits_
-                             : OptionalStatus(StatusLine{StatusLine::ERROR, edit_failure_}));
+  lines_.report("Services", sources_.services().report().status(ServiceReport::State::SEARCHING));
+  lines_.report("Edits",
+                edit_failure_.empty() ? edits_ : OptionalStatus(StatusLine::error(edit_failure_)));
 }
 
 }  // namespace rviz_mesh_plugin

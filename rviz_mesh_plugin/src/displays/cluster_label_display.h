@@ -90,9 +90,8 @@ class ClusterLabelDisplay : public rviz::Display
 
  private:
   void onLook();
-  void onLabelVisibility(const QString& label);
-  void onClassVisibility(const QString& label_class);
-  void onColorChosen(const QString& label);
+  void onVisibility();
+  void onColorChosen(const QString& label, const QColor& color);
   void work();
   void subscribe();
   void unsubscribe();
@@ -126,7 +125,6 @@ class ClusterLabelDisplay : public rviz::Display
   bool recount_ = true;             ///< these
   OptionalStatus edits_;
   std::string edit_failure_;
-  bool work_failed_ = false;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -6,14 +6,154 @@
 #include <mesh_msgs/MeshFaceCluster.h>
 #include <mesh_msgs/MeshGeometryStamped.h>
 
-#include "displays/label_visibility.h"
-
 namespace rviz_mesh_plugin {
 namespace {
 
 const char* const NEW_LABEL = "__NEW__";
 
+const char* const CLASSES = "Hidden Classes";
+const char* const LABELS = "Hidden Labels";
+
+std::set<std::string> readNames(const rviz::Config& config)
+{
+  std::set<std::string> names;
+  for (int i = 0; i < config.listLength(); ++i) {
+    names.insert(config.listChildAt(i).getValue().toString().toStdString());
+  }
+  return names;
+}
+
+void writeNames(rviz::Config config, const std::set<std::string>& names)
+{
+  for (const std::string& name : names) {
+    config.listAppendNew().setValue(QString::fromStdString(name));
+  }
+}
+
+/// Of children in the order of their names: that of this name, or null; @a place is where it is, or
+/// belongs.
+rviz::Property* childNamed(const rviz::Property* parent, const std::string& name, int& place)
+{
+  const LabelLess less;
+  int end = parent->numChildren();
+  place = 0;
+  while (place < end) {
+    const int middle = (place + end) / 2;
+    if (less(parent->childAtUnchecked(middle)->getNameStd(), name)) {
+      place = middle + 1;
+    } else {
+      end = middle;
+    }
+  }
+  if (place == parent->numChildren()) {
+    return nullptr;
+  }
+  rviz::Property* child = parent->childAtUnchecked(place);
+  return child->getNameStd() == name ? child : nullptr;
+}
+
 }  // namespace
+
+LabelVisibility::LabelVisibility(rviz::Property* parent)
+    : rviz::Property("Visible Labels", QVariant(), "Which classes and labels are drawn.", parent)
+{
+}
+
+bool LabelVisibility::isShown(const std::string& label) const
+{
+  return hidden_labels_.count(label) == 0 && hidden_classes_.count(labelClass(label)) == 0;
+}
+
+void LabelVisibility::setShown(const std::string& label, bool shown)
+{
+  int place = 0;
+  rviz::Property* parent = classBox(labelClass(label));
+  if (rviz::Property* box = parent ? childNamed(parent, label, place) : nullptr) {
+    box->setValue(shown);
+    if (shown) {
+      parent->setValue(true);
+    }
+  }
+}
+
+rviz::Property* LabelVisibility::classBox(const std::string& label_class) const
+{
+  int place = 0;
+  return childNamed(this, label_class, place);
+}
+
+/// @param hidden the names of those that are not drawn
+void LabelVisibility::addBox(const std::string& name, const char* what,
+                             std::set<std::string>& hidden, rviz::Property* parent)
+{
+  int place = 0;
+  if (childNamed(parent, name, place)) {
+    return;
+  }
+  auto* box = new rviz::BoolProperty(QString::fromStdString(name), hidden.count(name) == 0,
+                                     QString("Whether this %1 is drawn.").arg(what));
+  box->setDisableChildrenIfFalse(true);
+  parent->addChild(box, place);
+  connect(box, &rviz::Property::changed, this, [this, box, name, &hidden] {
+    if (box->getBool()) {
+      hidden.erase(name);
+    } else {
+      hidden.insert(name);
+    }
+    Q_EMIT changed();
+  });
+}
+
+void LabelVisibility::addLabel(const std::string& label)
+{
+  const std::string label_class = labelClass(label);
+  addBox(label_class, "class", hidden_classes_, this);
+  addBox(label, "label", hidden_labels_, classBox(label_class));
+}
+
+void LabelVisibility::removeLabel(const std::string& label)
+{
+  rviz::Property* parent = classBox(labelClass(label));
+  int place = 0;
+  if (!parent || !childNamed(parent, label, place)) {
+    return;
+  }
+  delete parent->takeChildAt(place);
+  if (parent->numChildren() == 0) {
+    childNamed(this, labelClass(label), place);
+    delete takeChildAt(place);
+  }
+}
+
+void LabelVisibility::load(const rviz::Config& config)
+{
+  hidden_classes_ = readNames(config.mapGetChild(CLASSES));
+  hidden_labels_ = readNames(config.mapGetChild(LABELS));
+  // Those whose value changes edit them.
+  const auto classes = hidden_classes_;
+  const auto labels = hidden_labels_;
+  blockSignals(true);  // to tell it once
+  for (int i = 0; i < numChildren(); ++i) {
+    rviz::Property* parent = childAt(i);
+    for (int j = 0; j < parent->numChildren(); ++j) {
+      rviz::Property* box = parent->childAt(j);
+      box->setValue(labels.count(box->getNameStd()) == 0);
+    }
+    parent->setValue(classes.count(parent->getNameStd()) == 0);
+  }
+  blockSignals(false);
+  Q_EMIT changed();
+}
+
+void LabelVisibility::save(rviz::Config config) const
+{
+  if (!hidden_classes_.empty()) {
+    writeNames(config.mapMakeChild(CLASSES), hidden_classes_);
+  }
+  if (!hidden_labels_.empty()) {
+    writeNames(config.mapMakeChild(LABELS), hidden_labels_);
+  }
+}
 
 LabelProperties::LabelProperties(rviz::Property* parent) : QObject(parent)
 {
@@ -38,10 +178,7 @@ LabelProperties::LabelProperties(rviz::Property* parent) : QObject(parent)
       parent);
   color_group_->setShouldBeSaved(false);
   visibility_ = new LabelVisibility(parent);
-  connect(visibility_, &LabelVisibility::labelChanged, this,
-          &LabelProperties::labelVisibilityChanged);
-  connect(visibility_, &LabelVisibility::classChanged, this,
-          &LabelProperties::classVisibilityChanged);
+  connect(visibility_, &rviz::Property::changed, this, &LabelProperties::visibilityChanged);
   brush_size_ = new rviz::FloatProperty(
       "Brush Size", 1.0f, "Radius of the brush of the label tool, in meters.", parent);
   brush_size_->setMin(0.0f);
@@ -59,24 +196,14 @@ void LabelProperties::setTopicsHidden(bool hidden)
   labels_topic_->setHidden(hidden);
 }
 
-bool LabelProperties::isShown(const std::string& label) const
-{
-  return visibility_->isShown(label);
-}
-
-void LabelProperties::setShown(const std::string& label, bool shown)
-{
-  visibility_->setShown(label, shown);
-}
-
 void LabelProperties::setLabels(const std::vector<std::string>& labels)
 {
   const LabelLess less;
   std::vector<std::string> wanted = labels;
   std::sort(wanted.begin(), wanted.end(), less);
   std::vector<std::string> present;
-  for (const auto& color : colors_) {
-    present.push_back(color.first);
+  for (int i = 0; i < color_group_->numChildren(); ++i) {
+    present.push_back(color_group_->childAtUnchecked(i)->getNameStd());
   }
   to_add_.clear();
   to_remove_.clear();
@@ -95,21 +222,12 @@ void LabelProperties::setLabels(const std::vector<std::string>& labels)
 void LabelProperties::setColor(const std::string& label, const Rgba8& color)
 {
   wanted_colors_[label] = color;
-  const auto property = colors_.find(label);
-  if (property != colors_.end()) {
+  int place = 0;
+  if (rviz::Property* property = childNamed(color_group_, label, place)) {
     setting_color_ = true;
-    property->second->setColor(toQColor(color));
+    static_cast<rviz::ColorProperty*>(property)->setColor(toQColor(color));
     setting_color_ = false;
   }
-}
-
-Rgba8 LabelProperties::chosenColor(const std::string& label) const
-{
-  const auto property = colors_.find(label);
-  if (property == colors_.end()) {
-    return {};
-  }
-  return toRgba8(property->second->getColor());
 }
 
 bool LabelProperties::work(std::chrono::microseconds budget)
@@ -132,17 +250,14 @@ bool LabelProperties::work(std::chrono::microseconds budget)
 
 void LabelProperties::addLabel(const std::string& label)
 {
-  const auto entry = colors_.emplace(label, nullptr).first;
-  const int place = std::next(entry) == colors_.end()
-                        ? color_group_->numChildren()
-                        : static_cast<int>(std::distance(colors_.begin(), entry));
+  int place = 0;
+  childNamed(color_group_, label, place);
   auto* property = new rviz::ColorProperty(QString::fromStdString(label),
                                            toQColor(wanted_colors_[label]), "Color of this label.");
-  entry->second = property;
   color_group_->addChild(property, place);
-  connect(property, &rviz::Property::changed, this, [this, label] {
+  connect(property, &rviz::Property::changed, this, [this, property] {
     if (!setting_color_) {
-      Q_EMIT colorChosen(QString::fromStdString(label));
+      Q_EMIT colorChosen(property->getName(), property->getColor());
     }
   });
   visibility_->addLabel(label);
@@ -150,10 +265,9 @@ void LabelProperties::addLabel(const std::string& label)
 
 void LabelProperties::removeLabel(const std::string& label)
 {
-  const auto entry = colors_.find(label);
-  if (entry != colors_.end()) {
-    delete color_group_->takeChild(entry->second);
-    colors_.erase(entry);
+  int place = 0;
+  if (childNamed(color_group_, label, place)) {
+    delete color_group_->takeChildAt(place);
   }
   wanted_colors_.erase(label);
   visibility_->removeLabel(label);

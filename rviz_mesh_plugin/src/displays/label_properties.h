@@ -3,6 +3,7 @@
 #include <chrono>
 #include <deque>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,13 +12,38 @@
 
 #ifndef Q_MOC_RUN
 #include "base/mesh_data.h"
-#include "labels/label_order.h"
+#include "labels/label_name.h"
 #include "properties/property_maker.h"
 #endif
 
 namespace rviz_mesh_plugin {
 
-class LabelVisibility;
+/// A group with a check box per class of labels, each with one per label of the class. What is
+/// hidden is saved by name, and kept for labels that are not there (yet). Its signal changed()
+/// tells that other labels are shown.
+class LabelVisibility : public rviz::Property
+{
+ public:
+  explicit LabelVisibility(rviz::Property* parent);
+
+  bool isShown(const std::string& label) const;
+  /// Shows its class, too.
+  void setShown(const std::string& label, bool shown);
+
+  void addLabel(const std::string& label);
+  void removeLabel(const std::string& label);
+
+  void load(const rviz::Config& config) override;
+  void save(rviz::Config config) const override;
+
+ private:
+  void addBox(const std::string& name, const char* what, std::set<std::string>& hidden,
+              rviz::Property* parent);
+  rviz::Property* classBox(const std::string& label_class) const;
+
+  std::set<std::string> hidden_classes_;
+  std::set<std::string> hidden_labels_;
+};
 
 /// The properties of a display of labels. Names, types and defaults of those that the released
 /// rviz_map_plugin/ClusterLabel has are the same.
@@ -37,9 +63,7 @@ class LabelProperties : public QObject
   float brushSize() const { return brush_size_->getFloat(); }
   float alpha() const { return transparency_->getFloat(); }
   bool phantom() const { return phantom_->getBool(); }
-  bool isShown(const std::string& label) const;
-  /// Shows its class, too.
-  void setShown(const std::string& label, bool shown);
+  LabelVisibility& visibility() const { return *visibility_; }
 
   /// From now on there are these labels; properties for them are made and removed by work().
   void setLabels(const std::vector<std::string>& labels);
@@ -50,14 +74,9 @@ class LabelProperties : public QObject
 
  Q_SIGNALS:
   void topicsChanged();
-  void lookChanged();  ///< alpha or phantom
-  void labelVisibilityChanged(const QString& label);
-  void classVisibilityChanged(const QString& label_class);
-  void colorChosen(const QString& label);
-
- public:
-  /// What the user has chosen (signal colorChosen()).
-  Rgba8 chosenColor(const std::string& label) const;
+  void lookChanged();        ///< alpha or phantom
+  void visibilityChanged();  ///< of labels
+  void colorChosen(const QString& label, const QColor& color);
 
  private:
   void addLabel(const std::string& label);
@@ -71,7 +90,6 @@ class LabelProperties : public QObject
   LabelVisibility* visibility_;
   rviz::FloatProperty* brush_size_;
   rviz::BoolProperty* phantom_;
-  std::map<std::string, rviz::ColorProperty*, LabelLess> colors_;
   std::map<std::string, Rgba8> wanted_colors_;
   std::deque<std::string> to_add_;
   std::deque<std::string> to_remove_;

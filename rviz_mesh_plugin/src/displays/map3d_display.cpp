@@ -8,19 +8,84 @@
 #include <rviz/config.h>
 #include <rviz/display_context.h>
 #include <rviz/load_resource.h>
+#include <rviz/properties/line_edit_with_button.h>
+#include <rviz/properties/string_property.h>
 #include <rviz/properties/tf_frame_property.h>
+#include <QDir>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QPushButton>
 
-#include "displays/cluster_label_display.h"
 #include "displays/map3d_status.h"
-#include "displays/map_file_property.h"
-#include "displays/textured_mesh_display.h"
-#include "map_server/map_server_run.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
 /// "Frame": that of the file.
 constexpr const char* FRAME_OF_FILE = "<As in the file>";
+
+constexpr const char* FILTERS =
+    "Maps and meshes (*.h5 *.hdf5 *.ply *.obj *.stl *.dae *.glb *.gltf);;"
+    "Maps (*.h5 *.hdf5);;All files (*)";
+
+/// The path of a map file: to be typed, or chosen with a button.
+class MapFileProperty : public rviz::StringProperty
+{
+ public:
+  using rviz::StringProperty::StringProperty;
+
+  QWidget* createEditor(QWidget* parent, const QStyleOptionViewItem& option) override;
+
+  /// Opens the file dialog and returns; the choice becomes the value.
+  void openDialog(QWidget* parent);
+};
+
+/// Edits a MapFileProperty.
+class MapFileEditor : public rviz::LineEditWithButton
+{
+ public:
+  MapFileEditor(MapFileProperty* property, QWidget* parent)
+      : rviz::LineEditWithButton(parent), property_(property)
+  {
+    button()->setToolTip("Choose a file");
+  }
+
+ protected:
+  void onButtonClick() override
+  {
+    MapFileProperty* property = property_;
+    QWidget* parent = window();
+    // Some window managers end the editor as soon as the dialog has the focus, and then its text
+    // would replace the choice: better at once, everywhere.
+    deleteLater();
+    property->openDialog(parent);
+  }
+
+ private:
+  MapFileProperty* property_;
+};
+
+QWidget* MapFileProperty::createEditor(QWidget* parent, const QStyleOptionViewItem& /*option*/)
+{
+  return new MapFileEditor(this, parent);
+}
+
+void MapFileProperty::openDialog(QWidget* parent)
+{
+  auto* dialog = new QFileDialog(parent, getName(), QString(), FILTERS);
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setFileMode(QFileDialog::ExistingFile);
+  const QFileInfo chosen(QString::fromStdString(resolvedPath(getStdString())));
+  if (chosen.dir().exists()) {
+    dialog->setDirectory(chosen.dir());
+    dialog->selectFile(chosen.fileName());
+  }
+  // Where the property is deleted first, Qt ends the connection.
+  connect(dialog, &QFileDialog::fileSelected, this,
+          [this](const QString& path) { setValue(path); });
+  connect(this, &QObject::destroyed, dialog, &QWidget::close);
+  dialog->open();
+}
 
 /// The parameter that overrides the path of a display of this name; empty where no parameter can
 /// have such a name.
@@ -49,21 +114,21 @@ Map3DState stateOf(const MapSession& session)
   state.file = session.file();
   state.look_problem = session.lookProblem();
   state.problem = session.problem();
-  state.progress = session.progress();
-  state.label = session.label();
   if (const MapServerRun* server = session.server()) {
     state.started = true;
-    state.pid = server->process().pid();
+    state.pid = server->process().processId();
     state.server = server->ns();
     state.ending = server->ending();
     state.seconds = std::chrono::duration<double>(server->age()).count();
+    state.progress = server->progress();
+    state.label = server->label();
   }
   return state;
 }
 
 }  // namespace
 
-Map3DDisplay::Map3DDisplay() : session_(std::make_unique<MapSession>(findMapServer)), lines_(this)
+Map3DDisplay::Map3DDisplay() : session_(findMapServer), lines_(this)
 {
   file_property_ = new MapFileProperty(
       "Map file path", NO_MAP_FILE,
@@ -79,8 +144,6 @@ Map3DDisplay::Map3DDisplay() : session_(std::make_unique<MapSession>(findMapServ
           &rviz::EditableEnumProperty::requestOptions),
       this, [](rviz::EditableEnumProperty* property) { property->addOption(FRAME_OF_FILE); });
 }
-
-Map3DDisplay::~Map3DDisplay() = default;
 
 void Map3DDisplay::onInitialize()
 {
@@ -101,16 +164,6 @@ void Map3DDisplay::createChildren()
     addChildDisplay(*this, context_, mesh_, "TexturedMesh", "Mesh");
   }
   applySource();
-}
-
-TexturedMeshDisplay* Map3DDisplay::meshDisplay() const
-{
-  return static_cast<TexturedMeshDisplay*>(mesh_.data());
-}
-
-ClusterLabelDisplay* Map3DDisplay::labelDisplay() const
-{
-  return static_cast<ClusterLabelDisplay*>(labels_.data());
 }
 
 void Map3DDisplay::load(const rviz::Config& config)
@@ -158,7 +211,7 @@ Qt::ItemFlags Map3DDisplay::getViewFlags(int column) const
 
 void Map3DDisplay::onEnable()
 {
-  lines_.attempt([this] { session_->retry(); });
+  lines_.attempt([this] { session_.retry(); });
 }
 
 void Map3DDisplay::onDisable()
@@ -172,7 +225,7 @@ void Map3DDisplay::reset()
   rviz::DisplayGroup::reset();
   lines_.forget();
   lines_.attempt([this] {
-    session_->retry();
+    session_.retry();
     applySource();
   });
 }
@@ -180,7 +233,7 @@ void Map3DDisplay::reset()
 void Map3DDisplay::onFile()
 {
   lines_.attempt([this] {
-    session_->setFile(file_property_->getStdString());
+    session_.setFile(file_property_->getStdString());
     applySource();
   });
 }
@@ -198,13 +251,13 @@ std::string Map3DDisplay::frame() const
 
 void Map3DDisplay::applySource()
 {
-  const MapServerRun* server = session_->server();
+  const MapServerRun* server = session_.server();
   const MeshSource source = server ? server->source(frame()) : MeshSource();
   if (labels_) {
-    labelDisplay()->setSource(source);
+    labels_->setSource(source);
   }
   if (mesh_) {
-    meshDisplay()->setSource(source);
+    mesh_->setSource(source);
   }
   shown_namespace_ = source.service_namespace;
 }
@@ -212,12 +265,12 @@ void Map3DDisplay::applySource()
 void Map3DDisplay::update(float wall_dt, float ros_dt)
 {
   lines_.repeat([this] {
-    session_->update(threaded_nh_);
-    const MapServerRun* server = session_->server();
+    session_.update(threaded_nh_);
+    const MapServerRun* server = session_.server();
     if (shown_namespace_ != (server ? server->ns() : std::string())) {
       applySource();
     }
-    const Map3DState state = stateOf(*session_);
+    const Map3DState state = stateOf(session_);
     lines_.report("Map", mapStatus(state));
     lines_.report("IO", ioStatus(state));
     lines_.report("Label", labelStatus(state));

@@ -1,27 +1,24 @@
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include <QPointer>
-#include <QString>
 
 #ifndef Q_MOC_RUN
 #include <rviz/display_group.h>
 
 #include "base/status_lines.h"
+#include "displays/cluster_label_display.h"
+#include "displays/textured_mesh_display.h"
 #include "map_server/map_session.h"
 #endif
 
 namespace rviz {
+class StringProperty;
 class TfFrameProperty;
-}
+}  // namespace rviz
 
 namespace rviz_mesh_plugin {
-
-class ClusterLabelDisplay;
-class MapFileProperty;
-class TexturedMeshDisplay;
 
 /// Shows a map file, or any mesh that can be imported, with its labels: a child process
 /// hdf5_map_server reads the file and stores what is labelled, the children ClusterLabel and Mesh
@@ -34,14 +31,13 @@ class Map3DDisplay : public rviz::DisplayGroup
 
  public:
   Map3DDisplay();
-  ~Map3DDisplay() override;
 
   /// The children; null where the user has removed one.
-  TexturedMeshDisplay* meshDisplay() const;
-  ClusterLabelDisplay* labelDisplay() const;
+  TexturedMeshDisplay* meshDisplay() const { return mesh_; }
+  ClusterLabelDisplay* labelDisplay() const { return labels_; }
 
   /// What reads and serves the file.
-  const MapSession& session() const { return *session_; }
+  const MapSession& session() const { return session_; }
 
   void load(const rviz::Config& config) override;
   void save(rviz::Config config) const override;
@@ -64,11 +60,11 @@ class Map3DDisplay : public rviz::DisplayGroup
   void applyFileParameter();
   std::string frame() const;
 
-  MapFileProperty* file_property_;
+  rviz::StringProperty* file_property_;
   rviz::TfFrameProperty* frame_property_;
-  QPointer<rviz::Display> labels_;
-  QPointer<rviz::Display> mesh_;
-  std::unique_ptr<MapSession> session_;
+  QPointer<ClusterLabelDisplay> labels_;
+  QPointer<TexturedMeshDisplay> mesh_;
+  MapSession session_;
   std::string shown_namespace_;  ///< that the children have been told
   StatusLines lines_;
 };

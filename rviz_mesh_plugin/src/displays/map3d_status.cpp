@@ -1,7 +1,8 @@
 #include "displays/map3d_status.h"
 
 #include <cmath>
-#include <cstdio>
+
+#include <QLocale>
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -12,15 +13,9 @@ constexpr double START_SECONDS = 20.0;
 
 std::string withUnit(std::uint64_t bytes)
 {
-  const char* units[] = {"bytes", "kB", "MB", "GB", "TB"};
-  double value = static_cast<double>(bytes);
-  std::size_t unit = 0;
-  for (; value >= 1000.0 && unit + 1 < sizeof(units) / sizeof(*units); ++unit) {
-    value /= 1000.0;
-  }
-  char text[64];
-  std::snprintf(text, sizeof(text), unit == 0 ? "%.0f %s" : "%.1f %s", value, units[unit]);
-  return text;
+  const QLocale locale = QLocale::c();
+  return locale.formattedDataSize(static_cast<qint64>(bytes), 1, QLocale::DataSizeSIFormat)
+      .toStdString();
 }
 
 std::string inSeconds(double seconds)

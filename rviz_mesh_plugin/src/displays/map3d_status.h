@@ -5,7 +5,7 @@
 #include <string>
 
 #include "base/status_lines.h"
-#include "map_server/file_state.h"
+#include "map_server/file_watch.h"
 #include "map_server/map_progress.h"
 
 namespace rviz_mesh_plugin {

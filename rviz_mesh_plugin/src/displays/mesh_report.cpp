@@ -36,7 +36,7 @@ void MeshReport::report(const QueuedAttributes& queue, const std::string& workin
   lines.report("Colors", colorsStatus(colors(queue)));
   lines.report("Textures", texturesStatus(textures(queue)));
   lines.report("Labels", labelsStatus(labels(queue)));
-  lines.report("Services", services());
+  lines.report("Services", sources_.services().report().status(ServiceReport::State::FAILED));
 }
 
 void MeshReport::findSilentTopics(const QueuedAttributes& queue)
@@ -181,16 +181,6 @@ LabelsState MeshReport::labels(const QueuedAttributes& queue) const
     state.error = newest->labelsError();
   }
   return state;
-}
-
-OptionalStatus MeshReport::services() const
-{
-  const ServiceReport report = sources_.services().report();
-  if (report.text.empty()) {
-    return std::nullopt;
-  }
-  const bool failed = report.worst == ServiceReport::State::FAILED;
-  return StatusLine{failed ? StatusLine::WARN : StatusLine::OK, report.text};
 }
 
 }  // namespace rviz_mesh_plugin

@@ -49,7 +49,6 @@ class MeshReport
   ColorsState colors(const QueuedAttributes& queue) const;
   TexturesState textures(const QueuedAttributes& queue) const;
   LabelsState labels(const QueuedAttributes& queue) const;
-  OptionalStatus services() const;
 
   const MeshSources& sources_;
   const MeshProperties& properties_;

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include <OgreSceneNode.h>
-
 #include <rviz/config.h>
 #include <rviz/display_context.h>
 
+#include "mesh_view/frame_pose.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
 #include "rendering/mesh_visual.h"
@@ -59,13 +58,11 @@ TexturedMeshDisplay::TexturedMeshDisplay()
 {
 }
 
-TexturedMeshDisplay::~TexturedMeshDisplay() = default;
-
 void TexturedMeshDisplay::onInitialize()
 {
   lines_.attempt([this] {
-    appearances_ = std::make_unique<MeshAppearances>(MeshAppearance::Context{
-        store_, *properties_, sources_.loader(), scene_manager_, scene_node_});
+    appearances_ = std::make_unique<MeshAppearances>(
+        MeshAppearance::Context{store_, *properties_, sources_.loader(), scene_node_});
     report_ = std::make_unique<MeshReport>(sources_, *properties_, store_, *appearances_, legend_,
                                            directory_);
     connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
@@ -91,8 +88,8 @@ std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
   if (isEnabled() && appearances_) {
     for (const MeshAppearance& appearance : appearances_->appearances()) {
       if (appearance.mesh() && appearance.pose()) {
-        shown.push_back({appearance.mesh(), appearance.pose()->position,
-                         appearance.pose()->orientation, getNameStd(), properties_->source()});
+        shown.push_back(
+            {*appearance.pose(), appearance.mesh(), getNameStd(), properties_->source()});
       }
     }
   }
@@ -267,10 +264,8 @@ void TexturedMeshDisplay::offerChoices()
   const MeshAttributes& attributes = store_.attributes();
   properties_->setAvailable(attributes.colors != nullptr, attributes.materials != nullptr,
                             !types.empty());
-  if (types != cost_types_) {
-    cost_types_ = types;
-    properties_->costs().setCostsTypes(types);
-  }
+  properties_->costs().setCostsTypes(types);
+  cost_types_ = std::move(types);
 }
 
 void TexturedMeshDisplay::followLabelColors()

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,7 +71,6 @@ class TexturedMeshDisplay : public rviz::Display
 
  public:
   TexturedMeshDisplay();
-  ~TexturedMeshDisplay() override;
 
   /// Shows what this source has from now on; the properties for topics and
   /// services are hidden.

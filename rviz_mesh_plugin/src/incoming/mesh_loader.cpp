@@ -35,10 +35,12 @@ Registry& registry()
   return instance;
 }
 
+/// Instead of what is not in use any more.
 template <class T>
-void forgetUnused(std::vector<std::weak_ptr<const T>>& entries)
+void remember(std::vector<std::weak_ptr<const T>>& entries, const std::shared_ptr<const T>& entry)
 {
-  eraseIf(entries, [](const auto& entry) { return entry.expired(); });
+  eraseIf(entries, [](const auto& other) { return other.expired(); });
+  entries.push_back(entry);
 }
 
 /// While it is there, no other thread has one for the same uuid.
@@ -80,8 +82,7 @@ MeshDataConstPtr sharedMesh(const mesh_msgs::MeshGeometryStamped& message)
   }
   const MeshDataConstPtr mesh = convert(message);
   lock.lock();
-  forgetUnused(entries.meshes);
-  entries.meshes.push_back(mesh);
+  remember(entries.meshes, mesh);
   return mesh;
 }
 
@@ -101,15 +102,6 @@ MeshLayoutConstPtr findLayout(const MeshDataConstPtr& mesh, Split split,
   return nullptr;
 }
 
-/// For findLayout(). Keeps nothing alive.
-void rememberLayout(const MeshLayoutConstPtr& layout)
-{
-  auto& entries = registry();
-  const std::lock_guard<std::mutex> lock(entries.mutex);
-  forgetUnused(entries.layouts);
-  entries.layouts.push_back(layout);
-}
-
 /// A message to convert, or a mesh to lay out.
 struct MeshJob
 {
@@ -123,7 +115,12 @@ struct MeshJob
   {
     return mesh == other.mesh && split == other.split && materials == other.materials;
   }
-  std::string describe() const;
+
+  std::string describe() const
+  {
+    const std::size_t faces = message ? message->mesh_geometry.faces.size() : mesh->faceCount();
+    return std::to_string(faces) + " faces of mesh '" + uuid + "'";
+  }
 };
 
 /// What a MeshLoader has to do, and how each mesh was asked to be laid out last.
@@ -137,20 +134,69 @@ class MeshJobs
   /// @param dropped jobs that are in the way: to free them takes long
   /// @return what is refused and why, else empty
   std::string add(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
-                  std::vector<MeshJob>& dropped);
+                  std::vector<MeshJob>& dropped)
+  {
+    const auto older = std::stable_partition(
+        waiting_.begin(), waiting_.end(),
+        [&](const auto& job) { return !job.message || job.uuid != message->uuid; });
+    std::move(older, waiting_.end(), std::back_inserter(dropped));
+    waiting_.erase(older, waiting_.end());
+    std::string refusal;
+    const auto is_message = [](const MeshJob& job) { return job.message != nullptr; };
+    const auto messages = std::count_if(waiting_.begin(), waiting_.end(), is_message);
+    if (static_cast<std::size_t>(messages) >= MOST_MESSAGES) {
+      const auto oldest = std::find_if(waiting_.begin(), waiting_.end(), is_message);
+      refusal = "mesh '" + oldest->uuid + "' was dropped, because " +
+                std::to_string(MOST_MESSAGES) +
+                " more arrived before it could be shown; publish them more slowly";
+      dropped.push_back(std::move(*oldest));
+      waiting_.erase(oldest);
+    }
+    MeshJob job;
+    job.uuid = message->uuid;
+    job.message = message;
+    waiting_.push_back(std::move(job));
+    return refusal;
+  }
 
   /// Remembers how a mesh is to be laid out, and removes what was asked before.
-  void setWish(const MeshJob& layout);
+  void setWish(const MeshJob& layout)
+  {
+    eraseIf(waiting_, [&](const auto& other) { return other.mesh && other.uuid == layout.uuid; });
+    eraseIf(wishes_, [](const auto& wish) { return wish.second.mesh.expired(); });
+    wishes_[layout.uuid] = {layout.mesh, layout.split, layout.materials};
+  }
   void add(MeshJob layout) { waiting_.push_back(std::move(layout)); }
 
   /// The mesh has come: layouts of another one of that uuid are obsolete.
-  void arrive(const MeshDataConstPtr& mesh);
+  void arrive(const MeshDataConstPtr& mesh)
+  {
+    eraseIf(waiting_, [&](const auto& job) {
+      return job.mesh && job.uuid == mesh->uuid && job.mesh != mesh;
+    });
+  }
+
   /// How the mesh of a job was asked to be laid out last; nothing changes where it was not.
-  void applyWish(MeshJob& job) const;
+  void applyWish(MeshJob& job) const
+  {
+    const auto wish = wishes_.find(job.mesh->uuid);
+    if (wish != wishes_.end() && wish->second.mesh.lock() == job.mesh) {
+      job.split = wish->second.split;
+      job.materials = wish->second.materials.lock();
+      if (job.split == Split::BY_MATERIAL && !job.materials) {
+        job.split = Split::NONE;
+      }
+    }
+  }
 
   bool empty() const { return waiting_.empty(); }
-  MeshJob takeFirst();
-  void clear();
+
+  MeshJob takeFirst()
+  {
+    MeshJob job = std::move(waiting_.front());
+    waiting_.pop_front();
+    return job;
+  }
 
  private:
   struct Wish
@@ -163,81 +209,6 @@ class MeshJobs
   std::deque<MeshJob> waiting_;
   std::map<std::string, Wish> wishes_;  ///< by uuid
 };
-
-bool isMessage(const MeshJob& job)
-{
-  return job.message != nullptr;
-}
-
-std::string MeshJob::describe() const
-{
-  const std::size_t faces = message ? message->mesh_geometry.faces.size() : mesh->faceCount();
-  return std::to_string(faces) + " faces of mesh '" + uuid + "'";
-}
-
-std::string MeshJobs::add(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
-                          std::vector<MeshJob>& dropped)
-{
-  const auto older = std::stable_partition(waiting_.begin(), waiting_.end(), [&](const auto& job) {
-    return !isMessage(job) || job.uuid != message->uuid;
-  });
-  std::move(older, waiting_.end(), std::back_inserter(dropped));
-  waiting_.erase(older, waiting_.end());
-  std::string refusal;
-  const auto messages = std::count_if(waiting_.begin(), waiting_.end(), isMessage);
-  if (static_cast<std::size_t>(messages) >= MOST_MESSAGES) {
-    const auto oldest = std::find_if(waiting_.begin(), waiting_.end(), isMessage);
-    refusal = "mesh '" + oldest->uuid + "' was dropped, because " + std::to_string(MOST_MESSAGES) +
-              " more arrived before it could be shown; publish them more slowly";
-    dropped.push_back(std::move(*oldest));
-    waiting_.erase(oldest);
-  }
-  MeshJob job;
-  job.uuid = message->uuid;
-  job.message = message;
-  waiting_.push_back(std::move(job));
-  return refusal;
-}
-
-void MeshJobs::setWish(const MeshJob& layout)
-{
-  eraseIf(waiting_, [&](const auto& other) { return other.mesh && other.uuid == layout.uuid; });
-  for (auto wish = wishes_.begin(); wish != wishes_.end();) {
-    wish = wish->second.mesh.expired() ? wishes_.erase(wish) : std::next(wish);
-  }
-  wishes_[layout.uuid] = {layout.mesh, layout.split, layout.materials};
-}
-
-void MeshJobs::arrive(const MeshDataConstPtr& mesh)
-{
-  eraseIf(waiting_,
-          [&](const auto& job) { return job.mesh && job.uuid == mesh->uuid && job.mesh != mesh; });
-}
-
-void MeshJobs::applyWish(MeshJob& job) const
-{
-  const auto wish = wishes_.find(job.mesh->uuid);
-  if (wish != wishes_.end() && wish->second.mesh.lock() == job.mesh) {
-    job.split = wish->second.split;
-    job.materials = wish->second.materials.lock();
-    if (job.split == Split::BY_MATERIAL && !job.materials) {
-      job.split = Split::NONE;
-    }
-  }
-}
-
-MeshJob MeshJobs::takeFirst()
-{
-  MeshJob job = std::move(waiting_.front());
-  waiting_.pop_front();
-  return job;
-}
-
-void MeshJobs::clear()
-{
-  waiting_.clear();
-  wishes_.clear();
-}
 
 }  // namespace
 
@@ -310,19 +281,12 @@ class MeshLoader::Worker
   void clear()
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    jobs_.clear();
+    jobs_ = MeshJobs();
     ready_ = Content();
     working_.clear();
     canceled_ = true;
     gave_up_ = false;
     ++generation_;
-  }
-
-  void stop()
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    stopped_ = canceled_ = true;
-    jobs_.clear();
   }
 
   /// The next job, if there is one: on the thread.
@@ -352,23 +316,16 @@ class MeshLoader::Worker
         layOutCurrent(lock);
       }
       return;
-    } catch (const RejectedMessage& rejected) {
-      failure = rejected.what();
     } catch (const std::bad_alloc&) {
       failure = "there is not enough memory; close programs, or make the mesh smaller";
     } catch (const std::exception& error) {
       failure = error.what();
     }
-    lockAgain(lock);
-    if (isWanted()) {
-      ready_.reception.refuse(failure);
-    }
-  }
-
-  static void lockAgain(std::unique_lock<std::mutex>& lock)
-  {
     if (!lock.owns_lock()) {
       lock.lock();
+    }
+    if (isWanted()) {
+      ready_.reception.refuse(failure);
     }
   }
 
@@ -405,17 +362,15 @@ class MeshLoader::Worker
     lock.unlock();
     MeshLayoutConstPtr layout = findLayout(job.mesh, job.split, job.materials);
     if (!layout) {
-      PreviewReceiver receive_preview;
-      if (job.split == Split::NONE) {
-        receive_preview = [this](const MeshLayoutConstPtr& preview) {
-          const std::lock_guard<std::mutex> guard(mutex_);
-          deliver(preview);
-        };
+      if (job.split == Split::NONE && job.mesh->faceCount() > preview_threshold && !canceled_) {
+        const MeshLayoutConstPtr preview = layOutPreview(job.mesh);
+        const std::lock_guard<std::mutex> guard(mutex_);
+        deliver(preview);
       }
-      layout =
-          rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, canceled_, receive_preview);
+      layout = rviz_mesh_plugin::layOut(job.mesh, job.split, job.materials, canceled_);
       if (layout) {
-        rememberLayout(layout);
+        const std::lock_guard<std::mutex> guard(registry().mutex);
+        remember(registry().layouts, layout);
       }
     }
     lock.lock();
@@ -434,7 +389,7 @@ class MeshLoader::Worker
     ready_.layouts.push_back(layout);
   }
 
-  bool isWanted() const { return !stopped_ && current_generation_ == generation_; }
+  bool isWanted() const { return current_generation_ == generation_; }
 
   const bool with_layouts_;
   std::mutex mutex_;
@@ -443,8 +398,7 @@ class MeshLoader::Worker
   std::string working_;
   MeshJob current_;
   bool laying_out_ = false;
-  bool gave_up_ = false;  ///< the layout before this one, for a newer message
-  bool stopped_ = false;
+  bool gave_up_ = false;          ///< the layout before this one, for a newer message
   std::uint64_t generation_ = 0;  ///< counts calls of clear()
   std::uint64_t current_generation_ = 0;
   std::atomic<bool> canceled_{false};
@@ -454,7 +408,7 @@ MeshLoader::MeshLoader(bool with_layouts) : worker_(std::make_shared<Worker>(wit
 
 MeshLoader::~MeshLoader()
 {
-  worker_->stop();
+  worker_->clear();
 }
 
 void MeshLoader::wake()

@@ -79,10 +79,9 @@ MeshAttributes& MeshStore::attributesOf(const std::string& uuid)
   attributes_.emplace_front();
   attributes_.front().uuid = uuid;
   std::size_t waiting = 0;
-  for (auto item = attributes_.begin(); item != attributes_.end();) {
-    const bool surplus = !shown(item->uuid) && ++waiting > MAX_WAITING;
-    item = surplus ? attributes_.erase(item) : std::next(item);
-  }
+  eraseIf(attributes_, [&](const MeshAttributes& other) {
+    return !shown(other.uuid) && ++waiting > MAX_WAITING;
+  });
   return attributes_.front();
 }
 

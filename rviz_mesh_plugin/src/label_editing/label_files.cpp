@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
+#include <locale>
 #include <map>
 #include <utility>
 
@@ -15,7 +15,12 @@
 #include <QJsonObject>
 #include <QRegularExpression>
 #include <QSaveFile>
+#include <boost/algorithm/string/case_conv.hpp>
+#include <boost/algorithm/string/classification.hpp>
+#include <boost/algorithm/string/replace.hpp>
+#include <boost/algorithm/string/trim.hpp>
 
+#include "base/qt_colors.h"
 #include "base/status_lines.h"
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
@@ -33,28 +38,18 @@ std::string quotedCell(const std::string& text)
   if (text.find_first_of(",\"\r\n;") == std::string::npos) {
     return text;
   }
-  std::string out = "\"";
-  for (const char c : text) {
-    out += c == '"' ? "\"\"" : std::string(1, c);
-  }
-  return out + "\"";
+  return '"' + boost::algorithm::replace_all_copy(text, "\"", "\"\"") + '"';
 }
 
 std::string trimmed(const std::string& text)
 {
-  const char* const blanks = " \t\r";
-  const std::size_t first = text.find_first_not_of(blanks);
-  return first == std::string::npos ? std::string()
-                                    : text.substr(first, text.find_last_not_of(blanks) - first + 1);
+  return boost::algorithm::trim_copy_if(text, boost::algorithm::is_any_of(" \t\r"));
 }
 
 /// Of ASCII.
-std::string lowered(std::string text)
+std::string lowered(const std::string& text)
 {
-  for (char& c : text) {
-    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  }
-  return text;
+  return boost::algorithm::to_lower_copy(text, std::locale::classic());
 }
 
 /// Reads rows of cells, which may be in quotation marks.
@@ -135,8 +130,7 @@ std::optional<Rgba8> toColor(const std::string& text, const std::string& where)
   if (!match.hasMatch() || std::max({channel(0), channel(1), channel(2)}) > 255) {
     throw LabelFileError(where + ": '" + shortened(text) + "' is no color as #rrggbb");
   }
-  const auto byte = [&](int i) { return static_cast<std::uint8_t>(channel(i)); };
-  return Rgba8{byte(0), byte(1), byte(2), 255};
+  return toRgba8({channel(0), channel(1), channel(2)});
 }
 
 std::size_t toFace(const std::string& text, std::size_t face_count, const std::string& where)
@@ -210,11 +204,8 @@ std::string labelsToCsv(const FileLabels& labels)
 {
   std::string out = HEADER;
   for (const auto& label : labels) {
-    char color[8] = "";
-    if (label.second.color) {
-      const Rgba8& own = *label.second.color;
-      std::snprintf(color, sizeof(color), "#%02x%02x%02x", own.red, own.green, own.blue);
-    }
+    const auto& own = label.second.color;
+    const std::string color = own ? toQColor(*own).name().toStdString() : std::string();
     const std::string head = quotedCell(label.first) + "," + quotedCell(labelClass(label.first)) +
                              "," + quotedCell(labelInstance(label.first)) + "," + color + ",";
     const std::vector<std::uint32_t>& faces = label.second.faces;

@@ -58,11 +58,11 @@ ClusterLabelDisplay* bestDisplay(const rviz::DisplayContext& context, const Rank
 }
 
 /// None: the label is not there.
-const LabelSession::Faces& storedFaces(const ClusterLabelDisplay& display, const std::string& label)
+const LabelSession::Faces& facesOf(const LabelClusters& labels, const std::string& label)
 {
   static const LabelSession::Faces none;
-  const auto stored = display.labels().find(label);
-  return stored == display.labels().end() ? none : stored->second->faces;
+  const auto stored = labels.find(label);
+  return stored == labels.end() ? none : stored->second->faces;
 }
 
 bool hasChanged(const LabelEdit& edit, const ClusterLabelDisplay& display)
@@ -70,7 +70,7 @@ bool hasChanged(const LabelEdit& edit, const ClusterLabelDisplay& display)
   if (edit.based_on.empty()) {
     return false;
   }
-  const auto& faces = storedFaces(display, edit.label);
+  const auto& faces = facesOf(display.labels(), edit.label);
   return std::none_of(edit.based_on.begin(), edit.based_on.end(),
                       [&](const auto& expected) { return *expected == faces; });
 }
@@ -139,7 +139,7 @@ void LabelSession::work(const MeshDataConstPtr& mesh)
       Clock::now(), [this](const LabelEdit& edit) { return isStored(edit); },
       [this](const LabelEdit& edit) { return send(edit); });
   for (const LabelEdit& edit : stored) {
-    unsaved_[{edit.mesh(), edit.label}] = {labelNamespace(displayOf(edit)->source()), ++changes_};
+    unsaved_[{edit.mesh, edit.label}] = {labelNamespace(displayOf(edit)->source()), ++changes_};
   }
   showEdits(edits_.status());
   takeSaved();
@@ -204,7 +204,7 @@ LabelSession::Faces LabelSession::faces(const std::string& label) const
   if (pending && !pending->adds) {
     return *pending->faces;
   }
-  const Faces stored = display_ ? storedFaces(*display_, label) : Faces();
+  const Faces& stored = facesOf(labels(), label);
   if (!pending) {
     return stored;
   }
@@ -216,11 +216,7 @@ LabelSession::Faces LabelSession::faces(const std::string& label) const
 
 std::size_t LabelSession::faceCount(const std::string& label) const
 {
-  if (edits_.find(id(), label)) {
-    return faces(label).size();
-  }
-  const auto stored = labels().find(label);
-  return stored == labels().end() ? 0 : stored->second->faces.size();
+  return edits_.find(id(), label) ? faces(label).size() : facesOf(labels(), label).size();
 }
 
 bool LabelSession::isUnstored(const std::string& label) const
@@ -235,21 +231,22 @@ bool LabelSession::isUnsaved(const std::string& label) const
 
 ClusterLabelDisplay* LabelSession::displayOf(const LabelEdit& edit) const
 {
-  if (display_ && id() == edit.mesh()) {
+  if (display_ && id() == edit.mesh) {
     return display_;
   }
   return bestDisplay(*context_, [&](const ClusterLabelDisplay& display) {
-    return idOf(display.mesh()) == edit.mesh() ? 1 + (display.isEnabled() ? 1 : 0) : 0;
+    return idOf(display.mesh()) == edit.mesh ? 1 + (display.isEnabled() ? 1 : 0) : 0;
   });
 }
 
 std::string LabelSession::send(const LabelEdit& edit)
 {
   ClusterLabelDisplay* display = displayOf(edit);
+  const std::string& uuid = edit.mesh.first;
   if (!display) {
-    return mesh() && mesh()->uuid == edit.uuid
-               ? "the mesh '" + edit.uuid + "' is another one now, with other faces"
-               : "no display shows the labels of its mesh '" + edit.uuid +
+    return mesh() && mesh()->uuid == uuid
+               ? "the mesh '" + uuid + "' is another one now, with other faces"
+               : "no display shows the labels of its mesh '" + uuid +
                      "': show that mesh and its labels again, with Map3D";
   }
   if (!edit.faces) {
@@ -260,20 +257,12 @@ std::string LabelSession::send(const LabelEdit& edit)
            "at it, or delete it";
   }
   const std::string reason = display->storeFaces(edit.label, *edit.faces, !edit.adds);
-  if (reason.empty()) {
-    tellEverybody(edit, *display);
+  // Not where the UUID says "the only one": that may be another mesh for who hears it.
+  if (reason.empty() && !uuid.empty() && uuid != "mesh" &&
+      ros::names::append(labelNamespace(display->source()), "cluster_label") != EVERYBODY) {
+    everybody_.publish(labelEdit(*display->mesh(), edit.label, *edit.faces, !edit.adds));
   }
   return reason;
-}
-
-/// Not where the UUID says "the only one": that may be another mesh for who hears it.
-void LabelSession::tellEverybody(const LabelEdit& edit, const ClusterLabelDisplay& display)
-{
-  if (edit.uuid.empty() || edit.uuid == "mesh" ||
-      ros::names::append(labelNamespace(display.source()), "cluster_label") == EVERYBODY) {
-    return;
-  }
-  everybody_.publish(labelEdit(*display.mesh(), edit.label, *edit.faces, !edit.adds));
 }
 
 bool LabelSession::isStored(const LabelEdit& edit) const
@@ -285,7 +274,7 @@ bool LabelSession::isStored(const LabelEdit& edit) const
   if (!edit.faces) {
     return display->ownColor(edit.label) == edit.color;
   }
-  const Faces& stored = storedFaces(*display, edit.label);
+  const Faces& stored = facesOf(display->labels(), edit.label);
   return edit.adds
              ? std::includes(stored.begin(), stored.end(), edit.faces->begin(), edit.faces->end())
              : stored == *edit.faces;
@@ -293,10 +282,8 @@ bool LabelSession::isStored(const LabelEdit& edit) const
 
 LabelEdit LabelSession::edit(const std::string& label) const
 {
-  const MeshDataConstPtr mesh = this->mesh();
   LabelEdit edit;
-  edit.uuid = mesh ? mesh->uuid : std::string();
-  edit.face_count = mesh ? mesh->faceCount() : 0;
+  edit.mesh = id();
   edit.label = label;
   return edit;
 }
@@ -308,10 +295,8 @@ LabelEdit LabelSession::clearing(const std::string& label, const std::string& af
   clear.faces = std::make_shared<Faces>();
   clear.after = after;
   // What is on its way may have been sent, or not.
-  clear.based_on.push_back(std::make_shared<Faces>(faces(label)));
-  const auto stored = labels().find(label);
-  clear.based_on.push_back(
-      stored == labels().end() ? clear.faces : std::make_shared<Faces>(stored->second->faces));
+  clear.based_on = {std::make_shared<Faces>(faces(label)),
+                    std::make_shared<Faces>(facesOf(labels(), label))};
   return clear;
 }
 
@@ -471,19 +456,14 @@ std::string LabelSession::save()
   }
   save_failure_.clear();
   for (const std::string& name_space : namespaces) {
-    startSaving(name_space);
+    Saving& saving = saving_[name_space];
+    saving.until = changes_;
+    saving.since = Clock::now();
+    saving.task.start([name_space](const Cancellation& cancellation) {
+      return saveLabels(name_space, cancellation);
+    });
   }
   return {};
-}
-
-void LabelSession::startSaving(const std::string& name_space)
-{
-  Saving& saving = saving_[name_space];
-  saving.until = changes_;
-  saving.since = Clock::now();
-  saving.task.start([name_space](const Cancellation& cancellation) {
-    return saveLabels(name_space, cancellation);
-  });
 }
 
 void LabelSession::takeSaved()

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,7 +11,6 @@
 
 #include <QPointer>
 
-#ifndef Q_MOC_RUN
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
@@ -20,7 +18,6 @@
 #include "label_editing/label_files.h"
 #include "label_editing/pending_edits.h"
 #include "threads/background_task.h"
-#endif
 
 namespace rviz {
 class DisplayContext;
@@ -123,9 +120,7 @@ class LabelSession
   /// The mesh of an edit need not be the one whose labels are edited now.
   ClusterLabelDisplay* displayOf(const LabelEdit& edit) const;
   std::string send(const LabelEdit& edit);
-  void tellEverybody(const LabelEdit& edit, const ClusterLabelDisplay& display);
   bool isStored(const LabelEdit& edit) const;
-  void startSaving(const std::string& name_space);
   void takeSaved();
   void showEdits(const OptionalStatus& status);
   std::string takeSaved(const std::string& name_space, Saving& saving);

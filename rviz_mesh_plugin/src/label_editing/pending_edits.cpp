@@ -7,7 +7,7 @@ namespace rviz_mesh_plugin {
 
 void PendingEdits::add(LabelEdit edit)
 {
-  const Key key{edit.mesh(), edit.label, edit.faces == nullptr};
+  const Key key{edit.mesh, edit.label, edit.faces == nullptr};
   Pending pending;
   pending.edit = std::move(edit);
   edits_[key] = std::move(pending);
@@ -15,10 +15,10 @@ void PendingEdits::add(LabelEdit edit)
 
 bool PendingEdits::mustWait(const LabelEdit& edit) const
 {
-  if (!edit.faces && edits_.count({edit.mesh(), edit.label, false}) != 0) {
+  if (!edit.faces && edits_.count({edit.mesh, edit.label, false}) != 0) {
     return true;  // there may be no label to color yet
   }
-  return !edit.after.empty() && isPending(edit.mesh(), edit.after);
+  return !edit.after.empty() && isPending(edit.mesh, edit.after);
 }
 
 std::vector<LabelEdit> PendingEdits::work(Clock::time_point now,
@@ -92,13 +92,12 @@ OptionalStatus PendingEdits::status() const
 {
   const std::string failure = this->failure();
   if (!failure.empty()) {
-    return StatusLine{StatusLine::WARN, failure};
+    return StatusLine::warn(failure);
   }
   if (edits_.empty()) {
     return std::nullopt;
   }
-  const LabelEdit& first = edits_.begin()->second.edit;
-  return StatusLine{StatusLine::OK, "'" + first.label + "' is being stored"};
+  return StatusLine::ok("'", edits_.begin()->second.edit.label, "' is being stored");
 }
 
 bool PendingEdits::isPending(const MeshId& mesh, const std::string& label) const
@@ -117,7 +116,7 @@ std::vector<std::string> PendingEdits::labels(const MeshId& mesh) const
   std::vector<std::string> labels;
   for (const auto& entry : edits_) {
     const LabelEdit& edit = entry.second.edit;
-    if (edit.mesh() == mesh && edit.faces && !edit.faces->empty()) {
+    if (edit.mesh == mesh && edit.faces && !edit.faces->empty()) {
       labels.push_back(edit.label);
     }
   }

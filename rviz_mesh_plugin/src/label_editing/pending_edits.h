@@ -25,10 +25,7 @@ struct LabelEdit
 {
   using Faces = std::shared_ptr<const std::vector<std::uint32_t>>;
 
-  MeshId mesh() const { return {uuid, face_count}; }
-
-  std::string uuid;  ///< of the mesh
-  std::size_t face_count = 0;
+  MeshId mesh;
   std::string label;
   Faces faces;        ///< ascending, each once; none: it is deleted; null: its color changes
   bool adds = false;  ///< the faces to those it has then, else instead of them

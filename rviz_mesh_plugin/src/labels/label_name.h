@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -27,5 +26,11 @@ std::string whyNoLabel(const std::string& label);
 
 /// The first of 1, 2, 3, … that is above all numbered instances of the class.
 std::string nextInstance(const std::string& label_class, const std::vector<std::string>& labels);
+
+/// The order in which labels are listed and drawn: tree_2 before tree_10.
+struct LabelLess
+{
+  bool operator()(const std::string& a, const std::string& b) const;
+};
 
 }  // namespace rviz_mesh_plugin

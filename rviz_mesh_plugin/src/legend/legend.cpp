@@ -22,6 +22,7 @@
 #include <QGuiApplication>
 #include <QImage>
 
+#include "base/erase_if.h"
 #include "rendering/ogre_compatibility.h"
 #include "rendering/picture_material.h"
 #include "rendering/unique_name.h"
@@ -56,7 +57,7 @@ class LegendRow : public Ogre::FrameListener
 
   void remove(LegendPanel* panel)
   {
-    panels_.erase(std::remove(panels_.begin(), panels_.end(), panel), panels_.end());
+    eraseIf(panels_, [&](const LegendPanel* other) { return other == panel; });
     if (panels_.empty() && Ogre::Root::getSingletonPtr()) {
       Ogre::Root::getSingleton().removeFrameListener(this);
     }

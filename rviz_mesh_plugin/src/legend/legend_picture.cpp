@@ -5,11 +5,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include <QColor>
 #include <QFont>
 #include <QFontMetrics>
 #include <QPainter>
 #include <QString>
+
+#include "base/qt_colors.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -139,11 +140,6 @@ constexpr int MAX_TEXT_WIDTH = 160;
 const QColor BACKGROUND(0, 0, 0, 165);
 const QColor FOREGROUND(255, 255, 255);
 const QColor OUTLINE(190, 190, 190);
-
-QColor toQColor(const Rgba8& color)
-{
-  return {color.red, color.green, color.blue};
-}
 
 QFont legendFont()
 {

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -70,23 +69,16 @@ struct MeshLayout : LayoutOutline
 };
 using MeshLayoutConstPtr = std::shared_ptr<const MeshLayout>;
 
-/// Meshes with more faces than this get a preview; those with less are laid out within a second.
-/// Only tests change it.
+/// Meshes with more faces than this get a preview first; those with less are laid out within a
+/// second. Only tests change it.
 extern std::atomic<std::size_t> preview_threshold;
-
-/// Given a layout, or null where there is none.
-using PreviewReceiver = std::function<void(const MeshLayoutConstPtr&)>;
 
 /// Takes about 0.25 s per million faces, on two cores.
 /// @param materials needed for BY_MATERIAL
 /// @param canceled where it becomes true, null is returned soon
-/// @param receive_preview where given, gets layOutPreview() of a mesh of more than
-/// preview_threshold
-///        before anything else is done
 /// @throw std::invalid_argument where the materials belong to another mesh
 MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
-                          const MaterialsConstPtr& materials, const std::atomic<bool>& canceled,
-                          const PreviewReceiver& receive_preview = nullptr);
+                          const MaterialsConstPtr& materials, const std::atomic<bool>& canceled);
 
 /// A coarse picture of a large mesh, made in a fraction of the time; not split. Null where it
 /// would save nothing: where the mesh has few faces for its size.

@@ -12,8 +12,6 @@ namespace {
 constexpr std::size_t SAMPLED_FACES = 20000;
 /// This part of the samples, at each end of each axis, may be strays.
 constexpr std::size_t STRAY_PART = 200;
-/// Below, 1 / extent is no finite number.
-constexpr float LEAST_EXTENT = 1e-30f;
 
 float quantile(std::vector<float>& values, std::size_t index)
 {
@@ -22,31 +20,6 @@ float quantile(std::vector<float>& values, std::size_t index)
 }
 
 }  // namespace
-
-float MeshRegion::extent() const
-{
-  const auto lengths = sides();
-  return *std::max_element(lengths.begin(), lengths.end());
-}
-
-bool MeshRegion::hasExtent() const
-{
-  return extent() > LEAST_EXTENT;
-}
-
-bool MeshRegion::contains(const std::array<float, 3>& position) const
-{
-  return clamp(position) == position;
-}
-
-std::array<float, 3> MeshRegion::clamp(const std::array<float, 3>& position) const
-{
-  std::array<float, 3> inside;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    inside[axis] = std::min(std::max(position[axis], lower[axis]), upper[axis]);
-  }
-  return inside;
-}
 
 MeshRegion mainRegion(const MeshData& mesh)
 {

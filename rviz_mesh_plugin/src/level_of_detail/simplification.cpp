@@ -38,133 +38,115 @@ class Simplifier
   static constexpr int MOST_CELLS = 998;
 
   /// @param vertices have to live as long as this
-  Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion& region);
+  Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion& region)
+      : region_(region), vertices_(vertices)
+  {
+    // The grid of meshoptimizer lies over the vertices it is given.
+    MeshRegion grid;
+    static_cast<Bounds&>(grid) = Bounds::none();
+    for (const MeshVertex& vertex : vertices) {
+      const auto position = region.whole ? vertex.position : region.clamp(vertex.position);
+      grid.enclose(position);
+      if (!region.whole) {
+        clamped_.push_back(position);
+      }
+    }
+    extent_ = grid.hasExtent() ? grid.extent() : 0.0f;
+    origin_ = grid.lower;
+  }
 
   /// Three indices into the vertices per face.
   /// @param cells along the longest side of the region, 2 to MOST_CELLS
-  std::vector<std::uint32_t> simplify(const std::vector<std::uint32_t>& indices, int cells) const;
+  std::vector<std::uint32_t> simplify(const std::vector<std::uint32_t>& indices, int cells) const
+  {
+    std::vector<std::uint32_t> inside;
+    std::vector<std::uint32_t> outside;
+    if (!region_.whole) {
+      inside.reserve(indices.size());
+      for (auto face = indices.begin(); face != indices.end(); face += 3) {
+        const bool keep = isOutside(face[0]) || isOutside(face[1]) || isOutside(face[2]);
+        auto& faces = keep ? outside : inside;
+        faces.insert(faces.end(), face, face + 3);
+      }
+    }
+    const auto& faces = region_.whole ? indices : inside;
+    std::vector<std::uint32_t> simplified(faces.size());
+    const float* positions =
+        region_.whole ? vertices_.front().position.data() : clamped_.front().data();
+    const std::size_t stride = region_.whole ? sizeof(MeshVertex) : sizeof(clamped_.front());
+    // Limited by the error alone, meshoptimizer rounds the coordinates to 0 .. 1 / error - 1.
+    const float error = 1.0f / (static_cast<float>(cells) + 1.5f);
+    simplified.resize(meshopt_simplifySloppy(simplified.data(), faces.data(), faces.size(),
+                                             positions, vertices_.size(), stride, 0, error,
+                                             nullptr));
+    simplified.insert(simplified.end(), outside.begin(), outside.end());
+    return simplified;
+  }
 
   /// Puts a vertex of @a border in place of each one of @a simplified in whose cell there is one,
   /// so that an open border stays where it is.
   /// @param cells as in simplify()
   void keepBorder(const std::vector<std::uint32_t>& border, int cells,
-                  std::vector<std::uint32_t>* simplified) const;
+                  std::vector<std::uint32_t>* simplified) const
+  {
+    if (border.empty()) {
+      return;
+    }
+    std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> candidates;
+    for (const std::uint32_t vertex : border) {
+      if (!isOutside(vertex)) {
+        candidates[cell(vertex, cells)].push_back(vertex);
+      }
+    }
+    std::vector<std::uint32_t> places(vertices_.size(), NONE);
+    for (std::uint32_t& index : *simplified) {
+      if (places[index] == NONE) {
+        places[index] = index;
+        const auto found =
+            isOutside(index) ? candidates.end() : candidates.find(cell(index, cells));
+        if (found != candidates.end()) {
+          // The farthest: next to a corner, that is the corner.
+          const auto away = [this, index](std::uint32_t vertex) {
+            return distance(vertices_[index].position, vertices_[vertex].position);
+          };
+          places[index] = *std::max_element(
+              found->second.begin(), found->second.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return away(a) < away(b); });
+        }
+      }
+      index = places[index];
+    }
+  }
 
-  /// In meters. No corner is moved further than the diagonal of a cell.
+  /// In meters. No corner is moved further than the diagonal of a cell. 0 where all vertices are in
+  /// one place: there is nothing to simplify.
   float cellSize(int cells) const { return extent_ / cells; }
 
  private:
-  bool isOutside(std::uint32_t vertex) const;
-  std::uint64_t cell(std::uint32_t vertex, int cells) const;
+  bool isOutside(std::uint32_t vertex) const
+  {
+    return !region_.whole && clamped_[vertex] != vertices_[vertex].position;
+  }
 
-  MeshRegion region_;
-  std::array<float, 3> origin_{};  ///< of the grid
-  float extent_ = 0.0f;
-  std::size_t count_;
-  const std::vector<MeshVertex>* vertices_;
+  std::uint64_t cell(std::uint32_t vertex, int cells) const
+  {
+    const auto& position = vertices_[vertex].position;
+    std::uint64_t id = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const float place = (position[axis] - origin_[axis]) * (1.0f / extent_);
+      id = id << 20 | static_cast<std::uint64_t>(place * static_cast<float>(cells) + 0.5f);
+    }
+    return id;
+  }
+
+  const MeshRegion region_;
+  const std::vector<MeshVertex>& vertices_;
   std::vector<std::array<float, 3>> clamped_;  ///< only where the region is not the whole
+  std::array<float, 3> origin_{};              ///< of the grid
+  float extent_ = 0.0f;
 };
 
-Simplifier::Simplifier(const std::vector<MeshVertex>& vertices, const MeshRegion& region)
-    : region_(region), count_(vertices.size()), vertices_(&vertices)
-{
-  // The grid of meshoptimizer lies over the vertices it is given.
-  MeshRegion grid;
-  static_cast<Bounds&>(grid) = Bounds::none();
-  for (const MeshVertex& vertex : vertices) {
-    const auto position = region.whole ? vertex.position : region.clamp(vertex.position);
-    grid.enclose(position);
-    if (!region.whole) {
-      clamped_.push_back(position);
-    }
-  }
-  extent_ = grid.hasExtent() ? grid.extent() : 0.0f;
-  origin_ = grid.lower;
-}
-
-std::vector<std::uint32_t> Simplifier::simplify(const std::vector<std::uint32_t>& indices,
-                                                int cells) const
-{
-  if (!(extent_ > 0.0f)) {
-    return indices;
-  }
-  std::vector<std::uint32_t> inside;
-  std::vector<std::uint32_t> outside;
-  if (!region_.whole) {
-    inside.reserve(indices.size());
-    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-      const bool keep =
-          isOutside(indices[i]) || isOutside(indices[i + 1]) || isOutside(indices[i + 2]);
-      auto& faces = keep ? outside : inside;
-      faces.insert(faces.end(), indices.begin() + i, indices.begin() + i + 3);
-    }
-  }
-  const auto& faces = region_.whole ? indices : inside;
-  std::vector<std::uint32_t> simplified(faces.size());
-  const float* positions =
-      region_.whole ? vertices_->front().position.data() : clamped_.front().data();
-  const std::size_t stride = region_.whole ? sizeof(MeshVertex) : sizeof(clamped_.front());
-  // Limited by the error alone, meshoptimizer rounds the coordinates to 0 .. 1 / error - 1.
-  const float error = 1.0f / (static_cast<float>(cells) + 1.5f);
-  simplified.resize(meshopt_simplifySloppy(simplified.data(), faces.data(), faces.size(), positions,
-                                           count_, stride, 0, error, nullptr));
-  simplified.insert(simplified.end(), outside.begin(), outside.end());
-  return simplified;
-}
-
-bool Simplifier::isOutside(std::uint32_t vertex) const
-{
-  return !region_.whole && clamped_[vertex] != (*vertices_)[vertex].position;
-}
-
-std::uint64_t Simplifier::cell(std::uint32_t vertex, int cells) const
-{
-  const auto& position = (*vertices_)[vertex].position;
-  std::uint64_t id = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float place = (position[axis] - origin_[axis]) * (1.0f / extent_);
-    id = id << 20 | static_cast<std::uint64_t>(place * static_cast<float>(cells) + 0.5f);
-  }
-  return id;
-}
-
-void Simplifier::keepBorder(const std::vector<std::uint32_t>& border, int cells,
-                            std::vector<std::uint32_t>* simplified) const
-{
-  if (!(extent_ > 0.0f) || border.empty()) {
-    return;
-  }
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> candidates;
-  for (const std::uint32_t vertex : border) {
-    if (!isOutside(vertex)) {
-      candidates[cell(vertex, cells)].push_back(vertex);
-    }
-  }
-  std::vector<std::uint32_t> places(count_, NONE);
-  for (std::uint32_t& index : *simplified) {
-    if (places[index] == NONE) {
-      places[index] = index;
-      const auto found = isOutside(index) ? candidates.end() : candidates.find(cell(index, cells));
-      if (found != candidates.end()) {
-        // The farthest: next to a corner, that is the corner.
-        const auto away = [this, index](std::uint32_t vertex) {
-          return distance((*vertices_)[index].position, (*vertices_)[vertex].position);
-        };
-        places[index] =
-            *std::max_element(found->second.begin(), found->second.end(),
-                              [&](std::uint32_t a, std::uint32_t b) { return away(a) < away(b); });
-      }
-    }
-    index = places[index];
-  }
-}
-
 }  // namespace
-
-bool canSimplify()
-{
-  return true;
-}
 
 std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& vertices,
                                               const std::vector<std::uint32_t>& indices,
@@ -201,11 +183,6 @@ std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& ver
 }
 
 #else
-
-bool canSimplify()
-{
-  return false;
-}
 
 std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& /*vertices*/,
                                               const std::vector<std::uint32_t>& /*indices*/,

@@ -9,9 +9,6 @@
 
 namespace rviz_mesh_plugin {
 
-/// False without meshoptimizer: there are no levels of detail then.
-bool canSimplify();
-
 struct SimplifiedLevel
 {
   float cell_size = 0.0f;  ///< in meters
@@ -19,7 +16,7 @@ struct SimplifiedLevel
 };
 
 /// Ever coarser levels, each made of the one before, with a third of its faces at most, until there
-/// are few. Where @a canceled becomes true, the levels so far.
+/// are few; none without meshoptimizer. Where @a canceled becomes true, the levels so far.
 /// @param region faces outside, which are few, stay as they are
 /// @param edge a typical one, in meters: the first cells are twice as large
 std::vector<SimplifiedLevel> simplifyInLevels(const std::vector<MeshVertex>& vertices,

@@ -7,14 +7,12 @@
 #include <cstddef>
 #include <limits>
 
-#include "threads/parallel_each.h"
-
 namespace rviz_mesh_plugin {
 namespace {
 
 using Face = std::array<std::uint32_t, 3>;
 
-/// So many faces are looked at in one go.
+/// So many vertices or faces are looked at in one go.
 constexpr std::size_t CHUNK = 65536;
 
 /// A grid over a region.
@@ -101,10 +99,9 @@ std::vector<std::uint32_t> clusterVertices(const MeshData& mesh, const MeshRegio
 {
   const Grid grid(region, cells);
   std::vector<std::uint32_t> of_vertices(mesh.vertexCount());
-  parallelEach(mesh.vertexCount(),
-               [&grid, vertices = mesh.vertices.data(), to = of_vertices.data()](std::size_t i) {
-                 to[i] = grid.cell(vertices[i].position);
-               });
+  mesh_map::parallelEach(mesh.vertexCount(), CHUNK, 0,
+                         [&grid, vertices = mesh.vertices.data(), to = of_vertices.data()](
+                             std::size_t i) { to[i] = grid.cell(vertices[i].position); });
   const std::vector<std::uint32_t> middles = middleVertices(mesh, grid, of_vertices);
 
   std::vector<std::vector<Face>> kept(mesh.faceCount() / CHUNK + 1);

@@ -2,15 +2,13 @@
 
 #include <csignal>
 #include <cstring>
-#include <string>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <QProcess>
-#include <QProcessEnvironment>
 #include <QTimer>
 
 #include "map_server/map_progress.h"
@@ -50,153 +48,92 @@ std::string howEnded(int code, QProcess::ExitStatus status)
 
 }  // namespace
 
-/// Outlives its owner until the process has ended.
-class MapServerProcess::Child : public QProcess
+MapServerProcess::MapServerProcess(const QString& program, const QStringList& arguments,
+                                   const QStringList& environment, std::chrono::milliseconds grace)
+    : grace_(grace), parent_id_(::getpid())
 {
- public:
-  Child(const QString& program, const QStringList& arguments,
-        const QProcessEnvironment& environment, std::chrono::milliseconds grace)
-      : grace_(grace), parent_id_(::getpid())
-  {
-    setProcessChannelMode(QProcess::MergedChannels);
-    setStandardInputFile(QProcess::nullDevice());
-    setProcessEnvironment(environment);
-    connect(this, &QProcess::readyReadStandardOutput, [this] { read(); });
-    connect(this, &QProcess::errorOccurred, [this](QProcess::ProcessError error) {
-      if (error == QProcess::FailedToStart) {
-        end("it cannot be started: " + errorString().toStdString());
-      }
-    });
-    connect(this, static_cast<void (QProcess::*)(int, QProcess::ExitStatus)>(&QProcess::finished),
-            [this](int code, QProcess::ExitStatus status) {
-              read();
-              take(readAll());
-              end(howEnded(code, status));
-            });
-    start(program, arguments);
-  }
-
-  /// Ends the process and then itself. Where Qt's event loop has ended for good, the system ends
-  /// the process.
-  void abandon()
-  {
-    abandoned_ = true;
-    if (!ending.empty()) {
-      deleteLater();
-      return;
+  setProcessChannelMode(QProcess::MergedChannels);
+  setStandardInputFile(QProcess::nullDevice());
+  setEnvironment(QProcess::systemEnvironment() + environment);
+  connect(this, &QProcess::readyReadStandardOutput, [this] { read(); });
+  connect(this, &QProcess::errorOccurred, [this](QProcess::ProcessError error) {
+    if (error == QProcess::FailedToStart) {
+      end("it cannot be started: " + errorString().toStdString());
     }
-    terminate();
-    QTimer::singleShot(grace_, this, [this] { kill(); });
-  }
-
-  std::vector<std::string> waiting;
-  std::vector<std::string> last;
-  std::string ending;
-
- protected:
-  void setupChildProcess() override
-  {
-    closeAllOnExec();
-    sigset_t none;
-    sigemptyset(&none);
-    ::sigprocmask(SIG_SETMASK, &none, nullptr);
-    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
-      ::signal(number, SIG_DFL);
-    }
-    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (::getppid() != parent_id_) {
-      ::_exit(1);  // it has ended before that was said
-    }
-  }
-
- private:
-  void read()
-  {
-    setReadChannel(QProcess::StandardOutput);
-    while (canReadLine()) {
-      take(readLine());
-    }
-    if (bytesAvailable() > LINE_LENGTH) {
-      take(readAll());
-    }
-  }
-
-  void take(const QByteArray& bytes)
-  {
-    const std::string line = plainLine(bytes.left(LINE_LENGTH).toStdString());
-    if (line.empty() || abandoned_) {
-      return;
-    }
-    last.push_back(line);
-    if (last.size() > LINES_KEPT) {
-      last.erase(last.begin());
-    }
-    if (waiting.size() < LINES_WAITING) {
-      waiting.push_back(line);
-    }
-  }
-
-  void end(const std::string& how)
-  {
-    ending = how;
-    if (abandoned_) {
-      deleteLater();
-    }
-  }
-
-  const std::chrono::milliseconds grace_;
-  const pid_t parent_id_;
-  bool abandoned_ = false;
-};
-
-MapServerProcess::MapServerProcess(const std::string& program,
-                                   const std::vector<std::string>& arguments,
-                                   const std::vector<std::string>& environment,
-                                   std::chrono::milliseconds grace)
-{
-  QStringList list;
-  for (const std::string& argument : arguments) {
-    list << QString::fromStdString(argument);
-  }
-  QProcessEnvironment variables = QProcessEnvironment::systemEnvironment();
-  for (const std::string& variable : environment) {
-    const std::size_t equals = variable.find('=');
-    variables.insert(QString::fromStdString(variable.substr(0, equals)),
-                     QString::fromStdString(variable.substr(equals + 1)));
-  }
-  child_ = new Child(QString::fromStdString(program), list, variables, grace);
+  });
+  connect(this, static_cast<void (QProcess::*)(int, QProcess::ExitStatus)>(&QProcess::finished),
+          [this](int code, QProcess::ExitStatus status) {
+            read();
+            take(readAll());
+            end(howEnded(code, status));
+          });
+  start(program, arguments);
 }
 
-MapServerProcess::~MapServerProcess()
+/// Where Qt's event loop has ended for good, the system ends the process.
+void MapServerProcess::Abandon::operator()(MapServerProcess* process) const
 {
-  child_->abandon();
+  process->abandoned_ = true;
+  if (process->ended()) {
+    process->deleteLater();
+    return;
+  }
+  process->terminate();
+  QTimer::singleShot(process->grace_, process, [process] { process->kill(); });
 }
 
-std::int64_t MapServerProcess::pid() const
+void MapServerProcess::setupChildProcess()
 {
-  return child_->processId();
+  closeAllOnExec();
+  sigset_t none;
+  sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+    ::signal(number, SIG_DFL);
+  }
+  ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (::getppid() != parent_id_) {
+    ::_exit(1);  // it has ended before that was said
+  }
 }
 
-bool MapServerProcess::ended() const
+void MapServerProcess::read()
 {
-  return !child_->ending.empty();
+  setReadChannel(QProcess::StandardOutput);
+  while (canReadLine()) {
+    take(readLine());
+  }
+  if (bytesAvailable() > LINE_LENGTH) {
+    take(readAll());
+  }
 }
 
-const std::string& MapServerProcess::ending() const
+void MapServerProcess::take(const QByteArray& bytes)
 {
-  return child_->ending;
+  const std::string line = plainLine(bytes.left(LINE_LENGTH).toStdString());
+  if (line.empty() || abandoned_) {
+    return;
+  }
+  last_.push_back(line);
+  if (last_.size() > LINES_KEPT) {
+    last_.erase(last_.begin());
+  }
+  if (waiting_.size() < LINES_WAITING) {
+    waiting_.push_back(line);
+  }
+}
+
+void MapServerProcess::end(const std::string& how)
+{
+  ending_ = how;
+  if (abandoned_) {
+    deleteLater();
+  }
 }
 
 std::vector<std::string> MapServerProcess::takeLines()
 {
-  std::vector<std::string> lines;
-  lines.swap(child_->waiting);
-  return lines;
-}
-
-const std::vector<std::string>& MapServerProcess::lastLines() const
-{
-  return child_->last;
+  return std::exchange(waiting_, {});
 }
 
 }  // namespace rviz_mesh_plugin

@@ -3,23 +3,14 @@
 #include <optional>
 #include <string>
 
-#include <OgreQuaternion.h>
-
 #include "base/status_lines.h"
-#include "rendering/ogre_compatibility.h"
+#include "rendering/placed_visual.h"
 
 namespace rviz {
 class FrameManager;
 }
 
 namespace rviz_mesh_plugin {
-
-/// Where something is drawn: its pose in the fixed frame.
-struct FramePose
-{
-  Ogre::Vector3 position;
-  Ogre::Quaternion orientation;
-};
 
 /// The pose of a frame by its newest transform: a mesh is a map, its stamp tells when it was made.
 /// @param what lies in it, and is hidden while the transform is not known: "the mesh is"

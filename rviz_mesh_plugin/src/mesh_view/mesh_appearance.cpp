@@ -64,7 +64,7 @@ CostColoring commonColoring(const MeshStore& store, const std::string& layer, Co
 }
 
 MeshAppearance::MeshAppearance(const Context& context, std::string uuid)
-    : context_(context), uuid_(std::move(uuid)), labels_(context.scene_manager, context.parent)
+    : context_(context), uuid_(std::move(uuid)), labels_(context.parent)
 {
 }
 
@@ -92,7 +92,7 @@ void MeshAppearance::setLayout(const MeshLayoutConstPtr& layout)
   }
   const bool taken = attempt([&] {
     if (!visual_) {
-      visual_ = std::make_unique<MeshVisual>(context_.scene_manager, context_.parent);
+      visual_ = std::make_unique<MeshVisual>(context_.parent);
       visual_->setVisible(false);
     }
     const LayoutOutlineConstPtr before = visual_->layout();
@@ -320,10 +320,7 @@ void MeshAppearance::setPose(const std::optional<FramePose>& pose)
   pose_ = pose;
   labels_.setPose(pose);
   if (visual_) {
-    visual_->setVisible(pose.has_value());
-    if (pose) {
-      visual_->setPose(pose->position, pose->orientation);
-    }
+    visual_->place(pose);
   }
 }
 

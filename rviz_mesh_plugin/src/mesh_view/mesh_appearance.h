@@ -16,9 +16,9 @@
 #include "base/mesh_data.h"
 #include "coloring/cost_coloring.h"
 #include "level_of_detail/mesh_layout.h"
-#include "mesh_view/frame_pose.h"
 #include "mesh_view/mesh_labels.h"
 #include "rendering/mesh_style.h"
+#include "rendering/placed_visual.h"
 
 namespace rviz_mesh_plugin {
 
@@ -50,7 +50,6 @@ class MeshAppearance
     const MeshStore& store;
     const MeshProperties& properties;
     MeshLoader& loader;
-    Ogre::SceneManager* scene_manager;
     Ogre::SceneNode* parent;
   };
 

@@ -2,6 +2,8 @@
 
 #include <numeric>
 
+#include "base/erase_if.h"
+
 namespace rviz_mesh_plugin {
 
 void MeshLabels::show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha)
@@ -13,26 +15,23 @@ void MeshLabels::show(const MeshDataConstPtr& mesh, const LabelClusters& labels,
     return;
   }
   if (!overlay_) {
-    overlay_ = std::make_unique<LabelOverlay>(scene_manager_, parent_);
+    overlay_ = std::make_unique<LabelOverlay>(parent_);
     overlay_->setMesh(mesh);
     mesh_ = mesh;
-    setPose(pose_);
+    overlay_->place(pose_);
   }
-  for (auto item = drawn_.begin(); item != drawn_.end();) {
-    if (labels.count(item->first) == 0) {
-      overlay_->removeLabel(item->first);
-      left_out_.erase(item->first);
-      item = drawn_.erase(item);
-    } else {
-      ++item;
+  eraseIf(drawn_, [&](const auto& label) {
+    const bool is_gone = labels.count(label.first) == 0;
+    if (is_gone) {
+      overlay_->removeLabel(label.first);
     }
-  }
+    return is_gone;
+  });
   for (const auto& label : labels) {
-    LabelClusterConstPtr& drawn = drawn_[label.first];
-    if (drawn != label.second) {
+    Drawn& drawn = drawn_[label.first];
+    if (drawn.label != label.second) {
       overlay_->setColor(label.first, colors_.color(label.first));
-      left_out_[label.first] = overlay_->setLabel(label.second);
-      drawn = label.second;
+      drawn = {label.second, overlay_->setLabel(label.second)};
     }
   }
   overlay_->setAlpha(alpha);
@@ -55,7 +54,6 @@ void MeshLabels::clear()
   overlay_.reset();
   mesh_.reset();
   drawn_.clear();
-  left_out_.clear();
 }
 
 bool MeshLabels::upload(std::chrono::microseconds budget)
@@ -67,17 +65,15 @@ void MeshLabels::setPose(const std::optional<FramePose>& pose)
 {
   pose_ = pose;
   if (overlay_) {
-    overlay_->setVisible(pose.has_value());
-    if (pose) {
-      overlay_->setPose(pose->position, pose->orientation);
-    }
+    overlay_->place(pose);
   }
 }
 
 std::size_t MeshLabels::leftOut() const
 {
-  return std::accumulate(left_out_.begin(), left_out_.end(), std::size_t{0},
-                         [](std::size_t sum, const auto& label) { return sum + label.second; });
+  return std::accumulate(
+      drawn_.begin(), drawn_.end(), std::size_t{0},
+      [](std::size_t sum, const auto& label) { return sum + label.second.left_out; });
 }
 
 }  // namespace rviz_mesh_plugin

@@ -11,7 +11,6 @@
 
 #include "base/mesh_data.h"
 #include "labels/label_colors.h"
-#include "mesh_view/frame_pose.h"
 #include "rendering/labels/label_overlay.h"
 
 namespace rviz_mesh_plugin {
@@ -20,10 +19,7 @@ namespace rviz_mesh_plugin {
 class MeshLabels
 {
  public:
-  MeshLabels(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
-      : scene_manager_(scene_manager), parent_(parent)
-  {
-  }
+  explicit MeshLabels(Ogre::SceneNode* parent) : parent_(parent) {}
 
   /// Draws these labels and no others; only those that are new or have changed
   /// are uploaded.
@@ -44,12 +40,15 @@ class MeshLabels
   std::size_t leftOut() const;
 
  private:
-  Ogre::SceneManager* scene_manager_;
   Ogre::SceneNode* parent_;
   std::unique_ptr<LabelOverlay> overlay_;  ///< only while there are labels
   MeshDataConstPtr mesh_;
-  LabelClusters drawn_;
-  std::map<std::string, std::size_t> left_out_;
+  struct Drawn
+  {
+    LabelClusterConstPtr label;
+    std::size_t left_out = 0;  ///< faces
+  };
+  std::map<std::string, Drawn> drawn_;  ///< by label
   LabelColors colors_;
   std::optional<FramePose> pose_;
 };

@@ -147,8 +147,8 @@ OptionalStatus costsStatus(const CostsState& state)
 {
   std::optional<Finding> wrong_count;
   if (state.size && state.mesh_shown) {
-    wrong_count = state.on_faces ? checkFaceCostCount(*state.size, state.face_count)
-                                 : checkCostCount(*state.size, state.vertex_count);
+    wrong_count = checkCostCount(
+        *state.size, state.on_faces ? state.face_count : state.vertex_count, state.on_faces);
   }
   if (auto problem = layerProblem(state, "costs", "Vertex Costs Topic", wrong_count)) {
     if (wrong_count && problem->level == StatusLine::ERROR) {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <exception>
 #include <iostream>
+#include <optional>
 
 #include <ros/console.h>
 #include <ros/init.h>
 #include <rviz/tool_manager.h>
 #include <rviz/visualization_manager.h>
 #include <rviz/window_manager_interface.h>
-#include <QCloseEvent>
 #include <QEvent>
 #include <QGridLayout>
 #include <QHeaderView>
@@ -26,45 +26,55 @@ namespace rviz_mesh_plugin {
 namespace {
 
 constexpr int PERIOD = 50;  // milliseconds
-const char* const TOOL = "rviz_mesh_plugin/ClusterLabel";
+const char* const TOOL_CLASS = "rviz_mesh_plugin/ClusterLabel";
 const char* const NAME_KEY = "ClusterName";  // as released
 
 using SharedSession = std::shared_ptr<LabelSession>;
 
-std::string describeLoss(const LabelSession& session)
+bool hasUnsaved(const LabelSession& session)
 {
-  LabelSituation situation;
-  situation.unsaved = session.unsaved();
-  situation.unstored = session.unstored();
+  return session.unstored() + session.unsaved() > 0;
+}
+
+std::string lossOf(const LabelSession& session)
+{
   const std::string failure = session.failure();
-  return describeLoss(situation) + (failure.empty() ? "" : "\n\n" + failure);
+  return describeLoss(session.unsaved(), session.unstored()) +
+         (failure.empty() ? "" : "\n\n" + failure);
+}
+
+/// Stores what is not stored, then saves: to be called until that is over.
+/// @param saving whether it has come to that
+/// @return why it could not be saved, or an empty string; nothing while it goes on
+std::optional<std::string> storeAndSave(LabelSession& session, bool& saving)
+{
+  const bool failed = session.failed() > 0;  // others may wait for that one
+  if (session.isSaving() || (!failed && session.unstored() > 0)) {
+    return std::nullopt;
+  }
+  if (saving || failed) {
+    return std::string();
+  }
+  saving = true;
+  std::string problem = session.save();
+  return problem.empty() ? std::nullopt : std::make_optional(problem);
 }
 
 void askWithoutPanel(const SharedSession& session, QWidget* window, const std::string& problem);
 
-/// Stores what is not stored, then saves; asks once more where that fails.
+/// Asks once more where that fails.
 void saveWithoutPanel(const SharedSession& session, QWidget* window)
 {
   auto* timer = new QTimer(window);
   QObject::connect(timer, &QTimer::timeout, window, [=, saving = false]() mutable {
     try {
       session->work(nullptr);
-      const bool failed = session->failed() > 0;  // others may wait for that one
-      if (session->isSaving() || (!failed && session->unstored() > 0)) {
-        return;
-      }
-      std::string problem;
-      if (!saving && !failed) {
-        saving = true;
-        problem = session->save();
-        if (problem.empty()) {
-          return;
+      if (const auto problem = storeAndSave(*session, saving)) {
+        timer->deleteLater();
+        timer->stop();
+        if (hasUnsaved(*session)) {
+          askWithoutPanel(session, window, *problem);
         }
-      }
-      timer->deleteLater();
-      timer->stop();
-      if (session->unstored() + session->unsaved() > 0) {
-        askWithoutPanel(session, window, problem);
       }
     } catch (const std::exception& error) {
       timer->stop();
@@ -79,7 +89,7 @@ void askWithoutPanel(const SharedSession& session, QWidget* window, const std::s
 {
   askButton(
       window, "Labels Not Saved",
-      QString::fromStdString("The panel of labels is gone. " + describeLoss(*session) + problem),
+      QString::fromStdString("The panel of labels is gone. " + lossOf(*session) + problem),
       {"Save"}, [session, window](int) { saveWithoutPanel(session, window); }, "Discard");
 }
 
@@ -209,7 +219,7 @@ void ClusterLabelPanel::setTool(ClusterLabelTool* tool)
 void ClusterLabelPanel::press(LabelAction action)
 {
   if (commands_) {
-    commands_->run(action, name_->text().trimmed().toStdString(), chosen());
+    commands_->run(action, situation(), chosen());
     work();
   }
 }
@@ -248,7 +258,7 @@ void ClusterLabelPanel::followTool()
   find();
   if (!commands_->tool() && !tool_asked_for_) {
     tool_asked_for_ = true;
-    tools->addTool(TOOL);
+    tools->addTool(TOOL_CLASS);
     find();
   }
 }
@@ -296,15 +306,21 @@ std::vector<std::string> ClusterLabelPanel::chosen() const
   return chosen;
 }
 
+LabelSituation ClusterLabelPanel::situation() const
+{
+  LabelSituation now = commands_->situation();
+  now.name = name_->text().trimmed().toStdString();
+  now.labels = model_->labels().size();
+  now.chosen = static_cast<std::size_t>(list_->selectionModel()->selectedRows().size());
+  return now;
+}
+
 void ClusterLabelPanel::showSituation()
 {
   if (!commands_) {
     return;
   }
-  LabelSituation now = commands_->situation();
-  now.name = name_->text().trimmed().toStdString();
-  now.labels = model_->labels().size();
-  now.chosen = static_cast<std::size_t>(list_->selectionModel()->selectedRows().size());
+  const LabelSituation now = situation();
   for (const auto& button : buttons_) {
     const std::string reason = whyNot(button.first, now);
     QString tip = tipOf(button.first);
@@ -334,11 +350,11 @@ void ClusterLabelPanel::showSituation()
 /// Nobody can be asked before RViz removes a panel. The window that is closed is asked before.
 void ClusterLabelPanel::askWhenGone()
 {
-  if (!session_ || session_->unstored() + session_->unsaved() == 0) {
+  if (!session_ || !hasUnsaved(*session_)) {
     return;
   }
   if (!loss_told_) {
-    ROS_WARN("The panel of labels is gone. %s", describeLoss(*session_).c_str());
+    ROS_WARN("The panel of labels is gone. %s", lossOf(*session_).c_str());
   }
   if (window_ && window_ != this && window_->isVisible() && ros::ok()) {
     askWithoutPanel(SharedSession(std::move(session_)), window_, {});
@@ -361,7 +377,7 @@ bool ClusterLabelPanel::eventFilter(QObject* object, QEvent* event)
 
 bool ClusterLabelPanel::mayClose()
 {
-  if (closing_ == Closing::NOW || !session_ || session_->unstored() + session_->unsaved() == 0) {
+  if (closing_ == Closing::NOW || !session_ || !hasUnsaved(*session_)) {
     return true;
   }
   if (ros::ok()) {
@@ -371,7 +387,7 @@ bool ClusterLabelPanel::mayClose()
   // nothing any more.
   if (!loss_told_) {
     loss_told_ = true;
-    std::cerr << "RViz ends. " << describeLoss(*session_) << std::endl;
+    std::cerr << "RViz ends. " << lossOf(*session_) << std::endl;
   }
   return true;
 }
@@ -382,11 +398,12 @@ void ClusterLabelPanel::askToClose()
   if (question_ && question_->isVisible()) {
     return;
   }
-  question_ = askButton(this, "Labels Not Saved", QString::fromStdString(describeLoss(*session_)),
+  question_ = askButton(this, "Labels Not Saved", QString::fromStdString(lossOf(*session_)),
                         {"Save", "Discard"}, [this](int button) {
                           if (button == 0) {
                             session_->sendAgain();
-                            closing_ = Closing::STORING;
+                            saving_ = false;
+                            closing_ = Closing::SAVING;
                           } else {
                             closing_ = Closing::NOW;
                             QMetaObject::invokeMethod(
@@ -398,18 +415,13 @@ void ClusterLabelPanel::askToClose()
 /// Where something fails, it is asked once more.
 void ClusterLabelPanel::continueClosing()
 {
-  if (closing_ == Closing::STORING) {
-    if (session_->failed() > 0) {
-      askToClose();
-    } else if (session_->unstored() == 0 && !session_->isSaving()) {
-      closing_ = Closing::SAVING;
-      commands_->say(session_->save());
-    }
-  } else if (closing_ == Closing::SAVING && !session_->isSaving()) {
-    if (session_->unstored() + session_->unsaved() > 0) {
-      askToClose();
-    } else {
+  if (closing_ == Closing::SAVING) {
+    if (const auto problem = storeAndSave(*session_, saving_)) {
+      commands_->say(*problem);
       closing_ = Closing::NOW;
+      if (hasUnsaved(*session_)) {
+        askToClose();
+      }
     }
   }
   if (closing_ == Closing::NOW && window_) {

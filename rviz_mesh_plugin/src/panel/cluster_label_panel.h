@@ -11,7 +11,6 @@
 #include <rviz/panel.h>
 
 #include "label_editing/label_session.h"
-#include "panel/label_actions.h"
 #include "panel/label_commands.h"
 #include "panel/label_list_model.h"
 #include "tools/cluster_label_tool.h"
@@ -59,6 +58,7 @@ class ClusterLabelPanel : public rviz::Panel
   void followTool();
   void followWindow();
   void followList();
+  LabelSituation situation() const;
   void showSituation();
   std::vector<std::string> chosen() const;
 
@@ -81,11 +81,11 @@ class ClusterLabelPanel : public rviz::Panel
   enum class Closing
   {
     NO,
-    STORING,  ///< edits
-    SAVING,
+    SAVING,  ///< once edits are stored
     NOW
   };
   Closing closing_ = Closing::NO;
+  bool saving_ = false;  ///< they are stored
   bool loss_told_ = false;
   QPointer<QWidget> window_;    ///< the main one
   QPointer<QWidget> question_;  ///< whether to close it

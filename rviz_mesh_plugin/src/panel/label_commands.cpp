@@ -1,25 +1,163 @@
 #include "panel/label_commands.h"
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "base/erase_if.h"
+#include "base/status_lines.h"
 #include "labels/label_name.h"
 #include "panel/label_dialogs.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
+/// What has to be there, or so.
+enum Need : unsigned
+{
+  FAILED_EDITS = 1 << 0,
+  FACES = 1 << 1,  ///< of whatever mesh
+  MESH = 1 << 2,
+  NAME = 1 << 3,
+  TOOL = 1 << 4,
+  SELECTION = 1 << 5,
+  ONE_CHOSEN = 1 << 6,
+  CHOSEN = 1 << 7,
+  TWO_CHOSEN = 1 << 8,
+  LABELS = 1 << 9,
+  IDLE_FILES = 1 << 10,
+  IDLE_OWNER = 1 << 11
+};
+
+struct Words
+{
+  const char* text;
+  unsigned needs;
+  const char* tip;
+};
+
+constexpr std::array<Words, static_cast<std::size_t>(LabelAction::COUNT)> WORDS = {{
+    {"Label Cluster", MESH | NAME | TOOL | SELECTION,
+     "Labels the selected faces with the name above."},
+    {"Reset Faces", FACES, "Selects nothing."},
+    {"New…", MESH | TOOL | SELECTION,
+     "Labels the selected faces: asks for class and instance (Enter in the view)."},
+    {"Assign", MESH | TOOL | SELECTION | ONE_CHOSEN,
+     "Gives the label the selected faces instead of those it has."},
+    {"Add", MESH | TOOL | SELECTION | ONE_CHOSEN, "Adds the selected faces to the label."},
+    {"Take Away", MESH | TOOL | SELECTION | ONE_CHOSEN,
+     "Takes the selected faces away from the label."},
+    {"Select Faces", MESH | TOOL | CHOSEN, "Selects the faces of these labels."},
+    {"Rename…", MESH | ONE_CHOSEN, "Gives the label another name."},
+    {"Merge…", MESH | TWO_CHOSEN, "Makes one label of these."},
+    {"Delete…", MESH | CHOSEN, "Deletes these labels."},
+    {"Color…", MESH | CHOSEN,
+     "Gives these labels a color of their own, or that of their class again."},
+    {"Class Color…", MESH | CHOSEN, "Gives all labels of these classes a color, or takes it away."},
+    {"Import…", MESH | IDLE_FILES, "Reads labels from a JSON or CSV file."},
+    {"Export…", MESH | LABELS | IDLE_FILES, "Writes all labels to a JSON or CSV file."},
+    {"Save", MESH | IDLE_OWNER, "Has the labels written into the map."},
+    {"Send Again", FAILED_EDITS, "Sends edits again that have not been stored."},
+    {"Give Up", FAILED_EDITS, "Forgets edits that have not been stored."},
+}};
+
+const Words& wordsOf(LabelAction action)
+{
+  return WORDS.at(static_cast<std::size_t>(action));
+}
+
 std::string countedLabels(const FileLabels& labels)
 {
   const auto count = std::count_if(labels.begin(), labels.end(),
                                    [](const auto& label) { return !label.second.faces.empty(); });
-  return std::to_string(count) + (count == 1 ? " label" : " labels");
+  return counted(static_cast<std::size_t>(count), "label", "labels");
 }
 
 }  // namespace
+
+const char* textOf(LabelAction action)
+{
+  return wordsOf(action).text;
+}
+
+const char* tipOf(LabelAction action)
+{
+  return wordsOf(action).tip;
+}
+
+std::string whyNot(LabelAction action, const LabelSituation& situation)
+{
+  const struct
+  {
+    Need need;
+    bool met;
+    const char* reason;
+  } needs[] = {
+      {FAILED_EDITS, situation.failed > 0, "no edit has failed"},
+      {FACES, situation.selected > 0, "nothing is selected"},
+      {MESH, situation.has_mesh,
+       "there is no mesh to label: add a Map3D display, or one of labels with its topics"},
+      {NAME, !situation.name.empty(), "the field 'Cluster Name' is empty"},
+      {TOOL, situation.has_tool,
+       "nothing can be selected: add the tool ClusterLabel with the + of the toolbar"},
+      {SELECTION, situation.selected > 0,
+       "nothing is selected: select faces with the tool ClusterLabel (key l)"},
+      {SELECTION, situation.selection_is_of_it,
+       "the selected faces are of a mesh whose labels no display shows: add one for it"},
+      {ONE_CHOSEN, situation.chosen == 1, "choose one label in the list"},
+      {CHOSEN, situation.chosen > 0, "choose labels in the list"},
+      {TWO_CHOSEN, situation.chosen > 1, "choose two labels or more in the list"},
+      {LABELS, situation.labels > 0, "there are no labels"},
+      {IDLE_FILES, !situation.file_busy, "a file is being read or written"},
+      {IDLE_OWNER, !situation.saving, "labels are being saved"},
+  };
+  for (const auto& one : needs) {
+    if ((wordsOf(action).needs & one.need) != 0 && !one.met) {
+      return one.reason;
+    }
+  }
+  return {};
+}
+
+std::string describe(const LabelSituation& situation)
+{
+  if (!situation.has_mesh && situation.unstored + situation.unsaved == 0) {
+    return "No labels to edit: add a Map3D display, or one of labels with its topics.";
+  }
+  std::string text = counted(situation.labels, "label", "labels");
+  if (situation.unstored > 0) {
+    text += ", " + counted(situation.unstored, "edit", "edits") + " not stored yet";
+  }
+  if (situation.saving) {
+    text += ", saving…";
+  } else if (situation.unsaved > 0) {
+    text += ", " + counted(situation.unsaved, "label", "labels") + " not saved in the map";
+  }
+  if (situation.file_busy) {
+    text += ", a file is being read or written…";
+  }
+  return text + ".";
+}
+
+std::string describeLoss(std::size_t unsaved, std::size_t unstored)
+{
+  std::string text;
+  if (unsaved > 0) {
+    const bool one = unsaved == 1;
+    text += counted(unsaved, "label", "labels") + (one ? " is" : " are") +
+            " not saved in the map, but safe in the journal of the node that stores labels, which "
+            "writes " +
+            (one ? "it" : "them") + " into the map when it saves next. ";
+  }
+  if (unstored > 0) {
+    text += counted(unstored, "edit", "edits") + (unstored == 1 ? " is" : " are") +
+            " not stored, and would be lost. ";
+  }
+  return text;
+}
 
 void LabelCommands::attempt(const std::function<void()>& work)
 {
@@ -51,17 +189,13 @@ LabelSituation LabelCommands::situation() const
   return situation;
 }
 
-void LabelCommands::run(LabelAction action, const std::string& name, const Labels& chosen)
+void LabelCommands::run(LabelAction action, const LabelSituation& situation, const Labels& chosen)
 {
   attempt([&] {
-    LabelSituation now = situation();
-    now.name = name;
-    now.chosen = chosen.size();
-    now.labels = session_->names().size();
     report_.clear();
-    message_ = whyNot(action, now);
+    message_ = whyNot(action, situation);
     if (message_.empty()) {
-      start(action, name, chosen);
+      start(action, situation.name, chosen);
     }
   });
 }
@@ -179,20 +313,8 @@ void LabelCommands::select(const Labels& chosen)
 
 void LabelCommands::askColors(const Labels& labels)
 {
-  const std::optional<Rgba8> now = session_->color(labels.at(0));
-  askColor(parent_, "Color of " + listed(labels),
-           now ? QColor(now->red, now->green, now->blue) : QColor(),
-           then([this, labels](const auto& color) { return setColor(labels, color); }));
-}
-
-std::string LabelCommands::setColor(const Labels& labels, const std::optional<QColor>& color)
-{
-  if (!color) {
-    return session_->setColor(labels, std::nullopt);
-  }
-  const auto channel = [](int value) { return static_cast<std::uint8_t>(value); };
-  return session_->setColor(
-      labels, Rgba8{channel(color->red()), channel(color->green()), channel(color->blue()), 255});
+  askColor(parent_, "Color of " + listed(labels), session_->color(labels.at(0)),
+           then([this, labels](const auto& color) { return session_->setColor(labels, color); }));
 }
 
 LabelCommands::Labels LabelCommands::withClasses(const Labels& chosen) const
@@ -202,10 +324,7 @@ LabelCommands::Labels LabelCommands::withClasses(const Labels& chosen) const
     classes.insert(labelClass(label));
   }
   Labels labels = session_->names();
-  labels.erase(
-      std::remove_if(labels.begin(), labels.end(),
-                     [&](const auto& label) { return classes.count(labelClass(label)) == 0; }),
-      labels.end());
+  eraseIf(labels, [&](const auto& label) { return classes.count(labelClass(label)) == 0; });
   return labels;
 }
 

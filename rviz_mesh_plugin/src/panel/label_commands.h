@@ -1,26 +1,75 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include <QColor>
-#include <QObject>
 #include <QPointer>
 #include <QString>
 
-#ifndef Q_MOC_RUN
 #include "label_editing/label_files.h"
 #include "label_editing/label_session.h"
-#include "panel/label_actions.h"
 #include "threads/background_task.h"
 #include "tools/cluster_label_tool.h"
-#endif
 
 class QWidget;
 
 namespace rviz_mesh_plugin {
+
+/// What the buttons of the panel of labels do.
+enum class LabelAction
+{
+  LABEL_CLUSTER,
+  RESET_FACES,
+  NEW,
+  ASSIGN,
+  ADD,
+  TAKE_AWAY,
+  SELECT,
+  RENAME,
+  MERGE,
+  DELETE,
+  COLOR,
+  CLASS_COLOR,
+  IMPORT,
+  EXPORT,
+  SAVE,
+  SEND_AGAIN,
+  GIVE_UP,
+  COUNT
+};
+
+/// What decides which of them are possible.
+struct LabelSituation
+{
+  bool has_tool = false;
+  bool has_mesh = false;           ///< whose labels are edited
+  bool selection_is_of_it = true;  ///< and not of another mesh
+  std::size_t selected = 0;        ///< faces
+  std::string name;                ///< in the field "Cluster Name"
+  std::size_t labels = 0;          ///< in the list
+  std::size_t chosen = 0;          ///< of these
+  std::size_t unstored = 0;
+  std::size_t failed = 0;
+  std::size_t unsaved = 0;
+  bool saving = false;
+  bool file_busy = false;  ///< one is being read or written
+};
+
+/// On the button.
+const char* textOf(LabelAction action);
+/// What it does, in a sentence.
+const char* tipOf(LabelAction action);
+/// Why it is not possible, with the way out; empty if it is.
+std::string whyNot(LabelAction action, const LabelSituation& situation);
+
+/// One line on the labels and on what is not stored or saved.
+std::string describe(const LabelSituation& situation);
+
+/// What becomes of labels that are not saved and edits that are not stored where RViz is closed
+/// now.
+std::string describeLoss(std::size_t unsaved, std::size_t unstored);
 
 /// Does what the buttons of the panel of labels say. Nothing here waits or throws: what goes wrong
 /// is in message().
@@ -33,10 +82,12 @@ class LabelCommands
   void setTool(ClusterLabelTool* tool) { tool_ = tool; }
   ClusterLabelTool* tool() const { return tool_; }
 
-  /// All that it decides by but the labels chosen and the name, which others know.
+  /// All that it decides by but the labels listed and chosen and the name, which others know.
   LabelSituation situation() const;
 
-  void run(LabelAction action, const std::string& name, const std::vector<std::string>& chosen);
+  /// @param chosen labels, as many as the situation says
+  void run(LabelAction action, const LabelSituation& situation,
+           const std::vector<std::string>& chosen);
   /// To be called often.
   void work();
 
@@ -63,7 +114,6 @@ class LabelCommands
   // These return why they cannot, else an empty string.
   std::string label(const std::string& name);
   std::string rename(const std::string& from, const std::string& to);
-  std::string setColor(const Labels& labels, const std::optional<QColor>& color);
   std::string startImport(const std::string& path);
   std::string startExport(const std::string& path);
   std::string import(const LabelFile& file);

@@ -14,6 +14,7 @@
 #include <QMessageBox>
 #include <QPushButton>
 
+#include "base/qt_colors.h"
 #include "labels/label_name.h"
 
 namespace rviz_mesh_plugin {
@@ -162,19 +163,19 @@ QWidget* askButton(QWidget* parent, const QString& title, const QString& questio
   return box;
 }
 
-void askColor(QWidget* parent, const QString& title, const QColor& color,
-              const std::function<void(const std::optional<QColor>& color)>& done)
+void askColor(QWidget* parent, const QString& title, const std::optional<Rgba8>& color,
+              const std::function<void(const std::optional<Rgba8>& color)>& done)
 {
   auto* dialog = create<QColorDialog>(parent, title);
   dialog->setOption(QColorDialog::DontUseNativeDialog);  // it gets one more button
-  dialog->setCurrentColor(color.isValid() ? color : QColor(Qt::gray));
+  dialog->setCurrentColor(color ? toQColor(*color) : QColor(Qt::gray));
   if (auto* buttons = dialog->findChild<QDialogButtonBox*>()) {
     const auto* of_class = buttons->addButton("Color of Class", QDialogButtonBox::ResetRole);
     QObject::connect(of_class, &QPushButton::clicked, dialog, &QDialog::reject);
     QObject::connect(of_class, &QPushButton::clicked, parent, [done] { done(std::nullopt); });
   }
   QObject::connect(dialog, &QColorDialog::colorSelected, parent,
-                   [done](const QColor& chosen) { done(chosen); });
+                   [done](const QColor& chosen) { done(toRgba8(chosen)); });
   dialog->open();
 }
 

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include <QColor>
 #include <QString>
+
+#include "base/mesh_data.h"
 
 class QWidget;
 
@@ -35,8 +36,8 @@ QWidget* askButton(QWidget* parent, const QString& title, const QString& questio
 
 /// Asks for a color; none: that of the class.
 /// @param color to begin with
-void askColor(QWidget* parent, const QString& title, const QColor& color,
-              const std::function<void(const std::optional<QColor>& color)>& done);
+void askColor(QWidget* parent, const QString& title, const std::optional<Rgba8>& color,
+              const std::function<void(const std::optional<Rgba8>& color)>& done);
 
 /// Asks for a file of labels to be read or written.
 void askFile(QWidget* parent, bool write, const std::function<void(const std::string& path)>& done);

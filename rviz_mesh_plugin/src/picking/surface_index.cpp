@@ -142,15 +142,9 @@ class SurfaceIndex::Worker
   {
     std::string failure;
     try {
-      if (job.mesh.expired()) {
-        throw Canceled();
-      }
       (this->*job.make)(job.mesh);
       return;
     } catch (const Canceled&) {
-      ++given_up_;
-      return;
-    } catch (const mesh_map::Canceled&) {
       ++given_up_;
       return;
     } catch (const std::bad_alloc&) {

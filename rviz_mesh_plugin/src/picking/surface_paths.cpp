@@ -6,7 +6,6 @@
 
 #include <mesh_map/distance/fast_marching/fast_marching.h>
 #include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
-#include <mesh_map/mesh/edge_faces.h>
 #include <mesh_map/mesh/topology.h>
 #include <mesh_map/paths/field_trace.h>
 #include <mesh_map/paths/geodesic.h>
@@ -17,13 +16,6 @@
 
 namespace rviz_mesh_plugin {
 namespace {
-
-void lookAt(const std::atomic<bool>* cancel)
-{
-  if (cancel && *cancel) {
-    throw Canceled();
-  }
-}
 
 /// A mesh as fronts and paths want it.
 struct Surface
@@ -67,7 +59,7 @@ bool follow(const MeshData& mesh, const Surface& surface, const SurfacePoint& fr
   stop.cancel = cancel;
   auto front_mesh =
       std::make_shared<const mesh_map::FastMarchingMesh>(surface.view(), surface.vertexFaces());
-  lookAt(cancel);
+  throwIfCanceled(cancel);
   mesh_map::FastMarchingField front(std::make_shared<mesh_map::FastMarchingPool>(front_mesh), seeds,
                                     {});
   if (!front.extend({}, stop)) {
@@ -77,7 +69,7 @@ bool follow(const MeshData& mesh, const Surface& surface, const SurfacePoint& fr
       mesh_map::tracePath({surface.view(), surface.vertexFaces(), surface.topology.face_flags},
                           {front.labels(), front.limit(), {}, from.face, from.position}, to.face,
                           to.position, cancel, path);
-  lookAt(cancel);
+  throwIfCanceled(cancel);
   return end == mesh_map::TraceEnd::ARRIVED;
 }
 
@@ -98,9 +90,9 @@ SurfacePath findPath(const MeshData& mesh, const SurfacePoint& from, const Surfa
                      const std::atomic<bool>* cancel)
 {
   SurfacePath way;
-  lookAt(cancel);
+  throwIfCanceled(cancel);
   const Surface surface(mesh);
-  lookAt(cancel);
+  throwIfCanceled(cancel);
   mesh_map::FieldPath path;
   if (!follow(mesh, surface, from, to, cancel, path)) {
     return way;

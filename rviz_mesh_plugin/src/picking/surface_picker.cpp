@@ -5,6 +5,7 @@
 #include <limits>
 
 #include <OgreMath.h>
+#include <OgreRay.h>
 #include <rviz/display_context.h>
 #include <rviz/display_group.h>
 
@@ -22,7 +23,8 @@ constexpr double INF = std::numeric_limits<double>::infinity();
 /// Where a ray enters the box around a mesh; infinite where it does not.
 double distanceToBox(const mesh_map::Ray& ray, const MeshData& mesh)
 {
-  const auto hit = Ogre::Math::intersects(ogreRay(ray), finiteBounds(mesh));
+  const Ogre::Ray ogre_ray(ogreVector(ray.origin), ogreVector(ray.direction));
+  const auto hit = Ogre::Math::intersects(ogre_ray, finiteBounds(mesh));
   return hit.first ? hit.second : INF;
 }
 
@@ -97,20 +99,6 @@ void SurfacePicker::prepare() const
   for (const ShownMesh& mesh : meshes()) {
     stateOf(mesh.mesh);
   }
-}
-
-Pick SurfacePicker::pick(const Ogre::Ray& ray, bool back_faces) const
-{
-  const Ogre::Vector3& origin = ray.getOrigin();
-  const Ogre::Vector3& direction = ray.getDirection();
-  return pick(
-      mesh_map::Ray{{origin.x, origin.y, origin.z}, {direction.x, direction.y, direction.z}, INF},
-      back_faces);
-}
-
-Pick SurfacePicker::pick(const rviz::ViewportMouseEvent& event, bool back_faces) const
-{
-  return pick(cursorRay(event), back_faces);
 }
 
 Pick SurfacePicker::pick(const mesh_map::Ray& ray, bool back_faces) const

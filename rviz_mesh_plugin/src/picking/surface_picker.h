@@ -58,13 +58,14 @@ class SurfacePicker
   /// The nearest hit. Where a mesh that is not prepared yet may be nearer, there is none.
   /// @param ray in the fixed frame, the direction of length 1
   /// @param back_faces false: faces seen from behind are looked through
-  Pick pick(const Ogre::Ray& ray, bool back_faces = true) const;
+  Pick pick(const mesh_map::Ray& ray, bool back_faces = true) const;
   /// What is under the cursor: what is drawn in the middle of that pixel.
-  Pick pick(const rviz::ViewportMouseEvent& event, bool back_faces = true) const;
+  Pick pick(const rviz::ViewportMouseEvent& event, bool back_faces = true) const
+  {
+    return pick(cursorRay(event), back_faces);
+  }
 
  private:
-  Pick pick(const mesh_map::Ray& ray, bool back_faces) const;
-
   rviz::DisplayContext* context_;
   std::shared_ptr<void> user_;  ///< of the SurfaceIndex
 };

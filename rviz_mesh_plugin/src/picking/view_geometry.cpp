@@ -18,21 +18,16 @@ constexpr double FAR_AWAY = 1e4;
 
 using Projection = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
-Eigen::Isometry3d poseOf(const Ogre::Vector3& position, const Ogre::Quaternion& orientation)
+Eigen::Isometry3d poseOf(const FramePose& pose)
 {
-  return Eigen::Translation3d(position.x, position.y, position.z) *
-         Eigen::Quaterniond(orientation.w, orientation.x, orientation.y, orientation.z)
-             .normalized();
-}
-
-Eigen::Isometry3d poseOf(const ShownMesh& mesh)
-{
-  return poseOf(mesh.position, mesh.orientation);
+  const Ogre::Quaternion& q = pose.orientation;
+  return Eigen::Translation3d(pose.position.x, pose.position.y, pose.position.z) *
+         Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized();
 }
 
 Eigen::Isometry3d poseOf(const Ogre::Camera& camera)
 {
-  return poseOf(camera.getDerivedPosition(), camera.getDerivedOrientation());
+  return poseOf(FramePose{camera.getDerivedPosition(), camera.getDerivedOrientation()});
 }
 
 Projection projectionOf(const Ogre::Camera& camera)
@@ -70,16 +65,6 @@ mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event)
     ray.direction = arrayOf(pose.linear() * (along / length));
   }
   return ray;
-}
-
-Ogre::Ray ogreRay(const mesh_map::Ray& ray)
-{
-  return Ogre::Ray(ogreVector(ray.origin), ogreVector(ray.direction));
-}
-
-Ogre::Ray viewRay(const rviz::ViewportMouseEvent& event)
-{
-  return ogreRay(cursorRay(event));
 }
 
 mesh_map::Ray rayInMesh(const mesh_map::Ray& ray, const ShownMesh& mesh)

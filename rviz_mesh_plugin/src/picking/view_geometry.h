@@ -3,7 +3,6 @@
 #include <array>
 
 #ifndef Q_MOC_RUN
-#include <OgreRay.h>
 #include <mesh_map/bvh/rays/bvh_rays.h>
 
 #include "mesh_view/shown_mesh.h"
@@ -30,10 +29,6 @@ inline Ogre::Vector3 ogreVector(const std::array<double, 3>& v)
 /// From the near plane of the camera through the middle of the pixel under the cursor, in the fixed
 /// frame; the direction has length 1. Hits nothing where there is no camera.
 mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event);
-Ogre::Ray viewRay(const rviz::ViewportMouseEvent& event);
-
-/// In OGRE's precision.
-Ogre::Ray ogreRay(const mesh_map::Ray& ray);
 
 /// A ray in the fixed frame in the coordinates of a mesh.
 mesh_map::Ray rayInMesh(const mesh_map::Ray& ray, const ShownMesh& mesh);

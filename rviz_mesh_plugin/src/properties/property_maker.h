@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -24,19 +22,9 @@
 #include <rviz/properties/string_property.h>
 
 #include "base/mesh_data.h"
+#include "base/qt_colors.h"
 
 namespace rviz_mesh_plugin {
-
-inline QColor toQColor(const Rgba8& color)
-{
-  return {color.red, color.green, color.blue};
-}
-
-inline Rgba8 toRgba8(const QColor& color)
-{
-  return {static_cast<std::uint8_t>(color.red()), static_cast<std::uint8_t>(color.green()),
-          static_cast<std::uint8_t>(color.blue()), 255};
-}
 
 /// Makes properties of RViz whose changes are told in the same way.
 class PropertyMaker

@@ -42,18 +42,17 @@ void PublishedTopic::update()
 
 std::string PublishedTopic::report(const std::string& what) const
 {
-  if (!publisher_) {
-    ROS_WARN("%s was not published: %s", what.c_str(), problem_.c_str());
-    return what + " was not published: " + problem_;
+  std::string text = what + " was not published: " + problem_;
+  if (publisher_) {
+    text = what + " was published on " + publisher_.getTopic();
+    if (publisher_.getNumSubscribers() > 0) {
+      ROS_INFO("%s", text.c_str());
+      return text;
+    }
+    text += ", but nobody receives it: start a receiver, or change the property Topic of the tool";
   }
-  const std::string topic = publisher_.getTopic();
-  if (publisher_.getNumSubscribers() == 0) {
-    ROS_WARN("%s was published on %s, but nobody receives it", what.c_str(), topic.c_str());
-    return what + " was published on " + topic +
-           ", but nobody receives it: start a receiver, or change the property Topic of the tool";
-  }
-  ROS_INFO("%s was published on %s", what.c_str(), topic.c_str());
-  return what + " was published on " + topic;
+  ROS_WARN("%s", text.c_str());
+  return text;
 }
 
 }  // namespace rviz_mesh_plugin

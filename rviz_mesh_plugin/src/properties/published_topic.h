@@ -5,10 +5,8 @@
 
 #include <QObject>
 
-#ifndef Q_MOC_RUN
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
-#endif
 
 namespace rviz {
 class Property;

@@ -3,39 +3,25 @@
 #include <algorithm>
 #include <memory>
 
-#include <OgreSceneManager.h>
-#include <OgreSceneNode.h>
-
 #include "rendering/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 
-GpuMesh::GpuMesh(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout,
+GpuMesh::GpuMesh(Ogre::SceneNode* parent, const MeshLayoutConstPtr& layout,
                  std::size_t indices_per_buffer)
-    : layout_(std::make_shared<LayoutOutline>(*layout)),
+    : PlacedVisual(parent),
+      layout_(std::make_shared<LayoutOutline>(*layout)),
       colors_(layout_),
-      materials_(layout_),
-      node_(scene_manager->createSceneNode())
+      materials_(layout_)
 {
+  setVisible(false);
   drawing_.cell_sizes = &layout_->cell_sizes;
-  try {
-    if (!layout->vertices.empty() && !layout->indices.empty()) {
-      buffers_ = std::make_unique<MeshBuffers>(layout, indices_per_buffer);
-      drawing_.vertices = buffers_->vertices();
-      drawing_.buffers = buffers_.get();
-      makeParts();
-    }
-    applyStyle();
-  } catch (...) {  // memory
-    destroySceneNode(node_);
-    throw;
+  if (!layout->vertices.empty() && !layout->indices.empty()) {
+    buffers_ = std::make_unique<MeshBuffers>(layout, indices_per_buffer);
+    drawing_.buffers = buffers_.get();
+    makeParts();
   }
-}
-
-GpuMesh::~GpuMesh()
-{
-  parts_.clear();
-  destroySceneNode(node_);
+  applyStyle();
 }
 
 void GpuMesh::makeParts()
@@ -46,14 +32,9 @@ void GpuMesh::makeParts()
       continue;
     }
     parts_.push_back(std::make_unique<MeshPartObject>(drawing_, part));
-    node_->createChildSceneNode()->attachObject(parts_.back().get());
+    node()->createChildSceneNode()->attachObject(parts_.back().get());
     coarsest_end_ = std::max(coarsest_end_, part.levels.back().end());
   }
-}
-
-void GpuMesh::show(Ogre::SceneNode* parent)
-{
-  parent->addChild(node_);
 }
 
 bool GpuMesh::drawable() const
@@ -116,7 +97,7 @@ void GpuMesh::applyStyle()
 void GpuMesh::assignMaterials()
 {
   for (const auto& part : parts_) {
-    part->setMaterial(materials_.of(part->part()));
+    part->useMaterial(materials_.of(part->part()));
     part->setColor(materials_.colorOf(part->part()));
   }
 }

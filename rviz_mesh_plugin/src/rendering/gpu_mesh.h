@@ -11,26 +11,21 @@
 #include "rendering/mesh_material.h"
 #include "rendering/mesh_part_object.h"
 #include "rendering/mesh_style.h"
+#include "rendering/placed_visual.h"
 #include "rendering/vertex_colors.h"
 
 namespace rviz_mesh_plugin {
 
-/// Everything that OGRE holds of one layout: buffers, colors, materials, textures, and the parts,
-/// below a scene node of its own. Uploaded in slices; the rest of the layout is let go then. GUI
-/// thread only.
-class GpuMesh
+/// Everything that OGRE holds of one layout: buffers, colors, materials, textures, and the parts.
+/// Uploaded in slices; the rest of the layout is let go then. Not visible at first. GUI thread
+/// only.
+class GpuMesh : public PlacedVisual
 {
  public:
-  GpuMesh(Ogre::SceneManager* scene_manager, const MeshLayoutConstPtr& layout,
-          std::size_t indices_per_buffer = INDICES_PER_BUFFER);
-  ~GpuMesh();
-  GpuMesh(const GpuMesh&) = delete;
-  GpuMesh& operator=(const GpuMesh&) = delete;
+  GpuMesh(Ogre::SceneNode* parent, const MeshLayoutConstPtr& layout,
+          std::size_t indices_per_buffer);
 
   const LayoutOutlineConstPtr& layout() const { return layout_; }
-
-  /// Puts it below a scene node.
-  void show(Ogre::SceneNode* parent);
 
   /// Uploads one slice; false where nothing was left to do.
   bool uploadSlice();
@@ -70,7 +65,6 @@ class GpuMesh
   PartDrawing drawing_;
   std::size_t coarsest_end_ = 0;  ///< of the indices of all parts' coarsest levels
   std::vector<std::unique_ptr<MeshPartObject>> parts_;
-  Ogre::SceneNode* node_;
 };
 
 }  // namespace rviz_mesh_plugin

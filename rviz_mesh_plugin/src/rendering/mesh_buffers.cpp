@@ -49,36 +49,30 @@ std::vector<std::size_t> cutIndices(const MeshLayout& layout, std::size_t indice
 MeshBuffers::MeshBuffers(const MeshLayoutConstPtr& layout, std::size_t indices_per_buffer)
     : layout_(layout)
 {
+  const auto add = [this](const auto* data, std::size_t stride, std::size_t count,
+                          std::size_t binding) {
+    streams_.push_back({data, stride, count * sizeof(*data), sizeof(*data), binding});
+    bytes_ += streams_.back().size;
+  };
+  const std::size_t count = layout->vertices.size();
   vertices_.vertexStart = 0;
-  vertices_.vertexCount = layout->vertices.size();
+  vertices_.vertexCount = count;
   auto* declaration = vertices_.vertexDeclaration;
   declaration->addElement(POSITION_BINDING, 0, Ogre::VET_FLOAT3, Ogre::VES_POSITION);
   declaration->addElement(NORMAL_BINDING, 0, Ogre::VET_FLOAT3, Ogre::VES_NORMAL);
-  addVertices(&layout->vertices.front().position, sizeof(MeshVertex), POSITION_BINDING);
-  addVertices(&layout->vertices.front().normal, sizeof(MeshVertex), NORMAL_BINDING);
+  add(&layout->vertices.front().position, sizeof(MeshVertex), count, POSITION_BINDING);
+  add(&layout->vertices.front().normal, sizeof(MeshVertex), count, NORMAL_BINDING);
   if (!layout->texture_coordinates.empty()) {
     declaration->addElement(TEXTURE_BINDING, 0, Ogre::VET_FLOAT2, Ogre::VES_TEXTURE_COORDINATES, 0);
-    addVertices(layout->texture_coordinates.data(), sizeof(layout->texture_coordinates.front()),
-                TEXTURE_BINDING);
+    add(layout->texture_coordinates.data(), sizeof(layout->texture_coordinates.front()), count,
+        TEXTURE_BINDING);
   }
   const std::vector<std::size_t> cuts = cutIndices(*layout, indices_per_buffer);
   for (std::size_t i = 1; i < cuts.size(); ++i) {
-    addIndices(cuts[i - 1], cuts[i]);
+    add(layout->indices.data() + cuts[i - 1], sizeof(std::uint32_t), cuts[i] - cuts[i - 1],
+        indices_.size());
+    indices_.push_back({cuts[i - 1], {}});
   }
-}
-
-template <class Element>
-void MeshBuffers::addVertices(const Element* data, std::size_t stride, unsigned short binding)
-{
-  addStream({data, stride, vertices_.vertexCount * sizeof(Element), sizeof(Element), binding});
-}
-
-void MeshBuffers::addIndices(std::size_t begin, std::size_t end)
-{
-  addStream({layout_->indices.data() + begin, sizeof(std::uint32_t),
-             (end - begin) * sizeof(std::uint32_t), sizeof(std::uint32_t),
-             static_cast<unsigned short>(indices_.size())});
-  indices_.push_back({begin, {}});
 }
 
 const MeshBuffers::IndexBuffer& MeshBuffers::indexBuffer(std::size_t index) const
@@ -87,12 +81,6 @@ const MeshBuffers::IndexBuffer& MeshBuffers::indexBuffer(std::size_t index) cons
       indices_.begin(), indices_.end(), index,
       [](std::size_t value, const IndexBuffer& buffer) { return value < buffer.begin; });
   return *std::prev(behind);
-}
-
-void MeshBuffers::addStream(const Stream& stream)
-{
-  streams_.push_back(stream);
-  bytes_ += stream.size;
 }
 
 void MeshBuffers::allocate(Stream* stream)
@@ -108,7 +96,7 @@ void MeshBuffers::allocate(Stream* stream)
   }
   const auto buffer = manager.createVertexBuffer(stream->element_size, count,
                                                  Ogre::HardwareBuffer::HBU_STATIC_WRITE_ONLY);
-  vertices_.vertexBufferBinding->setBinding(stream->binding, buffer);
+  vertices_.vertexBufferBinding->setBinding(static_cast<unsigned short>(stream->binding), buffer);
   stream->buffer = buffer.get();
 }
 

@@ -65,17 +65,12 @@ class MeshBuffers
     std::size_t stride;  ///< from one element to the next, in bytes
     std::size_t size;    ///< of all elements, in bytes
     std::size_t element_size;
-    unsigned short binding;  ///< of vertices; of indices: which of the index buffers
+    std::size_t binding;  ///< of vertices; of indices: which of the index buffers
     std::size_t done = 0;
     Ogre::HardwareBuffer* buffer = nullptr;
   };
 
-  template <class Element>
-  void addVertices(const Element* data, std::size_t stride, unsigned short binding);
-  void addStream(const Stream& stream);
-  void addIndices(std::size_t begin, std::size_t end);
   void allocate(Stream* stream);
-
   void write(Stream* stream, std::size_t size);
 
   MeshLayoutConstPtr layout_;  ///< until all is uploaded

@@ -6,18 +6,16 @@
 #include <OgreTechnique.h>
 #include <OgreTextureUnitState.h>
 
-#include "rendering/mesh_part_object.h"
 #include "rendering/ogre_compatibility.h"
-#include "rendering/two_sided_lighting.h"
 #include "rendering/unique_name.h"
 
 namespace rviz_mesh_plugin {
 namespace {
 
-/// Lines are pulled this far in front of the faces they lie in (units of the depth buffer; slope of
-/// the face).
-constexpr float WIREFRAME_DEPTH_BIAS = 1.0f;
-constexpr float WIREFRAME_SLOPE_BIAS = 1.0f;
+/// Lines and overlays are pulled this far in front of the faces they lie in (units of the depth
+/// buffer; slope of the face).
+constexpr float DEPTH_BIAS = 1.0f;
+constexpr float SLOPE_BIAS = 1.0f;
 
 /// Draws in one color without light.
 void setUnlitColor(Ogre::Pass* pass, const Ogre::ColourValue& color)
@@ -50,60 +48,44 @@ Ogre::CullingMode cullingMode(MeshStyle::Culling culling)
   }
 }
 
-void addTexture(Ogre::Pass* pass, const FaceLook& look)
+void addTexture(Ogre::Pass* pass, const SurfaceLook& look)
 {
-  if (look.from == FaceLook::Color::TEXTURE) {
+  if (look.from == SurfaceLook::Color::TEXTURE) {
     Ogre::TextureUnitState* unit = pass->createTextureUnitState(look.texture->getName());
     unit->setTextureFiltering(Ogre::TFO_TRILINEAR);
   }
 }
 
-SurfaceColor surfaceColor(const MeshStyle& style, const FaceLook& look)
-{
-  SurfaceColor surface;
-  surface.color = look.color;
-  surface.alpha = style.alpha;
-  surface.custom_parameter = MeshPartObject::COLOR_PARAMETER;
-  surface.textured = look.from == FaceLook::Color::TEXTURE;
-  surface.flat_shading = style.flat_shading;
-  if (look.from == FaceLook::Color::VERTICES) {
-    surface.from = SurfaceColor::From::VERTICES;
-  } else if (look.from == FaceLook::Color::PARTS) {
-    surface.from = SurfaceColor::From::RENDERABLES;
-  }
-  return surface;
-}
-
-void addProgramFaces(Ogre::Technique* technique, const MeshStyle& style, const FaceLook& look)
+Ogre::Pass* addProgramFaces(Ogre::Technique* technique, MeshStyle::Culling culling,
+                            const SurfaceLook& look)
 {
   Ogre::Pass* pass = technique->createPass();
-  setTwoSidedLighting(pass, surfaceColor(style, look));
-  pass->setCullingMode(cullingMode(style.culling));
+  setTwoSidedLighting(pass, look);
+  pass->setCullingMode(cullingMode(culling));
   // Without programs, this would make the light flat, too.
   pass->setShadingMode(look.one_color_per_face ? Ogre::SO_FLAT : Ogre::SO_GOURAUD);
   setBlending(pass, look.translucent);
   addTexture(pass, look);
+  return pass;
 }
 
 /// One side of the faces.
-void addFixedFunctionSide(Ogre::Technique* technique, bool front, const MeshStyle& style,
-                          const FaceLook& look)
+void addFixedFunctionSide(Ogre::Technique* technique, bool front, const SurfaceLook& look)
 {
   Ogre::Pass* pass = technique->createPass();
   pass->setCullingMode(front ? Ogre::CULL_CLOCKWISE : Ogre::CULL_ANTICLOCKWISE);
-  const bool flat = style.flat_shading || look.one_color_per_face;
+  const bool flat = look.flat_shading || look.one_color_per_face;
   pass->setShadingMode(flat ? Ogre::SO_FLAT : Ogre::SO_GOURAUD);
   setBlending(pass, look.translucent);
   addTexture(pass, look);
-  if (look.from == FaceLook::Color::VERTICES) {
+  if (look.from == SurfaceLook::Color::VERTICES) {
     pass->setLightingEnabled(front);
     pass->setVertexColourTracking(Ogre::TVC_DIFFUSE);
     return;
   }
-  const bool own_alpha = look.from == FaceLook::Color::ONE;
   Ogre::ColourValue color =
-      look.from == FaceLook::Color::TEXTURE ? Ogre::ColourValue::White : look.color;
-  color.a = own_alpha ? look.color.a : style.alpha;
+      look.from == SurfaceLook::Color::TEXTURE ? Ogre::ColourValue::White : look.color;
+  color.a = look.from == SurfaceLook::Color::ONE ? look.color.a : look.alpha;
   setUnlitColor(pass, front ? color * AMBIENT_SHARE : color);
   Ogre::ColourValue diffuse =
       front ? color * (1.0f - AMBIENT_SHARE) : Ogre::ColourValue(0.0f, 0.0f, 0.0f);
@@ -111,35 +93,51 @@ void addFixedFunctionSide(Ogre::Technique* technique, bool front, const MeshStyl
   pass->setDiffuse(diffuse);
 }
 
-void addFixedFunctionFaces(Ogre::Technique* technique, const MeshStyle& style, const FaceLook& look)
+void addFixedFunctionFaces(Ogre::Technique* technique, MeshStyle::Culling culling,
+                           const SurfaceLook& look)
 {
-  if (style.culling != MeshStyle::Culling::BACK) {
-    addFixedFunctionSide(technique, false, style, look);
+  if (culling != MeshStyle::Culling::BACK) {
+    addFixedFunctionSide(technique, false, look);
   }
-  if (style.culling != MeshStyle::Culling::FRONT) {
-    addFixedFunctionSide(technique, true, style, look);
+  if (culling != MeshStyle::Culling::FRONT) {
+    addFixedFunctionSide(technique, true, look);
   }
+}
+
+Ogre::Pass* addUnlit(Ogre::Technique* technique, const Ogre::ColourValue& color)
+{
+  Ogre::Pass* pass = technique->createPass();
+  setUnlitColor(pass, color);
+  setBlending(pass, color.a < 1.0f);
+  return pass;
 }
 
 void addWireframe(Ogre::Technique* technique, const MeshStyle& style)
 {
-  const Ogre::ColourValue& color = style.wireframe_color;
-  Ogre::Pass* pass = technique->createPass();
-  setUnlitColor(pass, color);
-  setBlending(pass, color.a < 1.0f);
+  Ogre::Pass* pass = addUnlit(technique, style.wireframe_color);
   pass->setPolygonMode(Ogre::PM_WIREFRAME);
   pass->setCullingMode(cullingMode(style.culling));
-  pass->setDepthBias(WIREFRAME_DEPTH_BIAS, WIREFRAME_SLOPE_BIAS);
+  pass->setDepthBias(DEPTH_BIAS, SLOPE_BIAS);
 }
 
 using Faces = MeshStyle::Faces;
+
+/// In one color.
+SurfaceLook lookOf(const MeshStyle& style)
+{
+  SurfaceLook look;
+  look.color = style.faces_color;
+  look.alpha = style.alpha;
+  look.flat_shading = style.flat_shading;
+  return look;
+}
+
+}  // namespace
 
 Ogre::ColourValue ogreColor(const Rgba8& color)
 {
   return Ogre::ColourValue(color.red, color.green, color.blue, color.alpha) * (1.0f / 255.0f);
 }
-
-}  // namespace
 
 MeshMaterial::MeshMaterial()
     : material_(Ogre::MaterialManager::getSingleton().create(
@@ -153,14 +151,17 @@ MeshMaterial::~MeshMaterial()
   removeResource(Ogre::MaterialManager::getSingleton(), material_);
 }
 
-void MeshMaterial::apply(const MeshStyle& style, const FaceLook& look)
+void MeshMaterial::apply(const MeshStyle& style, const SurfaceLook& look)
 {
   material_->removeAllTechniques();
   for (const bool programs : {true, false}) {
     Ogre::Technique* technique = material_->createTechnique();
-    if (look.from != FaceLook::Color::HIDDEN) {
-      programs ? addProgramFaces(technique, style, look)
-               : addFixedFunctionFaces(technique, style, look);
+    if (look.from != SurfaceLook::Color::HIDDEN) {
+      if (programs) {
+        addProgramFaces(technique, style.culling, look);
+      } else {
+        addFixedFunctionFaces(technique, style.culling, look);
+      }
     }
     if (style.show_wireframe) {
       addWireframe(technique, style);
@@ -174,9 +175,21 @@ void MeshMaterial::apply(const MeshStyle& style, const FaceLook& look)
 void MeshMaterial::applyUnlit(const Ogre::ColourValue& color)
 {
   material_->removeAllTechniques();
-  Ogre::Pass* pass = material_->createTechnique()->createPass();
-  setUnlitColor(pass, color);
-  setBlending(pass, color.a < 1.0f);
+  addUnlit(material_->createTechnique(), color);
+}
+
+void MeshMaterial::applyOverlay(const Ogre::ColourValue& color)
+{
+  SurfaceLook look;
+  look.color = color;
+  look.translucent = color.a < 1.0f;
+  material_->removeAllTechniques();
+  for (Ogre::Pass* pass :
+       {addProgramFaces(material_->createTechnique(), MeshStyle::Culling::NONE, look),
+        addUnlit(material_->createTechnique(), color)}) {
+    pass->setDepthBias(DEPTH_BIAS, SLOPE_BIAS);
+    pass->setCullingMode(Ogre::CULL_NONE);
+  }
 }
 
 PartMaterials::PartMaterials(const LayoutOutlineConstPtr& layout) : layout_(layout)
@@ -201,16 +214,15 @@ void PartMaterials::apply(const MeshStyle& style, bool has_colors, bool transluc
   textures_drawn_ = style.faces == Faces::TEXTURES && layout_->split == Split::BY_MATERIAL;
   translucent_.reset();
   lines_only_.reset();
-  FaceLook look;
-  look.color = style.faces_color;
+  SurfaceLook look = lookOf(style);
   if (style.faces == Faces::HIDDEN) {
-    look.from = FaceLook::Color::HIDDEN;
+    look.from = SurfaceLook::Color::HIDDEN;
   } else if (style.faces == Faces::VERTEX_COLORS && has_colors) {
-    look.from = FaceLook::Color::VERTICES;
+    look.from = SurfaceLook::Color::VERTICES;
     look.translucent = translucent_colors || style.alpha < 1.0f;
     look.one_color_per_face = layout_->split == Split::BY_FACE;
   } else if (textures_drawn_) {
-    look.from = FaceLook::Color::PARTS;
+    look.from = SurfaceLook::Color::PARTS;
     look.translucent = style.alpha < 1.0f;
   } else {
     look.translucent = look.color.a < 1.0f;
@@ -222,7 +234,7 @@ void PartMaterials::apply(const MeshStyle& style, bool has_colors, bool transluc
   look.translucent = true;
   translucent_ = std::make_unique<MeshMaterial>();
   translucent_->apply(style, look);
-  look.from = FaceLook::Color::HIDDEN;
+  look.from = SurfaceLook::Color::HIDDEN;
   lines_only_ = std::make_unique<MeshMaterial>();
   lines_only_->apply(style, look);
   for (auto& texture : textures_) {
@@ -234,9 +246,8 @@ void PartMaterials::apply(const MeshStyle& style, bool has_colors, bool transluc
 
 void PartMaterials::applyTexture(const Texture& texture) const
 {
-  FaceLook look;
-  look.from = FaceLook::Color::TEXTURE;
-  look.color = style_.faces_color;
+  SurfaceLook look = lookOf(style_);
+  look.from = SurfaceLook::Color::TEXTURE;
   look.texture = texture.texture->get();
   look.translucent = style_.alpha < 1.0f || texture.texture->image()->translucent;
   texture.material->apply(style_, look);

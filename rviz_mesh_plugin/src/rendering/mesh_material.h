@@ -8,33 +8,15 @@
 
 #include <OgreColourValue.h>
 #include <OgreMaterial.h>
-#include <OgrePrerequisites.h>
-#include <OgreTexture.h>
 
 #include "level_of_detail/mesh_layout.h"
 #include "rendering/mesh_style.h"
 #include "rendering/mesh_texture.h"
+#include "rendering/two_sided_lighting.h"
 
 namespace rviz_mesh_plugin {
 
-/// What the faces of one material look like, besides what is common to all of a mesh (MeshStyle).
-struct FaceLook
-{
-  enum class Color
-  {
-    HIDDEN,
-    ONE,       ///< color
-    VERTICES,  ///< of the vertex buffer
-    PARTS,     ///< each MeshPartObject has its own
-    TEXTURE    ///< texture
-  };
-
-  Color from = Color::ONE;
-  Ogre::ColourValue color;
-  bool translucent = false;
-  bool one_color_per_face = false;  ///< VERTICES: that of the last vertex
-  Ogre::TexturePtr texture;
-};
+Ogre::ColourValue ogreColor(const Rgba8& color);
 
 /// An OGRE material of a mesh: a pass for the faces, lit from both sides, and a pass for the
 /// wireframe.
@@ -50,10 +32,15 @@ class MeshMaterial
   MeshMaterial(const MeshMaterial&) = delete;
   MeshMaterial& operator=(const MeshMaterial&) = delete;
 
-  void apply(const MeshStyle& style, const FaceLook& look);
+  /// @param look of the faces; culling and wireframe are those of the style
+  void apply(const MeshStyle& style, const SurfaceLook& look);
 
   /// One color without light, for lines.
   void applyUnlit(const Ogre::ColourValue& color);
+
+  /// One color, lit as meshes are and drawn just in front of the faces it lies on; without programs
+  /// all the light is its own.
+  void applyOverlay(const Ogre::ColourValue& color);
 
   const Ogre::MaterialPtr& get() const { return material_; }
 

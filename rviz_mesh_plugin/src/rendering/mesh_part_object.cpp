@@ -7,26 +7,23 @@
 #include <OgreRenderOperation.h>
 #include <OgreRenderQueue.h>
 
-#include "rendering/finite_bounds.h"
 #include "rendering/level_choice.h"
 #include "rendering/mesh_buffers.h"
 #include "rendering/ogre_compatibility.h"
+#include "rendering/two_sided_lighting.h"
 #include "rendering/unique_name.h"
 
 namespace rviz_mesh_plugin {
 
 MeshPartObject::MeshPartObject(const PartDrawing& drawing, const MeshPart& part)
-    : Ogre::MovableObject(uniqueName("Part")),
-      drawing_(drawing),
-      part_(part),
-      box_(finiteBounds(part)),
-      radius_(radiusAboutOrigin(box_))
+    : Ogre::SimpleRenderable(uniqueName("Part")), drawing_(drawing), part_(part)
 {
+  setBoundingBox(finiteBounds(part));
   setCastShadows(false);
   setColor(Ogre::ColourValue::White);
 }
 
-void MeshPartObject::setMaterial(const Ogre::MaterialPtr& material)
+void MeshPartObject::useMaterial(const Ogre::MaterialPtr& material)
 {
   material_ = material;
   opaque_ = !isSet(material) || !material->isTransparent();
@@ -34,18 +31,12 @@ void MeshPartObject::setMaterial(const Ogre::MaterialPtr& material)
 
 void MeshPartObject::setColor(const Ogre::ColourValue& color)
 {
-  setCustomParameter(COLOR_PARAMETER, Ogre::Vector4(color.r, color.g, color.b, color.a));
-}
-
-const Ogre::String& MeshPartObject::getMovableType() const
-{
-  static const Ogre::String type = "MeshPart";
-  return type;
+  setCustomParameter(PART_COLOR, Ogre::Vector4(color.r, color.g, color.b, color.a));
 }
 
 void MeshPartObject::_notifyCurrentCamera(Ogre::Camera* camera)
 {
-  Ogre::MovableObject::_notifyCurrentCamera(camera);
+  Ogre::SimpleRenderable::_notifyCurrentCamera(camera);
   drawn_ = choose(*camera);
 }
 
@@ -55,7 +46,7 @@ IndexRange MeshPartObject::choose(const Ogre::Camera& camera) const
   if (drawing_.detail_pixels > 0.0f && mParentNode) {
     const Ogre::Vector3 eye = mParentNode->_getDerivedOrientation().Inverse() *
                               (camera.getDerivedPosition() - mParentNode->_getDerivedPosition());
-    const float distance = std::sqrt(static_cast<float>(box_.squaredDistance(eye)));
+    const float distance = std::sqrt(static_cast<float>(getBoundingBox().squaredDistance(eye)));
     level =
         chooseLevel(*drawing_.cell_sizes, drawing_.detail_pixels * pixelSize(camera).at(distance));
   }
@@ -93,25 +84,15 @@ void MeshPartObject::getRenderOperation(Ogre::RenderOperation& operation)
   index_data_.indexStart = drawn_.start - indices.begin;
   index_data_.indexCount = drawn_.count;
   operation.operationType = Ogre::RenderOperation::OT_TRIANGLE_LIST;
-  operation.vertexData = drawing_.vertices;
+  operation.vertexData = drawing_.buffers->vertices();
   operation.useIndexes = true;
   operation.indexData = &index_data_;
 }
 
-void MeshPartObject::getWorldTransforms(Ogre::Matrix4* transform) const
-{
-  *transform = _getParentNodeFullTransform();
-}
-
 Ogre::Real MeshPartObject::getSquaredViewDepth(const Ogre::Camera* camera) const
 {
-  const Ogre::Vector3 center = _getParentNodeFullTransform() * box_.getCenter();
+  const Ogre::Vector3 center = _getParentNodeFullTransform() * getBoundingBox().getCenter();
   return (center - camera->getDerivedPosition()).squaredLength();
-}
-
-const Ogre::LightList& MeshPartObject::getLights() const
-{
-  return queryLights();
 }
 
 }  // namespace rviz_mesh_plugin

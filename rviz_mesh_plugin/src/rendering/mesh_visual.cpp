@@ -6,8 +6,6 @@
 #include <utility>
 
 #include <OgreHardwareBufferManager.h>
-#include <OgreSceneManager.h>
-#include <OgreSceneNode.h>
 #include <OgreSimpleRenderable.h>
 
 #include "rendering/finite_bounds.h"
@@ -76,22 +74,12 @@ class MeshVisual::NormalLines : public Ogre::SimpleRenderable
   Ogre::VertexData vertices_;
 };
 
-MeshVisual::MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent,
-                       std::size_t indices_per_buffer)
-    : scene_manager_(scene_manager),
-      parent_(parent),
-      node_(parent->createChildSceneNode()),
-      indices_per_buffer_(indices_per_buffer)
+MeshVisual::MeshVisual(Ogre::SceneNode* parent, std::size_t indices_per_buffer)
+    : PlacedVisual(parent), indices_per_buffer_(indices_per_buffer)
 {
 }
 
-MeshVisual::~MeshVisual()
-{
-  normals_.reset();
-  coming_.reset();
-  shown_.reset();
-  destroySceneNode(node_);
-}
+MeshVisual::~MeshVisual() = default;
 
 void MeshVisual::setLayout(const MeshLayoutConstPtr& layout)
 {
@@ -105,7 +93,7 @@ void MeshVisual::setLayout(const MeshLayoutConstPtr& layout)
   if (!keep_colors) {
     colors_ = nullptr;
   }
-  auto picture = std::make_unique<GpuMesh>(scene_manager_, layout, indices_per_buffer_);
+  auto picture = std::make_unique<GpuMesh>(node(), layout, indices_per_buffer_);
   picture->setStyle(style_);
   if (colors_) {
     picture->setColors(colors_, translucent_colors_);
@@ -170,7 +158,7 @@ void MeshVisual::showComing()
 {
   shown_ = std::move(coming_);
   shown_layout_ = layout_;
-  shown_->show(node_);
+  shown_->setVisible(true);
   updateNormals();
 }
 
@@ -247,29 +235,6 @@ std::size_t MeshVisual::gpuBytes() const
   return (shown_ ? shown_->gpuBytes() : 0) + (coming_ ? coming_->gpuBytes() : 0);
 }
 
-void MeshVisual::setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation)
-{
-  if (position.isNaN() || orientation.isNaN() || !std::isfinite(position.squaredLength())) {
-    return;
-  }
-  node_->setPosition(position);
-  node_->setOrientation(orientation);
-}
-
-void MeshVisual::setVisible(bool visible)
-{
-  if (visible == visible_) {
-    return;
-  }
-  visible_ = visible;
-  // Taken out of the scene: RViz makes all attached objects visible when the display is enabled.
-  if (visible) {
-    parent_->addChild(node_);
-  } else {
-    parent_->removeChild(node_);
-  }
-}
-
 void MeshVisual::updateNormals()
 {
   if (!style_.show_normals || !shown_) {
@@ -291,7 +256,7 @@ void MeshVisual::updateNormals()
   normals_length_ = style_.normals_length;
   if (mesh->vertexCount() > 0) {
     normals_ = std::make_unique<NormalLines>(*mesh, normals_length_, normals_material_->get());
-    node_->attachObject(normals_.get());
+    node()->attachObject(normals_.get());
   }
 }
 

@@ -6,34 +6,30 @@
 #include <vector>
 
 #include <OgrePrerequisites.h>
-#include <OgreQuaternion.h>
 
 #include "base/mesh_data.h"
 #include "coloring/color_source.h"
 #include "level_of_detail/mesh_layout.h"
 #include "rendering/mesh_buffers.h"
 #include "rendering/mesh_style.h"
-#include "rendering/ogre_compatibility.h"
+#include "rendering/placed_visual.h"
 
 namespace rviz_mesh_plugin {
 
 class MeshMaterial;
 class GpuMesh;
 
-/// Draws one mesh with OGRE below a scene node of its own. GUI thread only.
+/// Draws one mesh with OGRE in the pose of its frame. GUI thread only.
 ///
 /// Uploads go in slices through upload(), so that the GUI is never blocked for long: first the
 /// coarse levels of detail, then the finer ones. Colors are uploaded apart from vertices and faces;
 /// a change of style uploads nothing. Small meshes are uploaded at once. Everything created is
 /// destroyed with the visual.
-class MeshVisual
+class MeshVisual : public PlacedVisual
 {
  public:
-  MeshVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent,
-             std::size_t indices_per_buffer = INDICES_PER_BUFFER);
+  explicit MeshVisual(Ogre::SceneNode* parent, std::size_t indices_per_buffer = INDICES_PER_BUFFER);
   ~MeshVisual();
-  MeshVisual(const MeshVisual&) = delete;
-  MeshVisual& operator=(const MeshVisual&) = delete;
 
   /// Replaces the mesh. What is drawn before stays until the coarsest level of the new one can be
   /// drawn in its colors: those of before, where it is a layout of the same mesh (and both are
@@ -69,10 +65,6 @@ class MeshVisual
 
   void setStyle(const MeshStyle& style);
 
-  /// Pose of the mesh's frame in the fixed frame; ignored where it is not finite.
-  void setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation);
-  void setVisible(bool visible);
-
   /// How often vertices and faces, and how often all colors, went to the graphics card.
   std::size_t geometryUploads() const { return geometry_uploads_; }
   std::size_t colorUploads() const { return color_uploads_; }
@@ -91,9 +83,6 @@ class MeshVisual
   void showComing();
   void updateNormals();
 
-  Ogre::SceneManager* scene_manager_;
-  Ogre::SceneNode* parent_;
-  Ogre::SceneNode* node_;
   std::size_t indices_per_buffer_;
   MeshStyle style_;
   LayoutOutlineConstPtr layout_;
@@ -108,7 +97,6 @@ class MeshVisual
   MeshDataConstPtr normals_mesh_;         ///< that normals_ has been built of
   float normals_length_ = 0.0f;           ///< that normals_ has been built with
   bool fresh_ = false;                    ///< setLayout() has been called since the last upload()
-  bool visible_ = true;
   std::size_t geometry_uploads_ = 0;
   std::size_t color_uploads_ = 0;
 };

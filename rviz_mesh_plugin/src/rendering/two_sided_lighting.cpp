@@ -103,22 +103,21 @@ void ensureProgram(const char* name, Ogre::GpuProgramType type, const std::strin
 
 using Parameters = Ogre::GpuProgramParameters;
 
-void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const SurfaceColor& surface)
+using Color = SurfaceLook::Color;
+
+void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const SurfaceLook& look)
 {
   parameters->setIgnoreMissingParams(true);
-  if (surface.textured) {
+  if (look.from == Color::TEXTURE) {
     parameters->setNamedConstant("surface_texture", 0);
-  } else if (surface.from == SurfaceColor::From::RENDERABLES) {
-    parameters->setNamedAutoConstant("surface_color", Parameters::ACT_CUSTOM,
-                                     surface.custom_parameter);
+  } else if (look.from == Color::PARTS) {
+    parameters->setNamedAutoConstant("surface_color", Parameters::ACT_CUSTOM, PART_COLOR);
   } else {
-    parameters->setNamedConstant("surface_color", surface.color);
+    parameters->setNamedConstant("surface_color", look.color);
   }
-  parameters->setNamedConstant("use_vertex_colors",
-                               surface.from == SurfaceColor::From::VERTICES ? 1.0f : 0.0f);
-  parameters->setNamedConstant(
-      "alpha", surface.from == SurfaceColor::From::ONE && !surface.textured ? 1.0f : surface.alpha);
-  parameters->setNamedConstant("flat_shading", surface.flat_shading ? 1.0f : 0.0f);
+  parameters->setNamedConstant("use_vertex_colors", look.from == Color::VERTICES ? 1.0f : 0.0f);
+  parameters->setNamedConstant("alpha", look.from == Color::ONE ? 1.0f : look.alpha);
+  parameters->setNamedConstant("flat_shading", look.flat_shading ? 1.0f : 0.0f);
   parameters->setNamedConstant("ambient_share", AMBIENT_SHARE);
   parameters->setNamedAutoConstant("light_direction", Parameters::ACT_LIGHT_DIRECTION_VIEW_SPACE,
                                    0);
@@ -127,7 +126,7 @@ void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const Surface
 
 }  // namespace
 
-void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceColor& surface)
+void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceLook& look)
 {
   ensureProgram(VERTEX_PROGRAM, Ogre::GPT_VERTEX_PROGRAM, VERTEX_SOURCE);
   ensureProgram(FRAGMENT_PROGRAM, Ogre::GPT_FRAGMENT_PROGRAM,
@@ -137,7 +136,7 @@ void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceColor& surface)
   pass->setCullingMode(Ogre::CULL_NONE);
   pass->setLightingEnabled(true);
   pass->setVertexProgram(VERTEX_PROGRAM);
-  pass->setFragmentProgram(surface.textured ? TEXTURED_PROGRAM : FRAGMENT_PROGRAM);
+  pass->setFragmentProgram(look.from == Color::TEXTURE ? TEXTURED_PROGRAM : FRAGMENT_PROGRAM);
   if (pass->getVertexProgram()->isSupported()) {
     const auto parameters = pass->getVertexProgramParameters();
     parameters->setIgnoreMissingParams(true);
@@ -148,7 +147,7 @@ void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceColor& surface)
     parameters->setNamedAutoConstant("projection", Parameters::ACT_PROJECTION_MATRIX);
   }
   if (pass->getFragmentProgram()->isSupported()) {
-    setFragmentParameters(pass->getFragmentProgramParameters().get(), surface);
+    setFragmentParameters(pass->getFragmentProgramParameters().get(), look);
   }
 }
 

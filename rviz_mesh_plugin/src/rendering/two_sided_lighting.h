@@ -3,29 +3,35 @@
 #include <cstddef>
 
 #include <OgreColourValue.h>
-#include <OgrePrerequisites.h>
+#include <OgreTexture.h>
 
 namespace rviz_mesh_plugin {
 
 /// The part of a surface's color that is seen where no light falls.
 constexpr float AMBIENT_SHARE = 0.4f;
 
-/// What a lit surface has its color from.
-struct SurfaceColor
+/// Of the custom parameter of renderables that holds the color of a part.
+constexpr std::size_t PART_COLOR = 17;
+
+/// What a lit surface looks like.
+struct SurfaceLook
 {
-  enum class From
+  enum class Color
   {
-    ONE,         ///< one color everywhere
-    VERTICES,    ///< the vertex buffer
-    RENDERABLES  ///< a custom parameter of each renderable
+    HIDDEN,
+    ONE,       ///< color, everywhere
+    VERTICES,  ///< of the vertex buffer
+    PARTS,     ///< each renderable has its own, PART_COLOR
+    TEXTURE    ///< texture
   };
 
-  From from = From::ONE;
-  Ogre::ColourValue color;           ///< ONE
-  std::size_t custom_parameter = 0;  ///< RENDERABLES
-  float alpha = 1.0f;                ///< multiplies that of vertices, renderables and the texture
-  bool textured = false;             ///< the first texture of the pass replaces the color
-  bool flat_shading = false;         ///< lit by the planes of the faces
+  Color from = Color::ONE;
+  Ogre::ColourValue color;
+  float alpha = 1.0f;         ///< multiplies that of vertices, parts and the texture
+  bool flat_shading = false;  ///< lit by the planes of the faces
+  bool translucent = false;
+  bool one_color_per_face = false;  ///< VERTICES: that of the last vertex
+  Ogre::TexturePtr texture;
 };
 
 /// Makes a pass light faces from whichever side they are seen, by RViz's light (directional, along
@@ -34,6 +40,6 @@ struct SurfaceColor
 ///
 /// The pass gets a pair of GLSL 1.20 programs, which all passes of this process share, and no
 /// culling.
-void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceColor& surface);
+void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceLook& look);
 
 }  // namespace rviz_mesh_plugin

@@ -24,9 +24,6 @@
 #include <boost/make_shared.hpp>
 
 #include "base/status_lines.h"
-#include "ros_client/service_call.h"
-#include "ros_client/service_log.h"
-#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -140,15 +137,7 @@ class MapServiceClient::Question
   }
 
   /// @param reason why it is waited for
-  void search(const std::string& reason)
-  {
-    log_.note(service_, [&](ServiceLog::Entry& entry) {
-      entry.name = service_;
-      entry.state = State::SEARCHING;
-      entry.busy = true;
-      entry.reason = shortened(reason);
-    });
-  }
+  void search(const std::string& reason) { wait(State::SEARCHING, service_, reason); }
 
   /// All went well. @param remark more about the answer, to be told
   void end(const std::string& remark = std::string())
@@ -179,6 +168,16 @@ class MapServiceClient::Question
   }
 
  private:
+  void wait(State state, const std::string& name, const std::string& reason)
+  {
+    log_.note(service_, [&](ServiceLog::Entry& entry) {
+      entry.name = name;
+      entry.state = state;
+      entry.busy = true;
+      entry.reason = shortened(reason);
+    });
+  }
+
   const std::string service_;
   const ServiceNames& names_;
   ServiceLog& log_;
@@ -192,12 +191,13 @@ bool MapServiceClient::Question::tryOnce(const Names& names,
                                          const ros::SerializedMessage& request)
 {
   std::string lost, objector, objection;
-  std::string refuser;
-  ServiceCall::Answer refusal;
+  bool refused = false;
   const auto refuse = [&](const std::string& name, const std::string& reason) {
-    if (refuser.empty()) {
-      refuser = name;
-      refusal.refusal = reason;
+    if (!refused) {
+      refused = true;
+      name_ = name;
+      answer_ = ServiceCall::Answer();
+      answer_.refusal = reason;
     }
   };
   for (const std::string& name : names) {
@@ -234,22 +234,12 @@ bool MapServiceClient::Question::tryOnce(const Names& names,
       refuse(name, std::string("its answer cannot be read: ") + error.what());
     }
   }
-  if (!refuser.empty()) {
-    name_ = refuser;
-    answer_ = refusal;
-    return true;
-  }
-  if (objection.empty()) {
+  if (!refused && !objection.empty()) {
+    wait(State::FAILED, objector, objection);
+  } else if (!refused) {
     search(lost.empty() ? "there is no " + join(names) : lost);
-  } else {
-    log_.note(service_, [&](ServiceLog::Entry& entry) {
-      entry.name = objector;
-      entry.state = State::FAILED;
-      entry.busy = true;
-      entry.reason = shortened(objection);
-    });
   }
-  return false;
+  return refused;
 }
 
 /// All that is asked between two calls of cancel(). Its threads share it, and may outlive
@@ -510,18 +500,14 @@ struct MapServiceClient::Turn
 };
 
 MapServiceClient::MapServiceClient(std::shared_ptr<AttributeQueue> queue,
-                                   std::shared_ptr<MeshLoader> loader, Pauses pauses)
-    : queue_(std::move(queue)), loader_(std::move(loader)), pauses_(pauses)
+                                   std::shared_ptr<MeshLoader> loader, Milliseconds first_pause,
+                                   Milliseconds greatest_pause)
+    : queue_(std::move(queue)),
+      loader_(std::move(loader)),
+      first_pause_(first_pause),
+      greatest_pause_(greatest_pause)
 {
 }
-
-MapServiceClient::MapServiceClient(std::shared_ptr<AttributeQueue> queue,
-                                   std::shared_ptr<MeshLoader> loader)
-    : MapServiceClient(std::move(queue), std::move(loader), Pauses())
-{
-}
-
-MapServiceClient::~MapServiceClient() = default;
 
 void MapServiceClient::setNames(const ServiceNames& names)
 {
@@ -555,7 +541,7 @@ void MapServiceClient::request(const std::string& lane, bool (Errand::*errand)()
     }
     const bool again = last != nullptr;
     const auto turn = std::make_shared<Turn>();
-    turn->pause = again ? std::min(2 * last->pause, pauses_.greatest) : pauses_.first;
+    turn->pause = again ? std::min(2 * last->pause, greatest_pause_) : first_pause_;
     WorkThread& thread = lanes_.try_emplace(lane, "map " + lane, NAME_PATIENCE).first->second;
     thread.add([=, work = work_](const Cancellation& cancellation) {
       bool complete = false;

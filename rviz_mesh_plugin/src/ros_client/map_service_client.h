@@ -8,8 +8,8 @@
 
 #include "incoming/attribute_queue.h"
 #include "incoming/mesh_loader.h"
+#include "ros_client/service_call.h"
 #include "ros_client/service_log.h"
-#include "ros_client/service_names.h"
 #include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
@@ -25,20 +25,14 @@ namespace rviz_mesh_plugin {
 class MapServiceClient
 {
  public:
-  /// Between two questions about the same thing; the first, and the greatest that this grows to.
-  struct Pauses
-  {
-    std::chrono::milliseconds first{5000};
-    std::chrono::milliseconds greatest{30000};
-  };
+  using Milliseconds = std::chrono::milliseconds;
 
   /// @param loader may be null where no mesh is ever requested
+  /// @param first_pause between two questions about the same thing
+  /// @param greatest_pause that this grows to
   MapServiceClient(std::shared_ptr<AttributeQueue> queue, std::shared_ptr<MeshLoader> loader,
-                   Pauses pauses);
-  MapServiceClient(std::shared_ptr<AttributeQueue> queue, std::shared_ptr<MeshLoader> loader);
-  ~MapServiceClient();
-  MapServiceClient(const MapServiceClient&) = delete;
-  MapServiceClient& operator=(const MapServiceClient&) = delete;
+                   Milliseconds first_pause = Milliseconds(5000),
+                   Milliseconds greatest_pause = Milliseconds(30000));
 
   /// Other names than before cancel everything. A service with an empty name is not asked.
   void setNames(const ServiceNames& names);
@@ -77,7 +71,8 @@ class MapServiceClient
 
   std::shared_ptr<AttributeQueue> queue_;
   std::shared_ptr<MeshLoader> loader_;
-  const Pauses pauses_;
+  const Milliseconds first_pause_;
+  const Milliseconds greatest_pause_;
   ServiceNames names_;
   std::shared_ptr<Work> work_;  ///< null: nothing has been asked
   std::map<std::string, std::shared_ptr<Turn>> turns_;

@@ -1,9 +1,8 @@
 #include "ros_client/service_log.h"
 
-#include <iomanip>
 #include <sstream>
 
-#include "base/status_lines.h"
+#include <QString>
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -16,9 +15,7 @@ constexpr std::size_t WORTH_TELLING_BYTES = 1000000;
 
 std::string megabytes(std::size_t bytes)
 {
-  std::ostringstream stream;
-  stream << std::fixed << std::setprecision(1) << double(bytes) / 1e6;
-  return stream.str();
+  return QString::number(double(bytes) / 1e6, 'f', 1).toStdString();
 }
 
 State stateOf(const Entry& entry)
@@ -58,6 +55,14 @@ std::string sentence(const Entry& entry)
 }
 
 }  // namespace
+
+OptionalStatus ServiceReport::status(State least) const
+{
+  if (text.empty()) {
+    return std::nullopt;
+  }
+  return worst >= least ? StatusLine::warn(text) : StatusLine::ok(text);
+}
 
 void ServiceLog::want(const std::string& service, const std::string& items, bool again)
 {

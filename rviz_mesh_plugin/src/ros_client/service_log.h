@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/status_lines.h"
+
 namespace rviz_mesh_plugin {
 
 /// What has become of what services were asked, for a status line.
@@ -21,6 +23,9 @@ struct ServiceReport
   };
   State worst = State::ANSWERED;  ///< the last in the order of the enumeration
   std::string text;  ///< a sentence for each service, the worst first; empty: none was asked
+
+  /// A warning from this state on; nothing where none was asked.
+  OptionalStatus status(State least) const;
 };
 
 /// Keeps the report, of services in order of the first request. Thread safe.

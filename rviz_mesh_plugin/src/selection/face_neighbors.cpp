@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include <mesh_map/mesh/edge_faces.h>
 #include <mesh_map/mesh/topology.h>
 
 #include "base/vectors.h"
@@ -17,13 +16,6 @@ constexpr std::uint32_t SHARED = 0x80000000;
 
 /// So many faces are looked at between two looks at the cancel flag.
 constexpr std::size_t STRETCH = 1 << 16;
-
-void check(const std::atomic<bool>* cancel)
-{
-  if (cancel && *cancel) {
-    throw Canceled();
-  }
-}
 
 double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {
@@ -63,9 +55,9 @@ FaceNeighbors::FaceNeighbors(const std::vector<std::uint32_t>& corners,
   const auto last = std::max_element(corners.begin(), corners.end());
   const std::size_t vertex_count = last == corners.end() ? 0 : std::size_t{*last} + 1;
   const mesh_map::Topology topology = mesh_map::buildTopology(corners, vertex_count);
-  check(cancel);
+  throwIfCanceled(cancel);
   const mesh_map::EdgeFaces rows = mesh_map::edgeFaces(topology.face_edges, topology.edgeCount());
-  check(cancel);
+  throwIfCanceled(cancel);
   shared_offsets_.push_back(0);
   std::vector<std::uint32_t> row_of_edge;  // that has more than two faces; empty where none has
   for (std::size_t edge = 0; edge < topology.edgeCount(); ++edge) {
@@ -177,7 +169,7 @@ FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t st
   region.push_back(start);
   for (std::size_t next = 0; next < region.size(); ++next) {
     if (next % STRETCH == 0) {
-      check(cancel);
+      throwIfCanceled(cancel);
     }
     const std::uint32_t face = region[next];
     const Eigen::Vector3d normal = normalOf(mesh, face);

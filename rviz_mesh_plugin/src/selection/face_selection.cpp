@@ -1,9 +1,11 @@
 #include "selection/face_selection.h"
 
 #include <algorithm>
-#include <functional>
+#include <iterator>
 #include <new>
 #include <utility>
+
+#include "labels/label_faces.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -57,61 +59,8 @@ void toggle(FaceWords& words, std::uint32_t begin, std::uint32_t end)
   }
 }
 
-using Bytes = std::vector<std::uint8_t>;
-
-/// Appends a number as LEB128: 7 bits a byte, the lowest first, the last byte below 0x80.
-void appendNumber(Bytes& bytes, std::uint32_t number)
-{
-  for (; number >= 0x80; number >>= 7) {
-    bytes.push_back(static_cast<std::uint8_t>(number | 0x80));
-  }
-  bytes.push_back(static_cast<std::uint8_t>(number));
-}
-
-/// Takes the next number off; @a at goes on behind it.
-std::uint32_t takeNumber(Bytes::const_iterator& at)
-{
-  std::uint32_t number = 0;
-  for (unsigned shift = 0;; shift += 7) {
-    const std::uint8_t byte = *at++;
-    number |= static_cast<std::uint32_t>(byte & 0x7F) << shift;
-    if (byte < 0x80) {
-      return number;
-    }
-  }
-}
-
-/// Ascending faces as runs: for each the faces left out before it, then its length.
-Bytes packRuns(const std::vector<std::uint32_t>& faces)
-{
-  Bytes bytes;
-  std::uint32_t end = 0;
-  for (std::size_t first = 0, next = 0; first < faces.size(); first = next) {
-    for (next = first + 1; next < faces.size() && faces[next] == faces[next - 1] + 1;) {
-      ++next;
-    }
-    appendNumber(bytes, faces[first] - end);
-    appendNumber(bytes, static_cast<std::uint32_t>(next - first));
-    end = faces[next - 1] + 1;
-  }
-  bytes.shrink_to_fit();
-  return bytes;
-}
-
-/// What a step costs besides its bytes.
-constexpr std::size_t STEP_BYTES = sizeof(Bytes) + 16;
-
-/// The faces ascending and each once: themselves where they are so, else a copy.
-const FaceSelection::Faces& ordered(const FaceSelection::Faces& faces, FaceSelection::Faces& copy)
-{
-  if (std::adjacent_find(faces.begin(), faces.end(), std::greater_equal<>()) == faces.end()) {
-    return faces;
-  }
-  copy = faces;
-  std::sort(copy.begin(), copy.end());
-  copy.erase(std::unique(copy.begin(), copy.end()), copy.end());
-  return copy;
-}
+/// What a step costs besides its runs.
+constexpr std::size_t STEP_BYTES = 40;
 
 }  // namespace
 
@@ -156,20 +105,18 @@ const FaceSelection::Change& FaceSelection::deselect(const Faces& faces)
 /// What may throw comes first.
 const FaceSelection::Change& FaceSelection::make(const Faces& faces, bool adding)
 {
-  Faces copy;
+  Faces sorted = faces;
+  sortFaces(sorted);
   next_.added.clear();
   next_.removed.clear();
   Faces& changed = adding ? next_.added : next_.removed;
-  for (const std::uint32_t face : ordered(faces, copy)) {
+  for (const std::uint32_t face : sorted) {
     if (face < size_ && contains(face) != adding) {
       changed.push_back(face);
     }
   }
   if (!changed.empty()) {
-    if (!in_stroke_) {
-      remember(packRuns(changed));
-    }
-    forgetUndone();
+    remember();
     for (const std::uint32_t face : changed) {
       words_[face / BITS] ^= Word{1} << (face % BITS);
     }
@@ -212,10 +159,7 @@ const FaceSelection::Change& FaceSelection::make(Words& wanted)
 {
   compare(wanted);
   if (!next_.empty()) {
-    if (!in_stroke_) {
-      remember(stepTo(wanted));
-    }
-    forgetUndone();
+    remember();
   }
   words_.swap(wanted);
   return take();
@@ -252,13 +196,13 @@ void FaceSelection::endStroke()
     return;
   }
   in_stroke_ = false;
-  Words before;
-  before.swap(before_);
+  const Words before = std::exchange(before_, {});
   if (before == words_) {
     return;
   }
   try {
-    remember(stepTo(before));
+    compare(before);
+    remember();
   } catch (const std::bad_alloc&) {  // what was before cannot be returned to
     done_.clear();
     used_bytes_ = 0;
@@ -270,7 +214,7 @@ const FaceSelection::Change& FaceSelection::giveUpStroke()
   Words wanted(in_stroke_ ? before_ : words_);
   compare(wanted);
   in_stroke_ = false;
-  Words().swap(before_);
+  before_ = Words();
   words_.swap(wanted);
   return take();
 }
@@ -297,41 +241,43 @@ const FaceSelection::Change& FaceSelection::move(std::deque<Step>& from, std::de
 {
   Words wanted(words_);
   if (!from.empty()) {
-    std::uint32_t end = 0;
-    for (auto at = from.back().cbegin(); at != from.back().cend();) {
-      const std::uint32_t begin = end + takeNumber(at);
-      end = begin + takeNumber(at);
-      toggle(wanted, begin, end);
+    for (const Run& run : from.back()) {
+      toggle(wanted, run.begin, run.end);
     }
   }
   compare(wanted);
   if (!from.empty()) {
-    to.emplace_back();
-    to.back().swap(from.back());
+    to.push_back(std::move(from.back()));
     from.pop_back();
   }
   words_.swap(wanted);
   return take();
 }
 
-/// There and back: its faces change sides.
-FaceSelection::Step FaceSelection::stepTo(const Words& other) const
-{
-  Faces changed;
-  listFaces(
-      words_.size(), [&](std::size_t i) { return words_[i] ^ other[i]; }, changed);
-  return packRuns(changed);
-}
-
 std::size_t FaceSelection::bytesOf(const Step& step)
 {
-  return step.capacity() + STEP_BYTES;
+  return step.capacity() * sizeof(Run) + STEP_BYTES;
 }
 
-void FaceSelection::remember(Step step)
+/// What has been found can be undone from now on, but in a stroke, which is remembered as a whole.
+void FaceSelection::remember()
 {
-  done_.push_back(std::move(step));
-  used_bytes_ += bytesOf(done_.back());
+  if (!in_stroke_) {
+    Faces changed;
+    changed.reserve(next_.added.size() + next_.removed.size());
+    std::merge(next_.added.begin(), next_.added.end(), next_.removed.begin(), next_.removed.end(),
+               std::back_inserter(changed));
+    Step step;
+    for (const std::uint32_t face : changed) {
+      if (step.empty() || step.back().end != face) {
+        step.push_back({face, face});
+      }
+      ++step.back().end;
+    }
+    step.shrink_to_fit();
+    done_.push_back(std::move(step));
+    used_bytes_ += bytesOf(done_.back());
+  }
   forgetUndone();
   while (used_bytes_ > history_bytes_ && !done_.empty()) {
     used_bytes_ -= bytesOf(done_.front());

@@ -74,18 +74,23 @@ class FaceSelection
   using Words = std::vector<Word>;
   static constexpr std::uint32_t BITS = 64;
 
-  /// Which faces have changed: runs of them, each as the gap before it and its length (LEB128).
-  using Step = std::vector<std::uint8_t>;
+  /// Faces from begin to before end.
+  struct Run
+  {
+    std::uint32_t begin;
+    std::uint32_t end;
+  };
+  /// Which faces have changed: ascending runs of them.
+  using Step = std::vector<Run>;
 
   static std::size_t bytesOf(const Step& step);
 
-  Step stepTo(const Words& other) const;
   const Change& make(const Faces& faces, bool adding);
   const Change& make(Words& wanted);
   void compare(const Words& wanted);
   const Change& take();
   const Change& move(std::deque<Step>& from, std::deque<Step>& to);
-  void remember(Step step);
+  void remember();
   void forgetUndone();
 
   std::size_t size_ = 0;

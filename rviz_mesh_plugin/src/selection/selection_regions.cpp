@@ -7,6 +7,7 @@
 #include <OgreCamera.h>
 #include <OgreViewport.h>
 
+#include "base/erase_if.h"
 #include "base/vectors.h"
 
 namespace rviz_mesh_plugin {
@@ -21,7 +22,7 @@ void dropBackFaces(const MeshData& mesh, const std::array<double, 3>& eye,
     const Eigen::Vector3d towards = vectorOf(eye) - vectorOf(cornerOf(mesh, face, 0));
     return !(normalOf(mesh, face).dot(towards) > 0.0);
   };
-  faces.erase(std::remove_if(faces.begin(), faces.end(), is_back), faces.end());
+  eraseIf(faces, is_back);
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ struct FaceSearch
   bool back_faces = true;                                        ///< false: not those from behind
 
   /// A face that touches several regions is named for each.
-  /// @throw mesh_map::Canceled, std::bad_alloc
+  /// @throw Canceled (cancellation.h), std::bad_alloc
   FaceSelection::Faces operator()(const std::atomic<bool>* cancel = nullptr) const;
 };
 

@@ -1,13 +1,10 @@
 #include "selection/selection_visual.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <optional>
 
 #include <OgreRenderQueue.h>
-#include <OgreSceneManager.h>
-#include <OgreSceneNode.h>
-
-#include "rendering/labels/label_material.h"
-#include "rendering/labels/label_object.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -31,18 +28,9 @@ class SelectionObject : public LabelObject
 
 }  // namespace
 
-SelectionVisual::SelectionVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
-    : parent_(parent),
-      node_(scene_manager->createSceneNode()),
-      material_(std::make_shared<LabelMaterial>(COLOR))
+SelectionVisual::SelectionVisual(Ogre::SceneNode* parent)
+    : PlacedVisual(parent), material_(std::make_shared<LabelMaterial>(COLOR))
 {
-  parent_->addChild(node_);
-}
-
-SelectionVisual::~SelectionVisual()
-{
-  object_.reset();
-  destroySceneNode(node_);
 }
 
 void SelectionVisual::setMesh(const MeshDataConstPtr& mesh)
@@ -57,8 +45,8 @@ void SelectionVisual::makeObject()
 {
   object_.reset();
   if (mesh()) {
-    object_ = std::make_unique<SelectionObject>(node_, vertices_.shared());
-    object_->setMaterial(material_);
+    object_ = std::make_unique<SelectionObject>(node(), vertices_);
+    object_->useMaterial(material_);
   }
 }
 
@@ -87,40 +75,25 @@ void SelectionVisual::setColor(const Rgba8& color)
 {
   auto material = std::make_shared<LabelMaterial>(color);
   if (object_) {
-    object_->setMaterial(material);
+    object_->useMaterial(material);
   }
   material_ = std::move(material);
 }
 
-void SelectionVisual::setVisible(bool visible)
-{
-  const bool attached = node_->getParent() != nullptr;
-  if (visible && !attached) {
-    parent_->addChild(node_);
-  } else if (!visible && attached) {
-    parent_->removeChild(node_);
-  }
-}
-
 bool SelectionVisual::follow(const std::vector<ShownMesh>& shown)
 {
-  for (const ShownMesh& other : shown) {
-    if (mesh() && other.mesh == mesh()) {
-      node_->setPosition(other.position);
-      node_->setOrientation(other.orientation);
-      setVisible(true);
-      return true;
-    }
-  }
-  setVisible(false);
-  return false;
+  const auto found = std::find_if(shown.begin(), shown.end(), [&](const ShownMesh& other) {
+    return mesh() && other.mesh == mesh();
+  });
+  place(found == shown.end() ? std::nullopt : std::make_optional<FramePose>(*found));
+  return found != shown.end();
 }
 
 bool SelectionVisual::upload(std::chrono::microseconds budget)
 {
   const auto end = std::chrono::steady_clock::now() + budget;
   try {
-    while (mesh() && !vertices_.shared().complete()) {
+    while (mesh() && !vertices_.complete()) {
       vertices_.upload(SLICE);
       if (std::chrono::steady_clock::now() >= end) {
         break;
@@ -130,7 +103,7 @@ bool SelectionVisual::upload(std::chrono::microseconds budget)
     setMesh(nullptr);
     throw;
   }
-  return !mesh() || vertices_.shared().complete();
+  return !mesh() || vertices_.complete();
 }
 
 std::size_t SelectionVisual::gpuBytes() const

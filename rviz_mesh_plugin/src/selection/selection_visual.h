@@ -9,29 +9,26 @@
 
 #include "base/mesh_data.h"
 #include "mesh_view/shown_mesh.h"
+#include "rendering/labels/label_material.h"
+#include "rendering/labels/label_object.h"
 #include "rendering/labels/label_vertices.h"
+#include "rendering/placed_visual.h"
 #include "selection/face_selection.h"
 
 namespace rviz_mesh_plugin {
 
-class LabelMaterial;
-class LabelObject;
-
 /// Highlights the selected faces of a mesh, over its labels: vertices are uploaded once, and an
 /// index buffer of its own of which only what changes is. GUI thread only.
-class SelectionVisual
+class SelectionVisual : public PlacedVisual
 {
  public:
   static constexpr Rgba8 COLOR{255, 140, 0, 178};
 
-  SelectionVisual(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent);
-  ~SelectionVisual();
-  SelectionVisual(const SelectionVisual&) = delete;
-  SelectionVisual& operator=(const SelectionVisual&) = delete;
+  explicit SelectionVisual(Ogre::SceneNode* parent);
 
   /// Replaces the mesh (null: none, and all buffers are freed); nothing is highlighted.
   void setMesh(const MeshDataConstPtr& mesh);
-  const MeshDataConstPtr& mesh() const { return vertices_.shared().mesh; }
+  const MeshDataConstPtr& mesh() const { return vertices_.mesh(); }
 
   /// Highlights these faces of the mesh and no others.
   void setSelection(const FaceSelection& selection);
@@ -42,7 +39,6 @@ class SelectionVisual
   void apply(const FaceSelection::Change& change);
 
   void setColor(const Rgba8& color);
-  void setVisible(bool visible);
 
   /// To be called each frame: takes the pose that the mesh has now; hides the highlight where the
   /// mesh is not shown. @return whether it is
@@ -59,8 +55,6 @@ class SelectionVisual
  private:
   void makeObject();
 
-  Ogre::SceneNode* parent_;
-  Ogre::SceneNode* node_;
   LabelVertices vertices_;
   std::shared_ptr<LabelMaterial> material_;
   std::unique_ptr<LabelObject> object_;

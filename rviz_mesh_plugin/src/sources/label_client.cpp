@@ -1,11 +1,8 @@
 #include "sources/label_client.h"
 
 #include <exception>
-#include <map>
-#include <mutex>
 #include <utility>
 
-#include <mesh_msgs/SetLabelColor.h>
 #include <ros/names.h>
 
 #include "base/status_lines.h"
@@ -16,16 +13,27 @@ namespace {
 
 constexpr std::uint32_t EDIT_QUEUE = 10;
 
-/// What went wrong; empty: nothing.
-std::string call(const std::string& service, const mesh_msgs::SetLabelColor::Request& request,
-                 const Cancellation& cancellation)
+/// What went wrong; empty: nothing. @throw Canceled
+std::string storeColor(const std::string& service, const mesh_msgs::SetLabelColor::Request& request,
+                       const Cancellation& cancellation)
 {
-  const auto answer =
-      ServiceCall(cancellation).callPatiently<mesh_msgs::SetLabelColor>(service, request);
-  if (!answer) {
-    return "nobody offers the service " + service;
+  std::string failure;
+  try {
+    const auto answer =
+        ServiceCall(cancellation).callPatiently<mesh_msgs::SetLabelColor>(service, request);
+    if (!answer) {
+      failure = "nobody offers the service " + service;
+    } else if (!answer->refusal.empty()) {
+      failure = service + " refuses it: " + answer->refusal;
+    }
+  } catch (const Canceled&) {
+    throw;
+  } catch (const std::exception& error) {
+    failure = service + " cannot be called: " + error.what();
   }
-  return answer->refusal.empty() ? "" : service + " refuses it: " + answer->refusal;
+  return failure.empty()
+             ? failure
+             : "the color of '" + request.label + "' is not stored: " + shortened(failure);
 }
 
 }  // namespace
@@ -43,21 +51,6 @@ mesh_msgs::MeshFaceClusterStamped labelEdit(const MeshData& mesh, const std::str
   return message;
 }
 
-/// What the thread that calls the service uses, too.
-struct LabelClient::Shared
-{
-  std::mutex mutex;
-  std::map<std::string, mesh_msgs::SetLabelColor::Request> requests;  ///< by label
-  std::string failure;
-};
-
-LabelClient::LabelClient() : shared_(std::make_shared<Shared>()) {}
-
-LabelClient::~LabelClient()
-{
-  disconnect();
-}
-
 void LabelClient::connect(ros::NodeHandle& node_handle, const std::string& name_space)
 {
   disconnect();
@@ -73,8 +66,8 @@ void LabelClient::disconnect()
 {
   publisher_.shutdown();
   publisher_ = ros::Publisher();
-  thread_.cancel();
-  shared_ = std::make_shared<Shared>();  // what is on its way arrives in the old one
+  requests_.clear();
+  storing_.drop();
 }
 
 void LabelClient::setColor(const std::string& uuid, const std::string& label, const Rgba8* color)
@@ -88,50 +81,24 @@ void LabelClient::setColor(const std::string& uuid, const std::string& label, co
     request.color.b = color->blue / 255.0f;
     request.color.a = 1.0f;
   }
-  {
-    const std::lock_guard<std::mutex> lock(shared_->mutex);
-    // Of a color that is dragged about, the newest counts.
-    shared_->requests[label] = request;
-  }
-  thread_.add(
-      [shared = shared_, service = color_service_, label](const Cancellation& cancellation) {
-        storeColor(*shared, service, label, cancellation);
-      });
+  requests_[label] = request;
 }
 
-void LabelClient::storeColor(Shared& shared, const std::string& service, const std::string& label,
-                             const Cancellation& cancellation)
+std::string LabelClient::work()
 {
-  mesh_msgs::SetLabelColor::Request request;
-  {
-    const std::lock_guard<std::mutex> lock(shared.mutex);
-    const auto newest = shared.requests.find(label);
-    if (newest == shared.requests.end()) {
-      return;  // it has been sent already
-    }
-    request = newest->second;
-    shared.requests.erase(newest);
+  const auto stored = storing_.take();
+  if (!storing_.isRunning() && !requests_.empty()) {
+    storing_.start([service = color_service_,
+                    requests = std::exchange(requests_, {})](const Cancellation& cancellation) {
+      std::string failure;
+      for (const auto& label : requests) {
+        const std::string newest = storeColor(service, label.second, cancellation);
+        failure = newest.empty() ? failure : newest;
+      }
+      return failure;
+    });
   }
-  std::string failure;
-  try {
-    failure = call(service, request, cancellation);
-  } catch (const Canceled&) {
-    return;
-  } catch (const std::exception& error) {
-    failure = service + " cannot be called: " + error.what();
-  }
-  if (!failure.empty()) {
-    const std::lock_guard<std::mutex> lock(shared.mutex);
-    shared.failure = "the color of '" + label + "' is not stored: " + shortened(failure);
-  }
-}
-
-std::string LabelClient::takeFailure()
-{
-  const std::lock_guard<std::mutex> lock(shared_->mutex);
-  std::string failure;
-  failure.swap(shared_->failure);
-  return failure;
+  return !stored ? std::string() : stored->result.value_or(stored->error);
 }
 
 }  // namespace rviz_mesh_plugin

@@ -1,16 +1,17 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <map>
 #include <string>
 #include <vector>
 
 #include <mesh_msgs/MeshFaceClusterStamped.h>
+#include <mesh_msgs/SetLabelColor.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
 
 #include "base/mesh_data.h"
-#include "threads/work_thread.h"
+#include "threads/background_task.h"
 
 namespace rviz_mesh_plugin {
 
@@ -23,11 +24,6 @@ mesh_msgs::MeshFaceClusterStamped labelEdit(const MeshData& mesh, const std::str
 class LabelClient
 {
  public:
-  LabelClient();
-  ~LabelClient();
-  LabelClient(const LabelClient&) = delete;
-  LabelClient& operator=(const LabelClient&) = delete;
-
   /// Uses the topic cluster_label and the service set_label_color in this namespace; none where it
   /// is empty. @throw ros::InvalidNameException
   void connect(ros::NodeHandle& node_handle, const std::string& name_space);
@@ -40,21 +36,19 @@ class LabelClient
   /// See labelEdit().
   void store(const mesh_msgs::MeshFaceClusterStamped& edit) { publisher_.publish(edit); }
 
-  /// Has a color stored; null: none. What goes wrong is in takeFailure().
+  /// Has a color stored by work(); null: none.
   void setColor(const std::string& uuid, const std::string& label, const Rgba8* color);
 
-  /// Why the newest color could not be stored; empty where nothing new went wrong.
-  std::string takeFailure();
+  /// To be called often. Returns why a color could not be stored; empty where nothing new went
+  /// wrong.
+  std::string work();
 
  private:
-  struct Shared;
-  static void storeColor(Shared& shared, const std::string& service, const std::string& label,
-                         const Cancellation& cancellation);
-
-  std::shared_ptr<Shared> shared_;
   std::string color_service_;
   ros::Publisher publisher_;
-  WorkThread thread_{"label owner", NAME_PATIENCE};
+  /// By label: of a color that is dragged about, the newest counts.
+  std::map<std::string, mesh_msgs::SetLabelColor::Request> requests_;
+  BackgroundTask<std::string> storing_{"label owner", NAME_PATIENCE};
 };
 
 }  // namespace rviz_mesh_plugin

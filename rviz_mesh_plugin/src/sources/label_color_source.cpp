@@ -14,11 +14,8 @@
 #include <ros/console.h>
 #include <ros/exceptions.h>
 #include <ros/names.h>
-#include <ros/subscribe_options.h>
-#include <boost/make_shared.hpp>
 
 #include "conversion/validation.h"
-#include "ros_client/checked_callback.h"
 #include "ros_client/service_call.h"
 
 namespace rviz_mesh_plugin {
@@ -118,11 +115,6 @@ std::string labelNamespace(const MeshSource& source)
 
 LabelColorSource::LabelColorSource() : known_(std::make_shared<Known>()) {}
 
-LabelColorSource::~LabelColorSource()
-{
-  disconnect();
-}
-
 void LabelColorSource::connect(ros::NodeHandle& node_handle, const std::string& name_space)
 {
   if (name_space.empty()) {
@@ -137,22 +129,19 @@ void LabelColorSource::connect(ros::NodeHandle& node_handle, const std::string& 
     clear();
     namespace_ = name_space;
   }
-  using Message = mesh_msgs::MeshLabelColors;
-  const std::shared_ptr<Known> known = known_;
-  ros::SubscribeOptions options(
-      node_handle.resolveName(ros::names::append(name_space, "label_colors")), COLOR_QUEUE,
-      ros::message_traits::md5sum<Message>(), ros::message_traits::datatype<Message>());
-  options.helper = boost::make_shared<CheckedCallback<Message>>(
-      options.topic,
-      [known](const Message::ConstPtr& message) {
-        try {
-          known->put(message->uuid, convert(message->labels, message->colors), true);
-        } catch (const RejectedMessage& rejected) {
-          known->refuse(rejected.what());
-        }
-      },
-      [known](const std::string& reason) { known->refuse(reason); });
-  subscriber_ = node_handle.subscribe(options);
+  TopicReceiver::Callbacks<mesh_msgs::MeshLabelColors> callbacks;
+  callbacks.receive = [known = known_](const auto& message, const auto& /*ended*/) {
+    try {
+      known->put(message->uuid, convert(message->labels, message->colors), true);
+    } catch (const RejectedMessage& rejected) {
+      known->refuse(rejected.what());
+    }
+  };
+  callbacks.refuse = [known = known_](const std::string& reason, const auto& /*ended*/) {
+    known->refuse(reason);
+  };
+  subscription_ = receiver_.subscribe(node_handle, ros::names::append(name_space, "label_colors"),
+                                      COLOR_QUEUE, callbacks);
   connected_ = true;
 }
 
@@ -162,7 +151,7 @@ void LabelColorSource::disconnect()
     return;
   }
   connected_ = false;
-  subscriber_.shutdown();
+  subscription_.end();
   asked_.clear();
   thread_.cancel();
   const auto before = known_;  // what is on its way arrives there
@@ -230,7 +219,7 @@ OptionalStatus LabelColorSource::status() const
   if (known_->refusal.empty()) {
     return std::nullopt;
   }
-  return StatusLine{StatusLine::ERROR, "colors of labels ignored: " + known_->refusal};
+  return StatusLine::error("colors of labels ignored: ", known_->refusal);
 }
 
 }  // namespace rviz_mesh_plugin

@@ -5,10 +5,10 @@
 #include <string>
 
 #include <ros/node_handle.h>
-#include <ros/subscriber.h>
 
 #include "base/status_lines.h"
 #include "labels/label_colors.h"
+#include "ros_client/topic_receiver.h"
 #include "sources/mesh_source.h"
 #include "threads/work_thread.h"
 
@@ -24,13 +24,10 @@ class LabelColorSource
 {
  public:
   LabelColorSource();
-  ~LabelColorSource();
-  LabelColorSource(const LabelColorSource&) = delete;
-  LabelColorSource& operator=(const LabelColorSource&) = delete;
 
-  /// Follows the colors in this namespace, on the callback queue of @a node_handle; those of
-  /// another one are forgotten. Nothing happens where it does so already; where it is empty,
-  /// nothing is followed. @throw ros::InvalidNameException
+  /// Follows the colors in this namespace; those of another one are forgotten. Nothing happens
+  /// where it does so already; where it is empty, nothing is followed. @throw
+  /// ros::InvalidNameException
   void connect(ros::NodeHandle& node_handle, const std::string& name_space);
   /// What is known stays.
   void disconnect();
@@ -53,7 +50,8 @@ class LabelColorSource
 
   std::string namespace_;  ///< where what is known comes from
   bool connected_ = false;
-  ros::Subscriber subscriber_;
+  TopicReceiver receiver_;
+  TopicReceiver::Subscription subscription_;
   std::shared_ptr<Known> known_;
   std::set<std::string> asked_;  ///< uuids
   WorkThread thread_{"label colors", NAME_PATIENCE};

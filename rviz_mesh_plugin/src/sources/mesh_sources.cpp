@@ -88,8 +88,6 @@ MeshSources::MeshSources(bool with_layouts)
 {
 }
 
-MeshSources::~MeshSources() = default;
-
 std::vector<MeshMember> MeshSources::connect(ros::NodeHandle& node_handle, const Names& names)
 {
   services_.setNames(names.services);

@@ -29,7 +29,6 @@ class MeshSources
 
   /// @param with_layouts false: of meshes, there are none
   explicit MeshSources(bool with_layouts = true);
-  ~MeshSources();
 
   /// Subscribes to the topics that are named; what came from a topic (or service) that is no longer
   /// named is forgotten, and nothing else: it comes back from no message of the topic before.

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "spatial/batch_slices.h"
+#include "threads/cancellation.h"
 
 namespace rviz_mesh_plugin {
 
@@ -33,52 +33,43 @@ class DeviceCommands
 {
  public:
   DeviceCommands() = default;
-  ~DeviceCommands();
+  ~DeviceCommands()
+  {
+    try {
+      wait();
+    } catch (const cl::Error&) {
+      return;  // the device is lost, and with it the commands
+    }
+  }
   DeviceCommands(const DeviceCommands&) = delete;
   DeviceCommands& operator=(const DeviceCommands&) = delete;
 
   /// For one call that enqueues a command: MAX of them before wait().
-  cl::Event* add();
+  cl::Event* add() { return &events_.at(count_++); }
 
   /// Throws cl::Error if one of them broke off.
-  void wait();
+  void wait()
+  {
+    std::array<cl_event, MAX> accepted{};
+    cl_uint count = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (events_[i]() != nullptr) {
+        accepted[count++] = events_[i]();
+      }
+    }
+    count_ = 0;
+    const cl_int status = count > 0 ? ::clWaitForEvents(count, accepted.data()) : CL_SUCCESS;
+    events_ = {};
+    if (status != CL_SUCCESS) {
+      throw cl::Error(status, "clWaitForEvents");
+    }
+  }
 
  private:
   static constexpr std::size_t MAX = 3;
   std::array<cl::Event, MAX> events_;  // no allocation can fail between a command and its event
   std::size_t count_ = 0;
 };
-
-DeviceCommands::~DeviceCommands()
-{
-  try {
-    wait();
-  } catch (const cl::Error&) {
-    return;  // the device is lost, and with it the commands
-  }
-}
-
-cl::Event* DeviceCommands::add()
-{
-  return &events_.at(count_++);
-}
-
-void DeviceCommands::wait()
-{
-  std::array<cl_event, MAX> accepted{};
-  cl_uint count = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (events_[i]() != nullptr) {
-      accepted[count++] = events_[i]();
-    }
-  }
-  count_ = 0;
-  const cl_int status = count > 0 ? ::clWaitForEvents(count, accepted.data()) : CL_SUCCESS;
-  events_ = {};
-  if (status != CL_SUCCESS) {
-    throw cl::Error(status, "clWaitForEvents");
-  }
-}
 
 /// Work items of a kernel side by side, the same number for every launch: some drivers compile it
 /// once for each.
@@ -107,20 +98,12 @@ std::size_t cornerCount(const mesh_map::Bvh& bvh)
 /// What a batch takes of the device per ray: more than the kernel needs.
 constexpr std::size_t BYTES_PER_RAY = 128;
 
-void setArguments(cl::Kernel&, cl_uint) {}
-
-template <class T, class... Others>
-void setArguments(cl::Kernel& kernel, cl_uint index, const T& value, const Others&... others)
-{
-  kernel.setArg(index, value);
-  setArguments(kernel, index + 1, others...);
-}
-
 template <class... Arguments>
 cl::Kernel makeKernel(const OpenClProgram& program, const char* name, const Arguments&... arguments)
 {
   cl::Kernel kernel(program.program, name);
-  setArguments(kernel, 0, arguments...);
+  cl_uint index = 0;
+  (kernel.setArg(index++, arguments), ...);
   return kernel;
 }
 
@@ -221,9 +204,7 @@ void DeviceQueries::castRays(const mesh_map::RayBatch& rays, const BvhOptions& r
     if (slot.busy()) {
       append(hits, slot.finish(bvh_, run));
     }
-    if (run.cancel && *run.cancel) {
-      throw mesh_map::Canceled();
-    }
+    throwIfCanceled(run.cancel);
   };
   // While the device has a chunk, the host finishes the one before and packs the next.
   const std::size_t count = rays.size(), size = chunkSize(*program_);

@@ -45,14 +45,6 @@ bool usable(const cl::Device& device)
          (device.getInfo<CL_DEVICE_ENDIAN_LITTLE>() != 0) == little_endian;
 }
 
-cl::Program load(const cl::Context& context, const cl::Device& device,
-                 const ProgramCache::Binary& binary, const std::string& options)
-{
-  cl::Program program(context, {device}, cl::Program::Binaries{binary});
-  program.build({device}, options.c_str());
-  return program;
-}
-
 }  // namespace
 
 std::vector<cl::Device> listDevices()
@@ -130,7 +122,8 @@ OpenClProgram buildProgram(const cl::Device& device, const std::string& source,
   built.queue = cl::CommandQueue(built.context, device);
   if (const auto binary = cache.load(built.key)) {
     try {
-      built.program = load(built.context, device, *binary, options);
+      built.program = cl::Program(built.context, {device}, cl::Program::Binaries{*binary});
+      built.program.build({device}, options.c_str());
       built.from_cache = true;
       return built;
     } catch (const cl::Error&) {

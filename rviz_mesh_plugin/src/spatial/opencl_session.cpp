@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -22,7 +23,7 @@ struct Registry
 {
   std::mutex mutex;
   std::map<Key, std::weak_ptr<OpenClSession>> sessions;
-  std::map<Key, std::string> refusals;  // of devices that did not start
+  std::set<Key> failed;  // did not start
 };
 
 /// Never destroyed: sessions may outlive any static object.
@@ -151,9 +152,8 @@ std::shared_ptr<OpenClSession> OpenClSession::shared(const std::string& wish,
   // Its thread keeps it until it has ended. The last user waits for that: drivers and compilers
   // must not work while the end of the process takes their libraries down.
   session.reset(started.get(), [started](OpenClSession* abandoned) { abandoned->thread_.join(); });
-  const auto refusal = all.refusals.find(key);
-  if (refusal != all.refusals.end()) {
-    session->end(State::UNUSABLE, refusal->second);
+  if (all.failed.count(key) != 0) {
+    session->end(State::UNUSABLE);
     return session;
   }
   all.sessions[key] = session;
@@ -161,8 +161,8 @@ std::shared_ptr<OpenClSession> OpenClSession::shared(const std::string& wish,
     session->thread_.add(
         [started](const Cancellation& cancellation) { started->run(cancellation); });
   } catch (const std::system_error& error) {
-    session->end(State::UNUSABLE, nativeInstead(error.what()));
-    session->log(LogLevel::WARNING, session->text());
+    session->end(State::UNUSABLE);
+    session->log(LogLevel::WARNING, nativeInstead(error.what()));
   }
   return session;
 }
@@ -179,12 +179,6 @@ bool OpenClSession::wait() const
   return state_ == State::READY;
 }
 
-std::string OpenClSession::text() const
-{
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return text_;
-}
-
 std::shared_ptr<const OpenClProgram> OpenClSession::program() const
 {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -194,8 +188,8 @@ std::shared_ptr<const OpenClProgram> OpenClSession::program() const
 void OpenClSession::fail(const std::string& why)
 {
   if (state_.exchange(State::UNUSABLE) != State::UNUSABLE) {
-    end(State::UNUSABLE, nativeInstead(why));
-    log(LogLevel::WARNING, text());
+    end(State::UNUSABLE);
+    log(LogLevel::WARNING, nativeInstead(why));
   }
 }
 
@@ -204,13 +198,12 @@ void OpenClSession::run(const Cancellation& cancellation)
   std::string why;
   try {
     const auto program = start(cancellation);
-    const std::string text = "OpenCL: batches of queries are answered by " + program->info.text() +
-                             ", program " + (program->from_cache ? "from the cache" : "compiled");
-    log(LogLevel::INFO, text);
-    end(State::READY, text, program);
+    log(LogLevel::INFO, "OpenCL: batches of queries are answered by " + program->info.text() +
+                            ", program " + (program->from_cache ? "from the cache" : "compiled"));
+    end(State::READY, program);
     return;
   } catch (const Canceled&) {
-    end(State::UNUSABLE, "stopped");
+    end(State::UNUSABLE);
     return;
   } catch (const cl::BuildError& error) {
     why = describe(error) + ": " + excerpt(error);
@@ -219,23 +212,18 @@ void OpenClSession::run(const Cancellation& cancellation)
   } catch (const std::exception& error) {
     why = error.what();
   }
-  const std::string text = nativeInstead(why);
   {
     Registry& all = registry();
     const std::lock_guard<std::mutex> lock(all.mutex);
-    all.refusals[{wish_, cache_folder_}] = text;
+    all.failed.insert({wish_, cache_folder_});
   }
-  log(LogLevel::WARNING, text);
-  end(State::UNUSABLE, text);
+  log(LogLevel::WARNING, nativeInstead(why));
+  end(State::UNUSABLE);
 }
 
 std::shared_ptr<const OpenClProgram> OpenClSession::start(const Cancellation& cancellation) const
 {
-  const auto go_on = [&] {
-    if (cancellation.flag()) {
-      throw Canceled();
-    }
-  };
+  const auto go_on = [&] { throwIfCanceled(&cancellation.flag()); };
   const ProgramCache cache(cache_folder_);
   const std::vector<cl::Device> devices = listDevices();
   const cl::Device& device = devices.at(choose(devices, wish_));
@@ -251,12 +239,10 @@ std::shared_ptr<const OpenClProgram> OpenClSession::start(const Cancellation& ca
   return program;
 }
 
-void OpenClSession::end(State state, const std::string& text,
-                        std::shared_ptr<const OpenClProgram> program)
+void OpenClSession::end(State state, std::shared_ptr<const OpenClProgram> program)
 {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    text_ = text;
     state_ = state;
     program_ = std::move(program);
   }

@@ -50,9 +50,6 @@ class OpenClSession
   /// Waits until the start has ended, and returns whether the device is ready.
   bool wait() const;
 
-  /// What the log says about the device.
-  std::string text() const;
-
   /// Null unless it is ready.
   std::shared_ptr<const OpenClProgram> program() const;
 
@@ -67,8 +64,7 @@ class OpenClSession
 
   void run(const Cancellation& cancellation);
   std::shared_ptr<const OpenClProgram> start(const Cancellation& cancellation) const;
-  void end(State state, const std::string& text,
-           std::shared_ptr<const OpenClProgram> program = nullptr);
+  void end(State state, std::shared_ptr<const OpenClProgram> program = nullptr);
   void log(LogLevel level, const std::string& line) const;
 
   const std::string wish_, cache_folder_;
@@ -76,7 +72,6 @@ class OpenClSession
   std::atomic<State> state_{State::STARTING};
   mutable std::mutex mutex_;  // of those below
   mutable std::condition_variable ended_;
-  std::string text_;
   std::shared_ptr<const OpenClProgram> program_;
   WorkThread thread_{"OpenCL start"};
 };

@@ -51,16 +51,6 @@ File fileOf(int descriptor, const char* mode)
   return file;
 }
 
-bool read(const File& file, void* data, std::size_t size)
-{
-  return std::fread(data, 1, size, file.get()) == size;
-}
-
-bool write(const File& file, const void* data, std::size_t size)
-{
-  return std::fwrite(data, 1, size, file.get()) == size;
-}
-
 /// Makes a folder and those above it, for the user alone.
 bool makeFolders(const std::string& folder)
 {
@@ -110,7 +100,7 @@ std::optional<ProgramCache::Binary> ProgramCache::load(const std::string& key) c
   const Header expected;
   if (!file || ::fstat(::fileno(file.get()), &status) != 0 || !S_ISREG(status.st_mode) ||
       status.st_uid != ::geteuid() || (status.st_mode & (S_IWGRP | S_IWOTH)) != 0 ||
-      !read(file, &header, sizeof header) ||
+      std::fread(&header, sizeof header, 1, file.get()) != 1 ||
       std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 ||
       header.key_size != key.size() || header.binary_size == 0 || header.binary_size > MAX_SIZE ||
       static_cast<std::uint64_t>(status.st_size) !=
@@ -119,8 +109,9 @@ std::optional<ProgramCache::Binary> ProgramCache::load(const std::string& key) c
   }
   std::string its_key(key.size(), '\0');
   Binary binary(header.binary_size);
-  if (!read(file, &its_key[0], its_key.size()) || its_key != key ||
-      !read(file, binary.data(), binary.size()) || checkSum(key, binary) != header.check_sum) {
+  if (std::fread(&its_key[0], its_key.size(), 1, file.get()) != 1 || its_key != key ||
+      std::fread(binary.data(), binary.size(), 1, file.get()) != 1 ||
+      checkSum(key, binary) != header.check_sum) {
     return std::nullopt;
   }
   return binary;
@@ -143,9 +134,10 @@ bool ProgramCache::store(const std::string& key, const Binary& binary) const
   if (!file) {
     return false;
   }
-  const bool written = write(file, &header, sizeof header) && write(file, key.data(), key.size()) &&
-                       write(file, binary.data(), binary.size()) && std::fflush(file.get()) == 0 &&
-                       ::fsync(::fileno(file.get())) == 0;
+  const bool written = std::fwrite(&header, sizeof header, 1, file.get()) == 1 &&
+                       std::fwrite(key.data(), key.size(), 1, file.get()) == 1 &&
+                       std::fwrite(binary.data(), binary.size(), 1, file.get()) == 1 &&
+                       std::fflush(file.get()) == 0 && ::fsync(::fileno(file.get())) == 0;
   if (std::fclose(file.release()) == 0 && written &&
       ::rename(temporary.c_str(), path(key).c_str()) == 0) {
     return true;

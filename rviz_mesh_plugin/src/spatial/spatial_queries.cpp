@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "spatial/batch_slices.h"
 #include "spatial/device_queries.h"
 #include "spatial/opencl_device.h"
 
@@ -65,20 +64,6 @@ bool SpatialQueries::waitForDevice() const
   return session_ && session_->wait() && device(Query::RAY, SIZE_MAX) != nullptr;
 }
 
-std::string SpatialQueries::deviceText() const
-{
-  if (!session_) {
-    return "OpenCL: off; queries are answered natively";
-  }
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!refusal_.empty()) {
-    return refusal_;
-  }
-  return session_->state() == OpenClSession::State::STARTING
-             ? "OpenCL: the device is starting; queries are answered natively"
-             : session_->text();
-}
-
 /// The device with the mesh, if it shall answer; null if not.
 std::shared_ptr<const DeviceQueries> SpatialQueries::device(Query query, std::size_t count) const
 {
@@ -92,7 +77,7 @@ std::shared_ptr<const DeviceQueries> SpatialQueries::device(Query query, std::si
   std::string failure, warning;  // for the log, which may ask back
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!device_ && refusal_.empty()) {
+    if (!device_ && !refused_) {
       const std::string refusal = DeviceQueries::refusal(*program, *bvh_);
       if (refusal.empty()) {
         try {
@@ -101,7 +86,8 @@ std::shared_ptr<const DeviceQueries> SpatialQueries::device(Query query, std::si
           failure = describe(error);
         }
       } else {
-        warning = refusal_ = "OpenCL: " + refusal + "; queries are answered natively";
+        refused_ = true;
+        warning = "OpenCL: " + refusal + "; queries are answered natively";
       }
     }
     device = device_;

@@ -72,9 +72,6 @@ class SpatialQueries
   /// Waits until the device has started or failed, and returns whether batches go to it.
   bool waitForDevice() const;
 
-  /// One line about the device: which it is, or why there is none.
-  std::string deviceText() const;
-
  private:
   std::shared_ptr<const DeviceQueries> device(mesh_map::Query query, std::size_t count) const;
   void onDevice(mesh_map::Query query, std::size_t count,
@@ -85,7 +82,7 @@ class SpatialQueries
   const std::shared_ptr<OpenClSession> session_;  ///< null: off
   mutable std::mutex mutex_;                      ///< of those below
   mutable std::shared_ptr<const DeviceQueries> device_;
-  mutable std::string refusal_;  ///< why this mesh is not on the device
+  mutable bool refused_ = false;  ///< the device has no room for this mesh
 };
 
 }  // namespace rviz_mesh_plugin

@@ -1,16 +1,21 @@
 #pragma once
 
+#include <mesh_map/base/run_options.h>
+
 #include <atomic>
-#include <exception>
 
 namespace rviz_mesh_plugin {
 
 /// Thrown where work is given up.
-class Canceled : public std::exception
+using mesh_map::Canceled;
+
+/// @throw Canceled where the flag is there and set
+inline void throwIfCanceled(const std::atomic<bool>* flag)
 {
- public:
-  const char* what() const noexcept override { return "cancelled"; }
-};
+  if (mesh_map::isSet(flag)) {
+    throw Canceled();
+  }
+}
 
 /// A flag that also ends waiting. Thread safe; once set, it stays so.
 class Cancellation

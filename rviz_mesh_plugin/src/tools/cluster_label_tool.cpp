@@ -23,7 +23,6 @@
 #include "displays/display_tree.h"
 #include "tools/selection/screen_outline.h"
 #include "tools/selection/selection_editor.h"
-#include "tools/selection/selection_properties.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -69,11 +68,10 @@ bool hasPicture(const rviz::ViewportMouseEvent& event)
 }  // namespace
 
 ClusterLabelTool::ClusterLabelTool()
-    : properties_(new SelectionProperties(getPropertyContainer(), this))
+    : properties_(getPropertyContainer(), PropertyMaker(this, [this] { onSettings(); }))
 {
   shortcut_key_ = 'l';
   access_all_keys_ = true;  // else Ctrl+I would be the key of another tool
-  connect(properties_, &SelectionProperties::changed, this, &ClusterLabelTool::onSettings);
 }
 
 ClusterLabelTool::~ClusterLabelTool() = default;
@@ -175,7 +173,7 @@ void ClusterLabelTool::work()
 {
   if (active_ && editor_) {
     followBrushSize();
-    editor_->prepare(properties_->settings());
+    editor_->prepare(properties_.settings());
   }
 }
 
@@ -188,7 +186,7 @@ void ClusterLabelTool::followBrushSize()
       [&](const ClusterLabelDisplay& display) { size = size ? size : display.brushSize(); });
   if (size && *size != brush_size_) {
     brush_size_ = *size;
-    properties_->setRadius(*size);
+    properties_.setRadius(*size);
   }
 }
 
@@ -214,8 +212,8 @@ void ClusterLabelTool::onSettings()
 {
   attempt([&] {
     if (editor_) {
-      editor_->session().setColor(properties_->color());
-      setCursor(rviz::makeIconCursor(lookOf(properties_->settings().technique).cursor));
+      editor_->session().setColor(properties_.color());
+      setCursor(rviz::makeIconCursor(lookOf(properties_.settings().technique).cursor));
       showStatus();
     }
   });
@@ -235,7 +233,7 @@ int ClusterLabelTool::mouse(rviz::ViewportMouseEvent& event)
   if (!editor_ || !hasPicture(event)) {
     return 0;
   }
-  const SelectionSettings settings = properties_->settings();
+  const SelectionSettings settings = properties_.settings();
   const double area =
       static_cast<double>(event.viewport->getActualWidth()) * event.viewport->getActualHeight();
   const Gesture gesture = gestures_.handle(event, settings.technique, area);
@@ -266,7 +264,7 @@ int ClusterLabelTool::mouse(rviz::ViewportMouseEvent& event)
       showOutline(event);
       return Render;
     case Gesture::RADIUS:
-      properties_->scaleRadius(std::pow(RADIUS_FACTOR, gesture.notches));
+      properties_.scaleRadius(std::pow(RADIUS_FACTOR, gesture.notches));
       hover(event, true);
       return Render;
     case Gesture::GIVE_UP:
@@ -282,7 +280,7 @@ int ClusterLabelTool::mouse(rviz::ViewportMouseEvent& event)
 
 void ClusterLabelTool::select(const rviz::ViewportMouseEvent& event, const Gesture& gesture)
 {
-  SelectionSettings settings = properties_->settings();
+  SelectionSettings settings = properties_.settings();
   settings.technique = gestures_.technique();  // as when the drag began
   std::string text;
   switch (gesture.kind) {
@@ -313,7 +311,7 @@ bool ClusterLabelTool::hover(const rviz::ViewportMouseEvent& event, bool brush)
 {
   const bool was_shown = ball_ != nullptr;
   if (brush) {
-    editor_->findBrush(event, properties_->settings());
+    editor_->findBrush(event, properties_.settings());
     showBall(!gestures_.isDragging() || gestures_.isAdding());
   } else {
     ball_.reset();
@@ -334,7 +332,7 @@ void ClusterLabelTool::showBall(bool adding)
     ball_ = std::make_unique<rviz::Shape>(rviz::Shape::Sphere, scene_manager_);
   }
   ball_->setPosition(ogreVector(pointInFixedFrame(hit->point, *hit)));
-  ball_->setScale(Ogre::Vector3(static_cast<float>(2.0 * properties_->settings().radius)));
+  ball_->setScale(Ogre::Vector3(static_cast<float>(2.0 * properties_.settings().radius)));
   const float light = adding ? BALL_ADDING : BALL_REMOVING;
   ball_->setColor(light, light, light, BALL_ALPHA);
 }
@@ -395,44 +393,34 @@ void ClusterLabelTool::press(SelectionKey key)
   if (gestures_.isDragging()) {
     return;  // until the button is released
   }
-  if (!pressForSettings(key)) {
-    tell(busy() ? STILL_LOOKING : pressForFaces(key));
-  }
-}
-
-bool ClusterLabelTool::pressForSettings(SelectionKey key)
-{
-  switch (key) {
-    case SelectionKey::BOX:
-      properties_->setTechnique(SelectionTechnique::BOX);
-      return true;
-    case SelectionKey::LASSO:
-      properties_->setTechnique(SelectionTechnique::LASSO);
-      return true;
-    case SelectionKey::FLOOD:
-      properties_->setTechnique(SelectionTechnique::FLOOD);
-      return true;
-    case SelectionKey::LABEL:
-      properties_->setTechnique(SelectionTechnique::LABEL);
-      return true;
-    case SelectionKey::TOGGLE_VISIBLE_ONLY:
-      properties_->toggleVisibleOnly();
-      tell(properties_->settings().visible_only ? "only faces that are seen are selected"
-                                                : "faces are selected through the mesh");
-      return true;
-    case SelectionKey::TOGGLE_BACK_FACES:
-      properties_->toggleBackFaces();
-      tell(properties_->settings().back_faces ? "faces seen from behind are selected, too"
-                                              : "faces seen from behind are not selected");
-      return true;
-    default:
-      return false;
-  }
+  tell(change(key));
 }
 
 /// Returns what to tell the user.
-std::string ClusterLabelTool::pressForFaces(SelectionKey key)
+std::string ClusterLabelTool::change(SelectionKey key)
 {
+  switch (key) {
+    case SelectionKey::BOX:
+    case SelectionKey::LASSO:
+    case SelectionKey::FLOOD:
+    case SelectionKey::LABEL:
+      properties_.setTechnique(static_cast<SelectionTechnique>(
+          static_cast<int>(key) - static_cast<int>(SelectionKey::BOX)));
+      return message_;  // stays
+    case SelectionKey::TOGGLE_VISIBLE_ONLY:
+      properties_.toggleVisibleOnly();
+      return properties_.settings().visible_only ? "only faces that are seen are selected"
+                                                 : "faces are selected through the mesh";
+    case SelectionKey::TOGGLE_BACK_FACES:
+      properties_.toggleBackFaces();
+      return properties_.settings().back_faces ? "faces seen from behind are selected, too"
+                                               : "faces seen from behind are not selected";
+    default:
+      break;
+  }
+  if (busy()) {
+    return STILL_LOOKING;
+  }
   switch (key) {
     case SelectionKey::UNDO:
       return selection().canUndo() ? editor_->change(&FaceSelection::undo)
@@ -470,7 +458,7 @@ void ClusterLabelTool::tell(const std::string& message)
 /// What the status bar says while faces are being selected, as rich text.
 QString ClusterLabelTool::hint() const
 {
-  const SelectionSettings settings = properties_->settings();
+  const SelectionSettings settings = properties_.settings();
   QString text;
   if (busy()) {
     text = settings.visible_only ? "Looking which faces are seen ... <b>Esc:</b> give up. "

@@ -8,6 +8,7 @@
 #include "selection/face_selection.h"
 #include "selection/selection_gestures.h"
 #include "tools/selection/selection_keys.h"
+#include "tools/selection/selection_properties.h"
 #include "tools/surface_tool.h"
 #endif
 
@@ -19,7 +20,6 @@ namespace rviz_mesh_plugin {
 
 class ScreenOutline;
 class SelectionEditor;
-class SelectionProperties;
 class SelectionVisual;
 
 /// Selects faces of a mesh that is shown: by box, lasso, brush, connected region or label, to be
@@ -67,21 +67,18 @@ class ClusterLabelTool : public SurfaceTool
   bool movesCamera(const rviz::ViewportMouseEvent& /*event*/) override { return false; }
   void recover(const std::string& problem) override;
 
- private Q_SLOTS:
-  void onFrame();
-  void onSettings();
-
  private:
   static constexpr const char* STILL_LOOKING =
       "faces are still being looked for: wait, or give up with Esc";
 
+  void onFrame();
+  void onSettings();
   void select(const rviz::ViewportMouseEvent& event, const Gesture& gesture);
   bool hover(const rviz::ViewportMouseEvent& event, bool brush);
   void showBall(bool adding);
   void showOutline(const rviz::ViewportMouseEvent& event);
   void press(SelectionKey key);
-  bool pressForSettings(SelectionKey key);
-  std::string pressForFaces(SelectionKey key);
+  std::string change(SelectionKey key);
   bool switchTool(const QKeyEvent& event);
   void giveUp();
   void tell(const std::string& message);
@@ -89,7 +86,7 @@ class ClusterLabelTool : public SurfaceTool
   QString hint() const;
   void showStatus();
 
-  SelectionProperties* properties_;
+  SelectionProperties properties_;
   SelectionGestures gestures_;
   std::unique_ptr<SelectionEditor> editor_;
   std::unique_ptr<ScreenOutline> outline_;

@@ -1,12 +1,10 @@
 #include "tools/mesh_inspect_tool.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include <geometry_msgs/PointStamped.h>
 #include <ros/time.h>
 #include <rviz/display_context.h>
-#include <rviz/properties/float_property.h>
 #include <rviz/viewport_mouse_event.h>
 
 #include "base/vectors.h"
@@ -15,6 +13,7 @@
 #include "picking/label_lookup.h"
 #include "picking/point_values.h"
 #include "picking/view_geometry.h"
+#include "properties/property_maker.h"
 #include "tools/surface_marks.h"
 
 namespace rviz_mesh_plugin {
@@ -25,9 +24,7 @@ constexpr std::chrono::milliseconds HOVER_EVERY(33);
 
 std::string meters(double length)
 {
-  char text[64];
-  std::snprintf(text, sizeof(text), "%.3f m", length);
-  return text;
+  return QString::number(length, 'f', 3).toStdString() + " m";
 }
 
 /// Two displays may show the same mesh in two places.
@@ -85,13 +82,12 @@ PointReport reportAt(const SurfaceHit& hit, rviz::DisplayContext& context)
 MeshInspectTool::MeshInspectTool()
     : topic_(getPropertyContainer(), "clicked_point",
              "The topic on which to publish points that are clicked at.",
-             PublishedTopic::advertise<geometry_msgs::PointStamped>),
-      size_(new rviz::FloatProperty("Marker Size", 0.1f,
-                                    "The diameter of the balls that mark points, in meters.",
-                                    getPropertyContainer()))
+             PublishedTopic::advertise<geometry_msgs::PointStamped>)
 {
   shortcut_key_ = 'q';
-  size_->setMin(0.001f);
+  const PropertyMaker make(this, [this] { attempt([this] { showSize(); }); });
+  size_ = make.number("Marker Size", 0.1f, "The diameter of the balls that mark points, in meters.",
+                      getPropertyContainer(), 0.001f);
 }
 
 MeshInspectTool::~MeshInspectTool() = default;
@@ -100,13 +96,15 @@ void MeshInspectTool::initializeTool()
 {
   topic_.connect();
   marks_ = std::make_unique<SurfaceMarks>(scene_manager_);
-  marks_->setSize(size_->getFloat());
-  connect(size_, &rviz::Property::changed, this, [this] {
-    attempt([this] {
-      marks_->setSize(size_->getFloat());
-      context_->queueRender();
-    });
-  });
+  showSize();
+}
+
+void MeshInspectTool::showSize()
+{
+  if (marks_) {
+    marks_->setSize(size_->getFloat());
+    context_->queueRender();
+  }
 }
 
 void MeshInspectTool::begin()
@@ -156,7 +154,7 @@ void MeshInspectTool::work()
   }
   takeResult();
   if (next_hover_ && Clock::now() - last_hover_ >= HOVER_EVERY) {
-    const Ogre::Ray ray = *next_hover_;
+    const mesh_map::Ray ray = *next_hover_;
     hover(ray);
   }
 }
@@ -174,15 +172,15 @@ int MeshInspectTool::mouse(rviz::ViewportMouseEvent& event)
     return Render;
   }
   if (event.type == QEvent::MouseMove) {
-    next_hover_ = viewRay(event);
+    next_hover_ = cursorRay(event);
     if (Clock::now() - last_hover_ >= HOVER_EVERY) {
-      hover(viewRay(event));
+      hover(cursorRay(event));
     }
   }
   return 0;
 }
 
-void MeshInspectTool::hover(const Ogre::Ray& ray)
+void MeshInspectTool::hover(const mesh_map::Ray& ray)
 {
   last_hover_ = Clock::now();
   next_hover_.reset();

@@ -5,14 +5,10 @@
 #include <optional>
 #include <string>
 
-#ifndef Q_MOC_RUN
-#include <OgreRay.h>
-
 #include "picking/surface_paths.h"
 #include "properties/published_topic.h"
 #include "threads/background_task.h"
 #include "tools/surface_tool.h"
-#endif
 
 namespace rviz {
 class FloatProperty;
@@ -27,8 +23,6 @@ class SurfaceMarks;
 /// surface; the third begins anew.
 class MeshInspectTool : public SurfaceTool
 {
-  Q_OBJECT
-
  public:
   MeshInspectTool();
   ~MeshInspectTool() override;
@@ -43,13 +37,14 @@ class MeshInspectTool : public SurfaceTool
  private:
   using Clock = std::chrono::steady_clock;
 
-  void hover(const Ogre::Ray& ray);
+  void hover(const mesh_map::Ray& ray);
   void click(const SurfaceHit& hit);
   /// @return what has become of it
   std::string publish(const SurfaceHit& hit);
   void measure(const SurfaceHit& hit);
   void takeResult();
   void clearMarks();
+  void showSize();
   void tell();
 
   PublishedTopic topic_;
@@ -61,7 +56,7 @@ class MeshInspectTool : public SurfaceTool
   std::string clicked_;  ///< what is said of the clicks
   std::string pointed_;  ///< what is said of the point under the cursor
   Clock::time_point last_hover_;
-  std::optional<Ogre::Ray> next_hover_;  ///< waits until it is time
+  std::optional<mesh_map::Ray> next_hover_;  ///< waits until it is time
 };
 
 }  // namespace rviz_mesh_plugin

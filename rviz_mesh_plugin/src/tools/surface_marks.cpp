@@ -55,13 +55,6 @@ void SurfaceMarks::addBall(const ShownMesh& mesh, const std::array<double, 3>& p
   balls_.push_back(std::move(ball));
 }
 
-void SurfaceMarks::setLine(const ShownMesh& mesh, const std::vector<double>& points)
-{
-  line_mesh_ = mesh;
-  line_points_ = points;
-  fillLine();
-}
-
 void SurfaceMarks::clear()
 {
   balls_.clear();
@@ -82,8 +75,10 @@ void SurfaceMarks::setSize(float size)
 }
 
 /// Relative to the first point, so that floats are exact far from the origin as well.
-void SurfaceMarks::fillLine()
+void SurfaceMarks::setLine(const ShownMesh& mesh, const std::vector<double>& points)
 {
+  line_mesh_ = mesh;
+  line_points_ = points;
   line_.reset();
   const std::size_t count = line_points_.size() / 3;
   if (count < 2) {

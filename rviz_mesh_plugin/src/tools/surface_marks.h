@@ -4,7 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include <OgreColourValue.h>
 #include <OgrePrerequisites.h>
 
 #include "mesh_view/shown_mesh.h"
@@ -47,8 +46,6 @@ class SurfaceMarks
     std::array<double, 3> point{};
     std::unique_ptr<rviz::Shape> shape;
   };
-
-  void fillLine();
 
   Ogre::SceneManager* scene_manager_;
   float size_ = 0.1f;

@@ -5,15 +5,14 @@
 #include <OgreCamera.h>
 #include <OgreSceneNode.h>
 #include <OgreViewport.h>
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <ros/time.h>
 #include <rviz/display_context.h>
 #include <rviz/ogre_helpers/arrow.h>
-#include <rviz/properties/bool_property.h>
-#include <rviz/properties/enum_property.h>
-#include <rviz/properties/float_property.h>
 #include <rviz/viewport_mouse_event.h>
 
 #include "picking/view_geometry.h"
+#include "properties/property_maker.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -54,6 +53,25 @@ SurfacePose inMesh(const SurfacePose& pose, const ShownMesh& mesh)
   return result;
 }
 
+struct Variance
+{
+  const char* name;
+  float value;
+  const char* description;
+};
+
+constexpr float FIFTEEN_DEGREES = 0.2617993878f;
+
+/// Of the estimate.
+constexpr Variance VARIANCES[6] = {
+    {"Covariance x", 0.25f, "Of the position along x of the frame, in m²."},
+    {"Covariance y", 0.25f, "Of the position along y of the frame, in m²."},
+    {"Covariance z", 0.01f, "Of the position along z of the frame, in m²."},
+    {"Covariance roll", 0.01f, "Of the rotation about x of the frame, in rad²."},
+    {"Covariance pitch", 0.01f, "Of the rotation about y of the frame, in rad²."},
+    {"Covariance yaw", FIFTEEN_DEGREES* FIFTEEN_DEGREES,
+     "Of the rotation about z of the frame, in rad²."}};
+
 }  // namespace
 
 SurfacePoseTool::SurfacePoseTool(const Kind& kind)
@@ -63,25 +81,21 @@ SurfacePoseTool::SurfacePoseTool(const Kind& kind)
 {
   shortcut_key_ = kind.key;
   auto* const parent = getPropertyContainer();
-  frame_ = new rviz::EnumProperty("Frame", "Fixed Frame",
-                                  "In which frame to publish: that of RViz, or that of the mesh.",
-                                  parent);
-  frame_->addOption("Fixed Frame", FIXED_FRAME);
-  frame_->addOption("Mesh Frame", MESH_FRAME);
-  switched_ = new rviz::BoolProperty(
-      "Switch Bottom/Top", false,
-      "Turn the z and y axes of the pose over. (In the released plugin z pointed into the "
-      "ground without this; here it points out of it.)",
-      parent);
-  z_axis_ = new rviz::EnumProperty("Z Axis", "Viewer",
-                                   "To which side of the surface the z axis shows: to the one that "
-                                   "is seen, or to the upper one in the fixed frame.",
-                                   parent);
-  z_axis_->addOption("Viewer", SurfaceSide::VIEWER);
-  z_axis_->addOption("Up", SurfaceSide::UP);
-  arrow_length_ = new rviz::FloatProperty("Arrow Length", SHAFT_LENGTH + HEAD_LENGTH,
-                                          "Of the arrow that is shown, in meters.", parent);
-  arrow_length_->setMin(0.001f);
+  const PropertyMaker make(this, [] {});  // they are read where they are needed
+  frame_ = make.choice("Frame", "Fixed Frame",
+                       "In which frame to publish: that of RViz, or that of the mesh.", parent,
+                       {"Fixed Frame", "Mesh Frame"});
+  switched_ =
+      make.box("Switch Bottom/Top", false,
+               "Turn the z and y axes of the pose over. (In the released plugin z pointed into the "
+               "ground without this; here it points out of it.)",
+               parent);
+  z_axis_ = make.choice("Z Axis", "Viewer",
+                        "To which side of the surface the z axis shows: to the one that is seen, "
+                        "or to the upper one in the fixed frame.",
+                        parent, {"Viewer", "Up"});
+  arrow_length_ = make.number("Arrow Length", SHAFT_LENGTH + HEAD_LENGTH,
+                              "Of the arrow that is shown, in meters.", parent, 0.001f);
 }
 
 SurfacePoseTool::~SurfacePoseTool() = default;
@@ -203,6 +217,40 @@ geometry_msgs::PoseStamped SurfacePoseTool::message() const
   message.pose.orientation.z = q[2];
   message.pose.orientation.w = q[3];
   return message;
+}
+
+MeshGoalTool::MeshGoalTool()
+    : SurfacePoseTool({'m', "The goal", "goal", Ogre::ColourValue::Green,
+                       PublishedTopic::advertise<geometry_msgs::PoseStamped>})
+{
+}
+
+std::string MeshGoalTool::publish(PublishedTopic& topic, const geometry_msgs::PoseStamped& pose)
+{
+  return topic.publish(what(), pose);
+}
+
+MeshPoseEstimateTool::MeshPoseEstimateTool()
+    : SurfacePoseTool({'e', "The pose estimate", "initialpose", Ogre::ColourValue::Red,
+                       PublishedTopic::advertise<geometry_msgs::PoseWithCovarianceStamped>})
+{
+  const PropertyMaker make(this, [] {});
+  for (unsigned i = 0; i < 6; ++i) {
+    covariance_[i] = make.number(VARIANCES[i].name, VARIANCES[i].value, VARIANCES[i].description,
+                                 getPropertyContainer(), 0.0f);
+  }
+}
+
+std::string MeshPoseEstimateTool::publish(PublishedTopic& topic,
+                                          const geometry_msgs::PoseStamped& pose)
+{
+  geometry_msgs::PoseWithCovarianceStamped message;
+  message.header = pose.header;
+  message.pose.pose = pose.pose;
+  for (unsigned i = 0; i < 6; ++i) {
+    message.pose.covariance[7 * i] = covariance_[i]->getFloat();
+  }
+  return topic.publish(what(), message);
 }
 
 }  // namespace rviz_mesh_plugin

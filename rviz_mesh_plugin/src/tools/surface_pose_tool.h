@@ -1,17 +1,16 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
 
-#ifndef Q_MOC_RUN
 #include <OgreColourValue.h>
 #include <geometry_msgs/PoseStamped.h>
 
 #include "properties/published_topic.h"
 #include "tools/surface_pose.h"
 #include "tools/surface_tool.h"
-#endif
 
 namespace rviz {
 class Arrow;
@@ -26,8 +25,6 @@ namespace rviz_mesh_plugin {
 /// released where the pose shall look to. The right button or Esc gives it up.
 class SurfacePoseTool : public SurfaceTool
 {
-  Q_OBJECT
-
  public:
   ~SurfacePoseTool() override;
 
@@ -79,6 +76,30 @@ class SurfacePoseTool : public SurfaceTool
   rviz::FloatProperty* arrow_length_;
   std::unique_ptr<rviz::Arrow> arrow_;
   std::optional<Drag> drag_;
+};
+
+/// Publishes a goal on a surface as geometry_msgs/PoseStamped.
+class MeshGoalTool : public SurfacePoseTool
+{
+ public:
+  MeshGoalTool();
+
+ protected:
+  std::string publish(PublishedTopic& topic, const geometry_msgs::PoseStamped& pose) override;
+};
+
+/// Publishes where a robot is on a surface as geometry_msgs/PoseWithCovarianceStamped.
+class MeshPoseEstimateTool : public SurfacePoseTool
+{
+ public:
+  MeshPoseEstimateTool();
+
+ protected:
+  std::string publish(PublishedTopic& topic, const geometry_msgs::PoseStamped& pose) override;
+
+ private:
+  /// x, y, z in m², and about these axes of the frame of the pose in rad².
+  std::array<rviz::FloatProperty*, 6> covariance_{};
 };
 
 }  // namespace rviz_mesh_plugin

@@ -4,11 +4,9 @@
 #include <memory>
 #include <string>
 
-#ifndef Q_MOC_RUN
 #include <rviz/tool.h>
 
 #include "picking/surface_picker.h"
-#endif
 
 class QKeyEvent;
 
@@ -19,8 +17,6 @@ namespace rviz_mesh_plugin {
 /// one); and nothing is thrown to RViz.
 class SurfaceTool : public rviz::Tool
 {
-  Q_OBJECT
-
  public:
   void activate() final;
   void deactivate() final;

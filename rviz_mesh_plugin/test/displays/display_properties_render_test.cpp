@@ -9,8 +9,8 @@
 #include "coloring/color_scale.h"
 #include "coloring/cost_coloring.h"
 #include "legend/legend_picture.h"
-#include "level_of_detail/simplification.h"
 #include "support/display_fixture.h"
+#include "support/layout_checks.h"
 #include "support/legend_checks.h"
 
 using legend_checks::toRgb;
@@ -142,7 +142,7 @@ TEST_F(DisplayProperties, level_of_detail_merges_faces_below_so_many_pixels)
   EXPECT_EQ(pixelsThatDiffer(picture(), all), 0u) << "all faces are larger than that";
   set(display, {"Level of Detail", "Detail in pixels"}, 100.0f);
   const std::size_t merged = pixelsThatDiffer(picture(), all);
-  if (rviz_mesh_plugin::canSimplify()) {
+  if (layout_checks::canSimplify()) {
     EXPECT_GT(merged, SQUARE / 4);
   } else {
     EXPECT_EQ(merged, 0u);
@@ -161,7 +161,7 @@ TEST_F(DisplayProperties, each_color_scale_is_that_of_the_mesh_and_of_its_legend
     content.coloring.scale = named.scale;
     const Image image = picture();
     for (std::uint32_t i = 0; i < COUNT; ++i) {
-      const Rgb expected = toRgb(costColor(content.coloring, content.limits, 0.25f * i));
+      const Rgb expected = toRgb(scaleColor(named.scale, 0.25f * i));
       int wrong = 0;
       for (int y = 215; y < 265; ++y) {
         for (int x = 195 + 50 * i; x < static_cast<int>(245 + 50 * i); ++x) {

@@ -33,9 +33,7 @@ Rgb toRgb(const Rgba8& color)
 
 Rgb redGreen(float cost, float greatest)
 {
-  rviz_mesh_plugin::CostColoring coloring;
-  coloring.scale = rviz_mesh_plugin::ColorScale::RED_GREEN;
-  return toRgb(costColor(coloring, {0.0f, greatest}, cost));
+  return toRgb(scaleColor(rviz_mesh_plugin::ColorScale::RED_GREEN, cost / greatest));
 }
 
 Rgb classColor(const std::string& label_class)

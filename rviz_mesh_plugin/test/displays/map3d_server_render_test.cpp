@@ -218,7 +218,8 @@ TEST_F(Map3DServer, waits_for_no_share_that_does_not_answer)
   EXPECT_TRUE(spinUntil(
       [&] {
         session->update(node);
-        return session->progress().stage == rviz_mesh_plugin::MapProgress::Stage::READY;
+        return session->server() &&
+               session->server()->progress().stage == rviz_mesh_plugin::MapProgress::Stage::READY;
       },
       TIMEOUT));
   EXPECT_EQ(session->lookProblem(), "");

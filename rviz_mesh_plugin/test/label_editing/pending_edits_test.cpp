@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "label_editing/pending_edits.h"
-#include "panel/label_areas.h"
+#include "panel/label_list_model.h"
 
 using namespace std::chrono_literals;
 using rviz_mesh_plugin::LabelAreas;
@@ -26,7 +26,7 @@ LabelEdit facesOf(const std::string& label, const std::vector<std::uint32_t>& fa
                   const std::string& after = "")
 {
   LabelEdit edit;
-  edit.uuid = "mesh";
+  edit.mesh = {"mesh", 0};
   edit.label = label;
   edit.faces = std::make_shared<std::vector<std::uint32_t>>(faces);
   edit.after = after;
@@ -151,9 +151,9 @@ TEST(PendingEdits, of_meshes_with_one_uuid_are_kept_apart)
 {
   Owner owner;
   LabelEdit small = facesOf("a", {1});
-  small.face_count = 2;
+  small.mesh.second = 2;
   LabelEdit large = facesOf("a", {1, 2});
-  large.face_count = 200;
+  large.mesh.second = 200;
   owner.edits.add(small);
   owner.edits.add(large);
   EXPECT_EQ(owner.edits.count(), 2u);

@@ -14,7 +14,6 @@
 #include "labels/label_colors.h"
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
-#include "labels/label_order.h"
 #include "labels/shown_labels.h"
 #include "rendering/labels/index_slots.h"
 #include "rendering/labels/label_layers.h"

@@ -100,7 +100,7 @@ TEST_F(LegendTest, the_bar_has_the_colors_of_each_scale)
       ASSERT_GT(bar.bottom - bar.top, 150) << named.name;
       for (int row = bar.top; row <= bar.bottom; ++row) {
         const float height = static_cast<float>(bar.bottom - row) / (bar.bottom - bar.top);
-        const Rgba8 expected = costColor(shown.coloring, {0, 1}, height);
+        const Rgba8 expected = scaleColor(named.scale, inverted ? 1.0f - height : height);
         ASSERT_TRUE(isNear(toRgb(picture.pixel(BAR_MIDDLE, row)), toRgb(expected), 1))
             << named.name << " at " << height;
       }

@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "level_of_detail/simplification.h"
 #include "mesh_zoo.h"
 #include "support/layout_checks.h"
 
 using namespace rviz_mesh_plugin;
+using layout_checks::canSimplify;
 using layout_checks::Position;
 using Segment = std::array<Position, 2>;
 using Triangle = std::array<Position, 3>;

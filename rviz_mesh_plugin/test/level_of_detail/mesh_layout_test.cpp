@@ -5,11 +5,11 @@
 #include <stdexcept>
 #include <thread>
 
-#include "level_of_detail/simplification.h"
 #include "mesh_zoo.h"
 #include "support/layout_checks.h"
 
 using namespace rviz_mesh_plugin;
+using layout_checks::canSimplify;
 using layout_checks::expectSound;
 using layout_checks::positionsOf;
 

@@ -1,4 +1,4 @@
-#include "map_server/file_state.h"
+#include "map_server/file_watch.h"
 
 #include <cstdlib>
 #include <fstream>

@@ -51,11 +51,11 @@ class AProcess : public testing::Test
     return true;
   }
 
-  void start(const std::string& script, const Lines& environment = {},
+  void start(const std::string& script, const QStringList& environment = {},
              std::chrono::milliseconds grace = std::chrono::seconds(15))
   {
-    process =
-        std::make_unique<MapServerProcess>("/bin/sh", Lines{"-c", script}, environment, grace);
+    const QStringList arguments{"-c", QString::fromStdString(script)};
+    process.reset(new MapServerProcess("/bin/sh", arguments, environment, grace));
   }
 
   /// Starts it and waits for its first line.
@@ -70,11 +70,11 @@ class AProcess : public testing::Test
   std::string ending()
   {
     EXPECT_TRUE(waitUntil([this] { return process->ended(); }));
-    EXPECT_EQ(process->pid(), 0);
+    EXPECT_EQ(process->processId(), 0);
     return process->ending();
   }
 
-  std::unique_ptr<MapServerProcess> process;
+  MapServerProcess::Owner process;
 };
 
 /// Not a test of its own: what parent_is_killed starts.
@@ -97,7 +97,7 @@ TEST_F(AProcess, tells_its_lines_and_its_end)
 
 TEST_F(AProcess, that_cannot_be_started_says_so)
 {
-  process = std::make_unique<MapServerProcess>("/nowhere/hdf5_map_server", Lines(), Lines());
+  process.reset(new MapServerProcess("/nowhere/hdf5_map_server", {}, {}));
   EXPECT_NE(ending().find("it cannot be started"), std::string::npos) << process->ending();
 }
 
@@ -144,7 +144,7 @@ TEST_F(AProcess, is_asked_to_end_and_may_tidy_up)
   startAndWait("trap 'rm " + std::string(file) +
                "; exit 0' TERM; echo there; "
                "while true; do sleep 0.05; done");
-  const pid_t pid = process->pid();
+  const pid_t pid = process->processId();
   process.reset();
   EXPECT_TRUE(waitUntil([&] { return !isThere(pid); }));
   EXPECT_NE(::access(file, F_OK), 0);
@@ -154,7 +154,7 @@ TEST_F(AProcess, is_killed_if_it_does_not_end)
 {
   startAndWait("trap '' TERM; echo there; while true; do sleep 0.05; done",
                std::chrono::milliseconds(300));
-  const pid_t pid = process->pid();
+  const pid_t pid = process->processId();
   process.reset();
   EXPECT_TRUE(waitUntil([&] { return !isThere(pid); }));
 }
@@ -163,7 +163,7 @@ TEST_F(AProcess, ends_at_once_after_its_start)
 {
   for (int i = 0; i < 20; ++i) {
     start("sleep 1000");
-    const pid_t pid = process->pid();
+    const pid_t pid = process->processId();
     process.reset();
     if (pid > 0) {
       EXPECT_TRUE(waitUntil([&] { return !isThere(pid); }));
@@ -174,8 +174,8 @@ TEST_F(AProcess, ends_at_once_after_its_start)
 TEST_F(Parent, DISABLED_waits_to_be_killed)
 {
   start("exec sleep 1000");
-  ASSERT_TRUE(waitUntil([this] { return process->pid() > 0; }));
-  std::printf("pid %d\n", static_cast<int>(process->pid()));
+  ASSERT_TRUE(waitUntil([this] { return process->processId() > 0; }));
+  std::printf("pid %d\n", static_cast<int>(process->processId()));
   std::fflush(stdout);
   waitUntil([] { return false; });
 }
@@ -184,10 +184,10 @@ TEST_F(AProcess, ends_with_its_parent)
 {
   char self[4096] = {};
   ASSERT_GT(::readlink("/proc/self/exe", self, sizeof(self) - 1), 0);
-  process = std::make_unique<MapServerProcess>(
+  process.reset(new MapServerProcess(
       self,
-      Lines{"--gtest_filter=Parent.DISABLED_waits_to_be_killed", "--gtest_also_run_disabled_tests"},
-      Lines{"GTEST_OUTPUT="});
+      {"--gtest_filter=Parent.DISABLED_waits_to_be_killed", "--gtest_also_run_disabled_tests"},
+      {"GTEST_OUTPUT="}));
   pid_t grandchild = 0;
   const auto found = [&] {
     for (const std::string& line : process->takeLines()) {
@@ -199,7 +199,7 @@ TEST_F(AProcess, ends_with_its_parent)
   };
   ASSERT_TRUE(waitUntil(found));
   ASSERT_TRUE(isThere(grandchild));
-  ::kill(process->pid(), SIGKILL);
+  ::kill(process->processId(), SIGKILL);
   EXPECT_TRUE(waitUntil([&] { return !isThere(grandchild); }));
   EXPECT_EQ(ending(), "signal 9 (Killed)");
 }

@@ -66,10 +66,9 @@ class SurfacePickerTest : public ToolFixture
   }
 
   /// The nearest of all faces, in the fixed frame.
-  Found bruteForce(const Ogre::Ray& ray) const
+  Found bruteForce(const mesh_map::Ray& ray) const
   {
-    const Vector origin{ray.getOrigin().x, ray.getOrigin().y, ray.getOrigin().z};
-    const Vector direction{ray.getDirection().x, ray.getDirection().y, ray.getDirection().z};
+    const Vector &origin = ray.origin, &direction = ray.direction;
     Found found;
     for (const Placed& placed : placed_) {
       for (std::uint32_t face = 0; face < placed.mesh->faceCount(); ++face) {
@@ -106,7 +105,7 @@ class SurfacePickerTest : public ToolFixture
     std::size_t hits = 0, sure = 0;
     for (int i = 0; i < 150; ++i) {
       const auto event = mouse(random() % 640, random() % 480);
-      const Ogre::Ray ray = rviz_mesh_plugin::viewRay(event);
+      const mesh_map::Ray ray = rviz_mesh_plugin::cursorRay(event);
       const Found expected = bruteForce(ray);
       if (!expected.sure) {
         continue;
@@ -130,7 +129,7 @@ class SurfacePickerTest : public ToolFixture
     return hits;
   }
 
-  static void checkHit(const Pick& pick, const Ogre::Ray& ray, const Placed& placed,
+  static void checkHit(const Pick& pick, const mesh_map::Ray& ray, const Placed& placed,
                        double distance)
   {
     const auto& hit = *pick.hit;
@@ -139,9 +138,10 @@ class SurfacePickerTest : public ToolFixture
     EXPECT_NEAR(hit.barycentric[0] + hit.barycentric[1] + hit.barycentric[2], 1.0, 1e-12);
     const Vector point = placed.pose(hit.point);
     const Vector again = pointInFixedFrame(hit.point, hit);
-    const Ogre::Vector3 expected = ray.getPoint(static_cast<float>(distance));
+    Vector expected;
     Vector corners[3];
     for (unsigned i = 0; i < 3; ++i) {
+      expected[i] = ray.origin[i] + distance * ray.direction[i];
       EXPECT_NEAR(point[i], expected[i], 10 * scale);
       EXPECT_NEAR(point[i], again[i], scale);
       const auto& p = hit.mesh->vertices[hit.mesh->indices[3 * hit.face + i]].position;
@@ -162,8 +162,8 @@ class SurfacePickerTest : public ToolFixture
                  clip[4 * i + 2] * hit.point[2] + clip[4 * i + 3]) /
                 w;
     }
-    const Ogre::Vector3 ndc =
-        camera()->getProjectionMatrix() * (camera()->getViewMatrix() * expected);
+    const Ogre::Vector3 ndc = camera()->getProjectionMatrix() *
+                              (camera()->getViewMatrix() * rviz_mesh_plugin::ogreVector(expected));
     EXPECT_NEAR(seen[0], ndc.x, 1e-3);
     EXPECT_NEAR(seen[1], ndc.y, 1e-3);
     EXPECT_GE(seen[2], -1.0);

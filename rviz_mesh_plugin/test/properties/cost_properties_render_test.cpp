@@ -113,7 +113,7 @@ TEST_F(CostPropertiesTest, defaults_reproduce_the_released_colors)
 {
   const CostColoring coloring = properties->coloring();
   EXPECT_TRUE(coloring == CostColoring());
-  EXPECT_EQ(costColor(coloring, {0, 1}, INFINITY), (Rgba8{255, 0, 0, 255}));
+  EXPECT_EQ(coloring.lethal, (Rgba8{255, 0, 0, 255}));
   EXPECT_TRUE(properties->legend());
   EXPECT_EQ(properties->costsType(), "");
   EXPECT_EQ(properties->unit(), "");

@@ -72,8 +72,7 @@ class VisualBuffers : public VisualFixture
   void makeVisual(std::size_t indices_per_buffer)
   {
     visual.reset();
-    visual =
-        std::make_unique<rviz_mesh_plugin::MeshVisual>(sceneManager(), parent, indices_per_buffer);
+    visual = std::make_unique<rviz_mesh_plugin::MeshVisual>(parent, indices_per_buffer);
     visual->setStyle(style);
   }
 

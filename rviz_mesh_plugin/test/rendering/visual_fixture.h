@@ -197,10 +197,7 @@ class VisualFixture : public osmesa_harness::RenderFixture
     osmesa_harness::RenderFixture::TearDown();
   }
 
-  void makeVisual()
-  {
-    visual = std::make_unique<rviz_mesh_plugin::MeshVisual>(sceneManager(), parent);
-  }
+  void makeVisual() { visual = std::make_unique<rviz_mesh_plugin::MeshVisual>(parent); }
 
   /// Uploads all that there is, one slice at a time; how many slices.
   std::size_t uploadAll()

@@ -7,6 +7,7 @@
 
 using osmesa_harness::imagesMatch;
 using osmesa_harness::isNear;
+using rviz_mesh_plugin::FramePose;
 using rviz_mesh_plugin::MeshStyle;
 using rviz_mesh_plugin::Rgba8;
 using test_layouts::flat;
@@ -200,13 +201,13 @@ TEST_F(VisualLooks, normals_are_those_of_the_mesh_in_whichever_layout)
 TEST_F(VisualLooks, a_pose_that_is_not_finite_is_ignored)
 {
   draw(test_layouts::simple(grid(2, flat)));
-  visual->setPose(Ogre::Vector3(0.5f, 0.0f, 0.0f), Ogre::Quaternion::IDENTITY);
+  visual->place(FramePose{{0.5f, 0.0f, 0.0f}, Ogre::Quaternion::IDENTITY});
   const Image image = picture();
   EXPECT_EQ(image.at(460, 240), GREEN);
   const float nan = std::nanf("");
-  visual->setPose(Ogre::Vector3(nan, 0.0f, 0.0f), Ogre::Quaternion::IDENTITY);
-  visual->setPose(Ogre::Vector3(HUGE_VALF, 0.0f, 0.0f), Ogre::Quaternion::IDENTITY);
-  visual->setPose(Ogre::Vector3::ZERO, Ogre::Quaternion(nan, 0.0f, 0.0f, 0.0f));
+  visual->place(FramePose{{nan, 0.0f, 0.0f}, Ogre::Quaternion::IDENTITY});
+  visual->place(FramePose{{HUGE_VALF, 0.0f, 0.0f}, Ogre::Quaternion::IDENTITY});
+  visual->place(FramePose{Ogre::Vector3::ZERO, {nan, 0.0f, 0.0f, 0.0f}});
   EXPECT_TRUE(imagesMatch("pose", picture(), image));
 }
 

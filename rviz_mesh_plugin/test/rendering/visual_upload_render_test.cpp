@@ -10,7 +10,7 @@
 #include <rviz/selection/selection_manager.h>
 #include <rviz/visualization_manager.h>
 
-#include "level_of_detail/simplification.h"
+#include "support/layout_checks.h"
 #include "visual_fixture.h"
 
 using osmesa_harness::difference;
@@ -279,7 +279,7 @@ TEST_F(VisualUpload, far_away_fewer_faces_look_the_same)
 
 TEST_F(VisualUpload, levels_of_detail_look_like_the_whole_mesh)
 {
-  if (!rviz_mesh_plugin::canSimplify()) {
+  if (!layout_checks::canSimplify()) {
     return;
   }
   const auto mesh = grid(700, hills);

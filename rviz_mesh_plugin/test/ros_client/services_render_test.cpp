@@ -246,9 +246,8 @@ TEST_F(Services, that_refuse_are_not_asked_at_once_and_their_reason_is_told)
 
 TEST_F(Services, that_refuse_or_have_nothing_are_asked_again_while_it_is_wanted)
 {
-  services = std::make_unique<MapServiceClient>(
-      queue, loader,
-      MapServiceClient::Pauses{std::chrono::milliseconds(5), std::chrono::milliseconds(20)});
+  services = std::make_unique<MapServiceClient>(queue, loader, std::chrono::milliseconds(5),
+                                                std::chrono::milliseconds(20));
   services->setNames(names);
   std::atomic<bool> loaded{false};
   std::atomic<int> layer_calls{0};

@@ -257,7 +257,7 @@ TEST(FaceSelectionTest, another_mesh_begins_anew)
 
 TEST(FaceSelectionTest, the_oldest_steps_are_forgotten_where_there_are_too_many)
 {
-  constexpr std::size_t LIMIT = 20000;
+  constexpr std::size_t LIMIT = 100000;
   std::mt19937 random(1);
   FaceSelection selection(5000, LIMIT);
   std::vector<Faces> states;

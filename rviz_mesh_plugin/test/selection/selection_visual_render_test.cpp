@@ -56,7 +56,7 @@ class SelectionVisualTest : public ToolFixture
 
   static std::unique_ptr<SelectionVisual> makeVisual()
   {
-    return std::make_unique<SelectionVisual>(sceneManager(), sceneManager()->getRootSceneNode());
+    return std::make_unique<SelectionVisual>(sceneManager()->getRootSceneNode());
   }
 
   void setMesh(const MeshDataConstPtr& mesh)
@@ -230,7 +230,7 @@ TEST_F(SelectionVisualTest, it_is_seen_over_labels_and_mesh)
   auto* display = createMeshDisplay();
   ASSERT_TRUE(show(display, test_meshes::terrain(10, [](double, double) { return 0.0; })));
   const auto mesh = display->mesh();
-  LabelOverlay labels(sceneManager(), sceneManager()->getRootSceneNode());
+  LabelOverlay labels(sceneManager()->getRootSceneNode());
   labels.setMesh(mesh);
   labels.setColor("opaque_1", {255, 0, 0, 255});
   labels.setColor("translucent_1", {0, 0, 255, 100});

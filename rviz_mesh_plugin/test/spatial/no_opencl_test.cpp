@@ -27,11 +27,11 @@ TEST(NoOpenCl, is_one_warning_and_the_native_answers)
     EXPECT_TRUE(queries.castRays(questions.rays()) == expected);
     EXPECT_FALSE(queries.waitForDevice());
     EXPECT_TRUE(queries.castRays(questions.rays()) == expected);
-    EXPECT_EQ(queries.deviceText(),
-              "OpenCL: clGetPlatformIDs failed with error -1001 (no platform; Debian's "
-              "pocl-opencl-icd makes a device of any processor); queries are answered natively");
   }
-  EXPECT_EQ(log.warnings().size(), 1u);
+  ASSERT_EQ(log.warnings().size(), 1u);
+  EXPECT_EQ(log.warnings()[0],
+            "OpenCL: clGetPlatformIDs failed with error -1001 (no platform; Debian's "
+            "pocl-opencl-icd makes a device of any processor); queries are answered natively");
   EXPECT_TRUE(log.infos().empty());
   EXPECT_EQ(mesh_map::queryCount(mesh_map::BackEnd::OPENCL, mesh_map::Query::RAY), 0u);
 }

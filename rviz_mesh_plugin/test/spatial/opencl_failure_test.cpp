@@ -69,7 +69,6 @@ TEST_F(OpenClFailureTest, a_start_that_fails_at_any_call_is_at_most_one_warning)
         EXPECT_EQ(log.warnings()[0].rfind("OpenCL: ", 0), 0u) << log.warnings()[0];
         const SpatialQueries again(bvh_, options);
         EXPECT_FALSE(again.waitForDevice()) << "one that does not start is not asked again";
-        EXPECT_EQ(again.deviceText(), log.warnings()[0]);
         EXPECT_EQ(log.warnings().size(), 1u);
       }
     }
@@ -141,10 +140,9 @@ TEST_F(OpenClFailureTest, a_mesh_too_large_for_the_device_is_one_warning_and_oth
     }
     ASSERT_EQ(log.warnings().size(), 1u);
     EXPECT_NE(log.warnings()[0].find("a mesh of 9800 faces needs"), std::string::npos);
-    EXPECT_EQ(queries.deviceText(), log.warnings()[0]);
     if (claim[1] > 1ul << 30) {
       const SpatialQueries small(bvh_, options);
-      EXPECT_TRUE(small.waitForDevice()) << small.deviceText();
+      EXPECT_TRUE(small.waitForDevice());
       EXPECT_EQ(log.warnings().size(), 1u);
     }
   }
@@ -154,19 +152,21 @@ TEST_F(OpenClFailureTest, a_log_may_ask_back_and_throw_anything)
 {
   failing_opencl::claimMemory(180000, 1ul << 34);
   auto options = this->options();
+  const auto large = waves(70);
+  const auto expected = mesh_map::castRays(*large, questions_.rays());
   const SpatialQueries* asked = nullptr;
-  std::vector<std::string> texts;  // of the second line, in this thread
+  int warnings = 0;  // the second line, in this thread
   options.log = [&](rviz_mesh_plugin::LogLevel level, const std::string&) {
     if (level == rviz_mesh_plugin::LogLevel::WARNING) {
-      texts.push_back(asked->deviceText());
+      ++warnings;
+      EXPECT_TRUE(asked->castRays(questions_.rays()) == expected);
     }
     throw 1;
   };
-  const SpatialQueries queries(waves(70), options);
+  const SpatialQueries queries(large, options);
   asked = &queries;
   EXPECT_FALSE(queries.waitForDevice());
-  ASSERT_EQ(texts.size(), 1u);
-  EXPECT_EQ(texts[0], queries.deviceText());
+  EXPECT_EQ(warnings, 1);
 }
 
 TEST_F(OpenClFailureTest, answers_natively_until_the_device_is_ready)
@@ -175,10 +175,9 @@ TEST_F(OpenClFailureTest, answers_natively_until_the_device_is_ready)
   const SpatialQueries queries(bvh_, options());
   const auto before = mesh_map::queryCount(mesh_map::BackEnd::OPENCL, mesh_map::Query::RAY);
   expectRightAnswers(queries, "while it compiles");
-  EXPECT_EQ(queries.deviceText(), "OpenCL: the device is starting; queries are answered natively");
   EXPECT_EQ(mesh_map::queryCount(mesh_map::BackEnd::OPENCL, mesh_map::Query::RAY), before);
   failing_opencl::holdBuilds(false);
-  EXPECT_TRUE(queries.waitForDevice()) << queries.deviceText();
+  EXPECT_TRUE(queries.waitForDevice());
 }
 
 TEST_F(OpenClFailureTest, ends_safely_while_the_device_starts)

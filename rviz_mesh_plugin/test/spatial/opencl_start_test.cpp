@@ -23,12 +23,12 @@ class OpenClStartTest : public query_test::DeviceTest
     auto options = this->options();
     options.cache_folder = folder;
     const SpatialQueries queries(bvh_, options);
-    EXPECT_TRUE(queries.waitForDevice()) << queries.deviceText();
+    EXPECT_TRUE(queries.waitForDevice());
     const auto before = mesh_map::queryCount(mesh_map::BackEnd::OPENCL, mesh_map::Query::RAY);
     const Questions questions(300);
     EXPECT_TRUE(queries.castRays(questions.rays()) == mesh_map::castRays(*bvh_, questions.rays()));
     EXPECT_EQ(mesh_map::queryCount(mesh_map::BackEnd::OPENCL, mesh_map::Query::RAY) - before, 300u);
-    const std::string text = queries.deviceText();
+    const std::string text = log_.infos().back();
     const bool cached = text.find("program from the cache") != std::string::npos;
     EXPECT_NE(cached, text.find("program compiled") != std::string::npos) << text;
     return cached;
@@ -90,7 +90,6 @@ TEST_F(OpenClStartTest, is_shared_by_all_meshes_of_the_process)
   ASSERT_EQ(log_.infos().size(), 1u);
   const auto info = rviz_mesh_plugin::describe(rviz_mesh_plugin::listDevices().at(0));
   EXPECT_NE(log_.infos()[0].find(info.driver), std::string::npos) << log_.infos()[0];
-  EXPECT_EQ(first.deviceText(), log_.infos()[0]);
 }
 
 TEST_F(OpenClStartTest, is_off_or_another_device_if_wished)
@@ -106,7 +105,7 @@ TEST_F(OpenClStartTest, is_off_or_another_device_if_wished)
   EXPECT_FALSE(off.waitForDevice());
   EXPECT_TRUE(off.castRays(questions.rays()) == expected);
   EXPECT_TRUE(log_.warnings().empty()) << "as wished";
-  EXPECT_EQ(off.deviceText(), "OpenCL: off; queries are answered natively");
+  EXPECT_TRUE(log_.infos().empty());
 
   auto wished = options();
   wished.device = "no such device";

@@ -62,7 +62,7 @@ TEST_F(SpatialQueriesTest, casts_rays_like_the_native_queries)
 {
   for (const Case& c : cases()) {
     const SpatialQueries queries(c.bvh, options());
-    ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
+    ASSERT_TRUE(queries.waitForDevice());
     const Questions questions(2000, c.offset);
     std::vector<double> limits(questions.rays().size(), 3.0);
     limits[5] = std::nan("");
@@ -86,7 +86,7 @@ TEST_F(SpatialQueriesTest, selects_like_the_native_queries)
 {
   for (const Case& c : cases()) {
     const SpatialQueries queries(c.bvh, options());
-    ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
+    ASSERT_TRUE(queries.waitForDevice());
     const double o = c.offset;
     const std::array<double, 3> center{5.0 + o, 4.0 + o, o};
     std::vector<std::unique_ptr<mesh_map::Region>> regions;
@@ -118,7 +118,7 @@ TEST_F(SpatialQueriesTest, sees_like_the_native_queries)
 {
   const auto bvh = soup(400);
   const SpatialQueries queries(bvh, options());
-  ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
+  ASSERT_TRUE(queries.waitForDevice());
   const std::array<double, 3> eye{5, 5, 40};
   // The sides of a frustum that looks down, left, right, bottom and top, and its far end.
   const ConvexRegion view(
@@ -140,7 +140,7 @@ TEST_F(SpatialQueriesTest, answers_in_chunks_of_any_size)
 {
   const auto bvh = waves(30);
   const SpatialQueries queries(bvh, options());
-  ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
+  ASSERT_TRUE(queries.waitForDevice());
   for (const std::size_t size : {1u, 63u, 64u, 65u, 65535u, 65536u, 65537u, 200001u}) {
     const Questions questions(size);
     EXPECT_TRUE(queries.castRays(questions.rays()) == mesh_map::castRays(*bvh, questions.rays()))
@@ -152,7 +152,7 @@ TEST_F(SpatialQueriesTest, cancels_without_harm)
 {
   const auto bvh = waves(30);
   const SpatialQueries queries(bvh, options());
-  ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
+  ASSERT_TRUE(queries.waitForDevice());
   const Questions questions(200000);
   std::atomic<bool> cancel{true};
   mesh_map::BvhOptions run;
@@ -176,7 +176,7 @@ TEST_F(SpatialQueriesTest, is_asked_by_several_threads_at_once)
 {
   const auto bvh = waves(30);
   const SpatialQueries queries(bvh, options());
-  ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
+  ASSERT_TRUE(queries.waitForDevice());
   const Questions questions(3000);
   const SphereRegion sphere({5, 5, 0}, 2);
   const auto hits = mesh_map::castRays(*bvh, questions.rays());
@@ -205,7 +205,7 @@ TEST_F(SpatialQueriesTest, asks_the_device_where_that_pays)
   auto with_threshold = options();
   with_threshold.device_threshold = 100;
   const SpatialQueries queries(bvh, with_threshold);
-  ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
+  ASSERT_TRUE(queries.waitForDevice());
   const Count count(Query::RAY);
   queries.castRays(Questions(99).rays());
   EXPECT_EQ(count(BackEnd::OPENCL), 0u);
@@ -227,7 +227,7 @@ TEST_F(SpatialQueriesTest, throws_what_the_native_queries_throw)
 {
   const auto bvh = waves(10);
   const SpatialQueries queries(bvh, options());
-  ASSERT_TRUE(queries.waitForDevice()) << queries.deviceText();
+  ASSERT_TRUE(queries.waitForDevice());
   const Questions questions(10);
   auto rays = questions.rays();
   rays.origins = {questions.points.data(), 6};

@@ -19,6 +19,16 @@ namespace layout_checks {
 using namespace rviz_mesh_plugin;
 using Position = std::array<float, 3>;
 
+/// Without meshoptimizer there are no levels of detail.
+constexpr bool canSimplify()
+{
+#ifdef HAVE_MESHOPTIMIZER
+  return true;
+#else
+  return false;
+#endif
+}
+
 template <class T>
 std::array<T, 3> rotatedToLeast(const std::array<T, 3>& face)
 {

@@ -17,7 +17,6 @@
 
 #include "displays/map3d_display.h"
 #include "displays/textured_mesh_display.h"
-#include "map_server/map_server_run.h"
 #include "status_fixture.h"
 
 /// Map3D displays, and files for them in a folder of the test's own.
@@ -130,7 +129,7 @@ class Map3DFixture : public StatusFixture
   static pid_t serverOf(const Display* display)
   {
     const auto* server = display->session().server();
-    return server ? static_cast<pid_t>(server->process().pid()) : 0;
+    return server ? static_cast<pid_t>(server->process().processId()) : 0;
   }
 
   static void remove(rviz::Display* display) { delete display; }

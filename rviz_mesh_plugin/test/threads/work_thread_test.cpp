@@ -196,7 +196,7 @@ namespace {
   });
   std::promise<void> working;
   std::promise<void> hanging;
-  auto* const works = new WorkThread("works");
+  static auto* const works = new WorkThread("works");
   works->add([&](const Cancellation& cancellation) {
     working.set_value();
     while (!cancellation.flag()) {
@@ -205,7 +205,7 @@ namespace {
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     ended = true;
   });
-  auto* const hangs = new WorkThread("hangs", std::chrono::milliseconds(10));
+  static auto* const hangs = new WorkThread("hangs", std::chrono::milliseconds(10));
   hangs->add([&](const Cancellation&) {
     hanging.set_value();
     std::promise<void>().get_future().wait_for(std::chrono::hours(1));

@@ -5,7 +5,7 @@
 #include <geometry_msgs/PoseStamped.h>
 
 #include "surface_tool_fixture.h"
-#include "tools/mesh_pose_tools.h"
+#include "tools/surface_pose_tool.h"
 
 using rviz_mesh_plugin::MeshGoalTool;
 

@@ -8,7 +8,7 @@
 #include <std_msgs/ColorRGBA.h>
 
 #include "surface_tool_fixture.h"
-#include "tools/mesh_pose_tools.h"
+#include "tools/surface_pose_tool.h"
 
 using rviz_mesh_plugin::MeshGoalTool;
 using rviz_mesh_plugin::MeshPoseEstimateTool;

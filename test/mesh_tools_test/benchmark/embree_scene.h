@@ -3,7 +3,7 @@
 
 #include <embree3/rtcore.h>
 #include <mesh_map/base/parallel.h>
-#include <mesh_map/bvh/closest/closest_point.h>
+#include <mesh_map/bvh/closest/bvh_closest.h>
 #include <mesh_map/bvh/rays/bvh_rays.h>
 
 #include <algorithm>

@@ -15,7 +15,6 @@ import time
 from typing import Any, Callable, List, NamedTuple, Tuple
 
 import numpy as np
-from mesh_map import _kernels
 from mesh_map.distance.dijkstra import DijkstraSolver
 from mesh_map.geometry.topology import Topology, edge_lengths
 from mesh_map.map.mesh_map import MeshMap
@@ -93,20 +92,6 @@ def measure_dijkstra(mesh_map: MeshMap, repeats: int) -> List[Row]:
     costs = np.zeros(topology.vertex_count, np.float32)
     time_costs, _ = timed(lambda: solver.solve(source, costs, 1.0), repeats)
 
-    graph = _kernels._DijkstraGraph(
-        topology.neighbor_offsets, topology.neighbors, topology.neighbor_edges, lengths
-    )
-    pool = _kernels._DijkstraPool(topology.vertex_count)
-    seeds = np.array([source], np.uint32), np.zeros(1, np.float32)
-
-    def by_heap() -> np.ndarray:
-        kernel = _kernels._DijkstraField(graph, pool, *seeds, None, np.inf)
-        kernel._extend(np.zeros(0, np.uint32), 0.0, np.inf, None, "heap")
-        return kernel._potential()
-
-    time_heap, potential = timed(by_heap, repeats)
-    if potential.tobytes() != field.potential.tobytes():
-        raise SystemExit("the buckets and the heap differ")
     updates = measure_updates(mesh_map, solver, source, repeats)
 
     weights = lengths[topology.neighbor_edges].astype(np.float64)
@@ -119,7 +104,6 @@ def measure_dijkstra(mesh_map: MeshMap, repeats: int) -> List[Row]:
     return [
         Row("Dijkstra, whole field", time_full, scipy, time_scipy),
         Row("Dijkstra, whole field with costs", time_costs, scipy, time_scipy),
-        Row("Dijkstra, heap instead of buckets", time_heap, scipy, time_scipy),
         Row("Dijkstra, to a goal 17 m away", time_near, scipy, time_scipy),
         Row("Dijkstra, preparing the graph", time_graph),
     ] + updates

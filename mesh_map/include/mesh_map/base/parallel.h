@@ -19,18 +19,25 @@ using RangeBody = std::function<void(std::size_t begin, std::size_t end)>;
 void parallelFor(std::size_t count, std::size_t chunk, unsigned threads,
                  const std::function<RangeBody()>& make_worker);
 
-/// Calls body(i) for each item of [0, count), as parallelFor(). The body is copied into each
-/// thread: capture pointers by value where the loop shall be fast.
+/// Makes workers that call body(i) for each of their items. The body is copied into each thread:
+/// what it captures by value is the thread's own, and pointers so captured make the loop fast.
+template <class Body>
+std::function<RangeBody()> eachItem(const Body& body)
+{
+  return [&body]() -> RangeBody {
+    return [own = body](std::size_t begin, std::size_t end) mutable {
+      for (std::size_t i = begin; i < end; ++i) {
+        own(i);
+      }
+    };
+  };
+}
+
+/// Calls body(i) for each item of [0, count), as parallelFor() with eachItem().
 template <class Body>
 void parallelEach(std::size_t count, std::size_t chunk, unsigned threads, const Body& body)
 {
-  parallelFor(count, chunk, threads, [&body]() -> RangeBody {
-    return [body](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        body(i);
-      }
-    };
-  });
+  parallelFor(count, chunk, threads, eachItem(body));
 }
 
 /// Runs independent jobs side by side on up to `threads` threads (0 = all cores).

@@ -70,7 +70,19 @@ Topology buildTopology(ArrayView<std::uint32_t> faces, std::size_t vertex_count,
                        unsigned threads = 0);
 
 /// Lengths of edges (2 vertices each), computed in double precision.
-std::vector<float> edgeLengths(ArrayView<float> positions, ArrayView<std::uint32_t> edges,
-                               unsigned threads = 0);
+std::vector<float> edgeLengths(ArrayView<float> positions, ArrayView<std::uint32_t> edges);
+
+/// The faces at each edge, ascending, in compressed rows.
+struct EdgeFaces
+{
+  std::vector<std::uint32_t> offsets;  ///< one row per edge
+  std::vector<std::uint32_t> faces;
+
+  RowsView rows() const { return {offsets, faces}; }
+};
+
+/// Turns Topology::face_edges around. Degenerate faces are in no row. Throws std::invalid_argument
+/// for an edge that does not exist.
+EdgeFaces edgeFaces(ArrayView<std::uint32_t> face_edges, std::size_t edge_count);
 
 }  // namespace mesh_map

@@ -15,9 +15,6 @@ class NormalFilter
   /// Of a direction of any length.
   NormalFilter(const double* direction, double max_angle);
 
-  /// Of a unit vector.
-  NormalFilter(const Vector3& direction, double max_angle);
-
   /// False: for a direction or an angle for which no triangle can count.
   bool valid() const { return valid_; }
 

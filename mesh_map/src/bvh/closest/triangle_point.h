@@ -1,10 +1,12 @@
 #pragma once
 
-#include <mesh_map/bvh/closest/closest_point.h>
+#include <mesh_map/bvh/closest/bvh_closest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
+#include "base/require.h"
 #include "base/vector3.h"
 
 namespace mesh_map {
@@ -111,6 +113,14 @@ inline SurfaceHit surfacePoint(const float* a, const float* b, const float* c, d
     hit.position[i] = a[i] + beta * (double{b[i]} - a[i]) + gamma * (double{c[i]} - a[i]);
   }
   return hit;
+}
+
+/// How many points so many numbers are. Throws std::invalid_argument for no multiple of 3.
+inline std::size_t pointCount(ArrayView<double> points)
+{
+  require(points.size() % 3 == 0,
+          "points of " + std::to_string(points.size()) + " numbers: 3 for each point");
+  return points.size() / 3;
 }
 
 }  // namespace mesh_map

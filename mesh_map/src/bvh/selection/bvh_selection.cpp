@@ -81,23 +81,18 @@ std::vector<std::uint32_t> selectFaces(const Bvh& bvh, const Region& region, Sel
 {
   const Run run(options);
   std::vector<TriangleRange> ranges;
+  const auto selectBy = [&](const auto& filter, Query query) {
+    if (region.valid()) {
+      ranges = select(bvh, filter, mode, run);
+    }
+    countQueries(BackEnd::NATIVE, query, 1);
+  };
   if (const auto* const sphere = dynamic_cast<const SphereRegion*>(&region)) {
-    if (sphere->valid()) {
-      ranges = select(bvh, SphereFilter(bvh, *sphere), mode, run);
-    }
-    countQueries(BackEnd::NATIVE, Query::SPHERE, 1);
+    selectBy(SphereFilter(bvh, *sphere), Query::SPHERE);
   } else if (const auto* const convex = dynamic_cast<const ConvexRegion*>(&region)) {
-    if (convex->valid()) {
-      ranges = select(bvh, ConvexFilter(bvh, *convex), mode, run);
-    }
-    countQueries(BackEnd::NATIVE, Query::FRUSTUM, 1);
+    selectBy(ConvexFilter(bvh, *convex), Query::FRUSTUM);
   } else if (const auto* const lasso = dynamic_cast<const LassoRegion*>(&region)) {
-    if (lasso->valid()) {
-      ranges = select(bvh, LassoFilter(bvh, *lasso), mode, run);
-    }
-    countQueries(BackEnd::NATIVE, Query::LASSO, 1);
-  } else {
-    ranges = select(bvh, RegionFilter(bvh, region), mode, run);
+    selectBy(LassoFilter(bvh, *lasso), Query::LASSO);
   }
   return facesOf(bvh.faces(), ranges, mask);
 }

@@ -42,8 +42,8 @@ Vector3 localSize(const Bvh& bvh)
   return size;
 }
 
-}  // namespace
-
+/// The box of a child in the coordinates of the mesh (rounded monotonously, so it still has its
+/// triangles).
 Box childBox(const Bvh& bvh, const BvhNode& node, std::size_t child)
 {
   Box box;
@@ -54,13 +54,7 @@ Box childBox(const Bvh& bvh, const BvhNode& node, std::size_t child)
   return box;
 }
 
-void RegionFilter::children(const BvhNode& node, std::uint32_t, ChildSides& sides) const
-{
-  for (std::size_t k = 0; k < BVH_WIDTH; ++k) {
-    sides.side[k] = node.count[k] > 0 ? region_.box(childBox(bvh_, node, k)) : Side::OUTSIDE;
-    sides.cutting[k] = 0;
-  }
-}
+}  // namespace
 
 SphereFilter::SphereFilter(const Bvh& bvh, const SphereRegion& sphere) : sphere_(sphere)
 {

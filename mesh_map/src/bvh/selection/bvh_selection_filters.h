@@ -23,24 +23,6 @@ struct ChildSides
   std::array<std::uint32_t, BVH_WIDTH> cutting;
 };
 
-/// The box of a child in the coordinates of the mesh (rounded monotonously, so it still has its
-/// triangles).
-Box childBox(const Bvh& bvh, const BvhNode& node, std::size_t child);
-
-/// Any region, one child after the other.
-class RegionFilter
-{
- public:
-  RegionFilter(const Bvh& bvh, const Region& region) : bvh_(bvh), region_(region) {}
-  static std::uint32_t cutting() { return 0; }
-  void children(const BvhNode& node, std::uint32_t cutting, ChildSides& sides) const;
-  Side triangle(const float* corners, std::uint32_t) const { return region_.triangle(corners); }
-
- private:
-  const Bvh& bvh_;
-  const Region& region_;
-};
-
 class SphereFilter
 {
  public:

@@ -1,5 +1,5 @@
 #include <mesh_map/base/parallel.h>
-#include <mesh_map/bvh/closest/closest_point.h>
+#include <mesh_map/bvh/closest/bvh_closest.h>
 #include <mesh_map/bvh/selection/bvh_selection.h>
 
 #include <algorithm>

@@ -45,9 +45,7 @@ void sortFaces(std::vector<std::uint32_t>& faces)
     std::sort(faces.begin(), faces.end());
     return;
   }
-  BvhOptions options;
-  options.threads = 1;
-  Run run(options);
+  Run run({1, nullptr, {}});
   radixSort(
       faces, [](std::uint32_t face) { return face; }, run, 0.0);
 }

@@ -15,7 +15,6 @@ class FaceSet
   explicit FaceSet(std::size_t count) : words_((count + 255) / 256 * WORDS, 0) {}
 
   void add(std::uint32_t face) { words_[face / 64] |= std::uint64_t{1} << face % 64; }
-  bool has(std::uint32_t face) const { return (words_[face / 64] >> face % 64 & 1u) != 0; }
 
   /// What was added: not more numbers than `most`.
   std::vector<std::uint32_t> sorted(std::size_t most) const;

@@ -88,50 +88,6 @@ std::vector<Plane> planesAround(const Rectangle& bounds, const Matrix& matrix)
   return planes;
 }
 
-/// What planes left of a triangle, in space and in the picture.
-struct Rest
-{
-  ConvexPolygon shape;
-  std::array<Vector3, ClippedTriangle::MAX_CORNERS> points;
-  bool whole = true;  // nothing was cut
-
-  Rest(const ConvexRegion& frustum, std::uint32_t cutting, const Matrix& matrix,
-       const float* corners);
-  Vector3 pointAt(const Vector2& place, const Matrix& matrix) const;
-};
-
-Rest::Rest(const ConvexRegion& frustum, std::uint32_t cutting, const Matrix& matrix,
-           const float* corners)
-{
-  const PlaneSides sides = planeSides(frustum.planes(), cutting, corners);
-  if (sides.outside != 0) {
-    return;
-  }
-  ClippedTriangle rest(corners);
-  for (std::size_t i = 0; i < frustum.planes().size(); ++i) {
-    if ((sides.cutting >> i & 1u) != 0) {
-      rest.cut(frustum.planes()[i]);
-      whole = false;
-    }
-  }
-  for (std::size_t i = 0; i < rest.size(); ++i) {
-    const Vector2 place = project(matrix, rest[i]);
-    if (std::isfinite(place[0]) && std::isfinite(place[1])) {
-      points[shape.size] = rest[i];
-      shape.corners[shape.size++] = place;
-    }
-  }
-  whole = whole && shape.size == rest.size();
-  double area = 0.0;
-  for (std::size_t i = 1; i + 1 < shape.size; ++i) {
-    area += turn(shape[0], shape[i], shape[i + 1]);
-  }
-  if (area < 0.0) {
-    std::reverse(shape.corners.begin(), shape.corners.begin() + shape.size);
-    std::reverse(points.begin(), points.begin() + shape.size);
-  }
-}
-
 /// Corners of a shape with weights, and how far from a place of the picture these lead.
 struct Weighted
 {
@@ -159,32 +115,67 @@ struct Weighted
   }
 };
 
-/// The point that shows at a place of the picture which is in the shape.
-Vector3 Rest::pointAt(const Vector2& place, const Matrix& matrix) const
+/// What planes left of a triangle, in space and in the picture.
+struct Rest
 {
-  Weighted best;
-  for (std::size_t i = 0; i < shape.size; ++i) {
-    const std::size_t next = i + 1 < shape.size ? i + 1 : 0;
-    best.offer(shape, place, {0, i, next},
-               {turn(shape[i], shape[next], place), turn(shape[next], shape[0], place),
-                turn(shape[0], shape[i], place)});
-    const Vector2 side = shape[next] - shape[i];
-    const double along = dot(place - shape[i], side);
-    best.offer(shape, place, {i, next, 0}, {dot(side, side) - along, along, 0.0});
-    best.offer(shape, place, {i, 0, 0}, {1.0, 0.0, 0.0});
+  ConvexPolygon shape;
+  std::array<Vector3, ClippedTriangle::MAX_CORNERS> points;
+  bool whole = true;  // nothing was cut
+
+  Rest(const ConvexRegion& frustum, std::uint32_t cutting, const Matrix& matrix,
+       const float* corners)
+  {
+    const PlaneSides sides = planeSides(frustum.planes(), cutting, corners);
+    if (sides.outside != 0) {
+      return;
+    }
+    ClippedTriangle rest(corners);
+    rest.cut(frustum.planes(), sides.cutting);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      const Vector2 place = project(matrix, rest[i]);
+      if (std::isfinite(place[0]) && std::isfinite(place[1])) {
+        points[shape.size] = rest[i];
+        shape.corners[shape.size++] = place;
+      }
+    }
+    whole = sides.cutting == 0 && shape.size == rest.size();
+    double area = 0.0;
+    for (std::size_t i = 1; i + 1 < shape.size; ++i) {
+      area += turn(shape[0], shape[i], shape[i + 1]);
+    }
+    if (area < 0.0) {
+      std::reverse(shape.corners.begin(), shape.corners.begin() + shape.size);
+      std::reverse(points.begin(), points.begin() + shape.size);
+    }
   }
-  // Weights in the picture are weights in space times w.
-  double sum = 0.0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    best.weights[k] /= row(matrix, 3, points[best.corners[k]]);
-    sum += best.weights[k];
+
+  /// The point that shows at a place of the picture which is in the shape.
+  Vector3 pointAt(const Vector2& place, const Matrix& matrix) const
+  {
+    Weighted best;
+    for (std::size_t i = 0; i < shape.size; ++i) {
+      const std::size_t next = i + 1 < shape.size ? i + 1 : 0;
+      best.offer(shape, place, {0, i, next},
+                 {turn(shape[i], shape[next], place), turn(shape[next], shape[0], place),
+                  turn(shape[0], shape[i], place)});
+      const Vector2 side = shape[next] - shape[i];
+      const double along = dot(place - shape[i], side);
+      best.offer(shape, place, {i, next, 0}, {dot(side, side) - along, along, 0.0});
+      best.offer(shape, place, {i, 0, 0}, {1.0, 0.0, 0.0});
+    }
+    // Weights in the picture are weights in space times w.
+    double sum = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      best.weights[k] /= row(matrix, 3, points[best.corners[k]]);
+      sum += best.weights[k];
+    }
+    Vector3 point{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      point = point + best.weights[k] / sum * points[best.corners[k]];
+    }
+    return point;
   }
-  Vector3 point{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    point = point + best.weights[k] / sum * points[best.corners[k]];
-  }
-  return point;
-}
+};
 
 }  // namespace
 
@@ -192,9 +183,9 @@ LassoRegion::LassoRegion(std::vector<Point> polygon, const std::array<double, 16
     : polygon_(std::move(polygon)),
       view_projection_(view_projection),
       matrix_(scaled(view_projection)),
-      frustum_({Plane{}}),
-      valid_(isValid(polygon_, view_projection_))
+      frustum_({Plane{}})
 {
+  valid_ = isValid(polygon_, view_projection_);
   if (valid_) {
     picture_ = std::make_shared<const PicturePolygon>(polygon_);
     frustum_ = ConvexRegion(planesAround(picture_->bounds(), matrix_));
@@ -228,12 +219,6 @@ Side LassoRegion::triangle(const float* corners, std::uint32_t cutting) const
   }
   const Side side = picture_->convex(rest.shape);
   return side == Side::INSIDE && !rest.whole ? Side::TOUCHING : side;
-}
-
-Side LassoRegion::box(const Box& box) const
-{
-  const Side side = frustum_.box(box);
-  return side == Side::OUTSIDE ? side : boxInFrustum(box, side == Side::INSIDE);
 }
 
 Side LassoRegion::boxInFrustum(const Box& box, bool in_frustum) const

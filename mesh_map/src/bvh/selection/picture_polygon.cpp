@@ -16,11 +16,6 @@ Vector2 ConvexPolygon::center() const
   return sum;
 }
 
-Rectangle ConvexPolygon::bounds() const
-{
-  return boundsOf(corners.data(), size);
-}
-
 bool ConvexPolygon::contains(const Vector2& point) const
 {
   const Rectangle box = bounds();

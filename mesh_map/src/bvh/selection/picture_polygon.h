@@ -60,7 +60,7 @@ struct ConvexPolygon
     return corners[index + 1 < size ? index + 1 : 0];
   }
   Vector2 center() const;
-  Rectangle bounds() const;
+  Rectangle bounds() const { return boundsOf(corners.data(), size); }
   bool contains(const Vector2& point) const;
 };
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
+#include "base/require.h"
 #include "bvh/selection/bvh_selection_sort.h"
 #include "bvh/selection/region_clip.h"
 
@@ -37,11 +37,9 @@ std::array<Vector3, 4> pictureCorners(const ConvexRegion& frustum)
     // The way that is in front of the planes across.
     const std::size_t across = SIDES[(i + 1) % 4][1], beside = SIDES[(i + 2) % 4][1];
     const double one = dot(edge, normals[across]), other = dot(edge, normals[beside]);
-    if (!(one * other > 0.0)) {
-      throw std::invalid_argument(
-          "the first four planes of the frustum (left, right, bottom, top) "
-          "do not form a pyramid");
-    }
+    require(one * other > 0.0,
+            "the first four planes of the frustum (left, right, bottom, top) "
+            "do not form a pyramid");
     corners[i] = one > 0.0 ? edge : -edge;
   }
   // Four vectors a, b, c, d of space sum up to zero with the factors |bcd|, -|acd|, |abd|, -|abc|.
@@ -77,9 +75,7 @@ Matrix inverse(const Matrix& matrix)
     }
     std::swap(rows[i], rows[pivot]);
     const double divisor = rows[i][i];
-    if (!(std::abs(divisor) > 1e-300)) {
-      throw std::invalid_argument("the view-projection matrix has no inverse");
-    }
+    require(std::abs(divisor) > 1e-300, "the view-projection matrix has no inverse");
     for (double& entry : rows[i]) {
       entry /= divisor;
     }
@@ -133,20 +129,16 @@ PixelSpan pixelsOf(const LassoRegion& lasso, std::size_t axis, std::size_t count
 PixelRays frustumPixels(const ConvexRegion& frustum, const std::array<double, 3>& eye,
                         std::size_t columns, std::size_t rows)
 {
-  if (!frustum.valid() || frustum.planes().size() < 4) {
-    throw std::invalid_argument(
-        "a frustum has four planes or more that are finite and have a "
-        "normal, the first of them left, right, bottom and top");
-  }
+  require(frustum.valid() && frustum.planes().size() >= 4,
+          "a frustum has four planes or more that are finite and have a "
+          "normal, the first of them left, right, bottom and top");
   const char* const names[4] = {"left", "right", "bottom", "top"};
   for (std::size_t i = 0; i < 4; ++i) {
     const Vector3 size{std::abs(eye[0]), std::abs(eye[1]), std::abs(eye[2])};
     const double distance = height(frustum.planes()[i], eye[0], eye[1], eye[2]);
-    if (!(std::abs(distance) <= 1e-5 * (1.0 + heightTerms(frustum.planes()[i], size)))) {
-      throw std::invalid_argument("the " + std::string(names[i]) +
-                                  " plane of the frustum passes the eye at " +
-                                  std::to_string(distance) + " m");
-    }
+    require(std::abs(distance) <= 1e-5 * (1.0 + heightTerms(frustum.planes()[i], size)),
+            "the " + std::string(names[i]) + " plane of the frustum passes the eye at " +
+                std::to_string(distance) + " m");
   }
   const std::array<Vector3, 4> corners = pictureCorners(frustum);
   PixelRays rays;

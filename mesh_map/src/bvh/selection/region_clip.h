@@ -44,6 +44,16 @@ class ClippedTriangle
   /// Keeps what is in front of the plane, which belongs to it.
   void cut(const Plane& plane);
 
+  /// The same for those planes whose bits are set.
+  void cut(const std::vector<Plane>& planes, std::uint32_t which)
+  {
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+      if ((which >> i & 1u) != 0) {
+        cut(planes[i]);
+      }
+    }
+  }
+
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
   const Vector3& operator[](std::size_t index) const { return points_[index]; }

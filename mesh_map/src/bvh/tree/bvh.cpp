@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "base/float_bits.h"
+#include "base/require.h"
 #include "base/run.h"
 #include "bvh/tree/bvh_boxes.h"
 #include "bvh/tree/bvh_bytes.h"
@@ -24,6 +24,14 @@ namespace mesh_map {
 namespace {
 
 constexpr double CLUSTER_SHARE = 0.35, SUBTREE_SHARE = 0.6, COPY_SHARE = 0.05;
+
+/// To be filled, but for the tail.
+LargeArray<float> newCorners(std::size_t face_count)
+{
+  LargeArray<float> corners(9 * face_count + Bvh::TAIL);
+  std::fill(corners.end() - Bvh::TAIL, corners.end(), 0.0f);
+  return corners;
+}
 
 }  // namespace
 
@@ -45,15 +53,10 @@ class BvhBuilder
 
     const std::size_t count = mesh_.faceCount();
     bvh_.faces_ = LargeArray<std::uint32_t>(count);
-    bvh_.corners_ = LargeArray<float>(9 * count + Bvh::TAIL);
-    std::fill(bvh_.corners_.end() - Bvh::TAIL, bvh_.corners_.end(), 0.0f);
-    run_.loop(top_.subtrees.size(), 1, SUBTREE_SHARE, [&]() -> RangeBody {
-      auto maker = std::make_shared<BvhSubtreeMaker>(mesh_, frame, clusters, top_, run_);
-      return [this, maker](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          maker->make(top_.subtrees[i], bvh_.faces_.data(), bvh_.corners_.data());
-        }
-      };
+    bvh_.corners_ = newCorners(count);
+    BvhSubtreeMaker maker(mesh_, frame, clusters, top_, run_);
+    run_.each(top_.subtrees.size(), 1, SUBTREE_SHARE, [this, maker](std::size_t i) mutable {
+      maker.make(top_.subtrees[i], bvh_.faces_.data(), bvh_.corners_.data());
     });
     join();
     bvh_.setBox();
@@ -155,18 +158,15 @@ void Bvh::refit(const MeshView& mesh, const BvhOptions& options)
 {
   Run run(options);
   run.check();
-  if (mesh.faceCount() != faceCount()) {
-    throw std::invalid_argument("the mesh has " + std::to_string(mesh.faceCount()) +
-                                " faces, but the spatial index is one of " +
-                                std::to_string(faceCount()) +
-                                ": build a new one where faces have changed");
-  }
+  require(mesh.faceCount() == faceCount(), "the mesh has " + std::to_string(mesh.faceCount()) +
+                                               " faces, but the spatial index is one of " +
+                                               std::to_string(faceCount()) +
+                                               ": build a new one where faces have changed");
   checkMesh(mesh, run, CHECK_SHARE);
 
   // All is made anew and then exchanged, so that nothing has changed where something is thrown.
   LargeArray<BvhNode> nodes(nodes_);
-  LargeArray<float> corners(corners_.size());
-  std::fill(corners.end() - TAIL, corners.end(), 0.0f);
+  LargeArray<float> corners = newCorners(faceCount());
   computeBoxes(
       {mesh, LocalFrame(center_), faces_.data(), nodes.data(), nodes.size(), corners.data()}, run,
       1.0 - CHECK_SHARE);
@@ -319,8 +319,7 @@ std::vector<std::uint8_t> Bvh::serialize() const
 
 Bvh Bvh::deserialize(ArrayView<std::uint8_t> bytes, const MeshView& mesh)
 {
-  const BvhOptions options;
-  Run run(options);
+  Run run({});
   checkMesh(mesh, run, 0.0);
   if (bytes.size() < HEADER + CHECKSUM) {
     refuse(std::to_string(bytes.size()) + " bytes are too few");
@@ -356,9 +355,8 @@ Bvh Bvh::deserialize(ArrayView<std::uint8_t> bytes, const MeshView& mesh)
     }
   }
   const std::uint64_t hash = geometryHash(faces, [&mesh](std::size_t face) {
-    const std::uint32_t* const vertices = mesh.faces.data() + 3 * face;
-    const auto corner = [&](int k) { return mesh.positions.data() + 3 * std::size_t{vertices[k]}; };
-    return faceHash(static_cast<std::uint32_t>(face), corner(0), corner(1), corner(2));
+    return faceHash(static_cast<std::uint32_t>(face), mesh.corner(face, 0), mesh.corner(face, 1),
+                    mesh.corner(face, 2));
   });
   if (hash != readNumber<std::uint64_t>(at + 32)) {
     refuse("it is one of a mesh whose faces are elsewhere");
@@ -367,8 +365,7 @@ Bvh Bvh::deserialize(ArrayView<std::uint8_t> bytes, const MeshView& mesh)
   NodeReader(at + HEADER, bvh.nodes_).read(faces);
   bvh.faces_ = LargeArray<std::uint32_t>(faces);
   readFaces(at + HEADER + 4 * BVH_WIDTH * nodes, bvh.faces_);
-  bvh.corners_ = LargeArray<float>(9 * faces + TAIL);
-  std::fill(bvh.corners_.end() - TAIL, bvh.corners_.end(), 0.0f);
+  bvh.corners_ = newCorners(faces);
   computeBoxes({mesh, LocalFrame(bvh.center_), bvh.faces_.data(), bvh.nodes_.data(), nodes,
                 bvh.corners_.data()},
                run, 0.0);

@@ -29,19 +29,15 @@ class BoxMaker
 
   void run(Run& run, double share)
   {
-    run.loop(parts_.size(), 1, share, [this]() -> RangeBody {
-      return [this](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const Part& part = parts_[i];
-          copyCorners(geometry_.mesh, geometry_.faces, part.first_triangle, part.end_triangle,
-                      geometry_.corners);
-          // From the leaves up (I. Wald, S. Boulos, P. Shirley: Ray Tracing Deformable Scenes Using
-          // Dynamic Bounding Volume Hierarchies, 2007): children come after their parents.
-          for (std::size_t node = part.end; node-- > part.begin;) {
-            setBoxes(geometry_.nodes[node]);
-          }
-        }
-      };
+    run.each(parts_.size(), 1, share, [this](std::size_t i) {
+      const Part& part = parts_[i];
+      copyCorners(geometry_.mesh, geometry_.faces, part.first_triangle, part.end_triangle,
+                  geometry_.corners);
+      // From the leaves up (I. Wald, S. Boulos, P. Shirley: Ray Tracing Deformable Scenes Using
+      // Dynamic Bounding Volume Hierarchies, 2007): children come after their parents.
+      for (std::size_t node = part.end; node-- > part.begin;) {
+        setBoxes(geometry_.nodes[node]);
+      }
     });
     for (std::size_t i = above_.size(); i-- > 0;) {
       setBoxes(geometry_.nodes[above_[i]]);
@@ -120,8 +116,7 @@ void copyCorners(const MeshView& mesh, const std::uint32_t* faces, std::size_t b
       [&](std::size_t i) {
         const std::uint32_t* const vertices = mesh.faces.data() + 3 * std::size_t{faces[begin + i]};
         for (std::size_t k = 0; k < 3; ++k) {
-          const float* const position = mesh.positions.data() + 3 * std::size_t{vertices[k]};
-          std::copy(position, position + 3, corners + 9 * (begin + i) + 3 * k);
+          std::copy_n(mesh.vertex(vertices[k]), 3, corners + 9 * (begin + i) + 3 * k);
         }
       });
 }

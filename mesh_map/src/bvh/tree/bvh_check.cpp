@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/require.h"
 #include "base/run.h"
 #include "base/vector3.h"
 #include "bvh/tree/float_box.h"
@@ -16,33 +17,45 @@ namespace {
 
 constexpr std::size_t FACES_PER_CHUNK = 32768;
 
-std::string numbered(const char* what, std::size_t index)
+/// Faces with a vertex that is bad: how many, the first of them, and its first such vertex.
+struct BadFaces
 {
-  return std::string(what) + " " + std::to_string(index);
-}
+  std::size_t count = 0, first = 0;
+  std::uint32_t vertex = 0;
 
-/// The faces beside the one that is named.
-std::string others(std::size_t count)
-{
-  if (count < 2) {
-    return "";
+  std::string name() const
+  {
+    const std::string others = " (and " + std::to_string(count - 1) + " face";
+    return "face " + std::to_string(first) +
+           (count < 2 ? "" : others + (count == 2 ? " more)" : "s more)"));
   }
-  return " (and " + std::to_string(count - 1) + (count == 2 ? " face" : " faces") + " more)";
+};
+
+template <class IsBad>
+BadFaces findBad(const MeshView& mesh, const IsBad& isBad)
+{
+  BadFaces bad;
+  for (std::size_t face = 0; face < mesh.faceCount(); ++face) {
+    const std::uint32_t* const corners = mesh.faces.data() + 3 * face;
+    const std::uint32_t* const found = std::find_if(corners, corners + 3, isBad);
+    if (found != corners + 3 && bad.count++ == 0) {
+      bad.first = face;
+      bad.vertex = *found;
+    }
+  }
+  return bad;
 }
 
 }  // namespace
 
 void checkFaceCount(const MeshView& mesh)
 {
-  if (mesh.faceCount() == 0) {
-    throw std::invalid_argument(
-        "a mesh without faces has no spatial index: give it at least one face");
-  }
-  if (mesh.faceCount() >= BVH_LEAF) {
-    throw std::invalid_argument("the mesh has " + std::to_string(mesh.faceCount()) +
-                                " faces, but a spatial index holds " +
-                                std::to_string(BVH_LEAF - 1) + " at most: divide the mesh");
-  }
+  require(mesh.faceCount() > 0,
+          "a mesh without faces has no spatial index: give it at least one face");
+  require(mesh.faceCount() < BVH_LEAF, "the mesh has " + std::to_string(mesh.faceCount()) +
+                                           " faces, but a spatial index holds " +
+                                           std::to_string(BVH_LEAF - 1) +
+                                           " at most: divide the mesh");
 }
 
 bool facesAreSound(const MeshView& mesh, std::size_t begin, std::size_t end)
@@ -64,37 +77,16 @@ bool facesAreSound(const MeshView& mesh, std::size_t begin, std::size_t end)
 
 void refuseFaces(const MeshView& mesh)
 {
-  const std::size_t vertices = mesh.vertexCount(), faces = mesh.faceCount();
-  std::size_t out_of_range = 0, infinite = 0, first_out_of_range = faces, first_infinite = faces;
-  for (std::size_t face = faces; face-- > 0;) {
-    const std::uint32_t* const corners = mesh.faces.data() + 3 * face;
-    if (std::any_of(corners, corners + 3, [=](std::uint32_t v) { return v >= vertices; })) {
-      ++out_of_range;
-      first_out_of_range = face;
-    } else if (!std::all_of(corners, corners + 3, [&](std::uint32_t v) {
-                 return isFinite(mesh.positions.data() + 3 * std::size_t{v});
-               })) {
-      ++infinite;
-      first_infinite = face;
-    }
-  }
-  if (out_of_range > 0) {
-    const std::uint32_t* const corners = mesh.faces.data() + 3 * first_out_of_range;
-    throw std::invalid_argument(
-        numbered("face", first_out_of_range) + others(out_of_range) + " refers to " +
-        numbered("vertex",
-                 *std::find_if(corners, corners + 3, [=](auto v) { return v >= vertices; })) +
-        ", but the mesh has " + std::to_string(vertices) +
-        " vertices: remove such faces, or give all vertices");
-  }
-  const std::uint32_t* const corners = mesh.faces.data() + 3 * std::min(first_infinite, faces - 1);
-  const std::uint32_t vertex = *std::find_if(corners, corners + 2, [&](std::uint32_t v) {
-    return !isFinite(mesh.positions.data() + 3 * std::size_t{v});
-  });
-  const float* const position = mesh.positions.data() + 3 * std::size_t{vertex};
+  const BadFaces lost = findBad(mesh, [&](std::uint32_t v) { return v >= mesh.vertexCount(); });
+  require(lost.count == 0, lost.name() + " refers to vertex " + std::to_string(lost.vertex) +
+                               ", but the mesh has " + std::to_string(mesh.vertexCount()) +
+                               " vertices: remove such faces, or give all vertices");
+  const BadFaces infinite =
+      findBad(mesh, [&](std::uint32_t v) { return !isFinite(mesh.vertex(v)); });
+  const float* const position = mesh.vertex(infinite.vertex);
   throw std::invalid_argument(
-      numbered("face", first_infinite) + others(infinite) + " has " + numbered("vertex", vertex) +
-      " at (" + std::to_string(position[0]) + ", " + std::to_string(position[1]) + ", " +
+      infinite.name() + " has vertex " + std::to_string(infinite.vertex) + " at (" +
+      std::to_string(position[0]) + ", " + std::to_string(position[1]) + ", " +
       std::to_string(position[2]) +
       "), which is not finite: remove such faces, or repair their vertices");
 }

@@ -36,10 +36,7 @@ class LocalFrame
 
   FloatBox box(const MeshView& mesh, std::size_t face) const
   {
-    const std::uint32_t* const corners = mesh.faces.data() + 3 * face;
-    const float* const positions = mesh.positions.data();
-    return box(positions + 3 * std::size_t{corners[0]}, positions + 3 * std::size_t{corners[1]},
-               positions + 3 * std::size_t{corners[2]});
+    return box(mesh.corner(face, 0), mesh.corner(face, 1), mesh.corner(face, 2));
   }
 
  private:

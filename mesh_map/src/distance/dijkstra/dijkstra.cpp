@@ -10,9 +10,9 @@
 
 #include <mesh_map/base/run_options.h>
 
+#include "base/bucket_queue.h"
 #include "base/require.h"
 #include "distance/dijkstra/dijkstra_labels.h"
-#include "distance/dijkstra/dijkstra_queues.h"
 
 namespace mesh_map {
 
@@ -43,13 +43,6 @@ struct DijkstraStop
   }
 };
 
-enum class SearchEnd
-{
-  DONE,
-  CANCELED,
-  OVERFLOWED  ///< the queue could not hold the search; another one has to go on
-};
-
 namespace {
 
 /// One search: grows the labels from what is in a queue, until all up to the limit are final
@@ -57,42 +50,40 @@ namespace {
 class DijkstraSearch
 {
  public:
+  using Entry = QueueEntry<float>;
+
   DijkstraSearch(const DijkstraGraph& graph, const VertexCosts& costs, DijkstraLabels& labels,
                  DijkstraStop& stop, const std::atomic<bool>* cancel)
       : graph_(graph), costs_(costs), labels_(labels), stop_(stop), cancel_(cancel)
   {
   }
 
-  /// What is left is in the queue and in beyond() then. Even where it is canceled from the start
-  /// it gets somewhat farther, so that steps that are all broken off come to an end.
-  template <class Queue>
-  SearchEnd run(Queue& queue)
+  /// False where it was canceled. What is left is in the queue and in beyond() then. Even where it
+  /// is canceled from the start it gets somewhat farther, so that steps that are all broken off
+  /// come to an end.
+  bool run()
   {
-    while (queue.nextBatch()) {
-      stop_.settle(labels_, [&](float distance) { return queue.isFinal(distance); });
-      if (queue.isPast(stop_.limit)) {
-        return isCanceled() ? SearchEnd::CANCELED : SearchEnd::DONE;
+    while (queue_.open()) {
+      stop_.settle(labels_, [this](float distance) { return queue_.isPassed(distance); });
+      if (queue_.isPassed(stop_.limit)) {
+        return !isSet(cancel_);
       }
-      QueueEntry entry;
-      while (queue.popFromBatch(entry)) {
-        prefetch(queue);
-        if (entry.distance == labels_[entry.vertex].distance) {
-          expand(queue, entry);
+      for (Entry entry; queue_.pop(entry);) {
+        prefetch();
+        if (entry.label == labels_[entry.vertex].distance) {
+          expand(entry);
         }
-        if (++steps_ % STEPS_PER_CANCEL_CHECK == 0 && isCanceled()) {
-          return SearchEnd::CANCELED;
+        if (++steps_ % STEPS_PER_CANCEL_CHECK == 0 && isSet(cancel_)) {
+          return false;
         }
-      }
-      if (queue.overflowed()) {
-        return SearchEnd::OVERFLOWED;
       }
     }
     stop_.settle(labels_, [](float) { return true; });
-    return isCanceled() ? SearchEnd::CANCELED : SearchEnd::DONE;
+    return !isSet(cancel_);
   }
 
   /// Entries beyond the limit that were popped.
-  std::vector<QueueEntry>& beyond() { return beyond_; }
+  const std::vector<Entry>& beyond() const { return beyond_; }
 
   /// How many vertices' edges were gone over.
   std::size_t goneOver() const { return gone_over_; }
@@ -100,57 +91,53 @@ class DijkstraSearch
  private:
   static constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 1024;
 
-  template <class Queue>
-  void expand(Queue& queue, const QueueEntry& entry)
+  void expand(const Entry& entry)
   {
-    if (entry.distance > stop_.limit) {
+    if (entry.label > stop_.limit) {
       beyond_.push_back(entry);
       return;
     }
     ++gone_over_;
-    const DijkstraGraph::Arc* const end = graph_.end(entry.vertex);
-    for (const DijkstraGraph::Arc* arc = graph_.begin(entry.vertex); arc != end; ++arc) {
-      const float distance = entry.distance + arc->weight;
-      DijkstraLabel& label = labels_[arc->to];
+    for (const DijkstraGraph::Arc& arc : graph_.arcs(entry.vertex)) {
+      const float distance = entry.label + arc.weight;
+      DijkstraLabel& label = labels_[arc.to];
       if (distance < label.distance) {
         if (label.distance == std::numeric_limits<float>::infinity()) {
-          if (!costs_.isPassable(arc->to)) {
+          if (!costs_.isPassable(arc.to)) {
             continue;
           }
           if (label.from == NO_INDEX) {
-            labels_.touch(arc->to);
+            labels_.touch(arc.to);
           }
         }
         label = {distance, entry.vertex};
-        queue.push(distance, arc->to);
+        queue_.push(distance, arc.to);
       }
     }
   }
 
   /// Asks for the memory of entries that come soon: most of the time would go into waiting for it.
-  template <class Queue>
-  void prefetch(const Queue& queue) const
+  void prefetch() const
   {
     constexpr std::size_t soon = 6, later = 16;
-    if (const QueueEntry* entry = queue.peek(later)) {
+    if (const Entry* entry = queue_.peek(later)) {
       __builtin_prefetch(graph_.offset(entry->vertex));
       __builtin_prefetch(&labels_[entry->vertex]);
     }
-    const QueueEntry* entry = queue.peek(soon);
-    if (entry != nullptr && entry->distance == labels_[entry->vertex].distance) {
-      __builtin_prefetch(graph_.begin(entry->vertex));
-      __builtin_prefetch(graph_.end(entry->vertex));
+    const Entry* entry = queue_.peek(soon);
+    if (entry != nullptr && entry->label == labels_[entry->vertex].distance) {
+      __builtin_prefetch(graph_.arcs(entry->vertex).begin());
+      __builtin_prefetch(graph_.arcs(entry->vertex).end());
     }
   }
-
-  bool isCanceled() const { return isSet(cancel_); }
 
   const DijkstraGraph& graph_;
   const VertexCosts costs_;
   DijkstraLabels& labels_;
+  BucketQueue<float>& queue_ = labels_.queue;
   DijkstraStop& stop_;
   const std::atomic<bool>* cancel_;
-  std::vector<QueueEntry> beyond_;
+  std::vector<Entry> beyond_;
   std::size_t gone_over_ = 0;
   std::uint32_t steps_ = 0;
 };
@@ -223,8 +210,7 @@ bool DijkstraField::offer(std::uint32_t vertex, float distance, std::uint32_t fr
   return true;
 }
 
-bool DijkstraField::extend(const DijkstraReach& reach, const std::atomic<bool>* cancel,
-                           DijkstraQueue queue)
+bool DijkstraField::extend(const DijkstraReach& reach, const std::atomic<bool>* cancel)
 {
   require(reach.offset >= 0.0f, "the offset has to be 0 or more");
   require(reach.max_distance >= 0.0f, "the maximum distance has to be 0 or more");
@@ -236,68 +222,41 @@ bool DijkstraField::extend(const DijkstraReach& reach, const std::atomic<bool>* 
   if (stop.limit <= limit_) {
     return true;
   }
-  return run(stop, cancel, queue);
+  return run(stop, cancel);
 }
 
 /// Goes on from the front until all up to the stop is final.
-bool DijkstraField::run(DijkstraStop& stop, const std::atomic<bool>* cancel, DijkstraQueue kind)
+bool DijkstraField::run(DijkstraStop& stop, const std::atomic<bool>* cancel)
 {
-  float lowest = INFINITE, highest = 0.0f;
+  BucketQueue<float>& queue = labels_->queue;
+  queue.reset(graph_->typical());
   for (const std::uint32_t v : frontier_) {
-    lowest = std::min(lowest, (*labels_)[v].distance);
-    highest = std::max(highest, (*labels_)[v].distance);
+    queue.push((*labels_)[v].distance, v);
   }
-  const double spread = frontier_.empty() ? 0.0 : double{highest} - lowest;
-  const double span = std::max<double>(graph_->longest(), spread);
-  const bool fits = BucketQueue::fits(graph_->typical(), span);
-  require(fits || kind != DijkstraQueue::BUCKETS, "the edge lengths differ too much for buckets");
-
   DijkstraSearch search(*graph_, costs_, *labels_, stop, cancel);
-  std::vector<QueueEntry> entries;
-  for (const std::uint32_t v : frontier_) {
-    entries.push_back({(*labels_)[v].distance, v});
-  }
-  SearchEnd end = SearchEnd::OVERFLOWED;
-  if (fits && kind != DijkstraQueue::HEAP) {
-    BucketQueue& buckets = labels_->buckets;
-    buckets.start(graph_->typical(), span, lowest);
-    buckets.pushAll(entries);
-    end = search.run(buckets);
-    buckets.takeAll(entries);
-  }
-  if (end == SearchEnd::OVERFLOWED) {
-    HeapQueue heap;
-    heap.pushAll(entries);
-    end = search.run(heap);
-    heap.takeAll(entries);
-  }
-  entries.insert(entries.end(), search.beyond().begin(), search.beyond().end());
+  const bool done = search.run();
   gone_over_ = search.goneOver();
-  keepFrontier(entries);
-  if (end == SearchEnd::CANCELED) {
+
+  // What was queued becomes the front again, without what has become nearer since.
+  frontier_.clear();
+  const auto keep = [this](const QueueEntry<float>& entry) {
+    if (entry.label == (*labels_)[entry.vertex].distance) {
+      frontier_.push_back(entry.vertex);
+    }
+  };
+  queue.forEach(keep);
+  std::for_each(search.beyond().begin(), search.beyond().end(), keep);
+  limit_ = stop.limit;
+  if (!done) {
     limit_ = INFINITE;
     for (const std::uint32_t v : frontier_) {
       // as far as it is itself, there may be more beyond edges of no length
       limit_ = std::min(limit_, std::nextafter((*labels_)[v].distance, -INFINITE));
     }
-    return false;
-  }
-  limit_ = stop.limit;
-  if (limit_ < INFINITE && frontier_.empty() && !isAnythingBeyond(limit_)) {
+  } else if (limit_ < INFINITE && frontier_.empty() && !isAnythingBeyond(limit_)) {
     limit_ = INFINITE;
   }
-  return true;
-}
-
-/// What was queued becomes the front again, without what has become nearer since.
-void DijkstraField::keepFrontier(std::vector<QueueEntry>& entries)
-{
-  frontier_.clear();
-  for (const QueueEntry& entry : entries) {
-    if (entry.distance == (*labels_)[entry.vertex].distance) {
-      frontier_.push_back(entry.vertex);
-    }
-  }
+  return done;
 }
 
 bool DijkstraField::isAnythingBeyond(float limit) const
@@ -393,7 +352,7 @@ bool DijkstraField::update(std::shared_ptr<const DijkstraGraph> graph, const Ver
     return true;  // nothing was asked for so far
   }
   DijkstraStop stop{limit_, {}};
-  const bool done = run(stop, cancel, DijkstraQueue::AUTOMATIC);
+  const bool done = run(stop, cancel);
   count += gone_over_;
   return done;
 }
@@ -407,19 +366,20 @@ bool DijkstraField::takeBack(ArrayView<std::uint32_t> changed, std::vector<std::
     if (!(distance < INFINITE)) {
       continue;  // and nothing came through it
     }
-    bool is_kept = costs_.isPassable(v);
-    const std::uint32_t from = (*labels_)[v].from;
-    for (const DijkstraGraph::Arc* arc = graph_->begin(v); is_kept && arc != graph_->end(v);
-         ++arc) {
-      const DijkstraLabel& neighbor = (*labels_)[arc->to];
-      if (arc->to == from && neighbor.distance + arc->weight > distance) {
-        is_kept = false;
-      } else if (neighbor.from == v && neighbor.distance < distance + arc->weight) {
-        take(arc->to, taken);
-      }
-    }
-    if (!is_kept) {
+    if (!costs_.isPassable(v)) {
       take(v, taken);  // and below, what came through it
+      continue;
+    }
+    const std::uint32_t from = (*labels_)[v].from;
+    for (const DijkstraGraph::Arc& arc : graph_->arcs(v)) {
+      const DijkstraLabel& neighbor = (*labels_)[arc.to];
+      if (arc.to == from && neighbor.distance + arc.weight > distance) {
+        take(v, taken);
+        break;
+      }
+      if (neighbor.from == v && neighbor.distance < distance + arc.weight) {
+        take(arc.to, taken);
+      }
     }
   }
   for (std::size_t i = 0; i < taken.size(); ++i) {
@@ -427,10 +387,10 @@ bool DijkstraField::takeBack(ArrayView<std::uint32_t> changed, std::vector<std::
       return false;
     }
     const std::uint32_t v = taken[i];
-    for (const DijkstraGraph::Arc* arc = graph_->begin(v); arc != graph_->end(v); ++arc) {
-      const DijkstraLabel& neighbor = (*labels_)[arc->to];
+    for (const DijkstraGraph::Arc& arc : graph_->arcs(v)) {
+      const DijkstraLabel& neighbor = (*labels_)[arc.to];
       if (neighbor.from == v && neighbor.distance < INFINITE) {
-        take(arc->to, taken);
+        take(arc.to, taken);
       }
     }
   }
@@ -448,11 +408,11 @@ void DijkstraField::labelFromNeighbors(std::uint32_t vertex)
 {
   float least = INFINITE;
   std::uint32_t from = vertex;
-  for (const DijkstraGraph::Arc* arc = graph_->begin(vertex); arc != graph_->end(vertex); ++arc) {
-    const float distance = (*labels_)[arc->to].distance + arc->weight;
+  for (const DijkstraGraph::Arc& arc : graph_->arcs(vertex)) {
+    const float distance = (*labels_)[arc.to].distance + arc.weight;
     if (distance < least) {
       least = distance;
-      from = arc->to;
+      from = arc.to;
     }
   }
   offer(vertex, least, from);
@@ -461,9 +421,10 @@ void DijkstraField::labelFromNeighbors(std::uint32_t vertex)
 void DijkstraField::offerToNeighbors(std::uint32_t vertex)
 {
   const float distance = (*labels_)[vertex].distance;
-  for (const DijkstraGraph::Arc* arc = graph_->begin(vertex);
-       distance < INFINITE && arc != graph_->end(vertex); ++arc) {
-    offer(arc->to, distance + arc->weight, vertex);
+  if (distance < INFINITE) {
+    for (const DijkstraGraph::Arc& arc : graph_->arcs(vertex)) {
+      offer(arc.to, distance + arc.weight, vertex);
+    }
   }
 }
 

@@ -16,7 +16,6 @@ namespace mesh_map {
 class DijkstraLabels;
 class DijkstraPool;
 struct DijkstraStop;
-struct QueueEntry;
 
 /// Cost per vertex, or none. Vertices with +inf (lethal), NaN (unknown) or more than the limit are
 /// never passed, neither as source nor as target.
@@ -47,14 +46,6 @@ struct DijkstraReach
   float max_distance = std::numeric_limits<float>::infinity();
 };
 
-/// Which priority queue carries the front. The results do not depend on it.
-enum class DijkstraQueue
-{
-  AUTOMATIC,  ///< buckets, or the heap where the edge lengths are too different for buckets
-  BUCKETS,    ///< throws std::invalid_argument where buckets cannot do it
-  HEAP
-};
-
 /// Memory for fields on meshes of one size; makes the next field cheap. For any number of threads.
 std::shared_ptr<DijkstraPool> makeDijkstraPool(std::size_t vertex_count);
 
@@ -62,8 +53,8 @@ std::shared_ptr<DijkstraPool> makeDijkstraPool(std::size_t vertex_count);
 /// where it stopped, and follows changes.
 ///
 /// Distances are sums in 32-bit floats along the way from the source, as in a plain Dijkstra with a
-/// heap: the same bits, whatever queue is used and in whatever steps the field was made, since such
-/// sums grow monotonically with each of their terms.
+/// heap: the same bits, in whatever steps the field was made, since such sums grow monotonically
+/// with each of their terms.
 ///
 /// At any time, each edge whose one end is labeled and does not wait in the front either ends at a
 /// vertex that may not be passed, or could not make its other end nearer. So everything nearer than
@@ -84,8 +75,7 @@ class DijkstraField
 
   /// Goes on until the field is known so far. False where it was canceled: then limit() tells how
   /// far it is. Throws std::invalid_argument for an argument out of its range.
-  bool extend(const DijkstraReach& reach, const std::atomic<bool>* cancel = nullptr,
-              DijkstraQueue queue = DijkstraQueue::AUTOMATIC);
+  bool extend(const DijkstraReach& reach, const std::atomic<bool>* cancel = nullptr);
 
   /// Makes it the field of another graph (of the same vertices and edges) and other costs, up to
   /// the same limit; these may differ only at the vertices `changed` and at edges that end there.
@@ -96,7 +86,6 @@ class DijkstraField
               const std::atomic<bool>* cancel = nullptr);
 
   std::size_t vertexCount() const { return graph_->vertexCount(); }
-  const DijkstraGraph& graph() const { return *graph_; }
   const VertexCosts& costs() const { return costs_; }
 
   /// All distances up to this one are final: +inf where nothing is beyond, -inf where none is.
@@ -122,8 +111,7 @@ class DijkstraField
   };
 
   void start();
-  bool run(DijkstraStop& stop, const std::atomic<bool>* cancel, DijkstraQueue kind);
-  void keepFrontier(std::vector<QueueEntry>& entries);
+  bool run(DijkstraStop& stop, const std::atomic<bool>* cancel);
   bool isAnythingBeyond(float limit) const;
 
   // of update()

@@ -61,10 +61,8 @@ void DijkstraGraph::measure(ArrayView<float> edge_weights)
 {
   double sum = 0.0;
   std::size_t count = 0;
-  longest_ = 0.0f;
   for (const float weight : edge_weights) {
     if (weight < INFINITE) {
-      longest_ = std::max(longest_, weight);
       sum += weight;
       ++count;
     }
@@ -78,19 +76,14 @@ std::shared_ptr<DijkstraGraph> DijkstraGraph::withWeights(ArrayView<std::uint32_
                                                           ArrayView<float> after) const
 {
   std::shared_ptr<DijkstraGraph> graph(new DijkstraGraph(*this));
-  bool was_longest = false;
   forEachChange(before, after, [&](std::size_t e) {
     checkWeight(e, after[e]);
     ++graph->changed_;
-    was_longest = was_longest || before[e] == longest_;
     graph->setWeight(edges[2 * e], edges[2 * e + 1], after[e]);
     graph->setWeight(edges[2 * e + 1], edges[2 * e], after[e]);
-    if (after[e] < INFINITE) {
-      graph->longest_ = std::max(graph->longest_, after[e]);
-    }
   });
-  if (was_longest || graph->changed_ > after.size() / MANY) {
-    graph->measure(after);  // else one huge weight would slow down all searches for ever
+  if (graph->changed_ > after.size() / MANY) {
+    graph->measure(after);
   }
   return graph;
 }

@@ -34,14 +34,14 @@ class DijkstraGraph
 
   std::size_t vertexCount() const { return offsets_->size() - 1; }
 
-  const Arc* begin(std::uint32_t vertex) const { return arcs_.data() + (*offsets_)[vertex]; }
-  const Arc* end(std::uint32_t vertex) const { return arcs_.data() + (*offsets_)[vertex + 1]; }
+  ArrayView<Arc> arcs(std::uint32_t vertex) const
+  {
+    const std::uint32_t begin = (*offsets_)[vertex];
+    return {arcs_.data() + begin, (*offsets_)[vertex + 1] - begin};
+  }
 
-  /// Where begin() looks: for prefetching.
+  /// Where arcs() looks: for prefetching.
   const std::uint32_t* offset(std::uint32_t vertex) const { return offsets_->data() + vertex; }
-
-  /// No finite weight is above this.
-  float longest() const { return longest_; }
 
   /// About the mean of the finite weights; above 0.
   double typical() const { return typical_; }
@@ -54,7 +54,6 @@ class DijkstraGraph
 
   std::shared_ptr<const LargeArray<std::uint32_t>> offsets_;
   LargeArray<Arc> arcs_;
-  float longest_ = 0.0f;
   double typical_ = 1.0;
   std::size_t changed_ = 0;  // edges, since the weights were measured
 };

@@ -8,9 +8,10 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
-#include "distance/dijkstra/dijkstra_queues.h"
+#include "base/bucket_queue.h"
 
 namespace mesh_map {
 
@@ -60,9 +61,14 @@ class DijkstraLabels
   }
 
   /// As new.
-  void forget();
+  void forget()
+  {
+    forEachTouched([this](std::uint32_t v) { labels_[v] = DijkstraLabel(); });
+    touched_.clear();
+    touched_count_ = 0;
+  }
 
-  BucketQueue buckets;  ///< its memory is kept, too
+  BucketQueue<float> queue;  ///< its memory is kept, too
 
  private:
   static constexpr std::size_t FEW = 4;  // a list of more than this part of all is no gain
@@ -78,8 +84,30 @@ class DijkstraPool
  public:
   explicit DijkstraPool(std::size_t vertex_count) : vertex_count_(vertex_count) {}
 
-  std::unique_ptr<DijkstraLabels> take();
-  void give(std::unique_ptr<DijkstraLabels> labels);
+  std::unique_ptr<DijkstraLabels> take()
+  {
+    std::unique_ptr<DijkstraLabels> labels;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (!kept_.empty()) {
+        labels = std::move(kept_.back());
+        kept_.pop_back();
+      }
+    }
+    if (labels == nullptr) {
+      return std::make_unique<DijkstraLabels>(vertex_count_);
+    }
+    labels->forget();
+    return labels;
+  }
+
+  void give(std::unique_ptr<DijkstraLabels> labels)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (kept_.size() < MOST_KEPT) {
+      kept_.push_back(std::move(labels));
+    }
+  }
 
   std::size_t vertexCount() const { return vertex_count_; }
 

@@ -3,14 +3,12 @@
 #include <mesh_map/base/run_options.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <type_traits>
 #include <utility>
 
 #include "base/require.h"
 #include "base/unique.h"
-#include "distance/fast_marching/fast_marching_buffers.h"
 #include "distance/fast_marching/fast_marching_triangle.h"
 #include "distance/fast_marching/fast_marching_update.h"
 
@@ -129,13 +127,13 @@ class Run
   /// False if it was canceled. `limit` becomes what is final then.
   bool march(double& limit)
   {
-    FastMarchingQueue& queue = buffers_.queue;
+    BucketQueue<double>& queue = buffers_.queue;
     double next_look = 0.0;
     for (std::uint32_t steps = 1; queue.open();) {
       if (queue.floor() >= next_look && isEnough(limit, next_look)) {
         return true;
       }
-      for (FastMarchingEntry entry; queue.pop(entry); ++steps) {
+      for (QueueEntry<double> entry; queue.pop(entry); ++steps) {
         update_.prefetch();
         if (entry.label == buffers_.labels[entry.vertex]) {
           update_.push(entry.vertex);
@@ -330,19 +328,18 @@ class Repair
   void beginAround(std::uint32_t v)
   {
     begin(v);
-    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
-      begin(c->a);
-      begin(c->b);
-      if (c->a == c->b) {
+    for (const FastMarchingCorner& c : mesh_.corners(v)) {
+      begin(c.a);
+      begin(c.b);
+      if (c.a == c.b) {
         continue;
       }
       // The front comes across the edge (a, b) from this face, in a way that depends on v.
-      for (const FastMarchingCorner* d = mesh_.cornersBegin(c->a); d != mesh_.cornersEnd(c->a);
-           ++d) {
-        if (d->a == c->b) {
-          begin(d->b);
-        } else if (d->b == c->b) {
-          begin(d->a);
+      for (const FastMarchingCorner& d : mesh_.corners(c.a)) {
+        if (d.a == c.b) {
+          begin(d.b);
+        } else if (d.b == c.b) {
+          begin(d.a);
         }
       }
     }
@@ -429,9 +426,9 @@ class Repair
     buffers_.labels[v] = NOT_REACHED;
     changed.push_back(v);
     settleAt(v, label);
-    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
-      checkNext(v, c->a);
-      checkNext(v, c->b);
+    for (const FastMarchingCorner& c : mesh_.corners(v)) {
+      checkNext(v, c.a);
+      checkNext(v, c.b);
     }
   }
 

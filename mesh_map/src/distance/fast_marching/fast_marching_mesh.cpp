@@ -3,9 +3,10 @@
 #include <mesh_map/base/parallel.h>
 
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
+#include "base/require.h"
+#include "base/rows.h"
 #include "mesh/packed_position.h"
 
 namespace mesh_map {
@@ -25,9 +26,7 @@ FastMarchingMesh::FastMarchingMesh(const MeshView& mesh, const RowsView& vertex_
       corners_(vertex_faces.values.size()),
       kinds_(positions_.size())
 {
-  if (vertex_faces.rowCount() != vertexCount()) {
-    throw std::invalid_argument("vertex_faces need one row per vertex");
-  }
+  require(vertex_faces.rowCount() == vertexCount(), "vertex_faces need one row per vertex");
   parallelEach(vertexCount(), 4096, threads, [&](std::size_t v) {
     const float* const p = mesh.positions.data() + 3 * v;
     positions_[v] = {p[0], p[1], p[2], 0.0f};
@@ -55,9 +54,7 @@ void FastMarchingMesh::fillCorners(const MeshView& mesh, const RowsView& vertex_
     const std::uint32_t* const face =
         mesh.faces.data() + 3 * std::size_t{vertex_faces.values[offsets_[v] + i]};
     const unsigned k = face[0] == v ? 0 : face[1] == v ? 1 : 2;
-    if (face[k] != v) {
-      throw std::invalid_argument("vertex_faces names a face without the vertex");
-    }
+    require(face[k] == v, "vertex_faces names a face without the vertex");
     std::uint32_t a = face[(k + 1) % 3], b = face[(k + 2) % 3];
     if (a == v) {
       a = b;
@@ -73,9 +70,9 @@ std::uint32_t FastMarchingMesh::across(std::uint32_t a, std::uint32_t b, std::ui
 {
   std::uint32_t found = NO_INDEX;
   unsigned count = 0;
-  for (const FastMarchingCorner* corner = cornersBegin(a); corner != cornersEnd(a); ++corner) {
-    if (corner->a != corner->b && (corner->a == b || corner->b == b)) {
-      const std::uint32_t third = corner->a == b ? corner->b : corner->a;
+  for (const FastMarchingCorner& corner : corners(a)) {
+    if (corner.a != corner.b && (corner.a == b || corner.b == b)) {
+      const std::uint32_t third = corner.a == b ? corner.b : corner.a;
       ++count;
       found = third != from ? third : found;
     }
@@ -99,35 +96,25 @@ void FastMarchingMesh::findAcross(unsigned threads)
     return [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto v = static_cast<std::uint32_t>(i);
-        for (const FastMarchingCorner* corner = cornersBegin(v); corner != cornersEnd(v);
-             ++corner) {
-          if (corner->a != corner->b && isObtuse(v, *corner)) {
-            const std::uint32_t from = across(corner->a, corner->b, v);
+        for (const FastMarchingCorner& corner : corners(v)) {
+          if (corner.a != corner.b && isObtuse(v, corner)) {
+            const std::uint32_t from = across(corner.a, corner.b, v);
             if (from != NO_INDEX && isFan(from)) {
-              chunks[begin / CHUNK].push_back({from, {v, corner->a, corner->b}});
+              chunks[begin / CHUNK].push_back({from, {v, corner.a, corner.b}});
             }
           }
         }
       }
     };
   });
-  across_offsets_.assign(vertexCount() + 1, 0);
-  for (const Found& chunk : chunks) {
-    for (const auto& one : chunk) {
-      ++across_offsets_[one.first + 1];
-    }
-  }
-  for (std::size_t v = 0; v < vertexCount(); ++v) {
-    across_offsets_[v + 1] += across_offsets_[v];
-  }
-  across_.resize(across_offsets_.back());
   // Chunks in order, so that the rows are the same with any number of threads.
-  std::vector<std::uint32_t> next(across_offsets_.begin(), across_offsets_.end() - 1);
-  for (const Found& chunk : chunks) {
-    for (const auto& one : chunk) {
-      across_[next[one.first]++] = one.second;
+  across_offsets_ = fillRows(vertexCount(), across_, [&chunks](const auto& put) {
+    for (const Found& chunk : chunks) {
+      for (const auto& [vertex, across] : chunk) {
+        put(vertex, across);
+      }
     }
-  }
+  });
 }
 
 std::uint8_t FastMarchingMesh::orderFan(FastMarchingCorner* begin, std::size_t count,

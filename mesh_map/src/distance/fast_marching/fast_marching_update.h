@@ -1,18 +1,79 @@
 #pragma once
 
 #include <mesh_map/base/array_view.h>
+#include <mesh_map/base/large_array.h>
 #include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <tuple>
+#include <vector>
 
-#include "distance/fast_marching/fast_marching_buffers.h"
+#include "base/bucket_queue.h"
 #include "distance/fast_marching/fast_marching_triangle.h"
 #include "mesh/packed_position.h"
 
 namespace mesh_map {
+
+/// What a repair has to do at a vertex, once all that is nearer than `key` is as it should be.
+struct FastMarchingTask
+{
+  enum Kind : std::uint32_t
+  {
+    PROPAGATE,  ///< it has the label `key` now: tell its neighbors
+    CHECK,      ///< it has the label `key`: does that still follow from its neighbors?
+    SETTLE      ///< it has none, and will have this one by its neighbors
+  };
+
+  double key;
+  std::uint32_t vertex;
+  Kind kind;
+
+  bool operator>(const FastMarchingTask& other) const
+  {
+    return std::tie(key, vertex, kind) > std::tie(other.key, other.vertex, other.kind);
+  }
+};
+
+/// What a front needs while it lives.
+struct FastMarchingBuffers
+{
+  LargeArray<double> labels;           // infinite where not reached
+  std::vector<std::uint32_t> touched;  // all vertices that had a label once
+  BucketQueue<double> queue;
+  bool is_in_repair = false;            // then labels that are lowered become tasks
+  std::vector<FastMarchingTask> tasks;  // a heap, the nearest first
+
+  /// Everything as in new ones. Takes as long as what was touched is large.
+  void clear();
+
+  /// A vertex has got a lower label.
+  void queueLowered(double label, std::uint32_t vertex)
+  {
+    if (is_in_repair) {
+      addTask({label, vertex, FastMarchingTask::PROPAGATE});
+    } else {
+      queue.push(label, vertex);
+    }
+  }
+
+  void addTask(const FastMarchingTask& task)
+  {
+    tasks.push_back(task);
+    std::push_heap(tasks.begin(), tasks.end(), std::greater<FastMarchingTask>());
+  }
+
+  FastMarchingTask takeTask()
+  {
+    std::pop_heap(tasks.begin(), tasks.end(), std::greater<FastMarchingTask>());
+    const FastMarchingTask task = tasks.back();
+    tasks.pop_back();
+    return task;
+  }
+};
 
 /// What ways cost: along an edge, across a face.
 template <bool HAS_COSTS>
@@ -118,8 +179,8 @@ class FastMarchingRing
                    const double* labels, FastMarchingStep step, std::uint32_t v)
       : step_(step), here_(labels[v]), slowness_(costs.slowness(v)), is_closed_(mesh.isClosed(v))
   {
-    const FastMarchingCorner* const corners = mesh.cornersBegin(v);
-    faces_ = static_cast<std::size_t>(mesh.cornersEnd(v) - corners);
+    const ArrayView<FastMarchingCorner> corners = mesh.corners(v);
+    faces_ = corners.size();
     count_ = is_closed_ ? faces_ : faces_ + 1;
     for (std::size_t i = 0; i < count_; ++i) {
       Neighbor& n = ring_[i];
@@ -262,15 +323,15 @@ class FastMarchingUpdate
       }
       return;
     }
-    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
-      if (c->a == v) {
+    for (const FastMarchingCorner& c : mesh_.corners(v)) {
+      if (c.a == v) {
         continue;
       }
-      offerAlongEdge(v, c->a);
-      offerAlongEdge(v, c->b);
-      if (c->a != c->b && isOpen(c->a) && isOpen(c->b)) {
-        offer(c->a, across(v, c->b, c->a, labels_[c->a]));
-        offer(c->b, across(v, c->a, c->b, labels_[c->b]));
+      offerAlongEdge(v, c.a);
+      offerAlongEdge(v, c.b);
+      if (c.a != c.b && isOpen(c.a) && isOpen(c.b)) {
+        offer(c.a, across(v, c.b, c.a, labels_[c.a]));
+        offer(c.b, across(v, c.a, c.b, labels_[c.b]));
       }
     }
   }
@@ -284,11 +345,11 @@ class FastMarchingUpdate
     if (!isOpen(v)) {
       return best;
     }
-    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
-      if (c->a == v) {
+    for (const FastMarchingCorner& c : mesh_.corners(v)) {
+      if (c.a == v) {
         continue;
       }
-      for (const std::uint32_t from : {c->a, c->b}) {
+      for (const std::uint32_t from : {c.a, c.b}) {
         if (from != v && labels_[from] < NOT_REACHED && isOpen(from)) {
           const double step = costs_.alongEdge(from, v, length(from, v));
           least_step = std::min(least_step, step);
@@ -296,9 +357,9 @@ class FastMarchingUpdate
         }
       }
     }
-    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
-      if (c->a != v && c->a != c->b && isOpen(c->a) && isOpen(c->b)) {
-        best = std::min(best, across(c->a, c->b, v, best));
+    for (const FastMarchingCorner& c : mesh_.corners(v)) {
+      if (c.a != v && c.a != c.b && isOpen(c.a) && isOpen(c.b)) {
+        best = std::min(best, across(c.a, c.b, v, best));
       }
     }
     return best;
@@ -308,8 +369,8 @@ class FastMarchingUpdate
   double leastAround(std::uint32_t v) const
   {
     double least = labels_[v];
-    for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
-      for (const std::uint32_t other : {c->a, c->b}) {
+    for (const FastMarchingCorner& c : mesh_.corners(v)) {
+      for (const std::uint32_t other : {c.a, c.b}) {
         if (other != v && labels_[other] < NOT_REACHED && isOpen(other)) {
           const double base = costs_.alongEdge(v, other, length(v, other));
           least = std::min(least, leastOnBase(labels_[v], labels_[other], base));
@@ -333,20 +394,20 @@ class FastMarchingUpdate
 
   void prefetch() const
   {
-    const FastMarchingQueue& queue = buffers_.queue;
-    if (const std::uint32_t v = queue.peek(12); v != NO_INDEX) {
-      mesh_.prefetchRow(v);
-      mesh_.prefetchVertex(v);
-      __builtin_prefetch(&labels_[v]);
+    const BucketQueue<double>& queue = buffers_.queue;
+    if (const auto* const latest = queue.peek(12)) {
+      mesh_.prefetchRow(latest->vertex);
+      mesh_.prefetchVertex(latest->vertex);
+      __builtin_prefetch(&labels_[latest->vertex]);
     }
-    if (const std::uint32_t v = queue.peek(7); v != NO_INDEX) {
-      mesh_.prefetchCorners(v);
+    if (const auto* const later = queue.peek(7)) {
+      mesh_.prefetchCorners(later->vertex);
     }
-    if (const std::uint32_t v = queue.peek(3); v != NO_INDEX) {
-      for (const FastMarchingCorner* c = mesh_.cornersBegin(v); c != mesh_.cornersEnd(v); ++c) {
-        mesh_.prefetchVertex(c->a);
-        __builtin_prefetch(&labels_[c->a]);
-        costs_.prefetch(c->a);
+    if (const auto* const soon = queue.peek(3)) {
+      for (const FastMarchingCorner& c : mesh_.corners(soon->vertex)) {
+        mesh_.prefetchVertex(c.a);
+        __builtin_prefetch(&labels_[c.a]);
+        costs_.prefetch(c.a);
       }
     }
   }
@@ -403,9 +464,9 @@ class FastMarchingUpdate
                           double& high) const
   {
     std::uint32_t found = NO_INDEX;
-    for (const FastMarchingCorner* c = mesh_.cornersBegin(a); c != mesh_.cornersEnd(a); ++c) {
-      if (c->a != c->b && (c->a == b || c->b == b)) {
-        const std::uint32_t third = c->a == b ? c->b : c->a;
+    for (const FastMarchingCorner& c : mesh_.corners(a)) {
+      if (c.a != c.b && (c.a == b || c.b == b)) {
+        const std::uint32_t third = c.a == b ? c.b : c.a;
         if (third != target && third != a && isOpen(third)) {
           found = found == NO_INDEX ? third : a;
           low = std::min(low, costs_.slowness(third));
@@ -430,7 +491,7 @@ double finalLimit(const FastMarchingMesh& mesh, FastMarchingBuffers& buffers,
 {
   const FastMarchingUpdate<HAS_COSTS> update(mesh, buffers, slowness);
   double limit = NOT_REACHED;
-  buffers.queue.forEach([&](const FastMarchingEntry& entry) {
+  buffers.queue.forEach([&](const QueueEntry<double>& entry) {
     if (entry.label == buffers.labels[entry.vertex]) {
       limit = std::min(limit, update.leastAround(entry.vertex));
     }

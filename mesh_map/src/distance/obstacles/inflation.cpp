@@ -33,20 +33,20 @@ float cost(double distance, const Fading& fading)
 
 }  // namespace
 
-std::vector<float> fadingCosts(ArrayView<float> distances, const Fading& fading, unsigned threads)
+std::vector<float> fadingCosts(ArrayView<float> distances, const Fading& fading)
 {
   std::vector<float> costs(distances.size());
-  parallelEach(distances.size(), 16384, threads,
+  parallelEach(distances.size(), 16384, 0,
                [&](std::size_t i) { costs[i] = cost(distances[i], fading); });
   return costs;
 }
 
 std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::uint32_t> vertices,
-                             Fading fading, unsigned threads)
+                             Fading fading)
 {
   fading.lethal_value = fading.inscribed_value = 1.0;
   std::vector<float> vectors(3 * vertices.size());
-  parallelEach(vertices.size(), 4096, threads, [&](std::size_t i) {
+  parallelEach(vertices.size(), 4096, 0, [&](std::size_t i) {
     const float length = cost(distance.distances()[vertices[i]], fading);
     if (length > 0.0f) {
       const std::array<float, 3> direction = distance.direction(vertices[i]);
@@ -63,10 +63,9 @@ std::vector<std::uint32_t> withNeighbors(const FastMarchingMesh& mesh,
 {
   std::vector<std::uint32_t> result(vertices.begin(), vertices.end());
   for (const std::uint32_t v : vertices) {
-    for (const FastMarchingCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v);
-         ++corner) {
-      result.push_back(corner->a);
-      result.push_back(corner->b);
+    for (const FastMarchingCorner& corner : mesh.corners(v)) {
+      result.push_back(corner.a);
+      result.push_back(corner.b);
     }
   }
   makeUnique(result);

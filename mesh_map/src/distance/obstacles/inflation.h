@@ -22,13 +22,12 @@ struct Fading
 };
 
 /// Cost per distance. The same bits for the same distance, wherever it is in the list.
-std::vector<float> fadingCosts(ArrayView<float> distances, const Fading& fading,
-                               unsigned threads = 0);
+std::vector<float> fadingCosts(ArrayView<float> distances, const Fading& fading);
 
 /// ObstacleDistance::direction of some vertices, times what fadingCosts would be for a lethal_value
 /// and an inscribed_value of 1: 3 floats each.
 std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::uint32_t> vertices,
-                             Fading fading, unsigned threads = 0);
+                             Fading fading);
 
 /// These vertices and those next to them, ascending: where a change of distances can change
 /// directions.

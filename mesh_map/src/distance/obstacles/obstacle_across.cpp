@@ -13,10 +13,9 @@ namespace mesh_map {
 void ObstacleDistance::Propagation::findAcross()
 {
   across_.clear();
-  const FastMarchingAcross* const end = mesh_.acrossEnd(vertex_);
-  for (const FastMarchingAcross* across = mesh_.acrossBegin(vertex_); across != end; ++across) {
-    if (isOpen(across->vertex) && !(isKnown(across->a) && isKnown(across->b))) {
-      across_.push_back(*across);
+  for (const FastMarchingAcross& across : mesh_.seenAcross(vertex_)) {
+    if (isOpen(across.vertex) && !(isKnown(across.a) && isKnown(across.b))) {
+      across_.push_back(across);
     }
   }
 }

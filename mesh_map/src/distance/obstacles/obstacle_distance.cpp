@@ -54,13 +54,12 @@ void ObstacleDistance::seed(std::uint32_t v, VertexFan& fan)
   if (lethal_[v] != 0) {
     return;
   }
-  const FastMarchingCorner* const end = mesh_->cornersEnd(v);
-  for (const FastMarchingCorner* corner = mesh_->cornersBegin(v); corner != end; ++corner) {
-    if (lethal_[corner->a] != 0) {
-      seedFrom(corner->a, v, corner->b, fan);
+  for (const FastMarchingCorner& corner : mesh_->corners(v)) {
+    if (lethal_[corner.a] != 0) {
+      seedFrom(corner.a, v, corner.b, fan);
     }
-    if (lethal_[corner->b] != 0) {
-      seedFrom(corner->b, v, corner->a, fan);
+    if (lethal_[corner.b] != 0) {
+      seedFrom(corner.b, v, corner.a, fan);
     }
   }
 }
@@ -156,9 +155,8 @@ std::array<float, 3> ObstacleDistance::direction(std::uint32_t v) const
   if (isBetween(v)) {
     sum = sourceDirection(v);
   } else if (distance_[v] == 0.0f) {
-    for (const FastMarchingCorner* corner = mesh_->cornersBegin(v); corner != mesh_->cornersEnd(v);
-         ++corner) {
-      for (const std::uint32_t u : {corner->a, corner->b}) {
+    for (const FastMarchingCorner& corner : mesh_->corners(v)) {
+      for (const std::uint32_t u : {corner.a, corner.b}) {
         if (isBetween(u)) {
           const Vector3 one = sourceDirection(u);
           const double length = norm(one);

@@ -67,20 +67,18 @@ void ObstacleDistance::Propagation::prefetch() const
   }
   if (const std::uint32_t v = queue_.peek(later); v != NO_INDEX) {
     mesh_.prefetchCorners(v);
-    __builtin_prefetch(mesh_.acrossBegin(v));
+    __builtin_prefetch(mesh_.seenAcross(v).begin());
   }
   if (const std::uint32_t v = queue_.peek(soon); v != NO_INDEX) {
-    const FastMarchingCorner* const end = mesh_.cornersEnd(v);
-    for (const FastMarchingCorner* corner = mesh_.cornersBegin(v); corner != end; ++corner) {
-      mesh_.prefetchVertex(corner->a);
-      __builtin_prefetch(&owner_.distance_[corner->a]);
-      __builtin_prefetch(&owner_.stamps_[corner->a]);
-      __builtin_prefetch(&owner_.source_[corner->a]);
+    for (const FastMarchingCorner& corner : mesh_.corners(v)) {
+      mesh_.prefetchVertex(corner.a);
+      __builtin_prefetch(&owner_.distance_[corner.a]);
+      __builtin_prefetch(&owner_.stamps_[corner.a]);
+      __builtin_prefetch(&owner_.source_[corner.a]);
     }
-    const FastMarchingAcross* const across_end = mesh_.acrossEnd(v);
-    for (const FastMarchingAcross* across = mesh_.acrossBegin(v); across != across_end; ++across) {
-      __builtin_prefetch(&owner_.distance_[across->vertex]);
-      __builtin_prefetch(&owner_.stamps_[across->vertex]);
+    for (const FastMarchingAcross& across : mesh_.seenAcross(v)) {
+      __builtin_prefetch(&owner_.distance_[across.vertex]);
+      __builtin_prefetch(&owner_.stamps_[across.vertex]);
     }
   }
 }
@@ -117,9 +115,8 @@ void ObstacleDistance::Propagation::propagate(std::uint32_t vertex)
 
 bool ObstacleDistance::Propagation::hasOpenNeighbor() const
 {
-  const FastMarchingCorner* const end = mesh_.cornersEnd(vertex_);
-  for (const FastMarchingCorner* corner = mesh_.cornersBegin(vertex_); corner != end; ++corner) {
-    if (isOpen(corner->a) || isOpen(corner->b)) {
+  for (const FastMarchingCorner& corner : mesh_.corners(vertex_)) {
+    if (isOpen(corner.a) || isOpen(corner.b)) {
       return true;
     }
   }

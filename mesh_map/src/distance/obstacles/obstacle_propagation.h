@@ -22,10 +22,9 @@ inline float above(float distance)
 template <class Body>
 void forNeighbors(const FastMarchingMesh& mesh, std::uint32_t v, Body&& body)
 {
-  for (const FastMarchingCorner* corner = mesh.cornersBegin(v); corner != mesh.cornersEnd(v);
-       ++corner) {
-    body(corner->a);
-    body(corner->b);
+  for (const FastMarchingCorner& corner : mesh.corners(v)) {
+    body(corner.a);
+    body(corner.b);
   }
 }
 

@@ -146,7 +146,7 @@ void ObstacleDistance::runRegion()
   const std::size_t next_to_it = starts.size();
   for (std::size_t i = 0; i < next_to_it; ++i) {  // what is across an edge is two edges off
     forNeighbors(*mesh_, starts[i], [&](std::uint32_t u) {
-      if (stamps_[u] != stamp_ && mesh_->acrossBegin(u) != mesh_->acrossEnd(u)) {
+      if (stamps_[u] != stamp_ && !mesh_->seenAcross(u).empty()) {
         starts.push_back(u);
       }
     });
@@ -166,8 +166,7 @@ void ObstacleDistance::runRegion()
 bool ObstacleDistance::passesOn(std::uint32_t v) const
 {
   // What is next to lethal vertices was told by seed().
-  return distance_[v] < INFINITE &&
-         (distance_[v] > 0.0f || mesh_->acrossBegin(v) != mesh_->acrossEnd(v));
+  return distance_[v] < INFINITE && (distance_[v] > 0.0f || !mesh_->seenAcross(v).empty());
 }
 
 /// Marks the vertices of the region within two edges of the outside.

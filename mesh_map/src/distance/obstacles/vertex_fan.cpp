@@ -17,8 +17,8 @@ void VertexFan::gather(const FastMarchingMesh& mesh, std::uint32_t middle)
     gatherAny(mesh, middle);
     return;
   }
-  const FastMarchingCorner* const corners = mesh.cornersBegin(middle);
-  const auto turns = static_cast<std::size_t>(mesh.cornersEnd(middle) - corners);
+  const ArrayView<FastMarchingCorner> corners = mesh.corners(middle);
+  const std::size_t turns = corners.size();
   const std::size_t count = is_closed_ ? turns : turns + 1;
   nodes_.resize(count);
   turns_.resize(turns);
@@ -38,11 +38,9 @@ void VertexFan::gather(const FastMarchingMesh& mesh, std::uint32_t middle)
 void VertexFan::gatherAny(const FastMarchingMesh& mesh, std::uint32_t middle)
 {
   std::vector<std::uint32_t> vertices;
-  const FastMarchingCorner* const begin = mesh.cornersBegin(middle);
-  const FastMarchingCorner* const end = mesh.cornersEnd(middle);
-  for (const FastMarchingCorner* corner = begin; corner != end; ++corner) {
-    vertices.push_back(corner->a);
-    vertices.push_back(corner->b);
+  for (const FastMarchingCorner& corner : mesh.corners(middle)) {
+    vertices.push_back(corner.a);
+    vertices.push_back(corner.b);
   }
   makeUnique(vertices);
   nodes_.clear();
@@ -52,9 +50,9 @@ void VertexFan::gatherAny(const FastMarchingMesh& mesh, std::uint32_t middle)
     }
   }
   arcs_.clear();
-  for (const FastMarchingCorner* corner = begin; corner != end; ++corner) {
-    if (corner->a != corner->b) {
-      const std::size_t a = find(corner->a), b = find(corner->b);
+  for (const FastMarchingCorner& corner : mesh.corners(middle)) {
+    if (corner.a != corner.b) {
+      const std::size_t a = find(corner.a), b = find(corner.b);
       const Turn by = turn(nodes_[a], nodes_[b]);
       const double angle = std::atan2(by.sine, by.cosine);
       arcs_.push_back({a, b, angle});

@@ -3,7 +3,7 @@
 import math
 import sys
 from dataclasses import dataclass
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Tuple, Union
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -108,3 +108,34 @@ def checked_values(
         if warning:
             warnings.append(warning)
     return values, warnings
+
+
+def read_parameters(
+    parameters: Sequence[Parameter],
+    given: Mapping[str, Any],
+    present: Optional[Mapping[str, Value]] = None,
+) -> Tuple[Dict[str, Value], List[str]]:
+    """The value of each parameter, and one sentence for each given value not used as it is.
+
+    A number beyond its limits is moved to the limit, as dynamic_reconfigure does and configurations
+    in the field rely on; in place of a value of another type, the default is used. Names that are
+    no parameter are left alone: users keep settings of other programs there.
+
+    Args:
+        parameters: all that there are.
+        given: the values that users give.
+        present: of values that change: what they are now, which stays where nothing else will do.
+    """
+    values = {p.name: p.default for p in parameters} if present is None else dict(present)
+    otherwise = "the default %r is used" if present is None else "it stays %r"
+    complaints = []
+    for parameter in parameters:
+        if parameter.name not in given:
+            continue
+        try:
+            values[parameter.name], complaint = parameter.checked(given[parameter.name])
+        except MeshMapError as error:
+            complaint = "%s: %s" % (error, otherwise % (values[parameter.name],))
+        if complaint:
+            complaints.append(complaint)
+    return values, complaints

@@ -18,6 +18,7 @@ install space alike. The root may also be <class_libraries> with several librari
 """
 
 import contextlib
+import functools
 import importlib
 import os
 import threading
@@ -32,7 +33,7 @@ from mesh_map.base.errors import PluginError
 _MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
 
 
-_SCANS = threading.local()  # what scanned_once() keeps, of the thread that is within
+_SCANS = threading.local()  # scan: within scanned_once() that thread's _scan(), which remembers
 
 
 class Plugin(NamedTuple):
@@ -62,7 +63,7 @@ def find_class(package: str, base_class_type: str, type_name: str) -> type:
         PluginError: no such plugin (the known ones are named, and what was left out), or it cannot
             be imported.
     """
-    plugins, problems = _scan(package, base_class_type)
+    plugins, problems = getattr(_SCANS, "scan", _scan)(package, base_class_type)
     plugin = plugins.get(type_name)
     if plugin is None:
         known = "known: " + (", ".join(sorted(plugins)) or "none")
@@ -90,25 +91,18 @@ def scanned_once() -> Iterator[None]:
 
     Each look takes 60 ms where a few hundred packages are installed.
     """
-    before = getattr(_SCANS, "known", None)
-    _SCANS.known = {} if before is None else before
+    if hasattr(_SCANS, "scan"):  # within another one
+        yield
+        return
+    _SCANS.scan = functools.lru_cache(maxsize=None)(_scan)
     try:
         yield
     finally:
-        _SCANS.known = before
+        del _SCANS.scan
 
 
 def _scan(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[str]]:
     """The plugins, and one line for each description that cannot be used."""
-    known = getattr(_SCANS, "known", None)
-    if known is None:
-        return _scan_packages(package, base_class_type)
-    if (package, base_class_type) not in known:
-        known[package, base_class_type] = _scan_packages(package, base_class_type)
-    return known[package, base_class_type]
-
-
-def _scan_packages(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[str]]:
     plugins: Dict[str, Plugin] = {}
     problems: List[str] = []
     packages = rospkg.RosPack()

@@ -151,9 +151,6 @@ class NormalLimit(NamedTuple):
     max_angle: float
 
 
-ANY_NORMAL = NormalLimit(None, math.pi)
-
-
 def normal_limit(normal: Any, max_angle: Any, count: int, name: str) -> NormalLimit:
     """Checked limit for the normals of faces; both are given or none is.
 
@@ -163,7 +160,7 @@ def normal_limit(normal: Any, max_angle: Any, count: int, name: str) -> NormalLi
     if (normal is None) != (max_angle is None):
         raise ValueError("%s and max_angle belong together: give both or none" % name)
     if normal is None:
-        return ANY_NORMAL
+        return NormalLimit(None, math.pi)
     angle = number(max_angle, "max_angle")
     if not 0.0 <= angle <= math.pi:
         raise ValueError("max_angle has to be 0 to pi radians, not %g" % angle)

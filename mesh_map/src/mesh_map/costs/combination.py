@@ -52,8 +52,9 @@ class Combination:
             results: pairs of result and factor >= 0, in the order of the layers.
             vertex_count: V.
             mode: see above.
-            before: with `changed`: a combination of the same layers, of whose vertices only these
-                ((K,) indices) may differ now; the result is the same as without, bit for bit.
+            before: an earlier combination; the result is the same as without, bit for bit.
+            changed: with `before` of the same layers: the vertices ((K,) indices) at which alone
+                they may differ now; None for all.
         """
         self.mode = mode
         same_mode = before is not None and before.mode == mode

@@ -58,29 +58,19 @@ Inputs = Mapping[str, LayerInput]  # of a layer, by the names of the layers that
 
 
 def checked(returned: Any, vertex_count: int) -> LayerResult:
-    """What compute() or update() returned, in the form of LayerResult.
+    """What compute() or update() returned: costs (V,), lethal vertices, vectors or nothing.
+
+    Lethal vertices are V booleans or any number of indices, vectors (V, 3). The arrays of the
+    result are read-only; what the caller could still write to is copied.
 
     Raises:
         MeshMapError: arrays of a wrong length or kind, or a negative cost.
     """
     try:
-        costs, lethal, *vectors = returned
-        (vectors,) = vectors or (None,)
+        costs, lethal, *more = returned
+        (vectors,) = more or (None,)
     except (TypeError, ValueError) as error:
         raise MeshMapError("compute() did not return costs and lethal vertices") from error
-    return checked_result(costs, lethal, vertex_count, vectors)
-
-
-def checked_result(
-    costs: Any, lethal: Any, vertex_count: int, vectors: Optional[Any] = None
-) -> LayerResult:
-    """A LayerResult of V costs, V booleans or any number of vertex indices, and (V, 3) vectors.
-
-    Its arrays are read-only; what the caller could still write to is copied.
-
-    Raises:
-        MeshMapError: arrays of a wrong length or kind, or a negative cost.
-    """
     given_costs, given_vectors = costs, vectors
     costs, lethal = np.asarray(costs), np.asarray(lethal)
     if costs.dtype.kind not in "fiu" or costs.shape != (vertex_count,):

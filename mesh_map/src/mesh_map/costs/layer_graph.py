@@ -1,6 +1,7 @@
 """Which layer reads which, and the order in which they are evaluated."""
 
-from typing import Container, Dict, List, Mapping, Set, Tuple
+import collections
+from typing import Container, Dict, List, Mapping, Tuple
 
 from mesh_map.costs.layer import Layer
 
@@ -43,13 +44,16 @@ class LayerGraph:
                 self.errors[name] = "its input %s is no layer (known: %s)" % (unknown[0], others)
                 del self.inputs[name]
         for name in self.inputs:
-            circle = [] if name in self.errors else self._circle_through(name)
-            if circle:  # one, as short as possible, of each group of layers that need each other
-                text = "cyclic inputs: " + ", ".join(
-                    "%s reads %s" % pair for pair in zip(circle, circle[1:] + circle[:1])
-                )
-                together = self._strongly_connected(name)
-                self.errors.update((other, text) for other in names if other in together)
+            readers = self._readers_between(name)
+            if name in self.errors or name not in readers:
+                continue
+            # one circle, as short as possible, of each group of layers that need each other
+            steps = [(readers[name], name)]
+            while steps[-1][0] != name:
+                steps.append((readers[steps[-1][0]], steps[-1][0]))
+            text = "cyclic inputs: " + ", ".join("%s reads %s" % step for step in steps[::-1])
+            together = {other for other in readers if name in self._readers_between(other)}
+            self.errors.update((other, text) for other in names if other in together)
         for name in self.errors:
             self.inputs.pop(name, None)
         self.order = self._sorted()
@@ -64,40 +68,15 @@ class LayerGraph:
             del waiting[name]
         return order
 
-    def _circle_through(self, name: str) -> List[str]:
-        """name, what it reads, what that reads, ... up to one that reads name; or nothing."""
-        came_from: Dict[str, str] = {}
-        layer = [name]
-        while layer:
-            following = []
-            for current in layer:
-                for read in self.inputs.get(current, ()):
-                    if read == name:
-                        way = [current]
-                        while way[-1] != name:
-                            way.append(came_from[way[-1]])
-                        return way[::-1]
-                    if read not in came_from:
-                        came_from[read] = current
-                        following.append(read)
-            layer = following
-        return []
-
-    def _reachable(self, name: str) -> Set[str]:
-        """What it reads, directly or through others."""
-        found: Set[str] = set()
-        waiting = [name]
+    def _readers_between(self, name: str) -> Dict[str, str]:
+        """All that it reads, directly or through others, each with who reads that on a shortest way
+        from it. It is itself among them where it is in a circle."""
+        readers: Dict[str, str] = {}
+        waiting = collections.deque([name])
         while waiting:
-            for read in self.inputs.get(waiting.pop(), ()):
-                if read not in found:
-                    found.add(read)
+            current = waiting.popleft()
+            for read in self.inputs.get(current, ()):
+                if read not in readers:
+                    readers[read] = current
                     waiting.append(read)
-        return found
-
-    def _strongly_connected(self, name: str) -> Set[str]:
-        """The layers in any circle with this one, and itself."""
-        return {name} | {
-            other
-            for other in self._reachable(name)
-            if other in self.inputs and name in self._reachable(other)
-        }
+        return readers

@@ -11,7 +11,7 @@ from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.base.parameter import Value
 from mesh_map.costs.combination import COMBINED_COSTS, Combination
 from mesh_map.costs.edge_weights import PlanningCosts
-from mesh_map.costs.layer import Layer, LayerResult
+from mesh_map.costs.layer import Layer
 from mesh_map.costs.layer_changes import (
     LayerChange,
     Listener,
@@ -113,16 +113,14 @@ class LayeredCosts:
                 text = "%s is no layer: all layers are combined" % settings.default_layer
                 layer_set.errors.setdefault("default_layer", text)
                 _LOG.error("default_layer %s", text)
-            results = {name: layer.result for name, layer in layer_set.layers.items()}
-            combination = self._combined(layer_set, results, settings)
             if progress:
                 progress(1.0, "done")
             changes = []
-            for name, result in results.items():
+            for name, layer in layer_set.layers.items():
                 known = self.layers[name].result if name in self.layers else None
-                vertices = ResultDifference.between(known, result).shown
-                changes.append(LayerChange(name, vertices, result.costs))
-            self._commit(layer_set, settings, combination, changes)
+                vertices = ResultDifference.between(known, layer.result).shown
+                changes.append(LayerChange(name, vertices, layer.result.costs))
+            self._commit(layer_set, settings, changes)
 
     def set_layer_parameters(self, name: str, values: Mapping[str, Any]) -> Dict[str, Value]:
         """Changes parameters of a layer, and evaluates it and those that read it where needed.
@@ -222,10 +220,7 @@ class LayeredCosts:
             for warning in warnings:
                 _LOG.warning("%s", warning)
             if settings != self.settings:
-                layer_set = self._state.layer_set
-                results = {name: layer.result for name, layer in layer_set.layers.items()}
-                combination = self._combined(layer_set, results, settings)
-                self._commit(layer_set, settings, combination, [])
+                self._commit(self._state.layer_set, settings, [])
         return settings
 
     @contextlib.contextmanager
@@ -272,43 +267,31 @@ class LayeredCosts:
         """What follows from the change of a layer; all of it comes into force, or nothing."""
         propagation.follow()
         state = self._state
-        combination = self._combined(
-            state.layer_set, propagation.results, state.settings, propagation.changed_vertices()
-        )
         changes = [
             LayerChange(name, propagation.differences[name].shown, propagation.results[name].costs)
             for name in state.layer_set.layers
             if name in propagation.differences
         ]
-        self._commit(state.layer_set, state.settings, combination, changes, propagation)
-
-    def _combined(
-        self,
-        layer_set: LayerSet,
-        results: Mapping[str, LayerResult],
-        settings: MapSettings,
-        changed: Optional[np.ndarray] = None,
-    ) -> Combination:
-        """The combination of results, of which only some vertices may have changed."""
-        layers = layer_set.layers
-        mode = settings.combination
-        terms = [(results[name], layer.params["factor"]) for name, layer in layers.items()]
-        if settings.default_layer in layers:
-            mode, terms = "sum", [(results[settings.default_layer], 1.0)]
-        before = self._state.combination if changed is not None else None
-        return Combination(terms, len(self.geometry.vertices), mode, before, changed)
+        self._commit(state.layer_set, state.settings, changes, propagation)
 
     def _commit(
         self,
         layer_set: LayerSet,
         settings: MapSettings,
-        combination: Combination,
         changes: List[LayerChange],
         propagation: Optional[Propagation] = None,
     ) -> None:
-        """Puts a new state in force, and has listeners told of it."""
-        state = self._state
-        changed = different(state.combination.costs, combination.costs).astype(np.uint32)
+        """Combines the layers, puts the new state in force, and has listeners told of it."""
+        state, layers, mode = self._state, layer_set.layers, settings.combination
+        results, changed_results = {name: layer.result for name, layer in layers.items()}, None
+        if propagation is not None:
+            results, changed_results = propagation.results, propagation.changed_vertices()
+        terms = [(results[name], layer.params["factor"]) for name, layer in layers.items()]
+        if settings.default_layer in layers:
+            mode, terms = "sum", [(results[settings.default_layer], 1.0)]
+        count, before = len(self.geometry.vertices), state.combination
+        combination = Combination(terms, count, mode, before, changed_results)
+        changed = different(before.costs, combination.costs).astype(np.uint32)
         changes = [change for change in changes if len(change.vertices)]
         if len(changed):
             changes.append(LayerChange(COMBINED_COSTS, changed, combination.costs))

@@ -84,8 +84,8 @@ class DijkstraField(PotentialField):
             Canceled: `cancel` was set. The field has the new costs then, and `limit` tells how far
                 it is known; extend() goes on.
         """
-        if solver is not None:
-            solver.check_same_topology(self.solver)
+        if solver is not None and solver._topology is not self.solver._topology:
+            raise ValueError("the solver is of another topology than the field")
         costs = frozen(vertex_costs)
         flag = kernel_flag(cancel)
         with self._lock:
@@ -93,8 +93,10 @@ class DijkstraField(PotentialField):
                 solver = self.solver
             if changed is None:
                 vertices = self._kernel._opened_or_closed(costs)
-                weighted = solver.vertices_changed_since(self.solver)
-                vertices = np.concatenate([vertices, weighted])
+                if solver is not self.solver:
+                    edges, before = solver._topology.edges, self.solver.edge_lengths
+                    weighted = _kernels._vertices_at_changes(edges, before, solver.edge_lengths)
+                    vertices = np.concatenate([vertices, weighted])
             else:
                 vertices = solver.indices(changed, "changed ")
             arrays = self._potential, self._predecessors
@@ -106,9 +108,6 @@ class DijkstraField(PotentialField):
         if not done:
             raise Canceled("the update of a field was cancelled")
         return count
-
-    def _reached(self, wanted: np.ndarray) -> np.ndarray:
-        return self._kernel._reaches(wanted)
 
     def _forget_arrays(self) -> None:
         super()._forget_arrays()
@@ -220,22 +219,6 @@ class DijkstraSolver:
             ValueError: one that does not (the first is named), after `what`; or no whole numbers.
         """
         return vertex_indices(vertices, self._topology.vertex_count, what)
-
-    def check_same_topology(self, other: "DijkstraSolver") -> None:
-        """
-        Raises:
-            ValueError: the other one, of a field, is of another topology.
-        """
-        if self._topology is not other._topology:
-            raise ValueError("the solver is of another topology than the field")
-
-    def vertices_changed_since(self, before: "DijkstraSolver") -> np.ndarray:
-        """(K,) uint32: those at edges with other weights than before; some several times."""
-        if self is before:
-            return np.zeros(0, np.uint32)
-        return _kernels._vertices_at_changes(
-            self._topology.edges, before.edge_lengths, self.edge_lengths
-        )
 
 
 def is_lengths_or_closed(weights: np.ndarray, lengths: np.ndarray) -> bool:

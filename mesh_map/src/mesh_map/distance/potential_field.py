@@ -49,9 +49,7 @@ class PotentialField:
         Raises:
             ValueError: a vertex that does not exist.
         """
-        wanted = vertex_indices(vertices, self._vertex_count, "")
-        with self._lock:
-            return self._reached(wanted)
+        return np.isfinite(self.potential[vertex_indices(vertices, self._vertex_count, "")])
 
     def extend(
         self,
@@ -81,10 +79,6 @@ class PotentialField:
                     self._forget_arrays()
         if not done:
             raise Canceled("the search from the goal was cancelled")
-
-    def _reached(self, wanted: np.ndarray) -> np.ndarray:
-        """(N,) bool for (N,) uint32 vertices that exist; under the lock."""
-        raise NotImplementedError
 
     def _forget_arrays(self) -> None:
         """Those that were made of what is no longer so."""

@@ -133,10 +133,6 @@ class WaveFrontField(PotentialField):
         super().__init__(kernel, len(solver._vertices))
         self.labels: np.ndarray = self._kernel._labels()
 
-    def _reached(self, wanted: np.ndarray) -> np.ndarray:
-        labels = self.labels[wanted]
-        return np.isfinite(labels) & (labels <= self._kernel._limit())
-
     def update(
         self, slowness: Optional[Any], changed: Any, *, cancel: Optional[CancelFlag] = None
     ) -> int:

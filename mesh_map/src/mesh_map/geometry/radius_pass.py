@@ -1,29 +1,17 @@
 """Statistics of what is around each vertex, in one pass for all that is wanted."""
 
 import threading
-from typing import Any, Dict, Protocol, Set
+from typing import TYPE_CHECKING, Dict, Set
 
 import numpy as np
 
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 
+if TYPE_CHECKING:
+    from mesh_map.geometry.mesh_geometry import MeshGeometry
+
 _BITS = {"height_difference": 1, "roughness": 2, "ridge": 4}  # radius_statistics.h
-
-
-class Surface(Protocol):
-    """What a pass reads of a MeshGeometry; normals only where they are wanted."""
-
-    vertices: np.ndarray
-    up: np.ndarray
-
-    @property
-    def topology(self) -> Any:
-        """Topology."""
-
-    @property
-    def vertex_normals(self) -> np.ndarray:
-        """(V, 3) float32."""
 
 
 KEPT = 4  # passes of the last radii of a geometry
@@ -39,11 +27,11 @@ class RadiusPass:
     of it. Threads may share one.
     """
 
-    def __init__(self, geometry: Surface, radius: float, search: str = "automatic") -> None:
+    def __init__(self, geometry: "MeshGeometry", radius: float, search: str = "automatic") -> None:
         """For MeshGeometry.radius_pass().
 
         Args:
-            geometry: the mesh, a MeshGeometry.
+            geometry: the mesh; its normals are read only where they are wanted.
             radius: meters, above 0.
             search: "automatic", along "edges", or by "grid", with the same results.
         Raises:

@@ -5,6 +5,7 @@ from typing import Any, Optional, Sequence
 import genpy
 import numpy as np
 from geometry_msgs.msg import Point
+from mesh_msgs_hdf5.rendering.render_scale import RAINBOW, scale_colors
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
@@ -22,67 +23,38 @@ def vector_field_marker(
     frame_id: str,
     stamp: genpy.Time,
     namespace: str = "vector_field",
+    faces: Optional[np.ndarray] = None,
 ) -> Marker:
-    """One line per vertex that has a direction, colored by its value from purple to red.
+    """One line per vertex or face that has a direction, colored by its value from purple to red.
 
     Where there are more than MAX_LINES, only each second, third, … is drawn.
 
     Args:
         vertices: (V, 3) m.
-        vectors: (V, 3) of length 1 or less, zero where there is none.
+        vectors: (V, 3) of length 1 or less, zero where there is none; with faces (F, 3).
         values: (V,) >= 0; purple is 0, red the largest one that is drawn, and what is not finite.
         frame_id: of the vertices.
         stamp: of the marker.
         namespace: under which RViz lists it.
+        faces: (F, 3), for lines that begin in the middle of faces; the value of a face is the mean
+            of those at its corners. None for lines that begin at vertices.
     """
-    shown = _drawn(vectors)
-    marker = _marker(Marker.LINE_LIST, namespace, frame_id, stamp)
-    return _with_lines(marker, vertices[shown], vectors[shown], values[shown])
-
-
-def face_vectors_marker(
-    vertices: np.ndarray,
-    faces: np.ndarray,
-    vectors: np.ndarray,
-    values: np.ndarray,
-    frame_id: str,
-    stamp: genpy.Time,
-    namespace: str = "face_vectors",
-) -> Marker:
-    """As vector_field_marker, with lines that begin in the middle of faces.
-
-    Args:
-        vertices, faces: (V, 3) m and (F, 3).
-        vectors: (F, 3) of length 1 or less, zero where there is none.
-        values: (V,) at the vertices: a line has the color of the mean at the corners of its face.
-        frame_id, stamp, namespace: of the marker.
-    """
-    shown = _drawn(vectors)
-    corners = faces[shown]
-    centers = vertices[corners].astype(np.float64).mean(axis=1)
-    means = values[corners].astype(np.float64).mean(axis=1)
-    marker = _marker(Marker.LINE_LIST, namespace, frame_id, stamp)
-    return _with_lines(marker, centers, vectors[shown], means)
-
-
-def _drawn(vectors: np.ndarray) -> np.ndarray:
-    """Indices of the vectors to be drawn: MAX_LINES at most of those that are not zero."""
     shown = np.flatnonzero(np.any(vectors != 0, axis=1))
-    return shown[:: -(-len(shown) // MAX_LINES) or 1]
-
-
-def _with_lines(
-    marker: Marker, places: np.ndarray, vectors: np.ndarray, values: np.ndarray
-) -> Marker:
-    """The marker, with a line from each of N places along its vector, colored by its value."""
+    shown = shown[:: -(-len(shown) // MAX_LINES) or 1]
+    if faces is None:
+        places, drawn = vertices[shown], values[shown].astype(np.float64)
+    else:
+        corners = faces[shown]
+        places = vertices[corners].astype(np.float64).mean(axis=1)
+        drawn = values[corners].astype(np.float64).mean(axis=1)
+    marker = _marker(Marker.LINE_LIST, namespace, frame_id, stamp)
     marker.scale.x = 0.01
     begins = places + np.array([0.0, 0.0, LIFT])
-    ends = begins + ARROW_LENGTH * vectors
+    ends = begins + ARROW_LENGTH * vectors[shown]
     points = np.stack([begins, ends], axis=1).reshape(-1, 3)
-    drawn = values.astype(np.float64)
     finite = np.isfinite(drawn)
     scaled = np.where(finite, drawn / max(float(drawn[finite].max(initial=0.0)), 1e-9), 1.0)
-    colors = np.repeat(rainbow(scaled), 2, axis=0)
+    colors = np.repeat(scale_colors(RAINBOW, scaled), 2, axis=0)
     marker.points = [Point(*point) for point in points.tolist()]
     marker.colors = [ColorRGBA(*color, 1.0) for color in colors.tolist()]
     return marker
@@ -143,16 +115,6 @@ def no_marker(namespace: str, frame_id: str, stamp: genpy.Time) -> Marker:
     marker = _marker(Marker.SPHERE, namespace, frame_id, stamp)
     marker.action = Marker.DELETE
     return marker
-
-
-def rainbow(values: np.ndarray) -> np.ndarray:
-    """(N, 3) colors, each channel 0 to 1, of (N,) values from 0 (purple) to 1 (red)."""
-    section, fraction = np.divmod(5 * np.asarray(values, dtype=np.float64) + 1, 1)
-    n = np.where(section % 2 == 0, fraction, 1 - fraction)[:, None]
-    zero, one = np.zeros_like(n), np.ones_like(n)
-    of_sections = [[n, zero, one], [zero, n, one], [zero, one, n], [n, one, zero], [one, n, zero]]
-    colors = np.stack([np.concatenate(channels, axis=1) for channels in of_sections])
-    return colors[np.clip(section.astype(int) - 1, 0, 4), np.arange(len(n))]
 
 
 def _marker(kind: int, namespace: str, frame_id: str, stamp: genpy.Time) -> Marker:

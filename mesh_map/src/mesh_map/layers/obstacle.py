@@ -13,7 +13,7 @@ from mesh_map.base.query_arguments import number, points_array, vector
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.layers.cloud_view import CloudView
-from mesh_map.layers.obstacles import CloudPoints, ObstacleLimits, ObstacleMarks, find_obstacles
+from mesh_map.layers.obstacles import CloudPoints, ObstacleMarks, find_obstacles
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.spatial.hits import NO_FACE
 
@@ -178,7 +178,16 @@ class ObstacleLayer(Layer):
         down = vector(down, "down")
         if not 0 < np.linalg.norm(down) < np.inf:
             raise ValueError("down has to be a direction, not %s" % down)
-        found = find_obstacles(mesh_map.spatial_index, points, origin, down, self._limits())
+        found = find_obstacles(
+            mesh_map.spatial_index,
+            points,
+            origin,
+            down,
+            nearest=self.params["min_obstacle_dist"],
+            farthest=self.params["max_obstacle_dist"],
+            lowest=self.params["min_obstacle_height"],
+            highest=self.params["robot_height"],
+        )
         with self._lock:
             marks, before = self._marks_of(mesh_map), self._marks.faces
             count = len(marks.times)
@@ -217,15 +226,6 @@ class ObstacleLayer(Layer):
             count = len(self._marks.faces)
             self._marks.keep(np.zeros(len(self._marks.times), np.bool_))
             return count
-
-    def _limits(self) -> ObstacleLimits:
-        params = self.params
-        return ObstacleLimits(
-            nearest=params["min_obstacle_dist"],
-            farthest=params["max_obstacle_dist"],
-            lowest=params["min_obstacle_height"],
-            highest=params["robot_height"],
-        )
 
     def _marks_of(self, mesh_map: MeshMap) -> ObstacleMarks:
         if self._geometry is not mesh_map.geometry:

@@ -13,20 +13,6 @@ MOST_MARKS = 2000000  # about 120 MB
 _CELL_BITS = 10
 
 
-class ObstacleLimits(NamedTuple):
-    """Which points of a cloud are obstacles; meters.
-
-    nearest, farthest: from the sensor.
-    lowest, highest: above the surface. Points below `lowest` are ground, also those that lie up to
-        as much below the surface.
-    """
-
-    nearest: float = 0.0
-    farthest: float = np.inf
-    lowest: float = 0.0
-    highest: float = np.inf
-
-
 class CloudPoints(NamedTuple):
     """What the N points of a cloud are.
 
@@ -44,7 +30,15 @@ class CloudPoints(NamedTuple):
 
 
 def find_obstacles(
-    index: SpatialIndex, points: np.ndarray, origin: np.ndarray, down: Any, limits: ObstacleLimits
+    index: SpatialIndex,
+    points: np.ndarray,
+    origin: np.ndarray,
+    down: Any,
+    *,
+    nearest: float = 0.0,
+    farthest: float = np.inf,
+    lowest: float = 0.0,
+    highest: float = np.inf,
 ) -> CloudPoints:
     """Casts each point of a cloud down onto the mesh.
 
@@ -53,21 +47,23 @@ def find_obstacles(
         points: (N, 3) float64, in the frame of the mesh; those that are not finite do not count.
         origin: (3,), of the sensor.
         down: (3,), the direction in which surface is looked for.
-        limits: what counts.
+        nearest, farthest: meters from the sensor, between which a point is an obstacle.
+        lowest, highest: the same above the surface. Points below `lowest` are ground, also those
+            that lie up to as much below the surface.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         offsets = points - origin
         distances = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
         finite = np.isfinite(distances)
-        in_range = finite & (distances >= limits.nearest) & (distances <= limits.farthest)
+        in_range = finite & (distances >= nearest) & (distances <= farthest)
     asked = np.flatnonzero(in_range)
     unit = np.asarray(down, np.float64) / np.linalg.norm(down)
     hits = index.cast_batch(
-        origins=points[asked] - limits.lowest * unit,
+        origins=points[asked] - lowest * unit,
         directions=np.repeat(unit[None], len(asked), axis=0),
-        max_distance=limits.highest + limits.lowest,
+        max_distance=highest + lowest,
     )
-    low = hits.distances < 2 * limits.lowest
+    low = hits.distances < 2 * lowest
     ground = np.zeros(len(points), np.bool_)
     ground[asked] = low
     faces = np.full(len(points), NO_FACE, np.uint32)

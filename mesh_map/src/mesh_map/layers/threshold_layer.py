@@ -1,10 +1,16 @@
-"""Layers that measure something at each vertex and call what is above a threshold lethal."""
+"""Layers that measure something at each vertex and call what is above a threshold lethal.
+
+Borders, off which a robot may fall; steepness, where it slides or topples; height differences that
+it cannot climb; roughness, which shakes it; ridges, where the surface bends.
+"""
 
 import abc
 from typing import ClassVar, Optional
 
 import numpy as np
 
+from mesh_map import _kernels
+from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
@@ -33,9 +39,7 @@ class RadiusLayer(ThresholdLayer):
     Layers of the same radius share one pass over the mesh.
     """
 
-    STATISTIC: ClassVar[
-        str
-    ]  # the method of mesh_map.geometry.radius_pass.RadiusPass that gives the costs
+    STATISTIC: ClassVar[str]  # the method of RadiusPass that gives the costs
 
     def announce(self, geometry: MeshGeometry) -> None:
         geometry.radius_pass(self.params["radius"]).request(self.STATISTIC)
@@ -43,3 +47,87 @@ class RadiusLayer(ThresholdLayer):
     def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
         radius_pass = mesh_map.geometry.radius_pass(self.params["radius"])
         return getattr(radius_pass, self.STATISTIC)()
+
+
+class BorderLayer(ThresholdLayer):
+    """The border cost at vertices on an edge of only one face, else 0."""
+
+    PARAMETERS = (
+        Parameter("threshold", 0.5, 0.05, 1.0, "lethal above", affects_costs=False),
+        Parameter("border_cost", 1.0, 0.02, 10.0, "cost of vertices on a border"),
+    )
+
+    def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
+        topology = mesh_map.topology
+        costs = np.zeros(topology.vertex_count, np.float32)
+        costs[topology.edges[topology.border_edges]] = self.params["border_cost"]
+        return costs
+
+
+class SteepnessLayer(ThresholdLayer):
+    """The angle between the normal of a vertex and the up direction, in radians, 0 to pi.
+
+    arccos(normal . up), as the SteepnessLayer of the released mesh_map.
+
+    A map whose faces point down is steep everywhere, as in the released mesh_map, unless the map is
+    told to orient them, or that down is up.
+    """
+
+    PARAMETERS = (
+        Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in radians", affects_costs=False),
+    )
+
+    def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
+        return _kernels._angles_to(mesh_map.vertex_normals, mesh_map.geometry.up)
+
+
+class HeightDiffLayer(RadiusLayer):
+    """Largest minus smallest height, in meters, over a vertex and those around it within a radius.
+
+    One of the layers of Pütz et al., 4.2 and 5.3 (height differences).
+
+    "Around" means: reached over edges through vertices whose Euclidean distance from the vertex is
+    below the radius. The vertex itself counts; in the released mesh_map it did not, and a vertex
+    without neighbors in reach had -inf.
+    """
+
+    PARAMETERS = (
+        Parameter("threshold", 0.185, 0.05, 1.0, "lethal above, in meters", affects_costs=False),
+        Parameter("radius", 0.3, 0.02, 1.0, "radius of the neighborhood in meters"),
+    )
+    STATISTIC = "height_difference"
+
+
+class RoughnessLayer(RadiusLayer):
+    """How much the normals of neighbors differ, in radians, around each vertex within a radius.
+
+    One of the layers of Pütz et al., 4.2 and 5.3 (roughness).
+
+    The mean, over a vertex and those around it (as of height differences), of the mean angle
+    between the normal of a vertex and those of its neighbors. In the released mesh_map, the vertex
+    itself did not count, and a non-manifold vertex had the angle pi, whatever is around it.
+    """
+
+    PARAMETERS = (
+        Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in radians", affects_costs=False),
+        Parameter("radius", 0.3, 0.02, 1.0, "radius of the neighborhood in meters"),
+    )
+    STATISTIC = "roughness"
+
+
+class RidgeLayer(RadiusLayer):
+    """Mean distance, in meters, between the tips of the normals around a vertex and its own.
+
+    As the RidgeLayer of the released mesh_map.
+
+    The tip of a vertex is its position plus its normal of length 1. The mean is over the other
+    vertices around (as of height differences) within a radius: on flat ground it is the mean
+    distance of these, and larger where normals diverge. 0 where there are none; in the released
+    mesh_map, such a vertex was lethal whatever the threshold.
+    """
+
+    PARAMETERS = (
+        Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in meters", affects_costs=False),
+        Parameter("radius", 0.3, 0.01, 1.0, "radius of the neighborhood in meters"),
+    )
+    STATISTIC = "ridge"

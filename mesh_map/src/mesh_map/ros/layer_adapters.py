@@ -2,7 +2,7 @@
 
 import importlib
 import logging
-from typing import List
+from contextlib import ExitStack
 
 from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.costs.layer import Layer
@@ -12,32 +12,31 @@ from mesh_map.ros.ros_adapter import RosAdapter
 _LOG = logging.getLogger("mesh_map")
 
 
-class LayerAdapters:
-    """The adapters of all layers of a map that name one."""
+def start_adapters(namespace: str, mesh_map: MeshMap, in_use: ExitStack) -> None:
+    """Starts the adapters of all layers of a map that name one, and has them ended with the stack.
 
-    def __init__(self, namespace: str, mesh_map: MeshMap) -> None:
-        """Starts them. One that cannot be used is logged in one line, and the others go on.
+    One that cannot be used is logged in one line, and the others go on.
 
+    Args:
         namespace: of the map; a layer's own is below it.
-        """
-        self._adapters: List[RosAdapter] = []
-        for layer in mesh_map.layers.values():
-            if not layer.ROS_ADAPTER:
-                continue
-            try:
-                own = "%s/%s" % (namespace.rstrip("/"), layer.name)
-                self._adapters.append(_started(own, mesh_map, layer))
-            except Exception as error:  # a stranger's plugin may fail in any way
-                _LOG.error("layer %s gets no data from topics: %s", layer.name, error_line(error))
+        mesh_map: whose layers get data.
+        in_use: what ends with the map.
+    """
+    for layer in mesh_map.layers.values():
+        if not layer.ROS_ADAPTER:
+            continue
+        try:
+            own = "%s/%s" % (namespace.rstrip("/"), layer.name)
+            in_use.callback(_end, _started(own, mesh_map, layer))
+        except Exception as error:  # a stranger's plugin may fail in any way
+            _LOG.error("layer %s gets no data from topics: %s", layer.name, error_line(error))
 
-    def shutdown(self) -> None:
-        """Ends them all."""
-        for adapter in self._adapters:
-            try:
-                adapter.shutdown()
-            except Exception as error:  # of a stranger's; the others have to end, too
-                _LOG.error("layer %s: %s", adapter.layer.name, error_line(error))
-        self._adapters = []
+
+def _end(adapter: RosAdapter) -> None:
+    try:
+        adapter.shutdown()
+    except Exception as error:  # of a stranger's; the others have to end, too
+        _LOG.error("layer %s: %s", adapter.layer.name, error_line(error))
 
 
 def _started(namespace: str, mesh_map: MeshMap, layer: Layer) -> RosAdapter:

@@ -1,6 +1,6 @@
 """The services of a map: its geometry and costs, and saving it."""
 
-from typing import Any, Callable, List, Optional
+from typing import TYPE_CHECKING, Any, List
 
 import numpy as np
 import rospy
@@ -17,6 +17,9 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.io import map_messages
 from mesh_map.map.mesh_map import MeshMap
 
+if TYPE_CHECKING:
+    from mesh_map.ros.mesh_map_server import MeshMapServer
+
 # What stands for the only map, as for hdf5_map_server.
 _THE_ONLY_ONE = ("", "mesh")
 
@@ -27,25 +30,10 @@ class MapServices:
     A request that cannot be answered gets an error that says why, and what there is.
     """
 
-    def __init__(
-        self,
-        namespace: str,
-        get_map: Callable[[], MeshMap],
-        get_costs: Callable[[], Any],
-        get_colors: Callable[[], Optional[np.ndarray]],
-        save: Callable[[], str],
-    ) -> None:
-        """
-        Args:
-            namespace: of the services.
-            get_map: the map; raises MeshMapError while there is none.
-            get_costs: name -> (V,) costs of all layers.
-            get_colors: (V, 3) uint8 or None.
-            save: stores the layers and says what was done; raises MeshMapError.
-        """
-        self._get_map, self._get_costs = get_map, get_costs
-        self._get_colors, self._save = get_colors, save
-        prefix = namespace.rstrip("/") + "/"
+    def __init__(self, server: "MeshMapServer") -> None:
+        """Below the namespace of the server."""
+        self._server = server
+        prefix = server.namespace.rstrip("/") + "/"
         self._services: List[rospy.Service] = [
             rospy.Service(prefix + name, kind, handler)
             for name, kind, handler in (
@@ -65,7 +53,7 @@ class MapServices:
 
     def _find(self, uuid: str) -> MeshMap:
         try:
-            mesh_map = self._get_map()
+            mesh_map = self._server.map
         except MeshMapError as error:
             raise rospy.ServiceException(str(error)) from error
         if uuid != mesh_map.uuid and uuid not in _THE_ONLY_ONE:
@@ -82,7 +70,7 @@ class MapServices:
         return array_services.GetGeometryResponse(mesh_geometry_stamped=message)
 
     def _vertex_colors(self, request: Any) -> array_services.GetVertexColorsResponse:
-        mesh_map, colors = self._find(request.uuid), self._get_colors()
+        mesh_map, colors = self._find(request.uuid), self._server.colors
         if colors is None:
             colors = np.zeros((0, 3), np.uint8)
         message = map_messages.colors_message(mesh_map, colors)
@@ -90,10 +78,10 @@ class MapServices:
 
     def _layers(self, request: Any) -> GetVertexCostLayersResponse:
         self._find(request.uuid)
-        return GetVertexCostLayersResponse(layers=list(self._get_costs()))
+        return GetVertexCostLayersResponse(layers=list(self._server.all_costs()))
 
     def _costs(self, request: Any) -> array_services.GetVertexCostsResponse:
-        mesh_map, known = self._find(request.uuid), dict(self._get_costs())
+        mesh_map, known = self._find(request.uuid), self._server.all_costs()
         costs = known.get(request.layer)
         if costs is None:
             raise rospy.ServiceException(
@@ -104,7 +92,7 @@ class MapServices:
 
     def _save_map(self, _request: Any) -> TriggerResponse:
         try:
-            return TriggerResponse(success=True, message=self._save())
+            return TriggerResponse(success=True, message=self._server.save())
         except MeshMapError as error:
             rospy.logerr("save_map: %s", error)
             return TriggerResponse(success=False, message=str(error))

@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker
 from mesh_map.costs.layer import Layer
 from mesh_map.costs.layer_changes import different
 from mesh_map.io import map_messages
-from mesh_map.io.markers import face_vectors_marker, no_marker, vector_field_marker
+from mesh_map.io.markers import no_marker, vector_field_marker
 from mesh_map.map.mesh_map import MeshMap
 
 # The name under which the .rviz files in the field show the repulsive vectors of an inflation.
@@ -29,7 +29,7 @@ class PacedTopics:
     def __init__(self, name: str, data_class: Any) -> None:
         self.period = 1.0  # seconds
         self._topics = LatchedTopics(name, data_class)
-        self._due: Dict[Hashable, float] = {}
+        self._due: Dict[Hashable, float] = {}  # of each message that there is
         self._lock = threading.Lock()
         self.unregister = self._topics.unregister
 
@@ -52,11 +52,15 @@ class PacedTopics:
             self._due[key] = due = max(now, due + self.period)
         self._topics.send(key, due - now)
 
-    def remove(self, key: Hashable) -> None:
-        """Forgets a message; the next one of this key is sent at once."""
-        self._topics.remove(key)
+    def __contains__(self, key: Hashable) -> bool:
+        return key in self._due
+
+    def clear(self) -> None:
+        """Forgets all messages; the next one of each key is sent at once."""
         with self._lock:
-            self._due.pop(key, None)
+            keys, self._due = self._due, {}
+        for key in keys:
+            self._topics.remove(key)
 
 
 class MapTopics:
@@ -67,6 +71,7 @@ class MapTopics:
     Attributes:
         map: of which the topics tell now; None before begin().
         costs: name -> (V,) what was published last on vertex_costs.
+        face_costs, markers: messages by their type and namespace.
     """
 
     def __init__(self, namespace: str) -> None:
@@ -87,28 +92,24 @@ class MapTopics:
             arrays.MeshVertexCostsSparseStamped,
             queue_size=_UPDATES_QUEUE,
         )
-        self._face_costs = PacedTopics(prefix + "face_costs", arrays.MeshFaceCostsStamped)
+        self.face_costs = PacedTopics(prefix + "face_costs", arrays.MeshFaceCostsStamped)
         self._fields = PacedTopics(prefix + "vector_field", Marker)
-        self._markers = PacedTopics(prefix + "marker", Marker)
+        self.markers = PacedTopics(prefix + "marker", Marker)
         self._progress = rospy.Publisher(prefix + "progress", String, latch=True, queue_size=10)
-        self._paced = (self._costs, self._face_costs, self._fields, self._markers)
-        self._sent: Dict[PacedTopics, Dict[str, None]] = {topics: {} for topics in self._paced}
+        self._paced = (self._costs, self.face_costs, self._fields, self.markers)
 
-    def set_period(self, seconds: float) -> None:
-        """The shortest time between two whole messages of one layer while it changes."""
-        for topics in self._paced:
-            topics.period = seconds
-
-    def begin(self, mesh_map: MeshMap, colors: Optional[np.ndarray]) -> None:
+    def begin(self, mesh_map: MeshMap, colors: Optional[np.ndarray], period: float) -> None:
         """Publishes the geometry of a map; what was published of another one is forgotten.
 
-        colors: (V, 3) uint8, None where there are none.
+        Args:
+            mesh_map: of which the topics tell from now on.
+            colors: (V, 3) uint8, None where there are none.
+            period: the shortest time between two whole messages of one layer while it changes (s).
         """
         with self._lock:
-            for topics, keys in self._sent.items():
-                for key in list(keys):
-                    topics.remove(key)
-                keys.clear()
+            for topics in self._paced:
+                topics.clear()
+                topics.period = period
             self.costs, self._vectors, self.map = {}, {}, mesh_map
         self._mesh.publish(map_messages.geometry_message(mesh_map))
         if colors is not None:
@@ -124,7 +125,7 @@ class MapTopics:
         """All costs (V,) of a layer, which must not change any more."""
         mesh_map = self.map
         self.costs[name] = costs
-        self._send(self._costs, name, lambda: map_messages.costs_message(mesh_map, name, costs))
+        self._costs.send(name, lambda: map_messages.costs_message(mesh_map, name, costs))
 
     def publish_changes(self, mesh_map: MeshMap, changes: Iterable[Any]) -> None:
         """mesh_map.LayerChange: at once the differences, and the whole layers when it is time.
@@ -138,45 +139,30 @@ class MapTopics:
                 self._publish_change(name, vertices, costs)
             self.publish_layer_vectors(mesh_map.layers.values())
 
-    def publish_face_costs(self, name: str, read_costs: Callable[[], Optional[np.ndarray]]) -> None:
-        """Costs of all faces.
-
-        read_costs: gives them, (F,) float32, or None for none, when a subscriber comes.
-        """
-        mesh_map = self.map
-
-        def make() -> Optional[arrays.MeshFaceCostsStamped]:
-            costs = read_costs()
-            return None if costs is None else map_messages.face_costs_message(mesh_map, name, costs)
-
-        self._send(self._face_costs, name, make)
-
-    def publish_vectors(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
-        """Vectors (V, 3) at the vertices, with the values (V,) that color them."""
-        self._send(self._fields, namespace, self._field_maker(namespace, vectors, values))
-
-    def publish_face_vectors(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
-        """Vectors (F, 3) in the middle of the faces; values (V,) at the vertices color them."""
+    def publish_vectors(
+        self,
+        namespace: str,
+        vectors: np.ndarray,
+        values: np.ndarray,
+        faces: Optional[np.ndarray] = None,
+        paced: bool = False,
+    ) -> None:
+        """Vectors (V, 3) at the vertices, or (F, 3) in the middle of these faces, with the values
+        (V,) that color them; at once, or paced as layers are."""
         mesh_map, stamp = self.map, rospy.Time.now()
-        self._send(
-            self._fields,
+        publish = self._fields.change if paced else self._fields.send
+        publish(
             namespace,
-            lambda: face_vectors_marker(
-                mesh_map.vertices,
-                mesh_map.faces,
-                vectors,
-                values,
-                mesh_map.frame_id,
-                stamp,
-                namespace,
+            lambda: vector_field_marker(
+                mesh_map.vertices, vectors, values, mesh_map.frame_id, stamp, namespace, faces
             ),
         )
 
     def remove_vectors(self, namespace: str) -> None:
         """Takes vectors away, also for later subscribers; nothing happens where there are none."""
-        if namespace in self._sent[self._fields]:
-            frame_id, stamp = self.map.frame_id, rospy.Time.now()
-            self._send(self._fields, namespace, lambda: no_marker(namespace, frame_id, stamp))
+        if namespace in self._fields:
+            marker = no_marker(namespace, self.map.frame_id, rospy.Time.now())
+            self._fields.send(namespace, lambda: marker)
 
     def publish_layer_vectors(self, layers: Iterable[Layer]) -> None:
         """The vectors of those layers that have any, where they have changed."""
@@ -188,19 +174,12 @@ class MapTopics:
                     shown[namespace] = layer.result
             for namespace in [name for name in self._vectors if name not in shown]:
                 del self._vectors[namespace]
-                frame_id = self.map.frame_id
-                marker = no_marker(namespace, frame_id, rospy.Time.now())
+                marker = no_marker(namespace, self.map.frame_id, rospy.Time.now())
                 self._fields.change(namespace, lambda marker=marker: marker)
             for namespace, result in shown.items():
                 if self._vectors.get(namespace) is not result.vectors:
                     self._vectors[namespace] = result.vectors
-                    self._sent[self._fields][namespace] = None
-                    maker = self._field_maker(namespace, result.vectors, result.costs)
-                    self._fields.change(namespace, maker)
-
-    def publish_marker(self, namespace: str, make_marker: Callable[[], Marker]) -> None:
-        """A marker for debugging, made when a subscriber comes."""
-        self._send(self._markers, namespace, make_marker)
+                    self.publish_vectors(namespace, result.vectors, result.costs, paced=True)
 
     def publish_progress(self, text: str) -> None:
         """What is being done."""
@@ -226,17 +205,4 @@ class MapTopics:
         if self._updates.get_num_connections():
             message = map_messages.update_message(mesh_map, name, vertices, costs[vertices])
             self._updates.publish(message)
-        self._sent[self._costs][name] = None
         self._costs.change(name, lambda: map_messages.costs_message(mesh_map, name, costs))
-
-    def _send(self, topics: PacedTopics, key: str, make_message: Callable[[], Any]) -> None:
-        self._sent[topics][key] = None
-        topics.send(key, make_message)
-
-    def _field_maker(
-        self, namespace: str, vectors: np.ndarray, values: np.ndarray
-    ) -> Callable[[], Marker]:
-        mesh_map, stamp = self.map, rospy.Time.now()
-        return lambda: vector_field_marker(
-            mesh_map.vertices, vectors, values, mesh_map.frame_id, stamp, namespace
-        )

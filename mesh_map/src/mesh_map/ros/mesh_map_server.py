@@ -1,30 +1,34 @@
 """The mesh map on ROS: one map below a namespace, with all that is said about it in the README."""
 
+import contextlib
 import copy
 import logging
 import threading
 import time
-from typing import Any, Callable, Dict, List, Optional
+from functools import partial
+from typing import Any, Callable, Dict, Optional
 
 import numpy as np
 import rospy
+from mesh_msgs import arrays
 from mesh_msgs_hdf5.isolation import prepare
 from visualization_msgs.msg import Marker
 
 from mesh_map.base.errors import MeshMapError, error_line
-from mesh_map.base.parameter import Parameter, Value
+from mesh_map.base.parameter import Parameter, read_parameters
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_map.costs.layer import Layer
 from mesh_map.costs.settings import SETTINGS
 from mesh_map.geometry.topology import quantity
+from mesh_map.io import map_messages
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.io.map_source import MapSource
 from mesh_map.map.mesh_map import MeshMap
-from mesh_map.ros.layer_adapters import LayerAdapters
+from mesh_map.ros.layer_adapters import start_adapters
 from mesh_map.ros.log import forward_log
 from mesh_map.ros.map_services import MapServices
 from mesh_map.ros.map_topics import MapTopics
-from mesh_map.ros.reconfigure import MAP_PARAMETERS, MapReconfigure
+from mesh_map.ros.reconfigure import MAP_PARAMETERS, serve_map
 
 __all__ = ["COMBINED_COSTS", "MeshMapServer", "forward_log"]
 
@@ -58,15 +62,9 @@ class MeshMapServer:
         self._source: Optional[MapSource] = None
         self._why_not = "no map is loaded"
         self._ended = False
-        self._in_use: List[Callable[[], None]] = []
+        self._in_use = contextlib.ExitStack()  # what works for the map
         self._topics = MapTopics(self.namespace)
-        self._services = MapServices(
-            self.namespace,
-            lambda: self.map,
-            self._all_costs,
-            lambda: self._source.mesh.vertex_colors if self._source else None,
-            self._save,
-        )
+        self._services = MapServices(self)
 
     @property
     def map(self) -> MeshMap:
@@ -78,6 +76,11 @@ class MeshMapServer:
         if self._map is None:
             raise MeshMapError(self._why_not)
         return self._map
+
+    @property
+    def colors(self) -> Optional[np.ndarray]:
+        """(V, 3) uint8 of the map; None where there are none."""
+        return self._source.mesh.vertex_colors if self._source else None
 
     def load(self) -> MeshMap:
         """Reads the parameters and the file, computes the layers, and publishes everything.
@@ -114,46 +117,23 @@ class MeshMapServer:
         costs = _checked(costs, (len(self.map.vertices),), type_name)
         self._topics.publish_costs(type_name, costs)
 
-    def publish_face_costs(self, type_name: str, costs: np.ndarray) -> None:
-        """Publishes costs of all faces. Late subscribers get the last ones of each type.
-
-        Args:
-            type_name: what RViz offers in its list of face costs.
-            costs: (F,) numbers.
-        Raises:
-            MeshMapError: a wrong number of costs, or no map.
-        """
-        costs = _checked(costs, (len(self.map.faces),), type_name, "faces")
-        self._topics.publish_face_costs(type_name, lambda: costs)
-
-    def publish_vector_field(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
-        """Publishes directions at the vertices as a marker, such as those of a plan.
+    def publish_vector_field(
+        self, namespace: str, vectors: np.ndarray, values: np.ndarray, of_faces: bool = False
+    ) -> None:
+        """Publishes directions at the vertices, or in the middle of the faces, as a marker.
 
         Args:
             namespace: of the marker, under which RViz lists it; a later one replaces it.
-            vectors: (V, 3), of length 1 or zero.
-            values: (V,), by which the lines are colored.
+            vectors: (V, 3), of length 1 or zero, such as those of a plan; of faces (F, 3).
+            values: (V,), by which lines are colored; the mean of its corners colors that of a face.
         Raises:
             MeshMapError: a wrong number of vectors or values, or no map.
         """
-        count = len(self.map.vertices)
-        vectors = _checked(vectors, (count, 3), namespace)
-        values = _checked(values, (count,), namespace)
-        self._topics.publish_vectors(namespace, vectors, values)
-
-    def publish_face_vectors(self, namespace: str, vectors: np.ndarray, values: np.ndarray) -> None:
-        """Publishes directions in the middle of the faces as a marker.
-
-        Args:
-            namespace: as for publish_vector_field().
-            vectors: (F, 3), of length 1 or zero.
-            values: (V,) at the vertices; the mean of its corners colors the line of a face.
-        Raises:
-            MeshMapError: a wrong number of vectors or values, or no map.
-        """
-        vectors = _checked(vectors, (len(self.map.faces), 3), namespace, "faces")
-        values = _checked(values, (len(self.map.vertices),), namespace)
-        self._topics.publish_face_vectors(namespace, vectors, values)
+        vertices, faces = self.map.vertices, self.map.faces if of_faces else None
+        rows, of = (vertices, "vertices") if faces is None else (faces, "faces")
+        vectors = _checked(vectors, (len(rows), 3), namespace, of)
+        values = _checked(values, (len(vertices),), namespace)
+        self._topics.publish_vectors(namespace, vectors, values, faces)
 
     def remove_vectors(self, namespace: str) -> None:
         """Takes the vectors of a namespace away, if any were published.
@@ -171,13 +151,42 @@ class MeshMapServer:
             namespace: of the marker; a later one replaces it.
             make_marker: gives it; not called where nobody looks.
         """
-        self._topics.publish_marker(namespace, make_marker)
+        self._topics.markers.send(namespace, make_marker)
+
+    def all_costs(self) -> Dict[str, np.ndarray]:
+        """Name -> (V,): of the layers, their combination, and others that were published.
+
+        Raises:
+            MeshMapError: no map.
+        """
+        mesh_map = self.map
+        known = {name: layer.result.costs for name, layer in mesh_map.layers.items()}
+        known[COMBINED_COSTS] = mesh_map.planning_costs().costs
+        if self._topics.map is mesh_map:  # not while another one is being loaded
+            others = dict(self._topics.costs)
+            known.update((name, others[name]) for name in others if name not in known)
+        return known
+
+    def save(self) -> str:
+        """Stores the layers in the map file; says what was done.
+
+        Raises:
+            MeshMapError: no map, no map file, or one that cannot be written.
+        """
+        with self._lock:
+            mesh_map = self.map
+            with mesh_map.unchanged():  # costs, and the parameters that they were computed with
+                layers = {name: copy.copy(layer) for name, layer in mesh_map.layers.items()}
+            names = self._source.save_layers(layers)  # may take seconds
+        message = "stored in %s: %s" % (self._source.path, ", ".join(names))
+        _LOG.info("%s", message)
+        return message
 
     def shutdown(self) -> None:
         """Ends topics, services and what layers do on ROS; waits for load() to give up."""
         self._ended = True
         with self._lock:
-            self._release()
+            self._in_use.close()
             self._services.shutdown()
             self._topics.shutdown()
 
@@ -185,35 +194,39 @@ class MeshMapServer:
         self._stop_at_shutdown()
         given = rospy.get_param(self.namespace, {})
         parameters = map_parameters(given)
-        values = _checked_values(given)
+        values, complaints = read_parameters((*MAP_PARAMETERS, COSTS_PERIOD), given)
+        for complaint in complaints:
+            _LOG.warning("%s", complaint)
         start = time.monotonic()
         self._topics.publish_progress("reading %s" % parameters.mesh_file)
         source = MapSource(parameters.mesh_file, parameters.mesh_part)
         self._stop_at_shutdown()
         mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
         mesh_map.set_settings(**{p.name: values[p.name] for p in SETTINGS})
-        self._release()
-        self._topics.set_period(values[COSTS_PERIOD.name])
-        self._topics.begin(mesh_map, source.mesh.vertex_colors)
+        self._in_use.close()
+        self._topics.begin(mesh_map, source.mesh.vertex_colors, values[COSTS_PERIOD.name])
+
+        def publish_layer(layer: Layer) -> None:
+            self._topics.publish_costs(layer.name, layer.result.costs)
+
         mesh_map.compute_layers(
-            parameters.layers, self._progress, source.stored_costs, self._publish_layer
+            parameters.layers, self._progress, source.stored_costs, publish_layer
         )
         if not mesh_map.layers:
             _LOG.warning("the map has no layers: every vertex is free")
         self._topics.publish_costs(COMBINED_COSTS, mesh_map.planning_costs().costs)
         self._topics.publish_layer_vectors(mesh_map.layers.values())
         self._map, self._source = mesh_map, source
-        self._publish_face_costs(mesh_map)
+        for name in mesh_map.contents.face_attribute_names():
+            self._topics.face_costs.send(name, partial(_face_costs_message, mesh_map, name))
 
         def publish_changes(changes: Any) -> None:
             self._topics.publish_changes(mesh_map, changes)
 
         mesh_map.add_listener(publish_changes)
-        self._in_use.append(lambda: mesh_map.remove_listener(publish_changes))
-        adapters = LayerAdapters(self.namespace, mesh_map)
-        self._in_use.append(adapters.shutdown)
-        reconfigure = MapReconfigure(self.namespace, mesh_map, values)
-        self._in_use.append(reconfigure.shutdown)
+        self._in_use.callback(lambda: mesh_map.remove_listener(publish_changes))
+        start_adapters(self.namespace, mesh_map, self._in_use)
+        serve_map(self.namespace, mesh_map, values, self._in_use)
         text = "map %s with %s is ready after %.2f s" % (
             mesh_map.uuid,
             quantity(len(mesh_map.layers), "layers"),
@@ -231,42 +244,9 @@ class MeshMapServer:
         if self._is_shut_down():
             raise MeshMapError("the node is shut down")
 
-    def _release(self) -> None:
-        """Ends what works for the map of before."""
-        while self._in_use:
-            self._in_use.pop()()
-
     def _progress(self, share: float, what: str) -> None:
         self._stop_at_shutdown()
         self._topics.publish_progress("%.0f %%: %s" % (100 * share, what))
-
-    def _publish_layer(self, layer: Layer) -> None:
-        self._topics.publish_costs(layer.name, layer.result.costs)
-
-    def _publish_face_costs(self, mesh_map: MeshMap) -> None:
-        contents = mesh_map.contents
-        for name in contents.face_attribute_names() if contents is not None else ():
-            self._topics.publish_face_costs(name, lambda name=name: _face_costs(mesh_map, name))
-
-    def _all_costs(self) -> Dict[str, np.ndarray]:
-        """Those of the layers, their combination, and others that were published."""
-        mesh_map = self.map
-        known = {name: layer.result.costs for name, layer in mesh_map.layers.items()}
-        known[COMBINED_COSTS] = mesh_map.planning_costs().costs
-        if self._topics.map is mesh_map:  # not while another one is being loaded
-            others = dict(self._topics.costs)
-            known.update((name, others[name]) for name in others if name not in known)
-        return known
-
-    def _save(self) -> str:
-        with self._lock:
-            mesh_map = self.map
-            with mesh_map.unchanged():  # costs, and the parameters that they were computed with
-                layers = {name: copy.copy(layer) for name, layer in mesh_map.layers.items()}
-            names = self._source.save_layers(layers)  # may take seconds
-        message = "stored in %s: %s" % (self._source.path, ", ".join(names))
-        _LOG.info("%s", message)
-        return message
 
 
 def _checked(values: Any, shape: Any, what: str, of: str = "vertices") -> np.ndarray:
@@ -278,24 +258,9 @@ def _checked(values: Any, shape: Any, what: str, of: str = "vertices") -> np.nda
     return array
 
 
-def _face_costs(mesh_map: MeshMap, name: str) -> Optional[np.ndarray]:
-    """A face attribute of the file that is a cost (one float32 for each face); None for others."""
+def _face_costs_message(mesh_map: MeshMap, name: str) -> Optional[arrays.MeshFaceCostsStamped]:
+    """Of a face attribute that is a cost (one float32 for each face); None for others."""
     costs = mesh_map.contents.face_attribute(name)
     count = len(mesh_map.faces)
     is_cost = costs.dtype == np.float32 and costs.shape in ((count,), (count, 1))
-    return costs.reshape(-1) if is_cost else None
-
-
-def _checked_values(given: Any) -> Dict[str, Value]:
-    """The parameters of the map itself; what cannot be used is logged, the default counts."""
-    values = {}
-    for parameter in MAP_PARAMETERS + (COSTS_PERIOD,):
-        try:
-            value, warning = parameter.checked(given.get(parameter.name, parameter.default))
-        except MeshMapError as error:
-            value, warning = parameter.default, ""
-            _LOG.error("%s: the default %r is used", error, value)
-        if warning:
-            _LOG.warning("%s", warning)
-        values[parameter.name] = value
-    return values
+    return map_messages.face_costs_message(mesh_map, name, costs.reshape(-1)) if is_cost else None

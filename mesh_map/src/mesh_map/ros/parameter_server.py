@@ -1,6 +1,7 @@
 """dynamic_reconfigure for parameters that are declared in Python."""
 
 import logging
+from contextlib import ExitStack
 from typing import Any, Callable, Dict, Iterable, Mapping
 
 import rospy
@@ -80,3 +81,15 @@ class ParameterServer(Server):
 
     def _clamp(self, config: Any) -> None:
         """Whoever owns the parameters does it, and says so."""
+
+
+def serve(in_use: ExitStack, what: str, make: Callable[[], ParameterServer]) -> None:
+    """Makes a server that ends with the stack.
+
+    One that cannot be made (for an integer of more than 32 bits) is logged in one line.
+    """
+    try:
+        in_use.callback(make().shutdown)
+    except Exception as error:  # a stranger's parameters may be odd in any way
+        if not rospy.is_shutdown():
+            _LOG.error("%s cannot be reconfigured: %s", what, error_line(error))

@@ -2,13 +2,15 @@
 
 import dataclasses
 import logging
-from typing import Dict, List, Mapping
+from contextlib import ExitStack
+from functools import partial
+from typing import Dict, Mapping
 
-from mesh_map.base.errors import error_line
 from mesh_map.base.parameter import Parameter, Value, checked_values
+from mesh_map.costs.layer import Layer
 from mesh_map.costs.settings import SETTINGS
 from mesh_map.map.mesh_map import MeshMap
-from mesh_map.ros.parameter_server import ParameterServer
+from mesh_map.ros.parameter_server import ParameterServer, serve
 
 _LOG = logging.getLogger("mesh_map")
 
@@ -20,57 +22,43 @@ WITHOUT_EFFECT = (
 MAP_PARAMETERS = SETTINGS + WITHOUT_EFFECT
 
 
-class MapReconfigure:
-    """One server at the namespace of the map, and one below it for each layer."""
+def serve_map(
+    namespace: str, mesh_map: MeshMap, values: Mapping[str, Value], in_use: ExitStack
+) -> None:
+    """Starts a server at the namespace of the map, and one below it for each layer.
 
-    def __init__(self, namespace: str, mesh_map: MeshMap, values: Mapping[str, Value]) -> None:
-        """Starts them. A layer with parameters that cannot be served (an integer of more than 32
-        bits) is logged in one line, and the others go on.
+    Args:
+        namespace: of the map, resolved.
+        mesh_map: its settings and layers are what is changed.
+        values: of WITHOUT_EFFECT, checked.
+        in_use: with which they end.
+    """
+    layers = ("",) + tuple(mesh_map.layers)
+    parameters = [
+        dataclasses.replace(parameter, choices=layers)
+        if parameter.name == "default_layer"
+        else parameter
+        for parameter in MAP_PARAMETERS
+    ]
+    without_effect = {p.name: values[p.name] for p in WITHOUT_EFFECT}
 
-        Args:
-            namespace: of the map, resolved.
-            mesh_map: its settings and layers are what is changed.
-            values: of WITHOUT_EFFECT, checked.
-        """
-        self._map = mesh_map
-        self._without_effect = {p.name: values[p.name] for p in WITHOUT_EFFECT}
-        own = dict(self._without_effect, **dataclasses.asdict(mesh_map.settings))
-        self._servers: List[ParameterServer] = [
-            ParameterServer(namespace, self._map_parameters(), own, self._set_map)
-        ]
-        for name, layer in mesh_map.layers.items():
-            try:
-                self._servers.append(
-                    ParameterServer(
-                        "%s/%s" % (namespace.rstrip("/"), name),
-                        layer.all_parameters(),
-                        layer.params,
-                        lambda values, name=name: mesh_map.set_layer_parameters(name, values),
-                    )
-                )
-            except Exception as error:  # a stranger's parameters may be odd in any way
-                _LOG.error("layer %s cannot be reconfigured: %s", name, error_line(error))
-
-    def shutdown(self) -> None:
-        """Ends all servers."""
-        for server in self._servers:
-            server.shutdown()
-
-    def _map_parameters(self) -> List[Parameter]:
-        layers = ("",) + tuple(self._map.layers)
-        return [
-            dataclasses.replace(parameter, choices=layers)
-            if parameter.name == "default_layer"
-            else parameter
-            for parameter in MAP_PARAMETERS
-        ]
-
-    def _set_map(self, values: Dict[str, Value]) -> Mapping[str, Value]:
-        own = {name: values.pop(name, before) for name, before in self._without_effect.items()}
-        without_effect, warnings = checked_values(WITHOUT_EFFECT, own)
+    def set_map(changed: Dict[str, Value]) -> Mapping[str, Value]:
+        own = {name: changed.pop(name, before) for name, before in without_effect.items()}
+        checked, warnings = checked_values(WITHOUT_EFFECT, own)
         for warning in warnings:
             _LOG.warning("%s", warning)
-        if values:
-            self._map.set_settings(**values)
-        self._without_effect = without_effect
-        return dict(without_effect, **dataclasses.asdict(self._map.settings))
+        if changed:
+            mesh_map.set_settings(**changed)
+        without_effect.update(checked)
+        return {**checked, **dataclasses.asdict(mesh_map.settings)}
+
+    present = {**without_effect, **dataclasses.asdict(mesh_map.settings)}
+    in_use.callback(ParameterServer(namespace, parameters, present, set_map).shutdown)
+    for layer in mesh_map.layers.values():
+        serve(in_use, "layer " + layer.name, partial(_layer_server, namespace, mesh_map, layer))
+
+
+def _layer_server(namespace: str, mesh_map: MeshMap, layer: Layer) -> ParameterServer:
+    own = "%s/%s" % (namespace.rstrip("/"), layer.name)
+    change = partial(mesh_map.set_layer_parameters, layer.name)
+    return ParameterServer(own, layer.all_parameters(), layer.params, change)

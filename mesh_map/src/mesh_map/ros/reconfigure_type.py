@@ -15,26 +15,20 @@ _INT_LIMITS = (-(2**31), 2**31 - 1)  # of the int32 of dynamic_reconfigure's mes
 
 
 class ConfigType:
-    """The interface of a generated configuration class, as dynamic_reconfigure.server reads it.
+    """What dynamic_reconfigure.server reads of a generated configuration class.
 
     Attributes:
-        defaults, min, max, level, type: name of a parameter -> value.
+        defaults, min, max: name of a parameter -> value.
         config_description: all of them as one group.
     """
 
     def __init__(self, parameters: Iterable[Parameter]) -> None:
         """Describes the numbers, booleans and strings of the parameters; it has none for lists and
         dictionaries."""
-        described = [parameter for parameter in parameters if is_described(parameter)]
-        self.min: Dict[str, Value] = {}
-        self.max: Dict[str, Value] = {}
-        self.defaults: Dict[str, Value] = {}
-        self.level = {parameter.name: 1 for parameter in described}
-        self.type = {parameter.name: _TYPES[type(parameter.default)] for parameter in described}
-        for parameter in described:
-            self.defaults[parameter.name] = parameter.default
-            self.min[parameter.name], self.max[parameter.name] = _limits(parameter)
-        self.all_level = 1
+        described = [_description(parameter) for parameter in parameters if is_described(parameter)]
+        self.defaults, self.min, self.max = (
+            {one["name"]: one[key] for one in described} for key in ("default", "min", "max")
+        )
         self.config_description = {
             "name": "Default",
             "type": "",
@@ -48,22 +42,23 @@ class ConfigType:
             "field": "default",
             "upper": "DEFAULT",
             "lower": "groups",
-            "parameters": [self._description(parameter) for parameter in described],
+            "parameters": described,
             "groups": [],
         }
 
-    def _description(self, parameter: Parameter) -> Dict[str, Any]:
-        name = parameter.name
-        return {
-            "name": name,
-            "type": self.type[name],
-            "default": self.defaults[name],
-            "min": self.min[name],
-            "max": self.max[name],
-            "level": 1,
-            "description": parameter.description,
-            "edit_method": _edit_method(parameter),
-        }
+
+def _description(parameter: Parameter) -> Dict[str, Any]:
+    low, high = _limits(parameter)
+    return {
+        "name": parameter.name,
+        "type": _TYPES[type(parameter.default)],
+        "default": parameter.default,
+        "min": low,
+        "max": high,
+        "level": 1,
+        "description": parameter.description,
+        "edit_method": _edit_method(parameter),
+    }
 
 
 def is_described(parameter: Parameter) -> bool:

@@ -5,19 +5,16 @@ From which size of a batch on a device is asked is decided in one place, back_en
 
 import logging
 import threading
-from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, Optional
 
 import numpy as np
 
 from mesh_map import _kernels
-from mesh_map.base.cancel import CancelFlag, kernel_flag
 from mesh_map.base.errors import Canceled
-from mesh_map.base.query_arguments import ANY_NORMAL, NormalLimit, Rays
-from mesh_map.spatial.opencl.device_queries import DeviceQueries
+from mesh_map.spatial.opencl.device_queries import Arrays, DeviceQueries
 from mesh_map.spatial.opencl.session import Session, describe, shared_session
 
 AUTO, NATIVE, OPENCL = "auto", "native", "opencl"
-Arrays = Tuple[np.ndarray, ...]
 _LOG = logging.getLogger("mesh_map")
 
 
@@ -29,40 +26,6 @@ def query_counts() -> Dict[str, Dict[str, int]]:
     undecided counts as native besides.
     """
     return _kernels._query_counts()
-
-
-class NativeQueries:
-    """Queries about one mesh by native code: what DeviceQueries answers on a device."""
-
-    def __init__(self, bvh: Any, threads: int) -> None:
-        self._bvh, self._threads = bvh, threads
-
-    def cast(
-        self,
-        rays: Rays,
-        back_faces: bool,
-        mask: Optional[np.ndarray],
-        any_hit: bool,
-        cancel: Optional[CancelFlag],
-    ) -> Iterator[Arrays]:
-        """All answers at once: (faces, distances, barycentric), or (hits,)."""
-        asked = (*rays, back_faces, mask, self._threads, kernel_flag(cancel))
-        yield (self._bvh._any_hit_batch(*asked),) if any_hit else self._bvh._cast_batch(*asked)
-
-    def closest(
-        self,
-        points: np.ndarray,
-        max_distance: float,
-        mask: Optional[np.ndarray],
-        cancel: Optional[CancelFlag],
-        limit: NormalLimit = ANY_NORMAL,
-    ) -> Iterator[Arrays]:
-        """All answers at once: (faces, positions, barycentric, distances)."""
-        asked = (points, max_distance, *limit, mask, self._threads, kernel_flag(cancel))
-        yield self._bvh._closest_batch(*asked)
-
-
-Queries = Union[DeviceQueries, NativeQueries]
 
 
 class MeshDevice:
@@ -106,20 +69,22 @@ class MeshDevice:
         count: int,
         back_end: str,
         bvh: Any,
-        ask: Callable[[Queries, int], Iterator[Arrays]],
+        ask_device: Callable[[DeviceQueries], Iterator[Arrays]],
+        ask_native: Callable[[int], Arrays],
     ) -> Arrays:
         """Answers of a batch: of the device as far as that comes, else native ones.
 
         Args:
             query, count, back_end, bvh: as in for_batch().
-            ask: gives the answers from one query on, in order, chunk by chunk.
+            ask_device: gives the answers of a device in order, chunk by chunk.
+            ask_native: gives all answers from one query on.
         """
         parts: List[Arrays] = []
         done = 0
         device = self.for_batch(query, count, back_end, bvh)
         if device is not None:
             try:
-                for part in ask(device, 0):
+                for part in ask_device(device):
                     parts.append(part)
                     done += len(part[0])
             except Canceled:
@@ -128,7 +93,7 @@ class MeshDevice:
                 self.give_up(error)
             _kernels._count_opencl(query, done)
         if done < count or not parts:
-            parts += ask(NativeQueries(bvh, self._threads), done)
+            parts.append(ask_native(done))
         if len(parts) == 1:
             return parts[0]
         return tuple(np.concatenate(arrays) for arrays in zip(*parts))

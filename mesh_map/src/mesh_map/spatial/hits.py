@@ -15,7 +15,8 @@ class SurfacePoint(NamedTuple):
     face: index.
     position: (3,) float64, meters.
     barycentric: (3,) float64, weights of the corners of the face, which sum up to 1.
-    distance: meters from the point that was asked for, on either side of the surface.
+    distance: meters from the point that was asked for, on either side of the surface; of a RayHit
+        from the origin of the ray.
     """
 
     face: int
@@ -38,19 +39,10 @@ class SurfacePoints(NamedTuple):
     distances: np.ndarray
 
 
-class RayHit(NamedTuple):
-    """Where a ray meets a mesh.
+class RayHit(SurfacePoint):
+    """Where a ray meets a mesh: origin + distance * unit direction, at a distance >= 0."""
 
-    face: index.
-    position: (3,) float64, meters: origin + distance * unit direction.
-    barycentric: (3,) float64, weights of the corners of the face, which sum up to 1.
-    distance: meters from the origin of the ray, >= 0.
-    """
-
-    face: int
-    position: np.ndarray
-    barycentric: np.ndarray
-    distance: float
+    __slots__ = ()
 
 
 class RayHits(NamedTuple):

@@ -2,6 +2,7 @@
 
 import math
 from copy import copy
+from types import SimpleNamespace
 from typing import Any, Callable, Iterator, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -27,9 +28,7 @@ from mesh_map.spatial.back_end import (  # noqa: F401
     AUTO,
     NATIVE,
     OPENCL,
-    Arrays,
     MeshDevice,
-    Queries,
     query_counts,
 )
 from mesh_map.spatial.hits import (  # noqa: F401
@@ -40,22 +39,13 @@ from mesh_map.spatial.hits import (  # noqa: F401
     SurfacePoints,
 )
 from mesh_map.spatial.opencl.device import device_wish
+from mesh_map.spatial.opencl.device_queries import Arrays, DeviceQueries
 
 Progress = Callable[[float], None]
 
 TOUCHING, INSIDE, VISIBLE = "touching", "inside", "visible"
 _MOST_PIXELS = 1 << 28  # a ray of 24 bytes is cast through each
 _NOWHERE = np.zeros(0, np.uint32)
-
-
-class _Shared:
-    """The kernel of a hierarchy, which an index and those made of it by on_device() have in common.
-
-    bvh: _kernels._Bvh; replaced as a whole.
-    """
-
-    def __init__(self, bvh: Any) -> None:
-        self.bvh = bvh
 
 
 class SpatialIndex:
@@ -132,7 +122,7 @@ class SpatialIndex:
         self._set_up(bvh, triangles, threads, wish)
 
     def _set_up(self, bvh: Any, faces: np.ndarray, threads: int, wish: str) -> None:
-        self._shared = _Shared(bvh)
+        self._shared = SimpleNamespace(bvh=bvh)  # with what on_device() makes; replaced as a whole
         self.threads = threads
         self.face_count = len(faces)
         self._faces = read_only(faces)
@@ -314,12 +304,18 @@ class SpatialIndex:
         back_end: Optional[str],
     ) -> Arrays:
         """(faces, distances, barycentric), or (hits,) as uint8."""
-        checked = mask_array(mask, self.face_count)
+        checked, flag = mask_array(mask, self.face_count), kernel_flag(cancel)
+        bvh = self.native
 
-        def ask(queries: Queries, begin: int) -> Iterator[Arrays]:
-            return queries.cast(rays.part(begin), back_faces, checked, any_hit, cancel)
+        def ask_native(begin: int) -> Arrays:
+            asked = (*rays.part(begin), back_faces, checked, self.threads, flag)
+            return (bvh._any_hit_batch(*asked),) if any_hit else bvh._cast_batch(*asked)
 
-        return self._batch("ray", rays.count, cancel, back_end, ask)
+        def ask_device(device: DeviceQueries) -> Iterator[Arrays]:
+            return device.cast(rays, back_faces, checked, any_hit, cancel)
+
+        chosen = self._chosen(back_end)
+        return self._device.batch("ray", rays.count, chosen, bvh, ask_device, ask_native)
 
     def closest(
         self,
@@ -372,16 +368,22 @@ class SpatialIndex:
         """
         queries = points_array(points, "points")
         limit = normal_limit(normals, max_angle, len(queries), "normals")
-        checked = mask_array(mask, self.face_count)
+        checked, flag = mask_array(mask, self.face_count), kernel_flag(cancel)
         distance = number(max_distance, "max_distance")
+        bvh = self.native
 
-        def ask(mesh: Queries, begin: int) -> Iterator[Arrays]:
-            limits = () if limit.normals is None else (limit,)  # which no kernel knows
-            return mesh.closest(queries[begin:], distance, checked, cancel, *limits)
+        def ask_native(begin: int) -> Arrays:
+            asked = (queries[begin:], distance, *limit, checked, self.threads, flag)
+            return bvh._closest_batch(*asked)
+
+        def ask_device(device: DeviceQueries) -> Iterator[Arrays]:
+            return device.closest(queries, distance, checked, cancel)
 
         chosen = self._chosen(back_end)
-        chosen = chosen if limit.normals is None else NATIVE
-        found = self._batch("closest_point", len(queries), cancel, chosen, ask)
+        if limit.normals is not None:  # which no kernel of a device knows
+            chosen = NATIVE
+        count = len(queries)
+        found = self._device.batch("closest_point", count, chosen, bvh, ask_device, ask_native)
         return SurfacePoints(*found)
 
     def in_sphere(
@@ -526,17 +528,6 @@ class SpatialIndex:
         return self._in_picture(
             region, _kernels._lasso_pixels(region, *size), mask, cancel, back_end
         )
-
-    def _batch(
-        self,
-        query: str,
-        count: int,
-        cancel: Optional[CancelFlag],
-        back_end: Optional[str],
-        ask: Callable[[Queries, int], Iterator[Arrays]],
-    ) -> Arrays:
-        kernel_flag(cancel)  # what is none is refused here, or a device would seem to fail
-        return self._device.batch(query, count, self._chosen(back_end), self.native, ask)
 
     def _chosen(self, back_end: Optional[str]) -> str:
         wanted = self._usual_back_end if back_end is None else back_end

@@ -8,7 +8,6 @@
 #include <cstring>
 
 #include "core/support/test_meshes.h"
-#include "mesh/edge_angles.h"
 #include "mesh/normals.h"
 #include "mesh/radius_statistics.h"
 

@@ -1,7 +1,6 @@
 // Paths pulled taut: straight on planes, known ways over a cube, and that any soup of triangles
 // gives a valid path that is no longer. Also with sanitizers.
 
-#include <mesh_map/mesh/edge_faces.h>
 #include <mesh_map/mesh/topology.h>
 #include <mesh_map/paths/geodesic.h>
 

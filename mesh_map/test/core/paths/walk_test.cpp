@@ -1,7 +1,6 @@
 // Walks over surfaces: straight lines of planes, what is known of a cube, and that any soup of
 // triangles is walked on without losing the way. Also with sanitizers.
 
-#include <mesh_map/mesh/edge_faces.h>
 #include <mesh_map/mesh/topology.h>
 #include <mesh_map/paths/walk.h>
 

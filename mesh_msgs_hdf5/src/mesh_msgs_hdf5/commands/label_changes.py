@@ -9,7 +9,6 @@ from typing import Dict, Iterable, Iterator, List, Optional, Tuple
 from mesh_msgs_hdf5.formats.any_mesh import is_map_file, open_members
 from mesh_msgs_hdf5.isolation import IsolatedMapFile
 from mesh_msgs_hdf5.labels.label_store import LabelStore
-from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import check_label, split_label
 from mesh_msgs_hdf5.model.mesh import Color, Label
@@ -85,15 +84,3 @@ def colored(path: str, labels: Labels, texts: Iterable[str], color: Optional[Col
     texts = list(texts)
     check_there(path, labels, texts)
     return {text: Label(labels[text].faces, color) for text in texts}
-
-
-def imported(labels: Labels, new: Labels, replace: bool) -> Changes:
-    """New labels instead of those of the same texts; with replace instead of all."""
-    gone = dict.fromkeys(labels) if replace else {}
-    return {**gone, **new}
-
-
-def save(file: IsolatedMapFile, changes: Changes) -> None:
-    """Change labels of a map file in one step. Raises MapFileError."""
-    if changes:
-        file.update(Edit(labels=changes))

@@ -6,10 +6,8 @@ from mesh_msgs_hdf5.commands.label_changes import (
     changing,
     colored,
     deleted,
-    imported,
     present_labels,
     renamed,
-    save,
 )
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.save import save_file
@@ -20,6 +18,7 @@ from mesh_msgs_hdf5.labels.label_tables import (
     parse_color,
     read_labels,
 )
+from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.label_names import split_label
 
@@ -76,7 +75,8 @@ def run(arguments: argparse.Namespace) -> int:
             with changing(arguments.file, arguments.part) as (labels, file):
                 progress.stage("saving " + arguments.file)
                 changes = _CHANGES[arguments.action](labels, file, arguments)
-                save(file, changes)
+                if changes:
+                    file.update(Edit(labels=changes))
             value = {"path": arguments.file, "action": arguments.action}
             value["set"] = [text for text, label in changes.items() if label is not None]
             value["deleted"] = [text for text, label in changes.items() if label is None]
@@ -118,7 +118,7 @@ def _import(labels, file, arguments):
     if uuid not in (None, file.uuid) and not arguments.force:
         message = "its labels are for the geometry %s, that of the map is %s" % (uuid, file.uuid)
         raise MapFileError("uuid", arguments.input, message, "--force takes them all the same")
-    return imported(labels, new, arguments.replace)
+    return {**dict.fromkeys(labels if arguments.replace else ()), **new}
 
 
 _CHANGES = {

@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
         paint = choose_paint(arguments.file, mesh, what, name, arguments.limits, arguments.scale)
         title = arguments.title
         if title is None:
-            shown = {"layer": name, "face": name}.get(what, "" if what == "auto" else what)
+            shown = what if name is None else name
             title = os.path.basename(arguments.file) + (": " + shown if shown else "")
         progress.stage("drawing")
         png = picture_png(mesh, paint, arguments.view, arguments.size, title, progress.part)

@@ -67,14 +67,6 @@ def _place(member, name):
     return "%s/%s" % (member, one_line(str(name)).lstrip("/"))
 
 
-def _both(member, one, other) -> Iterator[Difference]:
-    """For members that may be None; nothing if both are there or neither is."""
-    if (one is None) != (other is None):
-        kind = "only in one" if other is None else "only in other"
-        text = "only in A" if other is None else "only in B"
-        yield Difference(member, kind, text, {})
-
-
 def _incomparable(member, comparable) -> Iterator[Difference]:
     if not comparable:
         yield Difference(member, "count", "cannot be compared: their numbers differ", {})
@@ -92,10 +84,13 @@ def _colors(one, other, comparable):
         yield from numbers("colors", a, b, 0.0)
 
 
-def _are_there(member, a, b, comparable):
+def _are_there(member, a, b, comparable=True):
     """What is to be said of values that may be None; True if they can be compared."""
-    yield from _both(member, a, b)
+    if a is None and b is None:
+        return False
     if a is None or b is None:
+        kind, text = ("only in one", "A") if b is None else ("only in other", "B")
+        yield Difference(member, kind, "only in " + text, {})
         return False
     yield from _incomparable(member, comparable)
     return comparable
@@ -190,12 +185,10 @@ def _textures(one, other, vertices, faces, tolerance):
             a, b = (image.reshape(-1, image.shape[2]) for image in (a, b))
         yield from numbers("textures/%d" % index, a, b, 0.0)
     a, b = one.texture_coordinates, other.texture_coordinates
-    yield from _both("texture_coordinates", a, b)
-    if a is not None and b is not None and vertices:
+    if (yield from _are_there("texture_coordinates", a, b)) and vertices:
         yield from numbers("texture_coordinates", a, b, tolerance)
     a, b = one.materials, other.materials
-    yield from _both("materials", a, b)
-    if a is not None and b is not None:
+    if (yield from _are_there("materials", a, b)):
         yield from numbers("materials/colors", a.colors, b.colors, 0.0)
         yield from numbers("materials/textures", a.texture_indices, b.texture_indices, 0.0)
         if faces:
@@ -204,8 +197,7 @@ def _textures(one, other, vertices, faces, tolerance):
 
 def _features(one, other, tolerance):
     a, b = one.features, other.features
-    yield from _both("features", a, b)
-    if a is not None and b is not None:
+    if (yield from _are_there("features", a, b)):
         yield from numbers("features/locations", a.locations, b.locations, tolerance)
         yield from numbers("features/descriptors", a.descriptors, b.descriptors, tolerance)
 

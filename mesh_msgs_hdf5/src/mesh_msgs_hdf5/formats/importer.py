@@ -3,56 +3,65 @@
 import datetime
 import hashlib
 import os
-from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Dict, Optional, Tuple
 
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.dae.import_dae import read_dae
+from mesh_msgs_hdf5.formats.base.scene import Scene
+from mesh_msgs_hdf5.formats.dae.import_dae import mesh_of_scene
 from mesh_msgs_hdf5.formats.gltf.import_gltf import read_gltf
 from mesh_msgs_hdf5.formats.merge import merge_vertices
 from mesh_msgs_hdf5.formats.obj.import_obj import read_obj
 from mesh_msgs_hdf5.formats.ply.import_ply import read_ply
 from mesh_msgs_hdf5.formats.repair import repair
 from mesh_msgs_hdf5.formats.stl import read_stl
-from mesh_msgs_hdf5.isolation import IsolatedMapFile
+from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 
-class Format(NamedTuple):
-    """A file format: its name in reports, and a reader of path, bytes, options and report.
+def _read_dae(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    """assimp reads the file itself, and may crash over it: in a process of its own."""
+    try:
+        scene, materials, notes = isolated(
+            "collada",
+            path,
+            memory_limit=_DAE_MEMORY + _DAE_MEMORY_PER_BYTE * len(data),
+            timeout=DAE_SECONDS + _DAE_SECONDS_PER_BYTE * len(data),
+            library="assimp",
+        )
+    except MapFileError as error:
+        if error.code not in _DAE_CODES:
+            raise
+        hint = "convert it to PLY or OBJ where it was made"
+        raise MapFileError(_DAE_CODES[error.code], path, error.message, hint) from error
+    report.notes += notes
+    return mesh_of_scene(path, Scene(**scene), materials, options, report)
 
-    suffixes: what names of such files end with.
-    """
 
-    name: str
-    suffixes: Tuple[str, ...]
-    read: Callable[[PathLike, bytes, Options, ImportReport], Mesh]
-
-
-def _read_dae(path: PathLike, _data: bytes, options: Options, report: ImportReport) -> Mesh:
-    return read_dae(path, options, report)
-
-
-# what probe.kind_of says -> what reads it; a map file is none of these
-FORMATS: Dict[str, Format] = {
-    "ply": Format("PLY", (".ply",), read_ply),
-    "obj": Format("OBJ", (".obj",), read_obj),
-    "stl": Format("STL", (".stl",), read_stl),
-    "dae": Format("DAE", (".dae",), _read_dae),
-    "glb": Format("GLB", (".glb",), read_gltf),
-    "gltf": Format("glTF", (".gltf",), read_gltf),
+Read = Callable[[PathLike, bytes, Options, ImportReport], Mesh]
+# suffix, as probe.kind_of says it -> (name in reports, what reads it); a map file is none of these
+FORMATS: Dict[str, Tuple[str, Read]] = {
+    "ply": ("PLY", read_ply),
+    "obj": ("OBJ", read_obj),
+    "stl": ("STL", read_stl),
+    "dae": ("DAE", _read_dae),
+    "glb": ("GLB", read_gltf),
+    "gltf": ("glTF", read_gltf),
 }
 MAP_SUFFIXES = (".h5", ".hdf5")
+# what reading COLLADA may take: for any file, and for each byte of it
+DAE_SECONDS, _DAE_SECONDS_PER_BYTE = 60, 5e-6
+_DAE_MEMORY, _DAE_MEMORY_PER_BYTE = 2 << 30, 100
+_DAE_CODES = {"crashed": "damaged", "timeout": "size"}
 
 
 def import_suffixes() -> Tuple[str, ...]:
     """What names of files that can be read end with."""
-    found = [suffix for format in FORMATS.values() for suffix in format.suffixes]
-    return tuple(found) + MAP_SUFFIXES
+    return tuple("." + suffix for suffix in FORMATS) + MAP_SUFFIXES
 
 
 def read_mesh(
@@ -75,22 +84,21 @@ def read_mesh(
             "its content is no mesh that is known, nor is its suffix",
             "known: %s" % " ".join(import_suffixes()),
         )
-    report = ImportReport(path, "HDF5" if kind == "h5" else FORMATS[kind].name)
+    report = ImportReport(path, "HDF5" if kind == "h5" else FORMATS[kind][0])
     try:
         if kind == "h5":
             mesh = _from_map(path, part, chosen, report)
         else:
-            mesh = _from_format(path, FORMATS[kind], chosen, report)
+            mesh = _from_format(path, FORMATS[kind][1], chosen, report)
     except MemoryError as error:
         raise MapFileError("size", path, "there is not enough memory to read it", "") from error
     report.count(mesh)
     return mesh, report
 
 
-def _from_format(path, format, options, report):
-    # assimp reads the file itself; the bytes are for the provenance
+def _from_format(path, read, options, report):
     data = read_file(path)
-    mesh = format.read(path, data, options, report)
+    mesh = read(path, data, options, report)
     mesh = _mended(path, mesh, options, report)
     mesh.source = _provenance(path, data, mesh.source, options, report)
     return checked_mesh(path, mesh)

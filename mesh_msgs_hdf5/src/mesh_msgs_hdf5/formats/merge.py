@@ -1,7 +1,7 @@
 """Vertices that are close together become one."""
 import numpy as np
 
-from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
+from mesh_msgs_hdf5.formats.base.equal_rows import by_appearance, equal_rows
 from mesh_msgs_hdf5.formats.base.remap import take_faces, take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -19,12 +19,9 @@ def merge_vertices(path: PathLike, mesh: Mesh, tolerance: float, report: ImportR
     values; vertices of different texture coordinates never merge. Faces that have no area left are
     dropped. Vertices that are not finite stay.
     """
-    group = _groups(path, mesh, tolerance)
-    first, number = np.unique(group, return_index=True, return_inverse=True)[1:]
     # groups are numbered by their first vertex, so that the order of vertices stays
-    order = np.argsort(first, kind="stable")
-    place = np.zeros(len(order), np.int64)
-    place[order] = np.arange(len(order))
+    groups = np.unique(_groups(path, mesh, tolerance), return_index=True, return_inverse=True)
+    first, number = by_appearance(*groups[1:])
     count = len(mesh.vertices) - len(first)
     if not count:
         report.note("merging within %g m: there was nothing to merge", tolerance)
@@ -32,8 +29,8 @@ def merge_vertices(path: PathLike, mesh: Mesh, tolerance: float, report: ImportR
     report.merged += count
     report.note("merging within %g m: %d vertices fell into others", tolerance, count)
     sound = _distinct(mesh.faces)
-    faces = place[number][mesh.faces].astype(np.uint32)
-    result = take_vertices(mesh, first[order])
+    faces = number[mesh.faces].astype(np.uint32)
+    result = take_vertices(mesh, first)
     result.faces = faces
     gone = sound & ~_distinct(faces)
     if gone.any() and gone.all():

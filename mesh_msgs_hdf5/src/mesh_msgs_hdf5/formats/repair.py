@@ -3,6 +3,7 @@ from typing import Tuple
 
 import numpy as np
 
+from mesh_msgs_hdf5.formats.base.edges import edges_of
 from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
 from mesh_msgs_hdf5.formats.base.remap import take_faces, take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
@@ -134,15 +135,7 @@ def faces_to_flip(faces: np.ndarray) -> Tuple[np.ndarray, int]:
 
 def _neighbors(faces):
     """(face, face, whether they run through their edge in opposite directions) (N,) each."""
-    start = faces.reshape(-1).astype(np.int64)
-    end = np.roll(faces, -1, axis=1).reshape(-1).astype(np.int64)
-    upward = start < end
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    order = np.lexsort((high, low))
-    low, high = low[order], high[order]
-    new = np.ones(len(order) + 1, bool)
-    new[1:-1] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
-    at = np.flatnonzero(new)
-    pairs = at[:-1][np.diff(at) == 2]
-    one, other = order[pairs], order[pairs + 1]
-    return one // 3, other // 3, upward[one] != upward[other]
+    edges = edges_of(faces, np.arange(len(faces)))
+    pair = edges.start[edges.count == 2]
+    opposite = edges.forward[pair] != edges.forward[pair + 1]
+    return edges.side[pair] // 3, edges.side[pair + 1] // 3, opposite

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from mesh_msgs_hdf5.formats.base.export_parts import Export, check_size
+from mesh_msgs_hdf5.formats.base.export_parts import MEANING, Export, check_size
 from mesh_msgs_hdf5.formats.base.numbers_text import numbers
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import weld
@@ -18,19 +18,6 @@ _HEADER = 84
 _LOOK = 4096
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"vertex\s+(\S+\s+\S+\s+\S+)")
-_EVERYTHING = (
-    "vertex_normals",
-    "vertex_colors",
-    "vertex_costs",
-    "face_attributes",
-    "texture_coordinates",
-    "textures",
-    "materials",
-    "labels",
-    "features",
-    "origin",
-    "crs",
-)
 
 
 def read_stl(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
@@ -47,7 +34,7 @@ def read_stl(path: PathLike, data: bytes, options: Options, report: ImportReport
         raise MapFileError("no_faces", path, "the STL file has no faces", "a map needs triangles")
     corners, origin = placed(path, corners, "corner", options, report)
     vertices, index = weld(corners, report)
-    return Mesh(vertices, index.reshape(-1, 3), origin=origin)
+    return Mesh(vertices, index.reshape(-1, 3).astype(np.uint32), origin=origin)
 
 
 def _binary(path, data, announced, size, report):
@@ -103,6 +90,6 @@ def stl_of(path: PathLike, mesh: Mesh) -> Export:
     head = b"binary STL of mesh_msgs_hdf5".ljust(80)
     check_size(path, rows.nbytes, "STL")
     export.content = head + len(rows).to_bytes(4, "little") + rows.tobytes()
-    export.leave_out(mesh, "STL", *_EVERYTHING)
+    export.leave_out(mesh, "STL", *MEANING)
     export.note("STL has no vertices of its own: reading it welds corners at the same position")
     return export

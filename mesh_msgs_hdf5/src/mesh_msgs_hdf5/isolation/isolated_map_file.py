@@ -29,6 +29,7 @@ FUNCTIONS: Dict[str, Tuple[str, str]] = {
     "convert": ("mesh_msgs_hdf5.map_file.convert", "convert"),
     "repack": ("mesh_msgs_hdf5.map_file.convert", "repack"),
     "parts": ("mesh_msgs_hdf5.map_file.map_file", "parts_of"),
+    "collada": ("mesh_msgs_hdf5.formats.dae.assimp", "scene_arrays"),
 }
 _USE_MAP_FILE = ("mesh_msgs_hdf5.isolation.isolated_calls", "use_map_file")
 _RESTORE = "restore it from a copy, or import the mesh again"
@@ -41,20 +42,22 @@ def isolated(
     *arguments: Any,
     memory_limit: Optional[int] = None,
     timeout: Optional[float] = None,
+    library: str = "libhdf5",
     **keywords: Any,
 ) -> Any:
     """What a function of FUNCTIONS returns, called in a process of its own.
 
     path: its first argument, the file that errors are about. Arguments and result are what wire.py
     can carry. memory_limit: bytes that the process may take (default: hdf5_guard.default_budget).
-    timeout: seconds (default: DEFAULT_TIMEOUT). Safe to call from several threads at once.
+    timeout: seconds (default: DEFAULT_TIMEOUT). library: what reads it there, for errors. Safe to
+    call from several threads at once.
 
     Raises the function's MapFileError; MapFileError crashed, timeout, size if the process ended
     otherwise, and then whatever it was writing was not put in place.
     """
     arguments = (os.fsdecode(path), *(_plain(argument) for argument in arguments))
     keywords = {name: _plain(value) for name, value in keywords.items()}
-    with _Reader(memory_limit, timeout) as reader:
+    with contextlib.closing(_Reader(memory_limit, timeout, library)) as reader:
         return reader.call(path, FUNCTIONS[function_name], arguments, keywords)
 
 
@@ -150,7 +153,7 @@ class IsolatedMapFile:
             finally:
                 self._busy.release()
                 self._end_kept()
-        with _Reader(*self._limits) as reader:
+        with contextlib.closing(_Reader(*self._limits)) as reader:
             yield reader
 
     def _end_kept(self):
@@ -164,28 +167,24 @@ class IsolatedMapFile:
                 self._busy.release()
 
 
-def _forwarded_property(name, original):
-    hint = hints_of(original.fget).get("return", Any)
-    return property(lambda self: self._use(name, hint, [], {}), doc=original.__doc__)
+def _forwarded(name, original):
+    """A public member of MapFile, asked for in the other process."""
+    is_property = isinstance(original, property)
+    function = original.fget if is_property else original
+    signature = inspect.signature(function)
+    hint = hints_of(function).get("return", Any)
 
-
-def _forwarded_method(name, original):
-    signature = inspect.signature(original)
-    hint = hints_of(original).get("return", Any)
-
-    @functools.wraps(original)
-    def method(self, *arguments, **keywords):
+    @functools.wraps(function)
+    def ask(self, *arguments, **keywords):
         signature.bind(self, *arguments, **keywords)  # a wrong call is a TypeError here
         return self._use(name, hint, [_plain(value) for value in arguments], keywords)
 
-    return method
+    return property(ask, doc=original.__doc__) if is_property else ask
 
 
 for _name, _member in vars(MapFile).items():
-    if not _name.startswith("_") and isinstance(_member, property):
-        setattr(IsolatedMapFile, _name, _forwarded_property(_name, _member))
-    elif not _name.startswith("_") and inspect.isfunction(_member):
-        setattr(IsolatedMapFile, _name, _forwarded_method(_name, _member))
+    if not _name.startswith("_") and (isinstance(_member, property) or inspect.isfunction(_member)):
+        setattr(IsolatedMapFile, _name, _forwarded(_name, _member))
 
 
 def _plain(value):
@@ -198,17 +197,14 @@ class _Reader:
     Used by one thread at a time.
     """
 
-    def __init__(self, memory_limit: Optional[int], timeout: Optional[float]) -> None:
+    def __init__(
+        self, memory_limit: Optional[int], timeout: Optional[float], library: str = "libhdf5"
+    ) -> None:
         self._memory_limit = memory_limit or default_budget()
         self._timeout = timeout or DEFAULT_TIMEOUT
+        self._library = library
         self._child: Optional[Child] = None
         self._wire: Any = None
-
-    def __enter__(self) -> "_Reader":
-        return self
-
-    def __exit__(self, *_: Any) -> None:
-        self.close()
 
     def close(self) -> None:
         """End the process."""
@@ -250,7 +246,8 @@ class _Reader:
             text = "reading it takes more than %g seconds" % self._timeout
             raise MapFileError("timeout", path, text, _RESTORE) from error
         except (EOFError, OSError) as error:
-            raise _ended(path, self._child.wait(), self._memory_limit) from error
+            code = self._child.wait()
+            raise _ended(path, code, self._memory_limit, self._library) from error
         except WireError as error:
             raise _no_answer(path, error) from error
         except MemoryError as error:
@@ -278,7 +275,7 @@ def _value_of(path, reply, memory_limit):
     raise _no_answer(path, kind)
 
 
-def _ended(path, code, memory_limit):
+def _ended(path, code, memory_limit, library):
     """The error of a process that ended without an answer, with this status."""
     if code == -signal.SIGKILL:  # nobody here did it
         return _too_big(path, memory_limit, "; the system ran out of memory")
@@ -290,7 +287,8 @@ def _ended(path, code, memory_limit):
         name = signal.Signals(-code).name
     except ValueError:
         name = "signal %d" % -code
-    return MapFileError("crashed", path, "libhdf5 ended with %s while reading it" % name, _RESTORE)
+    text = "%s ended with %s while reading it" % (library, name)
+    return MapFileError("crashed", path, text, _RESTORE)
 
 
 def _too_big(path, memory_limit, why=""):

@@ -140,9 +140,8 @@ def _limit(memory_limit):
         limit = min(limit, hard)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[
-        1
-    ]  # the file in memory is no memory of its own
+    # the file in memory is no memory of its own
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
     most = MOST_SHARED if hard == resource.RLIM_INFINITY else min(MOST_SHARED, hard)
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
     with contextlib.suppress(OSError), open("/proc/self/oom_score_adj", "w") as stream:

@@ -1,6 +1,6 @@
 """Node label_manager: stores labeled clusters of faces, and answers what is labeled."""
 import contextlib
-from typing import Any, Callable, Iterator, Set
+from typing import Any, Iterator, Set
 
 import rospy
 from mesh_msgs import arrays, validation
@@ -10,11 +10,11 @@ from std_srvs.srv import Trigger, TriggerResponse
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.label_manager.label_manager_options import LabelOptions, parse
 from mesh_msgs_hdf5.label_manager.label_maps import LabelMaps
+from mesh_msgs_hdf5.labels.journal_reading import OwnedError
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColorServices
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
-from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
+from mesh_msgs_hdf5.ros.label_services_ros import Found, LabelServices, answering
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.ros.run_node_ros import run_node
 
@@ -37,17 +37,11 @@ class LabelManager:
         self._forwarder = LabelForwarder()
         self._log_notes()
         self._colored: Set[str] = set()
-        self._stored = rospy.Publisher(
-            "~new_cluster_label", arrays.MeshFaceCluster, queue_size=_QUEUE
-        )
         self._services = [
-            rospy.Service("~" + name, Trigger, self._answering(handler))
+            rospy.Service("~" + name, Trigger, answering(handler))
             for name, handler in (("save_map", self._save), ("import_labels", self._import))
         ]
-        self._labels = LabelServices(
-            "~", self._found, self._answering, self._forwarder, self._deleted
-        )
-        self._colors = LabelColorServices("~", self._found, self._answering, self._forwarder)
+        self._labels = LabelServices("~", self._found, self._forwarder)
         self._timer = rospy.Timer(rospy.Duration(_POLL), lambda _event: self._publish_colors())
         self._subscribers = [
             rospy.Subscriber(
@@ -75,8 +69,7 @@ class LabelManager:
         except MapFileError as error:
             rospy.logerr_throttle_identical(_QUIET, "label not stored: %s" % error)
             return
-        self._stored.publish(message.cluster)
-        self._colors.changed(labels.uuid, labels)
+        self._labels.stored(labels.uuid, labels, message.cluster)
 
     def _store(self, labels: LabelEdits, message: Any, topic: str) -> None:
         received = message.cluster
@@ -85,9 +78,7 @@ class LabelManager:
             raise MapFileError(findings[0].rule, labels.path, str(findings[0]))
         try:
             labels.set(received.label, received.face_indices, override=bool(message.override))
-        except MapFileError as error:
-            if error.code != "owned":
-                raise
+        except OwnedError:
             self._forwarder.store(labels, message, topic)
 
     def _is_served_elsewhere(self, uuid: str) -> bool:
@@ -100,21 +91,6 @@ class LabelManager:
             return False  # there is no server
         return uuid in served or uuid in ("", "mesh")
 
-    def _answering(self, handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
-        def answer(request: Any) -> Any:
-            try:
-                return handler(request)
-            except MapFileError as error:
-                raise rospy.ServiceException(str(error)) from error
-            except MemoryError as error:
-                raise rospy.ServiceException("there is not enough memory to answer") from error
-
-        return answer
-
-    def _deleted(self, uuid: str, labels: Any, cluster: arrays.MeshFaceCluster) -> None:
-        self._stored.publish(cluster)
-        self._colors.changed(uuid, labels)
-
     def _found(self, uuid: str) -> Found:
         labels = self._maps.find(uuid)
         return labels.uuid, labels
@@ -124,9 +100,9 @@ class LabelManager:
         for uuid in self._maps.uuids():
             if uuid not in self._colored:
                 with contextlib.suppress(MapFileError):  # moved to another map meanwhile
-                    self._colors.changed(uuid, self._maps.find(uuid))
+                    self._labels.changed(uuid, self._maps.find(uuid))
                     self._colored.add(uuid)
-        self._colors.publish_wanted()
+        self._labels.publish_wanted()
 
     def _save(self, _request=None):
         done, failed = self._maps.save()

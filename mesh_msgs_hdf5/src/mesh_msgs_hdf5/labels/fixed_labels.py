@@ -41,13 +41,7 @@ class FixedLabels:
         """Raises MapFileError."""
         raise self.refusal
 
-    def set_color(self, *_: Any) -> NoReturn:
-        """Raises MapFileError."""
-        raise self.refusal
-
-    def delete(self, _text: str) -> NoReturn:
-        """Raises MapFileError."""
-        raise self.refusal
+    set_color = delete = set
 
     def save(self) -> int:
         """Nothing to do."""

@@ -35,7 +35,7 @@ class Journal:
     """A journal that is open to write, locked until close().
 
     Not for use from several threads at once. Attributes: path; content (what it held when it was
-    opened); locked (False on a disk without locks); notes (sentences about what was found).
+    opened); notes (sentences about what was found).
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Journal:
         self._head = b"".join(journal_lines.encoded(entry) for entry in entries)
         self._folder_synced = True
         self._bad_end = None  # where the good lines end, if what follows could not be cut off
-        self._descriptor, self.locked, created = self._open(uuid, face_count)
+        self._descriptor, created = self._open(face_count)
         try:
             self.content = content_of(self._descriptor, self.path, uuid, face_count)
             self._take_over()
@@ -141,8 +141,8 @@ class Journal:
             os.close(self._descriptor)
         self._descriptor = -1
 
-    def _open(self, uuid, face_count):
-        """(descriptor, whether it is locked, whether it is new)"""
+    def _open(self, face_count):
+        """(descriptor, whether it is new)"""
         deadline = time.monotonic() + _WAIT
         while True:
             descriptor, created = open_existing(self.path, os.O_RDWR | os.O_APPEND), False
@@ -151,19 +151,19 @@ class Journal:
             if descriptor is None:  # another program was first
                 continue
             try:
-                locked = self._lock(descriptor, deadline, uuid, face_count)
+                self._lock(descriptor, deadline, face_count)
                 if is_at(descriptor, self.path):
-                    return descriptor, locked, created
+                    return descriptor, created
             except BaseException:
                 os.close(descriptor)
                 raise
             os.close(descriptor)  # its last owner removed it meanwhile
 
-    def _lock(self, descriptor, deadline, uuid, face_count):
+    def _lock(self, descriptor, deadline, face_count):
         while True:
             try:
                 if lock(descriptor, fcntl.LOCK_EX):
-                    return True
+                    return
             except OSError as error:
                 if error.errno not in _NO_LOCKS:
                     raise save_error(self.path, "it cannot be locked", error) from error
@@ -171,7 +171,7 @@ class Journal:
                     "the disk has no locks (%s): run one program at a time that labels this map"
                     % error.strerror
                 )
-                return False
+                return
             if time.monotonic() > deadline:
                 raise OwnedError(
                     self.path, content_of(descriptor, self.path, None, face_count).owner

@@ -36,11 +36,6 @@ class JournalContent:
     end: int = 0
     unterminated: bool = False
 
-    @property
-    def has_edits(self) -> bool:
-        """True if something would be lost with the journal."""
-        return bool(self.edit_count or self.damaged)
-
 
 def read_content(stream: BinaryIO, path: PathLike, face_count: Optional[int]) -> JournalContent:
     """Read a journal from where the stream stands.
@@ -181,9 +176,9 @@ def content_of(
     with open(descriptor, "rb", closefd=False) as stream:
         stream.seek(0)
         content = read_content(stream, path, face_count)
-    if uuid is None or content.uuid == uuid or not content.has_edits:
-        return content
     count = content.edit_count + len(content.damaged)
+    if uuid is None or content.uuid == uuid or not count:
+        return content
     if content.uuid is None:
         message = "it holds %d label edits, but its first lines are damaged: of which mesh?" % count
     else:

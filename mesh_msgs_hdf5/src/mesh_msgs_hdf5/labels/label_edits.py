@@ -57,23 +57,41 @@ class NaturalNames:
         return bisect.bisect_left(self._entries, entry), entry
 
 
-class LabelView:
-    """The labels of one mesh, as they are at each call.
+class LabelEdits:
+    """The labels of one mesh, as they are at each call. See LabelStore, which is what to use for a
+    map.
 
     base: labels without the edits (LabelBase, or what has its members). Attributes: journal_path,
     notes (sentences for the user).
     """
 
-    def __init__(self, base: Any, journal_path: str) -> None:
-        """Nothing is read before _follow()."""
+    def __init__(
+        self,
+        base: Any,
+        journal_path: str,
+        owner_info: Optional[Mapping[str, Any]] = None,
+        read_only: bool = False,
+    ) -> None:
         self._base = base
         self._lock = threading.RLock()
+        self._saving = threading.Lock()
         self._edits: Dict[str, Optional[Label]] = {}
         self._names = NaturalNames()
-        self._owner: Optional[Dict[str, Any]] = None
+        self._owner: Optional[Dict[str, Any]] = None  # another process, as _follow has found it
         self._marks: Any = None
+        self._journal: Optional[Journal] = None
+        self._being_saved: Dict[str, Optional[Label]] = {}
+        self._refusal: Optional[MapFileError] = None
+        self._compact_at = _SMALL
+        self._owner_info = dict(owner_info or {})
         self.journal_path = journal_path
         self.notes: List[str] = []
+        self.read_only = read_only
+        with self._lock:
+            if read_only:
+                self._follow()
+            else:
+                self._become_owner()
 
     @property
     def path(self) -> str:
@@ -98,7 +116,7 @@ class LabelView:
     @property
     def owner(self) -> Optional[Dict[str, Any]]:
         """What is known of another process that owns the labels; None if there is none."""
-        if not is_owned(self.journal_path):
+        if self._journal is not None or not is_owned(self.journal_path):
             return None
         with self._lock:
             self._refresh()
@@ -136,86 +154,10 @@ class LabelView:
             texts = [text for text in self.names() if split_label(text)[0] == class_name]
             return {text: self._current(text) for text in texts}
 
-    def _follow(self):
-        """Take labels and edits as they are now, while somebody else may change them."""
-        for _ in range(_TRIES):
-            marks = self._look()
-            try:
-                content = read_journal(self.journal_path, self._base.uuid, self._base.face_count)
-            except MapFileError as error:
-                note = "its label edits are not shown: %s" % error
-                if note not in self.notes:
-                    self.notes.append(note)
-                content = None
-            self._base.refresh()
-            if self._look() == marks:
-                break
-        self._marks = marks
-        self._edits = content.edits if content else {}
-        self._owner = content.owner if content else None
-        self._find_names()
-
-    def _look(self):
-        return stamp(self.journal_path), stamp(self._base.path)
-
-    def _refresh(self):
-        if self._look() != self._marks:
-            self._follow()
-
-    def _find_names(self):
-        gone = {text for text, label in self._edits.items() if label is None}
-        self._names = NaturalNames((self._base.names | set(self._edits)) - gone)
-
-    def _current(self, text):
-        return self._edits[text] if text in self._edits else self._base.get(text)
-
-    def _unknown(self, text):
-        names = self.names()
-        near = difflib.get_close_matches(text[:80], names[:10000], n=3)
-        if near:
-            hint = "did you mean %s?" % ", ".join(near)
-        else:
-            more = ", ... (%d in all)" % len(names) if len(names) > 5 else ""
-            hint = "labels: %s%s" % (", ".join(names[:5]) or "none", more)
-        return MapFileError("label", self.path, "there is no label %r" % text[:80], hint)
-
-
-class LabelEdits(LabelView):
-    """The labels of one mesh. See LabelStore, which is what to use for a map.
-
-    base: labels without the edits (LabelBase, or what has its members).
-    """
-
-    def __init__(
-        self,
-        base: Any,
-        journal_path: str,
-        owner_info: Optional[Mapping[str, Any]] = None,
-        read_only: bool = False,
-    ) -> None:
-        super().__init__(base, journal_path)
-        self._saving = threading.Lock()
-        self._journal: Optional[Journal] = None
-        self._being_saved: Dict[str, Optional[Label]] = {}
-        self._refusal: Optional[MapFileError] = None
-        self._compact_at = _SMALL
-        self._owner_info = dict(owner_info or {})
-        self.read_only = read_only
-        with self._lock:
-            if read_only:
-                self._follow()
-            else:
-                self._become_owner()
-
     @property
     def is_owner(self) -> bool:
         """True if this object may change the labels."""
         return self._journal is not None
-
-    @property
-    def owner(self) -> Optional[Dict[str, Any]]:
-        """What is known of another process that owns the labels; None if there is none."""
-        return None if self._journal is not None else super().owner
 
     @property
     def refusal(self) -> Optional[MapFileError]:
@@ -326,6 +268,52 @@ class LabelEdits(LabelView):
     def __exit__(self, *_: Any) -> None:
         self.close()
 
+    def _follow(self):
+        """Take labels and edits as they are now, while somebody else may change them."""
+        for _ in range(_TRIES):
+            marks = self._look()
+            try:
+                content = read_journal(self.journal_path, self._base.uuid, self._base.face_count)
+            except MapFileError as error:
+                note = "its label edits are not shown: %s" % error
+                if note not in self.notes:
+                    self.notes.append(note)
+                content = None
+            self._base.refresh()
+            if self._look() == marks:
+                break
+        self._marks = marks
+        self._edits = content.edits if content else {}
+        self._owner = content.owner if content else None
+        self._find_names()
+
+    def _look(self):
+        return stamp(self.journal_path), stamp(self._base.path)
+
+    def _refresh(self):
+        if self._journal is None:
+            if self._look() != self._marks:
+                self._follow()
+        elif self._base.refresh():
+            self._find_names()
+
+    def _find_names(self):
+        gone = {text for text, label in self._edits.items() if label is None}
+        self._names = NaturalNames((self._base.names | set(self._edits)) - gone)
+
+    def _current(self, text):
+        return self._edits[text] if text in self._edits else self._base.get(text)
+
+    def _unknown(self, text):
+        names = self.names()
+        near = difflib.get_close_matches(text[:80], names[:10000], n=3)
+        if near:
+            hint = "did you mean %s?" % ", ".join(near)
+        else:
+            more = ", ... (%d in all)" % len(names) if len(names) > 5 else ""
+            hint = "labels: %s%s" % (", ".join(names[:5]) or "none", more)
+        return MapFileError("label", self.path, "there is no label %r" % text[:80], hint)
+
     def _become_owner(self):
         """Take over the journal, or else note why not and look on."""
         owner = {
@@ -356,12 +344,6 @@ class LabelEdits(LabelView):
             )
         base.refresh()
         self._find_names()
-
-    def _refresh(self):
-        if self._journal is None:
-            super()._refresh()
-        elif self._base.refresh():
-            self._find_names()
 
     def _own(self):
         if self._journal is None and not self.read_only:

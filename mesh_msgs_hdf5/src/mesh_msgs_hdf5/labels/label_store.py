@@ -1,12 +1,12 @@
 """The labels of a map: those in its file, with the edits of its journal."""
 import os
-from typing import Any, Callable, Dict, FrozenSet, Mapping, Optional, Tuple
+from typing import Any, Dict, FrozenSet, Mapping, Optional, Tuple
 from urllib.parse import quote
 
 from mesh_msgs_hdf5.files.probe import kind_of, read_head
 from mesh_msgs_hdf5.files.save import stamp
 from mesh_msgs_hdf5.formats.importer import read_mesh
-from mesh_msgs_hdf5.isolation import isolated, map_access
+from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits, frozen
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.edit import Edit
@@ -28,7 +28,7 @@ def label_target(path: PathLike, part: Optional[str] = None) -> str:
     stem = os.path.splitext(path)[0]
     if kind_of(path, read_head(path)) != "h5":
         return stem + ".h5"
-    return path if map_access.open_map(path, part).schema == "S1" else stem + "_s1.h5"
+    return path if IsolatedMapFile(path, part).schema == "S1" else stem + "_s1.h5"
 
 
 class LabelBase:
@@ -43,18 +43,16 @@ class LabelBase:
         source: PathLike,
         part: Optional[str] = None,
         identity: Optional[Identity] = None,
-        map_file: Optional[Callable[..., Any]] = None,
     ) -> None:
         """identity: (UUID, number of faces) of a mesh, where the caller knows them: saves reading.
 
         Raises MapFileError (exists: the target holds another mesh; whatever reading raises).
         """
-        self._map_file = map_file or map_access.open_map
         self.source = os.path.realpath(os.fsdecode(source))
         self._is_map = kind_of(self.source, read_head(self.source)) == "h5"
         self.path = label_target(self.source, part)
         if self._is_map:
-            file = self._map_file(self.source, part)
+            file = IsolatedMapFile(self.source, part)
             identity, part = (file.uuid, file.face_count), file.part
         elif identity is None:
             mesh, _ = read_mesh(self.source)
@@ -109,16 +107,16 @@ class LabelBase:
         """
         if self.path != self.source and not os.path.exists(self.path):
             self._make_target()
-        file = self._map_file(self.path, self._part_in_target())
+        file = IsolatedMapFile(self.path, self._part_in_target())
         self._check_geometry(file)
         file.update(Edit(labels=dict(edits)))
 
     def _open(self):
         """The file that has the labels now; None if that is a mesh of another format."""
         if self.path == self.source or os.path.exists(self.path):
-            file = self._map_file(self.path, self._part_in_target())
+            file = IsolatedMapFile(self.path, self._part_in_target())
         elif self._is_map:
-            file = self._map_file(self.source, self.part)
+            file = IsolatedMapFile(self.source, self.part)
         else:
             return None
         self._check_geometry(file)
@@ -172,8 +170,7 @@ class LabelStore(LabelEdits):
     map_path: a map file of any schema, or a mesh; labels of what is no map of schema S1 go to the
     file of label_target(), which save() makes. part: as in MapFile. owner_info: what others shall
     know of this process. read_only: never the owner; no file is made. identity: (UUID, number of
-    faces) of a mesh, where known: saves reading it. map_file: what opens map files
-    (map_access.open_map).
+    faces) of a mesh, where known: saves reading it.
 
     Raises MapFileError, for example journal: there are edits of another mesh in its journal. Why
     labels cannot be changed otherwise (read-only folder, other owner) is in refusal; notes has
@@ -188,8 +185,7 @@ class LabelStore(LabelEdits):
         owner_info: Optional[Mapping[str, Any]] = None,
         read_only: bool = False,
         identity: Optional[Identity] = None,
-        map_file: Optional[Callable[..., Any]] = None,
     ) -> None:
-        base = LabelBase(map_path, part, identity, map_file)
+        base = LabelBase(map_path, part, identity)
         journal = journal_path(base.path, base.part)
         super().__init__(base, journal, owner_info, read_only)

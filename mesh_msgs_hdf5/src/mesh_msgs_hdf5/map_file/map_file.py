@@ -159,8 +159,7 @@ def _forwarded(member):
 
     @functools.wraps(function)
     def ask(self, *arguments, **keywords):
-        if arguments or keywords or member is function:
-            parameters.bind(self, *arguments, **keywords)  # a wrong call is a TypeError
+        parameters.bind(self, *arguments, **keywords)  # a wrong call is a TypeError
         with self._reader() as reader:
             return function(reader, *arguments, **keywords)
 

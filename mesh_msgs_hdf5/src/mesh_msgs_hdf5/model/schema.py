@@ -82,26 +82,21 @@ def part_path(path: PathLike, part: str) -> List[str]:
 
 def check_layer_name(path: PathLike, name: str) -> None:
     """Refuse a layer name that cannot be one in the group `channels`, or has a meaning there."""
-    _check_name(path, "layer", name)
-    if "/" in name:
-        raise MapFileError("layer", path, "layer name %r contains a slash" % name, "use _ instead")
-    if name in RESERVED or name.endswith("_idx"):
-        raise MapFileError(
-            "layer", path, "layer name %r is kept for mesh data" % name, "choose another name"
-        )
+    _check_array_name(path, "layer", name, RESERVED)
 
 
 def check_face_attribute_name(path: PathLike, name: str) -> None:
     """Refuse a name that cannot be one in the group `face_attributes`."""
-    _check_name(path, "face attribute", name)
+    _check_array_name(path, "face attribute", name, ())
+
+
+def _check_array_name(path, what, name, reserved):
+    _check_name(path, what, name)
+    called, hint = "%s name %r " % (what, name), "choose another name"
     if "/" in name:
-        raise MapFileError(
-            "layer", path, "face attribute name %r contains a slash" % name, "use _ instead"
-        )
-    if name.endswith("_idx"):
-        raise MapFileError(
-            "layer", path, "face attribute name %r is kept for mesh data" % name, "choose another"
-        )
+        raise MapFileError("layer", path, called + "contains a slash", "use _ instead")
+    if name in reserved or name.endswith("_idx"):
+        raise MapFileError("layer", path, called + "is kept for mesh data", hint)
 
 
 def check_frame_id(path: PathLike, frame_id: str) -> None:

@@ -25,7 +25,7 @@ _DARKEST = 0.45  # a face that the light does not reach
 def choose_paint(
     path: str,
     mesh: Mesh,
-    what: str = "auto",
+    what: str,
     name: Optional[str] = None,
     limits: Optional[Tuple[float, float]] = None,
     scale: str = "rainbow",
@@ -33,14 +33,9 @@ def choose_paint(
     """The paint for a mesh (see render_paint).
 
     what: "layer" or "face" (the vertex layer or face attribute called name; a layer that is not
-    there may be a face attribute), "labels", "colors", "textures", "height", or "auto": the first
-    of textures, colors and height that the mesh has. Raises MapFileError (code layer) for what the
-    mesh does not have; path is for the error.
+    there may be a face attribute), "labels", "colors", "textures" or "height". Raises MapFileError
+    (code layer) for what the mesh does not have; path is for the error.
     """
-    if what == "auto":
-        what = "textures" if mesh.textures and mesh.materials is not None else "colors"
-        if what == "colors" and mesh.vertex_colors is None:
-            what = "height"
     stops = SCALES[scale]
     if what == "layer" and name in mesh.vertex_costs:
         return VertexValues(name, mesh.faces, mesh.vertex_costs[name], stops, limits)

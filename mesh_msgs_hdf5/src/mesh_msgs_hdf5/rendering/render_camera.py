@@ -36,11 +36,6 @@ class Camera(NamedTuple):
         return seen
 
     @property
-    def axis_names(self) -> Tuple[str, str]:
-        """Which axes of the frame point right and up; ("", "") in an oblique view."""
-        return axis_names(self.axes)
-
-    @property
     def extent(self) -> Tuple[float, float, float, float]:
         """left, right, bottom, top in meters."""
         right, bottom = self.left + self.width * self.pixel, self.top - self.height * self.pixel
@@ -63,7 +58,7 @@ def look_at(vertices: np.ndarray, view: Tuple[float, float], width: int, height:
 
 
 def axis_names(axes: np.ndarray) -> Tuple[str, str]:
-    """See Camera.axis_names; axes as in Camera."""
+    """Which axes of the frame point right and up; ("", "") in an oblique view."""
     right, up = ("xyz"[row.argmax()] if row.max() == 1 else "" for row in axes[:2])
     return (right, up) if right and up else ("", "")
 

@@ -96,7 +96,7 @@ def _footer(mesh):
 
 
 def _axes(axes, camera: Camera):
-    names = camera.axis_names
+    names = axis_names(camera.axes)
     if names[0]:
         axes.set_xlabel(names[0] + " [m]", fontsize=9)
         axes.set_ylabel(names[1] + " [m]", fontsize=9)

@@ -1,22 +1,21 @@
 """Node hdf5_map_server: serves meshes with all that is known of them, and stores what it gets."""
 import contextlib
 import sys
-from typing import Callable, Iterator, List, Optional
+from typing import Callable, Iterator, Optional
 
 import rospy
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.ros.label_colors_ros import Found, LabelColorServices
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
-from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
+from mesh_msgs_hdf5.ros.label_services_ros import Found, LabelServices
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.ros.run_node_ros import run_node
 from mesh_msgs_hdf5.server.map_loading import load, owner_notes
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.map_reload_ros import MapReload
-from mesh_msgs_hdf5.server.map_services_ros import MapServerServices, answering
+from mesh_msgs_hdf5.server.map_services_ros import MapServerServices
 from mesh_msgs_hdf5.server.map_store_ros import MapStore
 from mesh_msgs_hdf5.server.map_topics_ros import MapServerTopics
 from mesh_msgs_hdf5.server.served_map import STORES_ALL
@@ -28,21 +27,17 @@ class MapServer:
 
     def __init__(self, maps: MapRegistry, options: ServerOptions, progress: MapProgress) -> None:
         forwarder = LabelForwarder()
-        colors = LabelColorServices("", _labels_of(maps), answering, forwarder)
-        self._topics = MapServerTopics(colors)
         self._services = MapServerServices(maps)
-
-        def deleted(uuid, _labels, cluster):
-            with contextlib.suppress(UnknownMap):  # it has just been replaced: nobody asks for it
-                self._topics.publish_label(maps.find(uuid), cluster)
-
-        self._labels = LabelServices("", _labels_of(maps), answering, forwarder, deleted)
+        labels = LabelServices("", _labels_of(maps), forwarder, UnknownMap)
+        self._topics = MapServerTopics(labels)
         for served in maps:
             self._topics.publish_map(served)
             progress.serves(served)
         progress.ready(maps)
         self._reload = MapReload(maps, self._topics, progress, _owner_info(), options.read_only)
-        self._store = MapStore(maps, self._topics, forwarder, options.save_delay, self._reload.look)
+        self._store = MapStore(
+            maps, self._topics, labels, forwarder, options.save_delay, self._reload.look
+        )
 
     def close(self) -> None:
         """Save what was received."""
@@ -88,18 +83,13 @@ def load_maps(options: ServerOptions, progress: MapProgress) -> MapRegistry:
     return maps
 
 
-def _files() -> List[str]:
-    """The arguments that are not for rospy."""
-    return list(rospy.myargv(sys.argv)[1:])
-
-
 def _owner_info():
     return {**owner_info("cluster_label", "delete_label", "set_label_color"), STORES_ALL: True}
 
 
 @contextlib.contextmanager
 def _running() -> Iterator[None]:
-    options = parse(rospy.get_param("~", {}), _files())
+    options = parse(rospy.get_param("~", {}), rospy.myargv(sys.argv)[1:])
     progress = MapProgress()
     with ended_by_signals():
         maps = load_maps(options, progress)

@@ -7,7 +7,7 @@ import genpy
 from mesh_msgs_hdf5.files.probe import kind_of, read_head
 from mesh_msgs_hdf5.formats.any_mesh import Members, MeshMembers
 from mesh_msgs_hdf5.formats.importer import read_mesh
-from mesh_msgs_hdf5.isolation.map_access import list_parts, open_map
+from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
 from mesh_msgs_hdf5.labels.label_store import LabelStore, label_target
@@ -32,10 +32,10 @@ def load(
         asked, sources = [request], [MeshMembers(path, mesh)]
         notes = ["%s: %s" % (path, note) for note in report.notes]
     else:
-        parts: List[Any] = list_parts(path) if request.part == ALL_PARTS else []
+        parts: List[Any] = isolated("parts", path) if request.part == ALL_PARTS else []
         parts = [part or ROOT for part in parts] or [request.part or None]
         asked = [MapRequest(path, part) for part in parts]
-        sources = [open_map(path, one.part) for one in asked]
+        sources = [IsolatedMapFile(path, one.part) for one in asked]
         notes = []
     found = [_served(*pair, stamp, owner_info, read_only) for pair in zip(asked, sources)]
     for served in found:
@@ -59,7 +59,7 @@ def source_now(request: MapRequest) -> Members:
     """What would be loaded, of a request for one part. Raises MapFileError."""
     if kind_of(request.path, read_head(request.path)) != "h5":
         return MeshMembers(request.path, read_mesh(request.path)[0])
-    return open_map(request.path, request.part)
+    return IsolatedMapFile(request.path, request.part)
 
 
 def _served(request, source, stamp, owner_info, read_only):
@@ -71,7 +71,7 @@ def _served(request, source, stamp, owner_info, read_only):
     target = label_target(path, part)
     if target != os.path.realpath(path) and os.path.exists(target):
         try:
-            stored = open_map(target)
+            stored = IsolatedMapFile(target)
             if stored.uuid != overlay.uuid:
                 text = "it holds another mesh than %s" % path
                 raise MapFileError("exists", target, text, "rename one of them to store changes")

@@ -1,5 +1,5 @@
 """Loads a map anew when another program has changed its file."""
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict
 
 import rospy
 
@@ -87,14 +87,16 @@ class MapReload:
         self._topics.forget_map(served)
         self._topics.publish_map(served)
         self._progress.serves(served)
-        rospy.loginfo("%s has been changed by another program: now %s", *_said(served))
+        text = "%s has been changed by another program: now %s"
+        rospy.loginfo("%s", one_line(text % (served.name, served.describe())))
 
     def _reload(self, served: ServedMap) -> None:
         served.end("nothing is stored: " + _REPLACED)
         served.labels.close()
         self._progress.reading(served.path)
         found, notes = load(served.request, rospy.Time.now(), *self._options)
-        self._log(notes + owner_notes(found, self._options[1]))
+        for note in notes + owner_notes(found, self._options[1]):
+            rospy.loginfo("%s", one_line(note))
         self._progress.loaded(served.path, notes)
         try:
             self._maps.replace(served, found[0])
@@ -105,12 +107,3 @@ class MapReload:
         self._topics.publish_map(found[0])
         self._progress.serves(found[0])
         rospy.loginfo("%s: now %s", _REPLACED, one_line(found[0].describe()))
-
-    @staticmethod
-    def _log(notes: List[str]) -> None:
-        for note in notes:
-            rospy.loginfo("%s", one_line(note))
-
-
-def _said(served: ServedMap) -> Tuple[str, str]:
-    return one_line(served.name), one_line(served.describe())

@@ -14,7 +14,7 @@ from mesh_msgs.srv import (
     GetVertexCostLayersResponse,
 )
 
-from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.ros.label_services_ros import answering
 from mesh_msgs_hdf5.ros.map_messages import FACES, NORMALS, VERTICES
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.received import Refused
@@ -53,27 +53,16 @@ class MapServerServices:
             self._services.append(rospy.Service(name, kind, self._answering(handler)))
 
     def _answering(self, handler: Callable[[ServedMap, Any], Any]) -> Callable[[Any], Any]:
-        return answering(lambda request: handler(self._maps.find(request.uuid), request))
+        def answer(request: Any) -> Any:
+            return handler(self._maps.find(request.uuid), request)
+
+        return answering(answer, UnknownMap, Refused)
 
     def _get_uuids(self, _request: Any) -> GetUUIDsResponse:
         return GetUUIDsResponse(uuids=self._maps.uuids())
 
     def _get_uuid(self, _request: Any) -> GetUUIDResponse:
         return GetUUIDResponse(uuid=self._maps.uuids()[0])
-
-
-def answering(handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A handler of a service whose errors are the answer."""
-
-    def answer(request: Any) -> Any:
-        try:
-            return handler(request)
-        except (MapFileError, UnknownMap, Refused) as error:
-            raise rospy.ServiceException(str(error)) from error
-        except MemoryError as error:
-            raise rospy.ServiceException("there is not enough memory to answer") from error
-
-    return answer
 
 
 def _geometry(*parts):

@@ -9,9 +9,11 @@ from mesh_msgs.msg import MeshFeatures, MeshTexture
 from std_srvs.srv import Trigger, TriggerResponse
 
 from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.labels.journal_reading import OwnedError
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
+from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.ros.map_messages import cluster
 from mesh_msgs_hdf5.server import received
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
@@ -51,6 +53,7 @@ class MapStore:
         self,
         maps: MapRegistry,
         topics: MapServerTopics,
+        labels: LabelServices,
         forwarder: LabelForwarder,
         save_delay: float,
         look: Callable[[], None],
@@ -58,6 +61,7 @@ class MapStore:
         """look: called about twice a second, in the thread that saves."""
         self._maps = maps
         self._topics = topics
+        self._labels = labels
         self._forwarder = forwarder
         self._delay = save_delay
         self._look = look
@@ -115,16 +119,14 @@ class MapStore:
         except (Refused, UnknownMap, MapFileError) as error:
             self._warn("%s: refused: %s" % (_LABELS, error))
             return
-        self._topics.publish_label(served, cluster(message.cluster.label, stored))
+        self._labels.stored(served.uuid, served.labels, cluster(message.cluster.label, stored))
 
     def _set_label(self, served: ServedMap, message: Any, label: Label) -> Label:
         """The label as it is now; another process that owns the labels is sent the message."""
         text = message.cluster.label
         try:
             return served.labels.set(text, label.faces, override=bool(message.override))
-        except MapFileError as error:
-            if error.code != "owned":
-                raise
+        except OwnedError:
             self._forwarder.store(served.labels, message, _LABELS)
             return served.labels.get(text) if text in served.labels.names() else label
 
@@ -177,30 +179,21 @@ class MapStore:
         """Save all maps; returns (what was saved, what was not) as sentences, which are logged."""
         saved, failed = [], []
         for served in self._maps:
-            for save in [self._save_changes] + ([self._fold_labels] if fold_labels else []):
+            for save in [served.save] + ([served.fold_labels] if fold_labels else []):
                 started = time.monotonic()
                 try:
-                    done, waits = save(served)
+                    done, waits = save()
+                    if waits:
+                        failed.append("%s: %s" % (served.target, waits))
+                    if done:
+                        seconds = time.monotonic() - started
+                        saved.append("saved %s to %s in %.2f s" % (done, served.target, seconds))
                 except MapFileError as error:
-                    done, waits = "", "not saved: %s" % error
+                    failed.append("not saved: %s" % error)
                 except MemoryError:
-                    done, waits = "", "not saved: %s: there is not enough memory" % served.target
-                if done:
-                    seconds = time.monotonic() - started
-                    saved.append("saved %s to %s in %.2f s" % (done, served.target, seconds))
-                if waits:
-                    failed.append(waits)
+                    failed.append("not saved: %s: there is not enough memory" % served.target)
         for line in saved:
             rospy.loginfo("%s", one_line(line))
         for line in failed:
             rospy.logerr("%s", one_line(line))
         return saved, failed
-
-    @staticmethod
-    def _save_changes(served: ServedMap) -> Tuple[str, str]:
-        done, waits = served.save()
-        return done, "%s: %s" % (served.target, waits) if waits else ""
-
-    @staticmethod
-    def _fold_labels(served: ServedMap) -> Tuple[str, str]:
-        return served.fold_labels(), ""

@@ -1,115 +1,89 @@
 """The topics on which hdf5_map_server publishes."""
 import threading
-from typing import Any, Callable, Hashable, List
+from typing import Hashable, List
 
 import rospy
 from mesh_msgs import arrays
-from mesh_msgs.msg import MeshFaceCluster, MeshFeatures
+from mesh_msgs.msg import MeshFeatures
 from mesh_msgs.ros import LatchedTopics
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.ros.label_colors_ros import LabelColorServices
+from mesh_msgs_hdf5.ros.label_services_ros import LabelServices
 from mesh_msgs_hdf5.server.served_map import ServedMap
+
+# member of a map -> (name of its topic, and of its message in MapMessages; type; name in the log)
+_MEMBERS = {
+    "geometry": ("geometry", arrays.MeshGeometryStamped, "geometry"),
+    "vertex_colors": ("vertex_colors", arrays.MeshVertexColorsStamped, "vertex colors"),
+    "vertex_costs": ("vertex_costs", arrays.MeshVertexCostsStamped, "layer"),
+    "face_attributes": ("face_costs", arrays.MeshFaceCostsStamped, "face attribute"),
+    "features": ("features", MeshFeatures, "features"),
+}
 
 
 class MapServerTopics:
     """Latched for each map and each of its layers: a late subscriber gets every one."""
 
-    def __init__(self, label_colors: LabelColorServices) -> None:
-        self._geometry = LatchedTopics("mesh/geometry", arrays.MeshGeometryStamped)
-        self._colors = LatchedTopics("mesh/vertex_colors", arrays.MeshVertexColorsStamped)
-        self._vertex_costs = LatchedTopics("mesh/vertex_costs", arrays.MeshVertexCostsStamped)
-        self._face_costs = LatchedTopics("mesh/face_costs", arrays.MeshFaceCostsStamped)
-        self._features = LatchedTopics("mesh/features", MeshFeatures)
-        self._labels = rospy.Publisher("new_cluster_label", MeshFaceCluster, queue_size=10)
-        self._label_colors = label_colors
+    def __init__(self, labels: LabelServices) -> None:
+        self._topics = {
+            member: LatchedTopics("mesh/" + name, kind)
+            for member, (name, kind, _) in _MEMBERS.items()
+        }
+        self._labels = labels
         self._publishing = threading.Lock()
         # maps whose features nobody has asked for yet: they are not read before
         self._featureless: List[ServedMap] = []
 
     def publish_map(self, served: ServedMap) -> None:
         """Everything that is published at the start; what cannot be read is a log line."""
-        messages, overlay = served.messages, served.overlay
-        self._publish(served, "geometry", self._geometry, None, messages.geometry)
+        overlay = served.overlay
+        self._publish(served, "geometry")
         if overlay.has_colors:
-            self._publish(served, "vertex colors", self._colors, None, messages.vertex_colors)
+            self._publish(served, "vertex_colors")
         for name in overlay.layer_names():
-            self._publish_layer(served, name)
+            self._publish(served, "vertex_costs", name)
         for name in overlay.face_attribute_names():
-            self._publish_face_costs(served, name)
+            self._publish(served, "face_attributes", name)
         self._featureless.append(served)
-        self._label_colors.changed(served.uuid, served.labels)
+        self._labels.changed(served.uuid, served.labels)
 
     def forget_map(self, served: ServedMap) -> None:
         """Nothing of it is sent to later subscribers."""
         with self._publishing:
-            for topics in (
-                self._geometry,
-                self._colors,
-                self._vertex_costs,
-                self._face_costs,
-                self._features,
-            ):
+            for topics in self._topics.values():
                 for uuid, key in topics.keys():
                     if uuid == served.uuid:
                         topics.remove((uuid, key))
         self._featureless = [waiting for waiting in self._featureless if waiting is not served]
-        self._label_colors.forget(served.uuid)
+        self._labels.forget(served.uuid)
 
-    def publish_change(self, served: ServedMap, member: str, key: Any) -> None:
+    def publish_change(self, served: ServedMap, member: str, key: Hashable) -> None:
         """What a received message has changed (see Received)."""
-        if member == "vertex_colors":
-            make = served.messages.vertex_colors
-            self._publish(served, "vertex colors", self._colors, None, make)
-        elif member == "vertex_costs":
-            self._publish_layer(served, key)
-        elif member == "face_attributes":
-            self._publish_face_costs(served, key)
-        elif member == "features" and served not in self._featureless:
-            self._publish_features(served)
+        waits = member == "features" and served in self._featureless
+        if member in _MEMBERS and not waits:
+            self._publish(served, member, key)
 
     def publish_wanted(self) -> None:
         """The features and the colors of labels, if somebody has subscribed to them meanwhile."""
-        self._label_colors.publish_wanted()
-        if self._featureless and self._features.get_num_connections():
+        self._labels.publish_wanted()
+        if self._featureless and self._topics["features"].get_num_connections():
             waiting, self._featureless = self._featureless, []
             for served in waiting:
-                self._publish_features(served)
+                self._publish(served, "features")
 
-    def publish_label(self, served: ServedMap, cluster: arrays.MeshFaceCluster) -> None:
-        """A label that has been stored; without faces if it has been deleted."""
-        self._labels.publish(cluster)
-        self._label_colors.changed(served.uuid, served.labels)
-
-    def _publish_layer(self, served, name):
-        make = served.messages.vertex_costs
-        self._publish(served, "layer " + name, self._vertex_costs, name, lambda: make(name))
-
-    def _publish_face_costs(self, served, name):
-        make = served.messages.face_costs
-        what = "face attribute " + name
-        self._publish(served, what, self._face_costs, name, lambda: make(name))
-
-    def _publish_features(self, served):
-        make = served.messages.features
-        self._publish(served, "features", self._features, None, make)
-
-    def _publish(
-        self,
-        served: ServedMap,
-        what: str,
-        topics: LatchedTopics,
-        key: Hashable,
-        make: Callable[[], Any],
-    ) -> None:
+    def _publish(self, served: ServedMap, member: str, key: Hashable = None) -> None:
+        """key: the name of a layer or face attribute."""
+        name, _, what = _MEMBERS[member]
+        make, topics = getattr(served.messages, name), self._topics[member]
         try:
             with self._publishing:  # of two changes at the same time, the last one is kept
-                message = make()
+                message = make() if key is None else make(key)
                 if message is None:  # the map has none (any more)
                     topics.remove((served.uuid, key))
                 else:
                     topics.publish((served.uuid, key), message)
         except (MapFileError, MemoryError) as error:
+            what = what if key is None else "%s %s" % (what, key)
             text = "%s: its %s cannot be published: %s" % (served.name, what, error)
             rospy.logerr("%s", one_line(text))

@@ -8,8 +8,7 @@ import genpy
 
 from mesh_msgs_hdf5.files.save import stamp as file_stamp
 from mesh_msgs_hdf5.formats.any_mesh import MeshMembers
-from mesh_msgs_hdf5.isolation import isolated
-from mesh_msgs_hdf5.isolation.map_access import open_map
+from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
 from mesh_msgs_hdf5.labels.label_store import LabelStore
@@ -133,14 +132,14 @@ class ServedMap:
             self.overlay.saved(ready)
             return summary(ready), waits
 
-    def fold_labels(self) -> str:
-        """Put the label edits into the file; returns what that was ("3 labels"), or ""."""
+    def fold_labels(self) -> Tuple[str, str]:
+        """Put the label edits into the file; as save(): "3 labels", and nothing has to wait."""
         with self._saving:
             dirty = self.labels.dirty
             count = self.labels.save() if dirty else 0
             if dirty:
                 self.saved_stamp = file_stamp(self.target)
-        return "%d label%s" % (count, "" if count == 1 else "s") if count else ""
+        return "%d label%s" % (count, "" if count == 1 else "s") if count else "", ""
 
     def _ready(self):
         """What can be saved now: a file refuses materials whose textures it does not have."""
@@ -169,7 +168,7 @@ class ServedMap:
                 MapFile.write(self.target, source.read(), overwrite=False)
             else:
                 isolated("convert", source.path, self.target, part=source.part)
-        target = open_map(self.target)
+        target = IsolatedMapFile(self.target)
         if target.uuid != self.uuid:
             raise MapFileError(
                 "exists",

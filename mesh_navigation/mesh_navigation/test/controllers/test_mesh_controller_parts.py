@@ -10,12 +10,13 @@ from mesh_msgs import zoo
 
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.controllers.carrot import Carrot
+from mesh_navigation.controllers.guide import Guide
 from mesh_navigation.controllers.sight import Sight
 from mesh_navigation.controllers.local_costs import ESCAPE, LocalCosts
 from mesh_navigation.controllers.surface_pose import Locator
 from mesh_navigation.controllers.steering import Ahead, steer
-from mesh_navigation.controllers.track import Track
 from mesh_navigation.controllers.vector3 import inside
+from mesh_navigation.plugins.controller import ControllerPlan
 from controller_drives import controller_on
 from navigation_test_maps import MapWithCosts
 
@@ -34,6 +35,11 @@ def snapshot_of(mesh_map=GRID, goal=(9.0, 9.0, 0.0)):
 
 def sight(surface_pose, mesh_map=GRID):
     return Sight(mesh_map.geometry, snapshot_of(mesh_map), surface_pose)
+
+
+def guide(points, costs, distance, clearance):
+    poses = np.pad(points, ((0, 0), (0, 4)))
+    return Guide(GRID.geometry, ControllerPlan(poses), costs, distance, clearance)
 
 
 @pytest.mark.parametrize("angle", [0.02, -0.1, 0.3])
@@ -85,17 +91,17 @@ def test_where_a_path_crosses_itself_the_robot_stays_on_its_part():
     corners = np.array([[2, 5, 0], [8, 5, 0], [8, 8, 0], [5, 8, 0], [5, 2, 0.0]])
     parts = [np.linspace(a, b, 21)[:-1] for a, b in zip(corners, corners[1:])]
     points = np.concatenate(parts + [corners[-1:]])
-    track = Track(GRID.geometry, points, GRID.costs, 0.4, 0.0)
+    path = guide(points, GRID.costs, 0.4, 0.0)
     travelled = [
-        track.nearest(np.array([x, 5.0, 0.0]), 1.0).travelled for x in np.arange(2.0, 8.0, 0.25)
+        path.nearest(np.array([x, 5.0, 0.0]), 1.0).travelled for x in np.arange(2.0, 8.0, 0.25)
     ]
     assert travelled == pytest.approx(np.arange(0.0, 6.0, 0.25), abs=1e-6)
     for place in ([8, 6.5, 0], [8, 8, 0], [6.5, 8, 0], [5, 8, 0], [5, 6.5, 0], [5, 5.2, 0]):
-        found = track.nearest(np.array(place, float), 1.0)
+        found = path.nearest(np.array(place, float), 1.0)
     assert found.travelled == pytest.approx(6 + 3 + 3 + 2.8)
-    assert track.nearest(np.array([5.05, 5.0, 0.0]), 1.0).travelled == pytest.approx(15.0, abs=0.01)
+    assert path.nearest(np.array([5.05, 5.0, 0.0]), 1.0).travelled == pytest.approx(15.0, abs=0.01)
     # Put elsewhere by someone, it is on the part that is there.
-    assert track.nearest(np.array([2.5, 5.0, 0.0]), 1.0).travelled == pytest.approx(0.5)
+    assert path.nearest(np.array([2.5, 5.0, 0.0]), 1.0).travelled == pytest.approx(0.5)
 
 
 def test_corners_of_paths_are_rounded_but_not_onto_blocked_ground():
@@ -103,7 +109,7 @@ def test_corners_of_paths_are_rounded_but_not_onto_blocked_ground():
         [np.linspace([2, 5, 0], [5, 5, 0], 16), np.linspace([5, 5.2, 0], [5, 8, 0], 15)]
     )
     corner = np.array([5.0, 5.0, 0.0])
-    rounded = Track(GRID.geometry, points, GRID.costs, 0.4, 0.1)
+    rounded = guide(points, GRID.costs, 0.4, 0.1)
     assert 0.05 < rounded.nearest(corner, 1.0).distance <= 0.1
     outside = np.array([5.07, 4.93, 0.0])
     assert rounded.nearest(outside, 1.0).distance < 0.05
@@ -111,7 +117,7 @@ def test_corners_of_paths_are_rounded_but_not_onto_blocked_ground():
     on_path = (np.abs(GRID.vertices[:, :2] - 5.0) < 0.01).any(axis=1)
     costs = np.float32(np.where(beside & ~on_path, np.inf, 0.0))
     assert np.isinf(costs).any()
-    kept = Track(GRID.geometry, points, costs, 0.4, 0.3)
+    kept = guide(points, costs, 0.4, 0.3)
     assert kept.nearest(corner, 1.0).distance == pytest.approx(0.0, abs=1e-6)
 
 

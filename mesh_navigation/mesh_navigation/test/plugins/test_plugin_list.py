@@ -170,5 +170,5 @@ def test_each_map_has_plugins_of_its_own(classes):
 )
 def test_malformed_lists(value, names, words):
     found, complaints = read_entries(value, "~planners")
-    assert [entry.name for entry in found] == names
+    assert list(found) == names
     assert len(complaints) == 1 and words in complaints[0]

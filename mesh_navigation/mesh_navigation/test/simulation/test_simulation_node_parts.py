@@ -10,11 +10,11 @@ from geometry_msgs.msg import Twist
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import read_parameters
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
 from mesh_navigation.base.messages import bare_pose, pose_from_message, velocity_of
-from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import Velocity
 from mesh_navigation.simulation import robot_messages

@@ -1,36 +1,31 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 
-#include <OgreMaterial.h>
-#include <OgrePrerequisites.h>
-
 #include "base/mesh_data.h"
+#include "rendering/mesh_material.h"
 
 namespace rviz_mesh_plugin {
 
-/// An OGRE material in one color, lit as meshes are and drawn just in front of them. Destroyed with
-/// its last user.
+/// A material in one color, lit as meshes are and drawn just in front of them.
 class LabelMaterial
 {
  public:
-  explicit LabelMaterial(const Rgba8& color);
-  ~LabelMaterial();
-  LabelMaterial(const LabelMaterial&) = delete;
-  LabelMaterial& operator=(const LabelMaterial&) = delete;
+  explicit LabelMaterial(const Rgba8& color) : color_(color) { setAlpha(1.0f); }
 
   /// Multiplies the alpha of the color.
   void setAlpha(float alpha);
   bool isTranslucent() const { return translucent_; }
-  const Ogre::MaterialPtr& get() const { return material_; }
+  const Ogre::MaterialPtr& get() const { return material_.get(); }
 
  private:
-  Rgba8 color_;
+  const Rgba8 color_;
   bool translucent_ = false;
-  Ogre::MaterialPtr material_;
+  MeshMaterial material_;
 };
 
 /// One material for all labels of a color.
@@ -42,7 +37,7 @@ class LabelMaterials
 
  private:
   float alpha_ = 1.0f;
-  std::map<std::uint32_t, std::weak_ptr<LabelMaterial>> materials_;
+  std::map<std::array<std::uint8_t, 4>, std::weak_ptr<LabelMaterial>> materials_;
   std::size_t clean_at_ = 64;
 };
 

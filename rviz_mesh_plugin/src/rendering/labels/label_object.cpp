@@ -7,10 +7,9 @@
 #include <OgreHardwareBufferManager.h>
 #include <OgreRenderOperation.h>
 #include <OgreRenderQueue.h>
-#include <OgreSceneManager.h>
-#include <OgreSceneNode.h>
-#include <OgreViewport.h>
 
+#include "rendering/finite_bounds.h"
+#include "rendering/level_choice.h"
 #include "rendering/ogre_compatibility.h"
 #include "rendering/unique_name.h"
 
@@ -35,10 +34,10 @@ constexpr std::size_t LOOK_BYTES = 4;
 
 }  // namespace
 
-LabelObject::LabelObject(Ogre::SceneNode* parent, const LabelledMesh& mesh, bool growing)
-    : Ogre::MovableObject(uniqueName("Label")),
+LabelObject::LabelObject(Ogre::SceneNode* parent, LabelVertices& vertices, bool growing)
+    : Ogre::SimpleRenderable(uniqueName("Label")),
       node_(parent->createChildSceneNode()),
-      mesh_(mesh),
+      vertices_(vertices),
       growing_(growing)
 {
   setCastShadows(false);
@@ -118,7 +117,7 @@ void LabelObject::takeChanges()
         Ogre::HardwareIndexBuffer::IT_32BIT, 3 * (growing_ ? count + count / 4 + 16 : count),
         Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY);
     dirty_ = {{0, count}};
-    bounds_.setNull();
+    setBoundingBox(Ogre::AxisAlignedBox::BOX_NULL);
   } else {
     drawn_.indexCount = std::min(drawn_.indexCount, 3 * count);
   }
@@ -135,24 +134,21 @@ void LabelObject::drawAll()
 
 void LabelObject::write(std::size_t begin, std::size_t end)
 {
-  const MeshData& mesh = *mesh_.mesh;
+  const MeshData& mesh = *vertices_.mesh();
   std::vector<std::uint32_t> indices;
   indices.reserve(3 * (end - begin));
-  Ogre::Vector3 lower = bounds_.isFinite() ? bounds_.getMinimum() : Ogre::Vector3(INFINITY);
-  Ogre::Vector3 upper = bounds_.isFinite() ? bounds_.getMaximum() : Ogre::Vector3(-INFINITY);
+  Ogre::AxisAlignedBox box = getBoundingBox();
   for (std::size_t place = begin; place < end; ++place) {
     const std::size_t face = slots_.faces()[place];
     for (std::size_t corner = 3 * face; corner < 3 * face + 3; ++corner) {
       const std::uint32_t index = mesh.indices[corner];
       indices.push_back(index);
       const auto& p = mesh.vertices[index].position;
-      const Ogre::Vector3 position(p[0], p[1], p[2]);
-      lower.makeFloor(position);
-      upper.makeCeil(position);
+      box.merge(Ogre::Vector3(p[0], p[1], p[2]));
     }
   }
   buffer_->writeData(FACE_BYTES * begin, FACE_BYTES * (end - begin), indices.data(), false);
-  bounds_.setExtents(lower, upper);
+  setBoundingBox(box);
 }
 
 std::size_t LabelObject::gpuBytes() const
@@ -164,49 +160,35 @@ std::size_t LabelObject::gpuBytes() const
   return bytes;
 }
 
-const Ogre::String& LabelObject::getMovableType() const
-{
-  static const Ogre::String TYPE = "rviz_mesh_plugin/Label";
-  return TYPE;
-}
-
 Ogre::Real LabelObject::getBoundingRadius() const
 {
-  return bounds_.isFinite() ? std::max(bounds_.getMinimum().length(), bounds_.getMaximum().length())
-                            : 0.0f;
+  return getBoundingBox().isFinite() ? radiusAboutOrigin(getBoundingBox()) : 0.0f;
 }
 
 bool LabelObject::isVisible() const
 {
-  return shown_ && drawn_.indexCount > 0 && material_ && mesh_.complete() &&
+  return shown_ && drawn_.indexCount > 0 && material_ && vertices_.complete() &&
          Ogre::MovableObject::isVisible();
 }
 
 void LabelObject::_notifyCurrentCamera(Ogre::Camera* camera)
 {
-  Ogre::MovableObject::_notifyCurrentCamera(camera);
-  nearer_ = 0.0f;
-  const Ogre::Viewport* viewport = camera->getViewport();
-  const Ogre::Matrix4& projection = camera->getProjectionMatrix();
-  if (!viewport || viewport->getActualHeight() <= 0 || projection[1][1] <= 0.0f) {
-    return;
-  }
-  // The height of a pixel: at a distance of one meter, or, in a parallel projection, at any.
-  const float pixel = 2.0f / (projection[1][1] * viewport->getActualHeight());
-  parallel_ = projection[3][3] == 1.0f;
+  Ogre::SimpleRenderable::_notifyCurrentCamera(camera);
+  const PixelSize pixel = pixelSize(*camera);
+  parallel_ = !pixel.grows_with_distance;
   eye_ = camera->getDerivedPosition();
   towards_camera_ = -camera->getDerivedDirection();
+  const Ogre::AxisAlignedBox& box = vertices_.box();
   const float farthest =
-      parallel_ ? 1.0f : eye_.distance(_getParentNodeFullTransform() * mesh_.center) + mesh_.radius;
+      eye_.distance(_getParentNodeFullTransform() * box.getCenter()) + box.getHalfSize().length();
   // The mesh is drawn with less detail only where two edges are smaller than a few pixels.
-  if (2.0f * mesh_.edge < DETAIL_PIXELS * pixel * farthest) {
-    nearer_ = DETAIL_PIXELS * pixel;
-  }
+  const bool coarse = 2.0f * vertices_.edge() < DETAIL_PIXELS * pixel.at(farthest);
+  nearer_ = coarse ? DETAIL_PIXELS * pixel.meters : 0.0f;
 }
 
 void LabelObject::getWorldTransforms(Ogre::Matrix4* transform) const
 {
-  *transform = _getParentNodeFullTransform();
+  Ogre::SimpleRenderable::getWorldTransforms(transform);
   if (nearer_ <= 0.0f) {
     return;
   }
@@ -244,7 +226,7 @@ void LabelObject::getRenderOperation(Ogre::RenderOperation& operation)
 {
   operation.operationType = Ogre::RenderOperation::OT_TRIANGLE_LIST;
   operation.useIndexes = true;
-  operation.vertexData = mesh_.vertices;
+  operation.vertexData = vertices_.data();
   operation.indexData = &drawn_;
   operation.srcRenderable = this;
 }

@@ -6,42 +6,27 @@
 #include <utility>
 #include <vector>
 
-#include <OgreAxisAlignedBox.h>
 #include <OgreHardwareIndexBuffer.h>
-#include <OgreMovableObject.h>
-#include <OgreRenderable.h>
+#include <OgreSimpleRenderable.h>
 #include <OgreVertexIndexData.h>
 
-#include "base/mesh_data.h"
 #include "rendering/labels/index_slots.h"
 #include "rendering/labels/label_material.h"
+#include "rendering/labels/label_vertices.h"
 
 namespace rviz_mesh_plugin {
-
-/// What the objects of one overlay share.
-struct LabelledMesh
-{
-  MeshDataConstPtr mesh;
-  Ogre::VertexData* vertices = nullptr;
-  std::size_t vertices_uploaded = 0;
-  float edge = 0.0f;  ///< typical length of an edge, in meters
-  Ogre::Vector3 center = Ogre::Vector3::ZERO;
-  float radius = 0.0f;
-
-  bool complete() const { return mesh && vertices_uploaded == mesh->vertexCount(); }
-};
 
 /// Draws some faces of a mesh in one color, with an index buffer and bounds of its own, below a
 /// scene node of its own, so that OGRE leaves it out where it is out of sight.
 ///
 /// Faces that are new appear once all of them have been uploaded. Of faces that are set faster than
 /// that, the last ones follow.
-class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
+class LabelObject : public Ogre::SimpleRenderable
 {
  public:
-  /// @param mesh outlives the object
+  /// @param vertices outlive the object
   /// @param growing leaves room in the buffer for more faces
-  LabelObject(Ogre::SceneNode* parent, const LabelledMesh& mesh, bool growing = true);
+  LabelObject(Ogre::SceneNode* parent, LabelVertices& vertices, bool growing = true);
   ~LabelObject() override;
 
   /// @param faces ascending, each once, all of the mesh
@@ -49,7 +34,7 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   /// Adds faces to those that are drawn, takes others away, and uploads that: what is changed like
   /// this is never set as a whole. Returns how many bytes were uploaded.
   std::size_t changeFaces(const IndexSlots::Faces& added, const IndexSlots::Faces& removed);
-  void setMaterial(const std::shared_ptr<LabelMaterial>& material) { material_ = material; }
+  void useMaterial(const std::shared_ptr<LabelMaterial>& material) { material_ = material; }
   void setShown(bool shown) { shown_ = shown; }
   /// Of labels that lie on the same faces, the one with the higher layer is seen.
   void setLayer(unsigned short layer) { layer_ = layer; }
@@ -60,9 +45,6 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   std::size_t upload(std::size_t& left);
   std::size_t gpuBytes() const;
 
-  /// MovableObject and Renderable.
-  const Ogre::String& getMovableType() const override;
-  const Ogre::AxisAlignedBox& getBoundingBox() const override { return bounds_; }
   Ogre::Real getBoundingRadius() const override;
   bool isVisible() const override;
   void _notifyCurrentCamera(Ogre::Camera* camera) override;
@@ -72,16 +54,16 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   void getRenderOperation(Ogre::RenderOperation& operation) override;
   void getWorldTransforms(Ogre::Matrix4* transform) const override;
   Ogre::Real getSquaredViewDepth(const Ogre::Camera* camera) const override;
-  const Ogre::LightList& getLights() const override { return queryLights(); }
 
  private:
   void prepare(std::size_t& left);
   void takeChanges();
   void drawAll();
+  /// The bounding box encloses all faces written so far.
   void write(std::size_t begin, std::size_t end);
 
   Ogre::SceneNode* node_;
-  const LabelledMesh& mesh_;
+  LabelVertices& vertices_;
   std::shared_ptr<LabelMaterial> material_;
   const bool growing_;
   std::shared_ptr<const IndexSlots::Faces> wanted_;  ///< newer than those of the slots
@@ -90,7 +72,6 @@ class LabelObject : public Ogre::MovableObject, public Ogre::Renderable
   Ogre::HardwareIndexBufferSharedPtr buffer_;  ///< uploaded to
   /// What is drawn: of another buffer until that one is complete.
   Ogre::IndexData drawn_;
-  Ogre::AxisAlignedBox bounds_;  ///< of all faces uploaded so far
   bool shown_ = true;
   unsigned short layer_ = 0;
   /// The faces are drawn nearer to the camera by this share of their distance (or, in a parallel

@@ -5,11 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include <OgreSceneManager.h>
-#include <OgreSceneNode.h>
-
 #include "labels/label_faces.h"
-#include "rendering/ogre_compatibility.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -27,19 +23,6 @@ constexpr std::size_t FACE_LAYER = 2;
 
 }  // namespace
 
-LabelOverlay::LabelOverlay(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent)
-    : parent_(parent), node_(scene_manager->createSceneNode())
-{
-  parent_->addChild(node_);
-}
-
-LabelOverlay::~LabelOverlay()
-{
-  phantom_.reset();
-  labels_.clear();
-  destroySceneNode(node_);
-}
-
 void LabelOverlay::setMesh(const MeshDataConstPtr& mesh)
 {
   phantom_.reset();
@@ -55,14 +38,14 @@ void LabelOverlay::setMesh(const MeshDataConstPtr& mesh)
 
 std::size_t LabelOverlay::setLabel(const LabelClusterConstPtr& cluster)
 {
-  const MeshDataConstPtr& mesh = vertices_.shared().mesh;
+  const MeshDataConstPtr& mesh = vertices_.mesh();
   const LabelClusterConstPtr inside = withinMesh(cluster, mesh ? mesh->faceCount() : 0);
   if (inside->faces.empty()) {
     removeLabel(cluster->label);
   } else {
     Label& label = labels_[cluster->label];
     if (!label.object) {
-      label.object = std::make_unique<LabelObject>(node_, vertices_.shared());
+      label.object = std::make_unique<LabelObject>(node(), vertices_);
     }
     label.cluster = inside;
     label.object->setFaces({inside, &inside->faces});
@@ -103,7 +86,7 @@ void LabelOverlay::applyLook(const std::string& label)
 {
   if (LabelObject* object = find(label)) {
     const LabelLook& look = looks_[label];
-    object->setMaterial(materials_.get(look.color));
+    object->useMaterial(materials_.get(look.color));
     object->setShown(look.visible);
   }
 }
@@ -112,29 +95,13 @@ void LabelOverlay::setPhantom(bool shown)
 {
   phantom_shown_ = shown;
   phantom_.reset();
-  const MeshDataConstPtr& mesh = vertices_.shared().mesh;
+  const MeshDataConstPtr& mesh = vertices_.mesh();
   if (shown && mesh && mesh->faceCount() > 0) {
-    phantom_ = std::make_unique<LabelObject>(node_, vertices_.shared(), false);
-    phantom_->setMaterial(std::make_shared<LabelMaterial>(PHANTOM_COLOR));
+    phantom_ = std::make_unique<LabelObject>(node(), vertices_, false);
+    phantom_->useMaterial(std::make_shared<LabelMaterial>(PHANTOM_COLOR));
     auto all = std::make_shared<IndexSlots::Faces>(mesh->faceCount());
     std::iota(all->begin(), all->end(), 0u);
     phantom_->setFaces(all);
-  }
-}
-
-void LabelOverlay::setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation)
-{
-  node_->setPosition(position);
-  node_->setOrientation(orientation);
-}
-
-void LabelOverlay::setVisible(bool visible)
-{
-  const bool attached = node_->getParent() != nullptr;
-  if (visible && !attached) {
-    parent_->addChild(node_);
-  } else if (!visible && attached) {
-    parent_->removeChild(node_);
   }
 }
 
@@ -150,7 +117,7 @@ bool LabelOverlay::upload(std::chrono::microseconds budget)
   } catch (...) {
     waiting_.clear();  // what has not been uploaded yet stays so
     phantom_.reset();
-    vertices_.giveUp();
+    vertices_.setMesh(nullptr);
     throw;
   }
   return false;
@@ -159,10 +126,10 @@ bool LabelOverlay::upload(std::chrono::microseconds budget)
 /// False where there was nothing to do.
 bool LabelOverlay::uploadSlice()
 {
-  if (!vertices_.shared().mesh || (labels_.empty() && !phantom_)) {
+  if (!vertices_.mesh() || (labels_.empty() && !phantom_)) {
     return false;
   }
-  if (!vertices_.shared().complete()) {
+  if (!vertices_.complete()) {
     uploaded_bytes_ += vertices_.upload(SLICE);
     return true;
   }
@@ -205,7 +172,7 @@ void LabelOverlay::arrange(std::size_t& left)
     for (const auto& label : labels_) {
       clusters.push_back(label.second.cluster);
     }
-    layers_.start(vertices_.shared().mesh->faceCount(), std::move(clusters));
+    layers_.start(vertices_.mesh()->faceCount(), std::move(clusters));
   }
   const auto place = [this](const LabelCluster& label, unsigned short layer) {
     if (LabelObject* object = find(label.label)) {

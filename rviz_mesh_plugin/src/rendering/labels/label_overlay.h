@@ -11,28 +11,26 @@
 
 #include "base/mesh_data.h"
 #include "labels/label_colors.h"
-#include "labels/label_order.h"
+#include "labels/label_name.h"
 #include "rendering/labels/label_layers.h"
 #include "rendering/labels/label_material.h"
 #include "rendering/labels/label_object.h"
 #include "rendering/labels/label_vertices.h"
+#include "rendering/placed_visual.h"
 
 namespace rviz_mesh_plugin {
 
-/// Draws labelled faces of a mesh over (and, where the mesh is not drawn, instead of) it, below a
-/// scene node that has the pose of the mesh. GUI thread only.
+/// Draws labelled faces of a mesh over (and, where the mesh is not drawn, instead of) it, in the
+/// pose of the mesh. GUI thread only.
 ///
 /// One vertex buffer, made with the first label, and an index buffer per label of which only what
 /// changed is uploaded, in slices by upload(). Opaque labels that lie on the same faces are drawn
 /// in the order of their names (LabelLess), so that the last one is seen (of more
 /// than 16 on one face: one of the last); translucent ones blend.
-class LabelOverlay
+class LabelOverlay : public PlacedVisual
 {
  public:
-  LabelOverlay(Ogre::SceneManager* scene_manager, Ogre::SceneNode* parent);
-  ~LabelOverlay();
-  LabelOverlay(const LabelOverlay&) = delete;
-  LabelOverlay& operator=(const LabelOverlay&) = delete;
+  explicit LabelOverlay(Ogre::SceneNode* parent) : PlacedVisual(parent) {}
 
   /// Replaces the mesh (null: none); labels are gone, their colors and visibility are kept.
   void setMesh(const MeshDataConstPtr& mesh);
@@ -45,12 +43,11 @@ class LabelOverlay
   /// Also of labels that are gone.
   const LabelLooks& looks() const { return looks_; }
   void setColor(const std::string& label, const Rgba8& color);
+  using PlacedVisual::setVisible;
   void setVisible(const std::string& label, bool visible);
   void setAlpha(float alpha) { materials_.setAlpha(alpha); }
   /// Draws the whole mesh, rgb .2/.3/.2, alpha .1.
   void setPhantom(bool shown);
-  void setPose(const Ogre::Vector3& position, const Ogre::Quaternion& orientation);
-  void setVisible(bool visible);
 
   /// Uploads for about this long, at least one slice; true where nothing is left to do. Labels show
   /// once they are complete. @throw Ogre::Exception, std::bad_alloc: what cannot be uploaded is
@@ -75,8 +72,6 @@ class LabelOverlay
   std::size_t uploadLabels(std::size_t& left);
   void arrange(std::size_t& left);
 
-  Ogre::SceneNode* parent_;
-  Ogre::SceneNode* node_;
   LabelMaterials materials_;
   LabelVertices vertices_;
   std::map<std::string, Label, LabelLess> labels_;

@@ -2,11 +2,11 @@
 
 #include <cstddef>
 
+#include <OgreAxisAlignedBox.h>
 #include <OgreHardwareVertexBuffer.h>
 #include <OgreVertexIndexData.h>
 
 #include "base/mesh_data.h"
-#include "rendering/labels/label_object.h"
 
 namespace rviz_mesh_plugin {
 
@@ -19,19 +19,25 @@ class LabelVertices
   LabelVertices& operator=(const LabelVertices&) = delete;
 
   void setMesh(const MeshDataConstPtr& mesh);
+  const MeshDataConstPtr& mesh() const { return mesh_; }
+  const Ogre::AxisAlignedBox& box() const { return box_; }
+  /// Typical length of an edge, in meters.
+  float edge() const { return edge_; }
 
   /// Uploads at most @a limit bytes (but one vertex at least); returns how many.
   std::size_t upload(std::size_t limit);
-  /// Forgets the mesh.
-  void giveUp() { setMesh(nullptr); }
+  bool complete() const { return mesh_ && uploaded_ == mesh_->vertexCount(); }
 
   std::size_t gpuBytes() const;
-  const LabelledMesh& shared() const { return shared_; }
+  Ogre::VertexData* data() { return &data_; }
 
  private:
+  MeshDataConstPtr mesh_;
+  Ogre::AxisAlignedBox box_;
+  float edge_ = 0.0f;
   Ogre::VertexData data_;
   Ogre::HardwareVertexBufferSharedPtr buffer_;
-  LabelledMesh shared_;
+  std::size_t uploaded_ = 0;  ///< vertices
 };
 
 }  // namespace rviz_mesh_plugin

@@ -1,8 +1,11 @@
 #include "tools/selection/selection_editor.h"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdlib>
+#include <exception>
 #include <utility>
 
 #include <OgreViewport.h>
@@ -123,11 +126,11 @@ std::string SelectionEditor::flood(const SurfaceHit& hit, bool adding,
   std::string reason;
   auto neighbors = neighborsOf(hit.mesh, reason);
   if (neighbors) {
-    query_.ask(hit.mesh, adding,
-               [neighbors = std::move(neighbors), mesh = hit.mesh, face = hit.face,
-                angle = settings.flood_angle](const std::atomic<bool>& cancel) {
-                 return neighbors->flood(*mesh, face, angle, &cancel);
-               });
+    ask(hit.mesh, adding,
+        [neighbors = std::move(neighbors), mesh = hit.mesh, face = hit.face,
+         angle = settings.flood_angle](const std::atomic<bool>& cancel) {
+          return neighbors->flood(*mesh, face, angle, &cancel);
+        });
   }
   return reason;
 }
@@ -227,10 +230,35 @@ std::string SelectionEditor::search(FaceSearch search, bool adding, bool on_thre
   if (!on_thread) {
     return apply(mesh, adding, search());
   }
-  query_.ask(mesh, adding, [search = std::move(search)](const std::atomic<bool>& cancel) {
-    return search(&cancel);
-  });
+  ask(mesh, adding,
+      [search = std::move(search)](const std::atomic<bool>& cancel) { return search(&cancel); });
   return {};
+}
+
+/// @param work owns what it uses, and gives up soon after the flag is set
+/// @throw std::system_error where no thread can be started, std::bad_alloc
+void SelectionEditor::ask(const MeshDataConstPtr& mesh, bool adding,
+                          std::function<FaceSelection::Faces(const std::atomic<bool>&)> work)
+{
+  using Task = std::packaged_task<FaceSelection::Faces(const std::atomic<bool>&)>;
+  const auto task = std::make_shared<Task>(std::move(work));
+  thread_.add([task](const Cancellation& cancellation) { (*task)(cancellation.flag()); });
+  questions_.push_back({mesh, adding, task->get_future()});
+}
+
+/// Of the first question.
+std::string SelectionEditor::takeAnswer()
+{
+  Question answered = std::move(questions_.front());
+  questions_.pop_front();
+  FaceSelection::Faces faces;
+  try {
+    faces = answered.faces.get();
+  } catch (const std::exception& error) {
+    return std::string("faces could not be found: ") + error.what();
+  }
+  return picker_.exists(answered.mesh) ? apply(answered.mesh, answered.adding, faces)
+                                       : "the mesh is gone of which faces were looked for";
 }
 
 std::string SelectionEditor::apply(const MeshDataConstPtr& mesh, bool adding,
@@ -382,7 +410,8 @@ std::string SelectionEditor::growOrShrink(bool grow)
 
 bool SelectionEditor::giveUp()
 {
-  const bool searching = query_.giveUp();
+  thread_.cancel();
+  const bool searching = !std::exchange(questions_, {}).empty();
   const bool stroking = std::exchange(stroking_, false);
   stroke_ending_ = false;
   stroke_mesh_.reset();
@@ -433,15 +462,10 @@ SelectionEditor::FrameResult SelectionEditor::dropLostMesh()
 SelectionEditor::FrameResult SelectionEditor::frame()
 {
   FrameResult result = dropLostMesh();
-  while (auto answer = query_.take()) {
-    if (!answer->failure.empty()) {
-      result.text = "faces could not be found: " + answer->failure;
-    } else if (!picker_.exists(answer->mesh)) {
-      result.text = "the mesh is gone of which faces were looked for";
-    } else {
-      const std::string text = apply(answer->mesh, answer->adding, answer->faces);
-      result.text = text.empty() ? result.text : text;
-    }
+  while (busy() &&
+         questions_.front().faces.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+    const std::string text = takeAnswer();
+    result.text = text.empty() ? result.text : text;
   }
   finishStroke();
   session_.follow(picker_.meshes());

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <array>
+#include <deque>
 #include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,8 +13,8 @@
 #include "picking/surface_picker.h"
 #include "selection/selection_gestures.h"
 #include "selection/selection_regions.h"
+#include "threads/work_thread.h"
 #include "tools/selection/selection_properties.h"
-#include "tools/selection/selection_query.h"
 #include "tools/selection/selection_session.h"
 
 namespace rviz_mesh_plugin {
@@ -61,7 +62,7 @@ class SelectionEditor
   /// Adds the ring of faces around the selection, or takes away its outermost one.
   std::string growOrShrink(bool grow);
 
-  bool busy() const { return query_.open() > 0; }
+  bool busy() const { return !questions_.empty(); }
 
   /// Takes back the stroke, and forgets what is being looked for. Returns whether there was any.
   bool giveUp();
@@ -84,6 +85,14 @@ class SelectionEditor
     std::string reason;  ///< why there is none
   };
 
+  /// Faces that are being looked for, to be selected or deselected.
+  struct Question
+  {
+    MeshDataConstPtr mesh;
+    bool adding = true;
+    std::future<FaceSelection::Faces> faces;
+  };
+
   /// Null: `reason` says why they are not known.
   static std::shared_ptr<const FaceNeighbors> neighborsOf(const MeshDataConstPtr& mesh,
                                                           std::string& reason);
@@ -95,13 +104,17 @@ class SelectionEditor
   std::string flood(const SurfaceHit& hit, bool adding, const SelectionSettings& settings);
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const FaceSelection::Faces& faces);
   std::string search(FaceSearch search, bool adding, bool on_thread);
+  void ask(const MeshDataConstPtr& mesh, bool adding,
+           std::function<FaceSelection::Faces(const std::atomic<bool>& cancel)> work);
+  std::string takeAnswer();
   FrameResult dropLostMesh();
   void finishStroke();
 
   rviz::DisplayContext* context_;
   const SurfacePicker& picker_;
   SelectionSession session_;
-  SelectionQuery query_;
+  std::deque<Question> questions_;  ///< answered in this order
+  WorkThread thread_{"selection"};
   std::optional<SurfaceHit> brush_;
   bool stroking_ = false;
   bool stroke_ending_ = false;    ///< with the last answer

@@ -15,7 +15,7 @@ enum class SelectionKey
   INVERT,
   GROW,
   SHRINK,
-  BOX,
+  BOX,  ///< this and those of the other techniques are in their order
   LASSO,
   FLOOD,
   LABEL,

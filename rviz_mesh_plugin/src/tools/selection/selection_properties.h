@@ -1,19 +1,8 @@
 #pragma once
 
-#include <QObject>
-
-#ifndef Q_MOC_RUN
 #include "base/mesh_data.h"
+#include "properties/property_maker.h"
 #include "selection/selection_gestures.h"
-#endif
-
-namespace rviz {
-class BoolProperty;
-class ColorProperty;
-class EnumProperty;
-class FloatProperty;
-class Property;
-}  // namespace rviz
 
 namespace rviz_mesh_plugin {
 
@@ -23,18 +12,16 @@ struct SelectionSettings
   SelectionTechnique technique = SelectionTechnique::BOX;
   bool visible_only = false;
   bool back_faces = true;
-  double radius = 1.0;       ///< of the brush, in meters
+  float radius = 1.0f;       ///< of the brush, in meters
   double flood_angle = 0.0;  ///< in radians
 };
 
 /// The properties of the tool, with which it is saved.
-class SelectionProperties : public QObject
+class SelectionProperties
 {
-  Q_OBJECT
-
  public:
   /// @param parent owns the properties
-  explicit SelectionProperties(rviz::Property* parent, QObject* owner);
+  SelectionProperties(rviz::Property* parent, const PropertyMaker& make);
 
   SelectionSettings settings() const;
   /// Of the highlight.
@@ -42,14 +29,12 @@ class SelectionProperties : public QObject
 
   void setTechnique(SelectionTechnique technique);
   void toggleVisibleOnly();
-  void toggleBackFaces();
-  void setRadius(float meters);
+  void toggleBackFaces() { back_faces_->setBool(!back_faces_->getBool()); }
+  void setRadius(float meters) { radius_->setFloat(meters); }
   void scaleRadius(double factor);
 
- Q_SIGNALS:
-  void changed();
-
  private:
+  PropertyValue<SelectionSettings> settings_;
   rviz::EnumProperty* technique_;
   rviz::EnumProperty* seen_;
   rviz::BoolProperty* back_faces_;

@@ -14,7 +14,7 @@ constexpr std::size_t COUNT_SLICE = 50000;
 
 SelectionSession::SelectionSession(Ogre::SceneManager* scene_manager,
                                    const std::function<void()>& on_change)
-    : on_change_(on_change), visual_(scene_manager, scene_manager->getRootSceneNode())
+    : on_change_(on_change), visual_(scene_manager->getRootSceneNode())
 {
 }
 
@@ -36,12 +36,12 @@ void SelectionSession::setMesh(const MeshDataConstPtr& mesh)
   }
 }
 
-bool SelectionSession::change(
+void SelectionSession::change(
     const std::function<const FaceSelection::Change&(FaceSelection&)>& make)
 {
   const FaceSelection::Change& change = make(selection_);
   if (change.empty()) {
-    return false;
+    return;
   }
   countChange(change);
   try {
@@ -52,7 +52,6 @@ bool SelectionSession::change(
     throw;
   }
   on_change_();
-  return true;
 }
 
 std::optional<double> SelectionSession::area() const

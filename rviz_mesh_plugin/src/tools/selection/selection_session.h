@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <vector>
 
@@ -30,9 +29,9 @@ class SelectionSession
   /// is selected and nothing can be undone.
   void setMesh(const MeshDataConstPtr& mesh);
 
-  /// Changes the selection, and the highlight with it. Returns whether anything has changed.
+  /// Changes the selection, and the highlight with it.
   /// @throw std::bad_alloc before, and Ogre::Exception after the selection has changed
-  bool change(const std::function<const FaceSelection::Change&(FaceSelection&)>& make);
+  void change(const std::function<const FaceSelection::Change&(FaceSelection&)>& make);
 
   /// See FaceSelection.
   void beginStroke() { selection_.beginStroke(); }

@@ -55,7 +55,7 @@ class LabelOverlayTest : public osmesa_harness::RenderFixture
   {
     osmesa_harness::RenderFixture::SetUp();
     root = sceneManager()->getRootSceneNode();
-    overlay = std::make_unique<LabelOverlay>(sceneManager(), root);
+    overlay = std::make_unique<LabelOverlay>(root);
   }
 
   void TearDown() override
@@ -68,7 +68,7 @@ class LabelOverlayTest : public osmesa_harness::RenderFixture
   /// Draws the mesh itself in green.
   void drawMesh(const MeshDataConstPtr& mesh, bool wireframe = false)
   {
-    visual = std::make_unique<MeshVisual>(sceneManager(), root);
+    visual = std::make_unique<MeshVisual>(root);
     const std::atomic<bool> canceled{false};
     visual->setLayout(
         rviz_mesh_plugin::layOut(mesh, rviz_mesh_plugin::Split::NONE, nullptr, canceled));
@@ -297,8 +297,8 @@ TEST_F(LabelOverlayTest, labels_move_with_their_pose)
 {
   overlay->setMesh(flatGrid(CELLS));
   label("a", rows(CELLS, 0, 1), RED_COLOR);
-  overlay->setPose({1.0f, 0.5f, 0.0f},
-                   Ogre::Quaternion(Ogre::Radian(Ogre::Math::HALF_PI), Ogre::Vector3::UNIT_Z));
+  overlay->place(rviz_mesh_plugin::FramePose{
+      {1.0f, 0.5f, 0.0f}, {Ogre::Radian(Ogre::Math::HALF_PI), Ogre::Vector3::UNIT_Z}});
   const Image image = picture();
   EXPECT_EQ(image.count(RED), ROW);
   // The row y = -0.9 is now the column x = 1.9.
@@ -366,7 +366,7 @@ TEST_F(LabelOverlayTest, nothing_is_left_after_many_meshes_and_labels)
   overlay.reset();
   spinFrames();
   {
-    LabelOverlay warm_up(sceneManager(), root);
+    LabelOverlay warm_up(root);
     warm_up.setMesh(flatGrid(1));
     put(warm_up, {"a", {0}});
     uploadAll(warm_up);
@@ -377,7 +377,7 @@ TEST_F(LabelOverlayTest, nothing_is_left_after_many_meshes_and_labels)
   const auto mesh = flatGrid(CELLS);
   const auto other = flatGrid(5);
   for (int cycle = 0; cycle < 1000; ++cycle) {
-    LabelOverlay cycled(sceneManager(), root);
+    LabelOverlay cycled(root);
     for (int i = 0; i < 3; ++i) {
       cycled.setMesh(i % 2 == 0 ? mesh : other);
       cycled.setColor("a", {static_cast<std::uint8_t>(cycle), 0, 0, 255});

@@ -6,7 +6,6 @@
 #include <mesh_map/bvh/tree/bvh.h>
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 /// What a host of OpenCL does before and after the kernels of kernels/bvh.cl, without OpenCL.
@@ -72,16 +71,13 @@ std::vector<std::uint8_t> finishRaysAny(const Bvh& bvh, const RayBatch& rays,
 ///                       uint point_count, global uint* answers)
 /// points: what packPoints() gives: DEVICE_POINT_FLOATS for the mesh, then as many per point.
 /// answers: DEVICE_CANDIDATES triangles per point, one of which is the closest, filled up with
-/// DEVICE_NONE; or DEVICE_DOUBT first, also where they are more.
+/// DEVICE_NONE; or DEVICE_DOUBT first, also where they are more. Options have no normals.
 constexpr std::size_t DEVICE_POINT_FLOATS = 8;
 constexpr std::size_t DEVICE_CANDIDATES = 8;
 std::vector<float> packPoints(const Bvh& bvh, ArrayView<double> points,
                               const ClosestOptions& options, const BvhOptions& run = {});
 SurfaceHits finishPoints(const Bvh& bvh, ArrayView<double> points, const ClosestOptions& options,
                          ArrayView<std::uint32_t> answers, const BvhOptions& run = {});
-
-/// Whether closest_points can do this question (a limit to the angle of normals it cannot).
-bool deviceAnswers(const ClosestOptions& options);
 
 /// Kernels select_sphere(nodes, corners, global const float4* region, global const uint2* roots,
 ///                       uint root_count, global uchar* verdicts)

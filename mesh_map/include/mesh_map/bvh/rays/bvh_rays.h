@@ -58,27 +58,22 @@ struct RayHits
   std::vector<double> barycentric;
 };
 
-/// The exact test: whether and where a ray meets one triangle (9 floats), in double precision.
+/// A ray as the exact test has it: whether and where it meets one triangle, in double precision.
 ///
 /// Watertight (S. Woop, C. Benthin, I. Wald: Watertight Ray/Triangle Intersection, 2013): corners
 /// are sheared so that the ray is an axis, edges count as hit, and an edge that two triangles share
 /// is seen alike from both, so no ray slips through. A triangle without area, or whose plane
-/// contains the ray, is not hit, unless rounding gives it an area (of some 1e-16 of its size). The
-/// hit has the face NO_INDEX if there is none, else 0.
+/// contains the ray, is not hit, unless rounding gives it an area (of some 1e-16 of its size).
 ///
 /// A ray that is not finite, has the direction 0, or a maximum distance that is negative or NaN,
 /// hits nothing.
 class RayTest
 {
  public:
-  /// Hits nothing.
-  RayTest() = default;
-
   /// Parts of the origin below 1e-60 m, and slopes below 1e-40, count as 0.
   explicit RayTest(const Ray& ray);
 
   bool valid() const { return valid_; }
-  RayHit operator()(const float* corners, bool back_faces = true) const;
 
   const std::array<double, 3>& origin() const { return origin_; }
   const std::array<double, 3>& direction() const { return direction_; }  ///< of length 1

@@ -55,8 +55,6 @@ std::vector<std::uint32_t> facesInPicture(const Bvh& bvh, const Region& region,
 struct PixelRays
 {
   std::vector<double> origins, directions;
-
-  RayBatch batch() const { return {origins, directions, {}}; }
 };
 
 /// Rays from the eye through the centers of columns x rows cells of a frustum whose first four

@@ -10,11 +10,12 @@
 
 namespace mesh_map {
 
-/// How a box or triangle lies to a region.
+/// How a triangle lies to a region, or a box: then TOUCHING is perhaps, the others are sure for
+/// every triangle in the box.
 enum class Side
 {
   OUTSIDE,
-  TOUCHING,  ///< for boxes: perhaps
+  TOUCHING,
   INSIDE
 };
 
@@ -24,14 +25,15 @@ struct Box
   std::array<double, 3> lower, upper;
 };
 
-/// A closed part of space. What it says about a triangle is computed in double precision; what it
-/// says about a box is safe: OUTSIDE and INSIDE are sure for every triangle in the box, also where
-/// triangle() rounds.
+/// A closed part of space: a SphereRegion, a ConvexRegion or a LassoRegion. What it says about a
+/// triangle is computed in double precision.
 class Region
 {
  public:
   virtual ~Region() = default;
-  virtual Side box(const Box& box) const = 0;
+
+  /// Whether it may contain anything at all.
+  bool valid() const { return valid_; }
 
   /// OUTSIDE, TOUCHING (a point of it is in the region, the border of which belongs to it) or
   /// INSIDE (all of it: each corner is contained). 9 floats. One without area is the point or
@@ -43,6 +45,9 @@ class Region
 
   /// A point of a touching triangle that is in the region (up to rounding).
   virtual std::array<double, 3> witness(const float* corners) const = 0;
+
+ protected:
+  bool valid_ = true;
 };
 
 /// A ball. A center or radius that is not finite, or a negative radius, contains nothing.
@@ -52,7 +57,6 @@ class SphereRegion final : public Region
 {
  public:
   SphereRegion(const std::array<double, 3>& center, double radius);
-  Side box(const Box& box) const override;
   Side triangle(const float* corners) const override;
   bool contains(const std::array<double, 3>& point) const override;
   std::array<double, 3> witness(const float* corners) const override;
@@ -60,15 +64,9 @@ class SphereRegion final : public Region
   const std::array<double, 3>& center() const { return center_; }
   double radius() const { return radius_; }
 
-  /// Whether it contains anything at all.
-  bool valid() const { return valid_; }
-
  private:
-  static double distance(const std::array<double, 3>& way);
-
   std::array<double, 3> center_;
   double radius_;
-  bool valid_;
 };
 
 /// a x + b y + c z + d >= 0
@@ -95,22 +93,17 @@ class ConvexRegion final : public Region
                           const std::array<std::array<double, 3>, 3>& axes,
                           const std::array<double, 3>& half_size);
 
-  Side box(const Box& box) const override;
   Side triangle(const float* corners) const override;
   bool contains(const std::array<double, 3>& point) const override;
   std::array<double, 3> witness(const float* corners) const override;
 
   const std::vector<Plane>& planes() const { return planes_; }
 
-  /// Whether it may contain anything at all.
-  bool valid() const { return valid_; }
-
   /// triangle(), where bit i of `cutting` is 0 if plane i is known to contain all corners.
   Side triangle(const float* corners, std::uint32_t cutting) const;
 
  private:
   std::vector<Plane> planes_;
-  bool valid_ = true;
 };
 
 class PicturePolygon;
@@ -130,7 +123,6 @@ class LassoRegion final : public Region
   using Point = std::array<double, 2>;
 
   LassoRegion(std::vector<Point> polygon, const std::array<double, 16>& view_projection);
-  Side box(const Box& box) const override;
   Side triangle(const float* corners) const override;
   bool contains(const std::array<double, 3>& point) const override;
   std::array<double, 3> witness(const float* corners) const override;
@@ -141,13 +133,10 @@ class LassoRegion final : public Region
   /// Whether a point of the picture is in the polygon.
   bool polygonContains(const Point& point) const;
 
-  /// Whether it may contain anything at all.
-  bool valid() const { return valid_; }
-
   /// The planes around it.
   const ConvexRegion& frustum() const { return frustum_; }
 
-  /// box() of a box that `in_frustum` tells is in the frustum, or of one that touches it.
+  /// Of a box that `in_frustum` tells is in the frustum, or of one that touches it.
   Side boxInFrustum(const Box& box, bool in_frustum) const;
 
   /// triangle(), where bit i of `cutting` is 0 if plane i of the frustum is known to contain all
@@ -160,7 +149,6 @@ class LassoRegion final : public Region
   std::array<double, 16> matrix_;                  // scaled to entries of at most 1
   ConvexRegion frustum_;                           // around the polygon, near to far
   std::shared_ptr<const PicturePolygon> picture_;  // none where invalid
-  bool valid_;
 };
 
 }  // namespace mesh_map

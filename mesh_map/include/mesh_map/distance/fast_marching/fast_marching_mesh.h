@@ -38,13 +38,9 @@ class FastMarchingMesh
   std::size_t vertexCount() const { return positions_.size(); }
   const PackedPosition& position(std::uint32_t v) const { return positions_[v]; }
 
-  const FastMarchingCorner* cornersBegin(std::uint32_t v) const
+  ArrayView<FastMarchingCorner> corners(std::uint32_t v) const
   {
-    return corners_.data() + offsets_[v];
-  }
-  const FastMarchingCorner* cornersEnd(std::uint32_t v) const
-  {
-    return corners_.data() + offsets_[v + 1];
+    return {corners_.data() + offsets_[v], offsets_[v + 1] - offsets_[v]};
   }
 
   /// Do the faces around v form one fan? Then its corners are in order: b of each is a of the next.
@@ -52,13 +48,9 @@ class FastMarchingMesh
   /// Is it a fan that goes all the way round? Everything else is a border, or not manifold.
   bool isClosed(std::uint32_t v) const { return (kinds_[v] & CLOSED) != 0; }
 
-  const FastMarchingAcross* acrossBegin(std::uint32_t v) const
+  ArrayView<FastMarchingAcross> seenAcross(std::uint32_t v) const
   {
-    return across_.data() + across_offsets_[v];
-  }
-  const FastMarchingAcross* acrossEnd(std::uint32_t v) const
-  {
-    return across_.data() + across_offsets_[v + 1];
+    return {across_.data() + across_offsets_[v], across_offsets_[v + 1] - across_offsets_[v]};
   }
 
   /// The third corner of the one other face at the edge (a, b) of a face with the third corner
@@ -101,7 +93,7 @@ class FastMarchingMesh
   LargeArray<std::uint32_t> offsets_;
   LargeArray<FastMarchingCorner> corners_;
   std::vector<std::uint8_t> kinds_;
-  LargeArray<std::uint32_t> across_offsets_;  // rows of across_, by the vertex that sees
+  std::vector<std::uint32_t> across_offsets_;  // rows of across_, by the vertex that sees
   LargeArray<FastMarchingAcross> across_;
   double mean_edge_ = 1.0;
 };

@@ -29,7 +29,7 @@ class Session:
         self._program: Optional[DeviceProgram] = None
         self._failed = False
         self._ended = threading.Event()
-        self._process = os.getpid()
+        self._process = 0  # that has started it
         self._lock = threading.Lock()
 
     @property
@@ -50,23 +50,24 @@ class Session:
 
     def fail(self, error: Exception) -> None:
         """Gives the device up; a warning the first time."""
-        self._end(_NATIVE % describe(error))
+        with self._lock:
+            if self._failed:
+                return
+            self._text, self._failed = _NATIVE % describe(error), True
+        self._program = None
+        _LOG.warning("%s", self._text)
 
     def start(self) -> None:
         """In a thread that the interpreter waits for at its end: drivers break when they are torn
         down while they compile.
         """
+        self._process = os.getpid()
         thread = threading.Thread(target=self._run, name="mesh_map OpenCL start", daemon=False)
         try:
             thread.start()
         except RuntimeError as error:  # no thread is to be had
             self.fail(error)
             self._ended.set()
-
-    def refuse(self, why: str) -> None:
-        """Ends it without a word."""
-        self._text, self._failed = _NATIVE % why, True
-        self._ended.set()
 
     def _run(self) -> None:
         try:
@@ -96,14 +97,6 @@ class Session:
         check_device(program)
         program.keep()
         return program
-
-    def _end(self, text: str) -> None:
-        with self._lock:
-            if self._failed:
-                return
-            self._text, self._failed = text, True
-        self._program = None
-        _LOG.warning("%s", text)
 
 
 def describe(error: Exception) -> str:
@@ -145,8 +138,6 @@ def shared_session(wish: str) -> Optional[Session]:
         session = _REGISTRY.sessions.get(wish)
         if session is None:
             session = _REGISTRY.sessions[wish] = Session(wish)
-            if _REGISTRY.forked:
-                session.refuse(_FORKED)
-            else:
+            if not _REGISTRY.forked:
                 session.start()
         return session

@@ -23,7 +23,7 @@ inline bool isFinite(const Point& point)
 /// Whether the normal of a triangle (9 floats) is within an angle of a unit direction.
 inline bool normalWithin(const float* corners, const Point& direction, double max_angle)
 {
-  const mesh_map::NormalFilter filter(direction, max_angle);
+  const mesh_map::NormalFilter filter(direction.data(), max_angle);
   return filter.valid() && filter(corners);
 }
 

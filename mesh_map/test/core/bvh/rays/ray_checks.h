@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/support/ray_hits.h"
 #include "core/support/test_meshes.h"
 
 /// What castRay() has to say: by asking RayTest for every face.
@@ -25,7 +26,7 @@ inline mesh_map::RayHit castAtAllFaces(const TestMesh& mesh, const mesh_map::Ray
     for (std::size_t k = 0; k < 9; ++k) {
       corners[k] = mesh.corner(face, k / 3)[k % 3];
     }
-    const mesh_map::RayHit hit = test(corners, options.back_faces);
+    const mesh_map::RayHit hit = hitOf(test, corners, options.back_faces);
     if (hit.face != mesh_map::NO_INDEX && hit.distance < best.distance) {
       best = hit;
       best.face = face;

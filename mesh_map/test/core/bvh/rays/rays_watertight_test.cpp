@@ -122,7 +122,7 @@ TEST(Watertight, shared_edges_are_seen_alike_from_both_sides)
     const Point on = between({edge[0], edge[1], edge[2]}, {edge[3], edge[4], edge[5]}, weight);
     const Ray ray = rayTo({on[0] + samples.number(-1, 1), 50.0, samples.number(-2, 2)}, on);
     const mesh_map::RayTest test(ray);
-    EXPECT_TRUE(test(left).face == 0 || test(right).face == 0) << describe(ray);
+    EXPECT_TRUE(hitOf(test, left).face == 0 || hitOf(test, right).face == 0) << describe(ray);
   }
 }
 

@@ -203,7 +203,7 @@ TEST(LassoRegion, saysHowTrianglesLie)
   for (const Case& one : cases) {
     const LassoRegion lasso(one.polygon, one.matrix);
     EXPECT_EQ(lasso.triangle(one.triangle.data()), one.side) << one.name;
-    const Side box = lasso.box(boundsOf(one.triangle.data(), 3));
+    const Side box = lasso.boxInFrustum(boundsOf(one.triangle.data(), 3), false);
     EXPECT_TRUE(box == Side::TOUCHING || box == one.side) << one.name;
   }
 }
@@ -214,13 +214,14 @@ TEST(LassoRegion, knowsBoxesWithoutTriangles)
   const auto boxAt = [](double x, double z, double half) {
     return Box{{x - half, -half, z - half}, {x + half, half, z + half}};
   };
-  EXPECT_EQ(lasso.box(boxAt(0, 0, 0.1)), Side::INSIDE);
-  EXPECT_EQ(lasso.box(boxAt(0.5, 0, 0.1)), Side::TOUCHING);
-  EXPECT_EQ(lasso.box(boxAt(0.7, 0, 0.1)), Side::OUTSIDE);
-  EXPECT_EQ(lasso.box(boxAt(0, 9, 0.01)), Side::TOUCHING);
-  EXPECT_EQ(lasso.box(boxAt(0, 20, 5)), Side::OUTSIDE);
-  EXPECT_EQ(LassoRegion(HORSESHOE, FLAT).box({{-0.2, -0.2, 0}, {0.2, 0.9, 1}}), Side::OUTSIDE);
-  EXPECT_EQ(LassoRegion(HORSESHOE, FLAT).box({{-0.4, -0.4, 0}, {0.4, -0.3, 1}}), Side::INSIDE);
+  EXPECT_EQ(lasso.boxInFrustum(boxAt(0, 0, 0.1), true), Side::INSIDE);
+  EXPECT_EQ(lasso.boxInFrustum(boxAt(0.5, 0, 0.1), false), Side::TOUCHING);
+  EXPECT_EQ(lasso.boxInFrustum(boxAt(0.7, 0, 0.1), false), Side::OUTSIDE);
+  EXPECT_EQ(lasso.boxInFrustum(boxAt(0, 9, 0.01), false), Side::TOUCHING);
+  EXPECT_EQ(lasso.boxInFrustum(boxAt(0, 20, 5), false), Side::TOUCHING);  // behind the camera
+  const LassoRegion horseshoe(HORSESHOE, FLAT);
+  EXPECT_EQ(horseshoe.boxInFrustum({{-0.2, -0.2, 0}, {0.2, 0.9, 1}}, true), Side::OUTSIDE);
+  EXPECT_EQ(horseshoe.boxInFrustum({{-0.4, -0.4, 0}, {0.4, -0.3, 1}}, true), Side::INSIDE);
 }
 
 TEST(LassoRegion, goesToInfinity)
@@ -231,7 +232,7 @@ TEST(LassoRegion, goesToInfinity)
   const float far[] = {-1e9f, 0, -1e12f, 1e9f, 0, -1e12f, 0, 1e9f, -1e12f};
   const LassoRegion lasso(SQUARE, product(camera, viewOf({0, 0, 10}, {0, 0, 0})));
   EXPECT_EQ(lasso.triangle(far), Side::INSIDE);
-  EXPECT_NE(lasso.box(boundsOf(far, 3)), Side::OUTSIDE);
+  EXPECT_NE(lasso.boxInFrustum(boundsOf(far, 3), true), Side::OUTSIDE);
   EXPECT_EQ(LassoRegion(SQUARE, DOWN).triangle(far), Side::OUTSIDE);
 }
 
@@ -254,7 +255,7 @@ TEST(LassoRegion, containsNothingIfInvalid)
   for (const LassoRegion& lasso : invalid) {
     EXPECT_FALSE(lasso.valid());
     EXPECT_EQ(lasso.triangle(corners), Side::OUTSIDE);
-    EXPECT_EQ(lasso.box(boundsOf(corners, 3)), Side::OUTSIDE);
+    EXPECT_EQ(lasso.boxInFrustum(boundsOf(corners, 3), true), Side::OUTSIDE);
     EXPECT_FALSE(lasso.contains({0, 0, 0}));
     EXPECT_FALSE(lasso.polygonContains({0, 0}));
   }

@@ -13,26 +13,6 @@ using Faces = std::vector<std::uint32_t>;
 
 const SelectionMode MODES[] = {SelectionMode::TOUCHING, SelectionMode::INSIDE};
 
-/// A region of a kind that selectFaces() does not know.
-class Other : public Region
-{
- public:
-  explicit Other(const Region& region) : region_(region) {}
-  Side box(const Box& box) const override { return region_.box(box); }
-  Side triangle(const float* corners) const override { return region_.triangle(corners); }
-  bool contains(const std::array<double, 3>& point) const override
-  {
-    return region_.contains(point);
-  }
-  std::array<double, 3> witness(const float* corners) const override
-  {
-    return region_.witness(corners);
-  }
-
- private:
-  const Region& region_;
-};
-
 Faces allFaces(const TestMesh& mesh)
 {
   Faces faces(mesh.faceCount());
@@ -53,8 +33,6 @@ TEST(SelectFaces, isALoopOverAllFaces)
       for (const SelectionMode mode : MODES) {
         const Faces faces = bruteForce(mesh, *named.region, mode);
         ASSERT_EQ(selectFaces(bvh, *named.region, mode), faces) << mesh.name << ", " << named.name;
-        ASSERT_EQ(selectFaces(bvh, Other(*named.region), mode), faces)
-            << mesh.name << ", " << named.name;
         selected += faces.empty() ? 0 : 1;
         partly += faces.empty() || faces.size() == mesh.faceCount() ? 0 : 1;
       }
@@ -210,7 +188,6 @@ TEST(SelectFaces, endWhereCanceled)
   BvhOptions run;
   run.cancel = &cancel;
   EXPECT_THROW(selectFaces(bvh, sphere, SelectionMode::TOUCHING, {}, run), Canceled);
-  EXPECT_THROW(selectFaces(bvh, Other(sphere), SelectionMode::TOUCHING, {}, run), Canceled);
   cancel = false;
   EXPECT_EQ(selectFaces(bvh, sphere, SelectionMode::TOUCHING, {}, run), selectFaces(bvh, sphere));
 }

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "core/support/ray_hits.h"
 #include "regions.h"
 
 using namespace mesh_map;
@@ -16,6 +17,11 @@ using Point = LassoRegion::Point;
 const Vector EYE{4, -3, 9};
 const Matrix CAMERA = product(perspective(0.4, 0.1, 50.0), viewOf(EYE, {5, 5, 0}));
 
+RayBatch batchOf(const PixelRays& rays)
+{
+  return {rays.origins, rays.directions, {}};
+}
+
 RayHits castSlowly(const TestMesh& mesh, const RayBatch& batch)
 {
   RayHits hits;
@@ -23,7 +29,7 @@ RayHits castSlowly(const TestMesh& mesh, const RayBatch& batch)
     const RayTest test(batch[i]);
     RayHit best;
     for (std::size_t face = 0; face < mesh.faceCount(); ++face) {
-      const RayHit hit = test(mesh.corners(face).data());
+      const RayHit hit = hitOf(test, mesh.corners(face).data());
       if (hit.face != NO_INDEX && hit.distance < best.distance) {
         best = hit;
         best.face = static_cast<std::uint32_t>(face);
@@ -79,15 +85,15 @@ TEST(FrustumPixels, goThroughTheCentersOfCells)
 {
   const ConvexRegion frustum(frustumPlanes(CAMERA));
   const PixelRays pixels = frustumPixels(frustum, EYE, 8, 5);
-  ASSERT_EQ(pixels.batch().size(), 40u);
+  ASSERT_EQ(batchOf(pixels).size(), 40u);
   for (std::size_t i = 0; i < 40; ++i) {
-    const Ray ray = pixels.batch()[i];
+    const Ray ray = batchOf(pixels)[i];
     EXPECT_EQ(ray.origin, EYE);
     const Point place = placeOf(CAMERA, ray, 3.0);
     EXPECT_NEAR(place[0], -1.0 + 2.0 * (static_cast<double>(i % 8) + 0.5) / 8.0, 1e-9);
     EXPECT_NEAR(place[1], -1.0 + 2.0 * (static_cast<double>(i / 8) + 0.5) / 5.0, 1e-9);
   }
-  EXPECT_EQ(frustumPixels(frustum, EYE, 0, 5).batch().size(), 0u);
+  EXPECT_EQ(batchOf(frustumPixels(frustum, EYE, 0, 5)).size(), 0u);
 }
 
 TEST(FrustumPixels, areThoseOfAPartOfAPicture)
@@ -103,7 +109,7 @@ TEST(FrustumPixels, areThoseOfAPartOfAPicture)
   }
   const PixelRays pixels = frustumPixels(ConvexRegion(planes), EYE, 6, 7);
   for (std::size_t i = 0; i < 42; ++i) {
-    const Point place = placeOf(CAMERA, pixels.batch()[i], 2.0);
+    const Point place = placeOf(CAMERA, batchOf(pixels)[i], 2.0);
     EXPECT_NEAR(place[0], 0.1 + 0.6 * (static_cast<double>(i % 6) + 0.5) / 6.0, 1e-9);
     EXPECT_NEAR(place[1], -0.9 + 0.7 * (static_cast<double>(i / 6) + 0.5) / 7.0, 1e-9);
   }
@@ -145,8 +151,8 @@ TEST(LassoPixels, areThoseInThePolygon)
         const Point center{-1.0 + 2.0 * (static_cast<double>(pixel % 30) + 0.5) / 30.0,
                            -1.0 + 2.0 * (static_cast<double>(pixel / 30) + 0.5) / 20.0};
         if (lasso.polygonContains(center)) {
-          ASSERT_LT(i, pixels.batch().size());
-          const Ray ray = pixels.batch()[i++];
+          ASSERT_LT(i, batchOf(pixels).size());
+          const Ray ray = batchOf(pixels)[i++];
           for (const double along : {0.0, 1.0}) {
             const Point place = placeOf(camera, ray, along);
             EXPECT_NEAR(place[0], center[0], 1e-9);
@@ -162,11 +168,11 @@ TEST(LassoPixels, areThoseInThePolygon)
           EXPECT_LT(dot(way, {view[8], view[9], view[10]}), -0.5);
         }
       }
-      EXPECT_EQ(i, pixels.batch().size());
+      EXPECT_EQ(i, batchOf(pixels).size());
       EXPECT_EQ(pixels.origins.size(), pixels.directions.size());
     }
   }
-  EXPECT_GT(lassoPixels(LassoRegion({{-1, -1}, {1, -1}, {0, 1}}, CAMERA), 10, 10).batch().size(),
+  EXPECT_GT(batchOf(lassoPixels(LassoRegion({{-1, -1}, {1, -1}, {0, 1}}, CAMERA), 10, 10)).size(),
             30u);
 }
 
@@ -177,9 +183,9 @@ TEST(LassoPixels, areFoundInAHugePicture)
   const auto at = [](double pixel) { return 2.0 * pixel / SIZE - 1.0; };
   const LassoRegion lasso({{at(10), at(20)}, {at(13), at(20)}, {at(13), at(24)}, {at(10), at(24)}},
                           CAMERA);
-  EXPECT_EQ(lassoPixels(lasso, SIZE, SIZE).batch().size(), 12u);
+  EXPECT_EQ(batchOf(lassoPixels(lasso, SIZE, SIZE)).size(), 12u);
   const LassoRegion beside({{-9, -9}, {-8, -9}, {-8, -8}}, CAMERA);
-  EXPECT_EQ(lassoPixels(beside, SIZE, SIZE).batch().size(), 0u);
+  EXPECT_EQ(batchOf(lassoPixels(beside, SIZE, SIZE)).size(), 0u);
 }
 
 TEST(LassoPixels, refuseAMatrixWithoutAnInverse)
@@ -212,16 +218,16 @@ TEST(FacesInPicture, areThoseOfAllPixels)
     const LassoRegion lasso({{-0.5, -0.8}, {0.9, 0.1}, {0.3, 0.7}}, camera);
     const PixelRays outlined = lassoPixels(lasso, 24, 18);
     for (const std::vector<std::uint8_t>& some : {std::vector<std::uint8_t>(), mask}) {
-      const Faces faces = facesInPicture(bvh, frustum, pixels.batch(), some, cast);
-      EXPECT_EQ(faces, brutePicture(mesh, frustum, pixels.batch(), some)) << mesh.name;
+      const Faces faces = facesInPicture(bvh, frustum, batchOf(pixels), some, cast);
+      EXPECT_EQ(faces, brutePicture(mesh, frustum, batchOf(pixels), some)) << mesh.name;
       EXPECT_FALSE(faces.empty()) << mesh.name;
       const Faces touched = selectFaces(bvh, frustum, SelectionMode::TOUCHING, some);
       EXPECT_TRUE(std::includes(touched.begin(), touched.end(), faces.begin(), faces.end()));
-      EXPECT_EQ(facesInPicture(bvh, brush, pixels.batch(), some, cast),
-                brutePicture(mesh, brush, pixels.batch(), some))
+      EXPECT_EQ(facesInPicture(bvh, brush, batchOf(pixels), some, cast),
+                brutePicture(mesh, brush, batchOf(pixels), some))
           << mesh.name;
-      EXPECT_EQ(facesInPicture(bvh, lasso, outlined.batch(), some, cast),
-                brutePicture(mesh, lasso, outlined.batch(), some))
+      EXPECT_EQ(facesInPicture(bvh, lasso, batchOf(outlined), some, cast),
+                brutePicture(mesh, lasso, batchOf(outlined), some))
           << mesh.name;
     }
   }

@@ -1,8 +1,9 @@
-#include <mesh_map/bvh/closest/closest_point.h>
+#include <mesh_map/bvh/closest/bvh_closest.h>
 #include <mesh_map/bvh/selection/bvh_selection.h>
 
 #include <gtest/gtest.h>
 
+#include "core/support/ray_hits.h"
 #include "regions.h"
 
 using namespace mesh_map;
@@ -57,7 +58,7 @@ struct SlowCast
       const RayTest test(batch[i]);
       RayHit best;
       for (std::size_t face = 0; face < mesh.faceCount(); ++face) {
-        const RayHit hit = test(mesh.corners(face).data());
+        const RayHit hit = hitOf(test, mesh.corners(face).data());
         if (hit.face != NO_INDEX && hit.distance < best.distance) {
           best = hit;
           best.face = static_cast<std::uint32_t>(face);
@@ -108,7 +109,7 @@ bool isSeen(const TestMesh& mesh, const Region& region, std::uint32_t face, cons
     const bool at_eye = nearest <= 0.0;
     std::uint32_t first = NO_INDEX;
     for (std::size_t other = 0; other < mesh.faceCount() && !at_eye; ++other) {
-      const RayHit hit = ray(mesh.corners(other).data());
+      const RayHit hit = hitOf(ray, mesh.corners(other).data());
       if (hit.face != NO_INDEX &&
           (first == NO_INDEX ? hit.distance <= nearest : hit.distance < nearest)) {
         nearest = hit.distance;

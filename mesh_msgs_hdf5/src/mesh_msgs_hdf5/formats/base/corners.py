@@ -4,7 +4,10 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
+from mesh_msgs_hdf5.formats.base.polygons import Triangles
+from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
+from mesh_msgs_hdf5.model.mesh import Mesh
 
 SPLIT = "--split-seams splits them"
 
@@ -96,6 +99,33 @@ def texture_vertices(
     report.split += len(extra)
     report.note("%d seam vertices were split: %d vertices appended", seams, len(extra))
     return Seams(result, moved, vertex[extra])
+
+
+def with_corner_coordinates(
+    mesh: Mesh,
+    triangles: Triangles,
+    coordinates: np.ndarray,
+    known: np.ndarray,
+    split: bool,
+    report: ImportReport,
+) -> Mesh:
+    """The mesh, whose faces are these triangles, with texture coordinates; seams may be split.
+
+    coordinates: (N, 2) float32 of the corners of all polygons; known: (N,) bool.
+    """
+    seams = texture_vertices(
+        mesh.faces.reshape(-1),
+        triangles.of_corners(coordinates),
+        None if known.all() else triangles.of_corners(known),
+        len(mesh.vertices),
+        split,
+        report,
+    )
+    if len(seams.sources):
+        mesh = take_vertices(mesh, np.append(np.arange(len(mesh.vertices)), seams.sources))
+        mesh.faces = seams.index.astype(np.uint32).reshape(-1, 3)
+    mesh.texture_coordinates = seams.coordinates
+    return mesh
 
 
 def _pairs(index: np.ndarray, coordinates: np.ndarray) -> Tuple[np.ndarray, ...]:

@@ -21,6 +21,14 @@ def equal_rows(columns: Sequence[np.ndarray]) -> Tuple[np.ndarray, np.ndarray]:
     return order[new], group
 
 
+def by_appearance(first: np.ndarray, group: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """The same groups in the order in which they come first."""
+    order = np.argsort(first, kind="stable")
+    number = np.zeros(len(order), np.int64)
+    number[order] = np.arange(len(order))
+    return first[order], number[group]
+
+
 def is_repeated(columns: Sequence[np.ndarray]) -> np.ndarray:
     """(N,): which rows of a table are the same as one before."""
     first, group = equal_rows(columns)

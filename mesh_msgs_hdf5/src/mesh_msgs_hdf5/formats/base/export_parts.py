@@ -41,11 +41,12 @@ class Export:
                     else ""
                 )
                 self.note(
-                    "left out: %s, which %s does not have%s", _MEANING[name] % number, format, hint
+                    "left out: %s, which %s does not have%s", MEANING[name] % number, format, hint
                 )
 
 
-_MEANING = {
+# member of a mesh -> what it is, for a note; all that a format may have no place for
+MEANING = {
     "vertex_normals": "%d normals",
     "vertex_colors": "%d vertex colors",
     "vertex_costs": "%d layers",

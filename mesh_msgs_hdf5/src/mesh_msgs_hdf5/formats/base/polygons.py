@@ -3,7 +3,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mesh_msgs_hdf5.formats.base.equal_rows import equal_rows
+from mesh_msgs_hdf5.formats.base.equal_rows import by_appearance, equal_rows
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
@@ -91,17 +91,14 @@ def weld(corners: np.ndarray, report: ImportReport) -> Tuple[np.ndarray, np.ndar
     """Vertices and faces of a triangle soup: corners at the same position become one vertex.
 
     corners: (N, 3) float32 positions. Returns (vertices (V, 3) float32 in the order in which they
-    come first, index (N,) uint32 of each corner's vertex).
+    come first, index (N,) int64 of each corner's vertex).
     """
     positions = corners + np.float32(0)  # -0.0 and 0.0 are one place
-    first, group = equal_rows(positions.T)
-    rank = np.zeros(len(first), dtype=np.uint32)
-    by_place = np.argsort(first, kind="stable")
-    rank[by_place] = np.arange(len(first), dtype=np.uint32)
+    first, index = by_appearance(*equal_rows(positions.T))
     report.merged += len(corners) - len(first)
     report.note(
         "welded: %d corners at %d different positions; the order of vertices is that of the faces",
         len(corners),
         len(first),
     )
-    return np.ascontiguousarray(positions[first[by_place]]), rank[group]
+    return np.ascontiguousarray(positions[first]), index

@@ -16,6 +16,8 @@ from mesh_msgs_hdf5.model.label_names import check_label
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 
 PREFIX = "mesh_tools "
+# types that remarks may name
+NUMBERS = ("f2", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8")
 Remark = Dict[str, Any]
 
 

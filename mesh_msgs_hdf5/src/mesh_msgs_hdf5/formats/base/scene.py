@@ -10,8 +10,11 @@ from mesh_msgs_hdf5.formats.base.polygons import weld
 from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import add_layer, normals_or_none
-from mesh_msgs_hdf5.model.errors import PathLike
+from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
+
+# vertices and faces together: a small file may show one part again and again
+MAX_TOTAL = 1 << 26
 
 
 @dataclass
@@ -66,6 +69,17 @@ class Scene:
     coordinates: Optional[np.ndarray] = None
     known: Optional[np.ndarray] = None
     layers: Dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def check_scene_size(path: PathLike, total: int) -> None:
+    """Refuse a scene of more vertices and faces than MAX_TOTAL."""
+    if total > MAX_TOTAL:
+        raise MapFileError(
+            "size",
+            path,
+            "the scene has more than %d vertices and faces" % MAX_TOTAL,
+            "export the parts that are needed",
+        )
 
 
 def joined(parts: List[ScenePart], report: ImportReport) -> Scene:
@@ -151,7 +165,6 @@ def welded_mesh(path: PathLike, scene: Scene, options: Options, report: ImportRe
         report.note("left out: %d vertices without faces", len(scene.positions) - len(rows))
     positions, origin = placed(path, scene.positions[rows], "corner", options, report)
     vertices, index = weld(positions, report)
-    index = index.astype(np.int64)
     mesh = Mesh(vertices, index[number[scene.faces]].astype(np.uint32), origin=origin)
 
     def taken(values, what):

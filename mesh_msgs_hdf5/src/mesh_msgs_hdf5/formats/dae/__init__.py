@@ -1,1 +1,1 @@
-"""COLLADA, through assimp in a process of its own."""
+"""COLLADA, through assimp."""

@@ -14,7 +14,7 @@ import numpy as np
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.material_list import byte_color
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.base.scene import ScenePart, Scene, joined
+from mesh_msgs_hdf5.formats.base.scene import Scene, ScenePart, check_scene_size, joined
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 _TRIANGULATE, _SORT_BY_KIND = 0x8, 0x8000
@@ -25,8 +25,6 @@ _FACE = np.dtype(
     {"names": ["count", "corners"], "formats": ["u4", "u8"], "offsets": [0, 8], "itemsize": 16}
 )
 _DIFFUSE = 1  # the kind of texture that gives surfaces their color
-# vertices and faces together: a small file may show one part again and again
-MAX_TOTAL = 1 << 26
 Material = Dict[str, Any]
 
 
@@ -104,6 +102,13 @@ def _library(path):
     return library
 
 
+def scene_arrays(path: str) -> Tuple[Dict[str, Any], List[Material], List[str]]:
+    """What read_scene returns and notes, as values that go from one process to another."""
+    report = ImportReport(path, "DAE")
+    scene, materials = read_scene(path, report)
+    return vars(scene), materials, report.notes
+
+
 def read_scene(path: PathLike, report: ImportReport) -> Tuple[Scene, List[Material]]:
     """Every instance of every mesh, moved by the transforms above it, and the materials.
 
@@ -147,13 +152,7 @@ def _instances(path, scene, report) -> List[ScenePart]:
         for i in range(node.mesh_count):
             part = parts[node.meshes[i]]
             total += len(part.positions) + len(part.faces)
-            if total > MAX_TOTAL:
-                raise MapFileError(
-                    "size",
-                    path,
-                    "the scene has more than %d vertices and faces" % MAX_TOTAL,
-                    "export the parts that are needed",
-                )
+            check_scene_size(path, total)
             if len(part.faces):
                 found.append(part.moved(transform))
         todo += [(node.children[i].contents, transform) for i in reversed(range(node.child_count))]

@@ -4,14 +4,12 @@ from typing import Any, Dict, Iterator, List, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.base.scene import ScenePart
+from mesh_msgs_hdf5.formats.base.scene import ScenePart, check_scene_size
 from mesh_msgs_hdf5.formats.gltf.gltf_file import GltfFile
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 _LARGEST = {"i1": 127, "u1": 255, "i2": 32767, "u2": 65535}
-# vertices and faces together: a small file may show one part again and again
-MAX_TOTAL = 1 << 26
 # attributes of our export: colors where viewers show the materials, v upwards where 1 - v is not it
 VERTEX_COLOR, TEXTURE_V = "_VERTEX_COLOR", "_TEXCOORD_V"
 _READ = ("POSITION", "NORMAL", "COLOR_0", "TEXCOORD_0")
@@ -145,13 +143,7 @@ class SceneReader:
 
     def _count(self, number):
         self._total += number
-        if self._total > MAX_TOTAL:
-            raise MapFileError(
-                "size",
-                self._file.path,
-                "the scene has more than %d vertices and faces" % MAX_TOTAL,
-                "export the parts that are needed",
-            )
+        check_scene_size(self._file.path, self._total)
 
     def _triangles(self, primitive, attributes) -> Optional[np.ndarray]:
         """(F, 3) int64 below the number of positions, or None."""

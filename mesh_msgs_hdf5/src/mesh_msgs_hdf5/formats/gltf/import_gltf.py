@@ -10,6 +10,7 @@ import numpy as np
 from mesh_msgs_hdf5.formats.base.material_list import ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options
 from mesh_msgs_hdf5.formats.base.remarks import (
+    NUMBERS,
     Remark,
     about,
     add_label,
@@ -26,8 +27,6 @@ from mesh_msgs_hdf5.formats.gltf.gltf_materials import GltfMaterialReader
 from mesh_msgs_hdf5.formats.gltf.gltf_scene import SceneReader, check_extensions
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
-
-_NUMBERS = ("f2", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8")
 
 
 def read_gltf(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
@@ -100,7 +99,7 @@ def _restore_order(file: GltfFile, scene: Scene, remarks: List[Remark]) -> None:
 
 def _array(file: GltfFile, view: Any, kind: Any, rows: int, width: Any) -> Optional[np.ndarray]:
     """(rows, width) numbers in a buffer view of our export, or None if it does not fit."""
-    if kind not in _NUMBERS or type(width) is not int or type(rows) is not int or width < 1:
+    if kind not in NUMBERS or type(width) is not int or type(rows) is not int or width < 1:
         return None
     data = np.frombuffer(file.view(view), np.uint8)
     if len(data) != rows * width * np.dtype(kind).itemsize:

@@ -9,11 +9,10 @@ import numpy as np
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.beside import Folder
-from mesh_msgs_hdf5.formats.base.corners import agreed, note_missing, texture_vertices
+from mesh_msgs_hdf5.formats.base.corners import agreed, note_missing, with_corner_coordinates
 from mesh_msgs_hdf5.formats.base.material_list import ImportedTextures, give_materials
 from mesh_msgs_hdf5.formats.base.options import Options, placed
 from mesh_msgs_hdf5.formats.base.polygons import Triangles, check_corners, triangulate
-from mesh_msgs_hdf5.formats.base.remap import take_vertices
 from mesh_msgs_hdf5.formats.base.remarks import (
     Remark,
     about,
@@ -165,20 +164,8 @@ def _with_coordinates(path, lines, mesh, triangles, corners, index, options, rep
         return mesh
     with np.errstate(over="ignore"):
         found = table.astype(np.float32)[np.maximum(index, 0)]
-    known = index >= 0
-    seams = texture_vertices(
-        mesh.faces.reshape(-1),
-        triangles.of_corners(found),
-        None if known.all() else triangles.of_corners(known),
-        len(mesh.vertices),
-        options.split_seams,
-        report,
-    )
-    if len(seams.sources):
-        mesh = take_vertices(mesh, np.append(np.arange(len(mesh.vertices)), seams.sources))
-        mesh.faces = seams.index.astype(np.uint32).reshape(-1, 3)
-    mesh.texture_coordinates = seams.coordinates
-    return mesh
+    split = options.split_seams
+    return with_corner_coordinates(mesh, triangles, found, index >= 0, split, report)
 
 
 def _take_materials(path, lines, mesh, triangles: Triangles, remarks: List[Remark], report):

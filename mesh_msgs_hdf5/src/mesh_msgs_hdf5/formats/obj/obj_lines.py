@@ -59,12 +59,17 @@ def _found(path, text, counts, first):
 def _same_slashes(text, total):
     """How many slashes each corner has, or 0 if they differ."""
     letters = np.frombuffer(text, np.uint8)
+    places = np.flatnonzero(_word_begins(letters))
+    number = np.add.reduceat(letters == _SLASH, places, dtype=np.int64)
+    return int(number[0]) if len(places) == total and (number == number[0]).all() else 0
+
+
+def _word_begins(letters):
+    """(N,): which letters of a text are the first of a word."""
     in_word = (letters != _BLANK) & (letters != _NEWLINE)
     begins = in_word.copy()
     begins[1:] &= ~in_word[:-1]
-    places = np.flatnonzero(begins)
-    number = np.add.reduceat(letters == _SLASH, places, dtype=np.int64)
-    return int(number[0]) if len(places) == total and (number == number[0]).all() else 0
+    return begins
 
 
 def _one_by_one(path, text, counts, found, first):
@@ -235,10 +240,7 @@ class _Block:
         starts = np.cumsum(lengths[chosen]) - lengths[chosen]
         for i in range(key_length):
             found[starts + i] = _BLANK
-        in_word = (found != _BLANK) & (found != _NEWLINE)
-        begins = in_word.copy()
-        begins[1:] &= ~in_word[:-1]
-        return found.tobytes(), np.add.reduceat(begins, starts, dtype=np.int64)
+        return found.tobytes(), np.add.reduceat(_word_begins(found), starts, dtype=np.int64)
 
     def _read_others(self, at, faces_before, is_face):
         faces = faces_before + np.cumsum(is_face)

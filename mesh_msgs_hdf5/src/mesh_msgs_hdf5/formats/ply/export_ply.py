@@ -12,19 +12,11 @@ from mesh_msgs_hdf5.formats.base.export_parts import Export, lines, safe_name, t
 from mesh_msgs_hdf5.formats.base.remarks import Remark, color_list, mesh_remark, remark_texts
 from mesh_msgs_hdf5.formats.ply.import_ply import COLORS, NORMAL, NO_LAYERS, POSITION
 from mesh_msgs_hdf5.formats.ply.ply_faces import CORNERS, FACE_COLORS, TEXTURE_FILE
+from mesh_msgs_hdf5.formats.ply.ply_file import TYPES
 from mesh_msgs_hdf5.model.errors import PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
-_NAMES = {
-    "i1": "char",
-    "u1": "uchar",
-    "i2": "short",
-    "u2": "ushort",
-    "i4": "int",
-    "u4": "uint",
-    "f4": "float",
-    "f8": "double",
-}
+_NAMES = {kind: name for name, kind in reversed(TYPES.items())}  # the first one of each
 _OF_FACES = frozenset(CORNERS).union(
     COLORS[0], ["alpha", "flags", "label", "material", "texcoord", "texnumber"]
 )

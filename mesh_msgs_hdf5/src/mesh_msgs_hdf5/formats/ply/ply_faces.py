@@ -1,11 +1,11 @@
 """What the faces of a PLY file have besides corners: colors, numbers, textures, labels."""
-from typing import Any, Dict, List, Optional, Set, Tuple
+from typing import Any, Dict, List, Set, Tuple
 
 import numpy as np
 
 from mesh_msgs_hdf5.checks.check import MAX_TEXTURE_INDEX
 from mesh_msgs_hdf5.formats.base.beside import Folder
-from mesh_msgs_hdf5.formats.base.corners import texture_vertices
+from mesh_msgs_hdf5.formats.base.corners import with_corner_coordinates
 from mesh_msgs_hdf5.formats.base.material_list import (
     NO_TEXTURE,
     WHITE,
@@ -14,8 +14,14 @@ from mesh_msgs_hdf5.formats.base.material_list import (
 )
 from mesh_msgs_hdf5.formats.base.options import Options
 from mesh_msgs_hdf5.formats.base.polygons import Triangles
-from mesh_msgs_hdf5.formats.base.remap import take_vertices
-from mesh_msgs_hdf5.formats.base.remarks import Remark, about, add_label, color_of, parameters_of
+from mesh_msgs_hdf5.formats.base.remarks import (
+    NUMBERS,
+    Remark,
+    about,
+    add_label,
+    color_of,
+    parameters_of,
+)
 from mesh_msgs_hdf5.formats.base.report import ImportReport
 from mesh_msgs_hdf5.formats.base.values import add_face_attribute, colors_or_none
 from mesh_msgs_hdf5.formats.ply.ply_file import PlyFile, columns
@@ -70,19 +76,8 @@ class FaceReader:
         found = np.zeros((len(known), 2), np.float32)
         with np.errstate(over="ignore"):
             found[known] = values[np.repeat(fits, numbers)].reshape(-1, 2)
-        seams = texture_vertices(
-            mesh.faces.reshape(-1),
-            self._triangles.of_corners(found),
-            None if fits.all() else self._triangles.of_corners(known),
-            len(mesh.vertices),
-            self._options.split_seams,
-            self._report,
-        )
-        if len(seams.sources):
-            mesh = take_vertices(mesh, np.append(np.arange(len(mesh.vertices)), seams.sources))
-            mesh.faces = seams.index.astype(np.uint32).reshape(-1, 3)
-        mesh.texture_coordinates = seams.coordinates
-        return mesh
+        split = self._options.split_seams
+        return with_corner_coordinates(mesh, self._triangles, found, known, split, self._report)
 
     def _take_materials(self, mesh):
         own = about(self._remarks, "material", int)
@@ -195,9 +190,9 @@ class FaceReader:
         names = remark.get("properties")
         if not isinstance(names, list) or not all(isinstance(n, str) and n in kinds for n in names):
             return
-        kind = _number_type(remark.get("type"))
-        if kind is None or not names:
+        if remark.get("type") not in NUMBERS or not names:
             return
+        kind = np.dtype(remark["type"])
         self.used |= set(names)
         values = columns(self._face, names)
         if kind.itemsize == 8 and kind.kind in "iu":  # two halves, the lower one first
@@ -229,8 +224,3 @@ def _file_name(text):
 def _texture_of(remark: Remark) -> Any:
     texture = remark.get("texture")
     return texture if isinstance(texture, int) else NO_TEXTURE
-
-
-def _number_type(text: Any) -> Optional[np.dtype]:
-    known = ("f2", "f4", "f8", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8")
-    return np.dtype(text) if text in known else None

@@ -13,7 +13,7 @@ from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.formats.base.numbers_text import numbers
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
-_TYPES = {
+TYPES = {
     "char": "i1",
     "uchar": "u1",
     "short": "i2",
@@ -136,9 +136,9 @@ def _header(path, data):
                     raise ValueError("negative count")
             elif words[0] == "property" and words[1] == "list":
                 count, kind, name = words[2:5]
-                elements[-1].properties.append(Property(name, _TYPES[kind], _TYPES[count]))
+                elements[-1].properties.append(Property(name, TYPES[kind], TYPES[count]))
             elif words[0] == "property":
-                elements[-1].properties.append(Property(words[2], _TYPES[words[1]]))
+                elements[-1].properties.append(Property(words[2], TYPES[words[1]]))
             else:
                 raise KeyError(words[0])
         except (KeyError, IndexError, ValueError) as error:

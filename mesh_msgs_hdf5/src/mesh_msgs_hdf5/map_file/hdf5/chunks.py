@@ -7,7 +7,7 @@ else h5py does it all.
 """
 import itertools
 import math
-from typing import Iterator, List, Optional, Tuple
+from typing import Any, Iterator, List, Tuple
 
 import h5py
 import numpy as np
@@ -23,25 +23,21 @@ CHUNK_ROWS = 32768
 _CHUNK_BYTES = 1 << 20  # at most, of an array with wide rows: an image; HDF5's chunk cache is 1 MiB
 # deflate is read by every HDF5; levels above 1 cost time and gain 1 %
 _FILTERS = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+_SHUFFLE, _DEFLATE = h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE
 _BATCH_BYTES = 32 << 20  # of numbers whose chunks are held compressed at a time
 _PADDING_BYTES = 64 << 20  # that a chunk may have beyond twice the array
 _MOST_CHUNKS, _MOST_BYTES = 1 << 16, 1 << 31  # what is more, and larger, is left to HDF5
 
 
 def store(
-    group: h5py.Group,
-    name: str,
-    array: np.ndarray,
-    compression: str = "gzip",
-    chunk_rows: Optional[int] = None,
+    group: h5py.Group, name: str, array: np.ndarray, compression: str = "gzip"
 ) -> h5py.Dataset:
     """Write an array as a new dataset of the same type and shape.
 
     array: numbers of any width and byte order, or a structured array; of any layout in memory.
     compression: "gzip" (chunked, shuffle and deflate) or "none" (contiguous). What is empty or a
-        single value has nothing to compress and is contiguous.
-    chunk_rows: rows of a chunk, which holds whole rows; None for 32768, or for as many as are 1 MiB
-        if that is less.
+        single value has nothing to compress and is contiguous. A chunk holds whole rows: 32768, or
+        as many as are 1 MiB if that is less.
 
     Errors: ValueError for another compression; whatever h5py raises.
     """
@@ -51,9 +47,8 @@ def store(
     if compression == "none" or array.size == 0 or array.ndim == 0:
         return group.create_dataset(name, data=array)
     array = np.ascontiguousarray(array)
-    if chunk_rows is None:
-        chunk_rows = min(CHUNK_ROWS, _CHUNK_BYTES // (array.nbytes // len(array)))
-    chunks = (min(max(1, chunk_rows), len(array)),) + array.shape[1:]
+    rows = min(CHUNK_ROWS, _CHUNK_BYTES // (array.nbytes // len(array)))
+    chunks = (min(max(1, rows), len(array)),) + array.shape[1:]
     direct = _deflate is not None and hasattr(h5py.h5d.DatasetID, "write_direct_chunk")
     if not direct or not _is_plain(array.dtype):
         return group.create_dataset(name, data=array, chunks=chunks, **_FILTERS)
@@ -61,12 +56,9 @@ def store(
     dataset = group.create_dataset(
         name, shape=array.shape, dtype=array.dtype, chunks=chunks, **_FILTERS
     )
-    offsets = list(_offsets(array.shape, chunks))
-    batch = _batch_length(chunks, array.dtype)
-    for first in range(0, len(offsets), batch):
-        part = offsets[first : first + batch]
-        compressed = _deflate._compress(array, chunks, True, first, len(part))
-        for offset, data in zip(part, compressed):
+    for batch in _batches(dataset):
+        whole = [_padded(array[window], chunks) for _, window in batch]
+        for (offset, _), data in zip(batch, _deflate._compress(whole)):
             dataset.id.write_direct_chunk(offset, data)
     return dataset
 
@@ -91,33 +83,52 @@ def load(dataset: h5py.Dataset) -> np.ndarray:
     if not filters:
         return dataset[()]
     array = np.zeros(dataset.shape, dataset.dtype)
-    batch: List[Tuple[bytes, int]] = []
     first = 0
-    length = _batch_length(dataset.chunks, dataset.dtype)
-    try:
-        for offset in _offsets(dataset.shape, dataset.chunks):
+    for batch in _batches(dataset):
+        stored, in_part = [], []
+        for offset, window in batch:
             skipped, data = dataset.id.read_direct_chunk(offset)
-            flags = 0
-            for bit, flag in enumerate(filters):
-                flags += 0 if skipped >> bit & 1 else flag
-            batch.append((data, flags))
-            if len(batch) == length:
-                _deflate._decompress(batch, dataset.chunks, first, array)
-                first += length
-                batch = []
-        _deflate._decompress(batch, dataset.chunks, first, array)
-    except RuntimeError as error:
-        raise OSError("%s: %s" % (dataset.name, error)) from error
+            deflated = not skipped >> filters.index(_DEFLATE) & 1
+            shuffled = _SHUFFLE in filters and not skipped & 1
+            chunk = part = array[window]
+            if part.shape != dataset.chunks or not part.flags.c_contiguous:
+                chunk = np.zeros(dataset.chunks, array.dtype)
+                in_part.append((part, chunk))
+            stored.append((data, shuffled, deflated, chunk))
+        try:
+            _deflate._decompress(stored, first)
+        except RuntimeError as error:
+            raise OSError("%s: %s" % (dataset.name, error)) from error
+        for part, chunk in in_part:
+            part[...] = chunk[tuple(map(slice, part.shape))]
+        first += len(batch)
     return array
 
 
-def _offsets(shape, chunks) -> Iterator[Tuple[int, ...]]:
-    """Where each chunk begins, in the order in which _deflate numbers them."""
-    return itertools.product(*map(range, itertools.repeat(0), shape, chunks))
+def _padded(part, chunks):
+    """A whole chunk of which that part is in the array; as HDF5 does, zeros are added."""
+    if part.shape == chunks:
+        return np.ascontiguousarray(part)
+    padded = np.zeros(chunks, part.dtype)
+    padded[tuple(map(slice, part.shape))] = part
+    return padded
 
 
-def _batch_length(chunks, dtype) -> int:
-    return max(1, _BATCH_BYTES // (math.prod(chunks) * dtype.itemsize))
+def _batches(dataset: h5py.Dataset) -> Iterator[List[Tuple[Any, Any]]]:
+    """(where it begins, its window in the array) of each chunk, in C order; in lists of some
+    _BATCH_BYTES of chunks.
+    """
+    starts, slices = [], []
+    for length, side in zip(dataset.shape, dataset.chunks):
+        starts.append(range(0, length, side))
+        slices.append(map(slice, starts[-1], itertools.count(side, side)))
+    chunks = zip(itertools.product(*starts), itertools.product(*slices))
+    length = max(1, _BATCH_BYTES // (math.prod(dataset.chunks) * dataset.dtype.itemsize))
+    while True:
+        batch = list(itertools.islice(chunks, length))
+        if not batch:
+            return
+        yield batch
 
 
 def _is_plain(dtype):
@@ -126,7 +137,7 @@ def _is_plain(dtype):
 
 
 def _direct_filters(dataset) -> List[int]:
-    """The flags (of _deflate) of the dataset's filters, in their order.
+    """The codes of the dataset's filters, in their order.
 
     Empty if anything about the dataset is such that HDF5 has to read it.
     """
@@ -146,17 +157,13 @@ def _direct_filters(dataset) -> List[int]:
     properties = identifier.get_create_plist()
     for index in range(properties.get_nfilters()):
         code, _, values, _ = properties.get_filter(index)
-        if code == h5py.h5z.FILTER_SHUFFLE and tuple(values) == (dataset.dtype.itemsize,):
-            filters.append(_deflate._SHUFFLED)
-        elif code == h5py.h5z.FILTER_DEFLATE:
-            filters.append(_deflate._DEFLATED)
-        else:
+        if code == _SHUFFLE and tuple(values) != (dataset.dtype.itemsize,):
             return []
-    if filters not in ([_deflate._DEFLATED], [_deflate._SHUFFLED, _deflate._DEFLATED]):
+        filters.append(code)
+    if filters not in ([_DEFLATE], [_SHUFFLE, _DEFLATE]):
         return []
     # what was never stored has the fill value
-    expected = 1
-    for length, side in zip(dataset.shape, dataset.chunks):
-        expected *= -(-length // side)
+    starts = map(range, itertools.repeat(0), dataset.shape, dataset.chunks)
+    expected = math.prod(map(len, starts))
     complete = expected <= _MOST_CHUNKS and identifier.get_num_chunks() == expected
     return filters if complete else []

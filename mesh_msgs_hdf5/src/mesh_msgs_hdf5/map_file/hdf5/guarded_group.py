@@ -32,13 +32,13 @@ class GuardedGroup:
     A link anywhere on the way to a place is refused (code link). What is read through one object
     is bounded in all: a file may name one small dataset many times.
 
-    path: the file, for errors. budget: bytes that may be read.
+    path: the file, for errors. Attribute budget: bytes that may be read.
     """
 
-    def __init__(self, path: PathLike, group: h5py.Group, budget: Optional[int] = None) -> None:
+    def __init__(self, path: PathLike, group: h5py.Group) -> None:
         self.path = path
         self.group = group
-        self.budget = budget or default_budget()
+        self.budget = default_budget()
         self._taken = 0
         self._file_bytes = group.file.id.get_filesize()
         self._subgroups: Dict[str, Optional[h5py.Group]] = {}

@@ -7,7 +7,8 @@ is looked at before it is taken.
 import contextlib
 import functools
 import os
-from typing import Any, Iterator, List, Optional
+import types
+from typing import Any, Iterator, List, Mapping, Optional, Tuple
 
 import h5py
 
@@ -167,6 +168,46 @@ def hard_object(group: h5py.Group, name: str) -> Any:
     if link_kind(group, name) != h5py.h5l.TYPE_HARD:
         return None
     return h5py.h5o.open(group.id, name.encode("utf-8"))
+
+
+def text_of(key: bytes) -> str:
+    """A name of HDF5 as text; bytes that are no UTF-8 as surrogates."""
+    return key.decode("utf-8", "surrogateescape")
+
+
+def opened(group: h5py.Group, key: bytes) -> Any:
+    """The h5py object of that name in a group."""
+    found = h5py.h5o.open(group.id, key)
+    for kind, low in ((h5py.Group, h5py.h5g.GroupID), (h5py.Dataset, h5py.h5d.DatasetID)):
+        if isinstance(found, low):
+            return kind(found)  # group[name] takes three times as long
+    return h5py.Datatype(found)
+
+
+def reached(file: h5py.File, place: str, moved: Mapping[str, str] = types.MappingProxyType({})):
+    """The object at an absolute path, without following links; None if there is none.
+
+    moved: path -> where the object is that is meant by it.
+    """
+    item, way = file["/"], ""
+    for name in filter(None, place.split("/")):
+        way += "/" + name
+        if way in moved:
+            item = file[moved[way]]
+            continue
+        key = name.encode("utf-8", "surrogateescape")
+        if not isinstance(item, h5py.Group) or not item.id.links.exists(key):
+            return None
+        if item.id.links.get_info(key).type != h5py.h5l.TYPE_HARD:
+            return None
+        item = opened(item, key)
+    return item
+
+
+def address(group: h5py.Group) -> Tuple[int, int]:
+    """What tells an object from all others, whatever its names."""
+    info = h5py.h5o.get_info(group.id)
+    return info.fileno, info.addr
 
 
 def join(group: h5py.Group, name: str) -> str:

@@ -11,6 +11,7 @@ from typing import FrozenSet, List, Optional, Tuple
 import h5py
 
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import (
+    address,
     children,
     exists,
     first_keys,
@@ -165,7 +166,7 @@ def find_parts(file: h5py.File, path: PathLike) -> List[str]:
     found so can still be opened by its name.
     """
     parts = []
-    seen = {_address(file["/"])}  # a group may be in many places, even in itself
+    seen = {address(file["/"])}  # a group may be in many places, even in itself
     level = [((), file["/"])]
     for depth in range(_MAX_DEPTH + 1):
         below = []
@@ -181,8 +182,8 @@ def find_parts(file: h5py.File, path: PathLike) -> List[str]:
                 if not is_group_of_this_file(group, name):
                     continue
                 inner = group[name]
-                if _address(inner) not in seen:
-                    seen.add(_address(inner))
+                if address(inner) not in seen:
+                    seen.add(address(inner))
                     below.append((components + (name,), inner))
         level = below
     return sorted(parts, key=lambda part: (part.count("/") if part else -1, part))
@@ -214,8 +215,3 @@ def _names(path, group, depth):
         return []
     # the usual ones first: the search may end before the others
     return sorted(children(path, group), key=lambda name: name not in ("mesh", "meshes"))
-
-
-def _address(group):
-    info = h5py.h5o.get_info(group.id)
-    return info.fileno, info.addr

@@ -1,11 +1,10 @@
 """Reads one part of an open map file, one object at a time, in whatever layout it has."""
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
-from functools import cached_property, partial
-from typing import Any, Dict, Iterable, List, Optional, Set, Tuple, Union
+from functools import partial
+from typing import Any, Dict, Iterable, List, Optional, Set, Tuple
 
 import h5py
-import numpy as np
 
 from mesh_msgs_hdf5.checks.check import checked_crs, checked_origin, from_json
 from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup
@@ -17,7 +16,7 @@ from mesh_msgs_hdf5.map_file.reading.geometry_reader import GeometryReader
 from mesh_msgs_hdf5.map_file.reading.label_reader import LabelReader
 from mesh_msgs_hdf5.map_file.reading.layouts import ROOT, default_part, find_parts, layout_of
 from mesh_msgs_hdf5.map_file.reading.material_reader import MaterialReader
-from mesh_msgs_hdf5.map_file.reading.named_arrays import FaceAttributeReader, LayerReader
+from mesh_msgs_hdf5.map_file.reading.named_arrays import NamedArrayReader
 from mesh_msgs_hdf5.map_file.reading.texture_reader import TextureReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
@@ -36,7 +35,9 @@ _PLACE = ("frame_id", "origin", "crs")  # without which vertices mean nothing
 _MEMBERS = tuple(f.name for f in fields(Mesh) if f.name not in ("vertices", "faces") + _PLACE)
 
 
-class MapReader(GeometryReader, TextureReader, MaterialReader, LabelReader, FeatureReader):
+class MapReader(
+    GeometryReader, NamedArrayReader, TextureReader, MaterialReader, LabelReader, FeatureReader
+):
     """One part of an open h5py.File. Opening reads names, shapes and attributes, no arrays.
 
     Most of its members are those of MapFile, too; this one reads the file as it is open. Every
@@ -45,13 +46,7 @@ class MapReader(GeometryReader, TextureReader, MaterialReader, LabelReader, Feat
     Attributes: file, path, part, layout, group (of the part).
     """
 
-    def __init__(
-        self,
-        file: h5py.File,
-        path: PathLike,
-        part: Optional[str] = None,
-        budget: Optional[int] = None,
-    ) -> None:
+    def __init__(self, file: h5py.File, path: PathLike, part: Optional[str] = None) -> None:
         self.path = path
         self.file = file
         components = schema.part_path(path, default_part(file, path) if part is None else part)
@@ -63,15 +58,7 @@ class MapReader(GeometryReader, TextureReader, MaterialReader, LabelReader, Feat
         if layout is None:
             raise self._no_mesh()
         self.group = group
-        super().__init__(GuardedGroup(path, group, budget), layout)
-
-    @cached_property
-    def _layers(self):
-        return LayerReader(self.guarded, self.layout, self.vertex_count)
-
-    @cached_property
-    def _face_attributes(self):
-        return FaceAttributeReader(self.guarded, self.layout, self.face_count)
+        super().__init__(GuardedGroup(path, group), layout)
 
     def _no_mesh(self):
         known = [part or "/" for part in self.parts]
@@ -102,49 +89,13 @@ class MapReader(GeometryReader, TextureReader, MaterialReader, LabelReader, Feat
     def schema_version(self) -> int:
         if self.schema != "S1":
             return 0
-        value = self.attribute(schema.SCHEMA_VERSION)
+        value = attribute(self.path, self.group, schema.SCHEMA_VERSION)
         if value is not None and (not isinstance(value, int) or value < 0):
             raise MapFileError("value", self.path, "%s is %r" % (schema.SCHEMA_VERSION, value), "")
         return value or 0
 
-    # what has names
-
-    def layer_names(self) -> List[str]:
-        """The names of the vertex cost layers, sorted."""
-        return self._layers.names()
-
-    def vertex_costs(self, name: str) -> np.ndarray:
-        """(V,) float32 of one layer: finite >= 0 is a cost, +inf lethal, NaN unknown."""
-        return self._layers.values(name)
-
-    def layer_parameters(self, name: str) -> Dict[str, Any]:
-        """The parameters that a layer was computed with (dict); {} if the file does not say."""
-        return self._layers.parameters(name)
-
-    def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
-        """Layer name -> its parameters, of all layers, sorted; no costs are read."""
-        return {name: self.layer_parameters(name) for name in self.layer_names()}
-
-    def face_attribute_names(self) -> List[str]:
-        """The names of the face attributes, sorted."""
-        return self._face_attributes.names()
-
-    def face_attribute(self, name: str) -> np.ndarray:
-        """(F,) or (F, C) numbers of one face attribute, in the type that they are stored in."""
-        return self._face_attributes.values(name)
-
-    def face_parameters(self, name: str) -> Dict[str, Any]:
-        """The parameters that a face attribute was computed with; {} if the file does not say."""
-        return self._face_attributes.parameters(name)
-
-    # attributes of the part
-
-    def attribute(self, name: str) -> Union[str, int, float, None]:
-        """The value of an attribute of the part's group; None if there is none."""
-        return attribute(self.path, self.group, name)
-
     def text(self, name: str, default: Optional[str] = None) -> Optional[str]:
-        """The same, refused if it is not a text."""
+        """An attribute of the part's group, refused if it is not a text."""
         value = text_attribute(self.path, self.group, name)
         return default if value is None else value
 
@@ -235,8 +186,8 @@ class MapReader(GeometryReader, TextureReader, MaterialReader, LabelReader, Feat
     def _places(self):
         """Where all of the Mesh is but labels and features, of which there may be very many."""
         places = self.geometry_places()
-        places += self._layers.places().values()
-        places += self._face_attributes.places().values()
+        places += self.layer_places.values()
+        places += self.face_attribute_places.values()
         return places + self.texture_places() + self.material_places()
 
     def other_contents(self) -> List[str]:

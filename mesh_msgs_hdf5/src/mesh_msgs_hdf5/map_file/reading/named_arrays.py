@@ -1,19 +1,20 @@
 """Reads what a part has under names of its own: cost layers and face attributes."""
-from typing import Any, Dict, List, Optional
+from functools import cached_property
+from typing import Any, Dict, List
 
 import h5py
 import numpy as np
 
 from mesh_msgs_hdf5.checks.check import checked_costs, checked_face_attribute, from_json
-from mesh_msgs_hdf5.map_file.hdf5.guarded_group import GuardedGroup
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_attributes import text_attribute
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import exists
-from mesh_msgs_hdf5.map_file.reading.layouts import Layout
+from mesh_msgs_hdf5.map_file.reading.part_reader import PartReader
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 MAX_ARRAYS = 4096  # names in a group of layers or face attributes
 _INDICES = "_idx"  # LVR2 stores a sparse map as <name> and <name>_idx
+_LAYER, _FACE_ATTRIBUTE = "layer", "face attribute"
 
 
 def _dense(names: List[str]) -> List[str]:
@@ -22,70 +23,27 @@ def _dense(names: List[str]) -> List[str]:
     return [name for name in names if not name.endswith(_INDICES) and name + _INDICES not in known]
 
 
-class NamedArrays:
-    """One kind of them. what: its name, for errors."""
+class NamedArrayReader(PartReader):
+    """The layers and face attributes of a part. The file is looked through once for each kind."""
 
-    what = ""
+    vertex_count: int
+    face_count: int
 
-    def __init__(self, part: GuardedGroup, layout: Layout, count: int) -> None:
-        """count: of the vertices or faces that the arrays belong to."""
-        self._part = part
-        self._layout = layout
-        self._count = count
-        self._known: Optional[Dict[str, str]] = None
-
-    def places(self) -> Dict[str, str]:
-        """Name -> place in the part, sorted by name. The file is looked through once."""
-        if self._known is None:
-            self._known = dict(sorted(self._found().items()))
-        return self._known
-
-    def _found(self) -> Dict[str, str]:
-        """Name -> place in the part."""
-        raise NotImplementedError
-
-    def names(self) -> List[str]:
-        """The names, sorted."""
-        return list(self.places())
-
-    def values(self, name: str) -> np.ndarray:
-        """The values, checked."""
-        raise NotImplementedError
-
-    def parameters(self, name: str) -> Dict[str, Any]:
-        """What it was computed with; {} if the file does not say."""
-        path, found = self._part.path, self._dataset(name)
-        text = text_attribute(path, found, schema.PARAMETERS)
-        return from_json(path, "%s of %s" % (schema.PARAMETERS, found.name), text)
-
-    def _dataset(self, name):
-        places = self.places()
-        if name not in places:
-            raise MapFileError(
-                "layer",
-                self._part.path,
-                "there is no %s %r" % (self.what, name),
-                "%ss of this file: %s" % (self.what, ", ".join(places) or "none"),
-            )
-        return self._part.dataset(places[name])
-
-
-class LayerReader(NamedArrays):
-    """Cost layers: float datasets with one value per vertex that are not mesh data."""
-
-    what = "layer"
-
-    def _found(self) -> Dict[str, str]:
+    @cached_property
+    def layer_places(self) -> Dict[str, str]:
+        """Name -> place in the part, sorted by name, of the cost layers: float datasets with one
+        value per vertex that are not mesh data.
+        """
         found: Dict[str, str] = {}
-        for group_place in self._layout.layers:
-            group = self._part.subgroup(group_place)
-            for name in _dense(self._part.names(group_place, MAX_ARRAYS)):
+        for group_place in self.layout.layers:
+            group = self.guarded.subgroup(group_place)
+            for name in _dense(self.guarded.names(group_place, MAX_ARRAYS)):
                 place = "%s/%s" % (group_place, name)
-                if name in schema.RESERVED or place in self._layout.single or name in found:
+                if name in schema.RESERVED or place in self.layout.single or name in found:
                     continue
                 if self._is_layer(group, name):
                     found[name] = place
-        return found
+        return dict(sorted(found.items()))
 
     def _is_layer(self, group, name):
         key = name.encode("utf-8")
@@ -95,40 +53,72 @@ class LayerReader(NamedArrays):
         return (
             isinstance(found, h5py.h5d.DatasetID)
             and found.get_type().get_class() == h5py.h5t.FLOAT
-            and found.shape in ((self._count,), (self._count, 1))
+            and found.shape in ((self.vertex_count,), (self.vertex_count, 1))
         )
 
-    def values(self, name: str) -> np.ndarray:
-        """(V,) float32."""
-        values = self._part.values(self._dataset(name))
-        return checked_costs(self._part.path, name, values, self._count)
-
-
-class FaceAttributeReader(NamedArrays):
-    """Face attributes: every dataset in their group, and single ones of LVR2."""
-
-    what = "face attribute"
-
-    def _found(self) -> Dict[str, str]:
-        group_place = self._layout.face_attributes
-        names = _dense(self._part.dataset_names(group_place, MAX_ARRAYS)) if group_place else ()
+    @cached_property
+    def face_attribute_places(self) -> Dict[str, str]:
+        """Name -> place in the part, sorted by name: every dataset in the group of face attributes,
+        and single ones of LVR2.
+        """
+        group_place = self.layout.face_attributes
+        names = _dense(self.guarded.dataset_names(group_place, MAX_ARRAYS)) if group_place else ()
         found = {name: "%s/%s" % (group_place, name) for name in names}
-        for place in self._layout.face_arrays:
+        for place in self.layout.face_arrays:
             name = place.rpartition("/")[2]
-            if name not in found and exists(self._part.group, place):
+            if name not in found and exists(self.guarded.group, place):
                 found[name] = place
-        return found
+        return dict(sorted(found.items()))
 
-    def values(self, name: str) -> np.ndarray:
-        """(F,) or (F, C) numbers in their own type."""
-        found = self._dataset(name)
-        if found.ndim not in (1, 2) or len(found) != self._count:
+    def layer_names(self) -> List[str]:
+        """The names of the vertex cost layers, sorted."""
+        return list(self.layer_places)
+
+    def vertex_costs(self, name: str) -> np.ndarray:
+        """(V,) float32 of one layer: finite >= 0 is a cost, +inf lethal, NaN unknown."""
+        values = self.guarded.values(self._named(_LAYER, self.layer_places, name))
+        return checked_costs(self.guarded.path, name, values, self.vertex_count)
+
+    def layer_parameters(self, name: str) -> Dict[str, Any]:
+        """The parameters that a layer was computed with (dict); {} if the file does not say."""
+        return self._parameters(self._named(_LAYER, self.layer_places, name))
+
+    def all_layer_parameters(self) -> Dict[str, Dict[str, Any]]:
+        """Layer name -> its parameters, of all layers, sorted; no costs are read."""
+        return {name: self.layer_parameters(name) for name in self.layer_names()}
+
+    def face_attribute_names(self) -> List[str]:
+        """The names of the face attributes, sorted."""
+        return list(self.face_attribute_places)
+
+    def face_attribute(self, name: str) -> np.ndarray:
+        """(F,) or (F, C) numbers of one face attribute, in the type that they are stored in."""
+        found = self._named(_FACE_ATTRIBUTE, self.face_attribute_places, name)
+        if found.ndim not in (1, 2) or len(found) != self.face_count:
             raise MapFileError(
                 "shape",
-                self._part.path,
+                self.guarded.path,
                 "%s has the shape %s, not [%d] or [%d,C]"
-                % (found.name, list(found.shape), self._count, self._count),
+                % (found.name, list(found.shape), self.face_count, self.face_count),
                 "one row for each face",
             )
-        values = self._part.values(found)
-        return checked_face_attribute(self._part.path, name, values, self._count)
+        values = self.guarded.values(found)
+        return checked_face_attribute(self.guarded.path, name, values, self.face_count)
+
+    def face_parameters(self, name: str) -> Dict[str, Any]:
+        """The parameters that a face attribute was computed with; {} if the file does not say."""
+        return self._parameters(self._named(_FACE_ATTRIBUTE, self.face_attribute_places, name))
+
+    def _parameters(self, found):
+        text = text_attribute(self.guarded.path, found, schema.PARAMETERS)
+        return from_json(self.guarded.path, "%s of %s" % (schema.PARAMETERS, found.name), text)
+
+    def _named(self, what, places, name):
+        if name not in places:
+            raise MapFileError(
+                "layer",
+                self.guarded.path,
+                "there is no %s %r" % (what, name),
+                "%ss of this file: %s" % (what, ", ".join(places) or "none"),
+            )
+        return self.guarded.dataset(places[name])

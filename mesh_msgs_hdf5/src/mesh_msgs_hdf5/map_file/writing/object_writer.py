@@ -56,20 +56,13 @@ class ObjectWriter:
         return parent.create_group(name)
 
     def array(
-        self,
-        group: h5py.Group,
-        name: str,
-        values: np.ndarray,
-        many: bool = False,
-        chunk_rows: Optional[int] = None,
+        self, group: h5py.Group, name: str, values: np.ndarray, many: bool = False
     ) -> h5py.Dataset:
         """A new dataset. many: one of perhaps thousands, of which the small are not compressed."""
         if group.id.links.exists(name.encode("utf-8")):
             self._make_room(group, name)
         small = many and values.nbytes < SMALL_BYTES
-        stored = chunks.store(
-            group, name, values, "none" if small else self._compression, chunk_rows
-        )
+        stored = chunks.store(group, name, values, "none" if small else self._compression)
         place = join(group, name)
         self.created.add(place)
         self._arrays[place] = values

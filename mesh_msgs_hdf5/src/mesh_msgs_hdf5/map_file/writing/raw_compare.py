@@ -7,6 +7,7 @@ import numpy as np
 
 from mesh_msgs_hdf5.checks.check import identical
 from mesh_msgs_hdf5.map_file.hdf5 import chunks
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import opened, reached, text_of
 from mesh_msgs_hdf5.map_file.writing.object_writer import not_the_same
 from mesh_msgs_hdf5.model.errors import PathLike
 
@@ -186,7 +187,7 @@ class RawComparison:
             if one.id.links.get_val(key) != other.id.links.get_val(new_key):
                 raise self._differ(place, "link")
             return None
-        item, partner = (_opened(group, k) for group, k in ((one, key), (other, new_key)))
+        item, partner = (opened(group, k) for group, k in ((one, key), (other, new_key)))
         if type(item) is not type(partner):
             raise self._differ(place, "kind of object")
         known = self._is_known(item, partner)
@@ -217,7 +218,7 @@ class RawComparison:
             same = a.get_type().equal(b.get_type()) and a.shape == b.shape
             same = same and _extent(a) == _extent(b)
             if not same or not self._same_values(one, other, a, b):
-                raise self._differ(place, "attribute %s" % _text(name))
+                raise self._differ(place, "attribute %s" % text_of(name))
 
     def _same_values(self, one, other, a, b):
         """Attributes of equal type and shape."""
@@ -225,7 +226,7 @@ class RawComparison:
             return True
         if is_plain(a.get_type()):
             return raw_attribute(a) == raw_attribute(b)
-        return self._same(one.attrs[_text(a.name)], other.attrs[_text(b.name)])
+        return self._same(one.attrs[text_of(a.name)], other.attrs[text_of(b.name)])
 
     def _check_dataset(self, place, one, other):
         kind = one.id.get_type()
@@ -278,7 +279,7 @@ class RawComparison:
             if not one:
                 continue
             item, partner = h5py.h5r.dereference(one, old.id), h5py.h5r.dereference(other, new.id)
-            name = _text(h5py.h5r.get_name(other, new.id) or b"")
+            name = text_of(h5py.h5r.get_name(other, new.id) or b"")
             wanted = self._partners.get(h5py.h5o.get_info(item).addr)
             found = h5py.h5o.get_info(partner).addr
             anew = _links(new, [name]).keys() & self._created_links.keys()
@@ -301,40 +302,15 @@ def _links(file: h5py.File, places: Iterable[str]) -> Dict[Tuple[int, str], str]
     for place in places:
         way, _, name = place.rpartition("/")
         if way not in owners:
-            owners[way] = _reached(file, way)
+            owners[way] = reached(file, way)
         if owners[way] is not None:
             found[_address(owners[way]), name] = place
     return found
 
 
-def _reached(file, way):
-    """The object of that path, without following links; None if there is none."""
-    item = file["/"]
-    for name in way.split("/")[1:]:
-        key = name.encode("utf-8", "surrogateescape")
-        if not isinstance(item, h5py.Group) or not item.id.links.exists(key):
-            return None
-        if item.id.links.get_info(key).type != h5py.h5l.TYPE_HARD:
-            return None
-        item = _opened(item, key)
-    return item
-
-
 def _names(group: h5py.Group) -> Iterator[Tuple[str, bytes]]:
     for key in group.id:
-        yield _text(key), key
-
-
-def _text(name):
-    return name.decode("utf-8", "surrogateescape")
-
-
-def _opened(group, key):
-    found = h5py.h5o.open(group.id, key)
-    for kind, low in ((h5py.Group, h5py.h5g.GroupID), (h5py.Dataset, h5py.h5d.DatasetID)):
-        if isinstance(found, low):
-            return kind(found)
-    return h5py.Datatype(found)
+        yield text_of(key), key
 
 
 def _address(item):
@@ -345,7 +321,7 @@ def _attribute_names(owner, but):
     """The names of attributes, without those of which (address of the owner, name) is in but."""
     address, count = _address(owner), h5py.h5a.get_num_attrs(owner.id)
     names = {h5py.h5a.open(owner.id, index=index).name for index in range(count)}
-    return {name for name in names if (address, _text(name)) not in but}
+    return {name for name in names if (address, text_of(name)) not in but}
 
 
 def _extent(item):

@@ -2,7 +2,7 @@
 import h5py
 import numpy as np
 
-from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import join
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import address, join
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 
 MAX_DEPTH = 200  # HDF5 copies group in group by recursion in C
@@ -14,7 +14,7 @@ def check_copyable(path: PathLike, file: h5py.File) -> None:
 
     Codes size and link.
     """
-    root = _address(file["/"])
+    root = address(file["/"])
     seen = {root}
     groups = [(file["/"], 0)]
     count = 0
@@ -35,22 +35,17 @@ def check_copyable(path: PathLike, file: h5py.File) -> None:
             info = h5py.h5o.get_info(group.id, key)
             if info.type != h5py.h5o.TYPE_GROUP:
                 continue
-            address = info.fileno, info.addr
-            if address == root:
+            place = info.fileno, info.addr
+            if place == root:
                 raise MapFileError(
                     "link",
                     path,
                     "%s leads back to the root" % join(group, key.decode("utf-8", "replace")),
                     "remove that name first",
                 )
-            if address not in seen:
-                seen.add(address)
+            if place not in seen:
+                seen.add(place)
                 groups.append((h5py.Group(h5py.h5o.open(group.id, key)), depth + 1))
-
-
-def _address(group):
-    info = h5py.h5o.get_info(group.id)
-    return info.fileno, info.addr
 
 
 def copy_everything(path: PathLike, source: h5py.File, target: h5py.File) -> None:

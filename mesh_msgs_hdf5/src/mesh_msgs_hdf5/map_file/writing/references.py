@@ -7,6 +7,8 @@ from typing import Any, Dict, List, Set
 import h5py
 import numpy as np
 
+from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import reached, text_of
+
 
 def objects_with_references(file: h5py.File) -> List[str]:
     """One path of each object that holds references, in its values or its attributes."""
@@ -25,7 +27,7 @@ def objects_with_references(file: h5py.File) -> List[str]:
             if address in seen:
                 continue
             seen.add(address)
-            below = "%s/%s" % (place, _text(key))
+            below = "%s/%s" % (place, text_of(key))
             if _has_references(item):
                 found.append(below)
             if isinstance(item, h5py.h5g.GroupID):
@@ -52,7 +54,7 @@ def carry_references(source: h5py.File, target: h5py.File, moved: Dict[str, str]
     """
     mapping = _Mapping(source, target, moved)
     for place in objects_with_references(source):
-        one, other = source[place], _partner(target, place, moved)
+        one, other = source[place], reached(target, place, moved)
         if other is None:
             continue
         _carry_attributes(mapping, one, other)
@@ -60,36 +62,13 @@ def carry_references(source: h5py.File, target: h5py.File, moved: Dict[str, str]
             other[()] = mapping.of(one[()])
 
 
-def _partner(target, place, moved):
-    """The object of that name, without following links; None if there is none."""
-    item = target["/"]
-    way = ""
-    for name in place.split("/")[1:] if place != "/" else ():
-        way += "/" + name
-        if way in moved:
-            item = target[moved[way]]
-            continue
-        key = name.encode("utf-8", "surrogateescape")
-        links = item.id.links if isinstance(item, h5py.Group) else None
-        if links is None or not links.exists(key):
-            return None
-        if links.get_info(key).type != h5py.h5l.TYPE_HARD:
-            return None
-        item = item[key]
-    return item
-
-
 def _carry_attributes(mapping, one, other):
     for index in range(h5py.h5a.get_num_attrs(one.id)):
         attribute = h5py.h5a.open(one.id, index=index)
         if _refers(attribute) and h5py.h5a.exists(other.id, attribute.name):
             values = np.zeros(attribute.shape, dtype=attribute.dtype)
-            values[()] = mapping.of(one.attrs[_text(attribute.name)])
+            values[()] = mapping.of(one.attrs[text_of(attribute.name)])
             h5py.h5a.open(other.id, attribute.name).write(values)
-
-
-def _text(name):
-    return name.decode("utf-8", "surrogateescape")
 
 
 class _Mapping:
@@ -118,7 +97,7 @@ class _Mapping:
         name = h5py.h5r.get_name(reference, self._source.id) if reference else None
         if name is None:
             return reference  # to nothing
-        name = self._moved.get(_text(name), _text(name)).encode("utf-8", "surrogateescape")
+        name = self._moved.get(text_of(name), text_of(name)).encode("utf-8", "surrogateescape")
         if isinstance(reference, h5py.RegionReference):
             region = h5py.h5r.get_region(reference, self._source.id)
             return h5py.h5r.create(self._target.id, name, h5py.h5r.DATASET_REGION, region)

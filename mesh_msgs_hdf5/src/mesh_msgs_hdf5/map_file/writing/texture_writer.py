@@ -9,6 +9,7 @@ from typing import Dict, Iterable
 import h5py
 import numpy as np
 
+from mesh_msgs_hdf5.map_file.reading.material_reader import LVR2_COLORS, LVR2_TEXTURES
 from mesh_msgs_hdf5.map_file.writing.object_writer import ObjectWriter
 from mesh_msgs_hdf5.model import schema
 from mesh_msgs_hdf5.model.mesh import Materials
@@ -21,8 +22,6 @@ IMAGE_ATTRIBUTES = {
     "INTERLACE_MODE": "INTERLACE_PIXEL",
 }
 LVR2_MATERIALS = "materials"  # a group of the part
-LVR2_TEXTURES = "texture_handles"  # <i4 [M]
-LVR2_COLORS = "rgb_color"  # <i2 [M,3]
 LVR2_FACE_MATERIALS = "face_material_indices"  # <u4 [F,1], a channel
 LVR2_COORDINATES = "texture_coordinates"  # <f4 [V,2], a channel
 

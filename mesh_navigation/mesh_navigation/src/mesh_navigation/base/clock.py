@@ -1,6 +1,8 @@
-"""Time for what waits in cycles: of ROS, or of a simulation."""
+"""Time for what waits in cycles: of ROS, or of a simulation; and of the computer."""
 
 import abc
+import time
+from typing import Optional
 
 from mesh_navigation.base.cancellation import Cancellation
 
@@ -31,3 +33,19 @@ class Stopwatch:
         self._seconds += max(0.0, now - self._last)
         self._last = now
         return self._seconds
+
+
+class Deadline:
+    """A moment by which something has to be done (wall time)."""
+
+    def __init__(self, seconds: Optional[float]) -> None:
+        """``seconds`` from now; None: never."""
+        self.seconds = seconds
+        self._begin = time.monotonic()
+
+    @property
+    def left(self) -> Optional[float]:
+        """Seconds until then, 0 when it is over; None: there is no such moment."""
+        if self.seconds is None:
+            return None
+        return max(0.0, self.seconds - (time.monotonic() - self._begin))

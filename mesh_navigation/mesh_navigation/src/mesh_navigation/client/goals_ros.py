@@ -11,6 +11,7 @@ from actionlib_msgs.msg import GoalStatus
 from mbf_msgs.msg import ExePathAction, GetPathAction, MoveBaseAction, RecoveryAction
 
 from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Deadline
 from mesh_navigation.client.action_caller_ros import ActionCall, ActionCaller, OnFeedback
 from mesh_navigation.client.navigation_result import (
     NavigationError,
@@ -28,22 +29,6 @@ POLL = 0.02  # s
 PATIENT = 1.0  # s before somebody is told what is waited for
 CANCEL_PATIENCE = 10.0  # s for the result of a goal that was canceled
 END_PATIENCE = 2.0  # s, the same when this node ends
-
-
-class Deadline:
-    """A moment by which something has to be done (wall time)."""
-
-    def __init__(self, seconds: Optional[float]) -> None:
-        """``seconds`` from now; None: never."""
-        self.seconds = seconds
-        self._begin = time.monotonic()
-
-    @property
-    def left(self) -> Optional[float]:
-        """Seconds until then, 0 when it is over; None: there is no such moment."""
-        if self.seconds is None:
-            return None
-        return max(0.0, self.seconds - (time.monotonic() - self._begin))
 
 
 class Goals:

@@ -8,9 +8,10 @@ from mbf_msgs.msg import ExePathGoal, GetPathGoal, MoveBaseGoal, RecoveryGoal
 from nav_msgs.msg import Path
 from rosgraph.names import is_legal_name
 
+from mesh_navigation.base.clock import Deadline
 from mesh_navigation.client.action_caller_ros import OnFeedback
 from mesh_navigation.client.goal_poses import goal_pose, has_heading, heading_of_arrival
-from mesh_navigation.client.goals_ros import ACTIONS, Deadline, Goals
+from mesh_navigation.client.goals_ros import ACTIONS, Goals
 from mesh_navigation.client.navigation_result import NavigationError, NavigationResult
 
 # Concurrency slots of get_path for what is only asked: move_base plans on slot 0.

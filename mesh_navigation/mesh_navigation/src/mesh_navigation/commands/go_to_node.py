@@ -18,9 +18,9 @@ from rosgraph.names import is_legal_name
 
 from mesh_msgs.text import one_line
 
+from mesh_navigation.base.clock import Deadline
 from mesh_navigation.base.messages import poses_from_path
 from mesh_navigation.base.path import path_length
-from mesh_navigation.client.goals_ros import Deadline
 from mesh_navigation.client.navigation_result import NavigationError, NavigationResult
 from mesh_navigation.client.navigator_node import MeshNavigator
 from mesh_navigation.commands.command_line import (

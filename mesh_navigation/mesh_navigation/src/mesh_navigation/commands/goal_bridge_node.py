@@ -7,13 +7,13 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import MoveBaseGoal
 
-from mesh_map.base.parameter import Parameter
+from mesh_map.base.parameter import Parameter, read_parameters
 from mesh_msgs.init_node import init_node
 
 from mesh_navigation.base.cancellation import Cancellation
-from mesh_navigation.base.parameters import read_parameters
+from mesh_navigation.base.clock import Deadline
 from mesh_navigation.client.action_caller_ros import ActionCall
-from mesh_navigation.client.goals_ros import Deadline, Goals
+from mesh_navigation.client.goals_ros import Goals
 from mesh_navigation.client.navigation_result import NavigationError
 
 PARAMETERS = (

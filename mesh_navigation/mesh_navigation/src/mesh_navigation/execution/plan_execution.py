@@ -1,13 +1,13 @@
 """Running a planner for one goal: patience, retries, and answers even if the planner gives none."""
 
-import time
-from typing import Any, Callable, Optional
+from typing import Any, Callable
 
 import numpy as np
 
 from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Deadline
 from mesh_navigation.base.outcomes import GetPathOutcome, may_change_by_itself
 from mesh_navigation.execution.attempt import Attempt, fault_of_answer
 from mesh_navigation.execution.path_check import fault_of_poses
@@ -35,29 +35,30 @@ class PlanExecution:
 
     def run(self, cancellation: Cancellation) -> PlanResult:
         """Plan until there is an answer, the patience is gone or ``cancellation`` is canceled."""
-        deadline = time.monotonic() + self._patience if self._patience > 0 else None
+        deadline = Deadline(self._patience if self._patience > 0 else None)
         retries = 0
         while True:
             result = self._attempt(cancellation, deadline)
             if not may_change_by_itself(result.outcome) or retries == self._max_retries:
                 return result
             retries += 1
-            cancellation.wait(_shorter(RETRY_PAUSE, deadline))
+            left = deadline.left
+            cancellation.wait(RETRY_PAUSE if left is None else min(RETRY_PAUSE, left))
             if cancellation.canceled:
                 return _canceled(cancellation)
-            if deadline is not None and time.monotonic() >= deadline:
+            if deadline.left == 0.0:
                 return self._impatient(
                     f"after {retries} attempts, the last of which: {result.message}"
                 )
 
-    def _attempt(self, cancellation: Cancellation, deadline: Optional[float]) -> PlanResult:
+    def _attempt(self, cancellation: Cancellation, deadline: Deadline) -> PlanResult:
         """One attempt, in a thread of its own: a planner that never returns blocks nobody."""
         attempt = Attempt("plan", lambda stop: _answer(self._plan, stop))
         with cancellation.calling(attempt.wake.set):
             if cancellation.canceled:
                 return _canceled(cancellation)
             attempt.start()
-            attempt.wake.wait(_shorter(None, deadline))
+            attempt.wake.wait(deadline.left)
         if cancellation.canceled:
             result, reason = _canceled(cancellation), cancellation.reason
         elif attempt.results:
@@ -73,14 +74,6 @@ class PlanExecution:
             GetPathOutcome.PAT_EXCEEDED,
             f"no path within the patience of {self._patience:.2f} s (planner_patience) {how}",
         )
-
-
-def _shorter(seconds: Optional[float], deadline: Optional[float]) -> Optional[float]:
-    """The time to wait (s): ``seconds``, but not beyond the deadline; None is without end."""
-    if deadline is None:
-        return seconds
-    left = max(0.0, deadline - time.monotonic())
-    return left if seconds is None else min(seconds, left)
 
 
 def _canceled(cancellation: Cancellation) -> PlanResult:

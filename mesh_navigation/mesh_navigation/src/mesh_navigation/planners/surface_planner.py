@@ -1,7 +1,6 @@
 """What planners have in common that search from the goal over the whole surface."""
 
 from contextlib import contextmanager
-from functools import cached_property
 from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -9,7 +8,6 @@ import numpy as np
 from mesh_map.base.cancel import CancelFlag
 from mesh_map.base.errors import Canceled
 from mesh_map.base.parameter import Parameter
-from mesh_map.geometry.topology import Topology
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
@@ -86,7 +84,6 @@ class SurfacePlanner(MeshPlanner):
         complaints = super().initialize(name, mesh_map, given)
         mesh_map.spatial_index  # now rather than during the first plan
         self._snapshots = CostSnapshots(mesh_map.geometry)
-        self._components = Components(mesh_map.topology)
         self._fields: "Recent[CachedField]" = Recent(_KEPT)
         self._prepare()
         return complaints
@@ -131,7 +128,7 @@ class SurfacePlanner(MeshPlanner):
             PlanFailure: NO_PATH_FOUND.
             Canceled: by the flag.
         """
-        self._components.check_same(origin, target)
+        self._check_component(origin, target)
         with self._reaching(search, origin, target) as field:
             if not np.any(field.reaches(origin.vertices)):
                 raise self._not_reached(search, origin, target, field.potential)
@@ -159,16 +156,34 @@ class SurfacePlanner(MeshPlanner):
         self, search: Search, origin: PathEnd, target: PathEnd, potential: np.ndarray
     ) -> PlanFailure:
         """The failure of a search that has seen everything around the goal, but not the start."""
-        snapshot, number = search.snapshot, self._components.number(target)
+        snapshot, number = search.snapshot, self._component(target)
+        size = np.count_nonzero(self.map.topology.components == number - 1)
         reached = int(np.count_nonzero(np.isfinite(potential)))
         return PlanFailure(
             GetPathOutcome.NO_PATH_FOUND,
-            f"no path: {reached} of {self._components.sizes[number - 1]} vertices of component "
+            f"no path: {reached} of {size} vertices of component "
             f"{number} can be reached from the goal, none of them at the start "
             f"{vector_text(origin.position)}; {snapshot.blocked_count} vertices of the map are "
             f"lethal, unknown or over the cost limit {snapshot.cost_limit:.3g}",
             potential,
         )
+
+    def _component(self, place: PathEnd) -> int:
+        """The number of the connected part of the mesh with this place, from 1 for people."""
+        return int(self.map.topology.components[place.face_point.corners[0]]) + 1
+
+    def _check_component(self, origin: PathEnd, target: PathEnd) -> None:
+        """
+        Raises:
+            PlanFailure: start and goal are in different ones.
+        """
+        start, goal = self._component(origin), self._component(target)
+        if start != goal:
+            raise PlanFailure(
+                GetPathOutcome.NO_PATH_FOUND,
+                f"no path: start is in component {start} of {self.map.topology.component_count}, "
+                f"goal in component {goal}",
+            )
 
     @contextmanager
     def _reaching(self, search: Search, origin: PathEnd, target: PathEnd) -> Iterator[Any]:
@@ -223,33 +238,3 @@ class SurfacePlanner(MeshPlanner):
     ) -> Tuple[Optional[np.ndarray], Optional[np.ndarray]]:
         """Directions at vertices and in faces, None unless asked for."""
         raise NotImplementedError
-
-
-class Components:
-    """The connected parts of a mesh, numbered from 1 for people."""
-
-    def __init__(self, topology: Topology) -> None:
-        self._topology = topology
-
-    def number(self, place: PathEnd) -> int:
-        """That of a place."""
-        return int(self._topology.components[place.face_point.corners[0]]) + 1
-
-    @cached_property
-    def sizes(self) -> np.ndarray:
-        """(C,) numbers of vertices."""
-        topology = self._topology
-        return np.bincount(topology.components, minlength=topology.component_count)
-
-    def check_same(self, origin: PathEnd, target: PathEnd) -> None:
-        """
-        Raises:
-            PlanFailure: start and goal are in different ones.
-        """
-        start, goal = self.number(origin), self.number(target)
-        if start != goal:
-            raise PlanFailure(
-                GetPathOutcome.NO_PATH_FOUND,
-                f"no path: start is in component {start} of {self._topology.component_count}, "
-                f"goal in component {goal}",
-            )

@@ -3,10 +3,8 @@
 import threading
 from typing import Any, ClassVar, List, Mapping, Tuple
 
-from mesh_map.base.parameter import Parameter, Value
+from mesh_map.base.parameter import Parameter, Value, read_parameters
 from mesh_map.map.mesh_map import MeshMap
-
-from mesh_navigation.base.parameters import changed_parameters, read_parameters
 
 
 class _Values:
@@ -67,5 +65,5 @@ class MeshPlugin:
         """
         shared = self._values
         with shared.lock:
-            shared.present, complaints = changed_parameters(self.parameters, shared.present, values)
+            shared.present, complaints = read_parameters(self.parameters, values, shared.present)
         return complaints

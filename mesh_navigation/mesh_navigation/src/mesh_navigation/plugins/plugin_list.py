@@ -64,39 +64,32 @@ BEHAVIORS = PluginKind(
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
-class Entry(NamedTuple):
-    """One line of a list of plugins."""
-
-    name: str
-    type: str
-
-
-def read_entries(value: Any, parameter: str) -> Tuple[List[Entry], List[str]]:
-    """The entries of a plugin list, and one sentence for each that is none.
+def read_entries(value: Any, parameter: str) -> Tuple[Dict[str, str], List[str]]:
+    """Name -> type of a plugin list, and one sentence for each entry that is none.
 
     Args:
         value: what the user gave, a list of ``{name: ..., type: ...}``.
         parameter: its name, for the sentences.
     """
     if not isinstance(value, (list, tuple)):
-        return [], [f"{parameter} is no list of {{name, type}} but {value!r}"]
-    entries: List[Entry] = []
+        return {}, [f"{parameter} is no list of {{name, type}} but {value!r}"]
+    types: Dict[str, str] = {}
     complaints = []
     for index, item in enumerate(value):
         where = f"{parameter}[{index}]"
         if not isinstance(item, Mapping) or not all(
-            isinstance(item.get(key), str) and item[key] for key in Entry._fields
+            isinstance(item.get(key), str) and item[key] for key in ("name", "type")
         ):
             complaints.append(f"{where} is skipped: it is no {{name, type}} of texts but {item!r}")
         elif not _NAME.fullmatch(item["name"]):
             complaints.append(
                 f"{where} is skipped: {item['name']!r} is no name of letters, digits and _"
             )
-        elif item["name"] in [entry.name for entry in entries]:
+        elif item["name"] in types:
             complaints.append(f"{where} is skipped: there is a '{item['name']}' before it")
         else:
-            entries.append(Entry(item["name"], item["type"]))
-    return entries, complaints
+            types[item["name"]] = item["type"]
+    return types, complaints
 
 
 class Prepared:
@@ -161,16 +154,16 @@ class PluginList:
             value: what the user gave as the list; None: nothing, the default of the kind counts.
         """
         self.kind = kind
-        entries, self.complaints = read_entries(
+        types, self.complaints = read_entries(
             kind.default if value is None else value, kind.parameter
         )
         self._classes: Dict[str, Type[MeshPlugin]] = {}
         with scanned_once():
-            for entry in entries:
+            for name, type_name in types.items():
                 try:
-                    self._classes[entry.name] = type(find_plugin(kind, entry.type))
+                    self._classes[name] = type(find_plugin(kind, type_name))
                 except PluginError as error:
-                    self.complaints.append(f"{kind.what} '{entry.name}' is skipped: {error}")
+                    self.complaints.append(f"{kind.what} '{name}' is skipped: {error}")
 
     @property
     def names(self) -> List[str]:

@@ -1,6 +1,7 @@
 """Markers for looking into a plan: what it was asked for, and where it begins and ends."""
 
-from typing import Callable, Dict, Optional, Sequence, Tuple
+from functools import partial
+from typing import Callable, Dict, Optional, Tuple
 
 import genpy
 import numpy as np
@@ -13,6 +14,7 @@ from mesh_navigation.base.pose import Pose
 from mesh_navigation.plugins.planner import PlanResult
 from mesh_navigation.surface.face_points import MAX_DISTANCE
 
+Color = Tuple[float, float, float]
 GREEN, RED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
 
 
@@ -37,36 +39,30 @@ def plan_markers(
     for number, (what, color) in enumerate((("start", GREEN), ("goal", RED))):
         asked = ends[number].position if ends and not ends[number].fault() else None
         for namespace, position in ((what + "_point", asked), ("plan_" + what, path[number])):
-            makers[namespace] = _sphere(namespace, position, frame, stamp, color)
-        makers[what + "_face"] = _face(what + "_face", mesh_map, asked, stamp, color)
+            makers[namespace] = partial(_sphere, namespace, position, frame, stamp, color)
+        namespace = what + "_face"
+        makers[namespace] = partial(_face, namespace, asked, mesh_map, stamp, color)
     return makers
 
 
 def _sphere(
-    namespace: str,
-    position: Optional[np.ndarray],
-    frame: str,
-    stamp: genpy.Time,
-    color: Sequence[float],
-) -> Callable[[], Marker]:
+    namespace: str, position: Optional[np.ndarray], frame: str, stamp: genpy.Time, color: Color
+) -> Marker:
     if position is None:
-        return lambda: no_marker(namespace, frame, stamp)
-    return lambda: sphere_marker(namespace, position, frame, stamp, (*color, 1.0))
+        return no_marker(namespace, frame, stamp)
+    return sphere_marker(namespace, position, frame, stamp, (*color, 1.0))
 
 
 def _face(
     namespace: str,
-    mesh_map: MeshMap,
     position: Optional[np.ndarray],
+    mesh_map: MeshMap,
     stamp: genpy.Time,
-    color: Sequence[float],
-) -> Callable[[], Marker]:
-    def make() -> Marker:
-        found = None if position is None else mesh_map.closest_face(position, MAX_DISTANCE)
-        if found is None:
-            return no_marker(namespace, mesh_map.frame_id, stamp)
-        corners = mesh_map.vertices[mesh_map.faces[found.face]]
-        normal = mesh_map.face_normals[found.face]
-        return triangles_marker(namespace, corners, mesh_map.frame_id, stamp, (*color, 0.5), normal)
-
-    return make
+    color: Color,
+) -> Marker:
+    found = None if position is None else mesh_map.closest_face(position, MAX_DISTANCE)
+    if found is None:
+        return no_marker(namespace, mesh_map.frame_id, stamp)
+    corners = mesh_map.vertices[mesh_map.faces[found.face]]
+    normal = mesh_map.face_normals[found.face]
+    return triangles_marker(namespace, corners, mesh_map.frame_id, stamp, (*color, 0.5), normal)

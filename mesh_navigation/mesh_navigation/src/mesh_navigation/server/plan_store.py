@@ -1,15 +1,16 @@
 """The fields of the last plans, found again by their paths."""
 
-import hashlib
 from typing import Optional
 
 import numpy as np
+
+from mesh_map.base.digest import digest
 
 from mesh_navigation.base.recent import Recent
 from mesh_navigation.plugins.planner import PlanField
 
 
-class PlanStore:
+class PlanStore(Recent[PlanField]):
     """Remembers which field a path was made from.
 
     A client gets a path from the action get_path and passes it on to exe_path, in a message that
@@ -22,20 +23,12 @@ class PlanStore:
         Args:
             size: how many plans are remembered, those that were used last; each keeps its field.
         """
-        self._fields: "Recent[PlanField]" = Recent(size)
+        super().__init__(size)
 
     def put(self, poses: np.ndarray, field: Optional[PlanField]) -> None:
         """Remember the field of (N,7) poses; None forgets one of the same poses."""
-        self._fields.put(_key(poses), field)
+        super().put(digest(poses), field)
 
     def find(self, poses: np.ndarray) -> Optional[PlanField]:
         """The field of exactly these (N,7) poses, None if it is not known."""
-        return self._fields.find(_key(poses))
-
-    def clear(self) -> None:
-        """Forget all: there is another map."""
-        self._fields.clear()
-
-
-def _key(poses: np.ndarray) -> bytes:
-    return hashlib.blake2b(np.ascontiguousarray(poses, np.float64), digest_size=16).digest()
+        return super().find(digest(poses))

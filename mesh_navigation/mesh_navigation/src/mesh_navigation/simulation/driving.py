@@ -15,12 +15,12 @@ from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Tuple, Un
 import numpy as np
 
 from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import read_parameters
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.spatial.spatial_index import SpatialIndex
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import is_success
-from mesh_navigation.base.parameters import changed_parameters
 from mesh_navigation.base.path import path_length
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.path_execution import (
@@ -127,7 +127,7 @@ def drive(
     Raises:
         MeshMapError: what cannot be used.
     """
-    settings, complaints = changed_parameters(PARAMETERS, default_values(), values)
+    settings, complaints = read_parameters(PARAMETERS, values, default_values())
     for complaint in complaints:
         raise MeshMapError(f"parameter {complaint}")
     if isinstance(planner, str):

@@ -6,10 +6,9 @@ from typing import Any, List, Mapping, Optional, Tuple
 import numpy as np
 
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.parameter import Parameter
+from mesh_map.base.parameter import Parameter, read_parameters
 from mesh_map.map.footprint import Footprint
 
-from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.surface.face_points import MAX_DISTANCE
 
 SHAPE_PARAMETERS = (

@@ -2,7 +2,7 @@
 
 import numpy as np
 from mesh_map.geometry.normals import face_normals, vertex_normals
-from mesh_map.layers.height_diff import HeightDiffLayer
+from mesh_map.layers.threshold_layer import HeightDiffLayer
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.outdoor_world import outdoor_world
 from mesh_msgs_hdf5.model.mesh import Mesh

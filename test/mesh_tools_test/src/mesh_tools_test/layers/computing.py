@@ -6,7 +6,7 @@ from typing import Any, Callable, Dict, List, Optional
 
 import numpy as np
 from mesh_map.costs.combination import Combination
-from mesh_map.costs.layer import Layer, LayerInput, checked_result
+from mesh_map.costs.layer import Layer, LayerInput, checked
 from mesh_map.costs.layer_set import make_layers
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.normals import face_normals, vertex_normals
@@ -191,7 +191,7 @@ def combinations(world: World, repeats: int) -> List[Figure]:
     results: List[Any] = []
     for _ in range(5):
         costs = random.random(count).astype(np.float32)
-        results.append((checked_result(costs, costs > 0.97, count), 0.7))
+        results.append((checked((costs, costs > 0.97), count), 0.7))
     layers = [(result.costs, result.lethal, factor) for result, factor in results]
     other, expected = timed(lambda: peers.numpy_combination(layers), repeats)
     found = []

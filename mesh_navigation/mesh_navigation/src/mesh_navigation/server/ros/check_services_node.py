@@ -17,13 +17,12 @@ from nav_msgs.msg import Path
 from std_srvs.srv import Empty, EmptyResponse
 
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.parameter import Parameter
+from mesh_map.base.parameter import Parameter, read_parameters
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import bare_pose, poses_from_path
 from mesh_navigation.base.outcomes import NotReady
-from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.path_check import transformed_path
 from mesh_navigation.server.ros.slot_action_node import Parts

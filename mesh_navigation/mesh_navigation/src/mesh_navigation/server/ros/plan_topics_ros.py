@@ -55,11 +55,11 @@ class PlanTopics:
         if potential is None:
             potential = np.full(len(mesh_map.vertices), np.inf, np.float32)
         self._server.publish_costs(POTENTIAL, potential)
-        for namespace, vectors, publish in (
-            (VECTOR_FIELD, result.vector_field, self._server.publish_vector_field),
-            (FACE_VECTORS, result.face_vectors, self._server.publish_face_vectors),
+        for namespace, vectors, of_faces in (
+            (VECTOR_FIELD, result.vector_field, False),
+            (FACE_VECTORS, result.face_vectors, True),
         ):
             if vectors is None:
                 self._server.remove_vectors(namespace)
             else:
-                publish(namespace, vectors, potential)
+                self._server.publish_vector_field(namespace, vectors, potential, of_faces)

@@ -1,15 +1,16 @@
 """The server's map, with the plugins that work on it; both can be loaded anew."""
 
 import threading
-from typing import Any, Callable, Dict, List, Mapping
+from contextlib import ExitStack
+from functools import partial
+from typing import Any, Callable, Dict, Mapping
 
 import rospy
 from std_srvs.srv import Trigger, TriggerResponse
 
-from mesh_map.base.errors import error_line
 from mesh_map.base.parameter import Value
 from mesh_map.ros import MeshMapServer
-from mesh_map.ros.parameter_server import ParameterServer
+from mesh_map.ros.parameter_server import ParameterServer, serve
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import NotReady
@@ -39,7 +40,7 @@ class ServerMap:
         self.server = MeshMapServer("~mesh_map")
         self.gate = MapGate(self._load, wait)
         self._on_ready = on_ready
-        self._reconfigure: List[ParameterServer] = []
+        self._in_use = ExitStack()  # what works for the map
         self._ending = Cancellation()
         self._one_at_a_time = threading.Lock()
         self._service = rospy.Service("~reload_map", Trigger, self._reload)
@@ -50,11 +51,9 @@ class ServerMap:
 
     def _load(self) -> Ready:
         try:
-            for server in self._reconfigure:
-                server.shutdown()
+            self._in_use.close()
             self.server.load()
             ready = self._prepared()
-            self._reconfigure = _reconfigure(ready)
             self._on_ready(ready)
         except Exception as error:
             # The end of the server ends the loading; rospy closes topics before it says so.
@@ -64,12 +63,15 @@ class ServerMap:
         return ready
 
     def _prepared(self) -> Ready:
+        """New plugins; dynamic_reconfigure serves each below its name, new values count at once."""
         prepared = []
         for plugins in (self.planners, self.controllers, self.behaviors):
             given = {name: _dictionary(f"~{name}") for name in plugins.names}
             prepared.append(plugins.prepared(self.server.map, given))
             for complaint in prepared[-1].complaints:
                 rospy.logwarn("%s", complaint)
+            for plugin in prepared[-1].ready():
+                serve(self._in_use, f"plugin {plugin.name}", partial(_parameter_server, plugin))
         return Ready(self.server.map, *prepared)
 
     def _reload(self, _request: Any) -> TriggerResponse:
@@ -95,23 +97,6 @@ def _plugins(kind: PluginKind) -> PluginList:
     for complaint in plugins.complaints:
         rospy.logerr("%s", complaint)
     return plugins
-
-
-def _reconfigure(ready: Ready) -> List[ParameterServer]:
-    """A server of dynamic_reconfigure for each plugin, below its name; new values count at once.
-
-    A plugin whose parameters cannot be served is logged in one line, and the others go on.
-    """
-    servers = []
-    for prepared in (ready.planners, ready.controllers, ready.behaviors):
-        for plugin in prepared.ready():
-            try:
-                servers.append(_parameter_server(plugin))
-            except Exception as error:  # A stranger's parameters may be odd in any way.
-                if not rospy.is_shutdown():
-                    text = error_line(error)
-                    rospy.logerr("plugin %s cannot be reconfigured: %s", plugin.name, text)
-    return servers
 
 
 def _parameter_server(plugin: MeshPlugin) -> ParameterServer:

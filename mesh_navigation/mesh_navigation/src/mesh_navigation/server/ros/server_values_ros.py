@@ -5,10 +5,9 @@ from typing import Any, Dict, List, Mapping, Tuple
 
 import rospy
 
-from mesh_map.base.parameter import Value
+from mesh_map.base.parameter import Value, read_parameters
 from mesh_map.ros.parameter_server import ParameterServer
 
-from mesh_navigation.base.parameters import changed_parameters, read_parameters
 from mesh_navigation.execution.server_parameters import (
     DYNAMIC_PARAMETERS,
     PARAMETERS,
@@ -46,7 +45,7 @@ def changed_values(
     if given.get(RESTORE_DEFAULTS) is True:
         defaults = {parameter.name: parameter.default for parameter in DYNAMIC_PARAMETERS}
         return {**present, **defaults}, []
-    return changed_parameters(DYNAMIC_PARAMETERS, present, given)
+    return read_parameters(DYNAMIC_PARAMETERS, given, present)
 
 
 def _log(complaints: List[str]) -> None:

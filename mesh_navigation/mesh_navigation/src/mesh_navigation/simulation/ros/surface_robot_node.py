@@ -11,6 +11,7 @@ from mesh_msgs.init_node import init_node
 from visualization_msgs.msg import MarkerArray
 
 from mesh_map.base.errors import MeshMapError
+from mesh_map.base.parameter import read_parameters
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import arrays, validation
@@ -18,7 +19,6 @@ from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import pose_from_message, velocity_of
-from mesh_navigation.base.parameters import read_parameters
 from mesh_navigation.base.pose import Pose, vector_text
 from mesh_navigation.simulation.obstacle_messages import ObstacleMarkers
 from mesh_navigation.simulation.obstacles import is_within, read_obstacles

@@ -1,33 +1,33 @@
 #pragma once
 
-#include <mesh_map/base/array_view.h>
-#include <mesh_map/base/large_array.h>
-
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <limits>
-#include <tuple>
 #include <vector>
 
 namespace mesh_map {
 
 /// A vertex with the label it had when it was queued; stale when it has another one since.
-struct FastMarchingEntry
+template <class Label>
+struct QueueEntry
 {
-  double label;
+  Label label;
   std::uint32_t vertex;
 };
 
-/// Entries in buckets of equal width, first in, first out in each; what is queued below the current
-/// bucket joins it. A ring of buckets holds what comes next, one more list what is far beyond, so
-/// that neither huge nor tiny labels cost memory or time.
-class FastMarchingQueue
+/// Entries in buckets of equal width (R. Dial: Algorithm 360, 1969), first in, first out in each;
+/// what is queued below the current bucket joins it, so whoever searches with it corrects labels
+/// until a bucket is empty. A ring of buckets holds what comes next, one more list what is far
+/// beyond, so that neither huge nor tiny labels cost memory or time.
+template <class Label>
+class BucketQueue
 {
  public:
-  FastMarchingQueue() : buckets_(COUNT) {}
+  using Entry = QueueEntry<Label>;
+
+  BucketQueue() : buckets_(COUNT) {}
 
   /// Empties it. `width` of a bucket is above 0.
   void reset(double width)
@@ -45,7 +45,7 @@ class FastMarchingQueue
     far_begin_ = NONE;
   }
 
-  void push(double label, std::uint32_t vertex)
+  void push(Label label, std::uint32_t vertex)
   {
     const std::uint64_t bucket = std::max(placeOf(label), current_);
     ++size_;
@@ -60,7 +60,7 @@ class FastMarchingQueue
   /// Makes the first bucket that has entries the current one. False where there is none.
   bool open()
   {
-    std::vector<FastMarchingEntry>& last = buckets_[current_ % COUNT];
+    std::vector<Entry>& last = buckets_[current_ % COUNT];
     if (next_ < last.size()) {
       return true;
     }
@@ -79,9 +79,9 @@ class FastMarchingQueue
   }
 
   /// Takes the next entry of the current bucket. False at its end.
-  bool pop(FastMarchingEntry& entry)
+  bool pop(Entry& entry)
   {
-    const std::vector<FastMarchingEntry>& bucket = buckets_[current_ % COUNT];
+    const std::vector<Entry>& bucket = buckets_[current_ % COUNT];
     if (next_ == bucket.size()) {
       return false;
     }
@@ -90,12 +90,15 @@ class FastMarchingQueue
     return true;
   }
 
-  /// The vertex that comes `count` entries later, if it is in the current bucket; else NO_INDEX.
-  std::uint32_t peek(std::size_t count) const
+  /// What comes `count` entries later, if that is in the current bucket; else null.
+  const Entry* peek(std::size_t count) const
   {
-    const std::vector<FastMarchingEntry>& bucket = buckets_[current_ % COUNT];
-    return next_ + count < bucket.size() ? bucket[next_ + count].vertex : NO_INDEX;
+    const std::vector<Entry>& bucket = buckets_[current_ % COUNT];
+    return next_ + count < bucket.size() ? &bucket[next_ + count] : nullptr;
   }
+
+  /// Does a label lie below the current bucket? Then nothing that is queued can lower it.
+  bool isPassed(Label label) const { return placeOf(label) < current_; }
 
   /// What is queued below this is in the current bucket.
   double floor() const { return static_cast<double>(current_) * width_; }
@@ -114,7 +117,7 @@ class FastMarchingQueue
         }
       }
     }
-    for (const FastMarchingEntry& entry : far_) {
+    for (const Entry& entry : far_) {
       visit(entry);
     }
   }
@@ -129,13 +132,13 @@ class FastMarchingQueue
     return static_cast<unsigned>(__builtin_ctzll(bits));
   }
 
-  std::uint64_t placeOf(double label) const
+  std::uint64_t placeOf(Label label) const
   {
     const double place = label / width_;
     return place < static_cast<double>(LAST) ? static_cast<std::uint64_t>(place) : LAST;
   }
 
-  void put(std::uint64_t bucket, const FastMarchingEntry& entry)
+  void put(std::uint64_t bucket, const Entry& entry)
   {
     const std::size_t place = bucket % COUNT;
     buckets_[place].push_back(entry);
@@ -166,7 +169,7 @@ class FastMarchingQueue
   {
     std::size_t kept = 0;
     far_begin_ = NONE;
-    for (const FastMarchingEntry& entry : far_) {
+    for (const Entry& entry : far_) {
       const std::uint64_t bucket = std::max(placeOf(entry.label), current_);
       if (bucket - current_ < COUNT) {
         put(bucket, entry);
@@ -179,69 +182,12 @@ class FastMarchingQueue
   }
 
   double width_ = 1.0;
-  std::vector<std::vector<FastMarchingEntry>> buckets_;
+  std::vector<std::vector<Entry>> buckets_;
   std::array<std::uint64_t, COUNT / 64> filled_{};
-  std::vector<FastMarchingEntry> far_;
+  std::vector<Entry> far_;
   std::uint64_t current_ = 0, far_begin_ = NONE;
   std::size_t next_ = 0;  // in the current bucket
   std::size_t size_ = 0;
-};
-
-/// What a repair has to do at a vertex, once all that is nearer than `key` is as it should be.
-struct FastMarchingTask
-{
-  enum Kind : std::uint32_t
-  {
-    PROPAGATE,  ///< it has the label `key` now: tell its neighbors
-    CHECK,      ///< it has the label `key`: does that still follow from its neighbors?
-    SETTLE      ///< it has none, and will have this one by its neighbors
-  };
-
-  double key;
-  std::uint32_t vertex;
-  Kind kind;
-
-  bool operator>(const FastMarchingTask& other) const
-  {
-    return std::tie(key, vertex, kind) > std::tie(other.key, other.vertex, other.kind);
-  }
-};
-
-/// What a front needs while it lives.
-struct FastMarchingBuffers
-{
-  LargeArray<double> labels;           // infinite where not reached
-  std::vector<std::uint32_t> touched;  // all vertices that had a label once
-  FastMarchingQueue queue;
-  bool is_in_repair = false;            // then labels that are lowered become tasks
-  std::vector<FastMarchingTask> tasks;  // a heap, the nearest first
-
-  /// Everything as in new ones. Takes as long as what was touched is large.
-  void clear();
-
-  /// A vertex has got a lower label.
-  void queueLowered(double label, std::uint32_t vertex)
-  {
-    if (is_in_repair) {
-      addTask({label, vertex, FastMarchingTask::PROPAGATE});
-    } else {
-      queue.push(label, vertex);
-    }
-  }
-
-  void addTask(const FastMarchingTask& task)
-  {
-    tasks.push_back(task);
-    std::push_heap(tasks.begin(), tasks.end(), std::greater<FastMarchingTask>());
-  }
-
-  FastMarchingTask takeTask()
-  {
-    std::pop_heap(tasks.begin(), tasks.end(), std::greater<FastMarchingTask>());
-    const FastMarchingTask task = tasks.back();
-    tasks.pop_back();
-    return task;
-  }
 };
 
 }  // namespace mesh_map

@@ -2,9 +2,8 @@
 
 import pytest
 
-from mesh_map.base.parameter import Parameter
+from mesh_map.base.parameter import Parameter, read_parameters
 
-from mesh_navigation.base.parameters import changed_parameters, read_parameters
 
 SPEED = Parameter("speed", 1.5, 0.0, 10.0)
 COUNT = Parameter("count", -1, -1, 1000)
@@ -46,6 +45,6 @@ def test_other_values_are_replaced_and_named(given, value, words):
 )
 def test_changed_parameters(given, speed, words):
     present = {"speed": 2.5, "count": 7}
-    values, complaints = changed_parameters((SPEED, COUNT), present, given)
+    values, complaints = read_parameters((SPEED, COUNT), given, present)
     assert values == {"speed": speed, "count": 7} and present["speed"] == 2.5
     assert [words in complaint for complaint in complaints] == ([True] if words else [])

@@ -2,18 +2,51 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <stdexcept>
 #include <string>
 
+#include "base/require.h"
+#include "bvh/closest/triangle_point.h"
 #include "bvh/selection/region_clip.h"
 
 namespace mesh_map {
 
+SphereRegion::SphereRegion(const std::array<double, 3>& center, double radius)
+    : center_(center), radius_(radius)
+{
+  valid_ = isFinite(center) && std::isfinite(radius) && radius >= 0.0;
+}
+
+bool SphereRegion::contains(const std::array<double, 3>& point) const
+{
+  return valid_ && lengthOf(point - center_) <= radius_;
+}
+
+Side SphereRegion::triangle(const float* corners) const
+{
+  unsigned inside = 0;
+  for (unsigned k = 0; k < 3; ++k) {
+    inside += contains({corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]}) ? 1 : 0;
+  }
+  if (inside == 3) {
+    return Side::INSIDE;
+  }
+  const bool touches =
+      inside > 0 ||
+      (valid_ &&
+       closestPointOnTriangle(corners, corners + 3, corners + 6, center_.data()).distance <=
+           radius_);
+  return touches ? Side::TOUCHING : Side::OUTSIDE;
+}
+
+std::array<double, 3> SphereRegion::witness(const float* corners) const
+{
+  return closestPointOnTriangle(corners, corners + 3, corners + 6, center_.data()).position;
+}
+
 namespace {
 
 /// A plane that all points of a mesh are as clearly in front of, or behind, as of one further away.
-constexpr double FAR_AWAY = 1e200;
+constexpr double FARTHEST_PLANE = 1e200;
 
 /// With a normal of length 1. All zero where that cannot be.
 Plane scaled(const Plane& plane)
@@ -26,17 +59,17 @@ Plane scaled(const Plane& plane)
   const double a = plane[0] / size, b = plane[1] / size, c = plane[2] / size;
   const double length = std::sqrt(a * a + b * b + c * c);
   const double d = plane[3] / size / length;
-  return {a / length, b / length, c / length, std::min(FAR_AWAY, std::max(-FAR_AWAY, d))};
+  return {a / length, b / length, c / length,
+          std::min(FARTHEST_PLANE, std::max(-FARTHEST_PLANE, d))};
 }
 
 }  // namespace
 
 ConvexRegion::ConvexRegion(const std::vector<Plane>& planes)
 {
-  if (planes.empty() || planes.size() > MAX_PLANES) {
-    throw std::invalid_argument("a convex region has 1 to " + std::to_string(MAX_PLANES) +
-                                " planes, not " + std::to_string(planes.size()));
-  }
+  require(!planes.empty() && planes.size() <= MAX_PLANES,
+          "a convex region has 1 to " + std::to_string(MAX_PLANES) + " planes, not " +
+              std::to_string(planes.size()));
   for (const Plane& plane : planes) {
     planes_.push_back(scaled(plane));
     valid_ = valid_ && planes_.back() != Plane{};
@@ -86,37 +119,8 @@ Side ConvexRegion::triangle(const float* corners, std::uint32_t cutting) const
     return Side::TOUCHING;  // one plane alone leaves something: a corner
   }
   ClippedTriangle rest(corners);
-  for (std::size_t i = 0; i < planes_.size() && !rest.empty(); ++i) {
-    if ((sides.cutting >> i & 1u) != 0) {
-      rest.cut(planes_[i]);
-    }
-  }
+  rest.cut(planes_, sides.cutting);
   return rest.empty() ? Side::OUTSIDE : Side::TOUCHING;
-}
-
-Side ConvexRegion::box(const Box& box) const
-{
-  if (!valid_) {
-    return Side::OUTSIDE;
-  }
-  Vector3 largest;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    largest[axis] = std::max(std::abs(box.lower[axis]), std::abs(box.upper[axis]));
-  }
-  bool inside = true;
-  for (const Plane& plane : planes_) {
-    Vector3 front, back;  // corners of the box (N. Greene, 1994: p-vertex, n-vertex)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      front[axis] = plane[axis] >= 0.0 ? box.upper[axis] : box.lower[axis];
-      back[axis] = plane[axis] >= 0.0 ? box.lower[axis] : box.upper[axis];
-    }
-    const double rounding = 2.0 * HEIGHT_ROUNDING * heightTerms(plane, largest);
-    if (height(plane, front[0], front[1], front[2]) < -rounding) {
-      return Side::OUTSIDE;
-    }
-    inside = inside && height(plane, back[0], back[1], back[2]) > rounding;
-  }
-  return inside ? Side::INSIDE : Side::TOUCHING;
 }
 
 std::array<double, 3> ConvexRegion::witness(const float* corners) const
