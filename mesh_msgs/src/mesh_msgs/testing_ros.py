@@ -1,12 +1,14 @@
 """What tests on a running ROS wait for."""
 
+import re
 from typing import Any
 from xmlrpc.client import ServerProxy
 
 import rospy
 
 # in what getBusInfo of ROS's Slave API tells of a connection
-_DESTINATION, _DIRECTION, _TOPIC = 1, 2, 4
+_DESTINATION, _DIRECTION, _TOPIC, _TRANSPORT = 1, 2, 4, 6
+_REMOTE_PORT = re.compile(r" to \[.*:(\d+) on socket ")  # as roscpp and rospy write it
 
 
 def connected(*ends: Any) -> bool:
@@ -25,18 +27,24 @@ def connected(*ends: Any) -> bool:
 def _is_sent_to(subscriber: rospy.Subscriber) -> bool:
     connections = list(subscriber.impl.connections)
     return bool(connections) and all(
-        _sends(connection.endpoint_id, subscriber.resolved_name) for connection in connections
+        _sends(connection.endpoint_id, subscriber.resolved_name, connection.local_endpoint[1])
+        for connection in connections
     )
 
 
-def _sends(publisher: str, topic: str) -> bool:
-    """Whether the node at this URI sends a topic to the node of this process."""
+def _sends(publisher: str, topic: str, port: int) -> bool:
+    """Whether the node at this URI sends a topic to the node of this process on this port: it may
+    still have the connection of a subscriber to the same topic that has gone.
+    """
     name = rospy.get_name()
     try:
         code, _, infos = ServerProxy(publisher).getBusInfo(name)
     except OSError:  # it has ended
         return False
     return code == 1 and any(
-        info[_TOPIC] == topic and info[_DESTINATION] == name and info[_DIRECTION] == "o"
+        info[_TOPIC] == topic
+        and info[_DESTINATION] == name
+        and info[_DIRECTION] == "o"
+        and _REMOTE_PORT.findall(info[_TRANSPORT]) == [str(port)]
         for info in infos
     )
