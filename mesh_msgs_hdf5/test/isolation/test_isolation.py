@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 from every_member import ARGUMENTS, WRITING, public_names
+from mesh_msgs.testing import wait_until
 
 from mesh_msgs_hdf5 import isolation
 from mesh_msgs_hdf5.checks.check import identical
@@ -281,10 +282,7 @@ def test_nothing_is_left_behind(victim, tmp_path):
             victim("sleep", tmp_path / "a", 1000, timeout=0.3)
         assert victim("echo", "/a") == ["/a", {}]
     assert sorted(os.listdir("/proc/self/fd")) == before
-    deadline = time.monotonic() + 20
-    while children_of(zygote_pid()) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert not children_of(zygote_pid())  # no zombies either
+    the_spare_process()  # and no zombies either
 
 
 def test_the_zygote_is_small_and_apart(victim):
@@ -323,10 +321,13 @@ def test_a_kept_process_that_has_ended_is_replaced(tmp_path, full_mesh):
     path = tmp_path / "a.h5"
     MapFile.write(path, full_mesh)
     with IsolatedMapFile(path) as file:
-        for pid in children_of(zygote_pid()):
+        both = wait_until(
+            lambda: len(children_of(zygote_pid())) == 2 and children_of(zygote_pid()),
+            "the kept one, and a spare one",
+        )
+        for pid in both:
             os.kill(pid, signal.SIGKILL)
-        while children_of(zygote_pid()):
-            time.sleep(0.01)
+        wait_until(lambda: not children_of(zygote_pid()), "their end")
         assert same(file.vertices, full_mesh.vertices)
 
 
@@ -350,12 +351,57 @@ def test_what_is_not_used_any_more_leaves_no_process(tmp_path, full_mesh):
     path = tmp_path / "a.h5"
     MapFile.write(path, full_mesh)
     file = IsolatedMapFile(path)
-    assert len(children_of(zygote_pid())) == 1  # for the first call
+    wait_until(lambda: len(children_of(zygote_pid())) == 2, "one for the first call, one spare")
     del file
-    deadline = time.monotonic() + 20
-    while children_of(zygote_pid()) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert not children_of(zygote_pid())
+    the_spare_process()
+
+
+def the_spare_process(before=None):
+    """The id of the process that is ready for the next request, when none but it is left.
+
+    before: the id of who has answered the last one.
+    """
+    found = []
+
+    def is_alone():
+        found[:] = children_of(zygote_pid())
+        return len(found) == 1 and found != [before]
+
+    wait_until(is_alone, "nothing but a spare process")
+    return found[0]
+
+
+def test_a_request_is_answered_by_the_spare_process(victim):
+    last = victim("where")[0]
+    for _ in range(3):
+        spare = the_spare_process(last)  # each answers one request
+        last = victim("where")[0]
+        assert last == spare
+
+
+def test_without_a_spare_process_the_next_request_makes_one(victim):
+    last = victim("where")[0]
+    for _ in range(2):
+        os.kill(the_spare_process(last), signal.SIGKILL)
+        wait_until(lambda: not children_of(zygote_pid()), "its end")
+        last, parent, *_ = victim("where")
+        assert parent == zygote_pid()
+    the_spare_process(last)
+
+
+def test_a_process_has_nothing_of_the_others(victim, tmp_path):
+    """No connection of the zygote and of who is at work, nor the map that all are warmed with."""
+    alone = victim("open_files")
+    assert [name.partition(":")[0] for name in alone].count("socket") == 1, alone
+    assert not [name for name in alone if "map" in name], alone
+    worker = threading.Thread(
+        target=lambda: pytest.raises(MapFileError, victim, "sleep", tmp_path / "a", 9, timeout=9)
+    )
+    worker.start()
+    wait_for_pid(tmp_path / "a")
+    for _ in range(2):
+        assert len(victim("open_files")) == len(alone)
+    worker.join()
 
 
 def test_a_forked_process_has_one_of_its_own(victim):
@@ -397,8 +443,10 @@ def test_everything_ends_with_its_parent(tmp_path, number):
         stderr=subprocess.PIPE,
     )
     try:
-        pids = [wait_for_pid(tmp_path / name) for name in ("one", "two")]
+        for name in ("one", "two"):
+            wait_for_pid(tmp_path / name)
         (zygote,) = children_of(process.pid)
+        pids = wait_until(lambda: len(children_of(zygote)) == 3 and children_of(zygote), "a spare")
         os.killpg(process.pid, number)
         said = process.communicate(timeout=60)[1].decode()
     finally:
@@ -410,12 +458,7 @@ def test_everything_ends_with_its_parent(tmp_path, number):
 
 
 def wait_for_pid(path):
-    deadline = time.monotonic() + 60
-    while time.monotonic() < deadline:
-        if path.exists() and path.read_text():
-            return int(path.read_text())
-        time.sleep(0.02)
-    raise AssertionError("%s was not written" % path)
+    return int(wait_until(lambda: path.exists() and path.read_text(), "%s" % path))
 
 
 def gone(pid):
@@ -449,7 +492,7 @@ def test_what_a_process_shares_is_bounded():
         "import os\n"
         "from mesh_msgs_hdf5.isolation import zygote_child\n"
         "shared = os.memfd_create('arrays')\n"
-        "zygote_child._limit(1 << 30)\n"
+        "zygote_child._prepare()\n"
         "os.posix_fallocate(shared, 0, zygote_child.MOST_SHARED)\n"
         "try:\n"
         "    os.posix_fallocate(shared, zygote_child.MOST_SHARED, 1)\n"

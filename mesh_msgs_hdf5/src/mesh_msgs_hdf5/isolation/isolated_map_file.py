@@ -15,7 +15,7 @@ from typing import Any, Dict, Optional, Tuple
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.isolation.typed import fits, hints_of
-from mesh_msgs_hdf5.isolation.wire import Wire, WireError
+from mesh_msgs_hdf5.isolation.wire import TooLarge, Wire, WireError
 from mesh_msgs_hdf5.isolation.zygote import OUT_OF_MEMORY, Child, Zygote, ZygoteEnded
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.map_file.hdf5.hdf5_guard import default_budget
@@ -76,7 +76,7 @@ class IsolatedMapFile:
     It has all public members of MapFile. memory_limit, timeout: of each call, as in isolated().
     Also a context manager: inside, one process answers one call after the other, which saves the
     time to make one for each; outside, the one that has opened the file answers the first call,
-    and no process stays after that. No file stays open between calls. After the context, or
+    and ends then. No file stays open between calls. After the context, or
     close(), it refuses to be used. A call after a crash is like any other. Safe for threads.
     """
 
@@ -248,10 +248,10 @@ class _Reader:
         except (EOFError, OSError) as error:
             code = self._child.wait()
             raise _ended(path, code, self._memory_limit, self._library) from error
+        except (MemoryError, TooLarge) as error:
+            raise _too_big(path, self._memory_limit) from error
         except WireError as error:
             raise _no_answer(path, error) from error
-        except MemoryError as error:
-            raise _too_big(path, self._memory_limit) from error
 
 
 def _folder():

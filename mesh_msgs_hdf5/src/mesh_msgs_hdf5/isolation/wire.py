@@ -45,6 +45,10 @@ class WireError(ValueError):
     """Something that cannot be sent, or bytes that are no message."""
 
 
+class TooLarge(WireError):
+    """A message with more bytes than its receiver wants."""
+
+
 class Wire:
     """One end of a connected stream socket.
 
@@ -102,7 +106,7 @@ class Wire:
     def receive(self, limit: int) -> Any:
         """The next value, whose arrays have at most limit bytes in all.
 
-        Raises WireError, EOFError if the other end has closed, OSError, socket.timeout.
+        Raises TooLarge, WireError, EOFError if the other end has closed, OSError, socket.timeout.
         """
         magic, length = _HEAD.unpack(self._read(_HEAD.size))
         if magic != _MAGIC or length > MAX_HEADER_BYTES:
@@ -196,7 +200,7 @@ class Wire:
         dtype = _dtype(content[0])
         size = dtype.itemsize * math.prod(shape)
         if size > left[0]:
-            raise WireError("arrays of more than %d bytes" % left[0])
+            raise TooLarge("arrays of more than %d bytes" % left[0])
         left[0] -= size
         try:
             array = np.zeros(shape, dtype)

@@ -1,4 +1,5 @@
-"""A small process that makes others: it has everything loaded and forks one for each request.
+"""A small process that makes others: it has everything loaded and forks one for each request,
+before it comes.
 
 A process with many threads cannot be forked safely, and starting Python with NumPy and h5py takes
 0.3 s; so one is started by the first request, stays single-threaded and ends with this one.
@@ -29,6 +30,9 @@ _ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
     "HDF5_PLUGIN_PRELOAD": "::",
+    # arrays from one heap of huge pages: each process would fault in thousands of small ones anew
+    "GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"
+    ":glibc.malloc.mmap_threshold=67108864:glibc.malloc.trim_threshold=134217728",
 }
 OUT_OF_MEMORY = 77  # exit status of a process that could not even say so
 _END_SECONDS = 5
