@@ -167,7 +167,8 @@ def test_a_layer_of_another_package(stranger, triangle):
 
 def test_packages_are_looked_through_once_for_a_list_of_layers(packages, triangle, monkeypatch):
     looks = []
-    monkeypatch.setattr(rospkg, "RosPack", lambda made=rospkg.RosPack: looks.append(1) or made())
+    find = rospkg.get_ros_paths
+    monkeypatch.setattr(rospkg, "get_ros_paths", lambda: looks.append(1) or find())
     triangle.compute_layers([{"name": name, "type": HEIGHT_DIFF} for name in "abc"])
     assert len(triangle.layers) == 3 and len(looks) == 1
     with scanned_once():
@@ -231,9 +232,60 @@ def test_a_bad_description_is_named_and_left_out(packages, xml, message):
     package = write_package(packages, "bad", xml or "")
     if xml is None:
         (package / "plugins.xml").unlink()
-    known, _, left_out = refusal().partition("; plugins of package bad are left out: ")
+    known, _, left_out = refusal().partition("; plugins of package %s are left out: " % package)
     assert HEIGHT_DIFF in known and message in left_out
     assert find_class("mesh_map", BASE_CLASS_TYPE, HEIGHT_DIFF) is HeightDiffLayer
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        ('email="a@example.org"', 'email="nobody"'),
+        ("<license>BSD</license>", ""),
+        ("<version>1.0.0</version>", "<version>one</version>"),
+        ("</package>", ""),
+        ("<name>bad</name>", ""),
+        ("Plugins.", "\xe4"),  # Latin-1 without saying so
+        ('<package format="3">', '<package format="x">'),
+    ],
+)
+def test_a_package_that_is_none_is_named_once_and_left_out(packages, caplog, old, new):
+    package = write_package(packages, "bad", "<library>%s</library>" % entry("bad/B", "x.Y"))
+    text = (package / "package.xml").read_text()
+    assert old in text
+    (package / "package.xml").write_bytes(text.replace(old, new).encode("latin-1"))
+    unrelated = packages / "unrelated"
+    unrelated.mkdir()
+    (unrelated / "package.xml").write_text("<package><name>un")
+    for _ in range(2):
+        assert find_class("mesh_map", BASE_CLASS_TYPE, HEIGHT_DIFF) is HeightDiffLayer
+    assert "bad/B" not in refusal() and str(package) in refusal()
+    (logged,) = [record.getMessage() for record in caplog.records]
+    assert logged.startswith("plugins of package %s are left out: " % package)
+    assert "\n" not in logged and "unrelated" not in logged
+
+
+def test_of_packages_of_one_name_the_first_on_the_path_counts(packages, monkeypatch):
+    for folder in ("over", "under"):
+        (packages / folder).mkdir()
+        xml = "<library>%s</library>" % entry("same/" + folder.title(), "x.Y")
+        write_package(packages / folder, "same", xml)
+    before = os.environ["ROS_PACKAGE_PATH"].split(os.pathsep)[1:]
+    path = [str(packages / "over"), str(packages / "under"), *before]
+    monkeypatch.setenv("ROS_PACKAGE_PATH", os.pathsep.join(path))
+    assert "same/Over" in refusal() and "same/Under" not in refusal()
+
+
+def test_folders_that_are_to_be_ignored_hold_no_packages(packages):
+    for name in ("CATKIN_IGNORE", ".hidden", "inside"):
+        folder = packages / name
+        folder.mkdir()
+        xml = "<library>%s</library>" % entry(name + "/A", "x.Y")
+        package = write_package(folder, "ignored", xml)
+        package.rename(folder / "ignored")
+    (packages / "CATKIN_IGNORE" / "CATKIN_IGNORE").write_text("")
+    (packages / "inside" / "package.xml").write_text("<package><name>inside</name></package>")
+    assert "/A," not in refusal()
 
 
 def test_of_two_plugins_of_one_name_our_own_counts(packages):

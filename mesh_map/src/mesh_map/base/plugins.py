@@ -20,19 +20,23 @@ install space alike. The root may also be <class_libraries> with several librari
 import contextlib
 import functools
 import importlib
+import logging
 import os
 import threading
-from typing import Dict, Iterator, List, NamedTuple, Tuple
+from typing import Dict, Iterator, List, NamedTuple, Set, Tuple
 from xml.etree import ElementTree
 
 import rospkg
 from mesh_msgs.text import one_line
+from rospkg.manifest import parse_manifest_file
 
 from mesh_map.base.errors import PluginError
 
 _MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
 
 
+_LOG = logging.getLogger("mesh_map")
+_TOLD: Set[str] = set()  # what was logged
 _SCANS = threading.local()  # scan: within scanned_once() that thread's _scan(), which remembers
 
 
@@ -52,8 +56,8 @@ class Plugin(NamedTuple):
 def find_class(package: str, base_class_type: str, type_name: str) -> type:
     """The class of a plugin that a package on ROS_PACKAGE_PATH exports for `package`.
 
-    A description that cannot be read is left out; of two plugins of one name, the first package
-    counts (its own package before others, then in alphabetical order).
+    A package or description that cannot be read is left out and logged, once; of two plugins of
+    one name, the first package counts (its own before others, then in alphabetical order).
 
     Args:
         package: the package that uses the plugins, such as "mesh_map"; its name is the export tag.
@@ -74,7 +78,7 @@ def find_class(package: str, base_class_type: str, type_name: str) -> type:
     module_name, _, class_name = plugin.type.rpartition(".")
     try:
         found = getattr(importlib.import_module(module_name), class_name)
-    except Exception as error:  # a plugin may fail in any way while it is imported
+    except (Exception, SystemExit) as error:  # a plugin may fail in any way while it is imported
         raise PluginError(
             "%s: %s of package %s cannot be imported: %s: %s"
             % (type_name, plugin.type, plugin.package, type(error).__name__, one_line(error)),
@@ -102,16 +106,16 @@ def scanned_once() -> Iterator[None]:
 
 
 def _scan(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[str]]:
-    """The plugins, and one line for each description that cannot be used."""
+    """The plugins, and one line for each description that cannot be used, which is logged once."""
     plugins: Dict[str, Plugin] = {}
-    problems: List[str] = []
-    packages = rospkg.RosPack()
-    for name in sorted(packages.list(), key=lambda name: (name != package, name)):
+    folders, problems = _packages(package)
+    for name in sorted(folders, key=lambda name: (name != package, name)):
         try:
-            paths = _descriptions(packages, name, package)
+            manifest = parse_manifest_file(folders[name], rospkg.MANIFEST_FILE)
+            paths = manifest.get_export(package, "plugin")
             found = [plugin for path in paths for plugin in _read(path, name, base_class_type)]
-        except (PluginError, OSError, rospkg.ResourceNotFound, rospkg.InvalidManifest) as error:
-            problems.append("plugins of package %s are left out: %s" % (name, one_line(error)))
+        except Exception as error:  # a stranger's package.xml may bring out anything
+            problems.append(_left_out(folders[name], error))
             continue
         for plugin in found:
             first = plugins.setdefault(plugin.name, plugin)
@@ -120,17 +124,57 @@ def _scan(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[s
                     "plugin %s of package %s is left out: package %s has one of this name"
                     % (plugin.name, name, first.package)
                 )
+    for problem in problems:
+        if problem not in _TOLD:
+            _TOLD.add(problem)
+            _LOG.warning("%s", problem)
     return plugins, problems
 
 
-def _descriptions(packages: rospkg.RosPack, name: str, tag: str) -> List[str]:
-    """Paths of the XML files that a package exports under this tag."""
-    # Most packages export nothing of ours, and reading a manifest properly takes far longer than
-    # this look at it.
-    with open(os.path.join(packages.get_path(name), "package.xml"), "rb") as manifest:
-        if b"<" + tag.encode() not in manifest.read(_MAX_BYTES):
-            return []
-    return packages.get_manifest(name).get_export(tag, "plugin")
+def _packages(tag: str) -> Tuple[Dict[str, str], List[str]]:
+    """Name -> folder of the packages that export something under this tag, and what is wrong with
+    others that would; of packages of one name the first on ROS_PACKAGE_PATH counts.
+    """
+    folders: Dict[str, str] = {}
+    hidden = set()
+    problems = []
+    for folder in _folders():
+        text = b""
+        try:
+            with open(os.path.join(folder, rospkg.common.PACKAGE_FILE), "rb") as file:
+                text = file.read(_MAX_BYTES)
+            root = ElementTree.fromstring(text)
+            name = root.findtext("name", "").strip()
+            if not name:
+                raise PluginError("it has no name")
+        except Exception as error:  # as above
+            if b"<" + tag.encode() in text:
+                problems.append(_left_out(folder, error))
+            continue
+        if name not in hidden and root.find("export/" + tag) is not None:
+            folders[name] = folder
+        hidden.add(name)
+    return folders, problems
+
+
+def _folders() -> Iterator[str]:
+    """Folders with a package.xml, found where rospkg finds them; its own list fails altogether at
+    the first one that is no XML.
+    """
+    for path in rospkg.get_ros_paths():
+        for folder, inner, files in os.walk(os.path.abspath(path), followlinks=True):
+            is_ignored = "CATKIN_IGNORE" in files
+            is_package = rospkg.common.PACKAGE_FILE in files and not is_ignored
+            if is_package:
+                yield folder
+            ends = {rospkg.MANIFEST_FILE, "rospack_nosubdirs"}.intersection(files)
+            if is_ignored or is_package or ends or folder.startswith("/usr/share/"):
+                inner.clear()
+            inner[:] = [name for name in inner if not name.startswith(".")]
+
+
+def _left_out(folder: str, error: Exception) -> str:
+    return "plugins of package %s are left out: %s" % (folder, one_line(error))
 
 
 def _read(path: str, package: str, base_class_type: str) -> List[Plugin]:
