@@ -243,6 +243,7 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path):
         "with ProgressLine('-q' in sys.argv) as progress:\n"
         "    progress.stage('reading x')\n    time.sleep(1.2)\n"
         "    progress.stage('drawing')\n    progress.part(0.4)\n    time.sleep(0.6)\n"
+        "    progress.write('seen')\n"
     )
     script = tmp_path / "slow.py"
     script.write_text(code)
@@ -260,9 +261,10 @@ def test_progress_is_shown_on_a_terminal_only(tmp_path):
         os.close(ours)
         assert process.wait(60) == 0
     assert b"reading x" in shown["-v"] and b"drawing" in shown["-v"] and b"40%" in shown["-v"]
-    assert shown["-q"] == b""
+    assert re.search(rb"[\r\n]seen\r\n", shown["-v"])  # a line of its own
+    assert shown["-q"] == b"seen\r\n"
     piped = subprocess.run([sys.executable, script, "-v"], stderr=subprocess.PIPE, check=True)
-    assert piped.stderr == b""
+    assert piped.stderr == b"seen\n"
 
 
 def test_a_quick_command_shows_no_progress(triangle):

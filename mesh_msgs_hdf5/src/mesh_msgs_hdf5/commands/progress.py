@@ -44,6 +44,13 @@ class ProgressLine:
         """How much of the stage is done, from 0 to 1."""
         self._part = part
 
+    def write(self, line: str) -> None:
+        """A line on stderr that stays; what is being done is shown below it."""
+        if self._thread is None:
+            sys.stderr.write(line + "\n")
+        else:
+            _Bar.write(line, file=sys.stderr)
+
     def _show(self):
         if self._ended.wait(_DELAY):
             return

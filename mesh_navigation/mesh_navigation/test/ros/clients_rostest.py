@@ -321,6 +321,21 @@ class ClientsTest(unittest.TestCase):
         self.assertEqual((code, out), (2, ""))
         self.assertIn("go_to: error: no action server /nobody/get_path within 1.0 s", err)
 
+    def test_the_command_tells_what_it_waits_for_and_what_it_does_not_know(self):
+        self.server.answers["get_path"] = lambda handle: handle.set_aborted(
+            GetPathResult(outcome=51, message="no\nway")
+        )
+        waiting, headless = go_to(1, 2, 3, 0, "--server", "late"), go_to(1, 2, 3)
+        code, out, err = headless.end()
+        self.assertEqual((code, out.split("\n")[0]), (0, "SUCCESS (0): well done"))
+        self.assertEqual(err, "go_to: the heading of arrival is not known: no way\n")
+        told = "go_to: waiting for the action server /late/get_path (there are: "
+        waiting.wait_for(told)
+        FakeServer("/late")
+        code, out, err = waiting.end()
+        self.assertEqual((code, out.split("\n")[0]), (0, "SUCCESS (0): well done"))
+        self.assertEqual((err.count("\n"), err.startswith(told)), (1, True), err)
+
     def test_ctrl_c_cancels(self):
         self.server.answers["move_base"] = never
         commands = [(number, go_to(1, 2, 3, 0)) for number in (signal.SIGINT, signal.SIGTERM)]

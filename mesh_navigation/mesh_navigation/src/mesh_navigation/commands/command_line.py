@@ -57,9 +57,14 @@ def number(text: str) -> float:
     return value
 
 
+def told(program: str, text: str) -> str:
+    """The line in which a command tells something."""
+    return f"{program}: {one_line(text)}"
+
+
 def tell(program: str, text: str) -> None:
     """One line on standard error."""
-    sys.stderr.write(f"{program}: {one_line(text)}\n")
+    sys.stderr.write(told(program, text) + "\n")
 
 
 def complain(program: str, text: str) -> None:

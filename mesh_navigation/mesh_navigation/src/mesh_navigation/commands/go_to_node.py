@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import time
+from functools import partial
 from typing import Any, Dict, List, Optional, Tuple
 
 import rosgraph
@@ -31,6 +32,7 @@ from mesh_navigation.commands.command_line import (
     is_number,
     number,
     tell,
+    told,
 )
 
 PROGRAM = "go_to"
@@ -81,11 +83,12 @@ def _is_roscore_there(deadline: Deadline) -> bool:
 
 
 def _run(arguments: Any) -> int:
-    navigator = MeshNavigator(arguments.server, tell)
     yaw = None if arguments.yaw is None else math.radians(arguments.yaw)
     goal = arguments.x, arguments.y, arguments.z
     fields = {"frame_id": arguments.frame, "planner": arguments.planner}
     with ProgressLine(arguments.quiet) as progress:
+        say = partial(told, PROGRAM)
+        navigator = MeshNavigator(arguments.server, lambda text: progress.write(say(text)))
         progress.stage("waiting for the server")
         navigator.wait_until_ready(
             "get_path", *([] if arguments.plan_only else ["move_base"]), timeout=arguments.timeout
