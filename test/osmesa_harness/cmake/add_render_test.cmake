@@ -5,7 +5,7 @@
 # back end: by default as <target>_osmesa without any X server. With BACK_ENDS osmesa xvfb it runs as <target>_xvfb,
 # too, on a private Xvfb drawn by Mesa's own GLX: for tests that pictures decide, which a fault of OSMesa could hide.
 # (The third is osmesa_x: on Xvfb, but drawn by OSMesa.)
-# Each run has a private ROS master, a time limit (120 s), JUnit XML and a folder of pictures of its own:
+# Each run has a private ROS master, a time limit (600 s, against hangs), JUnit XML and a folder of pictures of its own:
 #   <test results>/<project>/render-<target>_<back end>.xml and .../pictures/<target>_<back end>/
 # The later runs compare the pictures of sameOnAllBackEnds() with those of the first.
 # main() and a first test, which asserts that the right back end draws, are added to the sources.
@@ -19,7 +19,7 @@ function(osmesa_harness_add_render_test target)
     message(FATAL_ERROR "osmesa_harness_add_render_test(${target}): no source files given")
   endif()
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 120)
+    set(ARG_TIMEOUT 600)
   endif()
   if(NOT ARG_BACK_ENDS)
     set(ARG_BACK_ENDS osmesa)

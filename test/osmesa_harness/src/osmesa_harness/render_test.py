@@ -20,7 +20,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--label", required=True, help="prefix of the suites' names in there")
     parser.add_argument("--out", required=True, metavar="FOLDER", help="where pictures go")
     parser.add_argument("--reference", metavar="FOLDER", help="pictures of an earlier run")
-    parser.add_argument("--timeout", type=float, default=120.0, metavar="SECONDS")
+    parser.add_argument("--timeout", type=float, default=600.0, metavar="SECONDS")
     parser.add_argument("--no-preload", action="store_true", help="the shim is linked")
     parser.add_argument("--env", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("program")
