@@ -41,4 +41,5 @@ PYBIND11_MODULE(_kernels, module)
   bindFastMarching(module);
   bindQueryKernels(module);
   bindTraceKernels(module);
+  bindSignals(module);
 }

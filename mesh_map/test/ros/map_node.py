@@ -46,9 +46,9 @@ def start_node(test, name, **parameters):
     """Starts a node with these parameters, which knows the layers of strange_layers.
 
     The test case tells it to end, and the class waits for that: nodes take half a second for it, in
-    which the next one starts. So each needs a name of its own.
+    which the next one starts. So each needs a name of its own. It may take its time to end.
     """
-    rospy.set_param("/" + name, parameters)
+    rospy.set_param("/" + name, {"shutdown_timeout": WAIT, **parameters})
     executable = roslib.packages.find_node("mesh_map", "mesh_map")[0]
     environment = dict(os.environ)
     environment["ROS_PACKAGE_PATH"] = "%s:%s" % (STRANGE, environment["ROS_PACKAGE_PATH"])

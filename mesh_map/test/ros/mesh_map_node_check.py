@@ -218,6 +218,22 @@ class MeshMapNode(unittest.TestCase):
         self.assertEqual(node.returncode, 0, output)
         self.assertNotIn("cannot be loaded", output)
 
+    def test_a_layer_that_never_ends_does_not_keep_the_node(self):
+        for kind, number in (("Endless", signal.SIGINT), ("Native", signal.SIGTERM)):
+            node = start_node(
+                self,
+                "kept_by_" + kind,
+                mesh_file=self.path,
+                layers=[{"name": "endless", "type": "strange/%sLayer" % kind}],
+                endless={"deaf": True},
+                shutdown_timeout=0.5,
+            )
+            self.assertTrue(any("computing" in line for line in node.stdout))
+            node.send_signal(number)
+            output = node.communicate(timeout=WAIT)[0]
+            self.assertEqual(node.returncode, 128 + number, output)
+            self.assertIn("from its end on signal %d" % number, output)
+
     def test_an_unexpected_error_is_told_by_services(self):
         rospy.set_param("~unexpected", {"mesh_file": self.path})
         server = MeshMapServer("~unexpected")

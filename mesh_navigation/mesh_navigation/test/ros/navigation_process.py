@@ -25,7 +25,7 @@ class NodeProcess:
 
     def __init__(self, name, executable, package="mesh_navigation", **parameters):
         self.name = name
-        for key, value in parameters.items():
+        for key, value in {"shutdown_timeout": 60.0, **parameters}.items():
             rospy.set_param(f"/{name}/{key}", value)
         environment = dict(os.environ)
         odd = TESTS / "odd_planners"

@@ -48,7 +48,7 @@ class ServerProcess:
 
     def __init__(self, name, package="mesh_navigation", wait=True, **parameters):
         self.name = name
-        for key, value in parameters.items():
+        for key, value in {"shutdown_timeout": TIMEOUT.to_sec(), **parameters}.items():
             rospy.set_param(f"/{name}/{key}", value)
         environment = dict(os.environ)
         for odd in TESTS.glob("odd_*"):

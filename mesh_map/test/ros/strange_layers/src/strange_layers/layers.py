@@ -1,5 +1,8 @@
 """A layer that gets its data from a topic, and layers with faults."""
 
+import ctypes
+import os
+
 import numpy as np
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter
@@ -45,3 +48,11 @@ class GiantLayer(FlagLayer):
     """dynamic_reconfigure has no numbers of this size."""
 
     PARAMETERS = FlagLayer.PARAMETERS + (Parameter("size", 2**40),)
+
+
+class NativeLayer(Layer):
+    """Native code that never ends, and keeps Python's lock."""
+
+    def compute(self, mesh_map, inputs):
+        os.write(1, b"computing\n")
+        return ctypes.PyDLL(None).sleep(100_000)

@@ -6,6 +6,7 @@ from typing import Optional, Sequence
 
 import rospy
 
+from mesh_map.ros.node_end import watch_end
 from mesh_msgs.init_node import init_node
 
 from mesh_navigation.base.clock_ros import RosClock
@@ -27,7 +28,7 @@ from mesh_navigation.server.settled_memory import give_back_large_arrays, settle
 
 SHUT_DOWN = "the server is shut down"
 # s, from a shutdown to the last answer; then what was sent gets a moment to leave.
-LAST_ANSWERS, LAST_MESSAGES = 3.0, 0.2
+LAST_ANSWERS, LAST_MESSAGES = 2.0, 0.2
 # s, after which Python lets another thread go on: a cycle of control does not wait for planners.
 SWITCH_INTERVAL = 0.0001
 
@@ -114,6 +115,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     sys.setswitchinterval(SWITCH_INTERVAL)
     give_back_large_arrays()
     init_node("mbf_mesh_nav", argv=arguments)
+    watch_end()
     try:
         server = MbfServer()
         server.start()
