@@ -93,7 +93,7 @@ class ActionTopics:
 
     def answer(self, key):
         """(state, result) of a goal, once it is done."""
-        wait_until(lambda: key in self.results, f"an answer to {key}")
+        wait_until(lambda: self.results.get(key), f"an answer to {key}")
         message = self.results[key][0]
         return message.status.status, message.result
 
