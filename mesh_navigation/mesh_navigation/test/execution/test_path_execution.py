@@ -211,14 +211,20 @@ def test_pose_is_never_known():
     world = World(tf_timeout=2.0)
     lose(world)
     result = world.run()
-    assert result[:3] == (ExePathOutcome.TF_ERROR, "no transform", None)
+    text = "no transform; waited for 2.0 s (tf_timeout)"
+    assert result[:3] == (ExePathOutcome.TF_ERROR, text, None)
     assert np.isnan(result.dist_to_goal) and np.isnan(result.angle_to_goal)
     assert world.robot.time == pytest.approx(2.0, abs=0.051)
     assert {cycle.outcome for cycle in world.cycles} == {ExePathOutcome.TF_ERROR}
 
 
 def test_pose_comes_late_or_is_lost_for_a_while():
-    world = World(tf_timeout=2.0, controller_patience=0.5)
+    world = World(
+        tf_timeout=2.0,
+        controller_patience=0.5,
+        oscillation_timeout=2.2,  # s, in which it gets on by as much, unless it has to wait
+        oscillation_distance=1.0,
+    )
     lose(world)
     world.later(1.5, lambda: lose(world, ""))
     world.later(2.5, lambda: lose(world))

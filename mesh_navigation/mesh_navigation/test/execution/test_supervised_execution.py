@@ -151,7 +151,8 @@ def test_without_a_pose():
     world = World(tf_timeout=0.1)
     world.robot.lost = "nowhere"
     result = world.run()
-    assert result[:3] == (ExePathOutcome.TF_ERROR, "nowhere", None)
+    text = "nowhere; waited for 0.1 s (tf_timeout)"
+    assert result[:3] == (ExePathOutcome.TF_ERROR, text, None)
     assert math.isnan(result.dist_to_goal)
 
 

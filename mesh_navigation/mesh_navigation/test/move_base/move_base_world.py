@@ -64,8 +64,9 @@ class FakeGoal(SubGoal):
 
     def step(self):
         if self.kind == "drive":
-            self.world.x += self.scripted.speed * STEP
-            self.world.yaw += self.scripted.turn * STEP
+            if not self.world.lost:
+                self.world.x += self.scripted.speed * STEP
+                self.world.yaw += self.scripted.turn * STEP
             self.on_progress(self.world.progress(self.scripted.reported))
         if self.age >= self.due - 1e-9:
             self.finish()
@@ -94,7 +95,7 @@ class World(Clock, SubActions):
         self.scripts = {kind: list(entries) for kind, entries in scripts.items()}
         self.time = self.x = self.yaw = 0.0
         self.jump = 0.0  # of the clock that is asked
-        self.goal_x = goal_x
+        self.goal_x, self.lost = goal_x, False
         self.active, self.calls, self.log, self.events = [], [], [], []
         self.counts = {"plan": 0, "drive": 0, "recover": 0}
         self.starts = []
@@ -121,6 +122,8 @@ class World(Clock, SubActions):
         self.events = sorted(self.events + [(moment, event)], key=lambda pair: pair[0])
 
     def progress(self, outcome=0):
+        if self.lost:
+            return None
         pose = Pose.at((self.x, 0.0, 0.0), self.yaw)
         return DriveProgress(pose, abs(self.goal_x - self.x), outcome)
 

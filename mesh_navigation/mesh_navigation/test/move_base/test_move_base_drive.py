@@ -4,7 +4,12 @@ import math
 
 import pytest
 from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped
+from mbf_msgs.msg import ExePathFeedback
 from move_base_world import Scripted, World, drive, plan
+from nav_msgs.msg import Path
+
+from mesh_navigation.move_base.sub_goals import SubActions
 
 
 def plans(world):
@@ -121,6 +126,32 @@ def test_oscillation_is_no_way_and_no_turn(speed, turn, outcome):
 
 def test_oscillation_is_not_looked_for_by_default():
     assert World(drive=[drive(0, 300.0)]).run().outcome == 0
+
+
+def test_a_robot_that_waits_for_its_pose_does_not_oscillate():
+    world = World(drive=[drive(0, 12.0, 1.0)])
+    world.values.update(oscillation_timeout=2.0, planner_frequency=1.0)
+    world.at(3.0, lambda: setattr(world, "lost", True))
+    world.at(9.0, lambda: setattr(world, "lost", False))
+    assert world.run().outcome == 0
+    assert not [when for when in plans(world) if 3.2 < when < 9.0]
+
+
+def test_progress_is_told_with_and_without_a_pose():
+    class Server:
+        def send(self, goal, on_feedback, owner):
+            self.tell = on_feedback
+
+    server, told, heard = Server(), [], []
+    actions = SubActions(None, server, None, PoseStamped(), "", "", heard.append)
+    actions.drive(Path(), told.append)
+    feedback = ExePathFeedback(outcome=3, dist_to_goal=2.0)
+    feedback.current_pose.pose.orientation.w = 1.0
+    for frame in ("map", ""):
+        feedback.current_pose.header.frame_id = frame
+        server.tell(feedback)
+    assert told[0][1:] == (2.0, 3) and told[1] is None
+    assert heard == [feedback] * 2
 
 
 def test_oscillation_ends_the_drive_before_the_recovery():

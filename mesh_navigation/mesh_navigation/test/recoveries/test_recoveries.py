@@ -310,6 +310,24 @@ def test_a_robot_that_is_lost_stops():
     assert scene.robot.last_command == STOP
 
 
+def test_a_robot_that_is_lost_for_a_while_goes_on():
+    scene = Scene()
+    scene.drive(2.0)
+    scene.robot.lost_timeout = 5.0
+    tell, gap = scene.robot.state, []
+
+    def state():
+        if 10 < len(scene.track) < 90:  # 4 s: longer than a robot may not get on
+            gap.append(scene.robot.last_command)
+            raise RobotLost("no transform")
+        return tell()
+
+    scene.robot.state = state
+    result = scene.back_up()
+    assert result.outcome == RecoveryOutcome.SUCCESS
+    assert set(gap[2:]) == {STOP}
+
+
 def test_it_is_canceled():
     scene = Scene()
     scene.drive(4.0)

@@ -26,6 +26,7 @@ class DrivenRobot:
         self.velocity, self.commands = Twist(), []
         self.obeys = self.seen = True
         self.behind = 0.0  # s that TF is too old
+        self.localized = None  # s that a localizer's link of its own, map to odom, is old
         self._tf = rospy.Publisher("/tf", TFMessage, queue_size=10)
         rospy.Subscriber("/cmd_vel", Twist, self._obey, queue_size=1000)
         self._time = time.monotonic()
@@ -47,12 +48,14 @@ class DrivenRobot:
                     self.y += self.velocity.linear.x * math.sin(self.yaw) * elapsed
                     self.yaw += self.velocity.angular.z * elapsed
                 if self.seen:
-                    self._tf.publish(TFMessage([self._transform()]))
+                    parent = "map" if self.localized is None else "odom"
+                    self._tf.publish(TFMessage([self._transform(parent)]))
+                if self.localized is not None:
+                    link = stamped_link("map", "odom", self.localized)
+                    self._tf.publish(TFMessage([link]))
 
-    def _transform(self):
-        message = TransformStamped()
-        message.header.stamp = rospy.Time.from_sec(rospy.get_time() - self.behind)
-        message.header.frame_id, message.child_frame_id = "map", "base_link"
+    def _transform(self, parent):
+        message = stamped_link(parent, "base_link", self.behind)
         translation, rotation = message.transform.translation, message.transform.rotation
         translation.x, translation.y = self.x, self.y
         rotation.z, rotation.w = math.sin(self.yaw / 2), math.cos(self.yaw / 2)
@@ -130,6 +133,15 @@ class BareClient:
         """(state, result), once it is done."""
         wait_until(lambda: key in self.results, f"an answer to {key}")
         return STATES[self.results[key].status.status], self.results[key].result
+
+
+def stamped_link(parent, child, age):
+    """A transform that changes nothing, so many seconds old."""
+    message = TransformStamped()
+    message.header.stamp = rospy.Time.from_sec(rospy.get_time() - age)
+    message.header.frame_id, message.child_frame_id = parent, child
+    message.transform.rotation.w = 1.0
+    return message
 
 
 def path_to(x, y, frame="map", count=3):

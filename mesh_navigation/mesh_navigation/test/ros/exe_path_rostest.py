@@ -6,6 +6,7 @@ import random
 import time
 import unittest
 
+import actionlib
 import rospy
 import rostest
 import tf2_ros
@@ -33,6 +34,7 @@ class ExePathTest(unittest.TestCase):
             controllers=CONTROLLERS,
             mesh_map={"mesh_file": write_map(zoo.grid())},
             tf_timeout=0.4,
+            odom_timeout=0.4,
             controller_max_retries=0,
             controller_patience=1.0,
             cmd_vel_ignored_tolerance=1.0,
@@ -55,6 +57,7 @@ class ExePathTest(unittest.TestCase):
 
     def setUp(self):
         self.robot.obeys, self.robot.seen, self.robot.behind = True, True, 0.0
+        self.robot.localized = None
         self.robot.put()
         # TF of before is gone, that of now has come.
         time.sleep(0.1)
@@ -185,7 +188,8 @@ class ExePathTest(unittest.TestCase):
         handle = self.client.send()
         wait_until(lambda: not self.robot.stands(), "motion")
         self.robot.seen = False
-        self.check(self.client.answer(handle), "ABORTED", 111, "old", "tf_timeout", driven=True)
+        words = "old", "odom_timeout", "tf_timeout"
+        self.check(self.client.answer(handle), "ABORTED", 111, *words, driven=True)
         self.robot.seen, self.robot.behind = True, 2.0
         self.check(self.client.ask(), "ABORTED", 111, "old")
         self.robot.behind = -1.0
@@ -197,6 +201,37 @@ class ExePathTest(unittest.TestCase):
         self.robot.put()
         time.sleep(0.1)
         self.check(self.client.ask((0.5, 0.0)), "SUCCEEDED", 0)
+
+    def test_gaps_in_tf(self):
+        """Of a robot with odometry and a localizer: it stands meanwhile, and its goal stays."""
+        self.robot.localized = 1.0
+        values = {"controllers": CONTROLLERS, "tf_timeout": 60.0}
+        server = ServerProcess("gaps", mesh_map={"mesh_file": write_map(zoo.grid())}, **values)
+        try:
+            client, heard = ExePathClient("gaps"), []
+            # A localizer that is slow does not hold back where the robot is seen.
+            state, result = client.ask((1.5, 0.0))
+            self.assertEqual((state, result.outcome), ("SUCCEEDED", 0), result.message)
+            self.assertLess(abs(result.final_pose.pose.position.x - self.robot.x), 0.3)
+            self.robot.put()
+            handle = client.send((9.0, 0.0), feedback=heard.append)
+            for attribute, gap, name in (
+                ("seen", False, "odom_timeout"),
+                ("localized", 5.0, "map_timeout"),
+                ("behind", -1.0, "odom_timeout"),
+            ):
+                before = getattr(self.robot, attribute)
+                wait_until(lambda: not self.robot.stands(), f"motion before {attribute}")
+                setattr(self.robot, attribute, gap)
+                wait_until(self.robot.stands, f"a stop for {attribute}")
+                self.assertEqual(handle.get_comm_state(), actionlib.CommState.ACTIVE)
+                wait_until(lambda: heard[-1].outcome == 111, "feedback")
+                self.assertIn(name, heard[-1].message)
+                setattr(self.robot, attribute, before)
+            wait_until(lambda: not self.robot.stands(), "motion after all of that")
+            self.assertEqual(server.stop(), 0)
+        finally:
+            server.kill()
 
     def test_a_robot_that_does_not_obey(self):
         self.robot.obeys = False

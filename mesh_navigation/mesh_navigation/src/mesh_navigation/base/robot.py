@@ -6,11 +6,14 @@ import threading
 from collections import deque
 from typing import Deque, List, NamedTuple, Optional
 
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Clock, Stopwatch
 from mesh_navigation.base.pose import Pose
 
 SPACING = 0.05  # m, from one pose to the next
 LENGTH = 20.0  # m, that are remembered
 JUMP = 1.0  # m; a robot that was put elsewhere did not drive there
+POLL = 0.05  # s between two looks for a pose that is lost
 
 
 class Trail:
@@ -87,6 +90,8 @@ class Robot(abc.ABC):
 
     trail: Trail
     """Where it has been; those that drive it add to it."""
+    lost_timeout = 0.0
+    """How long those that drive it wait where its pose is not known (s)."""
 
     @abc.abstractmethod
     def state(self) -> RobotState:
@@ -95,6 +100,22 @@ class Robot(abc.ABC):
         Raises:
             RobotLost: there is none, it is too old, or it is not finite.
         """
+
+    def awaited_state(self, clock: Clock, cancellation: Cancellation) -> RobotState:
+        """The newest pose; as long as there is none, the robot stands and the caller waits.
+
+        Raises:
+            RobotLost: there is none for ``lost_timeout``, or when it is canceled.
+        """
+        watch = Stopwatch(clock)
+        while True:
+            try:
+                return self.state()
+            except RobotLost:
+                self.drive(STOP)
+                if watch.seconds() >= self.lost_timeout or cancellation.canceled:
+                    raise
+            clock.wait_until(clock.now() + POLL, cancellation)
 
     def known_pose(self) -> Optional[Pose]:
         """The newest pose; None where there is none to go by."""
@@ -112,7 +133,7 @@ class GuardedRobot(Robot):
     """Passes everything on to a robot until it is closed; commands that come later are dropped."""
 
     def __init__(self, robot: Robot) -> None:
-        self._robot = robot
+        self._robot, self.lost_timeout = robot, robot.lost_timeout
         self._lock = threading.Lock()
         self._closed = False
 

@@ -272,7 +272,11 @@ class PathExecution:
         # The time is not the controller's fault.
         self._valid = now
         self._obedience.restart()
-        return _Step(ExePathOutcome.TF_ERROR, why, ends=now - self._seen >= timeout)
+        self._oscillation.restart()
+        if now - self._seen < timeout:
+            return _Step(ExePathOutcome.TF_ERROR, why, ends=False)
+        text = f"{why}; waited for {timeout:.1f} s (tf_timeout)"
+        return _Step(ExePathOutcome.TF_ERROR, text)
 
     def _ask(
         self,

@@ -23,7 +23,10 @@ DYNAMIC_PARAMETERS = (
 """Those that dynamic_reconfigure may change, at once also for goals that are executed."""
 STATIC_PARAMETERS = (
     Parameter("robot_frame", "base_link", description="the robot's frame in TF"),
-    Parameter("tf_timeout", 3.0, 0.0, None, "wait for a transform, and greatest age of it (s)"),
+    Parameter("odom_frame", "odom", description="up to here TF is odometry, beyond a localizer"),
+    Parameter("odom_timeout", 0.3, 0.0, None, "greatest age of transforms of odometry (s)"),
+    Parameter("map_timeout", 2.0, 0.0, None, "greatest age of transforms of a localizer (s)"),
+    Parameter("tf_timeout", 3.0, 0.0, None, "wait for a transform (s)"),
     Parameter("tf_cache_time", 10.0, 0.1, None, "how far TF is remembered (s)"),
     Parameter("odom_topic", "odom", description="nav_msgs/Odometry for the velocity; empty: none"),
     Parameter("dist_tolerance", 0.1, 0.0, None, "how near to the goal is there (m)"),

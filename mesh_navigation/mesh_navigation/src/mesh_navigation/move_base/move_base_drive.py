@@ -23,20 +23,21 @@ class Relay(SubGoal):
         """
         self._actions = actions
         self.progress: Optional[DriveProgress] = None
-        """The newest that was reported."""
+        """The newest that was reported; None where the robot's pose is not known."""
         self._first: Optional[DriveProgress] = None
         self._older: List[SubGoal] = []
         self._newest = actions.drive(path, self._note)
 
-    def _note(self, progress: DriveProgress) -> None:
+    def _note(self, progress: Optional[DriveProgress]) -> None:
         self._first = self._first or progress
         self.progress = progress
 
     def distance(self) -> float:
         """How far away the robot is from where it was reported first (m)."""
-        if self.progress is None or self._first is None:
+        first, newest = self._first, self.progress
+        if first is None or newest is None:
             return 0.0
-        return float(np.linalg.norm(self.progress.pose.position - self._first.pose.position))
+        return float(np.linalg.norm(newest.pose.position - first.pose.position))
 
     def follow(self, path: Any) -> None:
         """Go on along a newer path."""

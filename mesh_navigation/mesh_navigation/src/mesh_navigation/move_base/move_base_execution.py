@@ -149,6 +149,7 @@ class MoveBaseExecution:
                     return _as_oscillation(checked(end, drive, DRIVE, cancellation))
                 progress = drive.progress
                 if progress is None:
+                    oscillation.restart()  # A robot that stands without a pose does not oscillate.
                     continue
                 now, values = self._clock.now(), self._values()
                 getting_on = max(SMALLEST_STEP, values["oscillation_distance"])

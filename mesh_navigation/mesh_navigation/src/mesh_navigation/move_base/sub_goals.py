@@ -146,19 +146,22 @@ class SubActions:
         """A plan from where the robot is to the goal."""
         return self._get_path.send(self._plan, owner=OWNER)
 
-    def drive(self, path: Any, on_progress: Callable[[DriveProgress], None]) -> SubGoal:
+    def drive(self, path: Any, on_progress: Callable[[Optional[DriveProgress]], None]) -> SubGoal:
         """Follow a path; what is followed already goes on with the new path without a stop.
 
         Args:
             path: of a plan that succeeded.
-            on_progress: called in each cycle, from another thread.
+            on_progress: called in each cycle, from another thread; None: the robot's pose is not
+                known.
         """
 
         def on_feedback(feedback: Any) -> None:
             self._on_feedback(feedback)
-            if feedback.current_pose.header.frame_id:  # else the robot's pose is not known
+            progress = None
+            if feedback.current_pose.header.frame_id:
                 pose = pose_from_message(feedback.current_pose.pose)
-                on_progress(DriveProgress(pose, feedback.dist_to_goal, int(feedback.outcome)))
+                progress = DriveProgress(pose, feedback.dist_to_goal, int(feedback.outcome))
+            on_progress(progress)
 
         goal = ExePathGoal(path=path, controller=self._controller)
         return self._exe_path.send(goal, on_feedback, OWNER)

@@ -15,7 +15,7 @@ from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import RecoveryOutcome
 from mesh_navigation.base.pose import Pose, rotate, vector_text
 from mesh_navigation.base.progress_watch import ProgressWatch
-from mesh_navigation.base.robot import STOP, Robot, RobotState, Velocity
+from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Velocity
 from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
 from mesh_navigation.surface.face_points import MAX_DISTANCE, obstacle_at
 from mesh_navigation.surface.slowness import passable
@@ -184,12 +184,17 @@ class BackUp(MeshRecovery):
 
     def run(self, robot: Robot, clock: Clock, cancellation: Cancellation) -> RecoveryResult:
         """Backs up; IMPASSABLE before blocked ground, FAILURE off the map or if it is stuck."""
-        back = ReversePath(robot.state().pose, robot.trail.back())
+        state = robot.awaited_state(clock, cancellation)
+        back = ReversePath(state.pose, robot.trail.back())
         way = _Run(back, self.values, ProgressWatch())
         gone = speed = 0.0
         try:
             while not cancellation.canceled:
-                state = robot.state()
+                try:
+                    state = robot.state()
+                except RobotLost:
+                    state = robot.awaited_state(clock, cancellation)
+                    speed, way = 0.0, way._replace(watch=ProgressWatch())
                 gone = back.gone(state.pose.position)
                 end, velocity = self._next(way, state, gone, speed, clock.now())
                 if end is not None:

@@ -13,6 +13,7 @@ from mesh_navigation.base.clock_ros import RosClock
 from mesh_navigation.base.robot import STOP
 from mesh_navigation.server.map_gate import Ready
 from mesh_navigation.server.plan_store import PlanStore
+from mesh_navigation.server.robot_chain import AgeLimits
 from mesh_navigation.server.ros.check_services_node import CheckServices
 from mesh_navigation.server.ros.exe_path_node import ExePathServer
 from mesh_navigation.server.ros.get_path_node import GetPathServer
@@ -41,7 +42,10 @@ class MbfServer:
 
     def __init__(self) -> None:
         values = ServerValues()
-        transforms = Transforms(values["tf_cache_time"], values["tf_timeout"])
+        limits = AgeLimits(
+            values["odom_frame"].lstrip("/"), values["odom_timeout"], values["map_timeout"]
+        )
+        transforms = Transforms(values["tf_cache_time"], values["tf_timeout"], limits)
         robot = RobotRos(
             transforms, values["robot_frame"], values["tf_timeout"], values["odom_topic"]
         )

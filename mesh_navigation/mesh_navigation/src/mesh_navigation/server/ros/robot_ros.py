@@ -19,19 +19,19 @@ class RobotRos(Robot):
     """Poses from TF, velocities from odometry where there is some; commands go to ``cmd_vel``."""
 
     def __init__(
-        self, transforms: Transforms, robot_frame: str, tf_timeout: float, odom_topic: str = ""
+        self, transforms: Transforms, robot_frame: str, lost_timeout: float, odom_topic: str = ""
     ) -> None:
         """
         Args:
             transforms: to ask for the pose.
             robot_frame: the robot's frame in TF.
-            tf_timeout: how old its pose may be, or how far ahead of time (s).
+            lost_timeout: how long to wait for its pose while it drives (s).
             odom_topic: nav_msgs/Odometry, whose twist is in the robot's frame; empty: none.
         """
-        self.trail = Trail()
+        self.trail, self.lost_timeout = Trail(), lost_timeout
         self.frame = ""
         """The map's frame; empty as long as there is no map."""
-        self._transforms, self._robot_frame, self._timeout = transforms, robot_frame, tf_timeout
+        self._transforms, self._robot_frame = transforms, robot_frame
         self._lock = threading.Lock()
         self._commanded = STOP
         self._odometry: Optional[Tuple[float, Velocity]] = None
@@ -42,20 +42,12 @@ class RobotRos(Robot):
     def state(self) -> RobotState:
         if not self.frame:
             raise RobotLost("the robot's pose is not known: there is no map yet")
-        now = rospy.get_time()
-        what = f"the robot's pose ('{self._robot_frame}' in '{self.frame}')"
         pose, stamp = self._transforms.newest(self.frame, self._robot_frame)
         fault = pose.fault()
         if fault:
+            what = f"the robot's pose ('{self._robot_frame}' in '{self.frame}')"
             raise RobotLost(f"{what} is none: {fault}")
-        # A chain of static transforms has the stamp 0 and is always up to date.
-        age = now - stamp if stamp else 0.0
-        if abs(age) > self._timeout:
-            when = "old" if age > 0 else "ahead of time"
-            raise RobotLost(
-                f"{what} is {abs(age):.1f} s {when}, allowed are {self._timeout:.1f} s (tf_timeout)"
-            )
-        return RobotState(now - age, pose.normalized(), self._velocity(now))
+        return RobotState(stamp, pose.normalized(), self._velocity(rospy.get_time()))
 
     def drive(self, velocity: Velocity) -> None:
         # During a shutdown nobody drives any more, however late it is.

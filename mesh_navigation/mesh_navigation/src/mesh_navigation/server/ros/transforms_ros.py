@@ -1,7 +1,7 @@
 """Poses through TF that no cancel has to wait for."""
 
 import time
-from typing import Any, Tuple
+from typing import Any, Callable, Tuple, TypeVar
 
 import rospy
 import tf2_ros
@@ -13,23 +13,27 @@ from mesh_navigation.base.messages import pose_from_message
 from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.pose import Pose, transformed
 from mesh_navigation.base.robot import RobotLost
+from mesh_navigation.server.robot_chain import AgeLimits, robot_chain, robot_time
 
 # Between two looks at TF (s).
 POLL = 0.02
+
+_T = TypeVar("_T")
 
 
 class Transforms:
     """A listener to TF. All methods may be called from several threads at once."""
 
-    def __init__(self, cache_time: float, timeout: float) -> None:
+    def __init__(self, cache_time: float, timeout: float, limits: AgeLimits) -> None:
         """
         Args:
             cache_time: how far TF is remembered (s).
-            timeout: how long to wait for a transform, and how old the robot's may be (s).
+            timeout: how long to wait for a transform (s).
+            limits: how old those of the robot may be.
         """
         self._buffer = tf2_ros.Buffer(rospy.Duration.from_sec(cache_time))
         self._listener = tf2_ros.TransformListener(self._buffer)
-        self._timeout = timeout
+        self._timeout, self._limits = timeout, limits
 
     def pose_in(
         self, frame: str, message: PoseStamped, what: str, cancellation: Cancellation
@@ -52,58 +56,65 @@ class Transforms:
         if source == frame:
             return pose
         stamp = message.header.stamp
-        found = self._lookup(frame, source, stamp, f"the {what} pose", cancellation)
+        found = self._awaited(
+            lambda: self._buffer.lookup_transform(frame, source, stamp),
+            f"no transform for the {what} pose from '{source}' to '{frame}'",
+            cancellation,
+        )
         return transformed(pose, _pose(found))
 
     def robot_pose(self, frame: str, robot_frame: str, cancellation: Cancellation) -> Pose:
-        """Where the robot is, in the given frame.
+        """Where the robot is, in the given frame; waits for a pose that is not too old.
 
         Raises:
-            NotReady: TF_ERROR, also if its newest transform is older than the timeout; CANCELED.
+            NotReady: TF_ERROR or CANCELED.
         """
-        found = self._lookup(frame, robot_frame, rospy.Time(), "the robot's pose", cancellation)
-        stamp = found.header.stamp
-        age = (rospy.Time.now() - stamp).to_sec()
-        # A chain of static transforms has the stamp 0 and is always up to date.
-        if stamp != rospy.Time() and age > self._timeout:
-            raise NotReady(
-                "TF_ERROR",
-                f"the robot's pose ('{robot_frame}' in '{frame}') is {age:.1f} s old, "
-                f"allowed are {self._timeout:.1f} s (tf_timeout)",
-            )
-        return _pose(found)
+        return self._awaited(
+            lambda: self.newest(frame, robot_frame)[0],
+            f"no pose of the robot ('{robot_frame}' in '{frame}')",
+            cancellation,
+        )
 
-    def newest(self, frame: str, source: str) -> Tuple[Pose, float]:
-        """The newest pose of a frame in another one, and its time (s, 0: for ever); never waits.
+    def newest(self, frame: str, robot_frame: str) -> Tuple[Pose, float]:
+        """The robot's newest pose in a frame, and its time (s); never waits.
+
+        It is made of the newest transform of each link: a localizer that is slower than odometry
+        does not hold it back.
 
         Raises:
-            RobotLost: there is none.
+            RobotLost: there is none, or a link of it is older than its limit.
         """
-        try:
-            found = self._buffer.lookup_transform(frame, source, rospy.Time())
-        except tf2_ros.TransformException as error:
-            reason = " ".join(str(error).split()).rstrip(". ")
-            raise RobotLost(f"no transform from '{source}' to '{frame}': {reason}") from error
-        return _pose(found), found.header.stamp.to_sec()
+        frames = robot_chain(self._buffer.all_frames_as_yaml(), robot_frame, frame)
+        pose, stamps = Pose.at((0.0, 0.0, 0.0)), []
+        for child, parent in zip(frames, frames[1:]):
+            try:
+                found = self._buffer.lookup_transform(parent, child, rospy.Time())
+            except tf2_ros.TransformException as error:
+                text = f"no transform from '{child}' to '{parent}': {_reason(error)}"
+                raise RobotLost(text) from error
+            pose = transformed(pose, _pose(found))
+            stamps.append(found.header.stamp.to_sec())
+        return pose, robot_time(frames, stamps, rospy.get_time(), self._limits)
 
-    def _lookup(
-        self, frame: str, source: str, stamp: rospy.Time, what: str, cancellation: Cancellation
-    ) -> Any:
+    def _awaited(self, look: Callable[[], _T], missing: str, cancellation: Cancellation) -> _T:
+        """What ``look`` finds, as soon as it does."""
         deadline = time.monotonic() + self._timeout
         while True:
             try:
-                return self._buffer.lookup_transform(frame, source, stamp)
-            except tf2_ros.TransformException as error:
-                reason = " ".join(str(error).split()).rstrip(". ")
+                return look()
+            except (tf2_ros.TransformException, RobotLost) as error:
+                reason = _reason(error)
             if time.monotonic() >= deadline:
-                raise NotReady(
-                    "TF_ERROR",
-                    f"no transform for {what} from '{source}' to '{frame}' within "
-                    f"{self._timeout:.1f} s (tf_timeout): {reason}",
-                )
+                text = f"{missing} within {self._timeout:.1f} s (tf_timeout): {reason}"
+                raise NotReady("TF_ERROR", text)
             cancellation.wait(POLL)
             if cancellation.canceled:
                 raise NotReady("CANCELED", f"planning stopped: {cancellation.reason}")
+
+
+def _reason(error: Exception) -> str:
+    """What it says, as the end of a sentence."""
+    return " ".join(str(error).split()).rstrip(". ")
 
 
 def _pose(found: Any) -> Pose:
