@@ -2,7 +2,9 @@
 
 import threading
 
-from mesh_navigation.base.cancellation import Cancellation
+import pytest
+
+from mesh_navigation.base.cancellation import Cancellation, any_of
 
 
 def test_first_reason_stays():
@@ -50,3 +52,19 @@ def test_race_of_cancel_and_context():
             cancellation.wait(60.0)
             thread.join()
         assert calls == [1]
+
+
+@pytest.mark.parametrize("index", [0, 1])
+@pytest.mark.parametrize("early", [True, False])
+def test_any_of_several(index, early):
+    several = Cancellation(), Cancellation()
+    if early:
+        several[index].cancel("before")
+    with any_of(*several) as either:
+        assert either.canceled == early
+        several[index].cancel("within")
+        several[1 - index].cancel("later")
+        assert either.reason == ("before" if early else "within")
+    with any_of(Cancellation()) as none:
+        pass
+    assert not none.canceled

@@ -10,7 +10,7 @@ import unittest
 import actionlib
 import rospy
 import rostest
-from actionlib_msgs.msg import GoalID
+from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from dynamic_reconfigure.client import Client as ReconfigureClient
 from flat_robot import FlatRobot
 from mbf_msgs.msg import (
@@ -24,6 +24,7 @@ from mbf_msgs.msg import (
     RecoveryActionResult,
 )
 from server_process import TESTS, TIMEOUT, ServerProcess, answer, stamped, write_map
+from std_srvs.srv import Trigger
 
 from mesh_msgs import zoo
 from mesh_msgs.testing import wait_until
@@ -73,6 +74,13 @@ def client_of(server):
     client = actionlib.ActionClient(f"/{server.name}/move_base", MoveBaseAction)
     assert client.wait_for_server(TIMEOUT)
     return client
+
+
+def is_busy(action):
+    """Whether a sub-goal of move_base is active there."""
+    statuses = rospy.wait_for_message(f"/server/{action}/status", GoalStatusArray, 60).status_list
+    active = [status.goal_id.id for status in statuses if status.status == GoalStatus.ACTIVE]
+    return any(each.startswith("move_base") for each in active)
 
 
 class MoveBaseTest(unittest.TestCase):
@@ -287,6 +295,22 @@ class MoveBaseTest(unittest.TestCase):
             result = self.check(handle, "PREEMPTED", 11, f"canceled during {stage}", "client")
             self.assertAlmostEqual(result.dist_to_goal, 0.6, places=3)
         self.assertFalse([name for name in self.ends if not self.ends[name]])
+
+    def test_the_map_is_replaced_in_each_stage(self):
+        """Going on would be driving on another map than the goal was sent for."""
+        reload_map = rospy.ServiceProxy("/server/reload_map", Trigger)
+        self.reconfigure.update_configuration({"recovery_patience": 0.0})
+        for stage, outcome, fields in (
+            ("get_path", 62, {"planner": "long"}),
+            ("exe_path", 116, {"controller": "stands"}),
+            ("recovery", 62, {"planner": "no_plan", "recovery_behaviors": ["endless"]}),
+        ):
+            handle = self.send(**fields)
+            wait_until(lambda: is_busy(stage), f"{stage} of move_base")
+            self.assertTrue(reload_map().success)
+            self.check(handle, "ABORTED", outcome, "loaded anew")
+        self.reconfigure.update_configuration({"recovery_patience": 1.0})
+        self.check(self.send(), "SUCCEEDED", 0)
 
     def test_cancels_at_random_times(self):
         rng, states = random.Random(0), []

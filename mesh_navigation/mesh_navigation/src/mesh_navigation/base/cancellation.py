@@ -1,7 +1,7 @@
 """A request to stop that cannot get lost, whenever and from whichever thread it comes."""
 
 import threading
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Callable, Iterator, List, Optional
 
 
@@ -61,3 +61,13 @@ class Cancellation:
             with self._lock:
                 if callback in self._callbacks:
                     self._callbacks.remove(callback)
+
+
+@contextmanager
+def any_of(*cancellations: Cancellation) -> Iterator[Cancellation]:
+    """Within this context, one that is canceled with the first of these, for its reason."""
+    found = Cancellation()
+    with ExitStack() as stack:
+        for each in cancellations:
+            stack.enter_context(each.calling(lambda each=each: found.cancel(each.reason)))
+        yield found

@@ -7,7 +7,7 @@ from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import GetPathAction, GetPathResult
 from nav_msgs.msg import Path
 
-from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.cancellation import Cancellation, any_of
 from mesh_navigation.base.messages import path_message
 from mesh_navigation.base.outcomes import GetPathOutcome, NotReady
 from mesh_navigation.base.pose import Pose
@@ -87,10 +87,9 @@ class GetPathServer(SlotActionServer):
             self._parts.values["planner_patience"],
             self._parts.values["planner_max_retries"],
         )
-        planning, replaced = Cancellation(), self._parts.gate.replaced(ready)
-        with cancellation.calling(lambda: planning.cancel(cancellation.reason)):
-            with replaced.calling(lambda: planning.cancel(replaced.reason)):
-                result = execution.run(planning)
+        replaced = self._parts.gate.replaced(ready)
+        with any_of(cancellation, replaced) as stop:
+            result = execution.run(stop)
         # A plan on a map that is gone is none, however it ended.
         if replaced.canceled and not cancellation.canceled:
             message = f"planning stopped: {replaced.reason}"

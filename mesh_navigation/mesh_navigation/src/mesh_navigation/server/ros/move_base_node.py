@@ -9,7 +9,7 @@ from mbf_msgs.msg import MoveBaseAction, MoveBaseFeedback, MoveBaseResult
 
 from mesh_map.map.mesh_map import MeshMap
 
-from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.cancellation import Cancellation, any_of
 from mesh_navigation.base.messages import float32, pose_message
 from mesh_navigation.base.outcomes import (
     ExePathOutcome,
@@ -89,7 +89,8 @@ class MoveBaseServer(SlotActionServer):
     def _execute(self, running: RunningGoal, name: str, cancellation: Cancellation) -> Any:
         goal = running.get_goal()
         try:
-            ends = self._ends(goal, cancellation)
+            ready = self._parts.gate.wait(cancellation)
+            ends = self._ends(goal, ready.map, cancellation)
         except NotReady as error:
             outcome, unknown = self._outcome(error.kind), float("nan")
             return MoveBaseResult(outcome, error.message, unknown, unknown, PoseStamped())
@@ -111,7 +112,15 @@ class MoveBaseServer(SlotActionServer):
             self._behaviors(goal),
             self._log,
         )
-        end = running.data = execution.run(cancellation)
+        replaced = self._parts.gate.replaced(ready)
+        with any_of(cancellation, replaced) as stop:
+            end = execution.run(stop)
+        # What was asked for is the way on the map of before.
+        if replaced.canceled and not (cancellation.canceled or end.succeeded):
+            outcome = ExePathOutcome.MAP_ERROR if end.drive else GetPathOutcome.MAP_ERROR
+            message = f"going to the goal stopped: {replaced.reason}"
+            end = end._replace(outcome=int(outcome), message=message)
+        running.data = end
         return self._filled(end, ends)
 
     def _behaviors(self, goal: Any) -> List[str]:
@@ -119,8 +128,7 @@ class MoveBaseServer(SlotActionServer):
         chosen = map(behaviors.choose, goal.recovery_behaviors)
         return [name for name in chosen if name] or behaviors.names
 
-    def _ends(self, goal: Any, cancellation: Cancellation) -> _Ends:
-        mesh_map = self._parts.gate.wait(cancellation).map
+    def _ends(self, goal: Any, mesh_map: MeshMap, cancellation: Cancellation) -> _Ends:
         frame = mesh_map.frame_id
         start = self._robot_pose(frame, cancellation)
         # Once, at the beginning: a goal in a frame that moves, as that of the robot does, would be
