@@ -27,3 +27,11 @@ def test_shutdown_is_not_run_in_the_interrupted_thread(monkeypatch):
     finally:
         signal.signal(signal.SIGUSR1, before)
     assert ended.reason == f"signal {int(signal.SIGUSR1)}"
+
+
+def test_what_a_node_that_ends_takes_off_the_master_is_not_missed(monkeypatch):
+    killed = []
+    monkeypatch.setattr(init_node.os, "kill", lambda *call: killed.append(call))
+    monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: True)
+    init_node._end_forgotten("the master does not know it")
+    assert not killed and not init_node._forgotten.is_set()

@@ -1,6 +1,7 @@
 """The start of every node of ours."""
 
 import io
+import os
 import signal
 import sys
 import threading
@@ -10,7 +11,11 @@ from typing import Any, Callable, List, Optional, Sequence
 import rosgraph
 import rospy
 
+from mesh_msgs.master_watch import MasterWatch
+
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+# Set where the node is shut down because the master does not know it any more.
+_forgotten = threading.Event()
 
 
 def init_node(name: str, argv: Optional[Sequence[str]] = None) -> None:
@@ -19,7 +24,9 @@ def init_node(name: str, argv: Optional[Sequence[str]] = None) -> None:
     rospy itself says so only in its log, which is not there before the node is; and with parameters
     on the command line it ends instead of waiting. SIGINT and SIGTERM shut the node down as ever,
     but cannot hang it. What is logged is there at once, also in files and pipes. To be called in
-    the main thread.
+    the main thread, which then ends with `spin`.
+
+    A node that a restarted roscore does not know says so and shuts down, as by SIGTERM.
 
     Raises:
         SystemExit: a signal before the node is there (code 128 + its number, as shells say it), or
@@ -43,6 +50,26 @@ def init_node(name: str, argv: Optional[Sequence[str]] = None) -> None:
                 raise
     if received:
         raise SystemExit(128 + received[0])
+    MasterWatch(rospy.get_name()).start(_end_forgotten)
+
+
+def spin() -> None:
+    """rospy.spin, which returns when the node is shut down, at once if it is already.
+
+    Raises:
+        SystemExit: with code 1, if it is shut down because roscore was restarted.
+    """
+    rospy.spin()
+    if _forgotten.is_set():
+        raise SystemExit(1)
+
+
+def _end_forgotten(fault: str) -> None:
+    if rospy.core.is_shutdown_requested():  # It takes itself off the master.
+        return
+    rospy.logfatal("%s: %s", rospy.get_name(), fault)
+    _forgotten.set()
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _wait_for_master(name: str, received: List[int]) -> None:

@@ -3,7 +3,7 @@ import sys
 from typing import Any, Callable, ContextManager
 
 import rospy
-from mesh_msgs.init_node import init_node
+from mesh_msgs.init_node import init_node, spin
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -18,7 +18,7 @@ def run_node(name: str, running: Callable[[], ContextManager[Any]]) -> int:
     try:
         init_node(name)
         with running():
-            rospy.spin()
+            spin()
     except (MapFileError, ValueError) as error:
         sys.stderr.write("%s: error: %s\n" % (name, one_line(str(error))))
         return 1

@@ -8,7 +8,7 @@ from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import MoveBaseGoal
 
 from mesh_map.base.parameter import Parameter, read_parameters
-from mesh_msgs.init_node import init_node
+from mesh_msgs.init_node import init_node, spin
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Deadline
@@ -102,7 +102,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     init_node("goal_bridge", argv=arguments)
     try:
         GoalBridge()
-        rospy.spin()
     except rospy.ROSException:  # A signal during the start leaves parts undone: no error then.
         if not rospy.is_shutdown():
             raise
+    spin()

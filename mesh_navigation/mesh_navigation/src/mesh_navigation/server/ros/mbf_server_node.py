@@ -7,7 +7,7 @@ from typing import Optional, Sequence
 import rospy
 
 from mesh_map.ros.node_end import watch_end
-from mesh_msgs.init_node import init_node
+from mesh_msgs.init_node import init_node, spin
 
 from mesh_navigation.base.clock_ros import RosClock
 from mesh_navigation.base.robot import STOP
@@ -123,7 +123,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     try:
         server = MbfServer()
         server.start()
-        rospy.spin()
     except rospy.ROSException:  # A signal during the start leaves parts undone: no error then.
         if not rospy.is_shutdown():
             raise
+    spin()

@@ -7,7 +7,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
-from mesh_msgs.init_node import init_node
+from mesh_msgs.init_node import init_node, spin
 from visualization_msgs.msg import MarkerArray
 
 from mesh_map.base.errors import MeshMapError
@@ -263,4 +263,5 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     except rospy.ROSException:  # Topics that a shutdown has closed.
         if not rospy.is_shutdown():
             raise
+    spin()  # The node is shut down: this says whether it failed.
     return 0

@@ -1,0 +1,70 @@
+"""All nodes of this repository, when their roscore is killed and started again."""
+
+import os
+import socket
+import subprocess
+
+import rosgraph
+import roslib.packages
+
+from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
+from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.mesh import Mesh
+
+# Of each its package, an argument, and what it says once all of it is there.
+NODES = {
+    "label_manager": ("mesh_msgs_hdf5", "_folder_path:={folder}", "labels are kept in"),
+    "hdf5_map_server": ("mesh_msgs_hdf5", "_inputFile:={map}", "serving"),
+    "goal_bridge": ("mesh_navigation", "", "then for goals on"),
+    "surface_robot": ("mesh_navigation", "_mesh_file:={map}", "the robot is at"),
+    "mesh_map": ("mesh_map", "_mesh_file:={map}", "is ready after"),
+    "mbf_mesh_nav": ("mesh_navigation", "_mesh_map/mesh_file:={map}", "ready, map of"),
+}
+
+
+def test_they_end_and_say_why(tmp_path):
+    """What goes on with nobody finding it looks alive and is not."""
+    mesh, path = zoo.grid(), tmp_path / "map.h5"
+    MapFile.write(str(path), Mesh(vertices=mesh.vertices, faces=mesh.faces))
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        port = unused.getsockname()[1]
+    uri = f"http://127.0.0.1:{port}"
+    environment = {**os.environ, "ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1"}
+    master, started = rosgraph.Master("/test", uri), []
+
+    def start(name, *command):
+        with open(tmp_path / f"{name}.log", "w") as log:
+            child = subprocess.Popen(command, env=environment, stdout=log, stderr=log)
+        started.append(child)
+        return child
+
+    def start_master():
+        child = start("rosmaster", "rosmaster", "--core", "-p", str(port))
+        wait_until(master.is_online, "the master")
+        return child
+
+    try:
+        first = start_master()
+        nodes = {}
+        for name, (package, argument, _) in NODES.items():
+            program = roslib.packages.find_node(package, name)[0]
+            arguments = argument.format(map=path, folder=tmp_path).split()
+            nodes[name] = start(name, program, *arguments)
+        for name, (_, _, sentence) in NODES.items():
+            log = tmp_path / f"{name}.log"
+            wait_until(lambda: sentence in log.read_text(), name)
+        first.kill()
+        first.wait()
+        start_master()
+        codes = {name: child.wait(60) for name, child in nodes.items()}
+    finally:
+        for child in started:
+            child.kill()
+            child.wait()
+    said = {name: (tmp_path / f"{name}.log").read_text() for name in NODES}
+    assert codes == {name: 1 for name in NODES}, said
+    for name, text in said.items():
+        assert f"/{name}: the ROS master at {uri} does not know this node" in text
+        assert "Traceback" not in text
