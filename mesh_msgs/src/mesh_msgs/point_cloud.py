@@ -1,0 +1,73 @@
+"""The points of a sensor_msgs/PointCloud2 as an array."""
+
+from typing import Any
+
+import numpy as np
+
+_FLOATS = {7: "f4", 8: "f8"}  # PointField.FLOAT32, FLOAT64
+_MAX_FIELDS = 1000
+
+
+class PointCloudError(ValueError):
+    """A message that is no cloud of points; one line says why."""
+
+
+def cloud_points(message: Any) -> np.ndarray:
+    """(N, 3) float64: x, y and z of each point, row by row.
+
+    Points that are not finite are among them. Fields may be in any order, with gaps between points
+    and rows, in either byte order.
+
+    Args:
+        message: sensor_msgs/PointCloud2 with fields x, y and z of type FLOAT32 or FLOAT64.
+    Raises:
+        PointCloudError: a field that is missing or of another type, or sizes that do not fit the
+            data.
+    """
+    height, width = int(message.height), int(message.width)
+    step, row_step = int(message.point_step), int(message.row_step)
+    if not height or not width:
+        return np.zeros((0, 3))
+    if len(message.fields) > _MAX_FIELDS:
+        raise PointCloudError("the cloud has %d fields" % len(message.fields))
+    order = ">" if message.is_bigendian else "<"
+    formats, offsets = [], []
+    for name in "xyz":
+        found = [field for field in message.fields if field.name == name]
+        if len(found) != 1:
+            raise PointCloudError(
+                "the cloud has %d fields %s, but one is needed (its fields are: %s)"
+                % (len(found), name, ", ".join(str(field.name) for field in message.fields))
+            )
+        field = found[0]
+        if field.datatype not in _FLOATS:
+            raise PointCloudError(
+                "field %s of the cloud has the datatype %d (FLOAT32 (7) or FLOAT64 (8) is needed)"
+                % (name, field.datatype)
+            )
+        number = np.dtype(order + _FLOATS[field.datatype])
+        if field.offset + number.itemsize > step:
+            raise PointCloudError(
+                "field %s of the cloud is at byte %d of points of %d bytes"
+                % (name, field.offset, step)
+            )
+        formats.append(number)
+        offsets.append(int(field.offset))
+    if height > 1 and row_step < width * step:
+        raise PointCloudError(
+            "rows of %d bytes hold no %d points of %d bytes" % (row_step, width, step)
+        )
+    needed = (height - 1) * row_step + width * step
+    if len(message.data) < needed:
+        raise PointCloudError(
+            "the cloud has %d bytes for %d x %d points, which need %d"
+            % (len(message.data), height, width, needed)
+        )
+    point = np.dtype(
+        {"names": list("xyz"), "formats": formats, "offsets": offsets, "itemsize": step}
+    )
+    rows = np.ndarray((height, width), point, bytes(message.data), strides=(row_step, step))
+    points = np.zeros((height * width, 3))
+    for column, name in enumerate("xyz"):
+        points[:, column] = rows[name].reshape(-1)
+    return points
