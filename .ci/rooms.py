@@ -73,11 +73,11 @@ PYTHON = {
     ],
     "mesh_navigation": [
         {"server/ros"},
-        {"server", "simulation/ros"},
+        {"server", "simulation/ros", "velocity_guard/ros"},
         {"commands", "move_base", "simulation"},
         {"execution", "planners", "recoveries"},
         {"controllers", "surface"},
-        {"client", "plugins"},
+        {"client", "plugins", "velocity_guard"},
         {"", "base"},
     ],
     "mesh_tools_test": [

@@ -110,16 +110,16 @@ class Velocities:
     """What is commanded on /cmd_vel."""
 
     def __init__(self):
-        self.last, self.count = None, 0
+        self.last, self.moves = None, 0
         self._subscriber = rospy.Subscriber("/cmd_vel", Twist, self._note)
 
     def _note(self, message):
         self.last = message.linear.x, message.linear.y, message.angular.z
-        self.count += 1
+        self.moves += self.moving
 
     def forget(self):
         """As if there had been none."""
-        self.last, self.count = None, 0
+        self.last, self.moves = None, 0
 
     @property
     def moving(self):

@@ -93,9 +93,9 @@ class RecoveryTest(unittest.TestCase):
 
     def stands(self):
         wait_until(lambda: self.velocities.stopped, "zero velocity")
-        count = self.velocities.count
+        moves = self.velocities.moves
         time.sleep(0.1)
-        self.assertTrue(self.velocities.stopped and self.velocities.count == count)
+        self.assertTrue(self.velocities.stopped and self.velocities.moves == moves)
 
     def test_a_failure_is_a_failure(self):
         for outcome in (150, 151, 152, 153, 154, 156, 158, 171, 199, 7, 0):

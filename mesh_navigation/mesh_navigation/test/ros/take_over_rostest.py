@@ -5,6 +5,7 @@ import gc
 import math
 import threading
 import unittest
+from contextlib import nullcontext
 from unittest import mock
 
 import rospy
@@ -14,7 +15,9 @@ from driving_fakes import FORWARD, PlaneRobot, SystemClock, Told, plan_to, value
 from mbf_msgs.msg import ExePathGoal
 
 from mesh_msgs.testing import wait_until
+from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import TAKEN_OVER, NotReady
+from mesh_navigation.base.robot import STOP
 from mesh_navigation.execution.path_execution import Tolerances
 from mesh_navigation.execution.supervised_execution import SupervisedExecution
 from mesh_navigation.plugins.controller import Command
@@ -63,7 +66,7 @@ class Server(ExePathServer):
 
     def __init__(self):
         self.fakes, robot = Fakes(), PlaneRobot()
-        robot.frame = "map"
+        robot.frame, robot.driven = "map", lambda *_: nullcontext(robot)
         values = values_with(cmd_vel_ignored_tolerance=0.0)()
         fakes = self.fakes
         parts = Parts(None, fakes, None, fakes, None, robot, SystemClock(), values, PlanStore())
@@ -129,12 +132,14 @@ class TakeOverTest(unittest.TestCase):
 
     def test_a_shutdown_lets_nobody_drive(self):
         """Not even who is late."""
-        robot, sent = RobotRos(None, "base_link", 1.0), []
-        robot._commands = mock.Mock(publish=sent.append)
-        robot.drive(FORWARD)
-        with mock.patch("rospy.core.is_shutdown_requested", return_value=True):
-            robot.drive(FORWARD)
-        self.assertEqual([twist.linear.x for twist in sent], [FORWARD.x, 0.0])
+        commands = mock.Mock()
+        robot = RobotRos(commands, None, "base_link", 1.0)
+        with robot.driven(Cancellation()) as driven:
+            driven.drive(FORWARD)
+            with mock.patch("rospy.core.is_shutdown_requested", return_value=True):
+                driven.drive(FORWARD)
+        sent = [call.args[1] for call in commands.send.call_args_list]
+        self.assertEqual(sent, [FORWARD, STOP])
 
     def test_nothing_is_left_of_goals(self):
         server = Server()

@@ -126,7 +126,10 @@ class Robot(abc.ABC):
 
     @abc.abstractmethod
     def drive(self, velocity: Velocity) -> None:
-        """Command a velocity, which holds until the next one. What is not finite becomes `STOP`."""
+        """Command a velocity; it holds until the next one, at most 0.2 s or three control cycles.
+
+        What is not finite becomes `STOP`.
+        """
 
 
 class GuardedRobot(Robot):

@@ -90,6 +90,12 @@ def default_values() -> Mapping[str, Value]:
     return {parameter.name: parameter.default for parameter in PARAMETERS}
 
 
+def control_period(values: Mapping[str, Value]) -> float:
+    """From one control cycle to the next (s), by the server's parameters."""
+    frequency = float(values["controller_frequency"])  # type: ignore[arg-type]
+    return 1.0 / (max(LEAST_FREQUENCY, frequency) if frequency > 0.0 else DEFAULT_FREQUENCY)
+
+
 class PathExecution:
     """One robot that follows one path, which may be replaced while it drives.
 
@@ -184,7 +190,7 @@ class PathExecution:
             begin = time.perf_counter()
             step = self._step(controller, now, cancellation)
             after = clock.now()
-            due += 1.0 / self._frequency()
+            due += control_period(self._values())
             late = after > due
             if late:
                 due = after
@@ -205,10 +211,6 @@ class PathExecution:
 
     def _tell(self, cycle: Cycle) -> None:
         self._on_cycle(cycle)
-
-    def _frequency(self) -> float:
-        frequency = self._values()["controller_frequency"]
-        return max(LEAST_FREQUENCY, frequency) if frequency > 0.0 else DEFAULT_FREQUENCY
 
     def _end(self, outcome: int) -> bool:
         """Whether this is the end; a plan that has just come is still followed."""

@@ -5,6 +5,8 @@ import math
 from mesh_map.base.parameter import Parameter
 
 RESTORE_DEFAULTS = "restore_defaults"
+# For several drives: the newest has the robot, no other one begins, or it ends the others.
+NEWEST, REFUSE, PREEMPT = "newest", "refuse", "preempt"
 
 DYNAMIC_PARAMETERS = (
     Parameter("planner_frequency", 0.0, 0.0, 100.0, "new plans while driving (Hz), 0: none"),
@@ -34,7 +36,26 @@ STATIC_PARAMETERS = (
     Parameter("mbf_tolerance_check", False, description="the server checks tolerances as well"),
     Parameter("cmd_vel_ignored_tolerance", 5.0, None, None, "robot does not obey (s), <= 0: off"),
     Parameter("wait_for_map", True, description="goals wait for the map; false: they fail"),
+    Parameter("velocity_guard", True, description="false: straight to the base, unguarded"),
+    Parameter("guard", {}, description="the guard's own parameters, see GUARD_PARAMETERS"),
+    Parameter(
+        "concurrent_drives",
+        NEWEST,
+        description="of goals in several slots of exe_path",
+        choices=(NEWEST, REFUSE, PREEMPT),
+    ),
 )
 """Those that are read at the start."""
+GUARD_PARAMETERS = (
+    Parameter("max_lin_velocity", 5.0, 0.0, None, "fastest (m/s)"),
+    Parameter("max_ang_velocity", 5.0, 0.0, None, "fastest turn, to either side (rad/s)"),
+    Parameter("max_lin_acceleration", 20.0, 0.05, None, "to gain speed; braking is free (m/s^2)"),
+    Parameter("max_ang_acceleration", 50.0, 0.05, None, "the same of turns (rad/s^2)"),
+    Parameter("zone_topic", "", description="sensor_msgs/PointCloud2 for the zone; empty: none"),
+    Parameter("zone_box", (), description="x, y, z: their least and greatest (m, robot's frame)"),
+    Parameter("zone_min_points", 3, 1, None, "in the box, from which on the robot stands"),
+    Parameter("zone_timeout", 0.5, 0.01, None, "how old a cloud may be (s)"),
+)
+"""Those of the guard, read at the start below guard: no plugin here can be set to more."""
 PARAMETERS = DYNAMIC_PARAMETERS + STATIC_PARAMETERS
 """Names, defaults and limits of Move Base Flex, where it has them."""

@@ -35,8 +35,8 @@ class MeshRecovery(MeshPlugin):
     * ``run`` is the one method to override. It may run several times at once, in different threads
       (one per concurrency slot): what belongs to one run stays in local variables.
     * It may drive: ``robot.drive(velocity)`` in cycles of about 0.05 s (``clock.wait_until``), each
-      after a look at ``robot.state()`` and at the costs ahead. The server sends zero velocity when
-      it returns or raises, whatever the reason, and when it was canceled.
+      after a look at ``robot.state()`` and at the costs ahead. The robot is stopped when no command
+      comes for 0.2 s, when it returns or raises, whatever the reason, and when it was canceled.
     * Cancel, also for want of patience (recovery_patience): look at ``cancellation`` at least every
       0.1 s, then return CANCELED. The server waits half a second, then answers without the
       behavior, and what it still commands does not reach the robot.

@@ -15,10 +15,17 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import float32, pose_message, poses_from_path, twist_message
 from mesh_navigation.base.outcomes import TAKEN_OVER, ExePathOutcome, NotReady
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.base.robot import Robot
 from mesh_navigation.execution.path_check import normalized_path, path_fault, transformed_path
-from mesh_navigation.execution.path_execution import Cycle, ExecutionResult, Tolerances
+from mesh_navigation.execution.path_execution import (
+    Cycle,
+    ExecutionResult,
+    Tolerances,
+    control_period,
+)
 from mesh_navigation.execution.supervised_execution import SupervisedExecution
 from mesh_navigation.plugins.controller import ControllerPlan, MeshController
+from mesh_navigation.server.drives import Drives
 from mesh_navigation.server.late_cycles import LateCycles
 from mesh_navigation.server.map_gate import Ready
 from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal, SlotActionServer
@@ -58,6 +65,7 @@ class ExePathServer(SlotActionServer):
     def __init__(self, parts: Parts) -> None:
         super().__init__("~exe_path", ExePathAction, ExePathResult, ExePathOutcome, "driving")
         self._parts = parts
+        self._drives = Drives(parts.values["concurrent_drives"])
         self._current_goal = rospy.Publisher("~current_goal", PoseStamped, queue_size=1)
         self._angles, self._times = (
             {
@@ -82,10 +90,16 @@ class ExePathServer(SlotActionServer):
                 controller = copy.copy(ready.controllers[name])
                 self._parts.robot.frame = ready.map.frame_id
                 plan, tolerances = self._prepared(goal, ready, drive.cancellation)
+                with self._drives.running(
+                    goal.concurrency_slot, cancellation
+                ), self._parts.robot.driven(drive.cancellation, self._period) as robot:
+                    result = self._drive(running, drive, robot, controller, plan, tolerances)
             except NotReady as refusal:
                 return self._without_driving(refusal.kind, refusal.message)
-            result = self._drive(running, drive, controller, plan, tolerances)
         return self._result_of(result)
+
+    def _period(self) -> float:
+        return control_period(self._parts.values)
 
     def _prepared(
         self, goal: Any, ready: Ready, cancellation: Cancellation
@@ -116,6 +130,7 @@ class ExePathServer(SlotActionServer):
         self,
         running: RunningGoal,
         drive: _RunningDrive,
+        robot: Robot,
         controller: MeshController,
         plan: ControllerPlan,
         tolerances: Tolerances,
@@ -133,7 +148,7 @@ class ExePathServer(SlotActionServer):
                 rospy.logwarn("exe_path: %s", complaint)
 
         execution = SupervisedExecution(
-            self._parts.robot,
+            robot,
             self._parts.clock,
             lambda: self._parts.values,
             on_cycle,

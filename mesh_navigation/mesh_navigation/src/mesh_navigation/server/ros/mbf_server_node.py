@@ -25,6 +25,11 @@ from mesh_navigation.server.ros.server_map_ros import ServerMap, map_text
 from mesh_navigation.server.ros.server_values_ros import ServerValues
 from mesh_navigation.server.ros.slot_action_node import Parts
 from mesh_navigation.server.ros.transforms_ros import Transforms
+from mesh_navigation.server.ros.velocity_commands_ros import (
+    DirectCommands,
+    GuardedCommands,
+    VelocityCommands,
+)
 from mesh_navigation.server.settled_memory import give_back_large_arrays, settle
 
 SHUT_DOWN = "the server is shut down"
@@ -47,7 +52,11 @@ class MbfServer:
         )
         transforms = Transforms(values["tf_cache_time"], values["tf_timeout"], limits)
         robot = RobotRos(
-            transforms, values["robot_frame"], values["tf_timeout"], values["odom_topic"]
+            _velocity_commands(values),
+            transforms,
+            values["robot_frame"],
+            values["tf_timeout"],
+            values["odom_topic"],
         )
         self._map = loaded = ServerMap(values["wait_for_map"], self._begin)
         self._parts = parts = Parts(
@@ -112,6 +121,12 @@ class MbfServer:
             server.join(max(0.0, end - time.monotonic()))
         self._parts.robot.drive(STOP)
         time.sleep(LAST_MESSAGES)
+
+
+def _velocity_commands(values: ServerValues) -> VelocityCommands:
+    if not values["velocity_guard"]:
+        return DirectCommands()
+    return GuardedCommands({"robot_frame": values["robot_frame"], **values.guard})
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:

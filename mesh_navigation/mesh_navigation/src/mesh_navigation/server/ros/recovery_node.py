@@ -16,8 +16,7 @@ class RecoveryServer(SlotActionServer):
     def __init__(self, parts: Parts) -> None:
         super().__init__("~recovery", RecoveryAction, RecoveryResult, RecoveryOutcome, "recovery")
         self._behaviors = parts.behaviors
-        self._gate = parts.gate
-        self._execution = RecoveryExecution(parts.robot, parts.clock, lambda: parts.values)
+        self._parts = parts
 
     def _chosen(self, goal: Any) -> Tuple[Optional[str], str]:
         return self._behaviors.choose(goal.behavior), self._behaviors.why_not(goal.behavior)
@@ -30,12 +29,15 @@ class RecoveryServer(SlotActionServer):
     def _execute(
         self, running: RunningGoal, name: str, cancellation: Cancellation
     ) -> RecoveryResult:
+        parts = self._parts
         try:
-            ready = self._gate.wait(cancellation)
+            ready = parts.gate.wait(cancellation)
             behavior = ready.behaviors[name]
+            with parts.robot.driven(cancellation) as robot:
+                execution = RecoveryExecution(robot, parts.clock, lambda: parts.values)
+                found = execution.run(behavior, cancellation, parts.gate.replaced(ready))
         except NotReady as error:
             return RecoveryResult(self._outcome(error.kind), error.message, name)
-        found = self._execution.run(behavior, cancellation, self._gate.replaced(ready))
         return RecoveryResult(int(found.outcome), f"{name}: {found.message}", name)
 
     def _outcome(self, name: str) -> int:

@@ -1,28 +1,38 @@
 """The robot over TF, odometry and velocity commands."""
 
+import itertools
 import threading
-from typing import Optional, Tuple
+from contextlib import contextmanager
+from typing import Callable, Iterator, Optional, Tuple
 
 import rospy
-from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
-from mesh_navigation.base.messages import twist_message, velocity_of
+from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.messages import velocity_of
 from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Trail, Velocity
 from mesh_navigation.server.ros.transforms_ros import Transforms
+from mesh_navigation.server.ros.velocity_commands_ros import VelocityCommands
 
 # Odometry that is older (s, of ROS time) says nothing about the velocity of now.
 ODOMETRY_AGE = 1.0
+PERIOD = 0.05  # s, between two commands of who does not say it
 
 
 class RobotRos(Robot):
-    """Poses from TF, velocities from odometry where there is some; commands go to ``cmd_vel``."""
+    """Poses from TF, velocities from odometry where there is some; who drives, asks `driven`."""
 
     def __init__(
-        self, transforms: Transforms, robot_frame: str, lost_timeout: float, odom_topic: str = ""
+        self,
+        commands: VelocityCommands,
+        transforms: Transforms,
+        robot_frame: str,
+        lost_timeout: float,
+        odom_topic: str = "",
     ) -> None:
         """
         Args:
+            commands: where velocities go.
             transforms: to ask for the pose.
             robot_frame: the robot's frame in TF.
             lost_timeout: how long to wait for its pose while it drives (s).
@@ -35,7 +45,7 @@ class RobotRos(Robot):
         self._lock = threading.Lock()
         self._commanded = STOP
         self._odometry: Optional[Tuple[float, Velocity]] = None
-        self._commands = rospy.Publisher("cmd_vel", Twist, queue_size=1)
+        self._commands, self._numbers = commands, itertools.count(1)
         if odom_topic:
             rospy.Subscriber(odom_topic, Odometry, self._on_odometry, queue_size=1)
 
@@ -49,20 +59,39 @@ class RobotRos(Robot):
             raise RobotLost(f"{what} is none: {fault}")
         return RobotState(stamp, pose.normalized(), self._velocity(rospy.get_time()))
 
+    @contextmanager
+    def driven(
+        self, cancellation: Cancellation, period: Callable[[], float] = lambda: PERIOD
+    ) -> Iterator[Robot]:
+        """The robot for one drive, whose commands count as long as no newer drive moves it.
+
+        Waits until the robot can be driven; the drive is over with the context.
+
+        Args:
+            cancellation: ends the waiting.
+            period: in which commands come, asked for each (s); a robot that gets none for three of
+                them is stopped.
+        Raises:
+            NotReady: NOT_INITIALIZED, it cannot be driven; or CANCELED.
+        """
+        self._commands.wait(cancellation)
+        number = next(self._numbers)
+        try:
+            yield _DrivenRobot(self, number, period)
+        finally:
+            self._commands.end(number)
+
     def drive(self, velocity: Velocity) -> None:
+        self.command(0, velocity, PERIOD)
+
+    def command(self, drive: int, velocity: Velocity, period: float) -> None:
+        """A command of a drive, by its number; see `VelocityCommands.send`."""
         # During a shutdown nobody drives any more, however late it is.
         if rospy.core.is_shutdown_requested() or not velocity.is_finite:
             velocity = STOP
-        message = twist_message(velocity)
         # Under the lock: commands leave in the order in which they are noted.
         with self._lock:
-            self._commanded = velocity
-            try:
-                self._commands.publish(message)
-            except rospy.ROSException:
-                # A shutdown closes topics at any moment, and before rospy.is_shutdown() says so.
-                if not rospy.core.is_shutdown_requested():
-                    raise
+            self._commanded = self._commands.send(drive, velocity, period)
 
     def _velocity(self, now: float) -> Velocity:
         odometry = self._odometry
@@ -74,3 +103,17 @@ class RobotRos(Robot):
         velocity = velocity_of(message.twist.twist)
         if velocity.is_finite:
             self._odometry = rospy.get_time(), velocity
+
+
+class _DrivenRobot(Robot):
+    """The robot of one drive."""
+
+    def __init__(self, robot: RobotRos, number: int, period: Callable[[], float]) -> None:
+        self.trail, self.lost_timeout = robot.trail, robot.lost_timeout
+        self._robot, self._number, self._period = robot, number, period
+
+    def state(self) -> RobotState:
+        return self._robot.state()
+
+    def drive(self, velocity: Velocity) -> None:
+        self._robot.command(self._number, velocity, self._period())

@@ -10,6 +10,7 @@ from mesh_map.ros.parameter_server import ParameterServer
 
 from mesh_navigation.execution.server_parameters import (
     DYNAMIC_PARAMETERS,
+    GUARD_PARAMETERS,
     PARAMETERS,
     RESTORE_DEFAULTS,
 )
@@ -24,6 +25,9 @@ class ServerValues(UserDict):
         self.data, complaints = read_parameters(PARAMETERS, given or {})
         self.data[RESTORE_DEFAULTS] = False
         _log(complaints)
+        self.guard, complaints = read_parameters(GUARD_PARAMETERS, self["guard"])
+        """The values of the guard's parameters."""
+        _log([f"guard/{complaint}" for complaint in complaints])
         self._server = ParameterServer(
             rospy.get_name(), DYNAMIC_PARAMETERS, self.data, self._change
         )

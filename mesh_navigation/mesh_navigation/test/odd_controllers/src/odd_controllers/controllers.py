@@ -110,3 +110,13 @@ class ChoosyController(GoController):
 
     def set_plan(self, plan):
         raise ControlFailure(110, "not this one")
+
+
+class TurnController(GoController):
+    """Turns on the spot, and never arrives."""
+
+    def is_goal_reached(self, state, dist_tolerance, angle_tolerance):
+        return False
+
+    def compute_velocity(self, state, cancellation):
+        return Command(0, "turning", Velocity(yaw=-0.3))

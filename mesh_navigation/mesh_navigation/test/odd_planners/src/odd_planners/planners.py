@@ -1,5 +1,6 @@
 """Planners that misbehave, each in one way."""
 
+import ctypes
 import time
 
 import numpy as np
@@ -58,3 +59,14 @@ class LamePlanner(MeshPlanner):
 
     def initialize(self, name, mesh_map, given={}):
         raise RuntimeError("no legs")
+
+
+class HoldingPlanner(MeshPlanner):
+    """Holds Python's lock from native code; says from when to when (s, monotonic)."""
+
+    parameters = (Parameter("seconds", 3, 0, 100),)
+
+    def plan(self, start, goal, tolerance, cancellation):
+        begin = time.monotonic()
+        ctypes.PyDLL(None).sleep(self.values["seconds"])
+        return PlanResult(0, f"{begin} {time.monotonic()}", STRAIGHT, 1.0)

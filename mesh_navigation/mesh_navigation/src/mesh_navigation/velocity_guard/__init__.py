@@ -1,0 +1,1 @@
+"""What stands between the server and the base: a process of its own that passes velocities on."""
