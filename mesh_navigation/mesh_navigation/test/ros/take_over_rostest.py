@@ -25,6 +25,7 @@ from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.ros.exe_path_node import ExePathServer
 from mesh_navigation.server.ros.robot_ros import RobotRos
 from mesh_navigation.server.ros.slot_action_node import Parts, RunningGoal
+from mesh_navigation.server.ros.velocity_commands_ros import GuardedCommands
 
 
 class Patient(Told):
@@ -140,6 +141,29 @@ class TakeOverTest(unittest.TestCase):
                 driven.drive(FORWARD)
         sent = [call.args[1] for call in commands.send.call_args_list]
         self.assertEqual(sent, [FORWARD, STOP])
+
+    def test_a_guard_that_cannot_be_started(self):
+        """Nobody drives, and the refusal says why; a cancel ends the waiting."""
+        module = "mesh_navigation.server.ros.velocity_commands_ros"
+        # To the end of this process: it tries again and again.
+        mock.patch(f"{module}._started", side_effect=OSError("no more processes")).start()
+        robot = RobotRos(GuardedCommands({}), None, "base_link", 1.0)
+        cancellation = Cancellation()
+        cancellation.cancel("enough")
+        wait_until(lambda: "no more" in self.refusal(robot).message, "the reason")
+        self.assertEqual(self.refusal(robot).kind, "NOT_INITIALIZED")
+        refusal = self.refusal(robot, cancellation)
+        self.assertEqual((refusal.kind, "enough" in refusal.message), ("CANCELED", True))
+
+    @staticmethod
+    def refusal(robot, cancellation=None):
+        module = "mesh_navigation.server.ros.velocity_commands_ros"
+        try:
+            with mock.patch(f"{module}.DRIVE_PATIENCE", 0.1):
+                with robot.driven(cancellation or Cancellation()):
+                    raise AssertionError("somebody drives")
+        except NotReady as refusal:
+            return refusal
 
     def test_nothing_is_left_of_goals(self):
         server = Server()

@@ -25,12 +25,10 @@ TOPIC = "cmd_vel"
 # drive is refused for want of one, and from one that could not start to the next.
 START_PATIENCE, PATIENCE, DRIVE_PATIENCE, PAUSE = 60.0, 1.0, 30.0, 1.0
 # The first place of the search is the current folder, whatever is there.
-_PROGRAM = """
-import sys
-del sys.path[0]
-from mesh_navigation.velocity_guard.ros.velocity_guard_node import main
-main()
-"""
+_PROGRAM = (
+    "import sys; del sys.path[0]; "
+    "from mesh_navigation.velocity_guard.ros.velocity_guard_node import main; main()"
+)
 
 
 class VelocityCommands(abc.ABC):
