@@ -1,5 +1,7 @@
 """Neighborhoods, values at points, and costs along paths."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from mesh_map.base.errors import MeshMapError
@@ -263,6 +265,21 @@ def test_a_path_over_a_gap_or_to_another_storey_is_sampled():
     assert found.off_map_length > 0.5
     assert found.length == pytest.approx(high[0] - low[0] - 1)
     assert found.integral + found.off_map_length == pytest.approx(found.length)
+
+
+def test_a_long_path_off_the_map_takes_little_memory():
+    """NumPy tells tracemalloc of its arrays: 103 MB, when all samples were looked at together."""
+    queries, costs = queries_of(zoo.grid()), np.zeros(len(zoo.grid().vertices), np.float32)
+    path = np.random.default_rng(0).uniform(2000.0, 2150.0, (400, 3))
+    tracemalloc.start()
+    try:
+        found = queries.path_cost(path, costs=costs)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    assert found.off_map_length == pytest.approx(length) == pytest.approx(found.length)
+    assert peak < 20e6
 
 
 def test_costs_of_the_map_are_those_of_now():

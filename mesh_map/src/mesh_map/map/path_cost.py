@@ -1,7 +1,7 @@
 """The cost along a path."""
 
 import math
-from typing import Callable, List, NamedTuple, Optional
+from typing import Callable, Iterator, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ _SAME = 1e-3  # of a line that came to its target, of its length
 _FLAT = 1e-3  # weights that are off by more are of a face without area, such as between two others
 _SAMPLE = 0.05  # meters; where the surface cannot be followed
 _MOST_SAMPLES = 10_000  # of one piece of a path
+_TOGETHER = 1 << 14  # samples, about: each takes some hundred bytes on its way
 
 Carry = Callable[[np.ndarray], SurfacePoints]
 
@@ -95,14 +96,47 @@ def path_cost(
     if step is None:
         parts = _exact_pieces(geometry, carried, points, carry)
     else:
-        parts = [_sampled(points[:-1], points[1:], carry, step)]
-    pieces = _Pieces(*(np.concatenate(arrays) for arrays in zip(*parts)))
+        parts = _sampled(points[:-1], points[1:], carry, step)
     at_points = interpolate(costs, geometry.faces, carried)
+    finite = at_points[np.isfinite(at_points)]
+    sums, maximum = np.zeros(len(_Sums._fields)), finite.max(initial=0.0)
+    for pieces in parts:
+        found, most = _summed(costs, geometry, pieces)
+        sums, maximum = sums + found, max(maximum, most)
+    total = _Sums(*sums.tolist())
+    if total.known > 0.0:
+        mean = total.integral / total.known
+    else:
+        mean = float(finite.mean()) if len(finite) else 0.0
+    return PathCost(
+        length=total.length,
+        integral=total.integral,
+        mean=mean,
+        maximum=float(maximum),
+        lethal_length=total.lethal,
+        unknown_length=total.unknown,
+        off_map_length=total.off_map,
+        point_costs=at_points,
+        point_faces=carried.faces,
+    )
 
+
+class _Sums(NamedTuple):
+    """Of pieces: the integral of the cost, and lengths in meters: of all, and by what is there."""
+
+    integral: float
+    length: float
+    known: float
+    lethal: float
+    unknown: float
+    off_map: float
+
+
+def _summed(costs: np.ndarray, geometry: MeshGeometry, pieces: _Pieces) -> Tuple[_Sums, float]:
+    """The sums, and the largest cost."""
     middle = _values(costs, geometry, pieces.faces, (pieces.begins + pieces.ends) / 2.0)
     known, lethal = np.isfinite(middle), np.isposinf(middle)
     off_map = pieces.faces == NO_FACE
-    unknown = ~known & ~lethal & ~off_map
     both_ends = [
         _values(costs, geometry, pieces.faces[known], places[known])
         for places in (pieces.begins, pieces.ends)
@@ -110,29 +144,15 @@ def path_cost(
     # an end just at a lethal corner, of which the middle has too little to count
     begin, end = (np.where(np.isfinite(value), value, middle[known]) for value in both_ends)
     lengths = pieces.lengths
-    known_length = float(lengths[known].sum())
-    integral = float(((begin + end) / 2.0 * lengths[known]).sum())
-    finite = at_points[np.isfinite(at_points)]
-    if known_length > 0.0:
-        mean = integral / known_length
-    else:
-        mean = float(finite.mean()) if len(finite) else 0.0
-    return PathCost(
-        length=float(lengths.sum()),
-        integral=integral,
-        mean=mean,
-        maximum=float(np.concatenate([begin, end, finite]).max(initial=0.0)),
-        lethal_length=float(lengths[lethal].sum()),
-        unknown_length=float(lengths[unknown].sum()),
-        off_map_length=float(lengths[off_map].sum()),
-        point_costs=at_points,
-        point_faces=carried.faces,
-    )
+    integral = ((begin + end) / 2.0 * lengths[known]).sum()
+    kinds = (known, lethal, ~known & ~lethal & ~off_map, off_map)
+    sums = _Sums(integral, lengths.sum(), *(lengths[kind].sum() for kind in kinds))
+    return sums, np.concatenate([begin, end]).max(initial=0.0)
 
 
 def _exact_pieces(
     geometry: MeshGeometry, carried: SurfacePoints, points: np.ndarray, carry: Carry
-) -> List[_Pieces]:
+) -> Iterator[_Pieces]:
     """Pieces within one face are as they are; others follow the surface; what does not arrive, such
     as off the map, is sampled.
     """
@@ -144,7 +164,7 @@ def _exact_pieces(
     for places in (begins, ends):
         within[within] &= _are_in(geometry, middle[within], places[within])
     lengths = np.linalg.norm(ends - begins, axis=1)
-    parts = [_Pieces(middle[within], begins[within], ends[within], lengths[within])]
+    yield _Pieces(middle[within], begins[within], ends[within], lengths[within])
 
     followed = np.flatnonzero(on_map & ~within)
     if len(followed):
@@ -153,10 +173,12 @@ def _exact_pieces(
         gaps = np.linalg.norm(walks.positions - ends[followed], axis=1)
         arrived = (walks.ends == WalkEnd.ARRIVED) & (gaps <= _SAME * lengths[followed])
         assert walks.paths is not None
-        parts += [_of_path(walks.paths[i]) for i in np.flatnonzero(arrived)]
+        paths = [_of_path(walks.paths[number]) for number in np.flatnonzero(arrived)]
+        if paths:
+            yield _Pieces(*(np.concatenate(arrays) for arrays in zip(*paths)))
         within[followed[arrived]] = True
     rest = ~within
-    return parts + [_sampled(points[:-1][rest], points[1:][rest], carry, _SAMPLE)]
+    yield from _sampled(points[:-1][rest], points[1:][rest], carry, _SAMPLE)
 
 
 def _of_path(path: WalkPath) -> _Pieces:
@@ -164,16 +186,21 @@ def _of_path(path: WalkPath) -> _Pieces:
     return _Pieces(path.faces, begins, ends, np.linalg.norm(ends - begins, axis=1))
 
 
-def _sampled(begins: np.ndarray, ends: np.ndarray, carry: Carry, step: float) -> _Pieces:
+def _sampled(
+    begins: np.ndarray, ends: np.ndarray, carry: Carry, step: float
+) -> Iterator[_Pieces]:
     """The middle of each of short pieces, for all of it."""
     lengths = np.linalg.norm(ends - begins, axis=1)
     counts = np.clip(np.ceil(lengths / step), 1, _MOST_SAMPLES).astype(np.int64)
-    which = np.repeat(np.arange(len(counts)), counts)
-    shares = (np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[
-        which
-    ]
-    found = carry(begins[which] + shares[:, None] * (ends - begins)[which])
-    return _Pieces(found.faces, found.positions, found.positions, (lengths / counts)[which])
+    groups = np.cumsum(counts) // _TOGETHER
+    for group in np.split(np.arange(len(counts)), np.flatnonzero(np.diff(groups)) + 1):
+        which = np.repeat(group, counts[group])
+        firsts = np.cumsum(counts[group]) - counts[group]
+        numbers = np.arange(len(which)) - np.repeat(firsts, counts[group])
+        shares = (numbers + 0.5) / counts[which]
+        found = carry(begins[which] + shares[:, None] * (ends - begins)[which])
+        lengths_of = (lengths / counts)[which]
+        yield _Pieces(found.faces, found.positions, found.positions, lengths_of)
 
 
 def _corners(geometry: MeshGeometry, which: np.ndarray) -> np.ndarray:
