@@ -1,6 +1,7 @@
 """Where velocities go: through the guard, or straight to the base."""
 
 import abc
+import contextlib
 import os
 import socket
 import subprocess
@@ -121,14 +122,17 @@ class GuardedCommands(VelocityCommands):
             self._tell(DriveRecord(drive, ends=True))
 
     def _tell(self, record: DriveRecord) -> bool:
-        """Whether the guard gets it; one that is stuck, or has just ended, does not."""
+        """Whether the guard gets it."""
         if self._guard is None:
             return False
         try:
             self._guard.send(record.packed())
-        except OSError:
+            return True
+        except OSError:  # It has ended, or is stuck: it would miss this, and the next one begins.
+            with contextlib.suppress(OSError):
+                self._guard.shutdown(socket.SHUT_RDWR)
+            self._lose_guard()
             return False
-        return True
 
     def _notify(self) -> None:
         with self._changed:
