@@ -20,18 +20,18 @@ def test_declared_parameters_of_height_diff():
         "radius": (0.3, 0.02, 1.0),
         "factor": (1.0, 0.0, 1.0),
         "combination_weight": (1.0, 0.0, 1.0),
+        "enabled": (True, None, None),
     }
     layer = HeightDiffLayer("height_diff")
-    defaults = {"threshold": 0.185, "radius": 0.3, "factor": 1.0, "combination_weight": 1.0}
-    assert layer.params == defaults
+    assert layer.params == {name: default for name, (default, _, _) in declared.items()}
     assert not layer.warnings and layer.result is None
 
 
 def test_values_out_of_range_are_limited_with_a_warning():
     """As dynamic_reconfigure does; a configuration in the field has a radius of 0."""
     layer = HeightDiffLayer("h", {"radius": 0.0, "threshold": INF, "factor": 0.7})
-    limited = {"radius": 0.02, "threshold": 1.0, "factor": 0.7, "combination_weight": 1.0}
-    assert layer.params == limited
+    limited = {"radius": 0.02, "threshold": 1.0, "factor": 0.7}
+    assert layer.params == {**HeightDiffLayer("h").params, **limited}
     assert layer.warnings == [
         "threshold is inf, outside of [0.05, 1.0]: 1.0 is used",
         "radius is 0.0, outside of [0.02, 1.0]: 0.02 is used",
@@ -76,8 +76,9 @@ class ModestLayer(Layer):
 
 
 def test_a_layer_may_have_a_factor_of_its_own():
-    assert [p.name for p in ModestLayer.all_parameters()] == ["factor", "combination_weight"]
-    assert ModestLayer("m").params == {"factor": 0.25, "combination_weight": 1.0}
+    names = [p.name for p in ModestLayer.all_parameters()]
+    assert names == ["factor", "combination_weight", "enabled"]
+    assert ModestLayer("m").params == {"factor": 0.25, "combination_weight": 1.0, "enabled": True}
     layer = ModestLayer("m", {"factor": 0.125})
     assert layer.params["factor"] == 0.125 and not layer.warnings
     assert layer.checked_changes({"factor": 1.0})[0]["factor"] == 0.5
@@ -86,7 +87,8 @@ def test_a_layer_may_have_a_factor_of_its_own():
 def test_unknown_parameters_are_named():
     layer = HeightDiffLayer("h", {"treshold": 0.2})
     assert layer.warnings == [
-        "unknown parameters: treshold (known: combination_weight, factor, radius, threshold)"
+        "unknown parameters: treshold "
+        "(known: combination_weight, enabled, factor, radius, threshold)"
     ]
 
 

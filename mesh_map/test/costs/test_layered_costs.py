@@ -163,12 +163,11 @@ def test_a_layer_that_does_not_exist_or_is_left_out(chain):
     with pytest.raises(MeshMapError, match=r"no layer fire \(known: ground, water, near, all\)"):
         chain.set_layer_parameters("fire", {})
     chain.compute_layers(CHAIN + [entry("fire", "data", fails=True)])
-    for change in (
-        lambda: chain.refresh_layer("fire"),
-        lambda: chain.set_layer_parameters("fire", {"scale": 2.0}),
-    ):
-        with pytest.raises(MeshMapError, match=r"no layer fire \(it is left out: RuntimeError: it"):
-            change()
+    with pytest.raises(MeshMapError, match="layer fire: RuntimeError: it was told to fail"):
+        chain.set_layer_parameters("fire", {"scale": 2.0})
+    chain.compute_layers(CHAIN + [entry("fire", "data", scale="hot")])
+    with pytest.raises(MeshMapError, match=r"no layer fire \(it is left out: scale is 'hot'"):
+        chain.set_layer_parameters("fire", {"scale": 2.0})
 
 
 def test_warnings_are_logged(chain, caplog):

@@ -67,7 +67,12 @@ def random_change(random, mesh_map, data, params, settings):
     """One change; returns the name of the layer, and whether its own result may have changed."""
     count = len(mesh_map.vertices)
     name = list(mesh_map.layers)[random.integers(len(mesh_map.layers))]
-    kind = random.integers(6)
+    kind = random.integers(7)
+    if kind == 6:
+        enabled = not mesh_map.layers[name].params["enabled"]
+        params.setdefault(name, {})["enabled"] = enabled
+        mesh_map.set_layer_parameters(name, {"enabled": enabled})
+        return name, "toggled"
     if kind == 0:
         chosen = {
             "combination": ("sum", "normalized", "max")[random.integers(3)],
@@ -140,12 +145,15 @@ def check_evaluations(mesh_map, before, name, own, counted):
     changed = {
         other for other, layer in mesh_map.layers.items() if layer.result is not before[other]
     }
-    if own:
+    disabled = {other for other in mesh_map.layers if not mesh_map.layers[other].params["enabled"]}
+    if own and name not in disabled:
         assert name in counted
-    assert changed <= set(counted)
+    assert changed <= set(counted) | disabled
     for other in mesh_map.layers:
-        if other != name and own:
-            assert (other in counted) == bool(changed & inputs_of(mesh_map, other))
+        if other != name and own and other not in disabled:
+            inputs = inputs_of(mesh_map, other)
+            weighed = mesh_map.layers[other].READS_WEIGHTS and own == "toggled" and name in inputs
+            assert (other in counted) == bool(changed & inputs or weighed)
 
 
 def check_told(mesh_map, told, changes_heard):
@@ -160,10 +168,9 @@ def check_told(mesh_map, told, changes_heard):
             differ = np.flatnonzero(
                 (known != change.costs) & ~(np.isnan(known) & np.isnan(change.costs))
             )
-            if (
-                change.name in mesh_map.layers
-                and mesh_map.layers[change.name].result.vectors is not None
-            ):
+            layer = mesh_map.layers.get(change.name)
+            vectors = layer is not None and layer.result.vectors is not None
+            if vectors or layer is not None and not layer.params["enabled"]:  # or they have gone
                 assert set(differ) <= set(change.vertices)
             else:
                 assert np.array_equal(differ, change.vertices)

@@ -176,6 +176,7 @@ class TestLayer:
 
     __test__ = False
     STORABLE = True
+    params = {"enabled": True}
     identity = {"limit": math.inf, "list": (1, -math.inf), "table": {"a": math.inf}, "geometry": ""}
 
     def __init__(self, name):

@@ -31,6 +31,10 @@ class Canceled(Exception):
 Cancelled = Canceled  # documented before; for one release
 
 
+# What a stranger's plugin may raise; SystemExit, too, which would end a thread without a word.
+PLUGIN_FAILURES = (Exception, SystemExit)
+
+
 def error_line(error: BaseException) -> str:
     """One line for users; errors that are not for users are named with their type."""
     if isinstance(error, MeshMapError):

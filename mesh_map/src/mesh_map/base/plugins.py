@@ -30,7 +30,7 @@ import rospkg
 from mesh_msgs.text import one_line
 from rospkg.manifest import parse_manifest_file
 
-from mesh_map.base.errors import PluginError
+from mesh_map.base.errors import PLUGIN_FAILURES, PluginError
 
 _MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
 
@@ -78,7 +78,7 @@ def find_class(package: str, base_class_type: str, type_name: str) -> type:
     module_name, _, class_name = plugin.type.rpartition(".")
     try:
         found = getattr(importlib.import_module(module_name), class_name)
-    except (Exception, SystemExit) as error:  # a plugin may fail in any way while it is imported
+    except PLUGIN_FAILURES as error:  # while it is imported
         raise PluginError(
             "%s: %s of package %s cannot be imported: %s: %s"
             % (type_name, plugin.type, plugin.package, type(error).__name__, one_line(error)),

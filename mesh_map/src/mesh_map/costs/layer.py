@@ -29,6 +29,14 @@ COMBINATION_WEIGHT = Parameter(
     "weight of the costs in combination layers",
     affects_costs=False,
 )
+ENABLED = Parameter(
+    "enabled",
+    True,
+    description="false takes the layer out, with what is lethal and unknown in it, and does not "
+    "evaluate it; those that read it find it free, with weight 0",
+    affects_costs=False,
+)
+OF_ALL = (FACTOR, COMBINATION_WEIGHT, ENABLED)
 
 
 class LayerResult(NamedTuple):
@@ -43,6 +51,12 @@ class LayerResult(NamedTuple):
     costs: np.ndarray
     lethal: np.ndarray
     vectors: Optional[np.ndarray] = None
+
+    @classmethod
+    def free(cls, vertex_count: int) -> "LayerResult":
+        """What a layer has that is not enabled: no costs, and nothing lethal."""
+        costs, lethal = np.zeros(vertex_count, np.float32), np.zeros(vertex_count, np.bool_)
+        return cls(read_only(costs), read_only(lethal))
 
 
 class LayerInput(NamedTuple):
@@ -159,8 +173,9 @@ class Layer(abc.ABC):
         params: parameter name -> value, all of them.
         inputs: names from the parameter "inputs"; None if it was not given.
         warnings: what was odd about the parameters, one line each.
-        result: set by the map after compute(); None before. Its arrays are read-only; those that
-            compute() returned are copied, unless they are read-only themselves.
+        result: set by the map after compute(); None before, LayerResult.free() while "enabled" is
+            false. Its arrays are read-only; those that compute() returned are copied, unless they
+            are read-only themselves.
     """
 
     PARAMETERS: ClassVar[Tuple[Parameter, ...]] = ()
@@ -227,7 +242,7 @@ class Layer(abc.ABC):
     def all_parameters(cls) -> Tuple[Parameter, ...]:
         """PARAMETERS, and those that every layer has unless it declares them itself."""
         own = {parameter.name for parameter in cls.PARAMETERS}
-        return cls.PARAMETERS + tuple(p for p in (FACTOR, COMBINATION_WEIGHT) if p.name not in own)
+        return cls.PARAMETERS + tuple(p for p in OF_ALL if p.name not in own)
 
     def announce(self, geometry: MeshGeometry) -> None:
         """Called for all layers that will be computed, before any is.

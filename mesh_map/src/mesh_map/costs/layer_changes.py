@@ -7,7 +7,7 @@ from typing import Callable, Deque, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from mesh_map.base.errors import error_line
+from mesh_map.base.errors import PLUGIN_FAILURES, error_line
 from mesh_map.costs.layer import LayerResult
 
 _LOG = logging.getLogger("mesh_map")
@@ -137,5 +137,5 @@ class Listeners:
         for listener in self._listeners:
             try:
                 listener(list(changes))
-            except Exception as error:  # the others are told nevertheless
+            except PLUGIN_FAILURES as error:  # the others are told nevertheless
                 _LOG.error("a listener failed with %s", error_line(error))

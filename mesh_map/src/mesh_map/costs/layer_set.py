@@ -3,11 +3,23 @@
 import logging
 import re
 import time
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Tuple
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Callable,
+    Dict,
+    FrozenSet,
+    Iterable,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Tuple,
+)
 
 import numpy as np
 
-from mesh_map.base.errors import MeshMapError, error_line
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.base.plugins import find_class, scanned_once
 from mesh_map.costs.layer import BASE_CLASS_TYPE, Inputs, Layer, LayerInput, LayerResult, checked
 from mesh_map.costs.layer_graph import LayerGraph
@@ -24,21 +36,31 @@ OnLayer = Callable[[Layer], None]
 
 
 class LayerSet:
-    """Layers with results, and what each of them reads.
+    """Layers of a map, what each of them reads, and which of them do not stand.
 
     Attributes:
-        layers: name -> Layer, in the order of evaluation.
-        inputs: name -> names of what it reads.
-        errors: name -> one line, for the layers that are left out.
-        stale: names of layers whose last evaluation failed: they have the result before. With the
-            time (of the monotonic clock) at which that was logged last.
+        made: name -> Layer, of all that could be made and ordered, in the order of evaluation.
+        layers: those of them that have a result.
+        reads: name -> names of what it reads, whether that has a result or not.
+        errors: name -> one line, for the layers that are left out: they have no result.
+        stale: name -> one line, for those whose last evaluation failed: with the result before.
+        optional: names of layers that are not required.
+        logged: name -> when a failure of it was logged last (s, of the monotonic clock).
     """
 
-    def __init__(self) -> None:
-        self.layers: Dict[str, Layer] = {}
-        self.inputs: Dict[str, List[str]] = {}
-        self.errors: Dict[str, str] = {}
-        self.stale: Dict[str, float] = {}
+    def __init__(
+        self,
+        made: Mapping[str, Layer] = {},
+        reads: Mapping[str, Tuple[str, ...]] = {},
+        errors: Mapping[str, str] = {},
+        stale: Mapping[str, str] = {},
+        optional: Iterable[str] = (),
+        logged: Mapping[str, float] = {},
+    ) -> None:
+        self.made, self.reads = dict(made), dict(reads)
+        self.layers = {name: one for name, one in made.items() if one.result is not None}
+        self.errors, self.stale = dict(errors), dict(stale)
+        self.optional, self.logged = frozenset(optional), dict(logged)
 
     @classmethod
     def computed(
@@ -50,64 +72,94 @@ class LayerSet:
         on_layer: Optional[OnLayer] = None,
     ) -> "LayerSet":
         """Loads and evaluates all layers; arguments as for MeshMap.compute_layers()."""
-        made = cls()
-        layers, made.errors = make_layers(config)
-        graph = LayerGraph(layers, made.errors)
+        listed = make_layers(config)
+        graph = LayerGraph(listed.layers, listed.errors)
         for text in dict.fromkeys(graph.errors.values()):
             names = [name for name in graph.errors if graph.errors[name] == text]
             log_left_out(", ".join(names), MeshMapError(text))
-        made.errors.update(graph.errors)
-        reused = made._announced(mesh_map, [layers[name] for name in graph.order], stored)
-        for number, name in enumerate(graph.order):
+        made = cls(
+            {name: listed.layers[name] for name in graph.order},
+            graph.inputs,
+            {**listed.errors, **graph.errors},
+            optional=listed.optional.union(
+                name for name in graph.errors if not listed.layers[name].params["enabled"]
+            ),
+        )
+        reused = made._announced(mesh_map, stored)
+        for number, (name, layer) in enumerate(made.made.items()):
             if progress:
-                progress(number / len(graph.order), "layer " + name)
+                progress(number / len(made.made), "layer " + name)
             if name in made.errors:
                 continue
-            layer = layers[name]
             try:
-                inputs = made._inputs_of(layer, graph.inputs[name])
-                if layer.READS_LAYERS and stored:
-                    reused[name] = _reused(mesh_map, layer, inputs, stored)
-                _evaluate(mesh_map, layer, inputs, reused.get(name))
-            except Exception as error:  # a stranger's plugin may fail in any way
+                made._evaluate(mesh_map, layer, stored, reused.get(name))
+            except PLUGIN_FAILURES as error:
                 made._leave_out(name, error)
                 continue
             made.layers[name] = layer
-            made.inputs[name] = list(inputs)
             if on_layer:
                 on_layer(layer)
         return made
 
     def _announced(
-        self, mesh_map: "MeshMap", layers: List[Layer], stored: Optional[StoredCosts]
+        self, mesh_map: "MeshMap", stored: Optional[StoredCosts]
     ) -> Dict[str, Optional[LayerResult]]:
         """Results that were stored; all layers without one have said what they need."""
         reused: Dict[str, Optional[LayerResult]] = {}
-        for layer in layers:
+        for layer in self.made.values():
+            if not layer.params["enabled"]:
+                continue
             try:
                 if stored and not layer.READS_LAYERS:
                     reused[layer.name] = _reused(mesh_map, layer, {}, stored)
                 if reused.get(layer.name) is None:
                     layer.announce(mesh_map.geometry)
-            except Exception as error:  # a stranger's plugin may fail in any way
+            except PLUGIN_FAILURES as error:
                 self._leave_out(layer.name, error)
         return reused
 
+    def _evaluate(
+        self,
+        mesh_map: "MeshMap",
+        layer: Layer,
+        stored: Optional[StoredCosts],
+        reused: Optional[LayerResult],
+    ) -> None:
+        if not layer.params["enabled"]:
+            layer.evaluated(LayerResult.free(len(mesh_map.vertices)), mesh_map, {})
+            _LOG.info("layer %s is not enabled", layer.name)
+            return
+        inputs = self.inputs_of(layer.name, {name: one.result for name, one in self.layers.items()})
+        if layer.READS_LAYERS and stored:
+            reused = _reused(mesh_map, layer, inputs, stored)
+        _evaluate(mesh_map, layer, inputs, reused)
+
     def _leave_out(self, name: str, error: BaseException) -> None:
         self.errors[name] = error_line(error)
+        self.logged[name] = time.monotonic()
         log_left_out(name, error)
 
-    def _inputs_of(self, layer: Layer, names: Any) -> Dict[str, LayerInput]:
-        if layer.inputs is not None:
-            for name in names:
-                if name in self.errors:
-                    raise MeshMapError("its input %s is left out" % name)
-        return {name: as_input(self.layers[name]) for name in names if name in self.layers}
+    def inputs_of(self, name: str, results: Mapping[str, LayerResult]) -> Dict[str, LayerInput]:
+        """What a layer reads: of all that it reads what has a result.
+
+        Raises:
+            MeshMapError: its parameter "inputs" names a required layer that has none.
+        """
+        for read in self.reads[name]:
+            named = self.made[name].inputs is not None
+            if named and read not in results and read not in self.optional:
+                raise MeshMapError("its input %s is left out" % read)
+        return {
+            read: as_input(self.made[read], results[read])
+            for read in self.reads[name]
+            if read in results
+        }
 
 
-def as_input(layer: Layer, result: Optional[LayerResult] = None) -> LayerInput:
+def as_input(layer: Layer, result: LayerResult) -> LayerInput:
     """What readers get of a layer."""
-    return LayerInput(*(result or layer.result), layer.params["combination_weight"])
+    weight = layer.params["combination_weight"] if layer.params["enabled"] else 0.0
+    return LayerInput(*result, weight)
 
 
 def _reused(
@@ -120,7 +172,7 @@ def _reused(
         costs = stored(layer.name, layer.identity)
         returned = None if costs is None else layer.reuse(costs, mesh_map, inputs)
         return None if returned is None else checked(returned, len(mesh_map.vertices))
-    except Exception as error:  # a file that others have written to, or a stranger's plugin
+    except PLUGIN_FAILURES as error:  # or of a file that others have written to
         _LOG.warning("layer %s is computed anew: %s", layer.name, error_line(error))
         return None
 
@@ -143,33 +195,54 @@ def _evaluate(
     )
 
 
-def make_layers(config: Any) -> Tuple[Dict[str, Layer], Dict[str, str]]:
-    """Layers by their names, in the order of the list, and errors (one line each) by their names.
+class ListedLayers(NamedTuple):
+    """What was made of a list of layers.
 
-    Entries that cannot be used are logged and left out; of two of one name, the first counts.
+    layers: by their names, in the order of the list.
+    errors: name -> one line, for those that could not be made; "layer N" where there is no name.
+    optional: names of those that are not required.
+    """
+
+    layers: Dict[str, Layer]
+    errors: Dict[str, str]
+    optional: FrozenSet[str]
+
+
+def make_layers(config: Any) -> ListedLayers:
+    """Makes the layers of a list.
+
+    Entries that cannot be used are logged and left out; of two of one name, the first counts. What
+    is not required, or not enabled, is optional; what does not say so in a usable way is required.
 
     Args:
-        config: list of {"name": ..., "type": ..., "params": {...}}; params may be missing.
+        config: as for MeshMap.compute_layers().
     """
     layers: Dict[str, Layer] = {}
     errors: Dict[str, str] = {}
+    optional: List[str] = []
     if not isinstance(config, (list, tuple)):
         errors["layers"] = "the list of layers is a %s, not a list" % type(config).__name__
         _LOG.error("%s", errors["layers"])
-        return layers, errors
+        return ListedLayers(layers, errors, frozenset())
     with scanned_once():
         for number, entry in enumerate(config):
             name = "layer %d" % number
+            required = True
             try:
-                checked_name, type_name, params = _checked_entry(entry)
-                if checked_name in layers or checked_name in errors:
-                    raise MeshMapError("there are two layers of the name %s" % checked_name)
-                name = checked_name
-                layers[name] = _made(name, type_name, params)
-            except Exception as error:  # a stranger's plugin may fail in any way
+                checked = _checked_entry(entry)
+                required = checked.required
+                if checked.name in layers or checked.name in errors:
+                    raise MeshMapError("there are two layers of the name %s" % checked.name)
+                name = checked.name
+                required = required and checked.params.get("enabled") is not False
+                layers[name] = _made(*checked[:3])
+                required = checked.required  # it may be enabled later
+            except PLUGIN_FAILURES as error:
                 errors[name] = error_line(error)
                 log_left_out(name, error)
-    return layers, errors
+            if not required:
+                optional.append(name)
+    return ListedLayers(layers, errors, frozenset(optional))
 
 
 def log_left_out(name: str, error: BaseException) -> None:
@@ -189,13 +262,22 @@ def _made(name: str, type_name: str, params: Mapping[str, Any]) -> Layer:
     return layer
 
 
-def _checked_entry(entry: Any) -> Tuple[str, str, Mapping[str, Any]]:
-    """Name, type and parameters of an entry of the list of layers."""
+class _Entry(NamedTuple):
+    """An entry of the list of layers."""
+
+    name: str
+    type_name: str
+    params: Mapping[str, Any]
+    required: bool
+
+
+def _checked_entry(entry: Any) -> _Entry:
     if not isinstance(entry, Mapping) or not {"name", "type"} <= set(entry):
         raise MeshMapError(
             "an entry of the list of layers is %r" % (entry,), "{name: ..., type: ...} is needed"
         )
     name, type_name, params = entry["name"], entry["type"], entry.get("params") or {}
+    required = entry.get("required", True)
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise MeshMapError(
             "%r is no name for a layer" % (name,), "letters, digits and _, a letter first"
@@ -206,4 +288,8 @@ def _checked_entry(entry: Any) -> Tuple[str, str, Mapping[str, Any]]:
         raise MeshMapError(
             "the parameters of layer %s are %r" % (name, params), "a mapping is needed"
         )
-    return name, type_name, params
+    if not isinstance(required, bool):
+        raise MeshMapError(
+            "required of layer %s is %r" % (name, required), "true or false is needed"
+        )
+    return _Entry(name, type_name, params, required)

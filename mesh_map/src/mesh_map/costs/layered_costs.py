@@ -3,11 +3,11 @@
 import contextlib
 import logging
 import threading
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional
+from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from mesh_map.base.errors import MeshMapError, error_line
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.base.parameter import Value
 from mesh_map.costs.combination import COMBINED_COSTS, Combination
 from mesh_map.costs.edge_weights import PlanningCosts
@@ -33,6 +33,7 @@ class _State(NamedTuple):
     layer_set: LayerSet
     settings: MapSettings
     combination: Combination
+    combined: Tuple[str, ...]  # names of the layers in it
     planning: PlanningCosts
 
 
@@ -57,7 +58,8 @@ class LayeredCosts:
         combination = Combination([], len(geometry.vertices))
         settings = MapSettings()
         planning = PlanningCosts(0, combination.costs, geometry, settings)
-        self._state = _State(LayerSet(), settings, combination, planning)
+        self._without_data: Dict[str, str] = {}
+        self._state = _State(LayerSet(), settings, combination, (), planning)
 
     @property
     def layers(self) -> Dict[str, Layer]:
@@ -65,9 +67,42 @@ class LayeredCosts:
         return self._state.layer_set.layers
 
     @property
+    def made_layers(self) -> Dict[str, Layer]:
+        """name -> Layer, in the order of evaluation; those that are left out, but exist, too."""
+        return self._state.layer_set.made
+
+    @property
     def layer_errors(self) -> Dict[str, str]:
-        """name -> one line, for the layers of the last compute_layers() that are left out."""
-        return self._state.layer_set.errors
+        """name -> one line, for the layers that are left out; default_layer where it is none."""
+        state, errors = self._state, dict(self._state.layer_set.errors)
+        chosen = state.settings.default_layer
+        if chosen and state.layer_set.layers and chosen not in state.layer_set.layers:
+            errors.setdefault("default_layer", _no_default_layer(chosen))
+        return errors
+
+    @property
+    def layer_failures(self) -> Dict[str, str]:
+        """name -> one line, for all that is enabled and does not stand: layers that are left out,
+        whose last evaluation failed (they have the result before), or that get no data."""
+        known = self.layers
+        without_data = {
+            name: reason
+            for name, reason in self._without_data.items()
+            if name in known and known[name].params["enabled"]
+        }
+        return {**self.layer_errors, **self._state.layer_set.stale, **without_data}
+
+    @property
+    def fault(self) -> str:
+        """Why nothing should be planned or driven on these costs, in one line: the required layers
+        that do not stand, and the reasons. Empty where all of them do."""
+        optional = self._state.layer_set.optional
+        if self.settings.default_layer in optional:
+            optional = optional | {"default_layer"}
+        failures = self.layer_failures.items()
+        return "; ".join(
+            "%s: %s" % (_shown(name), reason) for name, reason in failures if name not in optional
+        )
 
     @property
     def costs(self) -> np.ndarray:
@@ -99,7 +134,9 @@ class LayeredCosts:
         Listeners are told of all costs that differ from those before of the same name.
 
         Args:
-            config: list of {"name": ..., "type": ..., "params": {...}}; params may be missing.
+            config: list of {"name": ..., "type": ..., "required": ..., "params": {...}}. Where a
+                layer that is required (the default) does not stand, `fault` says so; without one
+                that is not, the others go on, also those that read it.
             progress: called with the share that is done (0 to 1) and what comes next. What it
                 or on_layer raises ends the computation and leaves everything as it was.
             stored: gives costs (V,) that a layer (of a name) had before with the same
@@ -110,9 +147,7 @@ class LayeredCosts:
             layer_set = LayerSet.computed(self, config, progress, stored, on_layer)
             settings = self.settings
             if settings.default_layer and settings.default_layer not in layer_set.layers:
-                text = "%s is no layer: all layers are combined" % settings.default_layer
-                layer_set.errors.setdefault("default_layer", text)
-                _LOG.error("default_layer %s", text)
+                _LOG.error("default_layer %s", _no_default_layer(settings.default_layer))
             if progress:
                 progress(1.0, "done")
             changes = []
@@ -120,13 +155,15 @@ class LayeredCosts:
                 known = self.layers[name].result if name in self.layers else None
                 vertices = ResultDifference.between(known, layer.result).shown
                 changes.append(LayerChange(name, vertices, layer.result.costs))
+            self._without_data = {}
             self._commit(layer_set, settings, changes)
 
     def set_layer_parameters(self, name: str, values: Mapping[str, Any]) -> Dict[str, Value]:
         """Changes parameters of a layer, and evaluates it and those that read it where needed.
 
         A value out of its range is moved to the limit with a warning; an unknown name is logged.
-        Nothing is evaluated where nothing changes, and only the combination where `factor` does.
+        Nothing is evaluated where nothing changes, and only the combination where `factor` does. A
+        layer that is left out takes its place as soon as it can be evaluated.
 
         Returns:
             all parameters of the layer as they are now.
@@ -149,7 +186,7 @@ class LayeredCosts:
                     self._follow(propagation)
                 except BaseException as error:
                     layer.params = before
-                    if isinstance(error, MeshMapError) or not isinstance(error, Exception):
+                    if isinstance(error, MeshMapError) or not isinstance(error, PLUGIN_FAILURES):
                         raise
                     raise MeshMapError("layer %s: %s" % (name, error_line(error))) from error
             return dict(layer.params)
@@ -167,9 +204,15 @@ class LayeredCosts:
             propagation = Propagation(self, self._state.layer_set)
             try:
                 propagation.update(name, np.zeros(0, np.uint32))
-            except Exception as error:  # a stranger's plugin may fail in any way
+            except PLUGIN_FAILURES as error:
                 propagation.fail(name, error)
             self._follow(propagation)
+
+    def set_without_data(self, name: str, reason: str) -> None:
+        """Notes why a layer gets no data of sensors, so that it does not stand; "": it does."""
+        with self._lock:
+            others = {key: self._without_data[key] for key in self._without_data if key != name}
+            self._without_data = {**others, name: reason} if reason else others
 
     def clear_layers(self, names: Optional[Iterable[str]] = None) -> Dict[str, int]:
         """Has layers forget what sensors have seen, and evaluates them and those that read them.
@@ -194,7 +237,7 @@ class LayeredCosts:
                     count = int(layer.clear())
                     propagation.update(layer.name, np.zeros(0, np.uint32))
                     counts[layer.name] = count
-                except Exception as error:  # a stranger's plugin may fail in any way
+                except PLUGIN_FAILURES as error:
                     propagation.fail(layer.name, error)
             self._follow(propagation)
         return counts
@@ -257,11 +300,12 @@ class LayeredCosts:
         self._listeners.remove(listener)
 
     def _layer(self, name: str) -> Layer:
-        if name not in self.layers:
+        made = self._state.layer_set.made
+        if name not in made:
             reason = self.layer_errors.get(name)
             known = "it is left out: %s" % reason if reason else "known: " + ", ".join(self.layers)
             raise MeshMapError("there is no layer %s" % name, known)
-        return self.layers[name]
+        return made[name]
 
     def _follow(self, propagation: Propagation) -> None:
         """What follows from the change of a layer; all of it comes into force, or nothing."""
@@ -269,7 +313,7 @@ class LayeredCosts:
         state = self._state
         changes = [
             LayerChange(name, propagation.differences[name].shown, propagation.results[name].costs)
-            for name in state.layer_set.layers
+            for name in state.layer_set.made
             if name in propagation.differences
         ]
         self._commit(state.layer_set, state.settings, changes, propagation)
@@ -282,14 +326,22 @@ class LayeredCosts:
         propagation: Optional[Propagation] = None,
     ) -> None:
         """Combines the layers, puts the new state in force, and has listeners told of it."""
-        state, layers, mode = self._state, layer_set.layers, settings.combination
-        results, changed_results = {name: layer.result for name, layer in layers.items()}, None
+        state, layers, mode = self._state, layer_set.made, settings.combination
+        results = {name: layer.result for name, layer in layer_set.layers.items()}
         if propagation is not None:
-            results, changed_results = propagation.results, propagation.changed_vertices()
-        terms = [(results[name], layer.params["factor"]) for name, layer in layers.items()]
-        if settings.default_layer in layers:
-            mode, terms = "sum", [(results[settings.default_layer], 1.0)]
+            results = propagation.results
+        factors = {
+            name: layer.params["factor"]
+            for name, layer in layers.items()
+            if name in results and layer.params["enabled"]
+        }
+        if settings.default_layer in factors:
+            mode, factors = "sum", {settings.default_layer: 1.0}
+        combined, changed_results = tuple(factors), None
+        if propagation is not None and combined == state.combined:
+            changed_results = propagation.changed_vertices()
         count, before = len(self.geometry.vertices), state.combination
+        terms = [(results[name], factor) for name, factor in factors.items()]
         combination = Combination(terms, count, mode, before, changed_results)
         changed = different(before.costs, combination.costs).astype(np.uint32)
         changes = [change for change in changes if len(change.vertices)]
@@ -302,6 +354,16 @@ class LayeredCosts:
                 planning.version + 1, combination.costs, self.geometry, settings, *same_weights
             )
         if propagation is not None:
-            propagation.commit()
-        self._state = _State(layer_set, settings, combination, planning)
+            layer_set = propagation.commit()
+        self._state = _State(layer_set, settings, combination, combined, planning)
         self._listeners.put(changes)
+
+
+def _no_default_layer(name: str) -> str:
+    return "%s is no layer: all layers are combined" % name
+
+
+def _shown(name: str) -> str:
+    """How a failure is named: of a layer, "layer N" of the list, or the list itself."""
+    unnamed = name.startswith("layer ") or name in ("layers", "default_layer")
+    return name if unnamed else "layer " + name

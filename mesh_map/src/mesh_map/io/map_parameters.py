@@ -42,8 +42,8 @@ class MapParameters:
 def map_parameters(values: Any) -> MapParameters:
     """Reads parameters as ROS users write them: each layer has its own in a dictionary of its name.
 
-    The layers are a list of {name, type}, or as for ROS 2 a list of names, with the type among the
-    parameters of the layer.
+    The layers are a list of {name, type, required}, or as for ROS 2 a list of names, with type and
+    required among the parameters of the layer.
 
     Raises:
         MeshMapError: no mesh_file, or a value of the wrong type.
@@ -70,7 +70,7 @@ def map_parameters(values: Any) -> MapParameters:
 def _with_params(entry: Any, values: Mapping[str, Any]) -> Any:
     if isinstance(entry, str) and isinstance(values.get(entry), Mapping):
         params = dict(values[entry])
-        named = {"type": params.pop("type")} if "type" in params else {}
+        named = {key: params.pop(key) for key in ("type", "required") if key in params}
         return dict(named, name=entry, params=params)
     if not isinstance(entry, Mapping) or not isinstance(entry.get("name"), str):
         return entry  # MeshMap says what is wrong with it

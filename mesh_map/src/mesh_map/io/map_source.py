@@ -218,7 +218,7 @@ class MapSource:
             )
         edit = Edit()
         for name, layer in layers.items():
-            if layer.result is not None and layer.STORABLE:
+            if layer.result is not None and layer.STORABLE and layer.params["enabled"]:
                 edit.vertex_costs[name] = layer.result.costs
                 edit.layer_parameters[name] = self._storable(layer.identity)
         if not edit.vertex_costs:

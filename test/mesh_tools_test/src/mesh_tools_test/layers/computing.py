@@ -63,7 +63,7 @@ def radius_layers(world: World, repeats: int, radius: float, floor: float) -> Li
         layer("height_diff", "HeightDiff", radius=radius),
         layer("roughness", "Roughness", radius=radius),
     ]
-    layers, _ = make_layers(config)
+    layers = make_layers(config).layers
     own, mesh_map = fresh(world, repeats, lambda made: evaluated(made, layers))
     results = [one.result.costs for one in layers.values()]
     angles = peers.numpy_mean_angles(mesh_map.vertex_normals, mesh_map.topology.edges)
@@ -117,7 +117,7 @@ def other_layers(world: World, repeats: int) -> List[Figure]:
         layer("ridge", "Ridge"),
         layer("border", "Border"),
     ]
-    find, (layers, _) = timed(lambda: make_layers(config), repeats)
+    find, layers = timed(lambda: make_layers(config).layers, repeats)
     own, _ = fresh(world, repeats, lambda made: evaluated(made, layers))
     found = [
         Figure("finding and making 3 layers", find, "ms"),
