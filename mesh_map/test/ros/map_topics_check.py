@@ -163,8 +163,8 @@ class MapTopicsTest(unittest.TestCase):
 
     def test_adapters_with_faults_harm_no_other(self):
         layers = [
-            {"name": "deaf", "type": "strange/DeafLayer"},
-            {"name": "odd", "type": "strange/OddLayer"},
+            {"name": "deaf", "type": "strange/DeafLayer", "required": False},
+            {"name": "odd", "type": "strange/OddLayer", "required": False},
             {"name": "flag", "type": "strange/FlagLayer"},
         ]
         node = self.start("faults", layers=layers)
@@ -173,7 +173,7 @@ class MapTopicsTest(unittest.TestCase):
         newest = lambda: costs.newest[COMBINED_COSTS].mesh_vertex_costs.costs[2]  # noqa: E731
         self.assertTrue(wait_until(lambda: COMBINED_COSTS in costs.newest and newest() == 2.0))
         output = end_node(node)
-        self.assertIn("layer deaf gets no data from topics: OSError: no sensor", output)
+        self.assertIn("layer deaf: it gets no data from topics: OSError: no sensor", output)
         self.assertIn("FlagLayer is no mesh_map.ros.ros_adapter.RosAdapter", output)
 
     def test_services(self):

@@ -14,12 +14,16 @@ from unittest import mock
 import numpy as np
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
+from dynamic_reconfigure.client import Client
+from geometry_msgs.msg import Point
 from map_node import WAIT, Subscriber, costs_of, end_node, start_node
 from mesh_map.base.errors import MeshMapError
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_map.io.map_source import MapSource
 from mesh_map.ros import MeshMapServer
 from mesh_msgs import arrays
+from mesh_msgs.diagnostics_ros import ERROR, WARN
 from mesh_msgs.testing import wait_until
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs.zoo import two_components
@@ -30,6 +34,22 @@ from std_srvs.srv import Trigger
 
 TYPE = "mesh_layers/HeightDiffLayer"
 NAMES = ["layer_%d" % i for i in range(10)]
+
+
+class DiagnosticsSubscriber(Subscriber):
+    """What nodes tell on /diagnostics."""
+
+    def __init__(self):
+        super().__init__("/diagnostics", DiagnosticArray)
+
+    def expected(self, name, level, words):
+        """The status of this level and words of a part of a node, waited for."""
+        return wait_until(lambda: self._found(name, level, words), "%s: %s" % (name, words))
+
+    def _found(self, name, level, words):
+        parts = (one for message in self.messages[:] for one in message.status)
+        fitting = (one for one in parts if (one.name, one.level) == (name, level))
+        return next((one for one in fitting if words in one.message), None)
 
 
 class MeshMapNode(unittest.TestCase):
@@ -73,16 +93,43 @@ class MeshMapNode(unittest.TestCase):
             self.assertFalse(np.isnan(message.mesh_vertex_costs.costs).any())
 
     def test_a_bad_layer_does_not_harm_the_others(self):
+        diagnostics = DiagnosticsSubscriber()
         layers = [{"name": "inflation", "type": "mesh_layers/NoLayer"}, "nonsense"]
         layers += [{"name": "height_diff", "type": TYPE}]
         node = start_node(self, "partly", mesh_file=self.path, layers=layers)
         costs = costs_of("/partly/vertex_costs")
         self.assertTrue(wait_until(lambda: COMBINED_COSTS in costs.newest))
         self.assertEqual(set(costs.newest), {"height_diff", COMBINED_COSTS})
+        progress = Subscriber("/partly/progress", String)
+        self.assertTrue(
+            wait_until(lambda: "failed: layer inflation: there is no" in str(progress.messages))
+        )
+        words = "layer inflation: there is no mesh_map::Layer of the type"
+        status = diagnostics.expected("partly: map", ERROR, words)
+        values = {one.key: one.value for one in status.values}
+        self.assertIn("mesh_layers/NoLayer", values["layer inflation"])
+        self.assertEqual(values["layer height_diff"], "stands")
+        self.assertEqual((values["file"], values["faces"]), (self.path, str(len(self.mesh.faces))))
         output = end_node(node)
         self.assertEqual(output.count("layer inflation is left out"), 1, output)
         self.assertRegex(output, "known: .*mesh_layers/HeightDiffLayer")
         self.assertIn("2 components", output)
+
+    def test_a_layer_that_is_mended(self):
+        """What was left out is served, gets data, and the map is ready, as soon as it can be."""
+        diagnostics = DiagnosticsSubscriber()
+        layers = [{"name": "flag", "type": "strange/FlagLayer"}]
+        layers += [{"name": "deaf", "type": "strange/DeafLayer", "required": False}]
+        start_node(self, "mended", mesh_file=self.path, layers=layers, flag={"height": 13.0})
+        diagnostics.expected("mended: map", ERROR, "layer flag: no flag is 13 m high")
+        costs, flag = costs_of("/mended/vertex_costs"), rospy.Publisher("/mended/flag/flag", Point)
+        Client("mended/flag", WAIT).update_configuration({"height": 2.0})
+        words = "deaf: it gets no data from topics: OSError: no sensor"
+        diagnostics.expected("mended: map", WARN, words)
+        self.assertTrue(wait_until(flag.get_num_connections))
+        flag.publish(Point(x=3, y=2))
+        self.assertTrue(wait_until(lambda: "flag" in costs.newest))
+        self.assertTrue(wait_until(lambda: costs.newest["flag"].mesh_vertex_costs.costs[3] == 4))
 
     def test_saved_layers_are_reused(self):
         layers = [{"name": "height_diff", "type": TYPE}]

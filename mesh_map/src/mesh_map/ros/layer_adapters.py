@@ -3,8 +3,9 @@
 import importlib
 import logging
 from contextlib import ExitStack
+from typing import Set
 
-from mesh_map.base.errors import MeshMapError, error_line
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.costs.layer import Layer
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.ros.ros_adapter import RosAdapter
@@ -12,30 +13,41 @@ from mesh_map.ros.ros_adapter import RosAdapter
 _LOG = logging.getLogger("mesh_map")
 
 
-def start_adapters(namespace: str, mesh_map: MeshMap, in_use: ExitStack) -> None:
-    """Starts the adapters of all layers of a map that name one, and has them ended with the stack.
+class LayerAdapters:
+    """The adapters of all layers of a map that name one, from the first result of each layer on.
 
-    One that cannot be used is logged in one line, and the others go on.
-
-    Args:
-        namespace: of the map; a layer's own is below it.
-        mesh_map: whose layers get data.
-        in_use: what ends with the map.
+    One that cannot be used is logged in one line, and its layer does not stand; the others go on.
     """
-    for layer in mesh_map.layers.values():
-        if not layer.ROS_ADAPTER:
-            continue
-        try:
-            own = "%s/%s" % (namespace.rstrip("/"), layer.name)
-            in_use.callback(_end, _started(own, mesh_map, layer))
-        except Exception as error:  # a stranger's plugin may fail in any way
-            _LOG.error("layer %s gets no data from topics: %s", layer.name, error_line(error))
+
+    def __init__(self, namespace: str, mesh_map: MeshMap, in_use: ExitStack) -> None:
+        """
+        Args:
+            namespace: of the map; a layer's own is below it.
+            mesh_map: whose layers get data.
+            in_use: with which they end.
+        """
+        self._namespace, self._map, self._in_use = namespace.rstrip("/"), mesh_map, in_use
+        self._begun: Set[str] = set()
+
+    def start(self) -> None:
+        """Starts those that are new; by one thread at a time."""
+        for name, layer in self._map.layers.items():
+            if not layer.ROS_ADAPTER or name in self._begun:
+                continue
+            self._begun.add(name)
+            try:
+                own = "%s/%s" % (self._namespace, name)
+                self._in_use.callback(_end, _started(own, self._map, layer))
+            except PLUGIN_FAILURES as error:
+                reason = "it gets no data from topics: %s" % error_line(error)
+                _LOG.error("layer %s: %s", name, reason)
+                self._map.set_without_data(name, reason)
 
 
 def _end(adapter: RosAdapter) -> None:
     try:
         adapter.shutdown()
-    except Exception as error:  # of a stranger's; the others have to end, too
+    except PLUGIN_FAILURES as error:  # the others have to end, too
         _LOG.error("layer %s: %s", adapter.layer.name, error_line(error))
 
 

@@ -11,10 +11,11 @@ from typing import Any, Callable, Dict, Optional
 import numpy as np
 import rospy
 from mesh_msgs import arrays
+from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
 from mesh_msgs_hdf5.isolation import prepare
 from visualization_msgs.msg import Marker
 
-from mesh_map.base.errors import MeshMapError, error_line
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.base.parameter import Parameter, read_parameters
 from mesh_map.costs.combination import COMBINED_COSTS
 from mesh_map.costs.layer import Layer
@@ -24,7 +25,7 @@ from mesh_map.io import map_messages
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.io.map_source import MapSource
 from mesh_map.map.mesh_map import MeshMap
-from mesh_map.ros.layer_adapters import start_adapters
+from mesh_map.ros.layer_adapters import LayerAdapters
 from mesh_map.ros.log import forward_log
 from mesh_map.ros.map_services import MapServices
 from mesh_map.ros.map_topics import MapTopics
@@ -61,10 +62,13 @@ class MeshMapServer:
         self._map: Optional[MeshMap] = None
         self._source: Optional[MapSource] = None
         self._why_not = "no map is loaded"
+        self._doing = ""  # while a map is being loaded
+        self._done = ""  # when it was
         self._ended = False
         self._in_use = contextlib.ExitStack()  # what works for the map
         self._topics = MapTopics(self.namespace)
         self._services = MapServices(self)
+        self._diagnostics = Diagnostics("map", self._status, self._tell)
 
     @property
     def map(self) -> MeshMap:
@@ -86,22 +90,25 @@ class MeshMapServer:
         """Reads the parameters and the file, computes the layers, and publishes everything.
 
         The geometry is published first, each layer as soon as it is there, and the combination
-        last. A layer that cannot be used is logged, and the others go on. After an error, the map
-        before stays.
+        last. A layer that cannot be used is logged, and the others go on: `MeshMap.fault` says
+        whether the map may be used. After an error, the map before stays.
 
         Raises:
             MeshMapError: the map cannot be loaded, or ROS or this server is shut down meanwhile;
                 one line for users.
         """
         with self._lock:
-            self._why_not = "the map is being loaded"
+            self._why_not = self._doing = "the map is being loaded"
+            self._done = ""
             try:
                 return self._load()
-            except Exception as error:
+            except PLUGIN_FAILURES as error:
                 self._why_not = "there is no map: %s" % error_line(error)
                 if not self._is_shut_down():
                     self._topics.publish_progress("failed: %s" % error_line(error))
                 raise
+            finally:
+                self._doing = ""
 
     def publish_costs(self, type_name: str, costs: np.ndarray) -> None:
         """Publishes costs of all vertices, such as the "Potential" of a plan.
@@ -176,7 +183,12 @@ class MeshMapServer:
         with self._lock:
             mesh_map = self.map
             with mesh_map.unchanged():  # costs, and the parameters that they were computed with
-                layers = {name: copy.copy(layer) for name, layer in mesh_map.layers.items()}
+                failed = mesh_map.layer_failures
+                layers = {
+                    name: copy.copy(layer)
+                    for name, layer in mesh_map.layers.items()
+                    if name not in failed
+                }
             names = self._source.save_layers(layers)  # may take seconds
         message = "stored in %s: %s" % (self._source.path, ", ".join(names))
         _LOG.info("%s", message)
@@ -185,6 +197,7 @@ class MeshMapServer:
     def shutdown(self) -> None:
         """Ends topics, services and what layers do on ROS; waits for load() to give up."""
         self._ended = True
+        self._diagnostics.shutdown()
         with self._lock:
             self._in_use.close()
             self._services.shutdown()
@@ -198,7 +211,7 @@ class MeshMapServer:
         for complaint in complaints:
             _LOG.warning("%s", complaint)
         start = time.monotonic()
-        self._topics.publish_progress("reading %s" % parameters.mesh_file)
+        self._say("reading %s" % parameters.mesh_file)
         source = MapSource(parameters.mesh_file, parameters.mesh_part)
         self._stop_at_shutdown()
         mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
@@ -222,17 +235,20 @@ class MeshMapServer:
 
         def publish_changes(changes: Any) -> None:
             self._topics.publish_changes(mesh_map, changes)
+            adapters.start()  # of layers that were left out
 
+        adapters = LayerAdapters(self.namespace, mesh_map, self._in_use)
+        adapters.start()
         mesh_map.add_listener(publish_changes)
         self._in_use.callback(lambda: mesh_map.remove_listener(publish_changes))
-        start_adapters(self.namespace, mesh_map, self._in_use)
         serve_map(self.namespace, mesh_map, values, self._in_use)
         text = "map %s with %s is ready after %.2f s" % (
             mesh_map.uuid,
             quantity(len(mesh_map.layers), "layers"),
             time.monotonic() - start,
         )
-        self._topics.publish_progress("ready: " + text)
+        self._done = text
+        self._topics.publish_progress(_progress(text, mesh_map.fault))
         _LOG.info("%s", text)
         _LOG.info("%s: %s", parameters.mesh_file, mesh_map.report())
         return mesh_map
@@ -246,7 +262,42 @@ class MeshMapServer:
 
     def _progress(self, share: float, what: str) -> None:
         self._stop_at_shutdown()
-        self._topics.publish_progress("%.0f %%: %s" % (100 * share, what))
+        self._say("%.0f %%: %s" % (100 * share, what))
+
+    def _say(self, doing: str) -> None:
+        self._doing = doing
+        self._topics.publish_progress(doing)
+
+    def _status(self) -> Status:
+        """For /diagnostics; waits for nothing."""
+        mesh_map, source, doing, done = self._map, self._source, self._doing, self._done
+        if doing:
+            return Status(WARN, "the map is being loaded: " + doing)
+        if mesh_map is None or source is None or not done:
+            return Status(ERROR, self._why_not)
+        failures = mesh_map.layer_failures
+        values = {"file": source.path, "uuid": mesh_map.uuid, "faces": len(mesh_map.faces)}
+        for name, layer in mesh_map.layers.items():
+            enabled = layer.params["enabled"]
+            values["layer " + name] = failures.get(name, "stands" if enabled else "not enabled")
+        for name, reason in failures.items():
+            values.setdefault("layer " + name, reason)
+        if mesh_map.fault:
+            return Status(ERROR, mesh_map.fault, values)
+        if failures:
+            left_out = ", ".join("%s: %s" % failure for failure in failures.items())
+            return Status(WARN, "layers that are not required do not stand: " + left_out, values)
+        return Status(OK, done, values)
+
+    def _tell(self, status: Status) -> None:
+        """On the topic progress: what has happened to the map that is loaded."""
+        mesh_map, done = self._map, self._done
+        if mesh_map is not None and done and not self._is_shut_down():
+            self._topics.publish_progress(_progress(done, mesh_map.fault))
+
+
+def _progress(done: str, fault: str) -> str:
+    return "failed: %s; the rest of the map is shown" % fault if fault else "ready: " + done
 
 
 def _checked(values: Any, shape: Any, what: str, of: str = "vertices") -> np.ndarray:

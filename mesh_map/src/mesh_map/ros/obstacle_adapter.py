@@ -80,15 +80,17 @@ class ObstacleAdapter(RosAdapter):
             self._subscriber.unregister()
             self._subscriber = None
         self._topic = topic
-        if not topic:
-            _LOG.error("layer %s: the parameter topic is not set: no obstacles", self.layer.name)
-            return
-        try:
-            self._subscriber = rospy.Subscriber(
-                topic, PointCloud2, self._on_cloud, queue_size=1, buff_size=_BUFFER
-            )
-        except (ValueError, rospy.ROSException) as error:
-            _LOG.error("layer %s: no topic %r: %s", self.layer.name, topic, one_line(error))
+        reason = "" if topic else "the parameter topic is not set: no obstacles"
+        if topic:
+            try:
+                self._subscriber = rospy.Subscriber(
+                    topic, PointCloud2, self._on_cloud, queue_size=1, buff_size=_BUFFER
+                )
+            except (ValueError, rospy.ROSException) as error:
+                reason = "no topic %r: %s" % (topic, one_line(error))
+        if reason:
+            _LOG.error("layer %s: %s", self.layer.name, reason)
+        self.mesh_map.set_without_data(self.layer.name, reason)
 
     def _on_cloud(self, message: PointCloud2) -> None:
         """Called by rospy, in one thread for each publisher."""

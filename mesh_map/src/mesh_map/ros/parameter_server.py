@@ -8,7 +8,7 @@ import rospy
 from dynamic_reconfigure.encoding import decode_config, encode_config
 from dynamic_reconfigure.server import Server
 
-from mesh_map.base.errors import error_line
+from mesh_map.base.errors import PLUGIN_FAILURES, error_line
 from mesh_map.base.parameter import Parameter, Value
 from mesh_map.ros.reconfigure_type import ConfigType, is_described
 
@@ -55,7 +55,7 @@ class ParameterServer(Server):
             try:
                 in_force = self._apply(wanted)
                 self._values = {name: in_force[name] for name in self._values}
-            except Exception as error:  # any, of a stranger's plugin
+            except PLUGIN_FAILURES as error:
                 _LOG.error("%s: refused: %s", self._namespace, error_line(error))
         config.update(self._values)
         return config
@@ -90,6 +90,6 @@ def serve(in_use: ExitStack, what: str, make: Callable[[], ParameterServer]) -> 
     """
     try:
         in_use.callback(make().shutdown)
-    except Exception as error:  # a stranger's parameters may be odd in any way
+    except PLUGIN_FAILURES as error:  # a stranger's parameters may be odd in any way
         if not rospy.is_shutdown():
             _LOG.error("%s cannot be reconfigured: %s", what, error_line(error))

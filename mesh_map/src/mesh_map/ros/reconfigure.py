@@ -33,7 +33,7 @@ def serve_map(
         values: of WITHOUT_EFFECT, checked.
         in_use: with which they end.
     """
-    layers = ("",) + tuple(mesh_map.layers)
+    layers = ("",) + tuple(mesh_map.made_layers)
     parameters = [
         dataclasses.replace(parameter, choices=layers)
         if parameter.name == "default_layer"
@@ -54,7 +54,7 @@ def serve_map(
 
     present = {**without_effect, **dataclasses.asdict(mesh_map.settings)}
     in_use.callback(ParameterServer(namespace, parameters, present, set_map).shutdown)
-    for layer in mesh_map.layers.values():
+    for layer in mesh_map.made_layers.values():
         serve(in_use, "layer " + layer.name, partial(_layer_server, namespace, mesh_map, layer))
 
 
