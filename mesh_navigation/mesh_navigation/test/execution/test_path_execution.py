@@ -20,12 +20,12 @@ PLUGIN_FAILURES = sorted(
 class World:
     """An execution with all that belongs to it."""
 
-    def __init__(self, controller=None, at=(), is_map_current=lambda: True, **values):
+    def __init__(self, controller=None, at=(), map_fault=lambda: "", **values):
         self.controller = controller or Told()
         self.robot, self.cycles = PlaneRobot(), []
         self.clock, self.cancellation = SteppedClock(self.robot, at), Cancellation()
         self.execution = PathExecution(
-            self.robot, self.clock, values_with(**values), self.cycles.append, is_map_current
+            self.robot, self.clock, values_with(**values), self.cycles.append, map_fault
         )
 
     def run(self, plan=None, tolerances=TOLERANCES):
@@ -195,11 +195,11 @@ def test_cancel_before_the_start():
     assert world.controller.plans == [] and world.robot.commands == [(0.0, STOP)]
 
 
-def test_map_is_replaced():
-    current = [True]
-    world = World(is_map_current=lambda: current[0])
-    world.later(1.0, lambda: current.insert(0, False))
-    assert world.run().outcome == ExePathOutcome.MAP_ERROR
+def test_map_must_not_be_driven_on_any_longer():
+    fault = [""]
+    world = World(map_fault=lambda: fault[0])
+    world.later(1.0, lambda: fault.insert(0, "layer steps: it hangs"))
+    assert world.run()[:2] == (ExePathOutcome.MAP_ERROR, "layer steps: it hangs")
     assert 1.0 <= world.robot.time <= 1.051
 
 

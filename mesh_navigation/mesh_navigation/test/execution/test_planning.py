@@ -253,6 +253,37 @@ def test_a_planner_is_checked_before_a_map_is_read(tmp_path, planner, parameters
         plan(tmp_path / "no.h5", (1, 1), (8, 8), planner, parameters)
 
 
+def test_a_layer_that_is_not_required(grid_file):
+    entry = {"name": "typo", "type": "no/Layer", "required": False}
+    result = plan(grid_file, (1, 1), (8, 8), "dijkstra", layers={"layers": [entry]})
+    assert result.succeeded
+    off = {"layers": [{"name": "typo", "type": "no/Layer"}], "typo": {"enabled": False}}
+    assert plan(grid_file, (1, 1), (8, 8), "dijkstra", layers=off).succeeded
+
+
+class Breaking(MeshPlanner):
+    """While it plans, a layer fails."""
+
+    def plan(self, start, goal, tolerance, cancellation):
+        self.map.set_without_data("steps", "no topic")
+        return PlanResult(0, "there is a path", np.array([[1, 1, 0, 0, 0, 0, 1.0]] * 2))
+
+
+def test_a_map_that_is_not_whole():
+    mesh_map = map_of(GRID)
+    mesh_map.compute_layers(STEPS["layers"])
+    breaking = Breaking()
+    breaking.initialize("breaking", mesh_map)
+    for planner in (breaking, "dijkstra"):
+        result = plan(mesh_map, (1, 1), (8, 8), planner)
+        assert (result.outcome, result.message) == (
+            GetPathOutcome.MAP_ERROR,
+            "layer steps: no topic",
+        )
+    mesh_map.set_without_data("steps", "")
+    assert plan(mesh_map, (1, 1), (8, 8), "dijkstra").succeeded
+
+
 def test_layers_that_are_neither_a_file_nor_a_mapping(grid_file):
     with pytest.raises(MeshMapError, match="layers is \\[.*, neither a file nor a mapping"):
         load_map(grid_file, STEPS["layers"])

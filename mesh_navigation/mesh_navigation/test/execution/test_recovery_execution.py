@@ -46,7 +46,10 @@ class Run:
         execution = RecoveryExecution(self.robot, clock, lambda: values)
         if after:
             threading.Thread(target=after, args=(self,), daemon=True).start()
-        self.result = execution.run(Scripted(run), self.cancellation, self.map_gone)
+        self.fault = ""
+        self.result = execution.run(
+            Scripted(run), self.cancellation, self.map_gone, lambda: self.fault
+        )
 
     def stands(self):
         return self.robot.commands[-1] == STOP
@@ -167,6 +170,37 @@ def test_a_cancel():
 
     run = Run(until_canceled, after=act)
     assert run.result == (151, "recovery stopped: a client canceled the goal") and run.stands()
+
+
+def test_a_behavior_does_not_move_the_robot_without_a_layer():
+    """It is stopped at once, also where it commands nothing more; one that stands goes on."""
+
+    def once(robot, clock, cancellation):
+        robot.drive(BACK)
+        cancellation.wait(60)
+        robot.drive(BACK)
+        return RecoveryResult(0, "done")
+
+    def act(run):
+        while not run.robot.commands:
+            time.sleep(0.001)
+        run.fault = "layer steps: it hangs"
+
+    for behavior in (once, until_canceled):
+        run = Run(behavior, after=act)
+        assert run.result == (154, "recovery stopped: layer steps: it hangs") and run.stands()
+        assert BACK not in run.robot.commands[run.robot.commands.index(STOP) :]
+
+    def standing(robot, clock, cancellation):
+        robot.drive(STOP)
+        run_of.append(cancellation.wait(0.2))
+        return RecoveryResult(0, "waited")
+
+    run_of = []
+    robot = FakeRobot()
+    execution = RecoveryExecution(robot, SystemClock(), lambda: {"recovery_patience": 0.0})
+    arguments = Scripted(standing), Cancellation(), Cancellation(), lambda: "layer steps: it hangs"
+    assert execution.run(*arguments) == (0, "waited")
 
 
 def test_a_cancel_before_the_start():

@@ -7,6 +7,8 @@ from pathlib import Path as FilePath
 
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PointStamped
 from mbf_msgs import msg
 from mbf_msgs.srv import CheckPath, CheckPoint, CheckPose
@@ -48,7 +50,15 @@ class MapStatesTest(unittest.TestCase):
             for name, ready in cls.ready.items()
         }
         maps["lost"] = {"mesh_file": "/nowhere/garden.h5"}
+        steps = {"name": "steps", "type": "mesh_layers/HeightDifLayer"}
+        for name, required in (("typo", True), ("optional", False)):
+            layers = [dict(steps, required=required)]
+            layers += [{"name": "border", "type": "mesh_layers/BorderLayer"}]
+            layers += [{"name": "fussy", "type": "odd/FussyLayer"}]
+            maps[name] = {"mesh_file": mesh_file, "layers": layers}
         others = {"hasty": {"wait_for_map": False}}
+        cls.diagnostics = []
+        rospy.Subscriber("/diagnostics", DiagnosticArray, cls.diagnostics.append)
         cls.servers = {
             name: NodeProcess(name, "mbf_mesh_nav", mesh_map=mesh_map, **others.get(name, {}))
             for name, mesh_map in maps.items()
@@ -93,6 +103,47 @@ class MapStatesTest(unittest.TestCase):
             with self.assertRaises(rospy.ServiceException) as caught:
                 proxy(**request)
             self.assertIn(word, str(caught.exception))
+
+    def test_a_layer_of_a_misspelled_type(self):
+        server, topics = self.started("typo")
+        expected = {
+            "get_path": msg.GetPathResult.MAP_ERROR,
+            "exe_path": msg.ExePathResult.MAP_ERROR,
+            "move_base": msg.GetPathResult.MAP_ERROR,
+        }
+        self.check(topics, expected, "layer steps: there is no", "mesh_layers/HeightDifLayer")
+        self.assertEqual(topics["recovery"].answer("no map for recovery")[1].outcome, 0)  # waits
+        for service, kind in (("check_pose_cost", CheckPose), ("check_path_cost", CheckPath)):
+            with self.assertRaisesRegex(rospy.ServiceException, "layer steps: there is no"):
+                rospy.ServiceProxy(f"/typo/{service}", kind)()
+        rospy.ServiceProxy("/typo/clear_mesh", Empty)()
+        for part in ("map", "navigation"):
+            self.told(f"typo: {part}", DiagnosticStatus.ERROR, "layer steps: there is no")
+
+    def test_a_layer_that_fails_while_the_map_is_in_use(self):
+        server, topics = self.started("optional")
+        ask = topics["get_path"]
+        self.assertEqual(ask.answer(ask.send("without steps", **GOALS["get_path"]))[0], 3)
+        self.told("optional: map", DiagnosticStatus.WARN, "steps: there is no")
+        Client("optional/mesh_map/border", 60).update_configuration({"border_cost": 6.0})
+        state, result = ask.answer(ask.send("failed", **GOALS["get_path"]))
+        self.assertEqual((state, result.outcome), (4, result.MAP_ERROR), result.message)
+        self.told(
+            "optional: map", DiagnosticStatus.ERROR, "layer fussy: RuntimeError: 6 is too much"
+        )
+        Client("optional/mesh_map/fussy", 60).update_configuration({"enabled": False})
+        self.assertEqual(ask.answer(ask.send("not enabled", **GOALS["get_path"]))[0], 3)
+
+    def told(self, name, level, words):
+        """That is said on /diagnostics."""
+        wait_until(
+            lambda: any(
+                (one.name, one.level) == (name, level) and words in one.message
+                for message in list(self.diagnostics)
+                for one in message.status
+            ),
+            f"{name}: {words}",
+        )
 
     def test_goals_that_do_not_wait(self):
         ready, server, topics = self.patient("hasty")

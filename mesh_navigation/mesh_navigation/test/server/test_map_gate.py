@@ -1,6 +1,7 @@
 """Goals wait for the map, or hear why there is none; a map that is loaded anew ends the old one."""
 
 import threading
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,7 +23,7 @@ class SlowLoad:
         error = self.errors.pop(0) if self.errors else None
         if error:
             raise error
-        return object()
+        return SimpleNamespace(map=SimpleNamespace(fault=""))
 
 
 def failure_of(gate, cancellation=None):
@@ -47,6 +48,22 @@ def test_goal_waits_for_the_map():
     later(load.go.release)
     ready = gate.wait(Cancellation())
     assert gate.wait(Cancellation()) is ready and gate.is_current(ready)
+
+
+def test_a_map_that_is_not_whole():
+    load = SlowLoad()
+    gate = started(load)
+    load.go.release()
+    ready = gate.wait(Cancellation())
+    assert gate.fault(ready) == ""
+    ready.map.fault = "layer steps: it hangs"
+    assert failure_of(gate) == ("MAP_ERROR", "layer steps: it hangs")
+    assert gate.fault(ready) == "layer steps: it hangs"
+    with pytest.raises(NotReady, match="layer steps: it hangs"):
+        gate.now()
+    assert gate.wait(Cancellation(), whole=False) is gate.now(whole=False) is ready
+    ready.map.fault = ""
+    assert gate.now() is ready
 
 
 def test_goal_that_must_not_wait():

@@ -4,7 +4,7 @@ import abc
 import math
 import threading
 from collections import deque
-from typing import Deque, List, NamedTuple, Optional
+from typing import Callable, Deque, List, NamedTuple, Optional
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock, Stopwatch
@@ -135,8 +135,17 @@ class Robot(abc.ABC):
 class GuardedRobot(Robot):
     """Passes everything on to a robot until it is closed; commands that come later are dropped."""
 
-    def __init__(self, robot: Robot) -> None:
-        self._robot, self.lost_timeout = robot, robot.lost_timeout
+    def __init__(self, robot: Robot, refuses: Callable[[], str] = lambda: "") -> None:
+        """
+        Args:
+            robot: to be driven.
+            refuses: why the robot must not move now; empty if it may.
+        """
+        self._robot, self._refuses = robot, refuses
+        self.lost_timeout = robot.lost_timeout
+        self._moves = False
+        self.refusal = ""
+        """Why it does not move any more, whatever is commanded; empty if it does."""
         self._lock = threading.Lock()
         self._closed = False
 
@@ -151,8 +160,23 @@ class GuardedRobot(Robot):
     def drive(self, velocity: Velocity) -> None:
         # Under the lock: no command can overtake the last stop.
         with self._lock:
+            self._moves = velocity != STOP
             if not self._closed:
-                self._robot.drive(velocity)
+                self._refuse()
+                self._robot.drive(STOP if self.refusal else velocity)
+
+    def look(self) -> str:
+        """Stop the robot if it must not move any more; returns the refusal."""
+        with self._lock:
+            if not (self._closed or self.refusal):
+                self._refuse()
+                if self.refusal:
+                    self._robot.drive(STOP)
+        return self.refusal
+
+    def _refuse(self) -> None:
+        if self._moves and not self.refusal:
+            self.refusal = self._refuses()
 
     def close(self) -> None:
         """Stop the robot; from now on it obeys others only."""

@@ -109,7 +109,7 @@ class PathExecution:
         clock: Clock,
         values: Callable[[], Mapping[str, Value]] = default_values,
         on_cycle: Callable[[Cycle], None] = lambda cycle: None,
-        is_map_current: Callable[[], bool] = lambda: True,
+        map_fault: Callable[[], str] = lambda: "",
     ) -> None:
         """
         Args:
@@ -117,10 +117,10 @@ class PathExecution:
             clock: by which cycles and patience are measured.
             values: of the server's parameters, asked in each cycle.
             on_cycle: called at the end of each cycle.
-            is_map_current: false as soon as another map takes the place of the controller's.
+            map_fault: why the controller's map must not be driven on any longer; empty if it may.
         """
         self._robot, self._clock, self._values = robot, clock, values
-        self._on_cycle, self._is_map_current = on_cycle, is_map_current
+        self._on_cycle, self._map_fault = on_cycle, map_fault
         self._lock = threading.Lock()
         self._pending: Optional[Tuple[ControllerPlan, Tolerances]] = None
         self._ended = False
@@ -229,10 +229,10 @@ class PathExecution:
     def _step(self, controller: MeshController, now: float, cancellation: Cancellation) -> _Step:
         if cancellation.canceled:
             return _canceled(cancellation)
-        if not self._is_map_current():
+        fault = self._map_fault()
+        if fault:
             self._robot.drive(STOP)
-            message = "the map was replaced while the robot drove on it"
-            return _Step(ExePathOutcome.MAP_ERROR, message)
+            return _Step(ExePathOutcome.MAP_ERROR, fault)
         refusal = self._take_plan(controller)
         if refusal:
             self._robot.drive(STOP)

@@ -41,7 +41,11 @@ class RecoveryExecution:
         self._values = values
 
     def run(
-        self, behavior: MeshRecovery, cancellation: Cancellation, map_gone: Cancellation
+        self,
+        behavior: MeshRecovery,
+        cancellation: Cancellation,
+        map_gone: Cancellation,
+        map_fault: Callable[[], str] = lambda: "",
     ) -> RecoveryResult:
         """Run it to its end, or until it is canceled, or patience or the map is gone.
 
@@ -49,18 +53,20 @@ class RecoveryExecution:
             behavior: ready for a map.
             cancellation: ends it: CANCELED.
             map_gone: is canceled when its map is replaced: NOT_INITIALIZED.
+            map_fault: why nobody may drive on that map, empty if one may. A behavior that moves the
+                robot ends with it: NOT_INITIALIZED; others go on.
         """
-        robot, clock = GuardedRobot(self._robot), self._clock
+        robot, clock = GuardedRobot(self._robot, map_fault), self._clock
         attempt = Attempt("recovery", lambda stop: _result(behavior, robot, clock, stop))
         results, impatient, late = attempt.results, "", ""
         with cancellation.calling(attempt.wake.set), map_gone.calling(attempt.wake.set):
             if not attempt.wake.is_set():
                 attempt.start()
-                impatient = self._watch(attempt.wake)
+                impatient = self._watch(attempt.wake, robot)
             else:
                 results.append(_canceled("it did not start"))
         if not results:
-            reason = impatient or cancellation.reason or map_gone.reason
+            reason = impatient or cancellation.reason or map_gone.reason or robot.refusal
             attempt.cancellation.cancel(reason)
             robot.close()
             late = attempt.stop(reason, "behavior")
@@ -70,14 +76,17 @@ class RecoveryExecution:
         if map_gone.canceled:
             text = f"recovery stopped: {map_gone.reason}{late}"
             return RecoveryResult(RecoveryOutcome.NOT_INITIALIZED, text)
+        if robot.refusal:
+            text = f"recovery stopped: {robot.refusal}{late}"
+            return RecoveryResult(RecoveryOutcome.NOT_INITIALIZED, text)
         if impatient:
             return RecoveryResult(RecoveryOutcome.PAT_EXCEEDED, impatient + late)
         return results[0]
 
-    def _watch(self, wake: threading.Event) -> str:
-        """Wait for the end; or why the patience is gone."""
+    def _watch(self, wake: threading.Event, robot: GuardedRobot) -> str:
+        """Wait for the end, or until the robot must not move; or why the patience is gone."""
         watch = Stopwatch(self._clock)
-        while not wake.wait(LOOK):
+        while not (wake.wait(LOOK) or robot.look()):
             patience, seconds = self._values()["recovery_patience"], watch.seconds()
             if 0.0 < patience < seconds:
                 return f"not done within the patience of {patience:.2f} s (recovery_patience)"

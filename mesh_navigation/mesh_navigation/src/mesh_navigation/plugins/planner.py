@@ -118,7 +118,8 @@ class MeshPlanner(MeshPlugin):
             cancellation: to stop the plan from another thread.
 
         Returns:
-            The result; a plan that fails is a result too, never an exception.
+            The result; a plan that fails is a result too, never an exception. MAP_ERROR while a
+            required layer of the map does not stand.
         """
         for outcome, what, pose in (
             (GetPathOutcome.INVALID_START, "start", start),
@@ -132,9 +133,17 @@ class MeshPlanner(MeshPlugin):
         cancellation = cancellation or Cancellation()
         try:
             stop_if_canceled(cancellation)
-            return self.plan(start.normalized(), goal.normalized(), tolerance, cancellation)
+            self._stop_without_layer()
+            result = self.plan(start.normalized(), goal.normalized(), tolerance, cancellation)
+            self._stop_without_layer()
+            return result
         except PlanFailure as failure:
             return failure.as_result()
+
+    def _stop_without_layer(self) -> None:
+        """Raise the `PlanFailure` of a map of which a required layer does not stand."""
+        if self.map.fault:
+            raise PlanFailure(GetPathOutcome.MAP_ERROR, self.map.fault)
 
     def plan(
         self, start: Pose, goal: Pose, tolerance: float, cancellation: Cancellation

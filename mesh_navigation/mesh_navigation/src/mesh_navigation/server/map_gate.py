@@ -77,16 +77,17 @@ class MapGate:
         with self._changed:
             self._changed.notify_all()
 
-    def wait(self, cancellation: Cancellation, patient: bool = False) -> Ready:
+    def wait(self, cancellation: Cancellation, patient: bool = False, whole: bool = True) -> Ready:
         """The map and its plugins, as soon as they are there.
 
         Args:
             cancellation: ends the waiting.
             patient: wait, even if goals shall not.
+            whole: refuse a map of which a required layer does not stand.
 
         Raises:
             NotReady: there is none. CANCELED, NOT_INITIALIZED (it is not there yet, and nobody
-                shall wait), or MAP_ERROR (it could not be loaded).
+                shall wait), or MAP_ERROR (it could not be loaded, or is not whole).
         """
         with cancellation.calling(self._notify), self._changed:
             if self._wait or patient:
@@ -95,18 +96,21 @@ class MapGate:
                     raise NotReady(
                         "CANCELED", f"stopped while waiting for the map: {cancellation.reason}"
                     )
-            return self._present("; goals wait for it if the parameter wait_for_map is true")
+            return self._present("; goals wait for it if the parameter wait_for_map is true", whole)
 
-    def now(self) -> Ready:
+    def now(self, whole: bool = True) -> Ready:
         """The map and its plugins of this moment, for who never waits.
 
+        Args:
+            whole: as for `wait`.
+
         Raises:
-            NotReady: there is none, or it is being replaced.
+            NotReady: there is none, it is being replaced, or it is not whole.
         """
         with self._changed:
-            return self._present("")
+            return self._present("", whole)
 
-    def _present(self, remark: str) -> Ready:
+    def _present(self, remark: str, whole: bool) -> Ready:
         if self._loading:
             seconds = time.monotonic() - self._begin
             raise NotReady(
@@ -115,7 +119,15 @@ class MapGate:
             )
         if self._ready is None:
             raise NotReady("MAP_ERROR", f"there is no map: {self._fault}")
+        if whole and self._ready.map.fault:
+            raise NotReady("MAP_ERROR", self._ready.map.fault)
         return self._ready
+
+    def fault(self, ready: Ready) -> str:
+        """Why nobody may drive on that map any longer: it is replaced, or not whole; or empty."""
+        if not self.is_current(ready):
+            return "the map was replaced while the robot drove on it"
+        return ready.map.fault
 
     def is_current(self, ready: Ready) -> bool:
         """Whether that is the map of now; False from the moment a reload begins."""

@@ -160,7 +160,11 @@ class _Simulation:
         self._tolerances = Tolerances(values["dist_tolerance"], values["angle_tolerance"])
         self._cycles: List[Cycle] = []
         self._execution = PathExecution(
-            robot, SimulatedClock(robot, self._on_step, STEP), lambda: values, self._cycles.append
+            robot,
+            SimulatedClock(robot, self._on_step, STEP),
+            lambda: values,
+            self._cycles.append,
+            lambda: mesh_map.fault,
         )
         self._moments: List[Tuple[Any, ...]] = []
         self._blocked: List[int] = []

@@ -31,8 +31,8 @@ def load_map(
         progress: called with the share that is done, 0 to 1, and what comes next.
 
     Raises:
-        MeshMapError: a file that cannot be read, or a layer that cannot be used: a plan that does
-            not know of it might lead anywhere.
+        MeshMapError: a file that cannot be read, or a required layer that cannot be used: a plan
+            that does not know of it might lead anywhere.
     """
     configuration = dict(_configuration(layers))
     configuration["mesh_file"] = os.fspath(path)
@@ -46,8 +46,8 @@ def load_map(
     names = [parameter.name for parameter in SETTINGS]
     mesh_map.set_settings(**{name: configuration[name] for name in names if name in configuration})
     mesh_map.compute_layers(parameters.layers, progress, source.stored_costs)
-    for name, fault in mesh_map.layer_errors.items():
-        raise MeshMapError(f"{name}: {fault}")
+    if mesh_map.fault:
+        raise MeshMapError(mesh_map.fault)
     return mesh_map
 
 

@@ -37,7 +37,8 @@ class CheckServices:
     """Serves ``~check_point_cost``, ``~check_pose_cost``, ``~check_path_cost``, ``~clear_mesh``.
 
     They never wait for the map. A call that cannot be answered fails, with the reason for the
-    client. What is asked about is looked for in the only map, whichever ``costmap`` is asked for.
+    client; so does one for costs while a required layer does not stand. What is asked about is
+    looked for in the only map, whichever ``costmap`` is asked for.
     """
 
     def __init__(self, parts: Parts, given: Mapping[str, Any]) -> None:
@@ -110,7 +111,7 @@ class CheckServices:
         return self._transforms.pose_in(mesh_map.frame_id, pose, what, self._stopped)
 
     def _clear_mesh(self, _request: Any) -> EmptyResponse:
-        counts = self._gate.now().map.clear_layers()
+        counts = self._gate.now(whole=False).map.clear_layers()
         told = ", ".join(f"{count} in layer {name}" for name, count in counts.items())
         rospy.loginfo("clear_mesh: cleared %s", told or "nothing: no layer can be cleared")
         return EmptyResponse()

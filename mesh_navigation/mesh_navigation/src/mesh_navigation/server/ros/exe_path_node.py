@@ -152,7 +152,7 @@ class ExePathServer(SlotActionServer):
             self._parts.clock,
             lambda: self._parts.values,
             on_cycle,
-            lambda: self._parts.gate.is_current(ready),
+            lambda: self._parts.gate.fault(ready),
         )
         self._announce(plan, ready)
         drive.execution = execution

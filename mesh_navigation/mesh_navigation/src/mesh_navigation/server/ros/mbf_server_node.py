@@ -7,9 +7,11 @@ from typing import Optional, Sequence
 import rospy
 
 from mesh_map.ros.node_end import watch_end
+from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
 from mesh_msgs.init_node import init_node, spin
 
 from mesh_navigation.base.clock_ros import RosClock
+from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.robot import STOP
 from mesh_navigation.server.map_gate import Ready
 from mesh_navigation.server.plan_store import PlanStore
@@ -77,6 +79,7 @@ class MbfServer:
         )
         self._servers = [*sub_goals, MoveBaseServer(parts, *sub_goals)]
         self._checks = CheckServices(parts, rospy.get_param("~", {}) or {})
+        self._diagnostics = Diagnostics("navigation", self._status)
         rospy.on_shutdown(self._stop)
 
     def start(self) -> None:
@@ -111,7 +114,25 @@ class MbfServer:
             ready.map.frame_id,
         )
 
+    def _status(self) -> Status:
+        """For /diagnostics."""
+        try:
+            ready = self._map.gate.now()
+        except NotReady as error:
+            return Status(ERROR if error.kind == "MAP_ERROR" else WARN, error.message)
+        kinds = (ready.planners, ready.controllers, ready.behaviors)
+        complaints = [
+            *self._map.planners.complaints,
+            *self._map.controllers.complaints,
+            *self._map.behaviors.complaints,
+            *(complaint for prepared in kinds for complaint in prepared.complaints),
+        ]
+        if complaints:
+            return Status(WARN, "; ".join(complaints))
+        return Status(OK, f"ready, {map_text(ready)}")
+
     def _stop(self) -> None:
+        self._diagnostics.shutdown()
         self._map.stop(SHUT_DOWN)
         self._checks.stop(SHUT_DOWN)
         end = time.monotonic() + LAST_ANSWERS

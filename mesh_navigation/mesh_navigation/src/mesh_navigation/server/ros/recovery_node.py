@@ -31,11 +31,13 @@ class RecoveryServer(SlotActionServer):
     ) -> RecoveryResult:
         parts = self._parts
         try:
-            ready = parts.gate.wait(cancellation)
+            ready = parts.gate.wait(cancellation, whole=False)  # what drives is refused that
             behavior = ready.behaviors[name]
             with parts.robot.driven(cancellation) as robot:
                 execution = RecoveryExecution(robot, parts.clock, lambda: parts.values)
-                found = execution.run(behavior, cancellation, parts.gate.replaced(ready))
+                found = execution.run(
+                    behavior, cancellation, parts.gate.replaced(ready), lambda: ready.map.fault
+                )
         except NotReady as error:
             return RecoveryResult(self._outcome(error.kind), error.message, name)
         return RecoveryResult(int(found.outcome), f"{name}: {found.message}", name)

@@ -19,3 +19,15 @@ class PatientLayer(Layer):
             time.sleep(0.01)
         lethal = np.array([self.params["lethal_vertex"]])
         return LayerResult(np.zeros(len(mesh_map.vertices), np.float32), lethal)
+
+
+class FussyLayer(Layer):
+    """Fails where a cost that it reads is above 5. Nothing is lethal."""
+
+    READS_LAYERS = True
+
+    def compute(self, mesh_map, inputs):
+        largest = max(read.costs.max() for read in inputs.values())
+        if largest > 5:
+            raise RuntimeError("%g is too much" % largest)
+        return LayerResult(np.zeros(len(mesh_map.vertices), np.float32), np.zeros(0, np.int64))
