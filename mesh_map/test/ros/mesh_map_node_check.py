@@ -96,7 +96,9 @@ class MeshMapNode(unittest.TestCase):
         diagnostics = DiagnosticsSubscriber()
         layers = [{"name": "inflation", "type": "mesh_layers/NoLayer"}, "nonsense"]
         layers += [{"name": "height_diff", "type": TYPE}]
-        node = start_node(self, "partly", mesh_file=self.path, layers=layers)
+        layers += [{"name": "endless", "type": "strange/EndlessLayer"}]
+        timeout = {"layer_timeout": 1.0}
+        node = start_node(self, "partly", mesh_file=self.path, layers=layers, **timeout)
         costs = costs_of("/partly/vertex_costs")
         self.assertTrue(wait_until(lambda: COMBINED_COSTS in costs.newest))
         self.assertEqual(set(costs.newest), {"height_diff", COMBINED_COSTS})
@@ -109,6 +111,8 @@ class MeshMapNode(unittest.TestCase):
         values = {one.key: one.value for one in status.values}
         self.assertIn("mesh_layers/NoLayer", values["layer inflation"])
         self.assertEqual(values["layer height_diff"], "stands")
+        self.assertRegex(values["layer endless"], "it hangs: no answer within 1 s")
+        Client("partly/height_diff", WAIT).update_configuration({"radius": 0.5})
         self.assertEqual((values["file"], values["faces"]), (self.path, str(len(self.mesh.faces))))
         output = end_node(node)
         self.assertEqual(output.count("layer inflation is left out"), 1, output)

@@ -18,12 +18,12 @@ install space alike. The root may also be <class_libraries> with several librari
 """
 
 import contextlib
+import contextvars
 import functools
 import importlib
 import logging
 import os
-import threading
-from typing import Dict, Iterator, List, NamedTuple, Set, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Set, Tuple
 from xml.etree import ElementTree
 
 import rospkg
@@ -34,10 +34,12 @@ from mesh_map.base.errors import PLUGIN_FAILURES, PluginError
 
 _MAX_BYTES = 1 << 20  # of an XML file; anything larger is no plugin description
 
+Scan = Callable[[str, str], Any]
 
 _LOG = logging.getLogger("mesh_map")
 _TOLD: Set[str] = set()  # what was logged
-_SCANS = threading.local()  # scan: within scanned_once() that thread's _scan(), which remembers
+# Within scanned_once() the _scan() that remembers.
+_SCANS: "contextvars.ContextVar[Optional[Scan]]" = contextvars.ContextVar("scans", default=None)
 
 
 class Plugin(NamedTuple):
@@ -67,7 +69,7 @@ def find_class(package: str, base_class_type: str, type_name: str) -> type:
         PluginError: no such plugin (the known ones are named, and what was left out), or it cannot
             be imported.
     """
-    plugins, problems = getattr(_SCANS, "scan", _scan)(package, base_class_type)
+    plugins, problems = (_SCANS.get() or _scan)(package, base_class_type)
     plugin = plugins.get(type_name)
     if plugin is None:
         known = "known: " + (", ".join(sorted(plugins)) or "none")
@@ -91,18 +93,18 @@ def find_class(package: str, base_class_type: str, type_name: str) -> type:
 
 @contextlib.contextmanager
 def scanned_once() -> Iterator[None]:
-    """Within, packages are looked through once, however many plugins this thread asks for.
+    """Within, packages are looked through once, however many plugins this context asks for.
 
     Each look takes 60 ms where a few hundred packages are installed.
     """
-    if hasattr(_SCANS, "scan"):  # within another one
+    if _SCANS.get():  # within another one
         yield
         return
-    _SCANS.scan = functools.lru_cache(maxsize=None)(_scan)
+    token = _SCANS.set(functools.lru_cache(maxsize=None)(_scan))
     try:
         yield
     finally:
-        del _SCANS.scan
+        _SCANS.reset(token)
 
 
 def _scan(package: str, base_class_type: str) -> Tuple[Dict[str, Plugin], List[str]]:

@@ -1,8 +1,11 @@
 """All layers of a map, made and evaluated from the list of a user."""
 
+import contextlib
+import copy
 import logging
 import re
 import time
+from functools import partial
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -10,6 +13,7 @@ from typing import (
     Dict,
     FrozenSet,
     Iterable,
+    Iterator,
     List,
     Mapping,
     NamedTuple,
@@ -23,6 +27,7 @@ from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.base.plugins import find_class, scanned_once
 from mesh_map.costs.layer import BASE_CLASS_TYPE, Inputs, Layer, LayerInput, LayerResult, checked
 from mesh_map.costs.layer_graph import LayerGraph
+from mesh_map.costs.layer_worker import LayerWorker, seconds_for
 
 if TYPE_CHECKING:
     from mesh_map.map.mesh_map import MeshMap
@@ -45,6 +50,9 @@ class LayerSet:
         errors: name -> one line, for the layers that are left out: they have no result.
         stale: name -> one line, for those whose last evaluation failed: with the result before.
         optional: names of layers that are not required.
+        params: name -> the parameters in force; those of the layer itself are others while it is
+            evaluated with them.
+        workers: name -> who calls the layer.
         logged: name -> when a failure of it was logged last (s, of the monotonic clock).
     """
 
@@ -53,14 +61,53 @@ class LayerSet:
         made: Mapping[str, Layer] = {},
         reads: Mapping[str, Tuple[str, ...]] = {},
         errors: Mapping[str, str] = {},
-        stale: Mapping[str, str] = {},
         optional: Iterable[str] = (),
-        logged: Mapping[str, float] = {},
+        seconds: Optional[float] = None,
     ) -> None:
-        self.made, self.reads = dict(made), dict(reads)
-        self.layers = {name: one for name, one in made.items() if one.result is not None}
-        self.errors, self.stale = dict(errors), dict(stale)
-        self.optional, self.logged = frozenset(optional), dict(logged)
+        """
+        Args:
+            made, reads, errors, optional: see above.
+            seconds: that a call of a layer may take; None for no limit.
+        """
+        self.made, self.reads, self.optional = made, reads, frozenset(optional)
+        self.layers: Dict[str, Layer] = {}
+        self.errors = dict(errors)
+        self.stale: Dict[str, str] = {}
+        self.params = {name: layer.params for name, layer in made.items()}
+        self.workers = {name: LayerWorker(name, seconds) for name in made}
+        self.logged: Dict[str, float] = {}
+
+    def changed(self) -> "LayerSet":
+        """One that can be changed into what follows it."""
+        after = copy.copy(self)
+        after.layers, after.params = dict(self.layers), dict(self.params)
+        after.errors, after.stale, after.logged = map(dict, (self.errors, self.stale, self.logged))
+        return after
+
+    def with_readers(self, names: Iterable[str]) -> List[str]:
+        """Layers, and all that read them directly or not, in the order of evaluation."""
+        found = set(names)
+        for name in self.made:
+            if not found.isdisjoint(self.reads[name]):
+                found.add(name)
+        return [name for name in self.made if name in found]
+
+    @contextlib.contextmanager
+    def locked(self, names: Iterable[str]) -> Iterator[None]:
+        """Within, no other thread evaluates these, or changes what they read.
+
+        Names are in the order of evaluation, and come after those that this thread has locked: so
+        nobody waits in a circle. Whoever wants them waits for calls under way, at most as long as
+        a call may take.
+        """
+        with contextlib.ExitStack() as locks:
+            for name in names:
+                locks.enter_context(self.workers[name].lock)
+            yield
+
+    def hanging(self) -> Dict[str, str]:
+        """name -> one line, for the layers that have not answered in time."""
+        return {name: worker.fault for name, worker in self.workers.items() if worker.fault}
 
     @classmethod
     def computed(
@@ -72,7 +119,8 @@ class LayerSet:
         on_layer: Optional[OnLayer] = None,
     ) -> "LayerSet":
         """Loads and evaluates all layers; arguments as for MeshMap.compute_layers()."""
-        listed = make_layers(config)
+        seconds = seconds_for(len(mesh_map.faces), mesh_map.layer_timeout)
+        listed = make_layers(config, seconds)
         graph = LayerGraph(listed.layers, listed.errors)
         for text in dict.fromkeys(graph.errors.values()):
             names = [name for name in graph.errors if graph.errors[name] == text]
@@ -84,6 +132,7 @@ class LayerSet:
             optional=listed.optional.union(
                 name for name in graph.errors if not listed.layers[name].params["enabled"]
             ),
+            seconds=seconds,
         )
         reused = made._announced(mesh_map, stored)
         for number, (name, layer) in enumerate(made.made.items()):
@@ -110,10 +159,9 @@ class LayerSet:
             if not layer.params["enabled"]:
                 continue
             try:
-                if stored and not layer.READS_LAYERS:
-                    reused[layer.name] = _reused(mesh_map, layer, {}, stored)
-                if reused.get(layer.name) is None:
-                    layer.announce(mesh_map.geometry)
+                reused[layer.name] = self.workers[layer.name].call(
+                    partial(_announced, mesh_map, layer, stored)
+                )
             except PLUGIN_FAILURES as error:
                 self._leave_out(layer.name, error)
         return reused
@@ -125,14 +173,28 @@ class LayerSet:
         stored: Optional[StoredCosts],
         reused: Optional[LayerResult],
     ) -> None:
+        """Gives a layer its first result; reused: one that was stored."""
         if not layer.params["enabled"]:
             layer.evaluated(LayerResult.free(len(mesh_map.vertices)), mesh_map, {})
             _LOG.info("layer %s is not enabled", layer.name)
             return
         inputs = self.inputs_of(layer.name, {name: one.result for name, one in self.layers.items()})
+        start = time.monotonic()
+        call = self.workers[layer.name].call
         if layer.READS_LAYERS and stored:
-            reused = _reused(mesh_map, layer, inputs, stored)
-        _evaluate(mesh_map, layer, inputs, reused)
+            reused = call(partial(_reused, mesh_map, layer, inputs, stored))
+        result = reused or call(partial(layer.evaluate, mesh_map, inputs))
+        identity = layer.identity
+        layer.evaluated(result, mesh_map, inputs)
+        if identity:
+            layer.identity = identity
+        _LOG.info(
+            "layer %s: %s lethal vertices, %s in %.2f s",
+            layer.name,
+            format(int(result.lethal.sum()), ","),
+            "taken from the map file" if reused else "computed",
+            time.monotonic() - start,
+        )
 
     def _leave_out(self, name: str, error: BaseException) -> None:
         self.errors[name] = error_line(error)
@@ -150,16 +212,28 @@ class LayerSet:
             if named and read not in results and read not in self.optional:
                 raise MeshMapError("its input %s is left out" % read)
         return {
-            read: as_input(self.made[read], results[read])
+            read: as_input(self.params[read], results[read])
             for read in self.reads[name]
             if read in results
         }
 
 
-def as_input(layer: Layer, result: LayerResult) -> LayerInput:
-    """What readers get of a layer."""
-    weight = layer.params["combination_weight"] if layer.params["enabled"] else 0.0
+def as_input(params: Mapping[str, Any], result: LayerResult) -> LayerInput:
+    """What readers get of a layer with these parameters."""
+    weight = params["combination_weight"] if params["enabled"] else 0.0
     return LayerInput(*result, weight)
+
+
+def _announced(
+    mesh_map: "MeshMap", layer: Layer, stored: Optional[StoredCosts]
+) -> Optional[LayerResult]:
+    """A result that was stored; a layer without one has said what it needs."""
+    reused = None
+    if stored and not layer.READS_LAYERS:
+        reused = _reused(mesh_map, layer, {}, stored)
+    if reused is None:
+        layer.announce(mesh_map.geometry)
+    return reused
 
 
 def _reused(
@@ -177,24 +251,6 @@ def _reused(
         return None
 
 
-def _evaluate(
-    mesh_map: "MeshMap", layer: Layer, inputs: Inputs, reused: Optional[LayerResult]
-) -> None:
-    start = time.monotonic()
-    result = layer.evaluate(mesh_map, inputs) if reused is None else reused
-    identity = layer.identity
-    layer.evaluated(result, mesh_map, inputs)
-    if identity:
-        layer.identity = identity
-    _LOG.info(
-        "layer %s: %s lethal vertices, %s in %.2f s",
-        layer.name,
-        format(int(result.lethal.sum()), ","),
-        "computed" if reused is None else "taken from the map file",
-        time.monotonic() - start,
-    )
-
-
 class ListedLayers(NamedTuple):
     """What was made of a list of layers.
 
@@ -208,7 +264,7 @@ class ListedLayers(NamedTuple):
     optional: FrozenSet[str]
 
 
-def make_layers(config: Any) -> ListedLayers:
+def make_layers(config: Any, seconds: Optional[float] = None) -> ListedLayers:
     """Makes the layers of a list.
 
     Entries that cannot be used are logged and left out; of two of one name, the first counts. What
@@ -216,6 +272,7 @@ def make_layers(config: Any) -> ListedLayers:
 
     Args:
         config: as for MeshMap.compute_layers().
+        seconds: that the constructor of a layer may take; None for no limit.
     """
     layers: Dict[str, Layer] = {}
     errors: Dict[str, str] = {}
@@ -235,7 +292,7 @@ def make_layers(config: Any) -> ListedLayers:
                     raise MeshMapError("there are two layers of the name %s" % checked.name)
                 name = checked.name
                 required = required and checked.params.get("enabled") is not False
-                layers[name] = _made(*checked[:3])
+                layers[name] = LayerWorker(name, seconds).call(partial(_made, *checked[:3]))
                 required = checked.required  # it may be enabled later
             except PLUGIN_FAILURES as error:
                 errors[name] = error_line(error)

@@ -1,6 +1,7 @@
 """Layers on a mesh, what follows from them, and how they are changed while in use."""
 
 import contextlib
+import contextvars
 import logging
 import threading
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
@@ -25,6 +26,10 @@ from mesh_map.costs.settings import MapSettings
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 _LOG = logging.getLogger("mesh_map")
+# The maps that are being changed by who asks, or by whom that one works for.
+_CHANGING: "contextvars.ContextVar[Tuple[LayeredCosts, ...]]" = contextvars.ContextVar(
+    "changing", default=()
+)
 
 
 class _State(NamedTuple):
@@ -41,19 +46,24 @@ class LayeredCosts:
     """Cost layers on one geometry, and their combination. All arrays are read-only.
 
     Changes (compute_layers, set_layer_parameters, refresh_layer, clear_layers, set_settings) may be
-    made from any thread, and are made one after the other. All else may be read meanwhile, never
-    waits, and is as it was before the change until the change is complete; only `params` of the
-    layer in question are new while it is evaluated.
+    made from any thread. Those that have layers to evaluate in common are made one after the other;
+    others do not wait for each other. All else may be read meanwhile, never waits, and is as it was
+    before the change until the change is complete; only `params` of the layer in question are new
+    while it is evaluated.
 
     Attributes:
         geometry: the mesh; may be shared with other maps.
+        layer_timeout: seconds per started million of faces that a call of a layer may take, for
+            compute_layers(); then it counts as failed, and is not called any more. None (the
+            default): no limit, and layers are called in the thread of the caller.
     """
 
     def __init__(self, geometry: MeshGeometry) -> None:
         """No layers: every vertex is free."""
         self.geometry = geometry
-        self._lock = threading.RLock()
-        self._changing = False
+        self.layer_timeout: Optional[float] = None
+        self._lock = threading.RLock()  # of the state: held for moments
+        self._computing = threading.Lock()
         self._listeners = Listeners()
         combination = Combination([], len(geometry.vertices))
         settings = MapSettings()
@@ -65,6 +75,11 @@ class LayeredCosts:
     def layers(self) -> Dict[str, Layer]:
         """name -> Layer, in the order of evaluation; only those that have a result."""
         return self._state.layer_set.layers
+
+    @property
+    def layer_set(self) -> LayerSet:
+        """All that is known of the layers."""
+        return self._state.layer_set
 
     @property
     def made_layers(self) -> Dict[str, Layer]:
@@ -83,14 +98,15 @@ class LayeredCosts:
     @property
     def layer_failures(self) -> Dict[str, str]:
         """name -> one line, for all that is enabled and does not stand: layers that are left out,
-        whose last evaluation failed (they have the result before), or that get no data."""
-        known = self.layers
-        without_data = {
+        whose last evaluation failed or hangs (they have the result before), or that get no data."""
+        layer_set = self._state.layer_set
+        of_layers = {**layer_set.stale, **self._without_data, **layer_set.hanging()}
+        enabled = {
             name: reason
-            for name, reason in self._without_data.items()
-            if name in known and known[name].params["enabled"]
+            for name, reason in of_layers.items()
+            if name in layer_set.layers and layer_set.params[name]["enabled"]
         }
-        return {**self.layer_errors, **self._state.layer_set.stale, **without_data}
+        return {**self.layer_errors, **enabled}
 
     @property
     def fault(self) -> str:
@@ -143,20 +159,21 @@ class LayeredCosts:
                 fingerprint(), or None.
             on_layer: called with each layer as soon as it has its result.
         """
-        with self._change():
+        with self._change(), self._computing:
             layer_set = LayerSet.computed(self, config, progress, stored, on_layer)
             settings = self.settings
             if settings.default_layer and settings.default_layer not in layer_set.layers:
                 _LOG.error("default_layer %s", _no_default_layer(settings.default_layer))
             if progress:
                 progress(1.0, "done")
-            changes = []
-            for name, layer in layer_set.layers.items():
-                known = self.layers[name].result if name in self.layers else None
-                vertices = ResultDifference.between(known, layer.result).shown
-                changes.append(LayerChange(name, vertices, layer.result.costs))
-            self._without_data = {}
-            self._commit(layer_set, settings, changes)
+            with self._lock:
+                changes = []
+                for name, layer in layer_set.layers.items():
+                    known = self.layers[name].result if name in self.layers else None
+                    vertices = ResultDifference.between(known, layer.result).shown
+                    changes.append(LayerChange(name, vertices, layer.result.costs))
+                self._without_data = {}
+                self._commit(layer_set, self.settings, changes)
 
     def set_layer_parameters(self, name: str, values: Mapping[str, Any]) -> Dict[str, Value]:
         """Changes parameters of a layer, and evaluates it and those that read it where needed.
@@ -171,7 +188,7 @@ class LayeredCosts:
             MeshMapError: no such layer, a value that is NaN or of another type, or the layer cannot
                 be evaluated with these: then nothing has changed.
         """
-        with self._change():
+        with self._change(), self._locked([name]):
             layer = self._layer(name)
             params, warnings = layer.checked_changes(values)
             for warning in warnings:
@@ -181,7 +198,7 @@ class LayeredCosts:
             if changed:
                 layer.params = params
                 try:
-                    propagation = Propagation(self, self._state.layer_set)
+                    propagation = Propagation(self)
                     propagation.parameters_changed(name, changed)
                     self._follow(propagation)
                 except BaseException as error:
@@ -199,9 +216,9 @@ class LayeredCosts:
         Raises:
             MeshMapError: no such layer.
         """
-        with self._change():
+        with self._change(), self._locked([name]):
             self._layer(name)
-            propagation = Propagation(self, self._state.layer_set)
+            propagation = Propagation(self)
             try:
                 propagation.update(name, np.zeros(0, np.uint32))
             except PLUGIN_FAILURES as error:
@@ -227,14 +244,16 @@ class LayeredCosts:
             MeshMapError: no such layer; then nothing has changed.
         """
         counts: Dict[str, int] = {}
-        with self._change():
-            layers = [self._layer(name) for name in (self.layers if names is None else names)]
-            propagation = Propagation(self, self._state.layer_set)
+        asked = [self._layer(name) for name in (self.layers if names is None else names)]
+        layers = [layer for layer in asked if layer.can_be_cleared()]
+        with self._change(), self._locked(
+            self.layer_set.with_readers(layer.name for layer in layers)
+        ):
+            propagation = Propagation(self)
             for layer in layers:
-                if not layer.can_be_cleared():
-                    continue
                 try:
-                    count = int(layer.clear())
+                    worker = self.layer_set.workers[layer.name]
+                    count = int(worker.call(layer.clear))
                     propagation.update(layer.name, np.zeros(0, np.uint32))
                     counts[layer.name] = count
                 except PLUGIN_FAILURES as error:
@@ -252,7 +271,7 @@ class LayeredCosts:
                 that is none of the layers (any will do before there are layers): then nothing has
                 changed.
         """
-        with self._change():
+        with self._change(), self._lock:
             settings, warnings = self.settings.changed(values)
             chosen = settings.default_layer
             if "default_layer" in values and chosen and self.layers and chosen not in self.layers:
@@ -268,21 +287,34 @@ class LayeredCosts:
 
     @contextlib.contextmanager
     def unchanged(self) -> Iterator[None]:
-        """Within, no other thread changes anything: for reading what belongs together."""
-        with self._lock:
+        """Within, no other thread changes anything: for reading what belongs together.
+
+        Waits for layers that are being evaluated.
+        """
+        with self._locked(self.layer_set.made), self._lock:
             yield
 
     @contextlib.contextmanager
+    def _locked(self, names: Iterable[str]) -> Iterator[None]:
+        """See LayerSet.locked(); what is no layer is left alone."""
+        names = list(names)
+        while True:
+            layer_set = self.layer_set
+            with layer_set.locked(name for name in names if name in layer_set.made):
+                if self.layer_set.made is layer_set.made:
+                    yield
+                    return
+
+    @contextlib.contextmanager
     def _change(self) -> Iterator[None]:
-        """Only one change at a time, and none from within another one; listeners are told of it."""
-        with self._lock:
-            if self._changing:
-                raise MeshMapError("the map cannot be changed by what a change of it has called")
-            self._changing = True
-            try:
-                yield
-            finally:
-                self._changing = False
+        """No change from within another one, and listeners are told of it."""
+        if self in _CHANGING.get():
+            raise MeshMapError("the map cannot be changed by what a change of it has called")
+        token = _CHANGING.set((*_CHANGING.get(), self))
+        try:
+            yield
+        finally:
+            _CHANGING.reset(token)
         self._listeners.tell()
 
     def add_listener(self, listener: Listener) -> None:
@@ -308,15 +340,17 @@ class LayeredCosts:
         return made[name]
 
     def _follow(self, propagation: Propagation) -> None:
-        """What follows from the change of a layer; all of it comes into force, or nothing."""
-        propagation.follow()
-        state = self._state
-        changes = [
-            LayerChange(name, propagation.differences[name].shown, propagation.results[name].costs)
-            for name in state.layer_set.made
-            if name in propagation.differences
-        ]
-        self._commit(state.layer_set, state.settings, changes, propagation)
+        """What follows from the change of layers; all of it comes into force, or nothing."""
+        with self._locked(self.layer_set.with_readers(propagation.changed_layers())):
+            propagation.follow()
+            results = propagation.results
+            changes = [
+                LayerChange(name, propagation.differences[name].shown, results[name].costs)
+                for name in results
+                if name in propagation.differences
+            ]
+            with self._lock:
+                self._commit(self.layer_set, self.settings, changes, propagation)
 
     def _commit(
         self,
@@ -326,20 +360,21 @@ class LayeredCosts:
         propagation: Optional[Propagation] = None,
     ) -> None:
         """Combines the layers, puts the new state in force, and has listeners told of it."""
-        state, layers, mode = self._state, layer_set.made, settings.combination
-        results = {name: layer.result for name, layer in layer_set.layers.items()}
+        state, mode = self._state, settings.combination
+        changed_vertices = None
         if propagation is not None:
-            results = propagation.results
+            changed_vertices = propagation.changed_vertices()
+            layer_set = propagation.commit()
+        results = {name: layer.result for name, layer in layer_set.layers.items()}
         factors = {
-            name: layer.params["factor"]
-            for name, layer in layers.items()
-            if name in results and layer.params["enabled"]
+            name: layer_set.params[name]["factor"]
+            for name in results
+            if layer_set.params[name]["enabled"]
         }
         if settings.default_layer in factors:
             mode, factors = "sum", {settings.default_layer: 1.0}
-        combined, changed_results = tuple(factors), None
-        if propagation is not None and combined == state.combined:
-            changed_results = propagation.changed_vertices()
+        combined = tuple(factors)
+        changed_results = changed_vertices if combined == state.combined else None
         count, before = len(self.geometry.vertices), state.combination
         terms = [(results[name], factor) for name, factor in factors.items()]
         combination = Combination(terms, count, mode, before, changed_results)
@@ -353,8 +388,6 @@ class LayeredCosts:
             planning = PlanningCosts(
                 planning.version + 1, combination.costs, self.geometry, settings, *same_weights
             )
-        if propagation is not None:
-            layer_set = propagation.commit()
         self._state = _State(layer_set, settings, combination, combined, planning)
         self._listeners.put(changes)
 

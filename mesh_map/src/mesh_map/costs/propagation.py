@@ -3,14 +3,14 @@
 import logging
 import math
 import time
-from typing import TYPE_CHECKING, Dict, Set
+from typing import TYPE_CHECKING, Any, Dict, Mapping, Set
 
 import numpy as np
 
-from mesh_map.base.errors import PLUGIN_FAILURES, error_line
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.costs.layer import LayerInput, LayerResult, checked
 from mesh_map.costs.layer_changes import ResultDifference, union
-from mesh_map.costs.layer_set import LayerSet
+from mesh_map.costs.layer_set import LayerSet, as_input
 
 if TYPE_CHECKING:
     from mesh_map.map.mesh_map import MeshMap
@@ -23,27 +23,38 @@ class Propagation:
     """A change of one layer, and what follows from it; nothing is in force before commit().
 
     Attributes:
-        results: name -> result of all layers that have one.
         differences: name -> where it differs from the result before; only where it does.
     """
 
-    def __init__(self, mesh_map: "MeshMap", layer_set: LayerSet) -> None:
+    def __init__(self, mesh_map: "MeshMap") -> None:
+        """Args: the map. Whoever calls the methods has locked the layers in question."""
         self._mesh_map = mesh_map
-        self._set = layer_set
-        self._errors, self._stale = dict(layer_set.errors), dict(layer_set.stale)
-        self._logged = dict(layer_set.logged)
+        self._made = mesh_map.layer_set.made
+        self._failed: Dict[str, str] = {}
+        self._params: Dict[str, Mapping[str, Any]] = {}
         self._weights: Set[str] = set()
         self._used: Dict[str, Dict[str, LayerInput]] = {}
-        self.results: Dict[str, LayerResult] = {
-            name: layer.result
-            for name, layer in layer_set.layers.items()
-            if layer.result is not None
-        }
+        self._results: Dict[str, LayerResult] = {}
         self.differences: Dict[str, ResultDifference] = {}
+
+    @property
+    def _set(self) -> LayerSet:
+        """The layers as they are now."""
+        present = self._mesh_map.layer_set
+        if present.made is not self._made:
+            raise MeshMapError("the layers of the map have been replaced meanwhile")
+        return present
+
+    @property
+    def results(self) -> Dict[str, LayerResult]:
+        """name -> result, of all layers that have one: new, or in force."""
+        known = {name: self._results.get(name, one.result) for name, one in self._set.made.items()}
+        return {name: result for name, result in known.items() if result is not None}
 
     def parameters_changed(self, name: str, changed: Set[str]) -> None:
         """Evaluates a layer with its new parameters, as far as needed. Errors as for compute()."""
         layer = self._set.made[name]
+        self._params[name] = layer.params
         if not changed.isdisjoint(("combination_weight", "enabled")):
             self._weights.add(name)
         if not layer.params["enabled"]:
@@ -59,9 +70,13 @@ class Propagation:
     def compute(self, name: str) -> None:
         """Evaluates a layer from nothing. What it raises leaves it as it was."""
         layer = self._set.made[name]
-        inputs = self._set.inputs_of(name, self.results)
-        layer.announce(self._mesh_map.geometry)
-        self._put(name, layer.evaluate(self._mesh_map, inputs), inputs)
+        inputs = self._inputs(name)
+
+        def evaluate() -> LayerResult:
+            layer.announce(self._mesh_map.geometry)
+            return layer.evaluate(self._mesh_map, inputs)
+
+        self._put(name, self._set.workers[name].call(evaluate), inputs)
 
     def update(self, name: str, changed: np.ndarray) -> None:
         """Evaluates a layer whose inputs, or own data, have changed, if it is enabled.
@@ -71,38 +86,33 @@ class Propagation:
         layer = self._set.made[name]
         if not layer.params["enabled"]:
             return
-        if name in self._stale or name not in self.results:
+        before = self.results.get(name)
+        if self._has_failed(name) or before is None:
             self.compute(name)
             return
-        inputs = self._set.inputs_of(name, self.results)
-        before = self.results[name]
-        returned = layer.update(self._mesh_map, inputs, changed, before)
+        inputs = self._inputs(name)
+        returned = self._set.workers[name].call(
+            lambda: layer.update(self._mesh_map, inputs, changed, before)
+        )
         self._put(name, checked(returned, len(before.costs)), inputs)
 
     def _reuse(self, name: str) -> None:
         """Takes the costs as they are, with other parameters. Errors as for compute()."""
         layer, before = self._set.made[name], self.results[name]
-        inputs = self._set.inputs_of(name, self.results)
+        inputs = self._inputs(name)
         reused = None
-        if name not in self._stale:
-            reused = layer.reuse(before.costs, self._mesh_map, inputs)
+        if not self._has_failed(name):
+            reused = self._set.workers[name].call(
+                lambda: layer.reuse(before.costs, self._mesh_map, inputs)
+            )
         if reused is None:
             self.compute(name)
         else:
             self._put(name, checked(reused, len(before.costs)), inputs)
 
     def fail(self, name: str, error: BaseException) -> None:
-        """Notes that a layer could not be evaluated: it keeps the result before, if it has one.
-
-        Not logged each time: it may fail with every cloud of a sensor.
-        """
-        stands = name in self.results
-        (self._stale if stands else self._errors)[name] = error_line(error)
-        now = time.monotonic()
-        if now - self._logged.get(name, -math.inf) >= FAILURE_PERIOD:
-            self._logged[name] = now
-            what = "stays as it was" if stands else "is left out"
-            _LOG.error("layer %s %s: %s", name, what, error_line(error))
+        """Notes that a layer could not be evaluated: it keeps the result before, if it has one."""
+        self._failed[name] = error_line(error)
 
     def follow(self) -> None:
         """Evaluates all layers that read what has changed, in their order."""
@@ -110,7 +120,7 @@ class Propagation:
             read = self._set.reads[name]
             weights = layer.READS_WEIGHTS and not self._weights.isdisjoint(read)
             changed = [self.differences[other].read for other in read if other in self.differences]
-            if not layer.params["enabled"] or not (changed or weights):
+            if not self._set.params[name]["enabled"] or not (changed or weights):
                 continue
             try:
                 if weights:
@@ -121,24 +131,45 @@ class Propagation:
                 self.fail(name, error)
 
     def commit(self) -> LayerSet:
-        """Gives the layers their new results; returns the layers as they are now."""
-        before = self._set
+        """Gives the layers their new results, and logs failures; returns the layers as they are
+        then. No other change may be committed meanwhile."""
+        after = self._set.changed()
+        after.params.update(self._params)
         for name, inputs in self._used.items():
-            before.made[name].evaluated(self.results[name], self._mesh_map, inputs)
-        return LayerSet(
-            before.made, before.reads, self._errors, self._stale, before.optional, self._logged
-        )
+            layer = after.made[name]
+            layer.evaluated(self._results.get(name, layer.result), self._mesh_map, inputs)
+            failed = after.stale.pop(name, "") or after.errors.pop(name, "")
+            if failed and name not in self._failed:
+                after.logged.pop(name, None)
+                _LOG.info("layer %s is up to date again", name)
+        after.layers = {name: one for name, one in after.made.items() if one.result is not None}
+        for name, reason in self._failed.items():
+            stands = name in after.layers
+            (after.stale if stands else after.errors)[name] = reason
+            _log_failure(after.logged, name, reason, stands)
+        return after
+
+    def changed_layers(self) -> Set[str]:
+        """Names of layers that others read anew."""
+        return self._weights.union(self.differences)
 
     def changed_vertices(self) -> np.ndarray:
         """(K,) ascending: where any result differs in anything."""
         changed = [difference.read for difference in self.differences.values()]
         return union(changed, len(self._mesh_map.vertices))
 
+    def _inputs(self, name: str) -> Dict[str, LayerInput]:
+        inputs = self._set.inputs_of(name, self.results)
+        for other in inputs.keys() & self._params.keys():
+            inputs[other] = as_input(self._params[other], inputs[other][:3])
+        return inputs
+
+    def _has_failed(self, name: str) -> bool:
+        """Whether its last evaluation failed, so that more than the differences is to be done."""
+        return name in self._set.stale
+
     def _put(self, name: str, result: LayerResult, inputs: Dict[str, LayerInput]) -> None:
-        failed = self._stale.pop(name, None), self._errors.pop(name, None)
-        if any(failed):
-            self._logged.pop(name, None)
-            _LOG.info("layer %s is up to date again", name)
+        self._failed.pop(name, None)
         self._used[name] = inputs
         before = self.results.get(name)
         if before is None:
@@ -151,4 +182,13 @@ class Propagation:
             or len(difference.read)
             or (result.vectors is None) != (before.vectors is None)
         ):
-            self.results[name] = result
+            self._results[name] = result
+
+
+def _log_failure(logged: Dict[str, float], name: str, reason: str, stands: bool) -> None:
+    """Not each time: a layer may fail with every cloud of a sensor."""
+    now = time.monotonic()
+    if now - logged.get(name, -math.inf) >= FAILURE_PERIOD:
+        logged[name] = now
+        what = "stays as it was" if stands else "is left out"
+        _LOG.error("layer %s %s: %s", name, what, reason)

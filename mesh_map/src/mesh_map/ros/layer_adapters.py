@@ -3,6 +3,7 @@
 import importlib
 import logging
 from contextlib import ExitStack
+from functools import partial
 from typing import Set
 
 from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
@@ -37,7 +38,8 @@ class LayerAdapters:
             self._begun.add(name)
             try:
                 own = "%s/%s" % (self._namespace, name)
-                self._in_use.callback(_end, _started(own, self._map, layer))
+                worker = self._map.layer_set.workers[name]
+                self._in_use.callback(_end, worker.call(partial(_started, own, self._map, layer)))
             except PLUGIN_FAILURES as error:
                 reason = "it gets no data from topics: %s" % error_line(error)
                 _LOG.error("layer %s: %s", name, reason)

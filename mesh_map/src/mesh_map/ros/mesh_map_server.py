@@ -36,6 +36,9 @@ __all__ = ["COMBINED_COSTS", "MeshMapServer", "forward_log"]
 COSTS_PERIOD = Parameter(
     "costs_period", 1.0, 0.0, 3600.0, "shortest time between whole messages of a layer (s)"
 )
+LAYER_TIMEOUT = Parameter(
+    "layer_timeout", 60.0, 0.1, 86400.0, "for a call of a layer (s per started million of faces)"
+)
 
 _LOG = logging.getLogger("mesh_map")
 
@@ -207,7 +210,7 @@ class MeshMapServer:
         self._stop_at_shutdown()
         given = rospy.get_param(self.namespace, {})
         parameters = map_parameters(given)
-        values, complaints = read_parameters((*MAP_PARAMETERS, COSTS_PERIOD), given)
+        values, complaints = read_parameters((*MAP_PARAMETERS, COSTS_PERIOD, LAYER_TIMEOUT), given)
         for complaint in complaints:
             _LOG.warning("%s", complaint)
         start = time.monotonic()
@@ -215,6 +218,7 @@ class MeshMapServer:
         source = MapSource(parameters.mesh_file, parameters.mesh_part)
         self._stop_at_shutdown()
         mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
+        mesh_map.layer_timeout = values[LAYER_TIMEOUT.name]
         mesh_map.set_settings(**{p.name: values[p.name] for p in SETTINGS})
         self._in_use.close()
         self._topics.begin(mesh_map, source.mesh.vertex_colors, values[COSTS_PERIOD.name])
