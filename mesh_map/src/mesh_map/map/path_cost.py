@@ -186,9 +186,7 @@ def _of_path(path: WalkPath) -> _Pieces:
     return _Pieces(path.faces, begins, ends, np.linalg.norm(ends - begins, axis=1))
 
 
-def _sampled(
-    begins: np.ndarray, ends: np.ndarray, carry: Carry, step: float
-) -> Iterator[_Pieces]:
+def _sampled(begins: np.ndarray, ends: np.ndarray, carry: Carry, step: float) -> Iterator[_Pieces]:
     """The middle of each of short pieces, for all of it."""
     lengths = np.linalg.norm(ends - begins, axis=1)
     counts = np.clip(np.ceil(lengths / step), 1, _MOST_SAMPLES).astype(np.int64)
