@@ -14,7 +14,6 @@ from unittest import mock
 import numpy as np
 import rospy
 import rostest
-from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import Point
 from map_node import WAIT, Subscriber, costs_of, end_node, start_node
@@ -25,6 +24,7 @@ from mesh_map.ros import MeshMapServer
 from mesh_msgs import arrays
 from mesh_msgs.diagnostics_ros import ERROR, WARN
 from mesh_msgs.testing import wait_until
+from mesh_msgs.testing_ros import HeardDiagnostics
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs.zoo import two_components
 from mesh_msgs_hdf5.map_file import MapFile
@@ -34,22 +34,6 @@ from std_srvs.srv import Trigger
 
 TYPE = "mesh_layers/HeightDiffLayer"
 NAMES = ["layer_%d" % i for i in range(10)]
-
-
-class DiagnosticsSubscriber(Subscriber):
-    """What nodes tell on /diagnostics."""
-
-    def __init__(self):
-        super().__init__("/diagnostics", DiagnosticArray)
-
-    def expected(self, name, level, words):
-        """The status of this level and words of a part of a node, waited for."""
-        return wait_until(lambda: self._found(name, level, words), "%s: %s" % (name, words))
-
-    def _found(self, name, level, words):
-        parts = (one for message in self.messages[:] for one in message.status)
-        fitting = (one for one in parts if (one.name, one.level) == (name, level))
-        return next((one for one in fitting if words in one.message), None)
 
 
 class MeshMapNode(unittest.TestCase):
@@ -93,7 +77,7 @@ class MeshMapNode(unittest.TestCase):
             self.assertFalse(np.isnan(message.mesh_vertex_costs.costs).any())
 
     def test_a_bad_layer_does_not_harm_the_others(self):
-        diagnostics = DiagnosticsSubscriber()
+        diagnostics = HeardDiagnostics()
         layers = [{"name": "inflation", "type": "mesh_layers/NoLayer"}, "nonsense"]
         layers += [{"name": "height_diff", "type": TYPE}]
         layers += [{"name": "endless", "type": "strange/EndlessLayer"}]
@@ -121,7 +105,7 @@ class MeshMapNode(unittest.TestCase):
 
     def test_a_layer_that_is_mended(self):
         """What was left out is served, gets data, and the map is ready, as soon as it can be."""
-        diagnostics = DiagnosticsSubscriber()
+        diagnostics = HeardDiagnostics()
         layers = [{"name": "flag", "type": "strange/FlagLayer"}]
         layers += [{"name": "deaf", "type": "strange/DeafLayer", "required": False}]
         start_node(self, "mended", mesh_file=self.path, layers=layers, flag={"height": 13.0})

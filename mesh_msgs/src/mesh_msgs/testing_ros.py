@@ -1,10 +1,13 @@
 """What tests on a running ROS wait for."""
 
 import re
-from typing import Any
+from typing import Any, List, Optional
 from xmlrpc.client import ServerProxy
 
 import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+from mesh_msgs.testing import wait_until
 
 # in what getBusInfo of ROS's Slave API tells of a connection
 _DESTINATION, _DIRECTION, _TOPIC, _TRANSPORT = 1, 2, 4, 6
@@ -48,3 +51,28 @@ def _sends(publisher: str, topic: str, port: int) -> bool:
         and _REMOTE_PORT.findall(info[_TRANSPORT]) == [str(port)]
         for info in infos
     )
+
+
+class HeardDiagnostics:
+    """What nodes tell on /diagnostics, from now on."""
+
+    def __init__(self) -> None:
+        self._heard: List[DiagnosticArray] = []
+        self._subscriber = rospy.Subscriber("/diagnostics", DiagnosticArray, self._heard.append)
+
+    def expected(self, name: str, level: int, words: str) -> DiagnosticStatus:
+        """The first status of this name and level, and with these words in its message.
+
+        Raises:
+            AssertionError: it has not come within a minute.
+        """
+        return wait_until(lambda: self._found(name, level, words), "%s: %s" % (name, words))
+
+    def unregister(self) -> None:
+        """Listens no more."""
+        self._subscriber.unregister()
+
+    def _found(self, name: str, level: int, words: str) -> Optional[DiagnosticStatus]:
+        parts = (one for message in list(self._heard) for one in message.status)
+        fitting = (one for one in parts if (one.name, one.level) == (name, level))
+        return next((one for one in fitting if words in one.message), None)

@@ -10,9 +10,10 @@ import unittest
 import numpy as np
 import rospy
 import rostest
+from mesh_msgs.diagnostics_ros import OK
 from mesh_msgs.msg import MeshFaceCluster, MeshFaceClusterStamped
 from mesh_msgs.testing import wait_until
-from mesh_msgs.testing_ros import connected
+from mesh_msgs.testing_ros import HeardDiagnostics, connected
 from mesh_msgs.srv import DeleteLabel, GetLabelGroups, GetLabeledClusterGroup, GetLabeledClusters
 from server_process import command
 from std_srvs.srv import Trigger
@@ -137,7 +138,9 @@ class Labels(unittest.TestCase):
         return str(refused.exception)
 
     def test_labels_of_a_map(self):
+        diagnostics = HeardDiagnostics()
         manager = self.start("one", "_map_file:=" + self.map)
+        diagnostics.expected("one: labels", OK, "maps with labels: 1")
         self.assertEqual(manager.clusters(), {"tree_1": [1, 2], "treehouse_1": [3]})
         self.publish(manager, "tree_1", [5, 4, 5], override=False)
         self.publish(manager, "tree_2", range(100, 300), uuid="mesh")

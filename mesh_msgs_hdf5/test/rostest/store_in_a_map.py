@@ -13,8 +13,9 @@ import numpy as np
 import rospy
 import rostest
 from mesh_msgs import arrays, msg, srv
+from mesh_msgs.diagnostics_ros import ERROR
 from mesh_msgs.testing import wait_until
-from mesh_msgs.testing_ros import connected
+from mesh_msgs.testing_ros import HeardDiagnostics, connected
 from server_process import Publishers, Server, received
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -352,7 +353,7 @@ class StoreInAMap(unittest.TestCase):
     def test_a_layer_that_another_program_adds_is_published(self):
         MapFile.write(self.path, MAP)
         server = self.serve("_save_delay:=0.2")
-        said = []
+        said, diagnostics = [], HeardDiagnostics()
         rospy.Subscriber(server.namespace + "/progress", String, lambda m: said.append(m.data))
         self.send("store/vertex_costs", layer("mine", np.zeros(12)))
         server.wait_for("saved 1 layer")
@@ -366,6 +367,8 @@ class StoreInAMap(unittest.TestCase):
         with open(self.path, "wb") as stream:
             stream.write(b"half a file")
         wait_until(lambda: "failed: " in said[-1], "the reason on progress")
+        name = server.namespace.lstrip("/") + "/hdf5_map_server: maps"
+        diagnostics.expected(name, ERROR, "not an HDF5 file")
         self.assertRegex(said[-1], "ready: serving .*new.*\n.*failed: .*not an HDF5 file")
         self.assertEqual(len(server.logged("changed by another program")), 1)
 

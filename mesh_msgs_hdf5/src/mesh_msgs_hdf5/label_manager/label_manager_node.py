@@ -1,9 +1,10 @@
 """Node label_manager: stores labeled clusters of faces, and answers what is labeled."""
 import contextlib
-from typing import Any, Iterator, Set
+from typing import Any, Iterator, List, Set
 
 import rospy
 from mesh_msgs import arrays, validation
+from mesh_msgs.diagnostics_ros import ERROR, OK, Diagnostics, Status
 from mesh_msgs.srv import GetUUIDs
 from std_srvs.srv import Trigger, TriggerResponse
 
@@ -50,14 +51,23 @@ class LabelManager:
             # where the names are remapped to one topic, it is subscribed to once
             for name in {rospy.resolve_name(name): name for name in (_SHARED, _OWN)}.values()
         ]
+        self._unsaved: List[str] = []  # of the last attempt to save
+        self._diagnostics = Diagnostics("labels", self._status)
 
     def close(self) -> None:
         """Receive nothing more, and put all edits into the map files."""
+        self._diagnostics.shutdown()
         self._timer.shutdown()
         for subscriber in self._subscribers:
             subscriber.unregister()
         self._save()
         self._maps.close()
+
+    def _status(self) -> Status:
+        """For /diagnostics."""
+        if self._unsaved:
+            return Status(ERROR, "labels stay in the journal: %s" % "; ".join(self._unsaved))
+        return Status(OK, "maps with labels: %d" % len(list(self._maps.uuids())))
 
     def _receive(self, message: Any, topic: str) -> None:
         try:
@@ -106,6 +116,7 @@ class LabelManager:
 
     def _save(self, _request=None):
         done, failed = self._maps.save()
+        self._unsaved = list(failed)
         for line in done:
             rospy.loginfo("%s", line)
         for line in failed:

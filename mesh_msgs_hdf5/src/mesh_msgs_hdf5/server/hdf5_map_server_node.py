@@ -5,6 +5,7 @@ from typing import Callable, Iterator, Optional
 
 import rospy
 
+from mesh_msgs.diagnostics_ros import Diagnostics
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
@@ -39,8 +40,11 @@ class MapServer:
             maps, self._topics, labels, forwarder, options.save_delay, self._reload.look
         )
 
+        self._diagnostics = Diagnostics("maps", lambda: progress.status(self._store.unsaved))
+
     def close(self) -> None:
         """Save what was received."""
+        self._diagnostics.shutdown()
         self._store.close()
 
 

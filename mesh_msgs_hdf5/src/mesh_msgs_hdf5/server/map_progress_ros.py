@@ -6,6 +6,7 @@ from typing import Dict, Iterable, List, Sequence
 import rospy
 from std_msgs.msg import String
 
+from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Status
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -67,6 +68,17 @@ class MapProgress:
             if served.path in self._failures:
                 lines.append("failed: %s" % self._failures[served.path])
         self._say("\n".join(lines))
+
+    def status(self, unsaved: Sequence[str] = ()) -> Status:
+        """For /diagnostics. unsaved: sentences about what could not be saved."""
+        lines = self._said.split("\n")
+        failures = [line for line in lines if line.startswith("failed: ")] + list(unsaved)
+        if failures:
+            return Status(ERROR, "; ".join(failures))
+        served = sum(line.startswith("ready: ") for line in lines)
+        if not served:
+            return Status(WARN, self._said or "starting")
+        return Status(OK, "maps that are served: %d" % served, dict(self._descriptions))
 
     def _say(self, text: str) -> None:
         with self._lock:

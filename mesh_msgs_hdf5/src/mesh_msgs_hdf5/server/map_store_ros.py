@@ -70,6 +70,7 @@ class MapStore:
         self._wake = threading.Condition()
         self._warned: Dict[str, float] = {}
         self._closed = False
+        self.unsaved: List[str] = []  # of the last attempt to save, what it says of failures
         self._subscribers: List[rospy.Subscriber] = [
             rospy.Subscriber(name, kind, self._receiver(name, read), queue_size=_QUEUE)
             for name, kind, read in _TOPICS
@@ -196,4 +197,5 @@ class MapStore:
             rospy.loginfo("%s", one_line(line))
         for line in failed:
             rospy.logerr("%s", one_line(line))
+        self.unsaved = failed
         return saved, failed

@@ -7,7 +7,6 @@ from pathlib import Path as FilePath
 
 import rospy
 import rostest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PointStamped
 from mbf_msgs import msg
@@ -18,7 +17,9 @@ from server_process import write_map
 from std_srvs.srv import Empty, Trigger
 
 from mesh_msgs import zoo
+from mesh_msgs.diagnostics_ros import ERROR, WARN
 from mesh_msgs.testing import wait_until
+from mesh_msgs.testing_ros import HeardDiagnostics
 
 GOALS = {
     "get_path": {"target_pose": upright(4, 4), "start_pose": upright(2, 2), "use_start_pose": True},
@@ -57,8 +58,7 @@ class MapStatesTest(unittest.TestCase):
             layers += [{"name": "fussy", "type": "odd/FussyLayer"}]
             maps[name] = {"mesh_file": mesh_file, "layers": layers}
         others = {"hasty": {"wait_for_map": False}}
-        cls.diagnostics = []
-        rospy.Subscriber("/diagnostics", DiagnosticArray, cls.diagnostics.append)
+        cls.diagnostics = HeardDiagnostics()
         cls.servers = {
             name: NodeProcess(name, "mbf_mesh_nav", mesh_map=mesh_map, **others.get(name, {}))
             for name, mesh_map in maps.items()
@@ -118,32 +118,21 @@ class MapStatesTest(unittest.TestCase):
                 rospy.ServiceProxy(f"/typo/{service}", kind)()
         rospy.ServiceProxy("/typo/clear_mesh", Empty)()
         for part in ("map", "navigation"):
-            self.told(f"typo: {part}", DiagnosticStatus.ERROR, "layer steps: there is no")
+            self.diagnostics.expected(f"typo: {part}", ERROR, "layer steps: there is no")
 
     def test_a_layer_that_fails_while_the_map_is_in_use(self):
         server, topics = self.started("optional")
         ask = topics["get_path"]
         self.assertEqual(ask.answer(ask.send("without steps", **GOALS["get_path"]))[0], 3)
-        self.told("optional: map", DiagnosticStatus.WARN, "steps: there is no")
+        self.diagnostics.expected("optional: map", WARN, "steps: there is no")
         Client("optional/mesh_map/border", 60).update_configuration({"border_cost": 6.0})
         state, result = ask.answer(ask.send("failed", **GOALS["get_path"]))
         self.assertEqual((state, result.outcome), (4, result.MAP_ERROR), result.message)
-        self.told(
-            "optional: map", DiagnosticStatus.ERROR, "layer fussy: RuntimeError: 6 is too much"
+        self.diagnostics.expected(
+            "optional: map", ERROR, "layer fussy: RuntimeError: 6 is too much"
         )
         Client("optional/mesh_map/fussy", 60).update_configuration({"enabled": False})
         self.assertEqual(ask.answer(ask.send("not enabled", **GOALS["get_path"]))[0], 3)
-
-    def told(self, name, level, words):
-        """That is said on /diagnostics."""
-        wait_until(
-            lambda: any(
-                (one.name, one.level) == (name, level) and words in one.message
-                for message in list(self.diagnostics)
-                for one in message.status
-            ),
-            f"{name}: {words}",
-        )
 
     def test_goals_that_do_not_wait(self):
         ready, server, topics = self.patient("hasty")

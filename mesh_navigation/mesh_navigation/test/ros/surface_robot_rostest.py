@@ -24,7 +24,9 @@ from mesh_map.io.map_messages import geometry_message
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
+from mesh_msgs.diagnostics_ros import OK, WARN
 from mesh_msgs.testing import wait_until
+from mesh_msgs.testing_ros import HeardDiagnostics
 
 GRID = zoo.grid()  # 10 m x 10 m, at the height 0
 
@@ -279,7 +281,10 @@ class SurfaceRobotTest(unittest.TestCase):
         np.testing.assert_allclose(steps[moving, 1], steps[moving, 0], atol=1e-6)
 
     def test_maps_from_a_topic(self):
+        diagnostics = HeardDiagnostics()
         robot = self.robot("listener", mesh_topic="/some/mesh", initial_pose=[7.0, 5.0])
+        name = "listener/surface_robot: robot"
+        diagnostics.expected(name, WARN, "waits for a map")
         line = "waiting for the map on /some/mesh (or set _mesh_file:=...)"
         wait_until(lambda: line in robot.output(), line)
         publisher = rospy.Publisher("/some/mesh", MeshGeometryStamped, queue_size=2, latch=True)
@@ -292,6 +297,7 @@ class SurfaceRobotTest(unittest.TestCase):
         wait_until(lambda: "no surface within" in robot.output(), "another refusal")
         publisher.publish(geometry_message(MeshMap(GRID.vertices, GRID.faces)))
         np.testing.assert_allclose(position_of(robot.wait_for_pose().pose), [7, 5, 0], atol=1e-6)
+        diagnostics.expected(name, OK, f"on a map of {len(GRID.faces)} faces")
         # Another map: it stays where it is, as far as there is surface.
         raised = GRID.vertices + np.float32([0, 0, 0.5])
         publisher.publish(geometry_message(MeshMap(raised, GRID.faces)))

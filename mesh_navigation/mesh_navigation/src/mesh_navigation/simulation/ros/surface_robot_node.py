@@ -15,6 +15,7 @@ from mesh_map.base.parameter import read_parameters
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import arrays, validation
+from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
 from mesh_msgs.text import one_line
 
 from mesh_navigation.base.cancellation import Cancellation
@@ -62,6 +63,7 @@ class SurfaceRobotNode:
         self._scan: Optional[SimulatedScan] = None
         self._scan_left = 0.0
         self._obstruction, self._silent_until = "", 0.0
+        self._diagnostics = Diagnostics("robot", self._status)
 
     def run(self) -> None:
         """Simulate until the node is shut down.
@@ -90,6 +92,14 @@ class SurfaceRobotNode:
             if self._robot is not None and self._scan is not None:
                 self._step(self._robot, self._scan, seconds, stamp)
             steps.tell()
+
+    def _status(self) -> Status:
+        """For /diagnostics."""
+        if self._map is None:
+            return Status(WARN, "the robot waits for a map")
+        if self._obstruction:
+            return Status(WARN, f"the robot does not get on: {self._obstruction}")
+        return Status(OK, f"the robot is on a map of {len(self._map.faces)} faces")
 
     def _step(
         self, robot: SimulatedRobot, scan: SimulatedScan, seconds: float, stamp: rospy.Time
