@@ -21,7 +21,9 @@ import fake_mbf_server
 from fake_mbf_server import FakeServer, never, path_along
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import ExePathResult, GetPathResult, MoveBaseFeedback, MoveBaseResult
+from mesh_msgs.diagnostics_ros import OK
 from mesh_msgs.testing import wait_until
+from mesh_msgs.testing_ros import HeardDiagnostics
 from mesh_navigation import MeshNavigator
 from mesh_navigation.base.messages import pose_from_message
 from mesh_navigation.client import action_caller_ros
@@ -371,6 +373,7 @@ class ClientsTest(unittest.TestCase):
 
     def test_the_bridge(self):
         words = "_goal_topic:=/clicked", "_controller:=c", "_recovery_behaviors:=[a]"
+        diagnostics = HeardDiagnostics()
         bridge = Command(program("mesh_navigation", "goal_bridge"), *words)
         self.addCleanup(bridge.kill)
         clicks = rospy.Publisher("/clicked", PoseStamped, queue_size=10)
@@ -387,6 +390,9 @@ class ClientsTest(unittest.TestCase):
 
         self.server.answers["move_base"] = never
         wait_until(click_until_sent, "a goal")
+        diagnostics.expected(
+            "goal_bridge: goals", OK, "goals are sent to /move_base_flex/move_base"
+        )
         self.assertEqual(self.newest("move_base").controller, "c")
         self.assertEqual(self.newest("move_base").recovery_behaviors, ["a"])
         before = len(self.server.goals["move_base"])

@@ -8,6 +8,7 @@ from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import MoveBaseGoal
 
 from mesh_map.base.parameter import Parameter, read_parameters
+from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
 from mesh_msgs.init_node import init_node, spin
 
 from mesh_navigation.base.cancellation import Cancellation
@@ -50,6 +51,13 @@ class GoalBridge:
             self._name,
             subscriber.resolved_name,
         )
+        self._diagnostics = Diagnostics("goals", self._status)
+
+    def _status(self) -> Status:
+        """For /diagnostics."""
+        if not self._goals.has_server("move_base"):
+            return Status(WARN, f"there is no action server {self._name}")
+        return Status(OK, f"goals are sent to {self._name}")
 
     def _on_goal(self, goal: PoseStamped) -> None:
         if not self._goals.has_server("move_base"):
