@@ -22,8 +22,9 @@ from server_process import ServerProcess, write_map
 from std_msgs.msg import Header
 
 from mesh_msgs import zoo
+from mesh_msgs.diagnostics_ros import OK, WARN
 from mesh_msgs.testing import wait_until
-from mesh_msgs.testing_ros import connected
+from mesh_msgs.testing_ros import HeardDiagnostics, connected
 
 FAR = (1000.0, 0.0)
 HELD = 3  # s
@@ -272,16 +273,22 @@ class VelocityGuardTest(unittest.TestCase):
     def test_the_collision_zone(self):
         """Somebody stands there, goes, and the sensor ends."""
         drive, who = self.begin("preempting"), guard_of("preempting")
-        for name, closed, free in (("points", [(0.5, 0.0, 1.0)] * 3, []), ("sensor_sees", 0, 1)):
+        diagnostics = HeardDiagnostics()
+        self.addCleanup(diagnostics.unregister)
+        part = f"{who.lstrip('/')}: velocity"
+        for name, closed, free, why in (
+            ("points", [(0.5, 0.0, 1.0)] * 3, [], "3 points are in the collision zone"),
+            ("sensor_sees", 0, 1, "zone_timeout"),
+        ):
             setattr(type(self), name, closed)
             self.addCleanup(setattr, type(self), name, free)
             self.gets_nothing_but(ZERO, who)
+            diagnostics.expected(part, WARN, why)
             setattr(type(self), name, free)
             self.gets_nothing_but(GO, who)
+            diagnostics.expected(part, OK, "velocities of a drive pass")
+            self.assertIn(why, self.servers["preempting"].output())
         self.cancel("preempting", drive)
-        output = self.servers["preempting"].output()
-        self.assertIn("3 points are in the collision zone", output)
-        self.assertIn("zone_timeout", output)
 
     def gets_nothing_but(self, kind, who):
         """From some moment on."""

@@ -11,6 +11,7 @@ import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
 
+from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
 from mesh_msgs.init_node import init_node
 
 from mesh_navigation.base.messages import twist_message
@@ -48,6 +49,7 @@ class VelocityGuardNode:
         self._publisher = rospy.Publisher(settings["topic"], Twist, queue_size=1)
         self._zone = _cloud_watch(settings) if settings["zone_topic"] else None
         self._complaint, self._beaten = "", 0.0
+        self._diagnostics = Diagnostics("velocity", self._status)
 
     def run(self) -> None:
         """Take over and do so until the server has ended, or this node is shut down."""
@@ -64,6 +66,12 @@ class VelocityGuardNode:
             if now.wall - self._beaten >= BEAT_PERIOD:
                 self._beaten = now.wall
                 self._tell(BEAT)
+
+    def _status(self) -> Status:
+        """For /diagnostics."""
+        if self._complaint:
+            return Status(WARN, f"the robot is stopped: {self._complaint}")
+        return Status(OK, "velocities of a drive pass" if self._guard.is_driving else "no drive")
 
     def _wait_for_subscribers(self) -> None:
         end = time.monotonic() + CONNECTING
