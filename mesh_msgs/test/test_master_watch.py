@@ -9,7 +9,7 @@ import pytest
 import rosgraph
 
 from mesh_msgs.master_watch import MasterWatch
-from mesh_msgs.testing import wait_until
+from mesh_msgs.testing import listens, wait_until
 
 NODE = """
 from mesh_msgs import init_node, master_watch
@@ -85,7 +85,7 @@ def test_a_node_whose_master_is_restarted_ends_and_says_so():
 
     def start_master():
         master = start("rosmaster", "--core", "-p", str(port))
-        wait_until(lambda: rosgraph.is_master_online(uri), "the master")
+        wait_until(lambda: listens(port), "the master")
         return master
 
     try:

@@ -1,5 +1,6 @@
 """What tests wait for, without ROS (on a running one: testing_ros)."""
 
+import socket
 import time
 from typing import Any, Callable, Optional
 
@@ -25,3 +26,12 @@ def wait_until(
         if is_over:
             raise AssertionError("%s not within %g s" % (what, seconds))
         time.sleep(0.01)
+
+
+def listens(port: int) -> bool:
+    """Whether a server listens at this port of this machine (127.0.0.1), such as a roscore."""
+    try:
+        with socket.create_connection(("127.0.0.1", port)):
+            return True
+    except OSError:
+        return False
