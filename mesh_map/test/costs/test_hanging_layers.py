@@ -11,9 +11,9 @@ from mesh_msgs.testing import wait_until
 from toy_layers import TYPES, DataLayer, NeighborLayer, calls, entry, grid_map
 from toy_layers import toys  # noqa: F401
 
-SHORT = 1.0  # seconds; far more than any call that does not hang takes
+SHORT = 3.0  # seconds; far more than any call that does not hang takes
 WAIT = 60.0
-FAULT = "it hangs: no answer within 1 s (layer_timeout); load the map anew"
+FAULT = "it hangs: no answer within %g s (layer_timeout); load the map anew" % SHORT
 
 
 class Hang:
@@ -96,6 +96,11 @@ def in_thread(work, *args):
     return thread
 
 
+def no_call_is_left():
+    """Whether the calls of the layer deep that were left behind have ended."""
+    return "layer deep" not in [thread.name for thread in threading.enumerate()]
+
+
 def test_time_goes_by_started_millions_of_faces():
     assert [seconds_for(count, 60.0) for count in (1, 100, 1000000, 1000001, 1500000)] == [
         60.0,
@@ -117,8 +122,7 @@ def test_a_layer_that_hangs_at_the_start(where):
     assert list(mesh_map.layers) == ["ground", "all"]
     Hang.where = ""
     Hang.end.set()  # what it gives now comes too late
-    names = lambda: [thread.name for thread in threading.enumerate()]  # noqa: E731
-    wait_until(lambda: "layer deep" not in names(), "the end of the call")
+    wait_until(no_call_is_left, "the end of the call")
     mesh_map.set_layer_parameters("ground", {"scale": 2.0})
     assert list(mesh_map.layers) == ["ground", "all"] and "it hangs" in mesh_map.fault
     mesh_map.compute_layers(CONFIG)
@@ -147,6 +151,7 @@ def test_a_layer_that_hangs_later_is_left_behind(where, change, toys):  # noqa: 
     assert mesh_map.fault == "layer deep: " + FAULT
     Hang.where = ""
     Hang.end.set()  # what it gives now comes too late
+    wait_until(no_call_is_left, "the end of the call")
     calls.clear()
     mesh_map.refresh_layer("deep")
     with pytest.raises(MeshMapError, match="it hangs"):
