@@ -55,8 +55,8 @@ class Fakes:
     def wait(self, cancellation):
         return self
 
-    def is_current(self, ready):
-        return True
+    def fault(self, ready):
+        return ""
 
     def __getitem__(self, name):
         return self.told
