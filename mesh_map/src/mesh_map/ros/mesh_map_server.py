@@ -229,7 +229,7 @@ class MeshMapServer:
         mesh_map.compute_layers(
             parameters.layers, self._progress, source.stored_costs, publish_layer
         )
-        if not mesh_map.layers:
+        if not (mesh_map.layers or mesh_map.layer_errors):
             _LOG.warning("the map has no layers: every vertex is free")
         self._topics.publish_costs(COMBINED_COSTS, mesh_map.planning_costs().costs)
         self._topics.publish_layer_vectors(mesh_map.layers.values())
