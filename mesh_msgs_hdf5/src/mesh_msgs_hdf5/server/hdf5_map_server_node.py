@@ -99,8 +99,8 @@ def _running() -> Iterator[None]:
         maps = load_maps(options, progress)
     server = MapServer(maps, options, progress)
     try:
-        for served in maps:
-            rospy.loginfo("%s", one_line(served.describe()))
+        for text in progress.describe():
+            rospy.loginfo("%s", text)
         yield
     finally:
         server.close()

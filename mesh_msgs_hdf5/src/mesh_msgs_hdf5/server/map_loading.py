@@ -5,6 +5,7 @@ from typing import Any, Dict, List, Tuple
 import genpy
 
 from mesh_msgs_hdf5.files.probe import kind_of, read_head
+from mesh_msgs_hdf5.files.save import stamp as file_stamp
 from mesh_msgs_hdf5.formats.any_mesh import Members, MeshMembers
 from mesh_msgs_hdf5.formats.importer import read_mesh
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
@@ -27,6 +28,7 @@ def load(
     Raises MapFileError.
     """
     path = request.path
+    before = file_stamp(path)
     if kind_of(path, read_head(path)) != "h5":
         mesh, report = read_mesh(path)
         asked, sources = [request], [MeshMembers(path, mesh)]
@@ -39,6 +41,7 @@ def load(
         notes = []
     found = [_served(*pair, stamp, owner_info, read_only) for pair in zip(asked, sources)]
     for served in found:
+        served.loaded_stamp = before
         if served.overlay.path != path:
             notes.append("%s is served from %s, with what was stored there" % (path, served.target))
         notes += ["%s: %s" % (served.name, note) for note in served.labels.notes]

@@ -49,6 +49,10 @@ class MapProgress:
         except MapFileError:  # it has just been replaced; that will be looked at
             self._descriptions[served.uuid] = "serving " + one_line(served.name)
 
+    def describe(self) -> List[str]:
+        """Sentences about the maps that are served, for the log."""
+        return list(self._descriptions.values())
+
     def failed(self, path: str, why: str) -> None:
         """A newer file is not served; "": nothing newer is there any more."""
         if why:
@@ -58,15 +62,17 @@ class MapProgress:
 
     def ready(self, maps: Iterable[ServedMap]) -> None:
         """These maps are served; to be called now and then, since owners of labels end."""
-        lines = []
+        lines, descriptions = [], {}
         for served in maps:
-            lines.append("ready: %s" % self._descriptions.get(served.uuid, served.name))
+            descriptions[served.uuid] = self._descriptions.get(served.uuid, served.name)
+            lines.append("ready: %s" % descriptions[served.uuid])
             lines += ["note: %s" % note for note in self._notes.get(served.path, ())]
             owner = served.labels.owner
             if owner is not None:
                 lines.append("labels: edits of labels are sent to %s" % owner_text(owner))
             if served.path in self._failures:
                 lines.append("failed: %s" % self._failures[served.path])
+        self._descriptions = descriptions
         self._say("\n".join(lines))
 
     def status(self, unsaved: Sequence[str] = ()) -> Status:

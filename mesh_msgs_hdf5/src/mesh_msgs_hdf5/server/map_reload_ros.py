@@ -36,7 +36,8 @@ class MapReload:
         self._topics = topics
         self._progress = progress
         self._options = owner_info, read_only
-        self._known = self._stamps()
+        # A file that was replaced since it was loaded is loaded anew.
+        self._known = {served.path: served.loaded_stamp for served in maps}
         self._before = self._known
 
     def look(self) -> None:

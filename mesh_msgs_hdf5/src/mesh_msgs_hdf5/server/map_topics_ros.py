@@ -1,6 +1,6 @@
 """The topics on which hdf5_map_server publishes."""
 import threading
-from typing import Hashable, List
+from typing import Hashable, List, Tuple
 
 import rospy
 from mesh_msgs import arrays
@@ -37,14 +37,13 @@ class MapServerTopics:
 
     def publish_map(self, served: ServedMap) -> None:
         """Everything that is published at the start; what cannot be read is a log line."""
-        overlay = served.overlay
-        self._publish(served, "geometry")
-        if overlay.has_colors:
-            self._publish(served, "vertex_colors")
-        for name in overlay.layer_names():
-            self._publish(served, "vertex_costs", name)
-        for name in overlay.face_attribute_names():
-            self._publish(served, "face_attributes", name)
+        try:
+            members = _members(served)
+        except MapFileError as error:  # It has just been replaced.
+            rospy.logerr("%s", one_line("%s cannot be published: %s" % (served.name, error)))
+            members = []
+        for member, key in members:
+            self._publish(served, member, key)
         self._featureless.append(served)
         self._labels.changed(served.uuid, served.labels)
 
@@ -87,3 +86,13 @@ class MapServerTopics:
             what = what if key is None else "%s %s" % (what, key)
             text = "%s: its %s cannot be published: %s" % (served.name, what, error)
             rospy.logerr("%s", one_line(text))
+
+
+def _members(served: ServedMap) -> List[Tuple[str, Hashable]]:
+    """Members and keys of all that is published of a map at the start."""
+    overlay = served.overlay
+    members: List[Tuple[str, Hashable]] = [("geometry", None)]
+    members += [("vertex_colors", None)] * overlay.has_colors
+    members += [("vertex_costs", name) for name in overlay.layer_names()]
+    members += [("face_attributes", name) for name in overlay.face_attribute_names()]
+    return members

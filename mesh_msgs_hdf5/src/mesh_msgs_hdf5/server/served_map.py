@@ -36,9 +36,10 @@ class ServedMap:
     Changes are served at once and kept in memory until save() has put them into the file.
 
     Attributes: overlay (the map with its changes), messages (made of it), labels, uuid, path,
-    request (loads it once more), target (the map file that changes go to: the map itself, or one
-    beside it; see label_target), is_ended (nothing is stored any more), saved_stamp (of the target
-    as this object has left it; see writing.save.stamp).
+    request (loads it once more), loaded_stamp (of the path before it was loaded; see
+    files.save.stamp), target (the map file that changes go to: the map itself, or one beside it;
+    see label_target), saved_stamp (of the target as this object has left it), is_ended (nothing is
+    stored any more).
 
     Args:
         request: the file that was asked for (its path is that of the map; that of the overlay is
@@ -63,6 +64,7 @@ class ServedMap:
         self.target = labels.path
         self._locked = locked
         self.is_ended = False
+        self.loaded_stamp: Any = None
         self.saved_stamp: Any = None
         self._saving = threading.Lock()
         self._changing = threading.Lock()
