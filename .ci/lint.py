@@ -66,7 +66,7 @@ def command_in_parts(tool, arguments, paths, correction):
 
 def check_black(python):
     """What black would change; where it need not show anything it remembers what it has seen."""
-    quick = ["--check", "--quiet"]
+    quick = ["--check", "--quiet", "--fast"]  # what is not written needs not be compared
     if not command("black", quick + python, "differs"):
         return ""
     return command("black", quick + ["--diff"] + python, "correct with: black FILE")

@@ -25,7 +25,7 @@ GEOMETRY = ("vertices", "faces")
 IN_ALL = {field.name for field in dataclasses.fields(Mesh)}
 IN_ALL |= {"layer_names", "face_attribute_names", "face_attribute", "label_names", "stored_uuid"}
 IN_ALL |= {"texture_indices", "texture"}
-COUNT, BATCHES, SAMPLES_COUNT = 2000, 4, 60
+COUNT, BATCHES, SAMPLES_COUNT = 1000, 2, 60
 SHARING = 60  # so many are read in one process, where none ends it
 
 
