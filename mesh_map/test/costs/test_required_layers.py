@@ -183,6 +183,25 @@ def test_a_layer_that_gets_no_data(walled):
     assert walled.fault == ""
 
 
+def test_a_layer_whose_data_are_not_current(walled):
+    silent = ["no cloud for 3 s"]
+    walled.watch_data("wall", lambda: silent[0])
+    assert walled.fault == walled.gap == "layer wall: no cloud for 3 s" and not walled.lasting_fault
+    walled.set_without_data("fog", "no topic")
+    assert walled.lasting_fault == "layer fog: no topic" and "wall" in walled.gap
+    assert set(walled.layer_failures) == {"wall", "fog"}
+    walled.set_without_data("fog", "")
+    silent[0] = ""
+    assert walled.fault == walled.gap == ""
+    walled.watch_data("wall", lambda: silent[1])
+    assert walled.gap == "layer wall: IndexError: list index out of range"
+    walled.set_layer_parameters("wall", {"enabled": False})
+    assert walled.gap == ""
+    walled.compute_layers([optional("wall", "data")])
+    walled.watch_data("wall", lambda: "no cloud")
+    assert walled.fault == walled.gap == "" and walled.layer_failures == {"wall": "no cloud"}
+
+
 def test_a_default_layer_that_is_none_is_a_fault_until_another_is_chosen():
     mesh_map = grid_map()
     mesh_map.set_settings(default_layer="al")

@@ -150,7 +150,8 @@ def test_one_of_two_obstacles_on_a_large_face_goes():
 
 
 def test_decay():
-    mesh_map, layer = floor_map(), ObstacleLayer("o", {"decay": 2.0})
+    params = {"decay": 2.0, "expected_update_rate": 0}
+    mesh_map, layer = floor_map(), ObstacleLayer("o", params)
     layer.insert_cloud(mesh_map, [[1, 0, 0.5]], (0, 0, 1), 10.0)
     layer.insert_cloud(mesh_map, [[-1, 0, 0.5]], (0, 0, 1), 11.0)
     assert layer.decay(12.0) == 0
@@ -164,7 +165,8 @@ def test_decay():
 
 
 def test_parameters_take_effect_with_the_next_cloud_or_decay():
-    mesh_map, layer = floor_map(), ObstacleLayer("o", {"decay": 0.0})
+    params = {"decay": 0.0, "expected_update_rate": 0}
+    mesh_map, layer = floor_map(), ObstacleLayer("o", params)
     layer.insert_cloud(mesh_map, [[1, 0, 0.5]], (0, 0, 1), 0.0)
     assert layer.decay(100.0) == 0
     layer.params["decay"] = 5.0

@@ -23,7 +23,7 @@ from mesh_msgs import arrays
 from mesh_msgs.testing import wait_until
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_srvs.srv import Trigger
 
 WAIT = 20.0  # seconds; far more than anything takes
@@ -35,10 +35,15 @@ RIGHT, LEFT = [2.0, -2.0, 0.5], [-2.0, 2.0, 0.5]  # over faces 0 and 1
 INF = np.inf
 
 
+def printed(log, text):
+    """The lines of a node with a text in them."""
+    with open(log) as lines:
+        return [line for line in lines.read().splitlines() if text in line]
+
+
 def complaints(log):
     """The lines in which a node says that clouds cannot be used."""
-    with open(log) as lines:
-        return [line for line in lines.read().splitlines() if "cannot be used" in line]
+    return printed(log, "cannot be used")
 
 
 def cloud(points, frame="laser", stamp=None):
@@ -76,6 +81,7 @@ class Obstacles(unittest.TestCase):
         cls.broadcaster.sendTransform(
             [
                 transform("laser", (1, 1, 1), (0, 0, 1, 0)),  # looks back: x and y are turned
+                transform("robot", (2, -2, 0)),
                 transform("leaning", (0, 0, 0), (0, half, 0, half)),  # its z is x of the map
             ]
         )
@@ -115,7 +121,12 @@ class Obstacles(unittest.TestCase):
             {
                 "mesh_file": path,
                 "layers": [{"name": "obstacles", "type": "mesh_layers/ObstacleLayer"}],
-                "obstacles": {"topic": "cloud", "decay": 3.0, "tf_tolerance": 2.0},
+                "obstacles": {
+                    "topic": "cloud",
+                    "robot_height": 0.7,
+                    "decay": 1.0,
+                    "tf_tolerance": 2.0,
+                },
             },
         )
         executable = roslib.packages.find_node("mesh_map", "mesh_map")[0]
@@ -148,7 +159,17 @@ class Obstacles(unittest.TestCase):
             self.assertTrue(wait_until(lambda: complaints(log.name)), found)
             self.send(publisher, cloud(self.to_laser([RIGHT, [np.nan, 0, 0]])))
             self.assertTrue(wait_until(both(right)), found)
-            self.assertTrue(wait_until(both(free)), found)  # it is not seen again
+            # While no cloud comes, it stays, and that is said.
+            silent = "it is not current (1): nothing usable came from topic cloud for"
+            self.assertTrue(wait_until(lambda: printed(log.name, silent)), found)
+            self.assertTrue(both(right)(), found)
+
+            def gone():
+                publisher.publish(cloud([[0.0, 0.0, 0.0]], frame="laser"))  # high above the floor
+                time.sleep(0.1)
+                return both(free)()
+
+            self.assertTrue(wait_until(gone), found)  # it is not seen again
             self.assertIsNone(node.poll())
             lines = complaints(log.name)
             self.assertEqual(len(lines), 1, lines)
@@ -224,9 +245,9 @@ class Obstacles(unittest.TestCase):
         adapter._complaints.add = lambda kind, reason: said.append((kind, str(reason)))
         back = rospy.exceptions.ROSTimeMovedBackwardsException(-3.0)
         with mock.patch.object(adapter._transforms.buffer, "lookup_transform", side_effect=back):
-            adapter._on_cloud(cloud(self.to_laser([LEFT])))
+            adapter._on_message(cloud(self.to_laser([LEFT])), "")
         self.assertEqual(said, [("clouds from /eight cannot be used", str(back))])
-        adapter._on_cloud(cloud(self.to_laser([LEFT])))
+        adapter._on_message(cloud(self.to_laser([LEFT])), "")
         self.assertEqual((seen, len(said)), ([[1]], 1))
 
     def test_clouds_that_are_not_in_the_frame_of_their_sensor(self):
@@ -238,10 +259,42 @@ class Obstacles(unittest.TestCase):
             adapter, layer, seen = self.adapter(layer_name, topic="", sensor_frame=sensor_frame)
             said = []
             adapter._complaints.add = lambda kind, reason, said=said: said.append(str(reason))
-            adapter._on_cloud(cloud([LEFT], frame="map"))
-            adapter._on_cloud(cloud([behind], frame="map"))
+            adapter._on_message(cloud([LEFT], frame="map"), "")
+            adapter._on_message(cloud([behind], frame="map"), "")
             self.assertEqual(layer.marked_faces.tolist(), marked)
             self.assertEqual(said, [] if sensor_frame else ["set sensor_frame"] * 2)
+
+    def test_several_sources_around_a_robot(self):
+        rospy.set_param("/ten", {"robot_radius": 0.5, "robot_frame": "robot"})
+        adapter, layer, seen = self.adapter(
+            "/ten/map/obstacles",
+            observation_sources="scan points",
+            scan={
+                "topic": "ten_scan",
+                "data_type": "LaserScan",
+                "clearing": True,
+                "inf_is_valid": True,
+                "sensor_frame": "laser",
+            },
+            points={"topic": "ten_points", "observation_persistence": 0.0},
+        )
+        scans = rospy.Publisher("/ten_scan", LaserScan, queue_size=20)
+        self.addCleanup(scans.unregister)
+        points = self.publisher("/ten_points")
+        self.assertIn("source scan (ten_scan) yet", adapter._silence())
+        ahead = [2.5, 1.0, 1.0]  # of the laser, in the map; the robot is at RIGHT
+        self.send(points, cloud(self.to_laser([ahead, LEFT, RIGHT])))
+        self.assertTrue(wait_until(lambda: layer.marked_faces.tolist() == [0, 1]), seen)
+        self.assertEqual(len(layer._marks["points"].times), 2)
+        self.assertNotIn("ten_points", adapter._silence())
+        back = LaserScan(angle_min=np.pi, angle_increment=0.1, range_min=0.1, range_max=30.0)
+        back.header.frame_id, back.ranges = "laser", [np.nan]
+        self.send(scans, back)
+        self.assertTrue(wait_until(lambda: "no point of it is finite" in adapter._silence()))
+        back.ranges = [np.inf]  # nothing in that direction
+        self.send(scans, back)
+        self.assertTrue(wait_until(lambda: layer.marked_faces.tolist() == [1]), seen)
+        self.assertTrue(wait_until(lambda: "ten_points" in adapter._silence()))  # for a second
 
     def test_nothing_comes_after_shutdown(self):
         adapter, layer, seen = self.adapter("/six/obstacles", 0.3, topic="six", decay=0.5)

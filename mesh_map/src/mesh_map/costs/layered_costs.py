@@ -4,7 +4,18 @@ import contextlib
 import contextvars
 import logging
 import threading
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Tuple
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Tuple,
+)
 
 import numpy as np
 
@@ -69,6 +80,7 @@ class LayeredCosts:
         settings = MapSettings()
         planning = PlanningCosts(0, combination.costs, geometry, settings)
         self._without_data: Dict[str, str] = {}
+        self._data_watches: Dict[str, Callable[[], str]] = {}
         self._state = _State(LayerSet(), settings, combination, (), planning)
 
     @property
@@ -98,26 +110,51 @@ class LayeredCosts:
     @property
     def layer_failures(self) -> Dict[str, str]:
         """name -> one line, for all that is enabled and does not stand: layers that are left out,
-        whose last evaluation failed or hangs (they have the result before), or that get no data."""
-        layer_set = self._state.layer_set
-        of_layers = {**layer_set.stale, **self._without_data, **layer_set.hanging()}
-        enabled = {
-            name: reason
-            for name, reason in of_layers.items()
-            if name in layer_set.layers and layer_set.params[name]["enabled"]
-        }
-        return {**self.layer_errors, **enabled}
+        whose last evaluation failed or hangs (they have the result before), that get no data, or
+        whose data are not current."""
+        return {**self._gaps(), **self._lasting_failures()}
 
     @property
     def fault(self) -> str:
         """Why nothing should be planned or driven on these costs, in one line: the required layers
         that do not stand, and the reasons. Empty where all of them do."""
+        return self._of_required(self.layer_failures)
+
+    @property
+    def lasting_fault(self) -> str:
+        """What of `fault` does not go by itself."""
+        return self._of_required(self._lasting_failures())
+
+    @property
+    def gap(self) -> str:
+        """What of `fault` goes when sensors speak again: whoever drives stands until then."""
+        return self._of_required(self._gaps())
+
+    def _lasting_failures(self) -> Dict[str, str]:
+        layer_set = self._state.layer_set
+        of_layers = {**layer_set.stale, **self._without_data, **layer_set.hanging()}
+        return {**self.layer_errors, **self._of_enabled(of_layers)}
+
+    def _gaps(self) -> Dict[str, str]:
+        found = {name: _looked(look) for name, look in self._data_watches.items()}
+        return self._of_enabled({name: reason for name, reason in found.items() if reason})
+
+    def _of_enabled(self, reasons: Dict[str, str]) -> Dict[str, str]:
+        layer_set = self._state.layer_set
+        return {
+            name: reason
+            for name, reason in reasons.items()
+            if name in layer_set.layers and layer_set.params[name]["enabled"]
+        }
+
+    def _of_required(self, failures: Dict[str, str]) -> str:
         optional = self._state.layer_set.optional
         if self.settings.default_layer in optional:
             optional = optional | {"default_layer"}
-        failures = self.layer_failures.items()
         return "; ".join(
-            "%s: %s" % (_shown(name), reason) for name, reason in failures if name not in optional
+            "%s: %s" % (_shown(name), reason)
+            for name, reason in failures.items()
+            if name not in optional
         )
 
     @property
@@ -172,7 +209,7 @@ class LayeredCosts:
                     known = self.layers[name].result if name in self.layers else None
                     vertices = ResultDifference.between(known, layer.result).shown
                     changes.append(LayerChange(name, vertices, layer.result.costs))
-                self._without_data = {}
+                self._without_data, self._data_watches = {}, {}
                 self._commit(layer_set, self.settings, changes)
 
     def set_layer_parameters(self, name: str, values: Mapping[str, Any]) -> Dict[str, Value]:
@@ -230,6 +267,13 @@ class LayeredCosts:
         with self._lock:
             others = {key: self._without_data[key] for key in self._without_data if key != name}
             self._without_data = {**others, name: reason} if reason else others
+
+    def watch_data(self, name: str, look: Callable[[], str]) -> None:
+        """From now on, look() says why the data of a layer are not current, so that it does not
+        stand; "" while they are. It is called whenever somebody wants to know, from any thread, and
+        must not wait for anything."""
+        with self._lock:
+            self._data_watches = {**self._data_watches, name: look}
 
     def clear_layers(self, names: Optional[Iterable[str]] = None) -> Dict[str, int]:
         """Has layers forget what sensors have seen, and evaluates them and those that read them.
@@ -390,6 +434,13 @@ class LayeredCosts:
             )
         self._state = _State(layer_set, settings, combination, combined, planning)
         self._listeners.put(changes)
+
+
+def _looked(look: Callable[[], str]) -> str:
+    try:
+        return look()
+    except PLUGIN_FAILURES as error:  # what cannot be looked at is not current
+        return error_line(error)
 
 
 def _no_default_layer(name: str) -> str:

@@ -13,11 +13,21 @@ from mesh_map.base.query_arguments import number, points_array, vector
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.layers.cloud_view import CloudView
+from mesh_map.layers.observation_sources import (
+    UNTIL_NEXT,
+    UPDATE_RATE,
+    WITHOUT_MEANING,
+    ObservationSource,
+    SensorWatch,
+    observation_sources,
+    source_params,
+)
 from mesh_map.layers.obstacles import CloudPoints, ObstacleMarks, find_obstacles
+from mesh_map.layers.robot_outline import RobotOutline, on_level
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.spatial.hits import NO_FACE
 
-UNTIL_NEXT_CLOUD = -1.0  # of "decay"
+Transform = Tuple[np.ndarray, np.ndarray]  # rotation (3, 3) and translation (3,), meters
 
 
 @dataclass(frozen=True)
@@ -40,6 +50,8 @@ def _parameter(name: str, default: Any, text: str, *limits: float) -> Parameter:
 
 OBSTACLE_PARAMETERS = (
     _parameter("topic", "", "sensor_msgs/PointCloud2 to subscribe to"),
+    _parameter("observation_sources", "", "names of several sources in place of topic"),
+    UPDATE_RATE,
     Parameter(
         "qos",
         "Reliable",
@@ -67,12 +79,15 @@ OBSTACLE_PARAMETERS = (
         "decay",
         10.0,
         "seconds without being seen; 0: until cleared; below 0: until the next cloud",
-        UNTIL_NEXT_CLOUD,
+        UNTIL_NEXT,
         86400.0,
     ),
     _parameter("clearing", True, "remove what a later cloud sees past"),
     _parameter("clearing_angle", 1.0, "degrees; cells of the view of a cloud", 0.1, 10.0),
     _parameter("clearing_margin", 0.2, "meters that it has to see beyond a mark", 0.0, 10.0),
+    _parameter("footprint_clearing_enabled", True, "remove what is under the robot itself"),
+    _parameter("footprint", (), "corners [[x, y], ...] in robot_frame, meters"),
+    _parameter("robot_radius", 0.0, "of a round robot, meters; 0: none", 0.0, 100.0),
 )
 
 
@@ -113,12 +128,14 @@ class ObstacleLayer(Layer):
     insert_cloud() casts each point of a cloud down onto the mesh, as the released layer did, and
     marks the face that it meets. A mark goes when a later cloud sees past it (see CloudView), when
     it is older than "decay", or by clear(); in the released layer, each cloud replaced the one
-    before, which "decay" -1 still says.
+    before, which "decay" -1 still says. While its source is silent, a mark does not get older, and
+    silence() says why the layer is not current.
 
     Parameters take effect with the next cloud. Any thread may call any method.
 
     Attributes:
         last_cloud: CloudSummary of the last cloud; None before.
+        body: what the robot covers where the parameters of the layer do not say it.
     """
 
     PARAMETERS = OBSTACLE_PARAMETERS
@@ -129,20 +146,56 @@ class ObstacleLayer(Layer):
         self, name: str, params: Optional[Mapping[str, Any]] = None, type_name: str = ""
     ) -> None:
         super().__init__(name, params, type_name)
-        self.warnings += contradictions(self.params)
         self.last_cloud: Optional[CloudSummary] = None
+        self.body = RobotOutline()
         self._lock = threading.Lock()
         self._geometry: Optional[MeshGeometry] = None
-        self._marks = ObstacleMarks(0)
+        self._watches: Dict[str, SensorWatch] = {}
+        self._marks: Dict[str, ObstacleMarks] = {}  # by the names of sources
+        self._faces = _NO_FACES
 
-    def checked_changes(self, values: Mapping[str, Any]) -> Tuple[Dict[str, Any], List[str]]:
-        params, warnings = super().checked_changes(values)
-        return params, warnings + contradictions(params)
+    def _checked(self, given: Mapping[str, Any]) -> Tuple[Dict[str, Any], List[str]]:
+        own = {parameter.name for parameter in self.all_parameters()}
+        of_sources = source_params(given, own)
+        rest = {name: value for name, value in given.items() if name not in of_sources}
+        odd = [name for name in WITHOUT_MEANING if rest.pop(name, None) is not None]
+        params, warnings = super()._checked(rest)
+        params.update(of_sources)
+        _outline(params)  # refuses what is none
+        warnings += ["%s says nothing here: %s" % (name, WITHOUT_MEANING[name]) for name in odd]
+        return params, warnings + observation_sources(params)[1] + contradictions(params)
+
+    @property
+    def sources(self) -> List[ObservationSource]:
+        """What the layer gets its data from; a single one without a name, unless the parameter
+        "observation_sources" names some."""
+        return observation_sources(self.params)[0]
+
+    @property
+    def outline(self) -> RobotOutline:
+        """What is cleared under the robot; nothing where "footprint_clearing_enabled" is false."""
+        if not self.params["footprint_clearing_enabled"]:
+            return RobotOutline()
+        return _outline(self.params) or self.body
 
     @property
     def marked_faces(self) -> np.ndarray:
         """(K,) uint32, ascending: the faces on which something stands."""
-        return read_only(self._marks.faces)
+        return self._faces
+
+    def silence(self, now: float) -> str:
+        """Why the layer is not current: which sources are silent, and what to do; empty while none
+        is. Quick.
+
+        Args:
+            now: seconds, of the clock of the stamps.
+        """
+        found = (self._watch(source.name).silence(source, now) for source in self.sources)
+        return "; ".join(filter(None, found))
+
+    def missed(self, source: str, reason: str) -> None:
+        """A message of a source came that cannot be used."""
+        self._watch(source).missed(reason)
 
     def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         # As quick as an update could be: that, too, would have to copy V numbers.
@@ -152,59 +205,84 @@ class ObstacleLayer(Layer):
         return LayerResult(read_only(costs), costs > 0)
 
     def insert_cloud(
-        self, mesh_map: MeshMap, points: Any, origin: Any, stamp: float, down: Optional[Any] = None
+        self,
+        mesh_map: MeshMap,
+        points: Any,
+        origin: Any,
+        stamp: float,
+        down: Optional[Any] = None,
+        *,
+        source: str = "",
+        free: Any = (),
+        robot: Optional[Transform] = None,
     ) -> int:
         """Takes a cloud; the result of the layer follows with compute() or update().
 
         Args:
             mesh_map: of the layer.
             points: (N, 3) meters, in the frame of the map; those that are not finite are counted
-                and nothing else.
+                and nothing else. A cloud without others does not count as one by which the source
+                is heard.
             origin: (3,), of the sensor, in that frame.
             stamp: seconds, of any one clock. If it is set back, marks count as seen then.
             down: (3,), where the surface is from an obstacle; None for below, as the map sees it.
+            source: its name; empty for the one without.
+            free: (K, 3), up to where rays of the sensor have met nothing.
+            robot: from its frame to that of the map; what stands under it is cleared.
         Returns:
             how many faces are marked that were not before, or no longer.
         Raises:
-            ValueError: wrong shapes, a stamp that is not finite, or down of length 0.
+            ValueError: wrong shapes, a stamp that is not finite, down of length 0, or no such
+                source.
         """
         points, origin, stamp = (
             points_array(points, "points"),
             vector(origin, "origin"),
             _time(stamp),
         )
+        free = points_array(free, "free") if len(free) else np.zeros((0, 3))
         if down is None:
             down = -np.asarray(mesh_map.geometry.up)
         down = vector(down, "down")
         if not 0 < np.linalg.norm(down) < np.inf:
             raise ValueError("down has to be a direction, not %s" % down)
+        sensor = next((one for one in self.sources if one.name == source), None)
+        if sensor is None:
+            raise ValueError("there is no source %r" % source)
         found = find_obstacles(
             mesh_map.spatial_index,
             points,
             origin,
             down,
             nearest=self.params["min_obstacle_dist"],
-            farthest=self.params["max_obstacle_dist"],
-            lowest=self.params["min_obstacle_height"],
-            highest=self.params["robot_height"],
+            farthest=sensor.obstacle_range,
+            lowest=sensor.min_obstacle_height,
+            highest=sensor.max_obstacle_height,
         )
         with self._lock:
-            marks, before = self._marks_of(mesh_map), self._marks.faces
-            count = len(marks.times)
-            marks.set_back(stamp)
-            if self.params["decay"] < 0:
-                marks.keep(np.zeros(count, np.bool_))
-            elif self.params["clearing"]:
-                self._clear_seen(points, origin, found)
+            own, count = self._marks_of(mesh_map, source), self._mark_count()
+            for marks in self._marks.values():
+                marks.set_back(stamp)
+            if len(free) or found.finite.any():
+                silent = self._watch(source).spoke(stamp, sensor.expected_update_rate)
+                own.postpone(silent)
+            if sensor.observation_persistence < 0:
+                own.keep(np.zeros(len(own.times), np.bool_))
+            if sensor.clearing:
+                self._clear_seen(sensor, points, origin, found, free)
             self._forget_older(stamp)
-            removed = count - len(marks.times)
+            removed = count - self._mark_count()
             obstacles = found.faces != NO_FACE
-            marks.add(found.faces[obstacles], points[obstacles], stamp)
+            if sensor.marking:
+                own.add(found.faces[obstacles], points[obstacles], stamp)
+            if robot is not None:
+                self._clear_under(mesh_map, *robot)
             self.last_cloud = _summary(found, removed)
-            return _differences(before, marks.faces)
+            return self._changes()
 
     def decay(self, now: float) -> int:
-        """Forgets what has not been seen for longer than the parameter "decay" says.
+        """Forgets what has not been seen for longer than the parameter "decay" says, but for the
+        time in which its source was silent.
 
         Args:
             now: seconds, of the clock of the stamps.
@@ -215,38 +293,84 @@ class ObstacleLayer(Layer):
         """
         now = _time(now)
         with self._lock:
-            before = self._marks.faces
-            self._marks.set_back(now)
+            for marks in self._marks.values():
+                marks.set_back(now)
             self._forget_older(now)
-            return _differences(before, self._marks.faces)
+            return self._changes()
 
     def clear(self) -> int:
         """Forgets all obstacles. Returns how many faces were marked."""
         with self._lock:
-            count = len(self._marks.faces)
-            self._marks.keep(np.zeros(len(self._marks.times), np.bool_))
-            return count
+            for marks in self._marks.values():
+                marks.keep(np.zeros(len(marks.times), np.bool_))
+            return self._changes()
 
-    def _marks_of(self, mesh_map: MeshMap) -> ObstacleMarks:
+    def _watch(self, source: str) -> SensorWatch:
+        return self._watches.setdefault(source, SensorWatch())
+
+    def _marks_of(self, mesh_map: MeshMap, source: str) -> ObstacleMarks:
         if self._geometry is not mesh_map.geometry:
-            self._marks = ObstacleMarks(len(mesh_map.faces))
+            self._marks, self._faces = {}, _NO_FACES
             self._geometry = mesh_map.geometry
-        return self._marks
+        if source not in self._marks:
+            self._marks[source] = ObstacleMarks(len(mesh_map.faces))
+        return self._marks[source]
 
-    def _clear_seen(self, points: np.ndarray, origin: np.ndarray, found: CloudPoints) -> None:
-        if not len(self._marks.times) or not found.finite.any():
+    def _mark_count(self) -> int:
+        return sum(len(marks.times) for marks in self._marks.values())
+
+    def _changes(self) -> int:
+        """Takes note of the faces that are marked now; how many differ from those before."""
+        before, found = self._faces, [marks.faces for marks in self._marks.values()]
+        if len(found) == 1:
+            self._faces = found[0]
+        elif found:
+            self._faces = read_only(np.unique(np.concatenate(found)))
+        return len(np.setxor1d(before, self._faces, assume_unique=True))
+
+    def _clear_seen(
+        self,
+        sensor: ObservationSource,
+        points: np.ndarray,
+        origin: np.ndarray,
+        found: CloudPoints,
+        free: np.ndarray,
+    ) -> None:
+        ends = np.concatenate([points[found.finite], free])
+        if not self._mark_count() or not len(ends):
             return
-        view = CloudView(
-            points[found.finite] - origin,
-            found.ground[found.finite],
-            math.radians(self.params["clearing_angle"]),
-        )
-        offsets = self._marks.points - origin
-        self._marks.keep(~view.sees_past(offsets, self.params["clearing_margin"]))
+        ground = np.append(found.ground[found.finite], np.zeros(len(free), np.bool_))
+        view = CloudView(ends - origin, ground, math.radians(self.params["clearing_angle"]))
+        for marks in self._marks.values():
+            offsets = marks.points - origin
+            gone = view.sees_past(offsets, self.params["clearing_margin"])
+            gone &= np.linalg.norm(offsets, axis=1) <= sensor.raytrace_range
+            marks.keep(~gone)
+
+    def _clear_under(
+        self, mesh_map: MeshMap, rotation: np.ndarray, translation: np.ndarray
+    ) -> None:
+        outline = self.outline
+        for marks in self._marks.values():
+            under = outline.covers(rotation, translation, marks.points)
+            corners = mesh_map.vertices[mesh_map.faces[marks.mark_faces[under]]]
+            under[under] = on_level(rotation, translation, corners)
+            marks.keep(~under)
 
     def _forget_older(self, now: float) -> None:
-        if self.params["decay"] > 0:
-            self._marks.keep(self._marks.times >= now - self.params["decay"])
+        for source in self.sources:
+            persistence, marks = source.observation_persistence, self._marks.get(source.name)
+            if persistence > 0 and marks is not None:
+                watch = self._watch(source.name)
+                seen = watch.last_sight(now, source.expected_update_rate)
+                marks.keep(marks.times >= seen - persistence)
+
+
+def _outline(params: Mapping[str, Any]) -> RobotOutline:
+    return RobotOutline(params["footprint"], params["robot_radius"])
+
+
+_NO_FACES = read_only(np.zeros(0, np.uint32))
 
 
 def _time(value: Any) -> float:
@@ -254,10 +378,6 @@ def _time(value: Any) -> float:
     if not math.isfinite(seconds):
         raise ValueError("the time has to be finite, not %g" % seconds)
     return seconds
-
-
-def _differences(before: np.ndarray, after: np.ndarray) -> int:
-    return len(np.setxor1d(before, after, assume_unique=True))
 
 
 def _summary(found: CloudPoints, removed_marks: int) -> CloudSummary:

@@ -81,6 +81,7 @@ class ObstacleMarks:
     Attributes:
         points: (M, 3) float64, meters.
         times: (M,) float64, seconds.
+        mark_faces: (M,) uint32, on which each stands.
         faces: (K,) uint32, ascending: those that are marked.
     """
 
@@ -109,7 +110,7 @@ class ObstacleMarks:
         self._keys = np.insert(self._keys, place, keys[~known])
         self.points = np.insert(self.points, place, points[first], axis=0)
         self.times = np.insert(self.times, place, float(time))
-        self._keep_faces(np.insert(self._faces, place, faces[first]))
+        self._keep_faces(np.insert(self.mark_faces, place, faces[first]))
 
         if len(self.times) > MOST_MARKS:
             kept = np.zeros(len(self.times), np.bool_)
@@ -121,14 +122,19 @@ class ObstacleMarks:
         if kept.all():
             return
         self._keys, self.points, self.times = self._keys[kept], self.points[kept], self.times[kept]
-        self._keep_faces(self._faces[kept])
+        self._keep_faces(self.mark_faces[kept])
 
     def set_back(self, time: float) -> None:
         """No mark is from later than this: for clocks that are set back."""
         self.times = np.minimum(self.times, time)
 
+    def postpone(self, seconds: float) -> None:
+        """All marks are from so much later: for a time that does not count."""
+        if seconds:
+            self.times = self.times + seconds
+
     def _keep_faces(self, faces: np.ndarray) -> None:
-        self._faces = faces
+        self.mark_faces = faces
         self._marked[:] = False
         self._marked[faces] = True
         self.faces = read_only(np.flatnonzero(self._marked).astype(np.uint32))

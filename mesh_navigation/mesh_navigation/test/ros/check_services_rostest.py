@@ -33,7 +33,13 @@ SERVICES = {
 LAYERS = {
     "mesh_file": write_map(zoo.grid(cells=40, size=10.0)),
     "layers": [{"name": "obstacles", "type": "mesh_layers/ObstacleLayer"}],
-    "obstacles": {"topic": "/cloud", "decay": 0, "sensor_frame": "map", "clearing": False},
+    "obstacles": {
+        "topic": "/cloud",
+        "decay": 0,
+        "sensor_frame": "map",
+        "clearing": False,
+        "expected_update_rate": 0,
+    },
 }
 
 

@@ -46,7 +46,7 @@ def parameters(**others):
         "mesh_map": {
             "mesh_file": write_map(zoo.grid()),
             "layers": [{"name": "obstacles", "type": "mesh_layers/ObstacleLayer"}],
-            "obstacles": {"topic": "/cloud"},
+            "obstacles": {"topic": "/cloud", "expected_update_rate": 0},
         },
         "recovery_patience": 0.4,
         "wait": {"seconds": 0.1},

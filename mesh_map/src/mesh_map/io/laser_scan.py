@@ -1,0 +1,35 @@
+"""The points of a sensor_msgs/LaserScan as an array."""
+
+import math
+from typing import Any, Tuple
+
+import numpy as np
+
+from mesh_map.base.errors import MeshMapError
+
+
+def scan_points(message: Any, inf_is_valid: bool = False) -> Tuple[np.ndarray, np.ndarray]:
+    """What the rays of a scan met, and where those end that met nothing.
+
+    Ranges below range_min, above range_max and NaN say nothing. All rays count as of the stamp.
+
+    Args:
+        message: sensor_msgs/LaserScan.
+        inf_is_valid: +inf says that there is nothing up to range_max.
+    Returns:
+        (N, 3) and (K, 3) float64 meters, in the frame of the scan.
+    Raises:
+        MeshMapError: angles or limits that make no scan.
+    """
+    first, step = float(message.angle_min), float(message.angle_increment)
+    nearest, farthest = float(message.range_min), float(message.range_max)
+    ranges = np.asarray(message.ranges, np.float64)
+    if not (math.isfinite(first) and math.isfinite(step) and (step or len(ranges) < 2)):
+        raise MeshMapError("the scan has angles from %g rad, %g rad apart" % (first, step))
+    if not 0.0 <= nearest < farthest:
+        raise MeshMapError("the scan has ranges from %g to %g m" % (nearest, farthest))
+    angles = first + step * np.arange(len(ranges))
+    directions = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(ranges))], axis=1)
+    met = np.isfinite(ranges) & (ranges >= nearest) & (ranges <= farthest)
+    free = np.isposinf(ranges) & (inf_is_valid and math.isfinite(farthest))
+    return ranges[met, None] * directions[met], farthest * directions[free]

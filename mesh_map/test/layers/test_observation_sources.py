@@ -1,0 +1,200 @@
+"""Sensors that fall silent, and several of them for one layer; the clock is a number."""
+
+import math
+
+import numpy as np
+import pytest
+from mesh_map.base.errors import MeshMapError
+from mesh_map.layers.obstacle import ObstacleLayer
+from mesh_map.layers.robot_outline import RobotOutline
+from mesh_map.map.mesh_map import MeshMap
+
+NAN = math.nan
+EYE = (0.0, 0.0, 1.0)
+RIGHT, LEFT = [1.0, 0.0, 0.5], [-1.0, 0.0, 0.5]  # over faces 0 and 1
+TWO = {"observation_sources": "laser  camera", "laser": {"clearing": True}, "camera": {}}
+
+
+def floor_map(heights=(0,)):
+    """Floors of ten by ten meters, each of two faces: 0 where x > y, and 1."""
+    floor = np.array([[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], np.float32)
+    vertices = np.concatenate([floor + [0, 0, height] for height in heights]).astype(np.float32)
+    two = np.array([[0, 1, 2], [0, 2, 3]], np.uint32)
+    return MeshMap(vertices, np.concatenate([two + 4 * k for k in range(len(heights))]))
+
+
+def beyond(point):
+    """Far behind a point, as the sensor sees it."""
+    return np.array(EYE) + 10.0 * (np.array(point) - EYE)
+
+
+def test_marks_stay_while_no_cloud_arrives():
+    mesh_map, layer = floor_map(), ObstacleLayer("o", {"topic": "points", "decay": 2.0})
+    assert "nothing usable came from topic points yet" in layer.silence(50.0)
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 10.0)
+    assert layer.silence(11.0) == "" and layer.decay(11.0) == 0
+    for now in (11.1, 13.0, 1000.0):
+        assert layer.decay(now) == 0 and layer.marked_faces.tolist() == [0]
+        assert layer.silence(now)
+    text = layer.silence(1000.0)
+    for word in ("topic points", "for 990 s", "expected_update_rate is 1 s", "start the sensor"):
+        assert word in text
+    layer.missed("", "TF has no frame 'laser'")
+    assert "TF has no frame 'laser'" in layer.silence(1000.0)
+    # When it is back, that time does not count: 1.0 of the 2.0 s are left.
+    layer.insert_cloud(mesh_map, [LEFT], EYE, 1000.0)
+    assert layer.silence(1001.0) == "" and layer.marked_faces.tolist() == [0, 1]
+    layer.insert_cloud(mesh_map, [LEFT], EYE, 1000.9)
+    assert layer.decay(1001.0) == 0
+    layer.insert_cloud(mesh_map, [LEFT], EYE, 1001.2)
+    assert layer.marked_faces.tolist() == [1]
+
+
+def test_without_an_expected_rate_it_is_as_it_was():
+    params = {"topic": "points", "decay": 2.0, "expected_update_rate": 0}
+    mesh_map, layer = floor_map(), ObstacleLayer("o", params)
+    assert layer.silence(0.0) == ""
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 10.0)
+    assert layer.silence(1e6) == "" and layer.decay(12.5) == 1
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 20.0)
+    layer.insert_cloud(mesh_map, [LEFT], EYE, 30.0)
+    assert layer.marked_faces.tolist() == [1]
+
+
+@pytest.mark.parametrize("points", [[], np.zeros((0, 3)), [[NAN, 0, 0]], [[0, math.inf, 0]]])
+def test_a_cloud_without_points_is_no_sign_of_life(points):
+    mesh_map, layer = floor_map(), ObstacleLayer("o", {"topic": "points", "decay": 2.0})
+    layer.insert_cloud(mesh_map, points, EYE, 1.0)
+    assert layer.silence(1.0)
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 2.0)
+    layer.insert_cloud(mesh_map, points, EYE, 9.0)
+    assert "for 7 s" in layer.silence(9.0) and layer.marked_faces.tolist() == [0]
+    # Free ways alone are one.
+    layer.insert_cloud(mesh_map, points, EYE, 9.0, free=[[3.0, 0.0, 1.0]])
+    assert layer.silence(9.0) == ""
+
+
+def test_a_clock_that_is_set_back_or_stands():
+    mesh_map, layer = floor_map(), ObstacleLayer("o", {"topic": "points", "decay": 2.0})
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 100.0)
+    for _ in range(3):
+        assert layer.silence(100.5) == "" and layer.decay(100.5) == 0
+    assert layer.silence(5.0) == "" and layer.silence(6.0) == ""
+    assert "for 2 s" in layer.silence(7.0)
+    assert layer.decay(7.0) == 0 and layer.marked_faces.tolist() == [0]
+    layer.insert_cloud(mesh_map, [LEFT], EYE, 7.0)
+    assert layer.silence(7.5) == ""
+
+
+def test_each_source_has_its_own_silence_and_persistence():
+    params = dict(TWO, decay=3.0)
+    params["camera"] = {"observation_persistence": 1.5, "expected_update_rate": 5.0}
+    params["laser"] = {"topic": "/scan", "data_type": "LaserScan"}
+    mesh_map, layer = floor_map(), ObstacleLayer("o", params)
+    assert layer.warnings == []
+    text = layer.silence(0.0)
+    assert "source laser (/scan)" in text and "source camera (camera)" in text
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 0.0, source="laser")
+    layer.insert_cloud(mesh_map, [LEFT], EYE, 0.0, source="camera")
+    assert layer.silence(1.0) == ""
+    assert "laser" in layer.silence(2.0) and "camera" not in layer.silence(2.0)
+    layer.decay(2.0)  # that of the camera is too old, the laser is silent
+    assert layer.marked_faces.tolist() == [0]
+    with pytest.raises(ValueError, match="no source 'radar'"):
+        layer.insert_cloud(mesh_map, [RIGHT], EYE, 0.0, source="radar")
+
+
+def test_sources_that_only_mark_or_only_clear():
+    params = dict(TWO, decay=0.0)
+    params["laser"] = {"marking": False, "clearing": True, "raytrace_range": 3.0}
+    mesh_map, layer = floor_map(), ObstacleLayer("o", params)
+    layer.insert_cloud(mesh_map, [RIGHT, LEFT], EYE, 0.0, source="laser")
+    assert layer.marked_faces.tolist() == []
+    layer.insert_cloud(mesh_map, [RIGHT, [-4.0, 0.0, 0.5]], EYE, 0.0, source="camera")
+    assert layer.marked_faces.tolist() == [0, 1]
+    layer.insert_cloud(mesh_map, [beyond(RIGHT)], EYE, 0.1, source="camera")
+    assert layer.marked_faces.tolist() == [0, 1]  # by default a source does not clear
+    far = beyond([-4.0, 0.0, 0.5])
+    layer.insert_cloud(mesh_map, [beyond(RIGHT), far], EYE, 0.2, source="laser")
+    assert layer.marked_faces.tolist() == [1]  # that one is beyond raytrace_range
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 0.3, source="camera")
+    layer.insert_cloud(mesh_map, [], EYE, 0.4, source="laser", free=[beyond(RIGHT)])
+    assert layer.marked_faces.tolist() == [1]
+    assert layer.clear() == 1
+
+
+def test_each_source_has_its_own_limits():
+    params = dict(TWO, robot_height=1.0, max_obstacle_dist=2.0)
+    params["camera"] = {"obstacle_range": 4.0, "min_obstacle_height": 0.6}
+    mesh_map, layer = floor_map(), ObstacleLayer("o", params)
+    low, far, high = RIGHT, [-3.0, 0.0, 0.8], [-1.0, 0.0, 1.3]
+    layer.insert_cloud(mesh_map, [low, far, high], EYE, 0.0, source="laser")
+    assert layer.marked_faces.tolist() == [0]
+    layer.clear()
+    layer.insert_cloud(mesh_map, [low, far, high], EYE, 0.0, source="camera")
+    assert layer.marked_faces.tolist() == [1]
+
+
+def turned(angle, at):
+    """From the frame of a robot that stands there, heading left by an angle (rad)."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]), np.array(at, float)
+
+
+@pytest.mark.parametrize(
+    "shape, kept",
+    [
+        ({"robot_radius": 0.35}, [0, 3, 4]),
+        ({"footprint": [[0.5, 0.1], [-0.5, 0.1], [-0.5, -0.1], [0.5, -0.1]]}, [2, 3, 4]),
+        ({"robot_radius": 0.35, "footprint_clearing_enabled": False}, [0, 1, 2, 3, 4]),
+        ({}, [0, 1, 2, 3, 4]),
+    ],
+)
+def test_what_is_under_the_robot_is_cleared(shape, kept):
+    """A robot at (1, -2) that heads along y, on the lower one of two floors."""
+    mesh_map, layer = floor_map((0, 3)), ObstacleLayer("o", {**shape, "robot_height": 1.0})
+    robot = turned(math.pi / 2, (1.0, -2.0, 0.0))
+    points = [[1.0, -1.6, 0.3], [1.0, -2.0, 0.3], [1.2, -2.0, 0.3], [1.4, -2.0, 0.3]]
+    points += [[1.0, -2.0, 3.3]]
+    layer.insert_cloud(mesh_map, points, EYE, 0.0, robot=robot)
+    assert sorted(layer._marks[""].points.tolist()) == sorted(points[index] for index in kept)
+    # What the layer does not say, the robot does.
+    layer.body = RobotOutline(radius=1.0)
+    layer.insert_cloud(mesh_map, points, EYE, 0.1, robot=robot)
+    enabled = shape.get("footprint_clearing_enabled", True)
+    assert layer.marked_faces.tolist() == ([2] if enabled and not shape else [0, 2])
+
+
+@pytest.mark.parametrize(
+    "params, message",
+    [
+        ({"observation_sources": "a", "a": 3}, "source a is 3, not a dictionary"),
+        ({"observation_sources": "topic"}, "observation_sources: topic is a parameter of the"),
+        ({"observation_sources": ["a"]}, "observation_sources is .* a string"),
+        ({"observation_sources": "a", "a": {"data_type": "PointCloud"}}, "source a: data_type is"),
+        ({"observation_sources": "a", "a": {"marking": 1}}, "source a: marking is 1"),
+        ({"observation_sources": "a", "a": {"expected_update_rate": NAN}}, "source a: expected"),
+        ({"footprint": [[1, 2], [3, 4]]}, "footprint needs 3"),
+        ({"footprint": [1, 2, 3]}, "footprint is"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(params, message):
+    with pytest.raises(MeshMapError, match=message):
+        ObstacleLayer("o", params)
+    with pytest.raises(MeshMapError, match=message):
+        ObstacleLayer("o").checked_changes(params)
+
+
+def test_what_costmap_2d_has_and_this_has_not_is_said_once():
+    params = {"observation_sources": "a", "a": {"colour": 1}, "topic": "points"}
+    params.update(combination_method=1, track_unknown_space=True, b={"topic": "b"})
+    layer = ObstacleLayer("o", params)
+    text = "\n".join(layer.warnings)
+    for word in ("combination_method says nothing here", "track_unknown_space says nothing"):
+        assert word in text
+    unknown = "unknown parameters: "
+    for word in (unknown + "b (known", "source a: %scolour" % unknown, "topic points is left"):
+        assert word in text
+    assert len(layer.warnings) == 5
+    assert not any("says nothing here" in line for line in layer.checked_changes({})[1])
+    assert [source.topic for source in layer.sources] == ["a"]
