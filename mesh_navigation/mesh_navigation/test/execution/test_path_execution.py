@@ -20,12 +20,17 @@ PLUGIN_FAILURES = sorted(
 class World:
     """An execution with all that belongs to it."""
 
-    def __init__(self, controller=None, at=(), map_fault=lambda: "", **values):
+    def __init__(self, controller=None, at=(), map_fault=lambda: "", map_gap=lambda: "", **values):
         self.controller = controller or Told()
         self.robot, self.cycles = PlaneRobot(), []
         self.clock, self.cancellation = SteppedClock(self.robot, at), Cancellation()
         self.execution = PathExecution(
-            self.robot, self.clock, values_with(**values), self.cycles.append, map_fault
+            self.robot,
+            self.clock,
+            values_with(**values),
+            self.cycles.append,
+            map_fault,
+            map_gap,
         )
 
     def run(self, plan=None, tolerances=TOLERANCES):
@@ -201,6 +206,40 @@ def test_map_must_not_be_driven_on_any_longer():
     world.later(1.0, lambda: fault.insert(0, "layer steps: it hangs"))
     assert world.run()[:2] == (ExePathOutcome.MAP_ERROR, "layer steps: it hangs")
     assert 1.0 <= world.robot.time <= 1.051
+
+
+def test_a_gap_in_what_sensors_see():
+    """The robot stands, says why, and goes on; what that takes is nobody's fault."""
+    gap = [""]
+    world = World(
+        map_gap=lambda: gap[-1],
+        tf_timeout=1.0,
+        controller_patience=3.0,
+        cmd_vel_ignored_tolerance=1.0,
+        oscillation_timeout=2.2,
+        oscillation_distance=1.0,
+    )
+    for begin, end in ((1.0, 3.9), (5.0, 7.9)):
+        world.later(begin, lambda: gap.append("layer obstacles: no cloud"))
+        world.later(end, lambda: gap.append(""))
+    world.later(3.85, lambda: lose(world))  # for a moment, as long as it is known in time
+    world.later(4.5, lambda: lose(world, ""))
+    assert world.run().outcome == 0
+    during = [velocity for time, velocity in world.robot.commands if 1.05 < time < 3.9]
+    assert len(during) > 50 and set(during) == {STOP}
+    said = {cycle.message for cycle in world.cycles if cycle.outcome == ExePathOutcome.MAP_ERROR}
+    assert said == {"layer obstacles: no cloud"}
+
+
+def test_a_gap_that_takes_too_long():
+    world = World(map_gap=lambda: "layer obstacles: no cloud", controller_patience=3.0)
+    text = "layer obstacles: no cloud; waited for 3.0 s (controller_patience)"
+    assert world.run()[:2] == (ExePathOutcome.MAP_ERROR, text)
+    assert world.robot.time == pytest.approx(3.0, abs=0.051)
+    world = World(map_gap=lambda: "layer obstacles: no cloud", controller_patience=0.0)
+    world.later(500.0, lambda: world.cancellation.cancel("enough"))
+    assert world.run().outcome == ExePathOutcome.CANCELED
+    assert {velocity for _, velocity in world.robot.commands} == {STOP}
 
 
 def lose(world, why="no transform"):

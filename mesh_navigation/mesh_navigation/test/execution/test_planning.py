@@ -284,6 +284,38 @@ def test_a_map_that_is_not_whole():
     assert plan(mesh_map, (1, 1), (8, 8), "dijkstra").succeeded
 
 
+class Silencing(MeshPlanner):
+    """While it plans, a sensor falls silent."""
+
+    def plan(self, start, goal, tolerance, cancellation):
+        self.map.watch_data("steps", lambda: "no cloud")
+        return PlanResult(0, "there is a path", np.array([[1, 1, 0, 0, 0, 0, 1.0]] * 2))
+
+
+def test_a_map_that_is_not_current():
+    mesh_map = map_of(GRID)
+    mesh_map.compute_layers(STEPS["layers"])
+    silencing = Silencing()
+    silencing.initialize("silencing", mesh_map)
+    assert plan(mesh_map, (1, 1), (8, 8), silencing).succeeded  # of the costs before
+    result = plan(mesh_map, (1, 1), (8, 8), silencing)
+    assert (result.outcome, result.message) == (
+        GetPathOutcome.MAP_ERROR,
+        "layer steps: no cloud",
+    )
+
+
+def test_without_a_sensor_a_layer_is_empty_and_that_is_said_once(grid_file, caplog):
+    layers = {"layers": [{"name": "cups", "type": "mesh_layers/ObstacleLayer"}]}
+    layers["layers"] += STEPS["layers"]
+    assert plan(grid_file, (1, 1), (8, 8), "dijkstra", layers=layers).succeeded
+    said = [record.getMessage() for record in caplog.records]
+    assert said == ["layer cups is empty: there is no sensor here"]
+    layers["cups"] = {"enabled": False}
+    plan(grid_file, (1, 1), (8, 8), "dijkstra", layers=layers)
+    assert len(caplog.records) == 1
+
+
 def test_layers_that_are_neither_a_file_nor_a_mapping(grid_file):
     with pytest.raises(MeshMapError, match="layers is \\[.*, neither a file nor a mapping"):
         load_map(grid_file, STEPS["layers"])

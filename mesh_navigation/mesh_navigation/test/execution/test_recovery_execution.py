@@ -7,6 +7,7 @@ import time
 import pytest
 from driving_fakes import SystemClock
 
+from mesh_msgs.testing import wait_until
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.pose import Pose
@@ -46,9 +47,13 @@ class Run:
         execution = RecoveryExecution(self.robot, clock, lambda: values)
         if after:
             threading.Thread(target=after, args=(self,), daemon=True).start()
-        self.fault = ""
+        self.fault = self.gap = ""
         self.result = execution.run(
-            Scripted(run), self.cancellation, self.map_gone, lambda: self.fault
+            Scripted(run),
+            self.cancellation,
+            self.map_gone,
+            lambda: self.fault,
+            lambda: self.gap,
         )
 
     def stands(self):
@@ -201,6 +206,32 @@ def test_a_behavior_does_not_move_the_robot_without_a_layer():
     execution = RecoveryExecution(robot, SystemClock(), lambda: {"recovery_patience": 0.0})
     arguments = Scripted(standing), Cancellation(), Cancellation(), lambda: "layer steps: it hangs"
     assert execution.run(*arguments) == (0, "waited")
+
+
+@pytest.mark.parametrize("patience, outcome", [(60.0, 0), (0.0, 154)])
+def test_a_behavior_waits_where_the_map_has_a_gap(patience, outcome):
+    """The robot stands meanwhile, and goes on when that is over, or it takes too long."""
+
+    def twice(robot, clock, cancellation):
+        robot.drive(BACK)
+        cancellation.wait(0.2)
+        robot.lost_timeout = patience
+        robot.awaited_state(clock, cancellation)
+        robot.drive(BACK)
+        return RecoveryResult(0, "done")
+
+    def act(run):
+        wait_until(lambda: run.robot.commands, "motion")
+        run.gap = "no cloud"
+        wait_until(lambda: run.robot.commands[-1] == STOP, "a stop")
+        assert STOP in run.robot.commands
+        if patience:
+            time.sleep(0.3)
+            run.gap = ""
+
+    run = Run(twice, after=act)
+    assert run.result == (outcome, "no cloud" if outcome else "done") and run.stands()
+    assert run.robot.commands.count(BACK) == (1 if outcome else 2)
 
 
 def test_a_cancel_before_the_start():

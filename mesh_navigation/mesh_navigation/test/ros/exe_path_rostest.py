@@ -14,17 +14,36 @@ import tf2_ros
 from driven_robot import BareClient, DrivenRobot, ExePathClient, is_zero, path_to
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from nav_msgs.msg import Path
+from sensor_msgs.msg import PointCloud2
+from sensor_msgs.point_cloud2 import create_cloud_xyz32
 from server_process import ServerProcess, write_map
-from std_msgs.msg import Float32
+from std_msgs.msg import Float32, Header
 from std_srvs.srv import Trigger
 
 from mesh_msgs import zoo
+from mesh_msgs.diagnostics_ros import ERROR
 from mesh_msgs.testing import wait_until
+from mesh_msgs.testing_ros import HeardDiagnostics
 
 NAMES = "Go Outcome Throwing Nan Deaf Slow Lame Choosy".split()
 CONTROLLERS = [{"name": name.lower(), "type": f"odd/{name}Controller"} for name in NAMES]
 PREEMPTED = "Goal preempted by a new plan"
 STOPPED = "the robot is stopped: "
+
+
+class Sensor:
+    """Once it sends, ten clouds a second of one point high above the map."""
+
+    def __init__(self, topic):
+        self.frame, self.sends = "map", False
+        self._publisher = rospy.Publisher(topic, PointCloud2, queue_size=1)
+        self._timer = rospy.Timer(rospy.Duration(0.1), self._send)
+        self.stop = self._timer.shutdown
+
+    def _send(self, _event):
+        if self.sends:
+            header = Header(stamp=rospy.Time.now(), frame_id=self.frame)
+            self._publisher.publish(create_cloud_xyz32(header, [(5.0, 5.0, 50.0)]))
 
 
 class ExePathTest(unittest.TestCase):
@@ -234,6 +253,49 @@ class ExePathTest(unittest.TestCase):
             self.assertEqual(server.stop(), 0)
         finally:
             server.kill()
+
+    def test_a_sensor_that_falls_silent(self):
+        """The robot stands and its goal stays, whether clouds stop or cannot be used."""
+        diagnostics, sensor = HeardDiagnostics(), Sensor("/points")
+        mesh_map = {
+            "mesh_file": write_map(zoo.grid()),
+            "layers": [{"name": "cups", "type": "mesh_layers/ObstacleLayer"}],
+            "cups": {"topic": "/points", "sensor_frame": "base_link", "robot_height": 1.0},
+        }
+        server = ServerProcess(
+            "silent",
+            mesh_map=mesh_map,
+            controllers=CONTROLLERS,
+            controller_patience=60.0,
+            planner_patience=0.5,
+        )
+        try:
+            client, heard = ExePathClient("silent"), []
+            reason = "layer cups: nothing usable came from topic /points"
+            state, result = server.ask((1, 1, 0))
+            self.assertEqual((state, result.outcome), ("ABORTED", 62), result.message)
+            self.assertIn(reason + " yet", result.message)
+            self.assertIn("planner_patience", result.message)
+            diagnostics.expected("silent: map", ERROR, reason)
+            handle = client.send((9.0, 0.0), feedback=heard.append)  # waits for the first cloud
+            for attribute, value, words in (("sends", False, ""), ("frame", "nowhere", "nowhere")):
+                before = getattr(sensor, attribute)
+                sensor.sends = True
+                wait_until(lambda: not self.robot.stands(), f"motion before {attribute}")
+                self.assertEqual(server.ask((1, 1, 0))[0], "SUCCEEDED")
+                setattr(sensor, attribute, value)
+                wait_until(self.robot.stands, f"a stop for {attribute}")
+                wait_until(lambda: heard and heard[-1].outcome == 116, "feedback")
+                self.assertIn(reason + " for", heard[-1].message)
+                wait_until(lambda words=words: words in heard[-1].message, words)
+                self.assertEqual(handle.get_comm_state(), actionlib.CommState.ACTIVE)
+                setattr(sensor, attribute, before)
+            sensor.sends = True
+            wait_until(lambda: not self.robot.stands(), "motion after all of that")
+            self.assertEqual(server.stop(), 0)
+        finally:
+            server.kill()
+            sensor.stop()
 
     def test_a_robot_that_does_not_obey(self):
         self.robot.obeys = False

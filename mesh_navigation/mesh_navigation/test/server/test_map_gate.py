@@ -23,7 +23,17 @@ class SlowLoad:
         error = self.errors.pop(0) if self.errors else None
         if error:
             raise error
-        return SimpleNamespace(map=SimpleNamespace(fault=""))
+        return SimpleNamespace(map=FakeMap())
+
+
+class FakeMap:
+    """What is wrong with it."""
+
+    lasting_fault = gap = ""
+
+    @property
+    def fault(self):
+        return self.gap or self.lasting_fault
 
 
 def failure_of(gate, cancellation=None):
@@ -56,14 +66,36 @@ def test_a_map_that_is_not_whole():
     load.go.release()
     ready = gate.wait(Cancellation())
     assert gate.fault(ready) == ""
-    ready.map.fault = "layer steps: it hangs"
+    ready.map.lasting_fault = "layer steps: it hangs"
     assert failure_of(gate) == ("MAP_ERROR", "layer steps: it hangs")
     assert gate.fault(ready) == "layer steps: it hangs"
     with pytest.raises(NotReady, match="layer steps: it hangs"):
         gate.now()
     assert gate.wait(Cancellation(), whole=False) is gate.now(whole=False) is ready
-    ready.map.fault = ""
+    ready.map.lasting_fault = ""
     assert gate.now() is ready
+
+
+def test_a_map_with_a_gap_is_waited_for():
+    load = SlowLoad()
+    gate = started(load)
+    load.go.release()
+    ready = gate.wait_for_data(Cancellation(), 60.0, "patience")
+    ready.map.gap = "layer obstacles: no cloud"
+    assert failure_of(gate) == ("MAP_ERROR", "layer obstacles: no cloud")
+    assert gate.fault(ready) == ""  # a drive waits
+    with pytest.raises(NotReady, match="layer obstacles: no cloud; waited for 0.1 s .patience."):
+        gate.wait_for_data(Cancellation(), 0.1, "patience")
+    canceled = Cancellation()
+    later(canceled.cancel, "enough")
+    with pytest.raises(NotReady, match="stopped while waiting: layer obstacles: no cloud; enough"):
+        gate.wait_for_data(canceled, 0.0, "patience")
+    later(setattr, ready.map, "gap", "")
+    assert gate.wait_for_data(Cancellation(), 0.0, "patience") is ready
+    ready.map.gap = "layer obstacles: no cloud"
+    later(setattr, ready.map, "lasting_fault", "layer steps: it hangs")
+    with pytest.raises(NotReady, match="^layer steps: it hangs"):
+        gate.wait_for_data(Cancellation(), 0.0, "patience")
 
 
 def test_goal_that_must_not_wait():

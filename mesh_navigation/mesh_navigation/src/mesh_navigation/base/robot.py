@@ -85,6 +85,10 @@ class RobotLost(Exception):
     """The robot's pose is not known; the message says why, with numbers."""
 
 
+class MapGap(RobotLost):
+    """What is around the robot is not known just now; the message says why."""
+
+
 class Robot(abc.ABC):
     """One robot. Methods may be called from any thread and return at once."""
 
@@ -135,13 +139,19 @@ class Robot(abc.ABC):
 class GuardedRobot(Robot):
     """Passes everything on to a robot until it is closed; commands that come later are dropped."""
 
-    def __init__(self, robot: Robot, refuses: Callable[[], str] = lambda: "") -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        refuses: Callable[[], str] = lambda: "",
+        gap: Callable[[], str] = lambda: "",
+    ) -> None:
         """
         Args:
             robot: to be driven.
-            refuses: why the robot must not move now; empty if it may.
+            refuses: why the robot must not move any more; empty if it may.
+            gap: why it must not move just now: it stands, and has no state; empty if it may.
         """
-        self._robot, self._refuses = robot, refuses
+        self._robot, self._refuses, self._gap = robot, refuses, gap
         self.lost_timeout = robot.lost_timeout
         self._moves = False
         self.refusal = ""
@@ -155,6 +165,9 @@ class GuardedRobot(Robot):
         return self._robot.trail
 
     def state(self) -> RobotState:
+        gap = self._gap()
+        if gap:
+            raise MapGap(gap)
         return self._robot.state()
 
     def drive(self, velocity: Velocity) -> None:
@@ -163,14 +176,14 @@ class GuardedRobot(Robot):
             self._moves = velocity != STOP
             if not self._closed:
                 self._refuse()
-                self._robot.drive(STOP if self.refusal else velocity)
+                self._robot.drive(STOP if self.refusal or self._gap() else velocity)
 
     def look(self) -> str:
-        """Stop the robot if it must not move any more; returns the refusal."""
+        """Stop the robot if it must not move now; returns the refusal."""
         with self._lock:
             if not (self._closed or self.refusal):
                 self._refuse()
-                if self.refusal:
+                if self.refusal or (self._moves and self._gap()):
                     self._robot.drive(STOP)
         return self.refusal
 

@@ -110,6 +110,7 @@ class PathExecution:
         values: Callable[[], Mapping[str, Value]] = default_values,
         on_cycle: Callable[[Cycle], None] = lambda cycle: None,
         map_fault: Callable[[], str] = lambda: "",
+        map_gap: Callable[[], str] = lambda: "",
     ) -> None:
         """
         Args:
@@ -118,17 +119,18 @@ class PathExecution:
             values: of the server's parameters, asked in each cycle.
             on_cycle: called at the end of each cycle.
             map_fault: why the controller's map must not be driven on any longer; empty if it may.
+            map_gap: why it must not be driven on just now: the robot stands, and waits; or empty.
         """
         self._robot, self._clock, self._values = robot, clock, values
-        self._on_cycle, self._map_fault = on_cycle, map_fault
+        self._on_cycle, self._map_fault, self._map_gap = on_cycle, map_fault, map_gap
         self._lock = threading.Lock()
         self._pending: Optional[Tuple[ControllerPlan, Tolerances]] = None
         self._ended = False
         self._controller: Optional[MeshController] = None
         self._pose: Optional[Pose] = None
         self._oscillation, self._obedience = OscillationWatch(), ObedienceWatch()
-        # Times (s): the last command that was valid, and the last pose.
-        self._valid = self._seen = 0.0
+        # Times (s): the last command that was valid, the last pose, the last map without a gap.
+        self._valid = self._seen = self._whole = 0.0
         self._retries = 0  # since the last command that was valid
 
     def prepared(self, plan: ControllerPlan) -> ControllerPlan:
@@ -221,7 +223,7 @@ class PathExecution:
 
     def _restart(self, now: float) -> None:
         """Measure all times from now: for another plan, and when time has jumped back."""
-        self._valid = self._seen = now
+        self._valid = self._seen = self._whole = now
         self._retries = 0
         self._oscillation.restart()
         self._obedience.restart()
@@ -238,6 +240,10 @@ class PathExecution:
             self._robot.drive(STOP)
             return _Step(refusal.outcome, refusal.message)
         values = self._values()
+        gap = self._map_gap()
+        if gap:
+            return self._without_map(gap, now, values["controller_patience"])
+        self._whole = now
         try:
             state = self._robot.state()
         except RobotLost as lost:
@@ -268,13 +274,25 @@ class PathExecution:
         command = checked_command(set_plan)
         return None if is_success(command.outcome) else command
 
-    def _lost(self, why: str, now: float, timeout: float) -> _Step:
-        """A cycle without a pose: the robot stops, and waits for one."""
+    def _without_map(self, why: str, now: float, patience: float) -> _Step:
+        """A cycle in which the map does not have what sensors see: as without a pose."""
+        self._stand(now)
+        self._seen = now
+        if not 0.0 < patience <= now - self._whole:
+            return _Step(ExePathOutcome.MAP_ERROR, why, ends=False)
+        text = f"{why}; waited for {patience:.1f} s (controller_patience)"
+        return _Step(ExePathOutcome.MAP_ERROR, text)
+
+    def _stand(self, now: float) -> None:
+        """Stop the robot in a cycle that is not the controller's fault."""
         self._robot.drive(STOP)
-        # The time is not the controller's fault.
         self._valid = now
         self._obedience.restart()
         self._oscillation.restart()
+
+    def _lost(self, why: str, now: float, timeout: float) -> _Step:
+        """A cycle without a pose: the robot stops, and waits for one."""
+        self._stand(now)
         if now - self._seen < timeout:
             return _Step(ExePathOutcome.TF_ERROR, why, ends=False)
         text = f"{why}; waited for {timeout:.1f} s (tf_timeout)"

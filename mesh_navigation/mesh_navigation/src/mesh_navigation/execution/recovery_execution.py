@@ -9,7 +9,7 @@ from mesh_msgs.text import one_line
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Clock, Stopwatch
 from mesh_navigation.base.outcomes import RecoveryOutcome
-from mesh_navigation.base.robot import GuardedRobot, Robot, RobotLost
+from mesh_navigation.base.robot import GuardedRobot, MapGap, Robot, RobotLost
 from mesh_navigation.execution.attempt import Attempt, fault_of_answer
 from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
 
@@ -46,6 +46,7 @@ class RecoveryExecution:
         cancellation: Cancellation,
         map_gone: Cancellation,
         map_fault: Callable[[], str] = lambda: "",
+        map_gap: Callable[[], str] = lambda: "",
     ) -> RecoveryResult:
         """Run it to its end, or until it is canceled, or patience or the map is gone.
 
@@ -55,8 +56,10 @@ class RecoveryExecution:
             map_gone: is canceled when its map is replaced: NOT_INITIALIZED.
             map_fault: why nobody may drive on that map, empty if one may. A behavior that moves the
                 robot ends with it: NOT_INITIALIZED; others go on.
+            map_gap: why nobody may drive on it just now. The robot stands, and a behavior that asks
+                for its state waits as it does without a pose, in the end for NOT_INITIALIZED.
         """
-        robot, clock = GuardedRobot(self._robot, map_fault), self._clock
+        robot, clock = GuardedRobot(self._robot, map_fault, map_gap), self._clock
         attempt = Attempt("recovery", lambda stop: _result(behavior, robot, clock, stop))
         results, impatient, late = attempt.results, "", ""
         with cancellation.calling(attempt.wake.set), map_gone.calling(attempt.wake.set):
@@ -103,6 +106,8 @@ def _result(
     """What a behavior returns, with its own faults turned into outcomes."""
     try:
         return _checked(behavior.run(robot, clock, cancellation))
+    except MapGap as error:
+        return RecoveryResult(RecoveryOutcome.NOT_INITIALIZED, one_line(error))
     except RobotLost as error:
         return RecoveryResult(RecoveryOutcome.TF_ERROR, one_line(error))
     except (Exception, SystemExit) as error:  # A plugin may raise anything; its goal is answered.

@@ -133,17 +133,17 @@ class MeshPlanner(MeshPlugin):
         cancellation = cancellation or Cancellation()
         try:
             stop_if_canceled(cancellation)
-            self._stop_without_layer()
+            self._stop_for(self.map.fault)
             result = self.plan(start.normalized(), goal.normalized(), tolerance, cancellation)
-            self._stop_without_layer()
+            self._stop_for(self.map.lasting_fault)  # its costs are those of the begin
             return result
         except PlanFailure as failure:
             return failure.as_result()
 
-    def _stop_without_layer(self) -> None:
+    def _stop_for(self, fault: str) -> None:
         """Raise the `PlanFailure` of a map of which a required layer does not stand."""
-        if self.map.fault:
-            raise PlanFailure(GetPathOutcome.MAP_ERROR, self.map.fault)
+        if fault:
+            raise PlanFailure(GetPathOutcome.MAP_ERROR, fault)
 
     def plan(
         self, start: Pose, goal: Pose, tolerance: float, cancellation: Cancellation

@@ -7,10 +7,12 @@ from typing import Callable, NamedTuple, Optional
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock import Deadline
 from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.plugins.plugin_list import Prepared
 
 REPLACED = "the map is loaded anew"
+POLL = 0.05  # s between two looks for what sensors see
 
 
 class Ready(NamedTuple):
@@ -89,6 +91,36 @@ class MapGate:
             NotReady: there is none. CANCELED, NOT_INITIALIZED (it is not there yet, and nobody
                 shall wait), or MAP_ERROR (it could not be loaded, or is not whole).
         """
+        ready = self._loaded(cancellation, patient)
+        if whole and ready.map.fault:
+            raise NotReady("MAP_ERROR", ready.map.fault)
+        return ready
+
+    def wait_for_data(self, cancellation: Cancellation, patience: float, name: str) -> Ready:
+        """As `wait`, and as soon as the map has what sensors see.
+
+        Args:
+            cancellation: ends the waiting.
+            patience: with a gap in that (s, of the computer's time); 0: no limit.
+            name: of the parameter that says so.
+
+        Raises:
+            NotReady: as `wait`.
+        """
+        deadline = Deadline(patience or None)
+        while True:
+            ready = self._loaded(cancellation)
+            fault, gap = ready.map.lasting_fault, ready.map.gap
+            if fault:
+                raise NotReady("MAP_ERROR", fault)
+            if not gap:
+                return ready
+            if deadline.left == 0.0:
+                raise NotReady("MAP_ERROR", f"{gap}; waited for {patience:.1f} s ({name})")
+            if cancellation.wait(POLL):
+                raise NotReady("CANCELED", f"stopped while waiting: {gap}; {cancellation.reason}")
+
+    def _loaded(self, cancellation: Cancellation, patient: bool = False) -> Ready:
         with cancellation.calling(self._notify), self._changed:
             if self._wait or patient:
                 self._changed.wait_for(lambda: not self._loading or cancellation.canceled)
@@ -96,7 +128,7 @@ class MapGate:
                     raise NotReady(
                         "CANCELED", f"stopped while waiting for the map: {cancellation.reason}"
                     )
-            return self._present("; goals wait for it if the parameter wait_for_map is true", whole)
+            return self._present("; goals wait for it if the parameter wait_for_map is true")
 
     def now(self, whole: bool = True) -> Ready:
         """The map and its plugins of this moment, for who never waits.
@@ -108,9 +140,12 @@ class MapGate:
             NotReady: there is none, it is being replaced, or it is not whole.
         """
         with self._changed:
-            return self._present("", whole)
+            ready = self._present("")
+        if whole and ready.map.fault:
+            raise NotReady("MAP_ERROR", ready.map.fault)
+        return ready
 
-    def _present(self, remark: str, whole: bool) -> Ready:
+    def _present(self, remark: str) -> Ready:
         if self._loading:
             seconds = time.monotonic() - self._begin
             raise NotReady(
@@ -119,15 +154,14 @@ class MapGate:
             )
         if self._ready is None:
             raise NotReady("MAP_ERROR", f"there is no map: {self._fault}")
-        if whole and self._ready.map.fault:
-            raise NotReady("MAP_ERROR", self._ready.map.fault)
         return self._ready
 
     def fault(self, ready: Ready) -> str:
-        """Why nobody may drive on that map any longer: it is replaced, or not whole; or empty."""
+        """Why nobody may drive on that map any longer: it is replaced, or a required layer does not
+        stand; or empty, also where there is a gap in what sensors see."""
         if not self.is_current(ready):
             return "the map was replaced while the robot drove on it"
-        return ready.map.fault
+        return ready.map.lasting_fault
 
     def is_current(self, ready: Ready) -> bool:
         """Whether that is the map of now; False from the moment a reload begins."""

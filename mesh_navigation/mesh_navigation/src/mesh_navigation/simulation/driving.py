@@ -164,7 +164,8 @@ class _Simulation:
             SimulatedClock(robot, self._on_step, STEP),
             lambda: values,
             self._cycles.append,
-            lambda: mesh_map.fault,
+            lambda: mesh_map.lasting_fault,
+            lambda: mesh_map.gap,
         )
         self._moments: List[Tuple[Any, ...]] = []
         self._blocked: List[int] = []

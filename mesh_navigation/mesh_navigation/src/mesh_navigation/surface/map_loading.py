@@ -1,5 +1,6 @@
 """Maps for planning without ROS: a file, and layers as in the parameters of a node."""
 
+import logging
 import os
 from typing import Any, Callable, Mapping, Optional, Union
 
@@ -12,6 +13,7 @@ from mesh_map.io.map_source import MapSource
 from mesh_map.map.mesh_map import MeshMap
 
 Progress = Callable[[float, str], None]
+_LOG = logging.getLogger("mesh_navigation")
 
 
 def load_map(
@@ -48,6 +50,9 @@ def load_map(
     mesh_map.compute_layers(parameters.layers, progress, source.stored_costs)
     if mesh_map.fault:
         raise MeshMapError(mesh_map.fault)
+    for name, layer in mesh_map.layers.items():
+        if layer.can_be_cleared() and layer.params["enabled"]:
+            _LOG.warning("layer %s is empty: there is no sensor here", name)
     return mesh_map
 
 

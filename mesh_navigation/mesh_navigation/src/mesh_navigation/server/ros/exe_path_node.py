@@ -85,7 +85,11 @@ class ExePathServer(SlotActionServer):
             drive = running.data = _RunningDrive(name, running.key)
         with cancellation.calling(lambda: drive.cancellation.cancel(cancellation.reason)):
             try:
-                drive.ready = ready = self._parts.gate.wait(drive.cancellation)
+                drive.ready = ready = self._parts.gate.wait_for_data(
+                    drive.cancellation,
+                    self._parts.values["controller_patience"],
+                    "controller_patience",
+                )
                 # What a goal changes in its controller is its own.
                 controller = copy.copy(ready.controllers[name])
                 self._parts.robot.frame = ready.map.frame_id
@@ -153,6 +157,7 @@ class ExePathServer(SlotActionServer):
             lambda: self._parts.values,
             on_cycle,
             lambda: self._parts.gate.fault(ready),
+            lambda: ready.map.gap,
         )
         self._announce(plan, ready)
         drive.execution = execution

@@ -49,7 +49,8 @@ class GetPathServer(SlotActionServer):
         ready, ends = None, None
         try:
             self._current_goal.publish(goal.target_pose)
-            ready = self._parts.gate.wait(cancellation)
+            patience = self._parts.values["planner_patience"]
+            ready = self._parts.gate.wait_for_data(cancellation, patience, "planner_patience")
             planner = ready.planners[name]
             ends = self._ends(goal, ready.map.frame_id, cancellation)
             result = self._plan(ready, planner, ends, goal.tolerance, cancellation)

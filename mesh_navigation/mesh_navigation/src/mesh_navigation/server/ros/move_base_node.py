@@ -89,7 +89,8 @@ class MoveBaseServer(SlotActionServer):
     def _execute(self, running: RunningGoal, name: str, cancellation: Cancellation) -> Any:
         goal = running.get_goal()
         try:
-            ready = self._parts.gate.wait(cancellation)
+            patience = self._parts.values["planner_patience"]
+            ready = self._parts.gate.wait_for_data(cancellation, patience, "planner_patience")
             ends = self._ends(goal, ready.map, cancellation)
         except NotReady as error:
             outcome, unknown = self._outcome(error.kind), float("nan")

@@ -36,7 +36,11 @@ class RecoveryServer(SlotActionServer):
             with parts.robot.driven(cancellation) as robot:
                 execution = RecoveryExecution(robot, parts.clock, lambda: parts.values)
                 found = execution.run(
-                    behavior, cancellation, parts.gate.replaced(ready), lambda: ready.map.fault
+                    behavior,
+                    cancellation,
+                    parts.gate.replaced(ready),
+                    lambda: ready.map.lasting_fault,
+                    lambda: ready.map.gap,
                 )
         except NotReady as error:
             return RecoveryResult(self._outcome(error.kind), error.message, name)
