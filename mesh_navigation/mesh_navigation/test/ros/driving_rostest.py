@@ -3,8 +3,11 @@
 
 import json
 import math
+import os
+import signal
 import subprocess
 import threading
+import time
 import unittest
 
 import numpy as np
@@ -15,7 +18,7 @@ from mesh_navigation import MeshNavigator
 from mesh_navigation.base.messages import pose_from_message
 from mesh_navigation.client.goal_poses import goal_pose
 from navigation_machine import NavigationMachine
-from server_process import ServerProcess, program, write_map
+from server_process import ServerProcess, pid_of, program, write_map
 
 from mesh_msgs import zoo
 from mesh_msgs.testing import wait_until
@@ -76,6 +79,44 @@ class DrivingTest(unittest.TestCase):
     def assert_stopped(self):
         wait_until(lambda: self.commands and is_stop(self.commands[-1]), "a zero velocity")
 
+    def wait_for_motion(self):
+        """Until a command that comes from now on moves the robot ahead."""
+        begin = len(self.commands)
+        wait_until(
+            lambda: any(each.linear.x > 0.1 for each in self.commands[begin:]), "the robot's motion"
+        )
+
+    def test_time_waits_for_processes_that_stand_still(self):
+        """And the drive goes on as if nothing had been."""
+        away = 8.5 if self.pose[0].position[0] < 5.0 else 1.5
+        results = []
+
+        def drive():
+            results.append(self.navigator.go_to(away, away, 0.0, 0.0))
+
+        thread = threading.Thread(target=drive, daemon=True)
+        thread.start()
+        # A guard that stands for a second is replaced.
+        for node, seconds in (
+            ("/move_base_flex", 2.0),
+            ("/surface_robot", 2.0),
+            ("/move_base_flex_velocity_guard", 0.6),
+        ):
+            pid = pid_of(node)
+            self.wait_for_motion()
+            os.kill(pid, signal.SIGSTOP)
+            try:
+                time.sleep(seconds / 3)  # what was on its way is here
+                begin = rospy.get_time()
+                time.sleep(seconds * 2 / 3)
+                passed = rospy.get_time() - begin
+            finally:
+                os.kill(pid, signal.SIGCONT)
+            self.assertLess(passed, 0.4, node)
+        thread.join(60)
+        self.assertEqual(results[0].name, "SUCCESS", results[0])
+        self.assert_at(away, away, 0.0)
+
     def test_a_state_machine(self):
         machine = NavigationMachine()
         thread = threading.Thread(target=machine.run, args=(2,), daemon=True)
@@ -127,11 +168,8 @@ class DrivingTest(unittest.TestCase):
         thread = threading.Thread(
             target=lambda: results.append(self.navigator.go_to(x, 5.0, 0.0, 0.0)), daemon=True
         )
-        before = len(self.commands)
         thread.start()
-        wait_until(
-            lambda: any(each.linear.x > 0.2 for each in self.commands[before:]), "the robot's start"
-        )
+        self.wait_for_motion()
         self.navigator.cancel()
         thread.join(60)
         self.assertEqual(results[0].name, "CANCELED")

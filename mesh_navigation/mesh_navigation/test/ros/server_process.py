@@ -5,6 +5,7 @@ import os
 import subprocess
 import tempfile
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import actionlib
 import numpy as np
@@ -154,6 +155,14 @@ def answer(handle):
 
 def positions(path):
     return np.array([[p.pose.position.x, p.pose.position.y, p.pose.position.z] for p in path.poses])
+
+
+def pid_of(node):
+    """None where there is no such node, or it does not answer."""
+    try:
+        return ServerProxy(rosgraph.Master("/test").lookupNode(node)).getPid("/test")[2]
+    except (OSError, rosgraph.MasterError):
+        return None
 
 
 def published_topics():

@@ -8,9 +8,7 @@ import signal
 import threading
 import time
 import unittest
-from xmlrpc.client import ServerProxy
 
-import rosgraph
 import rospy
 import rostest
 from driven_robot import DrivenRobot, ExePathClient, is_zero
@@ -18,7 +16,7 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.point_cloud2 import create_cloud_xyz32
-from server_process import ServerProcess, write_map
+from server_process import ServerProcess, pid_of, write_map
 from std_msgs.msg import Header
 
 from mesh_msgs import zoo
@@ -34,14 +32,6 @@ GO, TURN, ZERO = "go", "turn", "zero"
 def guard_of(name):
     """The node of a server's guard."""
     return f"/{name}_velocity_guard"
-
-
-def pid_of(node):
-    """None where there is no such node, or it does not answer."""
-    try:
-        return ServerProxy(rosgraph.Master("/test").lookupNode(node)).getPid("/test")[2]
-    except (OSError, rosgraph.MasterError):
-        return None
 
 
 def has_ended(pid):

@@ -44,7 +44,7 @@ def test_a_server_that_ends_at_once():
 
 def test_a_record_is_one_packet():
     for record in (
-        DriveRecord(2**40, Velocity(0.1, -1e300, 0.3), 0.05),
+        DriveRecord(2**40, Velocity(0.1, -1e300, 0.3), 0.05, 1.7e9),
         DriveRecord(0, ends=True),
     ):
         assert DriveRecord.unpacked(record.packed()) == record

@@ -13,7 +13,7 @@ BEAT = b"."
 BEAT_PERIOD = 0.1  # s
 LARGEST = 65536  # bytes of one packet
 
-_FORMAT = struct.Struct("<q4d?")
+_FORMAT = struct.Struct("<q5d?")
 
 
 class DriveRecord(NamedTuple):
@@ -24,17 +24,19 @@ class DriveRecord(NamedTuple):
     velocity: Velocity = STOP
     period: float = 0.0
     """In which commands come (s)."""
+    due: float = 0.0
+    """When the next one comes, by the time of ROS (s)."""
     ends: bool = False
 
     def packed(self) -> bytes:
         """As one packet."""
-        return _FORMAT.pack(self.drive, *self.velocity, self.period, self.ends)
+        return _FORMAT.pack(self.drive, *self.velocity, self.period, self.due, self.ends)
 
     @classmethod
     def unpacked(cls, packet: bytes) -> "DriveRecord":
         """From one packet. Raises struct.error."""
-        drive, x, y, yaw, period, ends = _FORMAT.unpack(packet)
-        return cls(drive, Velocity(x, y, yaw), period, ends)
+        drive, x, y, yaw, *others = _FORMAT.unpack(packet)
+        return cls(drive, Velocity(x, y, yaw), *others)
 
 
 def packed_settings(settings: Dict[str, Any]) -> bytes:

@@ -15,6 +15,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock_limit_ros import ClockLimit
 from mesh_navigation.base.messages import twist_message
 from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.robot import STOP, Velocity
@@ -63,16 +64,18 @@ class DirectCommands(VelocityCommands):
 
     def __init__(self) -> None:
         self._publisher = rospy.Publisher(TOPIC, Twist, queue_size=1)
+        self._clock_limit = ClockLimit()
 
     def wait(self, cancellation: Cancellation) -> None:
         pass
 
     def send(self, drive: int, velocity: Velocity, period: float) -> Velocity:
         _publish(self._publisher, velocity)
+        self._clock_limit.command(drive, velocity, rospy.get_time() + period)
         return velocity
 
     def end(self, drive: int) -> None:
-        pass
+        self._clock_limit.end(drive)
 
 
 class GuardedCommands(VelocityCommands):
@@ -109,7 +112,7 @@ class GuardedCommands(VelocityCommands):
         with self._changed:
             if velocity != STOP:
                 self._drives.add(drive)
-            if self._tell(DriveRecord(drive, velocity, period)):
+            if self._tell(DriveRecord(drive, velocity, period, rospy.get_time() + period)):
                 return velocity
             _publish(self._zeros, STOP)
             return STOP

@@ -6,11 +6,17 @@ from typing import Tuple
 
 import rospy
 from rosgraph_msgs.msg import Clock as ClockMessage
+from std_msgs.msg import Time as TimeMessage
 
 from mesh_navigation.base.cancellation import Cancellation
+from mesh_navigation.base.clock_limit_ros import CLOCK_LIMIT
 from mesh_navigation.base.clock_ros import RosClock
+from mesh_navigation.simulation.time_limits import PATIENCE, TimeLimits
 
 LONGEST = 1.0  # s in one step; a node that stood still does not leap
+# s that time may be ahead of a limit, and of steps: who is in time is not waited for, and a
+# velocity_guard does not call the server silent.
+AHEAD, STEPS_AHEAD = 0.1, 2
 
 
 class StepTime(abc.ABC):
@@ -67,23 +73,35 @@ class Pacing:
 
 
 class OwnStepTime(StepTime):
-    """Makes the time and publishes it on /clock. It begins with that of the computer."""
+    """Makes the time and publishes it on /clock. It begins with that of the computer.
+
+    It waits for those who tell on /clock_limit how far it may go on.
+    """
 
     def __init__(self, rate: float, real_time_factor: float) -> None:
         self._step = 1 / rate
         self._pacing = Pacing(real_time_factor, time.monotonic())
         self._begin, self._count = rospy.Time.from_sec(time.time()), 0
         self._publisher = rospy.Publisher("/clock", ClockMessage, queue_size=10)
+        self._ahead, self._limits = max(AHEAD, STEPS_AHEAD * self._step), TimeLimits()
+        rospy.Subscriber(CLOCK_LIMIT, TimeMessage, self._on_limit, tcp_nodelay=True)
         self.tell()
 
     def wait(self, cancellation: Cancellation) -> Tuple[float, rospy.Time]:
         cancellation.wait(self._pacing.pause(self._step, time.monotonic()))
         self._count += 1
-        return self._step, self._now()
+        now = self._now()
+        for name in self._limits.wait(now.to_sec() - self._ahead, cancellation):
+            text = "%s: time goes on without %s, which did not keep up for %.0f s"
+            rospy.logwarn(text, rospy.get_name(), name, PATIENCE)
+        return self._step, now
 
     def tell(self) -> None:
         # After all else, so that who wakes with the clock sees the robot as it is then.
         self._publisher.publish(ClockMessage(self._now()))
+
+    def _on_limit(self, message: TimeMessage) -> None:
+        self._limits.tell(message._connection_header["callerid"], message.data.to_sec())
 
     def _now(self) -> rospy.Time:
         return self._begin + rospy.Duration.from_sec(self._count * self._step)

@@ -14,6 +14,7 @@ from geometry_msgs.msg import Twist
 from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
 from mesh_msgs.init_node import init_node
 
+from mesh_navigation.base.clock_limit_ros import ClockLimit
 from mesh_navigation.base.messages import twist_message
 from mesh_navigation.base.robot import Velocity
 from mesh_navigation.velocity_guard.guard_records import (
@@ -54,6 +55,7 @@ class VelocityGuardNode:
     def run(self) -> None:
         """Take over and do so until the server has ended, or this node is shut down."""
         self._wait_for_subscribers()
+        self._clock_limit = ClockLimit()
         self._tell(READY)
         while not (rospy.is_shutdown() or self._guard.is_over(self._now())):
             packet = self._packet()
@@ -101,10 +103,13 @@ class VelocityGuardNode:
         now = self._now()
         if not packet:
             time.sleep(TICK)  # There is no other packet to wait for.
+            self._clock_limit.end_all()
             return self._guard.server_ended(now)
         record = DriveRecord.unpacked(packet)
         if record.ends:
+            self._clock_limit.end(record.drive)
             return self._guard.end(record.drive, now)
+        self._clock_limit.command(record.drive, record.velocity, record.due)
         return self._guard.command(record.drive, record.velocity, record.period, now)
 
     def _send(self, velocity: Optional[Velocity]) -> None:
