@@ -51,7 +51,7 @@ class RosStepTime(StepTime):
 class Pacing:
     """Says how long to sleep. A simulation that fell behind is not rushed to catch up."""
 
-    MAX_DELAY = 0.5  # s that may be caught up
+    MAX_DELAY = 0.1  # s that may be caught up
 
     def __init__(self, factor: float, wall: float) -> None:
         """
