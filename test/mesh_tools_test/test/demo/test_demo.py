@@ -1,8 +1,14 @@
 """Parts of the demo that need no ROS master."""
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
-from mesh_tools_test.demo import navigation_node, pipeline, screenshot
+from mesh_msgs.testing import wait_until
+from mesh_tools_test.demo import main, navigation_node, pipeline, screenshot
+from mesh_tools_test.demo.layers import FOR_FILES
 from mesh_tools_test.demo.processes import DemoError
 
 
@@ -67,3 +73,34 @@ def test_an_output_that_is_a_file_is_refused_in_one_line(tmp_path):
     with pytest.raises(DemoError, match="choose another --output"):
         with pipeline.output_folder(tmp_path / "out"):
             pass
+
+
+def test_a_failure_leaves_a_way_to_go_on(tmp_path, monkeypatch, capsys):
+    ends = np.zeros(3), np.array([3, 4, 0])
+    made = pipeline.Prepared(tmp_path / "forest.h5", None, FOR_FILES, *ends)
+
+    def fail(*_):
+        raise DemoError("the robot did not arrive")
+
+    monkeypatch.setattr(main.pipeline, "prepare", lambda *_: made)
+    monkeypatch.setattr(main, "grid_map", fail)
+    assert main.main(["--output", str(tmp_path)]) == 1
+    said, failures = capsys.readouterr()
+    assert "go_to 3.00 4.00 0.00" in said and str(made.path) in said
+    assert failures == "demo: error: the robot did not arrive\n"
+
+
+def test_what_it_says_is_in_a_file_at_once(tmp_path):
+    program = (
+        "import sys; from mesh_tools_test.demo import main\n"
+        "main.demo = lambda *_: (print('a step'), sys.stdin.read())\n"
+        f"main.main(['--output', {str(tmp_path)!r}])"
+    )
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONUNBUFFERED"}
+    command, log = [sys.executable, "-c", program], tmp_path / "log"
+    with log.open("wb") as stream:
+        demo = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=stream, env=environment)
+    try:
+        wait_until(lambda: log.read_text() == "a step\n", "what it says")
+    finally:
+        demo.communicate()

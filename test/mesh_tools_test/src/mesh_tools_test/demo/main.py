@@ -1,5 +1,6 @@
 """Command line of the demo."""
 import argparse
+import io
 import os
 import shlex
 import signal
@@ -16,8 +17,8 @@ from mesh_tools_test.demo import pipeline
 from mesh_tools_test.demo.grid_figure import grid_figure, grid_map, plans_on_grid
 from mesh_tools_test.demo.processes import DemoError, process
 from mesh_tools_test.demo.report import Report
-from mesh_tools_test.demo.results import FILES, GRID, LAYERS, PLANNERS, REPORT
-from mesh_tools_test.demo.show import show_and_plan
+from mesh_tools_test.demo.results import FILES, GRID, LAYERS, PLANNERS, REPORT, RVIZ
+from mesh_tools_test.demo.show import show_and_plan, write_configs
 
 
 def arguments(argv):
@@ -40,18 +41,18 @@ def arguments(argv):
     return options
 
 
-def show_on_screen(stack, output, config, uri):
+def show_on_screen(stack, output, uri):
     """RViz on the user's screen, until the user closes it."""
-    print(f"RViz is on your screen; the demo ends when you close it ({uri}).", flush=True)
-    command = ["rviz", "-d", str(config.resolve())]
+    print(f"RViz is on your screen; the demo ends when you close it ({uri}).")
+    command = ["rviz", "-d", str((output / RVIZ).resolve())]
     _, rviz, log = stack.enter_context(process("rviz_on_screen", command, output / "logs"))
     if rviz.wait() != 0:
         print(f"RViz ended with code {rviz.returncode} on {os.environ['DISPLAY']}; see {log}")
 
 
-def how_to_go_on(made, output, config):
+def how_to_go_on(made, output):
     """What to type next, as text."""
-    paths = made.path, output / LAYERS, output / PLANNERS, config
+    paths = made.path, output / LAYERS, output / PLANNERS, output / RVIZ
     file, layers, planners, config = (shlex.quote(str(path.resolve())) for path in paths)
     start, goal = (" ".join(f"{value:.2f}" for value in point) for point in (made.start, made.goal))
     return (
@@ -71,13 +72,22 @@ def demo(options, output):
     """All steps, the results in the folder `output`."""
     report = Report()
     made = pipeline.prepare(report, output, options.file, options.faces, options.seed)
+    write_configs(output, made)
+    try:
+        show(report, options, output, made)
+    finally:  # With a map there is a way to go on, whatever failed.
+        print(how_to_go_on(made, output))
+
+
+def show(report, options, output, made):
+    """All steps after those that make the map."""
     with report.step("picture of a grid") as notes:
         mesh_map = grid_map()
         found = plans_on_grid(mesh_map)
         grid_figure(mesh_map, found).save(output / GRID)
         notes += [GRID, *(f"{each.title} {each.error}" for each in found)]
     with ExitStack() as stack:
-        uri, config, way = show_and_plan(report, stack, output, made)
+        uri, way = show_and_plan(report, stack, output, made)
         (output / REPORT).write_text(report.markdown(), encoding="utf-8")
         print(f"\nWritten to {output}/: {made.path.name}, {', '.join(FILES)}, logs/")
         if not way.succeeded:
@@ -85,8 +95,7 @@ def demo(options, output):
         if options.headless or not os.environ.get("DISPLAY"):
             print("No window was opened: there is no DISPLAY, or --headless was given.")
         else:
-            show_on_screen(stack, output, config, uri)
-    print(how_to_go_on(made, output, config))
+            show_on_screen(stack, output, uri)
 
 
 def interrupt(number, _frame):
@@ -99,6 +108,8 @@ def interrupt(number, _frame):
 
 def main(argv=None):
     """Run the demo; the exit code is 0 on success, 1 on failure, 2 on usage, 130 on Ctrl+C."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(line_buffering=True)  # into files and pipes, too
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, interrupt)
     options = arguments(argv)

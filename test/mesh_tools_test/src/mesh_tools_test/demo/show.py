@@ -16,7 +16,7 @@ def show_and_plan(report, stack, output, made):
     """Start map, server, robot and RViz; plan, drive, take pictures. The nodes live as long as the
     stack.
 
-    :returns: URI of the master, the configuration of the last picture, and the drive
+    :returns: URI of the master, and the drive
     """
     frame, start, goal = made.mesh_map.frame_id, made.start, made.goal
     with report.step("start roscore") as notes:
@@ -50,14 +50,18 @@ def show_and_plan(report, stack, output, made):
             plan(WAVE_FRONT)  # while it drove, there were plans from where it was
         with report.step(f"picture of {layer}") as notes:
             notes.append(camera.take(name, layer, layer_limits, WAVE_FRONT))
-    return uri, camera.config, way
+    return uri, way
+
+
+def write_configs(output, made):
+    """The files that configure the server; RViz's is written with each picture."""
+    (output / results.LAYERS).write_text(server_config(made.layers), encoding="utf-8")
+    (output / results.PLANNERS).write_text(planner_config(), encoding="utf-8")
 
 
 def start_server(output, made):
     """The navigation server on the map, configured by two files; see processes.process."""
     layers, planners = output / results.LAYERS, output / results.PLANNERS
-    layers.write_text(server_config(made.layers), encoding="utf-8")
-    planners.write_text(planner_config(), encoding="utf-8")
     launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
     launch += [f"map_file:={made.path.resolve()}", f"map_config:={layers.resolve()}"]
     launch += [f"planner_config:={planners.resolve()}"]
@@ -102,7 +106,7 @@ class Camera:
         """
         self._screen = stack.enter_context(environment_of(BackEnd.OSMESA_X, os.environ))
         self._output, self._uri, self._server, self._scene = output, uri, server, scene
-        self.config = output / results.RVIZ
+        self._config = output / results.RVIZ
 
     def take(self, name, layer, limits, on_top):
         """RViz with a layer, as long as it takes to draw it; returns what to say of the picture.
@@ -111,8 +115,8 @@ class Camera:
         """
         paths = sorted((EXACT, DIJKSTRA, WAVE_FRONT), key=lambda planner: planner is on_top)
         config = rviz_config(*self._scene, layer, limits, paths)
-        self.config.write_text(config, encoding="utf-8")
-        command = ["rviz", "--disable-anti-aliasing", "-d", str(self.config.resolve())]
+        self._config.write_text(config, encoding="utf-8")
+        command = ["rviz", "--disable-anti-aliasing", "-d", str(self._config.resolve())]
         with process("rviz", command, self._output / "logs", self._screen) as rviz:
             topics = [f"{SERVER}/{planner.name}/path" for planner in paths]
             wait_until(
