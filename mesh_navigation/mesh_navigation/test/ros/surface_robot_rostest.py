@@ -13,14 +13,15 @@ import rospy
 import rostest
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
-from mesh_msgs.arrays import MeshGeometryStamped
+from mesh_msgs.arrays import MeshGeometryStamped, MeshVertexCostsStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from server_process import program, write_map
 from visualization_msgs.msg import Marker, MarkerArray
 
-from mesh_map.io.map_messages import geometry_message
+from mesh_map.costs.combination import COMBINED_COSTS
+from mesh_map.io.map_messages import costs_message, geometry_message
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
@@ -306,6 +307,26 @@ class SurfaceRobotTest(unittest.TestCase):
         publisher.publish(geometry_message(MeshMap(raised + np.float32([50, 0, 0]), GRID.faces)))
         pose = robot.wait_for_pose(lambda position: position[0] > 10).pose
         np.testing.assert_allclose(position_of(pose), [50, 5, 0.5], atol=1e-6)
+
+    def test_free_ground_to_begin_on(self):
+        """It waits for the costs of its map, and begins beside what they block."""
+        topics = {"mesh_topic": "/blocked/mesh", "costs_topic": "/blocked/vertex_costs"}
+        robot, diagnostics = self.robot("beginner", **topics), HeardDiagnostics()
+        mesh_map = MeshMap(GRID.vertices, GRID.faces)
+        other = MeshMap(GRID.vertices[:, [1, 0, 2]], GRID.faces)
+        blocked = np.where(GRID.vertices[:, 0] < 6.5, np.inf, 0).astype(np.float32)
+        mesh = rospy.Publisher("/blocked/mesh", MeshGeometryStamped, queue_size=1, latch=True)
+        costs = rospy.Publisher("/blocked/vertex_costs", MeshVertexCostsStamped, queue_size=3)
+        wait_until(costs.get_num_connections, "the robot")
+        mesh.publish(geometry_message(mesh_map))
+        name = "beginner/surface_robot: robot"
+        diagnostics.expected(name, WARN, "waits for the costs of the map")
+        costs.publish(costs_message(other, COMBINED_COSTS, 1 - blocked))
+        costs.publish(costs_message(mesh_map, "roughness", blocked))
+        costs.publish(costs_message(mesh_map, COMBINED_COSTS, blocked))
+        x, y, _ = position_of(robot.wait_for_pose().pose)
+        self.assertTrue(7 < x < 8 and 4 < y < 6, (x, y))
+        wait_until(lambda: costs.get_num_connections() == 0, "its end of listening")
 
     def test_files_that_are_no_maps_end_it(self):
         robot = self.robot("broken", mesh_file="/nowhere/map.h5")

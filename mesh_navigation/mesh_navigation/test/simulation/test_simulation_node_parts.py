@@ -1,5 +1,6 @@
 """What the node surface_robot is made of, without ROS running."""
 
+import itertools
 import math
 import subprocess
 import sys
@@ -56,6 +57,48 @@ def test_where_it_begins(given, position, yaw):
     pose = initial_pose(GRID, given)
     assert pose.position == pytest.approx(position, abs=1e-5)
     assert pose.heading == pytest.approx([math.cos(yaw), math.sin(yaw), 0])
+
+
+def costs_of(*blocked):
+    """Of GRID: lethal, unknown or too much within these boxes (x, y, x, y)."""
+    x, y = GRID.vertices[:, 0], GRID.vertices[:, 1]
+    costs = np.zeros(len(x), np.float32)
+    for (left, low, right, high), cost in zip(blocked, itertools.cycle((np.inf, np.nan, 1.5))):
+        costs[(left <= x) & (x <= right) & (low <= y) & (y <= high)] = cost
+    return costs
+
+
+@pytest.mark.parametrize(
+    "blocked, expected",
+    [
+        # The middle is blocked, and there is more ground to the right of it.
+        ([(4, 0, 5, 10)], (6, 4, 7, 6)),
+        # To the right it would be nearer, but there is less ground.
+        ([(3, 0, 5, 10), (5, 0, 10, 5)], (1, 4, 2, 6)),
+        # The middle is free, but all around it is not.
+        ([(0, 2, 10, 3), (0, 7, 10, 7), (3, 3, 3, 7), (7, 3, 7, 7)], (4, 8, 6, 9)),
+    ],
+)
+def test_it_begins_on_the_largest_free_ground(blocked, expected):
+    costs = costs_of(*blocked)
+    pose = initial_pose(GRID, costs=costs)
+    left, low, right, high = expected
+    x, y, _ = pose.position
+    assert left < x < right and low < y < high
+    assert put_down(GRID, pose).position == pytest.approx(pose.position)
+    # It stays where it is told to begin.
+    assert initial_pose(GRID, (5, 5), costs).position == pytest.approx([5, 5, 0])
+
+
+def test_it_begins_in_the_middle_where_nothing_is_free():
+    costs = np.full(len(GRID.vertices), np.nan, np.float32)
+    assert initial_pose(GRID, costs=costs).position == pytest.approx([5, 5, 0])
+
+
+def test_of_two_storeys_it_begins_on_the_free_one():
+    costs = np.where(STOREYS.vertices[:, 2] > 0.5, np.inf, 0).astype(np.float32)
+    place = initial_pose(STOREYS, costs=costs).position
+    assert place[2] < 0.5 < initial_pose(STOREYS).position[2]
 
 
 @pytest.mark.parametrize("given", [(1,), (1, 2, 3, 4, 5), (1, "x"), (1, math.nan), ([1], [2, 3])])

@@ -12,12 +12,13 @@ PARAMETERS = (
     Parameter("mesh_file", "", description="map or mesh; empty: the map comes from mesh_topic"),
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
     Parameter("mesh_topic", MAP_TOPIC, description="mesh_msgs/MeshGeometryStamped"),
+    Parameter("costs_topic", "", description="of the costs that the robot waits for to begin"),
     # Time.
     Parameter("rate", 50.0, 1.0, 1000.0, "steps of the simulation in a second of it (Hz)"),
     Parameter("publish_clock", False, description="time is simulated and published on /clock"),
     Parameter("real_time_factor", 1.0, 0.0, 1000.0, "with publish_clock; 0: as fast as possible"),
     # The robot.
-    Parameter("initial_pose", (), description="x, y, z (m), yaw (rad); empty: middle of the map"),
+    Parameter("initial_pose", (), description="x, y, z (m), yaw (rad); empty: on free ground"),
     Parameter("max_speed", 1.5, 0.0, 100.0, "ahead and back (m/s)"),
     Parameter("max_side_speed", 0.0, 0.0, 100.0, "to the sides (m/s)"),
     Parameter("max_turn_speed", 3.0, 0.0, 100.0, "rad/s"),

@@ -27,6 +27,7 @@ from mesh_navigation.simulation.parameters import PARAMETERS, check_frames
 from mesh_navigation.simulation.placing import initial_pose, put_down
 from mesh_navigation.simulation.robot_messages import numbers_in
 from mesh_navigation.simulation.ros.robot_topics_ros import RobotTopics
+from mesh_navigation.simulation.ros.start_costs_ros import StartCosts
 from mesh_navigation.simulation.ros.step_time_ros import step_time
 from mesh_navigation.simulation.scan import SimulatedScan
 from mesh_navigation.simulation.simulated_robot import SimulatedRobot
@@ -59,6 +60,8 @@ class SurfaceRobotNode:
         self._topics = RobotTopics(self._values)
         self._uuid = ""  # of the last mesh that came
         self._map: Optional[MeshMap] = None
+        self._costs: Optional[StartCosts] = None  # as long as they are waited for
+        self._waiting: Optional[MeshMap] = None  # for its costs
         self._robot: Optional[SimulatedRobot] = None
         self._scan: Optional[SimulatedScan] = None
         self._scan_left = 0.0
@@ -75,6 +78,8 @@ class SurfaceRobotNode:
         rospy.Subscriber("cmd_vel", Twist, self._on_command, queue_size=1)
         self._subscribe("initialpose", PoseWithCovarianceStamped, self._put)
         self._subscribe("~obstacles", MarkerArray, self._change_obstacles)
+        if values["costs_topic"] and not len(values["initial_pose"]):
+            self._costs = StartCosts(values["costs_topic"], lambda: self._jobs.put(self._begin))
         if values["mesh_file"]:
             self._take_map(load_map(values["mesh_file"], part=values["mesh_part"]))
         else:
@@ -96,7 +101,8 @@ class SurfaceRobotNode:
     def _status(self) -> Status:
         """For /diagnostics."""
         if self._map is None:
-            return Status(WARN, "the robot waits for a map")
+            what = "a map" if self._waiting is None else "the costs of the map"
+            return Status(WARN, f"the robot waits for {what}")
         if self._obstruction:
             return Status(WARN, f"the robot does not get on: {self._obstruction}")
         return Status(OK, f"the robot is on a map of {len(self._map.faces)} faces")
@@ -147,13 +153,25 @@ class SurfaceRobotNode:
                 "%s: the map on %s: %s", rospy.get_name(), self._values["mesh_topic"], error
             )
 
+    def _begin(self) -> None:
+        """Costs have come, perhaps those that are waited for."""
+        if self._waiting is not None:
+            self._take_other_map(self._waiting)
+
     def _take_map(self, mesh_map: MeshMap) -> None:
-        values = self._values
+        values, costs = self._values, None
         check_frames(values, mesh_map.frame_id)
+        if self._costs is not None:
+            costs = self._costs.of(mesh_map)
+            if costs is None:
+                self._wait_for_costs(self._costs.topic, mesh_map)
+                return
+            self._costs.close()
+            self._costs = self._waiting = None
         try:
-            start = initial_pose(mesh_map, values["initial_pose"])
+            start = initial_pose(mesh_map, values["initial_pose"], costs)
         except MeshMapError as error:
-            rospy.logerr("%s; the robot begins in the middle of the map", error)
+            rospy.logerr("%s; the robot begins near the middle of the map", error)
             start = initial_pose(mesh_map)
         body = self._body(mesh_map, start)
         if self._robot is None:
@@ -177,6 +195,12 @@ class SurfaceRobotNode:
         place = vector_text(body.pose.position)
         name = rospy.resolve_name("cmd_vel")
         rospy.loginfo(text, rospy.get_name(), place, len(mesh_map.faces), name)
+
+    def _wait_for_costs(self, topic: str, mesh_map: MeshMap) -> None:
+        if mesh_map is not self._waiting:
+            text = "%s: waiting for the costs of the map on %s (or set _initial_pose:=[x, y])"
+            rospy.loginfo(text, rospy.get_name(), topic)
+        self._waiting = mesh_map
 
     def _body(self, mesh_map: MeshMap, start: Pose) -> SurfaceRobot:
         """A robot on a map; where the one before was, if there is surface there."""
