@@ -312,6 +312,38 @@ def test_a_mesh_file_is_a_map_too(tmp_path):
         source.save_layers(mesh_map.layers)
 
 
+UTM = (565000.0, 5934000.0, 10.0)
+
+
+def test_a_mesh_file_in_national_coordinates_needs_an_origin(tmp_path):
+    path = tmp_path / "mesh.obj"
+    corners = "v 565000.1 5934000 10", "v 565001.1 5934000 10", "v 565000 5934001.3 10"
+    path.write_text("\n".join(corners) + "\nf 1 2 3\n")
+    with pytest.raises(MeshMapError, match=r"obj: float32 would change.* \[565001.0, 5934001.0"):
+        MapSource(str(path))
+    parameters = map_parameters({"mesh_file": str(path), "origin": list(UTM)})
+    mesh_map = MapSource(str(path), origin=parameters.origin).make_map()
+    assert np.array_equal(mesh_map.vertices, np.float32([[0.1, 0, 0], [1.1, 0, 0], [0, 1.3, 0]]))
+    assert tuple(mesh_map.origin) == UTM
+    other = MapSource(str(path), origin=(565001.0, *UTM[1:])).make_map()
+    assert other.vertices[0, 0] == np.float32(-0.9) and other.origin[0] == 565001.0
+    assert map_parameters({"mesh_file": str(path)}).origin is None
+    with pytest.raises(MeshMapError, match="origin"):
+        MapSource(str(path), origin=(1.0, "x"))
+
+
+def test_a_map_file_stores_its_origin(tmp_path):
+    mesh = terrain(12)
+    path = MapFile.write(str(tmp_path / "a.h5"), Mesh(mesh.vertices, mesh.faces, origin=UTM)).path
+    mesh_map, again = (MapSource(path, origin=given).make_map() for given in (None, UTM))
+    assert tuple(mesh_map.origin) == UTM and again.geometry is mesh_map.geometry
+    with pytest.raises(MeshMapError, match="stores .*565000.*leave it out.*import --origin"):
+        MapSource(path, origin=(0.0, 0.0, 0.0))
+    # The same vertices elsewhere are another geometry.
+    moved = MapFile.write(str(tmp_path / "b.h5"), Mesh(mesh.vertices, mesh.faces)).path
+    assert MapSource(moved).make_map().origin.tolist() == [0, 0, 0]
+
+
 def test_nothing_to_save(map_file):
     with pytest.raises(MeshMapError, match="there are no layers to store"):
         MapSource(map_file.path).save_layers({})

@@ -1,6 +1,7 @@
 """MeshMap: what it refuses, what it knows, and its list of layers."""
 
 import math
+import re
 import subprocess
 import sys
 
@@ -214,3 +215,41 @@ def test_libraries_do_not_import_ros():
         "assert 'rospy' not in sys.modules and 'h5py' in sys.modules\n"
     )
     subprocess.run([sys.executable, "-W", "error::RuntimeWarning", "-c", script], check=True)
+
+
+UTM = np.array([565000.25, 5934000.125, 12.0])
+
+
+def in_utm(dtype=np.float64):
+    """A mesh of some meters in the coordinates of a UTM zone, and near its origin."""
+    mesh = terrain(12)
+    near = np.rint(mesh.vertices.astype(np.float64) * 1024) / 1024 + 0.0  # exact in both
+    return (near + UTM).astype(dtype), near.astype(np.float32), mesh.faces
+
+
+def test_coordinates_that_rounding_would_move_are_refused_with_an_origin_that_helps():
+    far, _, faces = in_utm()
+    with pytest.raises(MeshMapError, match=r"change its coordinates by up to 0\.\d+ m") as error:
+        MeshMap(far, faces)
+    helps = [float(text) for text in re.search(r"\[(.*)\]", str(error.value)).group(1).split(",")]
+    assert np.abs(MeshMap(far, faces, origin=helps).vertices).max() < 20
+    with pytest.raises(MeshMapError, match=r"origin near to it, such as \[5650\d\d.0, 59340\d\d.0"):
+        MeshMap(far, faces, origin=[1.0, 2.0, 3.0])
+    large = np.array(CORNERS) * 5000.7  # a millionth of it, and what is float32 already, may go
+    assert MeshMap(large, [[0, 1, 2]]).origin.tolist() == [0, 0, 0]
+    MeshMap(far.astype(np.float32), faces)
+
+
+def test_the_origin_is_subtracted_before_rounding():
+    far, near, faces = in_utm()
+    mesh_map = MeshMap(far, faces, origin=UTM)
+    assert mesh_map.vertices.dtype == np.float32 and np.array_equal(mesh_map.vertices, near)
+    assert mesh_map.origin.dtype == np.float64 and np.array_equal(mesh_map.origin, UTM)
+    assert np.array_equal(mesh_map.vertices + mesh_map.origin, far)
+    assert mesh_map.uuid == geometry_uuid(near, faces)
+
+
+@pytest.mark.parametrize("origin", [3.0, (1, 2), (1, 2, np.nan), "auto", None, [[1, 2, 3]]])
+def test_no_origin(origin):
+    with pytest.raises(MeshMapError, match="origin is .* x, y, z in meters"):
+        MeshMap(CORNERS, [[0, 1, 2]], origin=origin)

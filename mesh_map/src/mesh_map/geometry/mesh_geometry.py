@@ -13,6 +13,7 @@ from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.query_arguments import checked_distance
+from mesh_map.geometry.coordinates import check_rounding, checked_origin
 from mesh_map.geometry.normals import (
     checked_up,
     corner_angles,
@@ -47,6 +48,8 @@ class MeshGeometry:
 
     Attributes:
         vertices: (V, 3) float32, meters in frame_id.
+        origin: (3,) float64, meters; vertices + origin are the coordinates in the reference system
+            that they were given in, such as a UTM zone. Zeros where they are the same.
         faces: (F, 3) uint32.
         frame_id: coordinate frame.
         up: (3,) float64 of length 1; heights and steepness are measured along it.
@@ -61,6 +64,7 @@ class MeshGeometry:
         frame_id: str = "map",
         uuid: str = "",
         *,
+        origin: Any = (0.0, 0.0, 0.0),
         up_direction: Any = (0.0, 0.0, 1.0),
         orient: bool = False,
         normals: str = "mean",
@@ -73,6 +77,7 @@ class MeshGeometry:
             vertex_normals: (V, 3) finite numbers; None to compute them.
             frame_id: coordinate frame.
             uuid: identity that the geometry already has; "" for that of its content.
+            origin: (3,) meters, subtracted from the vertices before they are rounded to float32.
             up_direction: (3,) of any length.
             orient: True to turn faces so that neighbors agree, and most of each piece faces up (see
                 mesh_map.geometry.orientation); faces are those then, in the same order.
@@ -80,7 +85,8 @@ class MeshGeometry:
                 released mesh_map, or weighted by "angle". With that, or orient, vertex_normals are
                 not used.
         Raises:
-            MeshMapError: what is wrong with it.
+            MeshMapError: what is wrong with it; coordinates that lose more by rounding than a
+                millimeter and a millionth of the mesh: they need an origin.
         """
         if vertex_normals is not None and not len(vertex_normals):
             vertex_normals = None
@@ -88,7 +94,8 @@ class MeshGeometry:
         if findings:
             more = " (and %d more faults)" % (len(findings) - 1) if len(findings) > 1 else ""
             raise MeshMapError("no usable mesh: %s%s" % (findings[0], more))
-        self.vertices = read_only(as_vertices(vertices))
+        self.origin = read_only(checked_origin(origin))
+        self.vertices = read_only(_rounded(vertices, self.origin))
         self.faces = read_only(as_faces(faces))
         self.frame_id = frame_id
         self.up = read_only(checked_up(up_direction))
@@ -234,6 +241,18 @@ class MeshGeometry:
             float(max_distance),
         )
         return None if vertex == NO_FACE else (int(vertex), float(distance))
+
+
+def _rounded(vertices: Any, origin: np.ndarray) -> np.ndarray:
+    given = np.asarray(vertices)
+    if origin.any():
+        given = given.astype(np.float64) - origin
+    rounded = as_vertices(given)
+    if given.dtype != np.float32:
+        with np.errstate(invalid="ignore"):
+            lost = float(np.abs(rounded - given.astype(np.float64)).max())
+        check_rounding("no usable mesh", lost, rounded, origin)
+    return rounded
 
 
 def _spatial_index(geometry: MeshGeometry) -> SpatialIndex:

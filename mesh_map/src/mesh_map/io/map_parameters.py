@@ -1,7 +1,7 @@
 """The parameters of a map, as ROS users write them, in a dictionary."""
 
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional
+from typing import Any, Mapping, Optional, Tuple
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter, checked_values
@@ -11,6 +11,7 @@ _STRINGS = (
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
     Parameter("global_frame", "", description="frame of all messages; empty: that of the file"),
 )
+_ORIGIN = Parameter("origin", (), description="x, y, z (m): subtracted from the coordinates")
 GEOMETRY_PARAMETERS = (
     Parameter("up_direction", (0.0, 0.0, 1.0), description="against which heights are measured"),
     Parameter("orient", False, description="turn faces so that neighbors agree, and most face up"),
@@ -27,13 +28,14 @@ GEOMETRY_PARAMETERS = (
 class MapParameters:
     """Parameters that have been checked.
 
-    mesh_file, mesh_part, global_frame: as in the README.
+    mesh_file, mesh_part, global_frame, origin: as in the README; for MapSource.
     layers: the list for MeshMap.compute_layers().
     geometry: up_direction, orient and normals, for MapSource.make_map().
     """
 
     mesh_file: str
     mesh_part: Optional[str]
+    origin: Optional[Tuple[Any, ...]]
     global_frame: str
     layers: Any
     geometry: Mapping[str, Any]
@@ -50,7 +52,7 @@ def map_parameters(values: Any) -> MapParameters:
     """
     if not isinstance(values, Mapping):
         raise MeshMapError("the parameters are %r, not a dictionary" % (values,))
-    checked, _ = checked_values(_STRINGS + GEOMETRY_PARAMETERS, values)
+    checked, _ = checked_values((*_STRINGS, _ORIGIN, *GEOMETRY_PARAMETERS), values)
     if values.get("server_url") and not checked["mesh_file"]:
         raise MeshMapError("maps of a mesh server (server_url) are not supported", "set mesh_file")
     if not checked["mesh_file"]:
@@ -61,6 +63,7 @@ def map_parameters(values: Any) -> MapParameters:
     return MapParameters(
         checked["mesh_file"],
         checked["mesh_part"] or None,
+        checked["origin"] or None,
         checked["global_frame"],
         layers,
         {p.name: checked[p.name] for p in GEOMETRY_PARAMETERS},

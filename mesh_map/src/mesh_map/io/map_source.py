@@ -5,7 +5,7 @@ import logging
 import math
 import threading
 import weakref
-from typing import Any, Callable, Dict, List, Mapping, Optional
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
 
 import numpy as np
 from mesh_msgs.identity import geometry_uuid
@@ -16,9 +16,11 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
 from mesh_msgs_hdf5.files.save import stamp
 
+from mesh_map.base.array_checks import read_only
 from mesh_map.base.digest import digest
 from mesh_map.base.errors import MeshMapError
 from mesh_map.costs.layer import Layer
+from mesh_map.geometry.coordinates import check_rounding, checked_origin
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.normals import checked_up
 from mesh_map.map.mesh_map import MeshMap
@@ -102,23 +104,30 @@ class MapSource:
     normals and colors), uuid, contents (MapContents).
     """
 
-    def __init__(self, path: str, part: Optional[str] = None) -> None:
+    def __init__(
+        self, path: str, part: Optional[str] = None, origin: Optional[Sequence[float]] = None
+    ) -> None:
         """Reads a map file, or a mesh in any format that mesh_msgs_hdf5 knows.
 
-        part: which mesh of a map file; None is "mesh" if there is one, else the only one.
-
+        Args:
+            path: of the file.
+            part: which mesh of a map file; None is "mesh" if there is one, else the only one.
+            origin: (3,) meters, subtracted from the coordinates in the file before they are
+                rounded to float32; None for none. Map files store theirs: another one is refused.
         Raises:
-            MeshMapError: a file that cannot be read as a mesh.
+            MeshMapError: a file that cannot be read as a mesh, or whose coordinates need an origin.
         """
         self.path = path
         try:
-            opened = open_members(path, part)
+            opened = open_members(path, part, origin)
             self._members = opened.members
             self.mesh = self._members.read(("vertex_normals", "vertex_colors"))
             self.uuid: str = self._members.uuid
         except MapFileError as error:
             raise MeshMapError(str(error)) from error
         self.is_map_file = opened.is_map
+        self._check_origin(origin)
+        check_rounding(path, opened.rounded, self.mesh.vertices, self.mesh.origin)
         self.contents = MapContents(self._members, opened.is_map)
         self._geometry: Optional[MeshGeometry] = None
         self._options: Dict[str, Any] = {}
@@ -127,6 +136,14 @@ class MapSource:
         self._stamp: Any = None  # of the file when _stored was read
         for note in opened.notes:
             _LOG.warning("%s: %s", path, note)
+
+    def _check_origin(self, origin: Optional[Sequence[float]]) -> None:
+        stored = tuple(self.mesh.origin)
+        if self.is_map_file and origin is not None and tuple(origin) != stored:
+            raise MeshMapError(
+                "origin is %s, but %s stores %s" % (list(origin), self.path, list(stored)),
+                "leave it out; mesh_tool import --origin makes a map file with another one",
+            )
 
     def make_map(
         self,
@@ -151,11 +168,12 @@ class MapSource:
             vertices, faces, normals = mesh.vertices, mesh.faces, mesh.vertex_normals
             geometry = MeshGeometry(vertices, faces, normals, frame_id, self.uuid, **options)
             geometry.content_uuid = content
+            geometry.origin = read_only(checked_origin(mesh.origin))
             return geometry
 
         given = "" if mesh.vertex_normals is None else digest(mesh.vertex_normals)
         of_options = tuple(checked_up(up_direction)), bool(orient), repr(normals)
-        key = (content, self.uuid, frame_id, given, of_options)
+        key = (content, self.uuid, frame_id, tuple(mesh.origin), given, of_options)
         self._geometry = _shared(key, made)
         self._options, self._identity = options, {}
         if given and self._has_usual_normals():

@@ -30,9 +30,12 @@ class MeshMap(LayeredCosts):
         vertex_normals: Optional[Any] = None,
         frame_id: str = "map",
         uuid: str = "",
+        *,
+        origin: Any = (0.0, 0.0, 0.0),
     ) -> None:
         """A map of a mesh of its own; arguments and errors are those of MeshGeometry."""
-        self._begin(MeshGeometry(vertices, faces, vertex_normals, frame_id, uuid))
+        geometry = MeshGeometry(vertices, faces, vertex_normals, frame_id, uuid, origin=origin)
+        self._begin(geometry)
 
     @classmethod
     def of(cls, geometry: MeshGeometry, contents: Any = None) -> "MeshMap":
@@ -49,6 +52,7 @@ class MeshMap(LayeredCosts):
     # What is asked for most, so that callers need not reach through.
     vertices = property(lambda self: self.geometry.vertices)
     faces = property(lambda self: self.geometry.faces)
+    origin = property(lambda self: self.geometry.origin)
     frame_id = property(lambda self: self.geometry.frame_id)
     uuid = property(lambda self: self.geometry.uuid)
     topology = property(lambda self: self.geometry.topology)

@@ -215,7 +215,7 @@ class MeshMapServer:
             _LOG.warning("%s", complaint)
         start = time.monotonic()
         self._say("reading %s" % parameters.mesh_file)
-        source = MapSource(parameters.mesh_file, parameters.mesh_part)
+        source = MapSource(parameters.mesh_file, parameters.mesh_part, parameters.origin)
         self._stop_at_shutdown()
         mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
         mesh_map.layer_timeout = values[LAYER_TIMEOUT.name]

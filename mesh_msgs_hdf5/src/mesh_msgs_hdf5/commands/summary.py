@@ -15,7 +15,7 @@ def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict
     with fast none is. Other formats are read as a whole. The result is made of dicts, lists, texts
     and numbers. Raises MapFileError.
     """
-    file, form, notes = open_members(path, part)
+    file, form, notes, _ = open_members(path, part)
     with file:
         summary = _summary(file, fast and form == "HDF5")
     if form != "HDF5":

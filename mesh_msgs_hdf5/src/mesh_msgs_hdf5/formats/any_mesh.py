@@ -1,6 +1,6 @@
 """Any mesh file by its members: a map file as it is (lazily), other formats read as a whole."""
 import os
-from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -91,11 +91,13 @@ Members = Union[IsolatedMapFile, MeshMembers]
 
 
 class Opened(NamedTuple):
-    """members: of the mesh; format: "HDF5", "PLY", ...; notes: what reading it changed."""
+    """members: of the mesh; format: "HDF5", "PLY", ...; notes: what reading it changed; rounded: by
+    how much (meters) a coordinate changed at most by becoming float32."""
 
     members: Members
     format: str
     notes: Tuple[str, ...]
+    rounded: float = 0.0
 
     @property
     def is_map(self) -> bool:
@@ -107,10 +109,17 @@ def is_map_file(path: PathLike) -> bool:
     return kind_of(path, read_head(path)) == "h5"
 
 
-def open_members(path: PathLike, part: Optional[str] = None) -> Opened:
-    """The members of a mesh in a file of any known format. Raises MapFileError."""
+def open_members(
+    path: PathLike, part: Optional[str] = None, origin: Optional[Sequence[float]] = None
+) -> Opened:
+    """The members of a mesh in a file of any known format. Raises MapFileError.
+
+    origin: (3,) meters, subtracted from the coordinates of formats other than map files, which
+    store theirs.
+    """
     path = os.fsdecode(path)
     if is_map_file(path):
         return Opened(IsolatedMapFile(path, part), "HDF5", ())
-    mesh, report = read_mesh(path, part)
-    return Opened(MeshMembers(path, mesh), report.format, tuple(report.notes))
+    mesh, report = read_mesh(path, part, origin=origin)
+    members = MeshMembers(path, mesh)
+    return Opened(members, report.format, tuple(report.notes), report.rounded)

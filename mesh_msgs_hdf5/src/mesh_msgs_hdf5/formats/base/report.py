@@ -18,7 +18,8 @@ class ImportReport:
     format: "PLY", "OBJ", "STL", "DAE", "GLB" or "HDF5"; vertices, faces, layers, face_attributes,
     materials, textures, labels: of the mesh; triangulated: polygons of more than three corners in
     the file; merged: vertices that fell together; split: vertices appended at seams of textures;
-    dropped_vertices, dropped_faces, flipped: what repairing did.
+    dropped_vertices, dropped_faces, flipped: what repairing did; rounded: by how much (meters) a
+    coordinate changed at most by becoming float32.
     """
 
     path: str
@@ -36,6 +37,7 @@ class ImportReport:
     dropped_vertices: int = 0
     dropped_faces: int = 0
     flipped: int = 0
+    rounded: float = 0.0
     notes: List[str] = field(default_factory=list)
 
     def note(self, text: str, *values) -> None:
@@ -88,6 +90,7 @@ def is_noticed(change: float) -> bool:
 def note_rounding(report: ImportReport, change: float) -> None:
     """Say how much coordinates changed by becoming float32, where one could notice (0.01 mm)."""
     if is_noticed(change):
+        report.rounded = change
         report.note(
             "coordinates were rounded to float32, by at most %.3g m (far from the origin?)%s",
             change,

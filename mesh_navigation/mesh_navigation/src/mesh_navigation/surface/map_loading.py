@@ -43,7 +43,7 @@ def load_map(
     parameters = map_parameters(configuration)
     progress = progress or (lambda share, what: None)
     progress(0.0, f"reading {parameters.mesh_file}")
-    source = MapSource(parameters.mesh_file, parameters.mesh_part)
+    source = MapSource(parameters.mesh_file, parameters.mesh_part, parameters.origin)
     mesh_map = source.make_map(parameters.global_frame, **parameters.geometry)
     names = [parameter.name for parameter in SETTINGS]
     mesh_map.set_settings(**{name: configuration[name] for name in names if name in configuration})
