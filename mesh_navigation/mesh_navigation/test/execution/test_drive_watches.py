@@ -7,7 +7,7 @@ from driving_fakes import PlaneRobot
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.progress_watch import ProgressWatch
 from mesh_navigation.base.robot import STOP, RobotState, Velocity
-from mesh_navigation.execution.drive_watches import ObedienceWatch
+from mesh_navigation.execution.drive_watches import ObedienceWatch, OscillationWatch
 
 SLOW, FORWARD = Velocity(0.0015), Velocity(0.4)
 
@@ -97,3 +97,16 @@ def test_turning_to_and_fro_is_not():
         for cycle in range(1000)
     )
     assert watch.seconds(1000.0) == 1000.0
+
+
+def test_oscillation_is_told_of_after_its_timeout():
+    """Neither sooner nor later, from the last time on that the robot got on; 0: never."""
+    values = {"oscillation_timeout": 4.0, "oscillation_distance": 0.5, "oscillation_angle": 3.14}
+    watch, stands = OscillationWatch(), Pose.at((0, 0, 0))
+    assert [bool(watch.fault(stands, now, values)) for now in (10.0, 13.9, 14.1)] == [0, 0, 1]
+    moved = Pose.at((0.6, 0, 0))
+    assert [bool(watch.fault(moved, now, values)) for now in (14.2, 18.1, 18.3)] == [0, 0, 1]
+    assert "for 4.1 s (oscillation_timeout 4.0 s)" in watch.fault(moved, 18.3, values)
+    watch.restart()
+    assert not watch.fault(moved, 18.4, values)
+    assert not watch.fault(moved, 99.0, dict(values, oscillation_timeout=0.0))
