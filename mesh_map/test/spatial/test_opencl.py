@@ -1,6 +1,7 @@
 """The OpenCL device: which one, its program in the cache, and whatever can fail."""
 
 import functools
+import json
 import logging
 import os
 import subprocess
@@ -11,6 +12,8 @@ import numpy as np
 import pytest
 from mesh_map import SpatialIndex, _kernels
 from mesh_map.spatial.opencl import session as session_module
+from mesh_map.spatial import back_end as back_end_module
+from mesh_map.spatial.opencl import measurement
 from mesh_map.spatial.opencl.device import DeviceInfo, choose_device, device_wish, list_devices
 from mesh_map.spatial.opencl.program import DeviceProgram
 from mesh_map.spatial.opencl.program_cache import ProgramCache, default_folder
@@ -334,10 +337,103 @@ def test_batches_are_native_while_the_device_starts(sessions, monkeypatch):
     assert "starting" in index.device
     gate.set()
     assert index.wait_for_device()
+    index._device._session.program.faster_from = {"ray": 20_000}
     assert same(index.cast_batch(origins=(1, 1, 5), directions=directions), native)
     counts = query_counts()
     assert counts["opencl"]["ray"] - before["opencl"]["ray"] == 20_000
     assert counts["native"]["ray"] - before["native"]["ray"] >= 20_000
+
+
+class FakeSession:
+    """A device that is ready."""
+
+    def __init__(self, kind, **faster_from):
+        self.program = DeviceProgram.__new__(DeviceProgram)
+        self.program.info = INFOS[0]._replace(type=kind)
+        self.program.key, self.program.faster_from = "\n".join(self.program.info), faster_from
+
+    def wait(self):
+        return self.program
+
+
+@pytest.mark.parametrize(
+    "session, least",
+    [
+        (FakeSession("CPU"), {"auto": None, "opencl": 1}),
+        (FakeSession("OTHER"), {"auto": None, "opencl": 1}),
+        (FakeSession("CPU", ray=70_000), {"auto": 70_000, "opencl": 1}),
+        (FakeSession("CPU", closest_point=70_000), {"auto": None, "opencl": 1}),
+        (FakeSession("GPU"), {"auto": 4096, "opencl": 1}),
+    ],
+)
+def test_a_processor_is_asked_only_where_it_was_measured_to_be_faster(monkeypatch, session, least):
+    device = back_end_module.MeshDevice("", 0)
+    monkeypatch.setattr(back_end_module, "shared_session", lambda wish: session)
+    monkeypatch.setattr(device, "_with_mesh", lambda program, bvh: program)
+    for back_end, size in least.items():
+        sizes = [1, 4095, 4096, 69_999, 70_000, 10_000_000]
+        asked = [count for count in sizes if device.for_batch("ray", count, back_end, None)]
+        assert asked == [count for count in sizes if size and count >= size]
+
+
+def test_a_measurement_is_kept(monkeypatch, tmp_path):
+    """By device, driver and code; a file that is broken is none."""
+    answers = [{"ray": (1.0, 0.79), "closest_point": (1.0, 0.81)}]
+    monkeypatch.setattr(measurement, "measured", lambda program: answers.pop())
+    cache, program = ProgramCache(str(tmp_path)), FakeSession("CPU").program
+    assert measurement.faster_from(program, cache) == {"ray": measurement.BATCH}
+    assert measurement.faster_from(program, cache) == {"ray": measurement.BATCH} and not answers
+    other = FakeSession("CPU").program
+    other.key += "another driver"
+    answers.append({"ray": (0.06, 0.14)})
+    assert measurement.faster_from(other, cache) == {} and not answers
+    for content in (b"x", b"[1]", b'{"ray": 3}', b'{"ray": ["a", 1]}', None):
+        key = measurement._key(program)
+        if content is None:
+            with open(cache.path(key), "ab") as file:
+                file.write(b"broken")
+        else:
+            cache.store(key, content)
+        answers.append({"ray": (2.0, 1.0)})
+        assert measurement.faster_from(program, cache) == {"ray": measurement.BATCH}
+        assert not answers and json.loads(cache.load(key)) == {"ray": [2.0, 1.0]}
+
+
+def test_what_is_measured(sessions):
+    index = index_of(SMALLER_MESH, "opencl")
+    program = index._device._session.program
+    found = measurement.measured(program)
+    assert set(found) == {"ray", "closest_point"} and min(min(pair) for pair in found.values()) > 0
+    if program.info.type != "GPU":
+        assert set(program.faster_from) <= set(found)
+        assert measurement._kept(ProgramCache(), measurement._key(program)) is not None
+    assert ("native code is faster" in index.device) == (not program.faster_from)
+
+
+WATCHED = """
+import threading, time
+longest = [0.0]
+def watch():
+    before = begin
+    while True:
+        now = time.monotonic()
+        longest[0] = max(longest[0], now - before)
+        before = now
+        time.sleep(0.001)
+import atexit
+begin = time.monotonic()
+threading.Thread(target=watch, daemon=True).start()
+atexit.register(lambda: print("%.2f" % (longest[0] / (time.monotonic() - begin))))
+"""
+
+
+def test_others_go_on_while_programs_are_compiled(tmp_path):
+    """Drivers are loaded, and compile, without Python's lock."""
+    need_opencl()
+    folders = {"XDG_CACHE_HOME": str(tmp_path), "POCL_CACHE_DIR": str(tmp_path)}
+    *answers, share = run_code(WATCHED, **folders)
+    assert answers == ["5000 True", "10000 True"]
+    assert float(share) < 0.15  # of the time; where pyopencl keeps the lock, a third
 
 
 def test_a_mesh_without_room_is_native(caplog):

@@ -175,10 +175,11 @@ def test_empty_batches(back_end):
     assert index.any_hit_batch(origins=(0, 0, 0), directions=[], back_end=back_end).shape == (0,)
 
 
-def test_small_batches_stay_native_and_large_ones_do_not():
+def test_small_batches_stay_native_and_large_ones_do_not(monkeypatch):
     need_opencl()
     mesh = terrain(30)
     index = index_of(mesh, "opencl")
+    monkeypatch.setattr(index._device._session.program, "faster_from", {"ray": 5000})
     for count, back_end in ((100, "native"), (20_000, "opencl")):
         before = query_counts()[back_end]["ray"]
         index.cast_batch(origins=(1, 1, 5), directions=np.tile((0.1, 0.2, -1.0), (count, 1)))

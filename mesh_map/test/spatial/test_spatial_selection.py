@@ -254,7 +254,7 @@ def test_visible_pictures_go_to_the_device():
     _, planes = camera(eye, (3.0, 3.0, 0.0))
     before = query_counts()["opencl"]["ray"]
     asked = {"planes": planes, "mode": "visible", "eye": eye, "pixels": (100, 80)}
-    found = index.in_frustum(**asked)
+    found = index.in_frustum(**asked, back_end="opencl")
     assert query_counts()["opencl"]["ray"] - before == 8000
     assert same(found, index.in_frustum(**asked, back_end="native")) and len(found) > 1000
 

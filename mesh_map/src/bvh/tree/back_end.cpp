@@ -21,14 +21,15 @@ struct Thresholds
   std::size_t cpu, gpu;
 };
 
-/// In the order of Query. A device that is a CPU runs on the cores that the native queries have, so
-/// it shall only get what costs more than its start. A picture of 100 x 80 rays, as of a
-/// visible-first selection, goes to any device. A GPU has to bring a verdict per face back over the
-/// bus, which pays for large selections alone. A lasso has no kernel. The numbers of CPUs are
-/// measured (PoCL), those of GPUs estimated.
+/// In the order of Query. A device that is a CPU runs on the cores that the native queries have,
+/// and took twice their time for rays (PoCL): it gets nothing, unless Python has measured that it
+/// is faster (mesh_map.spatial.opencl.measurement). A picture of 100 x 80 rays, as of a
+/// visible-first selection, goes to any GPU, which has to bring a verdict per face back over the
+/// bus: that pays for large selections alone. A lasso has no kernel. The numbers of GPUs are
+/// estimated.
 constexpr Thresholds THRESHOLDS[] = {
-    {4096, 4096},      // RAY
-    {4096, 4096},      // CLOSEST_POINT
+    {NEVER, 4096},     // RAY
+    {NEVER, 4096},     // CLOSEST_POINT
     {NEVER, 500'000},  // SPHERE
     {NEVER, 500'000},  // FRUSTUM
     {NEVER, NEVER},    // LASSO

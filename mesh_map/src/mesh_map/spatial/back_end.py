@@ -1,6 +1,7 @@
 """Which back end answers: native code, or an OpenCL device for batches that are worth it.
 
-From which size of a batch on a device is asked is decided in one place, back_end.h.
+From which size of a batch on a GPU is asked is decided in one place, back_end.h; a CPU is asked
+where it was measured to be faster than native code, in spatial/opencl/measurement.py.
 """
 
 import logging
@@ -111,9 +112,8 @@ class MeshDevice:
         if back_end == NATIVE or self._refusal or self._wish == "off" or count == 0:
             return None
         if back_end == AUTO:
-            # Thresholds may differ between kinds of devices; only one that runs is known.
-            lowest = min(_kernels._device_threshold(query, gpu) for gpu in (False, True))
-            if count < lowest:
+            # A device is only known when it runs; a GPU takes the smallest ones.
+            if count < _kernels._device_threshold(query, True):
                 return None
         session = self._started()
         if session is None:
@@ -121,8 +121,7 @@ class MeshDevice:
         program = session.wait() if back_end == OPENCL else session.program
         if program is None:
             return None
-        is_gpu = program.info.type == "GPU"
-        if back_end == AUTO and count < _kernels._device_threshold(query, is_gpu):
+        if back_end == AUTO and count < program.threshold(query):
             return None
         return self._with_mesh(program, bvh)
 

@@ -1,5 +1,7 @@
 """Whether a device computes what it shall, before it is asked in earnest."""
 
+from typing import Any
+
 import numpy as np
 
 from mesh_map import _kernels
@@ -16,7 +18,7 @@ def check_device(program: DeviceProgram) -> None:
     Raises:
         RuntimeError: what is wrong.
     """
-    bvh = _small_mesh()
+    bvh = wavy_square(_CELLS)
     device = DeviceQueries(program, bvh, 1)
     number = np.arange(300)  # the last fifth beside the mesh
     points = np.stack([0.07 * number, 0.05 * (37 * number % 300), np.full(300, 3.0)], 1)
@@ -36,8 +38,9 @@ def check_device(program: DeviceProgram) -> None:
             _expect("selections", [(found,)], (bvh._select(region, inside, None),))
 
 
-def _small_mesh() -> object:
-    x, y = np.meshgrid(np.arange(_CELLS + 1.0), np.arange(_CELLS + 1.0), indexing="ij")
+def wavy_square(cells: int) -> Any:
+    """_kernels._Bvh of a wavy square of so many cells of 1 m per side, from 0, 0, 0 on."""
+    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0), indexing="ij")
     vertices = np.stack([x, y, np.sin(0.7 * x) * np.cos(0.5 * y)], -1).reshape(-1, 3)
     index = np.arange(len(vertices), dtype=np.uint32).reshape(x.shape)
     a, b = index[:-1, :-1].ravel(), index[1:, :-1].ravel()

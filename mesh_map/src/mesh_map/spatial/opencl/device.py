@@ -4,6 +4,8 @@ import os
 import sys
 from typing import Any, List, NamedTuple, Optional, Sequence, Tuple
 
+from mesh_map.spatial.opencl.driver_calls import load_drivers
+
 OFF = "off"
 _PREFERRED = ("GPU", "CPU", "OTHER")
 
@@ -64,6 +66,7 @@ def list_devices() -> Tuple[List[Any], List[DeviceInfo]]:
     """The devices of all platforms that can compile and share this machine's byte order."""
     import pyopencl as cl
 
+    load_drivers()
     devices, infos = [], []
     for platform in cl.get_platforms():
         try:

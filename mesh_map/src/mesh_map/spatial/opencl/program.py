@@ -5,6 +5,7 @@ from typing import Any, Dict, Tuple
 
 from mesh_map import _kernels
 from mesh_map.spatial.opencl.device import DeviceInfo
+from mesh_map.spatial.opencl.driver_calls import link_program
 from mesh_map.spatial.opencl.program_cache import ProgramCache
 
 # Items at once: tens of milliseconds of work, so that cancelling takes no longer.
@@ -22,6 +23,9 @@ class DeviceProgram:
         from_cache: nothing was compiled.
         chunk: items of a batch to ask at once.
         max_buffer: bytes that a buffer has at most.
+        key: all that the compiled program depends on.
+        faster_from: {query: from which size of a batch on it was measured to be faster than native
+            code}; for a GPU, back_end.h says that.
     """
 
     def __init__(self, device: Any, info: DeviceInfo, cache: ProgramCache) -> None:
@@ -39,8 +43,9 @@ class DeviceProgram:
         self.max_buffer = int(device.max_mem_alloc_size)
         self._group = min(_kernels._DEVICE_WORK_GROUP, device.max_work_group_size)
         self._device, self._cache = device, cache
-        self._key = "\n".join(info + (_kernels._BVH_KERNEL_OPTIONS, _kernels._BVH_KERNELS))
+        self.key = "\n".join(info + (_kernels._BVH_KERNEL_OPTIONS, _kernels._BVH_KERNELS))
         self._program, self.from_cache = self._built()
+        self.faster_from: Dict[str, int] = {}
         self._lock = threading.Lock()  # of the arguments of kernels
         self._launchers: Dict[str, Any] = {
             kernel.function_name: kernel for kernel in self._program.all_kernels()
@@ -51,7 +56,7 @@ class DeviceProgram:
         # whatever a compiler says.
         program_class = self.cl._cl._Program
         options = _kernels._BVH_KERNEL_OPTIONS.encode()
-        binary = self._cache.load(self._key)
+        binary = self._cache.load(self.key)
         if binary is not None:
             try:
                 program = program_class(self.context, [self._device], [binary])
@@ -67,14 +72,20 @@ class DeviceProgram:
             raise RuntimeError("%s: %s" % (error, log[:500])) from error
         return program, False
 
+    def threshold(self, query: str) -> int:
+        """From which size of a batch on it shall answer; for queries see query_counts()."""
+        usual = _kernels._device_threshold(query, self.info.type == "GPU")
+        return self.faster_from.get(query, usual)
+
     def keep(self) -> None:
         """Stores the program in the cache, best after its first launches: some drivers compile
         parts of it only then.
         """
         if not self.from_cache:
+            link_program(self._program)
             binaries = self._program.get_info(self.cl.program_info.BINARIES)
             if len(binaries) == 1:
-                self._cache.store(self._key, binaries[0])
+                self._cache.store(self.key, binaries[0])
 
     def launch(self, name: str, count: int, *arguments: Any) -> None:
         """Enqueues a kernel with one work item for each of `count` items.

@@ -73,8 +73,7 @@ class Session:
         try:
             program = self._started()
             how = "from the cache" if program.from_cache else "compiled"
-            text = "OpenCL: batches of queries are answered by %s, program %s"
-            self._text = text % (program.info.text(), how)
+            self._text = _text(program) % (program.info.text(), how)
             self._program = program
             _LOG.info("%s", self._text)
         except Exception as error:  # drivers, compilers and files fail in any way
@@ -84,6 +83,7 @@ class Session:
 
     def _started(self) -> DeviceProgram:
         from mesh_map.spatial.opencl.check import check_device
+        from mesh_map.spatial.opencl.measurement import faster_from
 
         devices, infos = list_devices()
         chosen = choose_device(infos, self._wish)
@@ -93,10 +93,19 @@ class Session:
                 "no device fits the wish '%s' (there is: %s; see MESH_TOOLS_OPENCL)"
                 % (self._wish or "any", there)
             )
-        program = DeviceProgram(devices[chosen], infos[chosen], ProgramCache())
+        cache = ProgramCache()
+        program = DeviceProgram(devices[chosen], infos[chosen], cache)
         check_device(program)
         program.keep()
+        if program.info.type != "GPU":
+            program.faster_from = faster_from(program, cache)
         return program
+
+
+def _text(program: DeviceProgram) -> str:
+    if program.info.type == "GPU" or program.faster_from:
+        return "OpenCL: batches of queries are answered by %s, program %s"
+    return "OpenCL: native code is faster than %s, program %s, and answers unless told otherwise"
 
 
 def describe(error: Exception) -> str:
