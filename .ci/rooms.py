@@ -81,6 +81,7 @@ PYTHON = {
         {"", "base"},
     ],
     "mesh_tools_test": [
+        {"faults"},
         {"demo"},
         {"driving", "layers", "planning", "spatial", "display"},
         {"", "base"},

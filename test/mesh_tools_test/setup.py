@@ -9,6 +9,7 @@ setup(
             "mesh_tools_test.demo",
             "mesh_tools_test.display",
             "mesh_tools_test.driving",
+            "mesh_tools_test.faults",
             "mesh_tools_test.layers",
             "mesh_tools_test.planning",
             "mesh_tools_test.spatial",

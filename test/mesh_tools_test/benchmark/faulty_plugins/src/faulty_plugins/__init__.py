@@ -1,0 +1,1 @@
+"""Plugins that fail when they are told to."""
