@@ -78,6 +78,7 @@ PYTHON = {
         {"execution", "planners", "recoveries"},
         {"controllers", "surface"},
         {"client", "plugins", "velocity_guard"},
+        {"body"},
         {"", "base"},
     ],
     "mesh_tools_test": [

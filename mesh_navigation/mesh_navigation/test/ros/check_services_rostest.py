@@ -20,6 +20,7 @@ from server_process import stamped, write_map
 from std_srvs.srv import Empty
 
 from mesh_msgs import zoo
+from mesh_navigation import MeshNavigator
 from mesh_msgs.testing import wait_until
 
 FREE, INSCRIBED, LETHAL, UNKNOWN, OUTSIDE = range(5)
@@ -195,6 +196,14 @@ class CheckServicesTest(unittest.TestCase):
         mixed = path((1, 1, 0), (2, 2, 0))
         mixed.poses[1].header.frame_id = "moved"
         self.fails("in 2 frames, but one is needed: ['map', 'moved']", self.ask_path, mixed)
+
+    def test_plans_keep_the_body_off(self):
+        navigator = MeshNavigator(NODE)
+        start, free, near = [stamped((x, 5.0, 0.0)) for x in (8.0, 5.35, 5.15)]
+        self.assertTrue(navigator.get_path(free, start=start, timeout=60).succeeded)
+        refused = navigator.get_path(near, start=start, timeout=60)
+        self.assertEqual(refused.name, "INVALID_GOAL", refused.message)
+        self.assertIn("the robot's radius is 0.20 m", refused.message)
 
     def test_clearing(self):
         self.services["clear_mesh"]()

@@ -11,7 +11,7 @@ from mesh_navigation.surface import check_costs
 from mesh_navigation.surface.face_points import find_face_point
 from mesh_navigation.surface.check_costs import Check, CostChecks, PathCheck
 from mesh_navigation.surface.cost_scale import Factors, State, scaled, states_of, total
-from mesh_navigation.surface.robot_shape import RobotShape
+from mesh_navigation.body.robot_shape import RobotShape
 
 GRID = zoo.grid(cells=40, size=10.0)  # a vertex every 0.25 m
 MIDDLE = vertex_at(GRID, (5, 5, 0))

@@ -16,10 +16,11 @@ from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.body.body import POINT, Body
+from mesh_navigation.body.robot_shape import MAX_DISTANCE
 from mesh_navigation.execution.plan_execution import checked_result
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 from mesh_navigation.plugins.plugin_list import PLANNERS, checked_plugin, ready_plugin
-from mesh_navigation.surface.face_points import MAX_DISTANCE
 from mesh_navigation.surface.map_loading import load_map
 
 SHORT_NAMES = {
@@ -86,14 +87,17 @@ def planner_type(name: str) -> str:
 
 
 def make_planner(
-    mesh_map: MeshMap, planner: str = "wave_front", parameters: Mapping[str, Any] = {}
+    mesh_map: MeshMap,
+    planner: str = "wave_front",
+    parameters: Mapping[str, Any] = {},
+    body: Body = POINT,
 ) -> MeshPlanner:
-    """A planner for many plans on one map; arguments of `plan`.
+    """A planner for many plans on one map, for a robot with a body; other arguments as of `plan`.
 
     Raises:
         MeshMapError: no such planner, or a name or value that is none of its parameters.
     """
-    return ready_plugin(PLANNERS, planner_type(planner), mesh_map, parameters, planner)
+    return ready_plugin(PLANNERS, planner_type(planner), mesh_map, parameters, planner, body)
 
 
 def check_planner(planner: str, parameters: Mapping[str, Any]) -> MeshPlanner:

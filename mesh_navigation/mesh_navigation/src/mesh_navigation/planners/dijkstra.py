@@ -33,7 +33,7 @@ class DijkstraMeshPlanner(SurfacePlanner):
 
     def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
         edges = self._solvers.newest()
-        snapshot = self._snapshots.of(edges.costs, values["cost_limit"])
+        snapshot = self._snapshots.of(self.body.costs(edges.costs), values["cost_limit"])
         return Search(values, snapshot, edges, flag)
 
     def _solved(

@@ -20,7 +20,9 @@ class PathEnd(NamedTuple):
     corner_paths: List[Tuple[int, float]]
     """Passable corners of its face with the length of the straight way to each (m)."""
     remark: str = ""
-    """What to tell where this is not the goal asked for."""
+    """What to tell where this is not the place asked for."""
+    lead: Tuple[int, ...] = ()
+    """Of a start on closed ground: vertices that lead from there to this one."""
 
     @property
     def position(self) -> np.ndarray:
@@ -62,7 +64,12 @@ class PathEnd(NamedTuple):
 
 
 def find_path_end(
-    mesh_map: MeshMap, position: np.ndarray, snapshot: CostSnapshot, what: str, outcome: int
+    mesh_map: MeshMap,
+    position: np.ndarray,
+    snapshot: CostSnapshot,
+    what: str,
+    outcome: int,
+    leaves: bool = False,
 ) -> PathEnd:
     """The place of the surface that is nearest to a position.
 
@@ -74,12 +81,19 @@ def find_path_end(
         snapshot: what may be passed.
         what: "start" or "goal", for the message.
         outcome: of a failure.
+        leaves: a path may begin on ground that only costs too much, if costs fall from there to
+            ground that may be passed; the path end is there.
 
     Raises:
         PlanFailure: it is too far from the surface, or blocked.
     """
     face_point = find_face_point(mesh_map, position, what, outcome)
     vertex = int(face_point.corners[0])
+    lead = path_out(mesh_map, vertex, snapshot) if leaves else []
+    if lead:
+        end = find_path_end(mesh_map, mesh_map.vertices[lead[-1]], snapshot, "", outcome)
+        remark = "; it begins on closed ground, which it leaves first"
+        return end._replace(lead=tuple(lead[:-1]), remark=remark)
     obstacle = obstacle_at(mesh_map, vertex, float(snapshot.costs[vertex]), snapshot.cost_limit)
     if obstacle:
         raise PlanFailure(
@@ -94,6 +108,24 @@ def find_path_end(
         point=face_point.position, max_distance=SAME_POINT, mask=snapshot.open_faces
     )
     return place if found is None else _path_end(FacePoint.at(mesh_map, *found[:2]), snapshot)
+
+
+def path_out(mesh_map: MeshMap, vertex: int, snapshot: CostSnapshot) -> List[int]:
+    """Vertices from a closed one, itself included, to the first that may be passed, down the
+    steepest fall of costs; none where it may be passed itself, or costs do not fall so far."""
+    costs, topology = snapshot.costs, mesh_map.topology
+    way = [vertex]
+    while np.isfinite(costs[way[-1]]):
+        if snapshot.passable[way[-1]]:
+            return way if len(way) > 1 else []
+        neighbors = topology.neighbors_of(way[-1]).astype(np.int64)
+        falls = costs[way[-1]] - costs[neighbors]
+        neighbors, falls = neighbors[falls > 0.0], falls[falls > 0.0]
+        if not len(neighbors):
+            return []
+        steps = mesh_map.vertices[neighbors] - mesh_map.vertices[way[-1]]
+        way.append(int(neighbors[np.argmax(falls / np.linalg.norm(steps, axis=1))]))
+    return []
 
 
 def nearest_path_end(

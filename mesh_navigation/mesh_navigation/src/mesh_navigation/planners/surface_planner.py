@@ -15,6 +15,7 @@ from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.base.path import path_length, path_poses
 from mesh_navigation.base.pose import Pose, vector_text
 from mesh_navigation.base.recent import Recent
+from mesh_navigation.body.near_obstacles import TOLERANCE
 from mesh_navigation.planners.path_ends import PathEnd, find_path_end, nearest_path_end
 from mesh_navigation.plugins.planner import (
     MeshPlanner,
@@ -24,6 +25,7 @@ from mesh_navigation.plugins.planner import (
     stop_if_canceled,
 )
 from mesh_navigation.surface.slowness import CostSnapshot, CostSnapshots
+from mesh_navigation.surface.up_normals import vertex_up_normals
 
 PARAMETERS = (
     Parameter("cost_limit", 1.0, 0.0, 10.0, "highest cost of a vertex that may be passed"),
@@ -83,6 +85,7 @@ class SurfacePlanner(MeshPlanner):
     def initialize(self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}) -> list:
         complaints = super().initialize(name, mesh_map, given)
         mesh_map.spatial_index  # now rather than during the first plan
+        self.body.costs(mesh_map.planning_costs().costs)
         self._snapshots = CostSnapshots(mesh_map.geometry)
         self._fields: "Recent[CachedField]" = Recent(_KEPT)
         self._prepare()
@@ -104,12 +107,18 @@ class SurfacePlanner(MeshPlanner):
 
     def _plan(self, start: Pose, goal: Pose, tolerance: float, search: Search) -> PlanResult:
         origin = find_path_end(
-            self.map, start.position, search.snapshot, "start", GetPathOutcome.INVALID_START
+            self.map,
+            start.position,
+            search.snapshot,
+            "start",
+            GetPathOutcome.INVALID_START,
+            leaves=self.body.radius > 0.0,
         )
         try:
             target = find_path_end(
                 self.map, goal.position, search.snapshot, "goal", GetPathOutcome.INVALID_GOAL
             )
+            self._check_room(search, target)
             return self._result(search, origin, target, goal)
         except PlanFailure as failure:
             replaceable = (GetPathOutcome.INVALID_GOAL, GetPathOutcome.NO_PATH_FOUND)
@@ -132,7 +141,7 @@ class SurfacePlanner(MeshPlanner):
         with self._reaching(search, origin, target) as field:
             if not np.any(field.reaches(origin.vertices)):
                 raise self._not_reached(search, origin, target, field.potential)
-            track = self._track(search, origin, target, field)
+            track = self._led(origin, self._track(search, origin, target, field))
             vectors, face_vectors = self._vectors(search, target, field)
             potential = field.potential
             plan_field = self._plan_field(target, field)
@@ -143,7 +152,7 @@ class SurfacePlanner(MeshPlanner):
         return PlanResult(
             outcome=GetPathOutcome.SUCCESS,
             message=f"path of {length:.2f} m with {len(poses)} poses{cost}, straight it would be "
-            f"{straight:.2f} m{target.remark}",
+            f"{straight:.2f} m{origin.remark}{target.remark}",
             poses=poses,
             cost=track.cost,
             potential=potential,
@@ -151,6 +160,31 @@ class SurfacePlanner(MeshPlanner):
             face_vectors=face_vectors,
             plan_field=plan_field,
         )
+
+    def _check_room(self, search: Search, target: PathEnd) -> None:
+        """
+        Raises:
+            PlanFailure: INVALID_GOAL, the robot's body would touch something there.
+        """
+        place, radius = target.position, self.body.radius
+        near = self.body.obstacles(search.snapshot.costs, place, TOLERANCE)
+        distance = float(near.distances(place[None])[0])
+        if distance < radius - TOLERANCE:
+            raise PlanFailure(
+                GetPathOutcome.INVALID_GOAL,
+                f"goal {vector_text(place)} is {distance:.2f} m from lethal or unknown ground, the "
+                f"robot's radius is {radius:.2f} m",
+            )
+
+    def _led(self, origin: PathEnd, track: RawPath) -> RawPath:
+        """The path, from a start on closed ground."""
+        if not origin.lead:
+            return track
+        lead = np.array(origin.lead)
+        points = np.concatenate([self.map.vertices[lead], track.points])
+        normals = vertex_up_normals(self.map.geometry, lead)
+        length = path_length(points) - path_length(track.points)
+        return RawPath(points, np.concatenate([normals, track.normals]), track.cost + length)
 
     def _not_reached(
         self, search: Search, origin: PathEnd, target: PathEnd, potential: np.ndarray

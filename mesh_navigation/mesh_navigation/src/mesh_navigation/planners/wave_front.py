@@ -48,7 +48,7 @@ class WaveFrontPlanner(SurfacePlanner):
         self._tracer = FieldTracer.of(geometry)
 
     def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
-        costs = self.map.planning_costs().costs
+        costs = self.body.costs(self.map.planning_costs().costs)
         snapshot = self._snapshots.of(costs, values["cost_limit"], self._factor(values))
         return Search(values, snapshot, snapshot, flag)
 

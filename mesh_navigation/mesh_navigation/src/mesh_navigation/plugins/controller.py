@@ -75,6 +75,7 @@ class MeshController(MeshPlugin):
       its own accelerations and decelerations otherwise.
     * Parameters may be changed meanwhile, which replaces ``self.values``, and the map may
       get new costs: take one ``self.map.planning_costs()`` per cycle.
+    * What the robot's body must not touch, ``self.body.obstacles(...)`` says.
     * Units are m, rad and s, the frame is the map's (``self.map.frame_id``).
     """
 

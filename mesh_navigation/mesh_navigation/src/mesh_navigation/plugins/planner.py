@@ -89,7 +89,9 @@ class MeshPlanner(MeshPlugin):
     * Parameters may be changed while plans run, which replaces ``self.values`` as a whole: take it
       once per plan.
     * The map may get new costs while plans run: take one ``self.map.planning_costs()`` per plan,
-      whose costs and edge weights are of the same moment.
+      whose costs and edge weights are of the same moment. ``self.body.costs(...)`` makes of these
+      costs those for the robot's middle: closed (over every limit) where its body would touch
+      lethal or unknown ground.
     * Cancel: every plan has its own `Cancellation`, which any thread may trigger at any time, also
       before the plan starts. Look at it at least every 0.1 s, or hand a function that stops the
       work to ``cancellation.calling``; then raise `PlanFailure` with outcome CANCELED. The server

@@ -6,6 +6,8 @@ from typing import Any, ClassVar, List, Mapping, Tuple
 from mesh_map.base.parameter import Parameter, Value, read_parameters
 from mesh_map.map.mesh_map import MeshMap
 
+from mesh_navigation.body.body import POINT, Body
+
 
 class _Values:
     """Values of parameters, replaced as a whole; shared by the copies of a plugin."""
@@ -27,6 +29,8 @@ class MeshPlugin:
 
     name: str = ""
     map: MeshMap
+    body: Body = POINT
+    """Of the robot on that map, set before ``initialize``; a point where nobody says."""
 
     def initialize(self, name: str, mesh_map: MeshMap, given: Mapping[str, Any] = {}) -> List[str]:
         """Prepare for work on a map.

@@ -8,6 +8,7 @@ from mesh_map.base.plugins import find_class, scanned_once
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.outcomes import NotReady
+from mesh_navigation.body.body import POINT, Body
 from mesh_navigation.plugins.controller import MeshController
 from mesh_navigation.plugins.planner import MeshPlanner
 from mesh_navigation.plugins.plugin import MeshPlugin
@@ -101,6 +102,7 @@ class Prepared:
         classes: Mapping[str, Type[MeshPlugin]],
         mesh_map: MeshMap,
         parameters: Mapping[str, Mapping[str, Any]],
+        body: Body = POINT,
     ) -> None:
         """
         Args:
@@ -108,6 +110,7 @@ class Prepared:
             classes: of them, by their names.
             mesh_map: the map.
             parameters: given parameters by the plugin's name.
+            body: of the robot on that map.
         """
         self.complaints: List[str] = []
         """One sentence for each thing that is not as the user asked."""
@@ -116,6 +119,7 @@ class Prepared:
         for name, cls in classes.items():
             try:
                 plugin = cls()
+                plugin.body = body
                 complaints = plugin.initialize(name, mesh_map, parameters.get(name, {}))
             except (Exception, SystemExit) as error:  # Whatever it raises, the others go on.
                 text = (f"{type(error).__name__}: {error}".splitlines() or [""])[0]
@@ -182,15 +186,19 @@ class PluginList:
         return f"there is no {self.kind.what} '{name}'; known: {known}"
 
     def prepared(
-        self, mesh_map: MeshMap, parameters: Mapping[str, Mapping[str, Any]] = {}
+        self,
+        mesh_map: MeshMap,
+        parameters: Mapping[str, Mapping[str, Any]] = {},
+        body: Body = POINT,
     ) -> Prepared:
         """New plugins, ready for a map; those for another map are as they were.
 
         Args:
             mesh_map: the map.
             parameters: given parameters by the plugin's name.
+            body: of the robot on that map.
         """
-        return Prepared(self.kind, self._classes, mesh_map, parameters)
+        return Prepared(self.kind, self._classes, mesh_map, parameters, body)
 
 
 def find_plugin(kind: PluginKind, type_name: str) -> Any:
@@ -241,9 +249,11 @@ def ready_plugin(
     mesh_map: MeshMap,
     parameters: Mapping[str, Any],
     called: str = "",
+    body: Body = POINT,
 ) -> Any:
-    """A plugin that is ready for a map; the others as for `checked_plugin`."""
+    """A plugin that is ready for a map and a body on it; the others as for `checked_plugin`."""
     made, called = checked_plugin(kind, type_name, parameters, called), called or type_name
+    made.body = body
     for complaint in made.initialize(called.split("/")[-1], mesh_map, parameters) or ():
         raise MeshMapError(f"{kind.what} {called}: {complaint}")
     return made

@@ -16,8 +16,9 @@ from mesh_navigation.base.outcomes import RecoveryOutcome
 from mesh_navigation.base.pose import Pose, rotate, vector_text
 from mesh_navigation.base.progress_watch import ProgressWatch
 from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Velocity
+from mesh_navigation.body.robot_shape import MAX_DISTANCE
 from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
-from mesh_navigation.surface.face_points import MAX_DISTANCE, obstacle_at
+from mesh_navigation.surface.face_points import obstacle_at
 from mesh_navigation.surface.slowness import passable
 from mesh_navigation.surface.surface_corners import corners_along
 

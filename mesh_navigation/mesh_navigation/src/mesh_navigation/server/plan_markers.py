@@ -11,8 +11,8 @@ from mesh_map.io.markers import no_marker, sphere_marker, triangles_marker
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.body.robot_shape import MAX_DISTANCE
 from mesh_navigation.plugins.planner import PlanResult
-from mesh_navigation.surface.face_points import MAX_DISTANCE
 
 Color = Tuple[float, float, float]
 GREEN, RED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)

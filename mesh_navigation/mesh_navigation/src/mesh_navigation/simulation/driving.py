@@ -23,6 +23,7 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import is_success
 from mesh_navigation.base.path import path_length
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.body.body import POINT, Body
 from mesh_navigation.execution.path_execution import (
     Cycle,
     ExecutionResult,
@@ -77,7 +78,10 @@ class Drive(NamedTuple):
 
 
 def make_controller(
-    mesh_map: MeshMap, controller: str = CONTROLLER, parameters: Mapping[str, Any] = {}
+    mesh_map: MeshMap,
+    controller: str = CONTROLLER,
+    parameters: Mapping[str, Any] = {},
+    body: Body = POINT,
 ) -> MeshController:
     """A controller for many drives on one map.
 
@@ -85,11 +89,12 @@ def make_controller(
         mesh_map: with its layers computed.
         controller: type of any plugin.
         parameters: of the controller, those that differ from their defaults.
+        body: of the robot on that map.
 
     Raises:
         MeshMapError: no such controller, or a name or value that is none of its parameters.
     """
-    return ready_plugin(CONTROLLERS, controller, mesh_map, parameters)
+    return ready_plugin(CONTROLLERS, controller, mesh_map, parameters, body=body)
 
 
 def drive(

@@ -12,9 +12,8 @@ from mesh_map.map.mesh_map import MeshMap
 from mesh_map.spatial.hits import NO_FACE, SurfacePoints
 
 from mesh_navigation.base.pose import vector_text
-from mesh_navigation.surface.face_points import MAX_DISTANCE
+from mesh_navigation.body.robot_shape import MAX_DISTANCE, RobotShape
 from mesh_navigation.surface.cost_scale import Factors, State, states_of, total
-from mesh_navigation.surface.robot_shape import RobotShape
 from mesh_navigation.surface.surface_corners import corners_of_pieces, nearest_corners
 from mesh_navigation.surface.up_normals import face_up_normals
 

@@ -7,12 +7,9 @@ import numpy as np
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.pose import number_text, vector_text
+from mesh_navigation.body.robot_shape import MAX_DISTANCE
 from mesh_navigation.plugins.planner import PlanFailure
 from mesh_navigation.surface.slowness import passable
-
-# A pose farther than this from the surface is not on the map (m): base frames lie some decimeters
-# above the ground, and the next storey is farther away.
-MAX_DISTANCE = 0.4
 
 
 class FacePoint(NamedTuple):
@@ -78,6 +75,8 @@ def obstacle_at(mesh_map: MeshMap, vertex: int, cost: float, cost_limit: float) 
     if np.isinf(cost):
         culprits = [name for name, result in results.items() if result.lethal[vertex]]
         return "lethal" + _in_layers(culprits)
+    if passable(mesh_map.planning_costs().costs[vertex], cost_limit):
+        return "nearer than the robot's radius to lethal or unknown ground"
     culprits = [name for name, result in results.items() if result.costs[vertex] > 0]
     return f"of cost {cost:.3g}, over the cost limit {cost_limit:.3g}" + _in_layers(culprits)
 

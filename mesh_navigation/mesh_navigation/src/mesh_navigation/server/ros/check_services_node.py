@@ -24,11 +24,11 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.messages import bare_pose, poses_from_path
 from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.body.robot_shape import RobotShape
 from mesh_navigation.execution.path_check import transformed_path
 from mesh_navigation.server.ros.slot_action_node import Parts
 from mesh_navigation.surface.check_costs import CostChecks
 from mesh_navigation.surface.cost_scale import Factors
-from mesh_navigation.surface.robot_shape import RobotShape
 
 COST_LIMIT = Parameter("cost_limit", 1.0, 0.0, 10.0, "vertices of a higher cost are INSCRIBED")
 
@@ -41,19 +41,20 @@ class CheckServices:
     looked for in the only map, whichever ``costmap`` is asked for.
     """
 
-    def __init__(self, parts: Parts, given: Mapping[str, Any]) -> None:
+    def __init__(self, parts: Parts, given: Mapping[str, Any], shape: RobotShape) -> None:
         """
         Args:
             parts: what it works with.
-            given: the node's parameters, of which footprint, robot_radius and cost_limit are read.
+            given: the node's parameters, of which cost_limit is read.
+            shape: of the robot.
         """
         self._gate = parts.gate
         self._transforms = parts.transforms
         self._robot_frame = parts.values["robot_frame"]
-        self._shape, complaints = RobotShape.of_parameters(given)
-        values, more = read_parameters((COST_LIMIT,), given)
+        self._shape = shape
+        values, complaints = read_parameters((COST_LIMIT,), given)
         self._cost_limit = float(values[COST_LIMIT.name])  # type: ignore[arg-type]
-        for complaint in complaints + more:
+        for complaint in complaints:
             rospy.logwarn("parameter ~%s", complaint)
         self._stopped = Cancellation()
         self._services = [

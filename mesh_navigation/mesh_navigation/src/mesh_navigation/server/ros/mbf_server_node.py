@@ -13,6 +13,7 @@ from mesh_msgs.init_node import init_node, spin
 from mesh_navigation.base.clock_ros import RosClock
 from mesh_navigation.base.outcomes import NotReady
 from mesh_navigation.base.robot import STOP
+from mesh_navigation.body.robot_shape import RobotShape
 from mesh_navigation.server.map_gate import Ready
 from mesh_navigation.server.plan_store import PlanStore
 from mesh_navigation.server.robot_chain import AgeLimits
@@ -60,7 +61,11 @@ class MbfServer:
             values["tf_timeout"],
             values["odom_topic"],
         )
-        self._map = loaded = ServerMap(values["wait_for_map"], self._begin)
+        given = rospy.get_param("~", {}) or {}
+        shape, complaints = RobotShape.of_parameters(given)
+        for complaint in complaints:
+            rospy.logwarn("parameter ~%s", complaint)
+        self._map = loaded = ServerMap(values["wait_for_map"], self._begin, shape)
         self._parts = parts = Parts(
             loaded.planners,
             loaded.controllers,
@@ -78,7 +83,7 @@ class MbfServer:
             RecoveryServer(parts),
         )
         self._servers = [*sub_goals, MoveBaseServer(parts, *sub_goals)]
-        self._checks = CheckServices(parts, rospy.get_param("~", {}) or {})
+        self._checks = CheckServices(parts, given, shape)
         self._diagnostics = Diagnostics("navigation", self._status)
         rospy.on_shutdown(self._stop)
 

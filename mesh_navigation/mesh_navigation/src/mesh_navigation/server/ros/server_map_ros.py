@@ -14,6 +14,8 @@ from mesh_map.ros.parameter_server import ParameterServer, serve
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import NotReady
+from mesh_navigation.body.body import Body
+from mesh_navigation.body.robot_shape import RobotShape
 from mesh_navigation.plugins.plugin import MeshPlugin
 from mesh_navigation.plugins.plugin_list import (
     BEHAVIORS,
@@ -28,12 +30,14 @@ from mesh_navigation.server.map_gate import MapGate, Ready
 class ServerMap:
     """The map below ``~mesh_map``, plugins below their names, and the service ``~reload_map``."""
 
-    def __init__(self, wait: bool, on_ready: Callable[[Ready], None]) -> None:
+    def __init__(self, wait: bool, on_ready: Callable[[Ready], None], shape: RobotShape) -> None:
         """
         Args:
             wait: whether goals wait for the map.
             on_ready: called with each new map before a goal gets it.
+            shape: of the robot, for the plugins.
         """
+        self._shape = shape
         self.planners = _plugins(PLANNERS)
         self.controllers = _plugins(CONTROLLERS)
         self.behaviors = _plugins(BEHAVIORS)
@@ -65,9 +69,10 @@ class ServerMap:
     def _prepared(self) -> Ready:
         """New plugins; dynamic_reconfigure serves each below its name, new values count at once."""
         prepared = []
+        body = Body(self.server.map.geometry, self._shape)
         for plugins in (self.planners, self.controllers, self.behaviors):
             given = {name: _dictionary(f"~{name}") for name in plugins.names}
-            prepared.append(plugins.prepared(self.server.map, given))
+            prepared.append(plugins.prepared(self.server.map, given, body))
             for complaint in prepared[-1].complaints:
                 rospy.logwarn("%s", complaint)
             for plugin in prepared[-1].ready():

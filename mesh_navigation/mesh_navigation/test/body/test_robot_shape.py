@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mesh_map.base.errors import MeshMapError
-from mesh_navigation.surface.robot_shape import RobotShape
+from mesh_navigation.body.robot_shape import RobotShape
 
 SQUARE = [[0.5, -0.5], [0.5, 0.5], [-0.5, 0.5], [-0.5, -0.5]]
 

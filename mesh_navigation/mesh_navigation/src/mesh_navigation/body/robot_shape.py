@@ -9,7 +9,9 @@ from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter, read_parameters
 from mesh_map.map.footprint import Footprint
 
-from mesh_navigation.surface.face_points import MAX_DISTANCE
+# A pose farther than this from the surface is not on the map (m): base frames lie some decimeters
+# above the ground, and the next storey is farther away.
+MAX_DISTANCE = 0.4
 
 SHAPE_PARAMETERS = (
     Parameter("footprint", (), description="corners [[x, y], ...] in the robot's frame (m)"),
@@ -43,6 +45,41 @@ class RobotShape:
         except MeshMapError as error:
             complaints.append(f"footprint: {error}: robot_radius {radius:g} m is used instead")
             return cls((), radius), complaints
+
+    @property
+    def inscribed_radius(self) -> float:
+        """Of the largest circle around its origin that it covers (m)."""
+        if not len(self._corners):
+            return self._radius
+        return max(float(self.depths(np.zeros((1, 2)))[0]), 0.0)
+
+    @property
+    def circumscribed_radius(self) -> float:
+        """Of the smallest circle around its origin that covers it (m)."""
+        radius = self._radius if self.is_round else 0.0
+        return float(np.linalg.norm(self._corners, axis=1).max(initial=radius))
+
+    def depths(self, points: np.ndarray) -> np.ndarray:
+        """(...) m: how far inside points (..., 2) of the robot's frame are; below 0 outside.
+
+        Beside a corner, a point counts as no farther away than from the nearer side's line.
+        """
+        if not len(self._corners):
+            return self._radius - np.hypot(points[..., 0], points[..., 1])
+        sides = np.roll(self._corners, -1, 0) - self._corners
+        inwards = np.stack([-sides[:, 1], sides[:, 0]]) / np.linalg.norm(sides, axis=1)
+        offsets = np.einsum("ij,ji->i", self._corners, inwards)
+        return (points @ inwards - offsets).min(axis=-1)
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is a circle or a point."""
+        return not len(self._corners)
+
+    @property
+    def is_point(self) -> bool:
+        """Whether it covers nothing."""
+        return self.is_round and self._radius == 0.0
 
     def footprint(self, distance: float) -> Optional[Footprint]:
         """What is covered with a distance around it (m, >= 0), a little more where it is round;

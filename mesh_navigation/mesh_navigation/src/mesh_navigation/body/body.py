@@ -1,0 +1,60 @@
+"""One robot's body on one map, as planners and controllers need it."""
+
+import threading
+from typing import Optional, Tuple
+
+import numpy as np
+
+from mesh_map.geometry.mesh_geometry import MeshGeometry
+
+from mesh_navigation.body.closed_ground import ClosedGround
+from mesh_navigation.body.near_obstacles import NO_OBSTACLES, NearObstacles, obstacle_points
+from mesh_navigation.body.robot_shape import RobotShape
+
+
+class Body:
+    """Shared by all plugins of a map; from any thread. One of a point asks nothing of a map.
+
+    Attributes:
+        shape: of the robot.
+        radius: m, that its middle keeps from what is lethal or unknown.
+    """
+
+    def __init__(
+        self, geometry: Optional[MeshGeometry] = None, shape: RobotShape = RobotShape()
+    ) -> None:
+        """
+        Args:
+            geometry: of the map; None for a point alone.
+            shape: of the robot.
+        """
+        self.shape, self.radius = shape, shape.inscribed_radius
+        self._geometry, self._ground = geometry, None
+        if geometry is not None:
+            self._ground = ClosedGround(geometry, self.radius)
+        self._lock = threading.Lock()
+        self._blocked: Optional[Tuple[np.ndarray, np.ndarray]] = None
+
+    def costs(self, costs: np.ndarray) -> np.ndarray:
+        """(V,) costs of the map for the robot's middle, see `ClosedGround.costs`."""
+        return costs if self._ground is None else self._ground.costs(costs)
+
+    def obstacles(self, costs: np.ndarray, place: np.ndarray, reach: float) -> NearObstacles:
+        """What it must not touch; none for a point.
+
+        Args:
+            costs: (V,) of the map.
+            place: (3,) m, of its middle.
+            reach: how far its middle may go from there (m).
+        """
+        if self._geometry is None or self.shape.is_point:
+            return NO_OBSTACLES
+        with self._lock:
+            if self._blocked is None or self._blocked[0] is not costs:
+                self._blocked = costs, ~np.isfinite(costs)
+            blocked = self._blocked[1]
+        reach += self.shape.circumscribed_radius
+        return NearObstacles(obstacle_points(self._geometry, blocked, place, reach), self.radius)
+
+
+POINT = Body()
