@@ -15,6 +15,7 @@ import json
 import sys
 from typing import Any, Dict, List
 
+from mesh_navigation.body.robot_shape import RobotShape
 from mesh_tools_test.base import figures
 from mesh_tools_test.driving import cycles, drives, server_ros
 from mesh_tools_test.driving.verdicts import Statistics, failures, table
@@ -31,6 +32,7 @@ def main() -> int:
     parser.add_argument("--drives", type=int, default=100, help="on each world")
     parser.add_argument("--seed", type=int, help="drive this trip only")
     parser.add_argument("--planner", default="wave_front", help="of the drives")
+    parser.add_argument("--radius", type=float, default=0.0, help="of the robot that drives (m)")
     parser.add_argument("--faces", type=int, default=2_000_000, help="of the large map")
     parser.add_argument("--minutes", type=float, default=2.0, help="that the server drives")
     parser.add_argument("--plans", type=int, default=500, help="over which memory is watched")
@@ -43,7 +45,7 @@ def main() -> int:
     failed = False
     if "drives" in options.only:
         seeds = list(range(options.drives)) if options.seed is None else [options.seed]
-        some = driven(seeds, options.planner)
+        some = driven(seeds, options.planner, options.radius)
         print(table(some), failures(some), sep="\n", flush=True)
         failed = any(each.failed for each in some)
         found["drives"] = {each.name: [one._asdict() for one in each.verdicts] for each in some}
@@ -61,12 +63,12 @@ def main() -> int:
     return int(failed)
 
 
-def driven(seeds: List[int], planner: str) -> List[Statistics]:
+def driven(seeds: List[int], planner: str, radius: float) -> List[Statistics]:
     """Of all worlds; failures are told at once."""
     some = []
     for name, make in worlds(GROUND).items():
         print("%s: %d drives" % (name, len(seeds)), file=sys.stderr, flush=True)
-        some.append(drives.driven(make(), seeds, planner))
+        some.append(drives.driven(make(), seeds, planner, shape=RobotShape(radius=radius)))
     return some
 
 

@@ -2,6 +2,8 @@
 
 from typing import Any, Callable, List, Mapping
 
+from mesh_navigation.body.body import Body
+from mesh_navigation.body.robot_shape import RobotShape
 from mesh_navigation.execution.planning import make_planner
 from mesh_navigation.simulation.driving import drive, make_controller
 
@@ -18,6 +20,7 @@ def driven(
     planner: str = "wave_front",
     controller: Mapping[str, Any] = {},
     on_verdict: Callable[[Verdict], None] = lambda verdict: None,
+    shape: RobotShape = RobotShape(),
     **body: Any,
 ) -> Statistics:
     """The trips of these seeds.
@@ -28,11 +31,13 @@ def driven(
         planner: see `mesh_navigation.execution.planning.make_planner`.
         controller: its parameters, those that differ from their defaults.
         on_verdict: called after each drive.
+        shape: of the robot, for planner and controller.
         body: of the simulated robot, see `mesh_navigation.simulation.surface_robot.SurfaceRobot`;
             by default `WHEELS`.
     """
-    plans = make_planner(world.mesh_map, planner)
-    follows = make_controller(world.mesh_map, parameters=controller)
+    has = Body(world.mesh_map.geometry, shape)
+    plans = make_planner(world.mesh_map, planner, body=has)
+    follows = make_controller(world.mesh_map, parameters=controller, body=has)
     costs = world.mesh_map.planning_costs().costs
     verdicts = []
     for seed in seeds:
@@ -46,6 +51,6 @@ def driven(
             seed=seed,
             **(body or WHEELS),
         )
-        verdicts.append(judged(wanted, went, world, costs))
+        verdicts.append(judged(wanted, went, world, costs, shape.inscribed_radius))
         on_verdict(verdicts[-1])
     return Statistics(world.name, verdicts)

@@ -12,6 +12,7 @@ from mesh_tools_test.driving.worlds import DrivingWorld
 
 DIST_TOLERANCE, ANGLE_TOLERANCE = 0.1, np.pi / 18  # m and rad, the server's defaults
 OFF_SURFACE = 1e-3  # m; the simulated robot is on the surface but for rounding
+TOO_NEAR = 0.02  # m, by which a robot may come nearer to lethal ground than its radius
 FASTEST = 2.5  # m/s; who is faster was moved by something else than wheels
 ROUNDING = 1e-6  # of tolerances: measured here and by the controller in other words
 
@@ -40,7 +41,9 @@ class Verdict(NamedTuple):
         return not self.fault
 
 
-def judged(trip: Trip, drive: Any, world: DrivingWorld, costs: np.ndarray) -> Verdict:
+def judged(
+    trip: Trip, drive: Any, world: DrivingWorld, costs: np.ndarray, radius: float = 0.0
+) -> Verdict:
     """What is wrong with a drive.
 
     Args:
@@ -48,6 +51,7 @@ def judged(trip: Trip, drive: Any, world: DrivingWorld, costs: np.ndarray) -> Ve
         drive: `mesh_navigation.simulation.driving.Drive`.
         world: where.
         costs: (V,) of that time.
+        radius: that the robot has to keep from lethal ground (m).
     """
     track = np.asarray(drive.track, np.float64)
     if not len(track):
@@ -56,9 +60,12 @@ def judged(trip: Trip, drive: Any, world: DrivingWorld, costs: np.ndarray) -> Ve
     times = np.asarray(drive.times, np.float64)
     found = on_the_map(track, world.mesh_map, costs)
     end = arrival(track[-1], trip.goal, world.mesh_map)
+    faults = _faults(drive, track, times, found, end)
+    if not found.lethal_distance >= radius - TOO_NEAR:
+        faults.append("it comes within %.3f m of lethal ground" % found.lethal_distance)
     return Verdict(
         trip.seed,
-        "; ".join(_faults(drive, track, times, found, end)),
+        "; ".join(faults),
         float(drive.planned_length),
         found.length,
         float(times[-1] - times[0]),
