@@ -59,13 +59,15 @@ class Guide:
         costs: np.ndarray,
         distance: float,
         clearance: float,
+        cost_limit: float = math.inf,
     ) -> None:
         """Args:
             geometry: of the map.
             plan: that is to be followed.
-            costs: (V,) of the map: corners are not rounded onto blocked ground.
+            costs: (V,) for the robot's middle: corners are not rounded onto blocked ground.
             distance: from the surface that is allowed (m).
             clearance: by which corners are rounded (m).
+            cost_limit: what costs more is blocked.
 
         Raises:
             ControlFailure: INVALID_PATH, a pose is off the map.
@@ -82,7 +84,7 @@ class Guide:
             float(places.distances[last]),
         )
         self._path = _laid_out(geometry, places)
-        local_costs = LocalCosts(geometry, costs, self.goal.face, self.goal.position)
+        local_costs = LocalCosts(geometry, costs, self.goal.face, self.goal.position, cost_limit)
         if clearance > 0.0 and len(positions) > 2:
             wide = _laid_out(geometry, rounded(geometry, places, clearance))
             if is_free(local_costs, wide):

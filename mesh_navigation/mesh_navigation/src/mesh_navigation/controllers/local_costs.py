@@ -1,5 +1,6 @@
 """Where the surface is blocked at one moment."""
 
+import copy
 import math
 from typing import Iterator, NamedTuple, Optional, Tuple
 
@@ -9,10 +10,12 @@ from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.surface import barycentric_coordinates
 from mesh_map.spatial.hits import NO_FACE
 
+from mesh_navigation.body.near_obstacles import NO_OBSTACLES, NearObstacles
 
 # A robot that stands on blocked ground may leave it by a way this short (m): it was pushed there,
-# or what was marked is next to it.
-ESCAPE = 0.2
+# or what was marked is next to it. Ground that only costs too much it may also leave by a longer
+# one, over costs that fall within this length, and fall on.
+ESCAPE, FALL = 0.2, 0.5
 
 
 class Stretch(NamedTuple):
@@ -21,30 +24,48 @@ class Stretch(NamedTuple):
     begin: float
     """m, along the way."""
     end: float
+    cost: float
+    """Of the ground there; inf where it is lethal or unknown."""
 
 
 class LocalCosts:
     """The costs of one moment, looked at only where a way goes.
 
     A point is blocked where the corner with the largest weight in its face (barycentric
-    coordinates) is lethal or unknown. In the face of the goal nothing is, unless the corner nearest
-    to the goal is: that is how planners tell whether a goal is blocked.
+    coordinates) is lethal or unknown, or costs more than the limit. In the face of the goal nothing
+    is, unless the corner nearest to the goal is: that is how planners tell whether a goal is
+    blocked. Where a body has obstacles, a point that is too near to them is blocked, too.
     """
 
     def __init__(
-        self, geometry: MeshGeometry, costs: np.ndarray, goal_face: int, goal: np.ndarray
+        self,
+        geometry: MeshGeometry,
+        costs: np.ndarray,
+        goal_face: int,
+        goal: np.ndarray,
+        cost_limit: float = math.inf,
+        obstacles: NearObstacles = NO_OBSTACLES,
     ) -> None:
         """Args:
         geometry: of the map.
         costs: (V,) of the map; what is not finite is blocked.
         goal_face: the face of the goal.
         goal: (3,) its position (m).
+        cost_limit: what costs more is blocked.
+        obstacles: of the robot's body.
         """
         self._vertices, self._faces, self._costs = geometry.vertices, geometry.faces, costs
+        self._limit, self.obstacles = min(cost_limit, np.finfo(np.float32).max), obstacles
         corners = geometry.faces[goal_face]
         distances = [math.dist(corner, goal) for corner in geometry.vertices[corners].tolist()]
-        free = math.isfinite(costs[corners[distances.index(min(distances))]])
+        free = costs[corners[distances.index(min(distances))]] <= self._limit
         self._open_face = goal_face if free else NO_FACE
+
+    def keeping(self, distance: float) -> "LocalCosts":
+        """The same, with another distance to keep from obstacles (m)."""
+        made = copy.copy(self)
+        made.obstacles = self.obstacles.keeping(distance)
+        return made
 
     def first_blocked(self, points: np.ndarray, faces: np.ndarray) -> Optional[float]:
         """How far it is along a way to where it is blocked (m), None if it is nowhere.
@@ -55,22 +76,30 @@ class LocalCosts:
             points: (N,3) m.
             faces: (N - 1,) the face in which point i to i + 1 lies; NO_FACE where there is none.
         """
+        found = self._first_closed(points, faces), self.obstacles.first_near(points)
+        return min((length for length in found if length is not None), default=None)
+
+    def _first_closed(self, points: np.ndarray, faces: np.ndarray) -> Optional[float]:
         # take() is faster than indices in brackets; NO_FACE, which _blocked leaves out, is clipped.
         corners = self._faces.take(faces, axis=0, mode="clip")
-        free = np.isfinite(self._costs.take(corners))
+        costs = self._costs.take(corners)
+        free = costs <= self._limit
         if free.all():
             return None
-        end_of_escape = 0.0
-        for stretch in self._blocked(points, faces, free):
-            if stretch.begin > end_of_escape + 1e-6:
+        costs = np.where(np.isnan(costs), np.inf, costs)
+        end_of_escape, cost, fallen = 0.0, math.inf, 0.0
+        for stretch in self._blocked(points, faces, free, costs):
+            if stretch.begin > end_of_escape + 1e-6 or stretch.cost > cost:
                 return stretch.begin
+            if stretch.cost < cost:
+                cost, fallen = stretch.cost, stretch.begin
             end_of_escape = stretch.end
-            if end_of_escape > ESCAPE:
+            if end_of_escape - fallen > (FALL if math.isfinite(cost) else ESCAPE):
                 return 0.0
         return None
 
     def _blocked(
-        self, points: np.ndarray, faces: np.ndarray, free: np.ndarray
+        self, points: np.ndarray, faces: np.ndarray, free: np.ndarray, costs: np.ndarray
     ) -> Iterator[Stretch]:
         """The stretches that are blocked, in each face by itself, in the order of the way."""
         lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
@@ -79,10 +108,14 @@ class LocalCosts:
         for index in np.flatnonzero(mixed):
             corners = self._vertices[self._faces[faces[index]]].astype(np.float64)
             weights = barycentric_coordinates(points[index : index + 2], *corners)
-            parts = [_largest(weights, corner) for corner in np.flatnonzero(~free[index])]
-            for begin, end in sorted(part for part in parts if part is not None):
-                start, length = float(begins[index]), float(lengths[index])
-                yield Stretch(start + begin * length, start + end * length)
+            start, length = float(begins[index]), float(lengths[index])
+            parts = []
+            for corner in np.flatnonzero(~free[index]):
+                part = _largest(weights, corner)
+                if part is not None:
+                    parts.append((*part, float(costs[index, corner])))
+            for begin, end, cost in sorted(parts):
+                yield Stretch(start + begin * length, start + end * length, cost)
 
 
 def _largest(weights: np.ndarray, corner: int) -> Optional[Tuple[float, float]]:

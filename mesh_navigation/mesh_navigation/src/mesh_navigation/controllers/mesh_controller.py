@@ -17,18 +17,20 @@ from mesh_navigation.controllers.carrot import find_carrot, heading_error
 from mesh_navigation.controllers.local_costs import LocalCosts
 from mesh_navigation.controllers.guide import Guide
 from mesh_navigation.controllers.sight import Sight
+from mesh_navigation.controllers.stuck_watch import StuckWatch
 from mesh_navigation.controllers.surface_pose import MAX_STEPS, Locator, SurfacePose
+from mesh_navigation.controllers.sweep import Sweep
 from mesh_navigation.controllers.steering import (
     CLEARANCE,
     Ahead,
     approached,
+    free_turn,
     on_free_ground,
     speed_before_bends,
     steer,
     stopping_distance,
     turning_speed,
 )
-from mesh_navigation.controllers.vector3 import dot, minus
 from mesh_navigation.plugins.controller import (
     Command,
     ControlFailure,
@@ -50,7 +52,8 @@ PARAMETERS = (
     Parameter("max_angle", 20.0, 1.0, 180.0, "to the carrot; beyond, turns on the spot (deg)"),
     Parameter("lookahead_distance", 0.6, 0.05, 5.0, "how far ahead it looks (m)"),
     Parameter("blocked_distance", 0.3, 0.0, 5.0, "stops this far before blocked surface (m)"),
-    Parameter("side_clearance", 0.1, 0.0, 1.0, "room beside it, where there is any (m)"),
+    Parameter("side_clearance", 0.1, 0.0, 1.0, "room beside it, where the plan has it (m)"),
+    Parameter("cost_limit", 1.0, 0.0, 10.0, "highest cost of ground that may be entered"),
     Parameter("max_path_distance", 1.0, 0.05, 10.0, "from the path that it follows (m)"),
     Parameter("max_search_radius", 0.4, 0.01, 2.0, "around where it was, for the surface (m)"),
     Parameter("max_search_distance", 0.4, 0.01, 2.0, "from the surface, still on the map (m)"),
@@ -106,9 +109,10 @@ class MeshController(Controller):
         return Guide(
             self.map.geometry,
             plan,
-            self.map.planning_costs().costs,
+            self.body.costs(self.map.planning_costs().costs),
             values["max_search_distance"],
             values["side_clearance"],
+            values["cost_limit"],
         )
 
     def set_plan(self, plan: ControllerPlan) -> None:
@@ -256,7 +260,28 @@ class MeshController(Controller):
         if error is None or not values["turn_to_goal_heading"]:
             error = 0.0
         self.current_angle = error = self._same_side(error)
-        return Velocity(yaw=turning_speed(error, values, self._period))
+        turn = Velocity(yaw=turning_speed(error, values, self._period))
+        sight = self._sight(self._local_costs(surface_pose, 0.0, values), surface_pose)
+        return free_turn(turn, sight, values, self._period)
+
+    def _local_costs(
+        self, surface_pose: SurfacePose, reach: float, values: Mapping[str, Any]
+    ) -> LocalCosts:
+        """Of this moment, with what is so near that it could be touched within a reach (m)."""
+        costs, goal = self.map.planning_costs().costs, self._goal
+        reach += values["side_clearance"]
+        return LocalCosts(
+            self.map.geometry,
+            costs,
+            goal.face,
+            goal.position,
+            values["cost_limit"],
+            self.body.obstacles(costs, surface_pose.position, reach),
+        )
+
+    def _sight(self, local_costs: LocalCosts, surface_pose: SurfacePose) -> Sight:
+        sweep = Sweep(self.body.shape, local_costs.obstacles)
+        return Sight(self.map.geometry, local_costs, surface_pose, sweep)
 
     def _drive(self, surface_pose: SurfacePose, distance: float, values: Mapping[str, Any]) -> Any:
         brakes, lookahead = values["max_lin_acceleration"], values["lookahead_distance"]
@@ -268,8 +293,7 @@ class MeshController(Controller):
             surface_pose, values["follow"] == FIELD, horizon, values["max_path_distance"]
         )
         way = guidance.paths[0]
-        costs = self.map.planning_costs().costs
-        local_costs = LocalCosts(self.map.geometry, costs, self._goal.face, self._goal.position)
+        local_costs = self._local_costs(surface_pose, horizon, values)
         stop, reach = math.inf, lookahead
         blocked = local_costs.first_blocked(way.points, way.faces) if len(way.faces) else None
         if blocked is not None:
@@ -282,8 +306,12 @@ class MeshController(Controller):
                     f"after {blocked:.2f} m, at {vector_text(way.at(blocked))}; it stops "
                     f"{gap:.2f} m before (blocked_distance)",
                 )
-        sight = Sight(self.map.geometry, local_costs, surface_pose)
-        carrot = find_carrot(sight, guidance.paths, reach, values["side_clearance"])
+        # Never nearer to obstacles than the side_clearance, but where the way itself is.
+        keeps, room = local_costs.obstacles, values["side_clearance"]
+        spare = float(keeps.distances(way.points).min()) - keeps.keep
+        keep = keeps.keep + min(max(spare, 0.0), room)
+        sight = self._sight(local_costs.keeping(keep), surface_pose)
+        carrot = find_carrot(sight, guidance.paths, reach, room)
         self.current_angle = self._same_side(carrot.angle)
         carrot = carrot._replace(angle=self.current_angle)
         goal = max(distance, way.length) if way.arrives else math.inf
@@ -303,11 +331,13 @@ class MeshController(Controller):
         """Where max_lin_acceleration does not stop it on free ground, it is the base that brakes,
         as well as it can."""
         slower = self._accelerated(wanted, values)
-        if slower.x <= wanted.x + 1e-9:
+        if slower.x <= wanted.x + 1e-9 and not (sight.has_obstacles and slower.x > 0.0):
             return
         length = stopping_distance(slower.x, values["max_lin_acceleration"], self._period / 2)
         if sight.free_arc(slower.yaw / slower.x, max(length - _NEAR, 0.0)) is not None:
             self._velocity = self._velocity._replace(x=wanted.x)
+            if sight.has_obstacles:
+                self._velocity = wanted
 
     def _accelerated(self, wanted: Velocity, values: Mapping[str, Any]) -> Velocity:
         """What can be reached of a velocity within this cycle."""
@@ -327,64 +357,3 @@ def _no_speed_text(distance: float, values: Mapping[str, Any]) -> str:
         f"{values['max_lin_velocity']:.2f} m/s, max_ang_velocity "
         f"{values['max_ang_velocity']:.2f} rad/s"
     )
-
-
-MOVED = 0.05  # m that count as moving
-TURNED = 0.1  # rad that count as moving
-ROUND_AND_ROUND = 4 * math.pi  # rad on one spot; no goal needs more than half a turn
-
-
-class StuckWatch:
-    """Adds up what was commanded since the robot has last moved."""
-
-    def __init__(self) -> None:
-        self._since: Optional[SurfacePose] = None
-        self._spot: Optional[SurfacePose] = None
-        self.turned = 0.0
-        self._forget()
-
-    def _forget(self) -> None:
-        self.seconds, self.length, self.angle = 0.0, 0.0, 0.0
-
-    def take_new_goal(self) -> None:
-        """Turns on the spot for other goals do not count."""
-        self.turned = 0.0
-
-    def look(self, surface_pose: SurfacePose) -> None:
-        """Note where the robot is; once per cycle."""
-        if self._since is None or _has_moved(self._since, surface_pose):
-            self._since = surface_pose
-            self._forget()
-        if self._spot is None or math.dist(self._spot.position, surface_pose.position) > 2 * MOVED:
-            self._spot = surface_pose
-            self.turned = 0.0
-
-    def commanded(self, velocity: Velocity, period: float) -> None:
-        """Note what it was told to do for one period (s)."""
-        if velocity.x or velocity.yaw:
-            self.seconds += period
-            self.length += abs(velocity.x) * period
-            self.angle += velocity.yaw * period  # to both sides it has turned, but stays
-            self.turned += abs(velocity.yaw) * period
-
-    def is_stuck(self, timeout: float) -> bool:
-        """Whether it did not move, told to for this long (s), far enough to see it; or turned
-        round and round on one spot. Never with a timeout of 0."""
-        enough = self.length > 2 * MOVED or abs(self.angle) > 2 * TURNED
-        stands = timeout <= self.seconds and enough
-        return timeout > 0.0 and (stands or self.turned > ROUND_AND_ROUND)
-
-    def text(self) -> str:
-        """What was seen, as the end of a sentence."""
-        if self.turned > ROUND_AND_ROUND:
-            return f"turns without getting on: {self.turned:.1f} rad within {2 * MOVED:.2f} m"
-        return (
-            f"does not move: in {self.seconds:.1f} s it was told to drive {self.length:.2f} m and "
-            f"to turn {abs(self.angle):.2f} rad"
-        )
-
-
-def _has_moved(before: SurfacePose, now: SurfacePose) -> bool:
-    step = minus(now.point, before.point)
-    turned = dot(before.heading, now.heading) < 1.0 - TURNED * TURNED / 2
-    return dot(step, step) > MOVED * MOVED or turned

@@ -11,6 +11,7 @@ from mesh_map.spatial.hits import NO_FACE, SurfacePoint
 
 from mesh_navigation.controllers.local_costs import LocalCosts
 from mesh_navigation.controllers.surface_pose import MAX_STEPS, SurfacePose
+from mesh_navigation.controllers.sweep import Sweep
 from mesh_navigation.controllers.vector3 import Vector3, cross, inside, minus, unit, vector3
 from mesh_navigation.controllers.local_path import LocalPath
 
@@ -18,6 +19,7 @@ _THERE = 0.01  # m from a place to where the line to it ends
 _HERE = 1e-4  # m; what is nearer is here
 _STEP = 0.1  # m, of the straight pieces that stand for an arc
 _MOST_STEPS = 8
+_TURN = 0.1  # rad, of the headings that stand for a turn on the spot
 
 
 class View(NamedTuple):
@@ -43,10 +45,19 @@ class Sight:
     """From where the robot stands, at one moment."""
 
     def __init__(
-        self, geometry: MeshGeometry, local_costs: LocalCosts, surface_pose: SurfacePose
+        self,
+        geometry: MeshGeometry,
+        local_costs: LocalCosts,
+        surface_pose: SurfacePose,
+        sweep: Sweep = Sweep(),
     ) -> None:
         self._geometry, self._walker = geometry, geometry.walker
-        self._local_costs, self.surface_pose = local_costs, surface_pose
+        self._local_costs, self.surface_pose, self.sweep = local_costs, surface_pose, sweep
+
+    @property
+    def has_obstacles(self) -> bool:
+        """Whether something is near that the robot's body could touch."""
+        return bool(len(self._local_costs.obstacles.points))
 
     def look(self, point: np.ndarray) -> View:
         """The straight way to a place (3,) (m)."""
@@ -107,17 +118,20 @@ class Sight:
         return Corridor(middle, sides)
 
     def free_arc(self, curvature: float, length: float) -> Optional[float]:
-        """How far an arc along the heading leads over free ground (m) if not all of it does; None:
-        all of it is free.
+        """How far an arc along the heading leads over free ground (m) if not all of it does, or
+        until the footprint touches something; None: all of it is free.
 
         Args:
             curvature: rad/m, to the left.
             length: m.
         """
         steps = 1 if curvature == 0.0 else min(max(math.ceil(length / _STEP), 2), _MOST_STEPS)
+        if not self.sweep.is_empty:
+            steps = max(math.ceil(length / _STEP), 2)
         step = length / steps
         place, heading = self.surface_pose, self.surface_pose.heading
         points, faces, walked, ended = [], [], 0.0, False
+        stands = [(place.position, place.normal, heading)]
         for _ in range(steps):
             heading = _turned(heading, vector3(place.normal), curvature * step / 2)
             walk = self._walker.walk(
@@ -129,15 +143,30 @@ class Sight:
             walked += walk.length
             place = walk
             heading = _turned(vector3(walk.direction), vector3(walk.normal), curvature * step / 2)
+            stands.append((walk.position, vector3(walk.normal), heading))
             if walk.end != WalkEnd.ARRIVED:
                 ended = True
                 break
         points.append(place.position[None])
+        found = [walked] if ended else []
         if faces:
             blocked = self._local_costs.first_blocked(np.concatenate(points), np.concatenate(faces))
             if blocked is not None:
-                return blocked
-        return walked if ended else None
+                found.append(blocked)
+        touch = self.sweep.first_touch(stands)
+        if touch is not None:
+            found.append((touch - 1) * step)
+        return min(found, default=None)
+
+    def can_turn(self, angle: float) -> bool:
+        """Whether the footprint touches nothing while it turns on the spot (rad)."""
+        place = self.surface_pose
+        turns = np.linspace(0.0, angle, math.ceil(abs(angle) / _TURN) + 1)
+        stands = [
+            (place.position, place.normal, _turned(place.heading, place.normal, turn))
+            for turn in turns.tolist()
+        ]
+        return self.sweep.first_touch(stands) is None
 
     def _beside(self, place: SurfacePoint, left: Any, length: float) -> LocalPath:
         """The free way to one side."""

@@ -5,11 +5,14 @@ from typing import Any, Mapping, NamedTuple
 
 import numpy as np
 
+from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.pose import vector_text
 from mesh_navigation.base.robot import Velocity
 from mesh_navigation.controllers.carrot import Carrot
 from mesh_navigation.controllers.sight import Sight
 from mesh_navigation.controllers.vector3 import Vector3
 from mesh_navigation.controllers.local_path import LocalPath
+from mesh_navigation.plugins.controller import ControlFailure
 
 
 def braking_speed(distance: float, deceleration: float, period: float) -> float:
@@ -199,16 +202,45 @@ def on_free_ground(
         carrot: beyond it, nothing is looked at.
         values: of the parameters.
         period: of commands (s).
+
+    Raises:
+        ControlFailure: BLOCKED_PATH, the robot cannot turn either.
     """
-    if wanted.x <= 0.0 or abs(carrot.angle) < _STRAIGHT:
+    is_straight = abs(carrot.angle) < _STRAIGHT
+    if is_straight and not sight.has_obstacles:
         return wanted
-    for share in _SHARES:
-        speed = share * wanted.x
-        length = stopping_distance(speed, values["max_lin_acceleration"], period) + CLEARANCE
-        length = min(length, _arc_length(carrot))
-        if sight.free_arc(wanted.yaw / speed, length) is None:
-            return wanted._replace(x=speed)
-    return Velocity(yaw=turning_speed(carrot.angle, values, period))
+    if wanted.x > 0.0:
+        for share in _SHARES:
+            speed = share * wanted.x
+            length = stopping_distance(speed, values["max_lin_acceleration"], period) + CLEARANCE
+            length = min(length, _arc_length(carrot))
+            if sight.free_arc(wanted.yaw / speed, length) is None:
+                return wanted._replace(x=speed)
+        if is_straight:
+            raise touching(sight)
+        wanted = Velocity(yaw=turning_speed(carrot.angle, values, period))
+    return free_turn(wanted, sight, values, period)
+
+
+def free_turn(wanted: Velocity, sight: Sight, values: Mapping[str, Any], period: float) -> Velocity:
+    """A turn on the spot, until it could stand.
+
+    Raises:
+        ControlFailure: BLOCKED_PATH, the footprint would touch something.
+    """
+    angle = stopping_distance(abs(wanted.yaw), values["max_ang_acceleration"], period)
+    if not sight.can_turn(math.copysign(angle, wanted.yaw)):
+        raise touching(sight)
+    return wanted
+
+
+def touching(sight: Sight) -> ControlFailure:
+    """That the robot cannot get on, for its footprint."""
+    return ControlFailure(
+        ExePathOutcome.BLOCKED_PATH,
+        f"the robot at {vector_text(sight.surface_pose.position)} cannot get on: its footprint "
+        "would touch lethal or unknown ground, ahead and in a turn",
+    )
 
 
 def _arc_length(carrot: Carrot) -> float:
