@@ -135,6 +135,21 @@ def test_each_source_has_its_own_limits():
     assert layer.marked_faces.tolist() == [1]
 
 
+def test_sources_may_change_while_the_map_is_in_use():
+    mesh_map = floor_map()
+    params = {"topic": "points", "decay": 0.0}
+    mesh_map.compute_layers([{"name": "o", "type": "mesh_layers/ObstacleLayer", "params": params}])
+    layer = mesh_map.layers["o"]
+    mesh_map.watch_data("o", lambda: layer.silence(1.0))
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 1.0)
+    assert mesh_map.fault == ""
+    mesh_map.set_layer_parameters("o", {"observation_sources": "b", "b": {"topic": "other"}})
+    assert [source.topic for source in layer.sources] == ["other"]
+    assert "source b (other) yet" in mesh_map.gap
+    mesh_map.set_layer_parameters("o", {"expected_update_rate": 0.0})
+    assert mesh_map.gap == "" and layer.marked_faces.tolist() == [0]
+
+
 def turned(angle, at):
     """From the frame of a robot that stands there, heading left by an angle (rad)."""
     c, s = math.cos(angle), math.sin(angle)

@@ -160,7 +160,7 @@ class Obstacles(unittest.TestCase):
             self.send(publisher, cloud(self.to_laser([RIGHT, [np.nan, 0, 0]])))
             self.assertTrue(wait_until(both(right)), found)
             # While no cloud comes, it stays, and that is said.
-            silent = "it is not current (1): nothing usable came from topic cloud for"
+            silent = "nothing usable came from topic cloud for"
             self.assertTrue(wait_until(lambda: printed(log.name, silent)), found)
             self.assertTrue(both(right)(), found)
 
@@ -247,8 +247,12 @@ class Obstacles(unittest.TestCase):
         with mock.patch.object(adapter._transforms.buffer, "lookup_transform", side_effect=back):
             adapter._on_message(cloud(self.to_laser([LEFT])), "")
         self.assertEqual(said, [("clouds from /eight cannot be used", str(back))])
+        self.assertIn("topic eight yet", adapter._silence())
+        self.assertIn(str(back), adapter._silence())
+        adapter._on_message(cloud([]), "")
+        self.assertIn("no point of it is finite", adapter._silence())
         adapter._on_message(cloud(self.to_laser([LEFT])), "")
-        self.assertEqual((seen, len(said)), ([[1]], 1))
+        self.assertEqual((seen, len(said), adapter._silence()), ([[1]], 2, ""))
 
     def test_clouds_that_are_not_in_the_frame_of_their_sensor(self):
         """Seen from the laser; from the origin of the map, it would be the other way round."""

@@ -231,7 +231,7 @@ class LayeredCosts:
             for warning in warnings:
                 _LOG.warning("layer %s: %s", name, warning)
             before = layer.params
-            changed = {key for key in params if params[key] != before[key]}
+            changed = {key for key in params if params[key] != before.get(key)}
             if changed:
                 layer.params = params
                 try:

@@ -267,7 +267,7 @@ class ExePathTest(unittest.TestCase):
             mesh_map=mesh_map,
             controllers=CONTROLLERS,
             controller_patience=60.0,
-            planner_patience=0.5,
+            planner_patience=2.0,
         )
         try:
             client, heard = ExePathClient("silent"), []
@@ -277,17 +277,21 @@ class ExePathTest(unittest.TestCase):
             self.assertIn(reason + " yet", result.message)
             self.assertIn("planner_patience", result.message)
             diagnostics.expected("silent: map", ERROR, reason)
+            self.assertTrue(rospy.ServiceProxy("/silent/reload_map", Trigger)().success)
             handle = client.send((9.0, 0.0), feedback=heard.append)  # waits for the first cloud
             for attribute, value, words in (("sends", False, ""), ("frame", "nowhere", "nowhere")):
-                before = getattr(sensor, attribute)
-                sensor.sends = True
+                before, sensor.sends = getattr(sensor, attribute), True
+                self.robot.put()
                 wait_until(lambda: not self.robot.stands(), f"motion before {attribute}")
                 self.assertEqual(server.ask((1, 1, 0))[0], "SUCCEEDED")
                 setattr(sensor, attribute, value)
                 wait_until(self.robot.stands, f"a stop for {attribute}")
-                wait_until(lambda: heard and heard[-1].outcome == 116, "feedback")
-                self.assertIn(reason + " for", heard[-1].message)
-                wait_until(lambda words=words: words in heard[-1].message, words)
+
+                def said(words=(reason + " for", words)):
+                    last = heard[-1]
+                    return last.outcome == 116 and all(word in last.message for word in words)
+
+                wait_until(said, f"feedback for {attribute}")
                 self.assertEqual(handle.get_comm_state(), actionlib.CommState.ACTIVE)
                 setattr(sensor, attribute, before)
             sensor.sends = True

@@ -40,7 +40,8 @@ class MeshRecovery(MeshPlugin):
     * Cancel, also for want of patience (recovery_patience): look at ``cancellation`` at least every
       0.1 s, then return CANCELED. The server waits half a second, then answers without the
       behavior, and what it still commands does not reach the robot.
-    * TF may have gaps: ``robot.awaited_state(clock, cancellation)`` lets the robot stand meanwhile.
+    * TF, and what sensors see, may have gaps: ``robot.awaited_state(clock, cancellation)`` lets the
+      robot stand meanwhile.
     * Any exception is reported: `RobotLost` as TF_ERROR, all others as INTERNAL_ERROR.
     * Units are m, rad and s, the frame is the map's (``self.map.frame_id``).
     """

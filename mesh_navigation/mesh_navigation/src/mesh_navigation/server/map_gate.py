@@ -80,47 +80,18 @@ class MapGate:
             self._changed.notify_all()
 
     def wait(self, cancellation: Cancellation, patient: bool = False, whole: bool = True) -> Ready:
-        """The map and its plugins, as soon as they are there.
+        """The map and its plugins, as soon as they are there, whether it has what sensors see or
+        not.
 
         Args:
             cancellation: ends the waiting.
             patient: wait, even if goals shall not.
-            whole: refuse a map of which a required layer does not stand.
+            whole: refuse a map of which a required layer does not stand otherwise.
 
         Raises:
             NotReady: there is none. CANCELED, NOT_INITIALIZED (it is not there yet, and nobody
                 shall wait), or MAP_ERROR (it could not be loaded, or is not whole).
         """
-        ready = self._loaded(cancellation, patient)
-        if whole and ready.map.fault:
-            raise NotReady("MAP_ERROR", ready.map.fault)
-        return ready
-
-    def wait_for_data(self, cancellation: Cancellation, patience: float, name: str) -> Ready:
-        """As `wait`, and as soon as the map has what sensors see.
-
-        Args:
-            cancellation: ends the waiting.
-            patience: with a gap in that (s, of the computer's time); 0: no limit.
-            name: of the parameter that says so.
-
-        Raises:
-            NotReady: as `wait`.
-        """
-        deadline = Deadline(patience or None)
-        while True:
-            ready = self._loaded(cancellation)
-            fault, gap = ready.map.lasting_fault, ready.map.gap
-            if fault:
-                raise NotReady("MAP_ERROR", fault)
-            if not gap:
-                return ready
-            if deadline.left == 0.0:
-                raise NotReady("MAP_ERROR", f"{gap}; waited for {patience:.1f} s ({name})")
-            if cancellation.wait(POLL):
-                raise NotReady("CANCELED", f"stopped while waiting: {gap}; {cancellation.reason}")
-
-    def _loaded(self, cancellation: Cancellation, patient: bool = False) -> Ready:
         with cancellation.calling(self._notify), self._changed:
             if self._wait or patient:
                 self._changed.wait_for(lambda: not self._loading or cancellation.canceled)
@@ -128,7 +99,32 @@ class MapGate:
                     raise NotReady(
                         "CANCELED", f"stopped while waiting for the map: {cancellation.reason}"
                     )
-            return self._present("; goals wait for it if the parameter wait_for_map is true")
+            ready = self._present("; goals wait for it if the parameter wait_for_map is true")
+        if whole and ready.map.lasting_fault:
+            raise NotReady("MAP_ERROR", ready.map.lasting_fault)
+        return ready
+
+    def wait_for_data(self, cancellation: Cancellation, patience: float, name: str) -> Ready:
+        """As `wait`, and until the map has what sensors see.
+
+        Args:
+            cancellation: ends the waiting.
+            patience: with a gap in that (s, of the computer's time); 0: no limit.
+            name: of the parameter that says so.
+
+        Raises:
+            NotReady: as `wait`; MAP_ERROR also for a gap that takes too long.
+        """
+        deadline = Deadline(patience or None)
+        while True:
+            ready = self.wait(cancellation)
+            gap = ready.map.gap
+            if not gap:
+                return ready
+            if deadline.left == 0.0:
+                raise NotReady("MAP_ERROR", f"{gap}; waited for {patience:.1f} s ({name})")
+            if cancellation.wait(POLL):
+                raise NotReady("CANCELED", f"stopped while waiting: {gap}; {cancellation.reason}")
 
     def now(self, whole: bool = True) -> Ready:
         """The map and its plugins of this moment, for who never waits.

@@ -11,6 +11,7 @@ from mesh_tools_test.demo.processes import DemoError, process, wait_until
 from mesh_tools_test.demo.rviz_config import TRACK_TOPIC
 
 FASTER = 5.0  # than real time
+SCAN_RATE, SCAN_COLUMNS = 1.0, 120  # Hz of the simulation; rays around: few, time is fast
 POSES = "/surface_robot/pose"  # where the robot is, whatever the server thinks
 PATIENCE, SLOWEST = 60.0, 0.1  # seconds; m/s of the simulation
 
@@ -25,6 +26,7 @@ def start_robot(output, start, goal):
     place = [float(value) for value in start] + [navigation_node.heading(start, goal)]
     command = ["rosrun", "mesh_navigation", "surface_robot", "_publish_clock:=true"]
     command += [f"_real_time_factor:={FASTER}", f"_initial_pose:={place}"]
+    command += [f"_scan_rate:={SCAN_RATE}", f"_scan_columns:={SCAN_COLUMNS}"]
     return process("surface_robot", command, output / "logs")
 
 

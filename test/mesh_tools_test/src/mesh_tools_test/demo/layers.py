@@ -13,6 +13,7 @@ PICTURES = (
 )
 # Ways through costly regions are longer for planners: up to 1 + EDGE_COST_FACTOR times.
 EDGE_COST_FACTOR = 2.0
+CLOUDS = "/cloud"  # of the robot's laser
 FLOWER_BED, BED_RADIUS, BED_AT = "flowerbed_1", 1.5, 0.14  # label, meters, share of the way
 
 
@@ -46,7 +47,16 @@ FOR_WORLD = [
     layer("border", "Border", border_cost=1.0, threshold=0.5),
     layer("clearance", "Clearance", robot_height=0.7, height_inflation=0.3),
     layer("forbidden", "Label", lethal=["flowerbed"]),
-    layer("obstacle", "Obstacle", topic="/points", robot_height=1.0, max_obstacle_dist=10.0),
+    layer(
+        "obstacle",
+        "Obstacle",
+        topic=CLOUDS,
+        expected_update_rate=3.0,
+        robot_height=1.0,
+        min_obstacle_height=0.25,
+        min_obstacle_dist=0.4,
+        max_obstacle_dist=10.0,
+    ),
     dict(FOR_FILES[-1]),
 ]
 
