@@ -11,6 +11,8 @@ from mesh_navigation.base.clock import Clock
 from mesh_navigation.base.outcomes import RecoveryOutcome
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.base.robot import STOP, RobotLost, Velocity
+from mesh_navigation.body.body import Body
+from mesh_navigation.body.robot_shape import RobotShape
 from mesh_navigation.plugins.plugin_list import BEHAVIORS, PluginList, find_plugin
 from mesh_navigation.recoveries.back_up import BackUp
 from mesh_navigation.recoveries.clear_layers import ClearLayers
@@ -237,6 +239,18 @@ def test_it_stops_before_blocked_ground(value, word):
     # Ground is blocked where the vertex at 6.0 is nearer than that at 6.25.
     assert 6.125 + 0.2 - 0.01 <= scene.position[0] < 6.125 + 0.2 + 0.06
     assert (np.array(scene.track)[:, 0] > 6.3).all()
+
+
+def test_a_body_is_kept_off_what_is_beside_the_way_back(monkeypatch):
+    """The middle would pass at 0.25 m from the post."""
+    scene = Scene()
+    monkeypatch.setattr(BackUp, "body", Body(scene.map.geometry, RobotShape(radius=0.4)))
+    scene.drive(6.0)
+    scene.map.costs[vertex_at(GRID, (6.0, 5.25, 0))] = np.inf
+    result = scene.back_up(distance=3.0)
+    assert result.outcome == RecoveryOutcome.IMPASSABLE
+    assert "within 0.40 m of it" in result.message
+    assert np.linalg.norm(np.array(scene.track)[:, :2] - (6.0, 5.25), axis=1).min() > 0.4
 
 
 def test_it_stops_before_what_appears_behind_it():

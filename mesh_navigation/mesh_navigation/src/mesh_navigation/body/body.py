@@ -1,14 +1,19 @@
 """One robot's body on one map, as planners and controllers need it."""
 
 import threading
-from typing import Optional, Tuple
+from typing import Optional
 
 import numpy as np
 
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 from mesh_navigation.body.closed_ground import ClosedGround
-from mesh_navigation.body.near_obstacles import NO_OBSTACLES, NearObstacles, obstacle_points
+from mesh_navigation.body.near_obstacles import (
+    NO_OBSTACLES,
+    Blocked,
+    NearObstacles,
+    obstacle_points,
+)
 from mesh_navigation.body.robot_shape import RobotShape
 
 
@@ -33,7 +38,7 @@ class Body:
         if geometry is not None:
             self._ground = ClosedGround(geometry, self.radius)
         self._lock = threading.Lock()
-        self._blocked: Optional[Tuple[np.ndarray, np.ndarray]] = None
+        self._blocked: Optional[Blocked] = None
 
     def costs(self, costs: np.ndarray) -> np.ndarray:
         """(V,) costs of the map for the robot's middle, see `ClosedGround.costs`."""
@@ -50,9 +55,9 @@ class Body:
         if self._geometry is None or self.shape.is_point:
             return NO_OBSTACLES
         with self._lock:
-            if self._blocked is None or self._blocked[0] is not costs:
-                self._blocked = costs, ~np.isfinite(costs)
-            blocked = self._blocked[1]
+            if self._blocked is None or self._blocked.costs is not costs:
+                self._blocked = Blocked(costs, self._geometry.vertices)
+            blocked = self._blocked
         reach += self.shape.circumscribed_radius
         return NearObstacles(obstacle_points(self._geometry, blocked, place, reach), self.radius)
 

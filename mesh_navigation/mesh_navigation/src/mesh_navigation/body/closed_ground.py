@@ -89,7 +89,8 @@ class ClosedGround:
         """
         topology = self._geometry.topology
         places = topology.neighbor_places(vertices)
-        counts = np.diff(topology.neighbor_offsets.astype(np.int64))[vertices]
+        offsets = topology.neighbor_offsets
+        counts = (offsets[vertices + 1] - offsets[vertices]).astype(np.int64)
         ends, others = np.repeat(vertices, counts), topology.neighbors[places].astype(np.int64)
         lengths = self._geometry.edge_lengths[topology.neighbor_edges[places]].astype(np.float64)
         near, far = distances[ends].astype(np.float64), distances[others].astype(np.float64)

@@ -59,28 +59,39 @@ def rises(depths: np.ndarray) -> Optional[int]:
     return int(worse[0]) if len(worse) else None
 
 
-def obstacle_points(
-    geometry: MeshGeometry, blocked: np.ndarray, place: np.ndarray, reach: float
-) -> np.ndarray:
-    """(P,3) m: the rim of what is blocked around a place.
+class Blocked:
+    """The vertices that are lethal or unknown at one moment."""
 
-    Args:
-        geometry: of the map.
-        blocked: (V,) bool: lethal or unknown.
-        place: (3,) m.
-        reach: m, along each axis.
-    """
-    near = np.flatnonzero(blocked)
-    near = near[(np.abs(geometry.vertices[near] - place) <= reach).all(axis=1)]
-    topology = geometry.topology
-    places = topology.neighbor_places(near)
-    counts = np.diff(topology.neighbor_offsets.astype(np.int64))[near] if len(near) else near
-    begins, ends = np.repeat(near, counts), topology.neighbors[places].astype(np.int64)
-    is_rim = np.zeros(len(blocked), np.bool_)
-    is_rim[begins[~blocked[ends]]] = True
-    along = is_rim[begins] & is_rim[ends] & (begins < ends)
-    vertices = geometry.vertices
-    points = [vertices[near[is_rim[near]]].astype(np.float64)]
+    def __init__(self, costs: np.ndarray, vertices: np.ndarray) -> None:
+        """
+        Args:
+            costs: (V,) of the map.
+            vertices: (V,3) m.
+        """
+        self.costs = costs
+        self.mask = ~np.isfinite(costs)
+        self._all = np.flatnonzero(self.mask)
+        self._columns = np.ascontiguousarray(vertices[self._all].T)
+
+    def near(self, place: np.ndarray, reach: float) -> np.ndarray:
+        """(K,) int64: those within a box around a place (3,), reach (m) along each axis."""
+        found = np.flatnonzero(np.abs(self._columns[0] - np.float32(place[0])) <= reach)
+        for column, value in zip(self._columns[1:], place[1:].tolist()):
+            found = found[np.abs(column[found] - value) <= reach]
+        return self._all[found]
+
+
+def obstacle_points(
+    geometry: MeshGeometry, blocked: Blocked, place: np.ndarray, reach: float
+) -> np.ndarray:
+    """(P,3) m: the rim of what is blocked around a place (3,), as far as `Blocked.near`."""
+    near, topology, vertices = blocked.near(place, reach), geometry.topology, geometry.vertices
+    ends = topology.neighbors[topology.neighbor_places(near)].astype(np.int64)
+    offsets = topology.neighbor_offsets
+    begins = np.repeat(near, (offsets[near + 1] - offsets[near]).astype(np.int64))
+    rim = np.unique(begins[~blocked.mask[ends]])
+    along = np.isin(begins, rim) & np.isin(ends, rim) & (begins < ends)
+    points = [vertices[rim].astype(np.float64)]
     sides = vertices[begins[along]].astype(np.float64), vertices[ends[along]].astype(np.float64)
     pieces = np.ceil(np.linalg.norm(sides[1] - sides[0], axis=1) / _SPACING).astype(np.int64)
     for count in np.unique(pieces[pieces > 1]):

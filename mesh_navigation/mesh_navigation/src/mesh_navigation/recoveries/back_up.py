@@ -16,6 +16,7 @@ from mesh_navigation.base.outcomes import RecoveryOutcome
 from mesh_navigation.base.pose import Pose, rotate, vector_text
 from mesh_navigation.base.progress_watch import ProgressWatch
 from mesh_navigation.base.robot import STOP, Robot, RobotLost, RobotState, Velocity
+from mesh_navigation.body.body import POINT, Body
 from mesh_navigation.body.robot_shape import MAX_DISTANCE
 from mesh_navigation.plugins.recovery import MeshRecovery, RecoveryResult
 from mesh_navigation.surface.face_points import obstacle_at
@@ -123,7 +124,11 @@ class FreePath(NamedTuple):
 
 
 def free_path(
-    mesh_map: MeshMap, start: SurfacePoint, direction: np.ndarray, length: float
+    mesh_map: MeshMap,
+    start: SurfacePoint,
+    direction: np.ndarray,
+    length: float,
+    body: Body = POINT,
 ) -> FreePath:
     """Look straight on over the surface.
 
@@ -135,6 +140,7 @@ def free_path(
         start: where the robot stands.
         direction: (3,), what of it is along the surface counts.
         length: how far to look (m).
+        body: of the robot, whose middle keeps its radius; too near already, it may leave.
     """
     costs = mesh_map.planning_costs().costs
     walk = mesh_map.geometry.walker.walk(start=start, direction=direction, length=length, path=True)
@@ -143,6 +149,9 @@ def free_path(
     along = corners_along(mesh_map.geometry, walk.path)
     free = passable(costs[along.vertices], np.inf)
     first = _first_blocked(free)
+    near = body.obstacles(costs, start.position, length).first_near(walk.path.points)
+    if near is not None and (first is None or near < along.entered[first]):
+        return FreePath(near, f"lethal or unknown ground is within {body.radius:.2f} m of it")
     if first is not None:
         vertex = int(along.vertices[first])
         what = obstacle_at(mesh_map, vertex, float(costs[vertex]), np.inf)
@@ -248,7 +257,7 @@ class BackUp(MeshRecovery):
             return 0.0, RecoveryResult(RecoveryOutcome.FAILURE, text)
         stopping = speed * speed / (2.0 * values["acceleration"]) + 2.0 * speed * PERIOD
         clearance = values["clearance"]
-        found = free_path(self.map, start, -pose.heading, clearance + stopping)
+        found = free_path(self.map, start, -pose.heading, clearance + stopping, self.body)
         if found.length <= clearance and found.obstacle:
             text = (
                 f"{found.length:.2f} m behind the robot (clearance {clearance:.2f} m) "
