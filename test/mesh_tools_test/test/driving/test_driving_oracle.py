@@ -105,6 +105,13 @@ def test_ground_is_blocked_where_the_nearest_corner_is(plane, x, blocked):
     assert found.lethal_distance == pytest.approx(np.hypot(7.0 - x, 0.01), abs=1e-6)
 
 
+def test_a_body_may_come_two_centimeters_nearer_than_its_radius(plane):
+    least = judge(plane, *straight()).lethal_distance
+    assert judged(*straight(), plane, plane.costs, least + 0.019).succeeded
+    verdict = judged(*straight(), plane, plane.costs, least + 0.021)
+    assert "it comes within %.3f m of lethal ground" % least in verdict.fault
+
+
 def test_unknown_ground_is_blocked(plane):
     unknown = np.where(np.isposinf(plane.costs), np.nan, plane.costs)
     verdict = judged(*straight(x=(1.0, 9.0)), plane, unknown)

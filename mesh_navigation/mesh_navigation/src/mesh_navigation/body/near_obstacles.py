@@ -31,6 +31,11 @@ class NearObstacles(NamedTuple):
         offsets = places[:, None] - self.points
         return np.sqrt(np.einsum("npi,npi->np", offsets, offsets).min(axis=1))
 
+    def _within(self, low: np.ndarray, high: np.ndarray) -> "NearObstacles":
+        return self._replace(
+            points=self.points[((self.points >= low) & (self.points <= high)).all(axis=1)]
+        )
+
     def first_near(self, points: np.ndarray) -> Optional[float]:
         """How far it is along a way to where it leads too near (m); None: nowhere.
 
@@ -44,7 +49,8 @@ class NearObstacles(NamedTuple):
         travelled = np.append(0.0, np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum())
         lengths = np.linspace(0.0, travelled[-1], int(travelled[-1] / _STEP) + 2)
         columns = (np.interp(lengths, travelled, points[:, axis]) for axis in range(3))
-        worse = rises(self.keep - self.distances(np.stack(list(columns), axis=1)))
+        near = self._within(points.min(axis=0) - self.keep, points.max(axis=0) + self.keep)
+        worse = rises(self.keep - near.distances(np.stack(list(columns), axis=1)))
         return None if worse is None else float(lengths[worse])
 
 
