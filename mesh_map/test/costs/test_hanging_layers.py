@@ -188,10 +188,102 @@ def test_others_do_not_wait_for_a_layer_that_hangs_as_it_reads(toys):  # noqa: F
     thread = in_thread(mesh_map.refresh_layer, "water")
     toys["ground"] = np.ones(64, np.float32)
     mesh_map.refresh_layer("ground")
-    assert mesh_map.costs[0] == 1 and thread.is_alive()
+    assert mesh_map.costs[0] == 3 and thread.is_alive()
+    assert mesh_map.stale_layers == ("near",)
     Hang.end.set()
     thread.join(WAIT)
-    assert mesh_map.costs[0] == 4
+    assert mesh_map.costs[0] == 4 and mesh_map.stale_layers == ()
+
+
+BOTH = [
+    entry("ground", "data"),
+    entry("obstacles", "data"),
+    entry("near", "hanging reader", ["ground", "obstacles"]),
+    entry("all", "max"),
+]
+
+
+def see(mesh_map, toys, *vertices):  # noqa: F811
+    """Obstacles there, as a cloud has them."""
+    toys["obstacles"] = np.zeros(64, np.float32)
+    toys["obstacles"][list(vertices)] = np.inf
+    mesh_map.refresh_layer("obstacles")
+
+
+def check_as_anew(mesh_map, config):
+    fresh = MeshMap.of(mesh_map.geometry)
+    fresh.compute_layers(config)
+    assert mesh_map.stale_layers == () and mesh_map.fault == ""
+    for name, layer in fresh.layers.items():
+        for found, expected in list(zip(mesh_map.layers[name].result, layer.result))[:2]:
+            assert np.array_equal(found, expected)
+    assert np.array_equal(mesh_map.costs, fresh.costs, equal_nan=True)
+
+
+def test_what_a_sensor_sees_does_not_wait_for_layers_that_are_computed(toys):  # noqa: F811
+    """Another layer has changed, and one that reads both is computed: clouds are in the costs."""
+    toys["ground"] = np.arange(64, dtype=np.float32) / 64
+    mesh_map, told = made(BOTH, timeout=WAIT), []
+    mesh_map.add_listener(told.append)
+    Hang.where = "read"
+    thread = in_thread(mesh_map.set_layer_parameters, "ground", {"scale": 2.0})
+    for vertices in ((20,), (20, 21), (40,)):
+        see(mesh_map, toys, *vertices)
+        assert np.flatnonzero(np.isinf(mesh_map.planning_costs().costs)).tolist() == [*vertices]
+        assert mesh_map.stale_layers == ("near",) and mesh_map.fault == "" and thread.is_alive()
+        assert told[-1][-1].name == "Combined Costs" and vertices[-1] in told[-1][-1].vertices
+    Hang.end.set()
+    thread.join(WAIT)
+    wait_until(lambda: not mesh_map.stale_layers, "the layer that reads both", WAIT)
+    check_as_anew(mesh_map, [dict(BOTH[0], params={"scale": 2.0}), *BOTH[1:]])
+
+
+def test_what_a_sensor_sees_does_not_wait_for_who_reads_it(toys):  # noqa: F811
+    mesh_map = made(BOTH, timeout=WAIT)
+    Hang.where = "read"
+    thread = in_thread(see, mesh_map, toys, 20)
+    assert np.isinf(mesh_map.costs[20]) and mesh_map.stale_layers == ("near", "all")
+    Hang.end.set()
+    thread.join(WAIT)
+    check_as_anew(mesh_map, BOTH)
+
+
+def test_who_changes_a_layer_does_not_wait_for_all_changes_by_others(toys):  # noqa: F811
+    """One that reads it is behind again and again: a thread of its own goes on."""
+    toys["ground"] = np.arange(64, dtype=np.float32) / 64
+    mesh_map = made(BOTH, timeout=WAIT)
+    Hang.where = "read"
+    thread = in_thread(mesh_map.set_layer_parameters, "ground", {"scale": 2.0})
+    see(mesh_map, toys, 20)  # leaves the layer "near" to that thread
+    first, Hang.end = Hang.end, threading.Event()
+    first.set()
+    thread.join(WAIT)
+    assert not thread.is_alive() and Hang.begun.acquire(timeout=WAIT)
+    assert "near" in mesh_map.stale_layers
+    Hang.end.set()
+    wait_until(lambda: not mesh_map.stale_layers, "the layer that reads both", WAIT)
+    check_as_anew(mesh_map, [dict(BOTH[0], params={"scale": 2.0}), *BOTH[1:]])
+
+
+def test_who_keeps_changes_out_evaluates_what_was_left_to_it(toys):  # noqa: F811
+    mesh_map = made(BOTH)
+    entered, go_on = threading.Event(), threading.Event()
+
+    def keep_out():
+        with mesh_map.layer_set.locked(["near"]):
+            entered.set()
+            assert go_on.wait(WAIT)
+        with mesh_map.unchanged():
+            pass
+
+    thread = threading.Thread(target=keep_out, daemon=True)
+    thread.start()
+    assert entered.wait(WAIT)
+    see(mesh_map, toys, 20)
+    assert "near" in mesh_map.stale_layers and np.isinf(mesh_map.costs[20])
+    go_on.set()
+    thread.join(WAIT)
+    check_as_anew(mesh_map, BOTH)
 
 
 def test_what_is_read_of_a_change_that_fails_is_as_before(toys):  # noqa: F811
@@ -253,6 +345,7 @@ def test_changes_from_many_threads_are_as_if_computed_anew(timeout):
     fresh.compute_layers(
         [dict(one, params={**one["params"], **last.get(one["name"], {})}) for one in config]
     )
+    wait_until(lambda: not mesh_map.stale_layers, "what was left to other threads", WAIT)
     assert not mesh_map.fault
     for name, layer in fresh.layers.items():
         assert np.array_equal(

@@ -342,8 +342,8 @@ def test_each_layer_is_given_as_soon_as_it_has_its_result(chain):
 
 
 def test_readers_never_wait_for_a_change(chain):
-    """While a layer is evaluated, everything is as before."""
-    planning, costs = chain.planning_costs(), chain.costs
+    """While a layer is evaluated, what reads it is as before, and said to be stale."""
+    planning, near = chain.planning_costs(), chain.layers["near"].result
     started, go_on, seen = threading.Event(), threading.Event(), []
     layer = chain.layers["near"]
     update = layer.update
@@ -358,11 +358,13 @@ def test_readers_never_wait_for_a_change(chain):
     thread.start()
     assert started.wait(20)
     seen = (chain.planning_costs(), chain.costs, len(chain.planning_costs().edge_weights))
-    assert chain.layers["water"].result.costs[10] == 9 and not chain.told
+    assert chain.layers["water"].result.costs[10] == 4.5 and not chain.told
+    assert "near" in chain.stale_layers and chain.layers["near"].result is near
     go_on.set()
     thread.join(20)
-    assert seen == (planning, costs, chain.topology.edge_count)
+    assert np.array_equal(seen[0].costs, seen[1]) and seen[2] == chain.topology.edge_count
     assert chain.planning_costs() is not planning and told(chain)[0] == ("water", 1)
+    assert chain.stale_layers == ()
 
 
 def test_what_is_saved_belongs_together(chain):

@@ -3,7 +3,7 @@
 import collections
 import logging
 import threading
-from typing import Callable, Deque, List, NamedTuple, Optional, Sequence
+from typing import Callable, Deque, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -82,6 +82,34 @@ class ResultDifference(NamedTuple):
         )
         shown = union([costs, vectors], count)
         return cls(union([shown, different(before.lethal, after.lethal)], count), shown)
+
+
+class ChangesOfThread(threading.local):
+    """What a thread has changed and not told yet."""
+
+    def __init__(self) -> None:
+        self._vertices: Dict[str, List[np.ndarray]] = {}
+        self._before: Dict[str, np.ndarray] = {}
+
+    def add(self, name: str, vertices: np.ndarray, before: Optional[np.ndarray]) -> None:
+        """vertices: (K,) ascending, where costs or vectors differ; before: (V,) the costs before,
+        where nothing else may differ."""
+        if name not in self._vertices and before is not None:
+            self._before[name] = before
+        self._vertices.setdefault(name, []).append(vertices)
+
+    def taken(self, costs: Mapping[str, np.ndarray]) -> List[LayerChange]:
+        """All of it, in the order of `costs`: name -> (V,) of now; without what is as before."""
+        parts, before = self._vertices, self._before
+        self._vertices, self._before = {}, {}
+        changes = []
+        for name in costs:
+            vertices = union(parts.get(name, ()), len(costs[name]))
+            if name in before and len(parts[name]) > 1:
+                vertices = vertices[different(before[name][vertices], costs[name][vertices])]
+            if len(vertices):
+                changes.append(LayerChange(name, vertices, costs[name]))
+        return changes
 
 
 class Listeners:

@@ -40,6 +40,23 @@ StoredCosts = Callable[[str, Mapping[str, Any]], Optional[np.ndarray]]
 OnLayer = Callable[[Layer], None]
 
 
+class Behind(NamedTuple):
+    """What has changed in what a layer reads.
+
+    vertices: (K,) uint32, ascending: where results differ.
+    anew: weights do, or results that are new, so that it is evaluated from nothing.
+    """
+
+    vertices: np.ndarray
+    anew: bool
+
+    def joined(self, other: Optional["Behind"]) -> "Behind":
+        """Both."""
+        if other is None:
+            return self
+        return Behind(np.union1d(self.vertices, other.vertices), self.anew or other.anew)
+
+
 class LayerSet:
     """Layers of a map, what each of them reads, and which of them do not stand.
 
@@ -49,6 +66,8 @@ class LayerSet:
         reads: name -> names of what it reads, whether that has a result or not.
         errors: name -> one line, for the layers that are left out: they have no result.
         stale: name -> one line, for those whose last evaluation failed: with the result before.
+        behind: name -> what has changed in what it reads since it was evaluated; only where
+            something has.
         optional: names of layers that are not required.
         params: name -> the parameters in force; those of the layer itself are others while it is
             evaluated with them.
@@ -73,6 +92,7 @@ class LayerSet:
         self.layers: Dict[str, Layer] = {}
         self.errors = dict(errors)
         self.stale: Dict[str, str] = {}
+        self.behind: Dict[str, Behind] = {}
         self.params = {name: layer.params for name, layer in made.items()}
         self.workers = {name: LayerWorker(name, seconds) for name in made}
         self.logged: Dict[str, float] = {}
@@ -81,20 +101,13 @@ class LayerSet:
         """One that can be changed into what follows it."""
         after = copy.copy(self)
         after.layers, after.params = dict(self.layers), dict(self.params)
+        after.behind = dict(self.behind)
         after.errors, after.stale, after.logged = map(dict, (self.errors, self.stale, self.logged))
         return after
 
-    def with_readers(self, names: Iterable[str]) -> List[str]:
-        """Layers, and all that read them directly or not, in the order of evaluation."""
-        found = set(names)
-        for name in self.made:
-            if not found.isdisjoint(self.reads[name]):
-                found.add(name)
-        return [name for name in self.made if name in found]
-
     @contextlib.contextmanager
     def locked(self, names: Iterable[str]) -> Iterator[None]:
-        """Within, no other thread evaluates these, or changes what they read.
+        """Within, no other thread evaluates these.
 
         Names are in the order of evaluation, and come after those that this thread has locked: so
         nobody waits in a circle. Whoever wants them waits for calls under way, at most as long as

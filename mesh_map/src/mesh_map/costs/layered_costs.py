@@ -10,10 +10,10 @@ from typing import (
     Dict,
     Iterable,
     Iterator,
-    List,
     Mapping,
     NamedTuple,
     Optional,
+    Set,
     Tuple,
 )
 
@@ -25,7 +25,7 @@ from mesh_map.costs.combination import COMBINED_COSTS, Combination
 from mesh_map.costs.edge_weights import PlanningCosts
 from mesh_map.costs.layer import Layer
 from mesh_map.costs.layer_changes import (
-    LayerChange,
+    ChangesOfThread,
     Listener,
     Listeners,
     ResultDifference,
@@ -57,10 +57,11 @@ class LayeredCosts:
     """Cost layers on one geometry, and their combination. All arrays are read-only.
 
     Changes (compute_layers, set_layer_parameters, refresh_layer, clear_layers, set_settings) may be
-    made from any thread. Those that have layers to evaluate in common are made one after the other;
-    others do not wait for each other. All else may be read meanwhile, never waits, and is as it was
-    before the change until the change is complete; only `params` of the layer in question are new
-    while it is evaluated.
+    made from any thread. Those of one layer are made one after the other; others do not wait for
+    each other. All else may be read meanwhile, and never waits. Each layer comes into force as soon
+    as it is evaluated, and those that read it, one after the other, behind it: until then,
+    `stale_layers` names them. A change returns when that is done, or another thread does it. Only
+    `params` of the layer in question are new while it is evaluated.
 
     Attributes:
         geometry: the mesh; may be shared with other maps.
@@ -76,6 +77,7 @@ class LayeredCosts:
         self._lock = threading.RLock()  # of the state: held for moments
         self._computing = threading.Lock()
         self._listeners = Listeners()
+        self._changes = ChangesOfThread()
         combination = Combination([], len(geometry.vertices))
         settings = MapSettings()
         planning = PlanningCosts(0, combination.costs, geometry, settings)
@@ -113,6 +115,12 @@ class LayeredCosts:
         whose last evaluation failed or hangs (they have the result before), that get no data, or
         whose data are not current."""
         return {**self._gaps(), **self._lasting_failures()}
+
+    @property
+    def stale_layers(self) -> Tuple[str, ...]:
+        """Names of layers whose inputs are newer than they are: they are being evaluated, or will
+        be next. All else is in the costs already, and what stale layers said before."""
+        return tuple(self._state.layer_set.behind)
 
     @property
     def fault(self) -> str:
@@ -204,13 +212,12 @@ class LayeredCosts:
             if progress:
                 progress(1.0, "done")
             with self._lock:
-                changes = []
+                shown = {}
                 for name, layer in layer_set.layers.items():
                     known = self.layers[name].result if name in self.layers else None
-                    vertices = ResultDifference.between(known, layer.result).shown
-                    changes.append(LayerChange(name, vertices, layer.result.costs))
+                    shown[name] = ResultDifference.between(known, layer.result).shown
                 self._without_data, self._data_watches = {}, {}
-                self._commit(layer_set, self.settings, changes)
+                self._commit(layer_set, self.settings, shown)
 
     def set_layer_parameters(self, name: str, values: Mapping[str, Any]) -> Dict[str, Value]:
         """Changes parameters of a layer, and evaluates it and those that read it where needed.
@@ -237,7 +244,7 @@ class LayeredCosts:
                 try:
                     propagation = Propagation(self)
                     propagation.parameters_changed(name, changed)
-                    self._follow(propagation)
+                    self._put_in_force(propagation)
                 except BaseException as error:
                     layer.params = before
                     if isinstance(error, MeshMapError) or not isinstance(error, PLUGIN_FAILURES):
@@ -257,10 +264,10 @@ class LayeredCosts:
             self._layer(name)
             propagation = Propagation(self)
             try:
-                propagation.update(name, np.zeros(0, np.uint32))
+                propagation.update(name)
             except PLUGIN_FAILURES as error:
                 propagation.fail(name, error)
-            self._follow(propagation)
+            self._put_in_force(propagation)
 
     def set_without_data(self, name: str, reason: str) -> None:
         """Notes why a layer gets no data of sensors, so that it does not stand; "": it does."""
@@ -290,19 +297,17 @@ class LayeredCosts:
         counts: Dict[str, int] = {}
         asked = [self._layer(name) for name in (self.layers if names is None else names)]
         layers = [layer for layer in asked if layer.can_be_cleared()]
-        with self._change(), self._locked(
-            self.layer_set.with_readers(layer.name for layer in layers)
-        ):
+        with self._change(), self._locked(layer.name for layer in layers):
             propagation = Propagation(self)
             for layer in layers:
                 try:
                     worker = self.layer_set.workers[layer.name]
                     count = int(worker.call(layer.clear))
-                    propagation.update(layer.name, np.zeros(0, np.uint32))
+                    propagation.update(layer.name)
                     counts[layer.name] = count
                 except PLUGIN_FAILURES as error:
                     propagation.fail(layer.name, error)
-            self._follow(propagation)
+            self._put_in_force(propagation)
         return counts
 
     def set_settings(self, **values: Any) -> MapSettings:
@@ -326,7 +331,7 @@ class LayeredCosts:
             for warning in warnings:
                 _LOG.warning("%s", warning)
             if settings != self.settings:
-                self._commit(self._state.layer_set, settings, [])
+                self._commit(self._state.layer_set, settings, {})
         return settings
 
     @contextlib.contextmanager
@@ -335,31 +340,49 @@ class LayeredCosts:
 
         Waits for layers that are being evaluated.
         """
-        with self._locked(self.layer_set.made), self._lock:
+        try:
+            with self._locked(self.layer_set.made), self._lock:
+                yield
+        finally:
+            if self.stale_layers and self not in _CHANGING.get():
+                with self._change():
+                    pass  # what others have left to this thread
+
+    @contextlib.contextmanager
+    def between_changes(self) -> Iterator[None]:
+        """Within, nothing comes into force: for moments."""
+        with self._lock:
             yield
 
     @contextlib.contextmanager
     def _locked(self, names: Iterable[str]) -> Iterator[None]:
         """See LayerSet.locked(); what is no layer is left alone."""
-        names = list(names)
+        names = set(names)
         while True:
             layer_set = self.layer_set
-            with layer_set.locked(name for name in names if name in layer_set.made):
+            with layer_set.locked(name for name in layer_set.made if name in names):
                 if self.layer_set.made is layer_set.made:
                     yield
                     return
 
     @contextlib.contextmanager
     def _change(self) -> Iterator[None]:
-        """No change from within another one, and listeners are told of it."""
+        """No change from within another one; then layers that read what has changed are evaluated,
+        and listeners are told."""
         if self in _CHANGING.get():
             raise MeshMapError("the map cannot be changed by what a change of it has called")
         token = _CHANGING.set((*_CHANGING.get(), self))
         try:
-            yield
+            try:
+                yield
+            finally:
+                self._catch_up()
         finally:
             _CHANGING.reset(token)
-        self._listeners.tell()
+            with self._lock:
+                costs = {name: layer.result.costs for name, layer in self.layers.items()}
+                self._listeners.put(self._changes.taken({**costs, COMBINED_COSTS: self.costs}))
+            self._listeners.tell()
 
     def add_listener(self, listener: Listener) -> None:
         """Calls listener(changes) after each change of costs, in the order of the changes.
@@ -383,24 +406,58 @@ class LayeredCosts:
             raise MeshMapError("there is no layer %s" % name, known)
         return made[name]
 
-    def _follow(self, propagation: Propagation) -> None:
-        """What follows from the change of layers; all of it comes into force, or nothing."""
-        with self._locked(self.layer_set.with_readers(propagation.changed_layers())):
-            propagation.follow()
-            results = propagation.results
-            changes = [
-                LayerChange(name, propagation.differences[name].shown, results[name].costs)
-                for name in results
-                if name in propagation.differences
-            ]
-            with self._lock:
-                self._commit(self.layer_set, self.settings, changes, propagation)
+    def _put_in_force(self, propagation: Propagation) -> None:
+        """A change of layers, at once; those who read them are behind from then on."""
+        with self._lock:
+            shown = {name: found.shown for name, found in propagation.differences.items()}
+            self._commit(self.layer_set, self.settings, shown, propagation)
+
+    def _catch_up(self) -> None:
+        """Evaluates layers that are behind, in their order.
+
+        Those that another thread holds are left to it: it looks here when it has let them go. Where
+        others change what is read so often that this would not come to an end, a thread of its own
+        goes on.
+        """
+        done: Set[str] = set()
+        while True:
+            layer_set = self.layer_set
+            workers, behind = layer_set.workers, layer_set.behind
+            names = (name for name in layer_set.made if name in behind)
+            name = next((one for one in names if workers[one].lock.acquire(blocking=False)), "")
+            if not name:
+                return
+            try:
+                if name not in done:
+                    self._evaluate_behind(layer_set, name)
+            finally:
+                workers[name].lock.release()
+            if name in done:
+                threading.Thread(target=self._go_on, name="layers", daemon=True).start()
+                return
+            done.add(name)
+
+    def _evaluate_behind(self, layer_set: LayerSet, name: str) -> None:
+        if name not in self.layer_set.behind:
+            return  # another thread was quicker
+        propagation = Propagation(self)
+        try:
+            propagation.update(name)
+        except PLUGIN_FAILURES as error:
+            propagation.fail(name, error)
+        with self._lock:
+            if self.layer_set.made is layer_set.made:  # else all layers have been replaced
+                self._put_in_force(propagation)
+
+    def _go_on(self) -> None:
+        with self._change():
+            pass
 
     def _commit(
         self,
         layer_set: LayerSet,
         settings: MapSettings,
-        changes: List[LayerChange],
+        shown: Mapping[str, np.ndarray],
         propagation: Optional[Propagation] = None,
     ) -> None:
         """Combines the layers, puts the new state in force, and has listeners told of it."""
@@ -423,9 +480,9 @@ class LayeredCosts:
         terms = [(results[name], factor) for name, factor in factors.items()]
         combination = Combination(terms, count, mode, before, changed_results)
         changed = different(before.costs, combination.costs).astype(np.uint32)
-        changes = [change for change in changes if len(change.vertices)]
-        if len(changed):
-            changes.append(LayerChange(COMBINED_COSTS, changed, combination.costs))
+        for name, vertices in shown.items():
+            self._changes.add(name, vertices, None)
+        self._changes.add(COMBINED_COSTS, changed, before.costs)
         planning = state.planning
         if len(changed) or settings != state.settings:
             same_weights = (planning, changed) if settings == state.settings else ()
@@ -433,7 +490,6 @@ class LayeredCosts:
                 planning.version + 1, combination.costs, self.geometry, settings, *same_weights
             )
         self._state = _State(layer_set, settings, combination, combined, planning)
-        self._listeners.put(changes)
 
 
 def _looked(look: Callable[[], str]) -> str:

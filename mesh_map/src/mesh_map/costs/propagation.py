@@ -1,26 +1,27 @@
-"""Evaluation of those layers that a change concerns."""
+"""A change of a layer: evaluated, put in force, and noted for those who read it."""
 
 import logging
 import math
 import time
-from typing import TYPE_CHECKING, Any, Dict, Mapping, Set
+from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional, Set
 
 import numpy as np
 
-from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
+from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.costs.layer import LayerInput, LayerResult, checked
 from mesh_map.costs.layer_changes import ResultDifference, union
-from mesh_map.costs.layer_set import LayerSet, as_input
+from mesh_map.costs.layer_set import Behind, LayerSet, as_input
 
 if TYPE_CHECKING:
     from mesh_map.map.mesh_map import MeshMap
 
 _LOG = logging.getLogger("mesh_map")
 FAILURE_PERIOD = 10.0  # seconds, in which the failures of a layer are logged once
+_NOTHING = Behind(np.zeros(0, np.uint32), False)
 
 
 class Propagation:
-    """A change of one layer, and what follows from it; nothing is in force before commit().
+    """A change of a layer, or a few; nothing is in force before commit().
 
     Attributes:
         differences: name -> where it differs from the result before; only where it does.
@@ -30,6 +31,7 @@ class Propagation:
         """Args: the map. Whoever calls the methods has locked the layers in question."""
         self._mesh_map = mesh_map
         self._made = mesh_map.layer_set.made
+        self._behind: Dict[str, Optional[Behind]] = {}  # that is made up for
         self._failed: Dict[str, str] = {}
         self._params: Dict[str, Mapping[str, Any]] = {}
         self._weights: Set[str] = set()
@@ -58,6 +60,7 @@ class Propagation:
         if not changed.isdisjoint(("combination_weight", "enabled")):
             self._weights.add(name)
         if not layer.params["enabled"]:
+            self._take(name)
             self._put(name, LayerResult.free(len(self._mesh_map.vertices)), {})
             return
         declared = [parameter for parameter in layer.PARAMETERS if parameter.name in changed]
@@ -70,7 +73,7 @@ class Propagation:
     def compute(self, name: str) -> None:
         """Evaluates a layer from nothing. What it raises leaves it as it was."""
         layer = self._set.made[name]
-        inputs = self._inputs(name)
+        inputs = self._take(name)
 
         def evaluate() -> LayerResult:
             layer.announce(self._mesh_map.geometry)
@@ -78,28 +81,29 @@ class Propagation:
 
         self._put(name, self._set.workers[name].call(evaluate), inputs)
 
-    def update(self, name: str, changed: np.ndarray) -> None:
-        """Evaluates a layer whose inputs, or own data, have changed, if it is enabled.
+    def update(self, name: str) -> None:
+        """Evaluates a layer whose own data have changed, or that is behind, if it is enabled.
 
         Errors as for compute().
         """
         layer = self._set.made[name]
+        inputs = self._take(name)
         if not layer.params["enabled"]:
             return
-        before = self.results.get(name)
-        if self._has_failed(name) or before is None:
+        before, behind = self.results.get(name), self._behind[name] or _NOTHING
+        if self._has_failed(name) or before is None or behind.anew:
             self.compute(name)
             return
-        inputs = self._inputs(name)
         returned = self._set.workers[name].call(
-            lambda: layer.update(self._mesh_map, inputs, changed, before)
+            lambda: layer.update(self._mesh_map, inputs, behind.vertices, before)
         )
         self._put(name, checked(returned, len(before.costs)), inputs)
 
     def _reuse(self, name: str) -> None:
         """Takes the costs as they are, with other parameters. Errors as for compute()."""
         layer, before = self._set.made[name], self.results[name]
-        inputs = self._inputs(name)
+        with self._mesh_map.between_changes():
+            inputs = self._inputs(name)
         reused = None
         if not self._has_failed(name):
             reused = self._set.workers[name].call(
@@ -114,22 +118,6 @@ class Propagation:
         """Notes that a layer could not be evaluated: it keeps the result before, if it has one."""
         self._failed[name] = error_line(error)
 
-    def follow(self) -> None:
-        """Evaluates all layers that read what has changed, in their order."""
-        for name, layer in self._set.made.items():
-            read = self._set.reads[name]
-            weights = layer.READS_WEIGHTS and not self._weights.isdisjoint(read)
-            changed = [self.differences[other].read for other in read if other in self.differences]
-            if not self._set.params[name]["enabled"] or not (changed or weights):
-                continue
-            try:
-                if weights:
-                    self.compute(name)
-                else:
-                    self.update(name, union(changed, len(self._mesh_map.vertices)))
-            except PLUGIN_FAILURES as error:
-                self.fail(name, error)
-
     def commit(self) -> LayerSet:
         """Gives the layers their new results, and logs failures; returns the layers as they are
         then. No other change may be committed meanwhile."""
@@ -143,20 +131,36 @@ class Propagation:
                 after.logged.pop(name, None)
                 _LOG.info("layer %s is up to date again", name)
         after.layers = {name: one for name, one in after.made.items() if one.result is not None}
+        self._note_who_is_behind(after)
         for name, reason in self._failed.items():
             stands = name in after.layers
             (after.stale if stands else after.errors)[name] = reason
             _log_failure(after.logged, name, reason, stands)
         return after
 
-    def changed_layers(self) -> Set[str]:
-        """Names of layers that others read anew."""
-        return self._weights.union(self.differences)
-
     def changed_vertices(self) -> np.ndarray:
         """(K,) ascending: where any result differs in anything."""
         changed = [difference.read for difference in self.differences.values()]
         return union(changed, len(self._mesh_map.vertices))
+
+    def _note_who_is_behind(self, after: LayerSet) -> None:
+        for name, behind in self._behind.items():
+            if after.behind.get(name) is behind:
+                after.behind.pop(name, None)  # else more has changed since it was taken
+        changed = self._weights.union(self.differences)
+        for name, layer in self._made.items():
+            read = changed.intersection(after.reads[name])
+            anew = layer.READS_WEIGHTS and not self._weights.isdisjoint(read)
+            parts = [self.differences[other].read for other in read if other in self.differences]
+            if after.params[name]["enabled"] and (parts or anew):
+                more = Behind(union(parts, len(self._mesh_map.vertices)), anew)
+                after.behind[name] = more.joined(after.behind.get(name))
+
+    def _take(self, name: str) -> Dict[str, LayerInput]:
+        """What a layer reads, to evaluate it: then it is not behind any more."""
+        with self._mesh_map.between_changes():
+            self._behind[name] = self._set.behind.get(name)
+            return self._inputs(name)
 
     def _inputs(self, name: str) -> Dict[str, LayerInput]:
         inputs = self._set.inputs_of(name, self.results)

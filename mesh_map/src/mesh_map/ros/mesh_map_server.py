@@ -279,11 +279,12 @@ class MeshMapServer:
             return Status(WARN, "the map is being loaded: " + doing)
         if mesh_map is None or source is None or not done:
             return Status(ERROR, self._why_not)
-        failures = mesh_map.layer_failures
+        failures, stale = mesh_map.layer_failures, mesh_map.stale_layers
         values = {"file": source.path, "uuid": mesh_map.uuid, "faces": len(mesh_map.faces)}
         for name, layer in mesh_map.layers.items():
             enabled = layer.params["enabled"]
-            values["layer " + name] = failures.get(name, "stands" if enabled else "not enabled")
+            stands = "stands, but its inputs are newer" if name in stale else "stands"
+            values["layer " + name] = failures.get(name, stands if enabled else "not enabled")
         for name, reason in failures.items():
             values.setdefault("layer " + name, reason)
         if mesh_map.fault:

@@ -72,6 +72,12 @@ def test_clouds_meet_the_map(world):
     assert marked > 10 and np.isposinf(made.costs).sum() > 10
 
 
+def test_clouds_are_measured_while_a_layer_is_computed(world):
+    figures = changing.meanwhile(world, 1)
+    assert [figure.peer for figure in figures] == ["without that"] * 2
+    assert 0 < figures[0].value <= figures[1].value
+
+
 def test_a_map_with_stored_layers_computes_none(world, tmp_path):
     path = str(tmp_path / "map.h5")
     starting.stored_map(world, path)

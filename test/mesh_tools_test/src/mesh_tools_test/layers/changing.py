@@ -1,6 +1,9 @@
 """Times of what follows from a change on a map in use."""
 
 import itertools
+import threading
+import time
+from statistics import median
 from typing import Any, Callable, Dict, List, Tuple
 
 import numpy as np
@@ -128,7 +131,52 @@ def obstacles(world: World, repeats: int) -> List[Figure]:
     return found
 
 
+def meanwhile(world: World, repeats: int) -> List[Figure]:
+    """Clouds while roughness at 1 m is computed anew, and what reads both: until marks are in the
+    costs, the median and the longest, beside the same without that."""
+    geometry = world.fresh_geometry()
+    geometry.spatial_index.wait_for_device()
+    config = [
+        layer("roughness", "Roughness", radius=0.9, threshold=1.2),
+        layer("obstacle", "Obstacle", robot_height=1.5, topic="points"),
+        layer("inflation", "Inflation", inscribed_radius=0.3, inflation_radius=0.8),
+    ]
+    mesh_map = map_with(geometry, config)
+    both, origin = clouds(mesh_map)
+    stamps = itertools.count(1.0)
+    obstacle = mesh_map.layers["obstacle"]
+
+    def see() -> float:
+        """Milliseconds until a cloud is in the costs."""
+        stamp, before = next(stamps), mesh_map.costs
+        begin = time.perf_counter()
+        obstacle.insert_cloud(mesh_map, both[int(stamp) % 2], origin, stamp)
+        refresh = threading.Thread(target=mesh_map.refresh_layer, args=("obstacle",))
+        refresh.start()
+        while mesh_map.costs is before:
+            time.sleep(0.001)
+        passed = time.perf_counter() - begin
+        refresh.join()
+        return 1000.0 * passed
+
+    see()
+    alone = [see() for _ in range(max(repeats, 4))]
+    change = threading.Thread(
+        target=mesh_map.set_layer_parameters, args=("roughness", {"radius": 1.0})
+    )
+    change.start()
+    during = [see()]
+    while change.is_alive():
+        during.append(see())
+    peer = "without that"
+    return [
+        Figure("cloud while roughness is computed", median(during), "ms", peer, median(alone)),
+        Figure("  the longest of %d" % len(during), max(during), "ms", peer, max(alone)),
+    ]
+
+
 PARTS: Dict[str, Callable[[World, int], List[Figure]]] = {
     "changes": changes,
     "obstacles": obstacles,
+    "meanwhile": meanwhile,
 }
