@@ -23,7 +23,7 @@ from mesh_tools_test.faults.verdicts import Run
 SILENCE = 0.3  # s without the server, from which on it is a fault
 AT_X = 3.0  # m, where the robot then is
 NEARER = 0.02  # m that the robot may come nearer to a wall than its radius
-SEEN = 0.5  # s that may pass until the robot brakes before a wall
+SEEN = 0.5  # s of driving, after which the robot can still brake before a wall
 _LONGEST, _AFTER = 5.0, 0.5  # s: how long a stop is waited for, and looked at
 
 
@@ -53,7 +53,8 @@ def run(stage: Stage, case: Case) -> Run:
         stage.wait(lambda: goal.answer or is_under_way(stage), None)
         if goal.answer or not is_under_way(stage):
             why = goal.message or "no answer"
-            return Run(math.inf, 0, 0.0, goal.answer, "the drive did not begin: " + why)
+            remark = "the drive did not begin: " + why
+            return Run(math.inf, 0, 0.0, goal.answer, goal.message, remark)
         with case.happen(stage) as fault:
             if case.outlasts:
                 stage.wait(lambda: goal.answer, None)
@@ -69,7 +70,7 @@ def run(stage: Stage, case: Case) -> Run:
     stop = stage.record.stop_after(fault.begin)
     moves = stage.record.moves_between(stop, fault.end)
     room = stage.room(begin) + NEARER
-    return Run(stop - fault.begin, moves, room, answer)
+    return Run(stop - fault.begin, moves, room, answer, goal.message)
 
 
 def is_under_way(stage: Stage) -> bool:
@@ -153,8 +154,11 @@ def layer_fails(stage: Stage) -> Iterator[Fault]:
 @contextlib.contextmanager
 def wall_appears(stage: Stage) -> Iterator[Fault]:
     speed, braking = stage_ros.SPEED, stage_ros.SPEED / stage_ros.ACCELERATION
-    stage.put_wall(RADIUS + speed * braking / 2 + speed * SEEN)
-    yield Fault(time.monotonic() + braking)
+    stage.put_wall(RADIUS + speed * SEEN + speed * braking / 2)
+    # When who uses all of that room stands; who keeps more of it may still look for another path.
+    fault = Fault(time.monotonic() + SEEN + braking)
+    fault.end = fault.begin
+    yield fault
 
 
 def _noted(path: Path) -> float:

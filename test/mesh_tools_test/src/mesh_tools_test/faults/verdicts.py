@@ -18,6 +18,8 @@ class Run(NamedTuple):
     """m, between the robot and what it could hit, at the least; below 0 it has hit it."""
     answer: str
     """Outcome of the goal; empty if none came."""
+    message: str = ""
+    """What came with the answer."""
     remark: str = ""
     """Why the fault could not be tried; all else says nothing then."""
 
