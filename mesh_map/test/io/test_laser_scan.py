@@ -35,9 +35,10 @@ def test_ranges_that_say_nothing():
     assert scan_points(scan([INF], range_max=INF), inf_is_valid=True)[1].shape == (0, 3)
 
 
-def test_a_scan_without_rays():
-    met, free = scan_points(scan([]), inf_is_valid=True)
-    assert met.shape == free.shape == (0, 3)
+@pytest.mark.parametrize("ranges", [[], [NAN, NAN]])
+def test_a_blind_scanner(ranges):
+    with pytest.raises(MeshMapError, match="none of the %d ranges" % len(ranges)):
+        scan_points(scan(ranges), inf_is_valid=True)
 
 
 @pytest.mark.parametrize(

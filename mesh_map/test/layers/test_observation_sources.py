@@ -61,8 +61,18 @@ def test_without_an_expected_rate_it_is_as_it_was():
     assert layer.marked_faces.tolist() == [1]
 
 
-@pytest.mark.parametrize("points", [[], np.zeros((0, 3)), [[NAN, 0, 0]], [[0, math.inf, 0]]])
-def test_a_cloud_without_points_is_no_sign_of_life(points):
+@pytest.mark.parametrize("points", [[], np.zeros((0, 3))])
+def test_an_empty_cloud_says_that_nothing_is_there(points):
+    mesh_map, layer = floor_map(), ObstacleLayer("o", {"topic": "points", "decay": 2.0})
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 2.0)
+    layer.insert_cloud(mesh_map, points, EYE, 2.9)
+    assert layer.silence(3.9) == ""
+    layer.insert_cloud(mesh_map, points, EYE, 3.9)
+    assert layer.decay(4.5) == 1 and layer.silence(4.5) == ""
+
+
+@pytest.mark.parametrize("points", [[[NAN, 0, 0]], [[0, math.inf, 0]]])
+def test_a_blind_sensor_is_silent(points):
     mesh_map, layer = floor_map(), ObstacleLayer("o", {"topic": "points", "decay": 2.0})
     layer.insert_cloud(mesh_map, points, EYE, 1.0)
     assert layer.silence(1.0)

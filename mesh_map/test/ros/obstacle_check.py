@@ -249,8 +249,10 @@ class Obstacles(unittest.TestCase):
         self.assertEqual(said, [("clouds from /eight cannot be used", str(back))])
         self.assertIn("topic eight yet", adapter._silence())
         self.assertIn(str(back), adapter._silence())
-        adapter._on_message(cloud([]), "")
+        adapter._on_message(cloud([[np.nan] * 3]), "")
         self.assertIn("no point of it is finite", adapter._silence())
+        adapter._on_message(cloud([]), "")  # a sensor that sees nothing
+        self.assertEqual((layer.marked_faces.tolist(), adapter._silence()), ([], ""))
         adapter._on_message(cloud(self.to_laser([LEFT])), "")
         self.assertEqual((seen, len(said), adapter._silence()), ([[1]], 2, ""))
 
@@ -294,7 +296,7 @@ class Obstacles(unittest.TestCase):
         back = LaserScan(angle_min=np.pi, angle_increment=0.1, range_min=0.1, range_max=30.0)
         back.header.frame_id, back.ranges = "laser", [np.nan]
         self.send(scans, back)
-        self.assertTrue(wait_until(lambda: "no point of it is finite" in adapter._silence()))
+        self.assertTrue(wait_until(lambda: "none of the 1 ranges" in adapter._silence()))
         back.ranges = [np.inf]  # nothing in that direction
         self.send(scans, back)
         self.assertTrue(wait_until(lambda: layer.marked_faces.tolist() == [1]), seen)

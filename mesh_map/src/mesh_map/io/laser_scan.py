@@ -19,13 +19,15 @@ def scan_points(message: Any, inf_is_valid: bool = False) -> Tuple[np.ndarray, n
     Returns:
         (N, 3) and (K, 3) float64 meters, in the frame of the scan.
     Raises:
-        MeshMapError: angles or limits that make no scan.
+        MeshMapError: angles or limits that make no scan, or nothing but NaN: the sensor is blind.
     """
     first, step = float(message.angle_min), float(message.angle_increment)
     nearest, farthest = float(message.range_min), float(message.range_max)
     ranges = np.asarray(message.ranges, np.float64)
     if not (math.isfinite(first) and math.isfinite(step) and (step or len(ranges) < 2)):
         raise MeshMapError("the scan has angles from %g rad, %g rad apart" % (first, step))
+    if np.isnan(ranges).all():  # also where there are none
+        raise MeshMapError("none of the %d ranges of the scan is a number" % len(ranges))
     if not 0.0 <= nearest < farthest:
         raise MeshMapError("the scan has ranges from %g to %g m" % (nearest, farthest))
     angles = first + step * np.arange(len(ranges))

@@ -221,8 +221,8 @@ class ObstacleLayer(Layer):
         Args:
             mesh_map: of the layer.
             points: (N, 3) meters, in the frame of the map; those that are not finite are counted
-                and nothing else. A cloud without others does not count as one by which the source
-                is heard.
+                and nothing else. If none is, the source is blind, and not heard by it; an empty
+                cloud says that nothing is there.
             origin: (3,), of the sensor, in that frame.
             stamp: seconds, of any one clock. If it is set back, marks count as seen then.
             down: (3,), where the surface is from an obstacle; None for below, as the map sees it.
@@ -263,7 +263,7 @@ class ObstacleLayer(Layer):
             own, count = self._marks_of(mesh_map, source), self._mark_count()
             for marks in self._marks.values():
                 marks.set_back(stamp)
-            if len(free) or found.finite.any():
+            if len(free) or not len(points) or found.finite.any():
                 silent = self._watch(source).spoke(stamp, sensor.expected_update_rate)
                 own.postpone(silent)
             if sensor.observation_persistence < 0:

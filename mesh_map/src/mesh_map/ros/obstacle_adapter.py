@@ -141,7 +141,7 @@ class ObstacleAdapter(RosAdapter):
             return
         with np.errstate(over="ignore", invalid="ignore"):
             points, free = (given @ rotation.T + translation for given in (points, free))
-        if not (len(free) or np.isfinite(points).all(axis=1).any()):
+        if len(points) and not (len(free) or np.isfinite(points).all(axis=1).any()):
             self._refuse(source, _NOTHING)
         robot, now = self._robot(stamp), rospy.get_time()
         more = {"source": name, "free": free, "robot": robot, "down": down}

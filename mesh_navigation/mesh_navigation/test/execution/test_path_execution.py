@@ -242,6 +242,16 @@ def test_a_gap_that_takes_too_long():
     assert {velocity for _, velocity in world.robot.commands} == {STOP}
 
 
+def test_a_lost_pose_says_more_than_the_gap_that_it_makes():
+    gap = [""]
+    world = World(map_gap=lambda: gap[-1], tf_timeout=2.0, controller_patience=1.5)
+    world.later(1.0, lambda: (lose(world), gap.append("layer obstacles: no transform")))
+    result = world.run()
+    assert result.outcome == ExePathOutcome.TF_ERROR and "tf_timeout" in result.message
+    said = {cycle.outcome for cycle in world.cycles}
+    assert ExePathOutcome.MAP_ERROR not in said
+
+
 def lose(world, why="no transform"):
     world.robot.lost = why
 

@@ -241,13 +241,14 @@ class PathExecution:
             return _Step(refusal.outcome, refusal.message)
         values = self._values()
         gap = self._map_gap()
-        if gap:
-            return self._without_map(gap, now, values["controller_patience"])
-        self._whole = now
+        if not gap:
+            self._whole = now
         try:
             state = self._robot.state()
-        except RobotLost as lost:
+        except RobotLost as lost:  # which is why sensors may say nothing, too
             return self._lost(str(lost), now, values["tf_timeout"])
+        if gap:
+            return self._without_map(gap, now, values["controller_patience"])
         self._seen, self._pose = max(self._seen, min(now, state.time)), state.pose
         self._robot.trail.add(state.pose)
         command = self._ask(controller, state, values, cancellation)
