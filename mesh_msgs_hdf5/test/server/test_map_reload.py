@@ -1,9 +1,13 @@
 """A file that is replaced while the server starts, which takes its time on a busy machine."""
+import threading
+
 import genpy
+import numpy as np
 import pytest
 import rospy
 from server_samples import everything
 
+from mesh_msgs_hdf5.files.save import stamp
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.server import map_topics_ros
 from mesh_msgs_hdf5.server.map_loading import load
@@ -67,6 +71,55 @@ def test_it_is_told_and_loaded_anew(tmp_path, logged):
     assert everything(2).uuid in text and "serving" in text
     for served in maps:
         served.labels.close()
+
+
+def test_what_the_server_saves_is_no_change_of_others(tmp_path, logged):
+    """However long it takes from the new file to the end of saving."""
+    path = tmp_path / "a.h5"
+    MapFile.write(path, everything(1))
+    maps = MapRegistry()
+    (served,), _ = load(MapRequest(str(path)), genpy.Time(1), {}, False)
+    maps.add(served)
+    published = _Heard()
+    published.publish_map = published.publish
+    reload = MapReload(maps, published, MapProgress(), {}, False)
+    looked = threading.Semaphore(0)
+
+    def look():
+        for _ in range(4):
+            looked.release()
+            reload.look()
+
+    looks = threading.Thread(target=look)
+    with served._saving:
+        MapFile(path).write_layers({"mine": (np.ones(12, np.float32), None)})
+        looks.start()
+        for _ in range(2):  # The second one sees that the file is another one.
+            looked.acquire()
+        looks.join(0.5)
+        assert looks.is_alive()
+        served.saved_stamp = stamp(path)
+    looks.join(60)
+    assert not looks.is_alive() and not published.published
+    MapFile(path).write_layers({"theirs": (np.ones(12, np.float32), None)})
+    for _ in range(2):
+        reload.look()
+    assert len(published.published) == 1 and list(maps) == [served] and not logged
+    served.labels.close()
+
+
+def test_a_file_that_is_gone_takes_nothing_from_subscribers(tmp_path, logged):
+    path = tmp_path / "a.h5"
+    MapFile.write(path, everything(1))
+    (served,), _ = load(MapRequest(str(path)), genpy.Time(1), {}, False)
+    topics = MapServerTopics(_Heard())
+    topics.publish_map(served)
+    forgotten = []
+    topics.forget_map = forgotten.append
+    path.rename(tmp_path / "away.h5")
+    topics.publish_map(served)
+    assert not forgotten and "no such file" in logged[-1]
+    served.labels.close()
 
 
 def test_one_that_stays_is_not_loaded_anew(tmp_path, logged):

@@ -24,7 +24,7 @@ def query_counts() -> Dict[str, Dict[str, int]]:
 
     Back ends are native and opencl; queries ray, closest_point, sphere, frustum (boxes, too) and
     lasso; each ray or point of a batch counts. Of a batch that went to a device, what that left
-    undecided counts as native besides.
+    undecided counts as native besides. Those by which a device was measured count, too.
     """
     return _kernels._query_counts()
 

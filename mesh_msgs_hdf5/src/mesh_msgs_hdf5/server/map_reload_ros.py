@@ -47,7 +47,7 @@ class MapReload:
             path = served.path
             # the same at two looks: nobody is writing it
             if now[path] != self._known.get(path) and now[path] == self._before.get(path):
-                if now[path] != served.saved_stamp:
+                if served.is_changed(now[path]):
                     self._look_at(served)
         settled = {path for path in now if now[path] == self._before.get(path)}
         self._known = {path: (now if path in settled else self._known).get(path) for path in now}
@@ -85,7 +85,6 @@ class MapReload:
         if isinstance(source, MeshMembers):
             with overlay.lock:
                 overlay.source = source
-        self._topics.forget_map(served)
         self._topics.publish_map(served)
         self._progress.serves(served)
         text = "%s has been changed by another program: now %s"

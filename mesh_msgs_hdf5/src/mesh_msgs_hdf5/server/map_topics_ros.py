@@ -36,12 +36,14 @@ class MapServerTopics:
         self._featureless: List[ServedMap] = []
 
     def publish_map(self, served: ServedMap) -> None:
-        """Everything that is published at the start; what cannot be read is a log line."""
+        """Everything that is published at the start, in the place of what was before; what cannot
+        be read is a log line, and where nothing can be, what was published stays."""
         try:
             members = _members(served)
         except MapFileError as error:  # It has just been replaced.
             rospy.logerr("%s", one_line("%s cannot be published: %s" % (served.name, error)))
-            members = []
+            return
+        self.forget_map(served)
         for member, key in members:
             self._publish(served, member, key)
         self._featureless.append(served)

@@ -134,6 +134,12 @@ class ServedMap:
             self.overlay.saved(ready)
             return summary(ready), waits
 
+    def is_changed(self, found: Any) -> bool:
+        """Whether another program left the file with this stamp, and has not touched it since;
+        waits for a save that is under way."""
+        with self._saving:
+            return found != self.saved_stamp and found == file_stamp(self.path)
+
     def fold_labels(self) -> Tuple[str, str]:
         """Put the label edits into the file; as save(): "3 labels", and nothing has to wait."""
         with self._saving:

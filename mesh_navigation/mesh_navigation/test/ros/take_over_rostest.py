@@ -37,7 +37,7 @@ class Patient(Told):
 class Fakes:
     """A map that is there, with one controller; as gate, map, list and ready-made plugins."""
 
-    frame_id, names = "map", ["told"]
+    frame_id, names, gap = "map", ["told"], ""
 
     def __init__(self):
         self.arrived, self.ready = threading.Event(), threading.Event()
@@ -52,7 +52,7 @@ class Fakes:
 
     why_not = choose
 
-    def wait(self, cancellation):
+    def wait_for_data(self, _cancellation, _patience, _name):
         return self
 
     def fault(self, ready):

@@ -1,5 +1,6 @@
 """The benchmark of faults sees what is wrong, and real processes pass it."""
 
+import contextlib
 import json
 import math
 import subprocess
@@ -33,14 +34,17 @@ def test_real_processes(tmp_path):
 def record(tmp_path):
     """Commands (s, speed), after which the recorder goes on."""
 
-    def recorded(*commands):
-        path = tmp_path / "record"
-        path.write_text("".join("command %r %r\n" % command for command in commands))
-        found = Record(path)
-        found.update()
-        return found
+    with contextlib.ExitStack() as stack:
 
-    return recorded
+        def recorded(*commands):
+            path = tmp_path / "record"
+            path.write_text("".join("command %r %r\n" % command for command in commands))
+            found = Record(path)
+            stack.callback(found.close)
+            found.update()
+            return found
+
+        yield recorded
 
 
 @pytest.mark.parametrize(
