@@ -129,7 +129,18 @@ class MapTopicsTest(unittest.TestCase):
         for _ in range(2):
             for number, move in enumerate(moves):
                 move(number, 0.25 + number / 4)
-        self.assertTrue(wait_until(lambda: len(updates.messages) == 20))
+        followed = {layer["name"]: np.zeros(COUNT) for layer in STRANGE}
+        followed[COMBINED_COSTS] = np.zeros(COUNT)
+
+        def all_told():
+            for message in updates.messages:
+                sparse = message.mesh_vertex_costs
+                followed[message.type][sparse.vertices] = sparse.costs
+            expected = [0.5 + number / 2 for number in range(10)]
+            own = [followed[layer["name"]][number] for number, layer in enumerate(STRANGE)]
+            return own == expected and followed[COMBINED_COSTS][:10].tolist() == expected
+
+        self.assertTrue(wait_until(all_told))  # also of changes at the same time
         late = self.subscribe("vertex_costs", arrays.MeshVertexCostsStamped)
         self.assertTrue(wait_until(lambda: len(late.newest) == 11))
         for number, layer in enumerate(STRANGE):

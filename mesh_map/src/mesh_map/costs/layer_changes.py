@@ -84,8 +84,10 @@ class ResultDifference(NamedTuple):
         return cls(union([shown, different(before.lethal, after.lethal)], count), shown)
 
 
-class ChangesOfThread(threading.local):
-    """What a thread has changed and not told yet."""
+class PendingChanges:
+    """What has changed and nobody was told of yet, of all threads: so that the costs of one that is
+    told differ from those told before at its vertices alone. The caller locks.
+    """
 
     def __init__(self) -> None:
         self._vertices: Dict[str, List[np.ndarray]] = {}

@@ -25,9 +25,9 @@ from mesh_map.costs.combination import COMBINED_COSTS, Combination
 from mesh_map.costs.edge_weights import PlanningCosts
 from mesh_map.costs.layer import Layer
 from mesh_map.costs.layer_changes import (
-    ChangesOfThread,
     Listener,
     Listeners,
+    PendingChanges,
     ResultDifference,
     different,
 )
@@ -77,7 +77,7 @@ class LayeredCosts:
         self._lock = threading.RLock()  # of the state: held for moments
         self._computing = threading.Lock()
         self._listeners = Listeners()
-        self._changes = ChangesOfThread()
+        self._changes = PendingChanges()
         combination = Combination([], len(geometry.vertices))
         settings = MapSettings()
         planning = PlanningCosts(0, combination.costs, geometry, settings)
