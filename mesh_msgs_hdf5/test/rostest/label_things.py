@@ -52,7 +52,7 @@ class Manager:
         self.wait()
 
     def wait(self):
-        rospy.wait_for_service(self.name + "/import_labels", 30)
+        rospy.wait_for_service(self.name + "/set_label_color", 60)  # the last one of the node
 
     def call(self, name, kind, *arguments):
         return rospy.ServiceProxy(self.name + "/" + name, kind)(*arguments)
@@ -350,7 +350,7 @@ class Labels(unittest.TestCase):
             + ["folder_path:=" + self.labels],
             stdout=subprocess.DEVNULL,
         )
-        rospy.wait_for_service("/label_manager/import_labels", 30)
+        rospy.wait_for_service("/label_manager/set_label_color", 60)
         answer = rospy.ServiceProxy("/label_manager/get_label_groups", GetLabelGroups)("")
         self.assertEqual(answer.labels, ["tree", "treehouse"])
         process.terminate()
