@@ -3,6 +3,7 @@
 import signal
 import threading
 
+import pytest
 import rospy
 
 from mesh_msgs import init_node
@@ -35,3 +36,19 @@ def test_what_a_node_that_ends_takes_off_the_master_is_not_missed(monkeypatch):
     monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: True)
     init_node._end_forgotten("the master does not know it")
     assert not killed and not init_node._forgotten.is_set()
+
+
+@pytest.mark.parametrize("error", [AttributeError("of a closed topic"), rospy.ROSException()])
+def test_what_a_shutdown_breaks_is_no_error(monkeypatch, error):
+    monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: True)
+    with init_node.until_shutdown():
+        raise error
+    monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: False)
+    with pytest.raises(type(error)), init_node.until_shutdown():
+        raise error
+
+
+def test_the_end_of_the_process_is_not_held_back_by_a_shutdown(monkeypatch):
+    monkeypatch.setattr(rospy.core, "is_shutdown_requested", lambda: True)
+    with pytest.raises(SystemExit), init_node.until_shutdown():
+        raise SystemExit(1)

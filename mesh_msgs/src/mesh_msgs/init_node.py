@@ -1,18 +1,21 @@
-"""The start of every node of ours."""
+"""The start and the end of every node of ours."""
 
 import io
+import logging
 import os
 import signal
 import sys
 import threading
 import time
-from typing import Any, Callable, List, Optional, Sequence
+from contextlib import contextmanager
+from typing import Any, Callable, Iterator, List, Optional, Sequence
 
 import rosgraph
 import rospy
 
 from mesh_msgs.master_watch import MasterWatch
 
+_LOG = logging.getLogger("mesh_msgs")
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 # Set where the node is shut down because the master does not know it any more.
 _forgotten = threading.Event()
@@ -62,6 +65,21 @@ def spin() -> None:
     rospy.spin()
     if _forgotten.is_set():
         raise SystemExit(1)
+
+
+@contextmanager
+def until_shutdown() -> Iterator[None]:
+    """Errors within count only as long as nobody has told the node to shut down.
+
+    A shutdown works in a thread of its own and closes topics at any moment, before
+    rospy.is_shutdown() says so. What was using or making one meets whatever rospy makes of that.
+    """
+    try:
+        yield
+    except Exception:
+        if not rospy.core.is_shutdown_requested():
+            raise
+        _LOG.debug("left undone by the shutdown", exc_info=True)
 
 
 def _end_forgotten(fault: str) -> None:

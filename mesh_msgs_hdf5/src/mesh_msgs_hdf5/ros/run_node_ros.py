@@ -1,9 +1,10 @@
 """How both nodes run."""
 import sys
+from contextlib import ExitStack
 from typing import Any, Callable, ContextManager
 
 import rospy
-from mesh_msgs.init_node import init_node, spin
+from mesh_msgs.init_node import init_node, spin, until_shutdown
 
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -17,7 +18,9 @@ def run_node(name: str, running: Callable[[], ContextManager[Any]]) -> int:
     """
     try:
         init_node(name)
-        with running():
+        with ExitStack() as stack:
+            with until_shutdown():
+                stack.enter_context(running())
             spin()
     except (MapFileError, ValueError) as error:
         sys.stderr.write("%s: error: %s\n" % (name, one_line(str(error))))

@@ -404,7 +404,7 @@ class MapLoadingTest(unittest.TestCase):
         self.assertEqual(waiting.get_goal_status(), 1)
         ready.touch()
         self.assertEqual(answer(waiting)[0], "SUCCEEDED")
-        self.assertEqual(server.stop(), 0)
+        self.assertEqual(server.stop(), 0, server.output())
 
     def test_goals_that_do_not_wait_and_shutdown(self):
         server, ready = self.started("hasty")
@@ -413,7 +413,7 @@ class MapLoadingTest(unittest.TestCase):
         self.assertIn("still being loaded", result.message)
         ready.touch()
         wait_until(lambda: server.ask(START, GOAL)[0] == "SUCCEEDED", "the map")
-        self.assertEqual(server.stop(), 0)
+        self.assertEqual(server.stop(), 0, server.output())
 
     def test_a_server_that_stops_answers_its_goals(self):
         server, file = self.started("stopping")
@@ -424,7 +424,7 @@ class MapLoadingTest(unittest.TestCase):
         self.assertEqual((state, result.outcome), ("ABORTED", GetPathResult.STOPPED))
         self.assertEqual(result.message, "the server is shut down")
         file.touch()  # loading goes on, and ends, during the shutdown
-        self.assertEqual(server.wait(), 0)
+        self.assertEqual(server.wait(), 0, server.output())
         self.assertNotIn("no map, goals will fail", server.output())
 
     def test_no_map(self):
@@ -432,7 +432,7 @@ class MapLoadingTest(unittest.TestCase):
         state, result = server.ask(START, GOAL)
         self.assertEqual((state, result.outcome), ("ABORTED", GetPathResult.MAP_ERROR))
         self.assertIn("/nowhere/garden.h5", result.message)
-        self.assertEqual(server.stop(), 0)
+        self.assertEqual(server.stop(), 0, server.output())
         self.assertIn("no map, goals will fail", server.output())
 
 

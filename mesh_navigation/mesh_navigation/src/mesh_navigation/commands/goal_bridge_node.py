@@ -9,7 +9,7 @@ from mbf_msgs.msg import MoveBaseGoal
 
 from mesh_map.base.parameter import Parameter, read_parameters
 from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
-from mesh_msgs.init_node import init_node, spin
+from mesh_msgs.init_node import init_node, spin, until_shutdown
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock import Deadline
@@ -108,9 +108,6 @@ def _text(goal: PoseStamped) -> str:
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
     init_node("goal_bridge", argv=arguments)
-    try:
+    with until_shutdown():
         GoalBridge()
-    except rospy.ROSException:  # A signal during the start leaves parts undone: no error then.
-        if not rospy.is_shutdown():
-            raise
     spin()

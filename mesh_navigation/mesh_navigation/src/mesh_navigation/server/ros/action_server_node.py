@@ -2,11 +2,11 @@
 
 import time
 from collections import deque
-from contextlib import contextmanager
-from typing import Any, Callable, Deque, Dict, Iterator, List, Tuple
+from typing import Any, Callable, Deque, Dict, List, Tuple
 
 import actionlib
 import rospy
+from mesh_msgs.init_node import until_shutdown
 
 from mesh_navigation.move_base.sub_goals import SubGoal
 
@@ -50,7 +50,7 @@ class ActionServer(actionlib.ActionServer):
             if rospy.is_shutdown():
                 return
             self._recent.append((time.monotonic(), message, self._connected()))
-            with _closing_topics():
+            with until_shutdown():
                 self.result_pub.publish(message)
             self.publish_status()
 
@@ -58,7 +58,7 @@ class ActionServer(actionlib.ActionServer):
         with self.lock:
             while self._recent and time.monotonic() - self._recent[0][0] >= KEPT:
                 self._recent.popleft()  # Paths are large.
-        with _closing_topics():
+        with until_shutdown():
             super().publish_status()
 
     def _connected(self) -> List[Any]:
@@ -72,16 +72,6 @@ class ActionServer(actionlib.ActionServer):
                     with self.result_pub.impl.publock:
                         publish(message)
                     recipients.extend(connected)
-
-
-@contextmanager
-def _closing_topics() -> Iterator[None]:
-    """A shutdown closes topics at any moment, and before rospy.is_shutdown() says so."""
-    try:
-        yield
-    except rospy.ROSException:
-        if not rospy.core.is_shutdown_requested():
-            raise
 
 
 class _Listener(rospy.SubscribeListener):

@@ -8,7 +8,7 @@ import rospy
 
 from mesh_map.ros.node_end import watch_end
 from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
-from mesh_msgs.init_node import init_node, spin
+from mesh_msgs.init_node import init_node, spin, until_shutdown
 
 from mesh_navigation.base.clock_ros import RosClock
 from mesh_navigation.base.outcomes import NotReady
@@ -161,10 +161,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     give_back_large_arrays()
     init_node("mbf_mesh_nav", argv=arguments)
     watch_end()
-    try:
-        server = MbfServer()
-        server.start()
-    except rospy.ROSException:  # A signal during the start leaves parts undone: no error then.
-        if not rospy.is_shutdown():
-            raise
+    with until_shutdown():
+        MbfServer().start()
     spin()

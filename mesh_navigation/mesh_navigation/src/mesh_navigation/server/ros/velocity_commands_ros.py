@@ -13,6 +13,7 @@ from typing import Any, Dict, Optional, Set
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
+from mesh_msgs.init_node import until_shutdown
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.clock_limit_ros import ClockLimit
@@ -239,9 +240,5 @@ def _started(its: socket.socket) -> subprocess.Popen:
 
 
 def _publish(publisher: rospy.Publisher, velocity: Velocity) -> None:
-    try:
+    with until_shutdown():
         publisher.publish(twist_message(velocity))
-    except rospy.ROSException:
-        # A shutdown closes topics at any moment, and before rospy.is_shutdown() says so.
-        if not rospy.core.is_shutdown_requested():
-            raise

@@ -7,7 +7,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence
 
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist
-from mesh_msgs.init_node import init_node, spin
+from mesh_msgs.init_node import init_node, spin, until_shutdown
 from visualization_msgs.msg import MarkerArray
 
 from mesh_map.base.errors import MeshMapError
@@ -289,13 +289,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the node until it is shut down; returns the exit code."""
     init_node("surface_robot", argv=arguments)
     try:
-        SurfaceRobotNode().run()
+        with until_shutdown():
+            SurfaceRobotNode().run()
     except MeshMapError as error:
-        if not rospy.is_shutdown():
-            sys.stderr.write("%s: error: %s\n" % (rospy.get_name(), error))
-            return 1
-    except rospy.ROSException:  # Topics that a shutdown has closed.
-        if not rospy.is_shutdown():
-            raise
+        sys.stderr.write("%s: error: %s\n" % (rospy.get_name(), error))
+        return 1
     spin()  # The node is shut down: this says whether it failed.
     return 0

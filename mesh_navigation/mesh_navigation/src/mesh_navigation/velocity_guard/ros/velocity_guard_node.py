@@ -12,7 +12,7 @@ import rospy
 from geometry_msgs.msg import Twist
 
 from mesh_msgs.diagnostics_ros import OK, WARN, Diagnostics, Status
-from mesh_msgs.init_node import init_node
+from mesh_msgs.init_node import init_node, until_shutdown
 
 from mesh_navigation.base.clock_limit_ros import ClockLimit
 from mesh_navigation.base.messages import twist_message
@@ -115,12 +115,8 @@ class VelocityGuardNode:
     def _send(self, velocity: Optional[Velocity]) -> None:
         if velocity is None:
             return
-        try:
+        with until_shutdown():
             self._publisher.publish(twist_message(velocity))
-        except rospy.ROSException:
-            # A shutdown closes topics at any moment, and before rospy.is_shutdown() says so.
-            if not rospy.core.is_shutdown_requested():
-                raise
 
     def _complain(self, complaint: str) -> None:
         if complaint and not self._complaint:
@@ -154,7 +150,8 @@ def main() -> None:
     early.start()
     init_node("velocity_guard")
     started.set()
-    VelocityGuardNode(server, settings).run()
+    with until_shutdown():
+        VelocityGuardNode(server, settings).run()
     rospy.signal_shutdown("the server has ended")
 
 
