@@ -1,53 +1,21 @@
 """Changes of layers in use: what is evaluated again, who is told, and what stays after errors."""
 
-import logging
 import math
-import threading
 
 import numpy as np
 import pytest
 from mesh_map import MeshMap, MeshMapError
 from mesh_map.costs import propagation
-from mesh_map.costs.edge_weights import PlanningCosts
 from mesh_map.costs.settings import MapSettings
 from mesh_map.geometry import mesh_geometry
 from mesh_map.map.mesh_map import COMBINED_COSTS
-from toy_layers import FailingLayer, calls, entry, evaluations, grid_map
-from toy_layers import toys  # noqa: F401
+from toy_layers import CHAIN, FailingLayer, calls, entry, evaluations, grid_map, told
+from toy_layers import chain, toys  # noqa: F401
 
 pytestmark = pytest.mark.usefixtures("toys")
 
-CHAIN = [
-    entry("ground", "data"),
-    entry("water", "data"),
-    entry("near", "neighbors", ["water"]),
-    entry("all", "sum"),
-]
 
-
-@pytest.fixture
-def chain(toys):  # noqa: F811
-    """Two layers of data; one reads one of them, and one all."""
-    toys["ground"] = np.linspace(0, 4, 64, dtype=np.float32)
-    toys["water"] = np.zeros(64, np.float32)
-    toys["water"][10] = 9
-    mesh_map = grid_map()
-    mesh_map.compute_layers(CHAIN)
-    assert not mesh_map.layer_errors
-    calls.clear()
-    mesh_map.told = []
-    mesh_map.add_listener(mesh_map.told.append)
-    return mesh_map
-
-
-def told(mesh_map):
-    """Names and numbers of vertices of the only change since the last call."""
-    (changes,) = mesh_map.told
-    mesh_map.told.clear()
-    return [(change.name, len(change.vertices)) for change in changes]
-
-
-def test_a_parameter_of_costs_evaluates_the_layer_and_who_reads_it(chain):
+def test_a_parameter_of_costs_evaluates_the_layer_and_who_reads_it(chain):  # noqa: F811
     before = {name: layer.result for name, layer in chain.layers.items()}
     assert chain.set_layer_parameters("water", {"scale": 0.75})["scale"] == 0.75
     assert evaluations() == {"water": 1, "near": 1, "all": 1}
@@ -58,7 +26,7 @@ def test_a_parameter_of_costs_evaluates_the_layer_and_who_reads_it(chain):
     assert chain.layers["near"].result.costs[10] == 0.5 * 0.75 * 9
 
 
-def test_a_layer_says_what_it_needs_before_it_is_evaluated(chain):
+def test_a_layer_says_what_it_needs_before_it_is_evaluated(chain):  # noqa: F811
     assert calls["near", "announce"] == 0
     chain.set_layer_parameters("near", {"share": 0.25})
     assert calls["near", "announce"] == calls["near", "compute"] == 1
@@ -66,7 +34,7 @@ def test_a_layer_says_what_it_needs_before_it_is_evaluated(chain):
     assert calls["near", "announce"] == calls["near", "compute"] == 2
 
 
-def test_what_does_not_change_evaluates_nothing(chain):
+def test_what_does_not_change_evaluates_nothing(chain):  # noqa: F811
     for values in ({}, {"scale": 1}, {"scale": 1.0, "threshold": 5}, {"unknown": 3}):
         assert chain.set_layer_parameters("water", values) == chain.layers["water"].params
     assert chain.set_layer_parameters("water", {"scale": 99.0})["scale"] == 10.0
@@ -76,12 +44,12 @@ def test_what_does_not_change_evaluates_nothing(chain):
     assert not evaluations() and not chain.told
 
 
-def test_a_result_as_before_ends_what_follows(chain):
+def test_a_result_as_before_ends_what_follows(chain):  # noqa: F811
     chain.set_layer_parameters("water", {"threshold": 8.5})
     assert evaluations() == {"water": 1} and not chain.told
 
 
-def test_a_threshold_takes_the_costs_as_they_are(chain):
+def test_a_threshold_takes_the_costs_as_they_are(chain):  # noqa: F811
     chain.set_layer_parameters("water", {"threshold": 9.5})
     assert calls["water", "reuse"] == 1 and calls["water", "compute"] == 0
     assert evaluations() == {"water": 1, "near": 1, "all": 1}
@@ -89,7 +57,7 @@ def test_a_threshold_takes_the_costs_as_they_are(chain):
     assert not np.isinf(chain.costs).any()
 
 
-def test_a_factor_changes_the_combination_alone(chain):
+def test_a_factor_changes_the_combination_alone(chain):  # noqa: F811
     before = chain.costs
     chain.set_layer_parameters("ground", {"factor": 0.5})
     assert not evaluations() and told(chain) == [(COMBINED_COSTS, 62)]
@@ -98,7 +66,7 @@ def test_a_factor_changes_the_combination_alone(chain):
     assert np.allclose(before[free] - chain.costs[free], 0.5 * ground[free], atol=1e-6)
 
 
-def test_a_weight_changes_those_that_read_weights(chain):
+def test_a_weight_changes_those_that_read_weights(chain):  # noqa: F811
     chain.set_layer_parameters("water", {"combination_weight": 0.25})
     assert evaluations() == {"all": 1}  # lethal whatever its weight
     assert not chain.told
@@ -107,7 +75,7 @@ def test_a_weight_changes_those_that_read_weights(chain):
     assert told(chain) == [("all", 62), (COMBINED_COSTS, 62)]
 
 
-def test_weights_do_not_matter_to_all(chain):
+def test_weights_do_not_matter_to_all(chain):  # noqa: F811
     for name, reads_weights in (("sum", True), ("mean", True), ("max", False), ("failing", False)):
         chain.compute_layers(CHAIN[:2] + [entry("reading", name)])
         calls.clear()
@@ -142,7 +110,7 @@ def test_data_of_a_layer(chain, toys):  # noqa: F811
         ({"fails": 1}, "fails is 1, but it has to be a boolean"),
     ],
 )
-def test_refused_parameters_change_nothing(chain, values, message):
+def test_refused_parameters_change_nothing(chain, values, message):  # noqa: F811
     layer = chain.layers["water"]
     params, result, planning = dict(layer.params), layer.result, chain.planning_costs()
     with pytest.raises(MeshMapError) as error:
@@ -154,12 +122,12 @@ def test_refused_parameters_change_nothing(chain, values, message):
     assert layer.params == dict(params, scale=2.0)
 
 
-def test_inputs_stay(chain):
+def test_inputs_stay(chain):  # noqa: F811
     with pytest.raises(MeshMapError, match="inputs cannot be changed"):
         chain.set_layer_parameters("near", {"inputs": ["ground"]})
 
 
-def test_a_layer_that_does_not_exist_or_is_left_out(chain):
+def test_a_layer_that_does_not_exist_or_is_left_out(chain):  # noqa: F811
     with pytest.raises(MeshMapError, match=r"no layer fire \(known: ground, water, near, all\)"):
         chain.set_layer_parameters("fire", {})
     chain.compute_layers(CHAIN + [entry("fire", "data", fails=True)])
@@ -170,7 +138,7 @@ def test_a_layer_that_does_not_exist_or_is_left_out(chain):
         chain.set_layer_parameters("fire", {"scale": 2.0})
 
 
-def test_warnings_are_logged(chain, caplog):
+def test_warnings_are_logged(chain, caplog):  # noqa: F811
     chain.set_layer_parameters("water", {"scale": 99, "speed": 1})
     chain.set_settings(layer_factor=-1)
     assert [record.getMessage().split(":")[:2] for record in caplog.records] == [
@@ -259,7 +227,7 @@ def test_after_a_failure_the_costs_are_not_taken_as_they_are(chain, toys):  # no
     assert calls["water", "compute"] == 1 and calls["water", "reuse"] == 1
 
 
-def test_settings(chain):
+def test_settings(chain):  # noqa: F811
     assert chain.settings == MapSettings()
     ground, near = (chain.layers[name].result for name in ("ground", "near"))
     assert chain.set_settings(default_layer="ground").default_layer == "ground"
@@ -290,7 +258,7 @@ def test_settings(chain):
         ({"default_layer": "fire"}, r"default_layer is fire, which is no layer \(known: ground, w"),
     ],
 )
-def test_refused_settings_change_nothing(chain, values, message):
+def test_refused_settings_change_nothing(chain, values, message):  # noqa: F811
     planning = chain.planning_costs()
     with pytest.raises(MeshMapError, match=message):
         chain.set_settings(edge_cost_factor=3.0, **values)
@@ -318,18 +286,7 @@ def test_listeners_are_told_of_layers_that_are_computed_anew(chain, toys):  # no
     assert not chain.told
 
 
-def test_nothing_changes_the_map_from_within_a_change(chain):
-    for callback in ("progress", "on_layer"):
-
-        def change(*_):
-            chain.set_settings(combination="max")
-
-        with pytest.raises(MeshMapError, match="cannot be changed by what a change"):
-            chain.compute_layers(CHAIN, **{callback: change})
-    assert chain.settings == MapSettings() and not chain.told
-
-
-def test_each_layer_is_given_as_soon_as_it_has_its_result(chain):
+def test_each_layer_is_given_as_soon_as_it_has_its_result(chain):  # noqa: F811
     seen = []
 
     def on_layer(layer):
@@ -341,44 +298,7 @@ def test_each_layer_is_given_as_soon_as_it_has_its_result(chain):
     assert all(result for _, result, _ in seen)
 
 
-def test_readers_never_wait_for_a_change(chain):
-    """While a layer is evaluated, what reads it is as before, and said to be stale."""
-    planning, near = chain.planning_costs(), chain.layers["near"].result
-    started, go_on, seen = threading.Event(), threading.Event(), []
-    layer = chain.layers["near"]
-    update = layer.update
-
-    def slow(*arguments):
-        started.set()
-        assert go_on.wait(20)
-        return update(*arguments)
-
-    layer.update = slow
-    thread = threading.Thread(target=chain.set_layer_parameters, args=("water", {"scale": 0.5}))
-    thread.start()
-    assert started.wait(20)
-    seen = (chain.planning_costs(), chain.costs, len(chain.planning_costs().edge_weights))
-    assert chain.layers["water"].result.costs[10] == 4.5 and not chain.told
-    assert "near" in chain.stale_layers and chain.layers["near"].result is near
-    go_on.set()
-    thread.join(20)
-    assert np.array_equal(seen[0].costs, seen[1]) and seen[2] == chain.topology.edge_count
-    assert chain.planning_costs() is not planning and told(chain)[0] == ("water", 1)
-    assert chain.stale_layers == ()
-
-
-def test_what_is_saved_belongs_together(chain):
-    """unchanged() keeps changes out, so that costs and fingerprints fit."""
-    with chain.unchanged():
-        thread = threading.Thread(target=chain.set_layer_parameters, args=("water", {"scale": 2.0}))
-        thread.start()
-        thread.join(0.1)
-        assert thread.is_alive() and chain.layers["water"].identity["scale"] == 1.0
-    thread.join(20)
-    assert chain.layers["water"].identity["scale"] == 2.0
-
-
-def test_stored_costs_are_reused_where_also_the_inputs_are_the_same(chain):
+def test_stored_costs_are_reused_where_also_the_inputs_are_the_same(chain):  # noqa: F811
     store = {name: (layer.identity, layer.result.costs) for name, layer in chain.layers.items()}
 
     asked = {}
@@ -411,7 +331,7 @@ def test_stored_costs_are_reused_where_also_the_inputs_are_the_same(chain):
 @pytest.mark.parametrize(
     "found", [np.zeros(3, np.float32), np.full(64, -1, np.float32), "costs", RuntimeError("broken")]
 )
-def test_stored_costs_that_cannot_be_used_are_computed(chain, caplog, name, found):
+def test_stored_costs_that_cannot_be_used_are_computed(chain, caplog, name, found):  # noqa: F811
     def stored(asked, _fingerprint):
         if asked == name and isinstance(found, Exception):
             raise found
@@ -427,7 +347,7 @@ def test_stored_costs_that_cannot_be_used_are_computed(chain, caplog, name, foun
     assert line.startswith("layer %s is computed anew: " % name)
 
 
-def test_two_maps_of_one_geometry(chain, monkeypatch):
+def test_two_maps_of_one_geometry(chain, monkeypatch):  # noqa: F811
     counted = []
     for name in ("Topology", "face_normals", "vertex_normals"):
         original = getattr(mesh_geometry, name, None)
@@ -450,78 +370,3 @@ def test_two_maps_of_one_geometry(chain, monkeypatch):
     assert list(first.layers) != list(second.layers) and first.topology is second.topology
     first.set_layer_parameters("ground", {"scale": 0.0})
     assert second.layers["ground"].params["scale"] == 1.0 and second.costs.any()
-
-
-def test_changes_from_many_threads_are_told_in_order(chain, toys):  # noqa: F811
-    """What listeners are told, put together, is what the map says in the end."""
-    logging.disable(logging.CRITICAL)
-    costs = chain.costs.copy()
-
-    def listen(changes):
-        for change in changes:
-            if change.name == COMBINED_COSTS:
-                same = np.ones(64, np.bool_)
-                same[change.vertices] = False
-                assert np.array_equal(costs[same], change.costs[same])
-                costs[:] = change.costs
-
-    chain.add_listener(listen)
-
-    def work(seed):
-        random = np.random.default_rng(seed)
-        for _ in range(40):
-            name = ("ground", "water")[random.integers(2)]
-            chain.set_layer_parameters(name, {"scale": float(random.uniform(0, 2))})
-
-    threads = [threading.Thread(target=work, args=(seed,)) for seed in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    logging.disable(logging.NOTSET)
-    assert np.array_equal(costs, chain.costs)
-
-
-def test_what_planners_read_belongs_together_while_all_changes(chain, toys):  # noqa: F811
-    """Clouds, parameters and settings from threads of their own; weights are of the same costs."""
-    done, seen = threading.Event(), []
-
-    def plan():
-        last = -1
-        while not done.is_set():
-            planning = chain.planning_costs()
-            weights = planning.edge_weights
-            fresh = PlanningCosts(
-                0, planning.costs, chain.geometry, planning._settings
-            ).edge_weights
-            assert np.array_equal(weights.view(np.uint32), fresh.view(np.uint32))
-            assert planning.version >= last and planning.costs.shape == (64,)
-            last = planning.version
-        seen.append(last)
-
-    def clouds():
-        random = np.random.default_rng(1)
-        for _ in range(150):
-            water = toys["water"].copy()
-            water[random.integers(0, 64, 3)] = random.choice([0, 1, 9])
-            toys["water"] = water
-            chain.refresh_layer("water")
-
-    def reconfigure():
-        random = np.random.default_rng(2)
-        for _ in range(60):
-            chain.set_layer_parameters("ground", {"factor": float(random.uniform())})
-            chain.set_settings(edge_cost_factor=float(random.integers(3)))
-            chain.set_settings(edge_weight=("mean", "difference")[random.integers(2)])
-
-    planners = [threading.Thread(target=plan) for _ in range(2)]
-    others = [threading.Thread(target=clouds), threading.Thread(target=reconfigure)]
-    for thread in planners + others:
-        thread.start()
-    for thread in others:
-        thread.join(60)
-    done.set()
-    for thread in planners:
-        thread.join(60)
-    assert len(seen) == 2 and max(seen) <= chain.planning_costs().version
-    assert chain.planning_costs().version > 50

@@ -169,3 +169,33 @@ def grid_map(side=8):
     first = np.stack([corner, corner + side, corner + 1], axis=1)
     second = np.stack([corner + 1, corner + side, corner + side + 1], axis=1)
     return MeshMap(vertices, np.concatenate([first, second]))
+
+
+CHAIN = [
+    entry("ground", "data"),
+    entry("water", "data"),
+    entry("near", "neighbors", ["water"]),
+    entry("all", "sum"),
+]
+
+
+@pytest.fixture
+def chain(toys):
+    """Two layers of data; one reads one of them, and one all."""
+    toys["ground"] = np.linspace(0, 4, 64, dtype=np.float32)
+    toys["water"] = np.zeros(64, np.float32)
+    toys["water"][10] = 9
+    mesh_map = grid_map()
+    mesh_map.compute_layers(CHAIN)
+    assert not mesh_map.layer_errors
+    calls.clear()
+    mesh_map.told = []
+    mesh_map.add_listener(mesh_map.told.append)
+    return mesh_map
+
+
+def told(mesh_map):
+    """Names and numbers of vertices of the only change since the last call."""
+    (changes,) = mesh_map.told
+    mesh_map.told.clear()
+    return [(change.name, len(change.vertices)) for change in changes]

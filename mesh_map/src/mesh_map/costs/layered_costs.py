@@ -31,6 +31,7 @@ from mesh_map.costs.layer_changes import (
     ResultDifference,
     different,
 )
+from mesh_map.costs.layer_faults import LayerFaults, no_default_layer, of_required
 from mesh_map.costs.layer_set import LayerSet, OnLayer, Progress, StoredCosts
 from mesh_map.costs.propagation import Propagation
 from mesh_map.costs.settings import MapSettings
@@ -81,8 +82,7 @@ class LayeredCosts:
         combination = Combination([], len(geometry.vertices))
         settings = MapSettings()
         planning = PlanningCosts(0, combination.costs, geometry, settings)
-        self._without_data: Dict[str, str] = {}
-        self._data_watches: Dict[str, Callable[[], str]] = {}
+        self._faults = LayerFaults()
         self._state = _State(LayerSet(), settings, combination, (), planning)
 
     @property
@@ -103,18 +103,15 @@ class LayeredCosts:
     @property
     def layer_errors(self) -> Dict[str, str]:
         """name -> one line, for the layers that are left out; default_layer where it is none."""
-        state, errors = self._state, dict(self._state.layer_set.errors)
-        chosen = state.settings.default_layer
-        if chosen and state.layer_set.layers and chosen not in state.layer_set.layers:
-            errors.setdefault("default_layer", _no_default_layer(chosen))
-        return errors
+        return self._faults.errors(*self._set_and_default)
 
     @property
     def layer_failures(self) -> Dict[str, str]:
         """name -> one line, for all that is enabled and does not stand: layers that are left out,
         whose last evaluation failed or hangs (they have the result before), that get no data, or
         whose data are not current."""
-        return {**self._gaps(), **self._lasting_failures()}
+        layers, default_layer = self._set_and_default
+        return {**self._faults.gaps(layers), **self._faults.lasting(layers, default_layer)}
 
     @property
     def stale_layers(self) -> Tuple[str, ...]:
@@ -126,44 +123,22 @@ class LayeredCosts:
     def fault(self) -> str:
         """Why nothing should be planned or driven on these costs, in one line: the required layers
         that do not stand, and the reasons. Empty where all of them do."""
-        return self._of_required(self.layer_failures)
+        return of_required(self.layer_failures, *self._set_and_default)
 
     @property
     def lasting_fault(self) -> str:
         """What of `fault` does not go by itself."""
-        return self._of_required(self._lasting_failures())
+        return of_required(self._faults.lasting(*self._set_and_default), *self._set_and_default)
 
     @property
     def gap(self) -> str:
         """What of `fault` goes when sensors speak again: whoever drives stands until then."""
-        return self._of_required(self._gaps())
+        return of_required(self._faults.gaps(self.layer_set), *self._set_and_default)
 
-    def _lasting_failures(self) -> Dict[str, str]:
-        layer_set = self._state.layer_set
-        of_layers = {**layer_set.stale, **self._without_data, **layer_set.hanging()}
-        return {**self.layer_errors, **self._of_enabled(of_layers)}
-
-    def _gaps(self) -> Dict[str, str]:
-        found = {name: _looked(look) for name, look in self._data_watches.items()}
-        return self._of_enabled({name: reason for name, reason in found.items() if reason})
-
-    def _of_enabled(self, reasons: Dict[str, str]) -> Dict[str, str]:
-        layer_set = self._state.layer_set
-        return {
-            name: reason
-            for name, reason in reasons.items()
-            if name in layer_set.layers and layer_set.params[name]["enabled"]
-        }
-
-    def _of_required(self, failures: Dict[str, str]) -> str:
-        optional = self._state.layer_set.optional
-        if self.settings.default_layer in optional:
-            optional = optional | {"default_layer"}
-        return "; ".join(
-            "%s: %s" % (_shown(name), reason)
-            for name, reason in failures.items()
-            if name not in optional
-        )
+    @property
+    def _set_and_default(self) -> Tuple[LayerSet, str]:
+        state = self._state
+        return state.layer_set, state.settings.default_layer
 
     @property
     def costs(self) -> np.ndarray:
@@ -208,7 +183,7 @@ class LayeredCosts:
             layer_set = LayerSet.computed(self, config, progress, stored, on_layer)
             settings = self.settings
             if settings.default_layer and settings.default_layer not in layer_set.layers:
-                _LOG.error("default_layer %s", _no_default_layer(settings.default_layer))
+                _LOG.error("default_layer %s", no_default_layer(settings.default_layer))
             if progress:
                 progress(1.0, "done")
             with self._lock:
@@ -216,8 +191,8 @@ class LayeredCosts:
                 for name, layer in layer_set.layers.items():
                     known = self.layers[name].result if name in self.layers else None
                     shown[name] = ResultDifference.between(known, layer.result).shown
-                self._without_data, self._data_watches = {}, {}
                 self._commit(layer_set, self.settings, shown)
+                self._faults.forget()
 
     def set_layer_parameters(self, name: str, values: Mapping[str, Any]) -> Dict[str, Value]:
         """Changes parameters of a layer, and evaluates it and those that read it where needed.
@@ -271,16 +246,13 @@ class LayeredCosts:
 
     def set_without_data(self, name: str, reason: str) -> None:
         """Notes why a layer gets no data of sensors, so that it does not stand; "": it does."""
-        with self._lock:
-            others = {key: self._without_data[key] for key in self._without_data if key != name}
-            self._without_data = {**others, name: reason} if reason else others
+        self._faults.set_without_data(name, reason)
 
     def watch_data(self, name: str, look: Callable[[], str]) -> None:
         """From now on, look() says why the data of a layer are not current, so that it does not
         stand; "" while they are. It is called whenever somebody wants to know, from any thread, and
         must not wait for anything."""
-        with self._lock:
-            self._data_watches = {**self._data_watches, name: look}
+        self._faults.watch_data(name, look)
 
     def clear_layers(self, names: Optional[Iterable[str]] = None) -> Dict[str, int]:
         """Has layers forget what sensors have seen, and evaluates them and those that read them.
@@ -490,20 +462,3 @@ class LayeredCosts:
                 planning.version + 1, combination.costs, self.geometry, settings, *same_weights
             )
         self._state = _State(layer_set, settings, combination, combined, planning)
-
-
-def _looked(look: Callable[[], str]) -> str:
-    try:
-        return look()
-    except PLUGIN_FAILURES as error:  # what cannot be looked at is not current
-        return error_line(error)
-
-
-def _no_default_layer(name: str) -> str:
-    return "%s is no layer: all layers are combined" % name
-
-
-def _shown(name: str) -> str:
-    """How a failure is named: of a layer, "layer N" of the list, or the list itself."""
-    unnamed = name.startswith("layer ") or name in ("layers", "default_layer")
-    return name if unnamed else "layer " + name
