@@ -47,13 +47,19 @@ def logged(monkeypatch):
     return lines
 
 
-def test_it_is_told_and_loaded_anew(tmp_path, logged):
+@pytest.fixture
+def served(tmp_path, logged):
+    """A map that has been loaded from a.h5."""
     path = tmp_path / "a.h5"
     MapFile.write(path, everything(1))
-    maps = MapRegistry()
-    (served,), _ = load(MapRequest(str(path)), genpy.Time(1), {}, False)
-    maps.add(served)
+    (found,), _ = load(MapRequest(str(path)), genpy.Time(1), {}, False)
+    yield found
+    found.labels.close()
 
+
+def test_it_is_told_and_loaded_anew(served, tmp_path, logged):
+    path, maps = tmp_path / "a.h5", MapRegistry()
+    maps.add(served)
     MapFile.write(path, everything(2))
     topics, progress = MapServerTopics(_Heard()), MapProgress()
     topics.publish_map(served)
@@ -69,16 +75,13 @@ def test_it_is_told_and_loaded_anew(tmp_path, logged):
     assert maps.uuids() == [everything(2).uuid]
     (text,) = progress.describe()
     assert everything(2).uuid in text and "serving" in text
-    for served in maps:
-        served.labels.close()
+    for loaded in maps:
+        loaded.labels.close()
 
 
-def test_what_the_server_saves_is_no_change_of_others(tmp_path, logged):
+def test_what_the_server_saves_is_no_change_of_others(served, tmp_path, logged):
     """However long it takes from the new file to the end of saving."""
-    path = tmp_path / "a.h5"
-    MapFile.write(path, everything(1))
-    maps = MapRegistry()
-    (served,), _ = load(MapRequest(str(path)), genpy.Time(1), {}, False)
+    path, maps = tmp_path / "a.h5", MapRegistry()
     maps.add(served)
     published = _Heard()
     published.publish_map = published.publish
@@ -105,32 +108,23 @@ def test_what_the_server_saves_is_no_change_of_others(tmp_path, logged):
     for _ in range(2):
         reload.look()
     assert len(published.published) == 1 and list(maps) == [served] and not logged
-    served.labels.close()
 
 
-def test_a_file_that_is_gone_takes_nothing_from_subscribers(tmp_path, logged):
-    path = tmp_path / "a.h5"
-    MapFile.write(path, everything(1))
-    (served,), _ = load(MapRequest(str(path)), genpy.Time(1), {}, False)
+def test_a_file_that_is_gone_takes_nothing_from_subscribers(served, tmp_path, logged):
     topics = MapServerTopics(_Heard())
     topics.publish_map(served)
     forgotten = []
     topics.forget_map = forgotten.append
-    path.rename(tmp_path / "away.h5")
+    (tmp_path / "a.h5").rename(tmp_path / "away.h5")
     topics.publish_map(served)
     assert not forgotten and "no such file" in logged[-1]
-    served.labels.close()
 
 
-def test_one_that_stays_is_not_loaded_anew(tmp_path, logged):
-    path = tmp_path / "a.h5"
-    MapFile.write(path, everything(1))
+def test_one_that_stays_is_not_loaded_anew(served, logged):
     maps = MapRegistry()
-    (served,), _ = load(MapRequest(str(path)), genpy.Time(1), {}, False)
     maps.add(served)
     topics = MapServerTopics(_Heard())
     reload = MapReload(maps, topics, MapProgress(), {}, False)
     for _ in range(3):
         reload.look()
     assert list(maps) == [served] and not logged
-    served.labels.close()

@@ -261,6 +261,14 @@ def test_a_layer_that_is_not_required(grid_file):
     assert plan(grid_file, (1, 1), (8, 8), "dijkstra", layers=off).succeeded
 
 
+def map_with(planner):
+    """A map with steps, and the planner, initialized on it."""
+    mesh_map = map_of(GRID)
+    mesh_map.compute_layers(STEPS["layers"])
+    planner.initialize("test", mesh_map)
+    return mesh_map, planner
+
+
 class Breaking(MeshPlanner):
     """While it plans, a layer fails."""
 
@@ -270,10 +278,7 @@ class Breaking(MeshPlanner):
 
 
 def test_a_map_that_is_not_whole():
-    mesh_map = map_of(GRID)
-    mesh_map.compute_layers(STEPS["layers"])
-    breaking = Breaking()
-    breaking.initialize("breaking", mesh_map)
+    mesh_map, breaking = map_with(Breaking())
     for planner in (breaking, "dijkstra"):
         result = plan(mesh_map, (1, 1), (8, 8), planner)
         assert (result.outcome, result.message) == (
@@ -293,10 +298,7 @@ class Silencing(MeshPlanner):
 
 
 def test_a_map_that_is_not_current():
-    mesh_map = map_of(GRID)
-    mesh_map.compute_layers(STEPS["layers"])
-    silencing = Silencing()
-    silencing.initialize("silencing", mesh_map)
+    mesh_map, silencing = map_with(Silencing())
     assert plan(mesh_map, (1, 1), (8, 8), silencing).succeeded  # of the costs before
     result = plan(mesh_map, (1, 1), (8, 8), silencing)
     assert (result.outcome, result.message) == (
