@@ -5,8 +5,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from mesh_msgs.testing import expect_a_busy_machine
 
 sys.path.insert(0, str(Path(__file__).resolve().parent / "support"))
+expect_a_busy_machine()
 
 
 def pytest_collection_finish():

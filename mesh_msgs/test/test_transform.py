@@ -145,7 +145,7 @@ def test_stamp_uuid_and_the_rest_are_kept_and_nothing_is_shared(kind):
     assert message == before
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(sorted(FUNCTIONS)))
 def test_there_and_back_is_where_it_was(seed, kind):
     rng = np.random.default_rng(seed)

@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mesh_msgs.testing import expect_a_busy_machine
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials, Mesh
 
 sys.path.insert(0, str(Path(__file__).resolve().parent / "support"))
+expect_a_busy_machine()
 
 
 def make_full_mesh():

@@ -1,5 +1,8 @@
 #include <mesh_map/base/parallel.h>
 
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -7,6 +10,33 @@
 #include <thread>
 
 namespace mesh_map {
+namespace {
+
+constexpr int BACKGROUND_NICENESS = 10;  // above that of the process: a tenth of a contested core
+
+thread_local bool in_background = false;
+
+/// Linux has a niceness for each thread; elsewhere, and where it cannot be set, nothing happens.
+void lowerPriority()
+{
+#ifdef __linux__
+  const auto self = static_cast<id_t>(syscall(SYS_gettid));
+  const int niceness = getpriority(PRIO_PROCESS, self) + BACKGROUND_NICENESS;
+  setpriority(PRIO_PROCESS, self, niceness);
+#endif
+}
+
+}  // namespace
+
+BackgroundLoops::BackgroundLoops() : before_(in_background)
+{
+  in_background = true;
+}
+
+BackgroundLoops::~BackgroundLoops()
+{
+  in_background = before_;
+}
 
 unsigned resolveThreads(unsigned requested)
 {
@@ -39,17 +69,26 @@ void parallelFor(std::size_t count, std::size_t chunk, unsigned threads,
     }
   };
 
+  const bool background = in_background;
+  const std::size_t helpers = background ? workers : workers - 1;
   std::vector<std::thread> others;
-  others.reserve(workers);
+  others.reserve(helpers);
   try {
-    while (others.size() + 1 < workers) {
-      others.emplace_back(work);
+    while (others.size() < helpers) {
+      others.emplace_back([&]() {
+        if (background) {
+          lowerPriority();
+        }
+        work();
+      });
     }
   } catch (const std::exception&) {
     // No more threads (std::system_error) or no memory for them (std::bad_alloc): those that run,
     // and this one, take all chunks.
   }
-  work();
+  if (others.empty() || !background) {
+    work();
+  }
   for (std::thread& thread : others) {
     thread.join();
   }

@@ -2,7 +2,10 @@
 // are in the modules of mesh_map that import it. Arrays are checked here, once (ValueError), and
 // the GIL is released while a kernel runs.
 
+#include <mesh_map/base/parallel.h>
 #include <mesh_map/bvh/closest/bvh_closest.h>
+
+#include <optional>
 
 #include "bindings/bindings.h"
 
@@ -20,6 +23,12 @@ py::tuple findClosestVertex(Array vertices, Array eligible, Array point, double 
   return py::make_tuple(hit.vertex, hit.distance);
 }
 
+/// A `with` block of Python, for the thread that enters it.
+struct BackgroundBlock
+{
+  std::optional<BackgroundLoops> loops;
+};
+
 }  // namespace
 }  // namespace mesh_map
 
@@ -34,6 +43,10 @@ PYBIND11_MODULE(_kernels, module)
       .def(py::init<>())
       .def("_set", [](CancelFlag& self) { self.flag = true; })
       .def("_is_set", [](const CancelFlag& self) { return self.flag.load(); });
+  py::class_<BackgroundBlock>(module, "_BackgroundLoops", py::module_local())
+      .def(py::init<>())
+      .def("__enter__", [](BackgroundBlock& self) { self.loops.emplace(); })
+      .def("__exit__", [](BackgroundBlock& self, const py::args&) { self.loops.reset(); });
   bindMesh(module);
   bindSpatial(module);
   bindDijkstra(module);

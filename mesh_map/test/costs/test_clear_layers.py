@@ -1,10 +1,12 @@
 """Layers that forget what sensors have seen."""
 
 import logging
+import threading
 
 import numpy as np
 import pytest
 from mesh_map import MeshMapError
+from mesh_map.costs import propagation
 from mesh_map.layers.threshold_layer import HeightDiffLayer
 from mesh_map.layers.obstacle import ObstacleLayer
 from mesh_map.map.mesh_map import COMBINED_COSTS
@@ -96,3 +98,28 @@ def test_obstacles():
     assert np.isinf(mesh_map.costs).sum() == 6
     assert mesh_map.clear_layers() == {"seen": 2}
     assert not mesh_map.costs.any() and mesh_map.planning_costs().costs is mesh_map.costs
+
+
+def test_what_a_robot_sees_comes_first(washable, monkeypatch):
+    """Kernels of layers without data of sensors run in the background, of all others never."""
+    background, seen = [], []
+
+    class Loops:
+        def __enter__(self):
+            background.append(threading.get_ident())
+
+        def __exit__(self, *_):
+            background.pop()
+
+    monkeypatch.setattr(propagation._kernels, "_BackgroundLoops", Loops)
+    for layer in washable.layers.values():
+
+        def evaluate(*arguments, _layer=layer, _compute=layer.compute):
+            seen.append((_layer.name, threading.get_ident() in background))
+            return _compute(*arguments)
+
+        layer.compute = evaluate
+    assert washable.layer_set.sensing == {"rain", "sun", "all"}
+    for name in ("ground", "rain"):
+        washable.set_layer_parameters(name, {"scale": 0.5})
+    assert seen == [("ground", True), ("all", False), ("rain", False)] and not background

@@ -72,7 +72,7 @@ def test_closest_points_on_real_meshes(name, back_end):
     check_points(mesh, index, points, back_end, step=150)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.sampled_from(ADVERSARIAL), st.integers(0, 2**32 - 1), st.sampled_from([0, 0.2, np.inf]))
 def test_opencl_is_native_to_the_last_bit(mesh, seed, limit):
     index = index_of(mesh, "opencl")
@@ -88,7 +88,7 @@ def test_opencl_is_native_to_the_last_bit(mesh, seed, limit):
         assert (native.faces[rows[np.abs(odd) == np.inf]] == NO_FACE).all()
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.sampled_from(ADVERSARIAL), st.integers(0, 2**32 - 1))
 def test_limited_normals_equal_numpy(mesh, seed):
     index = SpatialIndex(mesh.vertices, mesh.faces)

@@ -72,7 +72,7 @@ def test_rays_on_real_meshes(name, back_end):
     assert 0.2 < np.mean(hits.faces != NO_FACE) < 0.9
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.sampled_from(ADVERSARIAL), st.integers(0, 2**32 - 1), st.booleans(), st.booleans())
 def test_random_rays_equal_numpy(mesh, seed, cull, masked):
     random = np.random.default_rng(seed)
@@ -80,7 +80,7 @@ def test_random_rays_equal_numpy(mesh, seed, cull, masked):
     check_rays(mesh, index_of(mesh), some_rays(mesh, random, 12), "native", cull, mask)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.sampled_from(ADVERSARIAL), st.integers(0, 2**32 - 1), st.booleans(), st.booleans())
 def test_opencl_is_native_to_the_last_bit(mesh, seed, cull, masked):
     index = index_of(mesh, "opencl")

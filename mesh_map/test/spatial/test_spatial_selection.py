@@ -72,7 +72,7 @@ def test_regions_equal_numpy(mesh, back_end):
     check_regions(mesh, index_of(mesh, back_end), np.random.default_rng(4), back_end)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.sampled_from(ADVERSARIAL), st.integers(0, 2**32 - 1))
 def test_random_regions_equal_numpy(mesh, seed):
     check_regions(mesh, index_of(mesh), np.random.default_rng(seed), "native")
@@ -87,7 +87,7 @@ def test_regions_on_real_meshes(name, back_end):
         check_regions(mesh, index, np.random.default_rng(seed), back_end)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.sampled_from(ADVERSARIAL), st.integers(0, 2**32 - 1))
 def test_opencl_is_native_to_the_last_bit(mesh, seed):
     index = index_of(mesh, "opencl")

@@ -35,3 +35,13 @@ def listens(port: int) -> bool:
             return True
     except OSError:
         return False
+
+
+def expect_a_busy_machine() -> None:
+    """Tests with hypothesis that follow do not fail for the time that they take, and may share
+    fixtures between their examples."""
+    from hypothesis import HealthCheck, settings
+
+    busy = [HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+    settings.register_profile("busy", deadline=None, suppress_health_check=busy)
+    settings.load_profile("busy")

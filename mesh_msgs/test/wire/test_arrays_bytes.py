@@ -6,7 +6,7 @@ import struct
 import genpy
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rospy.msg import serialize_message
 from samples import ARRAY_CLASSES, ARRAY_MESSAGES, encoded, filled, has_nan, messages, stock_of
@@ -15,9 +15,7 @@ import mesh_msgs.msg
 from mesh_msgs import arrays
 
 IDS = [cls.__name__ for cls in ARRAY_CLASSES]
-PATIENT = settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True
-)
+FEW = settings(max_examples=40, derandomize=True)
 
 
 def same_through_both(cls, stock):
@@ -35,7 +33,7 @@ def same_through_both(cls, stock):
 
 
 @pytest.mark.parametrize("cls", ARRAY_CLASSES, ids=IDS)
-@PATIENT
+@FEW
 @given(data=st.data())
 def test_any_message_has_genpys_bytes(cls, data):
     same_through_both(cls, data.draw(messages(stock_of(cls))))

@@ -3,7 +3,7 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from mesh_msgs import zoo
@@ -191,9 +191,7 @@ def meshes(draw):
     return mesh
 
 
-@settings(
-    deadline=None, max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=100)
 @given(mesh=meshes(), suffix=st.sampled_from(EXACT))
 def test_any_mesh_comes_back(tmp_path, mesh, suffix):
     found, _, _ = again(tmp_path, mesh, suffix)
@@ -203,9 +201,7 @@ def test_any_mesh_comes_back(tmp_path, mesh, suffix):
     }
 
 
-@settings(
-    deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=60)
 @given(
     names=st.lists(
         st.sampled_from(

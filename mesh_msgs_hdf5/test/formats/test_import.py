@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from mesh_msgs import zoo
@@ -95,9 +95,7 @@ def test_dae_keeps_the_surface_and_welds(read, animal):
     assert any("welded" in note for note in report.notes)
 
 
-@settings(
-    deadline=None, max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=80)
 @given(
     vertices=hnp.arrays(np.float32, (7, 3), elements=COORDINATES),
     polygons=st.lists(st.lists(st.integers(0, 6), min_size=3, max_size=6), min_size=1, max_size=8),

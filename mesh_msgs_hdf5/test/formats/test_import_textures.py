@@ -3,7 +3,7 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mesh_writers import SQUARE, TWO_FACES, dae, image_bytes, obj, pixels, ply, xyz
 
@@ -397,9 +397,7 @@ def written(corner, back):
     return text if normal is None else text + "/" + str(normal)
 
 
-@settings(
-    deadline=None, max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=200)
 @given(
     faces=st.lists(st.lists(CORNER, min_size=3, max_size=4), min_size=1, max_size=4),
     back=st.booleans(),

@@ -92,7 +92,7 @@ PLAIN = st.recursive(
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(PLAIN)
 def test_plain_values_arrive_as_they_are(value):
     assert same(carried(value), value)

@@ -73,7 +73,7 @@ def arrays(draw):
     return np.repeat(array, 2, axis=0)[::2] if layout == "every second" else array
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(arrays(), st.one_of(st.just(chunks.CHUNK_ROWS), st.integers(1, 400)), st.integers(1, 3000))
 def test_hdf5_reads_what_is_stored(array, chunk_rows, batch_bytes):
     with pytest.MonkeyPatch.context() as patch, memory_file() as file:
@@ -84,7 +84,7 @@ def test_hdf5_reads_what_is_stored(array, chunk_rows, batch_bytes):
         assert same(chunks.load(dataset), np.ascontiguousarray(array))
 
 
-@settings(deadline=None, max_examples=400)
+@settings(max_examples=400)
 @given(arrays(), st.data())
 def test_loads_what_hdf5_writes(array, data):
     array = np.ascontiguousarray(array)
@@ -352,7 +352,7 @@ def test_damage_is_found_or_does_no_harm():
     assert outcomes["error"] > 2000 and outcomes["right"] >= 3
 
 
-@settings(deadline=None, max_examples=500)
+@settings(max_examples=500)
 @given(st.data())
 def test_nothing_outside_of_a_chunk_is_written(data):
     """Whatever the bytes are, those around the chunks stay."""

@@ -7,7 +7,7 @@ import time
 import h5py
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from map_samples import SAMPLES, assert_same_mesh
@@ -52,9 +52,7 @@ def meshes(draw):
     )
 
 
-@settings(
-    deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=60)
 @given(mesh=meshes())
 def test_what_is_written_is_read_back_bit_for_bit(tmp_path, mesh):
     path = tmp_path / "a.h5"

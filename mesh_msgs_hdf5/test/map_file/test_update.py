@@ -5,7 +5,7 @@ import os
 import h5py
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from map_samples import assert_same_mesh
 from raw_contents import add_strange_things, raw_contents, without
@@ -407,9 +407,7 @@ def edits(draw):
     return edit
 
 
-@settings(
-    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=40)
 @given(sequence=st.lists(edits(), max_size=5))
 def test_any_sequence_of_edits(tmp_path, full_mesh, sequence):
     path = tmp_path / "a.h5"

@@ -2,7 +2,7 @@
 import dataclasses
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from mesh_msgs_hdf5.model.edit import Edit, is_empty
@@ -56,7 +56,6 @@ def applied(state, edit):
 
 
 @given(st.lists(edits(), max_size=4))
-@settings(deadline=None)
 def test_merged_does_what_one_after_the_other_does(changes):
     expected, whole = {}, Edit()
     for change in changes:
@@ -65,7 +64,6 @@ def test_merged_does_what_one_after_the_other_does(changes):
 
 
 @given(edits(), edits(), edits())
-@settings(deadline=None)
 def test_what_is_saved_is_forgotten_but_nothing_later(first, second, third):
     """Saving a snapshot, then what is left, is the same as saving everything at the end."""
     snapshot = merged(first, second)

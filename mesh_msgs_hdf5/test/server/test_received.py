@@ -6,7 +6,7 @@ import genpy
 import mesh_msgs.msg
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from mesh_msgs import arrays
@@ -98,7 +98,6 @@ def test_any_color_becomes_the_nearest_step(value):
 
 
 @given(st.data())
-@settings(deadline=None)
 def test_materials_of_any_kind_come_back(data):
     count = data.draw(st.integers(1, 6))
     found = Materials(

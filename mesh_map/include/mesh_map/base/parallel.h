@@ -9,6 +9,21 @@ namespace mesh_map {
 /// Threads to use: `requested`, or all cores where that is 0.
 unsigned resolveThreads(unsigned requested);
 
+/// While one exists, the loops of this thread run in threads of lower priority, which leave the
+/// cores to whoever else wants them, and this thread waits for them. It keeps its own priority: it
+/// may hold what others wait for. To be destroyed by the thread that made it, the last one first.
+class BackgroundLoops
+{
+ public:
+  BackgroundLoops();
+  ~BackgroundLoops();
+  BackgroundLoops(const BackgroundLoops&) = delete;
+  BackgroundLoops& operator=(const BackgroundLoops&) = delete;
+
+ private:
+  bool before_;
+};
+
 /// A worker's share of a loop: handles the items [begin, end).
 using RangeBody = std::function<void(std::size_t begin, std::size_t end)>;
 

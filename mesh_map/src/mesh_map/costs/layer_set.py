@@ -18,6 +18,7 @@ from typing import (
     Mapping,
     NamedTuple,
     Optional,
+    Set,
     Tuple,
 )
 
@@ -72,6 +73,7 @@ class LayerSet:
         params: name -> the parameters in force; those of the layer itself are others while it is
             evaluated with them.
         workers: name -> who calls the layer.
+        sensing: names of those that have data of sensors, or read one that has.
         logged: name -> when a failure of it was logged last (s, of the monotonic clock).
     """
 
@@ -95,6 +97,11 @@ class LayerSet:
         self.behind: Dict[str, Behind] = {}
         self.params = {name: layer.params for name, layer in made.items()}
         self.workers = {name: LayerWorker(name, seconds) for name in made}
+        sensing: Set[str] = set()
+        for name, layer in made.items():
+            if layer.can_be_cleared() or not sensing.isdisjoint(reads.get(name, ())):
+                sensing.add(name)
+        self.sensing = frozenset(sensing)
         self.logged: Dict[str, float] = {}
 
     def changed(self) -> "LayerSet":

@@ -3,14 +3,16 @@
 import logging
 import math
 import time
-from typing import TYPE_CHECKING, Any, Dict, Mapping, Optional, Set
+from typing import TYPE_CHECKING, Any, Callable, Dict, Mapping, Optional, Set
 
 import numpy as np
 
+from mesh_map import _kernels
 from mesh_map.base.errors import MeshMapError, error_line
 from mesh_map.costs.layer import LayerInput, LayerResult, checked
 from mesh_map.costs.layer_changes import ResultDifference, union
 from mesh_map.costs.layer_set import Behind, LayerSet, as_input
+from mesh_map.costs.layer_worker import Answer
 
 if TYPE_CHECKING:
     from mesh_map.map.mesh_map import MeshMap
@@ -79,7 +81,7 @@ class Propagation:
             layer.announce(self._mesh_map.geometry)
             return layer.evaluate(self._mesh_map, inputs)
 
-        self._put(name, self._set.workers[name].call(evaluate), inputs)
+        self._put(name, self._call(name, evaluate), inputs)
 
     def update(self, name: str) -> None:
         """Evaluates a layer whose own data have changed, or that is behind, if it is enabled.
@@ -94,8 +96,8 @@ class Propagation:
         if self._has_failed(name) or before is None or behind.anew:
             self.compute(name)
             return
-        returned = self._set.workers[name].call(
-            lambda: layer.update(self._mesh_map, inputs, behind.vertices, before)
+        returned = self._call(
+            name, lambda: layer.update(self._mesh_map, inputs, behind.vertices, before)
         )
         self._put(name, checked(returned, len(before.costs)), inputs)
 
@@ -106,13 +108,22 @@ class Propagation:
             inputs = self._inputs(name)
         reused = None
         if not self._has_failed(name):
-            reused = self._set.workers[name].call(
-                lambda: layer.reuse(before.costs, self._mesh_map, inputs)
-            )
+            reused = self._call(name, lambda: layer.reuse(before.costs, self._mesh_map, inputs))
         if reused is None:
             self.compute(name)
         else:
             self._put(name, checked(reused, len(before.costs)), inputs)
+
+    def _call(self, name: str, work: Callable[[], Answer]) -> Answer:
+        """Calls a layer; of those without data of sensors, kernels leave the cores to the others:
+        what a robot sees comes first."""
+
+        def in_background() -> Answer:
+            with _kernels._BackgroundLoops():
+                return work()
+
+        sensing = name in self._set.sensing
+        return self._set.workers[name].call(work if sensing else in_background)
 
     def fail(self, name: str, error: BaseException) -> None:
         """Notes that a layer could not be evaluated: it keeps the result before, if it has one."""

@@ -9,10 +9,16 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <mutex>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -164,6 +170,56 @@ TEST(Threads, AnErrorInOneEndsTheLoopAndArrives)
   };
   EXPECT_THROW(mesh_map::parallelFor(10000, 10, 4, worker), std::runtime_error);
   EXPECT_LT(done, 10000u);
+}
+
+/// Nicenesses above that of the caller, and threads, of those that ran a loop of so many threads.
+std::pair<std::set<int>, std::set<std::thread::id>> whoRuns(unsigned threads)
+{
+  const auto niceness = [] {
+    return getpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)));
+  };
+  const int own = niceness();
+  std::mutex mutex;
+  std::pair<std::set<int>, std::set<std::thread::id>> found;
+  std::atomic<std::size_t> sum{0};
+  mesh_map::parallelEach(1000, 10, threads, [&](std::size_t i) {
+    sum += i;
+    const std::lock_guard<std::mutex> lock(mutex);
+    found.first.insert(niceness() - own);
+    found.second.insert(std::this_thread::get_id());
+  });
+  EXPECT_EQ(sum, 499500u);
+  EXPECT_EQ(niceness(), own);
+  return found;
+}
+
+TEST(Threads, LoopsInTheBackgroundRunInThreadsOfLowerPriority)
+{
+  const auto self = std::this_thread::get_id();
+  for (const unsigned threads : {1u, 3u}) {
+    {
+      const mesh_map::BackgroundLoops background;
+      const auto found = whoRuns(threads);
+      EXPECT_EQ(found.first, std::set<int>{10});
+      EXPECT_EQ(found.second.count(self), 0u);
+      EXPECT_LE(found.second.size(), threads);
+      {
+        const mesh_map::BackgroundLoops inner;
+      }
+      EXPECT_EQ(whoRuns(threads).first, std::set<int>{10});
+      std::thread other([threads] { EXPECT_EQ(whoRuns(threads).first, std::set<int>{0}); });
+      other.join();  // which is none of its callers
+    }
+    EXPECT_EQ(whoRuns(threads).first, std::set<int>{0});
+  }
+  EXPECT_EQ(whoRuns(1).second, std::set<std::thread::id>{self});
+}
+
+TEST(Threads, AnErrorInTheBackgroundArrives)
+{
+  const mesh_map::BackgroundLoops background;
+  const auto fail = [](std::size_t) { throw std::runtime_error("an item"); };
+  EXPECT_THROW(mesh_map::parallelEach(10, 1, 1, fail), std::runtime_error);
 }
 
 }  // namespace
