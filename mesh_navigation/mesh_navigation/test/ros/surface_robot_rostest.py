@@ -334,6 +334,22 @@ class SurfaceRobotTest(unittest.TestCase):
         self.assertIn("/broken/surface_robot: error: ", robot.output())
         self.assertNotIn("Traceback", robot.output())
 
+    def test_coordinates_that_need_an_origin(self):
+        mesh = zoo.grid()
+        utm = (565000.25, 5934000.125, 12.0)
+        lines = ["v %.4f %.4f %.4f" % tuple(vertex + utm) for vertex in mesh.vertices]
+        lines += ["f %d %d %d" % tuple(face + 1) for face in mesh.faces]
+        file = tempfile.NamedTemporaryFile("w", suffix=".obj")
+        self.addCleanup(file.close)
+        file.write("\n".join(lines))
+        file.flush()
+        far = self.robot("far", mesh_file=file.name)
+        near = self.robot("near", mesh_file=file.name, origin=list(utm), initial_pose=[7.0, 5.0])
+        np.testing.assert_allclose(position_of(near.wait_for_pose().pose), [7, 5, 0], atol=1e-3)
+        self.assertEqual(far.process.wait(60), 1)
+        self.assertIn("origin", far.output())
+        self.assertNotIn("Traceback", far.output())
+
     def test_frames_that_are_the_same_end_it(self):
         robots = [
             self.robot("looped", mesh_file=self.map_file, base_frame="looped_odom"),

@@ -11,6 +11,7 @@ PARAMETERS = (
     # The map.
     Parameter("mesh_file", "", description="map or mesh; empty: the map comes from mesh_topic"),
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
+    Parameter("origin", (), description="x, y, z (m): subtracted from coordinates of mesh_file"),
     Parameter("mesh_topic", MAP_TOPIC, description="mesh_msgs/MeshGeometryStamped"),
     Parameter("costs_topic", "", description="of the costs that the robot waits for to begin"),
     # Time.

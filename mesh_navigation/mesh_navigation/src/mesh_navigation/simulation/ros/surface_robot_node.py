@@ -81,7 +81,8 @@ class SurfaceRobotNode:
         if values["costs_topic"] and not len(values["initial_pose"]):
             self._costs = StartCosts(values["costs_topic"], lambda: self._jobs.put(self._begin))
         if values["mesh_file"]:
-            self._take_map(load_map(values["mesh_file"], part=values["mesh_part"]))
+            only_ground = {"layers": [], "origin": values["origin"]}
+            self._take_map(load_map(values["mesh_file"], only_ground, values["mesh_part"]))
         else:
             topic = rospy.resolve_name(values["mesh_topic"])
             rospy.Subscriber(topic, arrays.MeshGeometryStamped, self._on_mesh, queue_size=1)
@@ -277,8 +278,8 @@ class SurfaceRobotNode:
 
 def _parameters() -> Mapping[str, Any]:
     given = dict(rospy.get_param("~", {}) or {})
-    if "initial_pose" in given:
-        given["initial_pose"] = numbers_in(given["initial_pose"])
+    for name in {"initial_pose", "origin"}.intersection(given):
+        given[name] = numbers_in(given[name])
     values, complaints = read_parameters(PARAMETERS, given)
     for complaint in complaints:
         rospy.logwarn("parameter ~%s", complaint)
