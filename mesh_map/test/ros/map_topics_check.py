@@ -4,6 +4,7 @@
 import os
 import shutil
 import tempfile
+import threading
 import time
 import unittest
 from functools import partial
@@ -12,6 +13,7 @@ from unittest import mock
 import numpy as np
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import Point
 from map_node import WAIT, Subscriber, end_node, start_node
@@ -217,6 +219,43 @@ class MapTopicsTest(unittest.TestCase):
         ):
             with self.assertRaisesRegex(rospy.ServiceException, words):
                 ask(name, kind, **request)
+
+    def test_diagnostics_name_layers_whose_inputs_are_newer(self):
+        heard = []
+        diagnostics = rospy.Subscriber("/diagnostics", DiagnosticArray, heard.append)
+        self.addCleanup(diagnostics.unregister)
+
+        def said():
+            parts = [status for message in heard for status in message.status]
+            values = [{one.key: one.value for one in part.values} for part in parts]
+            return [part["layer inflation"] for part in values if "layer inflation" in part][-1:]
+
+        layers = [
+            {"name": "border", "type": "mesh_layers/BorderLayer"},
+            {"name": "inflation", "type": "mesh_layers/InflationLayer"},
+        ]
+        rospy.set_param("~stale", {"mesh_file": self.path, "layers": layers})
+        server = MeshMapServer("~stale")
+        self.addCleanup(server.shutdown)
+        inflation = server.load().layers["inflation"]
+        wait_until(lambda: said() == ["stands"], "its status")
+        go_on, update = threading.Event(), inflation.update
+
+        def slow(*arguments):
+            go_on.wait(60)
+            return update(*arguments)
+
+        inflation.update = slow
+        change = threading.Thread(
+            target=server.map.set_layer_parameters, args=("border", {"border_cost": 0.5})
+        )
+        change.start()
+        try:
+            wait_until(lambda: said() == ["stands, but its inputs are newer"], "its status")
+        finally:
+            go_on.set()
+            change.join()
+        wait_until(lambda: said() == ["stands"], "its status")
 
     def test_embedded(self):
         rospy.set_param("~embedded", {"mesh_file": self.path})
