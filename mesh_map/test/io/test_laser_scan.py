@@ -35,10 +35,18 @@ def test_ranges_that_say_nothing():
     assert scan_points(scan([INF], range_max=INF), inf_is_valid=True)[1].shape == (0, 3)
 
 
-@pytest.mark.parametrize("ranges", [[], [NAN, NAN]])
-def test_a_blind_scanner(ranges):
-    with pytest.raises(MeshMapError, match="none of the %d ranges" % len(ranges)):
-        scan_points(scan(ranges), inf_is_valid=True)
+@pytest.mark.parametrize(
+    "ranges", [[], [NAN, NAN], [0.0, 0.0], [-INF, -INF], [0.09, NAN, 0.0, -INF, -1.0]]
+)
+def test_a_blind_or_covered_scanner(ranges):
+    for nearest in (0.1, 0.0) if 0.09 not in ranges else (0.1,):
+        with pytest.raises(MeshMapError, match="none of the %d ranges" % len(ranges)):
+            scan_points(scan(ranges, range_min=nearest), inf_is_valid=True)
+
+
+@pytest.mark.parametrize("ranges", [[INF, -INF], [5.1, 0.0], [NAN, 5.0]])
+def test_a_scanner_that_sees_nothing_near(ranges):
+    scan_points(scan(ranges))
 
 
 @pytest.mark.parametrize(

@@ -61,6 +61,23 @@ def test_without_an_expected_rate_it_is_as_it_was():
     assert layer.marked_faces.tolist() == [1]
 
 
+def test_what_comes_late_marks_but_is_not_current():
+    mesh_map, layer = floor_map(), ObstacleLayer("o", {"topic": "points", "decay": 20.0})
+    layer.insert_cloud(mesh_map, [RIGHT], EYE, 10.0, seen=9.5)
+    assert layer.silence(10.4) == ""
+    assert "is 1.1 s old by its stamp (expected_update_rate is 1 s)" in layer.silence(10.6)
+    for now in range(11, 20):
+        layer.insert_cloud(mesh_map, [LEFT], EYE, now, seen=now - 9.0)
+        assert "topic points is 9.0 s old by its stamp" in layer.silence(now)
+    assert layer.marked_faces.tolist() == [0, 1]
+    assert layer.decay(31.0) == 0  # silent since 19: the marks are as old as then
+    layer.insert_cloud(mesh_map, [LEFT], EYE, 31.0, seen=30.9)
+    assert layer.silence(31.0) == ""
+    any_age = ObstacleLayer("o", {"topic": "points", "expected_update_rate": 0})
+    any_age.insert_cloud(mesh_map, [RIGHT], EYE, 10.0, seen=1.0)
+    assert any_age.silence(10.0) == ""
+
+
 @pytest.mark.parametrize("points", [[], np.zeros((0, 3))])
 def test_an_empty_cloud_says_that_nothing_is_there(points):
     mesh_map, layer = floor_map(), ObstacleLayer("o", {"topic": "points", "decay": 2.0})
@@ -199,6 +216,25 @@ def test_what_is_under_the_robot_is_cleared(shape, kept):
         ({"observation_sources": "a", "a": {"data_type": "PointCloud"}}, "source a: data_type is"),
         ({"observation_sources": "a", "a": {"marking": 1}}, "source a: marking is 1"),
         ({"observation_sources": "a", "a": {"expected_update_rate": NAN}}, "source a: expected"),
+        ({"observation_sources": "a, b", "b": {"topic": "c"}}, "spaces alone are between names"),
+        ({"observation_sources": "a", "a": {"expected_update_rate": -1}}, "outside of .0.0, 86400"),
+        (
+            {"observation_sources": "a", "a": {"obstacle_range": -2}},
+            "obstacle_range is -2, outside",
+        ),
+        ({"observation_sources": "a", "a": {"obstacle_range": 0}}, "obstacle_range is 0"),
+        ({"observation_sources": "a", "a": {"marking": False}}, "neither marks nor clears"),
+        (
+            {"observation_sources": "a", "a": {"marking": False, "clearing": True}},
+            "none of the sources a marks",
+        ),
+        (
+            {
+                "observation_sources": "a",
+                "a": {"min_obstacle_height": 1.5, "max_obstacle_height": 0.2},
+            },
+            "source a marks nothing: min_obstacle_height 1.5 is not below max_obstacle_height 0.2",
+        ),
         ({"footprint": [[1, 2], [3, 4]]}, "footprint needs 3"),
         ({"footprint": [1, 2, 3]}, "footprint is"),
     ],

@@ -95,14 +95,22 @@ def observation_sources(params: Mapping[str, Any]) -> Tuple[List[ObservationSour
         MeshMapError: a value that cannot be used; it is named.
     """
     names = params["observation_sources"].split()
+    if "," in params["observation_sources"]:
+        text = "observation_sources is %r" % params["observation_sources"]
+        raise MeshMapError(text, "spaces alone are between names")
     if not names:
         given = {"topic": params["topic"], "clearing": params["clearing"]}
         return [_source("", given, params)[0]], []
     found, warnings = [], []
     for name in dict.fromkeys(names):
         source, remarks = _source(name, {"topic": name, **params[name]}, params)
+        _check(source)
+        if not params[name]:
+            warnings.append("source %s: nothing is set below its name" % name)
         found.append(source)
         warnings += remarks
+    if not any(source.marking for source in found):
+        raise MeshMapError("none of the sources %s marks" % params["observation_sources"])
     if params["topic"]:
         warnings.append("topic %s is left out: observation_sources says more" % params["topic"])
     return found, warnings
@@ -113,9 +121,12 @@ def _source(
 ) -> Tuple[ObservationSource, List[str]]:
     inherited = {own: params[other] for own, other in _OF_THE_LAYER.items()}
     try:
-        values, warnings = checked_values(SOURCE_PARAMETERS, {**inherited, **given})
+        values, limited = checked_values(SOURCE_PARAMETERS, {**inherited, **given})
+        if limited:
+            raise MeshMapError("; ".join(limited).replace(" is used", " is as far as it goes"))
     except MeshMapError as error:
         raise MeshMapError("source %s: %s" % (name, error)) from error
+    warnings = []
     unknown = ", ".join(sorted(str(other) for other in given if other not in values))
     if unknown:
         known = ", ".join(sorted(values))
@@ -123,6 +134,19 @@ def _source(
     if not values["topic"]:
         values["topic"] = name
     return ObservationSource(name, **values), ["source %s: %s" % (name, w) for w in warnings]
+
+
+def _check(source: ObservationSource) -> None:
+    """MeshMapError: it can do nothing."""
+    if not (source.marking or source.clearing):
+        raise MeshMapError("source %s: it neither marks nor clears" % source.name)
+    if source.marking and not source.min_obstacle_height < source.max_obstacle_height:
+        raise MeshMapError(
+            "source %s marks nothing: min_obstacle_height %g is not below max_obstacle_height %g"
+            % (source.name, source.min_obstacle_height, source.max_obstacle_height)
+        )
+    if source.marking and not source.obstacle_range > 0.0:
+        raise MeshMapError("source %s marks nothing: obstacle_range is 0" % source.name)
 
 
 def source_params(given: Mapping[str, Any], own: Container[str]) -> Dict[str, Mapping[str, Any]]:
@@ -151,14 +175,16 @@ class SensorWatch:
     def __init__(self) -> None:
         self._lock = threading.Lock()  # held for moments
         self._heard: Optional[float] = None
+        self._seen = math.inf  # when that was seen, of what was heard last
         self._missed = ""
 
-    def spoke(self, now: float, rate: float) -> float:
-        """A message came that can be used. Returns for how long before (s) there was silence, that
-        is, beyond the expected rate."""
+    def spoke(self, now: float, rate: float, seen: Optional[float] = None) -> float:
+        """A message came that can be used, of what was seen then (None: now). Returns for
+        how long before (s) there was silence, that is, beyond the expected rate."""
         silent = now - self.last_sight(now, rate)
         with self._lock:
             self._heard, self._missed = now, ""
+            self._seen = now if seen is None else seen
         return silent
 
     def missed(self, reason: str) -> None:
@@ -174,8 +200,10 @@ class SensorWatch:
         """Why what it told is not current; empty while it is."""
         rate = source.expected_update_rate
         silent = self._silent(now, rate)
-        if not rate or (silent is not None and silent <= 0.0):
+        if not rate:
             return ""
+        if silent is not None and silent <= 0.0:
+            return self._delay(source, now)
         since = "yet" if silent is None else "for %d s" % (silent + rate)
         return "nothing usable came from %s %s (expected_update_rate is %g s)%s: %s" % (
             source,
@@ -183,6 +211,21 @@ class SensorWatch:
             rate,
             ", but: " + self._missed if self._missed else "",
             "start the sensor, see that TF has its frame, or set expected_update_rate 0",
+        )
+
+    def _delay(self, source: ObservationSource, now: float) -> str:
+        with self._lock:
+            age = now - self._seen
+        if age <= source.expected_update_rate:
+            return ""
+        return (
+            "what comes from %s is %.1f s old by its stamp (expected_update_rate is %g s): %s"
+            % (
+                source,
+                age,
+                source.expected_update_rate,
+                "see what delays it, and that both clocks are the same, or allow for it",
+            )
         )
 
     def _silent(self, now: float, rate: float) -> Optional[float]:

@@ -215,6 +215,7 @@ class ObstacleLayer(Layer):
         source: str = "",
         free: Any = (),
         robot: Optional[Transform] = None,
+        seen: Optional[float] = None,
     ) -> int:
         """Takes a cloud; the result of the layer follows with compute() or update().
 
@@ -229,6 +230,8 @@ class ObstacleLayer(Layer):
             source: its name; empty for the one without.
             free: (K, 3), up to where rays of the sensor have met nothing.
             robot: from its frame to that of the map; what stands under it is cleared.
+            seen: seconds, of the same clock: when the sensor saw that, which may be long ago; None
+                for the stamp. See silence().
         Returns:
             how many faces are marked that were not before, or no longer.
         Raises:
@@ -264,7 +267,7 @@ class ObstacleLayer(Layer):
             for marks in self._marks.values():
                 marks.set_back(stamp)
             if len(free) or not len(points) or found.finite.any():
-                silent = self._watch(source).spoke(stamp, sensor.expected_update_rate)
+                silent = self._watch(source).spoke(stamp, sensor.expected_update_rate, seen)
                 own.postpone(silent)
             if sensor.observation_persistence < 0:
                 own.keep(np.zeros(len(own.times), np.bool_))

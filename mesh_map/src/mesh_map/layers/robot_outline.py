@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import yaml
 
 from mesh_map.base.errors import MeshMapError
 
@@ -45,6 +46,23 @@ class RobotOutline:
             if ay != by:  # each side that a ray along x meets turns inside out
                 inside ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / (by - ay) * (bx - ax))
         return inside
+
+
+def listed_corners(footprint: Any) -> Any:
+    """A footprint as a list where it is text, as for costmap_2d; empty text is none.
+
+    Raises:
+        MeshMapError: text that is no list.
+    """
+    if not isinstance(footprint, str):
+        return footprint
+    try:
+        found = yaml.safe_load(footprint or "[]")
+    except yaml.YAMLError:
+        found = None
+    if not isinstance(found, list):
+        raise MeshMapError("footprint is %r, no corners [[x, y], ...]" % footprint)
+    return found
 
 
 def on_level(rotation: np.ndarray, translation: np.ndarray, corners: np.ndarray) -> np.ndarray:

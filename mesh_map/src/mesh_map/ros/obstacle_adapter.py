@@ -19,7 +19,7 @@ from mesh_map.io.laser_scan import scan_points
 from mesh_map.io.point_cloud import cloud_points
 from mesh_map.layers.observation_sources import LASER_SCAN, ObservationSource
 from mesh_map.layers.obstacle import Transform
-from mesh_map.layers.robot_outline import RobotOutline
+from mesh_map.layers.robot_outline import RobotOutline, listed_corners
 from mesh_map.ros.complaints import ThrottledWarnings
 from mesh_map.ros.ros_adapter import RosAdapter
 from mesh_map.ros.transforms import SharedTransforms
@@ -144,7 +144,8 @@ class ObstacleAdapter(RosAdapter):
         if len(points) and not (len(free) or np.isfinite(points).all(axis=1).any()):
             self._refuse(source, _NOTHING)
         robot, now = self._robot(stamp), rospy.get_time()
-        more = {"source": name, "free": free, "robot": robot, "down": down}
+        seen = stamp.to_sec() if stamp else now
+        more = {"source": name, "free": free, "robot": robot, "down": down, "seen": seen}
         self._change(lambda: self.layer.insert_cloud(self.mesh_map, points, origin, now, **more))
         rospy.logdebug("layer %s: %s", self.layer.name, self.layer.last_cloud)
 
@@ -211,10 +212,10 @@ class ObstacleAdapter(RosAdapter):
         """What the parameters of a namespace around say that the robot covers."""
         corners, radius = (
             _parameter_around(self.namespace, name, otherwise)
-            for name, otherwise in (("footprint", []), ("robot_radius", 0.0))
+            for name, otherwise in (("footprint", ()), ("robot_radius", 0.0))
         )
         try:
-            return RobotOutline(corners, radius)
+            return RobotOutline(listed_corners(corners), radius)
         except MeshMapError as error:
             _LOG.warning("layer %s: %s: it is not cleared", self.layer.name, error)
             return RobotOutline()
@@ -258,12 +259,13 @@ def _points(message: Any, source: ObservationSource) -> Tuple[np.ndarray, np.nda
 
 def _parameter_around(namespace: str, name: str, otherwise: Any) -> Any:
     """A parameter of the nearest namespace around this one that has it, and of the same type as
-    what is returned otherwise."""
+    what is returned otherwise; a list or text in place of a tuple."""
     parts = namespace.strip("/").split("/")
     for count in range(len(parts) - 1, -1, -1):
         value = rospy.get_param("/" + "/".join(parts[:count] + [name]), None)
         if isinstance(value, int) and isinstance(otherwise, float):
             value = float(value)
-        if isinstance(value, type(otherwise)) and value:
+        kinds = (list, str) if isinstance(otherwise, tuple) else type(otherwise)
+        if isinstance(value, kinds) and value:
             return value
     return otherwise

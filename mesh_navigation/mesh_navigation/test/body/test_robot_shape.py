@@ -63,14 +63,39 @@ def test_a_polygon_with_a_distance():
 def test_what_is_no_polygon(corners, words):
     with pytest.raises(MeshMapError, match=words):
         RobotShape(corners)
-    shape, complaints = RobotShape.of_parameters({"footprint": corners, "robot_radius": 0.4})
-    assert len(complaints) == 1 and words in complaints[0]
-    assert complaints[0].endswith("robot_radius 0.4 m is used instead")
-    assert shape.footprint(0.0).polygon.max() > 0.39
+    with pytest.raises(MeshMapError, match="^footprint"):
+        RobotShape.of_parameters({"footprint": corners, "robot_radius": 0.4})
 
 
 def test_parameters():
-    shape, complaints = RobotShape.of_parameters({"footprint": SQUARE, "other": 1})
-    assert not complaints and area(shape.footprint(0.0).polygon) == 1.0
-    shape, complaints = RobotShape.of_parameters({"footprint": "[[1, 2]]", "robot_radius": -1})
-    assert len(complaints) == 2 and shape.footprint(0.0) is None
+    for given in (SQUARE, str(SQUARE)):
+        shape = RobotShape.of_parameters({"footprint": given, "other": 1})
+        assert area(shape.footprint(0.0).polygon) == 1.0
+    for given in ("", "[]", []):
+        shape = RobotShape.of_parameters({"footprint": given, "robot_radius": 0.4})
+        assert shape.is_round and shape.inscribed_radius == 0.4
+    assert RobotShape.of_parameters({}).is_point
+
+
+@pytest.mark.parametrize(
+    "given, words",
+    [
+        ({"robot_radius": -0.1}, "robot_radius is -0.1, not from 0 to 100 m"),
+        ({"robot_radius": "0.3"}, "it has to be a number"),
+        ({"robot_radius": float("nan")}, "robot_radius is nan"),
+        ({"robot_radius": True}, "it has to be a number"),
+        ({"footprint": "[[1, 2]]"}, "the 1 corners have no area"),
+        ({"footprint": "square"}, "footprint is 'square', no corners"),
+        ({"footprint": "[[1, 2"}, "no corners"),
+        ({"footprint": None}, "footprint is None"),
+    ],
+)
+def test_no_robot_is_taken_for_smaller_than_it_is(given, words):
+    with pytest.raises(MeshMapError, match=words):
+        RobotShape.of_parameters(given)
+
+
+def test_corners_that_are_no_list():
+    for corners in (None, 5, True):
+        with pytest.raises(MeshMapError, match="no corners"):
+            RobotShape(corners)

@@ -234,7 +234,6 @@ class WithoutMapTest(unittest.TestCase):
             "mapless",
             "mbf_mesh_nav",
             mesh_map={"mesh_file": str(missing)},
-            footprint=[[1, 2]],
             cost_limit=50,
         )
         self.addCleanup(node.kill)
@@ -257,7 +256,6 @@ class WithoutMapTest(unittest.TestCase):
             wait_until(lambda: "there is no map: " in why_not(), "the end of loading")
             self.assertIn(str(missing), why_not())
         output = node.output()
-        self.assertIn("parameter ~footprint: the 1 corners have no area", output)
         self.assertIn("cost_limit is 50, outside of", output)
         self.assertEqual(node.end()[0], 0)
 

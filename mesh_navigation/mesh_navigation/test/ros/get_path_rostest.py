@@ -379,7 +379,11 @@ class MapLoadingTest(unittest.TestCase):
         cls.files = {name: folder / name for name in ("early", "hasty", "stopping")}
         maps = {name: mesh_map_parameters(file) for name, file in cls.files.items()}
         maps["lost"] = {"mesh_file": "/nowhere/garden.h5"}
-        others = {"hasty": {"wait_for_map": False}}
+        maps["shapeless"] = {"mesh_file": write_map(GRID)}
+        others = {
+            "hasty": {"wait_for_map": False},
+            "shapeless": {"footprint": "[[1, 2], [3, 4]]", "robot_radius": 0.1},
+        }
         cls.servers = {
             name: ServerProcess(name, wait=False, mesh_map=mesh_map, **others.get(name, {}))
             for name, mesh_map in maps.items()
@@ -434,6 +438,14 @@ class MapLoadingTest(unittest.TestCase):
         self.assertIn("/nowhere/garden.h5", result.message)
         self.assertEqual(server.stop(), 0, server.output())
         self.assertIn("no map, goals will fail", server.output())
+
+    def test_a_footprint_that_is_none(self):
+        """A robot whose shape nobody knows goes nowhere."""
+        server, _ = self.started("shapeless")
+        state, result = server.ask(START, GOAL)
+        self.assertEqual((state, result.outcome), ("ABORTED", GetPathResult.MAP_ERROR))
+        self.assertIn("footprint: the 2 corners have no area", result.message)
+        self.assertEqual(server.stop(), 0, server.output())
 
 
 class Suite(unittest.TestSuite):

@@ -116,6 +116,19 @@ def test_silence(world, period, patience, speed):
     assert world.guard.why_stopped(world.now) == ""
 
 
+def test_a_clock_that_has_not_begun(world):
+    """The guard took over before it heard of the time."""
+    world.time = 0.0
+    world.guard = VelocityGuard(LIMITS, world.now)
+    world.command(1)
+    world.time = 1795477071.0
+    world.wait(0.1)
+    assert world.guard.why_stopped(world.now) == ""
+    world.wait(0.2)
+    assert world.guard.why_stopped(world.now).startswith("no command for 0.2")
+    assert world.taken()[-1] == STOP
+
+
 def test_a_clock_that_stands(world):
     """By the computer's time; a clock that was set back stands no longer."""
     drive(world)

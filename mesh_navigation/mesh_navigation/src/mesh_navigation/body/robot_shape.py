@@ -1,12 +1,13 @@
 """The ground that a robot covers, from its parameters, with a distance to keep around it."""
 
 import math
-from typing import Any, List, Mapping, Optional, Tuple
+from typing import Any, List, Mapping, Optional, Sized, Tuple
 
 import numpy as np
 
 from mesh_map.base.errors import MeshMapError
-from mesh_map.base.parameter import Parameter, read_parameters
+from mesh_map.base.parameter import Parameter, checked_values
+from mesh_map.layers.robot_outline import listed_corners
 from mesh_map.map.footprint import Footprint
 
 # A pose farther than this from the surface is not on the map (m): base frames lie some decimeters
@@ -33,18 +34,26 @@ class RobotShape:
             MeshMapError: corners that are no numbers, or have no area.
         """
         self._radius = radius
-        self._corners = _hull(_points(corners)) if len(corners) else np.zeros((0, 2))
+        is_empty = isinstance(corners, Sized) and not len(corners)
+        self._corners = np.zeros((0, 2)) if is_empty else _hull(_points(corners))
 
     @classmethod
-    def of_parameters(cls, given: Mapping[str, Any]) -> Tuple["RobotShape", List[str]]:
-        """The shape that parameters say, and one sentence for each that cannot be used."""
-        values, complaints = read_parameters(SHAPE_PARAMETERS, given)
-        radius = float(values["robot_radius"])  # type: ignore[arg-type]
+    def of_parameters(cls, given: Mapping[str, Any]) -> "RobotShape":
+        """The shape that parameters say; a footprint may be text, as for costmap_2d.
+
+        Raises:
+            MeshMapError: one that cannot be used: no robot is taken for smaller than it is.
+        """
+        values, warnings = checked_values(
+            SHAPE_PARAMETERS,
+            {**given, "footprint": listed_corners(given.get("footprint", ()))},
+        )
+        if warnings:
+            raise MeshMapError(f"robot_radius is {given['robot_radius']}, not from 0 to 100 m")
         try:
-            return cls(values["footprint"], radius), complaints
+            return cls(values["footprint"], float(values["robot_radius"]))  # type: ignore[arg-type]
         except MeshMapError as error:
-            complaints.append(f"footprint: {error}: robot_radius {radius:g} m is used instead")
-            return cls((), radius), complaints
+            raise MeshMapError(f"footprint: {error}") from error
 
     @property
     def inscribed_radius(self) -> float:

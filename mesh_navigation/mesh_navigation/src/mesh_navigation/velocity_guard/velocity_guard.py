@@ -91,7 +91,8 @@ class VelocityGuard:
     def tick(self, now: Moment) -> Optional[Velocity]:
         """Called again and again, at least every `ZERO_PERIOD` while there is a drive."""
         if now.time != self._ticked.time:
-            if now.time < self._heard.time:  # It was set back: silence counts from here.
+            # It was set back, or has only begun: silence counts from here.
+            if now.time < self._heard.time or not self._heard.time:
                 self._heard = self._heard._replace(time=now.time)
             self._ticked = now
         if now.wall < self._zeros_end or self.why_stopped(now):

@@ -6,6 +6,7 @@ from typing import Optional, Sequence
 
 import rospy
 
+from mesh_map.base.errors import MeshMapError
 from mesh_map.ros.node_end import watch_end
 from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
 from mesh_msgs.init_node import init_node, spin, until_shutdown
@@ -62,10 +63,17 @@ class MbfServer:
             values["odom_topic"],
         )
         given = rospy.get_param("~", {}) or {}
-        shape, complaints = RobotShape.of_parameters(given)
-        for complaint in complaints:
-            rospy.logwarn("parameter ~%s", complaint)
-        self._map = loaded = ServerMap(values["wait_for_map"], self._begin, shape)
+        shape, fault = RobotShape(), ""
+        try:
+            shape = RobotShape.of_parameters(given)
+        except MeshMapError as error:
+            fault = f"{error}: set it, and start the server again"
+        self._complaints = []
+        if shape.inscribed_radius == 0.0 and not shape.is_point:
+            text = "footprint: the robot's origin is not inside, so that planners keep no distance"
+            self._complaints.append(text)
+            rospy.logwarn("parameter ~%s", text)
+        self._map = loaded = ServerMap(values["wait_for_map"], self._begin, shape, fault)
         self._parts = parts = Parts(
             loaded.planners,
             loaded.controllers,
@@ -127,6 +135,7 @@ class MbfServer:
             return Status(ERROR if error.kind == "MAP_ERROR" else WARN, error.message)
         kinds = (ready.planners, ready.controllers, ready.behaviors)
         complaints = [
+            *self._complaints,
             *self._map.planners.complaints,
             *self._map.controllers.complaints,
             *self._map.behaviors.complaints,

@@ -9,6 +9,7 @@ import rospy
 from std_srvs.srv import Trigger, TriggerResponse
 
 from mesh_map.base.parameter import Value
+from mesh_map.base.errors import MeshMapError
 from mesh_map.ros import MeshMapServer
 from mesh_map.ros.parameter_server import ParameterServer, serve
 
@@ -30,14 +31,17 @@ from mesh_navigation.server.map_gate import MapGate, Ready
 class ServerMap:
     """The map below ``~mesh_map``, plugins below their names, and the service ``~reload_map``."""
 
-    def __init__(self, wait: bool, on_ready: Callable[[Ready], None], shape: RobotShape) -> None:
+    def __init__(
+        self, wait: bool, on_ready: Callable[[Ready], None], shape: RobotShape, fault: str = ""
+    ) -> None:
         """
         Args:
             wait: whether goals wait for the map.
             on_ready: called with each new map before a goal gets it.
             shape: of the robot, for the plugins.
+            fault: why there is no shape, and so no map for anybody; empty: there is one.
         """
-        self._shape = shape
+        self._shape, self._fault = shape, fault
         self.planners = _plugins(PLANNERS)
         self.controllers = _plugins(CONTROLLERS)
         self.behaviors = _plugins(BEHAVIORS)
@@ -56,6 +60,8 @@ class ServerMap:
     def _load(self) -> Ready:
         try:
             self._in_use.close()
+            if self._fault:
+                raise MeshMapError(self._fault)
             self.server.load()
             ready = self._prepared()
             self._on_ready(ready)
