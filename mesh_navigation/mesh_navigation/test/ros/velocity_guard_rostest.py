@@ -301,7 +301,10 @@ class VelocityGuardTest(unittest.TestCase):
         begin = len(self.listener.heard)
         wait_until(lambda: GO in self.listener.kinds(who, begin), "the drive")
         self.cancel("simulated", drive)
-        self.assertIn("/clock stands", self.servers["simulated"].output())
+        # On a busy machine, the command is late before the clock is stopped.
+        self.assertRegex(
+            self.servers["simulated"].output(), "/clock stands|stopped: no command for"
+        )
 
     def test_the_server_is_killed(self):
         who = guard_of("doomed")

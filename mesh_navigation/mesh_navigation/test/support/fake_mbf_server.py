@@ -8,7 +8,6 @@ import sys
 import threading
 import time
 
-import actionlib
 import rospy
 from geometry_msgs.msg import PoseStamped
 from mbf_msgs.msg import (
@@ -22,6 +21,7 @@ from mbf_msgs.msg import (
     RecoveryAction,
     RecoveryResult,
 )
+from mesh_navigation.server.ros.action_server_node import ActionServer
 from nav_msgs.msg import Path
 
 KINDS = {
@@ -58,7 +58,7 @@ class FakeServer:
         self._lock = threading.Lock()
         self._servers = []
         for action, (kind, result) in KINDS.items():
-            server = actionlib.ActionServer(
+            server = ActionServer(  # no answer is lost to commands that are just connecting
                 f"{name}/{action}", kind, self._on_goal(action, result), self._on_cancel, False
             )
             self._servers.append(server)
