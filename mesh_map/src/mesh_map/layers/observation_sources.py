@@ -175,7 +175,7 @@ class SensorWatch:
     def __init__(self) -> None:
         self._lock = threading.Lock()  # held for moments
         self._heard: Optional[float] = None
-        self._seen = math.inf  # when that was seen, of what was heard last
+        self._age = 0.0  # s, of what was heard last, when it came
         self._missed = ""
 
     def spoke(self, now: float, rate: float, seen: Optional[float] = None) -> float:
@@ -184,7 +184,7 @@ class SensorWatch:
         silent = now - self.last_sight(now, rate)
         with self._lock:
             self._heard, self._missed = now, ""
-            self._seen = now if seen is None else seen
+            self._age = 0.0 if seen is None else now - seen
         return silent
 
     def missed(self, reason: str) -> None:
@@ -203,7 +203,7 @@ class SensorWatch:
         if not rate:
             return ""
         if silent is not None and silent <= 0.0:
-            return self._delay(source, now)
+            return self._delay(source)
         since = "yet" if silent is None else "for %d s" % (silent + rate)
         return "nothing usable came from %s %s (expected_update_rate is %g s)%s: %s" % (
             source,
@@ -213,13 +213,13 @@ class SensorWatch:
             "start the sensor, see that TF has its frame, or set expected_update_rate 0",
         )
 
-    def _delay(self, source: ObservationSource, now: float) -> str:
+    def _delay(self, source: ObservationSource) -> str:
         with self._lock:
-            age = now - self._seen
+            age = self._age
         if age <= source.expected_update_rate:
             return ""
         return (
-            "what comes from %s is %.1f s old by its stamp (expected_update_rate is %g s): %s"
+            "what comes from %s is %.1f s old by its stamp when it comes (expected_update_rate is %g s): %s"
             % (
                 source,
                 age,
