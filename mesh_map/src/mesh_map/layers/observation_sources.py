@@ -218,15 +218,9 @@ class SensorWatch:
             age = self._age
         if age <= source.expected_update_rate:
             return ""
-        return (
-            "what comes from %s is %.1f s old by its stamp when it comes (expected_update_rate is %g s): %s"
-            % (
-                source,
-                age,
-                source.expected_update_rate,
-                "see what delays it, and that both clocks are the same, or allow for it",
-            )
-        )
+        text = "what comes from %s is %.1f s old by its stamp when it comes (%s is %g s): %s"
+        advice = "see what delays it, and that both clocks are the same, or allow for it"
+        return text % (source, age, UPDATE_RATE.name, source.expected_update_rate, advice)
 
     def _silent(self, now: float, rate: float) -> Optional[float]:
         """Seconds beyond the expected rate, below 0 before; None where it never spoke."""
