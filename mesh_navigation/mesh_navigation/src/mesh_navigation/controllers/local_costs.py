@@ -105,9 +105,11 @@ class LocalCosts:
         lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
         begins = np.cumsum(lengths) - lengths
         mixed = ~free.all(axis=1) & (faces != NO_FACE) & (faces != self._open_face)
-        for index in np.flatnonzero(mixed):
-            corners = self._vertices[self._faces[faces[index]]].astype(np.float64)
-            weights = barycentric_coordinates(points[index : index + 2], *corners)
+        chosen = np.flatnonzero(mixed)
+        corners = self._vertices[self._faces[faces[chosen]]][:, None].astype(np.float64)
+        ends = np.stack([points[chosen], points[chosen + 1]], axis=1)
+        around = barycentric_coordinates(ends, *np.moveaxis(corners, 2, 0))
+        for index, weights in zip(chosen, around):
             start, length = float(begins[index]), float(lengths[index])
             parts = []
             for corner in np.flatnonzero(~free[index]):
