@@ -191,6 +191,7 @@ class ExePathTest(unittest.TestCase):
         handle = self.client.send((1e39, 0.0), feedback=heard.append)
         wait_until(lambda: heard, "feedback")
         self.assertEqual(heard[0].dist_to_goal, math.inf)
+        wait_until(lambda: not self.robot.stands(), "motion")  # Else it comes in the next test.
         handle.cancel()
         result = self.check(self.client.answer(handle), "PREEMPTED", 101)
         self.assertEqual(result.dist_to_goal, math.inf)
@@ -307,12 +308,12 @@ class ExePathTest(unittest.TestCase):
         self.check(given, "ABORTED", 106, "cmd_vel_ignored_tolerance", driven=True)
 
     def test_a_new_plan_is_injected(self):
-        stopped = self.server.output().count(STOPPED)
-        first = self.client.send((9.0, 0.0))
+        stopped, heard = self.server.output().count(STOPPED), []
+        first = self.client.send((9.0, 0.0), feedback=heard.append)
         wait_until(lambda: not self.robot.stands(), "motion")
-        second = self.client.send((8.0, 0.0), controller="go")
+        second = self.client.send((8.0, 0.0), controller="go", feedback=heard.append)
         self.check_preempted(first)
-        third = self.client.send((0.8, 0.0))
+        third = self.client.send((0.8, 0.0), feedback=heard.append)
         self.check_preempted(second)
         # A cancel of what is over means nobody.
         first.cancel()
@@ -320,7 +321,8 @@ class ExePathTest(unittest.TestCase):
         # The first may be the last zeros of a drive before.
         commands = itertools.dropwhile(is_zero, self.robot.commands)
         zeros = [is_zero(twist) for twist in commands]
-        if self.server.output().count(STOPPED) == stopped:  # by the guard, of a late server
+        late = self.server.output().count(STOPPED) > stopped  # The guard's words of the server.
+        if not (late or any(each.outcome for each in heard)):  # Or TF is late, which it may be.
             self.assertEqual(zeros, sorted(zeros), "no stop in between")
 
     def check_preempted(self, handle):
