@@ -41,6 +41,17 @@ def held(mesh_map, name, change):
         layer.update = update
 
 
+def settle():
+    """Waits for the thread that goes on where others left layers behind them, and what it starts."""
+    while True:
+        going_on = [one for one in threading.enumerate() if one.name == "layers"]
+        if not going_on:
+            return
+        for thread in going_on:
+            thread.join(20)
+            assert not thread.is_alive()
+
+
 class Follower:
     """Has copies of all costs, which it keeps by what it is told: only at vertices told of."""
 
@@ -128,7 +139,9 @@ def test_changes_from_many_threads_are_told_in_order(chain, toys):  # noqa: F811
         thread.start()
     for thread in threads:
         thread.join()
+    settle()
     logging.disable(logging.NOTSET)
+    assert chain.stale_layers == ()
     follower.check(chain)
 
 
