@@ -32,7 +32,9 @@ def main() -> int:
     parser.add_argument("--drives", type=int, default=100, help="on each world")
     parser.add_argument("--seed", type=int, help="drive this trip only")
     parser.add_argument("--planner", default="wave_front", help="of the drives")
-    parser.add_argument("--radius", type=float, default=0.0, help="of the robot that drives (m)")
+    parser.add_argument(
+        "--radius", type=float, default=0.25, help="of the robot that drives (m); 0: a point"
+    )
     parser.add_argument("--faces", type=int, default=2_000_000, help="of the large map")
     parser.add_argument("--minutes", type=float, default=2.0, help="that the server drives")
     parser.add_argument("--plans", type=int, default=500, help="over which memory is watched")

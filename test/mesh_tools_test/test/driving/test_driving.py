@@ -4,9 +4,10 @@ from typing import Any, Iterable
 
 import numpy as np
 import pytest
+from mesh_navigation.body.robot_shape import RobotShape
 from mesh_tools_test.driving import worlds
 from mesh_tools_test.driving.drives import driven
-from mesh_tools_test.driving.verdicts import Statistics, failures, table
+from mesh_tools_test.driving.verdicts import TOO_NEAR, Statistics, failures, table
 from mesh_tools_test.driving.worlds import DrivingWorld
 
 COUNT = 12  # drives
@@ -16,14 +17,14 @@ def check_drives(
     world: DrivingWorld,
     planner: str = "wave_front",
     seeds: Iterable[int] = range(COUNT),
-    **body: Any,
+    **given: Any,
 ) -> Statistics:
     """Drive the trips of these seeds; AssertionError unless all of them arrive as they have to.
 
     Wheels slip and the ground is rough, yet nobody drives much farther than planned; around the
     corners of paths along edges it is shorter.
     """
-    found = driven(world, list(seeds), planner, **body)
+    found = driven(world, list(seeds), planner, **given)
     told = failures([found]) + "\n" + table([found])
     assert not found.failed, told
     assert np.median(found.detours) < 1.03 and found.detours.min() > 0.7, told
@@ -31,8 +32,10 @@ def check_drives(
 
 
 def test_outdoors():
-    found = check_drives(worlds.outdoor(20_000))
+    """A robot with a body, which keeps its radius from lethal ground."""
+    found = check_drives(worlds.outdoor(20_000), shape=RobotShape(radius=0.25))
     assert len(found.verdicts) == COUNT == 12
+    assert min(verdict.lethal_distance for verdict in found.verdicts) >= 0.25 - TOO_NEAR
 
 
 def test_on_the_tray():

@@ -44,21 +44,24 @@ class Body:
         """(V,) costs of the map for the robot's middle, see `ClosedGround.costs`."""
         return costs if self._ground is None else self._ground.costs(costs)
 
-    def obstacles(self, costs: np.ndarray, place: np.ndarray, reach: float) -> NearObstacles:
-        """What it must not touch; none for a point.
+    def obstacles(
+        self, costs: np.ndarray, place: np.ndarray, reach: float, clearance: float = 0.0
+    ) -> NearObstacles:
+        """What it must not touch; none for a point that needs no clearance.
 
         Args:
             costs: (V,) of the map.
             place: (3,) m, of its middle.
             reach: how far its middle may go from there (m).
+            clearance: how far beyond the body obstacles still matter (m).
         """
-        if self._geometry is None or self.shape.is_point:
+        if self._geometry is None or (self.shape.is_point and not clearance > 0.0):
             return NO_OBSTACLES
         with self._lock:
             if self._blocked is None or self._blocked.costs is not costs:
                 self._blocked = Blocked(costs, self._geometry.vertices)
             blocked = self._blocked
-        reach += self.shape.circumscribed_radius
+        reach += self.shape.circumscribed_radius + clearance
         return NearObstacles(obstacle_points(self._geometry, blocked, place, reach), self.radius)
 
 

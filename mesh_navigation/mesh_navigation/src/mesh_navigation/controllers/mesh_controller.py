@@ -269,14 +269,14 @@ class MeshController(Controller):
     ) -> LocalCosts:
         """Of this moment, with what is so near that it could be touched within a reach (m)."""
         costs, goal = self.map.planning_costs().costs, self._goal
-        reach += values["side_clearance"]
+        clearance = values["side_clearance"]
         return LocalCosts(
             self.map.geometry,
             costs,
             goal.face,
             goal.position,
             values["cost_limit"],
-            self.body.obstacles(costs, surface_pose.position, reach),
+            self.body.obstacles(costs, surface_pose.position, reach, clearance),
         )
 
     def _sight(self, local_costs: LocalCosts, surface_pose: SurfacePose) -> Sight:

@@ -39,6 +39,7 @@ WAVE_FRONT = Shown(
 )
 EXACT = Shown("mmp_planner", "mmp_planner/MMPPlanner", "Exact geodesic", (255, 150, 0), {})
 PLANNERS = (DIJKSTRA, WAVE_FRONT, EXACT)
+RADIUS = 0.25  # m, of the simulated robot
 
 
 def planner_config():
@@ -46,6 +47,7 @@ def planner_config():
     config = {
         "planners": [{"name": each.name, "type": each.type} for each in PLANNERS],
         "planner_patience": 60.0,
+        "robot_radius": RADIUS,
     }
     config.update((each.name, dict(each.params)) for each in PLANNERS if each.params)
     return yaml.safe_dump(config, sort_keys=False)
