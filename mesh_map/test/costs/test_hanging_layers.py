@@ -25,8 +25,9 @@ class Hang:
     @classmethod
     def at(cls, where):
         if where == cls.where:
+            end = cls.end  # of this test
             cls.begun.release()
-            assert cls.end.wait(WAIT)
+            assert end.wait(WAIT)
 
 
 class HangingLayer(DataLayer):
@@ -266,7 +267,7 @@ def test_who_changes_a_layer_does_not_wait_for_all_changes_by_others(toys):  # n
 
 
 def test_who_keeps_changes_out_evaluates_what_was_left_to_it(toys):  # noqa: F811
-    mesh_map = made(BOTH)
+    mesh_map = made(BOTH, timeout=WAIT)
     entered, go_on = threading.Event(), threading.Event()
 
     def keep_out():

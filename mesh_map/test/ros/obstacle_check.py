@@ -240,7 +240,7 @@ class Obstacles(unittest.TestCase):
 
     def test_a_bag_that_begins_again(self):
         """rospy ends whoever waits for time to pass when the clock is set back."""
-        adapter, layer, seen = self.adapter("/eight/obstacles", topic="eight")
+        adapter, layer, seen = self.adapter("/eight/obstacles", topic="eight", tf_tolerance=60.0)
         said = []
         adapter._complaints.add = lambda kind, reason: said.append((kind, str(reason)))
         back = rospy.exceptions.ROSTimeMovedBackwardsException(-3.0)
@@ -282,7 +282,11 @@ class Obstacles(unittest.TestCase):
                 "inf_is_valid": True,
                 "sensor_frame": "laser",
             },
-            points={"topic": "ten_points", "observation_persistence": 0.0},
+            points={
+                "topic": "ten_points",
+                "observation_persistence": 0.0,
+                "expected_update_rate": 5.0,
+            },
         )
         scans = rospy.Publisher("/ten_scan", LaserScan, queue_size=20)
         self.addCleanup(scans.unregister)

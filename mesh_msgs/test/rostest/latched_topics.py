@@ -179,9 +179,9 @@ class LatchedTopicsTest(unittest.TestCase):
         begin = time.monotonic()
         for value in range(100):
             self.latched.keep("a", lambda value=value: costs("a", value))
-            self.latched.send("a", 1.0)
+            self.latched.send("a", 5.0)
         self.assertTrue(peer.wait_for("a 99"), peer.lines)
-        self.assertGreaterEqual(time.monotonic() - begin, 1.0)
+        self.assertGreaterEqual(time.monotonic() - begin, 5.0)
         self.latched.publish("b", costs("b", 1))
         self.assertTrue(peer.wait_for("b 1"), peer.lines)
         self.assertEqual(peer.lines, ["b 0", "a 99", "b 1"])

@@ -311,7 +311,7 @@ class Labels(unittest.TestCase):
             stdout=subprocess.DEVNULL,
         )
         self.addCleanup(end, server)
-        rospy.wait_for_service("/delete_label", 30)
+        rospy.wait_for_service("/delete_label", 60)
         topic = rospy.Publisher("/cluster_label", MeshFaceClusterStamped, queue_size=10)
         self.publishers["/cluster_label"] = topic
         self.until(lambda: topic.get_num_connections() > 0)  # the server; no manager runs yet

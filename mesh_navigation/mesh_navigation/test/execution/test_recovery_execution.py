@@ -214,7 +214,7 @@ def test_a_behavior_waits_where_the_map_has_a_gap(patience, outcome):
 
     def twice(robot, clock, cancellation):
         robot.drive(BACK)
-        cancellation.wait(0.2)
+        assert is_known.wait(60)
         robot.lost_timeout = patience
         robot.awaited_state(clock, cancellation)
         robot.drive(BACK)
@@ -223,12 +223,14 @@ def test_a_behavior_waits_where_the_map_has_a_gap(patience, outcome):
     def act(run):
         wait_until(lambda: run.robot.commands, "motion")
         run.gap = "no cloud"
+        is_known.set()
         wait_until(lambda: run.robot.commands[-1] == STOP, "a stop")
         assert STOP in run.robot.commands
         if patience:
             time.sleep(0.3)
             run.gap = ""
 
+    is_known = threading.Event()
     run = Run(twice, after=act)
     assert run.result == (outcome, "no cloud" if outcome else "done") and run.stands()
     assert run.robot.commands.count(BACK) == (1 if outcome else 2)

@@ -184,7 +184,9 @@ class DrivingTest(unittest.TestCase):
             text=True,
             timeout=90,
         )
-        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        # what is said where connections take longer than a second
+        said = [one for one in done.stderr.splitlines() if "waiting for the action server" not in one]
+        self.assertEqual((done.returncode, said), (0, []), done.stdout)
         self.assertEqual(json.loads(done.stdout)["outcome_name"], "SUCCESS")
         away = goal - start
         self.assert_at(*goal[:2], math.atan2(away[1], away[0]))

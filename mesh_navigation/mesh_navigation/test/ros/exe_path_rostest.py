@@ -8,6 +8,7 @@ import time
 import unittest
 
 import actionlib
+import dynamic_reconfigure.client
 import rospy
 import rostest
 import tf2_ros
@@ -54,8 +55,8 @@ class ExePathTest(unittest.TestCase):
             "odd_drive",
             controllers=CONTROLLERS,
             mesh_map={"mesh_file": write_map(zoo.grid())},
-            tf_timeout=0.4,
-            odom_timeout=0.4,
+            tf_timeout=3.0,
+            odom_timeout=3.0,
             controller_max_retries=0,
             controller_patience=1.0,
             cmd_vel_ignored_tolerance=1.0,
@@ -90,10 +91,11 @@ class ExePathTest(unittest.TestCase):
         self.assertTrue(result.message)
         for word in words:
             self.assertIn(word, result.message)
-        wait_until(self.robot.stands, "zero velocity", 10)
-        if driven is not None:
-            moved = any(not is_zero(twist) for twist in self.robot.commands)
-            self.assertEqual(moved, driven, self.robot.commands)
+        if driven:  # commands come by the guard, and so may come after the answer
+            wait_until(lambda: any(not is_zero(each) for each in list(self.robot.commands)), "motion")
+        wait_until(self.robot.stands, "zero velocity")
+        if driven is False:
+            self.assertEqual([each for each in self.robot.commands if not is_zero(each)], [])
         return result
 
     def test_arrives(self):
@@ -146,7 +148,7 @@ class ExePathTest(unittest.TestCase):
             self.robot.put()
             given = self.client.ask((outcome, 0.0), controller="outcome")
             if outcome < 10:
-                self.check(given, "SUCCEEDED", 0, driven=True)
+                self.check(given, "SUCCEEDED", 0)
             else:
                 state = "PREEMPTED" if outcome == 101 else "ABORTED"
                 self.check(given, state, outcome, f"outcome {outcome}, as asked", driven=False)
@@ -155,7 +157,7 @@ class ExePathTest(unittest.TestCase):
         for where in range(3):
             given = self.client.ask((where, 0.0), controller="throwing")
             self.check(given, "ABORTED", 114, "ZeroDivisionError: by zero")
-        self.check(self.client.ask(controller="nan"), "ABORTED", 102, "not finite", driven=True)
+        self.check(self.client.ask(controller="nan"), "ABORTED", 102, "not finite")
         self.check(self.client.ask(controller="lame"), "ABORTED", 112, "no legs")
         self.check(self.client.ask(controller="choosy"), "ABORTED", 110, "not this one")
         given = self.client.ask(controller="nobody")
@@ -164,11 +166,18 @@ class ExePathTest(unittest.TestCase):
     def test_controllers_that_block(self):
         self.check(self.client.ask(controller="deaf"), "ABORTED", 103, "controller_patience")
         self.check(self.client.ask(controller="slow"), "ABORTED", 103, "controller_patience")
-        for name in ("deaf", "slow"):
-            handle = self.client.send(controller=name)
-            time.sleep(0.4)
-            handle.cancel()
-            self.check(self.client.answer(handle), "PREEMPTED", 101, "canceled")
+        patience = dynamic_reconfigure.client.Client("/odd_drive")
+        patience.update_configuration({"controller_patience": 60.0})
+        try:
+            for name in ("deaf", "slow"):
+                handle = self.client.send(controller=name)
+                wait_until(lambda: handle.get_comm_state() == actionlib.CommState.ACTIVE, name)
+                time.sleep(0.4)  # then it blocks, most probably
+                handle.cancel()
+                self.check(self.client.answer(handle), "PREEMPTED", 101, "canceled")
+        finally:
+            patience.update_configuration({"controller_patience": 1.0})
+            patience.close()
 
     def test_paths_that_are_none(self):
         self.check(self.client.ask(Path()), "ABORTED", 110, "empty")
@@ -212,34 +221,35 @@ class ExePathTest(unittest.TestCase):
         self.robot.seen = False
         words = "old", "odom_timeout", "tf_timeout"
         self.check(self.client.answer(handle), "ABORTED", 111, *words, driven=True)
-        self.robot.seen, self.robot.behind = True, 2.0
+        self.robot.seen, self.robot.behind = True, 9.0
         self.check(self.client.ask(), "ABORTED", 111, "old")
-        self.robot.behind = -1.0
+        self.robot.behind = -5.0
         time.sleep(0.1)
         self.check(self.client.ask(), "ABORTED", 111, "ahead of time")
         # Of the time that was ahead, nothing is left.
         self.robot.behind = 0.0
-        time.sleep(1.2)
+        time.sleep(5.2)
         self.robot.put()
         time.sleep(0.1)
         self.check(self.client.ask((0.5, 0.0)), "SUCCEEDED", 0)
 
     def test_gaps_in_tf(self):
         """Of a robot with odometry and a localizer: it stands meanwhile, and its goal stays."""
-        self.robot.localized = 1.0
-        values = {"controllers": CONTROLLERS, "tf_timeout": 60.0}
+        self.robot.localized = 5.0
+        values = {"controllers": CONTROLLERS, "tf_timeout": 60.0, "map_timeout": 10.0}
         server = ServerProcess("gaps", mesh_map={"mesh_file": write_map(zoo.grid())}, **values)
         try:
             client, heard = ExePathClient("gaps"), []
             # A localizer that is slow does not hold back where the robot is seen.
             state, result = client.ask((1.5, 0.0))
             self.assertEqual((state, result.outcome), ("SUCCEEDED", 0), result.message)
-            self.assertLess(abs(result.final_pose.pose.position.x - self.robot.x), 0.3)
+            away = abs(result.final_pose.pose.position.x - self.robot.x)
+            self.assertLess(away, 1.5)  # seen as late as it is localized, it would be 2.5 m
             self.robot.put()
             handle = client.send((9.0, 0.0), feedback=heard.append)
             for attribute, gap, name in (
                 ("seen", False, "odom_timeout"),
-                ("localized", 5.0, "map_timeout"),
+                ("localized", 50.0, "map_timeout"),
                 ("behind", -1.0, "odom_timeout"),
             ):
                 before = getattr(self.robot, attribute)
@@ -247,8 +257,10 @@ class ExePathTest(unittest.TestCase):
                 setattr(self.robot, attribute, gap)
                 wait_until(self.robot.stands, f"a stop for {attribute}")
                 self.assertEqual(handle.get_comm_state(), actionlib.CommState.ACTIVE)
-                wait_until(lambda: heard[-1].outcome == 111, "feedback")
-                self.assertIn(name, heard[-1].message)
+                wait_until(
+                    lambda name=name: heard[-1].outcome == 111 and name in heard[-1].message,
+                    f"feedback of {name}",
+                )
                 setattr(self.robot, attribute, before)
             wait_until(lambda: not self.robot.stands(), "motion after all of that")
             self.assertEqual(server.stop(), 0)
@@ -268,7 +280,7 @@ class ExePathTest(unittest.TestCase):
             mesh_map=mesh_map,
             controllers=CONTROLLERS,
             controller_patience=60.0,
-            planner_patience=2.0,
+            planner_patience=10.0,
         )
         try:
             client, heard = ExePathClient("silent"), []
@@ -322,7 +334,7 @@ class ExePathTest(unittest.TestCase):
         commands = itertools.dropwhile(is_zero, self.robot.commands)
         zeros = [is_zero(twist) for twist in commands]
         late = self.server.output().count(STOPPED) > stopped  # The guard's words of the server.
-        if not (late or any(each.outcome for each in heard)):  # Or TF is late, which it may be.
+        if not (late or any(each.outcome >= 10 for each in heard)):  # Or TF is, which it may be.
             self.assertEqual(zeros, sorted(zeros), "no stop in between")
 
     def check_preempted(self, handle):

@@ -29,6 +29,7 @@ BEHAVIORS += [
 SUCCEEDED, ABORTED, REJECTED = GoalStatus.SUCCEEDED, GoalStatus.ABORTED, GoalStatus.REJECTED
 CANCELED = (GoalStatus.PREEMPTED, GoalStatus.RECALLED)
 NODE = "recovering"
+PATIENCE = 60.0  # seconds
 
 
 def robot_at(x, y):
@@ -48,7 +49,7 @@ def parameters(**others):
             "layers": [{"name": "obstacles", "type": "mesh_layers/ObstacleLayer"}],
             "obstacles": {"topic": "/cloud", "expected_update_rate": 0},
         },
-        "recovery_patience": 0.4,
+        "recovery_patience": PATIENCE,
         "wait": {"seconds": 0.1},
     }
     return {**found, **others}
@@ -90,6 +91,13 @@ class RecoveryTest(unittest.TestCase):
             self.assertIn(word, result.message)
         if used is not None:
             self.assertEqual(result.used_plugin, used)
+
+    def be_patient(self, seconds):
+        """Within a test; others have far more than behaviors take."""
+        server = Client(f"/{NODE}", timeout=60)
+        server.update_configuration({"recovery_patience": seconds})
+        self.addCleanup(server.close)
+        self.addCleanup(server.update_configuration, {"recovery_patience": PATIENCE})
 
     def stands(self, most_moves=None):
         """Once quiet: the first zero may be of the drive before, and the last move be under way.
@@ -139,6 +147,7 @@ class RecoveryTest(unittest.TestCase):
                 self.stands(most_moves=1)
 
     def test_patience(self):
+        self.be_patient(0.4)
         self.check(self.ask("slow"), ABORTED, 152, "patience of 0.40 s", used="slow")
         self.stands()
         self.velocities.forget()
@@ -153,6 +162,7 @@ class RecoveryTest(unittest.TestCase):
 
     def test_a_robot_that_does_not_get_on(self):
         """It stands still in TF; the patience is shorter than that of the behavior."""
+        self.be_patient(0.4)
         self.velocities.forget()
         self.check(self.ask("backup"), ABORTED, 152, used="backup")
         self.stands()
@@ -185,9 +195,7 @@ class RecoveryTest(unittest.TestCase):
         self.assertEqual({len(answers) for answers in self.topics.results.values()}, {1})
 
     def test_a_map_that_is_loaded_anew(self):
-        server = Client(f"/{NODE}", timeout=60)
-        server.update_configuration({"recovery_patience": 0.0})
-        self.addCleanup(server.update_configuration, {"recovery_patience": 0.4})
+        self.be_patient(0.0)
         self.velocities.forget()
         key = self.send("slow")
         wait_until(lambda: self.velocities.moving, "the start")

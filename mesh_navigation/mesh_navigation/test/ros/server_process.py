@@ -87,7 +87,7 @@ class ServerProcess:
 
     def wait(self):
         """Wait for its end; returns its exit status."""
-        return self._process.wait(30)
+        return self._process.wait(90)
 
     def stop(self):
         """End the process politely; returns its exit status."""
@@ -98,7 +98,7 @@ class ServerProcess:
         """End the process if it is still there, for tests that failed half-way."""
         if self._process.poll() is None:
             self._process.kill()
-            self._process.wait(30)
+            self._process.wait(90)
 
     def send(self, start=None, goal=(8.1, 8.1, 0.0), **fields):
         """Send a goal; start None is the robot's pose. Positions or whole PoseStamped messages."""

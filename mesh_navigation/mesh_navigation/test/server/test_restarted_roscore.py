@@ -57,7 +57,7 @@ def test_they_end_and_say_why(tmp_path):
             nodes[name] = start(name, program, *arguments)
         for name, (_, _, sentence) in NODES.items():
             log = tmp_path / f"{name}.log"
-            wait_until(lambda: sentence in log.read_text(), name)
+            wait_until(lambda: sentence in log.read_text(), name, 180)
         first.kill()
         first.wait()
         start_master()

@@ -140,11 +140,13 @@ class Stage:
             },
             "odom_timeout": ODOM_TIMEOUT,
             "planner_frequency": 1.0,
-            # So that goals are answered soon, and nothing but the goal moves the robot.
+            # So that goals are answered soon, and nothing but the goal moves the robot; a new guard
+            # may take its time on a busy machine.
             "recovery_enabled": False,
-            "tf_timeout": 2.0,
-            "planner_patience": 2.0,
-            "controller_patience": 2.0,
+            "tf_timeout": 10.0,
+            "planner_patience": 10.0,
+            "controller_patience": 10.0,
+            "cmd_vel_ignored_tolerance": 60.0,
         }
 
     def start_server(self) -> None:

@@ -77,7 +77,10 @@ class VelocityGuardNode:
 
     def _wait_for_subscribers(self) -> None:
         end = time.monotonic() + CONNECTING
-        subscribers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
+        try:
+            subscribers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
+        except (OSError, rosgraph.MasterException):  # it has ended meanwhile: so will this node
+            return
         expected = len(subscribers.get(self._publisher.resolved_name, ()))
         while self._publisher.get_num_connections() < expected and time.monotonic() < end:
             time.sleep(TICK)
