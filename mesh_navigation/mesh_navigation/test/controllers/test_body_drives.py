@@ -134,10 +134,16 @@ def test_an_arc_under_whose_sweep_a_post_is_is_not_sent():
     assert command_at(following(under, straight, LONG), here).velocity.x > 0.0
 
 
-@pytest.mark.parametrize("shape", [ROUND, RobotShape()], ids=["round", "point"])
-def test_side_clearance_is_kept_where_the_plan_has_it(shape):
-    """Around the corner of a path that is 0.5 m away from a wall; it would be cut."""
-    costs = np.where((X < 4.5) & (Y > 4.5), np.inf, 0.0)
+WALL, POST = np.where((X < 4.5) & (Y > 4.5), np.inf, 0.0), at([4.6, 4.3])
+
+
+@pytest.mark.parametrize(
+    "shape, costs, clearance, lookahead",
+    [(ROUND, WALL, 0.2, 1.5), (RobotShape(), POST, 0.28, 2.5)],
+    ids=["round", "point"],
+)
+def test_side_clearance_is_kept_where_the_plan_has_it(shape, costs, clearance, lookahead):
+    """Around the corner of a path that is far enough from what is in it; it would be cut."""
     points = np.array([[2.0, 4.0, 0.0], [5.0, 4.0, 0.0], [5.0, 7.0, 0.0]])
     poses = np.concatenate(
         [np.linspace(a, b, 16)[1:] for a, b in zip(points, points[1:])] + [points[-1:]]
@@ -145,16 +151,16 @@ def test_side_clearance_is_kept_where_the_plan_has_it(shape):
     poses = np.pad(poses, ((0, 0), (0, 4)))
     poses[:, 6] = 1.0
     least = []
-    for clearance in (0.0, 0.2 if shape is ROUND else 0.4):
+    for kept in (0.0, clearance):
         mesh_map = MapWithCosts(GRID, costs)
-        parameters = {"side_clearance": clearance, "lookahead_distance": 1.5, "max_angle": 60.0}
+        parameters = {"side_clearance": kept, "lookahead_distance": lookahead, "max_angle": 60.0}
         controller = controller_of(mesh_map, shape, **parameters, turn_to_goal_heading=False)
         planner = _Path(poses)
         start, goal = Pose.at(points[0]), Pose.at(points[-1])
         went = drive(mesh_map, planner, controller, start=start, goal=goal, max_time=60.0)
         assert went.arrived, went.result.message
         least.append(-depth(went.track, costs, shape))
-    assert least[0] < clearance - 0.08 < clearance - SLACK <= least[1], least
+    assert least[0] < clearance - SLACK <= least[1], least
 
 
 class _Path:

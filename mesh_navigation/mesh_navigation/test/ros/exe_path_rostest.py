@@ -59,7 +59,7 @@ class ExePathTest(unittest.TestCase):
             odom_timeout=3.0,
             controller_max_retries=0,
             controller_patience=1.0,
-            cmd_vel_ignored_tolerance=1.0,
+            cmd_vel_ignored_tolerance=6.0,
         )
         cls.client = ExePathClient("odd_drive")
         broadcaster = tf2_ros.StaticTransformBroadcaster()
