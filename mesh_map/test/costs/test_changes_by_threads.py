@@ -6,13 +6,14 @@ import threading
 
 import numpy as np
 import pytest
-from mesh_map import MeshMapError
+from mesh_map import MeshMap, MeshMapError
 from mesh_map.costs.edge_weights import PlanningCosts
 from mesh_map.costs.settings import MapSettings
 from mesh_map.map.mesh_map import COMBINED_COSTS
 from toy_layers import CHAIN, told
 from toy_layers import chain, toys  # noqa: F401
 
+NO_WAIT = {"wait": False}
 pytestmark = pytest.mark.usefixtures("toys")
 
 
@@ -42,12 +43,9 @@ def held(mesh_map, name, change):
 
 
 def settle():
-    """Waits for the thread that goes on where others left layers behind them, and what it starts."""
-    while True:
-        going_on = [one for one in threading.enumerate() if one.name == "layers"]
-        if not going_on:
-            return
-        for thread in going_on:
+    """Waits for the threads that go on where others left layers behind them, and have told it."""
+    for thread in threading.enumerate():
+        if thread.name == "layers":
             thread.join(20)
             assert not thread.is_alive()
 
@@ -143,6 +141,87 @@ def test_changes_from_many_threads_are_told_in_order(chain, toys):  # noqa: F811
     logging.disable(logging.NOTSET)
     assert chain.stale_layers == ()
     follower.check(chain)
+
+
+def going_on():
+    return [one.name for one in threading.enumerate()].count("layers")
+
+
+def test_clouds_beside_changes_are_told_in_order_and_none_is_lost(chain, toys):  # noqa: F811
+    """Sensors do not wait for layers that read theirs; one thread goes on for all of them."""
+    follower, most = Follower(chain), []
+
+    def see(name, seed):
+        random = np.random.default_rng(seed)
+        for _ in range(60):
+            toys[name] = random.integers(0, 9, 64).astype(np.float32)
+            chain.refresh_layer(name, wait=False)
+            most.append(going_on())
+
+    def change():
+        random = np.random.default_rng(3)
+        for _ in range(40):
+            chain.set_layer_parameters("near", {"share": float(random.uniform(0, 1))})
+
+    threads = [threading.Thread(target=see, args=job) for job in (("ground", 1), ("water", 2))]
+    threads.append(threading.Thread(target=change))
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(60)
+        assert not thread.is_alive()
+    chain.catch_up()
+    assert chain.stale_layers == () and max(most) == 1
+    settle()
+    follower.check(chain)
+    fresh = MeshMap.of(chain.geometry)
+    fresh.compute_layers(CHAIN)
+    fresh.set_layer_parameters("near", {"share": chain.layers["near"].params["share"]})
+    assert np.array_equal(chain.costs, fresh.costs)
+
+
+def test_all_who_read_have_their_turn_while_clouds_come(chain, toys):  # noqa: F811
+    """One that is behind again as soon as it is evaluated does not keep others from it."""
+    turns, clouds = [], 5
+    near, all_of_them = chain.layers["near"], chain.layers["all"]
+    updates = near.update, all_of_them.update
+
+    def see():
+        toys["water"] = np.roll(toys["water"], 1)
+        thread = threading.Thread(target=chain.refresh_layer, args=("water",), kwargs=NO_WAIT)
+        thread.start()
+        thread.join(20)
+        assert not thread.is_alive()
+
+    def update_near(*arguments):
+        turns.append("near")
+        if turns.count("near") < clouds:
+            see()
+        return updates[0](*arguments)
+
+    def update_all(*arguments):
+        turns.append("all")
+        return updates[1](*arguments)
+
+    near.update, all_of_them.update = update_near, update_all
+    see()
+    settle()
+    assert turns == ["near", "all"] * clouds
+    fresh = MeshMap.of(chain.geometry)
+    fresh.compute_layers(CHAIN)
+    assert np.array_equal(chain.costs, fresh.costs)
+
+
+def test_who_waits_for_what_is_behind(chain, toys):  # noqa: F811
+    """catch_up() returns when others have evaluated what they hold, and not before."""
+    toys["water"] = np.roll(toys["water"], 1)
+    done = threading.Event()
+    with held(chain, "near", lambda: chain.refresh_layer("water", wait=False)):
+        thread = threading.Thread(target=lambda: (chain.catch_up(), done.set()))
+        thread.start()
+        assert not done.wait(0.2) and chain.stale_layers == ("near", "all")
+    thread.join(20)
+    assert done.is_set() and chain.stale_layers == ()
 
 
 def test_what_planners_read_belongs_together_while_all_changes(chain, toys):  # noqa: F811

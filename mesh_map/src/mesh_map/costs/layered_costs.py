@@ -13,7 +13,6 @@ from typing import (
     Mapping,
     NamedTuple,
     Optional,
-    Set,
     Tuple,
 )
 
@@ -21,6 +20,7 @@ import numpy as np
 
 from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.base.parameter import Value
+from mesh_map.costs.background_work import BackgroundWork
 from mesh_map.costs.combination import COMBINED_COSTS, Combination
 from mesh_map.costs.edge_weights import PlanningCosts
 from mesh_map.costs.layer import Layer
@@ -61,8 +61,9 @@ class LayeredCosts:
     made from any thread. Those of one layer are made one after the other; others do not wait for
     each other. All else may be read meanwhile, and never waits. Each layer comes into force as soon
     as it is evaluated, and those that read it, one after the other, behind it: until then,
-    `stale_layers` names them. A change returns when that is done, or another thread does it. Only
-    `params` of the layer in question are new while it is evaluated.
+    `stale_layers` names them. A change returns when that is done, or another thread does it; one
+    that sensors make need not wait for it (see refresh_layer, catch_up). Only `params` of the layer
+    in question are new while it is evaluated.
 
     Attributes:
         geometry: the mesh; may be shared with other maps.
@@ -79,6 +80,7 @@ class LayeredCosts:
         self._computing = threading.Lock()
         self._listeners = Listeners()
         self._changes = PendingChanges()
+        self._background = BackgroundWork(self._go_on, "layers")
         combination = Combination([], len(geometry.vertices))
         settings = MapSettings()
         planning = PlanningCosts(0, combination.costs, geometry, settings)
@@ -227,15 +229,20 @@ class LayeredCosts:
                     raise MeshMapError("layer %s: %s" % (name, error_line(error))) from error
             return dict(layer.params)
 
-    def refresh_layer(self, name: str) -> None:
+    def refresh_layer(self, name: str, wait: bool = True) -> None:
         """Evaluates a layer whose own data have changed, and those that read it.
 
         A layer that fails stays as it was, which is logged.
 
+        Args:
+            name: of the layer.
+            wait: for those that read it. If not, this returns as soon as the layer is in force, and
+                a thread of the map evaluates them, again and again while more data come: whoever
+                hands over what sensors see does not wait for others. See catch_up().
         Raises:
             MeshMapError: no such layer.
         """
-        with self._change(), self._locked([name]):
+        with self._change(wait), self._locked([name]):
             self._layer(name)
             propagation = Propagation(self)
             try:
@@ -243,6 +250,16 @@ class LayeredCosts:
             except PLUGIN_FAILURES as error:
                 propagation.fail(name, error)
             self._put_in_force(propagation)
+
+    def catch_up(self) -> None:
+        """Returns when all layers that are behind now (`stale_layers`) have been evaluated with
+        what they read by now, each once: by this thread, or by others, for which it waits.
+
+        Raises:
+            MeshMapError: called by what a change has called.
+        """
+        with self._change(wait=False):
+            self._catch_up(wait=True)
 
     def set_without_data(self, name: str, reason: str) -> None:
         """Notes why a layer gets no data of sensors, so that it does not stand; "": it does."""
@@ -338,9 +355,9 @@ class LayeredCosts:
                     return
 
     @contextlib.contextmanager
-    def _change(self) -> Iterator[None]:
+    def _change(self, wait: bool = True) -> Iterator[None]:
         """No change from within another one; then layers that read what has changed are evaluated,
-        and listeners are told."""
+        by this thread if it waits for them, and listeners are told."""
         if self in _CHANGING.get():
             raise MeshMapError("the map cannot be changed by what a change of it has called")
         token = _CHANGING.set((*_CHANGING.get(), self))
@@ -348,7 +365,9 @@ class LayeredCosts:
             try:
                 yield
             finally:
-                self._catch_up()
+                if wait:
+                    self._catch_up()
+                self._leave_the_rest()
         finally:
             _CHANGING.reset(token)
             with self._lock:
@@ -384,34 +403,35 @@ class LayeredCosts:
             shown = {name: found.shown for name, found in propagation.differences.items()}
             self._commit(self.layer_set, self.settings, shown, propagation)
 
-    def _catch_up(self) -> None:
-        """Evaluates layers that are behind, in their order.
+    def _catch_up(self, wait: bool = False) -> None:
+        """Evaluates layers that are behind, in their order, each once.
 
-        Those that another thread holds are left to it: it looks here when it has let them go. Where
-        others change what is read so often that this would not come to an end, a thread of its own
-        goes on.
+        Those that another thread holds are waited for, or left to it: it looks for what is behind
+        when it has let them go.
         """
-        done: Set[str] = set()
-        while True:
-            layer_set = self.layer_set
-            workers, behind = layer_set.workers, layer_set.behind
-            names = (name for name in layer_set.made if name in behind)
-            name = next((one for one in names if workers[one].lock.acquire(blocking=False)), "")
-            if not name:
-                return
-            try:
-                if name not in done:
+        layer_set = self.layer_set
+        for name in layer_set.made:
+            lock = layer_set.workers[name].lock
+            if name in self.layer_set.behind and lock.acquire(blocking=wait):
+                try:
                     self._evaluate_behind(layer_set, name)
-            finally:
-                workers[name].lock.release()
-            if name in done:
-                threading.Thread(target=self._go_on, name="layers", daemon=True).start()
+                finally:
+                    lock.release()
+
+    def _leave_the_rest(self) -> None:
+        """What is behind, and held by nobody who would look here, is for the background."""
+        layer_set = self.layer_set
+        for name in layer_set.behind:
+            lock = layer_set.workers[name].lock
+            if lock.acquire(blocking=False):
+                lock.release()
+                self._background.ask()
                 return
-            done.add(name)
 
     def _evaluate_behind(self, layer_set: LayerSet, name: str) -> None:
-        if name not in self.layer_set.behind:
-            return  # another thread was quicker
+        present = self.layer_set
+        if present.made is not layer_set.made or name not in present.behind:
+            return  # all layers have been replaced, or another thread was quicker
         propagation = Propagation(self)
         try:
             propagation.update(name)

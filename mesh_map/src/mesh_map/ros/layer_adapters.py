@@ -60,4 +60,5 @@ def _started(namespace: str, mesh_map: MeshMap, layer: Layer) -> RosAdapter:
     found = getattr(importlib.import_module(module_name), class_name)
     if not (isinstance(found, type) and issubclass(found, RosAdapter)):
         raise MeshMapError("%s is no mesh_map.ros.ros_adapter.RosAdapter" % layer.ROS_ADAPTER)
-    return found(namespace, mesh_map, layer, lambda: mesh_map.refresh_layer(layer.name))
+    refresh = partial(mesh_map.refresh_layer, layer.name, wait=False)
+    return found(namespace, mesh_map, layer, refresh)

@@ -223,6 +223,7 @@ class ObstacleAdapter(RosAdapter):
     def _clear(self, _request: TriggerRequest) -> TriggerResponse:
         counts = []
         self._change(lambda: counts.append(self.layer.clear()) or counts[0])
+        self.mesh_map.catch_up()  # whoever asks plans next
         return TriggerResponse(
             success=True, message="forgotten: %s" % quantity(sum(counts), "marked faces")
         )

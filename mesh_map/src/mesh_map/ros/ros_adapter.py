@@ -16,8 +16,9 @@ class RosAdapter(abc.ABC):
     Attributes:
         namespace: of the layer's parameters and topics, such as /move_base_flex/mesh_map/obstacles.
         mesh_map, layer: for which it works.
-        refresh: evaluates the layer and those that depend on it again; what has changed is
-            published. Returns when that is done; may be called from any thread.
+        refresh: evaluates the layer again; what has changed is published. Returns when that is in
+            the costs, and does not wait for layers that read it: they follow in another thread
+            (`mesh_map.catch_up()` waits for them). May be called from any thread.
     """
 
     def __init__(
