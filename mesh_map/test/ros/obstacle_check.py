@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Clouds on a running ROS: from a topic to lethal vertices, in the node and the adapter alone."""
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -18,6 +19,7 @@ import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from mesh_map.layers.obstacle import ObstacleLayer
 from mesh_map.map.mesh_map import COMBINED_COSTS, MeshMap
+from mesh_map.ros.layer_adapters import LayerAdapters
 from mesh_map.ros.obstacle_adapter import ObstacleAdapter
 from mesh_msgs import arrays
 from mesh_msgs.testing import wait_until
@@ -305,6 +307,55 @@ class Obstacles(unittest.TestCase):
         self.send(scans, back)
         self.assertTrue(wait_until(lambda: layer.marked_faces.tolist() == [1]), seen)
         self.assertTrue(wait_until(lambda: "ten_points" in adapter._silence()))  # for a second
+
+    def test_clouds_do_not_wait_for_who_reads_them(self):
+        """An inflation over the first one hangs: others come, and the sensor is not silent."""
+        mesh_map = MeshMap(VERTICES, FACES)
+        obstacles = {"topic": "eleven", "decay": -1.0, "sensor_frame": "laser"}
+        mesh_map.compute_layers(
+            [
+                {"name": "seen", "type": "mesh_layers/ObstacleLayer", "params": obstacles},
+                {"name": "inflation", "type": "mesh_layers/InflationLayer"},
+            ]
+        )
+        begun, go_on = threading.Event(), threading.Event()
+        inflation = mesh_map.layers["inflation"]
+        update = inflation.update
+
+        def hang(*arguments):
+            begun.set()
+            self.assertTrue(go_on.wait(10 * WAIT))
+            return update(*arguments)
+
+        def lethal():
+            return np.flatnonzero(np.isinf(mesh_map.costs)).tolist()
+
+        inflation.update = hang
+        in_use = contextlib.ExitStack()
+        self.addCleanup(in_use.close)
+        self.addCleanup(go_on.set)
+        LayerAdapters("/eleven", mesh_map, in_use).start()
+        publisher = self.publisher("/eleven")
+        self.send(publisher, cloud([RIGHT], frame="map"))
+        self.assertTrue(begun.wait(WAIT))
+        self.assertEqual(lethal(), [0, 1, 2])
+        for point, expected in ((LEFT, [0, 2, 3]), (RIGHT, [0, 1, 2]), (LEFT, [0, 2, 3])):
+
+            def come(point=point, expected=expected):
+                publisher.publish(cloud([point], frame="map"))
+                return lethal() == expected and not mesh_map.gap
+
+            self.assertTrue(wait_until(come), (lethal(), mesh_map.gap))
+        self.assertEqual(mesh_map.stale_layers, ("inflation",))
+        clear = rospy.ServiceProxy("/eleven/seen/clear", Trigger)
+        thread = threading.Thread(target=clear)
+        thread.start()
+        self.assertTrue(wait_until(lambda: lethal() == []))
+        self.assertEqual(mesh_map.stale_layers, ("inflation",))
+        go_on.set()
+        thread.join(WAIT)
+        self.assertFalse(thread.is_alive())
+        self.assertEqual((mesh_map.stale_layers, mesh_map.costs.tolist()), ((), [0.0] * 7))
 
     def test_nothing_comes_after_shutdown(self):
         adapter, layer, seen = self.adapter("/six/obstacles", 0.3, topic="six", decay=0.5)
