@@ -8,6 +8,7 @@ import pytest
 
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_msgs import zoo
+from mesh_msgs.testing import wait_until
 from mesh_tools_test.base.noisy_world import layer, map_with, noisy_world
 from mesh_tools_test.layers import changing, computing, peers, starting
 
@@ -75,7 +76,25 @@ def test_clouds_meet_the_map(world):
 def test_clouds_are_measured_while_a_layer_is_computed(world):
     figures = changing.meanwhile(world, 1)
     assert [figure.peer for figure in figures] == ["without that"] * 2
+    assert [figure.floor for figure in figures] == [150.0, None]
     assert 0 < figures[0].value <= figures[1].value
+
+
+def test_clouds_do_not_wait_for_what_is_measured_beside_them(world, monkeypatch):
+    """All that come are measured, also those for which a newer one is taken."""
+    made = map_with(world.fresh_geometry(), [layer("obstacle", "Obstacle", topic="points")])
+    sensor, came, taken = changing._Sensor(made), [], []
+    insert = made.layers["obstacle"].insert_cloud
+
+    def slow(*arguments):
+        taken.append(arguments)
+        assert wait_until(lambda: len(came) >= 5)  # so the next ones do not wait for it
+        return insert(*arguments)
+
+    monkeypatch.setattr(made.layers["obstacle"], "insert_cloud", slow)
+    sensor.see(lambda: len(came) < 5 and not came.append(len(sensor.delays)))
+    assert came == [0] * 5 and len(sensor.delays) == 5
+    assert 2 <= len(taken) < 5 and sensor.delays[0] > 4 * 1000 * changing.PERIOD - 1
 
 
 def test_a_map_with_stored_layers_computes_none(world, tmp_path):
