@@ -42,6 +42,10 @@ class HangingLayer(DataLayer):
     def announce(self, geometry):
         Hang.at("announce")
 
+    def checked_changes(self, values):
+        Hang.at("checked_changes")
+        return super().checked_changes(values)
+
     def fingerprint(self, mesh_map, inputs):
         Hang.at("fingerprint")
         return super().fingerprint(mesh_map, inputs)
@@ -138,6 +142,8 @@ def test_a_layer_that_hangs_at_the_start(where):
         ("reuse", lambda mesh_map: mesh_map.set_layer_parameters("deep", {"threshold": 2.0})),
         ("update", lambda mesh_map: mesh_map.refresh_layer("deep")),
         ("clear", lambda mesh_map: mesh_map.clear_layers()),
+        ("checked_changes", lambda mesh_map: mesh_map.set_layer_parameters("deep", {"depth": 2})),
+        ("fingerprint", lambda mesh_map: mesh_map.layers_to_store()),
     ],
 )
 def test_a_layer_that_hangs_later_is_left_behind(where, change, toys):  # noqa: F811
@@ -163,6 +169,40 @@ def test_a_layer_that_hangs_later_is_left_behind(where, change, toys):  # noqa: 
     assert mesh_map.fault == ""
     with pytest.raises(MeshMapError, match="it hangs"):
         mesh_map.set_layer_parameters("deep", {"enabled": True})
+
+
+def test_a_layer_that_hangs_as_it_is_to_be_stored_is_named_and_the_others_are_not_lost():
+    mesh_map = made()
+    before = mesh_map.layers["deep"].identity
+    mesh_map.set_layer_parameters("deep", {"depth": 2.0})
+    Hang.where = "fingerprint"
+    layers, errors = mesh_map.layers_to_store()
+    assert list(layers) == ["ground", "all"] and errors == {"deep": FAULT}
+    assert mesh_map.fault == "layer deep: " + FAULT
+    Hang.where = ""
+    Hang.end.set()
+    wait_until(no_call_is_left, "the end of the call")
+    assert mesh_map.layers["deep"].identity["depth"] == 2.0 != before["depth"]
+    assert list(mesh_map.layers_to_store()[0]) == ["ground", "all"]  # it is not asked any more
+
+
+def test_others_change_while_a_layer_is_asked_what_is_to_be_stored(toys):  # noqa: F811
+    """What is stored of each is of one moment."""
+    toys.update(ground=np.ones(64, np.float32), deep=np.ones(64, np.float32))
+    mesh_map, stored = made(timeout=WAIT), []
+    Hang.where = "fingerprint"
+    thread = in_thread(lambda: stored.append(mesh_map.layers_to_store()))
+    mesh_map.set_layer_parameters("ground", {"scale": 5.0})
+    assert mesh_map.costs[0] == 5 + 1 + 6 and thread.is_alive()
+    Hang.where = ""
+    Hang.end.set()
+    thread.join(WAIT)
+    ((layers, errors),) = stored
+    assert not errors and list(layers) == ["ground", "deep", "all"]
+    assert layers["ground"].identity["scale"] == layers["ground"].params["scale"] == 1.0
+    assert layers["ground"].result.costs[0] == 1 and layers["all"].result.costs[0] == 6
+    mesh_map.catch_up()
+    assert layers["all"].identity == mesh_map.layers["all"].identity
 
 
 def test_others_do_not_wait_for_a_layer_that_hangs(toys):  # noqa: F811

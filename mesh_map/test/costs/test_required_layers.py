@@ -211,7 +211,7 @@ def test_a_default_layer_that_is_none_is_a_fault_until_another_is_chosen():
     assert mesh_map.fault == ""
 
 
-WAYS = ("__init__", "announce", "compute", "update", "reuse", "clear", "fingerprint")
+WAYS = "__init__ announce compute update reuse clear fingerprint checked_changes".split()
 
 
 class LeavingLayer(DataLayer):
@@ -249,6 +249,7 @@ def test_a_layer_that_exits_the_program_fails_as_any_other(way, monkeypatch):
         lambda: mesh_map.set_layer_parameters("exit", {"threshold": 2.0}),
         lambda: mesh_map.refresh_layer("exit"),
         lambda: mesh_map.clear_layers(),
+        lambda: mesh_map.layers_to_store(),
     ):
         try:
             change()
@@ -258,6 +259,25 @@ def test_a_layer_that_exits_the_program_fails_as_any_other(way, monkeypatch):
     assert list(mesh_map.layers)[0] == "ground"
     if way in ("__init__", "announce", "compute"):
         assert mesh_map.fault == "layer exit: SystemExit: enough"
+
+
+def test_a_layer_that_exits_the_program_as_it_is_to_be_stored(monkeypatch):
+    monkeypatch.setitem(TYPES, "leaving", LeavingLayer)
+    monkeypatch.setattr(LeavingLayer, "exits", "fingerprint")
+    mesh_map = grid_map()
+    mesh_map.compute_layers([entry("ground", "data"), entry("exit", "leaving")])
+    layers, errors = mesh_map.layers_to_store()
+    assert list(layers) == ["ground"] and errors == {"exit": "SystemExit: enough"}
+
+
+def test_parameters_that_a_layer_exits_the_program_over(monkeypatch):
+    monkeypatch.setitem(TYPES, "leaving", LeavingLayer)
+    monkeypatch.setattr(LeavingLayer, "exits", "checked_changes")
+    mesh_map = grid_map()
+    mesh_map.compute_layers([entry("exit", "leaving")])
+    with pytest.raises(MeshMapError, match="^layer exit: SystemExit: enough$"):
+        mesh_map.set_layer_parameters("exit", {"scale": 2.0})
+    assert mesh_map.fault == "" and mesh_map.layers["exit"].params["scale"] == 1.0
 
 
 def test_listeners_that_exit_the_program_harm_nobody(walled):

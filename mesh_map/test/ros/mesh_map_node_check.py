@@ -168,6 +168,35 @@ class MeshMapNode(unittest.TestCase):
         np.testing.assert_array_equal(saved.vertex_costs("border"), before)
         self.assertFalse(np.array_equal(server.map.layers["border"].result.costs, before))
 
+    def test_saving_asks_layers_that_exit_or_hang(self):
+        """Whoever saves gets an answer, the other layers are stored, and the map can be loaded."""
+        names = ["border", "exit", "deep"]
+        layers = [{"name": name, "type": "mesh_layers/BorderLayer"} for name in names]
+        server = self.serve("asked", mesh_file=self.path, layers=layers)
+        server.map.layer_set.workers["deep"]._seconds = 1.0
+        end = threading.Event()
+        self.addCleanup(end.set)
+
+        def leave(*_):
+            raise SystemExit("enough")
+
+        for name, fingerprint in (("exit", leave), ("deep", lambda *_: end.wait(10 * WAIT))):
+            server.map.set_layer_parameters(name, {"border_cost": 0.5})
+            server.map.layers[name].fingerprint = fingerprint
+        answers = []
+        save = rospy.ServiceProxy(server.namespace + "/save_map", Trigger)
+        thread = threading.Thread(target=lambda: answers.append(save()), daemon=True)
+        thread.start()
+        thread.join(WAIT)
+        self.assertFalse(thread.is_alive(), "nobody answers")
+        (answer,) = answers
+        self.assertTrue(answer.success)
+        told = "border; not stored: exit: SystemExit: enough, deep: it hangs"
+        self.assertIn(told, answer.message)
+        self.assertEqual(MapFile(self.path).layer_names(), ["border"])
+        self.assertIn("layer deep: it hangs", server.map.fault)
+        self.assertEqual(server.load().fault, "")
+
     def test_embedded_server(self):
         path = os.path.join(self.folder, "mesh.obj")
         with open(path, "w") as file:

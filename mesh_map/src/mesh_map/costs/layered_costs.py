@@ -2,14 +2,17 @@
 
 import contextlib
 import contextvars
+import copy
 import logging
 import threading
+from functools import partial
 from typing import (
     Any,
     Callable,
     Dict,
     Iterable,
     Iterator,
+    List,
     Mapping,
     NamedTuple,
     Optional,
@@ -23,7 +26,7 @@ from mesh_map.base.parameter import Value
 from mesh_map.costs.background_work import BackgroundWork
 from mesh_map.costs.combination import COMBINED_COSTS, Combination
 from mesh_map.costs.edge_weights import PlanningCosts
-from mesh_map.costs.layer import Layer
+from mesh_map.costs.layer import OF_ALL, Layer
 from mesh_map.costs.layer_changes import (
     Listener,
     Listeners,
@@ -211,7 +214,7 @@ class LayeredCosts:
         """
         with self._change(), self._locked([name]):
             layer = self._layer(name)
-            params, warnings = layer.checked_changes(values)
+            params, warnings = self._checked_changes(layer, values)
             for warning in warnings:
                 _LOG.warning("layer %s: %s", name, warning)
             before = layer.params
@@ -270,6 +273,37 @@ class LayeredCosts:
         stand; "" while they are. It is called whenever somebody wants to know, from any thread, and
         must not wait for anything."""
         self._faults.watch_data(name, look)
+
+    def layers_to_store(self) -> Tuple[Dict[str, Layer], Dict[str, str]]:
+        """Copies of all layers that stand and may be stored, and why others cannot be.
+
+        Result, parameters and identity of each belong together. Waits for layers that are being
+        evaluated, one after the other; the others may change meanwhile. A layer that does not say
+        in time how it was made hangs.
+
+        Returns:
+            name -> layer, its `identity` is known; name -> one line, of those that fail to say it.
+        Raises:
+            MeshMapError: called by what a change has called.
+        """
+        found: Dict[str, Layer] = {}
+        errors: Dict[str, str] = {}
+        for name in self.layer_set.made:
+            with self._change(wait=False), self._locked([name]):
+                layer = self.layers.get(name)
+                if layer is None or not (layer.STORABLE and layer.params["enabled"]):
+                    continue
+                if name in self.layer_failures:
+                    continue  # its costs are those of before
+                kept = copy.copy(layer)
+                try:
+                    worker = self.layer_set.workers[name]
+                    layer.identity = worker.call(partial(getattr, kept, "identity"))
+                    found[name] = kept
+                except PLUGIN_FAILURES as error:
+                    errors[name] = error_line(error)
+                    _LOG.error("layer %s cannot be stored: %s", name, errors[name])
+        return found, errors
 
     def clear_layers(self, names: Optional[Iterable[str]] = None) -> Dict[str, int]:
         """Has layers forget what sensors have seen, and evaluates them and those that read them.
@@ -396,6 +430,19 @@ class LayeredCosts:
             known = "it is left out: %s" % reason if reason else "known: " + ", ".join(self.layers)
             raise MeshMapError("there is no layer %s" % name, known)
         return made[name]
+
+    def _checked_changes(
+        self, layer: Layer, values: Mapping[str, Any]
+    ) -> Tuple[Dict[str, Value], List[str]]:
+        worker, of_all = self.layer_set.workers[layer.name], {p.name for p in OF_ALL}
+        if worker.fault and of_all.issuperset(values):
+            return Layer.checked_changes(layer, values)  # one that hangs can be taken out
+        try:
+            return worker.call(lambda: layer.checked_changes(values))
+        except MeshMapError:
+            raise
+        except PLUGIN_FAILURES as error:
+            raise MeshMapError("layer %s: %s" % (layer.name, error_line(error))) from error
 
     def _put_in_force(self, propagation: Propagation) -> None:
         """A change of layers, at once; those who read them are behind from then on."""

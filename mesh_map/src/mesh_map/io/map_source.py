@@ -18,7 +18,7 @@ from mesh_msgs_hdf5.files.save import stamp
 
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.digest import digest
-from mesh_map.base.errors import MeshMapError
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.costs.layer import Layer
 from mesh_map.geometry.coordinates import check_rounding, checked_origin
 from mesh_map.geometry.mesh_geometry import MeshGeometry
@@ -227,7 +227,8 @@ class MapSource:
         again. Layers that say so (STORABLE) are left out.
 
         Raises:
-            MeshMapError: no map file, no layers, or a file that cannot be written.
+            MeshMapError: no map file, no layers, one that does not say how it was made, or a file
+                that cannot be written.
         """
         if not self.is_map_file:
             raise MeshMapError(
@@ -238,7 +239,7 @@ class MapSource:
         for name, layer in layers.items():
             if layer.result is not None and layer.STORABLE and layer.params["enabled"]:
                 edit.vertex_costs[name] = layer.result.costs
-                edit.layer_parameters[name] = self._storable(layer.identity)
+                edit.layer_parameters[name] = self._storable(_identity(layer))
         if not edit.vertex_costs:
             raise MeshMapError("there are no layers to store")
         try:
@@ -275,6 +276,14 @@ class MapSource:
             if self._options.get("orient"):
                 self._identity["orient"] = True
         return json.loads(json.dumps(_finite(dict(fingerprint, **self._identity))))
+
+
+def _identity(layer: Layer) -> Mapping[str, Any]:
+    try:
+        return layer.identity
+    except PLUGIN_FAILURES as error:
+        text = "layer %s does not say how it was made, so it cannot be stored: %s"
+        raise MeshMapError(text % (layer.name, error_line(error))) from error
 
 
 def _finite(value: Any) -> Any:

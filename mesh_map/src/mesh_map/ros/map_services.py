@@ -13,7 +13,7 @@ from mesh_msgs.srv import (
 )
 from std_srvs.srv import Trigger, TriggerResponse
 
-from mesh_map.base.errors import MeshMapError
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.io import map_messages
 from mesh_map.map.mesh_map import MeshMap
 
@@ -93,6 +93,6 @@ class MapServices:
     def _save_map(self, _request: Any) -> TriggerResponse:
         try:
             return TriggerResponse(success=True, message=self._server.save())
-        except MeshMapError as error:
-            rospy.logerr("save_map: %s", error)
-            return TriggerResponse(success=False, message=str(error))
+        except PLUGIN_FAILURES as error:
+            rospy.logerr("save_map: %s", error_line(error))
+            return TriggerResponse(success=False, message=error_line(error))

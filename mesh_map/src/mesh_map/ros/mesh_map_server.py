@@ -1,7 +1,6 @@
 """The mesh map on ROS: one map below a namespace, with all that is said about it in the README."""
 
 import contextlib
-import copy
 import logging
 import threading
 import time
@@ -178,22 +177,25 @@ class MeshMapServer:
         return known
 
     def save(self) -> str:
-        """Stores the layers in the map file; says what was done.
+        """Stores the layers in the map file; says what was done, and which are not stored, and why.
 
         Raises:
-            MeshMapError: no map, no map file, or one that cannot be written.
+            MeshMapError: no map, no map file, one that cannot be written, another map since, or no
+                layer that can be stored.
         """
         with self._lock:
-            mesh_map = self.map
-            with mesh_map.unchanged():  # costs, and the parameters that they were computed with
-                failed = mesh_map.layer_failures
-                layers = {
-                    name: copy.copy(layer)
-                    for name, layer in mesh_map.layers.items()
-                    if name not in failed
-                }
-            names = self._source.save_layers(layers)  # may take seconds
-        message = "stored in %s: %s" % (self._source.path, ", ".join(names))
+            mesh_map, source = self.map, self._source
+        layers, errors = mesh_map.layers_to_store()
+        left_out = ", ".join("%s: %s" % error for error in errors.items())
+        if errors and not layers:
+            raise MeshMapError("no layer can be stored: " + left_out)
+        with self._lock:
+            if self._map is not mesh_map:
+                raise MeshMapError("the map has been replaced meanwhile", "save it again")
+            names = source.save_layers(layers)  # may take seconds
+        message = "stored in %s: %s" % (source.path, ", ".join(names))
+        if left_out:
+            message += "; not stored: " + left_out
         _LOG.info("%s", message)
         return message
 

@@ -209,6 +209,7 @@ class _Sensor:
                 raise RuntimeError("a cloud is not in the costs")
             self.delays += [1000.0 * (now - one) for one in came]
 
+
 PARTS: Dict[str, Callable[[World, int], List[Figure]]] = {
     "changes": changes,
     "obstacles": obstacles,
