@@ -162,6 +162,56 @@ def test_each_source_has_its_own_limits():
     assert layer.marked_faces.tolist() == [1]
 
 
+def test_what_the_layer_says_as_in_costmap_2d_holds_for_its_sources():
+    """Ranges are those of sources that say none; max_obstacle_height bounds all of them."""
+    params = dict(TWO, obstacle_range=2.5, raytrace_range=3.0, max_obstacle_height=1.0)
+    params["camera"] = {"obstacle_range": 8.0, "raytrace_range": 9.0, "max_obstacle_height": 0.4}
+    layer = ObstacleLayer("o", params)
+    laser, camera = layer.sources
+    assert (laser.obstacle_range, laser.raytrace_range, laser.max_obstacle_height) == (2.5, 3, 1)
+    assert (camera.obstacle_range, camera.raytrace_range) == (8.0, 9.0)
+    assert camera.max_obstacle_height == 0.4 and layer.warnings == []
+    params["camera"] = {"max_obstacle_height": 2.0}
+    assert [s.max_obstacle_height for s in ObstacleLayer("o", params).sources] == [1.0, 1.0]
+    # Beside the layer's own names for the same, the nearer and the lower bound hold.
+    params.update(max_obstacle_dist=2.0, robot_height=0.7)
+    laser, camera = ObstacleLayer("o", params).sources
+    assert (laser.obstacle_range, laser.max_obstacle_height) == (2.0, 0.7)
+    assert camera.max_obstacle_height == 1.0
+    mesh_map = floor_map()
+    near, far, high = [1.0, 0.0, 0.5], [3.0, 0.0, 0.5], [-1.0, 0.0, 1.2]
+    layer.insert_cloud(mesh_map, [far, high], EYE, 0.0, source="laser")
+    assert layer.marked_faces.tolist() == []
+    layer.insert_cloud(mesh_map, [near], EYE, 0.0, source="laser")
+    assert layer.marked_faces.tolist() == [0]
+
+
+def test_what_the_layer_says_for_sources_says_nothing_where_there_are_none():
+    names = {"obstacle_range": 1.0, "raytrace_range": 1.0, "max_obstacle_height": 0.1}
+    layer = ObstacleLayer("o", {"topic": "points", **names})
+    for name in names:
+        text = "%s says nothing here without observation_sources" % name
+        assert [text in line for line in layer.warnings].count(True) == 1
+    assert layer.sources == ObstacleLayer("o", {"topic": "points"}).sources
+
+
+@pytest.mark.parametrize("lowest", [-0.2, -10.0])
+def test_a_negative_height_marks_what_is_below_noisy_ground(lowest):
+    """As with costmap_2d: from there up to max_obstacle_height."""
+    params = dict(TWO, decay=0.0, robot_height=1.0)
+    params["laser"], params["camera"] = {"min_obstacle_height": lowest}, {}
+    mesh_map, layer = floor_map(), ObstacleLayer("o", params)
+    below, above = [1.0, 0.0, -0.15], [-1.0, 0.0, 0.1]
+    layer.insert_cloud(mesh_map, [below, above], EYE, 0.0, source="camera")
+    assert layer.marked_faces.tolist() == [1]
+    layer.insert_cloud(mesh_map, [below, [-1.0, 0.0, 0.0]], EYE, 0.1, source="laser")
+    assert layer.marked_faces.tolist() == [0, 1] and layer.last_cloud.ground == 0
+    layer = ObstacleLayer("o", {"min_obstacle_height": lowest, "robot_height": 1.0})
+    assert layer.warnings == []
+    layer.insert_cloud(mesh_map, [below, [1.0, 0.0, lowest - 0.1]], EYE, 0.0)
+    assert layer.marked_faces.tolist() == [0] and layer.last_cloud.obstacles == 1
+
+
 def test_sources_may_change_while_the_map_is_in_use():
     mesh_map = floor_map()
     params = {"topic": "points", "decay": 0.0}
@@ -223,6 +273,11 @@ def test_what_is_under_the_robot_is_cleared(shape, kept):
             "obstacle_range is -2, outside",
         ),
         ({"observation_sources": "a", "a": {"obstacle_range": 0}}, "obstacle_range is 0"),
+        (
+            {"observation_sources": "a", "a": {"min_obstacle_height": -10.1}},
+            "min_obstacle_height is -10.1, outside of .-10.0, 10.0",
+        ),
+        ({"observation_sources": "a", "obstacle_range": 0}, "source a marks nothing"),
         ({"observation_sources": "a", "a": {"marking": False}}, "neither marks nor clears"),
         (
             {"observation_sources": "a", "a": {"marking": False, "clearing": True}},

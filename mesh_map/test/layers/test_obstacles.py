@@ -72,6 +72,35 @@ def test_a_point_just_below_the_upper_floor_is_ground_not_an_obstacle_below():
     assert found.faces[2:].tolist() == [2, 0]
 
 
+def test_a_point_below_noisy_ground_is_an_obstacle_on_it_but_first_on_what_is_below():
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+    vertices = np.concatenate([square, square + np.float32([0, 0, 3])])
+    faces = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], np.uint32)
+    index = SpatialIndex(vertices, faces)
+    heights = (2.95, 3.0, 3.05, 2.45, 0.5, 4.2, -0.4, -0.6)
+    points = np.array([[0.5, 0.1, z] for z in heights])
+    found = find_obstacles(index, points, np.zeros(3), DOWN, lowest=-0.5, highest=1.0)
+    assert not found.ground.any()
+    assert found.faces.tolist() == [2, 2, 2, NO_FACE, 0, NO_FACE, 0, NO_FACE]
+    # An obstacle on the lower floor stays there, however far is looked for ground above.
+    found = find_obstacles(index, points, np.zeros(3), DOWN, lowest=-10.0, highest=2.0)
+    assert found.faces.tolist() == [2, 2, 2, 2, 0, 2, 0, 0]
+
+
+@small
+def test_obstacles_below_the_ground_equal_brute_force(mesh):
+    random = np.random.default_rng(8)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    points = random.uniform(low - 0.4, high + 0.5, (60, 3))
+    index = SpatialIndex(mesh.vertices, mesh.faces)
+    found = find_obstacles(index, points, low, DOWN, lowest=-0.3, highest=0.6)
+    under = faces_below(mesh.vertices, mesh.faces, points, DOWN, 0.6)
+    above = faces_below(mesh.vertices, mesh.faces, points, -DOWN, 0.3)
+    for face, first, _, close, second, _, close_above in zip(found.faces, *under, *above):
+        if not (close or close_above):
+            assert face == (first if first != NO_FACE else second)
+
+
 def random_cloud(random, count, face_count=7):
     faces = random.integers(0, face_count, count).astype(np.uint32)
     return faces, random.uniform(-0.3, 0.3, (count, 3))

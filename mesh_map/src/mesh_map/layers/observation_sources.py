@@ -17,6 +17,14 @@ UPDATE_RATE = Parameter(
     "seconds between two messages at most, or the layer is not current; 0: whatever comes",
     affects_costs=False,
 )
+LOWEST = Parameter(
+    "min_obstacle_height",
+    0.0,
+    -10.0,
+    10.0,
+    "meters; points within are ground; below 0: those that deep below the surface mark it, too",
+    affects_costs=False,
+)
 SOURCE_PARAMETERS = (
     Parameter("topic", "", description="to subscribe to; if empty, the name of the source"),
     Parameter(
@@ -32,27 +40,60 @@ SOURCE_PARAMETERS = (
     ),
     Parameter("marking", True, description="what it sees is an obstacle"),
     Parameter("clearing", False, description="remove what it sees past"),
-    Parameter("min_obstacle_height", 0.0, 0.0, 10.0, "meters; points within are ground"),
+    LOWEST,
     Parameter("max_obstacle_height", math.inf, 0.0, math.inf, "meters; higher points pass above"),
     Parameter("obstacle_range", math.inf, 0.0, math.inf, "meters, within which it marks"),
     Parameter("raytrace_range", math.inf, 0.0, math.inf, "meters, within which it clears"),
     Parameter("inf_is_valid", False, description="inf in a LaserScan: nothing up to range_max"),
 )
-# Where a source says nothing, the layer's own parameters hold: name of a source -> of the layer.
+# Where a source says nothing, the least of the layer's own parameters holds: name of a source -> of
+# the layer.
 _OF_THE_LAYER = {
-    "sensor_frame": "sensor_frame",
-    UPDATE_RATE.name: UPDATE_RATE.name,
-    "observation_persistence": "decay",
-    "min_obstacle_height": "min_obstacle_height",
-    "max_obstacle_height": "robot_height",
-    "obstacle_range": "max_obstacle_dist",
+    "sensor_frame": ("sensor_frame",),
+    UPDATE_RATE.name: (UPDATE_RATE.name,),
+    "observation_persistence": ("decay",),
+    "min_obstacle_height": ("min_obstacle_height",),
+    "max_obstacle_height": ("robot_height",),
+    "obstacle_range": ("max_obstacle_dist", "obstacle_range"),
+    "raytrace_range": ("raytrace_range",),
+}
+FOR_SOURCES = (
+    Parameter(
+        "max_obstacle_height",
+        math.inf,
+        0.0,
+        math.inf,
+        "meters; higher points pass above, whatever a source says",
+        affects_costs=False,
+    ),
+    Parameter(
+        "obstacle_range",
+        math.inf,
+        0.0,
+        math.inf,
+        "meters, within which sources mark that do not say it",
+        affects_costs=False,
+    ),
+    Parameter(
+        "raytrace_range",
+        math.inf,
+        0.0,
+        math.inf,
+        "meters, within which sources clear that do not say it",
+        affects_costs=False,
+    ),
+)
+"""Parameters of the layer that hold for sources as in costmap_2d, where ranges are looked for in
+the namespaces around, and the layer leaves out what is too high after its sources have done so."""
+_UNBOUNDED = {one.name: one.default for one in FOR_SOURCES}
+_INSTEAD = {
+    "max_obstacle_height": "robot_height says it",
+    "obstacle_range": "max_obstacle_dist says it",
+    "raytrace_range": "the layer clears as far as it sees",
 }
 WITHOUT_MEANING = {
     "combination_method": "lethal in any layer is lethal",
     "track_unknown_space": "what was never seen is as the other layers say",
-    "max_obstacle_height": "robot_height, or max_obstacle_height of a source, says it",
-    "obstacle_range": "max_obstacle_dist, or obstacle_range of a source, says it",
-    "raytrace_range": "raytrace_range of a source says it",
     "transform_tolerance": "tf_tolerance says it",
     "origin_z": "there are no voxels",
     "z_resolution": "there are no voxels",
@@ -100,7 +141,10 @@ def observation_sources(params: Mapping[str, Any]) -> Tuple[List[ObservationSour
         raise MeshMapError(text, "spaces alone are between names")
     if not names:
         given = {"topic": params["topic"], "clearing": params["clearing"]}
-        return [_source("", given, params)[0]], []
+        odd = [one.name for one in FOR_SOURCES if params[one.name] != one.default]
+        text = "%s says nothing here without observation_sources: %s"
+        warnings = [text % (name, _INSTEAD[name]) for name in odd]
+        return [_source("", given, {**params, **_UNBOUNDED})[0]], warnings
     found, warnings = [], []
     for name in dict.fromkeys(names):
         source, remarks = _source(name, {"topic": name, **params[name]}, params)
@@ -119,7 +163,7 @@ def observation_sources(params: Mapping[str, Any]) -> Tuple[List[ObservationSour
 def _source(
     name: str, given: Mapping[str, Any], params: Mapping[str, Any]
 ) -> Tuple[ObservationSource, List[str]]:
-    inherited = {own: params[other] for own, other in _OF_THE_LAYER.items()}
+    inherited = {own: min(params[one] for one in other) for own, other in _OF_THE_LAYER.items()}
     try:
         values, limited = checked_values(SOURCE_PARAMETERS, {**inherited, **given})
         if limited:
@@ -133,6 +177,8 @@ def _source(
         warnings.append("unknown parameters: %s (known: %s)" % (unknown, known))
     if not values["topic"]:
         values["topic"] = name
+    highest = "max_obstacle_height"
+    values[highest] = min(values[highest], params[highest])
     return ObservationSource(name, **values), ["source %s: %s" % (name, w) for w in warnings]
 
 

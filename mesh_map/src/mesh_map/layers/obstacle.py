@@ -14,6 +14,8 @@ from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.layers.cloud_view import CloudView
 from mesh_map.layers.observation_sources import (
+    FOR_SOURCES,
+    LOWEST,
     UNTIL_NEXT,
     UPDATE_RATE,
     WITHOUT_MEANING,
@@ -60,7 +62,7 @@ OBSTACLE_PARAMETERS = (
         choices=("Reliable", "BestEffort"),
     ),
     _parameter("robot_height", math.inf, "meters; higher points pass above", 0.0, math.inf),
-    _parameter("min_obstacle_height", 0.0, "meters; points within are ground", 0.0, 10.0),
+    LOWEST,
     _parameter("max_obstacle_dist", math.inf, "meters from the sensor", 0.0, math.inf),
     _parameter("min_obstacle_dist", 0.0, "meters; nearer is the robot itself", 0.0, 100.0),
     _parameter("tf_tolerance", 0.1, "seconds to wait for a transform", 0.0, 10.0),
@@ -88,6 +90,7 @@ OBSTACLE_PARAMETERS = (
     _parameter("footprint_clearing_enabled", True, "remove what is under the robot itself"),
     _parameter("footprint", (), "corners [[x, y], ...] in robot_frame, meters"),
     _parameter("robot_radius", 0.0, "of a round robot, meters; 0: none", 0.0, 100.0),
+    *FOR_SOURCES,
 )
 
 

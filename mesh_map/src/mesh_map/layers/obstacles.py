@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mesh_map.base.array_checks import read_only
-from mesh_map.spatial.hits import NO_FACE
+from mesh_map.spatial.hits import NO_FACE, RayHits
 from mesh_map.spatial.spatial_index import SpatialIndex
 
 CELL = 0.1  # meters
@@ -49,7 +49,8 @@ def find_obstacles(
         down: (3,), the direction in which surface is looked for.
         nearest, farthest: meters from the sensor, between which a point is an obstacle.
         lowest, highest: the same above the surface. Points below `lowest` are ground, also those
-            that lie up to as much below the surface.
+            that lie up to as much below the surface. Where it is negative, there is no ground, and
+            points stand on a surface that they lie up to so much below, unless on one below them.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         offsets = points - origin
@@ -58,16 +59,21 @@ def find_obstacles(
         in_range = finite & (distances >= nearest) & (distances <= farthest)
     asked = np.flatnonzero(in_range)
     unit = np.asarray(down, np.float64) / np.linalg.norm(down)
-    hits = index.cast_batch(
-        origins=points[asked] - lowest * unit,
-        directions=np.repeat(unit[None], len(asked), axis=0),
-        max_distance=highest + lowest,
-    )
-    low = hits.distances < 2 * lowest
+    raised = max(lowest, 0.0)
+
+    def met(starts: np.ndarray, direction: np.ndarray, reach: float) -> RayHits:
+        directions = np.repeat(direction[None], len(starts), axis=0)
+        return index.cast_batch(origins=starts, directions=directions, max_distance=reach)
+
+    hits = met(points[asked] - raised * unit, unit, highest + raised)
+    low = hits.distances < 2 * raised
     ground = np.zeros(len(points), np.bool_)
     ground[asked] = low
     faces = np.full(len(points), NO_FACE, np.uint32)
     faces[asked] = np.where(low, np.uint32(NO_FACE), hits.faces)
+    if lowest < 0:
+        below = asked[hits.faces == NO_FACE]
+        faces[below] = met(points[below], -unit, -lowest).faces
     return CloudPoints(finite, in_range, ground, faces)
 
 
