@@ -226,6 +226,48 @@ class Obstacles(unittest.TestCase):
         self.send(publisher, cloud([RIGHT], frame="map"))
         self.assertTrue(wait_until(lambda: len(seen) > 1), seen)
 
+    def test_that_nobody_watches_is_said_once_when_it_is_switched_off(self):
+        adapter, layer, seen = self.adapter(
+            "/twelve/obstacles",
+            observation_sources="watched not_watched",
+            watched={"topic": "twelve"},
+            not_watched={"expected_update_rate": 0.0},
+        )
+
+        def set_source(name, topic="twelve", data_type="PointCloud2", rate=0.0):
+            """As by dynamic_reconfigure, until the adapter has looked at it."""
+            layer.params[name] = dict(topic=topic, data_type=data_type, expected_update_rate=rate)
+
+            def seen():
+                known = adapter._subscribed[name][:2] == (topic, data_type)
+                return known and (name in adapter._unwatched) == (rate == 0.0)
+
+            self.assertTrue(wait_until(seen))
+
+        with mock.patch("mesh_map.ros.obstacle_adapter._LOG") as log:
+            set_source("not_watched", topic="elsewhere")
+            set_source("not_watched", data_type="LaserScan")
+            set_source("not_watched", topic="/not a name")
+            set_source("not_watched")
+            log.warning.assert_not_called()  # it was said at the start
+            subscriber = adapter._subscribers["watched"]
+            set_source("watched")
+            (call,) = log.warning.call_args_list
+            self.assertIn("when source watched (twelve) falls", call[0][0] % call[0][1:])
+            set_source("watched", rate=3.0)
+            self.assertEqual(log.warning.call_count, 1)
+            self.assertIs(adapter._subscribers["watched"], subscriber)
+            set_source("watched")
+            self.assertEqual(log.warning.call_count, 2)  # somebody has done so again
+
+    def test_what_nobody_watches_is_said_at_the_start(self):
+        with mock.patch("mesh_map.ros.obstacle_adapter._LOG") as log:
+            self.adapter("/thirteen/obstacles", topic="thirteen", expected_update_rate=0.0)
+            self.adapter("/thirteen/others", topic="thirteen")
+        (call,) = log.warning.call_args_list
+        text = "nobody will notice when topic thirteen falls silent (expected_update_rate is 0)"
+        self.assertEqual(call[0][0] % call[0][1:], "layer obstacles: " + text)
+
     def test_bad_clouds_do_no_harm(self):
         adapter, layer, seen = self.adapter("/five/obstacles", topic="five", tf_tolerance=0.0)
         publisher = self.publisher("/five")

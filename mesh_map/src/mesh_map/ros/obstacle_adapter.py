@@ -3,7 +3,7 @@
 import logging
 import threading
 import time
-from typing import Any, Callable, Dict, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, Optional, Set, Tuple
 
 import numpy as np
 import rospy
@@ -57,8 +57,9 @@ class ObstacleAdapter(RosAdapter):
         self._closed = threading.Event()
         self._complaints = ThrottledWarnings(self.layer.name)
         self._transforms = SharedTransforms.acquired()
-        # Of each source: topic and type as they are subscribed to, and whether it is watched.
-        self._subscribed: Dict[str, Tuple[str, str, bool]] = {}
+        # Of each source: topic and type as they are subscribed to.
+        self._subscribed: Dict[str, Tuple[str, str]] = {}
+        self._unwatched: Set[str] = set()  # sources of which it is said that nobody watches them
         self._subscribers: Dict[str, rospy.Subscriber] = {}
         self._robot_frame = _parameter_around(self.namespace, "robot_frame", "")
         self.layer.body = self._body()
@@ -89,10 +90,8 @@ class ObstacleAdapter(RosAdapter):
 
     def _subscribe(self) -> None:
         sources = {source.name: source for source in self.layer.sources}
-        wanted = {
-            name: (one.topic, one.data_type, bool(one.expected_update_rate))
-            for name, one in sources.items()
-        }
+        self._tell_unwatched(sources.values())
+        wanted = {name: (one.topic, one.data_type) for name, one in sources.items()}
         if wanted == self._subscribed:
             return
         for name in list(self._subscribers):
@@ -112,10 +111,16 @@ class ObstacleAdapter(RosAdapter):
             _LOG.error("layer %s: %s", self.layer.name, reason)
         self.mesh_map.set_without_data(self.layer.name, "; ".join(reasons))
 
+    def _tell_unwatched(self, sources: Iterable[ObservationSource]) -> None:
+        """Logs each source whose watch is switched off, once each time that is done."""
+        unwatched = {one.name: one for one in sources if one.topic and not one.expected_update_rate}
+        for name, source in unwatched.items():
+            if name not in self._unwatched:
+                text = "layer %s: nobody will notice when %s falls silent (%s is 0)"
+                _LOG.warning(text, self.layer.name, source, "expected_update_rate")
+        self._unwatched = set(unwatched)
+
     def _subscriber(self, source: ObservationSource) -> rospy.Subscriber:
-        if not source.expected_update_rate:
-            text = "layer %s: nobody will notice when %s falls silent (expected_update_rate is 0)"
-            _LOG.warning(text, self.layer.name, source)
         return rospy.Subscriber(
             source.topic,
             LaserScan if source.data_type == LASER_SCAN else PointCloud2,
