@@ -4,12 +4,13 @@
     faults.py [--faults 15] [--only FAULT ...] [--json FILE]
 
 Faults: tf (TF of odometry stops), cloud (that of the obstacle layer stops), lock (a planner holds
-Python's lock for 8 s), controller (it blocks), server and guard (SIGKILL), map (it is reloaded),
-layer (a required one fails), wall (across the hall, beyond braking distance plus 0.5 s). Measured
-is from the moment from which it is a fault (an age or a rate is passed; 0.3 s without the server;
-after a wall came, 0.5 s and the time that braking takes) to the command to stand on the topic of
-the base. Exit code 1 where that takes longer than its bound, the robot moves once more or hits
-something, or a goal has no answer. Time is the computer's.
+Python's lock for 8 s), controller (it blocks), server and guard (SIGKILL), stuck (SIGSTOP of the
+guard), map (it is reloaded), layer (a required one fails), wall (across the hall, beyond braking
+distance plus 0.5 s). Measured is from the moment from which it is a fault (an age or a rate is
+passed; 0.3 s without the server, or a guard that is stuck; after a wall came, 0.5 s and the time
+that braking takes) to the command to stand on the topic of the base. Exit code 1 where that takes
+longer than its bound, the robot moves once more or hits something, or a goal has no answer. Time is
+the computer's.
 """
 
 import argparse

@@ -44,10 +44,10 @@ class ServerProcess:
     """The server under a name of its own, with parameters; ``stop`` ends it.
 
     With ``wait`` False others can be started meanwhile; ``client`` is there after
-    ``wait_for_server``.
+    ``wait_for_server``. ``remappings`` are arguments such as a:=b.
     """
 
-    def __init__(self, name, package="mesh_navigation", wait=True, **parameters):
+    def __init__(self, name, package="mesh_navigation", wait=True, remappings=(), **parameters):
         self.name = name
         for key, value in {"shutdown_timeout": TIMEOUT.to_sec(), **parameters}.items():
             rospy.set_param(f"/{name}/{key}", value)
@@ -58,7 +58,7 @@ class ServerProcess:
         self.log = tempfile.NamedTemporaryFile("r", prefix=name, suffix=".log")
         with open(self.log.name, "w") as log:
             self._process = subprocess.Popen(
-                [program(package, "mbf_mesh_nav"), f"__name:={name}"],
+                [program(package, "mbf_mesh_nav"), f"__name:={name}", *remappings],
                 env=environment,
                 stdout=log,
                 stderr=subprocess.STDOUT,

@@ -11,13 +11,14 @@ import unittest
 
 import rospy
 import rostest
-from driven_robot import DrivenRobot, ExePathClient, is_zero
+from driven_robot import DrivenRobot, ExePathClient, is_zero, stamped_link
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.point_cloud2 import create_cloud_xyz32
 from server_process import ServerProcess, pid_of, write_map
 from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 
 from mesh_msgs import zoo
 from mesh_msgs.diagnostics_ros import OK, WARN
@@ -79,7 +80,9 @@ class VelocityGuardTest(unittest.TestCase):
     def setUpClass(cls):
         cls.robot, cls.listener = DrivenRobot(), Listener()
         cls.clock = rospy.Publisher("/clock", Clock, queue_size=1)
-        cls.clouds = rospy.Publisher("/zone", PointCloud2, queue_size=1)
+        cls.clouds = rospy.Publisher("/lidar/points", PointCloud2, queue_size=1)
+        cls.links = rospy.Publisher("/robot/tf_static", TFMessage, queue_size=1, latch=True)
+        cls.links.publish(TFMessage([stamped_link("base_link", "lidar", 0.0)]))
         cls.clock_goes, cls.sensor_sees, cls.points = True, True, []
         threading.Thread(target=cls.live, daemon=True).start()
         names = ("go", "turn")
@@ -99,7 +102,9 @@ class VelocityGuardTest(unittest.TestCase):
             "doomed": {},
             "preempting": {
                 "concurrent_drives": "preempt",
-                "guard": {"zone_topic": "/zone", "zone_box": [0.0, 1.0, -0.5, 0.5, 0.1, 2.0]},
+                "guard": {"zone_topic": "zone", "zone_box": [0.0, 1.0, -0.5, 0.5, 0.1, 2.0]},
+                # Those of the guard, too: relative and absolute names, and not the velocities.
+                "remappings": ("zone:=lidar/points", "/tf_static:=robot/tf_static"),
             },
             "simulated": {"guard": {"max_lin_velocity": 0.25}},
         }.items():
@@ -129,7 +134,7 @@ class VelocityGuardTest(unittest.TestCase):
                 if cls.clock_goes:
                     cls.clock.publish(Clock(rospy.Time.from_sec(time.time())))
                 if cls.sensor_sees:
-                    header = Header(stamp=rospy.Time.now(), frame_id="base_link")
+                    header = Header(stamp=rospy.Time.now(), frame_id="lidar")
                     cls.clouds.publish(create_cloud_xyz32(header, cls.points))
 
     def setUp(self):
@@ -159,11 +164,12 @@ class VelocityGuardTest(unittest.TestCase):
         self.assertEqual(state, "SUCCEEDED", result.message)
         begin = float(result.message)
         end = begin + HELD
-        held = order(self.listener.kinds(after=begin, before=end))
+        held = order(self.listener.kinds(guard_of("guarded"), after=begin, before=end))
         # Commands of before, perhaps, and of the moment in which it begins.
         self.assertEqual(held[-1], ZERO, held)
         self.assertLessEqual(held.count(ZERO), 2, held)
-        self.assertNotIn(GO, self.listener.kinds("/guarded", first))
+        # On a busy machine the guard, too, is away for a moment.
+        self.assertLessEqual(set(self.listener.kinds("/guarded", first)), {ZERO})
         # The drive goes on.
         wait_until(lambda: GO in self.listener.kinds(after=end), "the drive")
         self.cancel("guarded", drive)
@@ -252,13 +258,31 @@ class VelocityGuardTest(unittest.TestCase):
 
     def test_a_guard_that_is_stuck_is_replaced(self):
         drive, who = self.begin("guarded"), guard_of("guarded")
-        old = pid_of(who)
+        old, first = pid_of(who), len(self.listener.heard)
         os.kill(old, signal.SIGSTOP)
         wait_until(lambda: has_ended(old), "its end")
         begin = len(self.listener.heard)
         wait_until(lambda: GO in self.listener.kinds(who, begin), "the drive")
         self.cancel("guarded", drive)
-        self.assertIn("velocity_guard: it did not answer", self.servers["guarded"].output())
+        self.assertEqual(order(self.listener.kinds("/guarded", first)), [ZERO])
+        output = self.servers["guarded"].output()
+        self.assertRegex(output, r"(?s)no sign of life for 0\..*velocity_guard: it did not answer")
+
+    def test_a_guard_that_is_stuck_comes_back(self):
+        """Until then the server stops the robot, and what it finds is too old; or it is replaced
+        on a busy machine."""
+        drive, who = self.begin("guarded"), guard_of("guarded")
+        old, first = pid_of(who), len(self.listener.heard)
+        os.kill(old, signal.SIGSTOP)
+        try:
+            wait_until(lambda: len(self.listener.kinds("/guarded", first)) > 3, "zeros")
+        finally:
+            begin = len(self.listener.heard)
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(old, signal.SIGCONT)
+        wait_until(lambda: GO in self.listener.kinds(who, begin), "the drive")
+        self.cancel("guarded", drive)
+        self.assertEqual(order(self.listener.kinds("/guarded", first)), [ZERO])
 
     def test_the_collision_zone(self):
         """Somebody stands there, goes, and the sensor ends."""

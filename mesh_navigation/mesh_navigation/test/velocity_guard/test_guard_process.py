@@ -44,7 +44,20 @@ def test_a_server_that_ends_at_once():
 
 def test_a_record_is_one_packet():
     for record in (
-        DriveRecord(2**40, Velocity(0.1, -1e300, 0.3), 0.05, 1.7e9),
+        DriveRecord(2**40, Velocity(0.1, -1e300, 0.3), 0.05, 1.7e9, 3.25e5),
         DriveRecord(0, ends=True),
     ):
         assert DriveRecord.unpacked(record.packed()) == record
+
+
+def test_the_age_of_a_record():
+    """By the clock by which it is younger: one that stands, or is read late, says nothing."""
+    record = DriveRecord(1, period=0.05, due=100.05, sent=7.0)
+    for time, wall, age in (
+        (101.0, 8.0, 1.0),
+        (101.0, 7.25, 0.25),  # the time of ROS runs fast
+        (100.25, 9.0, 0.25),  # it waits
+        (0.0, 9.0, 0.0),  # it was set back
+        (101.0, 6.0, 0.0),
+    ):
+        assert abs(record.age(time, wall) - age) < 1e-9

@@ -16,16 +16,16 @@ FORWARD, LEFT = Velocity(0.5), Velocity(yaw=0.5)
 class World:
     """A guard, both clocks, and what it has sent."""
 
-    def __init__(self):
+    def __init__(self, limits=LIMITS):
         self.time, self.wall, self.sent = 1000.0, 0.0, []
-        self.guard = VelocityGuard(LIMITS, self.now)
+        self.guard = VelocityGuard(limits, self.now)
 
     @property
     def now(self):
         return Moment(self.time, self.wall)
 
-    def command(self, drive, velocity=FORWARD, period=PERIOD):
-        self._note(self.guard.command(drive, velocity, period, self.now))
+    def command(self, drive, velocity=FORWARD, period=PERIOD, age=0.0):
+        self._note(self.guard.command(drive, velocity, period, self.now, age))
 
     def end(self, drive):
         self._note(self.guard.end(drive, self.now))
@@ -114,6 +114,30 @@ def test_silence(world, period, patience, speed):
     world.command(1)
     assert world.taken() == [FORWARD]
     assert world.guard.why_stopped(world.now) == ""
+
+
+@pytest.mark.parametrize("period, patience", [(0.05, 0.2), (1.0, 3.0)])
+def test_a_guard_that_stood_still(world, period, patience):
+    """What it finds then passes as long as it would have held without the next command."""
+    for age in (4.0, patience + 0.01):
+        world.command(1, period=period, age=age)
+        world.wait(0.01)
+        assert set(world.taken()) == {STOP}
+        assert "no command for" in world.guard.why_stopped(world.now)
+    world.command(1, period=period, age=patience - 0.03)
+    world.wait(0.02)
+    assert world.taken() == [FORWARD]
+    world.wait(0.02)
+    assert world.taken() == [STOP]
+
+
+def test_what_stood_still_begins_slowly_again():
+    world = World(LIMITS._replace(max_lin_acceleration=1.0))
+    drive(world, 2.0)
+    assert world.taken()[-1] == FORWARD
+    world.command(1, age=4.0)
+    world.command(1)
+    assert world.taken() == [STOP, Velocity(0.1)]
 
 
 def test_a_clock_that_has_not_begun(world):

@@ -17,12 +17,14 @@ GOOD = Run(0.1, 0, 1.0, "SUCCESS")
 
 def test_real_processes(tmp_path):
     output = tmp_path / "found.json"
-    command = [str(SCRIPT), "--faults", "1", "--only", "guard", "map", "--json", str(output)]
+    command = [str(SCRIPT), "--faults", "1", "--json", str(output)]
+    command += ["--only", "guard", "stuck", "map"]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     text = done.stdout.decode()
     found = {name: Run(**run) for name, (run,) in json.loads(output.read_text()).items()}
     assert {name: run.answer for name, run in found.items()} == {
         "guard killed": "SUCCESS",
+        "guard stopped": "SUCCESS",
         "map reloaded": "MAP_ERROR",
     }, (
         text + done.stderr.decode()

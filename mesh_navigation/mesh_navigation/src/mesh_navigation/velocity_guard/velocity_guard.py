@@ -49,7 +49,7 @@ class VelocityGuard:
         return self._server_gone and now.wall >= self._zeros_end
 
     def command(
-        self, drive: int, velocity: Velocity, period: float, now: Moment
+        self, drive: int, velocity: Velocity, period: float, now: Moment, age: float = 0.0
     ) -> Optional[Velocity]:
         """A command of a drive.
 
@@ -58,6 +58,8 @@ class VelocityGuard:
             velocity: what is not finite becomes `STOP`.
             period: in which its commands come (s).
             now: the moment.
+            age: how long ago it was given (s). One that a silent drive would not live by any more
+                is a stop: the guard stood still, and who took its place may have stopped the robot.
         """
         if not velocity.is_finite:
             velocity = STOP
@@ -67,9 +69,9 @@ class VelocityGuard:
             return self._bounds.stop()  # The end of what did not drive.
         if drive != max(self._drives):
             return None
-        self._heard, self._period = now, period
+        self._heard, self._period = Moment(now.time - age, now.wall - age), period
         self._zeros_end = -math.inf
-        if self.obstruction:
+        if self.obstruction or age > self._patience():
             return self._bounds.stop()
         return self._bounds.bounded(velocity, now.time, period)
 

@@ -20,7 +20,8 @@ from mesh_tools_test.faults import stage_ros
 from mesh_tools_test.faults.stage_ros import GOAL, PATIENCE, Goal, Stage
 from mesh_tools_test.faults.verdicts import Run
 
-SILENCE = 0.3  # s without the server, from which on it is a fault
+SILENCE = 0.3  # s without the server or its guard, from which on it is a fault
+REPLACED = 1.0  # s until the server ends a guard that is stuck, and starts the next one
 AT_X = 3.0  # m, where the robot then is
 NEARER = 0.02  # m that the robot may come nearer to a wall than its radius
 SEEN = 0.5  # s of driving, after which the robot can still brake before a wall
@@ -133,6 +134,21 @@ def guard_killed(stage: Stage) -> Iterator[Fault]:
 
 
 @contextlib.contextmanager
+def guard_stopped(stage: Stage) -> Iterator[Fault]:
+    pid = stage.guard().getPid("/faults")[2]
+    begin = time.monotonic()
+    os.kill(pid, signal.SIGSTOP)
+    fault = Fault(begin + SILENCE)
+    fault.end = begin + REPLACED
+    try:
+        yield fault
+        wait_until(lambda: not Path("/proc/%d" % pid).exists(), "the end of the guard")
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGCONT)
+
+
+@contextlib.contextmanager
 def map_reloaded(stage: Stage) -> Iterator[Fault]:
     fault = Fault(time.monotonic())
     rospy.ServiceProxy(SERVER + "/reload_map", Trigger)()
@@ -173,6 +189,7 @@ CASES: Dict[str, Case] = {
     "controller": Case("controller blocks", controller_blocks, True),
     "server": Case("server killed", server_killed, True),
     "guard": Case("guard killed", guard_killed, False),
+    "stuck": Case("guard stopped", guard_stopped, False),
     "map": Case("map reloaded", map_reloaded, True),
     "layer": Case("layer fails", layer_fails, True),
     "wall": Case("wall appears", wall_appears, True),

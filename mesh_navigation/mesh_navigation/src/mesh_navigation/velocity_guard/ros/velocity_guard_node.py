@@ -113,7 +113,8 @@ class VelocityGuardNode:
             self._clock_limit.end(record.drive)
             return self._guard.end(record.drive, now)
         self._clock_limit.command(record.drive, record.velocity, record.due)
-        return self._guard.command(record.drive, record.velocity, record.period, now)
+        age = record.age(rospy.get_time(), now.wall)
+        return self._guard.command(record.drive, record.velocity, record.period, now, age)
 
     def _send(self, velocity: Optional[Velocity]) -> None:
         if velocity is None:
