@@ -37,6 +37,15 @@ def listens(port: int) -> bool:
         return False
 
 
+def process_has_ended(pid: int) -> bool:
+    """Whether there is no such process; one that nobody has waited for is none."""
+    try:
+        with open("/proc/%d/stat" % pid, encoding="ascii", errors="replace") as stat:
+            return stat.read().rsplit(") ", 1)[1][0] == "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+
+
 def expect_a_busy_machine() -> None:
     """Tests with hypothesis that follow do not fail for the time that they take, and may share
     fixtures between their examples."""

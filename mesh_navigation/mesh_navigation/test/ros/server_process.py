@@ -2,6 +2,7 @@
 
 import functools
 import os
+import signal
 import subprocess
 import tempfile
 from pathlib import Path
@@ -44,13 +45,14 @@ class ServerProcess:
     """The server under a name of its own, with parameters; ``stop`` ends it.
 
     With ``wait`` False others can be started meanwhile; ``client`` is there after
-    ``wait_for_server``. ``remappings`` are arguments such as a:=b.
+    ``wait_for_server``. ``remappings`` are arguments such as a:=b. A parameter that is None is not set.
     """
 
     def __init__(self, name, package="mesh_navigation", wait=True, remappings=(), **parameters):
         self.name = name
         for key, value in {"shutdown_timeout": TIMEOUT.to_sec(), **parameters}.items():
-            rospy.set_param(f"/{name}/{key}", value)
+            if value is not None:
+                rospy.set_param(f"/{name}/{key}", value)
         environment = dict(os.environ)
         for odd in TESTS.glob("odd_*"):
             environment["ROS_PACKAGE_PATH"] = f"{odd}:{environment['ROS_PACKAGE_PATH']}"
@@ -81,9 +83,9 @@ class ServerProcess:
         self.log.seek(0)
         return self.log.read()
 
-    def terminate(self):
+    def terminate(self, by=signal.SIGTERM):
         """Tell the process to end."""
-        self._process.terminate()
+        self._process.send_signal(by)
 
     def wait(self):
         """Wait for its end; returns its exit status."""

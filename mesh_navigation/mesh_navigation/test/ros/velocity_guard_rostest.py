@@ -22,7 +22,7 @@ from tf2_msgs.msg import TFMessage
 
 from mesh_msgs import zoo
 from mesh_msgs.diagnostics_ros import OK, WARN
-from mesh_msgs.testing import wait_until
+from mesh_msgs.testing import process_has_ended, wait_until
 from mesh_msgs.testing_ros import HeardDiagnostics, connected
 
 FAR = (1000.0, 0.0)
@@ -33,15 +33,6 @@ GO, TURN, ZERO = "go", "turn", "zero"
 def guard_of(name):
     """The node of a server's guard."""
     return f"/{name}_velocity_guard"
-
-
-def has_ended(pid):
-    """Whether there is no such process; one that nobody has waited for is none."""
-    try:
-        with open(f"/proc/{pid}/stat") as stat:
-            return stat.read().rsplit(") ", 1)[1][0] == "Z"
-    except FileNotFoundError:
-        return True
 
 
 def kind_of(twist):
@@ -260,7 +251,7 @@ class VelocityGuardTest(unittest.TestCase):
         drive, who = self.begin("guarded"), guard_of("guarded")
         old, first = pid_of(who), len(self.listener.heard)
         os.kill(old, signal.SIGSTOP)
-        wait_until(lambda: has_ended(old), "its end")
+        wait_until(lambda: process_has_ended(old), "its end")
         begin = len(self.listener.heard)
         wait_until(lambda: GO in self.listener.kinds(who, begin), "the drive")
         self.cancel("guarded", drive)
@@ -335,7 +326,7 @@ class VelocityGuardTest(unittest.TestCase):
         self.begin("doomed")
         guard, begin = pid_of(who), len(self.listener.heard)
         self.servers["doomed"].kill()
-        wait_until(lambda: has_ended(guard), "the guard's end")
+        wait_until(lambda: process_has_ended(guard), "the guard's end")
         wait_until(lambda: pid_of(who) is None, "its end for the master")
         heard = order(self.listener.kinds(who, begin))
         self.assertEqual(heard[-1:], [ZERO], heard)

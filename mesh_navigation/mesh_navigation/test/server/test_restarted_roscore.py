@@ -3,11 +3,15 @@
 import os
 import socket
 import subprocess
+from xmlrpc.client import ServerProxy
 
+import rosgraph
 import roslib.packages
 
+from mesh_map.base.end_watch import END_SECONDS
 from mesh_msgs import zoo
-from mesh_msgs.testing import listens, wait_until
+from mesh_msgs.master_watch import PERIOD
+from mesh_msgs.testing import listens, process_has_ended, wait_until
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 
@@ -24,6 +28,32 @@ NODES = {
         "ready, map of",
     ),
 }
+
+
+GUARD = "/mbf_mesh_nav_velocity_guard"
+
+
+def pid_of(node, master):
+    """Of a node's process; None while there is no such node."""
+    try:
+        return ServerProxy(master.lookupNode(node)).getPid("/test")[2]
+    except (OSError, rosgraph.MasterError):
+        return None
+
+
+def known_guards(master):
+    """Whatever a master knows of guards: their topics and services."""
+    return [
+        name
+        for kind in master.getSystemState()
+        for name, nodes in kind
+        if any(node.endswith("_velocity_guard") for node in nodes)
+    ]
+
+
+def test_how_soon_they_end():
+    """It is promised to be within 10 s; how long it takes, a busy machine decides."""
+    assert PERIOD + END_SECONDS < 10.0
 
 
 def test_they_end_and_say_why(tmp_path):
@@ -58,10 +88,14 @@ def test_they_end_and_say_why(tmp_path):
         for name, (_, _, sentence) in NODES.items():
             log = tmp_path / f"{name}.log"
             wait_until(lambda: sentence in log.read_text(), name, 180)
+        known = rosgraph.Master("/test", uri)
+        guard = wait_until(lambda: pid_of(GUARD, known), "the guard")
         first.kill()
         first.wait()
         start_master()
         codes = {name: child.wait(60) for name, child in nodes.items()}
+        wait_until(lambda: process_has_ended(guard), "the guard's end")
+        wait_until(lambda: not known_guards(known), "its end for the master")
     finally:
         for child in started:
             child.kill()

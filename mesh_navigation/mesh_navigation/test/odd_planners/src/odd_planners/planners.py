@@ -9,6 +9,7 @@ from mesh_map.base.parameter import Parameter
 
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 
+AT_WORK = "the planner is at work"
 STRAIGHT = np.array([[0, 0, 0, 0, 0, 0, 1.0], [1, 0, 0, 0, 0, 0, 1.0]])
 
 
@@ -35,8 +36,11 @@ class SlowPlanner(MeshPlanner):
 class DeafPlanner(MeshPlanner):
     """Takes long and does not listen."""
 
+    parameters = (Parameter("seconds", 3.0, 0.0, 3600.0),)
+
     def plan(self, start, goal, tolerance, cancellation):
-        time.sleep(3)
+        print(AT_WORK, flush=True)
+        time.sleep(self.values["seconds"])
         return PlanResult(0, "too late", STRAIGHT)
 
 
@@ -64,9 +68,10 @@ class LamePlanner(MeshPlanner):
 class HoldingPlanner(MeshPlanner):
     """Holds Python's lock from native code; says from when on (s, monotonic)."""
 
-    parameters = (Parameter("seconds", 0, 0, 100),)
+    parameters = (Parameter("seconds", 0, 0, 3600),)
 
     def plan(self, start, goal, tolerance, cancellation):
+        print(AT_WORK, flush=True)
         begin = time.monotonic()
         ctypes.PyDLL(None).sleep(self.values["seconds"])
         return PlanResult(0, str(begin), STRAIGHT, 1.0)
