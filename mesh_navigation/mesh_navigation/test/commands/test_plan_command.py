@@ -187,9 +187,34 @@ def test_an_interrupt(folder):
     assert (running.returncode, err) == (130, b"plan: error: interrupted\n")
 
 
-@pytest.mark.parametrize("planner, words", [("Throwing", b"by zero"), ("Lame", b"no legs")])
+@pytest.mark.parametrize(
+    "planner, words", [("Deaf", b"interrupted"), ("Holding", b"from its end on signal 2")]
+)
+def test_an_interrupt_of_a_planner_that_hangs(folder, planner, words):
+    """It keeps nobody, not even where it holds Python's lock."""
+    words_before = [*THERE, "--planner", f"odd/{planner}", "--set", "seconds=3600"]
+    running = process(folder, PROGRAM, "grid.h5", *words_before)
+    try:
+        assert running.stdout.readline() == b"the planner is at work\n"
+        running.send_signal(signal.SIGINT)
+        out, err = running.communicate(timeout=60)
+    finally:
+        running.kill()
+    assert (running.returncode, out) == (130, b"")
+    assert words in err and err.count(b"\n") == 1
+
+
+@pytest.mark.parametrize(
+    "planner, words",
+    [
+        ("Throwing", b"by zero"),
+        ("Lame", b"no legs"),
+        ("Exiting", b"SystemExit: 0"),
+        ("Exiting --set at_once=true", b"SystemExit: 0"),
+    ],
+)
 def test_a_planner_that_breaks_is_no_missing_path(folder, planner, words):
-    running = process(folder, PROGRAM, "grid.h5", *THERE, "--planner", f"odd/{planner}")
+    running = process(folder, PROGRAM, "grid.h5", *THERE, "--planner", *f"odd/{planner}".split())
     out, err = running.communicate(timeout=60)
     assert (running.returncode, out) == (2, b"")
     assert err.splitlines()[0] == b"Traceback (most recent call last):"

@@ -15,6 +15,7 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.execution import planning
 from mesh_navigation.plugins import plugin_list
 from mesh_navigation.execution.planning import (
     SHORT_NAMES,
@@ -238,6 +239,30 @@ def test_an_interrupt_ends_the_plan(interruptible):
     with pytest.raises(KeyboardInterrupt):
         plan_interruptibly(planner, Pose.at([1, 1, 0]), Pose.at([2, 2, 0]))
     assert planner.ended
+
+
+class Hanging(MeshPlanner):
+    """Presses Ctrl+C, and does not listen."""
+
+    def __init__(self):
+        self.released, self.thread = threading.Event(), None
+
+    def plan(self, start, goal, tolerance, cancellation):
+        self.thread = threading.current_thread()
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+        self.released.wait()
+
+
+def test_an_interrupt_of_a_planner_that_hangs(interruptible, monkeypatch):
+    """Nobody waits for it for long, and it does not keep Python from its end."""
+    monkeypatch.setattr(planning, "GRACE", 0.1)
+    planner = Hanging()
+    planner.initialize("hanging", map_of(GRID))
+    with pytest.raises(KeyboardInterrupt):
+        plan_interruptibly(planner, Pose.at([1, 1, 0]), Pose.at([2, 2, 0]))
+    assert planner.thread.is_alive() and planner.thread.daemon
+    planner.released.set()
+    planner.thread.join(60)
 
 
 @pytest.mark.parametrize(

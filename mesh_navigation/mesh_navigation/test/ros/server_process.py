@@ -45,7 +45,8 @@ class ServerProcess:
     """The server under a name of its own, with parameters; ``stop`` ends it.
 
     With ``wait`` False others can be started meanwhile; ``client`` is there after
-    ``wait_for_server``. ``remappings`` are arguments such as a:=b. A parameter that is None is not set.
+    ``wait_for_server``. ``remappings`` are arguments such as a:=b. Parameters that are None are
+    not set.
     """
 
     def __init__(self, name, package="mesh_navigation", wait=True, remappings=(), **parameters):

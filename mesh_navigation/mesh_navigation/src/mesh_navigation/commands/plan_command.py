@@ -19,7 +19,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.commands.progress import ProgressLine
 from mesh_msgs_hdf5.files.save import check_target, save_file
 
-from mesh_map.base.errors import MeshMapError
+from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs.text import one_line
 
@@ -53,6 +53,7 @@ def main(argv: Optional[List[str]] = None) -> int:
     parser = make_parser()
     if wanted():
         complete(parser)
+    arguments: Optional[argparse.Namespace] = None
     try:
         arguments = parser.parse_args(joined(sys.argv[1:] if argv is None else argv))
         code = _run(arguments)
@@ -70,9 +71,11 @@ def main(argv: Optional[List[str]] = None) -> int:
     except KeyboardInterrupt:
         complain(PROGRAM, "interrupted")
         return INTERRUPTED
-    except Exception as error:  # A plugin may raise anything; this is no answer that says no path.
+    except PLUGIN_FAILURES as error:  # This is no answer that says no path.
+        if arguments is None:  # the parser has said what there is to say
+            raise
         traceback.print_exc()
-        complain(PROGRAM, f"{type(error).__name__}: {error}")
+        complain(PROGRAM, error_line(error))
     return TROUBLE
 
 

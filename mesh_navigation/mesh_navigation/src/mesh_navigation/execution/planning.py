@@ -6,7 +6,6 @@
 """
 
 import os
-import threading
 from typing import Any, List, Mapping, Sequence, Union
 
 import numpy as np
@@ -18,6 +17,7 @@ from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.body.body import POINT, Body
 from mesh_navigation.body.robot_shape import MAX_DISTANCE
+from mesh_navigation.execution.attempt import Attempt
 from mesh_navigation.execution.plan_execution import checked_result
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 from mesh_navigation.plugins.plugin_list import PLANNERS, checked_plugin, ready_plugin
@@ -30,6 +30,9 @@ SHORT_NAMES = {
     "exact": "mmp_planner/MMPPlanner",
 }
 """Types of planners by the names under which they are asked for here."""
+
+# s that a planner may take to stop after Ctrl+C; less than `END_SECONDS`, by which a command ends.
+GRACE = 2.0
 
 Place = Union[Pose, Sequence[float]]
 
@@ -168,28 +171,24 @@ def plan_interruptibly(
     """A plan that Ctrl+C ends, in the main thread; the result is checked as a server does it.
 
     Raises:
-        KeyboardInterrupt: after the planner has stopped.
+        KeyboardInterrupt: after the planner has stopped, or 2 s later if it does not listen.
     """
-    cancellation = Cancellation()
-    answers: List[Any] = []
-    done = threading.Event()  # a join that is interrupted takes the thread for ended
 
-    def work() -> None:
+    def work(cancellation: Cancellation) -> Any:
         try:
-            answers.append(planner.make_plan(start, goal, tolerance, cancellation))
+            return planner.make_plan(start, goal, tolerance, cancellation)
         except BaseException as error:  # It is raised again where the caller is.
-            answers.append(error)
-        done.set()
+            return error
 
-    thread = threading.Thread(target=work, name="plan")
+    attempt = Attempt("plan", work)
     try:
-        thread.start()
-        done.wait()
+        attempt.start()
+        attempt.wake.wait()
     except KeyboardInterrupt:
-        cancellation.cancel("interrupted")
-        if thread.ident is not None:  # it has begun
-            done.wait()
+        attempt.cancellation.cancel("interrupted")
+        attempt.wake.wait(GRACE)
         raise
-    if isinstance(answers[0], BaseException):
-        raise answers[0]
-    return checked_result(answers[0])
+    (answer,) = attempt.results
+    if isinstance(answer, BaseException):
+        raise answer
+    return checked_result(answer)

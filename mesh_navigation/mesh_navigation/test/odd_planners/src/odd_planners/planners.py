@@ -1,6 +1,7 @@
 """Planners that misbehave, each in one way."""
 
 import ctypes
+import sys
 import time
 
 import numpy as np
@@ -9,7 +10,6 @@ from mesh_map.base.parameter import Parameter
 
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 
-AT_WORK = "the planner is at work"
 STRAIGHT = np.array([[0, 0, 0, 0, 0, 0, 1.0], [1, 0, 0, 0, 0, 0, 1.0]])
 
 
@@ -39,7 +39,7 @@ class DeafPlanner(MeshPlanner):
     parameters = (Parameter("seconds", 3.0, 0.0, 3600.0),)
 
     def plan(self, start, goal, tolerance, cancellation):
-        print(AT_WORK, flush=True)
+        _tell_of_work()
         time.sleep(self.values["seconds"])
         return PlanResult(0, "too late", STRAIGHT)
 
@@ -49,6 +49,21 @@ class ThrowingPlanner(MeshPlanner):
 
     def plan(self, start, goal, tolerance, cancellation):
         raise ZeroDivisionError("by zero")
+
+
+class ExitingPlanner(MeshPlanner):
+    """Ends the thread that it is in, as a script does that is well; when it plans, or before."""
+
+    parameters = (Parameter("at_once", False),)
+
+    def initialize(self, name, mesh_map, given={}):
+        complaints = super().initialize(name, mesh_map, given)
+        if self.values["at_once"]:
+            sys.exit(0)
+        return complaints
+
+    def plan(self, start, goal, tolerance, cancellation):
+        sys.exit(0)
 
 
 class NanPlanner(MeshPlanner):
@@ -71,7 +86,13 @@ class HoldingPlanner(MeshPlanner):
     parameters = (Parameter("seconds", 0, 0, 3600),)
 
     def plan(self, start, goal, tolerance, cancellation):
-        print(AT_WORK, flush=True)
+        _tell_of_work()
         begin = time.monotonic()
         ctypes.PyDLL(None).sleep(self.values["seconds"])
         return PlanResult(0, str(begin), STRAIGHT, 1.0)
+
+
+def _tell_of_work():
+    """Who has started the process waits for it."""
+    sys.stdout.write("the planner is at work\n")
+    sys.stdout.flush()
