@@ -107,7 +107,8 @@ py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors
   query.positions = view<float>(vertices, "vertices", {ANY, 3});
   query.neighbors = rowsView(offsets, neighbors, vertex_count, "neighbors");
   requireValue(query.neighbors.rowCount() == vertex_count, "offsets need one row per vertex");
-  query.angles = view<float>(angles, "angles", {wanted & ROUGHNESS ? rows : ANY});
+  query.angles =
+      view<float>(angles, "angles", {wanted & (ROUGHNESS | ROUGHNESS_AROUND) ? rows : ANY});
   query.normals = view<float>(normals, "normals", {wanted & RIDGE ? rows : ANY, 3});
   query.up = triple<double>(up, "up");
   requireValue(radius > 0.0, "the radius has to be above 0");
@@ -116,7 +117,8 @@ py::tuple computeRadiusStatistics(Array vertices, Array offsets, Array neighbors
   query.search = choiceOf<RadiusSearch>(search, {"automatic", "edges", "grid"}, "search");
   RadiusStatistics result = unlocked([&] { return radiusStatistics(query); });
   return toArrays(std::move(result.height_differences), std::move(result.roughnesses),
-                  std::move(result.ridges));
+                  std::move(result.ridges), std::move(result.height_differences_around),
+                  std::move(result.roughnesses_around));
 }
 
 py::array computeMeanEdgeAngles(Array normals, Array edges, Array offsets, Array neighbor_edges)

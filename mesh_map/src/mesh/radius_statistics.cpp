@@ -34,6 +34,8 @@ struct RadiusAttributes
 };
 
 constexpr std::size_t VERTICES_PER_CHUNK = 32768;
+constexpr unsigned ANY_HEIGHT_DIFFERENCE = HEIGHT_DIFFERENCE | HEIGHT_DIFFERENCE_AROUND;
+constexpr unsigned ANY_ROUGHNESS = ROUGHNESS | ROUGHNESS_AROUND;
 
 float heightDifference(const float* heights, std::uint32_t center, ArrayView<std::uint32_t> members)
 {
@@ -45,13 +47,24 @@ float heightDifference(const float* heights, std::uint32_t center, ArrayView<std
   return highest - lowest;
 }
 
-float roughness(const std::uint32_t* angles, ArrayView<std::uint32_t> members)
+float heightDifferenceAround(const float* heights, std::uint32_t center,
+                             ArrayView<std::uint32_t> members)
+{
+  float lowest = std::numeric_limits<float>::infinity(), highest = -lowest;
+  for (const std::uint32_t u : members) {
+    lowest = u == center ? lowest : std::min(lowest, heights[u]);
+    highest = u == center ? highest : std::max(highest, heights[u]);
+  }
+  return members.size() > 1 ? highest - lowest : std::numeric_limits<float>::quiet_NaN();
+}
+
+std::uint64_t sumOf(const std::uint32_t* angles, ArrayView<std::uint32_t> members)
 {
   std::uint64_t sum = 0;
   for (const std::uint32_t u : members) {
     sum += angles[u];
   }
-  return meanOfFixed(sum, ANGLE_UNITS, members.size());
+  return sum;
 }
 
 float ridge(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uint32_t> members,
@@ -99,10 +112,12 @@ class RadiusWriter
  public:
   /// `results` has to outlive this object.
   RadiusWriter(const RadiusQuery& query, RadiusStatistics& results)
-      : height_differences_(query.wanted & HEIGHT_DIFFERENCE ? results.height_differences.data()
-                                                             : nullptr),
-        roughnesses_(query.wanted & ROUGHNESS ? results.roughnesses.data() : nullptr),
-        ridges_(query.wanted & RIDGE ? results.ridges.data() : nullptr),
+      : height_differences_(wanted(query, HEIGHT_DIFFERENCE, results.height_differences)),
+        height_differences_around_(
+            wanted(query, HEIGHT_DIFFERENCE_AROUND, results.height_differences_around)),
+        roughnesses_(wanted(query, ROUGHNESS, results.roughnesses)),
+        roughnesses_around_(wanted(query, ROUGHNESS_AROUND, results.roughnesses_around)),
+        ridges_(wanted(query, RIDGE, results.ridges)),
         ridge_units_(ridges_ == nullptr ? 1.0 : ridgeUnits(query))
   {
   }
@@ -115,8 +130,18 @@ class RadiusWriter
     if (height_differences_ != nullptr) {
       height_differences_[v] = heightDifference(of.heights.data(), center, members);
     }
-    if (roughnesses_ != nullptr) {
-      roughnesses_[v] = roughness(of.angles.data(), members);
+    if (height_differences_around_ != nullptr) {
+      height_differences_around_[v] = heightDifferenceAround(of.heights.data(), center, members);
+    }
+    if (roughnesses_ != nullptr || roughnesses_around_ != nullptr) {
+      const std::uint64_t sum = sumOf(of.angles.data(), members);
+      if (roughnesses_ != nullptr) {
+        roughnesses_[v] = meanOfFixed(sum, ANGLE_UNITS, members.size());
+      }
+      if (roughnesses_around_ != nullptr) {
+        roughnesses_around_[v] =
+            meanOfFixed(sum - of.angles[center], ANGLE_UNITS, members.size() - 1);
+      }
     }
     if (ridges_ != nullptr) {
       ridges_[v] = ridge(of, center, members, ridge_units_);
@@ -124,8 +149,16 @@ class RadiusWriter
   }
 
  private:
+  static float* wanted(const RadiusQuery& query, RadiusStatistic statistic,
+                       std::vector<float>& results)
+  {
+    return (query.wanted & statistic) != 0 ? results.data() : nullptr;
+  }
+
   float* height_differences_;
+  float* height_differences_around_;
   float* roughnesses_;
+  float* roughnesses_around_;
   float* ridges_;
   double ridge_units_;
 };
@@ -134,8 +167,8 @@ class RadiusWriter
 RadiusAttributes gatherAttributes(const RadiusQuery& query, ArrayView<std::uint32_t> order)
 {
   const std::size_t count = query.positions.size() / 3;
-  const bool heights = (query.wanted & HEIGHT_DIFFERENCE) != 0;
-  const bool angles = (query.wanted & ROUGHNESS) != 0, normals = (query.wanted & RIDGE) != 0;
+  const bool heights = (query.wanted & ANY_HEIGHT_DIFFERENCE) != 0;
+  const bool angles = (query.wanted & ANY_ROUGHNESS) != 0, normals = (query.wanted & RIDGE) != 0;
   RadiusAttributes all;
   all.x.resize(count);
   all.y.resize(count);
@@ -546,9 +579,14 @@ RadiusStatistics radiusStatistics(const RadiusQuery& query)
 {
   const std::size_t count = query.positions.size() / 3;
   RadiusStatistics results;
-  results.height_differences.resize(query.wanted & HEIGHT_DIFFERENCE ? count : 0);
-  results.roughnesses.resize(query.wanted & ROUGHNESS ? count : 0);
-  results.ridges.resize(query.wanted & RIDGE ? count : 0);
+  const auto roomFor = [&](RadiusStatistic statistic, std::vector<float>& result) {
+    result.resize((query.wanted & statistic) != 0 ? count : 0);
+  };
+  roomFor(HEIGHT_DIFFERENCE, results.height_differences);
+  roomFor(ROUGHNESS, results.roughnesses);
+  roomFor(RIDGE, results.ridges);
+  roomFor(HEIGHT_DIFFERENCE_AROUND, results.height_differences_around);
+  roomFor(ROUGHNESS_AROUND, results.roughnesses_around);
   if (query.search == RadiusSearch::EDGES || count == 0 || !fitsGrid(query.radius)) {
     statisticsByEdges(query, results);
     return results;

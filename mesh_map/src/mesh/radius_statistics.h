@@ -16,7 +16,10 @@ enum RadiusStatistic : unsigned
   ROUGHNESS = 2,
   /// The mean distance of position + normal from that of the vertex itself, over the other
   /// vertices; 0 where there are none.
-  RIDGE = 4
+  RIDGE = 4,
+  /// The same as the first two, without the vertex itself (see below where there is no other one).
+  HEIGHT_DIFFERENCE_AROUND = 8,
+  ROUGHNESS_AROUND = 16
 };
 
 /// How the vertices around a vertex are found. The results are the same, bit for bit.
@@ -29,12 +32,12 @@ enum class RadiusSearch
   GRID
 };
 
-/// What to compute over N_r(v) (see neighborhood.h) and v itself, for every vertex v.
+/// What to compute over N_r(v) (see neighborhood.h), with v itself or without, for every vertex v.
 struct RadiusQuery
 {
   ArrayView<float> positions;                  ///< 3 per vertex
   RowsView neighbors;                          ///< of each vertex, without itself
-  ArrayView<float> angles;                     ///< for ROUGHNESS: one per vertex, 0 to pi
+  ArrayView<float> angles;                     ///< for both roughnesses: one per vertex, 0 to pi
   ArrayView<float> normals;                    ///< for RIDGE: 3 per vertex, of length 1
   std::array<double, 3> up = {0.0, 0.0, 1.0};  ///< of length 1: heights are along it
   double radius = 0.0;                         ///< above 0
@@ -49,12 +52,14 @@ struct RadiusStatistics
   std::vector<float> height_differences;
   std::vector<float> roughnesses;
   std::vector<float> ridges;
+  std::vector<float> height_differences_around;
+  std::vector<float> roughnesses_around;
 };
 
 /// All that is wanted in one pass. Sums are of whole numbers (of 2^-30 radians, and of less than
-/// 2e-9 of the largest distance), so that the order of the vertices does not matter. The vertex
-/// itself counts, so one without neighbors in reach has a height difference of 0, not -inf as in
-/// the released mesh_map.
+/// 2e-9 of the largest distance), so that the order of the vertices does not matter. A vertex
+/// without neighbors in reach has a height difference of 0; without itself none (NaN, unknown; -inf
+/// in the released mesh_map), and a roughness of 0 (as released).
 RadiusStatistics radiusStatistics(const RadiusQuery& query);
 
 }  // namespace mesh_map

@@ -11,6 +11,7 @@ from mesh_map.geometry.radius_pass import KEPT, RadiusPass
 from meshes import BOTANICAL, TestMesh, data_mesh, renumbered, small, soup, terrain
 
 NAMES = ("height_difference", "roughness", "ridge")
+NAMES += ("height_difference_around", "roughness_around")
 
 
 def geometry(mesh, **options):
@@ -31,11 +32,13 @@ def check(mesh, radius, **options):
         surroundings.height_differences(mesh, around, of.up),
         surroundings.roughness(around, angles),
         surroundings.ridge(mesh, of.vertex_normals, around),
+        surroundings.height_differences(mesh, around, of.up, own=False),
+        surroundings.roughness(around, angles, own=False),
     )
     found = results(of, radius)
     size = np.abs(mesh.vertices).max()
     for name, ours, plain in zip(NAMES, found, expected):
-        tolerance = 1e-6 * size + 1e-6 if name == "height_difference" else 2e-6
+        tolerance = 1e-6 * size + 1e-6 if name.startswith("height") else 2e-6
         np.testing.assert_allclose(ours, plain, rtol=2e-6, atol=tolerance, err_msg=name)
         assert ours.dtype == np.float32 and not ours.flags.writeable
 
@@ -56,7 +59,7 @@ def test_searches_agree_to_the_last_bit(radius):
     for mesh in (terrain(60), soup(6, 60, 300), data_mesh(BOTANICAL)):
         of = geometry(mesh)
         for edges, grid in zip(results(of, radius, "edges"), results(of, radius, "grid")):
-            assert np.array_equal(edges, grid)
+            assert np.array_equal(edges, grid, equal_nan=True)
 
 
 def test_the_order_of_vertices_does_not_matter():
@@ -64,7 +67,7 @@ def test_the_order_of_vertices_does_not_matter():
     other, new = renumbered(mesh)
     for radius in (0.3, 0.7):
         for ours, theirs in zip(results(geometry(mesh), radius), results(geometry(other), radius)):
-            assert np.array_equal(ours, theirs[new])
+            assert np.array_equal(ours, theirs[new], equal_nan=True)
 
 
 def test_a_plane_is_smooth():
@@ -113,6 +116,19 @@ def test_one_pass_for_all_that_was_requested(monkeypatch):
     assert wanted == [3, 4]
     of.radius_pass(0.4).roughness()
     assert wanted == [3, 4, 2]
+    of.radius_pass(0.5).request("roughness", "height_difference", "roughness_around")
+    of.radius_pass(0.5).height_difference_around()
+    of.radius_pass(0.5).roughness_around()
+    assert wanted == [3, 4, 2, 27]
+
+
+def test_alone_or_with_others_a_statistic_is_the_same():
+    of = geometry(terrain(30))
+    together = dict(zip(NAMES, results(of, 0.3)))
+    for search in ("edges", "grid"):
+        for name in NAMES:
+            alone = getattr(RadiusPass(of, 0.3, search), name)()
+            assert np.array_equal(alone, together[name], equal_nan=True), name
 
 
 def test_threads_wait_for_each_other():
@@ -154,7 +170,7 @@ def test_the_kernel_checks_its_arrays():
     t = geometry(mesh).topology
     angles, normals = np.zeros(200, np.float32), np.zeros((200, 3), np.float32)
     up = np.array((0, 0, 1.0))
-    good = [mesh.vertices, t.neighbor_offsets, t.neighbors, angles, normals, up, 0.3, 7, "grid"]
+    good = [mesh.vertices, t.neighbor_offsets, t.neighbors, angles, normals, up, 0.3, 31, "grid"]
     for position, bad, message in (
         (0, mesh.vertices.astype(np.float64), "vertices has to be an array of float32, not of"),
         (0, mesh.vertices[:, :2], r"vertices has to have the shape \(N, 3\)"),

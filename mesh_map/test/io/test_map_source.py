@@ -67,13 +67,16 @@ def test_layers_are_reused_when_their_parameters_are_the_same(map_file, paramete
     assert np.array_equal(costs_of(map_file.path, [threshold]), MARKED)
     radius = dict(HEIGHT_DIFF, params={"radius": 0.2})
     assert not np.array_equal(costs_of(map_file.path, [radius]), MARKED)
+    without = dict(HEIGHT_DIFF, params={"include_vertex": False})
+    assert not np.array_equal(costs_of(map_file.path, [without]), MARKED)
 
 
 def test_what_is_stored_says_how_and_for_what_it_was_computed(map_file, parameters):
     normals = parameters.pop("vertex_normals")
     assert len(normals) == 32 and set(normals) <= set("0123456789abcdef")
     kind = "mesh_layers/HeightDiffLayer"
-    assert parameters == {"type": kind, "radius": 0.3, "geometry": map_file.uuid}
+    expected = {"radius": 0.3, "include_vertex": True, "geometry": map_file.uuid}
+    assert parameters == {"type": kind, **expected}
 
 
 @pytest.mark.parametrize(

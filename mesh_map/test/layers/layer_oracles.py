@@ -1,7 +1,8 @@
 """Costs of the layers in plain NumPy and double precision, from their formulas alone.
 
-`released=True` is what the first mesh_navigation (with lvr2 20.11) computes, whose numbers are
-published; otherwise its mistakes are gone. Nothing here is taken from the package that is tested.
+Without the vertex itself, height differences and roughness are what the first mesh_navigation (with
+lvr2 20.11) computes, whose numbers are published. Nothing here is taken from the package that is
+tested.
 """
 
 from functools import cached_property, lru_cache
@@ -114,15 +115,15 @@ def per_vertex(count, center, values):
 
 
 @lru_cache(maxsize=None)
-def height_difference(mesh, radius, released=False):
-    """max z - min z over N_r(v) and v; as released without v, and -inf for nothing."""
+def height_difference(mesh, radius, include_vertex=True, nothing=np.nan):
+    """max z - min z over N_r(v), and v or not; `nothing` where none are (released: -inf)."""
     center, reached = mesh.neighborhoods(radius)
     z = mesh.points @ mesh.up
-    start = (-np.inf, np.inf) if released else (z, z)
+    start = (z, z) if include_vertex else (-np.inf, np.inf)
     high, low = (np.full(mesh.count, value, np.float64) for value in start)
     np.maximum.at(high, center, z[reached])
     np.minimum.at(low, center, z[reached])
-    return high - low
+    return np.where(high < low, nothing, high - low)
 
 
 @lru_cache(maxsize=None)
@@ -138,12 +139,12 @@ def mean_angle(mesh):
     return total / np.maximum(number, 1)
 
 
-def roughness(mesh, radius, released=False):
-    """Mean of A(u) over N_r(v) and v; as released without v."""
+def roughness(mesh, radius, include_vertex=False):
+    """Mean of A(u) over N_r(v), as released, or over v, too; 0 for nothing."""
     angle = mean_angle(mesh)
     center, reached = mesh.neighborhoods(radius)
     total, number = per_vertex(mesh.count, center, angle[reached])
-    if not released:
+    if include_vertex:
         total, number = total + angle, number + 1
     return total / np.maximum(number, 1)
 

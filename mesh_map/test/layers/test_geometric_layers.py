@@ -9,7 +9,11 @@ from mesh_map.map.mesh_map import MeshMap
 from meshes import BOTANICAL, TRAY, TestMesh, data_mesh, small, terrain
 
 PARAMETERS = {
-    RoughnessLayer: {"threshold": (0.3, 0.01, 3.1415), "radius": (0.3, 0.02, 1.0)},
+    RoughnessLayer: {
+        "threshold": (0.3, 0.01, 3.1415),
+        "radius": (0.3, 0.02, 1.0),
+        "include_vertex": (False, None, None),
+    },
     RidgeLayer: {"threshold": (0.3, 0.01, 3.1415), "radius": (0.3, 0.01, 1.0)},
     SteepnessLayer: {"threshold": (0.3, 0.01, 3.1415)},
     BorderLayer: {"threshold": (0.5, 0.05, 1.0), "border_cost": (1.0, 0.02, 10.0)},
@@ -121,9 +125,12 @@ def test_tray():
     lonely = np.array([not len(others) for others in around])
     np.testing.assert_allclose(ours[~lonely], ridge[~lonely], atol=2e-6)
     assert lonely.sum() == 1169 and not ours[lonely].any()
-    ours = evaluated(RoughnessLayer, mesh).costs
-    np.testing.assert_allclose(ours, surroundings.roughness(around, angles), atol=2e-6)
-    np.testing.assert_allclose(ours[lonely], angles[lonely], atol=2e-6)
+    ours = evaluated(RoughnessLayer, mesh)
+    np.testing.assert_allclose(ours.costs, rough, atol=2e-6)
+    assert np.array_equal(ours.lethal, rough > 0.3) and not ours.costs[lonely].any()
+    with_vertex = evaluated(RoughnessLayer, mesh, {"include_vertex": True}).costs
+    np.testing.assert_allclose(with_vertex, surroundings.roughness(around, angles), atol=2e-6)
+    np.testing.assert_allclose(with_vertex[lonely], angles[lonely], atol=2e-6)
 
 
 def test_botanical_garden():
@@ -131,8 +138,9 @@ def test_botanical_garden():
     rough, ridge, around, angles = released(mesh)
     assert rough.mean() == pytest.approx(0.6768, abs=6e-5)
     assert evaluated(SteepnessLayer, mesh).costs.max() == pytest.approx(3.14, abs=5e-3)
-    ours = evaluated(RoughnessLayer, mesh).costs
-    np.testing.assert_allclose(ours, surroundings.roughness(around, angles), atol=3e-6)
+    np.testing.assert_allclose(evaluated(RoughnessLayer, mesh).costs, rough, atol=3e-6)
+    with_vertex = evaluated(RoughnessLayer, mesh, {"include_vertex": True}).costs
+    np.testing.assert_allclose(with_vertex, surroundings.roughness(around, angles), atol=3e-6)
     lonely = np.array([not len(others) for others in around])
     costs = evaluated(RidgeLayer, mesh).costs
     assert lonely.sum() == 84 and not costs[lonely].any()

@@ -54,6 +54,17 @@ def test_botanical_garden():
     assert released[finite].mean(dtype=np.float64) == pytest.approx(0.2261, abs=5e-5)
     assert released[finite].max() == pytest.approx(0.4570, abs=5e-5)
     assert (costs[finite] >= released[finite]).all() and not costs[~finite].any()
+    without = height_diff(mesh, include_vertex=False).costs
+    assert np.array_equal(without[finite], released[finite]) and np.isnan(without[~finite]).all()
+
+
+def test_a_lone_vertex_without_itself_is_unknown_and_never_free():
+    mesh = data_mesh(TRAY)
+    mesh_map = MeshMap(mesh.vertices, mesh.faces)
+    layer = {"name": "h", "type": "mesh_layers/HeightDiffLayer"}
+    mesh_map.compute_layers([dict(layer, params={"include_vertex": False})])
+    lonely = np.array([not len(others) for others in neighborhoods(mesh, 0.3)])
+    assert lonely.any() and np.array_equal(np.isnan(mesh_map.costs), lonely)
 
 
 def test_neighbors_are_reached_over_edges():

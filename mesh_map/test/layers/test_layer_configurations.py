@@ -138,8 +138,12 @@ THRESHOLD = (0.3, 0.01, 3.1415)
 RADIUS = (0.3, 0.02, 1.0)
 # default, minimum, maximum; the widest of both releases where they differ
 SHEET = {
-    "HeightDiff": {"threshold": (0.185, 0.05, 1.0), "radius": RADIUS},
-    "Roughness": {"threshold": THRESHOLD, "radius": RADIUS},
+    "HeightDiff": {
+        "threshold": (0.185, 0.05, 1.0),
+        "radius": RADIUS,
+        "include_vertex": (True,),
+    },
+    "Roughness": {"threshold": THRESHOLD, "radius": RADIUS, "include_vertex": (False,)},
     "Steepness": {"threshold": THRESHOLD},
     "Ridge": {"threshold": THRESHOLD, "radius": (0.3, 0.01, 1.0)},
     "Border": {"threshold": (0.5, 0.05, 1.0), "border_cost": (1.0, 0.02, 10.0)},

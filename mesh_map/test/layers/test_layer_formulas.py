@@ -11,9 +11,9 @@ every = pytest.mark.parametrize("name", EVERY)
 STATISTICS = (
     ("HeightDiff", layer_oracles.height_difference),
     ("Roughness", layer_oracles.roughness),
-    ("Ridge", layer_oracles.ridge),
 )
 statistics = pytest.mark.parametrize("kind, formula", STATISTICS, ids=[k for k, _ in STATISTICS])
+radii = pytest.mark.parametrize("radius", [0.3, 0.45])
 
 # Rounding of a normal to 32 bits turns it by 1e-7, which an angle of 0 shows as its root.
 ANGLE = 1e-3
@@ -30,24 +30,53 @@ def sure_vertices(mesh, radius=None):
     return ~doubtful
 
 
-@every
-@pytest.mark.parametrize("radius", [0.3, 0.45])
-@statistics
-def test_statistics_within_a_radius(name, radius, kind, formula):
-    if name == BOTANICAL and radius > 0.3:
-        radius = 0.1  # 0.45 m are thousands of vertices there
-    mesh, oracle = scaled(name)
-    result = evaluated(kind, mesh, radius=radius)
-    expected = formula(oracle, radius)
-    assert result.costs.dtype == np.float32 and np.isfinite(result.costs).all()
+def near_radius(name, radius):
+    """0.45 m are thousands of vertices on the finest mesh."""
+    return 0.1 if name == BOTANICAL and radius > 0.3 else radius
+
+
+def check_statistic(kind, oracle, result, expected, radius):
+    assert result.costs.dtype == np.float32
+    assert np.array_equal(np.isnan(result.costs), np.isnan(expected))
+    assert not np.isinf(result.costs).any()
     if kind == "HeightDiff":
-        assert np.array_equal(result.costs, expected.astype(np.float32))
+        assert np.array_equal(result.costs, expected.astype(np.float32), equal_nan=True)
     else:
         sure = sure_vertices(oracle, radius)
         assert sure.mean() > 0.5 or len(sure) < 30
         tolerance = ANGLE if kind == "Roughness" else 2e-6
         np.testing.assert_allclose(result.costs[sure], expected[sure], rtol=1e-5, atol=tolerance)
     assert np.array_equal(result.lethal, result.costs > layer_threshold(kind))
+
+
+@every
+@radii
+@pytest.mark.parametrize("include_vertex", [False, True])
+@statistics
+def test_statistics_within_a_radius(name, radius, include_vertex, kind, formula):
+    radius = near_radius(name, radius)
+    mesh, oracle = scaled(name)
+    result = evaluated(kind, mesh, radius=radius, include_vertex=include_vertex)
+    check_statistic(kind, oracle, result, formula(oracle, radius, include_vertex), radius)
+
+
+@every
+@radii
+def test_ridge_within_a_radius(name, radius):
+    radius = near_radius(name, radius)
+    mesh, oracle = scaled(name)
+    result = evaluated("Ridge", mesh, radius=radius)
+    check_statistic("Ridge", oracle, result, layer_oracles.ridge(oracle, radius), radius)
+
+
+@every
+@statistics
+def test_whether_the_vertex_counts_where_nothing_is_said(name, kind, formula):
+    """Not for roughness, as released; for height differences, which a lone vertex has not."""
+    mesh, _ = scaled(name)
+    result = evaluated(kind, mesh)
+    same = evaluated(kind, mesh, include_vertex=kind == "HeightDiff")
+    assert np.array_equal(result.costs, same.costs) and np.array_equal(result.lethal, same.lethal)
 
 
 def layer_threshold(kind):
@@ -127,8 +156,8 @@ def test_published_numbers(name, kind):
     """Of the released formulas (radius 0.3) on meshes as they are, which these oracles know."""
     _, oracle = scaled(name)
     released = {
-        "HeightDiff": lambda: layer_oracles.height_difference(oracle, 0.3, released=True),
-        "Roughness": lambda: layer_oracles.roughness(oracle, 0.3, released=True),
+        "HeightDiff": lambda: layer_oracles.height_difference(oracle, 0.3, False, -np.inf),
+        "Roughness": lambda: layer_oracles.roughness(oracle, 0.3, include_vertex=False),
         "Ridge": lambda: layer_oracles.ridge(oracle, 0.3, lonely=0.4),
         "Steepness": lambda: layer_oracles.steepness(oracle),
     }[kind]()
@@ -137,20 +166,28 @@ def test_published_numbers(name, kind):
     assert finite.mean() == pytest.approx(mean, abs=6e-5)
     assert largest is None or finite.max() == pytest.approx(largest, abs=6e-5)
     assert above is None or (released > layer_threshold(kind)).sum() == above
+    if kind == "Roughness":  # the layer itself as it comes has them, too
+        layer = evaluated(kind, scaled(name)[0])
+        assert layer.costs.mean(dtype=np.float64) == pytest.approx(mean, abs=6e-5)
+        assert above is None or layer.lethal.sum() == above
 
 
 @pytest.mark.parametrize("name, lonely", [(TRAY, 1169), (BOTANICAL, 84)])
 def test_vertices_without_neighbors(name, lonely):
-    """As released they had -inf, 0, and the threshold + 0.1; now their own values, and 0."""
+    """As released they had height differences of -inf, no roughness, and a ridge of the threshold +
+    0.1; now 0 for all but a height difference without the vertex itself, which is not known."""
     mesh, oracle = scaled(name)
     alone = np.ones(oracle.count, bool)
     alone[oracle.neighborhoods(0.3)[0]] = False
     assert alone.sum() == lonely
-    released = layer_oracles.height_difference(oracle, 0.3, released=True)
+    released = layer_oracles.height_difference(oracle, 0.3, False, -np.inf)
     assert np.array_equal(np.isneginf(released), alone)
     assert not evaluated("HeightDiff", mesh).costs[alone].any()
-    assert not evaluated("Ridge", mesh).costs[alone].any()
-    roughness = evaluated("Roughness", mesh).costs[alone]
+    without = evaluated("HeightDiff", mesh, include_vertex=False)
+    assert np.array_equal(np.isnan(without.costs), alone) and not without.lethal[alone].any()
+    for kind in ("Ridge", "Roughness"):
+        assert not evaluated(kind, mesh).costs[alone].any()
+    roughness = evaluated("Roughness", mesh, include_vertex=True).costs[alone]
     np.testing.assert_allclose(roughness, layer_oracles.mean_angle(oracle)[alone], atol=ANGLE)
 
 

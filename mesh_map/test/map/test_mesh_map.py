@@ -181,7 +181,8 @@ def test_stored_costs_are_taken(caplog):
     assert np.array_equal(layer.result.costs, costs, equal_nan=True)
     assert layer.result.lethal.tolist() == [False, True, False]
     assert mesh_map.layers["other"].result.costs.tolist() == [0, 0, 0]
-    fingerprint = {"type": HEIGHT_DIFF["type"], "radius": 0.3, "geometry": mesh_map.uuid}
+    parameters = {"radius": 0.3, "include_vertex": True}
+    fingerprint = {"type": HEIGHT_DIFF["type"], "geometry": mesh_map.uuid, **parameters}
     assert asked == [("height_diff", fingerprint), ("other", fingerprint)]
     assert layer.identity == fingerprint
     mesh_map.compute_layers([HEIGHT_DIFF], stored=lambda *_: costs[:2])

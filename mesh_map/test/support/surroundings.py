@@ -27,10 +27,12 @@ def neighborhoods(mesh, radius):
     return tuple(result)
 
 
-def height_differences(mesh, around, up=(0, 0, 1)):
-    """Over each vertex and those around it; (V,) float64."""
+def height_differences(mesh, around, up=(0, 0, 1), own=True):
+    """Over each vertex and those around it; or over these alone, NaN for none; (V,) float64."""
     heights = mesh.vertices.astype(np.float64) @ np.array(up, np.float64)
-    return np.array([np.ptp(heights[np.append(rows, v)]) for v, rows in enumerate(around)])
+    if own:
+        around = [np.append(rows, v) for v, rows in enumerate(around)]
+    return np.array([np.ptp(heights[rows]) if len(rows) else np.nan for rows in around])
 
 
 def mean_edge_angles(mesh, normals):

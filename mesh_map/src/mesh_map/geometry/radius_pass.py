@@ -11,17 +11,22 @@ from mesh_map.base.array_checks import read_only
 if TYPE_CHECKING:
     from mesh_map.geometry.mesh_geometry import MeshGeometry
 
-_BITS = {"height_difference": 1, "roughness": 2, "ridge": 4}  # radius_statistics.h
-
+_BITS = {  # radius_statistics.h
+    "height_difference": 1,
+    "roughness": 2,
+    "ridge": 4,
+    "height_difference_around": 8,
+    "roughness_around": 16,
+}
 
 KEPT = 4  # passes of the last radii of a geometry
 
 
 class RadiusPass:
-    """Height difference, roughness and ridge over the vertices around each vertex.
+    """Height difference, roughness and ridge over each vertex and those around it.
 
     "Around" means: reached over edges through vertices whose Euclidean distance from the vertex is
-    below the radius. The vertex itself is one of them.
+    below the radius.
 
     Whoever will ask for something requests it first, so that what is asked for first computes all
     of it. Threads may share one.
@@ -71,6 +76,17 @@ class RadiusPass:
         """
         return self._result("roughness")
 
+    def height_difference_around(self) -> np.ndarray:
+        """(V,) float32, height_difference() without the vertex itself; NaN where none is around."""
+        return self._result("height_difference_around")
+
+    def roughness_around(self) -> np.ndarray:
+        """(V,) float32, roughness() without the vertex itself; 0 where none is around.
+
+        As calcVertexRoughness of lvr2 20.11 does for the released mesh_map.
+        """
+        return self._result("roughness_around")
+
     def ridge(self) -> np.ndarray:
         """(V,) float32, in meters: the mean distance of position + normal from that of the vertex.
 
@@ -88,7 +104,7 @@ class RadiusPass:
         geometry, topology = self._geometry, self._geometry.topology
         nothing = np.zeros((0, 3), np.float32)
         angles = nothing[:, 0].copy()
-        if "roughness" in wanted:
+        if not wanted.isdisjoint(("roughness", "roughness_around")):
             angles = _kernels._mean_edge_angles(
                 geometry.vertex_normals,
                 topology.edges,

@@ -36,17 +36,22 @@ class ThresholdLayer(Layer):
 class RadiusLayer(ThresholdLayer):
     """Base of one that measures what is around each vertex. It has a parameter "radius" too.
 
-    Layers of the same radius share one pass over the mesh.
+    Layers of the same radius share one pass over the mesh. Where there is a parameter
+    "include_vertex", it says whether the vertex itself counts.
     """
 
     STATISTIC: ClassVar[str]  # the method of RadiusPass that gives the costs
 
+    @property
+    def _statistic(self) -> str:
+        return self.STATISTIC + ("" if self.params.get("include_vertex", True) else "_around")
+
     def announce(self, geometry: MeshGeometry) -> None:
-        geometry.radius_pass(self.params["radius"]).request(self.STATISTIC)
+        geometry.radius_pass(self.params["radius"]).request(self._statistic)
 
     def compute_costs(self, mesh_map: MeshMap) -> np.ndarray:
         radius_pass = mesh_map.geometry.radius_pass(self.params["radius"])
-        return getattr(radius_pass, self.STATISTIC)()
+        return getattr(radius_pass, self._statistic)()
 
 
 class BorderLayer(ThresholdLayer):
@@ -87,13 +92,15 @@ class HeightDiffLayer(RadiusLayer):
     One of the layers of Pütz et al., 4.2 and 5.3 (height differences).
 
     "Around" means: reached over edges through vertices whose Euclidean distance from the vertex is
-    below the radius. The vertex itself counts; in the released mesh_map it did not, and a vertex
-    without neighbors in reach had -inf.
+    below the radius. The vertex itself counts, unless include_vertex is false: then one without
+    others around is unknown (NaN). In the released mesh_map it did not count, and such a vertex had
+    -inf; in that of ROS 2 (lvr2 25) it does.
     """
 
     PARAMETERS = (
         Parameter("threshold", 0.185, 0.05, 1.0, "lethal above, in meters", affects_costs=False),
         Parameter("radius", 0.3, 0.02, 1.0, "radius of the neighborhood in meters"),
+        Parameter("include_vertex", True, description="the vertex itself counts, too"),
     )
     STATISTIC = "height_difference"
 
@@ -103,14 +110,16 @@ class RoughnessLayer(RadiusLayer):
 
     One of the layers of Pütz et al., 4.2 and 5.3 (roughness).
 
-    The mean, over a vertex and those around it (as of height differences), of the mean angle
-    between the normal of a vertex and those of its neighbors. In the released mesh_map, the vertex
-    itself did not count, and a non-manifold vertex had the angle pi, whatever is around it.
+    The mean, over the vertices around it (as of height differences), of the mean angle between the
+    normal of a vertex and those of its neighbors; 0 where there are none. The vertex itself counts
+    where include_vertex is true, as in the release for ROS 2 (lvr2 25); in the released mesh_map it
+    does not, and a non-manifold vertex has the angle pi there, whatever is around it.
     """
 
     PARAMETERS = (
         Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in radians", affects_costs=False),
         Parameter("radius", 0.3, 0.02, 1.0, "radius of the neighborhood in meters"),
+        Parameter("include_vertex", False, description="the vertex itself counts, too"),
     )
     STATISTIC = "roughness"
 

@@ -17,7 +17,8 @@ using mesh_map::RadiusQuery;
 using mesh_map::RadiusSearch;
 using mesh_map::RadiusStatistics;
 
-constexpr unsigned ALL = mesh_map::HEIGHT_DIFFERENCE | mesh_map::ROUGHNESS | mesh_map::RIDGE;
+constexpr unsigned ALL = mesh_map::HEIGHT_DIFFERENCE | mesh_map::ROUGHNESS | mesh_map::RIDGE |
+                         mesh_map::HEIGHT_DIFFERENCE_AROUND | mesh_map::ROUGHNESS_AROUND;
 
 struct Sample
 {
@@ -66,6 +67,8 @@ void expectSame(const RadiusStatistics& a, const RadiusStatistics& b, const std:
   EXPECT_TRUE(sameBits(a.height_differences, b.height_differences)) << name;
   EXPECT_TRUE(sameBits(a.roughnesses, b.roughnesses)) << name;
   EXPECT_TRUE(sameBits(a.ridges, b.ridges)) << name;
+  EXPECT_TRUE(sameBits(a.height_differences_around, b.height_differences_around)) << name;
+  EXPECT_TRUE(sameBits(a.roughnesses_around, b.roughnesses_around)) << name;
 }
 
 /// Strips side by side that are connected at one end only: nearer by air than along edges.

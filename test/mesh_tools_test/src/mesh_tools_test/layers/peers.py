@@ -40,7 +40,8 @@ def kdtree_statistics(
 ) -> Tuple[np.ndarray, np.ndarray]:
     """Height difference and roughness of every share-th vertex, two threads.
 
-    By Euclidean distance alone: the tree knows no edges.
+    For roughness, the vertex itself does not count. By Euclidean distance alone: the tree knows no
+    edges.
     """
     tree = cKDTree(vertices)
     rows = tree.query_ball_point(vertices[::share], radius, workers=2)
@@ -49,7 +50,8 @@ def kdtree_statistics(
     starts = np.cumsum(counts) - counts
     z = vertices[members, 2]
     height = np.maximum.reduceat(z, starts) - np.minimum.reduceat(z, starts)
-    return height, np.add.reduceat(angles[members], starts) / counts
+    total = np.add.reduceat(angles[members], starts) - angles[::share]
+    return height, total / np.maximum(counts - 1, 1)
 
 
 def scipy_distances(topology: Any, lengths: np.ndarray, lethal: np.ndarray, limit: float) -> Any:
@@ -75,7 +77,7 @@ def numba_statistics() -> Optional[Callable[..., Tuple[np.ndarray, np.ndarray]]]
     """The same search over edges as in mesh_map, compiled by numba; None where it is absent.
 
     Called with vertices, offsets and neighbors of the topology, angles and radius; gives height
-    difference and roughness.
+    difference and roughness (without the vertex itself).
     """
     try:
         import numba
@@ -92,7 +94,7 @@ def numba_statistics() -> Optional[Callable[..., Tuple[np.ndarray, np.ndarray]]]
             queue = np.zeros(count, np.int32)
             for v in range(part * count // parts, (part + 1) * count // parts):
                 x, y, z = vertices[v, 0], vertices[v, 1], vertices[v, 2]
-                low, high, total = z, z, np.float64(angles[v])
+                low, high, total = z, z, 0.0
                 stamp[v], queue[0], first, last = v, v, 0, 1
                 while first < last:
                     u = queue[first]
@@ -109,7 +111,7 @@ def numba_statistics() -> Optional[Callable[..., Tuple[np.ndarray, np.ndarray]]]
                             low, high = min(low, vertices[w, 2]), max(high, vertices[w, 2])
                             total += angles[w]
                 height[v] = high - low
-                rough[v] = total / last
+                rough[v] = total / max(last - 1, 1)
         return height, rough
 
     return statistics
