@@ -105,14 +105,18 @@ class SurfaceKernel
 {
  public:
   SurfaceKernel(Array vertices, Array faces, Array face_edges, Array face_flags,
-                Array edge_face_offsets, Array edge_faces)
-      : arrays_{vertices, faces, face_edges, face_flags, edge_face_offsets, edge_faces}
+                Array edge_face_offsets, Array edge_faces, Array vertex_face_offsets,
+                Array vertex_faces)
+      : arrays_{vertices,          faces,      face_edges,          face_flags,
+                edge_face_offsets, edge_faces, vertex_face_offsets, vertex_faces}
   {
     mesh_.mesh = meshView(vertices, faces);
     mesh_.face_edges = view<std::uint32_t>(face_edges, "face_edges", {faces.shape(0), 3});
     mesh_.face_flags = view<std::uint8_t>(face_flags, "face_flags", {faces.shape(0)});
     mesh_.edge_faces =
         rowsView(edge_face_offsets, edge_faces, mesh_.mesh.faceCount(), "edge_faces");
+    mesh_.vertex_faces =
+        rowsView(vertex_face_offsets, vertex_faces, mesh_.mesh.faceCount(), "vertex_faces");
     const py::gil_scoped_release release;
     checkWalkMesh(mesh_);
   }
@@ -247,7 +251,7 @@ class SurfaceKernel
 void bindQueryKernels(py::module_& module)
 {
   py::class_<SurfaceKernel>(module, "_Surface", py::module_local())
-      .def(py::init<Array, Array, Array, Array, Array, Array>())
+      .def(py::init<Array, Array, Array, Array, Array, Array, Array, Array>())
       .def("_walk", &SurfaceKernel::walk)
       .def("_walk_one", &SurfaceKernel::walkOne)
       .def("_costs_under", &SurfaceKernel::costsUnder)

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "base/require.h"
+#include "paths/vertex_turn.h"
 #include "paths/walk_face.h"
 
 namespace mesh_map {
@@ -65,6 +68,21 @@ FlatFace startFace(const WalkMesh& mesh, const WalkPose& start)
   const FlatFace face = longestSideFirst(mesh, start.face, false);
   return dot(face.normal(), ofSizeOne(start.up)) < 0.0 ? longestSideFirst(mesh, start.face, true)
                                                        : face;
+}
+
+/// What is nearer to a vertex, of the longest edge of the face, may be at it.
+constexpr double AT_VERTEX = 1e-9;
+
+/// The place in a face of the corner that a start is at; 3 if it is at none.
+std::size_t cornerAt(const FlatFace& face, const std::array<double, 3>& weights)
+{
+  const Vector2 point = face.point(weights);
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (norm(point - face.corner(k)) <= AT_VERTEX * face.longest()) {
+      return k;
+    }
+  }
+  return 3;
 }
 
 /// An empty trace but for its first point.
@@ -217,8 +235,18 @@ Walk walkStraight(const WalkMesh& mesh, const WalkPose& start, double length,
     direction = -direction;
   }
   beginTrace(trace, face.positionOf(face.barycentric(face.point(start.barycentric))));
-  walk = StraightWalk(mesh, options, trace)
-             .run({face, face.point(start.barycentric), direction}, std::abs(length));
+  const auto walkFrom = [&](const Vector2& point) {
+    return StraightWalk(mesh, options, trace).run({face, point, direction}, std::abs(length));
+  };
+  walk = walkFrom(face.point(start.barycentric));
+  if (walk.end == WalkEnd::BORDER && walk.length <= AT_VERTEX * face.longest()) {
+    const std::size_t corner = cornerAt(face, start.barycentric);
+    if (corner < 3) {
+      beginTrace(trace,
+                 face.inSpace(face.corner(corner)) + pointOf(position(mesh, face.vertex(0))));
+      walk = walkFrom(face.corner(corner));
+    }
+  }
   walk.pose.direction = backwards ? -walk.pose.direction : walk.pose.direction;
   return walk;
 }
@@ -256,6 +284,12 @@ class Cut
   /// Of a point as it comes from the functions below.
   double progress(const Vector3& point) const { return dot(forward_, point - start_); }
   const Vector3& start() const { return start_; }
+
+  /// Whether the plane passes through a vertex, up to a distance.
+  bool passes(std::uint32_t vertex, double within) const
+  {
+    return std::abs(height(vertex)) <= within * norm(normal_);
+  }
 
   bool isLeft(std::uint32_t vertex) const { return height(vertex) >= 0.0; }
 
@@ -328,10 +362,20 @@ Place across(const WalkMesh& mesh, const Place& place, const CutExit& exit, std:
 class LineWalk
 {
  public:
-  LineWalk(const WalkMesh& mesh, const Cut& cut, const WalkOptions& options, WalkTrace* trace)
-      : mesh_(mesh), cut_(cut), options_(options), trace_(trace)
+  /// `within` is how near the plane passes to a vertex through which it leads.
+  LineWalk(const WalkMesh& mesh, const Cut& cut, double within, const WalkOptions& options,
+           WalkTrace* trace)
+      : mesh_(mesh), cut_(cut), within_(within), options_(options), trace_(trace)
   {
   }
+
+  /// Faces that were crossed.
+  std::size_t steps() const { return steps_; }
+
+  /// Of a walk that ended at the border: its face, and the corner of it through which it led out, 3
+  /// for none.
+  const Place& last() const { return last_; }
+  std::size_t lastCorner() const { return last_corner_; }
 
   Walk run(Place place)
   {
@@ -340,7 +384,7 @@ class LineWalk
     // Moved up ever more rarely: a way that is a loop meets it again (R. Brent's way to find one).
     Place met{NO_INDEX, false, {}};
     std::size_t next_move = 1;
-    for (std::size_t steps = 0; cut_.goal() > 0.0; ++steps) {
+    for (steps_ = 0; cut_.goal() > 0.0; ++steps_) {
       CutExit exit = exitOf(mesh_, cut_, place);
       if (exit.slot == 3) {
         walk_.end = WalkEnd::NOWHERE;
@@ -352,14 +396,17 @@ class LineWalk
         const double share = (cut_.goal() - before) / (after - before);
         exit.point = place.point + share * (exit.point - place.point);
       }
+      const std::uint32_t next = arrives ? NO_INDEX : faceAcross(mesh_, place.face, exit.slot);
+      if (!arrives && next == NO_INDEX) {
+        leaveThroughCorner(place, exit);
+      }
       follow(place, exit.point);
       place.point = exit.point;
       told = longestSideFirst(mesh_, place.face, place.reversed).hasArea() ? place : told;
       if (arrives) {
         break;
       }
-      const std::uint32_t next = faceAcross(mesh_, place.face, exit.slot);
-      walk_.end = endAt(next, steps);
+      walk_.end = endAt(next, steps_);
       if (walk_.end != WalkEnd::ARRIVED) {
         break;
       }
@@ -368,7 +415,7 @@ class LineWalk
         walk_.end = WalkEnd::LOOP;
         break;
       }
-      if (steps + 1 == next_move) {
+      if (steps_ + 1 == next_move) {
         met = place;
         next_move *= 2;
       }
@@ -378,6 +425,26 @@ class LineWalk
   }
 
  private:
+  /// At a border: if the line leads through an end of the edge there, it leaves the face in that.
+  void leaveThroughCorner(const Place& place, CutExit& exit)
+  {
+    last_ = place;
+    double farthest = cut_.progress(exit.point);
+    for (const std::size_t k : {(exit.slot + 1) % 3, (exit.slot + 2) % 3}) {
+      const std::uint32_t vertex = cornerOf(mesh_, place.face, k);
+      const Vector3 point = cut_.local(vertex);
+      const double progress = cut_.progress(point);
+      if (cut_.passes(vertex, within_) && progress < cut_.goal() &&
+          progress >= farthest - 2.0 * within_) {
+        last_corner_ = k;
+        farthest = std::max(farthest, progress);
+      }
+    }
+    if (last_corner_ != 3) {
+      exit.point = cut_.local(cornerOf(mesh_, place.face, last_corner_));
+    }
+  }
+
   WalkEnd endAt(std::uint32_t next, std::size_t steps) const
   {
     if (next == NO_INDEX) {
@@ -416,10 +483,44 @@ class LineWalk
 
   const WalkMesh& mesh_;
   const Cut& cut_;
+  double within_;
   const WalkOptions& options_;
   WalkTrace* trace_;
   Walk walk_;
+  std::size_t steps_ = 0;
+  Place last_{NO_INDEX, false, {}};
+  std::size_t last_corner_ = 3;
 };
+
+/// A face from the side of the walker.
+bool isReversed(const FlatFace& face)
+{
+  return (face.slot(0) + 1) % 3 != face.slot(1);
+}
+
+/// Where a line begins: a face, and weights of its corners.
+struct LineStart
+{
+  FlatFace face;
+  std::array<double, 3> weights;
+};
+
+/// At corner k of a face, in the face there into which the way to a target leads as seen along
+/// `up`; nothing if it leads into none, or into one that must not be entered.
+std::optional<LineStart> atCorner(const WalkMesh& mesh, const FlatFace& face, std::size_t k,
+                                  const Vector3& up, const std::array<double, 3>& target,
+                                  ArrayView<std::uint8_t> mask)
+{
+  const std::uint32_t vertex = face.vertex(k);
+  const Vector3 way = ofSizeOne(target - pointOf(position(mesh, vertex)));
+  const VertexTurn to = seenAhead(mesh, face, k, up / norm(up), way, mask);
+  if (to.end != WalkEnd::ARRIVED) {
+    return std::nullopt;
+  }
+  LineStart start{FlatFace::along(mesh, to.face, vertex, to.right), {}};
+  start.weights[start.face.slot(0)] = 1.0;
+  return start.face.hasArea() ? std::optional<LineStart>(start) : std::nullopt;
+}
 
 }  // namespace
 
@@ -436,15 +537,43 @@ Walk walkLine(const WalkMesh& mesh, const WalkPose& start, const std::array<doub
   if (!face.hasArea()) {
     return nowhere;
   }
-  std::array<double, 3> inside;
-  for (std::size_t k = 0; k < 3; ++k) {
-    inside[k] = (1.0 - INTO_FACE) * start.barycentric[k] + INTO_FACE / 3.0;
-  }
   const Vector3 up = start.up == Vector3{} ? face.normal() : ofSizeOne(start.up);
-  const Cut cut(mesh, face, face.point(inside), up, target);
-  beginTrace(trace, cut.inSpace(cut.start()));
-  const bool reversed = (face.slot(0) + 1) % 3 != face.slot(1);
-  return LineWalk(mesh, cut, options, trace).run({face.face(), reversed, cut.start()});
+  std::optional<LineStart> from;
+  if (const std::size_t k = cornerAt(face, start.barycentric); k < 3) {
+    from = atCorner(mesh, face, k, up, target, options.mask);
+  }
+  from = from.value_or(LineStart{face, start.barycentric});
+  WalkOptions rest = options;
+  double length = 0.0, to_go = std::numeric_limits<double>::infinity();
+  for (bool is_first = true;; is_first = false) {
+    std::array<double, 3> inside;
+    for (std::size_t k = 0; k < 3; ++k) {
+      inside[k] = (1.0 - INTO_FACE) * from->weights[k] + INTO_FACE / 3.0;
+    }
+    const Cut cut(mesh, from->face, from->face.point(inside), up, target);
+    if (is_first) {
+      beginTrace(trace, cut.inSpace(cut.start()));
+    }
+    LineWalk line(mesh, cut, 2.0 * INTO_FACE * from->face.longest(), rest, trace);
+    Walk walk = line.run({from->face.face(), isReversed(from->face), cut.start()});
+    length = walk.length = length + walk.length;
+    // Through a corner at the border it goes on in another face, nearer to the target each time.
+    const bool is_nearer = cut.goal() < to_go;
+    if (walk.end != WalkEnd::BORDER || line.lastCorner() == 3 || !is_nearer) {
+      return walk;
+    }
+    to_go = cut.goal();
+    rest.max_steps -= std::min(rest.max_steps, line.steps() + 1);
+    const FlatFace last = longestSideFirst(mesh, line.last().face, line.last().reversed);
+    const std::size_t k = last.slot(0) == line.lastCorner()   ? 0
+                          : last.slot(1) == line.lastCorner() ? 1
+                                                              : 2;
+    const auto on = atCorner(mesh, last, k, up, target, options.mask);
+    if (!on || on->face.face() == last.face()) {
+      return walk;
+    }
+    from = on;
+  }
 }
 
 namespace {
@@ -465,6 +594,16 @@ void checkWalkMesh(const WalkMesh& mesh)
   const std::size_t face_count = mesh.mesh.faceCount();
   require(mesh.face_edges.size() == 3 * face_count && mesh.face_flags.size() == face_count,
           OTHER_TOPOLOGY);
+  const RowsView& around = mesh.vertex_faces;
+  require(around.rowCount() == mesh.mesh.vertexCount(), OTHER_TOPOLOGY);
+  for (std::uint32_t vertex = 0; vertex < around.rowCount(); ++vertex) {
+    for (std::uint32_t i = around.offsets[vertex]; i < around.offsets[vertex + 1]; ++i) {
+      const std::uint32_t face = around.values[i];
+      require(face < face_count && (i == around.offsets[vertex] || around.values[i - 1] < face) &&
+                  cornerOf(mesh, face, slotOf(mesh, face, vertex)) == vertex,
+              OTHER_TOPOLOGY);
+    }
+  }
   std::size_t sides = 0;
   for (std::size_t i = 0; i < mesh.face_edges.size(); i += 3) {
     sides += std::count(mesh.face_edges.data() + i, mesh.face_edges.data() + i + 3, NO_INDEX) == 0

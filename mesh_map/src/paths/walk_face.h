@@ -49,6 +49,9 @@ class FlatFace
   /// Whether it has a plane.
   bool hasArea() const { return has_area_; }
 
+  /// Of its sides.
+  double longest() const { return longest_; }
+
   /// Lengths that are smaller are nothing.
   double tolerance() const { return tolerance_; }
 
@@ -74,7 +77,7 @@ class FlatFace
   std::array<Vector2, 3> corners_{};
   Vector3 origin_, u_, w_;  // corner 0, and the sides from it
   Vector3 x_axis_{}, y_axis_{}, normal_{};
-  double tolerance_ = 0.0;
+  double longest_ = 0.0, tolerance_ = 0.0;
   bool has_area_ = false;
 };
 
@@ -95,20 +98,5 @@ struct FaceExit
 
 /// `point` in the face, `direction` of length 1.
 FaceExit exitOf(const FlatFace& face, const Vector2& point, const Vector2& direction);
-
-/// Where a walk goes on from a vertex.
-struct VertexTurn
-{
-  WalkEnd end = WalkEnd::ARRIVED;  ///< BORDER or BLOCKED: nowhere
-  std::uint32_t face = NO_INDEX;
-  std::uint32_t right = NO_INDEX;  ///< the vertex on the edge of that face from which...
-  double angle = 0.0;              ///< ...the direction has this angle, to the left
-};
-
-/// From corner k of a face: with as much angle on both sides, if the direction leads through the
-/// face to it. Else it points out of the face to one side: then straight on in the faces unfolded
-/// on that side (angles around the vertex scaled, if its faces go all the way round it).
-VertexTurn turnAt(const WalkMesh& mesh, const FlatFace& face, std::size_t k,
-                  const Vector2& direction, ArrayView<std::uint8_t> mask);
 
 }  // namespace mesh_map

@@ -101,9 +101,13 @@ SurfacePath findPath(const MeshData& mesh, const SurfacePoint& from, const Surfa
   const auto edge_faces = mesh_map::edgeFaces(topology.face_edges, topology.edgeCount());
   mesh_map::GeodesicOptions options;
   options.cancel = cancel;
-  mesh_map::Geodesic geodesic = mesh_map::shortenPath(
-      {surface.view(), topology.face_edges, topology.face_flags, edge_faces.rows()}, reversed(path),
-      options);
+  mesh_map::Geodesic geodesic =
+      mesh_map::shortenPath({surface.view(),
+                             topology.face_edges,
+                             topology.face_flags,
+                             edge_faces.rows(),
+                             {topology.vertex_face_offsets, topology.vertex_faces}},
+                            reversed(path), options);
   if (geodesic.canceled) {
     throw Canceled();
   }

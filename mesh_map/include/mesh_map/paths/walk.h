@@ -28,6 +28,7 @@ struct WalkMesh
   ArrayView<std::uint32_t> face_edges;  ///< of Topology
   ArrayView<std::uint8_t> face_flags;   ///< of Topology
   RowsView edge_faces;                  ///< of edgeFaces()
+  RowsView vertex_faces;                ///< of Topology
 };
 
 /// Where somebody stands on a surface, and where he looks.
@@ -72,10 +73,11 @@ struct WalkTrace
 /// Straight on over the surface from a pose: the straightest geodesic (K. Polthier, M. Schmies:
 /// Straightest Geodesics on Polyhedral Surfaces, 1998). It goes straight where the faces that it
 /// crosses are unfolded into the plane, whichever way round these are, and across faces without
-/// area; a vertex is passed with as much angle on the left as on the right. At a border vertex it
-/// goes on where there are 180 degrees of surface on one side of it, such as along a straight
-/// border. Of more than two faces at an edge, it goes on in the one that bends least (then in that
-/// of lowest index); duplicates of a face count for nothing.
+/// area; a vertex is passed with as much angle on the left as on the right. Where faces do not go
+/// all the way round a vertex (at a border, where only corners of pieces meet), it goes on in the
+/// face there that contains its direction as seen along the normal of the face it was in; so it
+/// does from a start at a vertex, too. Of more than two faces at an edge, it goes on in the one
+/// that bends least (then in that of lowest index); duplicates of a face count for nothing.
 ///
 /// A negative length is walked backwards: the pose looks where it did before. Two walks, one from
 /// where the other ended, are one walk: also at an edge or vertex, where the pose may look out of
@@ -83,7 +85,8 @@ struct WalkTrace
 /// another size.
 ///
 /// Positions are exact to some 1e-15 of the size of the faces for each face crossed. What passes a
-/// vertex by less than 1e-12 of the longest edge of the face passes through it.
+/// vertex by less than 1e-12 of the longest edge of the face passes through it. A start nearer to a
+/// vertex than 1e-9 of that is at it where else the walk would end at the border at once.
 Walk walkStraight(const WalkMesh& mesh, const WalkPose& start, double length,
                   const WalkOptions& options = {}, WalkTrace* trace = nullptr);
 
@@ -93,7 +96,9 @@ Walk walkStraight(const WalkMesh& mesh, const WalkPose& start, double length,
 /// position tells. `start.direction` does not matter; the direction found is 0 where nothing was
 /// walked. Ends BORDER where the cut leaves the surface.
 ///
-/// The start is moved into its face by 1e-9 of it, so that no way runs exactly along a border.
+/// The start is moved into its face by 1e-9 of it, so that no way runs exactly along a border. From
+/// a vertex (or nearer than that), and through one at a border, it goes on in the face there that
+/// contains the way to the target as seen along `up`.
 Walk walkLine(const WalkMesh& mesh, const WalkPose& start, const std::array<double, 3>& target,
               const WalkOptions& options = {}, WalkTrace* trace = nullptr);
 

@@ -141,6 +141,8 @@ def walk_arrays(vertices: Any, faces: Any, topology: Topology) -> Tuple[np.ndarr
         topology.face_flags,
         topology.edge_face_offsets,
         topology.edge_faces,
+        topology.vertex_face_offsets,
+        topology.vertex_faces,
     )
 
 

@@ -37,7 +37,11 @@ struct Ground
 
   mesh_map::WalkMesh view() const
   {
-    return {mesh.view(), topology.face_edges, topology.face_flags, rows.rows()};
+    return {mesh.view(),
+            topology.face_edges,
+            topology.face_flags,
+            rows.rows(),
+            {topology.vertex_face_offsets, topology.vertex_faces}};
   }
 };
 
