@@ -24,6 +24,7 @@ import numpy as np
 from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.base.parameter import Value
 from mesh_map.costs.background_work import BackgroundWork
+from mesh_map.costs.cleared_costs import ClearedCosts, ClearedCostsMemory, Combined
 from mesh_map.costs.combination import COMBINED_COSTS, Combination
 from mesh_map.costs.edge_weights import PlanningCosts
 from mesh_map.costs.layer import OF_ALL, Layer
@@ -88,6 +89,7 @@ class LayeredCosts:
         settings = MapSettings()
         planning = PlanningCosts(0, combination.costs, geometry, settings)
         self._faults = LayerFaults()
+        self._cleared = ClearedCostsMemory()
         self._state = _State(LayerSet(), settings, combination, (), planning)
 
     @property
@@ -158,6 +160,24 @@ class LayeredCosts:
     def planning_costs(self) -> PlanningCosts:
         """Costs and weights of edges that belong together; keeps what it is for good."""
         return self._state.planning
+
+    def cleared_costs(self) -> ClearedCosts:
+        """What the costs would be if the layers that can be cleared were empty. Takes the time of
+        evaluating the layers that read those, where other layers have changed since the last
+        call."""
+        state = self._state
+        mesh_map: Any = self
+        return self._cleared.of(mesh_map, state.layer_set, state.planning, state.settings)
+
+    @property
+    def clearable_layers(self) -> Tuple[str, ...]:
+        """Names of the layers that can be cleared, are enabled, and whose data are current."""
+        layer_set, failures = self._state.layer_set, self.layer_failures
+        return tuple(
+            name
+            for name, layer in layer_set.layers.items()
+            if layer.can_be_cleared() and layer_set.params[name]["enabled"] and name not in failures
+        )
 
     def compute_layers(
         self,
@@ -500,19 +520,13 @@ class LayeredCosts:
         propagation: Optional[Propagation] = None,
     ) -> None:
         """Combines the layers, puts the new state in force, and has listeners told of it."""
-        state, mode = self._state, settings.combination
+        state = self._state
         changed_vertices = None
         if propagation is not None:
             changed_vertices = propagation.changed_vertices()
             layer_set = propagation.commit()
         results = {name: layer.result for name, layer in layer_set.layers.items()}
-        factors = {
-            name: layer_set.params[name]["factor"]
-            for name in results
-            if layer_set.params[name]["enabled"]
-        }
-        if settings.default_layer in factors:
-            mode, factors = "sum", {settings.default_layer: 1.0}
+        mode, factors = Combined.of(layer_set, settings)
         combined = tuple(factors)
         changed_results = changed_vertices if combined == state.combined else None
         count, before = len(self.geometry.vertices), state.combination
