@@ -99,6 +99,8 @@ def test_blocked_vertices_are_never_passed(seed):
             continue
         if start[0] == goal[0] and result.succeeded:
             continue
+        if "closed ground" in result.message:
+            continue  # where it is left, test_out_of_closed_ground.py looks at it
         expected = oracle(mesh, start, goal, kinds)
         assert result.succeeded == np.isfinite(expected)
         if result.succeeded:

@@ -9,6 +9,7 @@ import pytest
 
 from mesh_msgs import zoo
 
+from mesh_map.costs.cleared_costs import ClearedCosts
 from mesh_map.costs.edge_weights import PlanningCosts
 from mesh_map.costs.layer import LayerResult
 from mesh_map.costs.settings import MapSettings
@@ -27,6 +28,8 @@ BY_NAME = {"ids": lambda mesh: mesh.name}
 class MapWithCosts:
     """A mesh map whose costs are given instead of computed."""
 
+    clearable_layers = ()
+
     def __init__(self, mesh, costs=None, layers=None, settings=MapSettings()):
         self._map = MeshMap(mesh.vertices, mesh.faces)
         count = len(mesh.vertices)
@@ -41,6 +44,11 @@ class MapWithCosts:
         self._version += 1
         costs = np.float32(self.costs)
         return PlanningCosts(self._version, costs, self._map.geometry, self._settings)
+
+    def cleared_costs(self):
+        """Nothing in here comes from sensors."""
+        results = {name: layer.result for name, layer in self.layers.items()}
+        return ClearedCosts(self.planning_costs(), results)
 
     def __getattr__(self, name):
         return getattr(self._map, name)

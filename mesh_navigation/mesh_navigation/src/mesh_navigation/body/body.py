@@ -44,6 +44,12 @@ class Body:
         """(V,) costs of the map for the robot's middle, see `ClosedGround.costs`."""
         return costs if self._ground is None else self._ground.costs(costs)
 
+    def distances(self, costs: np.ndarray) -> np.ndarray:
+        """(V,) m from what is lethal or unknown, see `ClosedGround.distances`; +inf for a point."""
+        if self._ground is None:
+            return np.full(len(costs), np.inf, np.float32)
+        return self._ground.distances(costs)
+
     def obstacles(
         self, costs: np.ndarray, place: np.ndarray, reach: float, clearance: float = 0.0
     ) -> NearObstacles:

@@ -51,6 +51,22 @@ class ClosedGround:
                 self._given, self._costs = costs, read_only(np.maximum(costs, self._least))
             return self._costs
 
+    def distances(self, costs: np.ndarray) -> np.ndarray:
+        """(V,) float32: m along the surface from what is lethal or unknown; +inf from the radius
+        and the length of the longest edge on, everywhere where the radius is 0.
+
+        Args:
+            costs: (V,) of the map, or what `costs` made of them.
+        """
+        if not self._radius > 0.0:
+            return np.full(len(costs), np.inf, np.float32)
+        with self._lock:
+            if self._distance is None or (costs is not self._given and costs is not self._costs):
+                self._follow(~np.isfinite(costs))
+                self._given = self._costs = None
+            assert self._distance is not None
+            return self._distance.distances()
+
     def _follow(self, blocked: np.ndarray) -> None:
         topology = self._geometry.topology
         if self._distance is None:

@@ -19,10 +19,18 @@ class NearObstacles(NamedTuple):
     """(P,3) m: lethal and unknown vertices beside others, and points on the edges between them."""
     keep: float
     """m that ways have to keep from them."""
+    nearer: float = TOLERANCE
+    """m by which ways may be nearer than that."""
 
     def keeping(self, distance: float) -> "NearObstacles":
         """The same, with another distance to keep (m)."""
         return self._replace(keep=distance)
+
+    def left_from(self, place: np.ndarray) -> "NearObstacles":
+        """The same, but ways may be as near, or nearly, as a place (3,) (m) is: where one leads out
+        of ground that is too near."""
+        depth = self.keep - float(self.distances(place[None])[0])
+        return self._replace(nearer=max(depth, 0.0) + TOLERANCE)
 
     def distances(self, places: np.ndarray) -> np.ndarray:
         """(N,) m, of places (N,3) from the nearest one; inf where there is none."""
@@ -50,17 +58,18 @@ class NearObstacles(NamedTuple):
         lengths = np.linspace(0.0, travelled[-1], int(travelled[-1] / _STEP) + 2)
         columns = (np.interp(lengths, travelled, points[:, axis]) for axis in range(3))
         near = self._within(points.min(axis=0) - self.keep, points.max(axis=0) + self.keep)
-        worse = rises(self.keep - near.distances(np.stack(list(columns), axis=1)))
+        depths = self.keep - near.distances(np.stack(list(columns), axis=1))
+        worse = rises(depths, self.nearer)
         return None if worse is None else float(lengths[worse])
 
 
 NO_OBSTACLES = NearObstacles(np.zeros((0, 3)), 0.0)
 
 
-def rises(depths: np.ndarray) -> Optional[int]:
+def rises(depths: np.ndarray, tolerance: float = TOLERANCE) -> Optional[int]:
     """The first of depths (N,) (m) within what is to be kept that is above all those before it, and
-    not within the tolerance; None: there is none."""
-    allowed = np.maximum(np.minimum.accumulate(depths) + _RISE, TOLERANCE)
+    not within the tolerance (m); None: there is none."""
+    allowed = np.maximum(np.minimum.accumulate(depths) + _RISE, tolerance)
     worse = np.flatnonzero(depths > allowed)
     return int(worse[0]) if len(worse) else None
 

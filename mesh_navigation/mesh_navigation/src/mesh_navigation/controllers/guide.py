@@ -21,6 +21,7 @@ from mesh_navigation.plugins.controller import ControlFailure, ControllerPlan
 
 _BACK, _AHEAD = 0.5, 2.0  # m around the last place on the path, where the next one is looked for
 _RETURN = 0.5  # m before the point of the path that is nearest, to where it may have to go back
+_BEYOND = 0.1  # m behind the end of a lead that count as the lead
 _AS_NEAR = 0.1  # m: parts of the path of which one is so much nearer are as near
 
 
@@ -44,12 +45,18 @@ class Guidance(NamedTuple):
     """The next one is for where nothing of those before can be seen."""
     remark: str = ""
     """One sentence if it is not what was asked for."""
+    lead: float = 0.0
+    """How far the plan leads over closed ground, out of it (m)."""
 
 
 class Guide:
     """Of one plan: its path, laid over the surface, and its field.
 
     Remembers where on the path the robot was, so that ways that cross are told apart.
+
+    Attributes:
+        start: (3,) m, where the path begins.
+        goal: where it ends.
     """
 
     def __init__(
@@ -84,7 +91,11 @@ class Guide:
             float(places.distances[last]),
         )
         self._path = _laid_out(geometry, places)
-        local_costs = LocalCosts(geometry, costs, self.goal.face, self.goal.position, cost_limit)
+        self._lead = 0.0 if plan.field is None else plan.field.lead
+        self.start = self._path.points[0]
+        local_costs = LocalCosts(
+            geometry, costs, self.goal.face, self.goal.position, cost_limit, lead=self._lead
+        )
         if clearance > 0.0 and len(positions) > 2:
             wide = _laid_out(geometry, rounded(geometry, places, clearance))
             if is_free(local_costs, wide):
@@ -105,11 +116,11 @@ class Guide:
         Raises:
             ControlFailure: MISSED_PATH, the path is too far away.
         """
-        remark = ""
+        remark, lead = "", self._lead_left(surface_pose, max_distance)
         if follow_field:
             way = self._down_the_field(surface_pose, length)
             if way is not None:
-                return Guidance([way])
+                return Guidance([way], lead=lead)
             remark = "the plan has no field"
             if self._field is not None:
                 remark = (
@@ -126,7 +137,16 @@ class Guide:
             )
         back = self.before(nearest, _RETURN)
         paths = [self.ahead(nearest, length), self.ahead(back, length + _RETURN)]
-        return Guidance(paths, remark)
+        return Guidance(paths, remark if not lead else "", lead)
+
+    def _lead_left(self, surface_pose: SurfacePose, max_distance: float) -> float:
+        if not self._lead:
+            return 0.0
+        nearest = self.nearest(surface_pose.position, max_distance)
+        left = self._lead + _BEYOND - nearest.travelled
+        if left <= 0.0 or nearest.distance > max_distance:
+            return 0.0
+        return left + nearest.distance
 
     def has_path_ahead(
         self, surface_pose: SurfacePose, follow_field: bool, radius: float, max_distance: float

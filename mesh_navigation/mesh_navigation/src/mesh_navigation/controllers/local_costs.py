@@ -45,6 +45,7 @@ class LocalCosts:
         goal: np.ndarray,
         cost_limit: float = math.inf,
         obstacles: NearObstacles = NO_OBSTACLES,
+        lead: float = 0.0,
     ) -> None:
         """Args:
         geometry: of the map.
@@ -53,7 +54,10 @@ class LocalCosts:
         goal: (3,) its position (m).
         cost_limit: what costs more is blocked.
         obstacles: of the robot's body.
+        lead: how far ground that only costs too much is not blocked (m), because the plan leads
+            out of it.
         """
+        self._lead = lead
         self._vertices, self._faces, self._costs = geometry.vertices, geometry.faces, costs
         self._limit, self.obstacles = min(cost_limit, np.finfo(np.float32).max), obstacles
         corners = geometry.faces[goal_face]
@@ -70,7 +74,8 @@ class LocalCosts:
     def first_blocked(self, points: np.ndarray, faces: np.ndarray) -> Optional[float]:
         """How far it is along a way to where it is blocked (m), None if it is nowhere.
 
-        A way that begins on blocked ground may leave it, see `ESCAPE`.
+        A way that begins on blocked ground may leave it, see `ESCAPE`; over ground that only costs
+        too much, as far as the plan leads.
 
         Args:
             points: (N,3) m.
@@ -89,6 +94,9 @@ class LocalCosts:
         costs = np.where(np.isnan(costs), np.inf, costs)
         end_of_escape, cost, fallen = 0.0, math.inf, 0.0
         for stretch in self._blocked(points, faces, free, costs):
+            if stretch.begin < self._lead and math.isfinite(stretch.cost):
+                end_of_escape, cost, fallen = stretch.end, stretch.cost, stretch.end
+                continue
             if stretch.begin > end_of_escape + 1e-6 or stretch.cost > cost:
                 return stretch.begin
             if stretch.cost < cost:

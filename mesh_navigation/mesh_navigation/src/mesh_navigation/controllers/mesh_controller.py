@@ -265,18 +265,27 @@ class MeshController(Controller):
         return free_turn(turn, sight, values, self._period)
 
     def _local_costs(
-        self, surface_pose: SurfacePose, reach: float, values: Mapping[str, Any]
+        self,
+        surface_pose: SurfacePose,
+        reach: float,
+        values: Mapping[str, Any],
+        lead: float = 0.0,
     ) -> LocalCosts:
-        """Of this moment, with what is so near that it could be touched within a reach (m)."""
+        """Of this moment, with what is so near that it could be touched within a reach (m); lead:
+        how far the plan leads out of closed ground (m)."""
         costs, goal = self.map.planning_costs().costs, self._goal
         clearance = values["side_clearance"]
+        obstacles = self.body.obstacles(costs, surface_pose.position, reach + lead, clearance)
+        if lead > 0.0:
+            obstacles = obstacles.left_from(self._guide.start)
         return LocalCosts(
             self.map.geometry,
             costs,
             goal.face,
             goal.position,
             values["cost_limit"],
-            self.body.obstacles(costs, surface_pose.position, reach, clearance),
+            obstacles,
+            lead,
         )
 
     def _sight(self, local_costs: LocalCosts, surface_pose: SurfacePose) -> Sight:
@@ -293,7 +302,7 @@ class MeshController(Controller):
             surface_pose, values["follow"] == FIELD, horizon, values["max_path_distance"]
         )
         way = guidance.paths[0]
-        local_costs = self._local_costs(surface_pose, horizon, values)
+        local_costs = self._local_costs(surface_pose, horizon, values, guidance.lead)
         stop, reach = math.inf, lookahead
         blocked = local_costs.first_blocked(way.points, way.faces) if len(way.faces) else None
         if blocked is not None:

@@ -13,7 +13,13 @@ from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.path import path_length, without_repeats
 from mesh_navigation.planners.path_ends import PathEnd
-from mesh_navigation.planners.surface_planner import CachedField, Search, SurfacePlanner, RawPath
+from mesh_navigation.planners.surface_planner import (
+    CachedField,
+    GivenCosts,
+    RawPath,
+    Search,
+    SurfacePlanner,
+)
 from mesh_navigation.plugins.planner import PlanField
 from mesh_navigation.surface.slowness import changed_vertices, is_much
 from mesh_navigation.surface.up_normals import area_vectors, face_up_normals, vertex_up_normals
@@ -31,10 +37,10 @@ class DijkstraMeshPlanner(SurfacePlanner):
         self._solvers = EdgeSolvers(self.map)
         self._solvers.newest()  # as the index: now rather than during the first plan
 
-    def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
-        edges = self._solvers.newest()
-        snapshot = self._snapshots.of(self.body.costs(edges.costs), values["cost_limit"])
-        return Search(values, snapshot, edges, flag)
+    def _begin(self, values: Mapping[str, Any], flag: CancelFlag, given: GivenCosts) -> Search:
+        edges = self._solvers.of(given.planning)
+        snapshot = given.snapshots.of(given.body.costs(edges.costs), values["cost_limit"])
+        return Search(values, snapshot, edges, flag, given)
 
     def _solved(
         self, search: Search, target: PathEnd, vertices: Optional[List[int]]

@@ -1,13 +1,17 @@
 """Where a path may begin and end: checked poses, and what is near a goal that cannot be reached."""
 
-from typing import Dict, Hashable, List, NamedTuple, Tuple
+from typing import Dict, Hashable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from mesh_map.costs.cleared_costs import ClearedCosts
+from mesh_map.distance.surface_path import SurfacePath
 from mesh_map.map.mesh_map import MeshMap
 
+from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.base.path import SAME_POINT
 from mesh_navigation.base.pose import number_text, vector_text
+from mesh_navigation.planners.escape_paths import EscapePath
 from mesh_navigation.plugins.planner import PlanFailure
 from mesh_navigation.surface.face_points import FacePoint, find_face_point, obstacle_at
 from mesh_navigation.surface.slowness import CostSnapshot
@@ -21,8 +25,8 @@ class PathEnd(NamedTuple):
     """Passable corners of its face with the length of the straight way to each (m)."""
     remark: str = ""
     """What to tell where this is not the place asked for."""
-    lead: Tuple[int, ...] = ()
-    """Of a start on closed ground: vertices that lead from there to this one."""
+    lead: Optional[SurfacePath] = None
+    """Of a start on closed ground: the way from there to this one."""
 
     @property
     def position(self) -> np.ndarray:
@@ -69,7 +73,7 @@ def find_path_end(
     snapshot: CostSnapshot,
     what: str,
     outcome: int,
-    leaves: bool = False,
+    cleared: Optional[ClearedCosts] = None,
 ) -> PathEnd:
     """The place of the surface that is nearest to a position.
 
@@ -81,26 +85,15 @@ def find_path_end(
         snapshot: what may be passed.
         what: "start" or "goal", for the message.
         outcome: of a failure.
-        leaves: a path may begin on ground that only costs too much, if costs fall from there to
-            ground that may be passed; the path end is there.
+        cleared: what the snapshot is of; None: of the map as it is.
 
     Raises:
         PlanFailure: it is too far from the surface, or blocked.
     """
     face_point = find_face_point(mesh_map, position, what, outcome)
-    vertex = int(face_point.corners[0])
-    lead = path_out(mesh_map, vertex, snapshot) if leaves else []
-    if lead:
-        end = find_path_end(mesh_map, mesh_map.vertices[lead[-1]], snapshot, "", outcome)
-        remark = "; it begins on closed ground, which it leaves first"
-        return end._replace(lead=tuple(lead[:-1]), remark=remark)
-    obstacle = obstacle_at(mesh_map, vertex, float(snapshot.costs[vertex]), snapshot.cost_limit)
-    if obstacle:
-        raise PlanFailure(
-            outcome,
-            f"{what} {vector_text(face_point.position)} is blocked: its nearest vertex {vertex}, "
-            f"{face_point.distances[0]:.2f} m away, is {obstacle}",
-        )
+    if not snapshot.passable[face_point.corners[0]]:
+        text = blocked_text(mesh_map, face_point, snapshot, cleared)
+        raise PlanFailure(outcome, f"{what} {text}")
     place = _path_end(face_point, snapshot)
     if place.whole:
         return place
@@ -110,22 +103,29 @@ def find_path_end(
     return place if found is None else _path_end(FacePoint.at(mesh_map, *found[:2]), snapshot)
 
 
-def path_out(mesh_map: MeshMap, vertex: int, snapshot: CostSnapshot) -> List[int]:
-    """Vertices from a closed one, itself included, to the first that may be passed, down the
-    steepest fall of costs; none where it may be passed itself, or costs do not fall so far."""
-    costs, topology = snapshot.costs, mesh_map.topology
-    way = [vertex]
-    while np.isfinite(costs[way[-1]]):
-        if snapshot.passable[way[-1]]:
-            return way if len(way) > 1 else []
-        neighbors = topology.neighbors_of(way[-1]).astype(np.int64)
-        falls = costs[way[-1]] - costs[neighbors]
-        neighbors, falls = neighbors[falls > 0.0], falls[falls > 0.0]
-        if not len(neighbors):
-            return []
-        steps = mesh_map.vertices[neighbors] - mesh_map.vertices[way[-1]]
-        way.append(int(neighbors[np.argmax(falls / np.linalg.norm(steps, axis=1))]))
-    return []
+def blocked_text(
+    mesh_map: MeshMap,
+    face_point: FacePoint,
+    snapshot: CostSnapshot,
+    cleared: Optional[ClearedCosts] = None,
+) -> str:
+    """Where it is, and why nobody may stand there, as the end of a sentence; arguments as of
+    `find_path_end`."""
+    vertex = int(face_point.corners[0])
+    cost, limit = float(snapshot.costs[vertex]), snapshot.cost_limit
+    return (
+        f"{vector_text(face_point.position)} is blocked: its nearest vertex {vertex}, "
+        f"{face_point.distances[0]:.2f} m away, is "
+        f"{obstacle_at(mesh_map, vertex, cost, limit, cleared)}"
+    )
+
+
+def escaped_path_end(mesh_map: MeshMap, escape: EscapePath, snapshot: CostSnapshot) -> PathEnd:
+    """Where a way out of closed ground ends; the path leads there first."""
+    place = mesh_map.vertices[escape.vertex].astype(np.float64)
+    end = find_path_end(mesh_map, place, snapshot, "", GetPathOutcome.INVALID_START)
+    remark = f"; it begins on closed ground, which it leaves after {escape.path.length:.2f} m"
+    return end._replace(lead=escape.path, remark=remark)
 
 
 def nearest_path_end(

@@ -8,15 +8,26 @@ import numpy as np
 from mesh_map.base.cancel import CancelFlag
 from mesh_map.base.errors import Canceled
 from mesh_map.base.parameter import Parameter
+from mesh_map.costs.cleared_costs import ClearedCosts
+from mesh_map.costs.edge_weights import PlanningCosts
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.outcomes import GetPathOutcome
-from mesh_navigation.base.path import path_length, path_poses
+from mesh_navigation.base.path import path_length, path_poses, spaced_out
 from mesh_navigation.base.pose import Pose, vector_text
 from mesh_navigation.base.recent import Recent
+from mesh_navigation.body.body import Body
 from mesh_navigation.body.near_obstacles import TOLERANCE
-from mesh_navigation.planners.path_ends import PathEnd, find_path_end, nearest_path_end
+from mesh_navigation.planners.blocking_layers import at_goal, blocking_layers, rim
+from mesh_navigation.planners.path_ends import (
+    PathEnd,
+    blocked_text,
+    find_path_end,
+    nearest_path_end,
+    escaped_path_end,
+)
+from mesh_navigation.planners.escape_paths import EscapePaths
 from mesh_navigation.plugins.planner import (
     MeshPlanner,
     PlanFailure,
@@ -24,8 +35,9 @@ from mesh_navigation.plugins.planner import (
     PlanResult,
     stop_if_canceled,
 )
+from mesh_navigation.surface.face_points import find_face_point
 from mesh_navigation.surface.slowness import CostSnapshot, CostSnapshots
-from mesh_navigation.surface.up_normals import vertex_up_normals
+from mesh_navigation.surface.up_normals import face_up_normals
 
 PARAMETERS = (
     Parameter("cost_limit", 1.0, 0.0, 10.0, "highest cost of a vertex that may be passed"),
@@ -38,7 +50,24 @@ PARAMETERS = (
 
 
 # A field of a million vertices takes some dozens of megabytes.
-_KEPT = 3
+_KEPT, _KEPT_CLEARED = 3, 1
+
+
+# m between two poses where a way leads out of closed ground, for planners without step_width.
+_LEAD_STEP = 0.4
+
+
+class GivenCosts(NamedTuple):
+    """Costs to plan on, of now or without what sensors see, and what is remembered of them."""
+
+    planning: PlanningCosts
+    body: Body
+    """Follows changes of these costs."""
+    snapshots: CostSnapshots
+    fields: "Recent[CachedField]"
+    """Of the last goals."""
+    cleared: Optional[ClearedCosts] = None
+    """What they are of; None: of the map as it is."""
 
 
 class Search(NamedTuple):
@@ -50,6 +79,7 @@ class Search(NamedTuple):
     basis: Any
     """What a field is computed from, as the planner knows it."""
     flag: CancelFlag
+    given: GivenCosts
 
 
 class RawPath(NamedTuple):
@@ -70,6 +100,14 @@ class CachedField(NamedTuple):
     """The last one that it was brought up to date for."""
 
 
+# Failures that another goal need not have.
+_OF_THE_GOAL = (GetPathOutcome.INVALID_GOAL, GetPathOutcome.NO_PATH_FOUND)
+
+
+def _are_equal(costs: np.ndarray, others: np.ndarray) -> bool:
+    return costs is others or np.array_equal(costs, others, equal_nan=True)
+
+
 class SurfacePlanner(MeshPlanner):
     """From start and goal to a path, apart from the search itself.
 
@@ -86,19 +124,30 @@ class SurfacePlanner(MeshPlanner):
         complaints = super().initialize(name, mesh_map, given)
         mesh_map.spatial_index  # now rather than during the first plan
         self.body.costs(mesh_map.planning_costs().costs)
-        self._snapshots = CostSnapshots(mesh_map.geometry)
-        self._fields: "Recent[CachedField]" = Recent(_KEPT)
+        self._now = GivenCosts(
+            mesh_map.planning_costs(), self.body, CostSnapshots(mesh_map.geometry), Recent(_KEPT)
+        )
+        self._cleared = GivenCosts(
+            self._now.planning,
+            Body(mesh_map.geometry, self.body.shape),
+            CostSnapshots(mesh_map.geometry),
+            Recent(_KEPT_CLEARED),
+        )
         self._prepare()
         return complaints
 
     def plan(
         self, start: Pose, goal: Pose, tolerance: float, cancellation: Cancellation
     ) -> PlanResult:
-        flag = CancelFlag()
+        flag, values = CancelFlag(), self.values
         with cancellation.calling(flag.set):
             try:
-                search = self._begin(self.values, flag)
-                result = self._plan(start, goal, tolerance, search)
+                now = self._now._replace(planning=self.map.planning_costs())
+                search = self._begin(values, flag, now)
+                try:
+                    result = self._plan(start, goal, tolerance, search)
+                except PlanFailure as failure:
+                    raise self._lasting(failure, start, goal, tolerance, search) or failure
             except Canceled:
                 stop_if_canceled(cancellation)
                 raise
@@ -106,29 +155,137 @@ class SurfacePlanner(MeshPlanner):
         return result
 
     def _plan(self, start: Pose, goal: Pose, tolerance: float, search: Search) -> PlanResult:
-        origin = find_path_end(
-            self.map,
-            start.position,
-            search.snapshot,
-            "start",
-            GetPathOutcome.INVALID_START,
-            leaves=self.body.radius > 0.0,
-        )
+        escapes = self._escapes(start, search)
+        origin = self._origin(start, search, escapes)
         try:
             target = find_path_end(
-                self.map, goal.position, search.snapshot, "goal", GetPathOutcome.INVALID_GOAL
+                self.map,
+                goal.position,
+                search.snapshot,
+                "goal",
+                GetPathOutcome.INVALID_GOAL,
+                search.given.cleared,
             )
             self._check_room(search, target)
-            return self._result(search, origin, target, goal)
+            return self._result_from(search, origin, escapes, target, goal)
         except PlanFailure as failure:
-            replaceable = (GetPathOutcome.INVALID_GOAL, GetPathOutcome.NO_PATH_FOUND)
-            if tolerance == 0.0 or failure.outcome not in replaceable:
+            if tolerance == 0.0 or failure.outcome not in _OF_THE_GOAL:
                 raise
-            reached = np.isfinite(self._solved(search, origin, None).potential)
+            reached = self._reached(search, origin, escapes)
             target = nearest_path_end(
                 self.map, goal.position, tolerance, reached, search.snapshot, failure
             )
-        return self._result(search, origin, target, goal)
+        return self._result_from(search, origin, escapes, target, goal)
+
+    def _escapes(self, start: Pose, search: Search) -> Optional[EscapePaths]:
+        """Of a start on ground that is closed, but neither lethal nor unknown; None of others.
+
+        Raises:
+            PlanFailure: INVALID_START, it is too far from the surface.
+        """
+        place = find_face_point(self.map, start.position, "start", GetPathOutcome.INVALID_START)
+        snapshot, nearest = search.snapshot, place.corners[0]
+        if snapshot.passable[nearest] or not np.isfinite(snapshot.costs[nearest]):
+            return None
+        return EscapePaths(self.map, place, snapshot, search.given.body, search.flag)
+
+    def _origin(self, start: Pose, search: Search, escapes: Optional[EscapePaths]) -> PathEnd:
+        """Where a path over open ground begins.
+
+        Raises:
+            PlanFailure: INVALID_START.
+        """
+        outcome, snapshot = GetPathOutcome.INVALID_START, search.snapshot
+        cleared = search.given.cleared
+        if escapes is None:
+            return find_path_end(self.map, start.position, snapshot, "start", outcome, cleared)
+        escape = escapes.to(snapshot.passable)
+        if escape is None:
+            text = blocked_text(self.map, escapes.start, snapshot, cleared)
+            text = f"start {text}; from there no ground can be reached that may be passed"
+            raise PlanFailure(outcome, text)
+        return escaped_path_end(self.map, escape, snapshot)
+
+    def _result_from(
+        self,
+        search: Search,
+        origin: PathEnd,
+        escapes: Optional[EscapePaths],
+        target: PathEnd,
+        goal: Pose,
+    ) -> PlanResult:
+        """As `_result`; from closed ground by a longer way out, where the shortest one leads to
+        open ground that does not go on to the goal."""
+        try:
+            return self._result(search, origin, target, goal)
+        except PlanFailure as failure:
+            if escapes is None or failure.potential is None:
+                raise
+            escape = escapes.to(search.snapshot.passable & np.isfinite(failure.potential))
+            if escape is None:
+                raise
+        return self._result(
+            search, escaped_path_end(self.map, escape, search.snapshot), target, goal
+        )
+
+    def _reached(
+        self, search: Search, origin: PathEnd, escapes: Optional[EscapePaths]
+    ) -> np.ndarray:
+        """(V,) bool: open ground to which a path may lead."""
+        snapshot = search.snapshot
+        if escapes is not None:
+            costs, limit, factor = escapes.opened(), snapshot.cost_limit, snapshot.cost_factor
+            opened = CostSnapshot(self.map.geometry, costs, limit, factor)
+            search = search._replace(snapshot=opened)
+        return np.isfinite(self._solved(search, origin, None).potential) & snapshot.passable
+
+    def _lasting(
+        self, failure: PlanFailure, start: Pose, goal: Pose, tolerance: float, search: Search
+    ) -> Optional[PlanFailure]:
+        """The failure of the same plan without what sensors see, if that fails for the goal, too.
+
+        Raises:
+            Canceled: by the flag.
+        """
+        if failure.outcome not in _OF_THE_GOAL:
+            return None
+        cleared, values, flag = self.map.cleared_costs(), search.values, search.flag
+        if not _are_equal(cleared.planning.costs, search.given.planning.costs):
+            given = self._cleared._replace(planning=cleared.planning, cleared=cleared)
+            search = self._begin(values, flag, given)
+            try:
+                self._plan(start, goal, tolerance, search)
+                return None
+            except PlanFailure as other:
+                if other.outcome not in _OF_THE_GOAL:
+                    return None
+                failure = other
+        names = self._blocking(failure, goal, search, cleared)
+        text = failure.message
+        if names:
+            text += f"; whatever sensors see, it is blocked by layer{'s' * (len(names) > 1)} "
+            text += ", ".join(names)
+        return PlanFailure(failure.outcome, text, failure.potential, lasting=True)
+
+    def _blocking(
+        self, failure: PlanFailure, goal: Pose, search: Search, cleared: ClearedCosts
+    ) -> List[str]:
+        """The layers that a goal cannot be reached for."""
+        is_goal = failure.outcome == GetPathOutcome.INVALID_GOAL
+        if is_goal:
+            vertices = at_goal(self.map, goal.position, search.snapshot)
+        elif failure.potential is not None:
+            vertices = rim(self.map.topology, np.isfinite(failure.potential))
+        else:
+            return []  # other parts of the mesh
+        return blocking_layers(
+            self.map.topology,
+            cleared.results,
+            cleared.planning.costs,
+            search.snapshot,
+            vertices,
+            nearest=is_goal,
+        )
 
     def _result(self, search: Search, origin: PathEnd, target: PathEnd, goal: Pose) -> PlanResult:
         """The result of a plan that succeeds.
@@ -141,10 +298,12 @@ class SurfacePlanner(MeshPlanner):
         with self._reaching(search, origin, target) as field:
             if not np.any(field.reaches(origin.vertices)):
                 raise self._not_reached(search, origin, target, field.potential)
-            track = self._led(origin, self._track(search, origin, target, field))
+            track = self._led(search, origin, self._track(search, origin, target, field))
             vectors, face_vectors = self._vectors(search, target, field)
             potential = field.potential
             plan_field = self._plan_field(target, field)
+            if origin.lead is not None:
+                plan_field = plan_field._replace(lead=origin.lead.length)
         length = path_length(track.points)
         straight = float(np.linalg.norm(track.points[-1] - track.points[0]))
         poses = path_poses(track.points, track.normals, goal.heading)
@@ -167,7 +326,7 @@ class SurfacePlanner(MeshPlanner):
             PlanFailure: INVALID_GOAL, the robot's body would touch something there.
         """
         place, radius = target.position, self.body.radius
-        near = self.body.obstacles(search.snapshot.costs, place, TOLERANCE)
+        near = search.given.body.obstacles(search.snapshot.costs, place, TOLERANCE)
         distance = float(near.distances(place[None])[0])
         if distance < radius - TOLERANCE:
             raise PlanFailure(
@@ -176,15 +335,19 @@ class SurfacePlanner(MeshPlanner):
                 f"robot's radius is {radius:.2f} m",
             )
 
-    def _led(self, origin: PathEnd, track: RawPath) -> RawPath:
+    def _led(self, search: Search, origin: PathEnd, track: RawPath) -> RawPath:
         """The path, from a start on closed ground."""
-        if not origin.lead:
+        lead = origin.lead
+        if lead is None:
             return track
-        lead = np.array(origin.lead)
-        points = np.concatenate([self.map.vertices[lead], track.points])
-        normals = vertex_up_normals(self.map.geometry, lead)
-        length = path_length(points) - path_length(track.points)
-        return RawPath(points, np.concatenate([normals, track.normals]), track.cost + length)
+        step = search.values.get("step_width", _LEAD_STEP)
+        points, segments = spaced_out(lead.points, step)
+        normals = face_up_normals(self.map.geometry, lead.faces[segments[:-1]])
+        return RawPath(
+            np.concatenate([points[:-1], track.points]),
+            np.concatenate([normals, track.normals]),
+            track.cost + lead.length,
+        )
 
     def _not_reached(
         self, search: Search, origin: PathEnd, target: PathEnd, potential: np.ndarray
@@ -222,7 +385,8 @@ class SurfacePlanner(MeshPlanner):
     @contextmanager
     def _reaching(self, search: Search, origin: PathEnd, target: PathEnd) -> Iterator[Any]:
         """The field of a goal, final around the start; nobody else changes it meanwhile."""
-        held = self._fields.take(target.key)
+        fields = search.given.fields
+        held = fields.take(target.key)
         if held is not None and self._updated(search, target, held):
             field = held.field
             offset = search.values["goal_dist_offset"]
@@ -232,14 +396,14 @@ class SurfacePlanner(MeshPlanner):
         try:
             yield field
         finally:
-            self._fields.put(target.key, CachedField(field, search))
+            fields.put(target.key, CachedField(field, search))
 
     # The search.
 
     def _prepare(self) -> None:
         """What is to be done once for a map."""
 
-    def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
+    def _begin(self, values: Mapping[str, Any], flag: CancelFlag, given: GivenCosts) -> Search:
         """What a plan needs, of one moment."""
         raise NotImplementedError
 

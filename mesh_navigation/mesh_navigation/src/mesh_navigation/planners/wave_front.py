@@ -15,9 +15,10 @@ from mesh_navigation.planners.path_ends import PathEnd
 from mesh_navigation.planners.surface_planner import (
     PARAMETERS,
     CachedField,
+    GivenCosts,
+    RawPath,
     Search,
     SurfacePlanner,
-    RawPath,
 )
 from mesh_navigation.plugins.planner import PlanField
 from mesh_navigation.surface.slowness import changed_vertices
@@ -47,10 +48,10 @@ class WaveFrontPlanner(SurfacePlanner):
         self._solver = WaveFrontSolver.of(geometry)
         self._tracer = FieldTracer.of(geometry)
 
-    def _begin(self, values: Mapping[str, Any], flag: CancelFlag) -> Search:
-        costs = self.body.costs(self.map.planning_costs().costs)
-        snapshot = self._snapshots.of(costs, values["cost_limit"], self._factor(values))
-        return Search(values, snapshot, snapshot, flag)
+    def _begin(self, values: Mapping[str, Any], flag: CancelFlag, given: GivenCosts) -> Search:
+        costs = given.body.costs(given.planning.costs)
+        snapshot = given.snapshots.of(costs, values["cost_limit"], self._factor(values))
+        return Search(values, snapshot, snapshot, flag, given)
 
     def _factor(self, values: Mapping[str, Any]) -> float:
         return values["cost_factor"]

@@ -23,6 +23,9 @@ class PlanField(NamedTuple):
     goal_face: int
     goal_position: np.ndarray
     """(3,) m."""
+    lead: float = 0.0
+    """How much of the path, from its start on, leads out of closed ground (m), where the field is
+    not known: a controller follows the path there."""
 
 
 def _no_poses() -> np.ndarray:
@@ -51,6 +54,10 @@ class PlanResult:
     plan_field: Optional[PlanField] = None
     """What the path was made from, for controllers that follow it; None where there is none."""
 
+    lasting: bool = False
+    """Of a failure: whether it stays so whatever sensors see, because layers that cannot be cleared
+    block the goal. Nobody tries again then, and move_base moves no robot."""
+
     @property
     def succeeded(self) -> bool:
         """Whether there is a path."""
@@ -60,15 +67,24 @@ class PlanResult:
 class PlanFailure(Exception):
     """Raised within a planner: there is no plan. Carries outcome and message of the result."""
 
-    def __init__(self, outcome: int, message: str, potential: Optional[np.ndarray] = None) -> None:
+    def __init__(
+        self,
+        outcome: int,
+        message: str,
+        potential: Optional[np.ndarray] = None,
+        lasting: bool = False,
+    ) -> None:
         super().__init__(message)
         self.outcome = outcome
         self.message = message
         self.potential = potential
+        self.lasting = lasting
 
     def as_result(self) -> PlanResult:
         """The result that says so."""
-        return PlanResult(self.outcome, self.message, potential=self.potential)
+        return PlanResult(
+            self.outcome, self.message, potential=self.potential, lasting=self.lasting
+        )
 
 
 class MeshPlanner(MeshPlugin):
@@ -98,8 +114,11 @@ class MeshPlanner(MeshPlugin):
       waits half a second, then answers its client without the planner and drops its late result.
     * Outcomes are those of `GetPathOutcome`; 1 to 9 and 71 to 99 are free for a planner's own
       meanings. FAILURE, TF_ERROR, NOT_INITIALIZED and 71 to 99 are retried by the server
-      (parameters planner_max_retries and planner_patience); all others are final. Any other
-      exception is reported as INTERNAL_ERROR.
+      (parameters planner_max_retries and planner_patience), and NO_PATH_FOUND where the map has a
+      layer that can be cleared and whose data are current, unless the failure is ``lasting``; all
+      others are final. Any other exception is reported as INTERNAL_ERROR.
+    * ``self.map.cleared_costs()`` are those without what sensors see: a goal that cannot be reached
+      by these either is ``lasting``, see `PlanResult`.
     * Units are m and rad, the frame is the map's (``self.map.frame_id``). The roll and pitch of
       start and goal mean nothing: in real maps poses are picked on surfaces wound upside down.
     """

@@ -4,6 +4,8 @@ from typing import List, NamedTuple, Optional
 
 import numpy as np
 
+from mesh_map.costs.cleared_costs import ClearedCosts
+from mesh_map.geometry.surface import barycentric_coordinates
 from mesh_map.map.mesh_map import MeshMap
 
 from mesh_navigation.base.pose import number_text, vector_text
@@ -32,6 +34,15 @@ class FacePoint(NamedTuple):
         distances = np.linalg.norm(mesh_map.vertices[corners].astype(np.float64) - position, axis=1)
         order = np.argsort(distances, kind="stable")
         return cls(position, int(face), corners[order], distances[order])
+
+    def weights(self, mesh_map: MeshMap) -> np.ndarray:
+        """(3,) barycentric coordinates of the point, by corner; all at the nearest one where the
+        face has no area."""
+        corners = mesh_map.vertices[self.corners].astype(np.float64)
+        weights = np.clip(barycentric_coordinates(self.position, *corners), 0.0, 1.0)
+        if not np.isfinite(weights).all():
+            return np.array([1.0, 0.0, 0.0])
+        return weights / weights.sum()
 
 
 def find_face_point(mesh_map: MeshMap, position: np.ndarray, what: str, outcome: int) -> FacePoint:
@@ -64,18 +75,36 @@ def _off_map(mesh_map: MeshMap, position: np.ndarray, what: str) -> str:
     )
 
 
-def obstacle_at(mesh_map: MeshMap, vertex: int, cost: float, cost_limit: float) -> Optional[str]:
-    """Why a vertex of this cost must not be passed, as a phrase with the layer's name, or None."""
+def obstacle_at(
+    mesh_map: MeshMap,
+    vertex: int,
+    cost: float,
+    cost_limit: float,
+    cleared: Optional[ClearedCosts] = None,
+) -> Optional[str]:
+    """Why a vertex of this cost must not be passed, as a phrase with the layer's name, or None.
+
+    Args:
+        mesh_map: the map.
+        vertex: the index.
+        cost: for the robot's middle.
+        cost_limit: what costs more is not passed.
+        cleared: where the cost is of these; None: of the map as it is.
+    """
     if passable(cost, cost_limit):
         return None
-    results = {name: layer.result for name, layer in mesh_map.layers.items()}
+    if cleared is None:
+        results = {name: layer.result for name, layer in mesh_map.layers.items()}
+        costs = mesh_map.planning_costs().costs
+    else:
+        results, costs = dict(cleared.results), cleared.planning.costs
     if np.isnan(cost):
         culprits = [name for name, result in results.items() if np.isnan(result.costs[vertex])]
         return "unknown (NaN)" + _in_layers(culprits)
     if np.isinf(cost):
         culprits = [name for name, result in results.items() if result.lethal[vertex]]
         return "lethal" + _in_layers(culprits)
-    if passable(mesh_map.planning_costs().costs[vertex], cost_limit):
+    if passable(costs[vertex], cost_limit):
         return "nearer than the robot's radius to lethal or unknown ground"
     culprits = [name for name, result in results.items() if result.costs[vertex] > 0]
     return f"of cost {cost:.3g}, over the cost limit {cost_limit:.3g}" + _in_layers(culprits)
