@@ -132,6 +132,46 @@ def test_lasting_failures_are_not_retried():
         assert (planner.calls, result.outcome) == (1, outcome)
 
 
+@pytest.mark.parametrize("lasting", [False, True])
+@pytest.mark.parametrize("sees", [False, True])
+def test_no_path_is_tried_again_while_sensors_may_open_one(sees, lasting):
+    """As Move Base Flex does; without a layer that can be cleared, or where that would not help,
+    it is final."""
+    calls = []
+
+    def plan(cancellation):
+        calls.append(None)
+        if len(calls) > 3:
+            return good(cancellation)
+        return PlanResult(GetPathOutcome.NO_PATH_FOUND, "no path", lasting=lasting)
+
+    result = PlanExecution(plan, 0.0, -1, lambda: sees).run(Cancellation())
+    if sees and not lasting:
+        assert (result.outcome, len(calls)) == (0, 4)
+    else:
+        assert (result.outcome, result.lasting, len(calls)) == (54, lasting, 1)
+
+
+def test_no_path_is_tried_again_until_the_patience_or_the_retries_end():
+    planner = Failing(GetPathOutcome.NO_PATH_FOUND)
+    result = PlanExecution(planner, 0.1, -1, lambda: True).run(Cancellation())
+    assert result.outcome == GetPathOutcome.PAT_EXCEEDED
+    assert planner.calls > 1 and f"failure {planner.calls}" in result.message
+    planner = Failing(GetPathOutcome.NO_PATH_FOUND)
+    result = PlanExecution(planner, 0.0, 2, lambda: True).run(Cancellation())
+    assert (planner.calls, result.outcome, result.message) == (3, 54, "failure 3")
+
+
+def test_sensors_are_asked_after_each_attempt():
+    """An obstacle layer whose data are not current any more opens nothing."""
+    planner, current = Failing(GetPathOutcome.NO_PATH_FOUND), [True, True, False]
+    result = PlanExecution(planner, 0.0, -1, lambda: current.pop(0)).run(Cancellation())
+    assert (planner.calls, result.outcome) == (3, 54)
+    other = Failing(GetPathOutcome.INVALID_GOAL)
+    assert PlanExecution(other, 0.0, -1, lambda: True).run(Cancellation()).outcome == 53
+    assert other.calls == 1
+
+
 def test_retries_without_number_end_with_the_patience():
     planner = Failing(GetPathOutcome.TF_ERROR)
     result = run(planner, patience=0.1, max_retries=-1)

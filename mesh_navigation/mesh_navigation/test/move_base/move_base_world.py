@@ -36,6 +36,7 @@ class Scripted(NamedTuple):
     reported: int = 0  # outcome of each cycle
     state: Optional[int] = None  # None: as the outcome says
     after_cancel: float = 0.05  # s to the end
+    lasting: bool = False  # of a plan
 
 
 class FakeGoal(SubGoal):
@@ -83,6 +84,7 @@ class FakeGoal(SubGoal):
     def answer(self, state, outcome, message):
         value = {"plan": "path", "drive": "drive"}.get(self.kind)
         values = {value: f"value of {self.name}"} if value else {}
+        values["lasting"] = self.scripted.lasting
         self.end = GoalEnd(int(outcome), message, state, **values)
         self.world.active.remove(self)
         self.world.calls.append(f"end of {self.name}")

@@ -2,10 +2,12 @@
 
 import pytest
 from actionlib_msgs.msg import GoalStatus
+from mbf_msgs.msg import ExePathResult, GetPathResult
 from move_base_world import Scripted, World, drive, plan, recover
 
 from mesh_navigation.base.outcomes import ExePathOutcome, GetPathOutcome, RecoveryOutcome
 from mesh_navigation.move_base.move_base_execution import FINAL
+from mesh_navigation.move_base.sub_goals import GoalEnd, PlanAnswer
 
 PLAN_FAILURES = [int(o) for o in GetPathOutcome if o not in (0, GetPathOutcome.CANCELED)]
 DRIVE_FAILURES = [int(o) for o in ExePathOutcome if o not in (0, ExePathOutcome.CANCELED)]
@@ -62,6 +64,26 @@ def test_recovery_of_planning(outcome):
         assert end.outcome == 0 and world.begun == ["plan 0", "a", "plan 1", "drive 0"]
         assert f"plan 0 ends with {outcome}" in world.log[0] and "trying a" in world.log[0]
         assert world.log[1] == "the robot has a plan again, after a"
+
+
+@pytest.mark.parametrize("outcome", [53, 54])
+def test_a_goal_that_is_blocked_for_good_moves_no_robot(outcome):
+    world = World(plan=[plan(outcome, lasting=True), plan()])
+    end = world.run("a", "b")
+    assert (end.outcome, end.message) == (outcome, f"plan 0 ends with {outcome}")
+    assert world.begun == ["plan 0"] and world.counts["recover"] == 0
+    # Also when the robot has moved already, and the next plan finds that out.
+    world = World(plan=[plan(), plan(outcome, lasting=True)], drive=[drive(106)])
+    assert world.run("a", "b").outcome == outcome
+    assert world.begun == ["plan 0", "drive 0", "a", "plan 1"]
+
+
+def test_what_an_answer_has_no_field_for():
+    lasting = PlanAnswer(outcome=54, message="no path")
+    lasting.lasting = True
+    assert GoalEnd.of(GoalStatus.ABORTED, lasting).lasting
+    for result in (PlanAnswer(outcome=54), GetPathResult(outcome=54), ExePathResult(outcome=106)):
+        assert not GoalEnd.of(GoalStatus.ABORTED, result).lasting
 
 
 @pytest.mark.parametrize("outcome", DRIVE_FAILURES + list(OWN["drive"]))

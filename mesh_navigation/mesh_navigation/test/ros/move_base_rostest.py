@@ -8,11 +8,13 @@ import time
 import unittest
 
 import actionlib
+import numpy as np
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from dynamic_reconfigure.client import Client as ReconfigureClient
 from flat_robot import FlatRobot
+from geometry_msgs.msg import Point, PointStamped
 from mbf_msgs.msg import (
     ExePathActionFeedback,
     ExePathActionResult,
@@ -23,8 +25,12 @@ from mbf_msgs.msg import (
     MoveBaseGoal,
     RecoveryActionResult,
 )
+from mbf_msgs.srv import CheckPoint, CheckPointResponse
+from sensor_msgs.msg import PointCloud2
+from sensor_msgs.point_cloud2 import create_cloud_xyz32
 from server_process import TESTS, TIMEOUT, ServerProcess, answer, stamped, write_map
-from std_srvs.srv import Trigger
+from std_msgs.msg import Header
+from std_srvs.srv import Empty, Trigger
 
 from mesh_msgs import zoo
 from mesh_msgs.testing import wait_until
@@ -77,9 +83,38 @@ def client_of(server):
     return client
 
 
-def is_busy(action):
+def walled_parameters():
+    """Of a server with a wall across x = 7, with a door of 2 m at y = 5, and one round a corner."""
+    mesh = zoo.grid(cells=50, size=10.0)
+    x, y, _ = mesh.vertices.T
+    wall = (np.abs(x - 7.0) < 0.05) & (np.abs(y - 5.0) > 1.0)
+    wall |= np.abs(np.maximum(x, y) - 2.0) < 0.05
+    mesh.vertices[wall, 2] = 0.25
+    return {
+        **parameters(),
+        "planners": [{"name": "waves", "type": "wave_front_planner/WaveFrontPlanner"}],
+        "mesh_map": {
+            "mesh_file": write_map(mesh),
+            "layers": [
+                {"name": "walls", "type": "mesh_layers/HeightDiffLayer"},
+                {"name": "obstacles", "type": "mesh_layers/ObstacleLayer"},
+            ],
+            "walls": {"radius": 0.5},
+            "obstacles": {
+                "topic": "/cloud",
+                "sensor_frame": "map",
+                "decay": 0,
+                "clearing": False,
+                "expected_update_rate": 0,
+                "max_obstacle_dist": 50.0,
+            },
+        },
+    }
+
+
+def is_busy(action, server="server"):
     """Whether a sub-goal of move_base is active there."""
-    statuses = rospy.wait_for_message(f"/server/{action}/status", GoalStatusArray, 60).status_list
+    statuses = rospy.wait_for_message(f"/{server}/{action}/status", GoalStatusArray, 60).status_list
     active = [status.goal_id.id for status in statuses if status.status == GoalStatus.ACTIVE]
     return any(each.startswith("move_base") for each in active)
 
@@ -362,6 +397,54 @@ class MoveBaseTest(unittest.TestCase):
             stop.publish(GoalID())
             self.check(handle, "PREEMPTED", 11, "exe_path was canceled, not by move_base")
         self.reconfigure.update_configuration({"planner_frequency": 0.0})
+
+    def test_goals_that_are_blocked_for_good_and_for_now(self):
+        """Real planners on a map with a wall: its door is closed by what a sensor sees."""
+        walled = ServerProcess("walled", **walled_parameters())
+        clouds = rospy.Publisher("/cloud", PointCloud2, queue_size=1)
+        check = rospy.ServiceProxy("/walled/check_point_cost", CheckPoint)
+        clear = rospy.ServiceProxy("/walled/clear_mesh", Empty)
+        ends = {"get_path": [], "recovery": []}
+        subscribers = [
+            rospy.Subscriber(
+                "/walled/get_path/result", GetPathActionResult, ends["get_path"].append
+            ),
+            rospy.Subscriber(
+                "/walled/recovery/result", RecoveryActionResult, ends["recovery"].append
+            ),
+        ]
+        try:
+            client = client_of(walled)
+            wait_until(lambda: connected(clouds, *subscribers), "connections")
+            words = "whatever sensors see, it is blocked by layer walls"
+            for x, y, outcome in ((2.0, 3.0, 53), (-4.5, -4.5, 54)):  # the wall, a closed corner
+                handle = self.send(x, y, client=client)
+                self.check(handle, "ABORTED", outcome, "blocked", words)
+            self.assertEqual([end.result.outcome for end in ends["get_path"]], [53, 54])
+            place = self.robot.x, self.robot.y, self.robot.yaw
+            self.assertEqual((ends["recovery"], place), ([], (*HOME, 0.0)))
+
+            def is_seen():
+                places = [(7.05, 0.1 * step, 0.5) for step in range(35, 66)]
+                places += [(7.15, y, z) for _, y, z in places]
+                header = Header(stamp=rospy.Time.now(), frame_id="map")
+                clouds.publish(create_cloud_xyz32(header, places))
+                place = PointStamped(header=header, point=Point(7.05, 5.0, 0.0))
+                return check(point=place).state == CheckPointResponse.LETHAL
+
+            wait_until(is_seen, "obstacles in the door")
+            handle = self.send(3.5, 0.0, client=client)
+            wait_until(lambda: is_busy("get_path", "walled"), "a plan that is looked for")
+            self.assertTrue(all(is_busy("get_path", "walled") for _ in range(3)))
+            self.assertEqual((ends["recovery"], len(ends["get_path"])), ([], 2))
+            clear()
+            self.check(handle, "SUCCEEDED", 0)
+            wait_until(lambda: len(ends["get_path"]) == 3, "the plan")
+            self.assertEqual(ends["get_path"][2].result.outcome, 0)
+            self.assertEqual(ends["recovery"], [])
+            self.assertEqual(walled.stop(), 0)
+        finally:
+            walled.kill()
 
     def test_shutdown_and_missing_map(self):
         values = {**parameters(), "mesh_map": {**MAP, "mesh_file": "/nowhere/map.h5"}}

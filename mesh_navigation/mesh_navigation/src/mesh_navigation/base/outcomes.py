@@ -62,7 +62,8 @@ def may_change_by_itself(outcome: int) -> bool:
     """Whether asking again, with the same map and poses, may end otherwise.
 
     A start off the map is still off the map a moment later: such goals are answered at once
-    instead of being retried until the patience is gone.
+    instead of being retried until the patience is gone. NO_PATH_FOUND is not judged here: that
+    depends on the map.
     """
     passing = (GetPathOutcome.FAILURE, GetPathOutcome.TF_ERROR, GetPathOutcome.NOT_INITIALIZED)
     return outcome in passing or outcome in PLANNER_ERRORS

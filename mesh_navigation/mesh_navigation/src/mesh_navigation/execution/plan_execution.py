@@ -22,16 +22,24 @@ Plan = Callable[[Cancellation], PlanResult]
 class PlanExecution:
     """One goal's attempts to plan. ``run`` is called in the thread that waits for the answer."""
 
-    def __init__(self, plan: Plan, patience: float, max_retries: int) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        patience: float,
+        max_retries: int,
+        may_clear: Callable[[], bool] = lambda: False,
+    ) -> None:
         """
         Args:
             plan: makes one attempt; it stops when the `Cancellation` it gets says so.
             patience: longest time for all attempts together (s); 0: no limit.
             max_retries: attempts after the first; negative: as many as patience allows.
+            may_clear: whether something that sensors see now may be what is in the way, and go.
         """
         self._plan = plan
         self._patience = patience
         self._max_retries = max_retries
+        self._may_clear = may_clear
 
     def run(self, cancellation: Cancellation) -> PlanResult:
         """Plan until there is an answer, the patience is gone or ``cancellation`` is canceled."""
@@ -39,7 +47,7 @@ class PlanExecution:
         retries = 0
         while True:
             result = self._attempt(cancellation, deadline)
-            if not may_change_by_itself(result.outcome) or retries == self._max_retries:
+            if retries == self._max_retries or not self._may_change(result):
                 return result
             retries += 1
             left = deadline.left
@@ -50,6 +58,12 @@ class PlanExecution:
                 return self._impatient(
                     f"after {retries} attempts, the last of which: {result.message}"
                 )
+
+    def _may_change(self, result: PlanResult) -> bool:
+        """Whether the next attempt may end otherwise."""
+        if result.outcome == GetPathOutcome.NO_PATH_FOUND:
+            return not result.lasting and self._may_clear()
+        return may_change_by_itself(result.outcome)
 
     def _attempt(self, cancellation: Cancellation, deadline: Deadline) -> PlanResult:
         """One attempt, in a thread of its own: a planner that never returns blocks nobody."""

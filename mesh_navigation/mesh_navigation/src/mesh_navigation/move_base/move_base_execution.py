@@ -89,7 +89,7 @@ FINAL = frozenset(
     )
 )
 """Failures that no recovery behavior can change. INVALID_GOAL is none of them: what is on a goal
-may go away, and goals off the map do not come this far."""
+may go away, and goals off the map do not come this far. Where it stays, the plan is lasting."""
 
 
 class MoveBaseExecution:
@@ -181,7 +181,8 @@ class MoveBaseExecution:
         Raises:
             MoveBaseOver: there is nothing that could help.
         """
-        if failure.outcome in FINAL or not self._values()["recovery_enabled"]:
+        is_final = failure.outcome in FINAL or failure.lasting
+        if is_final or not self._values()["recovery_enabled"]:
             raise MoveBaseOver(failure)
         tried = self._chain.tried
         name = self._chain.next(trigger)

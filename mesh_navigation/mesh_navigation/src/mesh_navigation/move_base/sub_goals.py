@@ -22,6 +22,13 @@ PATIENCE = 5.0
 Feedback = Callable[[Any], None]
 
 
+class PlanAnswer(GetPathResult):
+    """The answer to a plan, with what the message has no place for: within this process alone."""
+
+    lasting: bool = False
+    """Whether a failure stays so whatever sensors see, see `PlanResult`."""
+
+
 class GoalEnd(NamedTuple):
     """What came of a sub-goal, or of all of them: of going to the goal."""
 
@@ -35,13 +42,16 @@ class GoalEnd(NamedTuple):
     """Of a plan."""
     drive: Any = None
     """Where the drive ended that was the last sub-goal; None if that was none."""
+    lasting: bool = False
+    """Of a plan that failed: whether that stays so, whatever sensors see."""
 
     @classmethod
     def of(cls, state: int, result: Any) -> "GoalEnd":
         """What an action server answered."""
         path = result.path if isinstance(result, GetPathResult) else None
         drive = result if isinstance(result, ExePathResult) else None
-        return cls(int(result.outcome), result.message, state, path, drive)
+        lasting = isinstance(result, PlanAnswer) and result.lasting
+        return cls(int(result.outcome), result.message, state, path, drive, lasting)
 
     @property
     def succeeded(self) -> bool:

@@ -12,6 +12,7 @@ from mesh_navigation.base.messages import path_message
 from mesh_navigation.base.outcomes import GetPathOutcome, NotReady
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.plan_execution import PlanExecution
+from mesh_navigation.move_base.sub_goals import PlanAnswer
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 from mesh_navigation.server.map_gate import Ready
 from mesh_navigation.server.ros.plan_topics_ros import Plan
@@ -64,7 +65,9 @@ class GetPathServer(SlotActionServer):
                 self._parts.plans.put(result.poses, result.plan_field)
                 if not self._parts.gate.is_current(ready):
                     self._parts.plans.clear()  # Nobody finds a field of another map.
-        return GetPathResult(int(result.outcome), result.message, path, result.cost)
+        answer = PlanAnswer(int(result.outcome), result.message, path, result.cost)
+        answer.lasting = result.lasting
+        return answer
 
     def _ends(self, goal: Any, frame: str, cancellation: Cancellation) -> Ends:
         transforms = self._parts.transforms
@@ -87,6 +90,7 @@ class GetPathServer(SlotActionServer):
             lambda attempt: planner.make_plan(*ends, tolerance, attempt),
             self._parts.values["planner_patience"],
             self._parts.values["planner_max_retries"],
+            lambda: bool(ready.map.clearable_layers),
         )
         replaced = self._parts.gate.replaced(ready)
         with any_of(cancellation, replaced) as stop:
