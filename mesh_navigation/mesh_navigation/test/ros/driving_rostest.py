@@ -197,7 +197,9 @@ class DrivingTest(unittest.TestCase):
             timeout=90,
         )
         # what is said where connections take longer than a second
-        said = [one for one in done.stderr.splitlines() if "waiting for the action server" not in one]
+        said = [
+            one for one in done.stderr.splitlines() if "waiting for the action server" not in one
+        ]
         self.assertEqual((done.returncode, said), (0, []), done.stdout)
         self.assertEqual(json.loads(done.stdout)["outcome_name"], "SUCCESS")
         away = goal - start

@@ -92,7 +92,9 @@ class ExePathTest(unittest.TestCase):
         for word in words:
             self.assertIn(word, result.message)
         if driven:  # commands come by the guard, and so may come after the answer
-            wait_until(lambda: any(not is_zero(each) for each in list(self.robot.commands)), "motion")
+            wait_until(
+                lambda: any(not is_zero(each) for each in list(self.robot.commands)), "motion"
+            )
         wait_until(self.robot.stands, "zero velocity")
         if driven is False:
             self.assertEqual([each for each in self.robot.commands if not is_zero(each)], [])

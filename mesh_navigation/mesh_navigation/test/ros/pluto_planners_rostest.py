@@ -104,7 +104,12 @@ class PlutoPlannersTest(unittest.TestCase):
         self.assertEqual((state, result.outcome), ("REJECTED", GetPathResult.INVALID_PLUGIN))
         self.assertEqual(server.stop(), 0)
         # A busy computer may make commands late; that is no complaint about parameters.
-        expected = "dijkstra_planner'", "control cycles ended late", "is stopped: ", "velocity_guard: "
+        expected = (
+            "dijkstra_planner'",
+            "control cycles ended late",
+            "is stopped: ",
+            "velocity_guard: ",
+        )
         lines = [
             line
             for line in server.output().splitlines()
