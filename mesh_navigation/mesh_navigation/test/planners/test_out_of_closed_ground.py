@@ -155,6 +155,11 @@ def test_closed_ground_without_a_way_out(cls):
     assert result.outcome == Outcome.INVALID_START
     assert "of cost 2, over the cost limit 1" in result.message
     assert "no ground can be reached that may be passed" in result.message
+    # The map's cost is told, whatever the body makes of it.
+    result = body_planner(MapWithCosts(GRID, costs), cls, 1.0).make_plan(
+        Pose.at([4.03, 4.01, 0.0]), Pose.at([7.0, 7.0, 0.0])
+    )
+    assert result.outcome == Outcome.INVALID_START and "of cost 2, over" in result.message
 
 
 @EACH_PLANNER

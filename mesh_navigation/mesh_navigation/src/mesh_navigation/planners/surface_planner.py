@@ -105,7 +105,10 @@ _OF_THE_GOAL = (GetPathOutcome.INVALID_GOAL, GetPathOutcome.NO_PATH_FOUND)
 
 
 def _are_equal(costs: np.ndarray, others: np.ndarray) -> bool:
-    return costs is others or np.array_equal(costs, others, equal_nan=True)
+    if costs is others:
+        return True
+    differ = np.flatnonzero(costs != others)  # NaN does, too
+    return bool(np.isnan(costs[differ]).all() and np.isnan(others[differ]).all())
 
 
 class SurfacePlanner(MeshPlanner):

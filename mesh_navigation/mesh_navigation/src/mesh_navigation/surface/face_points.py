@@ -107,6 +107,8 @@ def obstacle_at(
     if passable(costs[vertex], cost_limit):
         return "nearer than the robot's radius to lethal or unknown ground"
     culprits = [name for name, result in results.items() if result.costs[vertex] > 0]
+    if np.isfinite(costs[vertex]):
+        cost = float(costs[vertex])  # not what the body makes of it
     return f"of cost {cost:.3g}, over the cost limit {cost_limit:.3g}" + _in_layers(culprits)
 
 
