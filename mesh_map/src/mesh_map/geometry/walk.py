@@ -151,10 +151,12 @@ class SurfaceWalker:
 
     walk() goes straight on: the straightest geodesic (Polthier and Schmies, Straightest geodesics
     on polyhedral surfaces, 1998), straight where the faces that it crosses are
-    unfolded into a plane, with as much angle on the left as on the right of a vertex, and along
-    straight borders. Faces may be flipped, duplicate, or without area. Of more than two faces at an
-    edge, the walk goes on in the one that bends least. line() goes to a target, straight as seen
-    from above.
+    unfolded into a plane, with as much angle on the left as on the right of a vertex. At a vertex
+    of a border, and where only corners touch, it goes on in the face that contains its direction as
+    seen along the normal of the face in which it is. Faces may be flipped, duplicate, or without
+    area. Of more than two faces at an edge, the walk goes on in the one that bends least. line()
+    goes to a target, straight as seen from above; from a vertex, into the face there that contains
+    the way.
 
     A walk can be walked on with from where it ended, as if there had been no stop:
 
@@ -170,7 +172,7 @@ class SurfaceWalker:
         up: (3,) any direction from the surface to the side on which the walker is, which tells left
             from right; None for the normal of the start if it has one, else for that of its face.
         mask: (F,) bool, the faces that may be entered (the first one may be left in any case); None
-            for all.
+            for all. It does not bend a walk, but through corners of a border where faces overlap.
         max_steps: faces of a walk.
         path: True to be told the way.
     """

@@ -7,6 +7,7 @@ import numpy as np
 
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.walk import WalkEnd
+from mesh_map.geometry.walk_start import walk_start
 from mesh_map.map.queries import SurfaceQueries
 
 from mesh_navigation.base.outcomes import ExePathOutcome
@@ -102,8 +103,10 @@ class Locator:
         return near
 
     def _surface_pose(self, place: Any, pose: Pose, z_axis: Vector3) -> SurfacePose:
+        ahead = vector3(rotate(pose.orientation, _X))
+        place = walk_start(self._geometry, place, ahead, z_axis)
         normal, up = self._outwards(self.normal(place.face), z_axis)
-        flat = along_plane(vector3(rotate(pose.orientation, _X)), normal)
+        flat = along_plane(ahead, normal)
         if dot(flat, flat) < _FLAT * _FLAT:
             raise ControlFailure(
                 ExePathOutcome.NO_VALID_CMD,

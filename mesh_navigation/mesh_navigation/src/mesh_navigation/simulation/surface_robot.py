@@ -8,6 +8,7 @@ import numpy as np
 from mesh_map.base.errors import MeshMapError
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.walk import SurfaceWalk, WalkEnd
+from mesh_map.geometry.walk_start import walk_start
 
 from mesh_navigation.base.pose import Pose, multiply, quaternion_from_axes, rotate, vector_text
 from mesh_navigation.base.robot import Velocity
@@ -74,16 +75,17 @@ class SteepGround:
             max_step: m; but not where they lead up or down by no more.
         """
         self._geometry, self._max_step = geometry, max_step
-        self._gentle: Optional[np.ndarray] = None
+        self.gentle: Optional[np.ndarray] = None
+        """(F,) bool, the faces that do not stop it; None for all."""
         if max_slope is not None:
             upward = np.abs(geometry.face_normals @ geometry.up)
             gentle = upward >= math.cos(min(max_slope, math.pi / 2)) - 1e-6
-            self._gentle = gentle | geometry.faces_without_area
+            self.gentle = gentle | geometry.faces_without_area
 
     def walk(self, start: SurfaceWalk, length: float) -> SurfaceWalk:
         """Straight on (m, below 0: back) as far as it gets."""
         walker = self._geometry.walker
-        walk = walker.walk(start=start, length=length, mask=self._gentle)
+        walk = walker.walk(start=start, length=length, mask=self.gentle)
         if walk.end == WalkEnd.BLOCKED and self._is_step(walk, math.copysign(1.0, length)):
             return walker.walk(start=start, length=length)
         return walk
@@ -93,9 +95,9 @@ class SteepGround:
         ahead = self._geometry.walker.walk(
             start=walk, length=sign * REACH * self._max_step, path=True
         )
-        if ahead.path is None or self._gentle is None:
+        if ahead.path is None or self.gentle is None:
             return False
-        steep = ~self._gentle[ahead.path.faces]
+        steep = ~self.gentle[ahead.path.faces]
         if not steep.any():
             return False
         first = int(np.argmax(steep))
@@ -254,8 +256,9 @@ class SurfaceRobot:
                 f"no surface within {PLACING:.2f} m of {vector_text(pose.position)}",
                 "put the robot nearer to the mesh",
             )
+        axes = [rotate(pose.orientation, axis) for axis in np.eye(3)]
+        point = walk_start(geometry, point, axes[0], axes[2], mask=self._ground.gentle)
         normal = face_up_normals(geometry, np.array([point.face]))[0]
-        axes = (rotate(pose.orientation, axis) for axis in np.eye(3))
         along = next(
             flat for flat in (_flattened(axis, normal) for axis in axes) if flat @ flat > 1e-6
         )
