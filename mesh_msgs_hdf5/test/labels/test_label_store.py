@@ -464,3 +464,12 @@ def test_labels_of_an_old_map_go_to_a_map_beside_it(tmp_path, full_mesh):
     with LabelStore(path) as store:
         assert store.names() == ["tree_2"]
     assert listed(str(path)) == ["old.h5", "old_s1.h5"]
+
+
+def test_labels_of_a_mesh_whose_coordinates_float32_cannot_hold_are_refused(tmp_path):
+    """Its UUID would be that of rounded coordinates, and so would be the map file beside it."""
+    lines = ["v 500000.1 5800000.1 0", "v 500001.3 5800000.1 0", "v 500000.1 5800001.7 0"]
+    (tmp_path / "a.obj").write_text("\n".join(lines + ["f 1 2 3", ""]))
+    with pytest.raises(MapFileError, match="--origin auto") as error:
+        LabelStore(tmp_path / "a.obj")
+    assert error.value.code == "rounded" and os.listdir(tmp_path) == ["a.obj"]

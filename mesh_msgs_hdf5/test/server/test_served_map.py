@@ -10,6 +10,7 @@ import pytest
 from mesh_msgs import arrays
 from server_samples import everything
 
+from mesh_msgs_hdf5.commands.mesh_tool import main
 from mesh_msgs_hdf5.formats.any_mesh import MeshMembers
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.map_file import MapFile
@@ -17,7 +18,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.ros.map_messages import MapMessages
 from mesh_msgs_hdf5.server import received
-from mesh_msgs_hdf5.server.map_loading import load, owner_notes
+from mesh_msgs_hdf5.server.map_loading import load, owner_notes, source_now
 from mesh_msgs_hdf5.server.map_overlay import MapOverlay
 from mesh_msgs_hdf5.server.map_registry import MapRegistry, UnknownMap
 from mesh_msgs_hdf5.server.received import Refused
@@ -303,3 +304,25 @@ def test_registry(opened, path, tmp_path):
     with pytest.raises(ValueError, match="a UUID stands for one map"):
         maps.replace(new, other)
     assert list(maps) == [new, other]
+
+
+UTM = "v 500000.1 5800000.1 0\nv 500001.3 5800000.1 0\nv 500000.1 5800001.7 0.3\nf 1 2 3\n"
+
+
+def test_coordinates_that_float32_cannot_hold_are_refused_with_the_way_out(tmp_path, opened):
+    source, target = tmp_path / "a.obj", tmp_path / "a_near.h5"
+    source.write_text(UTM)
+    request = MapRequest(str(source))
+    for refused in (lambda: loaded(source), lambda: source_now(request)):
+        with pytest.raises(MapFileError, match=r"a\.obj: .* up to 0\.\d+ m \(.*--origin auto") as e:
+            refused()
+        assert e.value.code == "rounded"
+    assert main(["import", str(source), str(target), "--origin", "auto"]) == 0
+    served, notes = opened(target)
+    assert not notes
+    saved = MapFile(target)
+    assert served.overlay.uuid == saved.uuid
+    place = saved.vertices + np.array(saved.origin)
+    assert np.abs(place[1] - [500001.3, 5800000.1, 0]).max() < 1e-6
+    source.write_text(UTM.replace("500000", "5000").replace("5800000", "5800"))
+    assert opened(source)[0].overlay.face_count == 1  # within 1 mm

@@ -3,11 +3,9 @@
 from typing import Any, Sequence
 
 import numpy as np
+from mesh_msgs_hdf5.checks.rounding import is_too_much, suggested_origin
 
 from mesh_map.base.errors import MeshMapError
-
-_LOST = 1e-3  # m that rounding may take ...
-_LOST_SHARE = 1e-6  # ... and of the diagonal of the mesh, whichever is more
 
 
 def checked_origin(origin: Any) -> np.ndarray:
@@ -38,12 +36,9 @@ def check_rounding(
     Raises:
         MeshMapError: with an origin that helps.
     """
-    low, high = (edge.astype(np.float64) for edge in (vertices.min(axis=0), vertices.max(axis=0)))
-    if lost <= max(_LOST, _LOST_SHARE * float(np.linalg.norm(high - low))):
-        return
-    center = np.rint(low / 2 + high / 2 + np.asarray(origin, np.float64))
-    raise MeshMapError(
-        "%s: float32 would change its coordinates by up to %.3g m" % (what, lost),
-        "give an origin near to it, such as [%s]: it is subtracted before they are rounded"
-        % ", ".join("%.1f" % value for value in center + 0.0),
-    )
+    if is_too_much(lost, vertices):
+        raise MeshMapError(
+            "%s: float32 would change its coordinates by up to %.3g m" % (what, lost),
+            "give an origin near to it, such as [%s]: it is subtracted before they are rounded"
+            % suggested_origin(vertices, origin),
+        )

@@ -7,6 +7,7 @@ from typing import Any, Callable, Dict, Optional, Tuple
 
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
+from mesh_msgs_hdf5.checks.rounding import is_too_much
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed
 from mesh_msgs_hdf5.formats.base.report import ImportReport
@@ -93,6 +94,23 @@ def read_mesh(
     except MemoryError as error:
         raise MapFileError("size", path, "there is not enough memory to read it", "") from error
     report.count(mesh)
+    return mesh, report
+
+
+def read_unharmed_mesh(path: PathLike) -> Tuple[Mesh, ImportReport]:
+    """read_mesh(path), for those who cannot ask for an origin.
+
+    Raises MapFileError (rounded: float32 would change its coordinates too much; what it raises).
+    """
+    mesh, report = read_mesh(path)
+    if is_too_much(report.rounded, mesh.vertices):
+        raise MapFileError(
+            "rounded",
+            path,
+            "float32 would change its coordinates by up to %.3g m" % report.rounded,
+            "make a map file near an origin: "
+            "rosrun mesh_msgs_hdf5 mesh_tool import IN OUT.h5 --origin auto",
+        )
     return mesh, report
 
 

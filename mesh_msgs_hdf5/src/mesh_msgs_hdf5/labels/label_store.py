@@ -5,7 +5,7 @@ from urllib.parse import quote
 
 from mesh_msgs_hdf5.files.probe import kind_of, read_head
 from mesh_msgs_hdf5.files.save import stamp
-from mesh_msgs_hdf5.formats.importer import read_mesh
+from mesh_msgs_hdf5.formats.importer import read_unharmed_mesh
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits, frozen
 from mesh_msgs_hdf5.map_file import MapFile
@@ -55,7 +55,7 @@ class LabelBase:
             file = IsolatedMapFile(self.source, part)
             identity, part = (file.uuid, file.face_count), file.part
         elif identity is None:
-            mesh, _ = read_mesh(self.source)
+            mesh, _ = read_unharmed_mesh(self.source)
             identity = mesh.uuid, len(mesh.faces)
         self.part = part if self._is_map else "mesh"
         self.uuid, self.face_count = identity
@@ -146,7 +146,7 @@ class LabelBase:
         if self._is_map:
             isolated("convert", self.source, self.path, part=self.part)
             return
-        mesh, _ = read_mesh(self.source)
+        mesh, _ = read_unharmed_mesh(self.source)
         if mesh.uuid != self.uuid:
             raise MapFileError(
                 "changed", self.source, "another program has replaced the mesh", "open it again"

@@ -17,7 +17,7 @@ class MapFileError(Exception):
             format, truncated, damaged: its bytes;
             part, no_mesh, link, external, virtual, filter, size, dtype, shape, layer, label: what
                 is in an HDF5 file;
-            index, not_finite, no_faces, uuid, frame, value: the values of a mesh;
+            index, not_finite, rounded, no_faces, uuid, frame, value: the values of a mesh;
             exists, changed, version, schema (only read), save: writing.
             crashed, timeout: the process in which a file was read.
             journal, owned: the labels beside a map.

@@ -7,7 +7,7 @@ import genpy
 from mesh_msgs_hdf5.files.probe import kind_of, read_head
 from mesh_msgs_hdf5.files.save import stamp as file_stamp
 from mesh_msgs_hdf5.formats.any_mesh import Members, MeshMembers
-from mesh_msgs_hdf5.formats.importer import read_mesh
+from mesh_msgs_hdf5.formats.importer import read_unharmed_mesh
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.labels.fixed_labels import FixedLabels
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
@@ -30,7 +30,7 @@ def load(
     path = request.path
     before = file_stamp(path)
     if kind_of(path, read_head(path)) != "h5":
-        mesh, report = read_mesh(path)
+        mesh, report = read_unharmed_mesh(path)
         asked, sources = [request], [MeshMembers(path, mesh)]
         notes = ["%s: %s" % (path, note) for note in report.notes]
     else:
@@ -61,7 +61,7 @@ def owner_notes(found: List[ServedMap], read_only: bool) -> List[str]:
 def source_now(request: MapRequest) -> Members:
     """What would be loaded, of a request for one part. Raises MapFileError."""
     if kind_of(request.path, read_head(request.path)) != "h5":
-        return MeshMembers(request.path, read_mesh(request.path)[0])
+        return MeshMembers(request.path, read_unharmed_mesh(request.path)[0])
     return IsolatedMapFile(request.path, request.part)
 
 
