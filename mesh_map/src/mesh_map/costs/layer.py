@@ -164,8 +164,8 @@ class Layer(abc.ABC):
       are made quickly from what is in the file, or are of the moment only.
 
     The same type may be used several times in a map under different names. The map calls one method
-    of a layer at a time, from any thread; a layer that does not return within the layer_timeout of
-    the map is not called any more.
+    of a layer at a time, from any thread; a layer whose call has not returned within the
+    layer_timeout of the map is not called any more, however it gets on: progress cannot be told.
 
     Attributes:
         name: unique in its map; also the type of its costs messages and its name in the map file.
