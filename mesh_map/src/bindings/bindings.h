@@ -7,6 +7,9 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <cxxabi.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -129,11 +132,37 @@ std::array<T, 3> triple(const py::array& array, const char* name)
   return {numbers[0], numbers[1], numbers[2]};
 }
 
+/// Without the GIL, while it lives: other threads of Python go on.
+///
+/// When the process ends, Python ends threads that want the GIL back, by pthread_exit(). That would
+/// unwind through native code which takes it for an error, and abort the process: such a thread
+/// sleeps until the process is gone.
+class WithoutGil
+{
+ public:
+  WithoutGil() : state_(PyEval_SaveThread()) {}
+  WithoutGil(const WithoutGil&) = delete;
+  WithoutGil& operator=(const WithoutGil&) = delete;
+  ~WithoutGil()
+  {
+    try {
+      PyEval_RestoreThread(state_);
+    } catch (const abi::__forced_unwind&) {
+      for (;;) {
+        ::pause();
+      }
+    }
+  }
+
+ private:
+  PyThreadState* state_;
+};
+
 /// What a function gives, which runs without the GIL.
 template <class Function>
 auto unlocked(const Function& function)
 {
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   return function();
 }
 

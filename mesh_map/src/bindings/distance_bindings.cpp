@@ -25,7 +25,7 @@ std::shared_ptr<DijkstraGraph> makeGraph(Array offsets, Array neighbors, Array n
   const RowsView rows = rowsView(offsets, neighbors, vertex_count, "neighbors");
   const auto edges = view<std::uint32_t>(neighbor_edges, "neighbor_edges", {neighbors.size()});
   checkIndices(edges, weights.size(), "neighbor_edges");
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   return std::make_shared<DijkstraGraph>(rows, edges, weights);
 }
 
@@ -48,7 +48,7 @@ std::shared_ptr<DijkstraGraph> graphWithWeights(const DijkstraGraph& self, Array
 {
   const EdgeWeights weights(edges, before, after);
   checkIndices(weights.edges, self.vertexCount(), "edges");
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   return self.withWeights(weights.edges, weights.before, weights.after);
 }
 
@@ -77,7 +77,7 @@ class DijkstraKernel
     const VertexCosts vertex_costs = costsView(costs, cost_limit, graph->vertexCount());
     const auto vertices = view<std::uint32_t>(sources, "sources", {ANY});
     const auto distances = view<float>(source_distances, "source distances", {sources.size()});
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     field_ = std::make_unique<DijkstraField>(std::move(graph), std::move(pool), vertices, distances,
                                              vertex_costs);
   }
@@ -178,7 +178,7 @@ std::shared_ptr<FastMarchingMesh> makeMesh(Array vertices, Array faces, Array of
 {
   const MeshView mesh = meshView(vertices, faces);
   const RowsView rows = rowsView(offsets, vertex_faces, mesh.faceCount(), "vertex_faces");
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   return std::make_shared<FastMarchingMesh>(mesh, rows, threads);
 }
 
@@ -248,7 +248,7 @@ void bindObstacleDistance(py::module_& module)
       }));
   py::class_<ObstacleDistance>(module, "_ObstacleDistance", py::module_local())
       .def(py::init([](std::shared_ptr<FastMarchingMesh> mesh, float max_distance) {
-        const py::gil_scoped_release release;
+        const WithoutGil release;
         return std::make_unique<ObstacleDistance>(std::move(mesh), max_distance);
       }))
       .def("_compute", &computeObstacles)
@@ -282,7 +282,7 @@ class Field
   {
     const ArrayView<float> values = slownessView();
     std::vector<FastMarchingSeed> seeds = seedsOf(sources, source_labels);
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     field_ = std::make_unique<FastMarchingField>(std::move(pool), std::move(seeds), values);
   }
 
@@ -292,7 +292,7 @@ class Field
   /// Clears buffers for later, which takes milliseconds: other threads go on meanwhile.
   ~Field()
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     field_.reset();
   }
 

@@ -117,7 +117,7 @@ class SurfaceKernel
         rowsView(edge_face_offsets, edge_faces, mesh_.mesh.faceCount(), "edge_faces");
     mesh_.vertex_faces =
         rowsView(vertex_face_offsets, vertex_faces, mesh_.mesh.faceCount(), "vertex_faces");
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     checkWalkMesh(mesh_);
   }
 

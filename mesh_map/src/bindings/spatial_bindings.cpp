@@ -60,7 +60,7 @@ std::shared_ptr<Bvh> deserialize(const py::bytes& data, Array vertices, Array fa
   if (PyBytes_AsStringAndSize(data.ptr(), &bytes, &size) != 0) {
     throw py::error_already_set();
   }
-  const py::gil_scoped_release release;
+  const WithoutGil release;
   return std::make_shared<Bvh>(Bvh::deserialize(
       {reinterpret_cast<const std::uint8_t*>(bytes), static_cast<std::size_t>(size)}, mesh));
 }
@@ -360,7 +360,7 @@ void runLong(const RunArguments& arguments, std::size_t items,
   run.threads = arguments.threads;
   if (items < MANY_ITEMS && arguments.progress.is_none()) {
     run.cancel = flagOf(arguments.cancel);
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     work(run);
     return;
   }
@@ -383,7 +383,7 @@ void runLong(const RunArguments& arguments, std::size_t items,
   }
   std::exception_ptr failed;
   {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     try {
       std::future<void> ended = inItsOwnThread([&] { work(run); });
       for (unsigned tick = 1; ended.wait_for(TICK) == std::future_status::timeout; ++tick) {
