@@ -22,6 +22,24 @@ THERE = "--start 1.2 2.1 --goal 8.3 7.4".split()
 DIJKSTRA = [*THERE, "--planner", "dijkstra"]
 LAYERS = "{layers: [{name: steps, type: mesh_layers/HeightDiffLayer}], steps: {radius: 1.0}}"
 
+# A square of 10 m in the coordinates of a UTM zone.
+UTM = """ply
+format ascii 1.0
+element vertex 4
+property double x
+property double y
+property double z
+element face 2
+property list uchar int vertex_indices
+end_header
+500000.3 5800000.3 100.3
+500010.3 5800000.3 100.3
+500010.3 5800010.3 100.3
+500000.3 5800010.3 100.3
+3 0 1 2
+3 0 2 3
+"""
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
@@ -33,6 +51,7 @@ def folder(tmp_path_factory):
     vertices[vertices[:, 0] == 5, 2] = 0.6
     MapFile.write(str(path / "wall.h5"), Mesh(vertices, grid.faces))
     (path / "layers.yaml").write_text(LAYERS)
+    (path / "utm.ply").write_text(UTM)
     (path / "empty.h5").write_bytes(b"")
     (path / "old.png").write_bytes(b"old")
     return path
@@ -105,6 +124,33 @@ def test_the_file_may_come_last_and_numbers_may_have_exponents(run):
     assert (code, value["start"], value["goal"]) == (0, [-0.001, 2, 0], [8.3, 7.4, -0.001])
 
 
+def test_an_origin(run):
+    code, _, err = run("utm.ply", *DIJKSTRA)
+    assert code == 2 and "utm.ply: float32 would change its coordinates" in err
+    assert "give an origin near to it, such as [500005.0, 5800006.0, 100.0]" in err
+    words = "--start 2 2 --goal 8 8 --planner exact --json --origin 500000.3 5.8000003e6".split()
+    for height, z in (((), 100.3), ((100.3,), 0.0)):
+        code, out, err = run("utm.ply", *words, *height)
+        value = json.loads(out)
+        assert (code, value["outcome_name"], err) == (0, "SUCCESS", "")
+        assert value["origin"] == [500000.3, 5800000.3, *(height or (0.0,))]
+        assert value["start"] == pytest.approx([2.0, 2.0, z], abs=1e-5)
+        assert value["length"] == pytest.approx(72**0.5)
+
+
+def test_a_robot_with_a_radius(run):
+    words = "--start 1.2 2.1 --goal 8.3 7.4 --planner exact --json".split()
+    point = json.loads(run("grid.h5", *words)[1])
+    round_one = json.loads(run("grid.h5", *words, "--robot-radius", "0.25")[1])
+    assert [value["robot_radius"] for value in (point, round_one)] == [0.0, 0.25]
+    assert point["poses"] == round_one["poses"]  # there is nothing to keep it from
+    beside = "wall.h5 --start 1 2 --goal 4.1 2 --layers layers.yaml".split()
+    assert run(*beside)[0] == 0
+    code, out, _ = run(*beside, "--robot-radius", 1)
+    assert code == 1 and out.startswith("INVALID_GOAL (53): ")
+    assert "is nearer than the robot's" in out
+
+
 @pytest.mark.parametrize(
     "words, message",
     [
@@ -115,6 +161,9 @@ def test_the_file_may_come_last_and_numbers_may_have_exponents(run):
         ("grid.h5 --start 1 1 --goal 2 nan", "argument --goal: invalid X Y [Z] value"),
         ("grid.h5 --start 1 1 --goal 20 2", "goal: there is no surface at x = 20, y = 2 (give z"),
         ("grid.h5 --start 1 1 --goal 2 2 --tolerance -1", "invalid distance value: '-1'"),
+        ("grid.h5 --start 1 1 --goal 2 2 --origin 1", "invalid X Y [Z] value: '1'"),
+        ("no.h5 --start 1 1 --goal 2 2 --robot-radius 101", "robot_radius is 101"),
+        ("grid.h5 --start 1 1 --goal 2 2 --robot-radius -1", "invalid distance value: '-1'"),
         ("grid.h5 --start 1 1 --goal 2 2 --yaw x", "invalid number value: 'x'"),
         ("grid.h5 --start 1 1 --goal 2 2 --planner x", "no planner 'x' (known: dijkstra, wave"),
         ("grid.h5 --start 1 1 --goal 2 2 --planner a/b", "a/b"),

@@ -15,6 +15,8 @@ from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_navigation.base.outcomes import GetPathOutcome
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.body.body import Body
+from mesh_navigation.body.robot_shape import RobotShape
 from mesh_navigation.execution import planning
 from mesh_navigation.plugins import plugin_list
 from mesh_navigation.execution.planning import (
@@ -180,6 +182,76 @@ def test_layers_of_a_file(tmp_path, grid_file):
     for result in given:
         assert result.succeeded and length_of(result) > 14, result.message
     assert load_map(grid_file).layers == {} and load_map(grid_file).frame_id == "hall"
+
+
+UTM = (500000.3, 5800000.3, 100.3)
+
+
+@pytest.fixture
+def utm_file(tmp_path):
+    """The grid as a mesh in coordinates that float32 cannot hold."""
+    lines = ["ply", "format ascii 1.0", f"element vertex {len(GRID.vertices)}"]
+    lines += [f"property double {axis}" for axis in "xyz"] + [f"element face {len(GRID.faces)}"]
+    lines += ["property list uchar int vertex_indices", "end_header"]
+    lines += ["%r %r %r" % tuple(row) for row in (GRID.vertices + np.array(UTM)).tolist()]
+    lines += ["3 %d %d %d" % tuple(face) for face in GRID.faces.tolist()]
+    path = tmp_path / "utm.ply"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_an_origin(utm_file, grid_file):
+    """Places are in the map's frame, which begins there."""
+    expected = plan(grid_file, (1, 1), (8, 8), "exact")
+    found = plan(utm_file, (1, 1), (8, 8), "exact", origin=UTM)
+    np.testing.assert_array_equal(found.poses, expected.poses)
+    with pytest.raises(MeshMapError, match="give an origin near to it"):
+        plan(utm_file, (1, 1), (8, 8))
+    # It comes before that of the layers' file.
+    mesh_map = load_map(utm_file, {"layers": [], "origin": [0.0, 0.0, 0.0]}, origin=list(UTM))
+    assert mesh_map.origin.tolist() == list(UTM)
+    for origin in ((1, 2), "here", (np.nan, 0, 0)):
+        with pytest.raises(MeshMapError, match="origin is .* x, y, z in meters"):
+            load_map(utm_file, origin=origin)
+    with pytest.raises(MeshMapError, match="origin is .*for a map from a file"):
+        plan(load_map(grid_file), (1, 1), (8, 8), origin=UTM)
+
+
+@pytest.mark.parametrize("planner", ["dijkstra", "wave_front", "exact"])
+def test_the_plan_of_a_robot(tmp_path, planner):
+    """It keeps its radius from what is lethal, as that of a server with that robot does."""
+    mesh = zoo.grid(cells=40)
+    vertices = mesh.vertices.copy()
+    inside = np.hypot(vertices[:, 0] - 5.0, vertices[:, 1] - 5.0) < 1.0
+    vertices[inside, 2] = 0.25
+    path = tmp_path / "pillar.h5"
+    MapFile.write(str(path), Mesh(vertices, mesh.faces))
+    layers = {**STEPS, "steps": {"radius": 0.5}}
+    mesh_map = load_map(path, layers)
+    lethal = vertices[np.isposinf(mesh_map.costs)]
+    ends = (1.0, 4.9, 0.0), (9.0, 4.9, 0.0)
+
+    def room(result):
+        assert result.succeeded, result.message
+        away = np.linalg.norm(result.poses[:, None, :2] - lethal[None, :, :2], axis=2)
+        return away.min()
+
+    robot = plan(path, *ends, planner, layers=layers, robot_radius=0.7)
+    assert room(plan(path, *ends, planner, layers=layers)) < 0.5 < 0.69 < room(robot)
+    body = Body(mesh_map.geometry, RobotShape(radius=0.7))
+    on_robot = make_planner(mesh_map, planner, body=body)
+    served = on_robot.make_plan(*(Pose.at(end) for end in ends))
+    np.testing.assert_array_equal(served.poses[:, :3], robot.poses[:, :3])
+
+
+def test_a_radius_that_is_none(tmp_path, grid_file):
+    """It is said before a map is read."""
+    for radius in (-0.1, 101.0, "wide", np.nan):
+        with pytest.raises(MeshMapError, match="robot_radius is"):
+            plan(tmp_path / "no.h5", (1, 1), (8, 8), robot_radius=radius)
+    mesh_map = load_map(grid_file)
+    with pytest.raises(MeshMapError, match="robot_radius is for a planner by name"):
+        plan(mesh_map, (1, 1), (8, 8), make_planner(mesh_map), robot_radius=0.3)
 
 
 def test_progress_and_parts(grid_file):

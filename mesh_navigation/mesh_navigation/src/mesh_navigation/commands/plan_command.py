@@ -36,10 +36,12 @@ from mesh_navigation.commands.command_line import (
 )
 from mesh_navigation.execution.planning import (
     SHORT_NAMES,
+    body_on,
     check_planner,
     ends,
     make_planner,
     plan_interruptibly,
+    round_shape,
 )
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
 from mesh_navigation.surface.map_loading import load_map
@@ -82,6 +84,7 @@ def main(argv: Optional[List[str]] = None) -> int:
 def _run(arguments: argparse.Namespace) -> int:
     parameters = _parameters(arguments.set)
     check_planner(arguments.planner, parameters)
+    shape = round_shape(arguments.robot_radius)
     if arguments.png is not None:
         _check_picture(arguments.png, arguments.force)
     seconds: Dict[str, float] = {}
@@ -92,12 +95,14 @@ def _run(arguments: argparse.Namespace) -> int:
             progress.part(share)
 
         begin = time.monotonic()
-        mesh_map = load_map(arguments.file, arguments.layers, arguments.part, tell)
+        origin = arguments.origin and [*arguments.origin, 0.0][:3]
+        mesh_map = load_map(arguments.file, arguments.layers, arguments.part, tell, origin)
         seconds["map"] = time.monotonic() - begin
         progress.stage(f"preparing {arguments.planner}")
         begin = time.monotonic()
         start, goal = ends(mesh_map, arguments.start, arguments.goal)
-        planner = make_planner(mesh_map, arguments.planner, parameters)
+        body = body_on(mesh_map, shape)
+        planner = make_planner(mesh_map, arguments.planner, parameters, body)
         if arguments.yaw is not None:
             goal = Pose.at(goal.position, math.radians(arguments.yaw))
         seconds["preparation"] = time.monotonic() - begin
@@ -165,8 +170,10 @@ def _report(
         value = {
             "map": os.fsencode(arguments.file).decode("utf-8", "backslashreplace"),
             "frame_id": mesh_map.frame_id,
+            "origin": mesh_map.origin.tolist(),
             "layers": layers,
             "planner": arguments.planner,
+            "robot_radius": arguments.robot_radius,
             "start": places[0].position.tolist(),
             "goal": places[1].position.tolist(),
             "outcome": result.outcome,
@@ -218,12 +225,16 @@ def make_parser() -> argparse.ArgumentParser:
     ).completer = lambda **others: list(SHORT_NAMES)
     text = "the path may end so far from a goal that cannot be reached, in meters"
     parser.add_argument("--tolerance", type=_distance, default=0.0, metavar="M", help=text)
+    text = "the path keeps so far from what is lethal or unknown, in meters (default: 0, a point)"
+    parser.add_argument("--robot-radius", type=_distance, default=0.0, metavar="M", help=text)
     text = "parameters of the planner, such as cost_limit=0.5"
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=text)
     text = "layers as in mesh_navigation's config/mesh_map.yaml (default: every vertex is free)"
     parser.add_argument("--layers", metavar="FILE.yaml", help=text)
     text = "which mesh of a map file with several (default: mesh, or the only one)"
     parser.add_argument("--part", default="", metavar="NAME", help=text)
+    text = "subtracted from the coordinates of a mesh, as of a UTM zone, in meters (default of Z: 0)"
+    parser.add_argument("--origin", type=_place, metavar="X Y Z", help=text)
     text = "draw the potential and the path from above"
     parser.add_argument("--png", metavar="OUT.png", help=text)
     parser.add_argument("--force", action="store_true", help="replace OUT.png if it exists")
@@ -270,4 +281,5 @@ def joined(words: List[str]) -> List[str]:
     return joined
 
 
-_COUNTS = {"--start": 3, "--goal": 3, "--yaw": 1, "--tolerance": 1}  # of numbers, at most
+_COUNTS = {"--start": 3, "--goal": 3, "--origin": 3}  # of numbers, at most
+_COUNTS.update({"--yaw": 1, "--tolerance": 1, "--robot-radius": 1})

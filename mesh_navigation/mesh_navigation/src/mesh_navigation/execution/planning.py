@@ -6,7 +6,7 @@
 """
 
 import os
-from typing import Any, List, Mapping, Sequence, Union
+from typing import Any, List, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from mesh_map.map.mesh_map import MeshMap
 from mesh_navigation.base.cancellation import Cancellation
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.body.body import POINT, Body
-from mesh_navigation.body.robot_shape import MAX_DISTANCE
+from mesh_navigation.body.robot_shape import MAX_DISTANCE, RobotShape
 from mesh_navigation.execution.attempt import Attempt
 from mesh_navigation.execution.plan_execution import checked_result
 from mesh_navigation.plugins.planner import MeshPlanner, PlanResult
@@ -45,6 +45,8 @@ def plan(
     parameters: Mapping[str, Any] = {},
     tolerance: float = 0.0,
     layers: Any = None,
+    origin: Optional[Sequence[float]] = None,
+    robot_radius: float = 0.0,
 ) -> PlanResult:
     """A path over a map. Ctrl+C ends it.
 
@@ -56,6 +58,9 @@ def plan(
         parameters: of the planner, those that differ from their defaults.
         tolerance: where the goal cannot be reached, the path may end this far from it (m).
         layers: of a map from a file, see `load_map`; None: every vertex is free.
+        origin: of a map from a file, see `load_map`; start and goal are in the map's frame.
+        robot_radius: that its middle keeps from what is lethal or unknown (m), as the parameter of
+            the server; 0: a point.
 
     Returns:
         The result; that there is no path is a result too.
@@ -63,18 +68,37 @@ def plan(
     Raises:
         MeshMapError: a file, layer, planner, parameter or place that cannot be used.
     """
+    shape = round_shape(robot_radius)
     if isinstance(planner, str):
         check_planner(planner, parameters)  # before a map is read
     if not isinstance(map_or_file, MeshMap):
-        map_or_file = load_map(map_or_file, layers)
+        map_or_file = load_map(map_or_file, layers, origin=origin)
     elif layers is not None:
         raise MeshMapError("layers are for a map from a file", "map.compute_layers() has others")
+    elif origin is not None:
+        raise MeshMapError("origin is for a map from a file", "MeshMap() takes one")
     first, last = ends(map_or_file, start, goal)
     if isinstance(planner, str):
-        planner = make_planner(map_or_file, planner, parameters)
+        planner = make_planner(map_or_file, planner, parameters, body_on(map_or_file, shape))
     elif parameters:
         raise MeshMapError("parameters are for a planner by name", "planner.set_parameters()")
+    elif not shape.is_point:
+        raise MeshMapError("robot_radius is for a planner by name", "make_planner() takes a body")
     return plan_interruptibly(planner, first, last, tolerance)
+
+
+def round_shape(robot_radius: float) -> RobotShape:
+    """The shape of a robot with a radius (m); 0: a point.
+
+    Raises:
+        MeshMapError: none from 0 to 100 m.
+    """
+    return RobotShape.of_parameters({"robot_radius": robot_radius})
+
+
+def body_on(mesh_map: MeshMap, shape: RobotShape) -> Body:
+    """The body of a robot of that shape on a map, for `make_planner`."""
+    return POINT if shape.is_point else Body(mesh_map.geometry, shape)
 
 
 def planner_type(name: str) -> str:

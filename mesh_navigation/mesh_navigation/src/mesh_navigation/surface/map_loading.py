@@ -2,12 +2,13 @@
 
 import logging
 import os
-from typing import Any, Callable, Mapping, Optional, Union
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import yaml
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.costs.settings import SETTINGS
+from mesh_map.geometry.coordinates import checked_origin
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.io.map_source import MapSource
 from mesh_map.map.mesh_map import MeshMap
@@ -21,6 +22,7 @@ def load_map(
     layers: Union[None, str, "os.PathLike[str]", Mapping[str, Any]] = None,
     part: str = "",
     progress: Optional[Progress] = None,
+    origin: Optional[Sequence[float]] = None,
 ) -> MeshMap:
     """Read a map and compute its layers. Layers that are stored in the file are used if they fit.
 
@@ -31,15 +33,20 @@ def load_map(
             as a mapping. None: no layers, every vertex is free.
         part: which mesh of a map file; empty: mesh, or the only one.
         progress: called with the share that is done, 0 to 1, and what comes next.
+        origin: x, y, z (m), subtracted from the coordinates of a mesh before they are rounded to
+            float32: those of a UTM zone need it. The map's frame begins there. None: that of
+            ``layers``, else that of the file.
 
     Raises:
-        MeshMapError: a file that cannot be read, or a required layer that cannot be used: a plan
-            that does not know of it might lead anywhere.
+        MeshMapError: a file that cannot be read, coordinates that need another origin, or a
+            required layer that cannot be used: a plan that does not know of it might lead anywhere.
     """
     configuration = dict(_configuration(layers))
     configuration["mesh_file"] = os.fspath(path)
     if part:
         configuration["mesh_part"] = part
+    if origin is not None:
+        configuration["origin"] = checked_origin(origin).tolist()
     parameters = map_parameters(configuration)
     progress = progress or (lambda share, what: None)
     progress(0.0, f"reading {parameters.mesh_file}")
