@@ -260,8 +260,8 @@ class VelocityGuardTest(unittest.TestCase):
         self.assertRegex(output, r"(?s)no sign of life for 0\..*velocity_guard: it did not answer")
 
     def test_a_guard_that_is_stuck_comes_back(self):
-        """Until then the server stops the robot, and what it finds is too old; or it is replaced
-        on a busy machine."""
+        """Until then the server stops the robot, and the commands that it finds are too old; or it
+        is replaced, on a busy machine."""
         drive, who = self.begin("guarded"), guard_of("guarded")
         old, first = pid_of(who), len(self.listener.heard)
         os.kill(old, signal.SIGSTOP)
@@ -271,9 +271,12 @@ class VelocityGuardTest(unittest.TestCase):
             begin = len(self.listener.heard)
             with contextlib.suppress(ProcessLookupError):
                 os.kill(old, signal.SIGCONT)
-        wait_until(lambda: GO in self.listener.kinds(who, begin), "the drive")
+        wait_until(lambda: self.listener.kinds(who, begin)[-5:] == [GO] * 5, "the drive")
+        came_back, kinds = pid_of(who) == old, order(self.listener.kinds(who, begin))
         self.cancel("guarded", drive)
         self.assertEqual(order(self.listener.kinds("/guarded", first)), [ZERO])
+        if came_back:  # and perhaps sent what it was about to send before
+            self.assertIn(ZERO, kinds[:2])
 
     def test_the_collision_zone(self):
         """Somebody stands there, goes, and the sensor ends."""

@@ -38,7 +38,7 @@ class Guards:
         patch.setattr(rospy.core, "is_shutdown_requested", lambda: self.over)
         patch.setattr(commands_ros, "PATIENCE", patience)
         self.wait_for_beats(NEVER)
-        self.commands = GuardedCommands({"zone_topic": ""})
+        self.commands = GuardedCommands({})
         wait_until(lambda: STARTED in self.events, "the first guard")
         self.beat(READY)
         self.commands.wait(Cancellation())

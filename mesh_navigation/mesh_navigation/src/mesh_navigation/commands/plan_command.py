@@ -233,7 +233,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--layers", metavar="FILE.yaml", help=text)
     text = "which mesh of a map file with several (default: mesh, or the only one)"
     parser.add_argument("--part", default="", metavar="NAME", help=text)
-    text = "subtracted from the coordinates of a mesh, as of a UTM zone, in meters (default of Z: 0)"
+    text = "subtracted from the coordinates of a mesh, as of a UTM zone, in meters (default Z: 0)"
     parser.add_argument("--origin", type=_place, metavar="X Y Z", help=text)
     text = "draw the potential and the path from above"
     parser.add_argument("--png", metavar="OUT.png", help=text)

@@ -94,7 +94,7 @@ class GuardedCommands(VelocityCommands):
     def __init__(self, settings: Dict[str, Any]) -> None:
         """``settings``: robot_frame, and the guard's parameters."""
         own = {"topic": rospy.resolve_name(TOPIC), "server_pid": os.getpid()}
-        if settings["zone_topic"]:  # The guard remaps it: see `_remappings`.
+        if settings.get("zone_topic"):  # The guard remaps it: see `_remappings`.
             own["zone_topic"] = rosgraph.names.resolve_name(
                 settings["zone_topic"], rospy.get_name()
             )
