@@ -9,7 +9,7 @@ use all. docs/architecture.md says what each room is.
 CPP = {
     "mesh_map": [
         {"bindings"},
-        {"bvh/device", "paths"},
+        {"bvh/device", "collision", "paths"},
         {"bvh/selection", "distance/obstacles"},
         {"bvh/closest", "bvh/rays", "distance/fast_marching"},
         {"bvh/tree", "distance/dijkstra", "mesh"},

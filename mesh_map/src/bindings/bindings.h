@@ -220,6 +220,7 @@ inline const std::atomic<bool>* flagOf(const CancelFlag* cancel)
 
 /// What each file of bindings adds to the module.
 void bindMesh(py::module_& module);
+void bindCollision(py::module_& module);
 void bindDijkstra(py::module_& module);
 void bindObstacleDistance(py::module_& module);
 void bindFastMarching(py::module_& module);

@@ -49,6 +49,7 @@ PYBIND11_MODULE(_kernels, module)
       .def("__exit__", [](BackgroundBlock& self, const py::args&) { self.loops.reset(); });
   bindMesh(module);
   bindSpatial(module);
+  bindCollision(module);
   bindDijkstra(module);
   bindObstacleDistance(module);
   bindFastMarching(module);

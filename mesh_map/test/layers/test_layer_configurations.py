@@ -136,7 +136,7 @@ def test_the_configuration_of_the_later_release():
 
 THRESHOLD = (0.3, 0.01, 3.1415)
 RADIUS = (0.3, 0.02, 1.0)
-# default, minimum, maximum; the widest of both releases where they differ
+# default, minimum, maximum; the widest of both releases where they differ, or our own
 SHEET = {
     "HeightDiff": {
         "threshold": (0.185, 0.05, 1.0),
@@ -148,6 +148,11 @@ SHEET = {
     "Ridge": {"threshold": THRESHOLD, "radius": (0.3, 0.01, 1.0)},
     "Border": {"threshold": (0.5, 0.05, 1.0), "border_cost": (1.0, 0.02, 10.0)},
     "Clearance": {"robot_height": (0.5, 0.05, 100.0), "height_inflation": (0.3,)},
+    "Collision": {
+        "robot_radius": (0.0, 0.0, 10.0),
+        "step_height": (0.185, 0.01, 100.0),
+        "robot_height": (0.5, 0.05, 100.0),
+    },
     "Inflation": {
         "inscribed_radius": (0.25, 0.01, 5.0),
         "inflation_radius": (0.4, 0.01, 10.0),

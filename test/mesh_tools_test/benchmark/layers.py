@@ -3,10 +3,11 @@
 
     layers.py [--faces 2000000] [--repeats 5] [--only PART ...] [--json FILE]
 
-Parts: geometry, near (roughness and height difference at 0.3 m), far (at 1 m), others, inflation,
-combination, changes (of parameters, and of a thousand vertices), obstacles (a cloud of 100,000
-points), meanwhile (such clouds while another layer is computed), start (of the node mesh_map from
-a file with stored layers; memory). Floors hold for 2 million faces on two cores. The mesh is the
+Parts: geometry, near (roughness and height difference at 0.3 m), far (at 1 m), others,
+collision (outdoors, and in a hall with things that stand there), inflation, combination, changes
+(of parameters, and of a thousand vertices), obstacles (a cloud of 100,000 points), meanwhile (such
+clouds while another layer is computed), start (of the node mesh_map from a file with stored layers;
+memory). Floors hold for 2 million faces on two cores. The mesh is the
 generated outdoor world with the noise of a scanner. numba is asked where python3-numba is
 installed.
 """

@@ -9,6 +9,7 @@ from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
+from mesh_map.spatial.spatial_index import SpatialIndex
 
 _LEAST_LIFT = 1e-3  # meters
 _BELOW_ONE = np.nextafter(np.float32(1), np.float32(0))
@@ -27,9 +28,24 @@ def clearances(geometry: MeshGeometry) -> np.ndarray:
 
 def _cast(geometry: MeshGeometry) -> np.ndarray:
     normals = geometry.vertex_normals.astype(np.float64)
-    lifts = np.maximum(4 * np.spacing(np.abs(geometry.vertices).max(axis=1)), _LEAST_LIFT)
-    hits = geometry.spatial_index.cast_batch(
-        origins=geometry.vertices + lifts[:, None].astype(np.float64) * normals, directions=normals
+    return free_distances(geometry.spatial_index, geometry.vertices, normals, _LEAST_LIFT)
+
+
+def free_distances(
+    index: SpatialIndex, vertices: np.ndarray, directions: np.ndarray, lift: float
+) -> np.ndarray:
+    """(V,) float32: meters from each vertex to the next face in a direction, +inf for none.
+
+    Args:
+        index: of the faces.
+        vertices: (V, 3) float32 meters.
+        directions: (V, 3) float64 of length 1.
+        lift: meters; what is nearer is passed, and up to four times the distance of neighboring
+            32-bit floats, where that is more.
+    """
+    lifts = np.maximum(4 * np.spacing(np.abs(vertices).max(axis=1)), lift)
+    hits = index.cast_batch(
+        origins=vertices + lifts[:, None].astype(np.float64) * directions, directions=directions
     )
     return read_only((hits.distances + lifts).astype(np.float32))
 

@@ -12,6 +12,7 @@ from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.normals import face_normals, vertex_normals
 from mesh_map.geometry.topology import Topology
 from mesh_map.map.mesh_map import MeshMap
+from mesh_msgs.world import solids
 
 from mesh_tools_test.base.figures import Figure, timed
 from mesh_tools_test.base.noisy_world import STEP, World, layer, map_with
@@ -133,14 +134,49 @@ def other_layers(world: World, repeats: int) -> List[Figure]:
             np.testing.assert_allclose(one.result.costs, expected, atol=2e-3)
         found.append(Figure("  " + name, own, "ms", peer, value))
 
-    def indexed(made: MeshGeometry) -> float:
+    clearance = indexed(world, repeats, layer("clearance", "Clearance"))
+    return found + [Figure("clearance (after the index)", clearance, "ms")]
+
+
+def indexed(world: World, repeats: int, entry: Dict[str, Any]) -> float:
+    """Median time in milliseconds of a map of one layer, where the index is there."""
+    times = []
+    for _ in range(repeats):
+        made = world.fresh_geometry()
         made.spatial_index.wait_for_device()
         start = time.perf_counter()
-        map_with(made, [layer("clearance", "Clearance")])
-        return 1000.0 * (time.perf_counter() - start)
+        map_with(made, [entry])
+        times.append(1000.0 * (time.perf_counter() - start))
+    return statistics.median(times)
 
-    times = [indexed(world.fresh_geometry()) for _ in range(repeats)]
-    return found + [Figure("clearance (after the index)", statistics.median(times), "ms")]
+
+def collision(world: World, repeats: int) -> List[Figure]:
+    """Without a radius and with two, outdoors and in a hall of as many faces, beside clearance: one
+    ray for each vertex."""
+    found = []
+    for text, one in (("outdoors", world), ("hall", hall(len(world.faces)))):
+        rays = indexed(one, repeats, layer("clearance", "Clearance"))
+        for radius in (0.0, 0.25, 0.5):
+            entry = layer("collision", "Collision", robot_radius=radius)
+            own = indexed(one, repeats, entry)
+            name = "collision, %s, radius %g m" % (text, radius)
+            found.append(Figure(name, own, "ms", "clearance", rays, 4000.0))
+    return found
+
+
+def hall(faces: int, seed: int = 0) -> World:
+    """A floor of about that many faces with edges of 0.1 m, and a thing on each 12 square meters of
+    it: a closed surface with its own vertices for each side, turned, and sunk by a centimeter."""
+    random = np.random.default_rng(seed)
+    side = 0.1 * np.sqrt(faces / 2)
+    parts = [solids.floor((0, 0), (side, side), 0.1)]
+    for _ in range(int(side * side / 12)):
+        size = random.uniform((0.1, 0.1, 0.2), (4.0, 1.0, 3.0))
+        lower = np.append(random.uniform(0.0, side - 1.0, 2), -0.01)
+        thing = solids.box(lower, lower + size, separate_sides=True)
+        parts.append(solids.turned(thing, random.uniform(0.0, 2 * np.pi), 2, lower))
+    vertices, faces_of_all = solids.joined(*parts)
+    return World(vertices.astype(np.float32), faces_of_all.astype(np.uint32), np.zeros((0, 3)))
 
 
 def numpy_costs(name: str, mesh_map: MeshMap) -> Optional[np.ndarray]:
@@ -209,6 +245,7 @@ PARTS: Dict[str, Callable[[World, int], List[Figure]]] = {
     "near": lambda world, repeats: radius_layers(world, repeats, 0.3, 600.0),
     "far": lambda world, repeats: radius_layers(world, min(repeats, 3), 1.0, 2000.0),
     "others": other_layers,
+    "collision": collision,
     "inflation": inflation,
     "combination": combinations,
 }

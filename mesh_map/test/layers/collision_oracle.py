@@ -1,0 +1,203 @@
+"""CollisionLayer written down again, every face against every other one, in double precision.
+
+What rounding may decide is told from what it may not: each function gives a lower and an upper
+bound, from bodies that are a little smaller, or larger.
+"""
+
+from collections import defaultdict
+
+import numpy as np
+
+LEAST_LEVEL = 0.02  # |z| of the normal of faces that have cells
+FINE = 2e-4  # meters that are left open, twice what the layer takes for rounding
+
+
+def clip(polygon, value):
+    """What is left of a convex polygon [(x, y, z), ...] where value(point) >= 0, which is linear in
+    the point."""
+    left = []
+    for here, there in zip(polygon, polygon[1:] + polygon[:1]):
+        a, b = value(here), value(there)
+        if a >= 0:
+            left.append(here)
+        if a * b < 0:
+            left.append(here + a / (a - b) * (there - here))
+    return left
+
+
+def gap_in_plan(polygon, point):
+    """How far in plan a point is from a convex polygon."""
+    ends = [(a[:2] - point[:2], b[:2] - point[:2]) for a, b in zip(polygon, polygon[-1:] + polygon)]
+    turns = [a[0] * b[1] - a[1] * b[0] for a, b in ends]
+    if len(polygon) > 2 and (min(turns) > 0 or max(turns) < 0):
+        return 0.0
+    gaps = []
+    for a, b in ends:
+        side = b - a
+        share = np.clip(-(a @ side) / max(side @ side, 1e-300), 0, 1)
+        gaps.append(np.linalg.norm(a + share * side))
+    return min(gaps, default=np.inf)
+
+
+class CollisionOracle:
+    def __init__(self, mesh, step_height, robot_height):
+        self.points = mesh.vertices.astype(np.float64)
+        self.faces = mesh.faces.astype(np.int64)
+        self.corners = self.points[self.faces]
+        self.lower, self.upper = self.corners.min(axis=1), self.corners.max(axis=1)
+        a, b, c = self.corners.transpose(1, 0, 2)
+        self.normals = np.cross(b - a, c - a)
+        size = np.linalg.norm(self.normals, axis=1)
+        self.level = (size > 0) & (np.abs(self.normals[:, 2]) >= LEAST_LEVEL * size)
+        self.step, self.height = step_height, robot_height
+
+    def near(self, lower, upper):
+        """Faces whose boxes touch a box."""
+        return np.flatnonzero(((self.lower <= upper) & (self.upper >= lower)).all(axis=1))
+
+    def point_bounds(self):
+        """(V,) bool twice: what meets something without a radius, at least and at most."""
+        bounds = []
+        for slack, low, high in (
+            (0.0, self.step + FINE, self.height - FINE),
+            (FINE, self.step, self.height),
+        ):
+            met = self.inside((low + high) / 2) | self.lines(slack, low, high)
+            for face in np.flatnonzero(self.level):
+                met[self.faces[face][self.cells(face, slack, low, high)]] = True
+            bounds.append(met)
+        return bounds
+
+    def cells(self, face, slack, low, high):
+        """(3,) bool: over the cells of which corners of a face something is."""
+        corners, normal = self.corners[face], self.normals[face]
+        slope = -normal[:2] / normal[2]
+        reach = slack * (1 + np.linalg.norm(slope))
+
+        def below(point):  # the point of the plane of the face, and how far the other is above it
+            z = corners[0][2] + slope @ (point[:2] - corners[0][:2])
+            return np.array([*point[:2], z]), point[2] - z
+
+        def side_of(k):
+            a, b, inner = corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]
+            across = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm((b - a)[:2])
+            across *= np.sign(across @ (inner - a)[:2])
+            return lambda point: across @ (point - a)[:2] + slack
+
+        def nearer_to(own, other):
+            def value(point):
+                foot, _ = below(point)
+                difference = np.sum((foot - other) ** 2) - np.sum((foot - own) ** 2)
+                return difference / np.linalg.norm(own - other) / 2 + reach
+
+            return value
+
+        found = np.zeros(3, bool)
+        box = self.lower[face] + [-slack, -slack, low - reach], self.upper[face]
+        some = self.near(box[0], box[1] + [slack, slack, high + reach])
+        gaps = self.corners[some, :, 2] - corners[0][2]
+        gaps = gaps - (self.corners[some, :, :2] - corners[0][:2]) @ slope
+        for other in some[(gaps.max(axis=1) > low) & (gaps.min(axis=1) < high)]:
+            polygon = list(self.corners[other])
+            for k in range(3):
+                polygon = clip(polygon, side_of(k))
+            for k in np.flatnonzero(~found):
+                part = polygon
+                for j in (1, 2):
+                    part = clip(part, nearer_to(corners[k], corners[(k + j) % 3]))
+                heights = [below(point)[1] for point in part]
+                found[k] = bool(heights) and max(heights) > low and min(heights) < high
+        return found
+
+    def lines(self, slack, low, high):
+        """(V,) bool: faces above vertices that have no cell."""
+        met = np.zeros(len(self.points), bool)
+        lonely = np.ones(len(self.points), bool)
+        lonely[self.faces[self.level]] = False
+        for vertex in np.flatnonzero(lonely):
+            met[vertex] = any(True for _ in self.met(vertex, slack or 1e-7, low, high))
+        return met
+
+    def met(self, vertex, radius, low, high):
+        """The faces that are in a body with a radius at a vertex."""
+        foot = self.points[vertex]
+        lower, upper = foot[2] + low, foot[2] + high
+        box = [*(foot[:2] - radius), lower], [*(foot[:2] + radius), upper]
+        for face in self.near(*box):
+            polygon = clip(list(self.corners[face]), lambda point: point[2] - lower)
+            polygon = clip(polygon, lambda point: upper - point[2])
+            if gap_in_plan(polygon, foot) <= radius:
+                yield face
+
+    def inside(self, height):
+        """(V,) bool: inside of a closed patch that far above the vertices, by the solid angles of
+        its faces (A. van Oosterom, J. Strackee: The Solid Angle of a Plane Triangle, 1983)."""
+        found = np.zeros(len(self.points), bool)
+        for patch in self.closed_patches():
+            for vertex, point in enumerate(self.points + [0, 0, height]):
+                a, b, c = (self.corners[patch] - point).transpose(1, 0, 2)
+                la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+                above = np.einsum("ij,ij->i", a, np.cross(b, c))
+                under = la * lb * lc + np.einsum("ij,ij->i", a, b) * lc
+                under += np.einsum("ij,ij->i", a, c) * lb + np.einsum("ij,ij->i", b, c) * la
+                angle = 2 * np.arctan2(above, under).sum()
+                found[vertex] |= abs(angle) > 2 * np.pi
+        return found
+
+    def closed_patches(self):
+        """Faces joined at edges of two, where all edges of the patch have two."""
+        proper = (np.diff(np.sort(self.faces, axis=1), axis=1) > 0).all(axis=1)
+        at_edge = defaultdict(list)
+        for face in np.flatnonzero(proper):
+            for k in range(3):
+                at_edge[tuple(sorted(self.faces[face][[k, (k + 1) % 3]]))].append(face)
+        parent = list(range(len(self.faces)))
+
+        def root(i):
+            while parent[i] != i:
+                i = parent[i]
+            return i
+
+        for faces in at_edge.values():
+            if len(faces) == 2:
+                parent[root(faces[0])] = root(faces[1])
+        patches = defaultdict(list)
+        for face in np.flatnonzero(proper):
+            patches[root(face)].append(face)
+        opened = {root(face) for faces in at_edge.values() if len(faces) != 2 for face in faces}
+        return [faces for first, faces in patches.items() if first not in opened]
+
+    def body_bounds(self, radius, closed):
+        """(V,) bool twice: what meets something with a radius, where `closed` does without."""
+        least, most = closed.copy(), closed.copy()
+        around = defaultdict(set)
+        for face, corners in enumerate(self.faces.tolist()):
+            for corner in corners:
+                around[corner].add(face)
+        for vertex in np.flatnonzero(~closed):
+            for bound, sign in ((least, -1), (most, 1)):
+                low = self.step + (FINE if sign < 0 else 0)
+                high = self.height - (FINE if sign < 0 else 0)
+                met = set(self.met(vertex, radius + sign * FINE, low, high))
+                if met:
+                    reached = self.ground(vertex, radius - sign * FINE, -sign, closed, around)
+                    bound[vertex] = not met <= reached
+        return least, most
+
+    def ground(self, vertex, radius, sign, closed, around):
+        """The faces that are ground of a vertex."""
+        foot = self.points[vertex]
+        away = self.points - foot
+        low = away[:, 2] <= self.step + 5e-5 + sign * FINE + np.hypot(away[:, 0], away[:, 1])
+        reached, queue, faces = {vertex}, [vertex], set()
+        for start in queue:
+            for face in around[start] - faces:
+                corners = self.faces[face]
+                if closed[start] and not self.level[face]:
+                    continue
+                if low[corners].all() and gap_in_plan(list(self.corners[face]), foot) <= radius:
+                    faces.add(face)
+                    more = {int(c) for c in corners} - reached
+                    reached |= more
+                    queue += more
+        return faces
