@@ -31,12 +31,13 @@ if(MESH_TOOLS_SANITIZE STREQUAL "thread")
     ${tests}/bvh/tree/back_end_test.cpp
     ${tests}/bvh/tree/bvh_refit_test.cpp
     ${tests}/bvh/closest/closest_batch_test.cpp
+    ${tests}/collision/collision_test.cpp
     ${tests}/distance/dijkstra_test.cpp
     ${tests}/distance/wave_front_test.cpp
   )
 else()
   file(GLOB_RECURSE forgotten RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS ${tests}/*_test.cpp)
-  foreach(room base bvh mesh distance paths)
+  foreach(room base bvh collision mesh distance paths)
     file(GLOB_RECURSE sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS ${tests}/${room}/*_test.cpp)
     list(REMOVE_ITEM forgotten ${sources})
     list(REMOVE_ITEM sources ${faults_test} ${device_kernel_test})

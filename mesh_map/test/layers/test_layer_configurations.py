@@ -149,7 +149,7 @@ SHEET = {
     "Border": {"threshold": (0.5, 0.05, 1.0), "border_cost": (1.0, 0.02, 10.0)},
     "Clearance": {"robot_height": (0.5, 0.05, 100.0), "height_inflation": (0.3,)},
     "Collision": {
-        "robot_radius": (0.0, 0.0, 10.0),
+        "robot_radius": (0.0, 0.0, 5.0),
         "step_height": (0.185, 0.01, 100.0),
         "robot_height": (0.5, 0.05, 100.0),
     },

@@ -98,7 +98,7 @@ class CollisionLayer(Layer):
             "robot_radius",
             0.0,
             0.0,
-            10.0,
+            5.0,
             "meters around the middle that the body needs; 0 where inflation or planners keep it",
         ),
         Parameter("step_height", 0.185, 0.01, 100.0, "meters that the robot climbs"),
