@@ -3,7 +3,7 @@
 from typing import Any, Sequence
 
 import numpy as np
-from mesh_msgs_hdf5.checks.rounding import is_too_much, suggested_origin
+from mesh_msgs.checks.rounding import is_too_much, suggested_origin
 
 from mesh_map.base.errors import MeshMapError
 

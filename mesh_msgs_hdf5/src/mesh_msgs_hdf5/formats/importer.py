@@ -5,9 +5,10 @@ import hashlib
 import os
 from typing import Any, Callable, Dict, Optional, Tuple
 
+from mesh_msgs.checks.rounding import is_too_much
+
 from mesh_msgs_hdf5 import __version__
 from mesh_msgs_hdf5.checks.check import checked_mesh
-from mesh_msgs_hdf5.checks.rounding import is_too_much
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed
 from mesh_msgs_hdf5.formats.base.report import ImportReport
