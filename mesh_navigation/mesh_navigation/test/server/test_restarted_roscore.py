@@ -1,5 +1,6 @@
 """All nodes of this repository, when their roscore is killed and started again."""
 
+import contextlib
 import os
 import socket
 import subprocess
@@ -36,7 +37,8 @@ GUARD = "/mbf_mesh_nav_velocity_guard"
 def pid_of(node, master):
     """Of a node's process; None while there is no such node."""
     try:
-        return ServerProxy(master.lookupNode(node)).getPid("/test")[2]
+        with ServerProxy(master.lookupNode(node)) as its:
+            return its.getPid("/test")[2]
     except (OSError, rosgraph.MasterError):
         return None
 
@@ -78,6 +80,7 @@ def test_they_end_and_say_why(tmp_path):
         wait_until(lambda: listens(port), "the master")
         return child
 
+    closing = contextlib.ExitStack()
     try:
         first = start_master()
         nodes = {}
@@ -89,6 +92,7 @@ def test_they_end_and_say_why(tmp_path):
             log = tmp_path / f"{name}.log"
             wait_until(lambda: sentence in log.read_text(), name, 180)
         known = rosgraph.Master("/test", uri)
+        closing.callback(known.handle("close"))
         guard = wait_until(lambda: pid_of(GUARD, known), "the guard")
         first.kill()
         first.wait()
@@ -97,6 +101,7 @@ def test_they_end_and_say_why(tmp_path):
         wait_until(lambda: process_has_ended(guard), "the guard's end")
         wait_until(lambda: not known_guards(known), "its end for the master")
     finally:
+        closing.close()
         for child in started:
             child.kill()
             child.wait()

@@ -32,6 +32,7 @@ class Guards:
     def __init__(self, patch, patience):
         """``patience``: s until a stuck one is ended."""
         self.events, self.over, self._patch = [], False, patch
+        self._ends = []
         patch.setattr(commands_ros, "_started", self._start)
         patch.setattr(rospy, "Publisher", lambda *_, **__: self)
         patch.setattr(rospy, "get_time", time.monotonic)
@@ -67,6 +68,7 @@ class Guards:
 
     def _start(self, its):
         self._end = its.dup()
+        self._ends.append(self._end)
         self._end.settimeout(60)
         self.events.append(STARTED)
         return self
@@ -82,7 +84,8 @@ class Guards:
 
     def close(self):
         self.over = True
-        self._end.close()
+        for end in self._ends:
+            end.close()
         for thread in threading.enumerate():
             if thread.name == "velocity guard":
                 thread.join(60)

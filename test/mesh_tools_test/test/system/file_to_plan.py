@@ -11,6 +11,7 @@ import mesh_msgs.msg
 import mesh_msgs.srv
 import nav_msgs.msg
 import numpy as np
+import rospkg
 import rospy
 import rostest
 from mesh_msgs import zoo
@@ -55,8 +56,11 @@ class FileToPlan(unittest.TestCase):
             ["rosrun", "mesh_msgs_hdf5", "mesh_tool", "import", str(ply), str(cls.file)], check=True
         )
         launch = ["roslaunch", "--wait", "mesh_navigation", "mesh_navigation.launch"]
+        # For faces of a meter: that of mesh_navigation is for a robot's radius.
+        config = Path(rospkg.RosPack().get_path("mesh_map")) / "config" / "height_diff.yaml"
+        launch += [f"map_file:={cls.file}", f"map_config:={config}"]
         cls.navigation = cls.stack.enter_context(
-            process("mesh_navigation", launch + [f"map_file:={cls.file}"], folder / "logs")
+            process("mesh_navigation", launch, folder / "logs")
         )
         server = ["rosrun", "mesh_msgs_hdf5", "hdf5_map_server", f"_inputFile:={cls.file}"]
         cls.stack.enter_context(process("hdf5_map_server", server, folder / "logs"))

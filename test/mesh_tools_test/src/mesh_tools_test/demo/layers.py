@@ -46,6 +46,7 @@ FOR_WORLD = [
     layer("ridge", "Ridge", threshold=1.0, radius=0.5, factor=0.0),
     layer("border", "Border", border_cost=1.0, threshold=0.5),
     layer("clearance", "Clearance", robot_height=0.7, height_inflation=0.3),
+    layer("collision", "Collision", step_height=0.25, robot_height=0.7),
     layer("forbidden", "Label", lethal=["flowerbed"]),
     layer(
         "obstacle",
