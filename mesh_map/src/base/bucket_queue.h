@@ -102,6 +102,12 @@ class BucketQueue
 
   /// What is queued below this is in the current bucket.
   double floor() const { return static_cast<double>(current_) * width_; }
+  /// All that has a label above this one is still to come.
+  double ceiling() const
+  {
+    return current_ < LAST ? static_cast<double>(current_ + 1) * width_ * (1.0 + 1e-12)
+                           : std::numeric_limits<double>::infinity();
+  }
   double width() const { return width_; }
 
   /// All entries, in no order.

@@ -3,6 +3,7 @@
 #include <mesh_map/base/run_options.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -293,6 +294,8 @@ std::vector<float> FastMarchingField::potential() const
 // are taken back, in the order of labels, and found again. The order is that of LPA* (Koenig,
 // Likhachev, Furcy, Artificial Intelligence 155, 2004): a label is only looked at when all that it
 // may follow from is as it should be; so what gets the same label again takes nothing else with it.
+// Across obtuse corners a label may follow from others that are not below it; it is only found
+// again when those have been found without it.
 
 namespace {
 
@@ -363,7 +366,7 @@ class Repair
       }
       if (task.kind == FastMarchingTask::CHECK) {
         check(task, changed);
-      } else if (task.kind == FastMarchingTask::SETTLE) {
+      } else if (task.kind != FastMarchingTask::PROPAGATE) {
         settle(task);
       } else if (task.key == buffers_.labels[task.vertex]) {
         changed.push_back(task.vertex);
@@ -378,11 +381,11 @@ class Repair
   }
 
  private:
-  double labelByOthers(std::uint32_t v)
+  double labelByOthers(std::uint32_t v, double below = NOT_REACHED)
   {
     ++checks_;
     double least_step = 0.0;
-    double label = update_.pull(v, least_step);
+    double label = update_.pull(v, below, least_step);
     // Two labels that are the same could follow from each other, and from nothing else.
     has_circle_ |= label < NOT_REACHED && least_step <= SAME * label;
     auto seed = std::lower_bound(
@@ -397,39 +400,56 @@ class Repair
   void begin(std::uint32_t v)
   {
     const double now = buffers_.labels[v], label = labelByOthers(v);
-    if (now == NOT_REACHED) {
+    if (update_.isAbove(now, label)) {
       settleAt(v, label);
-    } else if (update_.isAbove(now, label)) {
-      update_.offer(v, label);
     } else if (label > now * (1.0 + SAME)) {
       buffers_.addTask({now, v, FastMarchingTask::CHECK});
     }
   }
 
+  static bool isSame(double label, double other) { return label <= other * (1.0 + SAME); }
+
+  /// v will have this label. Where that follows from others that are not below it (across obtuse
+  /// corners), they may follow from it in turn, and from nothing else: it waits until all around it
+  /// that depends on it has been taken back, too.
   void settleAt(std::uint32_t v, double label)
   {
-    if (label < NOT_REACHED) {
-      buffers_.addTask({label, v, FastMarchingTask::SETTLE});
+    if (!(label < NOT_REACHED)) {
+      return;
     }
+    if (isSame(labelByOthers(v, label), label)) {
+      buffers_.addTask({label, v, FastMarchingTask::SETTLE});
+    } else {
+      waitAt(v, label);
+    }
+  }
+
+  void waitAt(std::uint32_t v, double label)
+  {
+    const double highest = std::max(label, update_.highestAround(v));
+    buffers_.addTask({std::nextafter(highest, NOT_REACHED), v, FastMarchingTask::WAIT});
   }
 
   void check(const FastMarchingTask& task, std::vector<std::uint32_t>& changed)
   {
     const std::uint32_t v = task.vertex;
-    if (buffers_.labels[v] != task.key) {
+    if (buffers_.labels[v] != task.key || isSame(labelByOthers(v, task.key), task.key)) {
       return;
     }
     const double label = labelByOthers(v);
-    if (label <= task.key * (1.0 + SAME)) {
-      return;
-    }
     buffers_.labels[v] = NOT_REACHED;
     changed.push_back(v);
-    settleAt(v, label);
+    if (isSame(label, task.key)) {
+      waitAt(v, label);
+    } else {
+      settleAt(v, label);
+    }
     for (const FastMarchingCorner& c : mesh_.corners(v)) {
       checkNext(v, c.a);
       checkNext(v, c.b);
     }
+    update_.forEachSeen(v, task.key,
+                        [&](std::uint32_t seen, const FastMarchingCorner&) { checkNext(v, seen); });
   }
 
   void checkNext(std::uint32_t v, std::uint32_t next)
@@ -441,14 +461,19 @@ class Repair
 
   void settle(const FastMarchingTask& task)
   {
-    if (!update_.isAbove(buffers_.labels[task.vertex], task.key)) {
+    const std::uint32_t v = task.vertex;
+    const double now = buffers_.labels[v];
+    if (task.kind == FastMarchingTask::SETTLE && !update_.isAbove(now, task.key)) {
       return;
     }
-    const double label = labelByOthers(task.vertex);
-    if (update_.isAbove(label, task.key)) {
-      settleAt(task.vertex, label);
+    const double label = labelByOthers(v);
+    if (!update_.isAbove(now, label)) {
+      return;
+    }
+    if (isSame(labelByOthers(v, std::nextafter(task.key, NOT_REACHED)), label)) {
+      update_.offer(v, label);
     } else {
-      update_.offer(task.vertex, label);
+      settleAt(v, label);
     }
   }
 

@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "base/bucket_queue.h"
+#include "distance/fast_marching/fast_marching_behind.h"
 #include "distance/fast_marching/fast_marching_triangle.h"
+#include "distance/fast_marching/fast_marching_uneven.h"
 #include "mesh/packed_position.h"
 
 namespace mesh_map {
@@ -25,7 +27,8 @@ struct FastMarchingTask
   {
     PROPAGATE,  ///< it has the label `key` now: tell its neighbors
     CHECK,      ///< it has the label `key`: does that still follow from its neighbors?
-    SETTLE      ///< it has none, and will have this one by its neighbors
+    SETTLE,     ///< it will have this one by its neighbors
+    WAIT        ///< it will have a lower one, if all around up to `key` stays as it is
   };
 
   double key;
@@ -99,53 +102,31 @@ class FastMarchingCosts
   }
 
   /// What comes to the corner of a triangle across its base; `low` and `high` slowness of it and of
-  /// the face behind. Where that is not less than `label`, it may be any that is not.
+  /// the face behind. Monotone in the labels. Where that is not less than `label`, it may be any
+  /// that is not.
   static double front(double u, double v, const FastMarchingTriangle& triangle,
                       const FastMarchingSlowness& slowness, const FastMarchingBehind& behind,
                       double low, double high, double label)
   {
     if (!HAS_COSTS) {
-      return evenUpdate(u, v, triangle, behind, label);
+      return evenUpdate(u, v, triangle, behind);
     }
     if (low == high) {
-      return evenUpdate(u, v, triangle.scaled(low), behind.scaled(low), label);
+      return evenUpdate(u, v, triangle.scaled(low), behind.scaled(low));
     }
-    if (isEven(low, high)) {
-      return nearlySphericalUpdate(u, v, triangle, slowness, low, label);
-    }
-    const double base = slowness.onBase() * triangle.base;
-    return std::fabs(u - v) <= base * (1.0 + 1e-9)
-               ? unevenUpdate(u, v, triangle, slowness, low, high <= ROUND * low ? base : 0.0,
-                              label)
-               : NOT_REACHED;
-  }
-
-  /// Is slowness within two neighboring faces, from `low` to `high`, about the same?
-  static bool isEven(double low, double high) { return high <= EVEN * low; }
-
- private:
-  /// Of slowness within two neighboring faces, the highest by the lowest: up to this, it is taken
-  /// as the same for the way across.
-  static constexpr double EVEN = 1.1;
-  /// Up to this, the front is taken as round.
-  static constexpr double ROUND = 1.3;
-  /// What is above a label by less than this part is looked at more exactly.
-  static constexpr double NEAR = 0.01;
-
-  /// Where all is equally slow. What is a little above the label is looked at more exactly, too: so
-  /// the result does not depend on which of two ways has come first.
-  static double evenUpdate(double u, double v, const FastMarchingTriangle& triangle,
-                           const FastMarchingBehind& behind, double label)
-  {
-    FastMarchingSource source;
-    if (!findSource(u, v, triangle.base, source)) {
+    const bool is_round = high <= ROUND * low;
+    const double beyond = label - low * triangle.height;
+    if (beyond <= 0.0 ||
+        !mayLower(beyond, u, v, is_round ? slowness.onBase() * triangle.base : 0.0)) {
       return NOT_REACHED;
     }
-    const double plain = sphericalUpdate(u, source, triangle);
-    return plain < label * (1.0 + NEAR) && isEarlier(behind, source)
-               ? std::min(plain, sphericalUpdateFromBehind(u, v, triangle, source, behind))
-               : plain;
+    return FastMarchingUneven(u, v, triangle, slowness, is_round, low).least();
   }
+
+ private:
+  /// Of slowness within two neighboring faces, the highest by the lowest: up to this, the front is
+  /// taken as round.
+  static constexpr double ROUND = 1.3;
 
   const float* slowness_;
 };
@@ -157,7 +138,7 @@ struct FastMarchingStep
 
   bool isAbove(double label, double other) const { return other < label * (1.0 - PART) - least; }
 
-  static constexpr double PART = 1e-6;
+  static constexpr double PART = 1e-7;
 };
 
 /// The vertices around one whose faces are in order, and what their labels become by it: what they
@@ -175,9 +156,14 @@ class FastMarchingRing
     double product, area;  // of its side and the next one; twice the area between
   };
 
+  /// `to_come`: all that has a label above this one passes it on itself, later.
   FastMarchingRing(const FastMarchingMesh& mesh, const FastMarchingCosts<HAS_COSTS>& costs,
-                   const double* labels, FastMarchingStep step, std::uint32_t v)
-      : step_(step), here_(labels[v]), slowness_(costs.slowness(v)), is_closed_(mesh.isClosed(v))
+                   const double* labels, FastMarchingStep step, double to_come, std::uint32_t v)
+      : step_(step),
+        here_(labels[v]),
+        to_come_(to_come),
+        slowness_(costs.slowness(v)),
+        is_closed_(mesh.isClosed(v))
   {
     const ArrayView<FastMarchingCorner> corners = mesh.corners(v);
     faces_ = corners.size();
@@ -223,6 +209,25 @@ class FastMarchingRing
   const Neighbor* begin() const { return ring_; }
   const Neighbor* end() const { return ring_ + count_; }
 
+  /// Calls visit(a, b) for the faces whose side opposite to the middle a front may cross that has
+  /// been earlier in the middle than the labels of that side tell.
+  template <class Visit>
+  void forEachEarlier(const Visit& visit) const
+  {
+    for (std::size_t i = 0; i < faces_; ++i) {
+      const Neighbor &a = ring_[i], &b = ring_[i + 1 < count_ ? i + 1 : 0];
+      if (!isToCome(a) && !isToCome(b) && a.slowness == slowness_ && b.slowness == slowness_ &&
+          slowness_ > 0.0) {
+        const double scale = HAS_COSTS ? 1.0 / slowness_ : 1.0;
+        if (mayBeEarlier(here_ * scale, a.label * scale, b.label * scale,
+                         a.squared + b.squared - 2.0 * a.product, a.squared, a.squared - a.product,
+                         a.area * a.area)) {
+          visit(a.vertex, b.vertex);
+        }
+      }
+    }
+  }
+
  private:
   static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
 
@@ -232,6 +237,7 @@ class FastMarchingRing
     double low, high;
   };
 
+  bool isToCome(const Neighbor& n) const { return !(n.label <= to_come_ && n.label < NOT_REACHED); }
   static bool isOpen(const Neighbor& n) { return !HAS_COSTS || n.slowness < NOT_REACHED; }
 
   void offer(Neighbor& n, double label)
@@ -248,26 +254,15 @@ class FastMarchingRing
   }
 
   /// May the target get a lower label across the base from the middle to a neighbor? `other` is the
-  /// third corner of the face on the other side. Where two labels differ by the time along an even
-  /// base, the front comes along it.
+  /// third corner of the face on the other side. Where two labels differ by more than the time
+  /// along the base, the higher one is about to become less, and then this is looked at again.
   bool mayLower(std::size_t base, std::size_t target, std::size_t other) const
   {
     const Neighbor &b = ring_[base], &t = ring_[target];
-    if (!(b.label < NOT_REACHED) || other == NONE || other == target || !(b.length > 0.0) ||
-        !mesh_map::mayLower(t.label, here_, b.label, b.time)) {
-      return false;
-    }
-    if (!HAS_COSTS) {
-      return std::fabs(here_ - b.label) < b.time;
-    }
-    if (!(isOpen(b) && isOpen(t) && isOpen(ring_[other]))) {
-      return false;
-    }
-    if (std::fabs(here_ - b.label) < b.time) {
-      return true;
-    }
-    const Range range = rangeOf(b, t, ring_[other]);
-    return !FastMarchingCosts<HAS_COSTS>::isEven(range.low, range.high);
+    return !isToCome(b) && other != NONE && other != target && b.length > 0.0 &&
+           mesh_map::mayLower(t.label, here_, b.label, b.time) &&
+           !step_.isAbove(std::max(here_, b.label), std::min(here_, b.label) + b.time) &&
+           (!HAS_COSTS || (isOpen(b) && isOpen(t) && isOpen(ring_[other])));
   }
 
   /// Lowers it, if that is so. `face` and `face_behind` know the product and the area of the sides
@@ -288,7 +283,7 @@ class FastMarchingRing
   Neighbor ring_[FastMarchingMesh::MAX_FAN + 1];
   std::size_t faces_, count_;
   FastMarchingStep step_;
-  double here_, slowness_;
+  double here_, to_come_, slowness_;
   bool is_closed_;
 };
 
@@ -316,11 +311,13 @@ class FastMarchingUpdate
   void push(std::uint32_t v)
   {
     if (mesh_.isFan(v)) {
-      FastMarchingRing<HAS_COSTS> ring(mesh_, costs_, labels_, step_, v);
+      const double to_come = buffers_.is_in_repair ? NOT_REACHED : buffers_.queue.ceiling();
+      FastMarchingRing<HAS_COSTS> ring(mesh_, costs_, labels_, step_, to_come, v);
       ring.lowerLabels();
       for (const auto& neighbor : ring) {
         offer(neighbor.vertex, neighbor.label);
       }
+      ring.forEachEarlier([&](std::uint32_t a, std::uint32_t b) { offerAcross(v, a, b); });
       return;
     }
     for (const FastMarchingCorner& c : mesh_.corners(v)) {
@@ -334,11 +331,29 @@ class FastMarchingUpdate
         offer(c.b, across(v, c.a, c.b, labels_[c.b]));
       }
     }
+    forEachSeen(v, labels_[v],
+                [&](std::uint32_t, const FastMarchingCorner& c) { offerAcross(v, c.a, c.b); });
   }
 
-  /// What the label of v should be by those around it; infinite for a closed one. `least_step`
-  /// becomes the least time along an edge to v.
-  double pull(std::uint32_t v, double& least_step) const
+  /// Calls visit(w, corner) for each w whose label may follow from `label` at v without an edge
+  /// between them: across that corner of v, in whose face the front has been earlier at v than the
+  /// labels of its other ends tell.
+  template <class Visit>
+  void forEachSeen(std::uint32_t v, double label, const Visit& visit) const
+  {
+    for (const FastMarchingCorner& c : mesh_.corners(v)) {
+      if (c.a != v && c.a != c.b && mayBeSeen(v, label, c.a, c.b)) {
+        const std::uint32_t seen = mesh_.across(c.a, c.b, v);
+        if (seen != NO_INDEX) {
+          visit(seen, c);
+        }
+      }
+    }
+  }
+
+  /// What the label of v should be by those around it that are below `below`; infinite for a closed
+  /// one. `least_step` becomes the least time along an edge to v.
+  double pull(std::uint32_t v, double below, double& least_step) const
   {
     double best = NOT_REACHED;
     least_step = NOT_REACHED;
@@ -350,7 +365,7 @@ class FastMarchingUpdate
         continue;
       }
       for (const std::uint32_t from : {c.a, c.b}) {
-        if (from != v && labels_[from] < NOT_REACHED && isOpen(from)) {
+        if (from != v && labels_[from] < below && isOpen(from)) {
           const double step = costs_.alongEdge(from, v, length(from, v));
           least_step = std::min(least_step, step);
           best = std::min(best, labels_[from] + step);
@@ -359,10 +374,27 @@ class FastMarchingUpdate
     }
     for (const FastMarchingCorner& c : mesh_.corners(v)) {
       if (c.a != v && c.a != c.b && isOpen(c.a) && isOpen(c.b)) {
-        best = std::min(best, across(c.a, c.b, v, best));
+        best = std::min(best, across(c.a, c.b, v, best, below));
       }
     }
     return best;
+  }
+
+  /// The highest label that the one of v may follow from.
+  double highestAround(std::uint32_t v) const
+  {
+    double highest = 0.0;
+    const auto look = [&](std::uint32_t other) {
+      if (other != v && other != NO_INDEX && labels_[other] < NOT_REACHED) {
+        highest = std::max(highest, labels_[other]);
+      }
+    };
+    for (const FastMarchingCorner& c : mesh_.corners(v)) {
+      look(c.a);
+      look(c.b);
+      look(c.a != c.b && c.a != v ? mesh_.across(c.a, c.b, v) : NO_INDEX);
+    }
+    return highest;
   }
 
   /// A label that nothing which is still to come from v goes below.
@@ -425,11 +457,35 @@ class FastMarchingUpdate
     }
   }
 
-  /// What comes to `target` across the base from a to b, if that may be less than `label`.
-  double across(std::uint32_t a, std::uint32_t b, std::uint32_t target, double label) const
+  /// To what lies on the other side of the edge (a, b) of a face of v.
+  void offerAcross(std::uint32_t v, std::uint32_t a, std::uint32_t b)
+  {
+    const std::uint32_t target = mesh_.across(a, b, v);
+    if (target != NO_INDEX && isOpen(target)) {
+      offer(target, across(a, b, target, labels_[target]));
+    }
+  }
+
+  bool mayBeSeen(std::uint32_t v, double label, std::uint32_t a, std::uint32_t b) const
+  {
+    const double slowness = costs_.slowness(v);
+    if (!(labels_[a] < NOT_REACHED && labels_[b] < NOT_REACHED) || !(slowness > 0.0) ||
+        costs_.slowness(a) != slowness || costs_.slowness(b) != slowness) {
+      return false;
+    }
+    const Vector3 base = between(mesh_.position(a), mesh_.position(b));
+    const Vector3 side = between(mesh_.position(a), mesh_.position(v)), normal = cross(base, side);
+    return mayBeEarlier(label / slowness, labels_[a] / slowness, labels_[b] / slowness,
+                        dot(base, base), dot(side, side), dot(base, side), dot(normal, normal));
+  }
+
+  /// What comes to `target` across the base from a to b by labels below `below`, if that may be
+  /// less than `label`.
+  double across(std::uint32_t a, std::uint32_t b, std::uint32_t target, double label,
+                double below = NOT_REACHED) const
   {
     const double u = labels_[a], v = labels_[b];
-    if (!(u < NOT_REACHED && v < NOT_REACHED)) {
+    if (!(u < below && v < below)) {
       return NOT_REACHED;
     }
     const Vector3 base = between(mesh_.position(a), mesh_.position(b));
@@ -448,7 +504,8 @@ class FastMarchingUpdate
     FastMarchingBehind behind = {0.0, 0.0, NOT_REACHED};
     if (other != a) {
       const Vector3 back = between(mesh_.position(a), mesh_.position(other));
-      behind = {dot(base, back) * inverse, norm(cross(base, back)) * inverse, labels_[other]};
+      behind = {dot(base, back) * inverse, norm(cross(base, back)) * inverse,
+                labels_[other] < below ? labels_[other] : NOT_REACHED};
     }
     return FastMarchingCosts<HAS_COSTS>::front(
         u, v,

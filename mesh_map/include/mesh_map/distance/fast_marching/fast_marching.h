@@ -61,8 +61,9 @@ class FastMarchingPool
 /// the straight line crosses that side, and if the front can have come to that side through another
 /// face. A label may be lowered at any time, and then all around it is looked at again. So no order
 /// is needed, obtuse triangles are no special case, and on planes the result is exact on any
-/// triangulation. What follows is monotone in the labels; so the result does not depend on the
-/// order, but for a relative 1e-6, below which a label is left as it is.
+/// triangulation. What follows is monotone in the labels, and is looked at again when any label
+/// that it follows from is lowered; so the result does not depend on the order, but for a relative
+/// 1e-7, below which a label is left as it is.
 ///
 /// On bent surfaces the front between two labels is no circle. So a label is also derived from one
 /// face further back, and the lower one counts, which halves the error.
@@ -70,7 +71,8 @@ class FastMarchingPool
 /// Costs: `slowness` is the time that a meter takes, per vertex, linear in between; empty for 1
 /// everywhere. Vertices with +inf or NaN are closed: never reached, not even as a seed, and faces
 /// with a closed corner are not crossed. Where slowness varies by more than 30 % within the faces
-/// on both sides of an edge, the front through it is taken as straight, not as round.
+/// on both sides of an edge, the front through it is taken as straight, not as round; so it is over
+/// edges to which the third corner is near by less than a tenth of them, where slowness varies.
 ///
 /// The values of slowness have to be the same, and to live, during all calls, but for what update()
 /// is told. One call at a time.
