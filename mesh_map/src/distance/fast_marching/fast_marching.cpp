@@ -73,7 +73,7 @@ namespace {
 constexpr std::uint32_t STEPS_PER_CANCEL_CHECK = 4096;
 
 /// Width of a bucket in mean edges: in wider ones, more labels are lowered again.
-constexpr double WIDTH = 0.35;
+constexpr double WIDTH = 0.25;
 
 /// The middle one of a sample of those that are open and above 0, for the width of buckets.
 double middleSlowness(ArrayView<float> slowness)

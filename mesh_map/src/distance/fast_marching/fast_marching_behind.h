@@ -30,8 +30,8 @@ inline bool isEarlier(const FastMarchingBehind& behind, const FastMarchingSource
 /// The same of labels u, v at the ends of the base and `label` behind it, by squares: of the base,
 /// of the side from u to what is behind, their scalar product, and the squared area between (of
 /// the parallelogram). May be true where what is behind is just as early.
-inline bool mayBeEarlier(double label, double u, double v, double base, double side, double product,
-                         double area)
+[[gnu::always_inline]] inline bool mayBeEarlier(double label, double u, double v, double base,
+                                                double side, double product, double area)
 {
   // (x - x_s)^2 + (y - y_s)^2 > label^2, with y_s from u^2 = x_s^2 + y_s^2.
   const double foot = 0.5 * (base + (u - v) * (u + v)) / base;  // in bases, as all that follows
@@ -103,8 +103,9 @@ inline double updateFromSide(double u, const FastMarchingTriangle& triangle,
 /// What comes across the base from the sides of the face behind it. On bent surfaces that is twice
 /// as exact as what follows from the labels of the base: between two labels a front is never quite
 /// a circle, and one side less is crossed.
-inline double updateFromBehind(double u, double v, const FastMarchingTriangle& triangle,
-                               const FastMarchingBehind& behind)
+[[gnu::noinline]] inline double updateFromBehind(double u, double v,
+                                                 const FastMarchingTriangle& triangle,
+                                                 const FastMarchingBehind& behind)
 {
   const FastMarchingTriangle mirrored = {triangle.base, triangle.base - triangle.along,
                                          triangle.height, 0.0};
@@ -113,12 +114,26 @@ inline double updateFromBehind(double u, double v, const FastMarchingTriangle& t
       updateFromSide(v, mirrored, {triangle.base - behind.along, behind.depth, behind.label}));
 }
 
-/// The update where all is equally slow: from the source that the labels of the base tell, and from
-/// the sides of the face behind where the front has been earlier there.
-inline double evenUpdate(double u, double v, const FastMarchingTriangle& triangle,
-                         const FastMarchingBehind& behind)
+/// May a label be above what is on the base or the sides of the face behind it?
+[[gnu::always_inline]] inline bool mayLowerAcross(double label, double u, double v,
+                                                  const FastMarchingTriangle& triangle,
+                                                  const FastMarchingBehind& behind)
 {
-  if (!(triangle.base > 0.0)) {
+  const double squared = behind.depth * behind.depth, x = behind.along, y = triangle.base - x;
+  const double longest = std::max(triangle.base * triangle.base, squared + std::max(x * x, y * y));
+  const double first = std::min(std::min(u, v), behind.label);
+  return label > 0.0 && label * label > first * first - 0.25 * longest;
+}
+
+/// The update where all is equally slow: from the source that the labels of the base tell, and from
+/// the sides of the face behind where the front has been earlier there. Infinite, too, where that
+/// is clearly not below `label`.
+[[gnu::always_inline]] inline double evenUpdate(double u, double v,
+                                                const FastMarchingTriangle& triangle,
+                                                const FastMarchingBehind& behind,
+                                                double label = NOT_REACHED)
+{
+  if (!(triangle.base > 0.0) || !mayLowerAcross(label - triangle.height, u, v, triangle, behind)) {
     return NOT_REACHED;
   }
   // What is later by more than the base is long gets a front along it.

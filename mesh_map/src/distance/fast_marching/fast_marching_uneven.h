@@ -62,20 +62,20 @@ class FastMarchingUneven
     }
   }
 
-  /// The least that is not at an end. Infinite where there is none.
-  double least()
+  /// The least that is not at an end. Infinite where there is none, or none below `label`.
+  double least(double label = NOT_REACHED)
   {
     const double precise = PRECISE * (slowness_ + 0.5 * rise_) * height_;
     if (labels_ != KINKED && bendAt(0.0) >= 0.0) {
       const double start = labels_ == ROUND ? startOfRound() : startOfStraight();
-      return leastBetween(0.0, 1.0, start, precise);
+      return leastBetween(0.0, 1.0, start, precise, label);
     }
     return leastOfMany(precise);
   }
 
  private:
   /// As a part of the way beyond the base: what is as near to the least, is so by Newton's method.
-  static constexpr double PRECISE = 1e-7;
+  static constexpr double PRECISE = 1e-6;
   /// A corner is high over its base from this part of the base on. A low one is near to a source
   /// that seems to be on the base, and gets a label of almost nothing, and from it all that is
   /// beyond: so sources may only seem to be there that are as near by the least slowness, and no
@@ -143,7 +143,7 @@ class FastMarchingUneven
   double beginOfConvex() const
   {
     double low = 0.0, high = 1.0;
-    for (int i = 0; i < 50; ++i) {
+    for (int i = 0; i < 24; ++i) {
       const double middle = 0.5 * (low + high);
       (bendAt(middle) < 0.0 ? low : high) = middle;
     }
@@ -169,10 +169,12 @@ class FastMarchingUneven
   }
 
   /// Newton's method, kept within what is known. `start` may be anywhere.
-  double leastBetween(double first, double last, double start, double precise) const
+  double leastBetween(double first, double last, double start, double precise,
+                      double label = NOT_REACHED) const
   {
     double low = first, high = last;
     bool is_low_known = false, is_high_known = false;
+    const bool is_bounded = label < NOT_REACHED;  // then this is convex, and above its tangents
     double t =
         std::min(std::max(start, first + 0.02 * (last - first)), last - 0.02 * (last - first));
     Through way = at(t);
@@ -180,6 +182,10 @@ class FastMarchingUneven
       const double excess = 0.5 * way.slope * way.slope / way.bend;
       if (way.bend > 0.0 && excess <= precise) {
         return way.time - excess;
+      }
+      const double most = way.slope < 0.0 ? high - t : t - low;
+      if (is_bounded && way.time - std::fabs(way.slope) * most >= label) {
+        return NOT_REACHED;
       }
       (way.slope < 0.0 ? low : high) = t;
       const double next = way.bend > 0.0 ? t - way.slope / way.bend : 0.5 * (low + high);
@@ -210,6 +216,14 @@ class FastMarchingUneven
   /// some point only. Before it, labels that are distances may leave more than one least.
   double leastOfMany(double precise) const
   {
+    if (labels_ == STRAIGHT) {
+      if (at(1.0).slope <= 0.0) {
+        return NOT_REACHED;
+      }
+      if (at(0.0).slope < 0.0) {
+        return leastBetween(0.0, 1.0, startOfStraight(), precise);
+      }
+    }
     const int parts = labels_ == STRAIGHT ? 1 : 8;
     const double convex = labels_ == KINKED ? 1.0 : beginOfConvex();
     double best = NOT_REACHED, last = 0.0;

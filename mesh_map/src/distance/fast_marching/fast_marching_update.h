@@ -104,15 +104,17 @@ class FastMarchingCosts
   /// What comes to the corner of a triangle across its base; `low` and `high` slowness of it and of
   /// the face behind. Monotone in the labels. Where that is not less than `label`, it may be any
   /// that is not.
-  static double front(double u, double v, const FastMarchingTriangle& triangle,
-                      const FastMarchingSlowness& slowness, const FastMarchingBehind& behind,
-                      double low, double high, double label)
+  [[gnu::always_inline]] static double front(double u, double v,
+                                             const FastMarchingTriangle& triangle,
+                                             const FastMarchingSlowness& slowness,
+                                             const FastMarchingBehind& behind, double low,
+                                             double high, double label)
   {
     if (!HAS_COSTS) {
-      return evenUpdate(u, v, triangle, behind);
+      return evenUpdate(u, v, triangle, behind, label);
     }
     if (low == high) {
-      return evenUpdate(u, v, triangle.scaled(low), behind.scaled(low));
+      return evenUpdate(u, v, triangle.scaled(low), behind.scaled(low), label);
     }
     const bool is_round = high <= ROUND * low;
     const double beyond = label - low * triangle.height;
@@ -120,7 +122,7 @@ class FastMarchingCosts
         !mayLower(beyond, u, v, is_round ? slowness.onBase() * triangle.base : 0.0)) {
       return NOT_REACHED;
     }
-    return FastMarchingUneven(u, v, triangle, slowness, is_round, low).least();
+    return FastMarchingUneven(u, v, triangle, slowness, is_round, low).least(label);
   }
 
  private:
@@ -259,8 +261,10 @@ class FastMarchingRing
   bool mayLower(std::size_t base, std::size_t target, std::size_t other) const
   {
     const Neighbor &b = ring_[base], &t = ring_[target];
-    return !isToCome(b) && other != NONE && other != target && b.length > 0.0 &&
-           mesh_map::mayLower(t.label, here_, b.label, b.time) &&
+    if (isToCome(b) || other == NONE || other == target || !(b.length > 0.0)) {
+      return false;
+    }
+    return mesh_map::mayLower(t.label, here_, b.label, b.time) &&
            !step_.isAbove(std::max(here_, b.label), std::min(here_, b.label) + b.time) &&
            (!HAS_COSTS || (isOpen(b) && isOpen(t) && isOpen(ring_[other])));
   }

@@ -12,7 +12,7 @@
 namespace mesh_map {
 namespace {
 
-constexpr double ROUNDING = 1e-9;
+constexpr double ROUNDING = 1e-8;
 constexpr int COUNT = 200000;
 
 struct Random
