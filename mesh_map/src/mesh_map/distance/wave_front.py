@@ -140,6 +140,7 @@ class WaveFrontField(PotentialField):
 
         Labels are then those of a new solve, within a relative 1e-5, as far as the field reached
         before; where that became farther, less is final. The time depends on how much changes.
+        Not where most triangles are slivers and costs jump between neighbors, see README, Limits.
 
         Args:
             slowness: (V,), as for solve(): all values as they are now.

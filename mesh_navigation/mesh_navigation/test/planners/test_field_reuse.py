@@ -26,6 +26,27 @@ def random_costs(seed=0):
     return np.random.default_rng(seed).uniform(0, 0.9, COUNT).astype(np.float32)
 
 
+def test_no_plan_is_refused_for_a_field_that_was_mended(cls, monkeypatch, calls):
+    """One that is computed anew has the last word, once."""
+    mesh_map = MapWithCosts(MESH, random_costs(), settings=WEIGHTED)
+    planner, start, goal = planner_on(mesh_map, cls), Pose.at([2, 2, 0]), Pose.at([27, 26, 0])
+    assert planner.make_plan(start, goal).succeeded
+
+    def mended(self, *args, **kwargs):
+        self.reaches = lambda vertices: np.zeros(len(vertices), np.bool_)
+
+    mesh_map.costs = mesh_map.costs.copy()
+    mesh_map.costs[np.argmin(np.hypot(*(MESH.vertices[:, :2] - [15, 15]).T))] = np.inf
+    with monkeypatch.context() as patch:
+        for owner in (DijkstraField, WaveFrontField):
+            patch.setattr(owner, "update", mended)
+        assert planner.make_plan(start, goal).succeeded
+    assert planner.make_plan(start, goal).succeeded
+    found = [name for name in calls if name != "update"]
+    assert found[:3] == ["solve", "extend", "solve"]
+    assert found.count("extend") == 2  # the new field serves from then on
+
+
 def random_pose(rng):
     return Pose.at([*rng.uniform(1, 29, 2), 0])
 

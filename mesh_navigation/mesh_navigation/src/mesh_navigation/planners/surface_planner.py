@@ -98,6 +98,8 @@ class CachedField(NamedTuple):
     field: Any
     search: Search
     """The last one that it was brought up to date for."""
+    is_mended: bool = False
+    """Whether costs have changed since it was computed."""
 
 
 # Failures that another goal need not have.
@@ -389,17 +391,19 @@ class SurfacePlanner(MeshPlanner):
     def _reaching(self, search: Search, origin: PathEnd, target: PathEnd) -> Iterator[Any]:
         """The field of a goal, final around the start; nobody else changes it meanwhile."""
         fields = search.given.fields
-        held = fields.take(target.key)
+        held, field, is_mended = fields.take(target.key), None, False
         if held is not None and self._updated(search, target, held):
-            field = held.field
-            offset = search.values["goal_dist_offset"]
+            field, offset = held.field, search.values["goal_dist_offset"]
             field.extend(origin.vertices, offset=offset, cancel=search.flag)
-        else:
-            field = self._solved(search, target, origin.vertices)
+            is_mended = held.is_mended or held.search.snapshot is not search.snapshot
+            if is_mended and not np.any(field.reaches(origin.vertices)):
+                field = None  # slivers may have kept it from what a new one reaches
+        if field is None:
+            field, is_mended = self._solved(search, target, origin.vertices), False
         try:
             yield field
         finally:
-            fields.put(target.key, CachedField(field, search))
+            fields.put(target.key, CachedField(field, search, is_mended))
 
     # The search.
 
