@@ -69,6 +69,7 @@ FIRST_PERIOD = 0.05  # s, until the period of the cycles is known
 _PERIODS = 0.005, 1.0  # s that a period is taken for, whatever the clock says
 _NOBODY_ASKED = 2.0  # s without a cycle, after which the robot stands
 _NEAR = 0.02  # m before where it has to stop, at which it stands
+_STILL = 1e-4  # m/s, rad/s; what is slower does not get the robot on
 _WELL_HEADED = 0.25
 _LOOP = 0.1  # m; a path that leads farther away from the goal than that is a loop
 _TURN_ROUND = math.radians(170)  # beyond this, left and right are as good
@@ -184,7 +185,7 @@ class MeshController(Controller):
         else:
             wanted, remark = self._drive(surface_pose, distance, values)
         velocity = self._accelerated(wanted, values)
-        if velocity == STOP:
+        if all(max(abs(each.x), abs(each.yaw)) < _STILL for each in (wanted, velocity)):
             raise ControlFailure(ExePathOutcome.NO_VALID_CMD, _no_speed_text(distance, values))
         self._velocity = velocity
         self._watch.commanded(velocity, self._period)
