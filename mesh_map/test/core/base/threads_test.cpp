@@ -196,17 +196,19 @@ std::pair<std::set<int>, std::set<std::thread::id>> whoRuns(unsigned threads)
 TEST(Threads, LoopsInTheBackgroundRunInThreadsOfLowerPriority)
 {
   const auto self = std::this_thread::get_id();
+  const int most = 19 - getpriority(PRIO_PROCESS, 0);  // of a test that is run with less already
+  const std::set<int> lower{std::min(10, most)};
   for (const unsigned threads : {1u, 3u}) {
     {
       const mesh_map::BackgroundLoops background;
       const auto found = whoRuns(threads);
-      EXPECT_EQ(found.first, std::set<int>{10});
+      EXPECT_EQ(found.first, lower);
       EXPECT_EQ(found.second.count(self), 0u);
       EXPECT_LE(found.second.size(), threads);
       {
         const mesh_map::BackgroundLoops inner;
       }
-      EXPECT_EQ(whoRuns(threads).first, std::set<int>{10});
+      EXPECT_EQ(whoRuns(threads).first, lower);
       std::thread other([threads] { EXPECT_EQ(whoRuns(threads).first, std::set<int>{0}); });
       other.join();  // which is none of its callers
     }
