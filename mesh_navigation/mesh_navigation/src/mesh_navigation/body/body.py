@@ -1,6 +1,5 @@
 """One robot's body on one map, as planners and controllers need it."""
 
-import threading
 from typing import Optional
 
 import numpy as np
@@ -10,7 +9,6 @@ from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_navigation.body.closed_ground import ClosedGround
 from mesh_navigation.body.near_obstacles import (
     NO_OBSTACLES,
-    Blocked,
     NearObstacles,
     obstacle_points,
 )
@@ -37,8 +35,6 @@ class Body:
         self._geometry, self._ground = geometry, None
         if geometry is not None:
             self._ground = ClosedGround(geometry, self.radius)
-        self._lock = threading.Lock()
-        self._blocked: Optional[Blocked] = None
 
     def costs(self, costs: np.ndarray) -> np.ndarray:
         """(V,) costs of the map for the robot's middle, see `ClosedGround.costs`."""
@@ -63,12 +59,8 @@ class Body:
         """
         if self._geometry is None or (self.shape.is_point and not clearance > 0.0):
             return NO_OBSTACLES
-        with self._lock:
-            if self._blocked is None or self._blocked.costs is not costs:
-                self._blocked = Blocked(costs, self._geometry.vertices)
-            blocked = self._blocked
         reach += self.shape.circumscribed_radius + clearance
-        return NearObstacles(obstacle_points(self._geometry, blocked, place, reach), self.radius)
+        return NearObstacles(obstacle_points(self._geometry, costs, place, reach), self.radius)
 
 
 POINT = Body()

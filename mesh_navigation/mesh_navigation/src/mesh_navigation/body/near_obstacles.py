@@ -74,37 +74,24 @@ def rises(depths: np.ndarray, tolerance: float = TOLERANCE) -> Optional[int]:
     return int(worse[0]) if len(worse) else None
 
 
-class Blocked:
-    """The vertices that are lethal or unknown at one moment."""
-
-    def __init__(self, costs: np.ndarray, vertices: np.ndarray) -> None:
-        """
-        Args:
-            costs: (V,) of the map.
-            vertices: (V,3) m.
-        """
-        self.costs = costs
-        self.mask = ~np.isfinite(costs)
-        self._all = np.flatnonzero(self.mask)
-        self._columns = np.ascontiguousarray(vertices[self._all].T)
-
-    def near(self, place: np.ndarray, reach: float) -> np.ndarray:
-        """(K,) int64: those within a box around a place (3,), reach (m) along each axis."""
-        found = np.flatnonzero(np.abs(self._columns[0] - np.float32(place[0])) <= reach)
-        for column, value in zip(self._columns[1:], place[1:].tolist()):
-            found = found[np.abs(column[found] - value) <= reach]
-        return self._all[found]
-
-
 def obstacle_points(
-    geometry: MeshGeometry, blocked: Blocked, place: np.ndarray, reach: float
+    geometry: MeshGeometry, costs: np.ndarray, place: np.ndarray, reach: float
 ) -> np.ndarray:
-    """(P,3) m: the rim of what is blocked around a place (3,), as far as `Blocked.near`."""
-    near, topology, vertices = blocked.near(place, reach), geometry.topology, geometry.vertices
+    """(P,3) m: the rim of what is lethal or unknown around a place.
+
+    Args:
+        geometry: of the map.
+        costs: (V,) of the map.
+        place: (3,) m.
+        reach: m, of the faces whose corners are looked at; some of these are farther.
+    """
+    topology, vertices = geometry.topology, geometry.vertices
+    corners = geometry.faces[geometry.spatial_index.in_sphere(center=place, radius=reach)].ravel()
+    near = np.unique(corners[~np.isfinite(costs[corners])])
     ends = topology.neighbors[topology.neighbor_places(near)].astype(np.int64)
     offsets = topology.neighbor_offsets
     begins = np.repeat(near, (offsets[near + 1] - offsets[near]).astype(np.int64))
-    rim = np.unique(begins[~blocked.mask[ends]])
+    rim = np.unique(begins[np.isfinite(costs[ends])])
     along = np.isin(begins, rim) & np.isin(ends, rim) & (begins < ends)
     points = [vertices[rim].astype(np.float64)]
     sides = vertices[begins[along]].astype(np.float64), vertices[ends[along]].astype(np.float64)
