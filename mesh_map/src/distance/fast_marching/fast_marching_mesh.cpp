@@ -10,15 +10,6 @@
 #include "mesh/packed_position.h"
 
 namespace mesh_map {
-namespace {
-
-/// Corners with a larger cosine do not count as obtuse. What their vertex can be nearer to anything
-/// than the two others of its face, by this part of an edge, is not worth the effort: half of all
-/// corners on a regular grid are about right.
-constexpr double OBTUSE = -0.05;
-
-}  // namespace
-
 FastMarchingMesh::FastMarchingMesh(const MeshView& mesh, const RowsView& vertex_faces,
                                    unsigned threads)
     : positions_(mesh.positions.size() / 3),
@@ -32,7 +23,12 @@ FastMarchingMesh::FastMarchingMesh(const MeshView& mesh, const RowsView& vertex_
     positions_[v] = {p[0], p[1], p[2], 0.0f};
     fillCorners(mesh, vertex_faces, static_cast<std::uint32_t>(v));
   });
-  findAcross(threads);
+  parallelEach(vertexCount(), 4096, threads, [this](std::size_t i) {
+    const auto v = static_cast<std::uint32_t>(i);
+    if (isClosed(v) && exceedsFullTurn(v)) {
+      kinds_[v] |= SADDLE;
+    }
+  });
   // A sample will do: the mean only says how wide the buckets of a queue should be.
   const std::size_t step = mesh.faces.size() / 3 / 4096 + 1;
   double sum = 0.0;
@@ -80,41 +76,28 @@ std::uint32_t FastMarchingMesh::across(std::uint32_t a, std::uint32_t b, std::ui
   return count == 2 ? found : NO_INDEX;
 }
 
-// What obtuse triangles need: the next face is unfolded beside them (Kimmel and Sethian, 1998).
-void FastMarchingMesh::findAcross(unsigned threads)
+/// Turns one side after the other, without a trigonometric function.
+bool FastMarchingMesh::exceedsFullTurn(std::uint32_t v) const
 {
-  using Found = std::vector<std::pair<std::uint32_t, FastMarchingAcross>>;
-  constexpr std::size_t CHUNK = 16384;
-  const auto isObtuse = [this](std::uint32_t v, const FastMarchingCorner& corner) {
-    const Vector3 p = between(positions_[v], positions_[corner.a]),
-                  q = between(positions_[v], positions_[corner.b]);
-    const double product = dot(p, q);
-    return product < 0.0 && product * product > OBTUSE * OBTUSE * dot(p, p) * dot(q, q);
-  };
-  std::vector<Found> chunks((vertexCount() + CHUNK - 1) / CHUNK);
-  parallelFor(vertexCount(), CHUNK, threads, [&]() -> RangeBody {
-    return [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto v = static_cast<std::uint32_t>(i);
-        for (const FastMarchingCorner& corner : corners(v)) {
-          if (corner.a != corner.b && isObtuse(v, corner)) {
-            const std::uint32_t from = across(corner.a, corner.b, v);
-            if (from != NO_INDEX && isFan(from)) {
-              chunks[begin / CHUNK].push_back({from, {v, corner.a, corner.b}});
-            }
-          }
-        }
-      }
-    };
-  });
-  // Chunks in order, so that the rows are the same with any number of threads.
-  across_offsets_ = fillRows(vertexCount(), across_, [&chunks](const auto& put) {
-    for (const Found& chunk : chunks) {
-      for (const auto& [vertex, across] : chunk) {
-        put(vertex, across);
-      }
+  double x = 1.0, y = 0.0;
+  bool is_past_half = false;
+  for (const FastMarchingCorner& corner : corners(v)) {
+    if (is_past_half && y > BEND * std::abs(x)) {
+      return true;
     }
-  });
+    const Vector3 a = between(positions_[v], positions_[corner.a]),
+                  b = between(positions_[v], positions_[corner.b]);
+    const double cosine = dot(a, b), sine = norm(cross(a, b));
+    const double next_x = x * cosine - y * sine, next_y = y * cosine + x * sine;
+    const double size = std::abs(next_x) + std::abs(next_y);
+    if (!(size > 0.0)) {
+      continue;
+    }
+    is_past_half = is_past_half || (y >= 0.0 && next_y < 0.0);
+    x = next_x / size;
+    y = next_y / size;
+  }
+  return is_past_half && (y > BEND * std::abs(x));
 }
 
 std::uint8_t FastMarchingMesh::orderFan(FastMarchingCorner* begin, std::size_t count,

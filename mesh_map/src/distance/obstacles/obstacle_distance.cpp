@@ -5,15 +5,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
+#include <numeric>
 
 #include "base/require.h"
-#include "distance/obstacles/obstacle_propagation.h"
+#include "distance/obstacles/near_changes.h"
+#include "mesh/packed_position.h"
 
 namespace mesh_map {
 namespace {
 
 constexpr float INFINITE = std::numeric_limits<float>::infinity();
+
+/// Parts are at least this many times as wide as the maximum distance: what is that near is solved
+/// with both.
+constexpr double PART_WIDTH = 16.0;
 
 }  // namespace
 
@@ -22,8 +27,7 @@ ObstacleDistance::ObstacleDistance(std::shared_ptr<const FastMarchingMesh> mesh,
       max_distance_(max_distance),
       lethal_(mesh_->vertexCount()),
       distance_(mesh_->vertexCount(), INFINITE),
-      source_(mesh_->vertexCount(), Source{}),
-      stamps_(mesh_->vertexCount())
+      start_(mesh_->vertexCount(), 0)
 {
   require(max_distance > 0.0f, "the maximum distance has to be above 0");
 }
@@ -34,116 +38,175 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   require(lethal.size() == lethal_.size(), "there have to be as many lethal flags as vertices");
   known_ = false;  // until it ends
   lethal_.assign(lethal.begin(), lethal.end());
-  parallelFor(distance_.size(), 16384, threads, [&]() -> RangeBody {
-    return [&, fan = std::make_shared<VertexFan>()](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) {
-        distance_[v] = lethal_[v] != 0 ? 0.0f : INFINITE;
-        seed(static_cast<std::uint32_t>(v), *fan);
+  if (!parts_) {
+    parts_ = std::make_unique<VertexParts>(*mesh_, PART_WIDTH * max_distance_, threads);
+  }
+  std::atomic<bool> is_done{true};
+  parallelFor(parts_->size(), 1, threads, [&]() -> RangeBody {
+    const auto propagation = std::make_shared<WindowPropagation>(*mesh_, max_distance_);
+    return [&, propagation](std::size_t begin, std::size_t end) {
+      for (std::size_t part = begin; part < end && is_done; ++part) {
+        if (!solvePart(part, *propagation, cancel)) {
+          is_done = false;
+        }
       }
     };
   });
-  known_ = solveParts(cancel, threads);
+  known_ = is_done;
   return known_;
 }
 
-/// What a vertex gets of the lethal ones next to it: points, and edges from these to others that
-/// are lethal, as far as the vertex lies beside such an edge. Whatever lethal area is farther away
-/// has such edges in between, and the middle of one seeds nothing.
-void ObstacleDistance::seed(std::uint32_t v, VertexFan& fan)
+bool ObstacleDistance::solvePart(std::size_t part, WindowPropagation& propagation,
+                                 const std::atomic<bool>* cancel)
 {
-  if (lethal_[v] != 0) {
-    return;
-  }
-  for (const FastMarchingCorner& corner : mesh_->corners(v)) {
-    if (lethal_[corner.a] != 0) {
-      seedFrom(corner.a, v, corner.b, fan);
-    }
-    if (lethal_[corner.b] != 0) {
-      seedFrom(corner.b, v, corner.a, fan);
+  const VertexParts& parts = *parts_;
+  const WindowScope scope = parts.scope(part);
+  std::vector<std::uint32_t> lethal;
+  for (std::size_t other = 0; other < parts.size(); ++other) {
+    if (parts.isNear(other, part, max_distance_)) {
+      addLethal(other, lethal);
     }
   }
-}
-
-/// From a lethal vertex, by the face that also has the vertex `side`: walks that way around it, to
-/// the first edge to another lethal vertex, up to a right angle. Where the faces around it are not
-/// one fan, which may be very many, that face alone counts.
-void ObstacleDistance::seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side,
-                                VertexFan& fan)
-{
-  if (!mesh_->isFan(lethal)) {
-    const VertexFan::Node from = VertexFan::node(mesh_->position(lethal), mesh_->position(v), v);
-    const Vector2 point{from.length, 0.0};
-    offerSeed(v, lethal, side, point, point);
-    if (side != v && side != lethal && lethal_[side] != 0) {
-      const VertexFan::Node to =
-          VertexFan::node(mesh_->position(lethal), mesh_->position(side), side);
-      const VertexFan::Turn by = VertexFan::turn(from, to);
-      offerSeed(v, lethal, side, point, {from.length - to.length * by.cosine, to.length * by.sine});
-    }
-    return;
-  }
-  fan.gather(*mesh_, lethal);
-  const std::size_t start = fan.find(v);
-  const double length = fan.nodes()[start].length;
-  const Vector2 a{length, 0.0};
-  offerSeed(v, lethal, side, a, a);
-  fan.walk(start, fan.find(side), true, [&](const FanStep& step) {
-    if (step.direction[0] < 0.0 || step.direction[1] < 0.0) {
-      return false;
-    }
-    const VertexFan::Node& node = fan.nodes()[step.node];
-    if (lethal_[node.vertex] == 0) {
-      return true;
-    }
-    offerSeed(v, lethal, side, a,
-              {length - node.length * step.direction[0], node.length * step.direction[1]});
+  if (!propagation.run(lethal_, lethal, scope, cancel)) {
     return false;
-  });
-}
-
-void ObstacleDistance::offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side, Vector2 a,
-                                 Vector2 b)
-{
-  const Vector2 nearest = nearestOnSegment(a, b, {0.0, 0.0});
-  const float distance = std::max(above(0.0f), static_cast<float>(norm(nearest)));
-  const Source& known = source_[v];
-  const bool is_tie = distance == distance_[v];
-  // At the same distance an edge is better than a point of it: it is as near to all others.
-  const bool is_point = a == b;
-  const bool known_point = known.ax == known.bx && known.ay == known.by;
-  if (distance > max_distance_ || distance > distance_[v] ||
-      (is_tie && std::tie(is_point, axis, side) >= std::tie(known_point, known.axis, known.side))) {
-    return;
   }
-  distance_[v] = distance;
-  source_[v] = sourceOf(0.0, a, b, axis, side);
+  for (const std::uint32_t v : parts.vertices(part)) {
+    take(v, propagation);
+  }
+  return true;
 }
 
-ObstacleDistance::Source ObstacleDistance::sourceOf(double offset, const Vector2& a,
-                                                    const Vector2& b, std::uint32_t axis,
-                                                    std::uint32_t side)
+void ObstacleDistance::addLethal(std::size_t part, std::vector<std::uint32_t>& lethal) const
 {
-  return {static_cast<float>(offset),
-          static_cast<float>(a[0]),
-          static_cast<float>(a[1]),
-          static_cast<float>(b[0]),
-          static_cast<float>(b[1]),
-          axis,
-          side};
+  for (const std::uint32_t v : parts_->vertices(part)) {
+    if (lethal_[v] != 0) {
+      lethal.push_back(v);
+    }
+  }
 }
 
+/// Has it changed?
+bool ObstacleDistance::take(std::uint32_t v, const WindowPropagation& solved)
+{
+  const WindowLabel label = solved.label(v);
+  const float distance = lethal_[v] != 0 ? 0.0f : distanceOf(label);
+  const std::uint32_t start =
+      distance > 0.0f && distance < INFINITE ? static_cast<std::uint32_t>(label) : 0;
+  const bool is_changed = distance != distance_[v] || start != start_[v];
+  distance_[v] = distance;
+  start_[v] = start;
+  return is_changed;
+}
+
+std::vector<std::uint32_t> ObstacleDistance::update(ArrayView<std::uint8_t> lethal,
+                                                    double most_share)
+{
+  require(lethal.size() == lethal_.size(), "there have to be as many lethal flags as vertices");
+  std::vector<std::uint32_t> changed;
+  if (!known_) {
+    compute(lethal);
+    changed.resize(lethal_.size());
+    std::iota(changed.begin(), changed.end(), 0u);
+    return changed;
+  }
+  std::vector<std::uint32_t> flipped;
+  for (std::size_t v = 0; v < lethal_.size(); ++v) {
+    if ((lethal[v] != 0) != (lethal_[v] != 0)) {
+      flipped.push_back(static_cast<std::uint32_t>(v));
+    }
+  }
+  if (flipped.empty()) {
+    return changed;
+  }
+  const auto most = static_cast<std::size_t>(most_share * static_cast<double>(lethal_.size()));
+  known_ = false;  // should memory run out
+  std::vector<std::uint8_t> ever = lethal_;
+  for (const std::uint32_t v : flipped) {
+    lethal_[v] = lethal[v];
+    ever[v] = 1;
+  }
+  if (flipped.size() > most || !solveAround(flipped, ever, most, changed)) {
+    return computeAnew(lethal);
+  }
+  known_ = true;
+  return changed;
+}
+
+/// As update(), from everything.
+std::vector<std::uint32_t> ObstacleDistance::computeAnew(ArrayView<std::uint8_t> lethal)
+{
+  const LargeArray<float> distance = distance_;
+  const LargeArray<std::uint32_t> start = start_;
+  compute(lethal);
+  std::vector<std::uint32_t> changed;
+  for (std::uint32_t v = 0; v < distance_.size(); ++v) {
+    if (distance_[v] != distance[v] || start_[v] != start[v]) {
+      changed.push_back(v);
+    }
+  }
+  return changed;
+}
+
+/// Solves what lies within the maximum distance of changes, which nothing else can be reached by.
+/// False where that is more than `most` vertices; then nothing has been done.
+bool ObstacleDistance::solveAround(const std::vector<std::uint32_t>& flipped,
+                                   const std::vector<std::uint8_t>& ever, std::size_t most,
+                                   std::vector<std::uint32_t>& changed)
+{
+  if (!(2.0 * max_distance_ < std::numeric_limits<float>::max())) {
+    return false;
+  }
+  // Straight-line distances are rounded in another way than those along the surface.
+  const double reach = max_distance_ * (1.0 + 1e-5);
+  const NearChanges near(*mesh_, flipped, ever, 2.0 * reach);
+  gaps_.resize(lethal_.size(), max_distance_ * 1.00001f);
+  std::vector<std::uint32_t> around, wanted, lethal_around;
+  for (std::size_t part = 0; part < parts_->size() && wanted.size() <= most; ++part) {
+    if (!near.isNear(*parts_, part)) {
+      continue;
+    }
+    addLethal(part, lethal_around);
+    for (const std::uint32_t v : parts_->vertices(part)) {
+      const double distance = near.distance(v);
+      if (distance <= 2.0 * reach) {
+        gaps_[v] = static_cast<float>(std::max(0.0, distance - reach));
+        around.push_back(v);
+        if (distance <= reach) {
+          wanted.push_back(v);
+        }
+      }
+    }
+  }
+  const bool is_possible = wanted.size() <= most;
+  if (is_possible) {
+    if (!around_) {
+      around_ = std::make_unique<WindowPropagation>(*mesh_, max_distance_);
+    }
+    WindowScope scope;
+    scope.gaps = gaps_.data();
+    around_->run(lethal_, lethal_around, scope, nullptr);
+    for (const std::uint32_t v : wanted) {
+      if (take(v, *around_)) {
+        changed.push_back(v);
+      }
+    }
+    std::sort(changed.begin(), changed.end());
+  }
+  for (const std::uint32_t v : around) {
+    gaps_[v] = max_distance_ * 1.00001f;
+  }
+  return is_possible;
+}
+
+/// From a vertex with a way.
 Vector3 ObstacleDistance::sourceDirection(std::uint32_t v) const
 {
-  const Source& source = source_[v];
-  const Vector2 nearest =
-      nearestOnSegment({source.ax, source.ay}, {source.bx, source.by}, {0.0, 0.0});
-  const Vector3 to_axis = between(mesh_->position(v), mesh_->position(source.axis)),
-                to_side = between(mesh_->position(v), mesh_->position(source.side));
-  const double length = norm(to_axis);
-  const Vector3 x = length > 0.0 ? to_axis / length : Vector3{};
-  const Vector3 y = to_side - dot(x, to_side) * x;
-  const double height = norm(y);
-  return -(nearest[0] * x + (height > 0.0 ? nearest[1] * y / height : Vector3{}));
+  const ArrayView<FastMarchingCorner> row = mesh_->corners(v);
+  const PathStart start = PathStart::unpack(row.size(), start_[v]);
+  const FastMarchingCorner& corner = row[start.corner];
+  const Vector3 a = between(mesh_->position(v), mesh_->position(corner.a)),
+                b = between(mesh_->position(v), mesh_->position(corner.b));
+  return -(a + start.along * (b - a));
 }
 
 std::array<float, 3> ObstacleDistance::direction(std::uint32_t v) const

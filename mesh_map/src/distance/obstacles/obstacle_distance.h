@@ -11,34 +11,22 @@
 #include <vector>
 
 #include "base/vector3.h"
+#include "distance/obstacles/vertex_parts.h"
+#include "distance/obstacles/window_propagation.h"
 
 namespace mesh_map {
 
-class VertexFan;
-
 /// Distances along the surface from obstacles: lethal vertices, edges between two of them, and
-/// faces between three.
+/// faces between three. They are exact (see WindowPropagation), whatever the triangles are like.
 ///
-/// A front carries with each vertex not only how far the obstacle is, but also which piece of it
-/// (a point or an edge) is nearest, and where that lies when the faces in between are unfolded into
-/// a plane (J. Mitchell, D. Mount, C. Papadimitriou: The Discrete Geodesic Problem, 1987). So a
-/// front that comes from an edge stays straight, one that comes from a corner stays round. Where
-/// the way has to bend, at a border or between faces that form a saddle, the vertex there becomes
-/// the source.
-///
-/// A vertex hears of the obstacle from neighbors that are nearer to it, and, where its corner of a
-/// face is obtuse, also from the vertex across the opposite edge, since both ends of that edge may
-/// be farther. Behind several slivers one after the other there may be no such vertex: then the
-/// distance comes out too long, but never longer than the way along edges.
-///
-/// What a vertex gets is a function of these vertices with smaller distances (ties: none, since
-/// every step adds at least one unit in the last place). So there is exactly one solution, however
-/// and in whichever order it is found, and any part of it can be computed again with what lies
-/// around it held fast: see update().
+/// What a vertex gets follows from the obstacles within the maximum distance of it alone. So there
+/// is exactly one solution, however and in whichever order it is found, in how many parts the mesh
+/// is divided among threads, and any part of it can be computed again by itself: see update().
 class ObstacleDistance
 {
  public:
-  /// Distances beyond `max_distance` (meters, above 0, may be infinite) are infinite.
+  /// Distances beyond `max_distance` (meters, above 0, may be infinite) are infinite. The effort
+  /// per vertex grows with the number of edges that it holds.
   ObstacleDistance(std::shared_ptr<const FastMarchingMesh> mesh, float max_distance);
 
   /// From everything: `lethal` holds one byte per vertex, not 0 for lethal ones. False where it was
@@ -52,8 +40,8 @@ class ObstacleDistance
   std::vector<std::uint32_t> update(ArrayView<std::uint8_t> lethal,
                                     double most_share = MOST_UPDATED);
 
-  /// Looking around changes takes some ten times as long per vertex as computing everything.
-  static constexpr double MOST_UPDATED = 0.05;
+  /// Looking around changes takes two to three times as long per vertex as computing everything.
+  static constexpr double MOST_UPDATED = 0.15;
 
   /// Per vertex: 0 on lethal ones, +inf beyond the maximum, and everywhere before compute(). Valid
   /// as long as this object.
@@ -66,50 +54,24 @@ class ObstacleDistance
   const FastMarchingMesh& mesh() const { return *mesh_; }
 
  private:
-  /// The nearest piece of the obstacle, from a to b, as seen from a vertex v: in a plane with v at
-  /// the origin, the vertex `axis` on the x axis, and the face (v, axis, side) where y > 0. The
-  /// way goes to that piece, and `offset` farther.
-  struct Source
-  {
-    float offset;
-    float ax, ay, bx, by;
-    std::uint32_t axis, side;
-  };
-  class Propagation;
-
-  void seed(std::uint32_t v, VertexFan& fan);
-  void seedFrom(std::uint32_t lethal, std::uint32_t v, std::uint32_t side, VertexFan& fan);
-  void offerSeed(std::uint32_t v, std::uint32_t axis, std::uint32_t side, Vector2 a, Vector2 b);
-  bool solveParts(const std::atomic<bool>* cancel, unsigned threads);
-  bool solveRegion(std::size_t most, std::vector<std::uint32_t>& changed);
+  bool solvePart(std::size_t part, WindowPropagation& propagation, const std::atomic<bool>* cancel);
+  void addLethal(std::size_t part, std::vector<std::uint32_t>& lethal) const;
+  bool solveAround(const std::vector<std::uint32_t>& flipped, const std::vector<std::uint8_t>& ever,
+                   std::size_t most, std::vector<std::uint32_t>& changed);
   std::vector<std::uint32_t> computeAnew(ArrayView<std::uint8_t> lethal);
-  bool isChanged(std::uint32_t v, float distance, const Source& source) const;
-  bool passesOn(std::uint32_t v) const;
-  void runRegion();
-  void markRim(bool mark);
-  bool isInside(std::uint32_t v) const;
-  void addToRegion(std::uint32_t v);
-  bool growRegion(const std::vector<std::uint32_t>& from, double reach, std::size_t most);
-  std::uint8_t newStamps(std::size_t count);
-  /// What has changed is rarely within three edges of the end of this, and so is solved only once.
-  double reach() const { return 1.05 * max_distance_ + 4.5 * mesh_->meanEdge(); }
-  static Source sourceOf(double offset, const Vector2& a, const Vector2& b, std::uint32_t axis,
-                         std::uint32_t side);
+  bool take(std::uint32_t v, const WindowPropagation& solved);
   Vector3 sourceDirection(std::uint32_t v) const;
 
   std::shared_ptr<const FastMarchingMesh> mesh_;
   float max_distance_;
   std::vector<std::uint8_t> lethal_;
   LargeArray<float> distance_;
-  LargeArray<Source> source_;  // of vertices with a finite distance above 0
+  LargeArray<std::uint32_t>
+      start_;  // PathStart, of vertices with a finite distance above 0; else 0
   bool known_ = false;
-
-  std::vector<std::uint8_t>
-      stamps_;  // which part of the mesh a vertex was in last: small, for caches
-  std::uint8_t stamp_ = 0;
-  std::vector<std::uint32_t> region_;  // the vertices with this stamp
-  std::vector<std::uint8_t> at_rim_;   // of the region: 1 next to others, 2 next to 1; else 0
-  std::vector<float> lengths_;         // scratch of growRegion: infinite
+  std::unique_ptr<VertexParts> parts_;
+  std::unique_ptr<WindowPropagation> around_;  // of update()
+  std::vector<float> gaps_;                    // of update(): the maximum distance in between
 };
 
 }  // namespace mesh_map

@@ -33,13 +33,11 @@ class SurfaceFront(MadeOnce):
 class ObstacleDistance:
     """Distances along the surface from obstacles, and directions away from them.
 
-    As Danielsson's Euclidean distance mapping (1980) on grids: vertices hand on what is nearest.
-
-    Obstacles are lethal vertices, edges between two of them, and faces between three. The front
-    carries with each vertex the piece of the obstacle that is nearest, unfolded into a plane, so
-    that it stays straight along edges and round at corners: on a plane distances are Euclidean, but
-    for rare vertices to which no neighbor could tell of the nearest piece, and where holes are in
-    between. They differ along an edge by no more than its length.
+    Obstacles are lethal vertices, edges between two of them, and faces between three. Distances are
+    those of the shortest ways over the faces, whatever these are like, up to the rounding of 32-bit
+    floats: windows of straight ways are propagated (Mitchell, Mount and Papadimitriou, The discrete
+    geodesic problem, 1987), as far as no other way is shorter (Xin and Wang, Improving Chen and
+    Han's algorithm on the discrete geodesic problem, 2009).
 
     One call at a time.
     """

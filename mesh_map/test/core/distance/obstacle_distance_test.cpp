@@ -64,32 +64,24 @@ TEST(ObstacleDistance, IsEuclideanOnAPlane)
     const std::vector<std::uint8_t> lethal = randomMask(sample.size(), one.share, 5);
     ObstacleDistance obstacles(sample.front, 1.0f);
     ASSERT_TRUE(obstacles.compute(lethal));
-    const double edge = sample.longestEdge();
-    std::size_t exact = 0, count = 0;
-    double sum = 0.0;
+    std::size_t count = 0;
     for (std::size_t v = 0; v < sample.size(); ++v) {
       const double expected = euclidean(sample, lethal, v), d = obstacles.distances()[v];
       if (expected > 1.0) {
         continue;
       }
       ASSERT_GT(d, expected - 1e-6) << "vertex " << v;
-      if (d < FAR) {
-        ASSERT_LT(d, expected + 0.35 * edge) << "vertex " << v;
-        sum += d - expected;
-        exact += d < expected + 1e-5;
-        ++count;
-      } else {
-        ASSERT_GT(expected, 1.0 - 0.35 * edge);
-      }
+      // Longer only where the outline, which is not straight, is in between.
+      const float x = sample.mesh.positions[3 * v], y = sample.mesh.positions[3 * v + 1];
+      const bool is_inside = std::min(std::min(x, y), 6.0f - std::max(x, y)) > 1.03f;
+      ASSERT_LT(d, expected + (is_inside ? 1e-6 : 0.02)) << "vertex " << v;
+      count += is_inside;
     }
     EXPECT_GT(count, 300u);
-    EXPECT_GT(exact, 0.95 * count);
-    EXPECT_LT(sum / count, 0.002 * edge);
   }
 }
 
-/// A front from a straight row of edges stays straight: exactly where it meets vertices opposite to
-/// them, and nearly where none of these has told others which edge is nearest.
+/// From a straight row of edges.
 TEST(ObstacleDistance, IsStraightFromAStraightRow)
 {
   for (const float jitter : {0.0f, 0.024f}) {
@@ -113,7 +105,8 @@ TEST(ObstacleDistance, IsStraightFromAStraightRow)
       const double expected = lethal[v] != 0 ? 0.0 : std::hypot(x - 0.5, beyond);
       const double d = obstacles.distances()[v];
       EXPECT_GT(d, expected - 2e-6) << "vertex " << v;
-      EXPECT_LT(d, expected + (jitter > 0.0f ? 0.012 : 2e-6)) << "vertex " << v;
+      const bool is_inside = y > 0.05 && y < 3.95 && x < 3.95;  // of the outline, which is jagged
+      EXPECT_LT(d, expected + (is_inside || jitter == 0.0f ? 2e-6 : 0.012)) << "vertex " << v;
       if (lethal[v] == 0 && jitter == 0.0f) {
         EXPECT_NEAR(obstacles.direction(v)[0], 1.0, 1e-5);
       }
@@ -191,8 +184,7 @@ TEST(ObstacleDistance, UpdatesAreAsIfComputedAnew)
   }
 }
 
-/// As many as there are different stamps for the regions of updates, and what is far apart meets
-/// the same one again.
+/// Of what is far apart, by turns.
 TEST(ObstacleDistance, VeryManyUpdatesAreAsIfComputedAnew)
 {
   const FrontSample sample(plane(40, 0.24));

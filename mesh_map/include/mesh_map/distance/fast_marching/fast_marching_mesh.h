@@ -18,14 +18,6 @@ struct FastMarchingCorner
   std::uint32_t a, b;
 };
 
-/// A vertex that is seen from another one across the edge (a, b), the only two faces of which have
-/// these two as their third corners; and its own corner there is obtuse, so that it may be nearer
-/// to what lies beyond than both a and b.
-struct FastMarchingAcross
-{
-  std::uint32_t vertex, a, b;
-};
-
 /// What a front needs of a mesh: positions, and the corners of the faces around each vertex. Any
 /// triangle soup will do. Immutable, so several threads may run fronts on it at once.
 class FastMarchingMesh
@@ -47,11 +39,10 @@ class FastMarchingMesh
   bool isFan(std::uint32_t v) const { return (kinds_[v] & FAN) != 0; }
   /// Is it a fan that goes all the way round? Everything else is a border, or not manifold.
   bool isClosed(std::uint32_t v) const { return (kinds_[v] & CLOSED) != 0; }
+  /// Do its corners add up to more than a full turn, by more than BEND? Shortest ways bend there.
+  bool isSaddle(std::uint32_t v) const { return (kinds_[v] & SADDLE) != 0; }
 
-  ArrayView<FastMarchingAcross> seenAcross(std::uint32_t v) const
-  {
-    return {across_.data() + across_offsets_[v], across_offsets_[v + 1] - across_offsets_[v]};
-  }
+  static constexpr double BEND = 1e-6;  // radians
 
   /// The third corner of the one other face at the edge (a, b) of a face with the third corner
   /// `from`; NO_INDEX where there is none, or more than one.
@@ -60,7 +51,6 @@ class FastMarchingMesh
   /// Ask for memory that will be read soon, in this order: most of the time of a front would go
   /// into waiting for it.
   void prefetchRow(std::uint32_t v) const { __builtin_prefetch(&offsets_[v]); }
-  void prefetchAcross(std::uint32_t v) const { __builtin_prefetch(&across_offsets_[v]); }
   void prefetchCorners(std::uint32_t v) const
   {
     __builtin_prefetch(corners_.data() + offsets_[v]);
@@ -82,19 +72,18 @@ class FastMarchingMesh
   enum Kind : std::uint8_t
   {
     FAN = 1,
-    CLOSED = 2
+    CLOSED = 2,
+    SADDLE = 4
   };
 
   void fillCorners(const MeshView& mesh, const RowsView& vertex_faces, std::uint32_t v);
-  void findAcross(unsigned threads);
+  bool exceedsFullTurn(std::uint32_t v) const;
   static std::uint8_t orderFan(FastMarchingCorner* begin, std::size_t count, std::uint32_t v);
 
   LargeArray<PackedPosition> positions_;
   LargeArray<std::uint32_t> offsets_;
   LargeArray<FastMarchingCorner> corners_;
   std::vector<std::uint8_t> kinds_;
-  std::vector<std::uint32_t> across_offsets_;  // rows of across_, by the vertex that sees
-  LargeArray<FastMarchingAcross> across_;
   double mean_edge_ = 1.0;
 };
 

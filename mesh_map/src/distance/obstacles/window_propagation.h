@@ -1,0 +1,142 @@
+#pragma once
+
+#include <mesh_map/base/large_array.h>
+#include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "base/float_bits.h"
+#include "distance/obstacles/distance_queue.h"
+#include "distance/obstacles/window.h"
+#include "mesh/packed_position.h"
+
+namespace mesh_map {
+
+/// What a vertex knows of the obstacle, as one number: the distance, and below it the way there.
+/// Of two the smaller one is better; of ways of the same length one is so, too, so that there is
+/// one solution. The way is a corner of the vertex (its place in the row of the mesh), and where on
+/// the edge opposite to it the way crosses.
+using WindowLabel = std::uint64_t;
+
+constexpr WindowLabel NO_LABEL = ~WindowLabel{0};
+
+inline float distanceOf(WindowLabel label)
+{
+  return floatOf(std::min(static_cast<std::uint32_t>(label >> 32),
+                          bitsOf(std::numeric_limits<float>::infinity())));
+}
+
+inline WindowLabel labelOf(float distance, std::uint32_t start)
+{
+  return WindowLabel{bitsOf(distance)} << 32 | start;
+}
+
+/// A corner of a vertex, and where the way crosses the opposite edge, from 0 at its a to 1 at b.
+struct PathStart
+{
+  std::uint32_t corner;
+  double along;
+
+  static std::uint32_t pack(std::size_t corners, std::uint32_t corner, double along);
+  static PathStart unpack(std::size_t corners, std::uint32_t packed);
+};
+
+/// Where distances are wanted: between two places across an axis, and of the vertices that have no
+/// gap, where gaps are given: lower bounds of their distances from the others.
+struct WindowScope
+{
+  unsigned axis = 0;
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  const float* gaps = nullptr;  // per vertex
+
+  bool isAll() const { return gaps == nullptr && std::isinf(low) && std::isinf(high); }
+};
+
+/// Exact distances along the surface from lethal vertices, edges between two of them, and faces
+/// between three, by the propagation of windows in the order of their distances. One that another
+/// way is shorter than, all over its part of the edge, ends (S. Xin, G. Wang: Improving Chen and
+/// Han's Algorithm on the Discrete Geodesic Problem, 2009). Where a way can bend, at a border or a
+/// vertex with more than a full turn around it, new windows start. Any triangle soup will do.
+///
+/// A label is the least of what all ways offer, each of which depends on nothing but the faces
+/// that it passes and the labels of the vertices where it bends: it does not depend on what else
+/// is propagated, so any part of the mesh can be solved alone, with the obstacles within the
+/// maximum of it.
+class WindowPropagation
+{
+ public:
+  WindowPropagation(const FastMarchingMesh& mesh, double max_distance);
+
+  /// `lethal` holds one byte per vertex, not 0 for lethal ones, and `obstacles` those of them that
+  /// the scope may be reached from (others are left out). False where it was canceled.
+  bool run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint32_t> obstacles,
+           const WindowScope& scope, const std::atomic<bool>* cancel);
+
+  /// NO_LABEL where nothing within the maximum is; of those that are not lethal.
+  WindowLabel label(std::uint32_t v) const { return labels_[v]; }
+
+ private:
+  struct Spoke
+  {
+    double angle, clearance;
+  };
+
+  void start(std::uint32_t v);
+  bool isInScope(std::uint32_t obstacle) const;
+  void startStrip(std::uint32_t right, std::uint32_t left, std::uint32_t beyond);
+  void leaveVertex(std::uint32_t v);
+  void offerAlongEdges(std::uint32_t v, double distance);
+  void startCones(std::uint32_t v, double offset);
+  void startConesOfFan(std::uint32_t v, double offset);
+  void startCone(std::uint32_t v, double offset, const FastMarchingCorner& corner, double cosine,
+                 double sine, const Vector2& right_ray, const Vector2& left_ray);
+  void cross(const Window& window);
+  void enter(const Window& window, std::uint32_t beyond);
+  void consider(Window child);
+  void queueNext();
+  void offer(std::uint32_t v, const Window& window, const Vector2& place);
+  void offerAlong(std::uint32_t from, std::uint32_t v, double distance);
+  void take(std::uint32_t v, float distance, std::uint32_t start);
+  double gap(std::uint32_t v) const
+  {
+    if (scope_.gaps != nullptr) {
+      return scope_.gaps[v];
+    }
+    const PackedPosition& p = mesh_.position(v);
+    const double at = scope_.axis == 0 ? p.x : scope_.axis == 1 ? p.y : p.z;
+    return std::max({0.0, scope_.low - at, at - scope_.high});
+  }
+  bool canReach(std::uint32_t a, std::uint32_t b, double length, double distance) const;
+
+  double known(std::uint32_t v) const { return lethal_[v] != 0 ? 0.0 : distanceOf(labels_[v]); }
+  double squaredLength(std::uint32_t a, std::uint32_t b) const
+  {
+    const Vector3 side = between(mesh_.position(a), mesh_.position(b));
+    return dot(side, side);
+  }
+
+  const FastMarchingMesh& mesh_;
+  double max_distance_;
+  ArrayView<std::uint8_t> lethal_;
+  WindowScope scope_;
+  bool is_all_in_scope_ = true;
+  LargeArray<WindowLabel> labels_;
+  std::vector<std::uint32_t> reached_;  // whose labels are not NO_LABEL
+  DistanceQueue queue_;
+  std::vector<Window> windows_;  // those in the queue, and free places
+  std::vector<std::uint32_t> free_;
+
+  // scratch
+  std::vector<Spoke> spokes_;
+  std::vector<double> angles_;
+  std::vector<std::uint32_t> beyond_;
+  std::vector<Window> next_;
+};
+
+}  // namespace mesh_map
