@@ -35,6 +35,7 @@ struct Window
   std::uint32_t right, left;  // ends of the edge, looking away from the source
   std::uint32_t from;         // the third corner of the face that it comes through
   bool is_strip;
+  std::uint32_t standing;       // faces passed since its distance grew
   double offset;                // from the obstacle to the source
   double nearest;               // the least distance of its part of the edge
   Vector2 right_end, left_end;  // where the ends lie
@@ -45,7 +46,7 @@ struct Window
               const Vector2& right_place, const Vector2& left_place, const Vector2& right_limit,
               const Vector2& left_limit) const
   {
-    return {to_right, to_left,     coming_from, is_strip,    offset,
+    return {to_right, to_left,     coming_from, is_strip,    standing,  offset,
             nearest,  right_place, left_place,  right_limit, left_limit};
   }
 

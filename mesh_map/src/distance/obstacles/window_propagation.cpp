@@ -26,6 +26,8 @@ constexpr double EARLIER = 1e-9;
 /// A window goes on by itself this many edges: that is cheaper than to queue it for each.
 constexpr double AHEAD = 4.0;
 
+constexpr std::uint32_t MOST_STANDING = 64;
+
 /// Among so few corners a face is found at once.
 constexpr std::size_t SHORT_ROW = 12;
 
@@ -86,6 +88,7 @@ bool WindowPropagation::run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint3
     labels_[v] = NO_LABEL;
   }
   reached_.clear();
+  seen_.clear();
   for (const std::uint32_t v : obstacles) {
     if (isInScope(v)) {
       start(v);
@@ -296,6 +299,7 @@ void WindowPropagation::startCone(std::uint32_t v, double offset, const FastMarc
               corner.b,
               v,
               false,
+              0,
               offset,
               0.0,
               {a, 0.0},
@@ -330,6 +334,9 @@ void WindowPropagation::cross(const Window& first)
       makeUnique(beyond_);
     }
     next_.clear();
+    if (beyond_.size() > 1 && !isFirstOfItsKind(window)) {
+      return;
+    }
     for (const std::uint32_t third : beyond_) {
       enter(window, third);
     }
@@ -339,6 +346,25 @@ void WindowPropagation::cross(const Window& first)
     window = next_.front();
   }
   queueNext();
+}
+
+/// Where more than two faces meet at an edge, ways over faces that lie on each other come together
+/// again: all but one of such windows end, or there would be twice as many behind each edge.
+bool WindowPropagation::isFirstOfItsKind(const Window& window)
+{
+  const auto rounded = [](double value) {
+    return std::uint64_t{bitsOf(static_cast<float>(value))} >> 4;
+  };
+  std::uint64_t kind = window.is_strip ? 1 : 0;
+  for (const std::uint64_t part :
+       {std::uint64_t{window.right} << 32 | window.left, rounded(window.offset + 1.0),
+        rounded(window.distance(window.right_end)), rounded(window.distance(window.left_end)),
+        rounded(window.nearest), rounded(1.0 + window.beside(window.right_ray, window.right_end)),
+        rounded(1.0 + window.beside(window.left_ray, window.left_end))}) {
+    kind = (kind ^ part) * 0x9E3779B97F4A7C15u;
+    kind ^= kind >> 29;
+  }
+  return seen_.insert(kind).second;
 }
 
 /// Into the face with this third corner, and to its two other edges.
@@ -402,6 +428,11 @@ void WindowPropagation::consider(Window child)
   }
   if (!canReach(child.right, child.left, length, nearest)) {
     return;
+  }
+  child.standing = nearest > child.nearest ? 0 : child.standing + 1;
+  if (child.standing > MOST_STANDING &&
+      child.standing > mesh_.corners(child.right).size() + mesh_.corners(child.left).size()) {
+    return;  // round and round among faces without area; around a vertex it can go but once
   }
   child.nearest = nearest;
   next_.push_back(child);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <unordered_set>
 #include <vector>
 
 #include "base/float_bits.h"
@@ -96,7 +97,8 @@ class WindowPropagation
   void startConesOfFan(std::uint32_t v, double offset);
   void startCone(std::uint32_t v, double offset, const FastMarchingCorner& corner, double cosine,
                  double sine, const Vector2& right_ray, const Vector2& left_ray);
-  void cross(const Window& window);
+  void cross(const Window& first);
+  bool isFirstOfItsKind(const Window& window);
   void enter(const Window& window, std::uint32_t beyond);
   void consider(Window child);
   void queueNext();
@@ -131,6 +133,7 @@ class WindowPropagation
   DistanceQueue queue_;
   std::vector<Window> windows_;  // those in the queue, and free places
   std::vector<std::uint32_t> free_;
+  std::unordered_set<std::uint64_t> seen_;
 
   // scratch
   std::vector<Spoke> spokes_;

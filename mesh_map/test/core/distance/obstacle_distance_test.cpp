@@ -346,6 +346,53 @@ TEST(ObstacleDistance, AHubIsNoTrouble)
   EXPECT_NEAR(obstacles.distances()[1 + COUNT / 2], 2.0, 1e-3);
 }
 
+/// A floor over the same vertices again, divided the other way: behind each edge there are twice as
+/// many ways of the same length.
+TEST(ObstacleDistance, SheetsOnEachOtherAreNoTrouble)
+{
+  for (const unsigned sheets : {2u, 5u}) {
+    TestMesh mesh = plane(40, 0.0, 1);
+    for (unsigned sheet = 1; sheet < sheets; ++sheet) {
+      const TestMesh other = plane(40, 0.0, sheet + 1);
+      mesh.faces.insert(mesh.faces.end(), other.faces.begin(), other.faces.end());
+    }
+    const FrontSample sample(mesh);
+    std::vector<std::uint8_t> lethal(sample.size());
+    lethal[20 * 41 + 20] = lethal[20 * 41 + 21] = lethal[7] = 1;
+    ObstacleDistance obstacles(sample.front, FAR);
+    ASSERT_TRUE(obstacles.compute(lethal));
+    for (std::size_t v = 0; v < sample.size(); ++v) {
+      EXPECT_NEAR(obstacles.distances()[v], euclidean(sample, lethal, v), 2e-6) << v;
+    }
+  }
+}
+
+/// Faces without area, around which a window would go forever.
+TEST(ObstacleDistance, FacesWithoutAreaAreNoTrouble)
+{
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    TestMesh mesh = tangle(30, 200, seed);
+    std::mt19937 random(seed);
+    for (std::size_t v = 1; v < 30; ++v) {  // on a few places of one line, or of a plane
+      mesh.positions[3 * v] = static_cast<float>(random() % 4);
+      mesh.positions[3 * v + 1] = seed % 2 == 0 ? 0.0f : static_cast<float>(random() % 3);
+      mesh.positions[3 * v + 2] = 0.0f;
+    }
+    const FrontSample sample(mesh);
+    std::vector<std::uint8_t> lethal(sample.size());
+    lethal[mesh.faces[0]] = lethal[mesh.faces[1]] = 1;
+    ObstacleDistance obstacles(sample.front, FAR);
+    ASSERT_TRUE(obstacles.compute(lethal));
+    EXPECT_LE(sample.lipschitzExcess(obstacles.distances()), 1e-6) << seed;
+    const float before = obstacles.distances()[3];
+    lethal[5] ^= 1;
+    obstacles.update(lethal, 1.0);
+    lethal[5] ^= 1;
+    obstacles.update(lethal, 1.0);
+    EXPECT_EQ(obstacles.distances()[3], before);
+  }
+}
+
 TEST(ObstacleDistance, EndsWhenCancelled)
 {
   const FrontSample sample(plane(150, 0.2));
