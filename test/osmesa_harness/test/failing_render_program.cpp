@@ -4,6 +4,9 @@
 #include <csignal>
 #include <cstdlib>
 #include <string>
+#include <thread>
+
+extern "C" void crashHere();
 
 namespace {
 
@@ -16,6 +19,9 @@ std::string failBy()
   const char* way = std::getenv("FAIL_BY");
   return way ? way : "";
 }
+
+// Written to through a pointer that no compiler knows.
+volatile int* volatile nowhere = nullptr;
 
 // Ends the process after Google Test has written its results.
 struct EndsBadly
@@ -31,7 +37,13 @@ struct EndsBadly
 TEST_F(Failing, does_what_it_is_asked_for)
 {
   if (failBy() == "crash") {
-    std::raise(SIGSEGV);
+    crashHere();
+  }
+  if (failBy() == "crash_in_a_thread") {
+    std::thread(crashHere).join();
+  }
+  if (failBy() == "abort") {
+    std::abort();
   }
   if (failBy() == "hang") {
     spin(600000);
@@ -46,3 +58,8 @@ TEST_F(Failing, does_what_it_is_asked_for)
 }
 
 }  // namespace
+
+void crashHere()
+{
+  *nowhere = 1;
+}

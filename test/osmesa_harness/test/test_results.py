@@ -1,5 +1,6 @@
 """The command `render_test`: what it tells of programs that pass, fail, break off and hang."""
 
+import re
 import signal
 import subprocess
 import xml.etree.ElementTree as ElementTree
@@ -8,7 +9,7 @@ from typing import Callable, Dict, Tuple
 
 import pytest
 
-from osmesa_harness.results import label_results
+from osmesa_harness.results import label_results, progress_file
 
 GOOGLE_TEST_XML = """<?xml version="1.0" encoding="UTF-8"?>
 <testsuites tests="2" failures="{failures}" disabled="0" errors="0" time="1" name="AllTests">
@@ -18,6 +19,8 @@ GOOGLE_TEST_XML = """<?xml version="1.0" encoding="UTF-8"?>
   </testsuite>
 </testsuites>
 """
+
+UNFINISHED = " in Failing.does_what_it_is_asked_for and left no results of it and what follows"
 
 Render = Callable[..., Tuple[int, ElementTree.Element, Path]]
 
@@ -83,8 +86,10 @@ def test_pictures_and_results_of_an_earlier_run_are_removed(render):
 @pytest.mark.parametrize(
     "fail_by, timeout, status, message",
     [
-        ("crash", "60", 128 + signal.SIGSEGV, "ended by signal 11 and left no results"),
-        ("hang", "6", 124, "stopped after its time limit of 6 s and left no results"),
+        ("crash", "60", 128 + signal.SIGSEGV, "ended by signal 11" + UNFINISHED),
+        ("crash_in_a_thread", "60", 128 + signal.SIGSEGV, "ended by signal 11" + UNFINISHED),
+        ("abort", "60", 128 + signal.SIGABRT, "ended by signal 6" + UNFINISHED),
+        ("hang", "20", 124, "stopped after its time limit of 20 s" + UNFINISHED),
         ("exit", "60", 3, "ended with exit status 3"),
     ],
 )
@@ -95,6 +100,48 @@ def test_a_run_that_ends_badly_never_looks_like_a_success(
     assert ended == status
     assert problems(results) == f"failing_render_program {message}"
     assert results.get("errors") == "1"
+    # What had passed before is told nevertheless.
+    passed = [
+        f"{case.get('classname')}.{case.get('name')}"
+        for case in results.iter("testcase")
+        if case.find("error") is None
+    ]
+    assert passed[0] == "a_osmesa.BackEnd.is_the_one_asked_for"
+    assert len(passed) == (2 if fail_by == "exit" else 1)
+    assert results.get("tests") == str(len(passed) + 1)
+
+
+@pytest.mark.parametrize("fail_by", ["crash", "crash_in_a_thread"])
+def test_a_crash_tells_its_test_and_its_native_stack(script, program, environment, fail_by):
+    environment.update(FAIL_BY=fail_by, OSMESA_HARNESS_OUT=environment["HOME"])
+    failing = program("failing_render_program")
+    status, printed = run_by_hand(script("headless", "--master", failing), environment)
+    assert status == 128 + signal.SIGSEGV
+    head = "crash: signal 11 in Failing.does_what_it_is_asked_for"
+    stack = printed.partition(head)[2].partition("crash: end of the stack")[0]
+    offsets = re.findall(re.escape(failing) + r"\(\+(0x[0-9a-f]+)\)", stack)
+    assert offsets, printed
+    told = subprocess.run(
+        ["addr2line", "-f", "-e", failing, *offsets], check=True, stdout=subprocess.PIPE
+    )
+    assert "crashHere" in told.stdout.decode().split()
+
+
+def test_the_progress_of_a_run_that_broke_off_is_its_result(tmp_path: Path):
+    path = tmp_path / "results.xml"
+    progress = Path(progress_file(str(path)))
+    progress.write_text(
+        '<begun classname="A" name="one"/>\n<testcase classname="A" name="one" time="0.5">'
+        '</testcase>\n<begun classname="B" name="two"/>\n<testcase classname="B" name="two" '
+        'time="1"><failure message="a &lt; b&#10;&quot;c&quot;"/></testcase>\n'
+        '<begun classname="B" name="three"/>\n<testcase classname="B" na'
+    )
+    label_results(str(path), "label", "program", 128 + signal.SIGSEGV, 9.0)
+    root = ElementTree.parse(str(path)).getroot()
+    assert [root.get(count) for count in ("tests", "failures", "errors")] == ["3", "1", "1"]
+    assert problems(root).split("\n", 2)[:2] == ["a < b", '"c"']
+    assert "program ended by signal 11 in B.three" in problems(root)
+    assert not progress.exists()
 
 
 def test_pictures_of_both_back_ends_are_compared(render, tmp_path):

@@ -11,13 +11,17 @@
 
 #include <QApplication>
 
+#include "osmesa_harness/crash_report.h"
 #include "osmesa_harness/render_fixture.h"
+#include "osmesa_harness/test_progress.h"
 
 namespace osmesa_harness {
 
 int runTests(int argc, char** argv)
 {
   testing::InitGoogleTest(&argc, argv);
+  tellProgress();
+  reportCrashes();
   ros::init(argc, argv, "render_test", ros::init_options::AnonymousName);
   if (!ros::master::check()) {
     std::cerr << "no ROS master at " << ros::master::getURI()

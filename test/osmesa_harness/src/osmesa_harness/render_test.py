@@ -7,7 +7,7 @@ from typing import Dict, List, Optional
 
 from osmesa_harness.back_ends import BackEnd, HeadlessError
 from osmesa_harness.headless import run_headless
-from osmesa_harness.results import label_results
+from osmesa_harness.results import label_results, progress_file
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -30,8 +30,10 @@ def _parser() -> argparse.ArgumentParser:
 
 def _remove_old(results: str, pictures: str) -> None:
     # What an earlier run left must not be taken for this one's.
-    if os.path.exists(results):
-        os.remove(results)
+    for path in (results, progress_file(results)):
+        if os.path.exists(path):
+            os.remove(path)
+    os.makedirs(os.path.dirname(os.path.abspath(results)), exist_ok=True)
     os.makedirs(pictures, exist_ok=True)
     for name in os.listdir(pictures):
         if name.endswith(".png"):
@@ -41,6 +43,7 @@ def _remove_old(results: str, pictures: str) -> None:
 def _environment(options: argparse.Namespace, back_end: BackEnd) -> Dict[str, str]:
     environment = dict(os.environ)
     environment["OSMESA_HARNESS_OUT"] = options.out
+    environment["OSMESA_HARNESS_PROGRESS"] = progress_file(options.results)
     environment["OSMESA_HARNESS_EXPECT_OSMESA"] = "0" if back_end is BackEnd.XVFB else "1"
     environment.pop("OSMESA_HARNESS_REFERENCE", None)
     if options.reference:
