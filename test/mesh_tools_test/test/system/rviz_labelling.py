@@ -161,6 +161,14 @@ class Screen:
         self.do("mousemove", *middle, "sleep", 0.2)
         self.do("mousemove", *end, "sleep", 0.2, "mouseup", 1)
 
+    def use_tool(self, place, key):
+        """The tool of this key, with the cursor at that place, whichever was in use before.
+
+        The key of the tool in use would leave it; Esc leads to the first one from any other. RViz
+        takes keys and buttons in their order, so that there is nothing to wait for in between.
+        """
+        self.do("mousemove", *place, "key", "Escape", "key", key)
+
     def middle(self):
         """Column and row of the middle of the 3D view, once it shows the map."""
 
@@ -251,13 +259,13 @@ class RvizLabelling(unittest.TestCase):
         return {each.label: sorted(each.face_indices) for each in ask(uuid).clusters}
 
     def until(self, screen, act, condition, what):
-        """Does it, and again where nothing comes of it: a loaded RViz may not have looked yet."""
+        """Does it, and again where nothing comes of it: the mesh may not be prepared yet."""
 
         def done():
             act()
             return wait_for(condition, 15.0)
 
-        return wait_until(done, 100, what, [screen.child])
+        return wait_until(done, 200, what, [screen.child])
 
     def label(self, screen, label_class, instance):
         """Selects the box with the mouse, and names it with the keyboard."""
@@ -265,7 +273,7 @@ class RvizLabelling(unittest.TestCase):
         (x0, y1), (x1, y0) = np.round(middle + BOX * (SCALE, -SCALE)).astype(int)
 
         def select():
-            screen.do("mousemove", x0, y0, "key", "l", "sleep", 0.5)
+            screen.use_tool((x0, y0), "l")
             screen.drag((x0, y0), (x1, y1))
             screen.do("sleep", 0.5, "key", "Return")
 
@@ -335,9 +343,11 @@ class RvizLabelling(unittest.TestCase):
         with self.rviz("goal", SERVED) as screen:
             middle = screen.middle()
             begin, end = np.round(middle + ((90, 60), (190, -40))).astype(int)
+            # As after a drag that came to nothing: the tool is in use.
+            screen.do("mousemove", *begin, "key", "m")
 
             def set_goal():
-                screen.do("mousemove", *begin, "key", "m", "sleep", 0.5)
+                screen.use_tool(begin, "m")
                 screen.drag(begin, end)
 
             self.until(screen, set_goal, lambda: goals, "a goal")
