@@ -9,6 +9,7 @@ from typing import Callable, Dict, Tuple
 
 import pytest
 
+from osmesa_harness import render_test
 from osmesa_harness.results import label_results, progress_file
 
 GOOGLE_TEST_XML = """<?xml version="1.0" encoding="UTF-8"?>
@@ -201,3 +202,42 @@ def test_failed_tests_are_not_told_twice(tmp_path: Path, failures):
     assert int(root.get("tests")) == 3 - failures
     names = {suite.get("name") for suite in root.iter("testsuite")}
     assert names == {"label.Suite"} | (set() if failures else {"label.program"})
+
+
+@pytest.mark.parametrize(
+    "back_end, signals, ended_before, statuses",
+    [
+        ("xvfb", [signal.SIGSEGV, 0], False, 0),
+        ("xvfb", [signal.SIGSEGV, signal.SIGSEGV, 0], False, 128 + signal.SIGSEGV),
+        ("xvfb", [signal.SIGSEGV, 0], True, 128 + signal.SIGSEGV),
+        ("xvfb", [signal.SIGTERM, 0], False, 128 + signal.SIGTERM),
+        ("osmesa", [signal.SIGSEGV, 0], False, 128 + signal.SIGSEGV),
+    ],
+)
+def test_what_breaks_in_the_first_frames_on_xvfb_is_started_once_more(
+    monkeypatch, capsys, tmp_path, back_end, signals, ended_before, statuses
+):
+    """Once, and nothing else is."""
+    results = tmp_path / "results.xml"
+    runs = []
+
+    def run(command, *_):
+        number = signals[len(runs)]
+        runs.append(command)
+        progress = '<begun classname="BackEnd" name="first"/>\n'
+        if ended_before:
+            progress += '<testcase classname="BackEnd" name="first" time="1"/>\n'
+        Path(progress_file(str(results))).write_text(progress)
+        if number == 0:
+            results.write_text(GOOGLE_TEST_XML.format(failures=0))
+            return 0
+        return 128 + number
+
+    monkeypatch.setattr(render_test, "run_headless", run)
+    arguments = ["--back-end", back_end, "--results", str(results), "--label", "a"]
+    status = render_test.main([*arguments, "--out", str(tmp_path / "pictures"), "program"])
+    assert status == statuses
+    is_restarted = back_end == "xvfb" and signals[0] == signal.SIGSEGV and not ended_before
+    assert len(runs) == (2 if is_restarted else 1)
+    assert ("once more" in capsys.readouterr().err) == is_restarted
+    assert (problems(ElementTree.parse(str(results)).getroot()) == "") == (status == 0)

@@ -42,10 +42,7 @@ Visualization Manager:
   Displays:
 %s
   Global Options: {Background Color: 48; 48; 48, Fixed Frame: map, Frame Rate: 10}
-  Tools:
-    - {Class: rviz/MoveCamera}
-    - {Class: rviz_mesh_plugin/ClusterLabel}
-    - {Class: rviz_mesh_plugin/MeshGoal}
+  Tools: [{Class: rviz_mesh_plugin/%s}, {Class: rviz/MoveCamera}]
   Views:
     Current: {Class: rviz/TopDownOrtho, Name: Current View, Scale: %g, X: 0, Y: 0, Angle: 0}
 Window Geometry: {Width: 1100, Height: 800, X: 0, Y: 0}
@@ -161,14 +158,6 @@ class Screen:
         self.do("mousemove", *middle, "sleep", 0.2)
         self.do("mousemove", *end, "sleep", 0.2, "mouseup", 1)
 
-    def use_tool(self, place, key):
-        """The tool of this key, with the cursor at that place, whichever was in use before.
-
-        The key of the tool in use would leave it; Esc leads to the first one from any other. RViz
-        takes keys and buttons in their order, so that there is nothing to wait for in between.
-        """
-        self.do("mousemove", *place, "key", "Escape", "key", key)
-
     def middle(self):
         """Column and row of the middle of the 3D view, once it shows the map."""
 
@@ -240,12 +229,16 @@ class RvizLabelling(unittest.TestCase):
         )
 
     @contextmanager
-    def rviz(self, name, displays):
-        """RViz with these displays on a screen of its own."""
+    def rviz(self, name, displays, tool="ClusterLabel"):
+        """RViz with these displays on a screen of its own.
+
+        The tool is the first one, and so in use from the start, and again after each use: a key
+        that RViz did not hear would let the next drag move the view.
+        """
         folder = self.folder / name
         folder.mkdir()
         config = folder / "config.rviz"
-        config.write_text(WINDOW % (displays, SCALE), encoding="utf-8")
+        config.write_text(WINDOW % (displays, tool, SCALE), encoding="utf-8")
         variables = environment_with_home(folder, OSMESA_GLX_DUMP=str(folder / "frame"))
         with environment_of(BackEnd.OSMESA_X, variables) as environment:
             command = ["rviz", "-d", str(config)]
@@ -273,7 +266,6 @@ class RvizLabelling(unittest.TestCase):
         (x0, y1), (x1, y0) = np.round(middle + BOX * (SCALE, -SCALE)).astype(int)
 
         def select():
-            screen.use_tool((x0, y0), "l")
             screen.drag((x0, y0), (x1, y1))
             screen.do("sleep", 0.5, "key", "Return")
 
@@ -340,14 +332,11 @@ class RvizLabelling(unittest.TestCase):
         subscriber = rospy.Subscriber("/goal", PoseStamped, goals.append)
         self.stack.callback(subscriber.unregister)
         self.serve()
-        with self.rviz("goal", SERVED) as screen:
+        with self.rviz("goal", SERVED, "MeshGoal") as screen:
             middle = screen.middle()
             begin, end = np.round(middle + ((90, 60), (190, -40))).astype(int)
-            # As after a drag that came to nothing: the tool is in use.
-            screen.do("mousemove", *begin, "key", "m")
 
             def set_goal():
-                screen.use_tool(begin, "m")
                 screen.drag(begin, end)
 
             self.until(screen, set_goal, lambda: goals, "a goal")

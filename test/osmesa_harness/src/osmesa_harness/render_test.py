@@ -2,12 +2,13 @@
 
 import argparse
 import os
+import signal
 import sys
 from typing import Dict, List, Optional
 
 from osmesa_harness.back_ends import BackEnd, HeadlessError
 from osmesa_harness.headless import run_headless
-from osmesa_harness.results import label_results, progress_file
+from osmesa_harness.results import has_ended_tests, label_results, progress_file
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -56,6 +57,16 @@ def _environment(options: argparse.Namespace, back_end: BackEnd) -> Dict[str, st
     return environment
 
 
+def _broke_in_first_frames(back_end: BackEnd, status: int, results: str) -> bool:
+    """Mesa's GLX clears a buffer that it has freed, now and then, in the first frames of RViz.
+
+    Seen 6 times in 2,200 runs on a busy machine, on Xvfb alone, also without a plugin of ours and
+    without threads of the rasterizer; what it overwrites takes RViz with it.
+    """
+    memory = [128 + number for number in (signal.SIGSEGV, signal.SIGBUS, signal.SIGABRT)]
+    return back_end is BackEnd.XVFB and status in memory and not has_ended_tests(results)
+
+
 def main(arguments: Optional[List[str]] = None) -> int:
     """The command `render_test`; returns its exit status."""
     options = _parser().parse_args(arguments)
@@ -66,6 +77,13 @@ def main(arguments: Optional[List[str]] = None) -> int:
         environment = _environment(options, back_end)
         preload = not options.no_preload
         status = run_headless(command, back_end, True, options.timeout, environment, preload)
+        if _broke_in_first_frames(back_end, status, options.results):
+            sys.stderr.write(
+                f"render_test: signal {status - 128} in the first test on Xvfb, which Mesa's GLX "
+                "does now and then; once more\n"
+            )
+            _remove_old(options.results, options.out)
+            status = run_headless(command, back_end, True, options.timeout, environment, preload)
     except (HeadlessError, RuntimeError) as error:
         sys.stderr.write(f"render_test: {error}\n")
         status = 1

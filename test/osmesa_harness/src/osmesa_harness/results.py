@@ -67,6 +67,14 @@ def progress_file(path: str) -> str:
     return path + ".progress"
 
 
+def has_ended_tests(path: str) -> bool:
+    """Has a program that was to write its results to `path` come to the end of any test?"""
+    if os.path.exists(path):
+        return True
+    root, _ = _read_progress(progress_file(path))
+    return root.get("tests") != "0"
+
+
 def label_results(path: str, label: str, program: str, status: int, timeout: float) -> None:
     """Makes the XML that Google Test wrote to `path` tell of one run among several.
 
