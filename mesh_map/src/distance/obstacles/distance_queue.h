@@ -29,6 +29,18 @@ class DistanceQueue
   /// `width` of a bucket, above 0.
   explicit DistanceQueue(double width) : buckets_per_unit_(1.0 / width), buckets_(COUNT) {}
 
+  /// As new, with the memory that it has.
+  void clear()
+  {
+    for (std::size_t i = 0; size_ > 0 && i < COUNT; ++i) {
+      buckets_[i].clear();
+    }
+    sorted_.clear();
+    late_.clear();
+    current_ = next_ = size_ = 0;
+    is_open_ = false;
+  }
+
   /// `distance` is 0 or more.
   void push(float distance, std::uint32_t vertex)
   {

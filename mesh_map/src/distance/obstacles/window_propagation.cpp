@@ -24,7 +24,7 @@ constexpr double LONGER = 1e-6;
 constexpr double EARLIER = 1e-9;
 
 /// A window goes on by itself this many edges: that is cheaper than to queue it for each.
-constexpr double AHEAD = 4.0;
+constexpr double AHEAD = 16.0;
 
 constexpr std::uint32_t MOST_STANDING = 64;
 
@@ -81,7 +81,7 @@ bool WindowPropagation::run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint3
   lethal_ = lethal;
   scope_ = scope;
   is_all_in_scope_ = scope.isAll();
-  queue_ = DistanceQueue(bucketWidth(mesh_.meanEdge(), max_distance_));
+  queue_.clear();
   windows_.clear();
   free_.clear();
   for (const std::uint32_t v : reached_) {
