@@ -264,7 +264,7 @@ bool FastMarchingField::extend(ArrayView<float> slowness, const FastMarchingStop
             "target vertex " + std::to_string(v) + " does not exist");
   }
   Update done;
-  return (is_mended_ || mend(slowness, stop.cancel, done)) && run(slowness, stop);
+  return (is_mended_ || mend(slowness, {}, stop.cancel, done)) && run(slowness, stop);
 }
 
 bool FastMarchingField::run(ArrayView<float> slowness, const FastMarchingStop& stop)
@@ -305,10 +305,45 @@ constexpr double SAME = 1e-9;
 constexpr std::size_t TASKS_PER_CANCEL_CHECK = 256;
 
 /// A label that is looked at in a repair takes about as long as two in a new field.
-constexpr std::size_t LABELS_PER_CHECK = 2;
+constexpr std::size_t LABELS_PER_LOOK = 2;
 
 /// Of more changes than a part of the field, it is made anew.
 constexpr std::size_t CHANGES_FOR_NEW_FIELD = 16;
+
+/// How far a repair has come on its way outwards, by a sample of the labels that there were.
+class RepairProgress
+{
+ public:
+  explicit RepairProgress(const FastMarchingBuffers& buffers)
+  {
+    const std::size_t count = buffers.touched.size();
+    for (std::size_t i = 0; i < count; i += count / SAMPLES + 1) {
+      const double label = buffers.labels[buffers.touched[i]];
+      if (label < NOT_REACHED) {
+        labels_.push_back(label);
+      }
+    }
+    std::sort(labels_.begin(), labels_.end());
+  }
+
+  /// Of all that is farther than `start`: the part that is not farther than `key`. Above 0.
+  double share(double start, double key) const
+  {
+    const double total = 1.0 + farther(start);
+    return std::max(1.0, total - farther(key)) / total;
+  }
+
+ private:
+  static constexpr std::size_t SAMPLES = 1024;
+
+  double farther(double key) const
+  {
+    return static_cast<double>(labels_.end() -
+                               std::upper_bound(labels_.begin(), labels_.end(), key));
+  }
+
+  std::vector<double> labels_;
+};
 
 enum class RepairEnd
 {
@@ -327,24 +362,33 @@ class Repair
   {
   }
 
-  /// What may have another label if the slowness at v, or a seed there, has changed.
-  void beginAround(std::uint32_t v)
+  /// What may have another label if the slowness of these, or a seed there, has changed; each once.
+  void beginAround(ArrayView<std::uint32_t> vertices)
   {
-    begin(v);
-    for (const FastMarchingCorner& c : mesh_.corners(v)) {
-      begin(c.a);
-      begin(c.b);
-      if (c.a == c.b) {
-        continue;
-      }
-      // The front comes across the edge (a, b) from this face, in a way that depends on v.
-      for (const FastMarchingCorner& d : mesh_.corners(c.a)) {
-        if (d.a == c.b) {
-          begin(d.b);
-        } else if (d.b == c.b) {
-          begin(d.a);
+    std::vector<std::uint32_t> begins(vertices.begin(), vertices.end());
+    for (const std::uint32_t v : vertices) {
+      for (const FastMarchingCorner& c : mesh_.corners(v)) {
+        begins.push_back(c.a);
+        begins.push_back(c.b);
+        if (c.a == c.b) {
+          continue;
+        }
+        // The front comes across the edge (a, b) from this face, in a way that depends on v.
+        for (const FastMarchingCorner& d : mesh_.corners(c.a)) {
+          if (d.a == c.b) {
+            begins.push_back(d.b);
+          } else if (d.b == c.b) {
+            begins.push_back(d.a);
+          }
         }
       }
+    }
+    makeUnique(begins);
+    local_ = LOCAL_LOOKS * vertices.size();
+    const auto rim = static_cast<double>(begins.size() - std::min(begins.size(), vertices.size()));
+    will_be_too_much_ = rim > LONGEST_RIM * std::sqrt(static_cast<double>(buffers_.touched.size()));
+    for (std::size_t i = 0; i < begins.size() && !isTooMuch(); ++i) {
+      begin(begins[i]);
     }
   }
 
@@ -352,13 +396,15 @@ class Repair
   RepairEnd run(const std::atomic<bool>* cancel, std::vector<std::uint32_t>& changed)
   {
     const double front = buffers_.queue.open() ? buffers_.queue.floor() : NOT_REACHED;
-    const std::size_t most = buffers_.touched.size() / LABELS_PER_CHECK;
-    for (std::size_t tasks = 1; !buffers_.tasks.empty(); ++tasks) {
-      if (tasks % TASKS_PER_CANCEL_CHECK == 0 && isSet(cancel)) {
-        return RepairEnd::CANCELED;
-      }
-      if (checks_ > most || has_circle_) {
-        return RepairEnd::TOO_MUCH;
+    const double start = buffers_.tasks.empty() ? 0.0 : buffers_.tasks.front().key;
+    const RepairProgress progress(buffers_);
+    for (std::size_t tasks = 1; !isTooMuch() && !buffers_.tasks.empty(); ++tasks) {
+      if (tasks % TASKS_PER_CANCEL_CHECK == 0) {
+        if (isSet(cancel)) {
+          return RepairEnd::CANCELED;
+        }
+        will_be_too_much_ =
+            isBeyondLocal() && willBeTooMuch(progress.share(start, buffers_.tasks.front().key));
       }
       const FastMarchingTask task = buffers_.takeTask();
       while (!buffers_.tasks.empty() && !(buffers_.tasks.front() > task)) {
@@ -377,13 +423,32 @@ class Repair
         }
       }
     }
-    return RepairEnd::DONE;
+    return isTooMuch() ? RepairEnd::TOO_MUCH : RepairEnd::DONE;
   }
 
+  /// How often a label was looked at.
+  std::size_t looks() const { return looks_; }
+
  private:
+  /// What is looked at for a change, besides what follows from it farther on.
+  static constexpr std::size_t LOCAL_LOOKS = 16;
+  /// Behind a rim of changes, which is two vertices wide, all may be other: one longer than the
+  /// outermost front (the square root of 4 pi of all vertices) shades everything.
+  static constexpr double LONGEST_RIM = 6.0;
+
+  std::size_t most() const { return buffers_.touched.size() / LABELS_PER_LOOK; }
+  bool isTooMuch() const { return looks_ > most() || has_circle_ || will_be_too_much_; }
+  bool isBeyondLocal() const { return looks_ > local_ + most() / 32; }
+
+  /// What follows from changes does not become less farther on.
+  bool willBeTooMuch(double share) const
+  {
+    return static_cast<double>(looks_ - local_) > share * static_cast<double>(most());
+  }
+
   double labelByOthers(std::uint32_t v, double below = NOT_REACHED)
   {
-    ++checks_;
+    ++looks_;
     double least_step = 0.0;
     double label = update_.pull(v, below, least_step);
     // Two labels that are the same could follow from each other, and from nothing else.
@@ -481,8 +546,8 @@ class Repair
   FastMarchingBuffers& buffers_;
   FastMarchingUpdate<HAS_COSTS> update_;
   const std::vector<FastMarchingSeed>& seeds_;
-  std::size_t checks_ = 0;
-  bool has_circle_ = false;
+  std::size_t looks_ = 0, local_ = 0;
+  bool has_circle_ = false, will_be_too_much_ = false;
 };
 
 /// Vertices whose seed is in one list and not in the other.
@@ -530,22 +595,20 @@ FastMarchingField::Update FastMarchingField::update(std::vector<FastMarchingSeed
     return done;
   }
   buffers_->is_in_repair = true;
-  withCosts(slowness, [&](auto has_costs) {
-    Repair<has_costs> repair(pool_->mesh(), *buffers_, slowness, seeds_);
-    for (const std::uint32_t v : begins) {
-      repair.beginAround(v);
-    }
-  });
-  done.canceled = !mend(slowness, cancel, done);
+  done.canceled = !mend(slowness, begins, cancel, done);
   return done;
 }
 
-bool FastMarchingField::mend(ArrayView<float> slowness, const std::atomic<bool>* cancel,
-                             Update& done)
+bool FastMarchingField::mend(ArrayView<float> slowness, ArrayView<std::uint32_t> begins,
+                             const std::atomic<bool>* cancel, Update& done)
 {
   const FastMarchingMesh& mesh = pool_->mesh();
   const RepairEnd end = withCosts(slowness, [&](auto has_costs) {
-    return Repair<has_costs>(mesh, *buffers_, slowness, seeds_).run(cancel, changed_);
+    Repair<has_costs> repair(mesh, *buffers_, slowness, seeds_);
+    repair.beginAround(begins);
+    const RepairEnd reached = repair.run(cancel, changed_);
+    done.looks = repair.looks();
+    return reached;
   });
   if (end == RepairEnd::CANCELED) {
     return false;

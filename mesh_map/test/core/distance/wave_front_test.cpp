@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -282,6 +283,92 @@ TEST(WaveFront, ALittleChangeIsLittleWork)
   // Another seed is a change, too.
   EXPECT_GT(field->update({{0, 0.0}, {1860, 0.0}}, slowness, {}, nullptr).count, 100u);
   EXPECT_EQ(field->labels()[1860], 0.0);
+}
+
+/// Those around which a change may be seen: two rings, and what is across the edges of the first.
+std::set<std::uint32_t> around(const TestMesh& mesh, const std::vector<std::uint32_t>& changed)
+{
+  std::set<std::uint32_t> first(changed.begin(), changed.end()), second;
+  const auto grow = [&mesh](const std::set<std::uint32_t>& of, unsigned least) {
+    std::set<std::uint32_t> all(of);
+    for (std::size_t f = 0; f < mesh.faces.size(); f += 3) {
+      const auto begin = mesh.faces.begin() + static_cast<std::ptrdiff_t>(f);
+      if (std::count_if(begin, begin + 3, [&](auto v) { return of.count(v) > 0; }) >= least) {
+        all.insert(begin, begin + 3);
+      }
+    }
+    return all;
+  };
+  return grow(grow(first, 1), 2);
+}
+
+TEST(WaveFront, EachLabelAroundChangesIsLookedAtOnce)
+{
+  const Fronts fronts(terrain(60));
+  const Slowness slowness(fronts.sample.size(), 1.0f);
+  const auto field = fronts.start(0, slowness);
+  ASSERT_TRUE(field->extend(slowness, {}));
+  std::vector<std::uint32_t> changed;
+  for (std::uint32_t v = 30 * 61 + 20; v < 31 * 61; ++v) {
+    changed.push_back(v);
+  }
+  const auto update = field->update({{0, 0.0}}, slowness, changed, nullptr);
+  EXPECT_EQ(update.count, 0u);  // the slowness is as before
+  EXPECT_LE(update.looks, around(fronts.sample.mesh, changed).size());
+  EXPECT_GE(update.looks, changed.size());
+}
+
+/// Where everything behind many small changes is to be other, it is not even begun with.
+TEST(WaveFront, ScatteredChangesMakeANewField)
+{
+  const Fronts fronts(terrain(150));
+  Slowness slowness(fronts.sample.size(), 1.0f);
+  const auto field = fronts.start(0, slowness);
+  ASSERT_TRUE(field->extend(slowness, {}));
+  std::vector<std::uint32_t> changed;
+  for (std::uint32_t v = 77; v < slowness.size(); v += 101) {
+    changed.push_back(v);
+    slowness[v] = 1.5f;
+  }
+  const auto update = field->update({{0, 0.0}}, slowness, changed, nullptr);
+  EXPECT_EQ(update.looks, 0u);
+  EXPECT_EQ(update.count, slowness.size());
+  const std::vector<double> expected = fronts.solve(0, slowness);
+  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), field->labels().begin()));
+}
+
+/// So it is seen soon that a change next to the goal changes everything.
+TEST(WaveFront, AChangeBeforeEverythingIsGivenUpSoon)
+{
+  const Fronts fronts(terrain(150));
+  Slowness slowness(fronts.sample.size(), 1.0f);
+  const std::uint32_t goal = 75 * 151 + 75;
+  const auto field = fronts.start(goal, slowness);
+  ASSERT_TRUE(field->extend(slowness, {}));
+  slowness[goal] = 3.0f;
+  const auto update =
+      field->update({{goal, 0.0}}, slowness, std::vector<std::uint32_t>{goal}, nullptr);
+  EXPECT_EQ(update.count, slowness.size());
+  EXPECT_GT(update.looks, 0u);
+  EXPECT_LT(update.looks, slowness.size() / 8);
+  const std::vector<double> expected = fronts.solve(goal, slowness);
+  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), field->labels().begin()));
+}
+
+/// Where a meter takes no time, all labels are the same, and each follows from the others: only a
+/// new field tells what they are.
+TEST(WaveFront, LabelsThatFollowFromEachOtherAreNotKept)
+{
+  const Fronts fronts(plane(12, 0.0));
+  Slowness slowness(fronts.sample.size(), 0.0f);
+  slowness[0] = 1.0f;
+  const auto field = fronts.start(0, slowness);
+  ASSERT_TRUE(field->extend(slowness, {}));
+  slowness[0] = 2.0f;
+  field->update({{0, 0.0}}, slowness, std::vector<std::uint32_t>{0}, nullptr);
+  const std::vector<double> expected = fronts.solve(0, slowness);
+  EXPECT_GT(*std::max_element(expected.begin(), expected.end()), 0.0);
+  EXPECT_TRUE(std::equal(expected.begin(), expected.end(), field->labels().begin()));
 }
 
 TEST(WaveFront, FieldsThatLiveAreNotOverwrittenAndOthersAreUsedAgain)

@@ -94,14 +94,16 @@ class FastMarchingField
 
   struct Update
   {
-    std::size_t count = 0;  ///< labels that are other than before
+    std::size_t count = 0;  ///< labels that are other than before; of a new field all
+    std::size_t looks = 0;  ///< how often a label was looked at to repair it
     bool canceled = false;  ///< then nothing is final until extend() or update() have ended
   };
 
   /// After the slowness of the vertices `changed` has changed: labels become what they are in a new
   /// field with these seeds and this slowness, within a relative 1e-5, as far as it reached (or
-  /// less far, where labels rose). Looks only at what changes; where that is much, starts anew.
-  /// Throws std::invalid_argument as the constructor does, and for a vertex that does not exist.
+  /// less far, where labels rose). Looks only at what changes; starts anew where that is much,
+  /// which is told by how long the rim of what has changed is, and by how it goes on. Throws
+  /// std::invalid_argument as the constructor does, and for a vertex that does not exist.
   Update update(std::vector<FastMarchingSeed> seeds, ArrayView<float> slowness,
                 ArrayView<std::uint32_t> changed, const std::atomic<bool>* cancel);
 
@@ -119,7 +121,8 @@ class FastMarchingField
   void prepareSeeds();
   void start(ArrayView<float> slowness);
   bool run(ArrayView<float> slowness, const FastMarchingStop& stop);
-  bool mend(ArrayView<float> slowness, const std::atomic<bool>* cancel, Update& done);
+  bool mend(ArrayView<float> slowness, ArrayView<std::uint32_t> begins,
+            const std::atomic<bool>* cancel, Update& done);
   bool startAgain(ArrayView<float> slowness, const std::atomic<bool>* cancel, Update& done);
 
   std::shared_ptr<FastMarchingPool> pool_;
