@@ -1,15 +1,24 @@
 #include <mesh_map/mesh/neighborhood.h>
 
+#include <mesh_map/base/parallel.h>
+
 #include <cstddef>
 
 namespace mesh_map {
 
+namespace {
+
+constexpr std::size_t VERTICES_PER_CHUNK = 32768;
+
+}  // namespace
+
 std::vector<PackedPosition> packPositions(ArrayView<float> positions)
 {
   std::vector<PackedPosition> packed(positions.size() / 3);
-  for (std::size_t v = 0; v < packed.size(); ++v) {
-    packed[v] = {positions[3 * v], positions[3 * v + 1], positions[3 * v + 2], 0.0f};
-  }
+  parallelEach(packed.size(), VERTICES_PER_CHUNK, 0,
+               [from = positions.data(), to = packed.data()](std::size_t v) {
+                 to[v] = {from[3 * v], from[3 * v + 1], from[3 * v + 2], 0.0f};
+               });
   return packed;
 }
 

@@ -28,7 +28,7 @@ struct RadiusAttributes
   LargeArray<float> x, y, z;
   LargeArray<float> heights;
   LargeArray<std::uint32_t> angles;  // in fixed point
-  LargeArray<float> normals;         // 3 each
+  LargeArray<double> tips;           // of the normals, 3 each
 
   std::size_t size() const { return x.size(); }
 };
@@ -67,19 +67,29 @@ std::uint64_t sumOf(const std::uint32_t* angles, ArrayView<std::uint32_t> member
   return sum;
 }
 
+/// Distances of some at a time, so that their roots are computed side by side.
 float ridge(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uint32_t> members,
             double units)
 {
-  const float *const x = of.x.data(), *const y = of.y.data(), *const z = of.z.data();
-  const float* const normals = of.normals.data();
-  const auto apart = [center, normals](const float* position, std::uint32_t u, unsigned axis) {
-    return (double{position[u]} - position[center]) +
-           (double{normals[3 * std::size_t{u} + axis]} - normals[3 * std::size_t{center} + axis]);
-  };
+  constexpr std::size_t AT_A_TIME = 64;
+  const double* const tips = of.tips.data();
+  const double x = tips[3 * std::size_t{center}], y = tips[3 * std::size_t{center} + 1],
+               z = tips[3 * std::size_t{center} + 2];
   std::uint64_t sum = 0;
-  for (const std::uint32_t u : members) {
-    const double dx = apart(x, u, 0), dy = apart(y, u, 1), dz = apart(z, u, 2);
-    sum += toFixed(std::sqrt(dx * dx + dy * dy + dz * dz), units);
+  for (std::size_t first = 0; first < members.size(); first += AT_A_TIME) {
+    const std::size_t count = std::min(AT_A_TIME, members.size() - first);
+    double distances[AT_A_TIME];
+    for (std::size_t i = 0; i < count; ++i) {
+      const double* const tip = tips + 3 * std::size_t{members[first + i]};
+      const double dx = tip[0] - x, dy = tip[1] - y, dz = tip[2] - z;
+      distances[i] = dx * dx + dy * dy + dz * dz;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      distances[i] = std::sqrt(distances[i]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      sum += toFixed(distances[i], units);
+    }
   }
   return meanOfFixed(sum, units, members.size() - 1);  // its own distance is 0
 }
@@ -164,24 +174,28 @@ class RadiusWriter
 };
 
 /// Those of all vertices, the one of index order[i] in place i; without an order, of index i.
-RadiusAttributes gatherAttributes(const RadiusQuery& query, ArrayView<std::uint32_t> order)
+/// `positions`: x, y and z, too.
+RadiusAttributes gatherAttributes(const RadiusQuery& query, ArrayView<std::uint32_t> order,
+                                  bool positions)
 {
   const std::size_t count = query.positions.size() / 3;
   const bool heights = (query.wanted & ANY_HEIGHT_DIFFERENCE) != 0;
   const bool angles = (query.wanted & ANY_ROUGHNESS) != 0, normals = (query.wanted & RIDGE) != 0;
   RadiusAttributes all;
-  all.x.resize(count);
-  all.y.resize(count);
-  all.z.resize(count);
+  all.x.resize(positions ? count : 0);
+  all.y.resize(positions ? count : 0);
+  all.z.resize(positions ? count : 0);
   all.heights.resize(heights ? count : 0);
   all.angles.resize(angles ? count : 0);
-  all.normals.resize(normals ? 3 * count : 0);
+  all.tips.resize(normals ? 3 * count : 0);
   parallelEach(count, VERTICES_PER_CHUNK, query.threads, [&, up = query.up](std::size_t i) {
     const std::size_t v = order.empty() ? i : order[i];
     const float* const position = query.positions.data() + 3 * v;
-    all.x[i] = position[0];
-    all.y[i] = position[1];
-    all.z[i] = position[2];
+    if (positions) {
+      all.x[i] = position[0];
+      all.y[i] = position[1];
+      all.z[i] = position[2];
+    }
     if (heights) {
       all.heights[i] = static_cast<float>(dot(pointOf(position), up));
     }
@@ -189,7 +203,9 @@ RadiusAttributes gatherAttributes(const RadiusQuery& query, ArrayView<std::uint3
       all.angles[i] = toFixed(query.angles[v], ANGLE_UNITS);
     }
     if (normals) {
-      std::copy_n(query.normals.data() + 3 * v, 3, all.normals.data() + 3 * i);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        all.tips[3 * i + axis] = double{position[axis]} + query.normals[3 * v + axis];
+      }
     }
   });
   return all;
@@ -237,7 +253,7 @@ class Block
     copy(ranges, from.z, 1, attributes.z);
     copy(ranges, from.heights, 1, attributes.heights);
     copy(ranges, from.angles, 1, attributes.angles);
-    copy(ranges, from.normals, 3, attributes.normals);
+    copy(ranges, from.tips, 3, attributes.tips);
 
     offsets.assign(1, 0);
     neighbors.clear();
@@ -270,7 +286,7 @@ OrderedMesh inOrderOf(const RadiusGrid& grid, const RadiusQuery& query)
   const std::size_t count = grid.order().size();
   const ArrayView<std::uint32_t> order = {grid.order().data(), count};
   OrderedMesh mesh;
-  mesh.attributes = gatherAttributes(query, order);
+  mesh.attributes = gatherAttributes(query, order, true);
   const std::uint32_t* const offsets = query.neighbors.offsets.data();
   LargeArray<std::uint32_t> places(count);
   mesh.offsets.resize(count + 1);
@@ -537,11 +553,11 @@ void radiusStatisticsByGrid(const RadiusQuery& query, double cell_size, RadiusSt
   });
 }
 
-void statisticsByEdges(const RadiusQuery& query, RadiusStatistics& results)
+void statisticsByEdges(const RadiusQuery& query, const std::vector<PackedPosition>& packed,
+                       RadiusStatistics& results)
 {
   constexpr std::size_t vertices_per_chunk = 4096;
-  const RadiusAttributes attributes = gatherAttributes(query, {});
-  const std::vector<PackedPosition> packed = packPositions(query.positions);
+  const RadiusAttributes attributes = gatherAttributes(query, {}, false);
   const RadiusWriter writer(query, results);
   const auto one = [neighborhood = RadiusNeighborhood(packed, query.neighbors),
                     radius = query.radius, &attributes, writer](std::size_t v) mutable {
@@ -552,10 +568,9 @@ void statisticsByEdges(const RadiusQuery& query, RadiusStatistics& results)
 }
 
 /// The mean number of vertices around a vertex, itself included, of a sample of at least one.
-double meanCount(const RadiusQuery& query)
+double meanCount(const RadiusQuery& query, const std::vector<PackedPosition>& packed)
 {
   constexpr std::size_t samples = 48;
-  const std::vector<PackedPosition> packed = packPositions(query.positions);
   RadiusNeighborhood neighborhood(packed, query.neighbors);
   const std::size_t taken = std::min(samples, packed.size());
   double sum = 0.0;
@@ -587,14 +602,15 @@ RadiusStatistics radiusStatistics(const RadiusQuery& query)
   roomFor(RIDGE, results.ridges);
   roomFor(HEIGHT_DIFFERENCE_AROUND, results.height_differences_around);
   roomFor(ROUGHNESS_AROUND, results.roughnesses_around);
+  const std::vector<PackedPosition> packed = packPositions(query.positions);
   if (query.search == RadiusSearch::EDGES || count == 0 || !fitsGrid(query.radius)) {
-    statisticsByEdges(query, results);
+    statisticsByEdges(query, packed, results);
     return results;
   }
   constexpr double enough_for_grid = 60.0;  // measured
-  const double mean_count = meanCount(query);
+  const double mean_count = meanCount(query, packed);
   if (query.search == RadiusSearch::AUTOMATIC && mean_count < enough_for_grid) {
-    statisticsByEdges(query, results);
+    statisticsByEdges(query, packed, results);
   } else {
     // About as many vertices in a cell, however many are within the radius.
     constexpr double wanted_in_cell = 100.0, smallest = 0.125;
