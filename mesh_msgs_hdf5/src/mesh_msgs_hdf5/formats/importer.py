@@ -12,21 +12,43 @@ from mesh_msgs_hdf5.checks.check import checked_mesh
 from mesh_msgs_hdf5.files.probe import kind_of, read_file, read_head
 from mesh_msgs_hdf5.formats.base.options import Options, checked_options, placed
 from mesh_msgs_hdf5.formats.base.report import ImportReport
-from mesh_msgs_hdf5.formats.base.scene import Scene
-from mesh_msgs_hdf5.formats.dae.import_dae import mesh_of_scene
-from mesh_msgs_hdf5.formats.gltf.import_gltf import read_gltf
 from mesh_msgs_hdf5.formats.merge import merge_vertices
-from mesh_msgs_hdf5.formats.obj.import_obj import read_obj
-from mesh_msgs_hdf5.formats.ply.import_ply import read_ply
 from mesh_msgs_hdf5.formats.repair import repair
-from mesh_msgs_hdf5.formats.stl import read_stl
 from mesh_msgs_hdf5.isolation import IsolatedMapFile, isolated
 from mesh_msgs_hdf5.model.errors import MapFileError, PathLike
 from mesh_msgs_hdf5.model.mesh import Mesh
 
 
+# Each format is imported when the first file of it is read: nodes read map files, and start sooner.
+def _read_ply(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    from mesh_msgs_hdf5.formats.ply.import_ply import read_ply
+
+    return read_ply(path, data, options, report)
+
+
+def _read_obj(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    from mesh_msgs_hdf5.formats.obj.import_obj import read_obj
+
+    return read_obj(path, data, options, report)
+
+
+def _read_stl(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    from mesh_msgs_hdf5.formats.stl import read_stl
+
+    return read_stl(path, data, options, report)
+
+
+def _read_gltf(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
+    from mesh_msgs_hdf5.formats.gltf.import_gltf import read_gltf
+
+    return read_gltf(path, data, options, report)
+
+
 def _read_dae(path: PathLike, data: bytes, options: Options, report: ImportReport) -> Mesh:
     """assimp reads the file itself, and may crash over it: in a process of its own."""
+    from mesh_msgs_hdf5.formats.base.scene import Scene
+    from mesh_msgs_hdf5.formats.dae.import_dae import mesh_of_scene
+
     try:
         scene, materials, notes = isolated(
             "collada",
@@ -47,12 +69,12 @@ def _read_dae(path: PathLike, data: bytes, options: Options, report: ImportRepor
 Read = Callable[[PathLike, bytes, Options, ImportReport], Mesh]
 # suffix, as probe.kind_of says it -> (name in reports, what reads it); a map file is none of these
 FORMATS: Dict[str, Tuple[str, Read]] = {
-    "ply": ("PLY", read_ply),
-    "obj": ("OBJ", read_obj),
-    "stl": ("STL", read_stl),
+    "ply": ("PLY", _read_ply),
+    "obj": ("OBJ", _read_obj),
+    "stl": ("STL", _read_stl),
     "dae": ("DAE", _read_dae),
-    "glb": ("GLB", read_gltf),
-    "gltf": ("glTF", read_gltf),
+    "glb": ("GLB", _read_gltf),
+    "gltf": ("glTF", _read_gltf),
 }
 MAP_SUFFIXES = (".h5", ".hdf5")
 # what reading COLLADA may take: for any file, and for each byte of it
