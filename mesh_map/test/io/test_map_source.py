@@ -389,7 +389,8 @@ def test_parameters_as_ros_users_write_them():
     ]
     least = map_parameters({"mesh_file": "a.ply"})
     assert (least.mesh_part, least.global_frame, least.layers) == (None, "", [])
-    assert least.geometry == {"up_direction": (0, 0, 1), "orient": False, "normals": "mean"}
+    usual = {"up_direction": (0, 0, 1), "orient": False, "normals": "mean", "max_edge_length": 0.0}
+    assert least.geometry == usual
 
 
 def test_parameters_as_for_ros_2():

@@ -6,6 +6,7 @@ from typing import Any, Callable, Dict, Optional, Tuple, TypeVar
 
 import numpy as np
 from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
+from mesh_msgs.derived_mesh import DerivedMesh
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs.validation import check_geometry
 
@@ -54,7 +55,11 @@ class MeshGeometry:
         frame_id: coordinate frame.
         up: (3,) float64 of length 1; heights and steepness are measured along it.
         orientation: which faces were turned; None where that was not asked for.
+        derived: how it was made of another mesh, whose labels and layers it has; None for one that
+            was not.
     """
+
+    derived: Optional[DerivedMesh] = None
 
     def __init__(
         self,
@@ -193,10 +198,13 @@ class MeshGeometry:
 
     def report(self) -> str:
         """One line for people: what the mesh consists of, and its oddities."""
+        derived = self.derived
+        count = 0 if derived is None else derived.parent_face_count
+        made = ", made of " + quantity(count, "faces") if count else ""
         without_area = int(self.faces_without_area.sum())
         suffix = ", " + quantity(without_area, "faces without area") if without_area else ""
         turned = ", " + self.orientation.report() if self.orientation else ""
-        return self.topology.report() + suffix + turned
+        return self.topology.report() + made + suffix + turned
 
     @property
     def spatial_index(self) -> SpatialIndex:

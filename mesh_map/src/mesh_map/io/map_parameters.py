@@ -1,11 +1,13 @@
 """The parameters of a map, as ROS users write them, in a dictionary."""
 
+import logging
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Tuple
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter, checked_values
 
+_LOG = logging.getLogger("mesh_map")
 _STRINGS = (
     Parameter("mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .dae)"),
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
@@ -21,6 +23,13 @@ GEOMETRY_PARAMETERS = (
         description="normals of vertices: mean of the faces around, or weighted by their angle",
         choices=("mean", "angle"),
     ),
+    Parameter(
+        "max_edge_length",
+        0.0,
+        0.0,
+        1000.0,
+        "longer edges (m) are halved, with the faces around them, while the map is loaded; 0: none",
+    ),
 )
 
 
@@ -30,7 +39,7 @@ class MapParameters:
 
     mesh_file, mesh_part, global_frame, origin: as in the README; for MapSource.
     layers: the list for MeshMap.compute_layers().
-    geometry: up_direction, orient and normals, for MapSource.make_map().
+    geometry: up_direction, orient, normals and max_edge_length, for MapSource.make_map().
     """
 
     mesh_file: str
@@ -52,7 +61,9 @@ def map_parameters(values: Any) -> MapParameters:
     """
     if not isinstance(values, Mapping):
         raise MeshMapError("the parameters are %r, not a dictionary" % (values,))
-    checked, _ = checked_values((*_STRINGS, _ORIGIN, *GEOMETRY_PARAMETERS), values)
+    checked, warnings = checked_values((*_STRINGS, _ORIGIN, *GEOMETRY_PARAMETERS), values)
+    for warning in warnings:
+        _LOG.warning("%s", warning)
     if values.get("server_url") and not checked["mesh_file"]:
         raise MeshMapError("maps of a mesh server (server_url) are not supported", "set mesh_file")
     if not checked["mesh_file"]:

@@ -5,15 +5,16 @@ import logging
 import math
 import threading
 import weakref
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
+from mesh_msgs.derived_mesh import DerivedMesh
 from mesh_msgs.identity import geometry_uuid
 from mesh_msgs_hdf5.formats.any_mesh import Members, open_members
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.model.mesh import Label
+from mesh_msgs_hdf5.model.mesh import Label, Mesh
 from mesh_msgs_hdf5.files.save import stamp
 
 from mesh_map.base.array_checks import read_only
@@ -22,7 +23,9 @@ from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
 from mesh_map.costs.layer import Layer
 from mesh_map.geometry.coordinates import check_rounding, checked_origin
 from mesh_map.geometry.mesh_geometry import MeshGeometry
-from mesh_map.geometry.normals import checked_up
+from mesh_map.geometry.normals import checked_up, unit_normals
+from mesh_map.geometry.refinement import refine
+from mesh_map.io.derived_contents import DerivedContents
 from mesh_map.map.mesh_map import MeshMap
 
 _LOG = logging.getLogger("mesh_map")
@@ -130,6 +133,7 @@ class MapSource:
         check_rounding(path, opened.rounded, self.mesh.vertices, self.mesh.origin)
         self.contents = MapContents(self._members, opened.is_map)
         self._geometry: Optional[MeshGeometry] = None
+        self._derived: Optional[DerivedMesh] = None
         self._options: Dict[str, Any] = {}
         self._identity: Dict[str, Any] = {}
         self._stored: Dict[str, Dict[str, Any]] = {}
@@ -151,12 +155,17 @@ class MapSource:
         up_direction: Any = (0.0, 0.0, 1.0),
         orient: bool = False,
         normals: str = "mean",
+        max_edge_length: float = 0.0,
     ) -> MeshMap:
         """A map without layers. All maps of this process with this mesh share what follows from it.
 
         Args:
             frame_id: instead of that of the file.
             up_direction, orient, normals: as for MeshGeometry.
+            max_edge_length: meters; where edges are longer, the map is one of a derived mesh whose
+                are not (see mesh_map.geometry.refinement), with a UUID of its own. Labels, stored
+                layers and attributes are carried to it from the file, and layers that are saved
+                back. 0: the mesh as it is.
         Raises:
             MeshMapError: no usable mesh, or a wrong option.
         """
@@ -167,18 +176,35 @@ class MapSource:
         def made() -> MeshGeometry:
             vertices, faces, normals = mesh.vertices, mesh.faces, mesh.vertex_normals
             geometry = MeshGeometry(vertices, faces, normals, frame_id, self.uuid, **options)
-            geometry.content_uuid = content
+            derived = None
+            if max_edge_length:
+                derived = refine(vertices, faces, max_edge_length, parent_uuid=self.uuid)
+            if derived is None:
+                geometry.content_uuid = content
+            else:
+                geometry = _geometry_of(derived, mesh, frame_id, options)
             geometry.origin = read_only(checked_origin(mesh.origin))
             return geometry
 
         given = "" if mesh.vertex_normals is None else digest(mesh.vertex_normals)
-        of_options = tuple(checked_up(up_direction)), bool(orient), repr(normals)
+        of_options: Tuple[Any, ...] = tuple(checked_up(up_direction)), bool(orient), repr(normals)
+        of_options += (float(max_edge_length),)
         key = (content, self.uuid, frame_id, tuple(mesh.origin), given, of_options)
         self._geometry = _shared(key, made)
         self._options, self._identity = options, {}
+        self._derived = derived = self._geometry.derived
+        if derived is not None:
+            return MeshMap.of(self._geometry, DerivedContents(self.contents, derived))
         if given and self._has_usual_normals():
             self._identity["vertex_normals"] = given
         return MeshMap.of(self._geometry, self.contents)
+
+    @property
+    def vertex_colors(self) -> Optional[np.ndarray]:
+        """(V, 3) uint8 of the map that was made last; None where the mesh has none."""
+        colors = self.mesh.vertex_colors
+        carried = colors is not None and self._derived is not None
+        return self._derived.vertex_values(colors) if carried else colors
 
     def _content_uuid(self) -> str:
         # Files of ours are checked for that while they are read, and meshes of other formats have
@@ -193,8 +219,11 @@ class MapSource:
         Those under the name of the layer count first, then others: another robot may have stored
         them. A file that does not say how, or for which geometry, its costs were made may hold
         those of another radius: they are not used, nor are those of a damaged or meanwhile replaced
-        file; that is logged.
+        file; that is logged. A derived mesh has vertices that the file knows nothing of: there are
+        none for it.
         """
+        if self._derived is not None:
+            return None
         wanted = self._storable(fingerprint)
         try:
             for _ in range(_TRIES):
@@ -224,7 +253,9 @@ class MapSource:
         """Writes layers with their parameters to the map file; returns their names.
 
         Normals of vertices are stored too where the file has none, so that nobody computes them
-        again. Layers that say so (STORABLE) are left out.
+        again. Layers that say so (STORABLE) are left out. Of a derived mesh, the file gets what the
+        parent's vertices have, and for which geometry that was computed: nobody takes it for
+        costs that were computed on the parent.
 
         Raises:
             MeshMapError: no map file, no layers, one that does not say how it was made, or a file
@@ -238,7 +269,7 @@ class MapSource:
         edit = Edit()
         for name, layer in layers.items():
             if layer.result is not None and layer.STORABLE and layer.params["enabled"]:
-                edit.vertex_costs[name] = layer.result.costs
+                edit.vertex_costs[name] = self._for_file(layer.result.costs)
                 edit.layer_parameters[name] = self._storable(_identity(layer))
         if not edit.vertex_costs:
             raise MeshMapError("there are no layers to store")
@@ -248,10 +279,13 @@ class MapSource:
             raise MeshMapError(str(error)) from error
         return list(edit.vertex_costs)
 
+    def _for_file(self, costs: np.ndarray) -> np.ndarray:
+        return costs if self._derived is None else self._derived.parent_vertex_values(costs)
+
     def _update(self, edit: Edit) -> None:
         for tries_left in range(_TRIES - 1, -1, -1):
             self._members.layer_names()  # looks at the file as it is now: has_normals follows
-            if self._has_usual_normals():
+            if self._has_usual_normals() and self._derived is None:
                 has_normals = self._members.has_normals
                 edit.vertex_normals = None if has_normals else self._geometry.vertex_normals
             try:
@@ -276,6 +310,24 @@ class MapSource:
             if self._options.get("orient"):
                 self._identity["orient"] = True
         return json.loads(json.dumps(_finite(dict(fingerprint, **self._identity))))
+
+
+def _geometry_of(
+    derived: DerivedMesh, mesh: Mesh, frame_id: str, options: Mapping[str, Any]
+) -> MeshGeometry:
+    """That of a derived mesh. The parent's vertices keep normals that the file has; those of new
+    vertices follow from the faces, which are flat: between the corners of a box nothing is round.
+    """
+    geometry = MeshGeometry(
+        derived.vertices, derived.faces, None, frame_id, derived.uuid, **options
+    )
+    geometry.derived = derived
+    given = mesh.vertex_normals
+    if given is not None and not options["orient"] and options["normals"] == "mean":
+        normals = geometry.vertex_normals.copy()
+        normals[: len(given)] = unit_normals(given, geometry.up)
+        geometry.__dict__["vertex_normals"] = read_only(normals)
+    return geometry
 
 
 def _identity(layer: Layer) -> Mapping[str, Any]:

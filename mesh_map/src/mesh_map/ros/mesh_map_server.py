@@ -5,7 +5,7 @@ import logging
 import threading
 import time
 from functools import partial
-from typing import Any, Callable, Dict, Optional
+from typing import Any, Callable, Dict, Mapping, Optional
 
 import numpy as np
 import rospy
@@ -23,6 +23,7 @@ from mesh_map.geometry.topology import quantity
 from mesh_map.io import map_messages
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.io.map_source import MapSource
+from mesh_map.map.coarse_edges import coarse_remark
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.ros.layer_adapters import LayerAdapters
 from mesh_map.ros.log import forward_log
@@ -49,13 +50,18 @@ class MeshMapServer:
     namespace is published on /move_base_flex/mesh_map/mesh.
     """
 
-    def __init__(self, namespace: str = "~mesh_map") -> None:
+    def __init__(
+        self, namespace: str = "~mesh_map", radii: Optional[Mapping[str, float]] = None
+    ) -> None:
         """Advertises topics and services; load() fills them.
 
         Args:
             namespace: of parameters, topics and services, such as "~mesh_map", or "~" for those of
                 the node itself.
+            radii: what it is of -> meters: of the robot, for which edges of the mesh may be too
+                long, see coarse_remark(); those of layers are known.
         """
+        self._radii = dict(radii or {})
         forward_log()
         prepare()
         own = namespace in ("", "~")
@@ -66,6 +72,7 @@ class MeshMapServer:
         self._why_not = "no map is loaded"
         self._doing = ""  # while a map is being loaded
         self._done = ""  # when it was
+        self._remark = ""  # what users may do better
         self._ended = False
         self._in_use = contextlib.ExitStack()  # what works for the map
         self._topics = MapTopics(self.namespace)
@@ -86,7 +93,7 @@ class MeshMapServer:
     @property
     def colors(self) -> Optional[np.ndarray]:
         """(V, 3) uint8 of the map; None where there are none."""
-        return self._source.mesh.vertex_colors if self._source else None
+        return self._source.vertex_colors if self._source else None
 
     def load(self) -> MeshMap:
         """Reads the parameters and the file, computes the layers, and publishes everything.
@@ -223,7 +230,7 @@ class MeshMapServer:
         mesh_map.layer_timeout = values[LAYER_TIMEOUT.name]
         mesh_map.set_settings(**{p.name: values[p.name] for p in SETTINGS})
         self._in_use.close()
-        self._topics.begin(mesh_map, source.mesh.vertex_colors, values[COSTS_PERIOD.name])
+        self._topics.begin(mesh_map, source.vertex_colors, values[COSTS_PERIOD.name])
 
         def publish_layer(layer: Layer) -> None:
             self._topics.publish_costs(layer.name, layer.result.costs)
@@ -257,6 +264,9 @@ class MeshMapServer:
         self._topics.publish_progress(_progress(text, mesh_map.fault))
         _LOG.info("%s", text)
         _LOG.info("%s: %s", parameters.mesh_file, mesh_map.report())
+        self._remark = coarse_remark(mesh_map, self._radii)
+        if self._remark:
+            _LOG.warning("%s", self._remark)
         return mesh_map
 
     def _is_shut_down(self) -> bool:
@@ -283,6 +293,8 @@ class MeshMapServer:
             return Status(ERROR, self._why_not)
         failures, stale = mesh_map.layer_failures, mesh_map.stale_layers
         values = {"file": source.path, "uuid": mesh_map.uuid, "faces": len(mesh_map.faces)}
+        if self._remark:
+            values["remark"] = self._remark
         for name, layer in mesh_map.layers.items():
             enabled = layer.params["enabled"]
             stands = "stands, but its inputs are newer" if name in stale else "stands"

@@ -151,6 +151,33 @@ def test_a_robot_with_a_radius(run):
     assert "is nearer than the robot's" in out
 
 
+def test_a_mesh_of_few_large_faces(run, folder):
+    """It is said once, with the way out, which helps."""
+    words = "utm.ply --start 2 2 --goal 8 7 --json --origin 500000.3 5.8000003e6 100.3".split()
+
+    def planned(*more):
+        command = [sys.executable, str(PROGRAM), *words, *map(str, more)]
+        done = subprocess.run(
+            command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=True
+        )
+        return json.loads(done.stdout), done.stderr.decode()
+
+    radius, way_out = ("--robot-radius", 0.25), ("--max-edge-length", 0.25)
+    point, err = planned()
+    assert point["faces"] == 2 and "edges" not in err
+    large, err = planned(*radius)
+    assert large["faces"] == 2
+    assert err.count("edges longer than the robot's radius, 0.25 m (the longest has 14.1 m)") == 1
+    assert "(max_edge_length: 0.25 makes" in err
+    small, err = planned(*radius, *way_out)
+    assert small["faces"] > 2000 and "edges" not in err
+    assert small["uuid"] != large["uuid"] == point["uuid"]
+    assert json.loads(run(*words, *way_out)[1])["uuid"] == small["uuid"]
+    code, out, err = run(*words, "--max-edge-length", 0.0005)
+    assert (code, out) == (2, "")
+    assert "max_edge_length 0.0005 m makes at least" in err and "faces of 2, more than" in err
+
+
 @pytest.mark.parametrize(
     "words, message",
     [
@@ -164,6 +191,7 @@ def test_a_robot_with_a_radius(run):
         ("grid.h5 --start 1 1 --goal 2 2 --origin 1", "invalid X Y [Z] value: '1'"),
         ("no.h5 --start 1 1 --goal 2 2 --robot-radius 101", "robot_radius is 101"),
         ("grid.h5 --start 1 1 --goal 2 2 --robot-radius -1", "invalid distance value: '-1'"),
+        ("grid.h5 --start 1 1 --goal 2 2 --max-edge-length x", "invalid distance value: 'x'"),
         ("grid.h5 --start 1 1 --goal 2 2 --yaw x", "invalid number value: 'x'"),
         ("grid.h5 --start 1 1 --goal 2 2 --planner x", "no planner 'x' (known: dijkstra, wave"),
         ("grid.h5 --start 1 1 --goal 2 2 --planner a/b", "a/b"),

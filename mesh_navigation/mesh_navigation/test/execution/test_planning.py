@@ -254,6 +254,31 @@ def test_a_radius_that_is_none(tmp_path, grid_file):
         plan(mesh_map, (1, 1), (8, 8), make_planner(mesh_map), robot_radius=0.3)
 
 
+def test_the_longest_edge_of_a_map(tmp_path, caplog):
+    """As an argument, or as a parameter among those of the layers."""
+    path = tmp_path / "square.h5"
+    square = zoo.grid(cells=1, size=6.0)
+    MapFile.write(str(path), Mesh(square.vertices, square.faces))
+    longest = [
+        float(load_map(path, layers, max_edge_length=length).geometry.edge_lengths.max())
+        for layers, length in (
+            (None, None),
+            ({"layers": [], "max_edge_length": 0.5}, None),
+            ({"layers": [], "max_edge_length": 0.5}, 0.2),
+            ({"layers": [], "max_edge_length": 0.5}, 0.0),
+        )
+    ]
+    assert longest[0] == longest[3] > 8.0 and 0.25 < longest[1] <= 0.5 and longest[2] <= 0.2
+    assert not caplog.records
+    assert plan(path, (1, 1), (5, 4), robot_radius=0.3, max_edge_length=0.3).succeeded
+    assert not caplog.records
+    assert plan(path, (1, 1), (5, 4), robot_radius=0.3).succeeded
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    assert "the robot's radius, 0.3 m" in caplog.text and "max_edge_length: 0.3" in caplog.text
+    with pytest.raises(MeshMapError, match="max_edge_length is for a map from a file"):
+        plan(load_map(path), (1, 1), (5, 4), max_edge_length=0.3)
+
+
 def test_progress_and_parts(grid_file):
     told = []
     load_map(grid_file, STEPS, "mesh", lambda share, what: told.append((share, what)))
@@ -408,11 +433,15 @@ def test_without_a_sensor_a_layer_is_empty_and_that_is_said_once(grid_file, capl
     layers = {"layers": [{"name": "cups", "type": "mesh_layers/ObstacleLayer"}]}
     layers["layers"] += STEPS["layers"]
     assert plan(grid_file, (1, 1), (8, 8), "dijkstra", layers=layers).succeeded
-    said = [record.getMessage() for record in caplog.records]
-    assert said == ["layer cups is empty: there is no sensor here"]
+    assert _said_of_layers(caplog) == ["layer cups is empty: there is no sensor here"]
     layers["cups"] = {"enabled": False}
     plan(grid_file, (1, 1), (8, 8), "dijkstra", layers=layers)
-    assert len(caplog.records) == 1
+    assert len(_said_of_layers(caplog)) == 1
+
+
+def _said_of_layers(caplog):
+    said = [record.getMessage() for record in caplog.records]
+    return [text for text in said if "edges longer than radius of layer steps" not in text]
 
 
 def test_layers_that_are_neither_a_file_nor_a_mapping(grid_file):

@@ -96,7 +96,15 @@ def _run(arguments: argparse.Namespace) -> int:
 
         begin = time.monotonic()
         origin = arguments.origin and [*arguments.origin, 0.0][:3]
-        mesh_map = load_map(arguments.file, arguments.layers, arguments.part, tell, origin)
+        mesh_map = load_map(
+            arguments.file,
+            arguments.layers,
+            arguments.part,
+            tell,
+            origin,
+            arguments.robot_radius,
+            arguments.max_edge_length,
+        )
         seconds["map"] = time.monotonic() - begin
         progress.stage(f"preparing {arguments.planner}")
         begin = time.monotonic()
@@ -174,6 +182,8 @@ def _report(
             "layers": layers,
             "planner": arguments.planner,
             "robot_radius": arguments.robot_radius,
+            "uuid": mesh_map.uuid,
+            "faces": len(mesh_map.faces),
             "start": places[0].position.tolist(),
             "goal": places[1].position.tolist(),
             "outcome": result.outcome,
@@ -235,6 +245,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--part", default="", metavar="NAME", help=text)
     text = "subtracted from the coordinates of a mesh, as of a UTM zone, in meters (default Z: 0)"
     parser.add_argument("--origin", type=_place, metavar="X Y Z", help=text)
+    text = "halve longer edges, with the faces around them (default: that of the layers, else none)"
+    parser.add_argument("--max-edge-length", type=_distance, metavar="M", help=text)
     text = "draw the potential and the path from above"
     parser.add_argument("--png", metavar="OUT.png", help=text)
     parser.add_argument("--force", action="store_true", help="replace OUT.png if it exists")
@@ -282,4 +294,4 @@ def joined(words: List[str]) -> List[str]:
 
 
 _COUNTS = {"--start": 3, "--goal": 3, "--origin": 3}  # of numbers, at most
-_COUNTS.update({"--yaw": 1, "--tolerance": 1, "--robot-radius": 1})
+_COUNTS.update({"--yaw": 1, "--tolerance": 1, "--robot-radius": 1, "--max-edge-length": 1})

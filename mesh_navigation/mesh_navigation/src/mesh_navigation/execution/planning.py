@@ -47,6 +47,7 @@ def plan(
     layers: Any = None,
     origin: Optional[Sequence[float]] = None,
     robot_radius: float = 0.0,
+    max_edge_length: Optional[float] = None,
 ) -> PlanResult:
     """A path over a map. Ctrl+C ends it.
 
@@ -61,6 +62,7 @@ def plan(
         origin: of a map from a file, see `load_map`; start and goal are in the map's frame.
         robot_radius: that its middle keeps from what is lethal or unknown (m), as the parameter of
             the server; 0: a point.
+        max_edge_length: of a map from a file, see `load_map`.
 
     Returns:
         The result; that there is no path is a result too.
@@ -72,11 +74,19 @@ def plan(
     if isinstance(planner, str):
         check_planner(planner, parameters)  # before a map is read
     if not isinstance(map_or_file, MeshMap):
-        map_or_file = load_map(map_or_file, layers, origin=origin)
+        map_or_file = load_map(
+            map_or_file,
+            layers,
+            origin=origin,
+            robot_radius=robot_radius,
+            max_edge_length=max_edge_length,
+        )
     elif layers is not None:
         raise MeshMapError("layers are for a map from a file", "map.compute_layers() has others")
     elif origin is not None:
         raise MeshMapError("origin is for a map from a file", "MeshMap() takes one")
+    elif max_edge_length is not None:
+        raise MeshMapError("max_edge_length is for a map from a file", "load_map() takes one")
     first, last = ends(map_or_file, start, goal)
     if isinstance(planner, str):
         planner = make_planner(map_or_file, planner, parameters, body_on(map_or_file, shape))

@@ -11,6 +11,7 @@ from mesh_map.costs.settings import SETTINGS
 from mesh_map.geometry.coordinates import checked_origin
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.io.map_source import MapSource
+from mesh_map.map.coarse_edges import coarse_remark
 from mesh_map.map.mesh_map import MeshMap
 
 Progress = Callable[[float, str], None]
@@ -23,6 +24,8 @@ def load_map(
     part: str = "",
     progress: Optional[Progress] = None,
     origin: Optional[Sequence[float]] = None,
+    robot_radius: float = 0.0,
+    max_edge_length: Optional[float] = None,
 ) -> MeshMap:
     """Read a map and compute its layers. Layers that are stored in the file are used if they fit.
 
@@ -36,6 +39,10 @@ def load_map(
         origin: x, y, z (m), subtracted from the coordinates of a mesh before they are rounded to
             float32: those of a UTM zone need it. The map's frame begins there. None: that of
             ``layers``, else that of the file.
+        robot_radius: (m) for which edges of the mesh may be too long, which is logged once, as it
+            is for the radii of layers; 0: of a point.
+        max_edge_length: (m) the map has no longer edges, see the parameter of that name of
+            mesh_map; 0: the mesh as it is. None: that of ``layers``, else 0.
 
     Raises:
         MeshMapError: a file that cannot be read, coordinates that need another origin, or a
@@ -47,6 +54,8 @@ def load_map(
         configuration["mesh_part"] = part
     if origin is not None:
         configuration["origin"] = checked_origin(origin).tolist()
+    if max_edge_length is not None:
+        configuration["max_edge_length"] = max_edge_length
     parameters = map_parameters(configuration)
     progress = progress or (lambda share, what: None)
     progress(0.0, f"reading {parameters.mesh_file}")
@@ -60,6 +69,9 @@ def load_map(
     for name, layer in mesh_map.layers.items():
         if layer.can_be_cleared() and layer.params["enabled"]:
             _LOG.warning("layer %s is empty: there is no sensor here", name)
+    remark = coarse_remark(mesh_map, {"the robot's radius": robot_radius})
+    if remark:
+        _LOG.warning("%s", remark)
     return mesh_map
 
 

@@ -45,7 +45,8 @@ class ServerMap:
         self.planners = _plugins(PLANNERS)
         self.controllers = _plugins(CONTROLLERS)
         self.behaviors = _plugins(BEHAVIORS)
-        self.server = MeshMapServer("~mesh_map")
+        radii = {"the robot's radius": shape.inscribed_radius}
+        self.server = MeshMapServer("~mesh_map", radii)
         self.gate = MapGate(self._load, wait)
         self._on_ready = on_ready
         self._in_use = ExitStack()  # what works for the map

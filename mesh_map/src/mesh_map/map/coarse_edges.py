@@ -1,0 +1,52 @@
+"""Whether faces are so large that layers and planners know little of what is in them."""
+
+from typing import Dict, Mapping
+
+import numpy as np
+
+from mesh_map.map.mesh_map import MeshMap
+
+# Of the surface: some long edges, as at the rim of a scan, are no reason to say anything.
+_SHARE = 0.05
+
+
+def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
+    """Says, for people, that edges are longer than a radius, and the way out; else it is empty.
+
+    Costs are those of vertices: what is lethal in the middle of a large face closes all of it, and
+    an inflation without vertices within its radius inflates nothing. Edges count as longer where
+    more than a twentieth of the surface is in faces with one that is.
+
+    Args:
+        mesh_map: with its layers; their parameters that are called a radius count, if enabled.
+        radii: more of them: what it is of -> meters; 0 for none.
+    """
+    known = {**_layer_radii(mesh_map), **{what: r for what, r in radii.items() if r > 0.0}}
+    if not known:
+        return ""
+    what, radius = min(known.items(), key=lambda item: item[1])
+    corners = mesh_map.vertices[mesh_map.faces].astype(np.float64)
+    sides = np.roll(corners, -1, axis=1) - corners
+    longest = np.linalg.norm(sides, axis=2).max(axis=1)
+    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    whole = float(areas.sum())
+    share = float(areas[longest > radius].sum()) / whole if whole else 0.0
+    if share <= _SHARE:
+        return ""
+    return (
+        "%.0f %% of the surface is in faces with edges longer than %s, %.3g m (the longest has "
+        "%.3g m): layers and planners know costs at vertices only, so obstacles and paths are as coarse "
+        "as that (max_edge_length: %.2g makes the edges of the map short enough)"
+        % (100 * share, what, radius, float(longest.max()), radius)
+    )
+
+
+def _layer_radii(mesh_map: MeshMap) -> Dict[str, float]:
+    found = {}
+    for name, layer in mesh_map.layers.items():
+        if not layer.params.get("enabled", True):
+            continue
+        for parameter, value in layer.params.items():
+            if parameter.endswith("radius") and isinstance(value, float) and value > 0.0:
+                found["%s of layer %s" % (parameter, name)] = value
+    return found

@@ -1,0 +1,80 @@
+"""All that is known of a mesh, on a mesh that was made of it."""
+from typing import Any, Optional
+
+import numpy as np
+from mesh_msgs.derived_mesh import DerivedMesh
+
+from mesh_msgs_hdf5.model.mesh import Label, Materials, Mesh
+
+
+def carried_mesh(mesh: Mesh, derived: DerivedMesh) -> Mesh:
+    """What a mesh has, on one that was derived of it.
+
+    Costs, colors, normals and texture coordinates of vertices are interpolated; attributes,
+    materials and labels of faces are those of their parents. Textures, features and where the mesh
+    comes from are shared. What layers and attributes were computed with is left out: values that
+    were computed on the derived mesh would be others.
+
+    Raises:
+        ValueError: the mesh is not the parent of the derived one.
+    """
+    counts = len(mesh.vertices), len(mesh.faces)
+    parent_counts = derived.parent_vertex_count, derived.parent_face_count
+    if counts != parent_counts:
+        raise ValueError(
+            "a mesh of %d vertices and %d faces is not the parent, which has %d and %d"
+            % (counts + parent_counts)
+        )
+    return Mesh(
+        derived.vertices,
+        derived.faces,
+        vertex_normals=_carried_normals(mesh.vertex_normals, derived),
+        vertex_colors=_carried(mesh.vertex_colors, derived),
+        vertex_costs={
+            name: derived.vertex_values(costs) for name, costs in mesh.vertex_costs.items()
+        },
+        frame_id=mesh.frame_id,
+        source=mesh.source,
+        face_attributes={
+            name: derived.face_values(values) for name, values in mesh.face_attributes.items()
+        },
+        texture_coordinates=_carried(mesh.texture_coordinates, derived),
+        textures=mesh.textures,
+        materials=_carried_materials(mesh.materials, derived),
+        labels={text: carried_label(label, derived) for text, label in mesh.labels.items()},
+        features=mesh.features,
+        origin=mesh.origin,
+        crs=mesh.crs,
+    )
+
+
+def carried_label(label: Label, derived: DerivedMesh) -> Label:
+    """A label of the parent, on a derived mesh: all parts of its faces."""
+    return Label(derived.faces_of(label.faces), label.color)
+
+
+def _carried(values: Any, derived: DerivedMesh) -> Optional[np.ndarray]:
+    return None if values is None else derived.vertex_values(values)
+
+
+def _carried_normals(normals: Any, derived: DerivedMesh) -> Optional[np.ndarray]:
+    """Of length 1; where those around cancel each other out, that of the nearest vertex."""
+    if normals is None:
+        return None
+    found = derived.vertex_values(normals)
+    lengths = np.linalg.norm(found, axis=1)
+    none = lengths < 1e-6
+    nearest = np.argmax(derived.vertex_weights[none], axis=1)
+    found[none] = np.asarray(normals)[derived.vertex_parents[none, nearest]]
+    lengths[none] = 1.0
+    is_new = derived.vertex_weights.max(1) < 1.0
+    found[is_new] /= lengths[is_new, None]
+    return found
+
+
+def _carried_materials(materials: Optional[Materials], derived: DerivedMesh) -> Optional[Materials]:
+    if materials is None:
+        return None
+    return Materials(
+        materials.colors, materials.texture_indices, derived.face_values(materials.face_materials)
+    )
