@@ -90,6 +90,8 @@ class RawPath(NamedTuple):
     normals: np.ndarray
     """(N,3) of the surface there, pointing up."""
     cost: float
+    remark: str = ""
+    """For people, to follow the message of the result; empty, or beginning with "; "."""
 
 
 class CachedField(NamedTuple):
@@ -316,7 +318,7 @@ class SurfacePlanner(MeshPlanner):
         return PlanResult(
             outcome=GetPathOutcome.SUCCESS,
             message=f"path of {length:.2f} m with {len(poses)} poses{cost}, straight it would be "
-            f"{straight:.2f} m{origin.remark}{target.remark}",
+            f"{straight:.2f} m{origin.remark}{target.remark}{track.remark}",
             poses=poses,
             cost=track.cost,
             potential=potential,
@@ -352,6 +354,7 @@ class SurfacePlanner(MeshPlanner):
             np.concatenate([points[:-1], track.points]),
             np.concatenate([normals, track.normals]),
             track.cost + lead.length,
+            track.remark,
         )
 
     def _not_reached(

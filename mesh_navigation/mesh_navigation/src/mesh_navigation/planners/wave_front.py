@@ -7,10 +7,11 @@ import numpy as np
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag
 from mesh_map.base.parameter import Parameter
+from mesh_map.distance.exact_geodesic import ExactGeodesic
 from mesh_map.distance.surface_path import FieldTracer, SurfacePath
 from mesh_map.distance.wave_front import WaveFrontField, WaveFrontSolver
 
-from mesh_navigation.base.path import spaced_out
+from mesh_navigation.base.path import path_length, spaced_out
 from mesh_navigation.planners.path_ends import PathEnd
 from mesh_navigation.planners.surface_planner import (
     PARAMETERS,
@@ -22,7 +23,11 @@ from mesh_navigation.planners.surface_planner import (
 )
 from mesh_navigation.plugins.planner import PlanField
 from mesh_navigation.surface.slowness import changed_vertices
+from mesh_navigation.surface.travel_cost import travel_cost
 from mesh_navigation.surface.up_normals import face_up_normals
+
+# More than this share over its potential, a path is looked at again.
+_SUSPECT = 0.01
 
 STEP_WIDTH = Parameter("step_width", 0.4, 0.01, 1.0, "longest way from a pose to the next (m)")
 
@@ -38,7 +43,10 @@ class WaveFrontPlanner(SurfacePlanner):
     The front takes 1 + cost_factor c times as long where the cost is c, so that the path weighs
     length against risk. Vertices that are lethal, unknown or over the cost limit are not reached,
     and a face with such a corner is not crossed. The path lies in the faces; its poses are where it
-    bends, and at most step_width apart. Its cost is the potential at the start.
+    bends, and at most step_width apart. Its cost is the potential at the start, or that of the path
+    where that is more: on large faces a potential may promise what there is no path for. Where that
+    is more than a hundredth, the path is pulled taut (where only lengths count), and what is left
+    is said in the message.
     """
 
     parameters = PARAMETERS + (STEP_WIDTH, _cost_factor(1.0))
@@ -82,9 +90,30 @@ class WaveFrontPlanner(SurfacePlanner):
         if len(path.points) == 1:  # the start is the goal
             ends = np.stack([origin.position, target.position])
             path = SurfacePath(ends, np.array([target.face_point.face]), np.zeros(2))
+        promised = float(path.potentials[0])
+        path, cost = self._checked(search, path, promised)
         points, segments = spaced_out(path.points, search.values["step_width"])
         normals = face_up_normals(self.map.geometry, path.faces[segments])
-        return RawPath(points, normals, float(path.potentials[0]))
+        remark = ""
+        if cost > (1 + _SUSPECT) * promised:
+            remark = f"; the potential promised {promised:.2f}, faces here are too large for it"
+            remark += " (max_edge_length of the map makes them smaller)"
+        # No meter takes less than 1; the last digits depend on where the poses are.
+        return RawPath(points, normals, max(promised, cost, path_length(points)), remark)
+
+    def _checked(
+        self, search: Search, path: SurfacePath, promised: float
+    ) -> Tuple[SurfacePath, float]:
+        """A path and what it costs; pulled taut where the potential at its start is much less."""
+        snapshot, geometry = search.snapshot, self.map.geometry
+        cost = travel_cost(geometry, path, snapshot.slowness)
+        if cost > (1 + _SUSPECT) * promised and snapshot.is_length:
+            taut = ExactGeodesic.of(geometry).shorten(
+                path, mask=snapshot.open_faces, cancel=search.flag
+            )
+            cost = travel_cost(geometry, taut, snapshot.slowness)
+            path = taut
+        return path, cost
 
     def _surface_path(
         self, search: Search, origin: PathEnd, target: PathEnd, field: WaveFrontField

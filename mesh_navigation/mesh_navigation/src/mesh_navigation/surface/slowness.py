@@ -51,16 +51,20 @@ class CostSnapshot:
         return len(self.costs) - int(np.count_nonzero(self.passable))
 
     @cached_property
+    def is_length(self) -> bool:
+        """Whether a meter takes 1 wherever it may be passed."""
+        return not (self.cost_factor and np.any((self.costs > 0) & self.passable))
+
+    @cached_property
     def slowness(self) -> Optional[np.ndarray]:
         """(V,) float32, read-only: how long a meter takes, +inf where it is not passable.
 
         None where it is 1 everywhere: searches are faster without an array of ones. No way may be
         shorter than it is: a negative cost counts as none.
         """
-        costs_count = self.cost_factor and np.any((self.costs > 0) & self.passable)
-        if not costs_count and not self.blocked_count:
+        if self.is_length and not self.blocked_count:
             return None
-        if costs_count:
+        if not self.is_length:
             with np.errstate(invalid="ignore"):
                 slowness = 1 + np.float32(self.cost_factor) * np.maximum(self.costs, 0)
         else:
