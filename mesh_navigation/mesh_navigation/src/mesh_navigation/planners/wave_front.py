@@ -7,11 +7,14 @@ import numpy as np
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.cancel import CancelFlag
 from mesh_map.base.parameter import Parameter
+from mesh_map.distance.dijkstra import DijkstraSolver
 from mesh_map.distance.exact_geodesic import ExactGeodesic
 from mesh_map.distance.surface_path import FieldTracer, SurfacePath
 from mesh_map.distance.wave_front import WaveFrontField, WaveFrontSolver
+from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 from mesh_navigation.base.path import path_length, spaced_out
+from mesh_navigation.planners.dijkstra import first_corner
 from mesh_navigation.planners.path_ends import PathEnd
 from mesh_navigation.planners.surface_planner import (
     PARAMETERS,
@@ -91,7 +94,11 @@ class WaveFrontPlanner(SurfacePlanner):
             ends = np.stack([origin.position, target.position])
             path = SurfacePath(ends, np.array([target.face_point.face]), np.zeros(2))
         promised = float(path.potentials[0])
-        path, cost = self._checked(search, path, promised)
+        snapshot, geometry = search.snapshot, self.map.geometry
+        cost = travel_cost(geometry, path, snapshot.slowness)
+        if cost > (1 + _SUSPECT) * promised and snapshot.is_length:
+            path = self._tightened(search, origin, target, path, _SUSPECT)
+            cost = travel_cost(geometry, path, snapshot.slowness)
         points, segments = spaced_out(path.points, search.values["step_width"])
         normals = face_up_normals(self.map.geometry, path.faces[segments])
         remark = ""
@@ -101,25 +108,54 @@ class WaveFrontPlanner(SurfacePlanner):
         # No meter takes less than 1; the last digits depend on where the poses are.
         return RawPath(points, normals, max(promised, cost, path_length(points)), remark)
 
-    def _checked(
-        self, search: Search, path: SurfacePath, promised: float
-    ) -> Tuple[SurfacePath, float]:
-        """A path and what it costs; pulled taut where the potential at its start is much less."""
-        snapshot, geometry = search.snapshot, self.map.geometry
-        cost = travel_cost(geometry, path, snapshot.slowness)
-        if cost > (1 + _SUSPECT) * promised and snapshot.is_length:
-            taut = ExactGeodesic.of(geometry).shorten(
-                path, mask=snapshot.open_faces, cancel=search.flag
-            )
-            cost = travel_cost(geometry, taut, snapshot.slowness)
-            path = taut
-        return path, cost
-
     def _surface_path(
         self, search: Search, origin: PathEnd, target: PathEnd, field: WaveFrontField
     ) -> SurfacePath:
         """The path in the faces; its potentials are what it costs from there."""
         return self._tracer.path(_to_goal(field, target), origin.face_point, cancel=search.flag)
+
+    def _tightened(
+        self, search: Search, origin: PathEnd, target: PathEnd, path: SurfacePath, slack: float
+    ) -> SurfacePath:
+        """A path down a potential of lengths, pulled taut.
+
+        Where it is still longer than its potential promised, by more than a share `slack`: or what
+        is pulled taut from the way over edges, if that is shorter. That is never longer than over
+        edges, and may be on a better side of a hill.
+        """
+        taut = self._taut(search, path)
+        if taut.length <= (1 + slack) * path.potentials[0]:
+            return taut
+        other = self._taut(search, self._along_edges(search, origin, target))
+        return min(taut, other, key=lambda candidate: candidate.length)
+
+    def _taut(self, search: Search, path: SurfacePath) -> SurfacePath:
+        """The locally shortest path, over what may be passed, that a path becomes."""
+        geodesic = ExactGeodesic.of(self.map.geometry)
+        return geodesic.shorten(path, mask=search.snapshot.open_faces, cancel=search.flag)
+
+    def _along_edges(self, search: Search, origin: PathEnd, target: PathEnd) -> SurfacePath:
+        """The shortest way over edges, as Dijkstra's algorithm finds it."""
+        geometry = self.map.geometry
+        found = geometry.made(_edge_solver).solve(
+            target.corner_paths,
+            vertex_costs=search.snapshot.slowness,
+            targets=origin.vertices,
+            cancel_flag=search.flag,
+        )
+        way = found.way_from(first_corner(origin.corner_paths, found)[0])
+        points = np.concatenate(
+            [origin.position[None], geometry.vertices[way], target.position[None]]
+        )
+        faces_of = geometry.topology.faces_of
+        between = [
+            np.intersect1d(faces_of(a), faces_of(b))[0]
+            for a, b in zip(way.tolist(), way[1:].tolist())
+        ]
+        faces = np.array(
+            [origin.face_point.face, *between, target.face_point.face], dtype=np.uint32
+        )
+        return SurfacePath(points, faces, np.zeros(len(points)))
 
     def _plan_field(self, target: PathEnd, field: WaveFrontField) -> PlanField:
         return _plan_field(read_only(field.labels.copy()), field, target)
@@ -132,6 +168,10 @@ class WaveFrontPlanner(SurfacePlanner):
             tracer.vertex_directions(field) if values["publish_vector_field"] else None,
             tracer.face_directions(field) if values["publish_face_vectors"] else None,
         )
+
+
+def _edge_solver(geometry: MeshGeometry) -> DijkstraSolver:
+    return DijkstraSolver(topology=geometry.topology, edge_lengths=geometry.edge_lengths)
 
 
 class CVPMeshPlanner(WaveFrontPlanner):
