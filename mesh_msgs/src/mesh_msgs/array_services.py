@@ -38,5 +38,7 @@ GetLabeledClusters = _with_arrays(mesh_msgs.srv.GetLabeledClusters)
 GetLabeledClustersResponse = GetLabeledClusters._response_class
 GetLabeledClusterGroup = _with_arrays(mesh_msgs.srv.GetLabeledClusterGroup)
 GetLabeledClusterGroupResponse = GetLabeledClusterGroup._response_class
+GetDerivedMesh = _with_arrays(mesh_msgs.srv.GetDerivedMesh)
+GetDerivedMeshResponse = GetDerivedMesh._response_class
 DeleteLabel = _with_arrays(mesh_msgs.srv.DeleteLabel)
 DeleteLabelResponse = DeleteLabel._response_class

@@ -47,6 +47,11 @@ SERVICES = {  # service, request, response
         "323a026eaec91e8dd63929aa10b99a66",
         "964931261560c5f74efcdd1a449f32de",
     ),
+    "GetDerivedMesh": (  # of this package alone
+        "27aca211f52498808dad7f32279d98b4",
+        UUID,
+        "2e2b31d2c5f8d5f4f2eae4b7a51cdd63",
+    ),
     "GetGeometry": (
         "e21c42f8a3978429fcbcd1c03ddeb4e3",
         UUID,

@@ -78,6 +78,17 @@ class MapContents:
         """Text -> label, of all: quicker than several of them one by one."""
         return self._labels().all() if self._is_map_file else self._members.labels()
 
+    def label_store(self) -> LabelStore:
+        """Labels and journal of the map file, which are only read.
+
+        Raises:
+            MapFileError: also where the mesh is no map file.
+        """
+        if not self._is_map_file:
+            reason = "it is no map file, so its labels cannot be edited"
+            raise MapFileError("value", self._members.path, reason, "mesh_tool import makes one")
+        return self._labels()
+
     def labels_version(self) -> Any:
         """Something that is not equal to what it was when labels may have changed since.
 

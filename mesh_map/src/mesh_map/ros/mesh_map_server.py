@@ -21,10 +21,12 @@ from mesh_map.costs.layer import Layer
 from mesh_map.costs.settings import SETTINGS
 from mesh_map.geometry.topology import quantity
 from mesh_map.io import map_messages
+from mesh_map.io.derived_labels import DerivedLabels
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.io.map_source import MapSource
 from mesh_map.map.coarse_edges import coarse_remark
 from mesh_map.map.mesh_map import MeshMap
+from mesh_map.ros.derived_label_server import DerivedLabelServer
 from mesh_map.ros.layer_adapters import LayerAdapters
 from mesh_map.ros.log import forward_log
 from mesh_map.ros.map_services import MapServices
@@ -77,6 +79,7 @@ class MeshMapServer:
         self._in_use = contextlib.ExitStack()  # what works for the map
         self._topics = MapTopics(self.namespace)
         self._services = MapServices(self)
+        self._derived_labels: Optional[DerivedLabelServer] = None
         self._diagnostics = Diagnostics("map", self._status, self._tell)
 
     @property
@@ -212,6 +215,8 @@ class MeshMapServer:
         self._diagnostics.shutdown()
         with self._lock:
             self._in_use.close()
+            if self._derived_labels is not None:
+                self._derived_labels.shutdown()
             self._services.shutdown()
             self._topics.shutdown()
 
@@ -243,6 +248,7 @@ class MeshMapServer:
         self._topics.publish_costs(COMBINED_COSTS, mesh_map.planning_costs().costs)
         self._topics.publish_layer_vectors(mesh_map.layers.values())
         self._map, self._source = mesh_map, source
+        self._serve_labels(mesh_map, source)
         for name in mesh_map.contents.face_attribute_names():
             self._topics.face_costs.send(name, partial(_face_costs_message, mesh_map, name))
 
@@ -268,6 +274,17 @@ class MeshMapServer:
         if self._remark:
             _LOG.warning("%s", self._remark)
         return mesh_map
+
+    def _serve_labels(self, mesh_map: MeshMap, source: MapSource) -> None:
+        """Labels of a derived mesh are served here: who owns them knows the parent only."""
+        labels = None
+        if mesh_map.geometry.derived is not None and source.is_map_file:
+            store = mesh_map.contents.parent.label_store()
+            labels = DerivedLabels(store, mesh_map.geometry.derived)
+            if self._derived_labels is None:
+                self._derived_labels = DerivedLabelServer(self.namespace.rstrip("/") + "/")
+        if self._derived_labels is not None:
+            self._derived_labels.serve(mesh_map, labels)
 
     def _is_shut_down(self) -> bool:
         return self._ended or rospy.is_shutdown()

@@ -65,6 +65,13 @@ class LabelServices:
             )
         ]
 
+    def shutdown(self) -> None:
+        """Ends topics and services."""
+        for service in self._services:
+            service.shutdown()
+        self._stored.unregister()
+        self._colors.unregister()
+
     def stored(self, uuid: str, labels: Any, changed: arrays.MeshFaceCluster) -> None:
         """A label has been stored; it has no faces if it has been deleted."""
         self._stored.publish(changed)
