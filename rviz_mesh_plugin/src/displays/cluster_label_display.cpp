@@ -93,6 +93,7 @@ void ClusterLabelDisplay::subscribe()
 {
   unsubscribe();
   const MeshSource source = this->source();
+  asked_for_parents_ = false;
   subscription_error_.clear();
   try {
     // Services and the topic of edits are beside that of the labels.
@@ -108,6 +109,7 @@ void ClusterLabelDisplay::subscribe()
     }
     owner_.connect(threaded_nh_, names.services.service_namespace);
     label_colors_.connect(threaded_nh_, names.services.service_namespace);
+    face_parents_.connect(names.services.service_namespace);
   } catch (const ros::Exception& error) {
     subscription_error_ = "these topics cannot be used: " + std::string(error.what());
   }
@@ -118,6 +120,7 @@ void ClusterLabelDisplay::unsubscribe()
   sources_.disconnect();
   owner_.disconnect();
   label_colors_.disconnect();
+  face_parents_.disconnect();
 }
 
 void ClusterLabelDisplay::restart()
@@ -193,6 +196,11 @@ std::optional<Rgba8> ClusterLabelDisplay::ownColor(const std::string& label) con
   return own && color != own->end() ? std::optional<Rgba8>(color->second) : std::nullopt;
 }
 
+FaceParentsConstPtr ClusterLabelDisplay::faceParents() const
+{
+  return mesh() ? face_parents_.parents(mesh()->uuid) : nullptr;
+}
+
 const LabelLooks& ClusterLabelDisplay::looks() const
 {
   static const LabelLooks none;
@@ -230,6 +238,8 @@ std::string ClusterLabelDisplay::storeFaces(const std::string& label,
   std::string reason = whyNotEditable(label);
   if (reason.empty()) {
     edit_failure_.clear();
+    // Where nobody could tell before.
+    face_parents_.request(store_.mesh()->uuid, store_.mesh()->faceCount());
     lines_.attempt([&] { owner_.store(labelEdit(*store_.mesh(), label, faces, override)); });
   }
   return reason;
@@ -265,6 +275,7 @@ void ClusterLabelDisplay::takeMessages()
   received_ = sources_.loader().take();
   if (!received_.meshes.empty() && received_.meshes.back() != store_.mesh()) {
     store_.setMesh(received_.meshes.back());
+    asked_for_parents_ = false;
     if (overlay_) {
       overlay_->setMesh(store_.mesh());
     }
@@ -291,6 +302,10 @@ void ClusterLabelDisplay::takeColors()
   }
   const std::string& uuid = store_.mesh()->uuid;
   label_colors_.request(uuid);
+  if (!asked_for_parents_ && owner_.isHeard()) {  // who tells of them is there before it listens
+    face_parents_.request(uuid, store_.mesh()->faceCount());
+    asked_for_parents_ = true;
+  }
   for (const std::string& label : colors_.setOwn(label_colors_.colors(uuid))) {
     applyLook(label);
   }

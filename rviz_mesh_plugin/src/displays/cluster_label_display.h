@@ -15,8 +15,10 @@
 #include "base/mesh_data.h"
 #include "base/status_lines.h"
 #include "incoming/reception.h"
+#include "labels/face_parents.h"
 #include "labels/label_colors.h"
 #include "labels/shown_labels.h"
+#include "sources/face_parents_source.h"
 #include "sources/label_client.h"
 #include "sources/label_color_source.h"
 #include "sources/mesh_source.h"
@@ -64,6 +66,10 @@ class ClusterLabelDisplay : public rviz::Display
   /// Shows its class, too.
   void setShown(const std::string& label, bool shown);
 
+  /// What of a parent the faces of the mesh are parts of; null where it was made of none, or that
+  /// is not known.
+  FaceParentsConstPtr faceParents() const;
+
   /// In meters.
   float brushSize() const;
 
@@ -110,6 +116,7 @@ class ClusterLabelDisplay : public rviz::Display
   MeshSources sources_{false};
   LabelClient owner_;
   LabelColorSource label_colors_;
+  FaceParentsSource face_parents_;
   ShownLabels store_;
   LabelColors colors_;
   StatusLines lines_;
@@ -123,6 +130,7 @@ class ClusterLabelDisplay : public rviz::Display
   std::vector<std::string> names_;  ///< that the properties have been told
   std::size_t hidden_ = 0;          ///< labels
   bool recount_ = true;             ///< these
+  bool asked_for_parents_ = false;  ///< of the mesh, since it was subscribed to
   OptionalStatus edits_;
   std::string edit_failure_;
 };

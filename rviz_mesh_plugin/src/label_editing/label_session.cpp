@@ -13,6 +13,7 @@
 #include <std_srvs/Trigger.h>
 
 #include "displays/display_tree.h"
+#include "labels/face_parents.h"
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
 #include "ros_client/service_call.h"
@@ -98,6 +99,14 @@ bool saveLabels(const std::string& name_space, const Cancellation& cancellation)
     throw std::runtime_error(service + " says: " + shortened(response.message));
   }
   return true;
+}
+
+/// Faces as they come back when they are stored: where the mesh was made of another one, with all
+/// parts of a face of that.
+LabelSession::Faces asStored(const LabelSession::Faces& faces, const ClusterLabelDisplay& display)
+{
+  const FaceParentsConstPtr parents = display.faceParents();
+  return parents ? wholeFaces(faces, *parents) : faces;
 }
 
 }  // namespace
@@ -256,11 +265,12 @@ std::string LabelSession::send(const LabelEdit& edit)
     return "it has changed meanwhile, elsewhere, and what is new would be lost: give up and look "
            "at it, or delete it";
   }
-  const std::string reason = display->storeFaces(edit.label, *edit.faces, !edit.adds);
+  const Faces faces = asStored(*edit.faces, *display);
+  const std::string reason = display->storeFaces(edit.label, faces, !edit.adds);
   // Not where the UUID says "the only one": that may be another mesh for who hears it.
   if (reason.empty() && !uuid.empty() && uuid != "mesh" &&
       ros::names::append(labelNamespace(display->source()), "cluster_label") != EVERYBODY) {
-    everybody_.publish(labelEdit(*display->mesh(), edit.label, *edit.faces, !edit.adds));
+    everybody_.publish(labelEdit(*display->mesh(), edit.label, faces, !edit.adds));
   }
   return reason;
 }
@@ -277,7 +287,7 @@ bool LabelSession::isStored(const LabelEdit& edit) const
   const Faces& stored = facesOf(display->labels(), edit.label);
   return edit.adds
              ? std::includes(stored.begin(), stored.end(), edit.faces->begin(), edit.faces->end())
-             : stored == *edit.faces;
+             : stored == asStored(*edit.faces, *display);
 }
 
 LabelEdit LabelSession::edit(const std::string& label) const
@@ -349,6 +359,9 @@ std::string LabelSession::takeAway(const std::string& label, const Faces& faces)
 {
   Faces sorted = faces;
   sortFaces(sorted);
+  if (display_) {
+    sorted = asStored(sorted, *display_);  // what is left of a face would bring all of it back
+  }
   const Faces before = this->faces(label);
   Faces rest;
   std::set_difference(before.begin(), before.end(), sorted.begin(), sorted.end(),

@@ -30,18 +30,22 @@ class DerivedLabelServer:
     map file; whatever becomes of labels there, by whomever, is told on new_cluster_label.
     """
 
-    def __init__(self, prefix: str) -> None:
-        """Args:
-        prefix: of all names, ending with "/".
+    def __init__(self, prefix: str, mesh_map: MeshMap, labels: DerivedLabels) -> None:
+        """Serves those of a map.
+
+        Args:
+            prefix: of all names, ending with "/".
+            mesh_map, labels: as for serve().
         """
         self._lock = threading.Lock()  # of what is known
-        self._labels: Optional[DerivedLabels] = None
-        self._map: Optional[MeshMap] = None
+        self._labels: Optional[DerivedLabels] = labels
+        self._map: Optional[MeshMap] = mesh_map
         self._told: Dict[str, Label] = {}  # labels of the parent, as subscribers have them
         self._version: Any = None
         self._topic = prefix + "cluster_label"
         self._forwarder = LabelForwarder()
         self._services = LabelServices(prefix, self._find, self._forwarder, MeshMapError)
+        self.serve(mesh_map, labels)
         self._parents = rospy.Service(
             prefix + "get_derived_mesh", array_services.GetDerivedMesh, self._get_derived
         )

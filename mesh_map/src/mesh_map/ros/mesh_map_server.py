@@ -12,6 +12,7 @@ import rospy
 from mesh_msgs import arrays
 from mesh_msgs.diagnostics_ros import ERROR, OK, WARN, Diagnostics, Status
 from mesh_msgs_hdf5.isolation import prepare
+from mesh_msgs_hdf5.model.errors import MapFileError
 from visualization_msgs.msg import Marker
 
 from mesh_map.base.errors import PLUGIN_FAILURES, MeshMapError, error_line
@@ -236,6 +237,7 @@ class MeshMapServer:
         mesh_map.set_settings(**{p.name: values[p.name] for p in SETTINGS})
         self._in_use.close()
         self._topics.begin(mesh_map, source.vertex_colors, values[COSTS_PERIOD.name])
+        self._serve_labels(mesh_map, source)
 
         def publish_layer(layer: Layer) -> None:
             self._topics.publish_costs(layer.name, layer.result.costs)
@@ -248,7 +250,6 @@ class MeshMapServer:
         self._topics.publish_costs(COMBINED_COSTS, mesh_map.planning_costs().costs)
         self._topics.publish_layer_vectors(mesh_map.layers.values())
         self._map, self._source = mesh_map, source
-        self._serve_labels(mesh_map, source)
         for name in mesh_map.contents.face_attribute_names():
             self._topics.face_costs.send(name, partial(_face_costs_message, mesh_map, name))
 
@@ -279,12 +280,16 @@ class MeshMapServer:
         """Labels of a derived mesh are served here: who owns them knows the parent only."""
         labels = None
         if mesh_map.geometry.derived is not None and source.is_map_file:
-            store = mesh_map.contents.parent.label_store()
-            labels = DerivedLabels(store, mesh_map.geometry.derived)
-            if self._derived_labels is None:
-                self._derived_labels = DerivedLabelServer(self.namespace.rstrip("/") + "/")
+            try:
+                store = mesh_map.contents.parent.label_store()
+                labels = DerivedLabels(store, mesh_map.geometry.derived)
+            except MapFileError as error:
+                _LOG.warning("the labels of the map are not served: %s", error)
         if self._derived_labels is not None:
             self._derived_labels.serve(mesh_map, labels)
+        elif labels is not None:
+            prefix = self.namespace.rstrip("/") + "/"
+            self._derived_labels = DerivedLabelServer(prefix, mesh_map, labels)
 
     def _is_shut_down(self) -> bool:
         return self._ended or rospy.is_shutdown()

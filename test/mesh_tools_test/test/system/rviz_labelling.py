@@ -16,12 +16,15 @@ import rosgraph
 import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
+from mesh_map.io.map_source import MapSource
 from mesh_msgs import zoo
 from mesh_msgs.arrays import MeshGeometryStamped
 from mesh_msgs.msg import MeshFaceClusterStamped
 from mesh_msgs.srv import GetLabeledClusters
+from mesh_msgs_hdf5.map_file import MapFile
 from osmesa_harness.back_ends import BackEnd, environment_of
 from PIL import Image
+from std_srvs.srv import Trigger
 
 from mesh_tools_test.demo.processes import environment_with_home, process, wait_until
 
@@ -32,6 +35,7 @@ GREEN = (0, 255, 0)
 # In meters from the middle of the map. Its squares have sides of 0.5 m: no side of the box and no
 # corner is near an edge or diagonal of one.
 BOX = np.array([[-1.85, -0.85], [1.35, 1.85]])
+ELSEWHERE = np.array([[-3.85, -3.35], [-2.65, -2.15]])
 
 WINDOW = """
 Panels:
@@ -325,6 +329,54 @@ class RvizLabelling(unittest.TestCase):
                 )
         with process("label_manager", node, self.folder / "logs"):
             self.assertEqual(self.clusters("/label_manager", "field"), {"rock_7": self.expected()})
+
+    def test_labels_of_a_refined_mesh_are_those_of_its_parent(self):
+        """A box that is drawn on it is stored as faces of the file, and those are seen on it."""
+        self.serve()
+        node = ["rosrun", "mesh_map", "mesh_map", f"_mesh_file:={self.file}"]
+        node.append("_max_edge_length:=0.3")
+        displays = TOPICS.format(geometry="/mesh_map/mesh", labels="/mesh_map")
+        with process("mesh_map", node, self.folder / "logs") as mesh_map:
+            with self.rviz("refined", displays) as screen:
+                programs = [screen.child, mesh_map]
+                self.label(screen, "tree", "1")
+                wait_until(lambda: "tree_1" in self.clusters(), 60, "the label", programs)
+                self.assertEqual(self.clusters(), {"tree_1": self.expected()})
+                derived = MapSource(str(self.file)).make_map(max_edge_length=0.3).geometry.derived
+                self.assertGreater(len(derived.faces), 3 * len(self.faces))
+                parts = derived.faces_of(self.expected()).tolist()
+                self.assertEqual(self.clusters("/mesh_map"), {"tree_1": parts})
+
+                # The other way round.
+                owner = rospy.Publisher(
+                    SERVER + "/cluster_label", MeshFaceClusterStamped, queue_size=1
+                )
+                self.stack.callback(owner.unregister)
+                wait_until(owner.get_num_connections, 60, "the owner of the labels", programs)
+                stone = MeshFaceClusterStamped(uuid=derived.parent_uuid, override=True)
+                stone.cluster.label = "stone_1"
+                faces = touching(self.vertices, self.faces, ELSEWHERE)
+                stone.cluster.face_indices = faces
+                owner.publish(stone)
+                x, y = np.round(ELSEWHERE.mean(axis=1) * (SCALE, -SCALE)).astype(int)
+
+                def seen():
+                    return any(
+                        np.any(
+                            picture[picture.shape[0] // 2 + y, picture.shape[1] // 2 + x] != GREEN
+                        )
+                        for picture in screen.pictures()
+                        if is_map(picture)
+                    )
+
+                wait_until(seen, 60, "the label of the parent", programs)
+                saved = rospy.ServiceProxy(SERVER + "/save_map", Trigger)()
+                self.assertTrue(saved.success, saved.message)
+                labels = MapFile(self.file).labels()
+                found = {text: label.faces.tolist() for text, label in labels.items()}
+                self.assertEqual(found, {"tree_1": self.expected(), "stone_1": faces})
+                screen.child[1].send_signal(signal.SIGINT)
+                self.assertEqual(screen.child[1].wait(timeout=60), 0)
 
     def test_goal(self):
         """Where the button was pressed, towards where it was released."""
