@@ -108,8 +108,10 @@ class DerivedLabelsTest(unittest.TestCase):
         self.assertTrue(wait_until(lambda: newest() == self.parts(0)))
 
         # In the file, too, as faces of the parent.
-        answer = self.ask(OWNER + "/save_map", Trigger)
+        answer = self.ask(mine + "/save_map", Trigger)
         self.assertTrue(answer.success, answer.message)
+        self.assertIn("labels: saved 1 label to " + self.path, answer.message)
+        self.assertEqual(MapFile(self.path).label("tree_1").faces.tolist(), [0])
         owner.terminate()
         owner.wait(WAIT)
         saved = MapFile(self.path)

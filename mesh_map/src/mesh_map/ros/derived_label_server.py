@@ -68,6 +68,21 @@ class DerivedLabelServer:
                 self._told = labels.parent.all()
                 self._services.changed(mesh_map.uuid, labels)
 
+    def save(self) -> str:
+        """Has the owner put label edits into the map file; what it says, or "" without an owner:
+        then there are none that it does not have.
+
+        Raises:
+            MeshMapError: the owner cannot do that.
+        """
+        labels = self._labels
+        if labels is None or labels.owner is None:
+            return ""
+        try:
+            return self._forwarder.save(labels.parent)
+        except MapFileError as error:
+            raise MeshMapError(str(error)) from error
+
     def shutdown(self) -> None:
         """Ends topics, services and the thread."""
         self._closed.set()

@@ -190,16 +190,23 @@ class MeshMapServer:
     def save(self) -> str:
         """Stores the layers in the map file; says what was done, and which are not stored, and why.
 
+        Where the labels of a derived mesh are edited here, who owns them stores them, too.
+
         Raises:
             MeshMapError: no map, no map file, one that cannot be written, another map since, or no
-                layer that can be stored.
+                layer that can be stored (and no labels).
         """
         with self._lock:
-            mesh_map, source = self.map, self._source
+            mesh_map, source, served = self.map, self._source, self._derived_labels
+        labels = served.save() if served is not None else ""
+        if labels:
+            labels = "labels: " + labels
         layers, errors = mesh_map.layers_to_store()
         left_out = ", ".join("%s: %s" % error for error in errors.items())
         if errors and not layers:
             raise MeshMapError("no layer can be stored: " + left_out)
+        if labels and not any(layer.STORABLE for layer in layers.values()):
+            return labels
         with self._lock:
             if self._map is not mesh_map:
                 raise MeshMapError("the map has been replaced meanwhile", "save it again")
@@ -207,6 +214,8 @@ class MeshMapServer:
         message = "stored in %s: %s" % (source.path, ", ".join(names))
         if left_out:
             message += "; not stored: " + left_out
+        if labels:
+            message += "; " + labels
         _LOG.info("%s", message)
         return message
 

@@ -15,10 +15,14 @@ import rospy
 from mesh_msgs import array_services, arrays
 from mesh_msgs.srv import SetLabelColor
 from std_msgs.msg import ColorRGBA
+from std_srvs.srv import Trigger
 
 from mesh_msgs_hdf5.labels.journal_reading import owner_text
 from mesh_msgs_hdf5.labels.label_edits import LabelEdits
 from mesh_msgs_hdf5.model.errors import MapFileError
+
+# in what an owner says of itself: it folds its edits into the file when it is asked there
+SAVE_SERVICE = "save_service"
 
 _CONNECT, _STORE = 5.0, 5.0  # seconds
 _POLL = 0.02
@@ -71,6 +75,24 @@ class LabelForwarder:
         """Have the owner give a label a color. Raises MapFileError (owned)."""
         what = "color label %s" % text
         self._call(labels, "color_service", SetLabelColor, what, text, color)
+
+    def save(self, labels: LabelEdits) -> str:
+        """Have the owner put its edits into the file; what it says. "" where it does so by itself.
+
+        Raises MapFileError (owned).
+        """
+        owner = self._reachable(labels)
+        if SAVE_SERVICE not in owner:
+            return ""
+        name = self._name(labels, owner, SAVE_SERVICE)
+        try:
+            rospy.wait_for_service(name, _CONNECT)
+            answer = rospy.ServiceProxy(name, Trigger)()
+        except (rospy.ServiceException, rospy.ROSException) as error:
+            raise self._refused(labels, owner, "did not save them: %s" % error)
+        if not answer.success:
+            raise self._refused(labels, owner, "did not save them: %s" % answer.message)
+        return answer.message
 
     def _call(self, labels, key, kind, what, *arguments):
         owner = self._reachable(labels)

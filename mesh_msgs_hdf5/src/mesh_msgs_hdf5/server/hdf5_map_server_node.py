@@ -8,7 +8,7 @@ import rospy
 from mesh_msgs.diagnostics_ros import Diagnostics
 from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
-from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder, owner_info
+from mesh_msgs_hdf5.ros.label_forwarding_ros import SAVE_SERVICE, LabelForwarder, owner_info
 from mesh_msgs_hdf5.ros.label_services_ros import Found, LabelServices
 from mesh_msgs_hdf5.ros.loading_signals import ended_by_signals
 from mesh_msgs_hdf5.ros.run_node_ros import run_node
@@ -88,7 +88,11 @@ def load_maps(options: ServerOptions, progress: MapProgress) -> MapRegistry:
 
 
 def _owner_info():
-    return {**owner_info("cluster_label", "delete_label", "set_label_color"), STORES_ALL: True}
+    return {
+        **owner_info("cluster_label", "delete_label", "set_label_color"),
+        SAVE_SERVICE: rospy.resolve_name("save_map"),
+        STORES_ALL: True,
+    }
 
 
 @contextlib.contextmanager

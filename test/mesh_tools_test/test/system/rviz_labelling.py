@@ -370,7 +370,7 @@ class RvizLabelling(unittest.TestCase):
                     )
 
                 wait_until(seen, 60, "the label of the parent", programs)
-                saved = rospy.ServiceProxy(SERVER + "/save_map", Trigger)()
+                saved = rospy.ServiceProxy("/mesh_map/save_map", Trigger)()
                 self.assertTrue(saved.success, saved.message)
                 labels = MapFile(self.file).labels()
                 found = {text: label.faces.tolist() for text, label in labels.items()}
