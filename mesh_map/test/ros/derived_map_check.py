@@ -80,6 +80,9 @@ class DerivedMapTest(unittest.TestCase):
         progress = Subscriber("/fine/progress", String)
         self.assertTrue(wait_until(lambda: "ready" in str(progress.messages[-1:])))
 
+        remark = rospy.wait_for_message("/fine/remark", String, WAIT)
+        self.assertEqual(remark.data, "")
+
         # What is saved belongs to the parent.
         answer = rospy.ServiceProxy("/fine/save_map", Trigger)()
         self.assertTrue(answer.success, answer.message)
@@ -102,6 +105,8 @@ class DerivedMapTest(unittest.TestCase):
         status = diagnostics.expected("coarse: map", 0, "ready")
         values = {one.key: one.value for one in status.values}
         self.assertIn(COARSE, values["remark"])
+        remark = rospy.wait_for_message("/coarse/remark", String, WAIT)
+        self.assertEqual(remark.data, values["remark"])
         log = end_node(node)
         self.assertEqual(log.count(COARSE), 1, log)
         self.assertIn("max_edge_length: 0.3", log)

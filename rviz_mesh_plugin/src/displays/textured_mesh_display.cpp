@@ -136,6 +136,7 @@ void TexturedMeshDisplay::onDisable()
   lines_.attempt([this] {
     sources_.disconnect();
     label_colors_.disconnect();
+    remark_.disconnect();
     requests_.restart();
     legend_.hide();
     clearStatuses();
@@ -150,6 +151,7 @@ void TexturedMeshDisplay::reset()
     lines_.forget();
     sources_.clear();
     label_colors_.clear();
+    remark_.disconnect();
     requests_.restart();
     store_.clear();
     pending_costs_.clear();
@@ -192,6 +194,7 @@ void TexturedMeshDisplay::work()
   }
   if (source_changed_) {
     source_changed_ = false;
+    remark_.connect(threaded_nh_, properties_->names().topics[MeshMember::GEOMETRY]);
     for (const MeshMember part : sources_.connect(threaded_nh_, properties_->names())) {
       store_.forget(part);
       content_changed_ = true;
@@ -215,6 +218,7 @@ void TexturedMeshDisplay::work()
   updatePoses();
   updateLegend();
   report_->report(received_, working_, lines_);
+  lines_.report("Map", remark_.status());
 }
 
 void TexturedMeshDisplay::takeMessages()

@@ -21,6 +21,7 @@
 #include "mesh_view/shown_mesh.h"
 #include "ros_client/topic_directory.h"
 #include "sources/label_color_source.h"
+#include "sources/map_remark_source.h"
 #include "sources/mesh_source.h"
 #include "sources/mesh_sources.h"
 #endif
@@ -64,7 +65,7 @@ class PendingCosts
 /// Everything that takes long is done elsewhere: update() takes the results
 /// over and uploads them in slices. Disabling hides and unsubscribes; data stay
 /// until reset(). One status line per concern: Topic, Geometry, Costs, Colors,
-/// Textures, Transform, Labels, Services.
+/// Textures, Transform, Labels, Services, Map.
 class TexturedMeshDisplay : public rviz::Display
 {
   Q_OBJECT
@@ -127,6 +128,7 @@ class TexturedMeshDisplay : public rviz::Display
   MeshSources sources_;
   MeshRequests requests_;
   LabelColorSource label_colors_;
+  MapRemarkSource remark_;
   std::unique_ptr<MeshAppearances> appearances_;
   std::unique_ptr<MeshReport> report_;
   Legend legend_;

@@ -49,6 +49,27 @@ TEST_F(SourcesTest, another_topic_of_costs_leaves_those_of_the_others)
   EXPECT_TRUE(waitForStatus(display, "Costs", "Warn", "no costs received")) << "that was its own";
 }
 
+TEST_F(SourcesTest, what_the_map_remarks_beside_its_mesh_is_said)
+{
+  auto* display = createMeshDisplay();
+  auto remark = node.advertise<std_msgs::String>(
+      ros::names::parentNamespace(geometry_topic) + "/remark", 1, true);
+  ASSERT_TRUE(show(display, test_meshes::square()));
+  EXPECT_EQ(status(display, "Map"), "");
+  std_msgs::String message;
+  message.data = "edges are longer\nthan the robot's radius";
+  remark.publish(message);
+  EXPECT_TRUE(waitForStatus(display, "Map", "Warn", "edges are longer than the robot's radius"));
+  message.data = "";
+  remark.publish(message);
+  EXPECT_TRUE(spinUntil([&] { return status(display, "Map").empty(); }));
+  message.data = "again";
+  remark.publish(message);
+  EXPECT_TRUE(waitForStatus(display, "Map", "Warn", "again"));
+  set(display, {"Geometry Topic"}, "/of_another/mesh");
+  EXPECT_TRUE(spinUntil([&] { return status(display, "Map").empty(); })) << "of another map";
+}
+
 TEST_F(SourcesTest, the_limits_in_the_status_are_those_that_are_drawn)
 {
   auto* display = createMeshDisplay();

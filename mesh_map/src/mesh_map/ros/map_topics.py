@@ -96,6 +96,7 @@ class MapTopics:
         self._fields = PacedTopics(prefix + "vector_field", Marker)
         self.markers = PacedTopics(prefix + "marker", Marker)
         self._progress = rospy.Publisher(prefix + "progress", String, latch=True, queue_size=10)
+        self._remark = rospy.Publisher(prefix + "remark", String, latch=True, queue_size=1)
         self._paced = (self._costs, self.face_costs, self._fields, self.markers)
 
     def begin(self, mesh_map: MeshMap, colors: Optional[np.ndarray], period: float) -> None:
@@ -185,13 +186,17 @@ class MapTopics:
         """What is being done."""
         self._progress.publish(String(data=text))
 
+    def publish_remark(self, text: str) -> None:
+        """What users may do better with their map; empty: nothing."""
+        self._remark.publish(String(data=text))
+
     def shutdown(self) -> None:
         """Ends all topics."""
         with self._lock:
             self.map = None  # changes that are just being made find nobody
         for topics in self._paced:
             topics.unregister()
-        for publisher in (self._mesh, self._colors, self._updates, self._progress):
+        for publisher in (self._mesh, self._colors, self._updates, self._progress, self._remark):
             if publisher is not None:
                 publisher.unregister()
 

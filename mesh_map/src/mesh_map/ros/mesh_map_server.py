@@ -281,6 +281,7 @@ class MeshMapServer:
         _LOG.info("%s", text)
         _LOG.info("%s: %s", parameters.mesh_file, mesh_map.report())
         self._remark = coarse_remark(mesh_map, self._radii)
+        self._topics.publish_remark(self._remark)
         if self._remark:
             _LOG.warning("%s", self._remark)
         return mesh_map
