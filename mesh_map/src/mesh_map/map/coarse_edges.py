@@ -35,8 +35,8 @@ def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
         return ""
     return (
         "%.0f %% of the surface is in faces with edges longer than %s, %.3g m (the longest has "
-        "%.3g m): layers and planners know costs at vertices only, so obstacles and paths are as coarse "
-        "as that (max_edge_length: %.2g makes the edges of the map short enough)"
+        "%.3g m): layers and planners know costs at vertices only, so obstacles and paths are as "
+        "coarse as that (max_edge_length: %.2g makes the edges of the map short enough)"
         % (100 * share, what, radius, float(longest.max()), radius)
     )
 
