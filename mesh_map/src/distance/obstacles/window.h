@@ -3,6 +3,7 @@
 #include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -78,6 +79,21 @@ struct Window
   {
     return is_strip ? left_ray[0] > right_ray[0] - least * far
                     : cross(right_ray, left_ray) < least && dot(right_ray, left_ray) > 0.0;
+  }
+
+  /// Where its limits cross the edge, from 0 at its right end to 1 at its left end.
+  std::array<double, 2> range() const
+  {
+    double from = 0.0, to = 1.0;
+    if (const double of_right = beside(right_ray, right_end); of_right < 0.0) {
+      const double of_left = beside(right_ray, left_end);
+      from = of_left > of_right ? std::min(1.0, of_right / (of_right - of_left)) : 1.0;
+    }
+    if (const double of_left = beside(left_ray, left_end); of_left > 0.0) {
+      const double of_right = beside(left_ray, right_end);
+      to = of_left > of_right ? std::max(0.0, of_right / (of_right - of_left)) : 0.0;
+    }
+    return {from, to};
   }
 
   /// Where the way to p crosses the edge, from 0 at its right end to 1 at its left end.

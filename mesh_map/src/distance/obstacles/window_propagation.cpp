@@ -20,13 +20,19 @@ constexpr double WIDTH = 1e-6;
 /// above the rounding of labels, so that no best way ever ends.
 constexpr double LONGER = 1e-6;
 
+/// The same between windows, which are not rounded.
+constexpr double WORSE = 1e-9;
+
+/// A part of an edge, where one window ends and another one gets better, is halved this often.
+constexpr unsigned MOST_HALVES = 4;
+
 /// Windows are queued at least this part before what they can offer.
 constexpr double EARLIER = 1e-9;
 
 /// A window goes on by itself this many edges: that is cheaper than to queue it for each.
 constexpr double AHEAD = 16.0;
 
-constexpr std::uint32_t MOST_STANDING = 64;
+constexpr std::uint32_t MOST_STANDING = 1024;
 
 /// Among so few corners a face is found at once.
 constexpr std::size_t SHORT_ROW = 12;
@@ -67,6 +73,47 @@ PathStart PathStart::unpack(std::size_t corners, std::uint32_t packed)
   return {packed >> bits, steps > 0 ? static_cast<double>(packed & steps) / steps : 0.0};
 }
 
+WindowPropagation::PassedWindow::PassedWindow(const Window& window)
+    : is_strip(window.is_strip), offset(window.offset)
+{
+  const bool is_upward = window.right < window.left;
+  start = is_upward ? window.right_end : window.left_end;
+  side = (is_upward ? window.left_end : window.right_end) - start;
+  const std::array<double, 2> along = window.range();
+  range = is_upward ? along : std::array<double, 2>{1.0 - along[1], 1.0 - along[0]};
+}
+
+std::array<double, 2> WindowPropagation::PassedWindow::rise(double at) const
+{
+  const Vector2 p = start + at * side;
+  const double length = is_strip ? p[1] : norm(p);
+  const double slope = is_strip ? side[1] : length > 0.0 ? dot(p, side) / length : 0.0;
+  return {offset + length, slope};
+}
+
+/// Distances are convex along an edge: they lie below their chord, and above their tangents.
+bool WindowPropagation::PassedWindow::isBetter(const PassedWindow& other, double begin,
+                                               double end) const
+{
+  if (!(begin < end)) {
+    return false;
+  }
+  const double width = end - begin, at_begin = rise(begin)[0], at_end = rise(end)[0];
+  const double slope = (at_end - at_begin) / width;
+  const auto [first, up] = other.rise(begin);
+  const auto [last, down] = other.rise(end);
+  const double margin = WORSE * std::max(first, last);
+  const double left = first - at_begin, right = last - at_end;
+  double least = std::min(left, right);
+  // Where the two tangents meet.
+  if (down > up) {
+    const double meet = std::min(width, std::max(0.0, (first - last + down * width) / (down - up)));
+    least = std::min(least,
+                     std::max(left + (up - slope) * meet, right - (down - slope) * (width - meet)));
+  }
+  return least > margin;
+}
+
 WindowPropagation::WindowPropagation(const FastMarchingMesh& mesh, double max_distance)
     : mesh_(mesh),
       max_distance_(max_distance),
@@ -89,6 +136,7 @@ bool WindowPropagation::run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint3
   }
   reached_.clear();
   seen_.clear();
+  passed_.clear();
   for (const std::uint32_t v : obstacles) {
     if (isInScope(v)) {
       start(v);
@@ -334,7 +382,7 @@ void WindowPropagation::cross(const Window& first)
       makeUnique(beyond_);
     }
     next_.clear();
-    if (beyond_.size() > 1 && !isFirstOfItsKind(window)) {
+    if (beyond_.size() > 1 && !(isFirstOfItsKind(window) && isBestSomewhere(window))) {
       return;
     }
     for (const std::uint32_t third : beyond_) {
@@ -365,6 +413,59 @@ bool WindowPropagation::isFirstOfItsKind(const Window& window)
     kind ^= kind >> 29;
   }
   return seen_.insert(kind).second;
+}
+
+/// What is left of it behind the windows that have come to an edge of more than two faces before,
+/// or there would be twice as many behind each edge of faces that lie near to each other.
+bool WindowPropagation::isBestSomewhere(Window& window)
+{
+  const std::uint32_t low = std::min(window.right, window.left);
+  std::vector<PassedWindow>& passed =
+      passed_[std::uint64_t{low} << 32 | std::max(window.right, window.left)];
+  PassedWindow own(window);
+  const auto before = own.range;
+  const auto advance = [&own](const PassedWindow& other) {
+    double end = std::min(own.range[1], other.range[1]);
+    for (unsigned halves = 0; halves < MOST_HALVES; ++halves) {
+      if (other.range[0] <= own.range[0] && other.isBetter(own, own.range[0], end)) {
+        own.range[0] = end;
+        return true;
+      }
+      end = 0.5 * (own.range[0] + end);
+    }
+    return false;
+  };
+  const auto retreat = [&own](const PassedWindow& other) {
+    double begin = std::max(own.range[0], other.range[0]);
+    for (unsigned halves = 0; halves < MOST_HALVES; ++halves) {
+      if (other.range[1] >= own.range[1] && other.isBetter(own, begin, own.range[1])) {
+        own.range[1] = begin;
+        return true;
+      }
+      begin = 0.5 * (begin + own.range[1]);
+    }
+    return false;
+  };
+  for (bool is_shorter = true; is_shorter;) {
+    is_shorter = false;
+    for (const PassedWindow& other : passed) {
+      is_shorter = advance(other) || is_shorter;
+      is_shorter = (own.range[0] < own.range[1] && retreat(other)) || is_shorter;
+      if (!(own.range[0] < own.range[1])) {
+        return false;
+      }
+    }
+  }
+  const bool is_upward = window.right == low;
+  const auto limit = [&](double at) { return window.rayTo(own.start + at * own.side); };
+  if (own.range[0] > before[0]) {
+    (is_upward ? window.right_ray : window.left_ray) = limit(own.range[0]);
+  }
+  if (own.range[1] < before[1]) {
+    (is_upward ? window.left_ray : window.right_ray) = limit(own.range[1]);
+  }
+  passed.push_back(own);
+  return true;
 }
 
 /// Into the face with this third corner, and to its two other edges.
@@ -400,16 +501,7 @@ void WindowPropagation::consider(Window child)
   }
   const Vector2& a = child.right_end;
   const Vector2& b = child.left_end;
-  // Where the rays cross the edge, from 0 at a to 1 at b.
-  double from = 0.0, to = 1.0;
-  if (const double of_a = child.beside(child.right_ray, a); of_a < 0.0) {
-    const double of_b = child.beside(child.right_ray, b);
-    from = of_b > of_a ? std::min(1.0, of_a / (of_a - of_b)) : 1.0;
-  }
-  if (const double of_b = child.beside(child.left_ray, b); of_b > 0.0) {
-    const double of_a = child.beside(child.left_ray, a);
-    to = of_b > of_a ? std::max(0.0, of_a / (of_a - of_b)) : 0.0;
-  }
+  const auto [from, to] = child.range();
   const Vector2 edge = b - a;
   const double nearest = child.offset + child.nearestBetween(a + from * edge, a + to * edge);
   if (!(nearest <= max_distance_) || child.isEmpty(WIDTH, nearest)) {

@@ -4,10 +4,12 @@
 #include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
@@ -88,6 +90,21 @@ class WindowPropagation
     double angle, clearance;
   };
 
+  /// Distances of a window along its edge, from 0 at the end with the smaller index to 1.
+  struct PassedWindow
+  {
+    bool is_strip;
+    double offset;
+    Vector2 start, side;
+    std::array<double, 2> range;  // where it is better than what came before
+
+    explicit PassedWindow(const Window& window);
+    /// The distance, and by how much it grows along the whole edge.
+    std::array<double, 2> rise(double at) const;
+    /// Is it shorter everywhere between two places?
+    bool isBetter(const PassedWindow& other, double begin, double end) const;
+  };
+
   void start(std::uint32_t v);
   bool isInScope(std::uint32_t obstacle) const;
   void startStrip(std::uint32_t right, std::uint32_t left, std::uint32_t beyond);
@@ -99,6 +116,7 @@ class WindowPropagation
                  double sine, const Vector2& right_ray, const Vector2& left_ray);
   void cross(const Window& first);
   bool isFirstOfItsKind(const Window& window);
+  bool isBestSomewhere(Window& window);
   void enter(const Window& window, std::uint32_t beyond);
   void consider(Window child);
   void queueNext();
@@ -134,6 +152,7 @@ class WindowPropagation
   std::vector<Window> windows_;  // those in the queue, and free places
   std::vector<std::uint32_t> free_;
   std::unordered_set<std::uint64_t> seen_;
+  std::unordered_map<std::uint64_t, std::vector<PassedWindow>> passed_;  // per edge
 
   // scratch
   std::vector<Spoke> spokes_;

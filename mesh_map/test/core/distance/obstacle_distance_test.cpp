@@ -367,6 +367,34 @@ TEST(ObstacleDistance, SheetsOnEachOtherAreNoTrouble)
   }
 }
 
+/// ... nor where they lie near to each other only: none of the ways are equal.
+TEST(ObstacleDistance, RoughSheetsOnEachOtherAreNoTrouble)
+{
+  constexpr unsigned CELLS = 30;
+  for (const unsigned sheets : {2u, 5u}) {
+    TestMesh mesh = plane(CELLS, 0.0, 1);
+    for (unsigned sheet = 1; sheet < sheets; ++sheet) {
+      const TestMesh other = plane(CELLS, 0.0, sheet + 1);
+      mesh.faces.insert(mesh.faces.end(), other.faces.begin(), other.faces.end());
+    }
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> raised(-0.002f, 0.002f);
+    for (std::size_t v = 0; v < mesh.positions.size() / 3; ++v) {
+      mesh.positions[3 * v + 2] = raised(random);
+    }
+    const FrontSample sample(mesh);
+    std::vector<std::uint8_t> lethal(sample.size());
+    lethal[15 * (CELLS + 1) + 15] = lethal[7] = 1;
+    ObstacleDistance obstacles(sample.front, FAR);
+    ASSERT_TRUE(obstacles.compute(lethal));
+    for (std::size_t v = 0; v < sample.size(); ++v) {
+      const double d = obstacles.distances()[v], flat = euclidean(sample, lethal, v);
+      EXPECT_GT(d, flat - 1e-6) << v;
+      EXPECT_LT(d, 1.001 * flat + 1e-6) << v;
+    }
+  }
+}
+
 /// Faces without area, around which a window would go forever.
 TEST(ObstacleDistance, FacesWithoutAreaAreNoTrouble)
 {
@@ -390,6 +418,29 @@ TEST(ObstacleDistance, FacesWithoutAreaAreNoTrouble)
     lethal[5] ^= 1;
     obstacles.update(lethal, 1.0);
     EXPECT_EQ(obstacles.distances()[3], before);
+  }
+}
+
+/// Many of them between two parts of a plane, which are the only way.
+TEST(ObstacleDistance, WaysGoOnBehindManyFacesWithoutArea)
+{
+  constexpr unsigned CELLS = 200;
+  TestMesh mesh = plane(CELLS, 0.0, 3);
+  for (std::size_t v = 0; v < mesh.positions.size() / 3; ++v) {  // 180 columns are one
+    const auto column = static_cast<unsigned>(v / (CELLS + 1));
+    const unsigned place = column < 10 ? column : column > 190 ? column - 180 : 10;
+    mesh.positions[3 * v] = 0.1f * static_cast<float>(place);
+  }
+  const FrontSample sample(mesh);
+  std::vector<std::uint8_t> lethal(sample.size());
+  lethal[3 * (CELLS + 1) + 50] = 1;
+  ObstacleDistance obstacles(sample.front, 3.0f);
+  ASSERT_TRUE(obstacles.compute(lethal));
+  for (std::size_t v = 191 * (CELLS + 1); v < sample.size(); ++v) {
+    const double expected = euclidean(sample, lethal, v);
+    if (expected < 2.99) {
+      EXPECT_NEAR(obstacles.distances()[v], expected, 2e-6) << v;
+    }
   }
 }
 
