@@ -70,7 +70,8 @@ PathStart PathStart::unpack(std::size_t corners, std::uint32_t packed)
 {
   const unsigned bits = startBits(corners);
   const std::uint32_t steps = (std::uint32_t{1} << bits) - 1;
-  return {packed >> bits, steps > 0 ? static_cast<double>(packed & steps) / steps : 0.0};
+  const double step = steps > 0 ? 1.0 / steps : 1.0;
+  return {packed >> bits, std::min(1.0, step * (packed & steps)), step};
 }
 
 WindowPropagation::PassedWindow::PassedWindow(const Window& window)
@@ -305,7 +306,9 @@ void WindowPropagation::startConesOfFan(std::uint32_t v, double offset)
     const FastMarchingCorner& corner = row[start.corner];
     const Vector3 a = between(mesh_.position(v), mesh_.position(corner.a));
     const Vector3 b = between(mesh_.position(v), mesh_.position(corner.b));
-    spokes_.push_back({angles_[start.corner] + angleBetween(a, a + start.along * (b - a)), PI});
+    const Vector3 crossing = a + start.along * (b - a);
+    const double unsure = start.step * norm(b - a) / norm(crossing);  // long edges, near by
+    spokes_.push_back({angles_[start.corner] + angleBetween(a, crossing), PI - unsure});
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (lethal_[row[i].a] != 0 && lethal_[row[i].b] != 0) {

@@ -44,6 +44,7 @@ struct PathStart
 {
   std::uint32_t corner;
   double along;
+  double step;  // of along, as it is packed
 
   static std::uint32_t pack(std::size_t corners, std::uint32_t corner, double along);
   static PathStart unpack(std::size_t corners, std::uint32_t packed);

@@ -444,6 +444,25 @@ TEST(ObstacleDistance, WaysGoOnBehindManyFacesWithoutArea)
   }
 }
 
+/// Close behind a very long edge, where the direction of what comes over it is not known exactly:
+/// at the corner of a border the way bends by next to nothing.
+TEST(ObstacleDistance, WaysBendBehindLongEdges)
+{
+  for (int i = -20; i <= 20; ++i) {
+    const float side = 0.013f * static_cast<float>(i);
+    // The source, the ends of the long edge, the corner, two beyond it, and the one behind these.
+    const float y = -side - 4e-4f;
+    const FrontSample sample(TestMesh{"long edge",
+                                      {-10, side, 0, -0.01f, -1000, 0, -0.01f, 1000, 0, 0, 0, 0,  //
+                                       5,   2,    0, 5,      -2,    0, 10,     y,    0},
+                                      {0, 1, 2, 1, 3, 2, 3, 4, 2, 3, 5, 4, 5, 6, 4}});
+    ObstacleDistance obstacles(sample.front, FAR);
+    obstacles.compute(std::vector<std::uint8_t>{1, 0, 0, 0, 0, 0, 0});
+    const double bent = std::hypot(10.0, double{side}) + std::hypot(10.0, double{y});
+    EXPECT_NEAR(obstacles.distances()[6], bent, 4e-6) << side;
+  }
+}
+
 TEST(ObstacleDistance, EndsWhenCancelled)
 {
   const FrontSample sample(plane(150, 0.2));
