@@ -8,6 +8,7 @@ from mesh_map.map.mesh_map import MeshMap
 
 # Of the surface: some long edges, as at the rim of a scan, are no reason to say anything.
 _SHARE = 0.05
+_AT_ONCE = 100_000  # faces that are looked at together: maps have very many
 
 
 def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
@@ -25,19 +26,23 @@ def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
     if not known:
         return ""
     what, radius = min(known.items(), key=lambda item: item[1])
-    corners = mesh_map.vertices[mesh_map.faces].astype(np.float64)
-    sides = np.roll(corners, -1, axis=1) - corners
-    longest = np.linalg.norm(sides, axis=2).max(axis=1)
-    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    whole = float(areas.sum())
-    share = float(areas[longest > radius].sum()) / whole if whole else 0.0
+    whole = large = longest = 0.0
+    for begin in range(0, len(mesh_map.faces), _AT_ONCE):
+        corners = mesh_map.vertices[mesh_map.faces[begin : begin + _AT_ONCE]].astype(np.float64)
+        sides = np.roll(corners, -1, axis=1) - corners
+        lengths = np.linalg.norm(sides, axis=2).max(axis=1)
+        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        whole += float(areas.sum())
+        large += float(areas[lengths > radius].sum())
+        longest = max(longest, float(lengths.max()))
+    share = large / whole if whole else 0.0
     if share <= _SHARE:
         return ""
     return (
         "%.0f %% of the surface is in faces with edges longer than %s, %.3g m (the longest has "
         "%.3g m): layers and planners know costs at vertices only, so obstacles and paths are as "
         "coarse as that (max_edge_length: %.2g makes the edges of the map short enough)"
-        % (100 * share, what, radius, float(longest.max()), radius)
+        % (100 * share, what, radius, longest, radius)
     )
 
 
