@@ -66,7 +66,9 @@ class PlutoConfigurations(unittest.TestCase):
                 found = mesh_map.layers[name].params[parameter]
                 if found != value:
                     clamped.append((name, parameter, found))
-        self.assertEqual(len(warnings.lines), len(clamped), warnings.lines)
+        # The world is coarser than any robot of these configurations, which is said, too.
+        coarse = [line for line in warnings.lines if "is in faces with edges longer" in line]
+        self.assertEqual((len(warnings.lines), len(coarse)), (len(clamped) + 1, 1), warnings.lines)
         costs = costs_of(server.namespace + "/vertex_costs")
         self.addCleanup(costs.unregister)
         self.assertTrue(wait_until(lambda: set(costs.newest) == {*names, COMBINED_COSTS}))
