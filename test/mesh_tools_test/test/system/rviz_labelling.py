@@ -380,15 +380,24 @@ class RvizLabelling(unittest.TestCase):
 
     def test_goal(self):
         """Where the button was pressed, towards where it was released."""
-        goals = []
-        subscriber = rospy.Subscriber("/goal", PoseStamped, goals.append)
-        self.stack.callback(subscriber.unregister)
+        goals, subscribers = [], []
+
+        def subscribe():
+            """Anew where it has no connection: rospy asks a publisher for one but once."""
+            if subscribers and not subscribers[-1].get_num_connections():
+                subscribers.pop().unregister()
+            if not subscribers:
+                subscribers.append(rospy.Subscriber("/goal", PoseStamped, goals.append))
+
+        self.stack.callback(lambda: [subscriber.unregister() for subscriber in subscribers])
         self.serve()
         with self.rviz("goal", SERVED, "MeshGoal") as screen:
             middle = screen.middle()
             begin, end = np.round(middle + ((90, 60), (190, -40))).astype(int)
 
             def set_goal():
+                subscribe()
+                wait_for(lambda: subscribers[0].get_num_connections(), 15.0)
                 screen.drag(begin, end)
 
             self.until(screen, set_goal, lambda: goals, "a goal")
