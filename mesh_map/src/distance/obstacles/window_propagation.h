@@ -4,7 +4,6 @@
 #include <mesh_map/distance/fast_marching/fast_marching_mesh.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -15,6 +14,7 @@
 
 #include "base/float_bits.h"
 #include "distance/obstacles/distance_queue.h"
+#include "distance/obstacles/passed_window.h"
 #include "distance/obstacles/window.h"
 #include "mesh/packed_position.h"
 
@@ -89,21 +89,6 @@ class WindowPropagation
   struct Spoke
   {
     double angle, clearance;
-  };
-
-  /// Distances of a window along its edge, from 0 at the end with the smaller index to 1.
-  struct PassedWindow
-  {
-    bool is_strip;
-    double offset;
-    Vector2 start, side;
-    std::array<double, 2> range;  // where it is better than what came before
-
-    explicit PassedWindow(const Window& window);
-    /// The distance, and by how much it grows along the whole edge.
-    std::array<double, 2> rise(double at) const;
-    /// Is it shorter everywhere between two places?
-    bool isBetter(const PassedWindow& other, double begin, double end) const;
   };
 
   void start(std::uint32_t v);

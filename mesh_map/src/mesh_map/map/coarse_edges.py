@@ -1,5 +1,6 @@
 """Whether faces are so large that layers and planners know little of what is in them."""
 
+import math
 from typing import Dict, Mapping
 
 import numpy as np
@@ -28,13 +29,16 @@ def coarse_remark(mesh_map: MeshMap, radii: Mapping[str, float] = {}) -> str:
     what, radius = min(known.items(), key=lambda item: item[1])
     whole = large = longest = 0.0
     for begin in range(0, len(mesh_map.faces), _AT_ONCE):
-        corners = mesh_map.vertices[mesh_map.faces[begin : begin + _AT_ONCE]].astype(np.float64)
-        sides = np.roll(corners, -1, axis=1) - corners
-        lengths = np.linalg.norm(sides, axis=2).max(axis=1)
-        areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-        whole += float(areas.sum())
-        large += float(areas[lengths > radius].sum())
-        longest = max(longest, float(lengths.max()))
+        corners = mesh_map.vertices[mesh_map.faces[begin : begin + _AT_ONCE]]
+        u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        uu, vv, uv, ww = (
+            np.einsum("ij,ij->i", p, q) for p, q in ((u, u), (v, v), (u, v), (v - u, v - u))
+        )
+        squared = np.maximum(np.maximum(uu, vv), ww)
+        areas = np.sqrt(np.maximum(uu * vv - uv * uv, 0.0))  # twice that of each
+        whole += float(areas.sum(dtype=np.float64))
+        large += float(areas[squared > radius * radius].sum(dtype=np.float64))
+        longest = max(longest, math.sqrt(float(squared.max())))
     share = large / whole if whole else 0.0
     if share <= _SHARE:
         return ""
