@@ -24,7 +24,7 @@ class LabelsOfAParentTest : public LabelSessionFixture
             response.face_parents.push_back(face / 4);
           }
           response.parent_uuid = "parent";
-          return request.uuid == "mesh";
+          return knows && request.uuid == "mesh";
         });
   }
 
@@ -37,6 +37,7 @@ class LabelsOfAParentTest : public LabelSessionFixture
   service_servers::Servers servers;
   ros::ServiceServer service;
   std::atomic<int> asked{0};
+  std::atomic<bool> knows{true};
 };
 
 TEST_F(LabelsOfAParentTest, are_of_whole_faces_of_it)
@@ -67,6 +68,27 @@ TEST_F(LabelsOfAParentTest, are_of_single_faces_where_that_is_of_another_mesh)
   ASSERT_TRUE(store(1));
   EXPECT_TRUE(received(0, "car_1", {5}));
   EXPECT_EQ(display->faceParents(), nullptr);
+}
+
+TEST_F(LabelsOfAParentTest, are_asked_for_again_with_an_edit_after_a_refusal)
+{
+  knows = false;
+  tell(200);
+  start();
+  ASSERT_TRUE(until([&] { return asked > 0; }));
+  EXPECT_EQ(display->faceParents(), nullptr);
+  knows = true;
+  ASSERT_TRUE(until([&] {
+    session->assign("car_1", {5});
+    return display->faceParents() != nullptr;
+  }));
+  EXPECT_EQ(session->assign("car_2", {10}), "");
+  ASSERT_TRUE(until([&] {
+    const auto edits = server->edits();
+    return !edits.empty() && edits.back().cluster.label == "car_2";
+  }));
+  ASSERT_TRUE(publish(LabelServer::cluster("car_2", {8, 9, 10, 11})));
+  EXPECT_FALSE(session->isUnstored("car_2"));
 }
 
 TEST_F(LabelsOfAParentTest, are_known_when_the_edit_is_sent_again)
