@@ -77,7 +77,7 @@ def test_an_output_that_is_a_file_is_refused_in_one_line(tmp_path):
 
 def test_a_failure_leaves_a_way_to_go_on(tmp_path, monkeypatch, capsys):
     ends = np.zeros(3), np.array([3, 4, 0])
-    made = pipeline.Prepared(tmp_path / "forest.h5", None, FOR_FILES, *ends)
+    made = pipeline.Prepared(tmp_path / "forest.h5", None, FOR_FILES, 0.0, *ends)
 
     def fail(*_):
         raise DemoError("the robot did not arrive")

@@ -14,6 +14,7 @@ PICTURES = (
 # Ways through costly regions are longer for planners: up to 1 + EDGE_COST_FACTOR times.
 EDGE_COST_FACTOR = 2.0
 CLOUDS = "/cloud"  # of the robot's laser
+MAX_EDGE_LENGTH = 0.25  # meters, of the generated world, whose edges are longer: the least radius
 FLOWER_BED, BED_RADIUS, BED_AT = "flowerbed_1", 1.5, 0.14  # label, meters, share of the way
 
 
@@ -70,10 +71,11 @@ def flower_bed(mesh, start, goal):
     return Label(np.flatnonzero(inside).astype(np.uint32), (200, 60, 140))
 
 
-def server_config(layers):
+def server_config(layers, max_edge_length):
     """YAML for the namespace of the map: the layers and what their costs mean to planners."""
     config = {
         "layers": [{"name": entry["name"], "type": entry["type"]} for entry in layers],
+        "max_edge_length": max_edge_length,
         "edge_weight": "mean",
         "edge_cost_factor": EDGE_COST_FACTOR,
     }

@@ -20,6 +20,7 @@ from mesh_tools_test.demo.layers import (
     FLOWER_BED,
     FOR_FILES,
     FOR_WORLD,
+    MAX_EDGE_LENGTH,
     flower_bed,
 )
 from mesh_tools_test.demo.processes import DemoError
@@ -30,11 +31,12 @@ FAR = 0.85  # of the longest way: its very ends lie in corners of the map
 
 
 class Prepared(NamedTuple):
-    """What the steps before ROS have made; start and goal: (3,) meters."""
+    """What the steps before ROS have made; start and goal: (3,) meters, as max_edge_length."""
 
     path: Path
     mesh_map: Any
     layers: Any
+    max_edge_length: float
     start: np.ndarray
     goal: np.ndarray
 
@@ -69,10 +71,10 @@ def save_geometry(report, mesh, path):
     return source
 
 
-def compute_layers(report, source, layers):
+def compute_layers(report, source, layers, max_edge_length):
     """The layered map of a file; what is unusual in its mesh is reported, nothing is repaired."""
     with report.step("topology") as notes:
-        mesh_map = source.make_map()
+        mesh_map = source.make_map(max_edge_length=max_edge_length)
         notes.append(mesh_map.report())
     with report.step("layers") as notes:
         mesh_map.set_settings(edge_cost_factor=EDGE_COST_FACTOR)
@@ -208,10 +210,11 @@ def output_folder(output):
 
 def prepare(report, output, file, faces, seed):
     """Everything before ROS: mesh, layers, map file, poses."""
-    places, layers = None, FOR_FILES
+    places, layers, max_edge_length = None, FOR_FILES, 0.0
     if file is None:
         file = output / "outdoor_world.ply"
-        places, layers = generate_world(report, file, faces, seed), FOR_WORLD
+        places = generate_world(report, file, faces, seed)
+        layers, max_edge_length = FOR_WORLD, MAX_EDGE_LENGTH
     path = output / (file.stem + ".h5")
     if path.exists() and file.exists() and path.samefile(file):
         raise DemoError(f"{file} is the demo's own output; choose another --output folder")
@@ -219,8 +222,8 @@ def prepare(report, output, file, faces, seed):
     if places:
         mesh.labels[FLOWER_BED] = flower_bed(mesh, places["start"], places["goal"])
     source = save_geometry(report, mesh, path)
-    mesh_map = compute_layers(report, source, layers)
+    mesh_map = compute_layers(report, source, layers, max_edge_length)
     index_faces(report, mesh_map)
     save_layers(report, source, mesh_map)
     start, goal = choose_poses(report, mesh_map, places)
-    return Prepared(path, mesh_map, layers, start, goal)
+    return Prepared(path, mesh_map, layers, max_edge_length, start, goal)

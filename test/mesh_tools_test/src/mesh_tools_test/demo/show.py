@@ -55,7 +55,9 @@ def show_and_plan(report, stack, output, made):
 
 def write_configs(output, made):
     """The files that configure the server; RViz's is written with each picture."""
-    (output / results.LAYERS).write_text(server_config(made.layers), encoding="utf-8")
+    (output / results.LAYERS).write_text(
+        server_config(made.layers, made.max_edge_length), encoding="utf-8"
+    )
     (output / results.PLANNERS).write_text(planner_config(), encoding="utf-8")
 
 
