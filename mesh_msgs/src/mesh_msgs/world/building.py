@@ -14,11 +14,17 @@ Rectangle = Tuple[float, float, float, float]  # x, y from; x, y to (m)
 
 LENGTH, WIDTH, HEIGHT = 36.0, 24.0, 3.2  # m
 _WALL = 0.2  # m thick
-_RAMP: Rectangle = (10.0, 10.6, 22.0, 12.4)  # rises along x
+RAMP: Rectangle = (10.0, 10.6, 22.0, 12.4)  # rises along x
 
 
 def building() -> Part:
     """Vertices (V, 3) float64 in meters, z up, and faces (F, 3): about 300 of 1,700 m2."""
+    lower, upper = walls()
+    return welded(joined(storey(lower + [RAMP], 0.0), storey(upper + [RAMP], HEIGHT), ramp()))
+
+
+def walls() -> Tuple[List[Rectangle], List[Rectangle]]:
+    """Where walls and pillars stand, on the lower floor and on the upper one."""
     pillars = [(x, y, x + 0.5, y + 0.5) for x in (26.0, 29.5, 33.0) for y in (3.0, 9.5, 16.0, 21.5)]
     rooms = _walls_x(8.0, LENGTH - 12.0, 9.0, (3.4, 11.0, 17.3, 22.1)) + _walls_x(
         0.0, 24.0, 14.0, (4.0, 12.2, 20.0)
@@ -28,15 +34,14 @@ def building() -> Part:
     upper = (
         pillars + _walls_y(24.0, 0.0, 24.0, (2.2, 18.0)) + _walls_x(0.0, 24.0, 17.0, (7.0, 21.0))
     )
-    x0, y0, x1, y1 = _RAMP
-    # The lower floor ends where the ramp begins, the upper one has an opening above it.
-    ramp = np.array([[x0, y0, 0.0], [x1, y0, HEIGHT], [x1, y1, HEIGHT], [x0, y1, 0.0]])
-    parts = [
-        storey(lower + [_RAMP], 0.0),
-        storey(upper + [_RAMP], HEIGHT),
-        (ramp, np.array([[0, 1, 2], [0, 2, 3]])),
-    ]
-    return welded(joined(*parts))
+    return lower, upper
+
+
+def ramp() -> Part:
+    """From floor to floor: the lower one ends where it begins, the upper one is open above it."""
+    x0, y0, x1, y1 = RAMP
+    vertices = np.array([[x0, y0, 0.0], [x1, y0, HEIGHT], [x1, y1, HEIGHT], [x0, y1, 0.0]])
+    return vertices, np.array([[0, 1, 2], [0, 2, 3]])
 
 
 def storey(holes: Sequence[Rectangle], level: float) -> Part:

@@ -1,11 +1,11 @@
-"""Random trips: the robot arrives, rightly headed, never on lethal ground."""
+"""Random trips with the shipped configuration: the robot arrives, rightly headed, never on lethal
+ground nor nearer to it than its radius."""
 
 from typing import Any, Iterable
 
 import numpy as np
 import pytest
-from mesh_navigation.body.robot_shape import RobotShape
-from mesh_tools_test.driving import worlds
+from mesh_tools_test.driving import shipped, worlds
 from mesh_tools_test.driving.drives import driven
 from mesh_tools_test.driving.verdicts import TOO_NEAR, Statistics, failures, table
 from mesh_tools_test.driving.worlds import DrivingWorld
@@ -15,7 +15,7 @@ COUNT = 12  # drives
 
 def check_drives(
     world: DrivingWorld,
-    planner: str = "wave_front",
+    planner: str = "",
     seeds: Iterable[int] = range(COUNT),
     **given: Any,
 ) -> Statistics:
@@ -26,16 +26,25 @@ def check_drives(
     """
     found = driven(world, list(seeds), planner, **given)
     told = failures([found]) + "\n" + table([found])
-    assert not found.failed, told
+    assert not found.failed and found.planned, told
+    least = min(verdict.lethal_distance for verdict in found.planned)
+    assert least >= shipped.radius() - TOO_NEAR > 0.2, told
     assert np.median(found.detours) < 1.03 and found.detours.min() > 0.7, told
     return found
 
 
 def test_outdoors():
-    """A robot with a body, which keeps its radius from lethal ground."""
-    found = check_drives(worlds.outdoor(20_000), shape=RobotShape(radius=0.25))
-    assert len(found.verdicts) == COUNT == 12
-    assert min(verdict.lethal_distance for verdict in found.verdicts) >= 0.25 - TOO_NEAR
+    found = check_drives(worlds.outdoor(20_000))
+    assert len(found.planned) == COUNT == 12
+
+
+def test_in_a_building_of_large_faces():
+    """Walls, pillars and furniture are surfaces of their own."""
+    assert len(check_drives(worlds.building(), seeds=range(8)).planned) == 8
+
+
+def test_on_rough_ground():
+    assert len(check_drives(worlds.rough(15.0), seeds=range(8)).planned) >= 5
 
 
 def test_on_the_tray():
@@ -55,6 +64,6 @@ def test_from_storey_to_storey(park):
     assert min(verdict.planned for verdict in found.verdicts) > 8.0  # the ramp
 
 
-@pytest.mark.parametrize("planner", ["dijkstra", "exact"])
+@pytest.mark.parametrize("planner", ["dijkstra_mesh_planner", "mmp_planner"])
 def test_paths_of_other_planners_are_driven_too(park, planner):
     check_drives(park, planner, seeds=range(2))

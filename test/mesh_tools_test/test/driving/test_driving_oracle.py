@@ -7,6 +7,7 @@ import pytest
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
 from mesh_navigation.base.pose import Pose
+from mesh_navigation.execution.path_execution import Tolerances
 from mesh_navigation.execution.planning import make_planner
 from mesh_tools_test.driving import oracle, verdicts
 from mesh_tools_test.driving.trips import Trip, trips
@@ -43,7 +44,10 @@ def straight(x=(1.0, 5.0), y=2.5, seconds=8.0, yaw=0.0):
     result = SimpleNamespace(outcome=0, message="arrived")
     times = np.linspace(0.0, seconds, len(track))
     length = float(abs(x[1] - x[0]))
-    drive = SimpleNamespace(track=track, times=times, result=result, planned_length=length)
+    plan = SimpleNamespace(succeeded=True, message="")
+    drive = SimpleNamespace(
+        plan=plan, track=track, times=times, result=result, planned_length=length
+    )
     return trip, drive
 
 
@@ -56,7 +60,7 @@ def test_a_good_drive_is_good(plane):
     assert verdict.fault == "" and verdict.succeeded and verdict.seed == 3
     assert verdict.driven == pytest.approx(4.0) and verdict.seconds == 8.0
     assert verdict.distance == 0.0 and verdict.angle == pytest.approx(0.0, abs=1e-7)
-    assert verdict.lethal_distance == pytest.approx(np.hypot(2.0, 0.5))
+    assert verdict.lethal_distance == pytest.approx(2.0)  # to the edges between lethal vertices
 
 
 def spoiled(what):
@@ -102,7 +106,7 @@ def test_ground_is_blocked_where_the_nearest_corner_is(plane, x, blocked):
     track = poses([(x, 2.01, 0.0)])
     found = oracle.on_the_map(track, plane.mesh_map, plane.costs)
     assert (len(found.blocked) == 1) == blocked
-    assert found.lethal_distance == pytest.approx(np.hypot(7.0 - x, 0.01), abs=1e-6)
+    assert found.lethal_distance == pytest.approx(abs(7.0 - x), abs=1e-6) and found.nearest == 0
 
 
 def test_a_body_may_come_two_centimeters_nearer_than_its_radius(plane):
@@ -110,6 +114,20 @@ def test_a_body_may_come_two_centimeters_nearer_than_its_radius(plane):
     assert judged(*straight(), plane, plane.costs, least + 0.019).succeeded
     verdict = judged(*straight(), plane, plane.costs, least + 0.021)
     assert "it comes within %.3f m of lethal ground" % least in verdict.fault
+
+
+def test_without_a_plan_nothing_has_failed(plane):
+    trip, drive = straight()
+    drive.plan = SimpleNamespace(succeeded=False, message="there is no path")
+    verdict = judge(plane, trip, drive)
+    assert verdict.fault == "no plan: there is no path"
+    assert not (verdict.succeeded or verdict.failed or verdict.planned_at_all)
+    assert Statistics("sea", [verdict]).failed == [] == Statistics("sea", [verdict]).planned
+
+
+def test_tolerances_are_those_of_the_server(plane):
+    trip, drive = spoiled("position")
+    assert judged(trip, drive, plane, plane.costs, tolerances=Tolerances(0.102, 0.1)).succeeded
 
 
 def test_unknown_ground_is_blocked(plane):
@@ -190,14 +208,19 @@ def test_ends_of_trips_are_spread_over_the_area(plane):
 
 def test_tables_tell_what_was_driven():
     good = Verdict(0, "", 10.0, 12.0, 20.0, 0.05, 0.1, 0.4)
-    bad = Verdict(7, "outcome 108: lost", 10.0, 1.0, 2.0, 9.0, 0.1, 0.1)
-    some = [Statistics("hills", [good, bad]), Statistics("sea", [bad])]
+    bad = Verdict(7, "outcome 108: lost", 10.0, 1.0, 2.0, 9.0, 0.1, 0.1, 3)
+    none = Verdict(8, "no plan: it is blocked", *[0.0] * 3, *[np.inf] * 3, planned_at_all=False)
+    some = [Statistics("hills", [good, bad, none]), Statistics("sea", [bad, none])]
     lines = table(some).splitlines()
-    assert lines[2].split() == "hills 1 of 2 1.200 1.200 12.0 20.0 0.60 0.050 5.7 0.10".split()
-    assert lines[3].split() == ["sea", "0", "of", "1"]
+    told = "hills 2 of 3 1 of 2 3 0.100 1.200 1.200 12.0 20.0 0.60 0.050 5.7"
+    assert lines[2].split() == told.split()
+    assert lines[3].split() == "sea 1 of 2 0 of 1 3 0.100".split()
     assert len({len(lines[0]), len(lines[1]), len(lines[2])}) == 1
     assert failures(some).splitlines() == [
         "hills, seed 7: outcome 108: lost",
+        "hills, seed 8: no plan: it is blocked",
         "sea, seed 7: outcome 108: lost",
+        "sea, seed 8: no plan: it is blocked",
     ]
     assert verdicts.Statistics("none", [good]).failed == []
+    assert [each.seed for each in some[0].failed] == [7]

@@ -1,12 +1,12 @@
-"""Many drives on a world, judged."""
+"""Many drives on a world, judged, with the shipped configuration."""
 
-from typing import Any, Callable, List, Mapping
+from typing import Any, Callable, List, Optional
 
-from mesh_navigation.body.body import Body
 from mesh_navigation.body.robot_shape import RobotShape
-from mesh_navigation.execution.planning import make_planner
-from mesh_navigation.simulation.driving import drive, make_controller
+from mesh_navigation.execution.path_execution import Tolerances
+from mesh_navigation.simulation.driving import drive
 
+from mesh_tools_test.driving import shipped
 from mesh_tools_test.driving.trips import trip
 from mesh_tools_test.driving.verdicts import Statistics, Verdict, judged
 from mesh_tools_test.driving.worlds import DrivingWorld
@@ -17,10 +17,9 @@ WHEELS = {"slip": 0.05, "noise": 0.02}  # what the simulated ground does to its 
 def driven(
     world: DrivingWorld,
     seeds: List[int],
-    planner: str = "wave_front",
-    controller: Mapping[str, Any] = {},
+    planner: str = "",
     on_verdict: Callable[[Verdict], None] = lambda verdict: None,
-    shape: RobotShape = RobotShape(),
+    shape: Optional[RobotShape] = None,
     **body: Any,
 ) -> Statistics:
     """The trips of these seeds.
@@ -28,16 +27,17 @@ def driven(
     Args:
         world: where.
         seeds: of the trips; that of a trip is that of the noise as well.
-        planner: see `mesh_navigation.execution.planning.make_planner`.
-        controller: its parameters, those that differ from their defaults.
+        planner: name of a shipped one; empty: the first.
         on_verdict: called after each drive.
-        shape: of the robot, for planner and controller.
+        shape: of the robot, for planner and controller; None: the shipped one.
         body: of the simulated robot, see `mesh_navigation.simulation.surface_robot.SurfaceRobot`;
             by default `WHEELS`.
     """
-    has = Body(world.mesh_map.geometry, shape)
-    plans = make_planner(world.mesh_map, planner, body=has)
-    follows = make_controller(world.mesh_map, parameters=controller, body=has)
+    has = shipped.body(world.mesh_map, shape)
+    plans = shipped.planner(world.mesh_map, has, planner)
+    follows = shipped.controller(world.mesh_map, has)
+    values = shipped.server()
+    tolerances = Tolerances(values["dist_tolerance"], values["angle_tolerance"])
     costs = world.mesh_map.planning_costs().costs
     verdicts = []
     for seed in seeds:
@@ -48,9 +48,10 @@ def driven(
             follows,
             start=wanted.start,
             goal=wanted.goal,
+            values=values,
             seed=seed,
             **(body or WHEELS),
         )
-        verdicts.append(judged(wanted, went, world, costs, shape.inscribed_radius))
+        verdicts.append(judged(wanted, went, world, costs, has.radius, tolerances))
         on_verdict(verdicts[-1])
     return Statistics(world.name, verdicts)

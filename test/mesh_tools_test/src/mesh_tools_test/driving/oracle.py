@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from mesh_map.map.mesh_map import MeshMap
 from mesh_navigation.base.pose import Pose
-from scipy.spatial import cKDTree
+
+from mesh_tools_test.driving.lethal_ground import LethalGround
 
 
 class Track(NamedTuple):
@@ -16,7 +17,9 @@ class Track(NamedTuple):
     blocked: np.ndarray
     """(K,) numbers of poses on blocked ground: lethal, unknown, or no ground at all."""
     lethal_distance: float
-    """m, of the pose nearest to a lethal or unknown vertex, straight; inf where there is none."""
+    """m along the surface, of the pose nearest to lethal or unknown ground, see `LethalGround`."""
+    nearest: int
+    """Number of that pose; -1 where no ground is lethal or unknown."""
     length: float
     """m."""
     longest_step: float
@@ -40,14 +43,13 @@ def on_the_map(track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray) -> Track
     weights = barycentric(points, mesh_map.vertices[corners].astype(np.float64))
     nearest = corners[np.arange(len(points)), np.argmax(weights, axis=1)]
     closed = ~np.isfinite(costs)
-    distance = np.inf
-    if closed.any():
-        distance = float(cKDTree(mesh_map.vertices[closed]).query(points)[0].min())
+    near = LethalGround(mesh_map, costs).nearest(points)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return Track(
         float(found.distances.max()),
         np.flatnonzero(closed[nearest]),
-        distance,
+        near.distance,
+        near.number,
         float(steps.sum()),
         float(steps.max()) if len(steps) else 0.0,
     )

@@ -5,12 +5,13 @@ from typing import Any, List, NamedTuple, Sequence
 import numpy as np
 from mesh_navigation.base.outcomes import is_success
 from mesh_navigation.base.pose import vector_text
+from mesh_navigation.execution.path_execution import Tolerances
 
 from mesh_tools_test.driving.oracle import arrival, on_the_map
 from mesh_tools_test.driving.trips import Trip
 from mesh_tools_test.driving.worlds import DrivingWorld
 
-DIST_TOLERANCE, ANGLE_TOLERANCE = 0.1, np.pi / 18  # m and rad, the server's defaults
+TOLERANCES = Tolerances(0.1, np.pi / 18)  # m and rad, the server's defaults
 OFF_SURFACE = 1e-3  # m; the simulated robot is on the surface but for rounding
 TOO_NEAR = 0.02  # m, by which a robot may come nearer to lethal ground than its radius
 FASTEST = 2.5  # m/s; who is faster was moved by something else than wheels
@@ -34,15 +35,28 @@ class Verdict(NamedTuple):
     angle: float
     """rad, between the headings there."""
     lethal_distance: float
-    """m, of the pose nearest to a lethal or unknown vertex."""
+    """m along the surface, of the pose nearest to lethal or unknown ground."""
+    blocked: int = 0
+    """Poses on blocked ground."""
+    planned_at_all: bool = True
+    """Whether there was a plan; without one, `fault` says why, and that is no failure."""
 
     @property
     def succeeded(self) -> bool:
         return not self.fault
 
+    @property
+    def failed(self) -> bool:
+        return bool(self.fault) and self.planned_at_all
+
 
 def judged(
-    trip: Trip, drive: Any, world: DrivingWorld, costs: np.ndarray, radius: float = 0.0
+    trip: Trip,
+    drive: Any,
+    world: DrivingWorld,
+    costs: np.ndarray,
+    radius: float = 0.0,
+    tolerances: Tolerances = TOLERANCES,
 ) -> Verdict:
     """What is wrong with a drive.
 
@@ -52,7 +66,11 @@ def judged(
         world: where.
         costs: (V,) of that time.
         radius: that the robot has to keep from lethal ground (m).
+        tolerances: of the goal (m and rad).
     """
+    if not drive.plan.succeeded:
+        told = "no plan: " + drive.plan.message
+        return Verdict(trip.seed, told, *[0.0] * 3, *[np.inf] * 3, planned_at_all=False)
     track = np.asarray(drive.track, np.float64)
     if not len(track):
         message = drive.result.message
@@ -60,9 +78,11 @@ def judged(
     times = np.asarray(drive.times, np.float64)
     found = on_the_map(track, world.mesh_map, costs)
     end = arrival(track[-1], trip.goal, world.mesh_map)
-    faults = _faults(drive, track, times, found, end)
+    faults = _faults(drive, track, times, found, end, tolerances)
     if not found.lethal_distance >= radius - TOO_NEAR:
-        faults.append("it comes within %.3f m of lethal ground" % found.lethal_distance)
+        where = vector_text(track[found.nearest, :3])
+        told = "it comes within %.3f m of lethal ground, at %s" % (found.lethal_distance, where)
+        faults.append(told)
     return Verdict(
         trip.seed,
         "; ".join(faults),
@@ -72,17 +92,25 @@ def judged(
         end.distance,
         end.angle,
         found.lethal_distance,
+        len(found.blocked),
     )
 
 
-def _faults(drive: Any, track: np.ndarray, times: np.ndarray, found: Any, end: Any) -> List[str]:
+def _faults(
+    drive: Any,
+    track: np.ndarray,
+    times: np.ndarray,
+    found: Any,
+    end: Any,
+    tolerances: Tolerances,
+) -> List[str]:
     faults = []
     if not is_success(drive.result.outcome):
         faults.append("outcome %d: %s" % (drive.result.outcome, drive.result.message))
     else:
-        if not end.distance <= DIST_TOLERANCE + ROUNDING:
+        if not end.distance <= tolerances.distance + ROUNDING:
             faults.append("it ends %.3f m from the goal" % end.distance)
-        if not end.angle <= ANGLE_TOLERANCE + ROUNDING:
+        if not end.angle <= tolerances.angle + ROUNDING:
             faults.append("it ends %.1f degrees from the goal's heading" % np.degrees(end.angle))
     if not np.isfinite(track).all():
         faults.append("poses that are not finite")
@@ -106,7 +134,12 @@ class Statistics(NamedTuple):
 
     @property
     def failed(self) -> List[Verdict]:
-        return [verdict for verdict in self.verdicts if not verdict.succeeded]
+        return [verdict for verdict in self.verdicts if verdict.failed]
+
+    @property
+    def planned(self) -> List[Verdict]:
+        """Those that had a plan."""
+        return [verdict for verdict in self.verdicts if verdict.planned_at_all]
 
     @property
     def detours(self) -> np.ndarray:
@@ -123,6 +156,8 @@ class Statistics(NamedTuple):
 
 
 _COLUMNS = (
+    ("poses on", "lethal"),
+    ("to lethal", "least, m"),
     ("driven/planned", "median"),
     ("driven/planned", "worst"),
     ("driven (m)", "median"),
@@ -130,30 +165,34 @@ _COLUMNS = (
     ("mean", "m/s"),
     ("position", "worst, m"),
     ("heading", "worst, deg"),
-    ("to lethal", "least, m"),
 )
 
 
 def table(some: Sequence[Statistics]) -> str:
-    """For people, one line a world. The distance to lethal is of all drives, all else of those that
-    arrived."""
-    rows = [["world", "arrived"] + [name for name, _ in _COLUMNS]]
-    rows += [["", ""] + [kind for _, kind in _COLUMNS]]
+    """For people, one line a world. Poses and the distance to lethal ground are of all drives with a
+    plan, all else of those that arrived."""
+    rows = [["world", "plans", "arrived"] + [name for name, _ in _COLUMNS]]
+    rows += [["", "", ""] + [kind for _, kind in _COLUMNS]]
     rows += [_row(each) for each in some]
     return "\n".join(
-        ("%-12s %-11s" % (*row[:2],) + "".join(" %14s" % value for value in row[2:])).rstrip()
+        ("%-12s %-10s %-10s" % (*row[:3],) + "".join(" %14s" % value for value in row[3:])).rstrip()
         for row in rows
     )
 
 
 def _row(of: Statistics) -> List[str]:
     good = [verdict for verdict in of.verdicts if verdict.succeeded]
-    arrived = [of.name, "%d of %d" % (len(good), len(of.verdicts))]
+    plans, drives = len(of.planned), len(of.verdicts)
+    row = [of.name, "%d of %d" % (plans, drives), "%d of %d" % (len(good), plans)]
+    if not plans:
+        return row
+    row.append("%d" % sum(verdict.blocked for verdict in of.planned))
+    row.append("%.3f" % min(verdict.lethal_distance for verdict in of.planned))
     if not good:
-        return arrived
+        return row
     driven = np.array([verdict.driven for verdict in good])
     seconds = np.array([verdict.seconds for verdict in good])
-    return arrived + [
+    return row + [
         "%.3f" % np.median(of.detours),
         "%.3f" % of.detours.max(),
         "%.1f" % np.median(driven),
@@ -161,14 +200,14 @@ def _row(of: Statistics) -> List[str]:
         "%.2f" % (driven.sum() / max(seconds.sum(), 1e-9)),
         "%.3f" % max(verdict.distance for verdict in good),
         "%.1f" % np.degrees(max(verdict.angle for verdict in good)),
-        "%.2f" % min(verdict.lethal_distance for verdict in of.verdicts),
     ]
 
 
 def failures(some: Sequence[Statistics]) -> str:
-    """One line for each drive that failed, with what is needed to drive it again."""
+    """One line for each drive that failed or had no plan, with what is needed to drive it again."""
     return "\n".join(
         "%s, seed %d: %s" % (each.name, verdict.seed, verdict.fault)
         for each in some
-        for verdict in each.failed
+        for verdict in each.verdicts
+        if verdict.fault
     )

@@ -1,16 +1,20 @@
-"""Where the robot drives: maps with layers as a robot of half a meter needs them."""
+"""Where the robot drives: maps with the layers of the shipped configuration, or others."""
 
 import os
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Optional, Sequence
 
 import numpy as np
+from mesh_map.distance.obstacle_distance import ObstacleDistance, SurfaceFront
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
 from mesh_msgs.outdoor_world import outdoor_world
-from mesh_navigation.surface.map_loading import load_map
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+
+from mesh_tools_test.driving import shipped
+from mesh_tools_test.driving.furnished_building import furnished_building
+from mesh_tools_test.driving.rough_terrain import rough_terrain
 
 INSCRIBED_RADIUS, INFLATION_RADIUS = 0.3, 0.8  # m, of the robot, and what it keeps clear of
 COST_LIMIT = 1.0  # of the planners, by default
@@ -22,14 +26,30 @@ class DrivingWorld:
     Attributes:
         name: for tables.
         mesh_map: with its layers.
-        faces: (K,) ascending: faces that a robot may stand on, connected with each other.
+        faces: (K,) ascending: faces that a robot may stand on, of one connected open ground. Whether
+            a robot with a radius gets from each to each other one is not looked at.
         storeys: of the ends of trips, None where they may be anywhere: two sets of faces; trips
             lead from one to the other.
     """
 
-    def __init__(self, name: str, mesh_map: MeshMap, heights: Sequence[float] = ()) -> None:
+    def __init__(
+        self, name: str, mesh_map: MeshMap, heights: Sequence[float] = (), radius: float = 0.0
+    ) -> None:
+        """
+        Args:
+            name: for tables.
+            mesh_map: with its layers.
+            heights: of the storeys (m), if trips lead from one to the other.
+            radius: of the robot (m): at all corners of the faces it has that room.
+        """
         self.name, self.mesh_map = name, mesh_map
         self.faces = connected_open_faces(mesh_map)
+        if radius > 0.0:
+            front = SurfaceFront.of(mesh_map.geometry)
+            distance = ObstacleDistance(front=front, max_distance=radius)
+            distance.compute(~np.isfinite(mesh_map.costs))
+            has_room = ~np.isfinite(distance.distances())
+            self.faces = self.faces[has_room[mesh_map.faces[self.faces]].all(axis=1)]
         self.storeys: Optional[List[np.ndarray]] = None
         if heights:
             z = mesh_map.vertices[mesh_map.faces[self.faces]][:, :, 2]
@@ -96,12 +116,10 @@ def with_layers(mesh_map: MeshMap, layers: List[Dict[str, Any]]) -> MeshMap:
 def outdoor(faces: int = 60_000) -> DrivingWorld:
     """Hills, a road, walls, trees, a bridge."""
     world = outdoor_world(faces=faces, seed=0)
-    return DrivingWorld(
-        "outdoor", with_layers(MeshMap(world.vertices, world.faces), robot_layers())
-    )
+    return _shipped("outdoor", shipped.shipped_map(world.vertices, world.faces))
 
 
-def car_park(size: float = 24.0, cells: int = 48) -> DrivingWorld:
+def car_park(size: float = 24.0, cells: int = 96) -> DrivingWorld:
     """Two square floors above each other, joined by a ramp; all trips go from one to the other.
 
     Args:
@@ -109,15 +127,28 @@ def car_park(size: float = 24.0, cells: int = 48) -> DrivingWorld:
         cells: along a side.
     """
     world = zoo.two_storeys(cells=cells, size=size, height=size / 8)
-    mesh_map = with_layers(MeshMap(world.vertices, world.faces), robot_layers())
-    return DrivingWorld("two storeys", mesh_map, (0.0, size / 8))
+    mesh_map = shipped.shipped_map(world.vertices, world.faces)
+    return _shipped("two storeys", mesh_map, (0.0, size / 8))
+
+
+def building() -> DrivingWorld:
+    """Few large faces, refined when they are loaded; walls and furniture are parts of their own."""
+    world = furnished_building()
+    return _shipped("building", shipped.shipped_map(world.vertices, world.faces))
+
+
+def rough(size: float = 30.0) -> DrivingWorld:
+    """Rolling ground with noise of 5 cm."""
+    return _shipped("rough", shipped.shipped_map(*rough_terrain(size)))
 
 
 def tray(path: Path) -> DrivingWorld:
     """The coarse test world of other people: edges of half a meter, upright walls."""
-    mesh_map = load_map(path)
-    # Height differences over an edge of half a meter would close all slopes: steepness tells.
-    return DrivingWorld("tray", with_layers(mesh_map, robot_layers(step=1.0, radius=0.05)))
+    return _shipped("tray", shipped.shipped_map_of(path))
+
+
+def _shipped(name: str, mesh_map: MeshMap, heights: Sequence[float] = ()) -> DrivingWorld:
+    return DrivingWorld(name, mesh_map, heights, shipped.radius())
 
 
 def tray_file() -> Optional[Path]:
@@ -133,6 +164,8 @@ def worlds(faces: int) -> Dict[str, Callable[[], DrivingWorld]]:
     found: Dict[str, Callable[[], DrivingWorld]] = {
         "outdoor": lambda: outdoor(faces),
         "storeys": car_park,
+        "building": building,
+        "rough": rough,
     }
     path = tray_file()
     if path is not None:
