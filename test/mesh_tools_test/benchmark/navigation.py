@@ -34,9 +34,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--drives", type=int, default=100, help="on each world")
     parser.add_argument("--seed", type=int, help="drive this trip only")
-    parser.add_argument("--planner", default="", help="of the drives: a shipped one, else the first")
+    parser.add_argument("--planner", default="", help="a shipped one, else the first")
     parser.add_argument(
-        "--radius", type=float, help="of the robot that drives (m), else the shipped one; 0: a point"
+        "--radius", type=float, help="of the robot that drives (m), else the shipped; 0: a point"
     )
     parser.add_argument("--pairs", type=int, default=1000, help="of paths on each world")
     parser.add_argument("--worlds", nargs="+", metavar="NAME", help="only these")
@@ -60,9 +60,7 @@ def main() -> int:
         paths = [each for make in chosen(options.worlds) for each in excess(make(), options.pairs)]
         print(excess_table(paths), flush=True)
         failed |= any(each.failed for each in paths)
-        found["geodesics"] = [
-            {**each._asdict(), "ratios": each.ratios.tolist()} for each in paths
-        ]
+        found["geodesics"] = [{**each._asdict(), "ratios": each.ratios.tolist()} for each in paths]
     timed: List[figures.Figure] = []
     if "cycles" in options.only:
         timed += cycles.cycles(options.faces, TIMED)

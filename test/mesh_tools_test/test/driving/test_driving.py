@@ -5,6 +5,8 @@ from typing import Any, Iterable
 
 import numpy as np
 import pytest
+from mesh_navigation.base.pose import Pose
+from mesh_navigation.simulation.driving import drive
 from mesh_tools_test.driving import shipped, worlds
 from mesh_tools_test.driving.drives import driven
 from mesh_tools_test.driving.verdicts import TOO_NEAR, Statistics, failures, table
@@ -45,6 +47,29 @@ def test_in_a_building_of_large_faces():
 
 def test_on_rough_ground():
     assert len(check_drives(worlds.rough(15.0), seeds=range(8)).planned) >= 5
+
+
+# Poses (position and orientation) on the rough terrain where straight on is, over its bumps, not
+# quite where the robot's arcs lead, and goals a bit ahead.
+BUMPY = [
+    ((15.958, 5.555, -0.143, 0.08286, 0.26494, 0.06648, 0.95839), (16.716, 5.496, -0.217)),
+]
+
+
+@pytest.mark.parametrize("start, goal", BUMPY)
+def test_room_that_is_wished_for_does_not_stop_the_robot(start, goal):
+    """Beside what is lethal, where the side_clearance would have it stand."""
+    mesh_map = worlds.rough().mesh_map
+    body = shipped.body(mesh_map)
+    went = drive(
+        mesh_map,
+        shipped.planner(mesh_map, body),
+        shipped.controller(mesh_map, body),
+        start=Pose(np.array(start[:3]), np.array(start[3:])),
+        goal=Pose.at(goal),
+        values=shipped.server(),
+    )
+    assert went.arrived, went.result.message
 
 
 def test_on_the_tray():

@@ -30,8 +30,11 @@ def test_the_oracle_on_a_plane_is_the_straight_line():
 def test_the_oracle_around_a_hole_goes_by_its_corners():
     mesh = zoo.hole(cells=9, size=9.0)
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
-    place = lambda x, y: int(np.argmin(np.linalg.norm(mesh_map.vertices - [x, y, 0], axis=1)))
-    found = exact_distances(mesh_map, place(0.0, 4.0))[place(9.0, 4.0)]
+    start, end = (
+        int(np.argmin(np.linalg.norm(mesh_map.vertices - [x, 4.0, 0.0], axis=1)))
+        for x in (0.0, 9.0)
+    )
+    found = exact_distances(mesh_map, start)[end]
     assert found == pytest.approx(2.0 * np.hypot(3.0, 1.0) + 3.0, rel=1e-6)
 
 
@@ -54,8 +57,11 @@ def test_planners_are_compared_with_it():
         assert len(each.ratios) == 45 and not each.failed
         assert each.ratios.max() < 1.01 and each.ratios.min() > 1.0 - 1e-5
     assert exact.ratios.max() < 1.0 + 1e-5
-    wrong = lambda ground, vertex: 1.001 * exact_distances(ground, vertex)
-    (spoiled,) = excess(plane(), 10, ("mmp_planner",), distances=wrong)
+
+    def too_long(ground, vertex):
+        return 1.001 * exact_distances(ground, vertex)
+
+    (spoiled,) = excess(plane(), 10, ("mmp_planner",), distances=too_long)
     assert spoiled.impossible == 10 and spoiled.failed
 
 
@@ -68,7 +74,10 @@ def test_no_path_is_shorter_than_the_shortest_and_all_are_found(make):
 
 
 def test_the_table():
-    some = [Excess("sea", "mmp", np.array([1.0, 1.02, 1.04, 0.9]), 2), Excess("lake", "mmp", np.zeros(0), 1)]
+    some = [
+        Excess("sea", "mmp", np.array([1.0, 1.02, 1.04, 0.9]), 2),
+        Excess("lake", "mmp", np.zeros(0), 1),
+    ]
     lines = excess_table(some).splitlines()
     assert lines[1].split() == "sea mmp 6 1.0100 50.0 % 25.0 % 1.0400 1 2".split()
     assert lines[2].split()[:3] == ["lake", "mmp", "1"] and some[1].failed

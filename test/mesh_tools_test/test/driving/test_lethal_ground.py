@@ -29,9 +29,7 @@ def test_of_a_vertex_an_edge_and_a_face(value):
     random = np.random.default_rng(0)
     points = np.column_stack([random.uniform(0.0, 2.0, (60, 2)), np.zeros(60)])
     x, y = points[:, :2].T
-    expected = np.minimum(
-        np.hypot(x - 0.4, y - 0.4), np.hypot(x - 1.4, y - np.clip(y, 0.6, 0.8))
-    )
+    expected = np.minimum(np.hypot(x - 0.4, y - 0.4), np.hypot(x - 1.4, y - np.clip(y, 0.6, 0.8)))
     corners = np.array([(1.0, 1.6), (1.2, 1.6), (1.2, 1.8)])
     shares = np.linspace(0.0, 1.0, 2001)[:, None]
     for a, b in ((0, 1), (1, 2), (2, 0)):

@@ -1,5 +1,6 @@
 """One robot's body on one map, as planners and controllers need it."""
 
+from functools import partial
 from typing import Optional
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 from mesh_navigation.body.closed_ground import ClosedGround
+from mesh_navigation.body.near_ground import NearGround
 from mesh_navigation.body.near_obstacles import (
     NO_OBSTACLES,
     NearObstacles,
@@ -35,6 +37,7 @@ class Body:
         self._geometry, self._ground = geometry, None
         if geometry is not None:
             self._ground = ClosedGround(geometry, self.radius)
+            self._near = NearGround(geometry, self.radius)
 
     def costs(self, costs: np.ndarray) -> np.ndarray:
         """(V,) costs of the map for the robot's middle, see `ClosedGround.costs`."""
@@ -59,8 +62,13 @@ class Body:
         """
         if self._geometry is None or (self.shape.is_point and not clearance > 0.0):
             return NO_OBSTACLES
-        reach += self.shape.circumscribed_radius + clearance
-        return NearObstacles(obstacle_points(self._geometry, costs, place, reach), self.radius)
+        around = reach + self.shape.circumscribed_radius + clearance
+        found = NearObstacles(obstacle_points(self._geometry, costs, place, around), self.radius)
+        if not self.radius > 0.0:
+            return found
+        place = np.array(place, np.float64)
+        least = partial(self._near.least_distances, costs, place, reach)
+        return found._replace(radius=self.radius, least=least)
 
 
 POINT = Body()

@@ -1,6 +1,6 @@
 """What is lethal or unknown near the robot, as points, and how near a way leads to them."""
 
-from typing import NamedTuple, Optional
+from typing import Callable, NamedTuple, Optional
 
 import numpy as np
 
@@ -12,8 +12,17 @@ _STEP = 0.05  # m, of the places of a way that are looked at
 _RISE = 1e-3  # m nearer that is no nearer
 
 
+def _unknown(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    return np.full(len(points), -np.inf)
+
+
 class NearObstacles(NamedTuple):
-    """Those around one place, at one moment."""
+    """Those around one place, at one moment.
+
+    Distances from points are straight ones. Along the surface it may be farther, as over rough
+    ground, or there is no way at all, as to a thing so low that the robot drives over it. Ways are
+    as near as they are along the surface, which is what planners keep.
+    """
 
     points: np.ndarray
     """(P,3) m: lethal and unknown vertices beside others, and points on the edges between them."""
@@ -21,6 +30,10 @@ class NearObstacles(NamedTuple):
     """m that ways have to keep from them."""
     nearer: float = TOLERANCE
     """m by which ways may be nearer than that."""
+    radius: float = 0.0
+    """m, of the robot."""
+    least: Callable[[np.ndarray, np.ndarray], np.ndarray] = _unknown
+    """How far (N,) points (N,3) of faces (N,) are at least, along the surface, up to the radius."""
 
     def keeping(self, distance: float) -> "NearObstacles":
         """The same, with another distance to keep (m)."""
@@ -44,13 +57,14 @@ class NearObstacles(NamedTuple):
             points=self.points[((self.points >= low) & (self.points <= high)).all(axis=1)]
         )
 
-    def first_near(self, points: np.ndarray) -> Optional[float]:
+    def first_near(self, points: np.ndarray, faces: np.ndarray) -> Optional[float]:
         """How far it is along a way to where it leads too near (m); None: nowhere.
 
         A way that begins too near may leave, but must not lead nearer.
 
         Args:
             points: (N,3) m, N at least 1.
+            faces: (N - 1,) the face in which point i to i + 1 lies; NO_FACE where there is none.
         """
         if not len(self.points):
             return None
@@ -58,8 +72,13 @@ class NearObstacles(NamedTuple):
         lengths = np.linspace(0.0, travelled[-1], int(travelled[-1] / _STEP) + 2)
         columns = (np.interp(lengths, travelled, points[:, axis]) for axis in range(3))
         near = self._within(points.min(axis=0) - self.keep, points.max(axis=0) + self.keep)
-        depths = self.keep - near.distances(np.stack(list(columns), axis=1))
-        worse = rises(depths, self.nearer)
+        places = np.stack(list(columns), axis=1)
+        distances = near.distances(places)
+        worse = rises(self.keep - distances, self.nearer)
+        if worse is not None and len(faces) and distances.min() < self.radius:
+            segments = np.clip(travelled.searchsorted(lengths) - 1, 0, len(faces) - 1)
+            distances = np.maximum(distances, self.least(places, faces[segments]))
+            worse = rises(self.keep - distances, self.nearer)
         return None if worse is None else float(lengths[worse])
 
 

@@ -81,7 +81,7 @@ class LocalCosts:
             points: (N,3) m.
             faces: (N - 1,) the face in which point i to i + 1 lies; NO_FACE where there is none.
         """
-        found = self._first_closed(points, faces), self.obstacles.first_near(points)
+        found = self._first_closed(points, faces), self.obstacles.first_near(points, faces)
         return min((length for length in found if length is not None), default=None)
 
     def _first_closed(self, points: np.ndarray, faces: np.ndarray) -> Optional[float]:

@@ -72,6 +72,7 @@ _NEAR = 0.02  # m before where it has to stop, at which it stands
 _STILL = 1e-4  # m/s, rad/s; what is slower does not get the robot on
 _WELL_HEADED = 0.25
 _LOOP = 0.1  # m; a path that leads farther away from the goal than that is a loop
+_SHARES = 1.0, 0.5, 0.0  # of the room beside obstacles, until there is a way on
 _TURN_ROUND = math.radians(170)  # beyond this, left and right are as good
 
 
@@ -316,18 +317,25 @@ class MeshController(Controller):
                     f"after {blocked:.2f} m, at {vector_text(way.at(blocked))}; it stops "
                     f"{gap:.2f} m before (blocked_distance)",
                 )
-        # Never nearer to obstacles than the side_clearance, but where the way itself is.
+        # Never nearer to obstacles than the side_clearance, but where the way itself is, or where
+        # there is nothing else: straight over rough ground is not quite where an arc leads.
         keeps, room = local_costs.obstacles, values["side_clearance"]
         spare = float(keeps.distances(way.points).min()) - keeps.keep
-        keep = keeps.keep + min(max(spare, 0.0), room)
-        sight = self._sight(local_costs.keeping(keep), surface_pose)
-        carrot = find_carrot(sight, guidance.paths, reach, room)
-        self.current_angle = self._same_side(carrot.angle)
-        carrot = carrot._replace(angle=self.current_angle)
-        goal = max(distance, way.length) if way.arrives else math.inf
-        bends = speed_before_bends(way, surface_pose.up, stopping, values, self._period)
-        wanted = steer(carrot, Ahead(goal, stop, bends), values, self._period)
-        wanted = on_free_ground(wanted, sight, carrot, values, self._period)
+        spare = min(max(spare, 0.0), room)
+        for share in _SHARES if spare > 0.0 else (0.0,):
+            sight = self._sight(local_costs.keeping(keeps.keep + share * spare), surface_pose)
+            try:
+                carrot = find_carrot(sight, guidance.paths, reach, room)
+                self.current_angle = self._same_side(carrot.angle)
+                carrot = carrot._replace(angle=self.current_angle)
+                goal = max(distance, way.length) if way.arrives else math.inf
+                bends = speed_before_bends(way, surface_pose.up, stopping, values, self._period)
+                wanted = steer(carrot, Ahead(goal, stop, bends), values, self._period)
+                wanted = on_free_ground(wanted, sight, carrot, values, self._period)
+                break
+            except ControlFailure:
+                if share == 0.0:
+                    raise
         self._brake_hard(sight, wanted, values)
         return wanted, guidance.remark
 

@@ -332,6 +332,8 @@ class SurfacePlanner(MeshPlanner):
         Raises:
             PlanFailure: INVALID_GOAL, the robot's body would touch something there.
         """
+        if target.whole:  # where all of its face is open, the radius is kept along the surface
+            return
         place, radius = target.position, self.body.radius
         near = search.given.body.obstacles(search.snapshot.costs, place, TOLERANCE)
         distance = float(near.distances(place[None])[0])

@@ -149,7 +149,8 @@ def free_path(
     along = corners_along(mesh_map.geometry, walk.path)
     free = passable(costs[along.vertices], np.inf)
     first = _first_blocked(free)
-    near = body.obstacles(costs, start.position, length).first_near(walk.path.points)
+    obstacles = body.obstacles(costs, start.position, length)
+    near = obstacles.first_near(walk.path.points, walk.path.faces)
     if near is not None and (first is None or near < along.entered[first]):
         return FreePath(near, f"lethal or unknown ground is within {body.radius:.2f} m of it")
     if first is not None:

@@ -1,4 +1,4 @@
-"""Rough ground, as a scanner sees a field that was ploughed: short edges, each corner off its place."""
+"""Rough ground, as of a scanned field that was ploughed: short edges, each corner off its place."""
 
 from typing import Tuple
 

@@ -169,7 +169,7 @@ _COLUMNS = (
 
 
 def table(some: Sequence[Statistics]) -> str:
-    """For people, one line a world. Poses and the distance to lethal ground are of all drives with a
+    """For people, one line a world. Poses and the distance to lethal ground are of drives with a
     plan, all else of those that arrived."""
     rows = [["world", "plans", "arrived"] + [name for name, _ in _COLUMNS]]
     rows += [["", "", ""] + [kind for _, kind in _COLUMNS]]
@@ -204,7 +204,7 @@ def _row(of: Statistics) -> List[str]:
 
 
 def failures(some: Sequence[Statistics]) -> str:
-    """One line for each drive that failed or had no plan, with what is needed to drive it again."""
+    """One line for each drive that failed or had no plan, with what it takes to drive it again."""
     return "\n".join(
         "%s, seed %d: %s" % (each.name, verdict.seed, verdict.fault)
         for each in some

@@ -26,8 +26,8 @@ class DrivingWorld:
     Attributes:
         name: for tables.
         mesh_map: with its layers.
-        faces: (K,) ascending: faces that a robot may stand on, of one connected open ground. Whether
-            a robot with a radius gets from each to each other one is not looked at.
+        faces: (K,) ascending: faces that a robot may stand on, of one connected open ground.
+            Whether a robot with a radius gets from each to each other one is not looked at.
         storeys: of the ends of trips, None where they may be anywhere: two sets of faces; trips
             lead from one to the other.
     """
