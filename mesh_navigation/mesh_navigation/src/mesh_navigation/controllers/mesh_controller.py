@@ -1,7 +1,7 @@
 """The controller of this package: follows the field or the path of its own plan."""
 
 import math
-from typing import Any, List, Mapping, Optional
+from typing import Any, List, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -72,7 +72,7 @@ _NEAR = 0.02  # m before where it has to stop, at which it stands
 _STILL = 1e-4  # m/s, rad/s; what is slower does not get the robot on
 _WELL_HEADED = 0.25
 _LOOP = 0.1  # m; a path that leads farther away from the goal than that is a loop
-_SHARES = 1.0, 0.5, 0.0  # of the room beside obstacles, until there is a way on
+_OUT_OF_NARROW = 0.2  # m from where there is too little room beside obstacles
 _TURN_ROUND = math.radians(170)  # beyond this, left and right are as good
 
 
@@ -104,6 +104,7 @@ class MeshController(Controller):
         self._cycle: Optional[float] = None
         self._velocity = STOP
         self._remark = ""
+        self._narrow: Optional[np.ndarray] = None
         return complaints
 
     def prepare_plan(self, plan: ControllerPlan) -> Guide:
@@ -322,7 +323,7 @@ class MeshController(Controller):
         keeps, room = local_costs.obstacles, values["side_clearance"]
         spare = float(keeps.distances(way.points).min()) - keeps.keep
         spare = min(max(spare, 0.0), room)
-        for share in _SHARES if spare > 0.0 else (0.0,):
+        for share in self._shares(surface_pose) if spare > 0.0 else (0.0,):
             sight = self._sight(local_costs.keeping(keeps.keep + share * spare), surface_pose)
             try:
                 carrot = find_carrot(sight, guidance.paths, reach, room)
@@ -330,14 +331,26 @@ class MeshController(Controller):
                 carrot = carrot._replace(angle=self.current_angle)
                 goal = max(distance, way.length) if way.arrives else math.inf
                 bends = speed_before_bends(way, surface_pose.up, stopping, values, self._period)
-                wanted = steer(carrot, Ahead(goal, stop, bends), values, self._period)
-                wanted = on_free_ground(wanted, sight, carrot, values, self._period)
-                break
+                steered = steer(carrot, Ahead(goal, stop, bends), values, self._period)
+                wanted = on_free_ground(steered, sight, carrot, values, self._period)
             except ControlFailure:
                 if share == 0.0:
                     raise
+            else:
+                if wanted.x > 0.0 or not steered.x > 0.0 or share == 0.0:
+                    break
+            self._narrow = surface_pose.position
         self._brake_hard(sight, wanted, values)
         return wanted, guidance.remark
+
+    def _shares(self, surface_pose: SurfacePose) -> Sequence[float]:
+        """Of the room beside obstacles. Near to where not all of it would do, there is none: with
+        room and without, the robot would look at other places, and turn to and fro."""
+        if self._narrow is not None:
+            if math.dist(self._narrow, surface_pose.position) < _OUT_OF_NARROW:
+                return (0.0,)
+            self._narrow = None
+        return (1.0, 0.0)
 
     def _same_side(self, angle: float) -> float:
         """The angle, or that the other way round where the robot turns that way already."""
