@@ -7,9 +7,10 @@ import pytest
 import yaml
 
 from mesh_map.costs.settings import SETTINGS
+from mesh_map.geometry.refinement import refine
 from mesh_map.io.map_parameters import map_parameters
 from mesh_map.map.mesh_map import MeshMap
-from mesh_msgs.world.solids import box, floor, joined
+from mesh_msgs.world.solids import box, floor, joined, turned
 
 from mesh_navigation.base.pose import Pose
 from mesh_navigation.body.body import Body
@@ -39,8 +40,11 @@ THINGS = [
 def building(request):
     """The map of the building, with the layers of a file; no sensor says anything."""
     things = [box((*low, 0.0), (*high, top)) for low, high, top in THINGS]
-    mesh_map = MeshMap(*joined(floor((0.0, 0.0), SIZE, EDGE), *things))
-    content = yaml.safe_load((CONFIG / request.param).read_text(encoding="utf-8"))
+    return with_layers(MeshMap(*joined(floor((0.0, 0.0), SIZE, EDGE), *things)), request.param)
+
+
+def with_layers(mesh_map, file):
+    content = yaml.safe_load((CONFIG / file).read_text(encoding="utf-8"))
     mesh_map.set_settings(
         **{one.name: content[one.name] for one in SETTINGS if one.name in content}
     )
@@ -97,3 +101,42 @@ def test_paths_keep_off_edges_and_walls(building, listed):
         middle.append(np.median(apart))
     if "mmp" not in listed["name"]:
         assert np.quantile(middle, 0.1) > 0.5
+
+
+def passage(width, angle, shift, longest):
+    """Two large faces with a wall across, of this width (m) in it; turned by an angle."""
+    corners = [[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]]
+    ground = np.array(corners, np.float64), np.array([[0, 1, 2], [0, 2, 3]])
+    walls = [
+        box((-0.1, -8.0, 0.0), (0.1, shift - width / 2, HIGH)),
+        box((-0.1, shift + width / 2, 0.0), (0.1, 8.0, HIGH)),
+    ]
+    vertices, faces = joined(ground, *(turned(wall, angle, 2, (0, 0, 0)) for wall in walls))
+    made = refine(vertices, faces, longest)
+    return with_layers(MeshMap(made.vertices, made.faces), "mesh_map.yaml")
+
+
+@pytest.mark.parametrize("longest", [RADIUS, RADIUS / 2])
+def test_walls_are_known_to_half_an_edge(longest):
+    """Walls that share nothing with the floor, at any angle: how near paths come to them, which
+    passages are never taken, and which are always found."""
+    random = np.random.default_rng(7)
+    never, always = 2 * RADIUS - longest, 2 * RADIUS + 2 * longest
+    for width in (never, 2 * RADIUS, always):
+        for _ in range(3):
+            angle, shift = random.uniform(0.0, np.pi), random.uniform(-0.3, 0.3)
+            mesh_map = passage(width, angle, shift, longest)
+            body = Body(mesh_map.geometry, RobotShape(radius=RADIUS))
+            planner = make_planner(mesh_map, "mmp_planner/MMPPlanner", body=body)
+            turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+            ends = [[*(turn @ place), 0.0] for place in ((-2.0, 0.5), (2.0, -0.5))]
+            found = planner.make_plan(Pose.at(ends[0]), Pose.at(ends[1]))
+            assert found.succeeded or width < always, found.message
+            assert not (found.succeeded and width == never)
+            if found.succeeded:
+                points = found.poses[:, :2] @ turn
+                shares = np.linspace(0.0, 1.0, 20)[:, None, None]
+                points = (points[:-1] + shares * np.diff(points, axis=0)).reshape(-1, 2)
+                beside = np.maximum(np.abs(points[:, 0]) - 0.1, 0.0)
+                along = np.maximum(width / 2 - np.abs(points[:, 1] - shift), 0.0)
+                assert np.hypot(beside, along).min() > RADIUS - longest / 2
