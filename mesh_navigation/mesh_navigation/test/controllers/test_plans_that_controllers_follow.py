@@ -1,6 +1,7 @@
 """Where planners lead a body past lethal ground, the controller drives."""
 
 import numpy as np
+import pytest
 
 from mesh_msgs import zoo
 from mesh_msgs.world.solids import joined
@@ -25,14 +26,15 @@ class Arrays:
         self.vertices, self.faces = vertices.astype(np.float32), faces.astype(np.uint32)
 
 
-def driven(mesh_map, start, goal, **body):
+def driven(mesh_map, start, goal, values={}, **body):
     """A drive of a round robot, with the map's own plan."""
     has = Body(mesh_map.geometry, RobotShape(radius=RADIUS))
     controller = MeshController()
     controller.body = has
     assert controller.initialize("controller", mesh_map, SHIPPED) == []
     planner = make_planner(mesh_map, body=has)
-    return drive(mesh_map, planner, controller, start=start, goal=goal, max_time=200.0, **body)
+    ends = {"start": start, "goal": goal, "max_time": 200.0}
+    return drive(mesh_map, planner, controller, values=values, **ends, **body)
 
 
 def sheet_map():
@@ -78,3 +80,34 @@ def test_along_the_surface_it_is_far_enough():
     assert went.arrived, went.result.message
     inside = (went.track[:, 1] > 2.1) & (went.track[:, 1] < 3.9)
     assert went.track[inside, 0].min() > 0.26 and went.track[inside, 0].max() < 0.32
+
+
+def standing_map():
+    """A floor, and on it the lethal bottom of a low thing, which comes first in the mesh, so that
+    it is found where somebody looks for the nearest face."""
+    bottom, floor = zoo.grid(cells=4, size=1.0), zoo.grid(cells=40, size=6.0)
+    below = bottom.vertices + np.array([2.5, 2.5, 0.0])
+    mesh = Arrays(*joined((below, bottom.faces[:, ::-1]), (floor.vertices, floor.faces)))
+    costs = np.zeros(len(mesh.vertices))
+    costs[: len(below)] = np.inf
+    return MapWithCosts(mesh, costs)
+
+
+@pytest.mark.parametrize(
+    "start, goal",
+    [((1.0, 3.0), (5.0, 3.03)), ((3.0, 3.0), (5.0, 3.0)), ((1.0, 3.0), (3.03, 3.02))],
+    ids=["across", "from there", "to there"],
+)
+def test_over_the_bottom_of_a_thing_that_is_driven_over(start, goal):
+    """Of two surfaces at one place the one that is open counts, for plans also while it drives."""
+    mesh_map = standing_map()
+    bottom = mesh_map.closest_face((3.0, 3.0, 0.0), max_distance=0.1)
+    assert bottom.face < 32
+    went = driven(
+        mesh_map,
+        Pose.at([*start, 0.0]),
+        Pose.at([*goal, 0.0]),
+        values={"planner_frequency": 2.0},
+    )
+    assert went.arrived, went.result.message
+    assert np.abs(went.track[:, 1] - 3.0).max() < 0.1 and (went.faces >= 32).all()

@@ -46,7 +46,7 @@ def straight(x=(1.0, 5.0), y=2.5, seconds=8.0, yaw=0.0):
     length = float(abs(x[1] - x[0]))
     plan = SimpleNamespace(succeeded=True, message="")
     drive = SimpleNamespace(
-        plan=plan, track=track, times=times, result=result, planned_length=length
+        plan=plan, track=track, faces=None, times=times, result=result, planned_length=length
     )
     return trip, drive
 
@@ -107,6 +107,24 @@ def test_ground_is_blocked_where_the_nearest_corner_is(plane, x, blocked):
     found = oracle.on_the_map(track, plane.mesh_map, plane.costs)
     assert (len(found.blocked) == 1) == blocked
     assert found.lethal_distance == pytest.approx(abs(7.0 - x), abs=1e-6) and found.nearest == 0
+
+
+def test_where_two_surfaces_are_that_counts_on_which_the_robot_was():
+    """The lethal bottom of a thing lies on the floor."""
+    bottom, floor = zoo.grid(cells=2, size=2.0), zoo.grid(cells=10, size=10.0)
+    count = len(bottom.vertices)
+    vertices = np.concatenate([bottom.vertices + np.float32([4.0, 4.0, 0.0]), floor.vertices])
+    mesh_map = MeshMap(vertices, np.concatenate([bottom.faces, floor.faces + count]))
+    costs = np.where(np.arange(len(vertices)) < count, np.inf, 0.0).astype(np.float32)
+    track = poses([(5.3, 5.2, 0.0), (5.3, 5.1, 0.0)])
+    assert len(oracle.on_the_map(track, mesh_map, costs).blocked) == 2
+    on_floor = mesh_map.spatial_index.closest_batch(
+        points=track[:, :3], mask=np.arange(len(mesh_map.faces)) >= len(bottom.faces)
+    ).faces
+    found = oracle.on_the_map(track, mesh_map, costs, on_floor)
+    assert len(found.blocked) == 0 and found.lethal_distance >= 0.5
+    elsewhere = np.zeros(2, np.int64)  # a face where it is not
+    assert len(oracle.on_the_map(track, mesh_map, costs, elsewhere).blocked) == 2
 
 
 def test_a_body_may_come_two_centimeters_nearer_than_its_radius(plane):

@@ -12,6 +12,7 @@ from mesh_map.map.queries import SurfaceQueries
 from mesh_map.spatial.hits import NO_FACE, SurfacePoint, SurfacePoints
 
 from mesh_navigation.base.outcomes import ExePathOutcome
+from mesh_navigation.base.path import SAME_POINT
 from mesh_navigation.base.pose import number_text, vector_text
 from mesh_navigation.controllers.local_costs import LocalCosts
 from mesh_navigation.controllers.surface_pose import MAX_STEPS, SAME_SHEET, SurfacePose
@@ -82,7 +83,7 @@ class Guide:
         self._geometry, self._field = geometry, plan.field
         self._tracer = None if plan.field is None else FieldTracer.of(geometry)
         positions = plan.poses[:, :3]
-        places = _places(geometry, positions, distance)
+        places = _on_open_ground(geometry, _places(geometry, positions, distance), costs)
         last = len(positions) - 1
         self.goal = SurfacePoint(
             int(places.faces[last]),
@@ -270,6 +271,27 @@ def _places(geometry: MeshGeometry, positions: np.ndarray, distance: float) -> S
         f"pose {index} of {count} of the path, {vector_text(positions[index])}, is {how_far} from "
         f"the map, allowed are {distance:.2f} m (max_search_distance; {len(off)} such poses)",
     )
+
+
+def _on_open_ground(
+    geometry: MeshGeometry, places: SurfacePoints, costs: np.ndarray
+) -> SurfacePoints:
+    """The same places; where several surfaces are, those in faces that are not lethal."""
+    corners = geometry.faces[places.faces].astype(np.int64)
+    nearest = corners[np.arange(len(corners)), np.argmax(places.barycentric, axis=1)]
+    closed = np.flatnonzero(~np.isfinite(costs[nearest]))
+    if not len(closed):
+        return places
+    found = geometry.spatial_index.closest_batch(
+        points=places.positions[closed],
+        max_distance=SAME_POINT,
+        mask=np.isfinite(costs)[geometry.faces].all(axis=1),
+    )
+    other = found.faces != NO_FACE
+    columns = [column.copy() for column in places[:3]]
+    for column, there in zip(columns, found[:3]):
+        column[closed[other]] = there[other]
+    return SurfacePoints(*columns, places.distances)
 
 
 def is_free(local_costs: LocalCosts, way: LocalPath) -> bool:

@@ -99,8 +99,14 @@ class Locator:
             walk = walker.line(start=hint, target=target, up=up, max_steps=MAX_STEPS)
             missed = math.dist(walk.position, target)
             if walk.end == WalkEnd.ARRIVED and missed <= allowed:
-                return near if target is near.position else walk
+                is_near = target is near.position and self._part(walk) == self._part(near)
+                return near if is_near else walk
         return near
+
+    def _part(self, place: Any) -> int:
+        """The connected part of the mesh: that of the bottom of a thing is not that of the floor on
+        which it stands."""
+        return int(self._geometry.topology.components[self._geometry.faces[place.face, 0]])
 
     def _surface_pose(self, place: Any, pose: Pose, z_axis: Vector3) -> SurfacePose:
         ahead = vector3(rotate(pose.orientation, _X))

@@ -77,7 +77,8 @@ def find_path_end(
 ) -> PathEnd:
     """The place of the surface that is nearest to a position.
 
-    If that is at an edge or a vertex, in a face there that may be crossed, where there is one.
+    If that is at an edge or a vertex, or several surfaces are there, as the bottom of a thing that
+    stands on the floor, in a face there that may be crossed, where there is one.
 
     Args:
         mesh_map: the map.
@@ -91,16 +92,18 @@ def find_path_end(
         PlanFailure: it is too far from the surface, or blocked.
     """
     face_point = find_face_point(mesh_map, position, what, outcome)
-    if not snapshot.passable[face_point.corners[0]]:
-        text = blocked_text(mesh_map, face_point, snapshot, cleared)
-        raise PlanFailure(outcome, f"{what} {text}")
     place = _path_end(face_point, snapshot)
     if place.whole:
         return place
     found = mesh_map.spatial_index.closest(
         point=face_point.position, max_distance=SAME_POINT, mask=snapshot.open_faces
     )
-    return place if found is None else _path_end(FacePoint.at(mesh_map, *found[:2]), snapshot)
+    if found is not None:
+        return _path_end(FacePoint.at(mesh_map, *found[:2]), snapshot)
+    if not snapshot.passable[face_point.corners[0]]:
+        text = blocked_text(mesh_map, face_point, snapshot, cleared)
+        raise PlanFailure(outcome, f"{what} {text}")
+    return place
 
 
 def blocked_text(

@@ -17,6 +17,7 @@ from mesh_navigation.simulation.wheels import BaseLimits, Wheels
 from mesh_navigation.surface.up_normals import face_up_normals
 
 PLACING = 1.0  # m from the surface, where a robot may be put
+_SAME = 1e-6  # m, of surfaces at the same place
 LONGEST_STEP = 0.02  # s that are computed at once
 _OBSTRUCTIONS = {
     WalkEnd.BORDER: "the surface ends here",
@@ -256,6 +257,10 @@ class SurfaceRobot:
                 f"no surface within {PLACING:.2f} m of {vector_text(pose.position)}",
                 "put the robot nearer to the mesh",
             )
+        upward = geometry.spatial_index.closest(
+            point=point.position, max_distance=_SAME, normal=geometry.up, max_angle=math.pi / 2
+        )
+        point = upward or point  # and not on the bottom of a thing that stands on the floor
         axes = [rotate(pose.orientation, axis) for axis in np.eye(3)]
         point = walk_start(geometry, point, axes[0], axes[2], mask=self._ground.gentle)
         normal = face_up_normals(geometry, np.array([point.face]))[0]

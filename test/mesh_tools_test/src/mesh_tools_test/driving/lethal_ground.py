@@ -1,6 +1,6 @@
 """How far a pose is from what is lethal, along the surface."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Optional
 
 import numpy as np
 from mesh_map.distance.obstacle_distance import ObstacleDistance, SurfaceFront
@@ -60,29 +60,33 @@ class LethalGround:
         found = self._index.closest_batch(points=np.ascontiguousarray(points, np.float64))
         return np.asarray(found.distances, np.float64)
 
-    def nearest(self, points: np.ndarray) -> Nearest:
+    def nearest(self, points: np.ndarray, faces: Optional[np.ndarray] = None) -> Nearest:
         """Which of points (N, 3) on the surface is nearest to it along the surface, exactly, as far
-        as that is less than `FARTHEST`; else straight."""
+        as that is less than `FARTHEST`; else straight. They are on faces (N,), else the nearest."""
         straight = self.straight(points)
         best = Nearest(np.inf, -1)
         for number in np.argsort(straight, kind="stable"):
             if not straight[number] < best.distance:
                 break  # as none of those to come is nearer
-            distance = self.along_surface(points[number])
+            distance = self.along_surface(
+                points[number], None if faces is None else int(faces[number])
+            )
             distance = max(distance if distance < FARTHEST else FARTHEST, straight[number])
             if distance < best.distance:
                 best = Nearest(float(distance), int(number))
         return best
 
-    def along_surface(self, point: np.ndarray) -> float:
-        """m from a point (3,) on the surface: 0 on a lethal piece, inf from `FARTHEST` on.
+    def along_surface(self, point: np.ndarray, face: Optional[int] = None) -> float:
+        """m from a point (3,) of a face, else of the nearest one: 0 on a lethal piece, inf from
+        `FARTHEST` on.
 
         The point becomes a vertex of the faces around it, where the distances are exact.
         """
         geometry = self._geometry
         index = geometry.spatial_index
         near = index.in_sphere(center=point, radius=FARTHEST).astype(np.int64)
-        face = int(index.closest(point=point).face)
+        if face is None:
+            face = int(index.closest(point=point).face)
         corners = geometry.faces[face].astype(np.int64)
         if self._lethal[corners].all():
             return 0.0

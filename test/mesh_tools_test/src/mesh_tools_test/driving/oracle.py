@@ -1,6 +1,6 @@
 """What a drive has to be, looked at from outside: in NumPy, from the track and the costs alone."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 import numpy as np
 from mesh_map.map.mesh_map import MeshMap
@@ -26,7 +26,9 @@ class Track(NamedTuple):
     """m, from one pose to the next."""
 
 
-def on_the_map(track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray) -> Track:
+def on_the_map(
+    track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray, faces: Optional[np.ndarray] = None
+) -> Track:
     """Where a track leads.
 
     A pose is on blocked ground where the nearest corner of its face (that of the largest
@@ -36,14 +38,21 @@ def on_the_map(track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray) -> Track
         track: (N,7) poses.
         mesh_map: where.
         costs: (V,) when it was driven.
+        faces: (N,) on which the robot was, as it says itself. They count where they are as near to
+            the poses as the nearest ones: the bottom of a thing lies on the floor. None: the
+            nearest.
     """
     points = np.ascontiguousarray(track[:, :3], np.float64)
     found = mesh_map.spatial_index.closest_batch(points=points)
-    corners = mesh_map.faces[found.faces].astype(np.int64)
+    under = found.faces.astype(np.int64)
+    if faces is not None:
+        gaps = _gaps(points, mesh_map.vertices[mesh_map.faces[faces]].astype(np.float64))
+        under = np.where(gaps <= found.distances + _SAME, faces, under)
+    corners = mesh_map.faces[under].astype(np.int64)
     weights = barycentric(points, mesh_map.vertices[corners].astype(np.float64))
     nearest = corners[np.arange(len(points)), np.argmax(weights, axis=1)]
     closed = ~np.isfinite(costs)
-    near = LethalGround(mesh_map, costs).nearest(points)
+    near = LethalGround(mesh_map, costs).nearest(points, under)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return Track(
         float(found.distances.max()),
@@ -53,6 +62,16 @@ def on_the_map(track: np.ndarray, mesh_map: MeshMap, costs: np.ndarray) -> Track
         float(steps.sum()),
         float(steps.max()) if len(steps) else 0.0,
     )
+
+
+_SAME = 1e-4  # m
+
+
+def _gaps(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(N,) m from points (N,3) to triangles (N,3,3); at least, where they are beside them."""
+    weights = np.clip(barycentric(points, corners), 0.0, 1.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    return np.linalg.norm(np.einsum("ni,nid->nd", weights, corners) - points, axis=1)
 
 
 def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:

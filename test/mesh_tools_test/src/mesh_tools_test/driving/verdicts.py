@@ -76,7 +76,7 @@ def judged(
         message = drive.result.message
         return Verdict(trip.seed, "it never began: " + message, *[0.0] * 3, *[np.inf] * 3)
     times = np.asarray(drive.times, np.float64)
-    found = on_the_map(track, world.mesh_map, costs)
+    found = on_the_map(track, world.mesh_map, costs, drive.faces)
     end = arrival(track[-1], trip.goal, world.mesh_map)
     faults = _faults(drive, track, times, found, end, tolerances)
     if not found.lethal_distance >= radius - TOO_NEAR:
