@@ -62,8 +62,12 @@ void FastMarchingMesh::fillCorners(const MeshView& mesh, const RowsView& vertex_
   kinds_[v] = orderFan(begin, count, v);
 }
 
-std::uint32_t FastMarchingMesh::across(std::uint32_t a, std::uint32_t b, std::uint32_t from) const
+std::uint32_t FastMarchingMesh::acrossAnywhere(std::uint32_t a, std::uint32_t b,
+                                               std::uint32_t from) const
 {
+  if (corners(b).size() < corners(a).size()) {
+    std::swap(a, b);
+  }
   std::uint32_t found = NO_INDEX;
   unsigned count = 0;
   for (const FastMarchingCorner& corner : corners(a)) {

@@ -41,6 +41,11 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   if (!parts_) {
     parts_ = std::make_unique<VertexParts>(*mesh_, PART_WIDTH * max_distance_, threads);
   }
+  borders_.resize(parts_->size());
+  parallelEach(parts_->size(), 1, threads, [&](std::size_t part) {
+    borders_[part].clear();
+    addBorder(part, borders_[part]);
+  });
   std::atomic<bool> is_done{true};
   parallelFor(parts_->size(), 1, threads, [&]() -> RangeBody {
     const auto propagation = std::make_shared<WindowPropagation>(*mesh_, max_distance_);
@@ -61,13 +66,13 @@ bool ObstacleDistance::solvePart(std::size_t part, WindowPropagation& propagatio
 {
   const VertexParts& parts = *parts_;
   const WindowScope scope = parts.scope(part);
-  std::vector<std::uint32_t> lethal;
+  std::vector<std::uint32_t> border;
   for (std::size_t other = 0; other < parts.size(); ++other) {
     if (parts.isNear(other, part, max_distance_)) {
-      addLethal(other, lethal);
+      border.insert(border.end(), borders_[other].begin(), borders_[other].end());
     }
   }
-  if (!propagation.run(lethal_, lethal, scope, cancel)) {
+  if (!propagation.run(lethal_, border, scope, cancel)) {
     return false;
   }
   for (const std::uint32_t v : parts.vertices(part)) {
@@ -76,11 +81,17 @@ bool ObstacleDistance::solvePart(std::size_t part, WindowPropagation& propagatio
   return true;
 }
 
-void ObstacleDistance::addLethal(std::size_t part, std::vector<std::uint32_t>& lethal) const
+/// Lethal vertices next to others.
+void ObstacleDistance::addBorder(std::size_t part, std::vector<std::uint32_t>& border) const
 {
   for (const std::uint32_t v : parts_->vertices(part)) {
     if (lethal_[v] != 0) {
-      lethal.push_back(v);
+      for (const FastMarchingCorner& corner : mesh_->corners(v)) {
+        if (lethal_[corner.a] == 0 || lethal_[corner.b] == 0) {
+          border.push_back(v);
+          break;
+        }
+      }
     }
   }
 }
@@ -160,12 +171,12 @@ bool ObstacleDistance::solveAround(const std::vector<std::uint32_t>& flipped,
   const double reach = max_distance_ * (1.0 + 1e-5);
   const NearChanges near(*mesh_, flipped, ever, 2.0 * reach);
   gaps_.resize(lethal_.size(), max_distance_ * 1.00001f);
-  std::vector<std::uint32_t> around, wanted, lethal_around;
+  std::vector<std::uint32_t> around, wanted, border;
   for (std::size_t part = 0; part < parts_->size() && wanted.size() <= most; ++part) {
     if (!near.isNear(*parts_, part)) {
       continue;
     }
-    addLethal(part, lethal_around);
+    addBorder(part, border);
     for (const std::uint32_t v : parts_->vertices(part)) {
       const double distance = near.distance(v);
       if (distance <= 2.0 * reach) {
@@ -184,7 +195,7 @@ bool ObstacleDistance::solveAround(const std::vector<std::uint32_t>& flipped,
     }
     WindowScope scope;
     scope.gaps = gaps_.data();
-    around_->run(lethal_, lethal_around, scope, nullptr);
+    around_->run(lethal_, border, scope, nullptr);
     for (const std::uint32_t v : wanted) {
       if (take(v, *around_)) {
         changed.push_back(v);

@@ -11,21 +11,10 @@
 
 namespace mesh_map {
 
-/// One step of unfolding: where a point lies in the plane, beyond the line from a to b as seen from
-/// the origin, at given squared distances from these.
-inline bool placeBeyond(Vector2 a, Vector2 b, double from_a, double from_b, Vector2& result)
-{
-  const Vector2 side = b - a;
-  const double squared = dot(side, side);
-  if (!(squared > 0.0)) {
-    return false;
-  }
-  const double along = 0.5 * (from_a + squared - from_b) / squared;
-  const double height = std::sqrt(std::max(0.0, from_a / squared - along * along));
-  // Counterclockwise from a to b around the origin: beyond is to the right of the side.
-  result = {a[0] + along * side[0] + height * side[1], a[1] + along * side[1] - height * side[0]};
-  return true;
-}
+/// A vertex as far as this (radians) aside of a window is reached by it: more than what is narrower
+/// than WINDOW_WIDTH or lies behind a vertex with less than BEND above a full turn is hidden.
+constexpr double WINDOW_ASIDE = 4e-6;
+constexpr double WINDOW_WIDTH = 1e-6;
 
 /// A bundle of straight ways from one piece of an obstacle through an edge (J. Mitchell, D. Mount,
 /// C. Papadimitriou: The Discrete Geodesic Problem, 1987): all faces that it has passed are
@@ -36,22 +25,47 @@ struct Window
   std::uint32_t right, left;  // ends of the edge, looking away from the source
   std::uint32_t from;         // the third corner of the face that it comes through
   bool is_strip;
-  std::uint32_t standing;       // faces passed since its distance grew
-  double offset;                // from the obstacle to the source
-  double nearest;               // the least distance of its part of the edge
+  bool may_leave;          // to where no distances are wanted
+  std::uint32_t standing;  // faces passed since its distance grew
+  double offset;           // from the obstacle to the source
+  double nearest;          // squared: the least distance of its part of the edge from the source
+  double length;           // squared, of the edge
+  double inverse;          // 1 / length
   Vector2 right_end, left_end;  // where the ends lie
   Vector2 right_ray, left_ray;  // its limits: directions of length 1; of a strip, x in [0]
 
-  /// What goes on from it through another edge.
-  Window part(std::uint32_t to_right, std::uint32_t to_left, std::uint32_t coming_from,
-              const Vector2& right_place, const Vector2& left_place, const Vector2& right_limit,
-              const Vector2& left_limit) const
+  /// One step of unfolding: where the third corner of the next face lies, at given squared
+  /// distances from both ends.
+  Vector2 placeBeyond(double from_right, double from_left) const
   {
-    return {to_right, to_left,     coming_from, is_strip,    standing,  offset,
-            nearest,  right_place, left_place,  right_limit, left_limit};
+    const Vector2 side = left_end - right_end;
+    const double along = 0.5 * (from_right + length - from_left) * inverse;
+    const double height = std::sqrt(std::max(0.0, from_right * inverse - along * along));
+    return {right_end[0] + along * side[0] + height * side[1],
+            right_end[1] + along * side[1] - height * side[0]};
+  }
+
+  /// On through the edge from its right end to the third corner of the next face.
+  void turnRight(std::uint32_t beyond, const Vector2& place, double squared_length)
+  {
+    from = left;
+    left = beyond;
+    left_end = place;
+    length = squared_length;
+    inverse = 1.0 / squared_length;
+  }
+
+  void turnLeft(std::uint32_t beyond, const Vector2& place, double squared_length)
+  {
+    from = right;
+    right = beyond;
+    right_end = place;
+    length = squared_length;
+    inverse = 1.0 / squared_length;
   }
 
   double distance(const Vector2& p) const { return is_strip ? p[1] : norm(p); }
+  double squaredDistance(const Vector2& p) const { return is_strip ? p[1] * p[1] : dot(p, p); }
 
   /// How far p lies to the left of a ray (meters; negative to its right).
   double beside(const Vector2& ray, const Vector2& p) const
@@ -59,19 +73,20 @@ struct Window
     return is_strip ? ray[0] - p[0] : cross(ray, p);
   }
 
-  Vector2 rayTo(const Vector2& p) const { return is_strip ? Vector2{p[0], 0.0} : p / norm(p); }
-
-  /// The least distance of the points between two.
-  double nearestBetween(const Vector2& a, const Vector2& b) const
+  Vector2 rayTo(const Vector2& p) const
   {
-    if (is_strip) {
-      return std::min(a[1], b[1]);
-    }
-    const Vector2 side = b - a;
-    const double squared = dot(side, side), along = -dot(a, side);
-    return along <= 0.0       ? norm(a)
-           : along >= squared ? norm(b)
-                              : std::abs(cross(a, b)) / std::sqrt(squared);
+    return is_strip ? Vector2{p[0], 0.0} : (1.0 / norm(p)) * p;
+  }
+
+  /// The point of the edge at a part of it, from 0 at its right end to 1 at its left end.
+  Vector2 at(double part) const { return right_end + part * (left_end - right_end); }
+
+  /// The point nearest to the source between two parts of the edge.
+  Vector2 nearestBetween(double from, double to) const
+  {
+    const Vector2 edge = left_end - right_end;
+    const double part = is_strip ? (edge[1] > 0.0 ? from : to) : -dot(right_end, edge) * inverse;
+    return at(std::min(to, std::max(from, part)));
   }
 
   /// Is there nothing between its limits? What lies this far aside of a limit is reached.
@@ -84,16 +99,15 @@ struct Window
   /// Where its limits cross the edge, from 0 at its right end to 1 at its left end.
   std::array<double, 2> range() const
   {
-    double from = 0.0, to = 1.0;
-    if (const double of_right = beside(right_ray, right_end); of_right < 0.0) {
-      const double of_left = beside(right_ray, left_end);
-      from = of_left > of_right ? std::min(1.0, of_right / (of_right - of_left)) : 1.0;
-    }
-    if (const double of_left = beside(left_ray, left_end); of_left > 0.0) {
-      const double of_right = beside(left_ray, right_end);
-      to = of_left > of_right ? std::max(0.0, of_right / (of_right - of_left)) : 0.0;
-    }
-    return {from, to};
+    return {crossedBy(right_ray, 0.0), crossedBy(left_ray, 1.0)};
+  }
+
+  /// Where a ray crosses the edge; where both ends are on the same side of it, the nearer one, and
+  /// `otherwise` where it goes along the edge, or comes from behind.
+  double crossedBy(const Vector2& ray, double otherwise) const
+  {
+    const double right = beside(ray, right_end), left = beside(ray, left_end);
+    return left > right ? std::min(1.0, std::max(0.0, right / (right - left))) : otherwise;
   }
 
   /// Where the way to p crosses the edge, from 0 at its right end to 1 at its left end.

@@ -78,7 +78,8 @@ class WindowPropagation
   WindowPropagation(const FastMarchingMesh& mesh, double max_distance);
 
   /// `lethal` holds one byte per vertex, not 0 for lethal ones, and `obstacles` those of them that
-  /// the scope may be reached from (others are left out). False where it was canceled.
+  /// are next to others, and that the scope may be reached from (or more). False where it was
+  /// canceled.
   bool run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint32_t> obstacles,
            const WindowScope& scope, const std::atomic<bool>* cancel);
 
@@ -86,26 +87,33 @@ class WindowPropagation
   WindowLabel label(std::uint32_t v) const { return labels_[v]; }
 
  private:
-  struct Spoke
+  /// A corner of a fan, its angle, and the limit to its right.
+  struct Sector
   {
-    double angle, clearance;
+    FastMarchingCorner corner;
+    Vector2 turn, right;
+    bool is_hidden;
   };
 
   void start(std::uint32_t v);
   bool isInScope(std::uint32_t obstacle) const;
+  bool mayLeave(std::uint32_t v, double offset) const;
   void startStrip(std::uint32_t right, std::uint32_t left, std::uint32_t beyond);
   void leaveVertex(std::uint32_t v);
   void offerAlongEdges(std::uint32_t v, double distance);
   void startCones(std::uint32_t v, double offset);
   void startConesOfFan(std::uint32_t v, double offset);
-  void startCone(std::uint32_t v, double offset, const FastMarchingCorner& corner, double cosine,
-                 double sine, const Vector2& right_ray, const Vector2& left_ray);
-  void cross(const Window& first);
+  void startConesBetween(std::uint32_t v, double offset, std::size_t from, std::size_t to,
+                         const Vector2* right, const Vector2* left);
+  void startCone(std::uint32_t v, double offset, const FastMarchingCorner& corner,
+                 const Vector2& turn, const Vector2& right_ray, const Vector2& left_ray);
+  void follow();
+  void enterAll(Window& window);
+  bool enter(Window& window, std::uint32_t beyond);
+  bool goesOn(Window& window) const;
+  void queue(const Window& window);
   bool isFirstOfItsKind(const Window& window);
   bool isBestSomewhere(Window& window);
-  void enter(const Window& window, std::uint32_t beyond);
-  void consider(Window child);
-  void queueNext();
   void offer(std::uint32_t v, const Window& window, const Vector2& place);
   void offerAlong(std::uint32_t from, std::uint32_t v, double distance);
   void take(std::uint32_t v, float distance, std::uint32_t start);
@@ -120,7 +128,10 @@ class WindowPropagation
   }
   bool canReach(std::uint32_t a, std::uint32_t b, double length, double distance) const;
 
-  double known(std::uint32_t v) const { return lethal_[v] != 0 ? 0.0 : distanceOf(labels_[v]); }
+  double known(std::uint32_t v) const
+  {
+    return distanceOf(labels_[v] & (WindowLabel{lethal_[v] != 0} - 1));  // without a branch
+  }
   double squaredLength(std::uint32_t a, std::uint32_t b) const
   {
     const Vector3 side = between(mesh_.position(a), mesh_.position(b));
@@ -141,8 +152,7 @@ class WindowPropagation
   std::unordered_map<std::uint64_t, std::vector<PassedWindow>> passed_;  // per edge
 
   // scratch
-  std::vector<Spoke> spokes_;
-  std::vector<double> angles_;
+  std::vector<Sector> sectors_;
   std::vector<std::uint32_t> beyond_;
   std::vector<Window> next_;
 };

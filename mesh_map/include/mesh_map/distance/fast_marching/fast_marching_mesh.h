@@ -46,7 +46,10 @@ class FastMarchingMesh
 
   /// The third corner of the one other face at the edge (a, b) of a face with the third corner
   /// `from`; NO_INDEX where there is none, or more than one.
-  std::uint32_t across(std::uint32_t a, std::uint32_t b, std::uint32_t from) const;
+  std::uint32_t across(std::uint32_t a, std::uint32_t b, std::uint32_t from) const
+  {
+    return isFan(a) ? acrossInFan(a, b, from) : acrossAnywhere(a, b, from);
+  }
 
   /// Ask for memory that will be read soon, in this order: most of the time of a front would go
   /// into waiting for it.
@@ -76,6 +79,22 @@ class FastMarchingMesh
     SADDLE = 4
   };
 
+  std::uint32_t acrossInFan(std::uint32_t a, std::uint32_t b, std::uint32_t from) const
+  {
+    const ArrayView<FastMarchingCorner> row = corners(a);
+    std::size_t i = 0;
+    while (i < row.size() && row[i].a != b) {
+      ++i;
+    }
+    if (i == row.size() || (i == 0 && !isClosed(a))) {
+      return NO_INDEX;
+    }
+    const std::uint32_t before = row[i > 0 ? i - 1 : row.size() - 1].a;
+    const std::uint32_t third = row[i].b != from ? row[i].b : before;
+    return third != from ? third : NO_INDEX;
+  }
+
+  std::uint32_t acrossAnywhere(std::uint32_t a, std::uint32_t b, std::uint32_t from) const;
   void fillCorners(const MeshView& mesh, const RowsView& vertex_faces, std::uint32_t v);
   bool exceedsFullTurn(std::uint32_t v) const;
   static std::uint8_t orderFan(FastMarchingCorner* begin, std::size_t count, std::uint32_t v);
