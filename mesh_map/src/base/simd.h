@@ -75,6 +75,11 @@ inline Doubles2 maximum(Doubles2 a, Doubles2 b)
   return a > b ? a : b;
 }
 
+inline Doubles2 minimum(Doubles2 a, Doubles2 b)
+{
+  return a < b ? a : b;
+}
+
 inline Doubles2 absolute(Doubles2 a)
 {
   return reinterpret_cast<Doubles2>(reinterpret_cast<Ints2>(a) & INT64_MAX);

@@ -19,8 +19,9 @@ PassedWindow::PassedWindow(const Window& window) : is_strip(window.is_strip), of
   const bool is_upward = window.right < window.left;
   start = is_upward ? window.right_end : window.left_end;
   side = (is_upward ? window.left_end : window.right_end) - start;
-  const std::array<double, 2> along = window.range();
-  range = is_upward ? along : std::array<double, 2>{1.0 - along[1], 1.0 - along[0]};
+  const Doubles2 along = window.range();
+  range = is_upward ? std::array<double, 2>{along[0], along[1]}
+                    : std::array<double, 2>{1.0 - along[1], 1.0 - along[0]};
 }
 
 std::array<double, 2> PassedWindow::rise(double at) const

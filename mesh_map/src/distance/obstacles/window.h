@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "base/simd.h"
 #include "base/vector3.h"
 
 namespace mesh_map {
@@ -78,15 +79,19 @@ struct Window
     return is_strip ? Vector2{p[0], 0.0} : (1.0 / norm(p)) * p;
   }
 
-  /// The point of the edge at a part of it, from 0 at its right end to 1 at its left end.
-  Vector2 at(double part) const { return right_end + part * (left_end - right_end); }
-
-  /// The point nearest to the source between two parts of the edge.
-  Vector2 nearestBetween(double from, double to) const
+  /// The part of the line through both ends that is nearest to the source.
+  double nearestPart() const
   {
     const Vector2 edge = left_end - right_end;
-    const double part = is_strip ? (edge[1] > 0.0 ? from : to) : -dot(right_end, edge) * inverse;
-    return at(std::min(to, std::max(from, part)));
+    return is_strip ? (edge[1] > 0.0 ? 0.0 : 1.0) : -dot(right_end, edge) * inverse;
+  }
+
+  /// The squared distances of two points of the edge from the source, at two parts of it.
+  Doubles2 squaredDistances(Doubles2 parts) const
+  {
+    const Doubles2 x = right_end[0] + parts * (left_end[0] - right_end[0]);
+    const Doubles2 y = right_end[1] + parts * (left_end[1] - right_end[1]);
+    return is_strip ? y * y : x * x + y * y;
   }
 
   /// Is there nothing between its limits? What lies this far aside of a limit is reached.
@@ -96,18 +101,14 @@ struct Window
                     : cross(right_ray, left_ray) < least && dot(right_ray, left_ray) > 0.0;
   }
 
-  /// Where its limits cross the edge, from 0 at its right end to 1 at its left end.
-  std::array<double, 2> range() const
+  /// Where its limits cross the edge, from 0 at its right end to 1 at its left end; an end, where
+  /// both ends are on the same side of a limit, or it goes along the edge, or comes from behind.
+  Doubles2 range() const
   {
-    return {crossedBy(right_ray, 0.0), crossedBy(left_ray, 1.0)};
-  }
-
-  /// Where a ray crosses the edge; where both ends are on the same side of it, the nearer one, and
-  /// `otherwise` where it goes along the edge, or comes from behind.
-  double crossedBy(const Vector2& ray, double otherwise) const
-  {
-    const double right = beside(ray, right_end), left = beside(ray, left_end);
-    return left > right ? std::min(1.0, std::max(0.0, right / (right - left))) : otherwise;
+    const Doubles2 of_right = {beside(right_ray, right_end), beside(left_ray, right_end)};
+    const Doubles2 of_left = {beside(right_ray, left_end), beside(left_ray, left_end)};
+    const Doubles2 crossed = of_right / (of_right - of_left), all = {0.0, 1.0};
+    return of_left > of_right ? minimum(maximum(crossed, Doubles2{}), Doubles2{1.0, 1.0}) : all;
   }
 
   /// Where the way to p crosses the edge, from 0 at its right end to 1 at its left end.

@@ -18,7 +18,7 @@ constexpr double LONGER = 1e-6;
 constexpr double EARLIER = 1e-9;
 
 /// A window goes on by itself this many edges: that is cheaper than to queue it for each.
-constexpr double AHEAD = 4.0;
+constexpr double AHEAD = 8.0;
 
 constexpr std::uint32_t MOST_STANDING = 1024;
 
@@ -83,10 +83,10 @@ bool WindowPropagation::run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint3
   seen_.clear();
   passed_.clear();
   for (const std::uint32_t v : obstacles) {
-    if (isInScope(v)) {
-      start(v);
-    }
+    labels_[v] = labelOf(0.0f, 0);
+    reached_.push_back(v);
   }
+  start(obstacles);
   DistanceEntry entry;
   for (std::uint32_t steps = 1; queue_.pop(entry); ++steps) {
     if (entry.vertex >= VERTEX) {
@@ -220,31 +220,46 @@ bool WindowPropagation::enter(Window& window, std::uint32_t beyond)
   const double of_right = window.beside(window.right_ray, place);
   const double of_left = window.beside(window.left_ray, place);
   const double aside = WINDOW_ASIDE * WINDOW_ASIDE * window.squaredDistance(place);
-  if ((of_right >= 0.0 || of_right * of_right <= aside) &&
-      (of_left <= 0.0 || of_left * of_left <= aside)) {
-    offer(beyond, window, place);
-  }
-  if (of_right > 0.0 && of_left < 0.0) {
-    const double distance = window.distance(place);
-    const Vector2 ray = window.rayTo(place);
-    Window part = window;
-    part.turnLeft(beyond, place, from_left);
-    part.right_ray = ray;
-    if (!part.isEmpty(WINDOW_WIDTH, distance) && goesOn(part)) {
-      next_.push_back(part);
+  if (of_right > 0.0) {
+    if (of_left < 0.0) {
+      return split(window, beyond, place, from_right, from_left);
+    }
+    if (of_left * of_left <= aside) {
+      offer(beyond, window, place);
     }
     window.turnRight(beyond, place, from_right);
-    window.left_ray = ray;
-    return !window.isEmpty(WINDOW_WIDTH, distance) && goesOn(window);
+    return goesOn(window);
   }
-  if (of_right > 0.0) {
-    window.turnRight(beyond, place, from_right);
-  } else if (of_left < 0.0) {
+  const bool is_reached = of_right * of_right <= aside;
+  if (of_left < 0.0) {
+    if (is_reached) {
+      offer(beyond, window, place);
+    }
     window.turnLeft(beyond, place, from_left);
-  } else {
-    return false;
+    return goesOn(window);
   }
-  return goesOn(window);
+  if (is_reached && of_left * of_left <= aside) {
+    offer(beyond, window, place);
+  }
+  return false;
+}
+
+/// To both sides of the third corner, which it reaches.
+bool WindowPropagation::split(Window& window, std::uint32_t beyond, const Vector2& place,
+                              double from_right, double from_left)
+{
+  offer(beyond, window, place);
+  const double distance = window.distance(place);
+  const Vector2 ray = window.rayTo(place);
+  Window part = window;
+  part.turnLeft(beyond, place, from_left);
+  part.right_ray = ray;
+  if (!part.isEmpty(WINDOW_WIDTH, distance) && goesOn(part)) {
+    next_.push_back(part);
+  }
+  window.turnRight(beyond, place, from_right);
+  window.left_ray = ray;
+  return !window.isEmpty(WINDOW_WIDTH, distance) && goesOn(window);
 }
 
 /// Can anything come of it?
@@ -254,20 +269,21 @@ bool WindowPropagation::goesOn(Window& window) const
   if (by_right + by_left == 0.0) {
     return false;  // lethal ones: whatever is behind starts there
   }
-  const auto [from, to] = window.range();
-  const double nearest = window.squaredDistance(window.nearestBetween(from, to));
-  const double reach = max_distance_ - window.offset;
+  const double length = std::sqrt(window.length);
+  const double even = 0.5 * (1.0 + (by_left - by_right) * length * window.inverse);
+  const Doubles2 range = window.range(), wanted = {window.nearestPart(), even};
+  const Doubles2 parts = minimum(maximum(wanted, Doubles2{range[0], range[0]}),
+                                 Doubles2{range[1], range[1]});  // the first, if it is no number
+  const Doubles2 squared = window.squaredDistances(parts);
+  const double nearest = squared[0], reach = max_distance_ - window.offset;
   if (!(nearest <= reach * reach)) {
     return false;
   }
   // Along the edge from a point of it to its ends, other ways become no better than this one where
   // they are not so at the point: it is enough to look where both ends are equally good.
-  const double length = std::sqrt(window.length);
-  const double even = 0.5 * (1.0 + (by_left - by_right) * length * window.inverse);
-  const double at = std::min(to, std::max(from, even));  // not a number: from
-  const double other = std::min(by_right + at * length, by_left + (1.0 - at) * length);
+  const double other = std::min(by_right + parts[1] * length, by_left + (1.0 - parts[1]) * length);
   const double least = other * (1.0 + LONGER) - window.offset;
-  if (least < 0.0 || window.squaredDistance(window.at(at)) > least * least) {
+  if (least < 0.0 || squared[1] > least * least) {
     return false;
   }
   if (window.may_leave &&
@@ -311,7 +327,7 @@ void WindowPropagation::offer(std::uint32_t v, const Window& window, const Vecto
   const double length = window.offset + window.distance(place);
   const auto distance =
       std::max(std::numeric_limits<float>::denorm_min(), static_cast<float>(length));
-  if (lethal_[v] != 0 || !(distance <= max_distance_) || distance > distanceOf(labels_[v])) {
+  if (!(distance <= max_distance_) || distance > distanceOf(labels_[v])) {
     return;
   }
   const double along = window.crossing(place);

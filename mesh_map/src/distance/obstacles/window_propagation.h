@@ -26,12 +26,12 @@ namespace mesh_map {
 /// the edge opposite to it the way crosses.
 using WindowLabel = std::uint64_t;
 
-constexpr WindowLabel NO_LABEL = ~WindowLabel{0};
+/// At an infinite distance.
+constexpr WindowLabel NO_LABEL = WindowLabel{0x7f800000u} << 32 | 0xffffffffu;
 
 inline float distanceOf(WindowLabel label)
 {
-  return floatOf(std::min(static_cast<std::uint32_t>(label >> 32),
-                          bitsOf(std::numeric_limits<float>::infinity())));
+  return floatOf(static_cast<std::uint32_t>(label >> 32));
 }
 
 inline WindowLabel labelOf(float distance, std::uint32_t start)
@@ -83,7 +83,7 @@ class WindowPropagation
   bool run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint32_t> obstacles,
            const WindowScope& scope, const std::atomic<bool>* cancel);
 
-  /// NO_LABEL where nothing within the maximum is; of those that are not lethal.
+  /// NO_LABEL where nothing within the maximum is, 0 of obstacles.
   WindowLabel label(std::uint32_t v) const { return labels_[v]; }
 
  private:
@@ -95,7 +95,8 @@ class WindowPropagation
     bool is_hidden;
   };
 
-  void start(std::uint32_t v);
+  void start(ArrayView<std::uint32_t> obstacles);
+  void startStrips(std::uint32_t v);
   bool isInScope(std::uint32_t obstacle) const;
   bool mayLeave(std::uint32_t v, double offset) const;
   void startStrip(std::uint32_t right, std::uint32_t left, std::uint32_t beyond);
@@ -110,6 +111,8 @@ class WindowPropagation
   void follow();
   void enterAll(Window& window);
   bool enter(Window& window, std::uint32_t beyond);
+  bool split(Window& window, std::uint32_t beyond, const Vector2& place, double from_right,
+             double from_left);
   bool goesOn(Window& window) const;
   void queue(const Window& window);
   bool isFirstOfItsKind(const Window& window);
@@ -128,10 +131,7 @@ class WindowPropagation
   }
   bool canReach(std::uint32_t a, std::uint32_t b, double length, double distance) const;
 
-  double known(std::uint32_t v) const
-  {
-    return distanceOf(labels_[v] & (WindowLabel{lethal_[v] != 0} - 1));  // without a branch
-  }
+  double known(std::uint32_t v) const { return distanceOf(labels_[v]); }
   double squaredLength(std::uint32_t a, std::uint32_t b) const
   {
     const Vector3 side = between(mesh_.position(a), mesh_.position(b));
@@ -153,6 +153,7 @@ class WindowPropagation
 
   // scratch
   std::vector<Sector> sectors_;
+  std::vector<std::uint32_t> starts_;
   std::vector<std::uint32_t> beyond_;
   std::vector<Window> next_;
 };

@@ -45,11 +45,29 @@ bool WindowPropagation::mayLeave(std::uint32_t v, double offset) const
   return !(at - scope_.low > reach && scope_.high - at > reach);
 }
 
-/// What a lethal vertex sends out: along edges, as a point, and as an end of edges.
-void WindowPropagation::start(std::uint32_t v)
+/// What lethal vertices send out. What is along edges comes first: it is found at once, and ends
+/// most of the windows that are no good.
+void WindowPropagation::start(ArrayView<std::uint32_t> obstacles)
 {
-  offerAlongEdges(v, 0.0);
-  startCones(v, 0.0);
+  starts_.clear();
+  for (const std::uint32_t v : obstacles) {
+    if (isInScope(v)) {
+      starts_.push_back(v);
+      offerAlongEdges(v, 0.0);
+    }
+  }
+  for (const std::uint32_t v : starts_) {
+    startStrips(v);
+  }
+  for (const std::uint32_t v : starts_) {
+    startCones(v, 0.0);
+  }
+}
+
+/// From the edges between a lethal vertex and others with larger indices into faces with a third
+/// corner that is not lethal.
+void WindowPropagation::startStrips(std::uint32_t v)
+{
   for (const FastMarchingCorner& corner : mesh_.corners(v)) {
     if (corner.a == corner.b || (lethal_[corner.a] != 0) == (lethal_[corner.b] != 0)) {
       continue;
@@ -107,7 +125,7 @@ void WindowPropagation::offerAlong(std::uint32_t from, std::uint32_t v, double d
     return;
   }
   const double squared = squaredLength(from, v);
-  if (squared > room * room * (1.0 + 1e-6) || v == from) {
+  if (squared > room * room * (1.0 + 1e-6) || v == from || lethal_[v] != 0) {
     return;
   }
   const double length = distance + std::sqrt(squared);
