@@ -87,6 +87,9 @@ bool WindowPropagation::run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint3
     reached_.push_back(v);
   }
   start(obstacles);
+  if (cancel != nullptr && cancel->load()) {
+    return false;
+  }
   DistanceEntry entry;
   for (std::uint32_t steps = 1; queue_.pop(entry); ++steps) {
     if (entry.vertex >= VERTEX) {

@@ -203,9 +203,10 @@ def inflation(world: World, repeats: int) -> List[Figure]:
             "inflation", "Inflation", inscribed_radius=inscribed, inflation_radius=inflated
         )
         mesh_map = map_with(made, [base, entry])
-        one = mesh_map.layers["inflation"]
         inputs = {"height_diff": layer_input(mesh_map, "height_diff")}
-        own, _ = timed(lambda: one.evaluate(mesh_map, inputs), repeats)
+        # Each has to begin anew: a layer looks at nothing but changes the next time.
+        rest = iter([make_layers([entry]).layers["inflation"] for _ in range(repeats)])
+        own, _ = timed(lambda: next(rest).evaluate(mesh_map, inputs), repeats)
         other, _ = timed(
             lambda: peers.scipy_distances(made.topology, made.edge_lengths, lethal, inflated), 1
         )
