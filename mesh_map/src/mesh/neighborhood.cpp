@@ -43,25 +43,32 @@ ArrayView<std::uint32_t> RadiusNeighborhood::find(std::uint32_t v, double radius
 
   const PackedPosition center = positions[v];
   const double squared_radius = radius * radius;
-  std::size_t count = 1;
   found[0] = v;
   stamps[v] = v;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t begin = offsets[found[i]], end = offsets[found[i] + 1];
-    if (count + (end - begin) > found_.size()) {
-      found_.resize(2 * (count + (end - begin)));
-      found = found_.data();
-    }
-    for (std::uint32_t k = begin; k < end; ++k) {
-      const std::uint32_t to = neighbors[k];
-      if (stamps[to] == v) {
-        continue;
+  // Ring by ring: first all that the last one leads to, then what of that is within the radius.
+  // Both loops are without a branch, which would be mispredicted all along the rim.
+  std::size_t first = 0, count = 1;
+  while (first < count) {
+    std::size_t seen = count;
+    for (std::size_t i = first; i < count; ++i) {
+      const std::uint32_t begin = offsets[found[i]], end = offsets[found[i] + 1];
+      if (seen + (end - begin) > found_.size()) {
+        found_.resize(2 * (seen + (end - begin)));
+        found = found_.data();
       }
-      stamps[to] = v;
+      for (std::uint32_t k = begin; k < end; ++k) {
+        const std::uint32_t to = neighbors[k];
+        found[seen] = to;
+        seen += stamps[to] != v;
+        stamps[to] = v;
+      }
+    }
+    first = count;
+    for (std::size_t i = first; i < seen; ++i) {
+      const std::uint32_t to = found[i];
       const double x = double{positions[to].x} - center.x;
       const double y = double{positions[to].y} - center.y;
       const double z = double{positions[to].z} - center.z;
-      // Without a branch, which would be mispredicted all along the rim.
       found[count] = to;
       count += x * x + y * y + z * z < squared_radius;
     }

@@ -6,36 +6,25 @@
 #include <mesh_map/mesh/neighborhood.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "base/fixed_point.h"
 #include "base/vector3.h"
-#include "mesh/radius_grid.h"
+#include "mesh/neighborhood_group.h"
+#include "mesh/packed_position.h"
+#include "mesh/radius_attributes.h"
+#include "mesh/spatial_order.h"
 
 namespace mesh_map {
 
 namespace {
-
-/// What a radius pass reads of vertices, one array each, so that loops over them vectorize. Arrays
-/// that what is wanted does not need are empty.
-struct RadiusAttributes
-{
-  LargeArray<float> x, y, z;
-  LargeArray<float> heights;
-  LargeArray<std::uint32_t> angles;  // in fixed point
-  LargeArray<double> tips;           // of the normals, 3 each
-
-  std::size_t size() const { return x.size(); }
-};
-
-constexpr std::size_t VERTICES_PER_CHUNK = 32768;
-constexpr unsigned ANY_HEIGHT_DIFFERENCE = HEIGHT_DIFFERENCE | HEIGHT_DIFFERENCE_AROUND;
-constexpr unsigned ANY_ROUGHNESS = ROUGHNESS | ROUGHNESS_AROUND;
 
 float heightDifference(const float* heights, std::uint32_t center, ArrayView<std::uint32_t> members)
 {
@@ -94,16 +83,22 @@ float ridge(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uin
   return meanOfFixed(sum, units, members.size() - 1);  // its own distance is 0
 }
 
+/// Of the box around all positions.
 double diagonal(ArrayView<float> positions)
 {
-  double squared = 0.0;
-  for (std::size_t axis = 0; axis < 3 && !positions.empty(); ++axis) {
-    float lowest = positions[axis], highest = lowest;
-    for (std::size_t i = axis; i < positions.size(); i += 3) {
-      lowest = std::min(lowest, positions[i]);
-      highest = std::max(highest, positions[i]);
+  if (positions.empty()) {
+    return 0.0;
+  }
+  std::array<float, 3> lowest = {positions[0], positions[1], positions[2]}, highest = lowest;
+  for (std::size_t i = 0; i < positions.size(); i += 3) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      lowest[axis] = std::min(lowest[axis], positions[i + axis]);
+      highest[axis] = std::max(highest[axis], positions[i + axis]);
     }
-    squared += (double{highest} - lowest) * (double{highest} - lowest);
+  }
+  double squared = 0.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    squared += (double{highest[axis]} - lowest[axis]) * (double{highest[axis]} - lowest[axis]);
   }
   return std::sqrt(squared);
 }
@@ -173,419 +168,187 @@ class RadiusWriter
   double ridge_units_;
 };
 
-/// Those of all vertices, the one of index order[i] in place i; without an order, of index i.
-/// `positions`: x, y and z, too.
-RadiusAttributes gatherAttributes(const RadiusQuery& query, ArrayView<std::uint32_t> order,
-                                  bool positions)
+/// What a pass looks at: vertices in one order or another.
+struct RadiusMesh
 {
-  const std::size_t count = query.positions.size() / 3;
-  const bool heights = (query.wanted & ANY_HEIGHT_DIFFERENCE) != 0;
-  const bool angles = (query.wanted & ANY_ROUGHNESS) != 0, normals = (query.wanted & RIDGE) != 0;
-  RadiusAttributes all;
-  all.x.resize(positions ? count : 0);
-  all.y.resize(positions ? count : 0);
-  all.z.resize(positions ? count : 0);
-  all.heights.resize(heights ? count : 0);
-  all.angles.resize(angles ? count : 0);
-  all.tips.resize(normals ? 3 * count : 0);
-  parallelEach(count, VERTICES_PER_CHUNK, query.threads, [&, up = query.up](std::size_t i) {
-    const std::size_t v = order.empty() ? i : order[i];
-    const float* const position = query.positions.data() + 3 * v;
-    if (positions) {
-      all.x[i] = position[0];
-      all.y[i] = position[1];
-      all.z[i] = position[2];
-    }
-    if (heights) {
-      all.heights[i] = static_cast<float>(dot(pointOf(position), up));
-    }
-    if (angles) {
-      all.angles[i] = toFixed(query.angles[v], ANGLE_UNITS);
-    }
-    if (normals) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        all.tips[3 * i + axis] = double{position[axis]} + query.normals[3 * v + axis];
-      }
-    }
-  });
-  return all;
-}
-
-/// All vertices in the order of a grid, so that those of a cell lie side by side.
-struct OrderedMesh
-{
+  std::vector<PackedPosition> positions;
+  RowsView neighbors;
   RadiusAttributes attributes;
-  LargeArray<std::uint32_t> offsets, neighbors;  // places, not indices
+  ArrayView<std::uint32_t> order;  // the index of each place; empty where they are the same
+
+  std::size_t indexOf(std::uint32_t place) const { return order.empty() ? place : order[place]; }
 };
 
-template <class T>
-void copy(const std::vector<RadiusGrid::Range>& ranges, const LargeArray<T>& from,
-          std::size_t width, LargeArray<T>& to)
+constexpr std::size_t VERTICES_PER_CHUNK = 4096;
+
+void statisticsOfEach(const RadiusQuery& query, const RadiusMesh& mesh, const RadiusWriter& writer)
 {
-  to.clear();
-  if (!from.empty()) {
-    for (const auto& [begin, end] : ranges) {
-      to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(width * begin),
-                from.begin() + static_cast<std::ptrdiff_t>(width * end));
-    }
-  }
-}
-
-/// Those vertices of a mesh that can be within the radius of any vertex of one cell, side by side
-/// in small arrays that stay in the cache, and what edges connect of them.
-class Block
-{
- public:
-  explicit Block(const OrderedMesh& mesh) : mesh_(mesh), local_(mesh.attributes.size(), 0) {}
-
-  void gather(const std::vector<RadiusGrid::Range>& ranges)
-  {
-    places_.clear();
-    for (const auto& [begin, end] : ranges) {
-      for (std::uint32_t place = begin; place < end; ++place) {
-        local_[place] = static_cast<std::uint32_t>(places_.size());
-        places_.push_back(place);
-      }
-    }
-    const RadiusAttributes& from = mesh_.attributes;
-    copy(ranges, from.x, 1, attributes.x);
-    copy(ranges, from.y, 1, attributes.y);
-    copy(ranges, from.z, 1, attributes.z);
-    copy(ranges, from.heights, 1, attributes.heights);
-    copy(ranges, from.angles, 1, attributes.angles);
-    copy(ranges, from.tips, 3, attributes.tips);
-
-    offsets.assign(1, 0);
-    neighbors.clear();
-    for (const std::uint32_t place : places_) {
-      for (std::uint32_t k = mesh_.offsets[place]; k < mesh_.offsets[place + 1]; ++k) {
-        const std::uint32_t to = mesh_.neighbors[k], local = local_[to];
-        if (local < places_.size() && places_[local] == to) {
-          neighbors.push_back(local);
-        }
-      }
-      offsets.push_back(static_cast<std::uint32_t>(neighbors.size()));
-    }
-  }
-
-  std::size_t size() const { return places_.size(); }
-  /// Where a vertex of the block is in the arrays below.
-  std::uint32_t localOf(std::uint32_t place) const { return local_[place]; }
-
-  RadiusAttributes attributes;
-  std::vector<std::uint32_t> offsets, neighbors;
-
- private:
-  const OrderedMesh& mesh_;
-  std::vector<std::uint32_t> local_;  // per place; may be of an earlier block
-  std::vector<std::uint32_t> places_;
-};
-
-OrderedMesh inOrderOf(const RadiusGrid& grid, const RadiusQuery& query)
-{
-  const std::size_t count = grid.order().size();
-  const ArrayView<std::uint32_t> order = {grid.order().data(), count};
-  OrderedMesh mesh;
-  mesh.attributes = gatherAttributes(query, order, true);
-  const std::uint32_t* const offsets = query.neighbors.offsets.data();
-  LargeArray<std::uint32_t> places(count);
-  mesh.offsets.resize(count + 1);
-  mesh.offsets[0] = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t v = order[i];
-    places[v] = static_cast<std::uint32_t>(i);
-    mesh.offsets[i + 1] = mesh.offsets[i] + (offsets[v + 1] - offsets[v]);
-  }
-  mesh.neighbors.resize(query.neighbors.values.size());
-  parallelEach(count, VERTICES_PER_CHUNK, query.threads, [&](std::size_t i) {
-    const std::uint32_t v = order[i];
-    std::uint32_t* to = mesh.neighbors.data() + mesh.offsets[i];
-    for (std::uint32_t k = offsets[v]; k < offsets[v + 1]; ++k) {
-      *to++ = places[query.neighbors.values[k]];
-    }
-  });
-  return mesh;
-}
-
-/// Finds N_r(v) and v among the vertices of a block.
-///
-/// Those within the radius are all connected with v where edges within the radius lead from each
-/// other one of them to one that is nearer to v: again and again, v is reached. For most this is a
-/// neighbor, often the same one as for the last v; otherwise it is searched for along edges nearby.
-/// Where there is none, all that was reached is not connected with v, and left out. Only where
-/// this gets too much, all that is connected is searched from v.
-class BlockSearch
-{
- public:
-  BlockSearch(const Block& block, double radius)
-      : block_(block),
-        squared_radius_(radius * radius),
-        surely_within_(static_cast<float>(squared_radius_ * (1.0 - SLACK))),
-        maybe_within_(static_cast<float>(squared_radius_ * (1.0 + SLACK)))
-  {
-  }
-
-  /// Call this after the block has changed.
-  void begin()
-  {
-    distances_.resize(block_.size());
-    found_.resize(block_.size() + 1);
-    reached_.resize(block_.size() + 1);
-    seen_.assign(block_.size(), 0);
-    searches_ = 0;
-    guides_.resize(block_.size());
-    for (std::uint32_t u = 0; u < guides_.size(); ++u) {
-      guides_[u] = u;
-    }
-  }
-
-  ArrayView<std::uint32_t> find(std::uint32_t center)
-  {
-    const std::size_t count = findByDistance(center);
-    const std::uint32_t* const found = found_.data();
-    const float* const distances = distances_.data();
-    const std::uint32_t* const guides = guides_.data();
-    effort_ = 2 * count;
-    bool all = true;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t u = found[i];
-      if (!(distances[guides[u]] < distances[u]) && u != center && !findGuide(u)) {
-        const Found way = searchNearer(u, center);
-        if (way == Found::TOO_FAR) {
-          return searchAlongEdges(center);
-        }
-        all = all && way == Found::NEARER;
-      }
-    }
-    return {found, all ? count : removeSeparate(count)};
-  }
-
- private:
-  /// More than the relative error of a squared distance in single precision.
-  static constexpr double SLACK = 1e-6;
-
-  /// Fills found_ with all within the radius, and distances_ with squared distances: above
-  /// maybe_within_ for those that are not.
-  std::size_t findByDistance(std::uint32_t center)
-  {
-    const std::size_t size = block_.size();
-    const float* const x = block_.attributes.x.data();
-    const float* const y = block_.attributes.y.data();
-    const float* const z = block_.attributes.z.data();
-    float* const distances = distances_.data();
-    const float cx = x[center], cy = y[center], cz = z[center];
-    for (std::size_t u = 0; u < size; ++u) {
-      const float dx = x[u] - cx, dy = y[u] - cy, dz = z[u] - cz;
-      distances[u] = dx * dx + dy * dy + dz * dz;
-    }
-    std::uint32_t* const found = found_.data();
-    const float limit = maybe_within_, sure = surely_within_;
-    std::size_t count = 0, unsure = 0;
-    for (std::size_t u = 0; u < size; ++u) {
-      found[count] = static_cast<std::uint32_t>(u);
-      count += distances[u] <= limit;
-      unsure += (distances[u] <= limit) & (distances[u] >= sure);
-    }
-    return unsure == 0 ? count : decideExactly(center, count);
-  }
-
-  std::size_t decideExactly(std::uint32_t center, std::size_t count)
-  {
-    const RadiusAttributes& of = block_.attributes;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t u = found_[i];
-      if (distances_[u] >= surely_within_ && u != center) {
-        const double dx = double{of.x[u]} - of.x[center];
-        const double dy = double{of.y[u]} - of.y[center];
-        const double dz = double{of.z[u]} - of.z[center];
-        if (!(dx * dx + dy * dy + dz * dz < squared_radius_)) {
-          distances_[u] = std::numeric_limits<float>::infinity();
-          continue;
-        }
-      }
-      found_[kept++] = u;
-    }
-    return kept;
-  }
-
-  /// Makes the nearest neighbor the guide; false if it is not nearer than u itself.
-  bool findGuide(std::uint32_t u)
-  {
-    std::uint32_t guide = u;
-    for (std::uint32_t k = block_.offsets[u]; k < block_.offsets[u + 1]; ++k) {
-      const std::uint32_t to = block_.neighbors[k];
-      guide = distances_[to] < distances_[guide] ? to : guide;
-    }
-    guides_[u] = guide;
-    return guide != u;
-  }
-
-  enum class Found
-  {
-    NEARER,
-    SEPARATE,
-    TOO_FAR
+  const auto one = [neighborhood = RadiusNeighborhood(mesh.positions, mesh.neighbors),
+                    radius = query.radius, &mesh, writer](std::size_t place) mutable {
+    const auto center = static_cast<std::uint32_t>(place);
+    writer.write(mesh.attributes, center, neighborhood.find(center, radius), mesh.indexOf(center));
   };
+  parallelEach(mesh.positions.size(), VERTICES_PER_CHUNK, query.threads, one);
+}
 
-  /// Whether edges within the radius lead from u to one that is nearer, or to the center (others
-  /// may be in the same place). If not, all that they lead to is marked as farther than the radius.
-  Found searchNearer(std::uint32_t u, std::uint32_t center)
-  {
-    float* const distances = distances_.data();
-    std::uint32_t* const reached = reached_.data();
-    const float own = distances[u], limit = maybe_within_;
-    if (own > limit) {
-      return Found::SEPARATE;  // marked before
-    }
-    const std::uint32_t search = ++searches_;
-    std::size_t count = 1;
-    reached[0] = u;
-    seen_[u] = search;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (effort_ == 0) {
-        return Found::TOO_FAR;
-      }
-      --effort_;
-      for (std::uint32_t k = block_.offsets[reached[i]]; k < block_.offsets[reached[i] + 1]; ++k) {
-        const std::uint32_t to = block_.neighbors[k];
-        if (distances[to] < own || to == center) {
-          return Found::NEARER;
-        }
-        reached[count] = to;
-        count += (distances[to] <= limit) & (seen_[to] != search);
-        seen_[to] = search;
-      }
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      distances[reached[i]] = std::numeric_limits<float>::infinity();
-    }
-    return Found::SEPARATE;
-  }
-
-  std::size_t removeSeparate(std::size_t count)
-  {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t u = found_[i];
-      found_[kept] = u;
-      kept += distances_[u] <= maybe_within_;
-    }
-    return kept;
-  }
-
-  ArrayView<std::uint32_t> searchAlongEdges(std::uint32_t center)
-  {
-    const std::uint32_t* const offsets = block_.offsets.data();
-    const std::uint32_t* const neighbors = block_.neighbors.data();
-    float* const distances = distances_.data();
-    std::uint32_t* const found = found_.data();
-    const float limit = maybe_within_, reached = std::numeric_limits<float>::infinity();
-    std::size_t count = 1;
-    found[0] = center;
-    distances[center] = reached;
-    for (std::size_t i = 0; i < count; ++i) {
-      for (std::uint32_t k = offsets[found[i]]; k < offsets[found[i] + 1]; ++k) {
-        const std::uint32_t to = neighbors[k];
-        found[count] = to;
-        count += distances[to] <= limit;
-        distances[to] = reached;
-      }
-    }
-    return {found, count};
-  }
-
-  const Block& block_;
-  double squared_radius_;
-  float surely_within_, maybe_within_;
-  std::vector<float> distances_;
-  std::vector<std::uint32_t> found_;
-  std::vector<std::uint32_t> guides_;  // per vertex a neighbor that was nearer to the last center
-  std::vector<std::uint32_t> reached_;
-  std::vector<std::uint32_t> seen_;  // per vertex the last search that saw it
-  std::uint32_t searches_ = 0;
-  std::size_t effort_ = 0;  // vertices that may still be looked at for this center
-};
-
-/// A thread's share of the cells.
-class BlockWorker
+/// A thread's share of the vertices, a few beside each other at a time.
+class GroupWorker
 {
  public:
-  BlockWorker(const RadiusGrid& grid, const OrderedMesh& mesh, double radius, RadiusWriter writer)
-      : grid_(grid), writer_(writer), radius_(radius), block_(mesh), search_(block_, radius)
+  GroupWorker(const RadiusMesh& mesh, double radius, const RadiusWriter& writer)
+      : mesh_(mesh),
+        writer_(writer),
+        squared_radius_(radius * radius),
+        neighborhoods_(mesh.positions, mesh.neighbors, radius)
   {
   }
 
   void work(std::size_t begin, std::size_t end)
   {
-    for (std::size_t cell = begin; cell < end; ++cell) {
-      around_.clear();
-      grid_.around(cell, radius_, around_);
-      block_.gather(around_);
-      search_.begin();
-      const auto [first, last] = grid_.cell(cell);
-      for (std::uint32_t place = first; place < last; ++place) {
-        const std::uint32_t center = block_.localOf(place);
-        writer_.write(block_.attributes, center, search_.find(center), grid_.order()[place]);
+    begin_ = begin;
+    left_.assign(end - begin, 1);
+    for (std::size_t place = begin; place < end; ++place) {
+      if (left_[place - begin] == 0) {
+        continue;
+      }
+      choose(static_cast<std::uint32_t>(place));
+      neighborhoods_.find(group_);
+      for (unsigned k = 0; k < group_.size(); ++k) {
+        writer_.write(mesh_.attributes, group_[k], neighborhoods_.around(k),
+                      mesh_.indexOf(group_[k]));
       }
     }
   }
 
  private:
-  const RadiusGrid& grid_;
+  ArrayView<std::uint32_t> neighborsOf(std::uint32_t place) const
+  {
+    const std::uint32_t begin = mesh_.neighbors.offsets[place];
+    return {mesh_.neighbors.values.data() + begin, mesh_.neighbors.offsets[place + 1] - begin};
+  }
+  bool isLeft(std::uint32_t place) const
+  {
+    return place - begin_ < left_.size() && left_[place - begin_] != 0;
+  }
+  std::size_t countLeft(std::uint32_t place) const
+  {
+    std::size_t count = 0;
+    for (const std::uint32_t to : neighborsOf(place)) {
+      count += isLeft(to);
+    }
+    return count;
+  }
+  bool isNear(std::uint32_t a, std::uint32_t b) const
+  {
+    const Vector3 way = between(mesh_.positions[a], mesh_.positions[b]);
+    return dot(way, way) < squared_radius_;
+  }
+  void take(std::uint32_t place)
+  {
+    group_.push_back(place);
+    left_[place - begin_] = 0;
+  }
+
+  /// A group with this vertex, around the one of its neighbors that has most beside it.
+  void choose(std::uint32_t place)
+  {
+    std::uint32_t center = place;
+    std::size_t most = 0;
+    for (const std::uint32_t to : neighborsOf(place)) {
+      if (isLeft(to) && isNear(place, to)) {
+        const std::size_t count = countLeft(to);
+        center = count > most ? to : center;
+        most = std::max(most, count);
+      }
+    }
+    group_.clear();
+    take(center);
+    if (center != place) {
+      take(place);
+    }
+    for (const std::uint32_t to : neighborsOf(center)) {
+      if (group_.size() == NeighborhoodGroup::AT_MOST) {
+        break;
+      }
+      if (isLeft(to) && isNear(center, to)) {
+        take(to);
+      }
+    }
+  }
+
+  const RadiusMesh& mesh_;
   RadiusWriter writer_;
-  double radius_;
-  Block block_;
-  BlockSearch search_;
-  std::vector<RadiusGrid::Range> around_;
+  double squared_radius_;
+  NeighborhoodGroup neighborhoods_;
+  std::size_t begin_ = 0;
+  std::vector<std::uint8_t> left_;  // per vertex of the share
+  std::vector<std::uint32_t> group_;
 };
 
-/// The pass over cells of a grid: see RadiusSearch::GRID. `results` has room for what is wanted.
-void radiusStatisticsByGrid(const RadiusQuery& query, double cell_size, RadiusStatistics& results)
+void statisticsOfGroups(const RadiusQuery& query, const RadiusMesh& mesh,
+                        const RadiusWriter& writer)
 {
-  constexpr std::size_t cells_per_chunk = 16;
-  const RadiusGrid grid(query.positions, cell_size, query.threads);
-  const OrderedMesh mesh = inOrderOf(grid, query);
-  const RadiusWriter writer(query, results);
-  parallelFor(grid.cellCount(), cells_per_chunk, query.threads, [&]() -> RangeBody {
-    const auto worker = std::make_shared<BlockWorker>(grid, mesh, query.radius, writer);
+  parallelFor(mesh.positions.size(), VERTICES_PER_CHUNK, query.threads, [&]() -> RangeBody {
+    const auto worker = std::make_shared<GroupWorker>(mesh, query.radius, writer);
     return [worker](std::size_t begin, std::size_t end) { worker->work(begin, end); };
   });
 }
 
-void statisticsByEdges(const RadiusQuery& query, const std::vector<PackedPosition>& packed,
-                       RadiusStatistics& results)
+/// Some edges: how long they are, and how far their ends are apart in the arrays.
+struct EdgeSample
 {
-  constexpr std::size_t vertices_per_chunk = 4096;
-  const RadiusAttributes attributes = gatherAttributes(query, {}, false);
-  const RadiusWriter writer(query, results);
-  const auto one = [neighborhood = RadiusNeighborhood(packed, query.neighbors),
-                    radius = query.radius, &attributes, writer](std::size_t v) mutable {
-    const auto center = static_cast<std::uint32_t>(v);
-    writer.write(attributes, center, neighborhood.find(center, radius), v);
-  };
-  parallelEach(packed.size(), vertices_per_chunk, query.threads, one);
-}
+  double mean_length = 0.0;
+  double far = 0.0;  // share of those that lead to another part of the arrays
 
-/// The mean number of vertices around a vertex, itself included, of a sample of at least one.
-double meanCount(const RadiusQuery& query, const std::vector<PackedPosition>& packed)
-{
-  constexpr std::size_t samples = 48;
-  RadiusNeighborhood neighborhood(packed, query.neighbors);
-  const std::size_t taken = std::min(samples, packed.size());
-  double sum = 0.0;
-  for (std::size_t i = 0; i < taken; ++i) {
-    const std::size_t v = i * packed.size() / taken;
-    sum +=
-        static_cast<double>(neighborhood.find(static_cast<std::uint32_t>(v), query.radius).size());
+  EdgeSample(const std::vector<PackedPosition>& positions, const RowsView& neighbors)
+  {
+    constexpr std::size_t samples = 1000;
+    constexpr std::size_t parts = 32;
+    const std::size_t count = positions.size(), step = count / samples + 1;
+    std::size_t edges = 0;
+    for (std::size_t v = 0; v < count; v += step) {
+      for (std::uint32_t k = neighbors.offsets[v]; k < neighbors.offsets[v + 1]; ++k, ++edges) {
+        const std::size_t to = neighbors.values[k];
+        mean_length += norm(between(positions[v], positions[to]));
+        far += std::max(v, to) - std::min(v, to) > count / parts;
+      }
+    }
+    mean_length /= static_cast<double>(std::max<std::size_t>(edges, 1));
+    far /= static_cast<double>(std::max<std::size_t>(edges, 1));
   }
-  return sum / static_cast<double>(taken);
-}
+};
 
-/// Whether squared distances around this radius are far from the limits of single precision.
-bool fitsGrid(double radius)
+/// The pass in the order of a grid: see RadiusSearch::GRID.
+void statisticsByGrid(const RadiusQuery& query, RadiusMesh mesh, double edge_length,
+                      const RadiusWriter& writer)
 {
-  return radius > 1e-15 && radius < 1e15;
+  constexpr double edges_across_cell = 16.0;
+  const bool has_size = edge_length > 0.0 && edge_length < 1e15;
+  const double cell_size = has_size ? edges_across_cell * edge_length : query.radius;
+  const LargeArray<std::uint32_t> order = spatialOrder(query.positions, cell_size, query.threads);
+  const std::size_t count = order.size();
+  const ArrayView<std::uint32_t> old_offsets = query.neighbors.offsets;
+  LargeArray<std::uint32_t> places(count), offsets(count + 1);
+  LargeArray<std::uint32_t> neighbors(query.neighbors.values.size());
+  offsets[0] = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t v = order[i];
+    places[v] = static_cast<std::uint32_t>(i);
+    offsets[i + 1] = offsets[i] + (old_offsets[v + 1] - old_offsets[v]);
+  }
+  parallelEach(count, VERTICES_PER_CHUNK, query.threads, [&](std::size_t i) {
+    const std::uint32_t v = order[i];
+    const float* const at = query.positions.data() + 3 * std::size_t{v};
+    mesh.positions[i] = {at[0], at[1], at[2], 0.0f};
+    std::uint32_t* to = neighbors.data() + offsets[i];
+    for (std::uint32_t k = old_offsets[v]; k < old_offsets[v + 1]; ++k) {
+      *to++ = places[query.neighbors.values[k]];
+    }
+  });
+  mesh.order = {order.data(), count};
+  mesh.neighbors = {{offsets.data(), count + 1}, {neighbors.data(), neighbors.size()}};
+  mesh.attributes = gatherAttributes(query, mesh.order);
+  statisticsOfGroups(query, mesh, writer);
 }
 
 }  // namespace
@@ -602,21 +365,25 @@ RadiusStatistics radiusStatistics(const RadiusQuery& query)
   roomFor(RIDGE, results.ridges);
   roomFor(HEIGHT_DIFFERENCE_AROUND, results.height_differences_around);
   roomFor(ROUGHNESS_AROUND, results.roughnesses_around);
-  const std::vector<PackedPosition> packed = packPositions(query.positions);
-  if (query.search == RadiusSearch::EDGES || count == 0 || !fitsGrid(query.radius)) {
-    statisticsByEdges(query, packed, results);
-    return results;
+  const RadiusWriter writer(query, results);
+  RadiusMesh mesh{packPositions(query.positions), query.neighbors, {}, {}};
+  const bool in_groups =
+      query.search != RadiusSearch::EDGES && NeighborhoodGroup::fits(query.radius);
+  if (in_groups && count > 0) {
+    // Measured: from about there on, memory is waited for.
+    constexpr std::size_t large = 30'000;
+    constexpr double much = 0.1;
+    const EdgeSample edges(mesh.positions, mesh.neighbors);
+    if (query.search == RadiusSearch::GRID || (count > large && edges.far > much)) {
+      statisticsByGrid(query, std::move(mesh), edges.mean_length, writer);
+      return results;
+    }
   }
-  constexpr double enough_for_grid = 60.0;  // measured
-  const double mean_count = meanCount(query, packed);
-  if (query.search == RadiusSearch::AUTOMATIC && mean_count < enough_for_grid) {
-    statisticsByEdges(query, packed, results);
+  mesh.attributes = gatherAttributes(query, {});
+  if (in_groups) {
+    statisticsOfGroups(query, mesh, writer);
   } else {
-    // About as many vertices in a cell, however many are within the radius.
-    constexpr double wanted_in_cell = 100.0, smallest = 0.125;
-    const double share = std::sqrt(wanted_in_cell / std::max(mean_count, 1.0) * PI);
-    const double cell_size = query.radius * std::clamp(share, smallest, 1.0);
-    radiusStatisticsByGrid(query, cell_size, results);
+    statisticsOfEach(query, mesh, writer);
   }
   return results;
 }

@@ -25,10 +25,12 @@ enum RadiusStatistic : unsigned
 /// How the vertices around a vertex are found. The results are the same, bit for bit.
 enum class RadiusSearch
 {
+  /// For a few vertices beside each other at a time; in the order of a grid where it is large and
+  /// many that are beside each other are far apart in the arrays.
   AUTOMATIC,
-  /// From vertex to vertex along edges: best where only a few are within the radius.
+  /// From vertex to vertex along edges, for each vertex on its own.
   EDGES,
-  /// By distance, in cells of a grid; then it is checked that edges connect them.
+  /// For a few at a time, in the order of a grid.
   GRID
 };
 

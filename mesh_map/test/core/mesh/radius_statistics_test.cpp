@@ -1,9 +1,10 @@
-// The two ways to find what is around a vertex give the same results, bit for bit.
+// All ways to find what is around a vertex give the same results, bit for bit.
 
 #include <mesh_map/mesh/topology.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -187,6 +188,43 @@ TEST(RadiusStatistics, AnyRadius)
     expectSame(large.statistics(radius, RadiusSearch::GRID),
                large.statistics(radius, RadiusSearch::EDGES), std::to_string(radius));
   }
+}
+
+TEST(RadiusStatistics, PositionsThatAreNoNumbers)
+{
+  const std::vector<float> odd = {std::nanf(""), HUGE_VALF, -HUGE_VALF};
+  Sample sample(terrain(10));
+  for (std::size_t i = 0; i < sample.mesh.positions.size(); i += 17) {
+    sample.mesh.positions[i] = odd[i % 3];
+  }
+  for (const double radius : {0.3, 1.0}) {
+    const RadiusStatistics expected = sample.statistics(radius, RadiusSearch::EDGES);
+    expectSame(sample.statistics(radius, RadiusSearch::AUTOMATIC), expected, "automatic");
+    expectSame(sample.statistics(radius, RadiusSearch::GRID), expected, "grid");
+  }
+}
+
+/// Large enough that the search looks for another order.
+TEST(RadiusStatistics, VerticesInAnyOrder)
+{
+  TestMesh mesh = terrain(190, 19.0f);
+  const std::size_t count = mesh.positions.size() / 3;
+  ASSERT_GT(count, 30'000u);
+  constexpr std::size_t step = 7919;
+  ASSERT_NE(count % step, 0u);
+  const std::vector<float> before = mesh.positions;
+  const auto placeOf = [&](std::size_t v) { return v * step % count; };
+  for (std::size_t v = 0; v < count; ++v) {
+    std::copy_n(before.begin() + static_cast<std::ptrdiff_t>(3 * v), 3,
+                mesh.positions.begin() + static_cast<std::ptrdiff_t>(3 * placeOf(v)));
+  }
+  for (std::uint32_t& v : mesh.faces) {
+    v = static_cast<std::uint32_t>(placeOf(v));
+  }
+  const Sample sample(mesh);
+  const RadiusStatistics expected = sample.statistics(0.25, RadiusSearch::EDGES);
+  expectSame(sample.statistics(0.25, RadiusSearch::AUTOMATIC), expected, "automatic");
+  expectSame(sample.statistics(0.25, RadiusSearch::GRID, 3), expected, "grid");
 }
 
 TEST(RadiusStatistics, ThreadsDoNotMatter)
