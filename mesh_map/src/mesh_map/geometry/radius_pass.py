@@ -38,8 +38,8 @@ class RadiusPass:
         Args:
             geometry: the mesh; its normals are read only where they are wanted.
             radius: meters, above 0.
-            search: "automatic", along "edges" for each vertex, or in the order of a "grid", with the
-                same results.
+            search: "automatic", along "edges" for each vertex, or in the order of a "grid", with
+                the same results.
         Raises:
             ValueError: a radius that is not above 0, or another search.
         """
