@@ -13,7 +13,6 @@
 #include <ros/master.h>
 #include <ros/this_node.h>
 #include <std_msgs/String.h>
-#include <boost/function.hpp>
 
 #include <mesh_msgs/MeshFaceCluster.h>
 
@@ -71,19 +70,27 @@ MapServerRun::MapServerRun(const std::string& program, const std::string& file,
                                // where RViz itself was told otherwise than by its environment
                                {"ROS_MASTER_URI=" + QString::fromStdString(ros::master::getURI())}))
 {
-  const boost::function<void(const std_msgs::String::ConstPtr&)> progress =
-      [events = events_](const std_msgs::String::ConstPtr& message) {
-        const std::lock_guard<std::mutex> lock(events->mutex);
-        events->progress.push_back(message->data);
-      };
-  const boost::function<void(const mesh_msgs::MeshFaceCluster::ConstPtr&)> label =
-      [events = events_](const mesh_msgs::MeshFaceCluster::ConstPtr& message) {
-        const std::lock_guard<std::mutex> lock(events->mutex);
-        events->label = storedLabel(*message);
-      };
-  subscribers_.push_back(nodes.subscribe<std_msgs::String>(namespace_ + "/progress", 10, progress));
-  subscribers_.push_back(
-      nodes.subscribe<mesh_msgs::MeshFaceCluster>(namespace_ + "/new_cluster_label", 10, label));
+  using Flag = TopicReceiver::Flag;
+  TopicReceiver::Callbacks<std_msgs::String> progress;
+  progress.receive = [events = events_](const auto& message, const Flag&) {
+    const std::lock_guard<std::mutex> lock(events->mutex);
+    events->progress.push_back(message->data);
+  };
+  progress.refuse = [](const std::string& reason, const Flag&) {
+    ROS_WARN("what %s says of its progress cannot be read: %s", NODE, reason.c_str());
+  };
+  TopicReceiver::Callbacks<mesh_msgs::MeshFaceCluster> label;
+  label.receive = [events = events_](const auto& message, const Flag&) {
+    const std::lock_guard<std::mutex> lock(events->mutex);
+    events->label = storedLabel(*message);
+  };
+  label.refuse = [events = events_](const std::string& reason, const Flag&) {
+    const std::lock_guard<std::mutex> lock(events->mutex);
+    events->label = LabelEvent{false, "a stored label cannot be read: " + reason};
+  };
+  subscriptions_.push_back(receiver_.subscribe(nodes, namespace_ + "/progress", 10, progress));
+  subscriptions_.push_back(
+      receiver_.subscribe(nodes, namespace_ + "/new_cluster_label", 10, label));
 }
 
 void MapServerRun::poll()

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include <ros/node_handle.h>
-#include <ros/subscriber.h>
 
 #include "map_server/file_watch.h"
 #include "map_server/map_progress.h"
 #include "map_server/map_server_process.h"
+#include "ros_client/topic_receiver.h"
 #include "sources/mesh_source.h"
 
 namespace rviz_mesh_plugin {
@@ -52,7 +52,8 @@ class MapServerRun
   std::string namespace_;
   std::chrono::steady_clock::time_point started_;
   std::shared_ptr<Events> events_;
-  std::vector<ros::Subscriber> subscribers_;
+  TopicReceiver receiver_;
+  std::vector<TopicReceiver::Subscription> subscriptions_;
   MapServerProcess::Owner process_;
   MapProgress progress_;
   std::optional<LabelEvent> label_;

@@ -26,7 +26,8 @@ void LengthReader::require(std::uint32_t count, std::size_t bytes_each, const ch
   throw std::length_error(
       (what ? "an array of " + std::to_string(count) + " " + what + " needs " +
                   std::to_string(needed) + " bytes, but only " + there + " are left"
-            : "the message ends in the middle, after " + std::to_string(size_) + " bytes") +
+       : size_ == 0 ? "the message is empty"
+                    : "the message ends in the middle, after " + std::to_string(size_) + " bytes") +
       hint);
 }
 

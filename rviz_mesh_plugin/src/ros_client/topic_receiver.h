@@ -4,16 +4,16 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <new>
-#include <stdexcept>
 #include <string>
+#include <typeinfo>
 #include <utility>
-#include <vector>
 
+#include <ros/console.h>
+#include <ros/message_traits.h>
 #include <ros/node_handle.h>
+#include <ros/serialization.h>
 #include <ros/subscribe_options.h>
 #include <ros/subscriber.h>
 #include <ros/subscription_callback_helper.h>
@@ -30,81 +30,101 @@ namespace rviz_mesh_plugin {
 
 class WorkThread;
 
-/// Those in this process who receive a topic. roscpp deserializes a message once for all of them,
-/// so that a message which cannot be read is to be told to all. Thread safe.
-class TopicReaders
+/// What roscpp calls for a subscription (ros::SubscribeOptions::helper). In contrast to roscpp's
+/// own it reads no message that lies about a length, and nothing is thrown, neither where a message
+/// is read nor in the callback queue: it is refused. roscpp reads a message once for all callbacks
+/// of one type in this process, frees its bytes, and knows by their number that it did: after a
+/// failure with an empty message it would read them again, for the next one. So what is handed from
+/// one to the others is no message, but the outcome of reading it, by which each is told in its
+/// turn. That is of a type of its own, which subscribers of other plugins do not share.
+template <class Message>
+class CheckedCallback : public ros::SubscriptionCallbackHelper
 {
  public:
+  using Receive = std::function<void(const boost::shared_ptr<const Message>& message)>;
   using Refuse = std::function<void(const std::string& reason)>;
 
-  /// The one of this process.
-  static std::shared_ptr<TopicReaders> instance();
-
-  /// @param refuse is called as long as somebody else keeps it, too
-  void add(const std::string& topic, const std::shared_ptr<const Refuse>& refuse);
-  void refuse(const std::string& topic, const std::string& reason);
-
- private:
-  std::mutex mutex_;
-  std::map<std::string, std::vector<std::weak_ptr<const Refuse>>> by_topic_;
-};
-
-/// What roscpp calls for a subscription (ros::SubscribeOptions::helper). Messages of publishers in
-/// this process arrive without a copy. In contrast to roscpp's own it reads no message that lies
-/// about a length, and nothing is thrown into the callback queue: both are refused.
-template <class Message>
-class CheckedCallback
-    : public ros::SubscriptionCallbackHelperT<const boost::shared_ptr<const Message>&>
-{
-  using Base = ros::SubscriptionCallbackHelperT<const boost::shared_ptr<const Message>&>;
-
- public:
-  using Refuse = TopicReaders::Refuse;
-
   /// @param topic resolved
-  CheckedCallback(const std::string& topic, const typename Base::Callback& receive,
-                  const Refuse& refuse)
-      : Base(receive), topic_(topic), refuse_(std::make_shared<Refuse>(refuse))
+  CheckedCallback(const std::string& topic, const Receive& receive, const Refuse& refuse)
+      : topic_(topic), receive_(receive), refuse_(refuse)
   {
-    readers_->add(topic_, refuse_);
   }
 
-  /// What is thrown here is logged by roscpp, with the publisher's name.
+  /// @return an Outcome, never null
   ros::VoidConstPtr deserialize(
       const ros::SubscriptionCallbackHelperDeserializeParams& params) override
   {
     try {
-      const std::string reason = findFalseLength<Message>(params.buffer, params.length);
-      if (!reason.empty()) {
-        throw std::length_error(reason);
+      const auto outcome = boost::make_shared<Outcome>();
+      outcome->refusal = read(params, outcome->message);
+      if (!outcome->refusal.empty()) {
+        outcome->message.reset();
+        const auto& header = params.connection_header;
+        const auto publisher = header ? header->find("callerid") : ros::M_string::const_iterator();
+        ROS_ERROR("a message on %s from [%s] is refused: %s", topic_.c_str(),
+                  header && publisher != header->end() ? publisher->second.c_str() : "unknown",
+                  outcome->refusal.c_str());
       }
-      return Base::deserialize(params);
-    } catch (const std::bad_alloc&) {
-      readers_->refuse(topic_, "there is not enough memory for a message of " +
-                                   std::to_string(params.length) + " bytes");
-      throw;
-    } catch (const std::exception& error) {
-      readers_->refuse(topic_, error.what());
-      throw;
+      return outcome;
+    } catch (const std::exception&) {  // not even for a reason
+      return no_memory_;
     }
   }
 
   void call(ros::SubscriptionCallbackHelperCallParams& params) override
   {
+    const auto outcome = boost::static_pointer_cast<const Outcome>(params.event.getConstMessage());
     try {
-      Base::call(params);
+      if (!outcome->message) {
+        refuse_(outcome->refusal);
+        return;
+      }
+      receive_(outcome->message);
     } catch (const std::exception& error) {
       try {
-        (*refuse_)(std::string("the message could not be taken: ") + error.what());
+        refuse_(std::string("the message could not be taken: ") + error.what());
       } catch (const std::exception&) {  // no memory to say so
       }
     }
   }
 
+  const std::type_info& getTypeInfo() override { return typeid(Outcome); }
+  bool isConst() override { return true; }
+  bool hasHeader() override { return ros::message_traits::hasHeader<Message>(); }
+
  private:
+  struct Outcome
+  {
+    boost::shared_ptr<const Message> message;  ///< null: refused
+    std::string refusal;
+  };
+
+  /// @return why there is no message; empty where there is one
+  static std::string read(const ros::SubscriptionCallbackHelperDeserializeParams& params,
+                          boost::shared_ptr<const Message>& message)
+  {
+    try {
+      std::string refusal = findFalseLength<Message>(params.buffer, params.length);
+      if (refusal.empty()) {
+        const auto read = boost::make_shared<Message>();
+        ros::serialization::IStream stream(params.buffer, params.length);
+        ros::serialization::deserialize(stream, *read);
+        message = read;
+      }
+      return refusal;
+    } catch (const std::bad_alloc&) {
+      return "there is not enough memory for a message of " + std::to_string(params.length) +
+             " bytes";
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+  }
+
   const std::string topic_;
-  const std::shared_ptr<const Refuse> refuse_;
-  const std::shared_ptr<TopicReaders> readers_ = TopicReaders::instance();
+  const Receive receive_;
+  const Refuse refuse_;
+  const ros::VoidConstPtr no_memory_ =
+      boost::make_shared<Outcome>(Outcome{nullptr, "there is not enough memory for a message"});
 };
 
 /// Receives topics on a thread of its own, which starts with the first subscription, so that

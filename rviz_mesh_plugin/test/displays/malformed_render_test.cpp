@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <random>
 #include <string>
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 #include <ros/console.h>
+#include <unistd.h>
 
 #include "support/display_fixture.h"
 #include "support/raw_messages.h"
@@ -26,6 +28,40 @@ mesh_msgs::MeshGeometryStamped grid(std::uint32_t cells)
   }
   return message;
 }
+
+/// A publisher in another process: what it sends comes over the network.
+class OtherProcess
+{
+ public:
+  OtherProcess(const std::string& topic, const std::string& type)
+      : pipe_(::popen(("/usr/bin/python3 '" PUBLISH_BYTES "' " + topic + " " + type +
+                       " publish_bytes_" + std::to_string(::getpid()))
+                          .c_str(),
+                      "w"))
+  {
+  }
+  ~OtherProcess()
+  {
+    if (pipe_) {
+      ::pclose(pipe_);
+    }
+  }
+  OtherProcess(const OtherProcess&) = delete;
+  OtherProcess& operator=(const OtherProcess&) = delete;
+
+  void publish(const std::vector<std::uint8_t>& bytes) const
+  {
+    ASSERT_NE(pipe_, nullptr);
+    for (const std::uint8_t byte : bytes) {
+      std::fprintf(pipe_, "%02x", byte);
+    }
+    std::fputc('\n', pipe_);
+    ASSERT_EQ(std::fflush(pipe_), 0);
+  }
+
+ private:
+  std::FILE* pipe_;
+};
 
 /// Damages a message: bytes, the end, words that numbers rarely have.
 class Mutator
@@ -134,6 +170,48 @@ TEST_F(MalformedTest, a_message_that_lies_about_its_length_is_refused)
     EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "9 vertices, 8 faces"));
     EXPECT_TRUE(waitForStatus(display, "Topic", "Ok",
                               "1 of 2 messages refused, the last one: an array of 536870912"));
+  }
+}
+
+TEST_F(MalformedTest, empty_messages_are_told_to_all_who_share_the_topic)
+{
+  auto* first = createMeshDisplay();
+  auto* second = createMeshDisplay();
+  geometry.shutdown();
+  const OtherProcess publisher(geometry_topic, "mesh_msgs/MeshGeometryStamped");
+  for (int i = 0; i < 400; ++i) {
+    publisher.publish({});
+  }
+  for (auto* display : {first, second}) {
+    EXPECT_TRUE(
+        waitForStatus(display, "Geometry", "Error", "message ignored: the message is empty"));
+  }
+  publisher.publish(raw_messages::bytesOf(grid(2)));
+  for (auto* display : {first, second}) {
+    EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "9 vertices, 8 faces"));
+    EXPECT_TRUE(
+        waitForStatus(display, "Topic", "Ok", "refused, the last one: the message is empty"));
+  }
+}
+
+TEST_F(MalformedTest, damaged_bytes_from_another_process_reach_both_of_two_displays_or_none)
+{
+  auto* first = createMeshDisplay();
+  auto* second = createMeshDisplay();
+  geometry.shutdown();
+  const OtherProcess publisher(geometry_topic, "mesh_msgs/MeshGeometryStamped");
+  const auto bytes = raw_messages::bytesOf(grid(2));
+  Mutator mutate;
+  for (int i = 0; i < 2000; ++i) {
+    publisher.publish(i % 10 == 0 ? std::vector<std::uint8_t>() : mutate(bytes));
+    if (i % 100 == 99) {
+      spin(2);
+    }
+  }
+  publisher.publish(raw_messages::bytesOf(grid(3)));
+  for (auto* display : {first, second}) {
+    EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "16 vertices, 18 faces"));
+    EXPECT_TRUE(waitForStatus(display, "Topic", "Ok", "refused"));
   }
 }
 
