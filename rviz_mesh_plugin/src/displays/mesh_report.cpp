@@ -19,8 +19,13 @@ std::string firstOf(const std::string& a, const std::string& b)
 
 Reception sum(const Reception& a, const Reception& b)
 {
-  return {a.accepted + b.accepted, a.refused + b.refused, firstOf(a.refusal, b.refusal),
-          firstOf(a.last_refusal, b.last_refusal)};
+  return {a.accepted + b.accepted,
+          a.refused + b.refused,
+          firstOf(a.refusal, b.refusal),
+          firstOf(a.last_refusal, b.last_refusal),
+          a.answers + b.answers,
+          firstOf(a.service, b.service),
+          a.refusal.empty() ? b.refused_of : a.refused_of};
 }
 
 }  // namespace

@@ -127,7 +127,7 @@ void addLabels(std::vector<LabelSetConstPtr>& sets, const LabelSetConstPtr& labe
 
 /// What the GUI thread does in the meantime counts: then all is done once more.
 template <class Edit>
-bool AttributeQueue::change(const Edit& edit, const Flag* dropped)
+bool AttributeQueue::change(const Edit& edit, const Origin& origin)
 {
   while (true) {
     QueuedAttributes next;  // what it replaces is freed without the lock
@@ -139,7 +139,7 @@ bool AttributeQueue::change(const Edit& edit, const Flag* dropped)
     }
     edit(next);
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (dropped != nullptr && *dropped) {
+    if (origin.isDropped()) {
       return false;
     }
     if (version == version_) {
@@ -152,49 +152,51 @@ bool AttributeQueue::change(const Edit& edit, const Flag* dropped)
 /// @param arrange what is converted, once
 template <class Convert, class Arrange, class Store>
 bool AttributeQueue::accept(MeshMember part, const Convert& convert, const Arrange& arrange,
-                            const Store& store, const Flag* dropped)
+                            const Store& store, const Origin& origin)
 {
   std::string refusal;
   decltype(convert()) converted;
   try {
     converted = convert();
     const std::lock_guard<std::mutex> changing(changing_);
-    if (dropped != nullptr && *dropped) {
+    if (origin.isDropped()) {
       return false;
     }
     forgetOrder();
     arrange(converted);
     return change(
         [&](QueuedAttributes& content) {
-          content.receptions[part].accept();
+          content.receptions[part].accept(origin.service);
           store(content, converted);
         },
-        dropped);
+        origin);
   } catch (const RejectedMessage& rejected) {
     refusal = rejected.what();
   } catch (const std::exception& error) {  // out of memory
     refusal = std::string("the message could not be ") + (converted ? "kept" : "converted") + ": " +
               error.what();
   }
-  refuse(part, refusal, dropped);
+  refuse(part, refusal, origin);
   return false;
 }
 
 template <class Message, class Store>
 bool AttributeQueue::accept(MeshMember part, const Message& message, const Store& store,
-                            const Flag* dropped)
+                            const Origin& origin)
 {
   return accept(
-      part, [&] { return convert(message); }, [](const auto& /*converted*/) {}, store, dropped);
+      part, [&] { return convert(message); }, [](const auto& /*converted*/) {}, store, origin);
 }
 
-void AttributeQueue::refuse(MeshMember part, const std::string& reason, const Flag* dropped)
+void AttributeQueue::refuse(MeshMember part, const std::string& reason, const Origin& origin)
 {
   const std::lock_guard<std::mutex> changing(changing_);
-  change([&](QueuedAttributes& content) { content.receptions[part].refuse(reason); }, dropped);
+  change(
+      [&](QueuedAttributes& content) { content.receptions[part].refuse(reason, origin.service); },
+      origin);
 }
 
-bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped)
+bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsStamped& message, const Origin& origin)
 {
   std::string problem;
   return accept(
@@ -207,16 +209,16 @@ bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsStamped& message, c
         }
         content.stale = order_.stale();
       },
-      dropped);
+      origin);
 }
 
-bool AttributeQueue::receive(const mesh_msgs::MeshFaceCostsStamped& message, const Flag* dropped)
+bool AttributeQueue::receive(const mesh_msgs::MeshFaceCostsStamped& message, const Origin& origin)
 {
-  return accept(MeshMember::FACE_COSTS, message, addCosts, dropped);
+  return accept(MeshMember::FACE_COSTS, message, addCosts, origin);
 }
 
 bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsSparseStamped& message,
-                             const Flag* dropped)
+                             const Origin& origin)
 {
   std::string problem;
   return accept(
@@ -229,48 +231,49 @@ bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsSparseStamped& mess
         content.receptions[MeshMember::UPDATES].refusal = problem;
         content.stale = order_.stale();
       },
-      dropped);
+      origin);
 }
 
-bool AttributeQueue::receive(const mesh_msgs::MeshVertexColorsStamped& message, const Flag* dropped)
+bool AttributeQueue::receive(const mesh_msgs::MeshVertexColorsStamped& message,
+                             const Origin& origin)
 {
   const auto store = [](QueuedAttributes& content, const ColorLayerConstPtr& layer) {
     replaceOrAppend(content.colors, layer, MAX_MESHES,
                     [&](const ColorLayerConstPtr& other) { return other->uuid == layer->uuid; });
   };
-  return accept(MeshMember::COLORS, message, store, dropped);
+  return accept(MeshMember::COLORS, message, store, origin);
 }
 
-bool AttributeQueue::receive(const mesh_msgs::MeshMaterialsStamped& message, const Flag* dropped)
+bool AttributeQueue::receive(const mesh_msgs::MeshMaterialsStamped& message, const Origin& origin)
 {
   const auto store = [](QueuedAttributes& content, const MaterialsConstPtr& materials) {
     replaceOrAppend(content.materials, materials, MAX_MESHES,
                     [&](const MaterialsConstPtr& other) { return other->uuid == materials->uuid; });
   };
-  return accept(MeshMember::MATERIALS, message, store, dropped);
+  return accept(MeshMember::MATERIALS, message, store, origin);
 }
 
-bool AttributeQueue::receive(const mesh_msgs::MeshTexture& message, const Flag* dropped)
+bool AttributeQueue::receive(const mesh_msgs::MeshTexture& message, const Origin& origin)
 {
   const auto store = [](QueuedAttributes& content, const TextureImageConstPtr& image) {
     replaceOrAppend(content.textures, image, MAX_TEXTURES, [&](const TextureImageConstPtr& other) {
       return other->uuid == image->uuid && other->index == image->index;
     });
   };
-  return accept(MeshMember::TEXTURES, message, store, dropped);
+  return accept(MeshMember::TEXTURES, message, store, origin);
 }
 
-bool AttributeQueue::receive(const mesh_msgs::MeshFaceCluster& message, const Flag* dropped)
+bool AttributeQueue::receive(const mesh_msgs::MeshFaceCluster& message, const Origin& origin)
 {
   const auto store = [](QueuedAttributes& content, const LabelSetConstPtr& labels) {
     addLabels(content.labels, labels);
   };
-  return accept(MeshMember::LABELS, message, store, dropped);
+  return accept(MeshMember::LABELS, message, store, origin);
 }
 
 bool AttributeQueue::receiveLabels(const std::string& uuid,
                                    const std::vector<mesh_msgs::MeshFaceCluster>& clusters,
-                                   bool all, const Flag* dropped)
+                                   bool all, const Origin& origin)
 {
   std::string left_out;
   return accept(
@@ -280,7 +283,7 @@ bool AttributeQueue::receiveLabels(const std::string& uuid,
         addLabels(content.labels, labels);
         content.receptions[MeshMember::LABELS].refusal = left_out;
       },
-      dropped);
+      origin);
 }
 
 QueuedAttributes AttributeQueue::take()

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <string>
@@ -38,30 +37,27 @@ struct QueuedAttributes
 /// messages on the former, hands the newest over to the latter, so that a fast publisher can
 /// neither block RViz nor fill its memory. Thread safe.
 ///
-/// What may be too late is received with a flag: where that is set at the end of the conversion,
-/// the message is dropped without a trace.
+/// What may be too late is received with a flag in its origin: where that is set at the end of the
+/// conversion, the message is dropped without a trace.
 class AttributeQueue
 {
  public:
-  using Flag = std::atomic<bool>;
-
   /// All these return whether the message was accepted; if not, its reception says why.
-  bool receive(const mesh_msgs::MeshVertexCostsStamped& message, const Flag* dropped = nullptr);
-  bool receive(const mesh_msgs::MeshFaceCostsStamped& message, const Flag* dropped = nullptr);
-  bool receive(const mesh_msgs::MeshVertexCostsSparseStamped& message,
-               const Flag* dropped = nullptr);
-  bool receive(const mesh_msgs::MeshVertexColorsStamped& message, const Flag* dropped = nullptr);
-  bool receive(const mesh_msgs::MeshMaterialsStamped& message, const Flag* dropped = nullptr);
-  bool receive(const mesh_msgs::MeshTexture& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshVertexCostsStamped& message, const Origin& origin = {});
+  bool receive(const mesh_msgs::MeshFaceCostsStamped& message, const Origin& origin = {});
+  bool receive(const mesh_msgs::MeshVertexCostsSparseStamped& message, const Origin& origin = {});
+  bool receive(const mesh_msgs::MeshVertexColorsStamped& message, const Origin& origin = {});
+  bool receive(const mesh_msgs::MeshMaterialsStamped& message, const Origin& origin = {});
+  bool receive(const mesh_msgs::MeshTexture& message, const Origin& origin = {});
   /// One label of the only mesh, as it is now.
-  bool receive(const mesh_msgs::MeshFaceCluster& message, const Flag* dropped = nullptr);
+  bool receive(const mesh_msgs::MeshFaceCluster& message, const Origin& origin = {});
   /// @param all these are all labels of the mesh
   bool receiveLabels(const std::string& uuid,
                      const std::vector<mesh_msgs::MeshFaceCluster>& clusters, bool all,
-                     const Flag* dropped = nullptr);
+                     const Origin& origin = {});
 
   /// Counts a message that could not even be read.
-  void refuse(MeshMember part, const std::string& reason, const Flag* dropped = nullptr);
+  void refuse(MeshMember part, const std::string& reason, const Origin& origin = {});
 
   /// Hands over and forgets what has arrived; the receptions go on counting. Never waits for a
   /// message that is being converted, or joined with others.
@@ -73,14 +69,14 @@ class AttributeQueue
  private:
   template <class Convert, class Arrange, class Store>
   bool accept(MeshMember part, const Convert& convert, const Arrange& arrange, const Store& store,
-              const Flag* dropped);
+              const Origin& origin);
   template <class Message, class Store>
-  bool accept(MeshMember part, const Message& message, const Store& store, const Flag* dropped);
+  bool accept(MeshMember part, const Message& message, const Store& store, const Origin& origin);
   /// Of the order, what forget() has asked for; where changing_ is held.
   void forgetOrder();
   /// @param edit is given a copy, maybe more than once: what the GUI thread has left of it
   template <class Edit>
-  bool change(const Edit& edit, const Flag* dropped);
+  bool change(const Edit& edit, const Origin& origin);
 
   std::mutex changing_;  ///< by one thread at a time, which may take long
   CostOrder order_;

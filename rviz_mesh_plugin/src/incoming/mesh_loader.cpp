@@ -107,6 +107,7 @@ struct MeshJob
 {
   std::string uuid;
   mesh_msgs::MeshGeometryStamped::ConstPtr message;
+  std::string service;  ///< that the message is the answer of, if it is
   MeshDataConstPtr mesh;
   Split split = Split::NONE;
   MaterialsConstPtr materials;
@@ -134,7 +135,7 @@ class MeshJobs
   /// @param dropped jobs that are in the way: to free them takes long
   /// @return what is refused and why, else empty
   std::string add(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
-                  std::vector<MeshJob>& dropped)
+                  const std::string& service, std::vector<MeshJob>& dropped)
   {
     const auto older = std::stable_partition(
         waiting_.begin(), waiting_.end(),
@@ -155,6 +156,7 @@ class MeshJobs
     MeshJob job;
     job.uuid = message->uuid;
     job.message = message;
+    job.service = service;
     waiting_.push_back(std::move(job));
     return refusal;
   }
@@ -220,16 +222,16 @@ class MeshLoader::Worker
 
   /// @param wake has workOnce() called, after this
   template <class Wake>
-  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message, const Flag* dropped,
+  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message, const Origin& origin,
                const Wake& wake)
   {
     std::vector<MeshJob> removed;  // freed without the lock, which takes long
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (dropped != nullptr && *dropped) {
+    if (origin.isDropped()) {
       return;
     }
     wake();
-    const std::string refusal = jobs_.add(message, removed);
+    const std::string refusal = jobs_.add(message, origin.service, removed);
     if (!refusal.empty()) {
       ready_.reception.refuse(refusal);
     }
@@ -239,11 +241,11 @@ class MeshLoader::Worker
     }
   }
 
-  void refuse(const std::string& reason, const Flag* dropped)
+  void refuse(const std::string& reason, const Origin& origin)
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (dropped == nullptr || !*dropped) {
-      ready_.reception.refuse(reason);
+    if (!origin.isDropped()) {
+      ready_.reception.refuse(reason, origin.service);
     }
   }
 
@@ -325,7 +327,7 @@ class MeshLoader::Worker
       lock.lock();
     }
     if (isWanted()) {
-      ready_.reception.refuse(failure);
+      ready_.reception.refuse(failure, current_.service);
     }
   }
 
@@ -342,7 +344,7 @@ class MeshLoader::Worker
     if (!isWanted()) {
       return false;
     }
-    ready_.reception.accept();
+    ready_.reception.accept(current_.service);
     eraseIf(ready_.meshes, [&](const auto& other) { return other->uuid == mesh->uuid; });
     eraseIf(ready_.layouts, [&](const auto& other) {
       return other->mesh->uuid == mesh->uuid && other->mesh != mesh;
@@ -417,18 +419,18 @@ void MeshLoader::wake()
 }
 
 void MeshLoader::receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
-                         const Flag* dropped)
+                         const Origin& origin)
 {
   try {
-    worker_->receive(message, dropped, [this] { wake(); });
+    worker_->receive(message, origin, [this] { wake(); });
   } catch (const std::exception& error) {  // no more threads, or memory
-    worker_->refuse(std::string("the mesh cannot be loaded: ") + error.what(), dropped);
+    worker_->refuse(std::string("the mesh cannot be loaded: ") + error.what(), origin);
   }
 }
 
-void MeshLoader::refuse(const std::string& reason, const Flag* dropped)
+void MeshLoader::refuse(const std::string& reason, const Origin& origin)
 {
-  worker_->refuse(reason, dropped);
+  worker_->refuse(reason, origin);
 }
 
 void MeshLoader::layOut(const MeshDataConstPtr& mesh, Split split,
@@ -437,7 +439,7 @@ void MeshLoader::layOut(const MeshDataConstPtr& mesh, Split split,
   try {
     worker_->layOut(mesh, split, materials, [this] { wake(); });
   } catch (const std::exception& error) {
-    worker_->refuse(std::string("the mesh cannot be laid out: ") + error.what(), nullptr);
+    worker_->refuse(std::string("the mesh cannot be laid out: ") + error.what(), {});
   }
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,15 +29,12 @@ class MeshLoader
   MeshLoader(const MeshLoader&) = delete;
   MeshLoader& operator=(const MeshLoader&) = delete;
 
-  using Flag = std::atomic<bool>;
-
   /// Called by ROS or a service. What cannot be done counts as refused.
-  /// @param dropped where that is set, nothing happens
-  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message,
-               const Flag* dropped = nullptr);
+  /// @param origin where it is to be dropped, nothing happens
+  void receive(const mesh_msgs::MeshGeometryStamped::ConstPtr& message, const Origin& origin = {});
 
   /// Counts a message that could not even be read.
-  void refuse(const std::string& reason, const Flag* dropped = nullptr);
+  void refuse(const std::string& reason, const Origin& origin = {});
 
   /// Lays a mesh out anew, split otherwise; later requests for the same mesh replace earlier ones.
   /// New messages are laid out with Split::NONE, those that bring the same mesh again as asked for.

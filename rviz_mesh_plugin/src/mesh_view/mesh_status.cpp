@@ -36,7 +36,7 @@ OptionalStatus receptionProblem(const AttributeState& state)
     return StatusLine::error(state.subscription_error);
   }
   if (!state.reception.refusal.empty()) {
-    return StatusLine::error("message ignored: ", state.reception.refusal);
+    return StatusLine::error(state.reception.ignored());
   }
   return std::nullopt;
 }
@@ -51,7 +51,7 @@ OptionalStatus layerProblem(const ColorsState& state, const char* what, const ch
   if (wrong_count) {
     return StatusLine::error(wrong_count->sentence(), GREY);
   }
-  if (!state.chosen || state.size || !state.mesh_shown || state.reception.received() > 0) {
+  if (!state.chosen || state.size || !state.mesh_shown || !state.reception.isEmpty()) {
     return std::nullopt;
   }
   if (state.topic.empty() && !state.topic_given) {
@@ -75,19 +75,24 @@ StatusLine topicStatus(const std::string& topic, const std::string& subscription
   if (!subscription_error.empty()) {
     return StatusLine::error("cannot subscribe to '", topic, "': ", subscription_error);
   }
-  if (topic.empty() && reception.accepted > 0) {
-    return StatusLine::ok("no topic chosen; a service has brought the mesh");
+  const std::string service =
+      reception.answers == 0 ? "" : "the service " + reception.service + " has brought the mesh";
+  if (topic.empty() && !service.empty()) {
+    return StatusLine::ok("no topic chosen; ", service);
   }
   if (topic.empty()) {
     return StatusLine::warn(
         "no topic chosen: set 'Geometry Topic' to one of type mesh_msgs/MeshGeometryStamped");
+  }
+  if (reception.received() == 0 && !service.empty()) {
+    return StatusLine::ok("no message received on ", topic, " yet; ", service);
   }
   if (reception.received() == 0) {
     return StatusLine::warn("no message received on ", topic,
                             " yet; is it published, as mesh_msgs/MeshGeometryStamped?");
   }
   return StatusLine::ok(counted(reception.received(), "message", "messages"), " received",
-                        refusals(reception));
+                        refusals(reception), service.empty() ? "" : "; before, " + service);
 }
 
 OptionalStatus geometryStatus(const GeometryState& state)
@@ -97,8 +102,7 @@ OptionalStatus geometryStatus(const GeometryState& state)
     return StatusLine::error("the mesh cannot be drawn: ", state.error);
   }
   if (!state.reception.refusal.empty()) {
-    return StatusLine::error("message ignored: ", state.reception.refusal,
-                             mesh ? "; the mesh before it stays" : "");
+    return StatusLine::error(state.reception.ignored(), mesh ? "; the mesh before it stays" : "");
   }
   const std::string working = state.working.empty() ? std::string() : "; " + state.working;
   if (!mesh) {
@@ -206,7 +210,7 @@ OptionalStatus texturesStatus(const TexturesState& state)
     return problem;
   }
   if (!state.textures_reception.refusal.empty()) {
-    return StatusLine::error("message ignored: ", state.textures_reception.refusal);
+    return StatusLine::error(state.textures_reception.ignored());
   }
   if (!state.materials) {
     if (!state.chosen || !state.mesh_shown) {

@@ -237,7 +237,9 @@ bool MapServiceClient::Question::tryOnce(const Names& names,
   if (!refused && !objection.empty()) {
     wait(State::FAILED, objector, objection);
   } else if (!refused) {
-    search(lost.empty() ? "there is no " + join(names) : lost);
+    search(!lost.empty()   ? lost
+           : names.empty() ? "the topic of the geometry has no valid name, beside which it would be"
+                           : "there is no " + join(names));
   }
   return refused;
 }
@@ -282,7 +284,7 @@ class MapServiceClient::Errand
     }
     const auto mesh = boost::make_shared<mesh_msgs::MeshGeometryStamped>(
         std::move(response->mesh_geometry_stamped));
-    work_.loader->receive(mesh, &cancellation_.flag());
+    work_.loader->receive(mesh, {&cancellation_.flag(), question.name()});
     question.end();
     return true;
   }
@@ -365,9 +367,10 @@ class MapServiceClient::Errand
   {
     Question question = ask(LABELS);
     const auto response = question.get<mesh_msgs::GetLabeledClusters>(uuid_);
-    return response && question.judge(work_.queue->receiveLabels(uuid_, response->clusters, true,
-                                                                 &cancellation_.flag()),
-                                      std::to_string(response->clusters.size()) + " labels");
+    return response &&
+           question.judge(work_.queue->receiveLabels(uuid_, response->clusters, true,
+                                                     {&cancellation_.flag(), question.name()}),
+                          std::to_string(response->clusters.size()) + " labels");
   }
 
  private:
@@ -380,7 +383,7 @@ class MapServiceClient::Errand
   template <class Message>
   bool handOver(Question& question, const Message& message)
   {
-    return question.judge(work_.queue->receive(message, &cancellation_.flag()));
+    return question.judge(work_.queue->receive(message, {&cancellation_.flag(), question.name()}));
   }
 
   /// Waits for a mesh of whatever name, which it is asked for by then. Nothing: refused, as the log

@@ -267,16 +267,18 @@ ServiceCall::Answer exchange(TcpStream& stream, const ros::SerializedMessage& re
   return answer;
 }
 
-/// The namespaces that a topic lies in, the innermost first; the last is "".
-std::vector<std::string> namespacesOf(const std::string& topic)
+/// The namespace that a topic lies in and the one above it; none where its name is none. Further
+/// up are those that others share, who may serve another map.
+std::vector<std::string> namespacesAround(const std::string& topic)
 {
+  constexpr std::size_t LEVELS = 2;
   std::vector<std::string> namespaces;
   std::string name;
   try {
-    name = topic.empty() ? topic : ros::names::resolve(topic);
+    name = ros::names::resolve(topic);
   } catch (const ros::InvalidNameException&) {  // said where the topic is subscribed to
   }
-  while (!name.empty()) {
+  while (!name.empty() && namespaces.size() < LEVELS) {
     name.resize(name.rfind('/'));
     namespaces.push_back(name);
   }
@@ -301,10 +303,11 @@ std::vector<std::string> serviceCandidates(const std::string& name, const Servic
     add(name);
   } else if (!names.service_namespace.empty()) {
     add(ros::names::append(ros::names::resolve(names.service_namespace), name));
-  } else {
-    for (const std::string& space : namespacesOf(names.geometry_topic)) {
+  } else if (!names.geometry_topic.empty()) {
+    for (const std::string& space : namespacesAround(names.geometry_topic)) {
       add(space + "/" + name);
     }
+  } else {
     add(name);
   }
   return candidates;

@@ -19,7 +19,8 @@
 namespace rviz_mesh_plugin {
 
 /// Where services are looked for. A relative name is tried in service_namespace alone, where that
-/// is given; else in the namespace of the geometry topic, in those above it, and in RViz's own.
+/// is given; else in the namespace of the geometry topic and in the one above it; where no topic is
+/// named, in RViz's own.
 struct ServiceNames
 {
   std::string colors = "get_vertex_colors";

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <mesh_msgs/GetGeometry.h>
 #include <mesh_msgs/GetVertexColors.h>
 #include <ros/callback_queue.h>
 #include <ros/spinner.h>
@@ -16,6 +17,20 @@
 class SourcesTest : public DisplayFixture
 {
  protected:
+  /// A square of this name.
+  ros::ServiceServer serveGeometry(const std::string& name, const std::string& uuid)
+  {
+    using Service = mesh_msgs::GetGeometry;
+    const boost::function<bool(Service::Request&, Service::Response&)> callback =
+        [uuid](Service::Request&, Service::Response& response) {
+          response.mesh_geometry_stamped = test_meshes::square();
+          response.mesh_geometry_stamped.uuid = uuid;
+          return true;
+        };
+    servers.setCallbackQueue(&queue);
+    return servers.advertiseService(name, callback);
+  }
+
   template <class Server>
   ros::ServiceServer serveColors(const std::string& name, const Server& answer)
   {
@@ -122,6 +137,60 @@ TEST_F(SourcesTest, every_mesh_that_is_shown_gets_its_colors_from_the_service)
   EXPECT_TRUE(waitForStatus(display, "Colors", "Ok", "4 colors"));
   spin(300);
   EXPECT_EQ(count(), 4u);
+  delete display;
+  spinner.stop();
+}
+
+TEST_F(SourcesTest, a_silent_topic_is_not_taken_for_the_map_of_another_robot)
+{
+  const std::string robots = ros::names::parentNamespace(geometry_topic);
+  const auto of_robot_1 = serveGeometry(robots + "/get_geometry", "robot 1");
+  const auto global = serveGeometry("/get_geometry", "global");
+  ros::AsyncSpinner spinner(1, &queue);
+  spinner.start();
+  auto* display = createMeshDisplay();
+  set(display, {"Geometry Topic"}, (robots + "/robot_2/mesh/geometry").c_str());
+  EXPECT_TRUE(waitForStatus(display, "Services", "Ok",
+                            "there is no " + robots + "/robot_2/mesh/get_geometry and " + robots +
+                                "/robot_2/get_geometry;"));
+  EXPECT_FALSE(display->mesh());
+  EXPECT_TRUE(waitForStatus(display, "Topic", "Warn", "no message received"));
+  const auto of_robot_2 = serveGeometry(robots + "/robot_2/get_geometry", "robot 2");
+  ASSERT_TRUE(spinUntil([&] { return display->mesh() != nullptr; })) << status(display, "Services");
+  EXPECT_EQ(display->mesh()->uuid, "robot 2");
+  EXPECT_TRUE(waitForStatus(display, "Topic", "Ok",
+                            "no message received on " + robots +
+                                "/robot_2/mesh/geometry yet; the service " + robots +
+                                "/robot_2/get_geometry has brought the mesh"));
+  delete display;
+  spinner.stop();
+}
+
+TEST_F(SourcesTest, what_came_by_service_is_not_counted_as_messages)
+{
+  const auto of_map = serveGeometry(geometry_topic + "_map/get_geometry", "mesh");
+  const auto colors_of_map =
+      serveColors(geometry_topic + "_map/get_vertex_colors", [](const std::string& uuid) {
+        return test_meshes::colors({test_meshes::color(0, 0, 7)}, uuid);
+      });
+  ros::AsyncSpinner spinner(1, &queue);
+  spinner.start();
+  auto* display = createMeshDisplay();
+  set(display, {"Geometry Topic"}, (geometry_topic + "_map/mesh").c_str());
+  ASSERT_TRUE(spinUntil([&] { return display->mesh() != nullptr; })) << status(display, "Services");
+  set(display, {"Display Type"}, "Vertex Color");
+  EXPECT_TRUE(waitForStatus(display, "Colors", "Error",
+                            "answer of the service " + geometry_topic +
+                                "_map/get_vertex_colors ignored: the color of vertex 0"));
+  auto late = node.advertise<mesh_msgs::MeshGeometryStamped>(geometry_topic + "_map/mesh", 1, true);
+  late.publish(test_meshes::square());
+  EXPECT_TRUE(waitForStatus(display, "Topic", "Ok", "1 message received; before, the service"));
+  auto broken = test_meshes::square();
+  broken.mesh_geometry.faces[0].vertex_indices[0] = 9;
+  late.publish(broken);
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Error", "message ignored: face 0"));
+  EXPECT_TRUE(
+      waitForStatus(display, "Topic", "Ok", "2 messages received; 1 of 2 messages refused"));
   delete display;
   spinner.stop();
 }

@@ -134,7 +134,7 @@ TEST(Loader, says_where_no_thread_can_be_started_and_begins_later)
 TEST(Loader, takes_nothing_that_nobody_wants_any_more)
 {
   Receiver receiver;
-  const MeshLoader::Flag dropped{true};
+  const rviz_mesh_plugin::Origin::Flag dropped{true};
   receiver.loader.receive(terrain(5, "dropped"), &dropped);
   receiver.loader.refuse("dropped", &dropped);
   receiver.loader.receive(terrain(5, "wanted"));

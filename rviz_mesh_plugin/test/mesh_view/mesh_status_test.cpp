@@ -55,8 +55,20 @@ TEST(TopicStatus, tells_what_is_missing)
   EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("/mesh", "", {3, 2, "", "it is empty"}),
                    StatusLine::OK,
                    "5 messages received; 2 of 5 messages refused, the last one: it is empty"));
-  EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("", "", {1, 0, "", ""}), StatusLine::OK,
-                   "a service has brought the mesh"));
+  Reception served;
+  served.accept("/get_geometry");
+  EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("", "", served), StatusLine::OK,
+                   "no topic chosen; the service /get_geometry has brought the mesh"));
+  EXPECT_TRUE(
+      says(rviz_mesh_plugin::topicStatus("/mesh", "", served), StatusLine::OK,
+           "no message received on /mesh yet; the service /get_geometry has brought the mesh"));
+  served.refuse("it is empty", "/get_geometry");
+  EXPECT_EQ(served.received(), 0u);
+  EXPECT_EQ(served.ignored(), "answer of the service /get_geometry ignored: it is empty");
+  served.accept();
+  EXPECT_EQ(served.ignored(), "");
+  EXPECT_TRUE(says(rviz_mesh_plugin::topicStatus("/mesh", "", served), StatusLine::OK,
+                   "1 message received; before, the service /get_geometry has brought"));
 }
 
 TEST(GeometryStatus, gives_the_numbers_or_the_reason)

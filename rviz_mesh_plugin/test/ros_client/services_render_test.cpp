@@ -396,22 +396,51 @@ TEST_F(Services, of_a_dead_process_are_waited_for)
   ASSERT_TRUE(reaches(State::SEARCHING, "nobody accepts connections at 127.0.0.1:1"));
 }
 
+TEST_F(Services, have_names_beside_the_topic_and_one_level_above_it)
+{
+  using Names = std::vector<std::string>;
+  const auto candidates = [&](const std::string& topic, const std::string& name = "get_geometry") {
+    rviz_mesh_plugin::ServiceNames of;
+    of.geometry_topic = topic;
+    return rviz_mesh_plugin::serviceCandidates(name, of);
+  };
+  EXPECT_EQ(candidates("/robot_2/mesh/geometry"),
+            (Names{"/robot_2/mesh/get_geometry", "/robot_2/get_geometry"}));
+  EXPECT_EQ(candidates("/mesh/geometry"), (Names{"/mesh/get_geometry", "/get_geometry"}));
+  EXPECT_EQ(candidates("/geometry"), (Names{"/get_geometry"}));
+  EXPECT_EQ(candidates("/a/b/c/d/e"), (Names{"/a/b/c/d/get_geometry", "/a/b/c/get_geometry"}));
+  EXPECT_EQ(candidates("/a/b/c/d/e", "maps/get"), (Names{"/a/b/c/d/maps/get", "/a/b/c/maps/get"}));
+  EXPECT_EQ(candidates("/a/b/c/d/e", "/get_geometry"), (Names{"/get_geometry"}));
+  EXPECT_EQ(candidates(""), (Names{"/get_geometry"})) << "RViz's own, where no topic is named";
+  EXPECT_EQ(candidates("no name"), Names()) << "it is not looked for elsewhere";
+}
+
 TEST_F(Services, are_looked_for_around_the_geometry_topic)
 {
   names.service_namespace.clear();
   names.geometry_topic = space + "/robot/map/mesh";
   services->setNames(names);
-  auto above = serveColors(space + "/get_vertex_colors", 0.2f);
+  const auto of_another = serveColors(space + "/get_vertex_colors", 0.1f);
+  auto above = serveColors(space + "/robot/get_vertex_colors", 0.2f);
   services->requestColors("mesh");
   EXPECT_EQ(receivedRed(), 51) << "above the topic";
   services->cancel();
   const auto beside = serveColors(space + "/robot/map/get_vertex_colors", 0.4f);
   services->requestColors("mesh");
   EXPECT_EQ(receivedRed(), 102) << "beside the topic, which is nearer";
-  names.colors = space + "/get_vertex_colors";
+  names.colors = space + "/robot/get_vertex_colors";
   services->setNames(names);
   services->requestColors("mesh");
   EXPECT_EQ(receivedRed(), 51) << "an absolute name is taken";
+  above.shutdown();
+  names.colors = "get_vertex_colors";
+  names.geometry_topic = space + "/robot/other_map/mesh";
+  services->setNames(names);
+  services->requestColors("mesh");
+  ASSERT_TRUE(reaches(State::SEARCHING, "there is no " + space +
+                                            "/robot/other_map/get_vertex_colors and " + space +
+                                            "/robot/get_vertex_colors;"));
+  EXPECT_EQ(queue->take().colors.size(), 0u) << "of another robot's map";
   names.colors = "not a name";
   services->setNames(names);
   services->requestColors("mesh");
