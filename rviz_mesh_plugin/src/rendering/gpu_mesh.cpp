@@ -55,17 +55,21 @@ bool GpuMesh::uploadSlice()
   if (!buffers_) {
     return false;
   }
-  if (buffers_->verticesComplete() && !colors_.complete()) {
+  const bool faces_left = !buffers_->complete();
+  // The first colors come before the faces, which later ones do not keep from coming.
+  const bool colors_turn = !faces_left || !colors_.usable() || colors_turn_;
+  if (buffers_->verticesComplete() && !colors_.complete() && colors_turn) {
+    colors_turn_ = false;
     colors_.uploadSlice();
     if (colors_.buffer().get() != bound_colors_.get()) {
       bound_colors_ = colors_.buffer();
-      translucent_colors_ = translucent_coming_;
       buffers_->bindColors(bound_colors_);
       applyStyle();
     }
     return true;
   }
-  if (!buffers_->complete()) {
+  if (faces_left) {
+    colors_turn_ = true;
     buffers_->uploadSlice();
     drawing_.uploaded_indices = buffers_->uploadedIndices();
     return true;
@@ -90,7 +94,7 @@ void GpuMesh::setStyle(const MeshStyle& style)
 void GpuMesh::applyStyle()
 {
   drawing_.detail_pixels = style_.level_of_detail ? style_.detail_pixels : 0.0f;
-  materials_.apply(style_, isSet(bound_colors_), translucent_colors_);
+  materials_.apply(style_, isSet(bound_colors_), colors_.translucent());
   assignMaterials();
 }
 
@@ -105,8 +109,7 @@ void GpuMesh::assignMaterials()
 void GpuMesh::setColors(const ColorSource& colors, bool translucent)
 {
   if (buffers_) {
-    translucent_coming_ = translucent;
-    colors_.start(colors);
+    colors_.start(colors, translucent);
   }
 }
 
@@ -122,7 +125,6 @@ void GpuMesh::clearColors()
   colors_.clear();
   if (isSet(bound_colors_)) {
     bound_colors_ = Ogre::HardwareVertexBufferSharedPtr();
-    translucent_colors_ = false;
     buffers_->bindColors(bound_colors_);
     applyStyle();
   }

@@ -60,8 +60,7 @@ class GpuMesh : public PlacedVisual
   Ogre::HardwareVertexBufferSharedPtr bound_colors_;
   PartMaterials materials_;
   MeshStyle style_;
-  bool translucent_colors_ = false;  ///< of those bound
-  bool translucent_coming_ = false;
+  bool colors_turn_ = true;  ///< else that of faces, where both are left to upload
   PartDrawing drawing_;
   std::size_t coarsest_end_ = 0;  ///< of the indices of all parts' coarsest levels
   std::vector<std::unique_ptr<MeshPartObject>> parts_;

@@ -1,6 +1,7 @@
 #include "rendering/vertex_colors.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <OgreHardwareBufferManager.h>
 
@@ -25,10 +26,21 @@ constexpr std::size_t SLICE_CHANGES = 20000;
 
 VertexColors::VertexColors(const LayoutOutlineConstPtr& layout) : layout_(layout) {}
 
-void VertexColors::start(const ColorSource& source)
+void VertexColors::start(const ColorSource& source, bool translucent)
 {
-  source_ = source;
-  changed_.clear();  // all are asked for again
+  Request request{source, translucent};
+  if (isSet(coming_) && done_ > 0) {
+    next_ = std::move(request);
+    changed_.clear();  // all are asked for again
+  } else {
+    begin(std::move(request));
+  }
+}
+
+void VertexColors::begin(Request request)
+{
+  current_ = std::move(request);
+  changed_.clear();
   if (!isSet(coming_)) {
     coming_ = Ogre::HardwareBufferManager::getSingleton().createVertexBuffer(
         sizeof(Rgba8), layout_->sources.size(), Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY);
@@ -38,11 +50,11 @@ void VertexColors::start(const ColorSource& source)
 
 void VertexColors::update(const std::vector<std::uint32_t>& changed)
 {
-  if (!source_ || changed.empty()) {
-    return;
+  if (!current_.source || changed.empty() || next_.source) {
+    return;  // of the next, all are asked for
   }
   if (changed_.size() + changed.size() > layout_->sources.size() / MANY_CHANGES) {
-    start(ColorSource(source_));
+    start(ColorSource(current_.source), current_.translucent);
     return;
   }
   changed_.insert(changed_.end(), changed.begin(), changed.end());
@@ -50,7 +62,8 @@ void VertexColors::update(const std::vector<std::uint32_t>& changed)
 
 void VertexColors::clear()
 {
-  source_ = nullptr;
+  current_ = next_ = Request();
+  translucent_ = false;
   changed_.clear();
   buffer_ = Ogre::HardwareVertexBufferSharedPtr();
   coming_ = Ogre::HardwareVertexBufferSharedPtr();
@@ -75,20 +88,32 @@ void VertexColors::uploadSlice()
 void VertexColors::write(Ogre::HardwareVertexBuffer* buffer, std::size_t start, std::size_t count)
 {
   scratch_.resize(std::max(scratch_.size(), count));
-  source_(layout_->sources.data() + start, count, scratch_.data());
+  current_.source(layout_->sources.data() + start, count, scratch_.data());
   buffer->writeData(start * sizeof(Rgba8), count * sizeof(Rgba8), scratch_.data(), false);
 }
 
 void VertexColors::uploadComing()
 {
   const std::size_t count = std::min(SLICE_VERTICES, layout_->sources.size() - done_);
-  write(coming_.get(), done_, count);
+  try {
+    write(coming_.get(), done_, count);
+  } catch (...) {
+    done_ = 0;
+    if (next_.source) {
+      begin(std::exchange(next_, Request()));
+    }
+    throw;
+  }
   done_ += count;
   if (done_ == layout_->sources.size()) {
     buffer_ = coming_;
+    translucent_ = current_.translucent;
     coming_ = Ogre::HardwareVertexBufferSharedPtr();
     scratch_ = std::vector<Rgba8>();
     ++uploads_;
+    if (next_.source) {
+      begin(std::exchange(next_, Request()));
+    }
   }
 }
 

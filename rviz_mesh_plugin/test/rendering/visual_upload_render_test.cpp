@@ -137,6 +137,62 @@ TEST_F(VisualUpload, new_colors_replace_the_old_ones_all_together)
   EXPECT_EQ(counts().vertex_buffers, buffers) << "the old colors are freed";
 }
 
+TEST_F(VisualUpload, colors_that_come_faster_than_they_upload_are_shown_in_turns)
+{
+  draw(test_layouts::simple(grid(700, flat)));  // two slices
+  showColors();
+  visual->setColors(oneColor({255, 0, 0, 255}), false);
+  uploadAll();
+  const auto shade = [](int i) { return static_cast<std::uint8_t>(10 * i); };
+  for (int i = 1; i <= 20; ++i) {
+    visual->setColors(oneColor({0, shade(i), 255, 255}), i % 3 == 0);
+    visual->upload(std::chrono::microseconds(0));
+    ASSERT_EQ(visual->colorUploads(), 1u + i / 2) << i;
+    if (i % 2 == 0) {
+      ASSERT_EQ(picture().count({0, shade(i - 1), 255}), 40000u) << i;
+    }
+  }
+  visual->setColors(oneColor({0, 255, 0, 255}), false);
+  uploadAll();
+  EXPECT_EQ(picture().count({0, 255, 0}), 40000u) << "the last one, and none of before";
+  EXPECT_EQ(visual->colorUploads(), 12u);
+}
+
+TEST_F(VisualUpload, colors_that_come_without_an_end_let_the_faces_come)
+{
+  visual->setLayout(test_layouts::simple(grid(1, flat)));
+  showColors();
+  const auto mesh = grid(512, flat);
+  visual->setLayout(test_layouts::tiled(mesh, 512, 8, 5));
+  for (int i = 0; visual->progress() < 1.0f; ++i) {
+    ASSERT_LT(i, 200);
+    visual->setColors(oneColor({255, 0, 0, 255}), false);
+    visual->upload(std::chrono::microseconds(0));
+  }
+  EXPECT_EQ(visual->shownLayout()->mesh, mesh);
+  EXPECT_EQ(picture().count({255, 0, 0}), 40000u);
+}
+
+TEST_F(VisualUpload, colors_that_fail_are_followed_by_the_next)
+{
+  draw(test_layouts::simple(grid(700, flat)));
+  showColors();
+  int asked = 0;
+  visual->setColors(
+      [&asked](const std::uint32_t*, std::size_t count, Rgba8* colors) {
+        std::fill(colors, colors + count, Rgba8{255, 0, 0, 255});
+        if (++asked > 1) {
+          throw std::runtime_error("no colors");
+        }
+      },
+      false);
+  visual->upload(std::chrono::microseconds(0));
+  visual->setColors(oneColor({0, 0, 255, 255}), false);
+  EXPECT_THROW(uploadAll(), std::runtime_error);
+  uploadAll();
+  EXPECT_EQ(picture().count({0, 0, 255}), 40000u);
+}
+
 TEST_F(VisualUpload, an_update_asks_for_and_changes_what_it_names_only)
 {
   const auto mesh = grid(400, flat);
