@@ -103,6 +103,18 @@ bool TexturedMeshDisplay::has(const MeshDataConstPtr& mesh) const
                      [&](const MeshAppearance& appearance) { return appearance.mesh() == mesh; });
 }
 
+MeshDataConstPtr TexturedMeshDisplay::drawn(const std::string& uuid) const
+{
+  if (appearances_) {
+    for (const MeshAppearance& appearance : appearances_->appearances()) {
+      if (appearance.mesh() && appearance.mesh()->uuid == uuid) {
+        return appearance.mesh();
+      }
+    }
+  }
+  return nullptr;
+}
+
 const MeshVisual* TexturedMeshDisplay::visual() const
 {
   const MeshAppearance* newest = appearances_ ? appearances_->newest() : nullptr;

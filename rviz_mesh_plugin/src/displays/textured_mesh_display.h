@@ -86,6 +86,9 @@ class TexturedMeshDisplay : public rviz::Display
   /// Whether this is one of its meshes, shown or not.
   bool has(const MeshDataConstPtr& mesh) const;
 
+  /// Its mesh of this name, shown or not; null where it draws none.
+  MeshDataConstPtr drawn(const std::string& uuid) const;
+
   /// Costs, colors and labels of a mesh, as far as they have arrived.
   const MeshAttributes& attributes(const MeshData& mesh) const
   {

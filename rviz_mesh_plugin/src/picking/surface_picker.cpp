@@ -94,6 +94,20 @@ bool SurfacePicker::exists(const MeshDataConstPtr& mesh) const
   return found;
 }
 
+SurfacePicker::Search SurfacePicker::search(const std::string& uuid) const
+{
+  Search found;
+  visitDisplays<TexturedMeshDisplay>(context_->getRootDisplayGroup(), DisplayChoice::ALL,
+                                     [&](const TexturedMeshDisplay& display) {
+                                       const MeshDataConstPtr mesh = display.drawn(uuid);
+                                       if (mesh) {
+                                         found.meshes.push_back(mesh);
+                                       }
+                                       found.others_expected |= display.mesh() == nullptr;
+                                     });
+  return found;
+}
+
 void SurfacePicker::prepare() const
 {
   for (const ShownMesh& mesh : meshes()) {

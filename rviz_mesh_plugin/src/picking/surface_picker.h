@@ -52,6 +52,14 @@ class SurfacePicker
   /// Whether a display has this mesh, shown or not.
   bool exists(const MeshDataConstPtr& mesh) const;
 
+  struct Search
+  {
+    std::vector<MeshDataConstPtr> meshes;  ///< of that name, shown or not
+    bool others_expected = false;          ///< a display has none yet
+  };
+  /// The meshes of a name that displays have.
+  Search search(const std::string& uuid) const;
+
   /// Begins to prepare all meshes that are shown, so that the first click finds them prepared.
   void prepare() const;
 

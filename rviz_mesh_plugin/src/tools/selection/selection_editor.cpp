@@ -424,7 +424,7 @@ bool SelectionEditor::giveUp()
 void SelectionEditor::prepare(const SelectionSettings& settings)
 {
   const auto meshes = picker_.meshes();
-  if (meshes.size() == 1 && !session_.mesh() && !stroking_) {
+  if (meshes.size() == 1 && !session_.mesh() && !session_.awaited() && !stroking_) {
     session_.setMesh(meshes.front().mesh);  // its vertices are uploaded then
   }
   for (const ShownMesh& shown : meshes) {
@@ -450,7 +450,7 @@ SelectionEditor::FrameResult SelectionEditor::dropLostMesh()
   if (is_gone(session_.mesh())) {
     const std::size_t lost = session_.selection().count();
     giveUp();
-    session_.setMesh(nullptr);
+    session_.setAside();
     result.mesh_gone = true;
     if (lost > 0) {
       result.text = "the mesh is gone of which " + std::to_string(lost) + " faces were selected";
@@ -459,9 +459,33 @@ SelectionEditor::FrameResult SelectionEditor::dropLostMesh()
   return result;
 }
 
+/// Displays that were reset, or whose time has jumped back, get it again.
+std::string SelectionEditor::takeReturnedMesh()
+{
+  if (!session_.awaited()) {
+    return {};
+  }
+  const SurfacePicker::Search found = picker_.search(session_.awaited()->uuid);
+  const auto same = std::find_if(found.meshes.begin(), found.meshes.end(),
+                                 [&](const auto& mesh) { return session_.isAwaited(*mesh); });
+  if (same == found.meshes.end()) {
+    if (!found.meshes.empty() || !found.others_expected) {
+      session_.forgetAwaited();
+    }
+    return {};
+  }
+  session_.setMesh(*same);
+  const std::size_t count = session_.selection().count();
+  return count == 0 ? std::string()
+                    : "the mesh is there again: " + std::to_string(count) +
+                          " faces are selected as before";
+}
+
 SelectionEditor::FrameResult SelectionEditor::frame()
 {
   FrameResult result = dropLostMesh();
+  const std::string returned = takeReturnedMesh();
+  result.text = returned.empty() ? result.text : returned;
   while (busy() &&
          questions_.front().faces.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
     const std::string text = takeAnswer();

@@ -25,7 +25,8 @@ class FaceNeighbors;
 /// what went otherwise than expected, and are empty where nothing did. Whatever takes long is done
 /// on a thread and taken over by frame(). GUI thread only.
 ///
-/// Faces are of one mesh: whoever adds faces of another one loses those that were selected.
+/// Faces are of one mesh: whoever adds faces of another one loses those that were selected. Where
+/// the mesh goes and the same returns, as after Reset, they are selected again.
 class SelectionEditor
 {
  public:
@@ -108,6 +109,7 @@ class SelectionEditor
            std::function<FaceSelection::Faces(const std::atomic<bool>& cancel)> work);
   std::string takeAnswer();
   FrameResult dropLostMesh();
+  std::string takeReturnedMesh();
   void finishStroke();
 
   rviz::DisplayContext* context_;

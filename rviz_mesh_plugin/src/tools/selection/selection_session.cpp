@@ -1,5 +1,8 @@
 #include "tools/selection/selection_session.h"
 
+#include <algorithm>
+#include <utility>
+
 #include <OgreSceneManager.h>
 
 #include "selection/selection_regions.h"
@@ -9,6 +12,16 @@ namespace {
 
 /// Faces whose areas are added up at once.
 constexpr std::size_t COUNT_SLICE = 50000;
+
+/// The same faces by number, in the same places.
+bool sameGeometry(const MeshData& a, const MeshData& b)
+{
+  return &a == &b || (a.uuid == b.uuid && a.indices == b.indices &&
+                      std::equal(a.vertices.begin(), a.vertices.end(), b.vertices.begin(),
+                                 b.vertices.end(), [](const MeshVertex& v, const MeshVertex& w) {
+                                   return v.position == w.position;
+                                 }));
+}
 
 }  // namespace
 
@@ -23,17 +36,53 @@ void SelectionSession::setMesh(const MeshDataConstPtr& mesh)
   if (mesh == mesh_) {
     return;
   }
-  const bool had_faces = !selection_.empty();
-  selection_.reset(mesh ? mesh->faceCount() : 0);
+  bool changes = !selection_.empty();
+  if (mesh && isAwaited(*mesh)) {
+    selection_ = std::move(awaited_selection_);
+    changes = true;
+  } else {
+    selection_.reset(mesh ? mesh->faceCount() : 0);
+  }
+  if (mesh) {
+    forgetAwaited();
+  }
   mesh_ = mesh;
   counted_ = 0;
   count();
   visual_failed_ = true;  // until it has been told
   visual_.setMesh(mesh);
+  if (!selection_.empty()) {
+    visual_.setSelection(selection_);
+  }
   visual_failed_ = false;
-  if (had_faces) {
+  if (changes) {
     on_change_();
   }
+}
+
+void SelectionSession::setAside()
+{
+  MeshDataConstPtr mesh;
+  FaceSelection selection;
+  const bool worth_it = !selection_.empty() || selection_.canUndo() || selection_.canRedo();
+  if (mesh_ && worth_it) {
+    mesh = mesh_;
+    selection = selection_;
+  }
+  setMesh(nullptr);
+  awaited_ = std::move(mesh);
+  awaited_selection_ = std::move(selection);
+}
+
+bool SelectionSession::isAwaited(const MeshData& mesh) const
+{
+  return awaited_ && sameGeometry(mesh, *awaited_);
+}
+
+void SelectionSession::forgetAwaited()
+{
+  awaited_.reset();
+  awaited_selection_ = FaceSelection();
 }
 
 void SelectionSession::change(

@@ -26,8 +26,16 @@ class SelectionSession
   void setColor(const Rgba8& color) { visual_.setColor(color); }
 
   /// From now on faces of this mesh (null: of none) are selected. Where it is another one, nothing
-  /// is selected and nothing can be undone.
+  /// is selected and nothing can be undone; but where it is the one awaited, with the same vertices
+  /// and faces, all is as it was.
   void setMesh(const MeshDataConstPtr& mesh);
+
+  /// The mesh is gone, for now: what is selected and can be undone is kept for when it returns.
+  void setAside();
+  /// The mesh whose return is waited for; null: none.
+  const MeshDataConstPtr& awaited() const { return awaited_; }
+  bool isAwaited(const MeshData& mesh) const;
+  void forgetAwaited();
 
   /// Changes the selection, and the highlight with it.
   /// @throw std::bad_alloc before, and Ogre::Exception after the selection has changed
@@ -48,6 +56,8 @@ class SelectionSession
   std::function<void()> on_change_;
   MeshDataConstPtr mesh_;
   FaceSelection selection_;
+  MeshDataConstPtr awaited_;
+  FaceSelection awaited_selection_;
   double area_ = 0.0;
   std::uint32_t counted_ = 0;  ///< faces of the mesh whose area is in it
   SelectionVisual visual_;

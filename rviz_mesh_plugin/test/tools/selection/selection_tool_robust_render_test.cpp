@@ -153,6 +153,44 @@ TEST_F(SelectionToolRobustTest, gives_up_what_is_looked_for_when_the_mesh_is_rep
   tool.reset();  // in the middle of anything
 }
 
+TEST_F(SelectionToolRobustTest, the_selection_and_its_undo_outlive_reset_and_time_that_jumps_back)
+{
+  Display* display = showTerrain();
+  look();
+  drag({A, B});
+  const Faces first = selected();
+  drag({{350, 200}, {450, 330}});
+  const Faces second = selected();
+  key(Qt::Key_Delete);
+  key(Qt::Key_Z, Qt::ControlModifier);
+  ASSERT_GT(second.size(), first.size());
+  for (const bool time_jumps : {false, true}) {
+    if (time_jumps) {
+      manager()->resetTime();
+    } else {
+      display->reset();
+    }
+    EXPECT_FALSE(display->mesh()) << "it is gone, for now";
+    ASSERT_TRUE(spinUntil([&] {
+      return display->mesh() && tool->mesh() == display->mesh() && selected() == second;
+    })) << selected().size()
+        << " of " << second.size() << ": " << said.toStdString();
+    EXPECT_EQ(tool->visual()->mesh(), display->mesh());
+    key(Qt::Key_Z, Qt::ControlModifier);
+    EXPECT_EQ(selected(), first);
+    key(Qt::Key_Y, Qt::ControlModifier);
+    EXPECT_EQ(selected(), second);
+    EXPECT_TRUE(tool->selection().canRedo()) << "that all of it was deselected";
+  }
+  auto other = test_meshes::terrain(20, [](double, double) { return 0.1; });
+  ASSERT_TRUE(show(display, other)) << "of the same name, with as many faces";
+  ASSERT_TRUE(spinUntil([&] { return selected().empty(); }));
+  EXPECT_FALSE(tool->selection().canUndo());
+  delete display;
+  spinFrames();
+  EXPECT_EQ(tool->mesh(), nullptr) << "nothing is waited for, nor kept in memory";
+}
+
 TEST_F(SelectionToolRobustTest, the_selection_outlives_other_tools_and_hiding)
 {
   Display* display = showTerrain();
