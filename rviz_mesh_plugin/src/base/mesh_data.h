@@ -46,6 +46,7 @@ struct MeshData : Bounds
   std::vector<MeshVertex> vertices;
   std::vector<std::uint32_t> indices;  ///< three per face
   bool normals_given = false;          ///< false: computed from the faces
+  std::string remark;  ///< why it is not seen as it is, see findRemark(); else empty
 
   std::size_t vertexCount() const { return vertices.size(); }
   std::size_t faceCount() const { return indices.size() / 3; }

@@ -65,6 +65,13 @@ using OptionalStatus = std::optional<StatusLine>;
 /// @param control stands for characters that cannot be seen
 std::string shortened(std::string text, std::size_t most = 300, char control = ' ');
 
+/// A name that somebody else gave, in quotation marks and not longer than a line takes.
+inline std::string quotedName(const std::string& name)
+{
+  constexpr std::size_t MOST = 100;
+  return "'" + shortened(name, MOST) + "'";
+}
+
 /// What the displays within another one say while that has nothing to show.
 StatusLine noMapOpen();
 

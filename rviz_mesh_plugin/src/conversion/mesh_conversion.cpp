@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/vectors.h"
+#include "conversion/geometry_remark.h"
 #include "conversion/validation.h"
 
 namespace rviz_mesh_plugin {
@@ -187,6 +188,7 @@ MeshDataConstPtr convert(const mesh_msgs::MeshGeometryStamped& message)
   if (!mesh->normals_given) {
     computeNormals(*mesh);
   }
+  mesh->remark = findRemark(geometry, *mesh);
   return mesh;
 }
 

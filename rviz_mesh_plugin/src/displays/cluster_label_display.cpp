@@ -404,7 +404,7 @@ StatusLine ClusterLabelDisplay::geometryStatus() const
   }
   if (store_.mesh()) {
     return StatusLine::ok(counted(store_.mesh()->faceCount(), "face", "faces"), ", uuid ",
-                          store_.mesh()->uuid);
+                          quotedName(store_.mesh()->uuid));
   }
   if (!received_.working.empty()) {
     return StatusLine::ok(received_.working);

@@ -274,6 +274,7 @@ void Map3DDisplay::update(float wall_dt, float ros_dt)
     lines_.report("Map", mapStatus(state));
     lines_.report("IO", ioStatus(state));
     lines_.report("Label", labelStatus(state));
+    lines_.report("Parts", state.started ? partsStatus(*this) : std::nullopt);
   });
   rviz::DisplayGroup::update(wall_dt, ros_dt);
 }

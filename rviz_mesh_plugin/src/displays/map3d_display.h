@@ -24,7 +24,8 @@ namespace rviz_mesh_plugin {
 /// hdf5_map_server reads the file and stores what is labelled, the children ClusterLabel and Mesh
 /// show what it serves. Nothing in a file can end RViz.
 ///
-/// Status lines: Map (what is shown), IO (the file and the process), Label (edits).
+/// Status lines: Map (what is shown), IO (the file and the process), Label (edits), Parts (what is
+/// wrong with the children).
 class Map3DDisplay : public rviz::DisplayGroup
 {
   Q_OBJECT

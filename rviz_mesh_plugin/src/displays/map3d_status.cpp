@@ -2,7 +2,12 @@
 
 #include <cmath>
 
+#include <rviz/display_group.h>
+#include <rviz/properties/status_list.h>
+#include <rviz/properties/status_property.h>
 #include <QLocale>
+
+#include "displays/display_tree.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -163,6 +168,40 @@ OptionalStatus labelStatus(const Map3DState& state)
   return StatusLine::ok(
       "labels that are edited here are stored at once, and put into the file when it is closed or "
       "save_map is called");
+}
+
+OptionalStatus partsStatus(const rviz::DisplayGroup& group)
+{
+  StatusLine worst;
+  std::size_t count = 0;
+  const auto look = [&](const rviz::Display& display, const rviz::Property& line) {
+    const auto* status = dynamic_cast<const rviz::StatusProperty*>(&line);
+    const auto level = status ? static_cast<StatusLine::Level>(status->getLevel()) : StatusLine::OK;
+    if (level == StatusLine::OK) {
+      return;
+    }
+    ++count;
+    if (level > worst.level) {
+      worst.level = level;
+      worst.text = shortened(joined(display.getNameStd(), ", ", line.getNameStd(), ": ",
+                                    line.getValue().toString().toStdString()));
+    }
+  };
+  visitDisplays<rviz::Display>(&group, DisplayChoice::ENABLED, [&](const rviz::Display& display) {
+    for (int i = 0; i < display.numChildren(); ++i) {
+      const auto* lines = dynamic_cast<const rviz::StatusList*>(display.childAt(i));
+      for (int j = 0; lines && j < lines->numChildren(); ++j) {
+        look(display, *lines->childAt(j));
+      }
+    }
+  });
+  if (count == 0) {
+    return std::nullopt;
+  }
+  if (count > 1) {
+    worst.text += joined(" (and ", counted(count - 1, "line", "lines"), " more below)");
+  }
+  return worst;
 }
 
 }  // namespace rviz_mesh_plugin

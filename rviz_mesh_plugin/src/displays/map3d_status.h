@@ -8,6 +8,10 @@
 #include "map_server/file_watch.h"
 #include "map_server/map_progress.h"
 
+namespace rviz {
+class DisplayGroup;
+}
+
 namespace rviz_mesh_plugin {
 
 /// What the lines of Map3D are made of.
@@ -29,6 +33,9 @@ struct Map3DState
 StatusLine mapStatus(const Map3DState& state);
 /// The file and the process that reads it.
 OptionalStatus ioStatus(const Map3DState& state);
+/// What is wrong with the displays in a group, which nobody sees while it is collapsed: how bad the
+/// worst line is, which of which display, and how many more there are.
+OptionalStatus partsStatus(const rviz::DisplayGroup& group);
 /// Where edits of labels go, and what became of the newest one.
 OptionalStatus labelStatus(const Map3DState& state);
 

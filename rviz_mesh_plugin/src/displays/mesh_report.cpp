@@ -28,6 +28,12 @@ Reception sum(const Reception& a, const Reception& b)
           a.refusal.empty() ? b.refused_of : a.refused_of};
 }
 
+void setWaiting(const MeshStore::Waiting& waiting, AttributeState& state)
+{
+  state.waiting = waiting.count;
+  state.waiting_uuid = waiting.uuid;
+}
+
 }  // namespace
 
 void MeshReport::report(const QueuedAttributes& queue, const std::string& working,
@@ -105,6 +111,7 @@ State MeshReport::attribute(bool chosen, const Reception& reception,
   }
   if (const MeshDataConstPtr mesh = store_.newest()) {
     state.mesh_shown = true;
+    state.uuid = mesh->uuid;
     state.vertex_count = mesh->vertexCount();
     state.face_count = mesh->faceCount();
   }
@@ -122,7 +129,7 @@ CostsState MeshReport::costs(const QueuedAttributes& queue) const
   state.updates_reception = queue.receptions[MeshMember::UPDATES];
   state.update_problem = queue.receptions[MeshMember::UPDATES].refusal;
   state.stale_updates = queue.stale;
-  state.waiting = store_.waitingCosts();
+  setWaiting(store_.waitingCosts(), state);
   state.type = properties_.costs().costsType();
   state.types = store_.costTypes();
   const CostLayerConstPtr layer = state.mesh_shown ? store_.attributes().cost(state.type) : nullptr;
@@ -148,7 +155,7 @@ ColorsState MeshReport::colors(const QueuedAttributes& queue) const
                                       queue.receptions[MeshMember::COLORS], {MeshMember::COLORS});
   state.topic_given = properties_.sourceGiven();
   state.topic = sources_.topic(MeshMember::COLORS);
-  state.waiting = store_.waitingColors();
+  setWaiting(store_.waitingColors(), state);
   const ColorLayerConstPtr layer = state.mesh_shown ? store_.attributes().colors : nullptr;
   if (layer) {
     state.size = layer->colors.size();
@@ -180,6 +187,7 @@ LabelsState MeshReport::labels(const QueuedAttributes& queue) const
 {
   auto state = attribute<LabelsState>(properties_.labelsShown(),
                                       queue.receptions[MeshMember::LABELS], {MeshMember::LABELS});
+  setWaiting(store_.waitingLabels(), state);
   if (const MeshAppearance* newest = appearances_.newest()) {
     state.labels = newest->labels().count();
     state.left_out = newest->labels().leftOut();

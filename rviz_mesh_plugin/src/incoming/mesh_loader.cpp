@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/erase_if.h"
+#include "base/status_lines.h"
 #include "conversion/mesh_conversion.h"
 
 namespace rviz_mesh_plugin {
@@ -120,7 +121,7 @@ struct MeshJob
   std::string describe() const
   {
     const std::size_t faces = message ? message->mesh_geometry.faces.size() : mesh->faceCount();
-    return std::to_string(faces) + " faces of mesh '" + uuid + "'";
+    return std::to_string(faces) + " faces of mesh " + quotedName(uuid);
   }
 };
 
@@ -147,7 +148,7 @@ class MeshJobs
     const auto messages = std::count_if(waiting_.begin(), waiting_.end(), is_message);
     if (static_cast<std::size_t>(messages) >= MOST_MESSAGES) {
       const auto oldest = std::find_if(waiting_.begin(), waiting_.end(), is_message);
-      refusal = "mesh '" + oldest->uuid + "' was dropped, because " +
+      refusal = "mesh " + quotedName(oldest->uuid) + " was dropped, because " +
                 std::to_string(MOST_MESSAGES) +
                 " more arrived before it could be shown; publish them more slowly";
       dropped.push_back(std::move(*oldest));

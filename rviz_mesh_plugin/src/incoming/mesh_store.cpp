@@ -204,21 +204,35 @@ std::vector<std::string> MeshStore::costTypes() const
   return names;
 }
 
-std::size_t MeshStore::waitingCosts() const
+/// @param count how many of them a geometry has
+template <class Count>
+MeshStore::Waiting MeshStore::waiting(const Count& count) const
 {
-  std::size_t count = 0;
+  Waiting sum;
   for (const MeshAttributes& attributes : attributes_) {
-    count += shown(attributes.uuid) ? 0 : attributes.costs.size();
+    const std::size_t found = shown(attributes.uuid) ? 0 : count(attributes);
+    if (found > 0 && sum.count == 0) {
+      sum.uuid = attributes.uuid;
+    }
+    sum.count += found;
   }
-  return count;
+  return sum;
 }
 
-std::size_t MeshStore::waitingColors() const
+MeshStore::Waiting MeshStore::waitingCosts() const
 {
-  return static_cast<std::size_t>(
-      std::count_if(attributes_.begin(), attributes_.end(), [&](const MeshAttributes& attributes) {
-        return attributes.colors && !shown(attributes.uuid);
-      }));
+  return waiting([](const MeshAttributes& attributes) { return attributes.costs.size(); });
+}
+
+MeshStore::Waiting MeshStore::waitingColors() const
+{
+  return waiting(
+      [](const MeshAttributes& attributes) { return std::size_t(attributes.colors ? 1 : 0); });
+}
+
+MeshStore::Waiting MeshStore::waitingLabels() const
+{
+  return waiting([](const MeshAttributes& attributes) { return attributes.labels.size(); });
 }
 
 }  // namespace rviz_mesh_plugin

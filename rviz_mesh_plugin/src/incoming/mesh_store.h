@@ -82,12 +82,20 @@ class MeshStore
   /// ends with " (faces)".
   std::vector<std::string> costTypes() const;
 
-  /// How many of these wait for another geometry than those shown.
-  std::size_t waitingCosts() const;
-  std::size_t waitingColors() const;
+  /// What waits for another geometry than those shown.
+  struct Waiting
+  {
+    std::size_t count = 0;
+    std::string uuid;  ///< of the geometry of the one that changed last
+  };
+  Waiting waitingCosts() const;
+  Waiting waitingColors() const;
+  Waiting waitingLabels() const;
 
  private:
   MeshAttributes& attributesOf(const std::string& uuid);
+  template <class Count>
+  Waiting waiting(const Count& count) const;
   bool shown(const std::string& uuid) const { return mesh(uuid) != nullptr; }
 
   std::size_t capacity_ = 1;

@@ -10,6 +10,9 @@ namespace {
 
 const char* const GREY = "; until then the mesh is drawn in grey";
 
+/// A UUID has 36; this is far more than anybody reads.
+constexpr std::size_t MOST_UUID_CHARACTERS = 200;
+
 std::string listed(const std::vector<std::string>& names)
 {
   std::string list;
@@ -67,6 +70,23 @@ std::string waitingText(std::size_t waiting, const char* one, const char* many)
                                                      : " wait for a geometry with their uuid");
 }
 
+/// Where nothing of what has come belongs to the mesh that is shown: the way out.
+std::string otherGeometry(const AttributeState& state)
+{
+  return "; that is " + quotedName(state.waiting_uuid) + ", but " + quotedName(state.uuid) +
+         " is shown: choose topics of the same map, or have both published with the same uuid";
+}
+
+/// Why a mesh is not seen or told as it should be; else empty.
+std::string geometryRemark(const MeshData& mesh)
+{
+  if (!mesh.remark.empty() || mesh.uuid.size() <= MOST_UUID_CHARACTERS) {
+    return mesh.remark;
+  }
+  return joined("the uuid has ", mesh.uuid.size(), " characters, more than ", MOST_UUID_CHARACTERS,
+                ", and is copied with each layer: give the map a UUID, which has 36");
+}
+
 }  // namespace
 
 StatusLine topicStatus(const std::string& topic, const std::string& subscription_error,
@@ -113,7 +133,7 @@ OptionalStatus geometryStatus(const GeometryState& state)
       joined(mesh->vertexCount(), " vertices, ", counted(mesh->faceCount(), "face", "faces"),
              ", normals ", mesh->normals_given ? "given" : "computed",
              state.normals_shown && stride > 1 ? joined(" (one in ", stride, " is drawn)") : "",
-             ", uuid '", mesh->uuid, "'");
+             ", uuid ", quotedName(mesh->uuid));
   if (state.others > 0) {
     line += "; " + counted(state.others, "older mesh is", "older meshes are") + " shown too";
   }
@@ -124,7 +144,9 @@ OptionalStatus geometryStatus(const GeometryState& state)
   } else if (state.progress < 1.0f) {
     line += joined("; ", 10 * static_cast<int>(10.0f * state.progress), " % uploaded");
   }
-  return StatusLine::ok(line, working);
+  const std::string remark = geometryRemark(*mesh);
+  return remark.empty() ? StatusLine::ok(line, working)
+                        : StatusLine::warn(remark, "; ", line, working);
 }
 
 OptionalStatus colorsStatus(const ColorsState& state)
@@ -141,10 +163,10 @@ OptionalStatus colorsStatus(const ColorsState& state)
   if (state.waiting == 0) {
     return std::nullopt;
   }
-  const bool missed = state.chosen && state.mesh_shown;
-  return StatusLine{
-      missed ? StatusLine::WARN : StatusLine::OK,
-      waitingText(state.waiting, "set of colors", "sets of colors") + (missed ? GREY : "")};
+  const std::string waiting = waitingText(state.waiting, "set of colors", "sets of colors");
+  return state.mesh_shown
+             ? StatusLine::warn(waiting, otherGeometry(state), state.chosen ? GREY : "")
+             : StatusLine::ok(waiting);
 }
 
 OptionalStatus costsStatus(const CostsState& state)
@@ -169,12 +191,16 @@ OptionalStatus costsStatus(const CostsState& state)
     if (state.types.empty() && state.waiting == 0) {
       return std::nullopt;
     }
+    if (state.types.empty() && state.mesh_shown) {
+      return StatusLine::warn("no layer of this mesh received", waiting, otherGeometry(state));
+    }
     return StatusLine::ok(counted(state.types.size(), "layer", "layers"),
                           state.types.empty() ? "" : ": ", listed(state.types), waiting,
                           refusals(state.reception));
   }
   if (state.types.empty()) {
-    return StatusLine::warn("no layer of this mesh received", waiting, GREY);
+    return StatusLine::warn("no layer of this mesh received", waiting,
+                            state.waiting > 0 ? otherGeometry(state) : "", GREY);
   }
   if (state.type.empty()) {
     return StatusLine::warn("no layer chosen: set 'Vertex Costs Type' to one of ",
@@ -257,6 +283,10 @@ OptionalStatus labelsStatus(const LabelsState& state)
   }
   if (!state.chosen || !state.mesh_shown) {
     return std::nullopt;
+  }
+  if (state.labels == 0 && state.waiting > 0) {
+    return StatusLine::warn("no label of this mesh received; ",
+                            waitingText(state.waiting, "label", "labels"), otherGeometry(state));
   }
   if (state.labels == 0) {
     return StatusLine::ok("no label of this mesh received yet");

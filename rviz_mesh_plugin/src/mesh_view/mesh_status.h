@@ -33,6 +33,9 @@ struct AttributeState
   std::string subscription_error;  ///< why the topic could not be subscribed to
   Reception reception;
   bool mesh_shown = false;       ///< there is a geometry
+  std::string uuid;              ///< of it
+  std::size_t waiting = 0;       ///< of other geometries
+  std::string waiting_uuid;      ///< of one of those
   std::size_t vertex_count = 0;  ///< of the geometry
   std::size_t face_count = 0;
 };
@@ -42,7 +45,6 @@ struct ColorsState : AttributeState
 {
   bool topic_given = false;  ///< by another display, so that there is no property for it
   std::string topic;         ///< empty: none chosen
-  std::size_t waiting = 0;   ///< layers of other geometries
   /// Number of values of the layer in question, if it has arrived.
   std::optional<std::size_t> size;
 };

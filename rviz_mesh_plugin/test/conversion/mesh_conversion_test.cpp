@@ -130,6 +130,53 @@ TEST(Conversion, refuses_what_validation_finds_and_coordinates_that_cannot_be_dr
   }
 }
 
+TEST(Conversion, remarks_where_all_faces_are_degenerate)
+{
+  auto line = test_meshes::terrain(3, [](double, double) { return 0.0; });
+  for (auto& vertex : line.mesh_geometry.vertices) {
+    vertex = test_meshes::point(vertex.x, vertex.x, 0);
+  }
+  EXPECT_EQ(convert(line)->remark.rfind("all 18 faces are degenerate", 0), 0u)
+      << convert(line)->remark;
+  auto corners = test_meshes::terrain(3, [](double, double) { return 0.0; });
+  for (auto& face : corners.mesh_geometry.faces) {
+    face.vertex_indices[1] = face.vertex_indices[0];
+  }
+  EXPECT_EQ(convert(corners)->remark.rfind("all 18 faces are degenerate", 0), 0u);
+  corners.mesh_geometry.faces[17].vertex_indices = {0, 1, 4};
+  EXPECT_EQ(convert(corners)->remark, "") << "one can be seen";
+  for (auto& vertex : corners.mesh_geometry.vertices) {
+    vertex = test_meshes::point(0, 0, 0);
+  }
+  EXPECT_EQ(convert(corners)->remark.rfind("all 16 vertices lie in one point, (0, 0, 0)", 0), 0u)
+      << convert(corners)->remark;
+}
+
+TEST(Conversion, remarks_where_float_rounds_by_more_than_a_tenth_of_the_median_edge)
+{
+  // At 2^22 m, floats are 0.5 m apart: they may be 0.25 m beside.
+  const double far = 4194304.0 + 1000.0;
+  for (const double edge : {0.1, 1.0, 2.4, 2.6, 10.0}) {
+    auto message = test_meshes::emptyMesh();
+    // Two edges along the axes each, of this length, and a longer one.
+    for (int i = 0; i < 3; ++i) {
+      message.mesh_geometry.vertices.push_back(
+          test_meshes::point(far + (i == 1 ? edge : 0.0), i == 2 ? edge : 0.0, 0.0));
+    }
+    test_meshes::addFace(message, 0, 1, 2);
+    const std::string remark = convert(message)->remark;
+    EXPECT_EQ(remark.find(
+                  "drawn with an error of up to 0.25 m, more than a tenth of the median edge (") !=
+                  std::string::npos,
+              edge < 2.5)
+        << edge << ": " << remark;
+    for (auto& vertex : message.mesh_geometry.vertices) {
+      vertex.x -= far;
+    }
+    EXPECT_EQ(convert(message)->remark, "") << "near the origin";
+  }
+}
+
 TEST(Conversion, rounds_colors_to_bytes)
 {
   const auto layer = convert(test_meshes::colors({test_meshes::color(0.0f, 0.5f, 1.0f, 0.2f)}));

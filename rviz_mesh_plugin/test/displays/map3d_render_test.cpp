@@ -117,6 +117,34 @@ TEST_F(Map3D, survives_the_removal_of_its_children)
   EXPECT_TRUE(waitForFaces(display, 4));
 }
 
+TEST_F(Map3D, that_is_collapsed_is_as_red_as_its_children)
+{
+  write("map.ply", strip(2));
+  auto* display = createMap(path("map.ply"));
+  ASSERT_TRUE(waitForFaces(display, 4));
+  const auto level = [&] {
+    for (int i = 0; i < display->numChildren(); ++i) {
+      if (const auto* lines = dynamic_cast<rviz::StatusList*>(display->childAt(i))) {
+        return lines->getLevel();
+      }
+    }
+    return rviz::StatusProperty::Ok;
+  };
+  ASSERT_TRUE(spinUntil([&] { return level() == rviz::StatusProperty::Ok; }, TIMEOUT))
+      << status(display, "Parts");
+  EXPECT_EQ(status(display, "Parts"), "");
+  display->meshDisplay()->setStatus(rviz::StatusProperty::Warn, "One", "not so good");
+  EXPECT_TRUE(waitForStatus(display, "Parts", "Warn", "Mesh, One: not so good"));
+  display->labelDisplay()->setStatus(rviz::StatusProperty::Error, "Two", "broken");
+  EXPECT_TRUE(waitForStatus(display, "Parts", "Error",
+                            "ClusterLabel, Two: broken (and 1 line more below)"));
+  EXPECT_EQ(level(), rviz::StatusProperty::Error);
+  display->labelDisplay()->setEnabled(false);
+  EXPECT_TRUE(waitForStatus(display, "Parts", "Warn", "Mesh, One: not so good")) << "it is hidden";
+  display->meshDisplay()->deleteStatus("One");
+  EXPECT_TRUE(spinUntil([&] { return status(display, "Parts").empty(); }, TIMEOUT));
+}
+
 TEST_F(Map3D, shows_a_mesh_in_the_frame_that_is_asked_for)
 {
   write("a.ply", strip(3));

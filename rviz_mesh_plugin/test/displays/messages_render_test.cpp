@@ -110,6 +110,35 @@ TEST_F(MessagesTest, costs_and_colors_before_their_geometry_are_applied_when_it_
   EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'a': 4 costs from 5 to 8"));
 }
 
+TEST_F(MessagesTest, no_empty_or_distorted_scene_is_said_to_be_all_right)
+{
+  auto* display = createMeshDisplay();
+  auto point = grid(2);
+  for (auto& vertex : point.mesh_geometry.vertices) {
+    vertex = test_meshes::point(7, 0, 0);
+  }
+  ASSERT_TRUE(show(display, point));
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Warn", "all 9 vertices lie in one point"));
+  auto far = grid(2);
+  for (auto& vertex : far.mesh_geometry.vertices) {
+    vertex.x += 4e7;
+  }
+  ASSERT_TRUE(show(display, far));
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Warn", "a tenth of the median edge (1.00499 m)"));
+  auto named = grid(2);
+  named.uuid = std::string(1000000, 'u');
+  ASSERT_TRUE(show(display, named));
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Warn", "the uuid has 1000000 characters"));
+  costs.publish(test_meshes::costs("a", std::vector<float>(9, 1.0f), "another"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Warn", "that is 'another', but 'uuu"));
+  EXPECT_LT(status(display, "Costs").size() + status(display, "Geometry").size(), 2000u);
+  ASSERT_TRUE(show(display, grid(2)));
+  EXPECT_TRUE(waitForStatus(display, "Geometry", "Ok", "9 vertices, 8 faces"));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Warn", "that is 'another', but 'mesh' is shown"));
+  costs.publish(test_meshes::costs("a", std::vector<float>(9, 1.0f)));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "1 layer: 'a'"));
+}
+
 TEST_F(MessagesTest, a_burst_of_layers_arrives_whole)
 {
   auto* display = createMeshDisplay();

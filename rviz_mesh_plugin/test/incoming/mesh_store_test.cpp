@@ -55,16 +55,16 @@ TEST(MeshStore, keeps_costs_and_colors_until_their_geometry_comes)
   store.addCosts(convert(test_meshes::costs("height", {5, 6, 7, 8}, "b")));
   store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "b")));
   EXPECT_TRUE(store.costTypes().empty());
-  EXPECT_EQ(store.waitingCosts(), 2u);
-  EXPECT_EQ(store.waitingColors(), 1u);
+  EXPECT_EQ(store.waitingCosts().count, 2u);
+  EXPECT_EQ(store.waitingColors().count, 1u);
   store.addMesh(mesh("b"));
   EXPECT_EQ(store.costTypes(), (std::vector<std::string>{"height"}));
   ASSERT_TRUE(store.attributes().cost("height"));
   EXPECT_EQ(store.attributes().cost("height")->costs, (std::vector<float>{5, 6, 7, 8}));
   EXPECT_FALSE(store.attributes().cost("roughness")) << "belongs to the other mesh";
   EXPECT_TRUE(store.attributes().colors);
-  EXPECT_EQ(store.waitingCosts(), 1u);
-  EXPECT_EQ(store.waitingColors(), 0u);
+  EXPECT_EQ(store.waitingCosts().count, 1u);
+  EXPECT_EQ(store.waitingColors().count, 0u);
   store.addMesh(mesh("a"));
   EXPECT_EQ(store.costTypes(), (std::vector<std::string>{"roughness"}));
   EXPECT_FALSE(store.attributes().colors);
@@ -94,7 +94,7 @@ TEST(MeshStore, forgets_the_oldest_beyond_its_bounds_but_never_those_of_the_mesh
   EXPECT_TRUE(store.attributes().cost("kept"));
   EXPECT_TRUE(store.attributes("often").cost("first"))
       << "the oldest is what has not come for longest";
-  EXPECT_EQ(store.waitingCosts(), MeshStore::MAX_WAITING + 1);
+  EXPECT_EQ(store.waitingCosts().count, MeshStore::MAX_WAITING + 1);
   for (std::size_t i = 0; i < 2 * MeshStore::MAX_LAYERS; ++i) {
     store.addCosts(convert(test_meshes::costs("layer " + std::to_string(i), {1}, "shown")));
   }

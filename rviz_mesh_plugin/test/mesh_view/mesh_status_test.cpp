@@ -111,6 +111,57 @@ TEST(CostsStatus, is_silent_while_nobody_asks_and_nothing_came)
   EXPECT_TRUE(says(costsStatus(state), StatusLine::OK, "2 layers: 'a', 'b'; 1 layer waits"));
 }
 
+TEST(GeometryStatus, warns_of_what_is_not_seen_as_it_is)
+{
+  GeometryState state;
+  auto point = test_meshes::square();
+  for (auto& vertex : point.mesh_geometry.vertices) {
+    vertex = test_meshes::point(1, 2, 3);
+  }
+  state.mesh = rviz_mesh_plugin::convert(point);
+  EXPECT_TRUE(
+      says(geometryStatus(state), StatusLine::WARN,
+           "all 4 vertices lie in one point, (1, 2, 3), so that nothing can be seen: look "));
+  auto named = test_meshes::square();
+  named.uuid = std::string(1000000, 'u');
+  state.mesh = rviz_mesh_plugin::convert(named);
+  EXPECT_TRUE(says(geometryStatus(state), StatusLine::WARN, "the uuid has 1000000 characters"));
+  EXPECT_TRUE(says(geometryStatus(state), StatusLine::WARN, "4 vertices, 2 faces"));
+  EXPECT_LT(geometryStatus(state)->text.size(), 500u);
+  named.uuid = std::string(200, 'u');
+  state.mesh = rviz_mesh_plugin::convert(named);
+  EXPECT_TRUE(says(geometryStatus(state), StatusLine::OK, "4 vertices, 2 faces"));
+}
+
+TEST(LayerStatus, warns_where_all_that_came_belongs_to_another_geometry)
+{
+  CostsState costs = chosenCosts();
+  costs.reception.accepted = 2;
+  costs.uuid = "new";
+  costs.waiting = 2;
+  costs.waiting_uuid = "old";
+  rviz_mesh_plugin::ColorsState colors = costs;
+  rviz_mesh_plugin::LabelsState labels;
+  static_cast<rviz_mesh_plugin::AttributeState&>(labels) = costs;
+  const std::string ids = "; that is 'old', but 'new' is shown: choose topics of the same map";
+  for (const bool chosen : {true, false}) {
+    costs.chosen = colors.chosen = chosen;
+    EXPECT_TRUE(says(costsStatus(costs), StatusLine::WARN,
+                     "2 layers wait for a geometry with their uuid" + ids));
+    EXPECT_TRUE(says(colorsStatus(colors), StatusLine::WARN,
+                     "2 sets of colors wait for a geometry with their uuid" + ids));
+  }
+  EXPECT_TRUE(says(labelsStatus(labels), StatusLine::WARN,
+                   "2 labels wait for a geometry with their uuid" + ids));
+  labels.labels = 1;
+  EXPECT_TRUE(says(labelsStatus(labels), StatusLine::OK, "1 label"));
+  costs.types = {"a"};
+  EXPECT_TRUE(says(costsStatus(costs), StatusLine::OK, "1 layer: 'a'"));
+  costs.types.clear();
+  costs.mesh_shown = false;
+  EXPECT_TRUE(says(costsStatus(costs), StatusLine::OK, "2 layers wait"));
+}
+
 TEST(CostsStatus, leads_from_nothing_to_the_layer_step_by_step)
 {
   CostsState state = chosenCosts();
