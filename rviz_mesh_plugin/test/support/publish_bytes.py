@@ -17,7 +17,7 @@ def main():
     class Bytes(real):
         """A message whose bytes are given."""
 
-        __slots__ = ['bytes']
+        __slots__ = ["bytes"]
         _has_header = False  # nothing may be written into the bytes
 
         def __init__(self, data):
@@ -34,5 +34,5 @@ def main():
         publisher.publish(Bytes(bytes.fromhex(line)))
 
 
-if __name__ == '__main__':
+if __name__ == "__main__":
     main()
