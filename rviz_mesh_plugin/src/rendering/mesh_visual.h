@@ -50,8 +50,8 @@ class MeshVisual : public PlacedVisual
   float progress() const;
 
   /// Colors all vertices (BY_FACE: faces) anew, through upload(), and those of later layouts of the
-  /// same mesh (see setLayout()). Colors that are being uploaded are shown first; of those that come
-  /// in the meantime the last ones are next. Needs a layout.
+  /// same mesh (see setLayout()). Colors that are being uploaded are shown first; of those that
+  /// come in the meantime the last ones are next. Needs a layout.
   /// @param translucent whether a color may have an alpha below 255
   void setColors(const ColorSource& colors, bool translucent);
   /// Asks the same source again for these vertices (BY_FACE: faces) of the mesh alone.
