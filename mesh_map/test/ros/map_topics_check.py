@@ -23,6 +23,7 @@ from mesh_map.ros import MeshMapServer
 from mesh_msgs import array_services, arrays, zoo
 from mesh_msgs.testing import wait_until
 from mesh_msgs.identity import geometry_uuid
+from mesh_msgs.msg import LayerInfo, LayerInfoArray
 from mesh_msgs.srv import GetUUIDs, GetVertexCostLayers
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -104,6 +105,32 @@ class MapTopicsTest(unittest.TestCase):
         move(7, 10.0)  # nothing new
         move(7, 0.0)
         self.assertTrue(wait_until(lambda: len(updates.messages) == known + 2))
+
+    def test_what_costs_mean_is_told_and_follows_changes(self):
+        steepness = {"name": "steepness", "type": "mesh_layers/SteepnessLayer"}
+        self.start("told", layers=[*STRANGE[:1], steepness], steepness={"threshold": 3.0})
+        info = self.subscribe("layer_info", LayerInfoArray)
+        self.assertTrue(wait_until(lambda: info.messages))
+        self.assertEqual({message.uuid for message in info.messages}, {UUID})
+
+        def told(name):
+            return next(one for one in info.messages[-1].layers if one.name == name)
+
+        self.assertEqual(
+            [one.name for one in info.messages[-1].layers], ["flag_0", "steepness", COMBINED_COSTS]
+        )
+        found = told("steepness")
+        self.assertEqual((found.unit, found.comparison), ("rad", LayerInfo.ABOVE))
+        self.assertEqual((found.threshold, found.lethal), (3.0, 0))
+        self.flag("flag_0")(7, 10.0)  # which is lethal there
+        self.assertTrue(wait_until(lambda: told(COMBINED_COSTS).lethal == 1))
+        self.assertEqual(told("flag_0").lethal, 1)
+        client = Client("/told/steepness", timeout=WAIT)
+        client.update_configuration({"threshold": 1.5})
+        self.assertTrue(wait_until(lambda: told("steepness").threshold == 1.5))
+        late = self.subscribe("layer_info", LayerInfoArray)
+        self.assertTrue(wait_until(lambda: late.messages))
+        self.assertEqual(late.messages[-1], info.messages[-1])
 
     def test_whole_layers_are_not_sent_at_every_change(self):
         self.start("paced", layers=STRANGE[:1], costs_period=1.0)

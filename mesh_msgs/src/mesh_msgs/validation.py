@@ -39,6 +39,7 @@ from mesh_msgs.checks.features import (  # noqa: F401
     vector_field_stamped,
 )
 from mesh_msgs.checks.findings import Finding  # noqa: F401
+from mesh_msgs.checks.layers import layer_info, layer_info_array  # noqa: F401
 from mesh_msgs.checks.geometry import (  # noqa: F401
     check_colors,
     check_costs,

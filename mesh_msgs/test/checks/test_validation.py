@@ -64,6 +64,12 @@ def label_colors():
     return message
 
 
+def layer_infos():
+    info, array = mesh_msgs.msg.LayerInfo, mesh_msgs.msg.LayerInfoArray
+    slope = info(name="slope", comparison=info.ABOVE, threshold=0.3, lethal=2, unknown=2)
+    return array(uuid="mesh", layers=[slope, info(name="other", threshold=float("nan"))])
+
+
 def numbers(*values):
     return [get_message_class("std_msgs/Float32")(value) for value in values]
 
@@ -120,6 +126,7 @@ VALID = {
     "mesh_vertex_costs_sparse_stamped": stamped(sparse()),
     "mesh_face_cluster_stamped": stamped(cluster()),
     "mesh_label_colors": label_colors(),
+    "layer_info_array": stamped(layer_infos()),
     "mesh_material": mesh_msgs.msg.MeshMaterial(),
     "mesh_vertex_tex_coords": mesh_msgs.msg.MeshVertexTexCoords(-1.5, 7.0),
     "mesh_materials_stamped": stamped(
@@ -175,6 +182,15 @@ BROKEN = [  # validator, member, value, rule, first index, count
     ),
     ("mesh_vertex_costs_sparse_stamped", "uuid", "", "uuid_mismatch", None, 1),
     ("mesh_vertex_costs_sparse_stamped", "header.frame_id", "", "frame_id_empty", None, 1),
+    ("layer_info_array", "layers.1.name", "", "layer_unnamed", 1, 1),
+    ("layer_info_array", "layers.1.name", "slope", "layer_twice", 1, 1),
+    ("layer_info_array", "layers.0.threshold", NAN, "layer_threshold", 0, 1),
+    ("layer_info_array", "layers.1.comparison", 2, "layer_threshold", 1, 1),
+    ("layer_info_array", "layers.0.comparison", 4, "layer_comparison", 0, 1),
+    ("layer_info_array", "layers.0.lethal", 3, "layer_count", 0, 1),
+    ("layer_info_array", "layers.1.unknown", 5, "layer_count", 1, 1),
+    ("layer_info_array", "uuid", "other", "uuid_mismatch", None, 1),
+    ("layer_info_array", "header.frame_id", "", "frame_id_empty", None, 1),
     ("mesh_label_colors", "colors", [color()], "color_count", 1, 1),
     ("mesh_label_colors", "colors", [], "color_count", 0, 2),
     ("mesh_label_colors", "colors.1.g", NAN, "color_not_finite", 1, 1),

@@ -64,7 +64,14 @@ def test_class_is_what_ros_knows(cls):
 def test_every_message_with_arrays_of_numbers_has_an_array_class():
     """All but features, textures, parts of others, the few label colors, release 1.0's mesh."""
     others = {"Feature", "MeshFeatures", "MeshMaterial", "MeshTexture", "MeshTriangleIndices"}
-    others |= {"MeshLabelColors", "MeshVertexTexCoords", "TriangleMesh", "TriangleMeshStamped"}
+    others |= {
+        "LayerInfo",
+        "LayerInfoArray",
+        "MeshLabelColors",
+        "MeshVertexTexCoords",
+        "TriangleMesh",
+        "TriangleMeshStamped",
+    }
     generated = {
         name for name in dir(mesh_msgs.msg) if hasattr(getattr(mesh_msgs.msg, name), "_type")
     }

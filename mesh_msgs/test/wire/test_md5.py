@@ -32,6 +32,8 @@ MESSAGES = {
     "VectorField": "9da8d62df10048ede4a91e419a35679d",
     "VectorFieldStamped": "3d9fc2de2c0939ad4bbe0890ccb68ce5",
     # Of this package alone; pinned so that they do not change by accident.
+    "LayerInfo": "a55ef475fc2d0403ac5420fb6ec7247a",
+    "LayerInfoArray": "f9e6ee5ee4b31b32b2c0023e7e0d0939",
     "MeshFaceCosts": "ade4ce6a157397b6c023e12482bc76c8",
     "MeshFaceCostsStamped": "f24dd558c7f2de70f524aacb5ac5869b",
     "MeshLabelColors": "e17eb54bbd698f3ef2b9e6332bf5f9ca",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 
 #include "base/cost_summary.h"
@@ -18,8 +19,10 @@ struct CostColoring
   bool custom_limits = false;
   CostLimits limits;     ///< where custom
   float clipped = 0.0f;  ///< percent of the finite costs left out at each end of automatic limits
-  Rgba8 lethal = LETHAL_COST_COLOR;    ///< of +inf
+  Rgba8 lethal = LETHAL_COST_COLOR;    ///< of +inf and what is lethal
   Rgba8 unknown = UNKNOWN_COST_COLOR;  ///< of NaN
+  bool mark_lethal = true;  ///< whether costs that the layer calls lethal have that color, too
+  float least_lethal = std::numeric_limits<float>::infinity();  ///< from which on it does
   bool mark_outside = false;
   Rgba8 below{0, 0, 0, 255};  ///< of costs outside the limits, where marked; else the scale's ends
   Rgba8 above{255, 255, 255, 255};

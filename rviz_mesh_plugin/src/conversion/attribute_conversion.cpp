@@ -57,6 +57,26 @@ CostUpdateConstPtr convert(const mesh_msgs::MeshVertexCostsSparseStamped& messag
   return update;
 }
 
+LayerInfos convert(const mesh_msgs::LayerInfoArray& message)
+{
+  LayerInfos infos;
+  for (const mesh_msgs::LayerInfo& layer : message.layers) {
+    LayerInfo info;
+    info.layer_type = layer.layer_type;
+    info.unit = layer.unit;
+    info.infinity = layer.infinity.empty() ? info.infinity : layer.infinity;
+    // Those that are not known here are none that can be looked for in the values.
+    info.comparison = layer.comparison < mesh_msgs::LayerInfo::OTHER
+                          ? static_cast<LayerInfo::Comparison>(layer.comparison)
+                          : LayerInfo::OTHER;
+    info.threshold = layer.threshold;
+    info.cost_limit = layer.cost_limit;
+    info.lethal = layer.lethal;
+    infos.emplace(layer.name, std::move(info));
+  }
+  return infos;
+}
+
 Rgba8 toRgba8(const std_msgs::ColorRGBA& color)
 {
   const auto to_byte = [](float channel) {

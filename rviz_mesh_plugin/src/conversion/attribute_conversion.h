@@ -4,12 +4,14 @@
 #include <string>
 #include <vector>
 
+#include <mesh_msgs/LayerInfoArray.h>
 #include <mesh_msgs/MeshFaceCluster.h>
 #include <mesh_msgs/MeshFaceCostsStamped.h>
 #include <mesh_msgs/MeshVertexColorsStamped.h>
 #include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 #include <mesh_msgs/MeshVertexCostsStamped.h>
 
+#include "base/layer_info.h"
 #include "base/mesh_data.h"
 #include "conversion/validation.h"
 
@@ -32,6 +34,9 @@ LabelSetConstPtr convert(const mesh_msgs::MeshFaceCluster& message);
 LabelSetConstPtr convertLabels(const std::string& uuid,
                                const std::vector<mesh_msgs::MeshFaceCluster>& clusters, bool all,
                                std::string& left_out);
+
+/// What is said of a layer twice counts as it is said first.
+LayerInfos convert(const mesh_msgs::LayerInfoArray& message);
 
 /// 0..1 to 0..255.
 Rgba8 toRgba8(const std_msgs::ColorRGBA& color);

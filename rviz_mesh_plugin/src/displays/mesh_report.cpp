@@ -137,6 +137,7 @@ CostsState MeshReport::costs(const QueuedAttributes& queue) const
     state.size = layer->costs.size();
     state.on_faces = layer->on_faces;
     state.summary = layer->summary;
+    state.info = store_.layerInfo(layer->uuid, state.type);
     const CostColoring coloring = properties_.costs().coloring();
     // As drawn: one scale for all meshes.
     state.limits = limitsOf(commonColoring(store_, state.type, coloring), layer->summary);

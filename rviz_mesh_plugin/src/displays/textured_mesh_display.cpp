@@ -6,6 +6,7 @@
 #include <rviz/config.h>
 #include <rviz/display_context.h>
 
+#include "conversion/attribute_conversion.h"
 #include "mesh_view/frame_pose.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
@@ -149,6 +150,7 @@ void TexturedMeshDisplay::onDisable()
     sources_.disconnect();
     label_colors_.disconnect();
     remark_.disconnect();
+    layer_info_.disconnect();
     requests_.restart();
     legend_.hide();
     clearStatuses();
@@ -164,6 +166,7 @@ void TexturedMeshDisplay::reset()
     sources_.clear();
     label_colors_.clear();
     remark_.disconnect();
+    layer_info_.disconnect();
     requests_.restart();
     store_.clear();
     pending_costs_.clear();
@@ -206,7 +209,9 @@ void TexturedMeshDisplay::work()
   }
   if (source_changed_) {
     source_changed_ = false;
-    remark_.connect(threaded_nh_, properties_->names().topics[MeshMember::GEOMETRY]);
+    const std::string geometry = properties_->names().topics[MeshMember::GEOMETRY];
+    remark_.connect(threaded_nh_, geometry);
+    layer_info_.connect(threaded_nh_, geometry);
     for (const MeshMember part : sources_.connect(threaded_nh_, properties_->names())) {
       store_.forget(part);
       content_changed_ = true;
@@ -230,7 +235,8 @@ void TexturedMeshDisplay::work()
   updatePoses();
   updateLegend();
   report_->report(received_, working_, lines_);
-  lines_.report("Map", remark_.status());
+  const auto remark = remark_.newest();
+  lines_.report("Map", remarkStatus(remark ? remark->data : std::string()));
 }
 
 void TexturedMeshDisplay::takeMessages()
@@ -259,6 +265,11 @@ void TexturedMeshDisplay::takeMessages()
   take_all(content.textures, &MeshStore::addTexture);
   take_all(content.labels, &MeshStore::addLabels);
   pending_costs_.take(std::exchange(content.updates, {}), store_);
+  if (const auto info = layer_info_.newest(); info != shown_info_) {
+    shown_info_ = info;
+    store_.setLayerInfos(info ? info->uuid : std::string(), info ? convert(*info) : LayerInfos());
+    content_changed_ = true;
+  }
   if (!loaded.layouts.empty()) {
     appearances_->paint();  // there is an appearance for each mesh then
     appearances_->setLayouts(loaded.layouts);
@@ -339,8 +350,13 @@ void TexturedMeshDisplay::updateLegend()
     return;
   }
   const CostColoring& coloring = drawn->coloring();
-  legend_.show({properties.costsType(), properties.unit(), coloring,
-                limitsOf(coloring, drawn->costs()->summary)});
+  LegendContent content{properties.costsType(), properties.unit(), coloring,
+                        limitsOf(coloring, drawn->costs()->summary), {}};
+  content.info = store_.layerInfo(drawn->costs()->uuid, content.layer);
+  if (content.unit.empty()) {
+    content.unit = content.info.unit;
+  }
+  legend_.show(content);
 }
 
 }  // namespace rviz_mesh_plugin

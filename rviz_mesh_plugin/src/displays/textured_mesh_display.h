@@ -9,7 +9,9 @@
 #include <vector>
 
 #ifndef Q_MOC_RUN
+#include <mesh_msgs/LayerInfoArray.h>
 #include <rviz/display.h>
+#include <std_msgs/String.h>
 
 #include "base/mesh_data.h"
 #include "base/status_lines.h"
@@ -21,7 +23,7 @@
 #include "mesh_view/shown_mesh.h"
 #include "ros_client/topic_directory.h"
 #include "sources/label_color_source.h"
-#include "sources/map_remark_source.h"
+#include "sources/map_topic.h"
 #include "sources/mesh_source.h"
 #include "sources/mesh_sources.h"
 #endif
@@ -95,6 +97,12 @@ class TexturedMeshDisplay : public rviz::Display
     return store_.attributes(mesh.uuid);
   }
 
+  /// What the costs of a layer of a mesh mean.
+  const LayerInfo& layerInfo(const MeshData& mesh, const std::string& layer) const
+  {
+    return store_.layerInfo(mesh.uuid, layer);
+  }
+
   /// The cost layers that can be chosen, in this order; some of them may not have arrived.
   const std::vector<std::string>& costTypes() const { return cost_types_; }
 
@@ -131,7 +139,9 @@ class TexturedMeshDisplay : public rviz::Display
   MeshSources sources_;
   MeshRequests requests_;
   LabelColorSource label_colors_;
-  MapRemarkSource remark_;
+  MapTopic<std_msgs::String> remark_{"remark"};
+  MapTopic<mesh_msgs::LayerInfoArray> layer_info_{"layer_info"};
+  mesh_msgs::LayerInfoArrayConstPtr shown_info_;  ///< that is in the store
   std::unique_ptr<MeshAppearances> appearances_;
   std::unique_ptr<MeshReport> report_;
   Legend legend_;

@@ -146,6 +146,19 @@ void MeshStore::addLabels(const LabelSetConstPtr& labels)
   }
 }
 
+void MeshStore::setLayerInfos(const std::string& uuid, LayerInfos infos)
+{
+  infos_uuid_ = uuid;
+  infos_ = std::move(infos);
+}
+
+const LayerInfo& MeshStore::layerInfo(const std::string& uuid, const std::string& layer) const
+{
+  static const LayerInfo NOTHING;
+  const auto found = uuid == infos_uuid_ ? infos_.find(layer) : infos_.end();
+  return found == infos_.end() ? NOTHING : found->second;
+}
+
 CostLayerConstPtr MeshStore::update(const CostUpdate& update)
 {
   if (!find(attributes(update.uuid).costs, update.type, false)) {
@@ -187,6 +200,7 @@ void MeshStore::clear()
 {
   meshes_.clear();
   attributes_.clear();
+  infos_.clear();
 }
 
 std::vector<std::string> MeshStore::costTypes() const

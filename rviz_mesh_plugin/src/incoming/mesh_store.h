@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/layer_info.h"
 #include "base/mesh_data.h"
 #include "incoming/reception.h"
 
@@ -56,6 +57,8 @@ class MeshStore
   void addMaterials(const MaterialsConstPtr& materials);
   void addTexture(const TextureImageConstPtr& texture);
   void addLabels(const LabelSetConstPtr& labels);
+  /// Replaces what is known of the layers, of whichever geometry.
+  void setLayerInfos(const std::string& uuid, LayerInfos infos);
 
   /// Changes the values that the update names; nothing where its layer is not there.
   /// @return the layer that has changed, the same pointer as before from the
@@ -76,6 +79,9 @@ class MeshStore
   /// Of one geometry; without anything in it where nothing has arrived.
   const MeshAttributes& attributes(const std::string& uuid) const;
   const MeshAttributes& attributes() const;  ///< of the newest mesh
+
+  /// What the values of a layer of a geometry mean; what holds of all where nothing was said.
+  const LayerInfo& layerInfo(const std::string& uuid, const std::string& layer) const;
 
   /// Names of the cost layers of the meshes shown, in order of their first
   /// arrival. That of a face layer whose type is also one of a vertex layer
@@ -101,6 +107,8 @@ class MeshStore
   std::size_t capacity_ = 1;
   std::vector<MeshDataConstPtr> meshes_;
   std::list<MeshAttributes> attributes_;  ///< the last changed first
+  std::string infos_uuid_;
+  LayerInfos infos_;
 };
 
 }  // namespace rviz_mesh_plugin

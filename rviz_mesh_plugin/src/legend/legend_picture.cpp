@@ -154,6 +154,7 @@ struct Swatch
 {
   Rgba8 color;
   QString text;
+  bool is_line = false;  ///< a mark on the bar, not a color
 };
 
 /// Where everything is, and what is written there.
@@ -166,6 +167,21 @@ struct Plan
   int bar_top = 0;
   int bar_height = 0;
 };
+
+QString number(double value)
+{
+  return QString::fromStdString(print("%.*g", 4, value));
+}
+
+/// Which values are lethal, beside +inf.
+QString lethalText(const LayerInfo& info)
+{
+  const QString infinity = QString::fromStdString(info.infinity);
+  if (!info.hasThreshold()) {
+    return infinity;
+  }
+  return infinity + (info.comparison == LayerInfo::ABOVE ? " > " : " ≥ ") + number(info.threshold);
+}
 
 Plan makePlan(const LegendContent& content, int height, const QFontMetrics& metrics)
 {
@@ -181,7 +197,10 @@ Plan makePlan(const LegendContent& content, int height, const QFontMetrics& metr
     plan.above.push_back({coloring.above, QStringLiteral("above")});
     plan.below.push_back({coloring.below, QStringLiteral("below")});
   }
-  plan.below.push_back({coloring.lethal, QStringLiteral("lethal")});
+  plan.below.push_back({coloring.lethal, lethalText(content.info)});
+  if (std::isfinite(content.info.cost_limit)) {
+    plan.below.push_back({{}, "limit " + number(content.info.cost_limit), true});
+  }
   plan.below.push_back({coloring.unknown, QStringLiteral("unknown")});
   const auto lines = static_cast<int>(plan.title.size() + plan.above.size());
   plan.bar_top = MARGIN + lines * LINE_HEIGHT + 2 * GAP;
@@ -214,17 +233,41 @@ void drawText(QPainter& painter, int left, int middle, const QString& text)
                    Qt::AlignLeft | Qt::AlignVCenter | Qt::TextSingleLine, text);
 }
 
+/// A line that is seen on all colors.
+void drawMark(QPainter& painter, int left, int right, int y)
+{
+  painter.fillRect(QRect(left, y - 1, right - left + 1, 3), QColor(0, 0, 0));
+  painter.fillRect(QRect(left, y, right - left + 1, 1), FOREGROUND);
+}
+
 void drawSwatches(QPainter& painter, int top, const std::vector<Swatch>& swatches)
 {
   for (const Swatch& swatch : swatches) {
     const int middle = top + LINE_HEIGHT / 2;
     const QRect square(MARGIN + BAR_WIDTH - SWATCH_SIZE, middle - SWATCH_SIZE / 2, SWATCH_SIZE,
                        SWATCH_SIZE);
-    painter.fillRect(square.adjusted(-1, -1, 1, 1), OUTLINE);
-    painter.fillRect(square, toQColor(swatch.color));
+    if (swatch.is_line) {
+      drawMark(painter, square.left(), square.right(), middle);
+    } else {
+      painter.fillRect(square.adjusted(-1, -1, 1, 1), OUTLINE);
+      painter.fillRect(square, toQColor(swatch.color));
+    }
     drawText(painter, MARGIN + BAR_WIDTH + TICK_LENGTH + GAP, middle, swatch.text);
     top += LINE_HEIGHT;
   }
+}
+
+/// Where a cost lies on the bar, 0 at its lower end; not within 0 to 1 where it is outside.
+double heightOf(const LegendContent& content, double cost)
+{
+  const double lower = std::min(content.limits.lower, content.limits.upper);
+  const double upper = std::max(content.limits.lower, content.limits.upper);
+  if (lower == upper) {
+    return cost == lower ? 0.5 : cost < lower ? -1.0 : 2.0;
+  }
+  return isLogarithmic(content.coloring, content.limits)
+             ? (cost > 0.0 ? std::log(cost / lower) / std::log(upper / lower) : -1.0)
+             : (cost - lower) / (upper - lower);
 }
 
 /// The color at a height of the bar, 0 at the least cost. Where all costs are equal, the lower half
@@ -232,6 +275,11 @@ void drawSwatches(QPainter& painter, int top, const std::vector<Swatch>& swatche
 Rgba8 barColor(const LegendContent& content, double height)
 {
   const CostLimits& limits = content.limits;
+  const CostColoring& coloring = content.coloring;
+  if (coloring.mark_lethal && std::isfinite(coloring.least_lethal) &&
+      height >= heightOf(content, coloring.least_lethal)) {
+    return coloring.lethal;
+  }
   if (limits.lower == limits.upper) {
     height = height <= 0.5 ? 0.0 : 1.0;
   }
@@ -245,14 +293,22 @@ void drawBar(QPainter& painter, const LegendContent& content, const Plan& plan, 
   painter.fillRect(bar.adjusted(-1, -1, 1, 1), OUTLINE);
   const int rows = std::max(static_cast<int>(plan.bar_height * pixel_ratio), 1);
   const double row_height = bar.height() / rows;
-  for (int row = 0; row < rows; ++row) {
-    const double height = rows == 1 ? 0.0 : 1.0 - static_cast<double>(row) / (rows - 1);
-    painter.fillRect(QRectF(bar.left(), bar.top() + row * row_height, bar.width(), row_height),
+  for (int line = 0; line < rows; ++line) {
+    const double height = rows == 1 ? 0.0 : 1.0 - static_cast<double>(line) / (rows - 1);
+    painter.fillRect(QRectF(bar.left(), bar.top() + line * row_height, bar.width(), row_height),
                      toQColor(barColor(content, height)));
   }
+  const auto row = [&](double height) {
+    return plan.bar_top + static_cast<int>((1.0 - height) * (plan.bar_height - 1) + 0.5);
+  };
+  for (const float marked : {content.info.threshold, content.info.cost_limit}) {
+    const double height = std::isfinite(marked) ? heightOf(content, marked) : -1.0;
+    if (height >= 0.0 && height <= 1.0) {
+      drawMark(painter, MARGIN - GAP, MARGIN + BAR_WIDTH, row(height));
+    }
+  }
   for (const ScaleTick& tick : plan.ticks) {
-    const int y =
-        plan.bar_top + static_cast<int>((1.0 - tick.position) * (plan.bar_height - 1) + 0.5);
+    const int y = row(tick.position);
     painter.fillRect(QRect(MARGIN + BAR_WIDTH + 1, y, TICK_LENGTH, 1), FOREGROUND);
     drawText(painter, MARGIN + BAR_WIDTH + TICK_LENGTH + GAP, y,
              QString::fromStdString(tick.label));
@@ -282,7 +338,7 @@ std::vector<ScaleTick> scaleTicks(const CostColoring& coloring, const CostLimits
 bool operator==(const LegendContent& a, const LegendContent& b)
 {
   return a.layer == b.layer && a.unit == b.unit && a.coloring == b.coloring &&
-         a.limits.lower == b.limits.lower && a.limits.upper == b.limits.upper;
+         a.limits.lower == b.limits.lower && a.limits.upper == b.limits.upper && a.info == b.info;
 }
 
 QImage drawLegend(const LegendContent& content, int height, double pixel_ratio)

@@ -6,6 +6,7 @@
 
 #include <QImage>
 
+#include "base/layer_info.h"
 #include "coloring/cost_coloring.h"
 
 namespace rviz_mesh_plugin {
@@ -32,6 +33,7 @@ struct LegendContent
   std::string unit;  ///< empty where it is not known
   CostColoring coloring;
   CostLimits limits;  ///< that the scale spans, as limitsOf() gives them
+  LayerInfo info{};   ///< threshold and cost limit are marked on the scale
 };
 
 bool operator==(const LegendContent& a, const LegendContent& b);

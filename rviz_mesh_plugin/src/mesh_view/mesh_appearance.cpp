@@ -42,6 +42,10 @@ ColorSource guarded(ColorSource source, std::size_t size)
 
 CostColoring commonColoring(const MeshStore& store, const std::string& layer, CostColoring coloring)
 {
+  for (const MeshDataConstPtr& mesh : store.meshes()) {
+    coloring.least_lethal =
+        std::min(coloring.least_lethal, store.layerInfo(mesh->uuid, layer).leastLethal());
+  }
   if (coloring.custom_limits) {
     return coloring;
   }

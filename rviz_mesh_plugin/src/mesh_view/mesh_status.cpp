@@ -64,6 +64,18 @@ OptionalStatus layerProblem(const ColorsState& state, const char* what, const ch
                           " yet", GREY);
 }
 
+/// How many values are lethal, and why.
+std::string lethalText(const CostsState& state)
+{
+  const std::string infinite = joined(state.summary.lethal, " ", state.info.infinity);
+  if (state.info.comparison == LayerInfo::OTHER) {
+    return joined(state.info.lethal, " lethal by a rule of the layer's own");
+  }
+  return state.info.hasThreshold()
+             ? joined(state.info.lethal, " lethal (", lethalRule(state.info), ")")
+             : infinite;
+}
+
 std::string waitingText(std::size_t waiting, const char* one, const char* many)
 {
   return counted(waiting, one, many) + (waiting == 1 ? " waits for a geometry with its uuid"
@@ -169,6 +181,11 @@ OptionalStatus colorsStatus(const ColorsState& state)
              : StatusLine::ok(waiting);
 }
 
+OptionalStatus remarkStatus(const std::string& remark)
+{
+  return remark.empty() ? OptionalStatus() : StatusLine::warn(shortened(remark, 500));
+}
+
 OptionalStatus costsStatus(const CostsState& state)
 {
   std::optional<Finding> wrong_count;
@@ -213,7 +230,7 @@ OptionalStatus costsStatus(const CostsState& state)
   const CostSummary& summary = state.summary;
   std::string line =
       joined("'", state.type, "': ", summary.finite, " costs from ", summary.limits.lower, " to ",
-             summary.limits.upper, ", ", summary.lethal, " lethal, ", summary.unknown, " unknown",
+             summary.limits.upper, ", ", lethalText(state), ", ", summary.unknown, " unknown",
              state.on_faces ? " (of faces)" : "");
   if (!state.note.empty()) {
     line += "; " + state.note;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/cost_summary.h"
+#include "base/layer_info.h"
 #include "base/mesh_data.h"
 #include "base/status_lines.h"
 #include "incoming/reception.h"
@@ -59,9 +60,13 @@ struct CostsState : ColorsState
   CostLimits limits;              ///< that the scale spans
   std::string note;               ///< what is done with costs that cannot be shown as asked
   std::size_t stale_updates = 0;  ///< older than their layer
+  LayerInfo info;
   std::string update_problem;     ///< why the newest update could not be applied
   Reception updates_reception;
 };
+
+/// What the map remarks of itself; nothing where that is empty.
+OptionalStatus remarkStatus(const std::string& remark);
 
 /// What the line about textures is made of; the reception is that of materials.
 struct TexturesState : AttributeState

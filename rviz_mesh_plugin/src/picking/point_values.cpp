@@ -31,6 +31,20 @@ PointValue mean(const std::array<double, 3>& weights, const std::array<double, 3
   return result;
 }
 
+/// The layers in which the point is lethal, with what is lethal in them; empty where it is in none.
+std::string closedBy(const std::vector<PointReport::Layer>& layers)
+{
+  std::string text;
+  for (const PointReport::Layer& layer : layers) {
+    if (layer.lethal && !layer.info.layer_type.empty()) {
+      const std::string rule = lethalRule(layer.info);
+      text += (text.empty() ? "closed by " : ", ") + layer.name +
+              (rule.empty() ? rule : " (" + rule + ")");
+    }
+  }
+  return text;
+}
+
 template <class... Numbers>
 std::string format(const char* how, Numbers... numbers)
 {
@@ -48,13 +62,13 @@ std::string textOf(const PointReport::Position& position)
   return format("(%.3f, %.3f, %.3f)", p[0], p[1], p[2]) + " in " + position.frame;
 }
 
-std::string textOf(const PointValue& value)
+std::string textOf(const PointValue& value, const LayerInfo& info)
 {
   switch (value.kind) {
     case PointValue::FINITE:
-      return format("%.4g", value.value);
+      return format("%.4g", value.value) + (info.unit.empty() ? "" : " " + info.unit);
     case PointValue::LETHAL:
-      return "lethal";
+      return info.infinity;
     case PointValue::UNKNOWN:
       return "unknown";
     default:
@@ -78,6 +92,25 @@ PointValue valueAt(const CostLayer* layer, const MeshData& mesh, std::uint32_t f
   const std::uint32_t* const corners = &mesh.indices[3 * std::size_t{face}];
   return mean(weights,
               {layer->costs[corners[0]], layer->costs[corners[1]], layer->costs[corners[2]]});
+}
+
+bool isLethalAt(const CostLayer* layer, const LayerInfo& info, const MeshData& mesh,
+                std::uint32_t face, const std::array<double, 3>& weights)
+{
+  const std::size_t size = layer && layer->on_faces ? mesh.faceCount() : mesh.vertexCount();
+  if (!layer || layer->costs.size() != size) {
+    return false;
+  }
+  if (layer->on_faces) {
+    return info.isLethal(layer->costs[face]);
+  }
+  for (unsigned i = 0; i < 3; ++i) {
+    const std::uint32_t corner = mesh.indices[3 * std::size_t{face} + i];
+    if (weights[i] > NO_WEIGHT && info.isLethal(layer->costs[corner])) {
+      return true;
+    }
+  }
+  return false;
 }
 
 std::uint32_t nearestCorner(const MeshData& mesh, std::uint32_t face,
@@ -116,8 +149,11 @@ std::string textOf(const PointReport& report)
       before = ", ";
     }
   }
+  if (const std::string closed = closedBy(report.layers); !closed.empty()) {
+    text += SEPARATOR + closed;
+  }
   for (const PointReport::Layer& layer : report.layers) {
-    text += SEPARATOR + layer.name + " " + textOf(layer.value);
+    text += SEPARATOR + layer.name + " " + textOf(layer.value, layer.info);
   }
   return text;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/layer_info.h"
 #include "base/mesh_data.h"
 
 namespace rviz_mesh_plugin {
@@ -33,6 +34,11 @@ struct PointValue
 PointValue valueAt(const CostLayer* layer, const MeshData& mesh, std::uint32_t face,
                    const std::array<double, 3>& weights);
 
+/// Whether the point is lethal by what the values of a layer mean: as above, where one of the
+/// corners is.
+bool isLethalAt(const CostLayer* layer, const LayerInfo& info, const MeshData& mesh,
+                std::uint32_t face, const std::array<double, 3>& weights);
+
 /// The corner of a face that is nearest to a point of it.
 std::uint32_t nearestCorner(const MeshData& mesh, std::uint32_t face,
                             const std::array<double, 3>& point);
@@ -52,6 +58,8 @@ struct PointReport
   {
     std::string name;
     PointValue value;
+    LayerInfo info;
+    bool lethal = false;
   };
 
   std::uint32_t face = 0;
@@ -62,7 +70,7 @@ struct PointReport
   std::vector<Layer> layers;
 };
 
-/// In one line.
+/// In one line; the layers that close the point come before the values of all.
 std::string textOf(const PointReport& report);
 
 }  // namespace rviz_mesh_plugin

@@ -85,6 +85,11 @@ void CostProperties::addColors(const PropertyMaker& make, rviz::Property* parent
     coloring_.bind(make.color(name, toQColor(CostColoring().*color), description, above), color);
   };
   add("Lethal Color", &CostColoring::lethal, "Color of infinite costs.", parent);
+  coloring_.bind(make.box("Mark Lethal", true,
+                          "Give costs that the map calls lethal, such as those above the threshold "
+                          "of their layer, the Lethal Color, too.",
+                          parent),
+                 &CostColoring::mark_lethal);
   add("Unknown Color", &CostColoring::unknown, "Color of costs that are NaN.", parent);
   rviz::Property* outside = coloring_.bind(
       make.group("Mark Outside Limits", false,
@@ -101,7 +106,7 @@ void CostProperties::addLegend(rviz::Property* parent)
   const PropertyMaker make(this, [this] { Q_EMIT legendChanged(); });
   legend_ = make.group("Legend", true, "Show the scale with its costs at the right of the 3D view.",
                        parent);
-  unit_ = make.line("Unit", "", "Of the costs, for the legend: m, rad, ...", legend_);
+  unit_ = make.line("Unit", "", "Of the costs, for the legend: m, rad, ... Where this is empty, what the map says.", legend_);
 }
 
 std::string CostProperties::updateTopic() const

@@ -34,14 +34,14 @@ bool isSame(const ShownMesh& a, const ShownMesh& b)
 }
 
 /// The first display that has a layer gives its value.
-void addLayer(const std::string& name, const PointValue& value, PointReport& report)
+void addLayer(const PointReport::Layer& layer, PointReport& report)
 {
   const auto found = std::find_if(report.layers.begin(), report.layers.end(),
-                                  [&](const auto& layer) { return layer.name == name; });
+                                  [&](const auto& other) { return other.name == layer.name; });
   if (found == report.layers.end()) {
-    report.layers.push_back({name, value});
+    report.layers.push_back(layer);
   } else if (found->value.kind == PointValue::NOT_LOADED) {
-    found->value = value;
+    *found = layer;
   }
 }
 
@@ -54,7 +54,10 @@ void add(const TexturedMeshDisplay& display, const SurfaceHit& hit, PointReport&
   addLabelsAt(attributes.labels, hit.face, report.labels);
   for (const std::string& name : display.costTypes()) {
     const CostLayerConstPtr layer = attributes.cost(name);
-    addLayer(name, valueAt(layer.get(), *hit.mesh, hit.face, hit.barycentric), report);
+    const LayerInfo& info = display.layerInfo(*hit.mesh, name);
+    addLayer({name, valueAt(layer.get(), *hit.mesh, hit.face, hit.barycentric), info,
+              isLethalAt(layer.get(), info, *hit.mesh, hit.face, hit.barycentric)},
+             report);
   }
 }
 

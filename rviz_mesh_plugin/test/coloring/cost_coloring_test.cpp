@@ -256,7 +256,22 @@ TEST(CostColoring, color_of_a_cost)
     c.lethal = WHITE;
     c.unknown = YELLOW;
   });
+  const auto with_threshold = [](bool mark) {
+    return redGreen([mark](CostColoring& c) {
+      c.mark_lethal = mark;
+      c.least_lethal = 15.0f;
+      c.lethal = WHITE;
+      c.mark_outside = true;
+      c.above = BLACK;
+    });
+  };
   const std::vector<ColorCase> cases{
+      {"least lethal", with_threshold(true), {10, 20}, 15, WHITE},
+      {"lethal by its value, outside", with_threshold(true), {10, 20}, 25, WHITE},
+      {"just not lethal", with_threshold(true), {10, 20}, std::nextafter(15.0f, 0.0f), YELLOW},
+      {"lethal by its value, not marked", with_threshold(false), {10, 20}, 15, YELLOW},
+      {"infinite, not marked", with_threshold(false), {10, 20}, INF, WHITE},
+      {"unknown with a threshold", with_threshold(true), {10, 20}, NAN_COST, UNKNOWN},
       {"below", plain, {10, 20}, 5, GREEN},
       {"middle", plain, {10, 20}, 15, YELLOW},
       {"above", plain, {10, 20}, 25, RED},

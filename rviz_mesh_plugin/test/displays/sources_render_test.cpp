@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <mesh_msgs/GetGeometry.h>
 #include <mesh_msgs/GetVertexColors.h>
+#include <mesh_msgs/LayerInfoArray.h>
 #include <ros/callback_queue.h>
 #include <ros/spinner.h>
 #include <std_msgs/String.h>
@@ -83,6 +84,37 @@ TEST_F(SourcesTest, what_the_map_remarks_beside_its_mesh_is_said)
   EXPECT_TRUE(waitForStatus(display, "Map", "Warn", "again"));
   set(display, {"Geometry Topic"}, "/of_another/mesh");
   EXPECT_TRUE(spinUntil([&] { return status(display, "Map").empty(); })) << "of another map";
+}
+
+TEST_F(SourcesTest, what_costs_mean_is_heard_beside_the_mesh_and_said_in_the_status)
+{
+  auto* display = createMeshDisplay();
+  set(display, {"Display Type"}, "Vertex Costs");
+  set(display, {"Display Type", "Vertex Costs Type"}, "slope");
+  auto info = node.advertise<mesh_msgs::LayerInfoArray>(
+      ros::names::parentNamespace(geometry_topic) + "/layer_info", 1, true);
+  mesh_msgs::LayerInfoArray message;
+  message.uuid = test_meshes::square().uuid;
+  message.layers.resize(1);
+  message.layers[0].name = "slope";
+  message.layers[0].unit = "rad";
+  message.layers[0].comparison = mesh_msgs::LayerInfo::ABOVE;
+  message.layers[0].threshold = 2.5f;
+  message.layers[0].lethal = 2;
+  info.publish(message);
+  ASSERT_TRUE(show(display, test_meshes::square()));
+  costs.publish(test_meshes::costs("slope", {1, 2, 3, 4}));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "2 lethal (lethal above 2.5 rad), 0 unknown"));
+  message.layers[0].comparison = mesh_msgs::LayerInfo::OTHER;
+  info.publish(message);
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "2 lethal by a rule of the layer's own"));
+  message.layers[0].comparison = mesh_msgs::LayerInfo::NONE;
+  message.layers[0].infinity = "not reached";
+  info.publish(message);
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "0 not reached, 0 unknown"));
+  message.uuid = "of another mesh";
+  info.publish(message);
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "0 lethal, 0 unknown"));
 }
 
 TEST_F(SourcesTest, the_limits_in_the_status_are_those_that_are_drawn)

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <string>
 #include <thread>
@@ -6,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "conversion/attribute_conversion.h"
 #include "conversion/mesh_conversion.h"
 #include "incoming/attribute_queue.h"
 #include "incoming/cost_order.h"
@@ -118,6 +120,48 @@ TEST(MeshStore, clears_each_kind_on_its_own)
   EXPECT_TRUE(store.newest());
   store.clear();
   EXPECT_FALSE(store.newest());
+}
+
+TEST(MeshStore, knows_what_the_layers_of_one_geometry_mean)
+{
+  mesh_msgs::LayerInfoArray message;
+  message.uuid = "a";
+  message.layers.resize(4);
+  message.layers[0].name = "steepness";
+  message.layers[0].layer_type = "mesh_layers/SteepnessLayer";
+  message.layers[0].unit = "rad";
+  message.layers[0].comparison = mesh_msgs::LayerInfo::ABOVE;
+  message.layers[0].threshold = 0.5f;
+  message.layers[1].name = "clearance";
+  message.layers[1].comparison = mesh_msgs::LayerInfo::AT_LEAST;
+  message.layers[1].threshold = 1.0f;
+  message.layers[2].name = "of a later release";
+  message.layers[2].comparison = 200;
+  message.layers[2].threshold = 1.0f;
+  message.layers[2].lethal = 7;
+  message.layers[3].name = "steepness";  // once more
+  MeshStore store;
+  store.setLayerInfos(message.uuid, convert(message));
+  const auto& steepness = store.layerInfo("a", "steepness");
+  EXPECT_EQ(lethalRule(steepness), "lethal above 0.5 rad");
+  EXPECT_FALSE(steepness.isLethal(0.5f));
+  EXPECT_TRUE(steepness.isLethal(std::nextafter(0.5f, 1.0f)));
+  EXPECT_FALSE(steepness.isLethal(std::nanf("")));
+  const auto& clearance = store.layerInfo("a", "clearance");
+  EXPECT_EQ(lethalRule(clearance), "lethal from 1");
+  EXPECT_TRUE(clearance.isLethal(1.0f));
+  EXPECT_FALSE(clearance.isLethal(std::nextafter(1.0f, 0.0f)));
+  EXPECT_EQ(clearance.infinity, "lethal");
+  const auto& later = store.layerInfo("a", "of a later release");
+  EXPECT_EQ(later.comparison, rviz_mesh_plugin::LayerInfo::OTHER);
+  EXPECT_EQ(lethalRule(later), "");
+  constexpr float INFINITE = std::numeric_limits<float>::infinity();
+  for (const auto* other : {&later, &store.layerInfo("b", "steepness"), &store.layerInfo("a", "")}) {
+    EXPECT_FALSE(other->isLethal(std::numeric_limits<float>::max()));
+    EXPECT_TRUE(other->isLethal(INFINITE));
+  }
+  store.clear();
+  EXPECT_EQ(lethalRule(store.layerInfo("a", "steepness")), "");
 }
 
 TEST(MeshStore, keeps_the_newest_meshes_up_to_its_capacity)

@@ -127,6 +127,53 @@ TEST_F(LegendTest, ticks_stand_at_their_heights)
   }
 }
 
+TEST_F(LegendTest, marks_threshold_and_limit_and_the_lethal_part)
+{
+  LegendContent shown = content();
+  shown.limits = {0.0f, 1.0f};
+  const QImage without = drawLegend(shown, LEGEND_HEIGHT);
+  const Bar plain = findBar(without);
+  shown.info.comparison = rviz_mesh_plugin::LayerInfo::ABOVE;
+  shown.info.threshold = 0.75f;
+  shown.coloring.least_lethal = shown.info.leastLethal();
+  shown.coloring.lethal = {1, 2, 250, 255};
+  const QImage picture = drawLegend(shown, LEGEND_HEIGHT);
+  const int rows = plain.bottom - plain.top;
+  const int at = plain.top + static_cast<int>(0.25 * rows);
+  for (int row = plain.top; row <= plain.bottom; ++row) {
+    if (row < at - 3) {
+      EXPECT_EQ(toRgb(picture.pixel(BAR_MIDDLE, row)), toRgb(shown.coloring.lethal)) << row;
+    } else if (row > at + 3) {
+      EXPECT_EQ(picture.pixel(BAR_MIDDLE, row), without.pixel(BAR_MIDDLE, row)) << row;
+    }
+  }
+  const auto isMarked = [](const QImage& image, int row) {
+    return qGray(image.pixel(BAR_LEFT - 3, row)) > 180;  // where the bar is not
+  };
+  int marks = 0;
+  for (int row = plain.top; row <= plain.bottom; ++row) {
+    EXPECT_FALSE(isMarked(without, row));
+    if (isMarked(picture, row)) {
+      ++marks;
+      EXPECT_NEAR(row, at, 1);
+    }
+  }
+  EXPECT_EQ(marks, 1);
+  // Outside the limits there is nothing to be marked; the swatch says what is lethal all the same.
+  shown.info.threshold = 3.0f;
+  shown.coloring.least_lethal = shown.info.leastLethal();
+  const QImage outside = drawLegend(shown, LEGEND_HEIGHT);
+  for (int row = plain.top; row <= plain.bottom; ++row) {
+    EXPECT_FALSE(isMarked(outside, row));
+    EXPECT_EQ(outside.pixel(BAR_MIDDLE, row), without.pixel(BAR_MIDDLE, row)) << row;
+  }
+  EXPECT_GT(outside.width(), 0);
+  // A limit has a line of its own below the bar.
+  shown.info.cost_limit = 0.5f;
+  const Bar shorter = findBar(drawLegend(shown, LEGEND_HEIGHT));
+  EXPECT_LT(shorter.bottom, plain.bottom);
+}
+
 TEST_F(LegendTest, limits_the_other_way_round_turn_the_colors_and_not_the_numbers)
 {
   LegendContent shown = content(ColorScale::RED_GREEN);

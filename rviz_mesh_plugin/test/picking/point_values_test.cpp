@@ -12,6 +12,7 @@
 
 using rviz_mesh_plugin::CostLayer;
 using rviz_mesh_plugin::LabelClusters;
+using rviz_mesh_plugin::LayerInfo;
 using rviz_mesh_plugin::MeshDataConstPtr;
 using rviz_mesh_plugin::PointReport;
 using rviz_mesh_plugin::PointValue;
@@ -103,6 +104,34 @@ TEST(PointValues, lethal_and_unknown_corners_decide_where_they_have_weight)
   }
 }
 
+TEST(PointValues, are_lethal_where_a_corner_with_weight_is)
+{
+  const auto square = rviz_mesh_plugin::convert(test_meshes::square());
+  CostLayer layer;
+  layer.costs = {1, 1, NAN_, 3};  // of the first face: vertices 0, 1 and 3
+  LayerInfo info;
+  info.comparison = LayerInfo::AT_LEAST;
+  info.threshold = 3.0f;
+  const auto lethal = [&](const Weights& weights) {
+    return rviz_mesh_plugin::isLethalAt(&layer, info, *square, 0, weights);
+  };
+  EXPECT_TRUE(lethal({0.3, 0.3, 0.4}));
+  EXPECT_TRUE(lethal({0.0, 0.0, 1.0}));
+  EXPECT_FALSE(lethal({0.5, 0.5, 0.0}));
+  info.comparison = LayerInfo::ABOVE;
+  EXPECT_FALSE(lethal({0.3, 0.3, 0.4}));
+  layer.costs[0] = INF;
+  EXPECT_TRUE(lethal({0.3, 0.3, 0.4}));
+  layer.costs.pop_back();
+  EXPECT_FALSE(lethal({0.3, 0.3, 0.4})) << "of another mesh";
+  EXPECT_FALSE(rviz_mesh_plugin::isLethalAt(nullptr, info, *square, 0, {1.0, 0.0, 0.0}));
+  layer.costs = {1, 4};
+  layer.on_faces = true;
+  info.threshold = 3.0f;
+  EXPECT_FALSE(lethal({0.3, 0.3, 0.4}));
+  EXPECT_TRUE(rviz_mesh_plugin::isLethalAt(&layer, info, *square, 1, {0.3, 0.3, 0.4}));
+}
+
 TEST(PointValues, layers_of_faces_have_the_value_of_the_face)
 {
   const auto mesh = hills();
@@ -177,14 +206,30 @@ TEST(PointValues, text)
   EXPECT_EQ(textOf(report), "face 12, vertex 7 · (1.000, -2.500, 0.123) in map");
   report.in_fixed_frame = {"odom", {-1e-9, 0, 1}};
   report.labels = {"tree_1", "wood_3"};
-  report.layers = {{"roughness", {PointValue::FINITE, 0.25}},
-                   {"steep", {PointValue::LETHAL, 0}},
-                   {"ridge", {PointValue::UNKNOWN, 0}},
-                   {"late", {}}};
+  report.layers = {{"roughness", {PointValue::FINITE, 0.25}, {}, false},
+                   {"steep", {PointValue::LETHAL, 0}, {}, true},
+                   {"ridge", {PointValue::UNKNOWN, 0}, {}, false},
+                   {"late", {}, {}, false}};
   EXPECT_EQ(textOf(report),
             "face 12, vertex 7 · (1.000, -2.500, 0.123) in map · (0.000, 0.000, 1.000) in odom · "
             "label tree_1, wood_3 · roughness 0.25 · steep lethal · ridge unknown · "
             "late not loaded");
+  report.labels.clear();
+  LayerInfo info;
+  info.unit = "rad";
+  info.layer_type = "mesh_layers/RoughnessLayer";
+  info.comparison = LayerInfo::ABOVE;
+  info.threshold = 0.2f;
+  report.layers[0] = {"roughness", {PointValue::FINITE, 0.25}, info, true};
+  report.layers[1].info.layer_type = "mesh_layers/LabelLayer";
+  report.layers[2].info.infinity = "not reached";
+  report.layers[2].value = {PointValue::LETHAL, 0};
+  report.layers[2].lethal = true;  // but no layer: a potential
+  report.layers.pop_back();
+  EXPECT_EQ(textOf(report),
+            "face 12, vertex 7 · (1.000, -2.500, 0.123) in map · (0.000, 0.000, 1.000) in odom · "
+            "closed by roughness (lethal above 0.2 rad), steep · roughness 0.25 rad · "
+            "steep lethal · ridge not reached");
   report.in_mesh.point.fill(-std::numeric_limits<double>::max());
   EXPECT_FALSE(textOf(report).empty());
 }

@@ -75,6 +75,7 @@ const std::vector<PropertyCase>& allProperties()
       {{"Invert Colors"}, false, true},
       {{"Logarithmic"}, false, true},
       {{"Lethal Color"}, QColor(255, 0, 0), QColor(1, 2, 3)},
+      {{"Mark Lethal"}, true, false},
       {{"Unknown Color"}, QColor(128, 128, 128), QColor(4, 5, 6)},
       {{"Mark Outside Limits"}, false, true},
       {{"Mark Outside Limits", "Below Color"}, QColor(0, 0, 0), QColor(7, 8, 9)},

@@ -4,6 +4,7 @@
 #include <string>
 
 #include <geometry_msgs/PointStamped.h>
+#include <mesh_msgs/LayerInfoArray.h>
 #include <mesh_msgs/MeshFaceCluster.h>
 
 #include "displays/cluster_label_display.h"
@@ -122,6 +123,40 @@ TEST_F(MeshInspectTest, tells_all_that_is_known_of_the_point_under_the_cursor)
   EXPECT_TRUE(hovers(320, 180, "in map · sum 0.195"));
   move(2, 2, Qt::NoButton);
   EXPECT_TRUE(hovers(3, 3, "no surface under the cursor: point at a mesh"));
+}
+
+TEST_F(MeshInspectTest, says_which_layers_close_a_place)
+{
+  auto* display = showSquare({}, "map");
+  fromAbove();
+  costs.publish(test_meshes::costs("slope", {0, 0, 0, 9}));
+  costs.publish(test_meshes::costs("border", {0.25, 0.25, 0.25, 0.25}));
+  costs.publish(test_meshes::costs(
+      "Combined Costs", std::vector<float>(4, std::numeric_limits<float>::infinity())));
+  ASSERT_TRUE(spinUntil([&] { return display->costTypes().size() == 3; }));
+  auto info = node.advertise<mesh_msgs::LayerInfoArray>(
+      ros::names::parentNamespace(geometry_topic) + "/layer_info", 1, true);
+  mesh_msgs::LayerInfoArray message;
+  message.uuid = test_meshes::square().uuid;
+  message.layers.resize(3);
+  message.layers[0].name = "slope";
+  message.layers[0].layer_type = "mesh_layers/SteepnessLayer";
+  message.layers[0].unit = "rad";
+  message.layers[0].comparison = mesh_msgs::LayerInfo::ABOVE;
+  message.layers[0].threshold = 0.5f;
+  message.layers[1].name = "border";
+  message.layers[1].layer_type = "mesh_layers/BorderLayer";
+  message.layers[1].comparison = mesh_msgs::LayerInfo::AT_LEAST;
+  message.layers[1].threshold = 0.25f;
+  message.layers[2].name = "Combined Costs";
+  info.publish(message);
+  ASSERT_TRUE(
+      spinUntil([&] { return !display->layerInfo(*display->mesh(), "slope").unit.empty(); }));
+  // Both faces touch vertex 3, by which the slope is lethal there.
+  EXPECT_TRUE(hovers(340, 220,
+                     "closed by slope (lethal above 0.5 rad), border (lethal from 0.25) · slope "))
+      << said;
+  EXPECT_TRUE(says(" rad · border 0.25 · Combined Costs lethal")) << said;
 }
 
 TEST_F(MeshInspectTest, says_why_there_is_nothing)

@@ -10,6 +10,7 @@ from mesh_map.base.array_checks import read_only
 from mesh_map.base.digest import digest
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter, Value, checked_values
+from mesh_map.costs.lethal_rule import LethalRule
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 
 
@@ -160,6 +161,7 @@ class Layer(abc.ABC):
     * One that keeps what sensors have seen overrides clear(), so that it can be forgotten.
     * It does not import rospy and knows nothing of ROS. One that needs data from topics names a
       class for that in ROS_ADAPTER (see mesh_map.ros.ros_adapter).
+    * People are told what its costs mean: UNIT, such as "m", and lethal_rule().
     * Its costs are stored with the map and reused, unless it says STORABLE = False, because they
       are made quickly from what is in the file, or are of the moment only.
 
@@ -184,6 +186,7 @@ class Layer(abc.ABC):
     READS_WEIGHTS: ClassVar[bool] = True
     ROS_ADAPTER: ClassVar[str] = ""
     STORABLE: ClassVar[bool] = True
+    UNIT: ClassVar[str] = ""
 
     def __init__(
         self, name: str, params: Optional[Mapping[str, Any]] = None, type_name: str = ""
@@ -244,6 +247,14 @@ class Layer(abc.ABC):
         """PARAMETERS, and those that every layer has unless it declares them itself."""
         own = {parameter.name for parameter in cls.PARAMETERS}
         return cls.PARAMETERS + tuple(p for p in OF_ALL if p.name not in own)
+
+    def lethal_rule(self) -> Optional[LethalRule]:
+        """Which costs are lethal with the parameters of now; None (the default): only +inf.
+
+        For people alone: what is lethal is what compute() says. Where the rule says something
+        else, it is not told.
+        """
+        return None
 
     def announce(self, geometry: MeshGeometry) -> None:
         """Called for all layers that will be computed, before any is.

@@ -4,11 +4,14 @@ The stamp is 0: a map does not age, and transforms are looked up as they are whe
 """
 
 import math
-from typing import Any
+from typing import Any, Mapping
 
 import numpy as np
+from mesh_map.costs.combination import COMBINED_COSTS
+from mesh_map.costs.layer import Layer
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import arrays
+from mesh_msgs.msg import LayerInfo, LayerInfoArray
 from std_msgs.msg import Header
 
 
@@ -46,6 +49,61 @@ def face_costs_message(
     """costs: (F,) float32."""
     found = arrays.MeshFaceCosts(costs)
     return _about(mesh_map, arrays.MeshFaceCostsStamped, type=name, mesh_face_costs=found)
+
+
+def layer_info_message(
+    mesh_map: MeshMap, cost_limit: float, others: Mapping[str, str]
+) -> LayerInfoArray:
+    """What the costs of the layers mean now, then of Combined Costs.
+
+    Args:
+        mesh_map: with its layers.
+        cost_limit: of planners, see LayerInfo; NaN for none.
+        others: name -> what +inf means, of costs beside those of the map.
+    """
+    message = _about(mesh_map, LayerInfoArray)
+    message.layers = [
+        _layer_info(layer) for layer in mesh_map.layers.values() if layer.result is not None
+    ]
+    costs = mesh_map.planning_costs().costs
+    message.layers.append(
+        LayerInfo(
+            name=COMBINED_COSTS,
+            infinity="lethal",
+            threshold=math.nan,
+            cost_limit=cost_limit,
+            lethal=np.count_nonzero(np.isposinf(costs)),
+            unknown=np.count_nonzero(np.isnan(costs)),
+        )
+    )
+    message.layers += [
+        LayerInfo(name=name, infinity=infinity, threshold=math.nan, cost_limit=math.nan)
+        for name, infinity in others.items()
+    ]
+    return message
+
+
+def _layer_info(layer: Layer) -> LayerInfo:
+    costs, lethal, _ = layer.result
+    found = LayerInfo(
+        name=layer.name,
+        layer_type=layer.type_name,
+        unit=layer.UNIT,
+        infinity="lethal",
+        comparison=LayerInfo.NONE,
+        threshold=math.nan,
+        cost_limit=math.nan,
+        lethal=np.count_nonzero(lethal),
+        unknown=np.count_nonzero(np.isnan(costs)),
+    )
+    told, rule = np.isposinf(costs), layer.lethal_rule()
+    if rule is not None and math.isfinite(rule.threshold):
+        told |= rule.of(costs)
+        found.comparison = LayerInfo.AT_LEAST if rule.inclusive else LayerInfo.ABOVE
+        found.threshold = rule.threshold
+    if not np.array_equal(told, lethal):
+        found.comparison, found.threshold = LayerInfo.OTHER, math.nan
+    return found
 
 
 def _about(mesh_map: MeshMap, kind: Any, **members: Any) -> Any:

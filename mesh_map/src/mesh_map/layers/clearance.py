@@ -7,6 +7,7 @@ import numpy as np
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
+from mesh_map.costs.lethal_rule import LethalRule
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
 from mesh_map.spatial.spatial_index import SpatialIndex
@@ -77,4 +78,7 @@ class ClearanceLayer(Layer):
         return LayerResult(read_only(costs), lethal)
 
     def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
-        return LayerResult(costs, costs >= 1)
+        return LayerResult(costs, self.lethal_rule().of(costs))
+
+    def lethal_rule(self) -> LethalRule:
+        return LethalRule(1.0, inclusive=True)

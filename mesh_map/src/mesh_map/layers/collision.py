@@ -9,6 +9,7 @@ from mesh_map.base.array_checks import read_only
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
+from mesh_map.costs.lethal_rule import LethalRule
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.solids import find_solids
 from mesh_map.layers.clearance import free_distances
@@ -111,4 +112,7 @@ class CollisionLayer(Layer):
         return LayerResult(read_only(lethal.astype(np.float32)), read_only(lethal))
 
     def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
-        return LayerResult(costs, costs >= 1)
+        return LayerResult(costs, self.lethal_rule().of(costs))
+
+    def lethal_rule(self) -> LethalRule:
+        return LethalRule(1.0, inclusive=True)

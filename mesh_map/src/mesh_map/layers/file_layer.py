@@ -10,6 +10,7 @@ from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
+from mesh_map.costs.lethal_rule import LethalRule
 from mesh_map.map.attributes import vertex_costs
 from mesh_map.map.mesh_map import MeshMap
 
@@ -107,7 +108,10 @@ class StoredLayer(FileLayer):
         return np.where(np.isposinf(values), math.inf, limited)
 
     def lethal_of(self, costs: np.ndarray) -> np.ndarray:
-        return np.isposinf(costs) | (costs > np.float32(self.params["threshold"]))
+        return np.isposinf(costs) | self.lethal_rule().of(costs)
+
+    def lethal_rule(self) -> LethalRule:
+        return LethalRule(float(self.params["threshold"]))
 
 
 class SpeedLimitLayer(FileLayer):

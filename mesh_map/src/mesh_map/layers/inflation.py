@@ -9,6 +9,7 @@ from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
+from mesh_map.costs.lethal_rule import LethalRule
 from mesh_map.distance.obstacle_distance import ObstacleDistance, SurfaceFront
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
@@ -121,6 +122,10 @@ class InflationLayer(Layer):
     READS_WEIGHTS = False
 
     _inflated: Optional[_Inflated] = None
+
+    def lethal_rule(self) -> Optional[LethalRule]:
+        value = float(self.params["lethal_value"])
+        return LethalRule(value, inclusive=True) if value >= 0.0 else None
 
     def compute(self, mesh_map: MeshMap, inputs: Inputs) -> LayerResult:
         lethal = _lethal(mesh_map, inputs)

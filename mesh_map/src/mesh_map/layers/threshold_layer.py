@@ -12,6 +12,7 @@ import numpy as np
 from mesh_map import _kernels
 from mesh_map.base.parameter import Parameter
 from mesh_map.costs.layer import Inputs, Layer, LayerResult
+from mesh_map.costs.lethal_rule import LethalRule
 from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.map.mesh_map import MeshMap
 
@@ -29,8 +30,11 @@ class ThresholdLayer(Layer):
     def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
         return self._with_lethal(costs)
 
+    def lethal_rule(self) -> LethalRule:
+        return LethalRule(float(self.params["threshold"]))
+
     def _with_lethal(self, costs: np.ndarray) -> LayerResult:
-        return LayerResult(costs, costs > np.float32(self.params["threshold"]))
+        return LayerResult(costs, self.lethal_rule().of(costs))
 
 
 class RadiusLayer(ThresholdLayer):
@@ -78,6 +82,7 @@ class SteepnessLayer(ThresholdLayer):
     told to orient them, or that down is up.
     """
 
+    UNIT = "rad"
     PARAMETERS = (
         Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in radians", affects_costs=False),
     )
@@ -97,6 +102,7 @@ class HeightDiffLayer(RadiusLayer):
     -inf; in that of ROS 2 (lvr2 25) it does.
     """
 
+    UNIT = "m"
     PARAMETERS = (
         Parameter("threshold", 0.185, 0.05, 1.0, "lethal above, in meters", affects_costs=False),
         Parameter("radius", 0.3, 0.02, 1.0, "radius of the neighborhood in meters"),
@@ -116,6 +122,7 @@ class RoughnessLayer(RadiusLayer):
     does not, and a non-manifold vertex has the angle pi there, whatever is around it.
     """
 
+    UNIT = "rad"
     PARAMETERS = (
         Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in radians", affects_costs=False),
         Parameter("radius", 0.3, 0.02, 1.0, "radius of the neighborhood in meters"),
@@ -135,6 +142,7 @@ class RidgeLayer(RadiusLayer):
     mesh_map, such a vertex was lethal whatever the threshold.
     """
 
+    UNIT = "m"
     PARAMETERS = (
         Parameter("threshold", 0.3, 0.01, 3.1415, "lethal above, in meters", affects_costs=False),
         Parameter("radius", 0.3, 0.01, 1.0, "radius of the neighborhood in meters"),

@@ -1,5 +1,6 @@
 """The topics on which a map is published."""
 
+import math
 import threading
 import time
 from typing import Any, Callable, Dict, Hashable, Iterable, Optional
@@ -7,6 +8,7 @@ from typing import Any, Callable, Dict, Hashable, Iterable, Optional
 import numpy as np
 import rospy
 from mesh_msgs import arrays
+from mesh_msgs.msg import LayerInfoArray
 from mesh_msgs.ros import LatchedTopics
 from std_msgs.msg import String
 from visualization_msgs.msg import Marker
@@ -71,6 +73,7 @@ class MapTopics:
     Attributes:
         map: of which the topics tell now; None before begin().
         costs: name -> (V,) what was published last on vertex_costs.
+        cost_limit: of planners, for layer_info; NaN for none.
         face_costs, markers: messages by their type and namespace.
     """
 
@@ -79,6 +82,8 @@ class MapTopics:
         prefix = namespace.rstrip("/") + "/"
         self.costs: Dict[str, np.ndarray] = {}
         self.map: Optional[MeshMap] = None
+        self.cost_limit = math.nan
+        self._infinities: Dict[str, str] = {}  # of costs beside those of the map
         self._lock = threading.RLock()
         self._vectors: Dict[str, np.ndarray] = {}
         self._colors_name = prefix + "vertex_colors"
@@ -93,11 +98,12 @@ class MapTopics:
             queue_size=_UPDATES_QUEUE,
         )
         self.face_costs = PacedTopics(prefix + "face_costs", arrays.MeshFaceCostsStamped)
+        self._info = PacedTopics(prefix + "layer_info", LayerInfoArray)
         self._fields = PacedTopics(prefix + "vector_field", Marker)
         self.markers = PacedTopics(prefix + "marker", Marker)
         self._progress = rospy.Publisher(prefix + "progress", String, latch=True, queue_size=10)
         self._remark = rospy.Publisher(prefix + "remark", String, latch=True, queue_size=1)
-        self._paced = (self._costs, self.face_costs, self._fields, self.markers)
+        self._paced = (self._costs, self._info, self.face_costs, self._fields, self.markers)
 
     def begin(self, mesh_map: MeshMap, colors: Optional[np.ndarray], period: float) -> None:
         """Publishes the geometry of a map; what was published of another one is forgotten.
@@ -112,6 +118,7 @@ class MapTopics:
                 topics.clear()
                 topics.period = period
             self.costs, self._vectors, self.map = {}, {}, mesh_map
+            self._infinities = {}
         self._mesh.publish(map_messages.geometry_message(mesh_map))
         if colors is not None:
             if self._colors is None:
@@ -122,11 +129,24 @@ class MapTopics:
             self._colors.unregister()
             self._colors = None
 
-    def publish_costs(self, name: str, costs: np.ndarray) -> None:
-        """All costs (V,) of a layer, which must not change any more."""
+    def publish_costs(self, name: str, costs: np.ndarray, infinity: str = "lethal") -> None:
+        """All costs (V,) of a layer, which must not change any more.
+
+        infinity: what +inf means in them, for costs beside those of the map.
+        """
         mesh_map = self.map
         self.costs[name] = costs
         self._costs.send(name, lambda: map_messages.costs_message(mesh_map, name, costs))
+        if infinity != "lethal" and self._infinities.get(name) != infinity:
+            self._infinities[name] = infinity
+            self.publish_info()
+
+    def publish_info(self) -> None:
+        """What the costs of the layers mean, and how many are lethal or unknown now."""
+        mesh_map, others = self.map, dict(self._infinities)
+        self._info.change(
+            "", lambda: map_messages.layer_info_message(mesh_map, self.cost_limit, others)
+        )
 
     def publish_changes(self, mesh_map: MeshMap, changes: Iterable[Any]) -> None:
         """mesh_map.LayerChange: at once the differences, and the whole layers when it is time.
@@ -138,6 +158,7 @@ class MapTopics:
                 return
             for name, vertices, costs in changes:
                 self._publish_change(name, vertices, costs)
+            self.publish_info()
             self.publish_layer_vectors(mesh_map.layers.values())
 
     def publish_vectors(

@@ -123,7 +123,13 @@ class MeshMapServer:
             finally:
                 self._doing = ""
 
-    def publish_costs(self, type_name: str, costs: np.ndarray) -> None:
+    def set_cost_limit(self, limit: float) -> None:
+        """Says on layer_info which combined costs planners do not enter; NaN for all they do."""
+        self._topics.cost_limit = limit
+        if self._map is not None:
+            self._topics.publish_info()
+
+    def publish_costs(self, type_name: str, costs: np.ndarray, infinity: str = "lethal") -> None:
         """Publishes costs of all vertices, such as the "Potential" of a plan.
 
         Late subscribers get the last ones of each type.
@@ -131,11 +137,12 @@ class MeshMapServer:
         Args:
             type_name: what RViz offers in its list of vertex costs.
             costs: (V,) numbers.
+            infinity: what +inf means, as LayerInfo has it.
         Raises:
             MeshMapError: a wrong number of costs, or no map.
         """
         costs = _checked(costs, (len(self.map.vertices),), type_name)
-        self._topics.publish_costs(type_name, costs)
+        self._topics.publish_costs(type_name, costs, infinity)
 
     def publish_vector_field(
         self, namespace: str, vectors: np.ndarray, values: np.ndarray, of_faces: bool = False
@@ -257,6 +264,7 @@ class MeshMapServer:
         if not (mesh_map.layers or mesh_map.layer_errors):
             _LOG.warning("the map has no layers: every vertex is free")
         self._topics.publish_costs(COMBINED_COSTS, mesh_map.planning_costs().costs)
+        self._topics.publish_info()
         self._topics.publish_layer_vectors(mesh_map.layers.values())
         self._map, self._source = mesh_map, source
         for name in mesh_map.contents.face_attribute_names():
@@ -270,7 +278,7 @@ class MeshMapServer:
         adapters.start()
         mesh_map.add_listener(publish_changes)
         self._in_use.callback(lambda: mesh_map.remove_listener(publish_changes))
-        serve_map(self.namespace, mesh_map, values, self._in_use)
+        serve_map(self.namespace, mesh_map, values, self._in_use, self._topics.publish_info)
         text = "map %s with %s is ready after %.2f s" % (
             mesh_map.uuid,
             quantity(len(mesh_map.layers), "layers"),

@@ -4,7 +4,7 @@ import dataclasses
 import logging
 from contextlib import ExitStack
 from functools import partial
-from typing import Dict, Mapping
+from typing import Callable, Dict, Mapping
 
 from mesh_map.base.parameter import Parameter, Value, checked_values
 from mesh_map.costs.layer import Layer
@@ -23,7 +23,11 @@ MAP_PARAMETERS = SETTINGS + WITHOUT_EFFECT
 
 
 def serve_map(
-    namespace: str, mesh_map: MeshMap, values: Mapping[str, Value], in_use: ExitStack
+    namespace: str,
+    mesh_map: MeshMap,
+    values: Mapping[str, Value],
+    in_use: ExitStack,
+    on_change: Callable[[], None],
 ) -> None:
     """Starts a server at the namespace of the map, and one below it for each layer.
 
@@ -32,6 +36,7 @@ def serve_map(
         mesh_map: its settings and layers are what is changed.
         values: of WITHOUT_EFFECT, checked.
         in_use: with which they end.
+        on_change: called when parameters of a layer have changed.
     """
     layers = ("",) + tuple(mesh_map.made_layers)
     parameters = [
@@ -55,10 +60,18 @@ def serve_map(
     present = {**without_effect, **dataclasses.asdict(mesh_map.settings)}
     in_use.callback(ParameterServer(namespace, parameters, present, set_map).shutdown)
     for layer in mesh_map.made_layers.values():
-        serve(in_use, "layer " + layer.name, partial(_layer_server, namespace, mesh_map, layer))
+        server = partial(_layer_server, namespace, mesh_map, layer, on_change)
+        serve(in_use, "layer " + layer.name, server)
 
 
-def _layer_server(namespace: str, mesh_map: MeshMap, layer: Layer) -> ParameterServer:
+def _layer_server(
+    namespace: str, mesh_map: MeshMap, layer: Layer, on_change: Callable[[], None]
+) -> ParameterServer:
     own = "%s/%s" % (namespace.rstrip("/"), layer.name)
-    change = partial(mesh_map.set_layer_parameters, layer.name)
+
+    def change(values: Dict[str, Value]) -> Mapping[str, Value]:
+        kept = mesh_map.set_layer_parameters(layer.name, values)
+        on_change()
+        return kept
+
     return ParameterServer(own, layer.all_parameters(), layer.params, change)

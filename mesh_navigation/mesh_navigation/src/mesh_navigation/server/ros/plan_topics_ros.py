@@ -54,7 +54,7 @@ class PlanTopics:
         potential = result.potential
         if potential is None:
             potential = np.full(len(mesh_map.vertices), np.inf, np.float32)
-        self._server.publish_costs(POTENTIAL, potential)
+        self._server.publish_costs(POTENTIAL, potential, infinity="not reached")
         for namespace, vectors, of_faces in (
             (VECTOR_FIELD, result.vector_field, False),
             (FACE_VECTORS, result.face_vectors, True),

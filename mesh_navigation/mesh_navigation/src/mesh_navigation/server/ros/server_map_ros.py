@@ -1,5 +1,6 @@
 """The server's map, with the plugins that work on it; both can be loaded anew."""
 
+import math
 import threading
 from contextlib import ExitStack
 from functools import partial
@@ -24,6 +25,7 @@ from mesh_navigation.plugins.plugin_list import (
     PLANNERS,
     PluginKind,
     PluginList,
+    Prepared,
 )
 from mesh_navigation.server.map_gate import MapGate, Ready
 
@@ -83,8 +85,15 @@ class ServerMap:
             for complaint in prepared[-1].complaints:
                 rospy.logwarn("%s", complaint)
             for plugin in prepared[-1].ready():
-                serve(self._in_use, f"plugin {plugin.name}", partial(_parameter_server, plugin))
+                server = partial(_parameter_server, plugin, partial(self._tell_limit, prepared[0]))
+                serve(self._in_use, f"plugin {plugin.name}", server)
+        self._tell_limit(prepared[0])
         return Ready(self.server.map, *prepared)
+
+    def _tell_limit(self, planners: Prepared) -> None:
+        """The cost limit of the planner that is used where a goal names none."""
+        limits = (planner.values.get("cost_limit", math.nan) for planner in planners.ready())
+        self.server.set_cost_limit(float(next(limits, math.nan)))
 
     def _reload(self, _request: Any) -> TriggerResponse:
         with self._one_at_a_time:
@@ -111,10 +120,11 @@ def _plugins(kind: PluginKind) -> PluginList:
     return plugins
 
 
-def _parameter_server(plugin: MeshPlugin) -> ParameterServer:
+def _parameter_server(plugin: MeshPlugin, on_change: Callable[[], None]) -> ParameterServer:
     def change(values: Dict[str, Value]) -> Mapping[str, Value]:
         for complaint in plugin.set_parameters(values) or ():
             rospy.logwarn("%s/%s", plugin.name, complaint)
+        on_change()
         return plugin.values
 
     namespace = f"{rospy.get_name().rstrip('/')}/{plugin.name}"
