@@ -393,6 +393,24 @@ def test_parameters_as_ros_users_write_them():
     assert least.geometry == usual
 
 
+def test_misspelled_parameters_are_said(caplog):
+    typos = {"max_edgelength": 0.2, "orgin": [1, 1, 1], "edge_cost_facto": 3, "layer": []}
+    others = {"shutdown_timeout": 5.0, "costs_period": 1.0, "normal": {"threshold": 1.0}}
+    map_parameters({"mesh_file": "map.h5", **typos, **others})
+    meant = ("max_edge_length", "origin", "edge_cost_factor", "layers")
+    expected = ["the parameter %s is not known; is %s meant?" % pair for pair in zip(typos, meant)]
+    assert [record.message for record in caplog.records] == expected
+
+
+def test_parameters_in_the_entry_of_a_layer_count(map_file):
+    entry = {"name": "steepness", "type": "mesh_layers/SteepnessLayer", "threshold": 0.5}
+    values = {"mesh_file": map_file.path, "layers": [dict(entry, factor=0.5)]}
+    for own, threshold in (({}, 0.5), ({"steepness": {"threshold": 0.25}}, 0.25)):
+        mesh_map = loaded(map_file.path, map_parameters({**values, **own}).layers)[1]
+        params = mesh_map.layers["steepness"].params
+        assert (params["threshold"], params["factor"]) == (threshold, 0.5)
+
+
 def test_parameters_as_for_ros_2():
     values = {
         "mesh_file": "a.h5",

@@ -132,6 +132,20 @@ def test_integers_and_a_threshold(map_file):
     np.testing.assert_array_equal(layer.reuse(found.costs, None, {}).lethal, expected > 100)
 
 
+@pytest.mark.parametrize("params, said", [({}, 1), ({"threshold": 0.5}, 0)])
+def test_costs_of_another_layer_without_a_threshold_are_said(map_file, caplog, params, said):
+    """What was lethal in them stands nowhere in the file."""
+    source = MapSource(map_file.path)
+    mesh_map = source.make_map()
+    mesh_map.compute_layers([{"name": "border", "type": "mesh_layers/BorderLayer"}])
+    source.save_layers(mesh_map.layers)
+    result = result_of((StoredLayer, "border", params), map_file)
+    assert np.array_equal(result.costs, mesh_map.layers["border"].result.costs)
+    assert result.lethal.any() == (not said)
+    told = [r.message for r in caplog.records if "set threshold, or list that type" in r.message]
+    assert len(told) == said and all("costs of a mesh_layers/BorderLayer" in text for text in told)
+
+
 def test_limits_the_wrong_way_round_are_refused(map_file):
     with pytest.raises(MeshMapError, match="minimum is 3, above maximum, 1"):
         result_of((StoredLayer, "values", {"minimum": 3.0, "maximum": 1.0}), map_file)

@@ -339,6 +339,9 @@ def _made(name: str, type_name: str, params: Mapping[str, Any]) -> Layer:
     return layer
 
 
+_ENTRY_KEYS = ("name", "type", "required", "params")
+
+
 class _Entry(NamedTuple):
     """An entry of the list of layers."""
 
@@ -369,4 +372,6 @@ def _checked_entry(entry: Any) -> _Entry:
         raise MeshMapError(
             "required of layer %s is %r" % (name, required), "true or false is needed"
         )
-    return _Entry(name, type_name, params, required)
+    # What stands in the entry itself is meant for the layer, too.
+    beside = {key: entry[key] for key in entry if key not in _ENTRY_KEYS}
+    return _Entry(name, type_name, {**beside, **params}, required)

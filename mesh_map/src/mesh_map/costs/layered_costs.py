@@ -195,8 +195,8 @@ class LayeredCosts:
         Listeners are told of all costs that differ from those before of the same name.
 
         Args:
-            config: list of {"name": ..., "type": ..., "required": ..., "params": {...}}. Where a
-                layer that is required (the default) does not stand, `fault` says so; without one
+            config: list of {"name": ..., "type": ..., "required": ..., "params": {...}}; other
+                members of an entry are parameters that "params" does not have. Where a layer that is required (the default) does not stand, `fault` says so; without one
                 that is not, the others go on, also those that read it.
             progress: called with the share that is done (0 to 1) and what comes next. What it
                 or on_layer raises ends the computation and leaves everything as it was.

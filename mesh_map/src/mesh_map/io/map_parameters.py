@@ -1,13 +1,16 @@
 """The parameters of a map, as ROS users write them, in a dictionary."""
 
+import difflib
 import logging
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Tuple
+from typing import Any, List, Mapping, Optional, Tuple
 
 from mesh_map.base.errors import MeshMapError
 from mesh_map.base.parameter import Parameter, checked_values
+from mesh_map.costs.settings import SETTINGS
 
 _LOG = logging.getLogger("mesh_map")
+_ALIKE = 0.8  # of the letters
 _STRINGS = (
     Parameter("mesh_file", "", description="map file (.h5), or a mesh (.ply .obj .stl .dae)"),
     Parameter("mesh_part", "", description="group of the map file; empty: mesh, or the only one"),
@@ -62,7 +65,7 @@ def map_parameters(values: Any) -> MapParameters:
     if not isinstance(values, Mapping):
         raise MeshMapError("the parameters are %r, not a dictionary" % (values,))
     checked, warnings = checked_values((*_STRINGS, _ORIGIN, *GEOMETRY_PARAMETERS), values)
-    for warning in warnings:
+    for warning in warnings + _misspelled(values):
         _LOG.warning("%s", warning)
     if values.get("server_url") and not checked["mesh_file"]:
         raise MeshMapError("maps of a mesh server (server_url) are not supported", "set mesh_file")
@@ -79,6 +82,18 @@ def map_parameters(values: Any) -> MapParameters:
         layers,
         {p.name: checked[p.name] for p in GEOMETRY_PARAMETERS},
     )
+
+
+def _misspelled(values: Mapping[str, Any]) -> List[str]:
+    """Names that are nearly those of parameters; others may belong to the node."""
+    parameters = (*_STRINGS, _ORIGIN, *GEOMETRY_PARAMETERS, *SETTINGS)
+    known = ["layers", *(parameter.name for parameter in parameters)]
+    found = []
+    for name, value in values.items():
+        if name not in known and not isinstance(value, Mapping):
+            for meant in difflib.get_close_matches(str(name), known, 1, _ALIKE):
+                found.append("the parameter %s is not known; is %s meant?" % (name, meant))
+    return found
 
 
 def _with_params(entry: Any, values: Mapping[str, Any]) -> Any:

@@ -1,8 +1,9 @@
 """Layers that make costs of what is in the map file, such as preferences and speed limits."""
 
 import abc
+import logging
 import math
-from typing import Any, Optional, Tuple
+from typing import Any, Mapping, Optional, Tuple
 
 import numpy as np
 from mesh_msgs_hdf5.model.errors import MapFileError
@@ -13,6 +14,8 @@ from mesh_map.costs.layer import Inputs, Layer, LayerResult
 from mesh_map.costs.lethal_rule import LethalRule
 from mesh_map.map.attributes import vertex_costs
 from mesh_map.map.mesh_map import MeshMap
+
+_LOG = logging.getLogger("mesh_map")
 
 SOURCE_PARAMETERS: Tuple[Parameter, ...] = (
     Parameter("layer", "", description="stored layer to read; empty: that of this layer's name"),
@@ -44,7 +47,9 @@ class FileLayer(Layer):
         contents = contents_of(mesh_map)
         try:
             if not self.params["face_attribute"]:
-                costs = self._costs(contents.vertex_costs(self.params["layer"] or self.name))
+                stored = self.params["layer"] or self.name
+                self._look_at(stored, contents.layer_parameters(stored))
+                costs = self._costs(contents.vertex_costs(stored))
             else:
                 values = contents.face_attribute(self.params["face_attribute"])
                 costs = vertex_costs(self._costs(self._column(values)), mesh_map.topology)
@@ -54,6 +59,9 @@ class FileLayer(Layer):
 
     def reuse(self, costs: np.ndarray, mesh_map: MeshMap, inputs: Inputs) -> Optional[LayerResult]:
         return LayerResult(costs, self.lethal_of(costs))
+
+    def _look_at(self, stored: str, made_with: Mapping[str, Any]) -> None:
+        """Says what is odd about a stored layer with these parameters."""
 
     def _costs(self, values: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore"):  # what does not fit is lethal
@@ -97,6 +105,16 @@ class StoredLayer(FileLayer):
             "threshold", math.inf, 0.0, math.inf, "costs above are lethal", affects_costs=False
         ),
     )
+
+    def _look_at(self, stored: str, made_with: Mapping[str, Any]) -> None:
+        if "type" in made_with and math.isinf(self.params["threshold"]):
+            _LOG.warning(
+                "layer %s: the stored values of %s are costs of a %s, in which only +inf is lethal "
+                "now; set threshold, or list that type, which knows what is lethal in them",
+                self.name,
+                stored,
+                made_with["type"],
+            )
 
     def costs_of(self, values: np.ndarray) -> np.ndarray:
         params = self.params
