@@ -31,6 +31,7 @@ from visualization_msgs.msg import Marker
 
 from mesh_msgs import zoo
 from mesh_msgs.arrays import MeshVertexCostsStamped
+from mesh_msgs.msg import LayerInfoArray
 from mesh_msgs.testing_ros import connected
 
 GRID = zoo.grid()
@@ -168,7 +169,7 @@ class GetPathTest(unittest.TestCase):
         subscriber.unregister()
 
     def test_what_a_plan_publishes(self):
-        goals, paths, costs = [], [], {}
+        goals, paths, costs, infos = [], [], {}, {}
         subscribers = [
             rospy.Subscriber("/move_base_flex/current_goal", PoseStamped, goals.append),
             rospy.Subscriber(
@@ -179,6 +180,11 @@ class GetPathTest(unittest.TestCase):
                 MeshVertexCostsStamped,
                 lambda message: costs.update({message.type: message.mesh_vertex_costs.costs}),
                 queue_size=4,
+            ),
+            rospy.Subscriber(
+                "/move_base_flex/mesh_map/layer_info",
+                LayerInfoArray,
+                lambda message: infos.update({info.name: info for info in message.layers}),
             ),
         ]
         wait_until(lambda: connected(*subscribers), "connections")
@@ -193,10 +199,15 @@ class GetPathTest(unittest.TestCase):
         wait_until(potential_is_there, "the potential")
         wait_until(lambda: {"patient", "Combined Costs"} <= set(costs), "costs")
         wait_until(lambda: goals, "the goal")
+        wait_until(lambda: "Potential" in infos, "what the potential means")
         for subscriber in subscribers:
             subscriber.unregister()
         self.assertEqual(goals[-1].pose.position.x, GOAL[0])
         self.assertEqual(np.isinf(costs["Combined Costs"]).nonzero()[0].tolist(), [LETHAL])
+        combined, potential = infos["Combined Costs"], infos["Potential"]
+        self.assertEqual((combined.lethal, combined.cost_limit), (1, 1.0))
+        self.assertEqual((combined.infinity, potential.infinity), ("lethal", "not reached"))
+        self.assertTrue(np.isnan(potential.cost_limit))
 
     def test_unknown_planner_is_rejected(self):
         given = self.plain.ask(START, GOAL, planner="dijkstra_planner")
