@@ -25,8 +25,9 @@ bool operator==(const LayerInfo& a, const LayerInfo& b)
   // Numbers that are NaN are equal.
   const auto number = [](float value) { return std::isnan(value) ? -1.0f : value; };
   const auto all = [&](const LayerInfo& info) {
-    return std::make_tuple(std::cref(info.layer_type), std::cref(info.unit), std::cref(info.infinity), info.comparison,
-                           number(info.threshold), number(info.cost_limit), info.lethal);
+    return std::make_tuple(std::cref(info.layer_type), std::cref(info.unit),
+                           std::cref(info.infinity), info.comparison, number(info.threshold),
+                           number(info.cost_limit), info.lethal);
   };
   return all(a) == all(b);
 }

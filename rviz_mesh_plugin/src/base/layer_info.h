@@ -24,7 +24,7 @@ struct LayerInfo
   Comparison comparison = NONE;
   float threshold = std::numeric_limits<float>::quiet_NaN();
   float cost_limit = std::numeric_limits<float>::quiet_NaN();  ///< of planners; NaN: none
-  std::size_t lethal = 0;  ///< OTHER: how many vertices
+  std::size_t lethal = 0;                                      ///< OTHER: how many vertices
 
   /// Whether values beside +inf are lethal.
   bool hasThreshold() const;

@@ -108,8 +108,8 @@ bool operator==(const CostColoring& a, const CostColoring& b)
 {
   const auto settings = [](const CostColoring& c) {
     return std::tie(c.scale, c.inverted, c.logarithmic, c.custom_limits, c.limits.lower,
-                    c.limits.upper, c.clipped, c.lethal, c.unknown, c.mark_lethal,
-                    c.least_lethal, c.mark_outside, c.below, c.above);
+                    c.limits.upper, c.clipped, c.lethal, c.unknown, c.mark_lethal, c.least_lethal,
+                    c.mark_outside, c.below, c.above);
   };
   return settings(a) == settings(b);
 }

@@ -350,8 +350,11 @@ void TexturedMeshDisplay::updateLegend()
     return;
   }
   const CostColoring& coloring = drawn->coloring();
-  LegendContent content{properties.costsType(), properties.unit(), coloring,
-                        limitsOf(coloring, drawn->costs()->summary), {}};
+  LegendContent content{properties.costsType(),
+                        properties.unit(),
+                        coloring,
+                        limitsOf(coloring, drawn->costs()->summary),
+                        {}};
   content.info = store_.layerInfo(drawn->costs()->uuid, content.layer);
   if (content.unit.empty()) {
     content.unit = content.info.unit;

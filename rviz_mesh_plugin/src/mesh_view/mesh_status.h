@@ -61,7 +61,7 @@ struct CostsState : ColorsState
   std::string note;               ///< what is done with costs that cannot be shown as asked
   std::size_t stale_updates = 0;  ///< older than their layer
   LayerInfo info;
-  std::string update_problem;     ///< why the newest update could not be applied
+  std::string update_problem;  ///< why the newest update could not be applied
   Reception updates_reception;
 };
 

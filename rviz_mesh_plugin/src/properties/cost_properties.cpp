@@ -106,7 +106,9 @@ void CostProperties::addLegend(rviz::Property* parent)
   const PropertyMaker make(this, [this] { Q_EMIT legendChanged(); });
   legend_ = make.group("Legend", true, "Show the scale with its costs at the right of the 3D view.",
                        parent);
-  unit_ = make.line("Unit", "", "Of the costs, for the legend: m, rad, ... Where this is empty, what the map says.", legend_);
+  unit_ = make.line(
+      "Unit", "",
+      "Of the costs, for the legend: m, rad, ... Where this is empty, what the map says.", legend_);
 }
 
 std::string CostProperties::updateTopic() const

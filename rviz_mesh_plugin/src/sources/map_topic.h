@@ -21,8 +21,7 @@ class MapTopic
   using ConstPtr = typename Message::ConstPtr;
 
   /// @param name of the topic, in the namespace of that of the geometry
-  explicit MapTopic(std::string name)
-      : name_(std::move(name)), newest_(std::make_shared<Newest>())
+  explicit MapTopic(std::string name) : name_(std::move(name)), newest_(std::make_shared<Newest>())
   {
   }
 

@@ -156,7 +156,8 @@ TEST(MeshStore, knows_what_the_layers_of_one_geometry_mean)
   EXPECT_EQ(later.comparison, rviz_mesh_plugin::LayerInfo::OTHER);
   EXPECT_EQ(lethalRule(later), "");
   constexpr float INFINITE = std::numeric_limits<float>::infinity();
-  for (const auto* other : {&later, &store.layerInfo("b", "steepness"), &store.layerInfo("a", "")}) {
+  for (const auto* other :
+       {&later, &store.layerInfo("b", "steepness"), &store.layerInfo("a", "")}) {
     EXPECT_FALSE(other->isLethal(std::numeric_limits<float>::max()));
     EXPECT_TRUE(other->isLethal(INFINITE));
   }

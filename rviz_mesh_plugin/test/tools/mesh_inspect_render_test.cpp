@@ -131,8 +131,8 @@ TEST_F(MeshInspectTest, says_which_layers_close_a_place)
   fromAbove();
   costs.publish(test_meshes::costs("slope", {0, 0, 0, 9}));
   costs.publish(test_meshes::costs("border", {0.25, 0.25, 0.25, 0.25}));
-  costs.publish(test_meshes::costs(
-      "Combined Costs", std::vector<float>(4, std::numeric_limits<float>::infinity())));
+  costs.publish(test_meshes::costs("Combined Costs",
+                                   std::vector<float>(4, std::numeric_limits<float>::infinity())));
   ASSERT_TRUE(spinUntil([&] { return display->costTypes().size() == 3; }));
   auto info = node.advertise<mesh_msgs::LayerInfoArray>(
       ros::names::parentNamespace(geometry_topic) + "/layer_info", 1, true);

@@ -196,8 +196,9 @@ class LayeredCosts:
 
         Args:
             config: list of {"name": ..., "type": ..., "required": ..., "params": {...}}; other
-                members of an entry are parameters that "params" does not have. Where a layer that is required (the default) does not stand, `fault` says so; without one
-                that is not, the others go on, also those that read it.
+                members of an entry are parameters that "params" does not have. Where a layer that
+                is required (the default) does not stand, `fault` says so; without one that is not,
+                the others go on, also those that read it.
             progress: called with the share that is done (0 to 1) and what comes next. What it
                 or on_layer raises ends the computation and leaves everything as it was.
             stored: gives costs (V,) that a layer (of a name) had before with the same
