@@ -144,6 +144,8 @@ class MapTopics:
     def publish_info(self) -> None:
         """What the costs of the layers mean, and how many are lethal or unknown now."""
         mesh_map, others = self.map, dict(self._infinities)
+        if mesh_map is None:
+            return  # before a map, and after the end
         self._info.change(
             "", lambda: map_messages.layer_info_message(mesh_map, self.cost_limit, others)
         )
