@@ -66,3 +66,13 @@ def test_an_address_that_is_none_is_refused_in_one_line():
         "set ROS_MASTER_URI to an address such as http://localhost:11311\n"
     )
     assert node.returncode == 1
+
+
+@pytest.mark.parametrize("option", ["-h", "--help"])
+def test_help_needs_no_roscore(option):
+    """What the node does, and the end."""
+    code = CODE.replace('node")', 'node", about="Serves tea.")')
+    node = start("http://localhost:1", f"import sys; sys.argv[1:] = ['{option}']" + code)
+    told, errors = node.communicate(timeout=60)
+    assert (node.returncode, errors) == (0, "")
+    assert told.startswith("usage: name_of_the_node") and "\nServes tea.\n" in told

@@ -192,6 +192,27 @@ def test_too_many_faces_are_refused_with_their_number():
     assert len(refine(vertices, faces, longer, face_limit=100_000).faces) > 10_000
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_the_length_that_is_said_to_do_does(seed):
+    """Also for soups of odd faces, where its two digits would be rounded down."""
+    random = np.random.default_rng(seed)
+    vertices = random.normal(size=(60, 3)) * random.uniform(0.1, 20, 3)
+    faces = np.arange(60).reshape(20, 3)[: random.integers(3, 20)]
+    with pytest.raises(MeshMapError) as caught:
+        refine(np.float32(vertices), faces, 0.01, face_limit=5_000)
+    longer = float(str(caught.value).split("(")[1].split(" m would do")[0])
+    assert len(refine(np.float32(vertices), faces, longer, face_limit=5_000).faces) <= 5_000
+
+
+def test_what_is_no_mesh_is_refused():
+    vertices, faces = large_floor(5.0)
+    with pytest.raises(MeshMapError, match="no usable mesh: .*4"):
+        refine(vertices, [[0, 1, 4]], 1.0)
+    vertices[2, 1] = np.nan
+    with pytest.raises(MeshMapError, match="no usable mesh: .*vertex 2"):
+        refine(vertices, faces, 1.0)
+
+
 @pytest.mark.parametrize("length", [0.9, 1.0, 2.0, 3.7])
 def test_the_least_number_of_faces_is_not_more_than_there_are(length):
     vertices, faces = large_floor(50.0)

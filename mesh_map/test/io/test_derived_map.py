@@ -241,7 +241,8 @@ def test_large_faces_are_said_with_the_way_out(map_file):
     assert coarse_remark(mesh_map) == ""
     remark = coarse_remark(mesh_map, {"the robot's radius": 0.25})
     assert "100 % of the surface" in remark and "the robot's radius, 0.25 m" in remark
-    assert "the longest has 10 m" in remark and "max_edge_length: 0.25" in remark
+    assert "the longest has 10 m" in remark and "max_edge_length: 0.12, half" in remark
+    assert "0.25 where no passage is narrow" in remark
     assert coarse_remark(mesh_map, {"the robot's radius": 0.0}) == ""
     assert coarse_remark(mesh_map, {"the robot's radius": 10.1}) == ""
     mesh_map.compute_layers([FORBIDDEN, INFLATION])

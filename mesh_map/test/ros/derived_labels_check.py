@@ -90,10 +90,15 @@ class DerivedLabelsTest(unittest.TestCase):
         mine, derived = "/edited", self.derived
         self.assertEqual(self.labels(mine, derived.uuid), {"wall_1": self.parts(1)})
         publisher = self.publisher(mine + "/cluster_label")
+        sent = Subscriber(OWNER + "/cluster_label", arrays.MeshFaceClusterStamped)
+        self.addCleanup(sent.unregister)
         some = self.parts(2)[3:5]
+        self.edit(publisher, derived.uuid, "", some)  # no label: not even sent, nobody waits
         self.edit(publisher, derived.uuid, "tree_1", some)
         self.assertTrue(wait_until(lambda: "tree_1" in self.labels(OWNER)))
         self.assertEqual(self.labels(OWNER), {"tree_1": [2], "wall_1": [1]})
+        self.assertTrue(wait_until(lambda: sent.messages))
+        self.assertEqual([each.cluster.label for each in sent.messages], ["tree_1"])
         self.assertTrue(wait_until(lambda: self.told.messages))
         self.assertEqual(self.told.messages[0].label, "tree_1")
         self.assertEqual(self.told.messages[0].face_indices.tolist(), self.parts(2))

@@ -17,11 +17,17 @@ from mesh_msgs.master_watch import MasterWatch
 
 _LOG = logging.getLogger("mesh_msgs")
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_HELP = """usage: %s [_PARAMETER:=VALUE ...] [NAME:=OTHER_NAME ...]
+
+%s
+
+Parameters, topics, services: README.md of the package (rospack find PACKAGE).
+"""
 # Set where the node is shut down because the master does not know it any more.
 _forgotten = threading.Event()
 
 
-def init_node(name: str, argv: Optional[Sequence[str]] = None) -> None:
+def init_node(name: str, argv: Optional[Sequence[str]] = None, about: Optional[str] = None) -> None:
     """rospy.init_node, but without a roscore it says in one line that it waits, and for which one.
 
     rospy itself says so only in its log, which is not there before the node is; and with parameters
@@ -31,12 +37,20 @@ def init_node(name: str, argv: Optional[Sequence[str]] = None) -> None:
 
     A node that a restarted roscore does not know says so and shuts down, as by SIGTERM.
 
+    Args:
+        name, argv: as of rospy.init_node.
+        about: what the node does, which -h or --help prints instead of starting it.
+
     Raises:
-        SystemExit: a signal before the node is there (code 128 + its number, as shells say it), or
-            a ROS_MASTER_URI that is no address (code 1, with a line that says so).
+        SystemExit: after that (code 0), a signal before the node is there (code 128 + its number,
+            as shells say it), or a ROS_MASTER_URI that is no address (code 1, with a line that says
+            so).
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(line_buffering=True)  # where rospy writes what is no warning
+    if about and {"-h", "--help"}.intersection(sys.argv[1:] if argv is None else argv):
+        sys.stdout.write(_HELP % (name, about.strip()))
+        raise SystemExit(0)
     received: List[int] = []
     _handle_signals(lambda number, _frame: received.append(number))
     try:

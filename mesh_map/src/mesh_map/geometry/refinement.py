@@ -5,6 +5,7 @@ from typing import Any, List, Optional, Tuple
 import numpy as np
 from mesh_msgs.checks.mesh_arrays import as_faces, as_vertices
 from mesh_msgs.derived_mesh import DerivedMesh, derived_uuid
+from mesh_msgs.validation import check_geometry
 
 from mesh_map.base.errors import MeshMapError
 
@@ -12,6 +13,8 @@ from mesh_map.base.errors import MeshMapError
 FACE_LIMIT = 10_000_000
 # Of a refined mesh: another number here gives all of them other UUIDs.
 _VERSION = 1
+# No refinement has more faces than so many times least_faces() (8 A/L^2 of large faces are 3.5).
+_SURELY = 4
 # An edge is at least so many times as long as the steps between float32 numbers around it.
 _STEPS = 16
 
@@ -49,8 +52,12 @@ def refine(
         None where no edge is longer.
     Raises:
         MeshMapError: a length that is not above 0, or too short for coordinates of float32; more
-            faces than the limit: how many there would be, and which length would do.
+            faces than the limit: how many there would be, and which length would do; no mesh: what
+            is wrong, where, and how often.
     """
+    findings = check_geometry(vertices, faces)
+    if findings:
+        raise MeshMapError("no usable mesh: %s" % (findings[0],))
     vertices, faces = as_vertices(vertices), as_faces(faces)
     length = float(max_edge_length)
     if not length > 0.0:
@@ -100,8 +107,8 @@ def _too_many(
     text = "max_edge_length %g m makes at least %s faces of %s, more than %s"
     numbers = tuple(format(number, ",") for number in (least, len(faces), limit))
     longer, longest = length, float(_lengths(vertices, faces).max())
-    while longer < longest and 3 * least_faces(vertices, faces, longer) > limit:
-        longer *= 1.25
+    while longer < longest and _SURELY * least_faces(vertices, faces, longer) > limit:
+        longer = float("%.2g" % (1.25 * longer))
     hint = "%.2g m would do" % longer if longer < longest else "leave it out for this mesh"
     return MeshMapError(text % ((length,) + numbers), hint)
 

@@ -8,6 +8,7 @@ import numpy as np
 import rospy
 from mesh_msgs import array_services, arrays, validation
 from mesh_msgs.text import one_line
+from mesh_msgs_hdf5.checks.check import checked_label
 from mesh_msgs_hdf5.model.errors import MapFileError
 from mesh_msgs_hdf5.model.mesh import Label
 from mesh_msgs_hdf5.ros.label_forwarding_ros import LabelForwarder
@@ -124,8 +125,11 @@ class DerivedLabelServer:
                 raise labels.refusal
             text, override = message.cluster.label, bool(message.override)
             faces = np.array(message.cluster.face_indices, np.uint32)
+            faces = labels.edited(text, faces, override)
+            # What the owner would refuse without a word is not waited for.
+            checked_label(labels.path, text, Label(faces), labels.derived.parent_face_count)
             sent = arrays.MeshFaceClusterStamped.from_message(message)
-            sent.cluster = arrays.MeshFaceCluster(labels.edited(text, faces, override), text)
+            sent.cluster = arrays.MeshFaceCluster(faces, text)
             self._forwarder.store(labels.parent, sent, self._topic)
         except (MeshMapError, MapFileError) as error:
             _LOG.warning("%s: refused: %s", self._topic, one_line(str(error)))

@@ -184,4 +184,4 @@ def _running() -> Iterator[None]:
 
 def main() -> int:
     """Run the node; returns the exit code."""
-    return run_node("label_manager", _running)
+    return run_node("label_manager", _running, __doc__)

@@ -1,7 +1,7 @@
 """How both nodes run."""
 import sys
 from contextlib import ExitStack
-from typing import Any, Callable, ContextManager
+from typing import Any, Callable, ContextManager, Optional
 
 import rospy
 from mesh_msgs.init_node import init_node, spin, until_shutdown
@@ -10,14 +10,14 @@ from mesh_msgs.text import one_line
 from mesh_msgs_hdf5.model.errors import MapFileError
 
 
-def run_node(name: str, running: Callable[[], ContextManager[Any]]) -> int:
+def run_node(name: str, running: Callable[[], ContextManager[Any]], about: Optional[str]) -> int:
     """Run a node until it is shut down; returns the exit code.
 
     running: a context in which the node works; it is left in the main thread, because Python starts
-    no threads elsewhere at exit.
+    no threads elsewhere at exit. about: what the node does, for --help.
     """
     try:
-        init_node(name)
+        init_node(name, about=about)
         with ExitStack() as stack:
             with until_shutdown():
                 stack.enter_context(running())

@@ -1,4 +1,7 @@
-"""Node hdf5_map_server: serves meshes with all that is known of them, and stores what it gets."""
+"""Node hdf5_map_server: serves meshes with all that is known of them, and stores what it gets.
+
+The map file may be its first argument: rosrun mesh_msgs_hdf5 hdf5_map_server FILE.
+"""
 import contextlib
 import sys
 from typing import Callable, Iterator, Optional
@@ -112,4 +115,4 @@ def _running() -> Iterator[None]:
 
 def main(name: str = "hdf5_map_server") -> int:
     """Run the node; returns the exit code."""
-    return run_node(name, _running)
+    return run_node(name, _running, __doc__)

@@ -168,7 +168,7 @@ def test_a_mesh_of_few_large_faces(run, folder):
     large, err = planned(*radius)
     assert large["faces"] == 2
     assert err.count("edges longer than the robot's radius, 0.25 m (the longest has 14.1 m)") == 1
-    assert "(max_edge_length: 0.25 makes" in err
+    assert "(max_edge_length: 0.12, half of" in err
     small, err = planned(*radius, *way_out)
     assert small["faces"] > 2000 and "edges" not in err
     assert small["uuid"] != large["uuid"] == point["uuid"]

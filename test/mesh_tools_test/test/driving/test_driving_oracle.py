@@ -10,6 +10,7 @@ from mesh_navigation.base.pose import Pose
 from mesh_navigation.execution.path_execution import Tolerances
 from mesh_navigation.execution.planning import make_planner
 from mesh_tools_test.driving import oracle, verdicts
+from mesh_tools_test.driving.furnished_building import Thing
 from mesh_tools_test.driving.trips import Trip, trips
 from mesh_tools_test.driving.verdicts import Statistics, Verdict, failures, judged, table
 from mesh_tools_test.driving.worlds import DrivingWorld, car_park, connected_open_faces, outdoor
@@ -20,7 +21,7 @@ def plane_with_lethal(x=7):
     mesh = zoo.grid(cells=10, size=10.0)
     mesh_map = MeshMap(mesh.vertices, mesh.faces)
     costs = np.where(mesh.vertices[:, 0] == x, np.inf, 0.0).astype(np.float32)
-    return SimpleNamespace(mesh_map=mesh_map, costs=costs)
+    return SimpleNamespace(mesh_map=mesh_map, costs=costs, things=())
 
 
 @pytest.fixture(scope="module")
@@ -134,6 +135,18 @@ def test_a_body_may_come_two_centimeters_nearer_than_its_radius(plane):
     assert "it comes within %.3f m of lethal ground" % least in verdict.fault
 
 
+def test_walls_count_whatever_the_map_knows_of_them(plane):
+    """A thing that stands there is no nearer than the radius; what is lower or higher is passed."""
+    places = (((2.0, 2.74, 3.0, 3.0), 0.0, 2.0), ((2.0, 2.4, 3.0, 2.6), 0.0, 0.15))
+    wall, step = (Thing(*each) for each in places)
+    beam = Thing(step.place, 1.1, 1.3)
+    for things, fault in (((step, beam), ""), ((step, wall), "within 0.240 m of a thing, at (2.0")):
+        world = SimpleNamespace(mesh_map=plane.mesh_map, things=things)
+        assert judged(*straight(), world, plane.costs, 0.25).fault == ""
+        found = judged(*straight(), world, plane.costs, 0.27)
+        assert fault in found.fault and bool(fault) == bool(found.fault)
+
+
 def test_without_a_plan_nothing_has_failed(plane):
     trip, drive = straight()
     drive.plan = SimpleNamespace(succeeded=False, message="there is no path")
@@ -230,9 +243,9 @@ def test_tables_tell_what_was_driven():
     none = Verdict(8, "no plan: it is blocked", *[0.0] * 3, *[np.inf] * 3, planned_at_all=False)
     some = [Statistics("hills", [good, bad, none]), Statistics("sea", [bad, none])]
     lines = table(some).splitlines()
-    told = "hills 2 of 3 1 of 2 3 0.100 1.200 1.200 12.0 20.0 0.60 0.050 5.7"
+    told = "hills 2 of 3 1 of 2 3 0.100 - 1.200 1.200 12.0 20.0 0.60 0.050 5.7"
     assert lines[2].split() == told.split()
-    assert lines[3].split() == "sea 1 of 2 0 of 1 3 0.100".split()
+    assert lines[3].split() == "sea 1 of 2 0 of 1 3 0.100 -".split()
     assert len({len(lines[0]), len(lines[1]), len(lines[2])}) == 1
     assert failures(some).splitlines() == [
         "hills, seed 7: outcome 108: lost",

@@ -107,7 +107,7 @@ def _text(goal: PoseStamped) -> str:
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the node until it is shut down."""
-    init_node("goal_bridge", argv=arguments)
+    init_node("goal_bridge", argv=arguments, about=__doc__)
     with until_shutdown():
         GoalBridge()
     spin()

@@ -37,6 +37,16 @@ class Thing(NamedTuple):
     high: float
     """z (m)."""
 
+    def distances(self, points: np.ndarray, step_height: float, robot_height: float) -> np.ndarray:
+        """(N,) m in plan to a robot whose wheels are at points (N, 3); inf where it is not as high
+        as the body, which is what is between both heights above them."""
+        x0, y0, x1, y1 = self.place
+        x, y, z = points.T
+        aside = np.maximum(np.maximum(x0 - x, x - x1), 0.0)
+        ahead = np.maximum(np.maximum(y0 - y, y - y1), 0.0)
+        meets = (z + step_height < self.high) & (z + robot_height > self.low)
+        return np.where(meets, np.hypot(aside, ahead), np.inf)
+
 
 class FurnishedBuilding(NamedTuple):
     """A mesh, and what is in it."""

@@ -46,8 +46,8 @@ def shipped_map(
     Args:
         vertices: (V, 3) m.
         faces: (F, 3).
-        max_edge_length: m; None: the one that the log recommends for this robot, its radius. A mesh
-            of shorter edges stays as it is.
+        max_edge_length: m; None: the one that the log recommends for this robot, half its radius. A
+            mesh of edges that are no longer than the radius stays as it is.
         layers: name of the configuration, see `configuration`.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -60,11 +60,11 @@ def shipped_map_of(
     file: Any, max_edge_length: Optional[float] = None, layers: str = "mesh_map"
 ) -> MeshMap:
     """The same of a file."""
+    if max_edge_length is None:
+        longest = load_map(file).geometry.edge_lengths.max()
+        max_edge_length = 0.5 * radius() if longest > radius() else 0.0
     return load_map(
-        file,
-        configuration(layers),
-        robot_radius=radius(),
-        max_edge_length=radius() if max_edge_length is None else max_edge_length,
+        file, configuration(layers), robot_radius=radius(), max_edge_length=max_edge_length
     )
 
 

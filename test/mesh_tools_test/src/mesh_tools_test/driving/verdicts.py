@@ -1,12 +1,13 @@
 """Whether drives are what they have to be, and statistics of many."""
 
-from typing import Any, List, NamedTuple, Sequence
+from typing import Any, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from mesh_navigation.base.outcomes import is_success
 from mesh_navigation.base.pose import vector_text
 from mesh_navigation.execution.path_execution import Tolerances
 
+from mesh_tools_test.driving import shipped
 from mesh_tools_test.driving.oracle import arrival, on_the_map
 from mesh_tools_test.driving.trips import Trip
 from mesh_tools_test.driving.worlds import DrivingWorld
@@ -38,6 +39,8 @@ class Verdict(NamedTuple):
     """m along the surface, of the pose nearest to lethal or unknown ground."""
     blocked: int = 0
     """Poses on blocked ground."""
+    thing_distance: float = np.inf
+    """m in plan, of the pose nearest to one of the things that are known to stand there."""
     planned_at_all: bool = True
     """Whether there was a plan; without one, `fault` says why, and that is no failure."""
 
@@ -83,6 +86,10 @@ def judged(
         where = vector_text(track[found.nearest, :3])
         told = "it comes within %.3f m of lethal ground, at %s" % (found.lethal_distance, where)
         faults.append(told)
+    thing_distance, nearest = _nearest_thing(track, world)
+    if not thing_distance >= radius - TOO_NEAR:
+        where = vector_text(track[nearest, :3])
+        faults.append("it comes within %.3f m of a thing, at %s" % (thing_distance, where))
     return Verdict(
         trip.seed,
         "; ".join(faults),
@@ -93,7 +100,18 @@ def judged(
         end.angle,
         found.lethal_distance,
         len(found.blocked),
+        thing_distance,
     )
+
+
+def _nearest_thing(track: np.ndarray, world: DrivingWorld) -> Tuple[float, int]:
+    """m in plan of the pose nearest to one, and the number of that pose."""
+    layer = shipped.configuration("mesh_map")["collision"]
+    body = layer["step_height"], layer["robot_height"]
+    distances = np.full(len(track), np.inf)
+    for thing in world.things:
+        distances = np.minimum(distances, thing.distances(track[:, :3], *body))
+    return float(distances.min()), int(distances.argmin())
 
 
 def _faults(
@@ -158,6 +176,7 @@ class Statistics(NamedTuple):
 _COLUMNS = (
     ("poses on", "lethal"),
     ("to lethal", "least, m"),
+    ("to things", "least, m"),
     ("driven/planned", "median"),
     ("driven/planned", "worst"),
     ("driven (m)", "median"),
@@ -188,6 +207,8 @@ def _row(of: Statistics) -> List[str]:
         return row
     row.append("%d" % sum(verdict.blocked for verdict in of.planned))
     row.append("%.3f" % min(verdict.lethal_distance for verdict in of.planned))
+    nearest = min(verdict.thing_distance for verdict in of.planned)
+    row.append("%.3f" % nearest if np.isfinite(nearest) else "-")
     if not good:
         return row
     driven = np.array([verdict.driven for verdict in good])

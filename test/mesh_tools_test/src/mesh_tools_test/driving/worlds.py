@@ -13,7 +13,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from mesh_tools_test.driving import shipped
-from mesh_tools_test.driving.furnished_building import furnished_building
+from mesh_tools_test.driving.furnished_building import Thing, furnished_building
 from mesh_tools_test.driving.rough_terrain import rough_terrain
 
 INSCRIBED_RADIUS, INFLATION_RADIUS = 0.3, 0.8  # m, of the robot, and what it keeps clear of
@@ -30,10 +30,16 @@ class DrivingWorld:
             Whether a robot with a radius gets from each to each other one is not looked at.
         storeys: of the ends of trips, None where they may be anywhere: two sets of faces; trips
             lead from one to the other.
+        things: that are known to stand there, apart from the map.
     """
 
     def __init__(
-        self, name: str, mesh_map: MeshMap, heights: Sequence[float] = (), radius: float = 0.0
+        self,
+        name: str,
+        mesh_map: MeshMap,
+        heights: Sequence[float] = (),
+        radius: float = 0.0,
+        things: Sequence[Thing] = (),
     ) -> None:
         """
         Args:
@@ -41,8 +47,9 @@ class DrivingWorld:
             mesh_map: with its layers.
             heights: of the storeys (m), if trips lead from one to the other.
             radius: of the robot (m): at all corners of the faces it has that room.
+            things: see there.
         """
-        self.name, self.mesh_map = name, mesh_map
+        self.name, self.mesh_map, self.things = name, mesh_map, things
         self.faces = connected_open_faces(mesh_map)
         if radius > 0.0:
             front = SurfaceFront.of(mesh_map.geometry)
@@ -116,7 +123,8 @@ def with_layers(mesh_map: MeshMap, layers: List[Dict[str, Any]]) -> MeshMap:
 def outdoor(faces: int = 60_000) -> DrivingWorld:
     """Hills, a road, walls, trees, a bridge."""
     world = outdoor_world(faces=faces, seed=0)
-    return _shipped("outdoor", shipped.shipped_map(world.vertices, world.faces))
+    mesh_map = shipped.shipped_map(world.vertices, world.faces, shipped.radius())
+    return _shipped("outdoor", mesh_map)
 
 
 def car_park(size: float = 24.0, cells: int = 96) -> DrivingWorld:
@@ -127,14 +135,15 @@ def car_park(size: float = 24.0, cells: int = 96) -> DrivingWorld:
         cells: along a side.
     """
     world = zoo.two_storeys(cells=cells, size=size, height=size / 8)
-    mesh_map = shipped.shipped_map(world.vertices, world.faces)
+    mesh_map = shipped.shipped_map(world.vertices, world.faces, shipped.radius())
     return _shipped("two storeys", mesh_map, (0.0, size / 8))
 
 
 def building() -> DrivingWorld:
     """Few large faces, refined when they are loaded; walls and furniture are parts of their own."""
     world = furnished_building()
-    return _shipped("building", shipped.shipped_map(world.vertices, world.faces))
+    mesh_map = shipped.shipped_map(world.vertices, world.faces)
+    return _shipped("building", mesh_map, things=world.things)
 
 
 def rough(size: float = 30.0) -> DrivingWorld:
@@ -147,8 +156,10 @@ def tray(path: Path) -> DrivingWorld:
     return _shipped("tray", shipped.shipped_map_of(path))
 
 
-def _shipped(name: str, mesh_map: MeshMap, heights: Sequence[float] = ()) -> DrivingWorld:
-    return DrivingWorld(name, mesh_map, heights, shipped.radius())
+def _shipped(
+    name: str, mesh_map: MeshMap, heights: Sequence[float] = (), things: Sequence[Thing] = ()
+) -> DrivingWorld:
+    return DrivingWorld(name, mesh_map, heights, shipped.radius(), things)
 
 
 def tray_file() -> Optional[Path]:

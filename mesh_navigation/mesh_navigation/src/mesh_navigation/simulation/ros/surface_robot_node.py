@@ -288,7 +288,7 @@ def _parameters() -> Mapping[str, Any]:
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
     """Run the node until it is shut down; returns the exit code."""
-    init_node("surface_robot", argv=arguments)
+    init_node("surface_robot", argv=arguments, about=__doc__)
     try:
         with until_shutdown():
             SurfaceRobotNode().run()
