@@ -32,12 +32,12 @@ struct NamedColorScale
 };
 const std::vector<NamedColorScale>& colorScales();
 
-/// The color of vertices whose cost is unknown (NaN), where none is chosen.
-constexpr Rgba8 UNKNOWN_COST_COLOR{128, 128, 128, 255};
+/// The color of vertices whose cost is unknown (NaN), where none is chosen. As that of lethal ones,
+/// it is farther than 20 (CIELAB) from every color of every scale; mesh_tool render has the same.
+constexpr Rgba8 UNKNOWN_COST_COLOR{104, 78, 40, 255};
 
-/// The color of vertices whose cost is +inf, where none is chosen: the last of Rainbow and of Red
-/// Green.
-constexpr Rgba8 LETHAL_COST_COLOR{255, 0, 0, 255};
+/// The color of vertices whose cost is +inf or lethal, where none is chosen.
+constexpr Rgba8 LETHAL_COST_COLOR{255, 20, 147, 255};
 
 /// The color at @a position of a scale, linear between its stops; what is outside 0..1 gets the
 /// color of the nearer end.

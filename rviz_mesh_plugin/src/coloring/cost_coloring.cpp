@@ -72,6 +72,19 @@ Rgba8 colorOf(float cost, const CostColoring& coloring, const CostLimits& limits
   return table.at(positions.at(cost));
 }
 
+/// @param value_of the value of a vertex or face
+template <class ValueOf>
+ColorSource sourceOf(ValueOf value_of, const CostColoring& coloring, const CostLimits& limits)
+{
+  const auto table = std::make_shared<const ColorTable>(coloring.scale, coloring.inverted);
+  const Positions positions(coloring, limits);
+  return [=](const std::uint32_t* sources, std::size_t count, Rgba8* colors) {
+    for (std::size_t i = 0; i < count; ++i) {
+      colors[i] = colorOf(value_of(sources[i]), coloring, limits, positions, *table);
+    }
+  };
+}
+
 CostLimits automaticLimits(const CostColoring& coloring, const CostSummary& summary)
 {
   CostLimits limits = summary.limits;
@@ -151,14 +164,14 @@ std::string coloringNote(const CostColoring& coloring, const CostSummary& summar
 
 ColorSource colorSource(const CostLayerConstPtr& layer, const CostColoring& coloring)
 {
-  const CostLimits limits = limitsOf(coloring, layer->summary);
-  const auto table = std::make_shared<const ColorTable>(coloring.scale, coloring.inverted);
-  const Positions positions(coloring, limits);
-  return [=](const std::uint32_t* sources, std::size_t count, Rgba8* colors) {
-    for (std::size_t i = 0; i < count; ++i) {
-      colors[i] = colorOf(layer->costs[sources[i]], coloring, limits, positions, *table);
-    }
-  };
+  return sourceOf([layer](std::uint32_t i) { return layer->costs[i]; }, coloring,
+                  limitsOf(coloring, layer->summary));
+}
+
+ColorSource heightSource(const MeshDataConstPtr& mesh, const CostColoring& coloring)
+{
+  return sourceOf([mesh](std::uint32_t i) { return mesh->vertices[i].position[2]; }, coloring,
+                  limitsOf(coloring, CostSummary()));
 }
 
 }  // namespace rviz_mesh_plugin

@@ -54,4 +54,8 @@ std::string coloringNote(const CostColoring& coloring, const CostSummary& summar
 /// channel. Takes about 5 ms per million costs.
 ColorSource colorSource(const CostLayerConstPtr& layer, const CostColoring& coloring);
 
+/// The same for the heights (z, in the frame of the mesh) of its vertices.
+/// @param coloring with custom limits
+ColorSource heightSource(const MeshDataConstPtr& mesh, const CostColoring& coloring);
+
 }  // namespace rviz_mesh_plugin

@@ -162,6 +162,9 @@ void Map3DDisplay::createChildren()
   if (!mesh_) {
     mesh_ = new TexturedMeshDisplay;
     addChildDisplay(*this, context_, mesh_, "TexturedMesh", "Mesh");
+    if (getClassId() != "rviz_mesh_plugin/Map3D") {
+      mesh_->beginAsReleased();
+    }
   }
   applySource();
 }

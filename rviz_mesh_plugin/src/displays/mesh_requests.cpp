@@ -68,7 +68,7 @@ void MeshRequests::requestAttributes(Clock::time_point now, const std::string& u
   const MeshAttributes& attributes = store_.attributes(uuid);
   const DisplayType type = properties_.displayType();
   // A display within another one shows what there is to be chosen.
-  const bool everything = properties_.sourceGiven();
+  const bool everything = properties_.sourceGiven() || properties_.isAutomatic();
   const std::string suffix = " " + uuid;
   if (due("colors" + suffix,
           (everything || type == DisplayType::VERTEX_COLOR) && !attributes.colors,

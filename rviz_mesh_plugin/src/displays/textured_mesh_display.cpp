@@ -66,6 +66,9 @@ void TexturedMeshDisplay::onInitialize()
         MeshAppearance::Context{store_, *properties_, sources_.loader(), scene_node_});
     report_ = std::make_unique<MeshReport>(sources_, *properties_, store_, *appearances_, legend_,
                                            directory_);
+    if (getClassId() == "rviz_mesh_plugin/TexturedMesh") {
+      properties_->setAutomatic(true);  // until a file is loaded
+    }
     connect(properties_, SIGNAL(sourceChanged()), SLOT(onSource()));
     connect(properties_, SIGNAL(contentChanged()), SLOT(onContent()));
     connect(properties_, SIGNAL(styleChanged()), SLOT(onContent()));
@@ -75,6 +78,11 @@ void TexturedMeshDisplay::onInitialize()
 void TexturedMeshDisplay::setSource(const MeshSource& source)
 {
   lines_.attempt([&] { properties_->setSource(source); });
+}
+
+void TexturedMeshDisplay::beginAsReleased()
+{
+  properties_->setAutomatic(false);
 }
 
 MeshDataConstPtr TexturedMeshDisplay::mesh() const
@@ -133,8 +141,11 @@ void TexturedMeshDisplay::setTopic(const QString& topic, const QString& /*dataty
 void TexturedMeshDisplay::load(const rviz::Config& config)
 {
   lines_.attempt([&] {
+    properties_->setAutomatic(false);  // what the file leaves out is what it always was
+    properties_->setLoading(true);
     Display::load(config);
     properties_->loadOlderKeys(config);
+    properties_->setLoading(false);
   });
 }
 
@@ -337,19 +348,23 @@ void TexturedMeshDisplay::updatePoses()
   lines_.report("Transform", line);
 }
 
-/// It is there while a cost layer is drawn and the properties ask for it.
+/// It is there while a cost layer, or heights, are drawn and the properties ask for it.
 void TexturedMeshDisplay::updateLegend()
 {
   const CostProperties& properties = properties_->costs();
   const auto& appearances = appearances_->appearances();
-  const auto drawn =
-      std::find_if(appearances.begin(), appearances.end(),
-                   [](const auto& appearance) { return appearance.costs() != nullptr; });
+  const auto drawn = std::find_if(appearances.begin(), appearances.end(), [](const auto& each) {
+    return each.costs() != nullptr || each.showsHeights();
+  });
   if (drawn == appearances.end() || !properties.legend()) {
     legend_.hide();
     return;
   }
   const CostColoring& coloring = drawn->coloring();
+  if (drawn->showsHeights()) {
+    legend_.show({"Height", "m", coloring, coloring.limits, {}, false});
+    return;
+  }
   LegendContent content{properties.costsType(),
                         properties.unit(),
                         coloring,

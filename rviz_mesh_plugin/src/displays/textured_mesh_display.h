@@ -78,6 +78,8 @@ class TexturedMeshDisplay : public rviz::Display
   /// Shows what this source has from now on; the properties for topics and
   /// services are hidden.
   void setSource(const MeshSource& source);
+  /// Begins as rviz_map_plugin/Mesh does, not with the best that the map has.
+  void beginAsReleased();
 
   /// The newest mesh that is shown; null where there is none.
   MeshDataConstPtr mesh() const;

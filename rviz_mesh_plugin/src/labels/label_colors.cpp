@@ -10,6 +10,7 @@ namespace rviz_mesh_plugin {
 namespace {
 
 constexpr std::size_t HUES = 12;
+constexpr std::size_t LETHAL_PLACE = 11;
 
 /// FNV-1a: the same on all machines, unlike std::hash.
 std::uint32_t hashOf(const std::string& text)
@@ -21,7 +22,8 @@ std::uint32_t hashOf(const std::string& text)
   return hash ^ (hash >> 15);
 }
 
-/// Twelve hues in full, light and dark colors.
+/// Twelve hues in full, light and dark colors; but for the color of lethal costs, in place of which
+/// there is one half way to the next hue.
 Rgba8 paletteColor(std::size_t place)
 {
   struct Tone
@@ -31,7 +33,8 @@ Rgba8 paletteColor(std::size_t place)
   };
   constexpr Tone TONES[] = {{0.85f, 0.95f}, {0.42f, 1.0f}, {0.9f, 0.58f}};
   const Tone& tone = TONES[place / HUES];
-  const float hue = static_cast<float>(place % HUES) / HUES * 6.0f;
+  const float step = static_cast<float>(place % HUES) + (place == LETHAL_PLACE ? 0.5f : 0.0f);
+  const float hue = step / HUES * 6.0f;
   const auto channel = [&](float offset) {
     const float k = std::fmod(offset + hue, 6.0f);
     const float share = std::max(0.0f, std::min({k, 4.0f - k, 1.0f}));

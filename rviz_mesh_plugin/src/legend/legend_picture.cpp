@@ -197,11 +197,15 @@ Plan makePlan(const LegendContent& content, int height, const QFontMetrics& metr
     plan.above.push_back({coloring.above, QStringLiteral("above")});
     plan.below.push_back({coloring.below, QStringLiteral("below")});
   }
-  plan.below.push_back({coloring.lethal, lethalText(content.info)});
+  if (content.of_costs) {
+    plan.below.push_back({coloring.lethal, lethalText(content.info)});
+  }
   if (std::isfinite(content.info.cost_limit)) {
     plan.below.push_back({{}, "limit " + number(content.info.cost_limit), true});
   }
-  plan.below.push_back({coloring.unknown, QStringLiteral("unknown")});
+  if (content.of_costs) {
+    plan.below.push_back({coloring.unknown, QStringLiteral("unknown")});
+  }
   const auto lines = static_cast<int>(plan.title.size() + plan.above.size());
   plan.bar_top = MARGIN + lines * LINE_HEIGHT + 2 * GAP;
   const int bar_bottom =
@@ -338,7 +342,8 @@ std::vector<ScaleTick> scaleTicks(const CostColoring& coloring, const CostLimits
 bool operator==(const LegendContent& a, const LegendContent& b)
 {
   return a.layer == b.layer && a.unit == b.unit && a.coloring == b.coloring &&
-         a.limits.lower == b.limits.lower && a.limits.upper == b.limits.upper && a.info == b.info;
+         a.limits.lower == b.limits.lower && a.limits.upper == b.limits.upper && a.info == b.info &&
+         a.of_costs == b.of_costs;
 }
 
 QImage drawLegend(const LegendContent& content, int height, double pixel_ratio)

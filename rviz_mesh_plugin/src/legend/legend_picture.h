@@ -32,8 +32,9 @@ struct LegendContent
   std::string layer;
   std::string unit;  ///< empty where it is not known
   CostColoring coloring;
-  CostLimits limits;  ///< that the scale spans, as limitsOf() gives them
-  LayerInfo info{};   ///< threshold and cost limit are marked on the scale
+  CostLimits limits;     ///< that the scale spans, as limitsOf() gives them
+  LayerInfo info{};      ///< threshold and cost limit are marked on the scale
+  bool of_costs = true;  ///< whether there may be lethal and unknown ones
 };
 
 bool operator==(const LegendContent& a, const LegendContent& b);

@@ -67,6 +67,20 @@ CostColoring commonColoring(const MeshStore& store, const std::string& layer, Co
   return coloring;
 }
 
+CostColoring heightColoring(const MeshStore& store, CostColoring coloring)
+{
+  coloring.logarithmic = false;  // heights have no zero
+  if (!coloring.custom_limits && !store.meshes().empty()) {
+    Bounds bounds = Bounds::none();
+    for (const MeshDataConstPtr& mesh : store.meshes()) {
+      bounds.enclose(*mesh);
+    }
+    coloring.custom_limits = true;
+    coloring.limits = {bounds.lower[2], bounds.upper[2]};
+  }
+  return coloring;
+}
+
 MeshAppearance::MeshAppearance(const Context& context, std::string uuid)
     : context_(context), uuid_(std::move(uuid)), labels_(context.parent)
 {
@@ -189,6 +203,7 @@ bool MeshAppearance::requestLayout()
 bool MeshAppearance::paintAttributes()
 {
   costs_.reset();
+  heights_ = false;
   switch (context_.properties.displayType()) {
     case DisplayType::VERTEX_COSTS:
       return paintCosts();
@@ -196,6 +211,9 @@ bool MeshAppearance::paintAttributes()
       return paintColors();
     case DisplayType::TEXTURES:
       return paintTextures();
+    case DisplayType::HEIGHT:
+    case DisplayType::CONTOUR_LINES:
+      return paintHeights();
     default:
       return false;
   }
@@ -231,6 +249,20 @@ void MeshAppearance::updateCosts(const CostLayerConstPtr& layer,
   if (visual_ && same_layer && costs_ == layer && colors_ == before) {
     painted_ = attempt([&] { visual_->updateColors(vertices); });
   }
+}
+
+bool MeshAppearance::paintHeights()
+{
+  const MeshDataConstPtr& mesh = visual_->layout()->mesh;
+  heights_ = true;
+  const CostColoring coloring =
+      heightColoring(context_.store, context_.properties.costs().coloring());
+  const Colors colors{mesh.get(), mesh.get(), coloring};
+  if (!(colors == colors_)) {
+    visual_->setColors(guarded(heightSource(mesh, coloring), mesh->vertexCount()), false);
+    colors_ = colors;
+  }
+  return true;
 }
 
 bool MeshAppearance::paintColors()

@@ -33,6 +33,8 @@ class MeshVisual;
 /// ones.
 CostColoring commonColoring(const MeshStore& store, const std::string& layer,
                             CostColoring coloring);
+/// The same for heights.
+CostColoring heightColoring(const MeshStore& store, CostColoring coloring);
 
 /// Makes a MeshVisual show one mesh of a MeshStore in the way that
 /// MeshProperties ask for; asks a MeshLoader for another layout where that
@@ -90,6 +92,9 @@ class MeshAppearance
   const CostLayerConstPtr& costs() const { return costs_; }
   const CostColoring& coloring() const { return colors_.coloring; }
 
+  /// Whether it is colored by its heights.
+  bool showsHeights() const { return heights_; }
+
   /// Why the mesh, or its colors, cannot be drawn; empty where that went well since.
   const std::string& error() const
   {
@@ -122,6 +127,7 @@ class MeshAppearance
   bool requestLayout();
   bool paintAttributes();
   bool paintCosts();
+  bool paintHeights();
   bool paintColors();
   bool paintTextures();
   void clearColors();
@@ -136,6 +142,7 @@ class MeshAppearance
   Split requested_split_ = Split::NONE;
   Colors colors_;
   CostLayerConstPtr costs_;
+  bool heights_ = false;
   std::map<std::uint32_t, TextureImageConstPtr> textures_;  ///< that the visual has
   bool at_hand_ = false;
   std::string geometry_error_;  ///< of the layout that could not be drawn

@@ -1,5 +1,7 @@
 #include "properties/cost_properties.h"
 
+#include <algorithm>
+
 #include <mesh_msgs/MeshFaceCostsStamped.h>
 #include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 #include <mesh_msgs/MeshVertexCostsStamped.h>
@@ -8,6 +10,8 @@ namespace rviz_mesh_plugin {
 namespace {
 
 const char* const NO_COSTS = "-- None --";
+/// The layer of mesh_map in which all others are put together.
+const char* const COMBINED_COSTS = "Combined Costs";
 
 /// More would leave nothing between both ends.
 constexpr float MAX_CLIPPED = 49.0f;
@@ -22,9 +26,10 @@ CostProperties::CostProperties(rviz::Property* parent) : QObject(parent)
   for (const NamedColorScale& scale : colorScales()) {
     scales.push_back(scale.name);
   }
-  coloring_.bind(make.choice("Color Scale", "Rainbow",
-                             "The colors from the lower to the upper limit.", parent, scales),
-                 &CostColoring::scale);
+  color_scale_ =
+      coloring_.bind(make.choice("Color Scale", "Rainbow",
+                                 "The colors from the lower to the upper limit.", parent, scales),
+                     &CostColoring::scale);
   addTopics(parent);
   costs_type_ = make.choice("Vertex Costs Type", NO_COSTS, "The cost layer that is shown.", parent,
                             {NO_COSTS});
@@ -34,6 +39,7 @@ CostProperties::CostProperties(rviz::Property* parent) : QObject(parent)
   for (int i = first; i < parent->numChildren(); ++i) {
     all_.push_back(parent->childAt(i));
   }
+  scale_ = {color_scale_, custom_limits_, invert_, legend_};
 }
 
 void CostProperties::addTopics(rviz::Property* parent)
@@ -69,8 +75,8 @@ void CostProperties::addScale(const PropertyMaker& make, rviz::Property* parent)
                   "outliers do not take all colors then.",
                   parent, 0.0f, MAX_CLIPPED),
       &CostColoring::clipped);
-  coloring_.bind(make.box("Invert Colors", false, "Let the scale run backwards.", parent),
-                 &CostColoring::inverted);
+  invert_ = coloring_.bind(make.box("Invert Colors", false, "Let the scale run backwards.", parent),
+                           &CostColoring::inverted);
   coloring_.bind(make.box("Logarithmic", false,
                           "Equal ratios of costs get equal distances on the scale. Costs that are "
                           "not above 0 get the color of the lower limit.",
@@ -134,11 +140,45 @@ void CostProperties::setCostsTypes(const std::vector<std::string>& types)
   for (const std::string& type : types) {
     costs_type_->addOptionStd(type);
   }
+  if (chooses_) {
+    chooseLayer();
+  }
 }
 
-void CostProperties::setHidden(bool hidden)
+void CostProperties::chooseLayer()
 {
-  hidden_ = hidden;
+  chooses_ = costsType() == (chooses_ ? own_choice_ : std::string());
+  if (!chooses_) {
+    return;
+  }
+  own_choice_ = costsType();
+  const bool combined = std::find(types_.begin(), types_.end(), COMBINED_COSTS) != types_.end();
+  if (combined || (own_choice_.empty() && !types_.empty())) {
+    own_choice_ = combined ? COMBINED_COSTS : types_.front();
+    costs_type_->setStdString(own_choice_);
+  }
+}
+
+void CostProperties::forgetLayer()
+{
+  if (chooses_ && costsType() == own_choice_) {
+    costs_type_->setString(NO_COSTS);
+  }
+  chooses_ = false;
+}
+
+void CostProperties::setScale(ColorScale scale)
+{
+  for (const NamedColorScale& named : colorScales()) {
+    if (named.scale == scale) {
+      color_scale_->setString(named.name);
+    }
+  }
+}
+
+void CostProperties::setSeen(Seen seen)
+{
+  seen_ = seen;
   updateHidden();
 }
 
@@ -152,7 +192,9 @@ void CostProperties::updateHidden()
 {
   for (rviz::Property* property : all_) {
     const bool is_topic = qobject_cast<rviz::RosTopicProperty*>(property) != nullptr;
-    property->setHidden(hidden_ || (is_topic && topics_hidden_) ||
+    const bool is_of_scale = std::find(scale_.begin(), scale_.end(), property) != scale_.end();
+    property->setHidden(seen_ == Seen::NONE || (seen_ == Seen::SCALE && !is_of_scale) ||
+                        (is_topic && topics_hidden_) ||
                         (property == clip_percentile_ && custom_limits_->getBool()));
   }
 }

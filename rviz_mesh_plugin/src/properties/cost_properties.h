@@ -13,8 +13,9 @@
 
 namespace rviz_mesh_plugin {
 
-/// The properties of the display type Vertex Costs: which layers there are, which is shown, and in
-/// which colors. Names, types and defaults are those of .rviz files in the field.
+/// The properties of the display type Vertex Costs, and of others that have a scale: which layers
+/// there are, which is shown, and in which colors. Names, types and defaults are those of .rviz
+/// files in the field.
 class CostProperties : public QObject
 {
   Q_OBJECT
@@ -39,8 +40,23 @@ class CostProperties : public QObject
   bool legend() const { return legend_->getBool(); }
   std::string unit() const { return unit_->getStdString(); }
 
-  /// Hides all of them: another display type is chosen.
-  void setHidden(bool hidden);
+  /// Chooses the combined costs, or else the first layer there is, where none is chosen; also when
+  /// they come later, until somebody else chooses.
+  void chooseLayer();
+  /// Ends that, and takes its choice back.
+  void forgetLayer();
+
+  /// The scale that a display begins with.
+  void setScale(ColorScale scale);
+
+  /// Which of them are seen.
+  enum class Seen
+  {
+    NONE,   ///< another display type is chosen
+    SCALE,  ///< those of the scale, for heights
+    ALL
+  };
+  void setSeen(Seen seen);
   /// Hides the topics for good: another display decides them.
   void setTopicsHidden(bool hidden);
 
@@ -56,16 +72,21 @@ class CostProperties : public QObject
   void addColors(const PropertyMaker& make, rviz::Property* parent);
   void addLegend(rviz::Property* parent);
 
-  bool hidden_ = false;
+  Seen seen_ = Seen::ALL;
+  bool chooses_ = false;
+  std::string own_choice_;
   bool topics_hidden_ = false;
   std::vector<std::string> types_;
-  std::vector<rviz::Property*> all_;  ///< but for those below others of them
+  std::vector<rviz::Property*> all_;    ///< but for those below others of them
+  std::vector<rviz::Property*> scale_;  ///< of these, what heights have, too
+  rviz::EnumProperty* color_scale_;
   PropertyValue<CostColoring> coloring_;
   rviz::RosTopicProperty* costs_topic_;
   rviz::RosTopicProperty* update_topic_;
   rviz::RosTopicProperty* face_costs_topic_;
   rviz::EnumProperty* costs_type_;
   rviz::BoolProperty* custom_limits_;
+  rviz::BoolProperty* invert_;
   rviz::FloatProperty* clip_percentile_;
   rviz::BoolProperty* legend_;
   rviz::StringProperty* unit_;

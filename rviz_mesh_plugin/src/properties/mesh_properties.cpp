@@ -17,14 +17,18 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-constexpr std::array<std::pair<const char*, DisplayType>, 5> DISPLAY_TYPES{
-    {{"Fixed Color", DisplayType::FIXED_COLOR},
+constexpr std::array<std::pair<const char*, DisplayType>, 8> DISPLAY_TYPES{
+    {{"Automatic", DisplayType::AUTOMATIC},
+     {"Fixed Color", DisplayType::FIXED_COLOR},
      {"Vertex Color", DisplayType::VERTEX_COLOR},
      {"Textures", DisplayType::TEXTURES},
      {"Vertex Costs", DisplayType::VERTEX_COSTS},
+     {"Height", DisplayType::HEIGHT},
+     {"Contour Lines", DisplayType::CONTOUR_LINES},
      {"Hide Faces", DisplayType::HIDE_FACES}}};
 
 const Ogre::ColourValue MISSING_COLORS{0.6f, 0.6f, 0.6f, 1.0f};
+const QColor FACES_COLOR(0, 255, 0), AUTOMATIC_FACES_COLOR(179, 179, 179);
 
 QString serviceDescription(const char* of_what)
 {
@@ -49,11 +53,16 @@ MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
                                        parent, SIGNAL(contentChanged()), this);
   buffer_size_->setMin(1);
   display_type_ =
-      new rviz::EnumProperty("Display Type", "Fixed Color", "What the faces are colored by.",
+      new rviz::EnumProperty("Display Type", "Fixed Color",
+                             "What the faces are colored by. Automatic: textures, else vertex "
+                             "colors, else costs, else heights, whichever the map has.",
                              parent, SLOT(onDisplayType()), this);
   addFaces(sources, styles, display_type_);
   addTextures(sources, styles, display_type_);
   costs_ = new CostProperties(display_type_);
+  contour_interval_ =
+      styles.number("Contour Interval", 0.5f, "Meters from one line to the next higher one.",
+                    display_type_, 1e-3f);
   update_rate_ = new rviz::FloatProperty("Visualization Update Rate", 10.0f,
                                          "How often updates of costs become seen, in Hz; "
                                          "those that come in between are put together.",
@@ -77,7 +86,7 @@ void MeshProperties::addFaces(const PropertyMaker& sources, const PropertyMaker&
                               rviz::Property* parent)
 {
   faces_color_ = style_.bind(
-      styles.color("Faces Color", QColor(0, 255, 0),
+      styles.color("Faces Color", FACES_COLOR,
                    "Color of the faces; with textures: of those without a material.", parent),
       &MeshStyle::faces_color);
   faces_alpha_ = styles.alpha("Faces Alpha", "faces", parent);
@@ -114,11 +123,11 @@ void MeshProperties::addTextures(const PropertyMaker& sources, const PropertyMak
 /// What is the same for all display types: lines, culling, shading, level of detail.
 void MeshProperties::addLook(const PropertyMaker& make, rviz::Property* parent)
 {
-  rviz::Property* wireframe = style_.bind(
-      make.group("Show Wireframe", true, "Draw the edges.", parent), &MeshStyle::show_wireframe);
-  style_.bind(make.color("Wireframe Color", Qt::black, "Color of the edges.", wireframe),
+  show_wireframe_ = style_.bind(make.group("Show Wireframe", true, "Draw the edges.", parent),
+                                &MeshStyle::show_wireframe);
+  style_.bind(make.color("Wireframe Color", Qt::black, "Color of the edges.", show_wireframe_),
               &MeshStyle::wireframe_color);
-  style_.bind(make.alpha("Wireframe Alpha", "edges", wireframe),
+  style_.bind(make.alpha("Wireframe Alpha", "edges", show_wireframe_),
               [](MeshStyle& style) -> float& { return style.wireframe_color.a; });
   show_normals_ = style_.bind(
       make.group("Show Normals", true, "Draw a line along the normal of each vertex.", parent),
@@ -157,6 +166,8 @@ void MeshProperties::onDisplayType()
   const bool colors = type == DisplayType::VERTEX_COLOR;
   const bool textures = type == DisplayType::TEXTURES;
   const bool costs = type == DisplayType::VERTEX_COSTS;
+  const bool contours = type == DisplayType::CONTOUR_LINES;
+  const bool heights = contours || type == DisplayType::HEIGHT;
   const bool own = !given_;
   const std::pair<rviz::Property*, bool> seen[] = {
       {faces_color_, type == DisplayType::FIXED_COLOR || textures},
@@ -169,12 +180,17 @@ void MeshProperties::onDisplayType()
       {materials_topic_, textures && own},
       {textures_topic_, textures && own},
       {update_rate_, costs},
-      {alpha_, colors || textures || costs},
+      {contour_interval_, contours},
+      {alpha_, colors || textures || costs || heights},
   };
   for (const auto& property : seen) {
     property.first->setHidden(!property.second);
   }
-  costs_->setHidden(!costs);
+  using Seen = CostProperties::Seen;
+  costs_->setSeen(costs ? Seen::ALL : heights ? Seen::SCALE : Seen::NONE);
+  if (costs && !loading_) {
+    costs_->chooseLayer();
+  }
   offerTypes();  // the one before is offered no longer where it has no data
   Q_EMIT contentChanged();
 }
@@ -194,10 +210,15 @@ void MeshProperties::offerTypes()
 
 void MeshProperties::setAvailable(bool colors, bool materials, bool costs)
 {
-  const std::array<bool, 5> available{true, colors, materials, costs, true};
+  const std::array<bool, 8> available{true, colors, materials, costs, true, true, true, true};
   if (available != available_) {
+    const DisplayType before = displayType();
     available_ = available;
-    offerTypes();
+    if (displayType() == before) {
+      offerTypes();
+    } else {
+      onDisplayType();
+    }
   }
 }
 
@@ -258,7 +279,39 @@ std::size_t MeshProperties::bufferSize() const
   return given_ ? 1 : static_cast<std::size_t>(std::max(1, buffer_size_->getInt()));
 }
 
+void MeshProperties::setAutomatic(bool automatic)
+{
+  const auto set_type = [this](DisplayType type) {
+    for (const auto& named : DISPLAY_TYPES) {
+      if (named.second == type) {
+        display_type_->setString(named.first);
+      }
+    }
+  };
+  costs_->forgetLayer();
+  faces_color_->setColor(automatic ? AUTOMATIC_FACES_COLOR : FACES_COLOR);
+  costs_->setScale(automatic ? ColorScale::VIRIDIS : ColorScale::RAINBOW);
+  show_wireframe_->setBool(!automatic);
+  show_normals_->setBool(!automatic);
+  set_type(automatic ? DisplayType::AUTOMATIC : DisplayType::FIXED_COLOR);
+}
+
 DisplayType MeshProperties::displayType() const
+{
+  const DisplayType chosen = chosenType();
+  if (chosen != DisplayType::AUTOMATIC) {
+    return chosen;
+  }
+  for (DisplayType type :
+       {DisplayType::TEXTURES, DisplayType::VERTEX_COLOR, DisplayType::VERTEX_COSTS}) {
+    if (available_[static_cast<std::size_t>(type)]) {
+      return type;
+    }
+  }
+  return DisplayType::HEIGHT;
+}
+
+DisplayType MeshProperties::chosenType() const
 {
   const QString chosen = display_type_->getString();
   for (const auto& type : DISPLAY_TYPES) {
@@ -282,6 +335,10 @@ MeshStyle MeshProperties::style(bool at_hand) const
     case DisplayType::TEXTURES:
       style.faces = MeshStyle::Faces::TEXTURES;
       style.faces_color.a = style.alpha;
+      break;
+    case DisplayType::CONTOUR_LINES:
+      style.contour_interval = contour_interval_->getFloat();
+      style.faces = MeshStyle::Faces::VERTEX_COLORS;
       break;
     default:
       style.faces = MeshStyle::Faces::VERTEX_COLORS;

@@ -30,7 +30,10 @@ enum class DisplayType
   VERTEX_COLOR = 1,
   TEXTURES = 2,
   VERTEX_COSTS = 3,
-  HIDE_FACES = 4
+  HIDE_FACES = 4,
+  HEIGHT = 5,
+  CONTOUR_LINES = 6,  ///< heights with lines
+  AUTOMATIC = 7       ///< of the others the best that there are data for
 };
 
 /// The properties of a mesh display. Names, types, defaults and nesting of
@@ -59,8 +62,17 @@ class MeshProperties : public QObject
 
   void setAvailable(bool colors, bool materials, bool costs);
 
+  /// What a display begins with that no file says anything of: the best that the map has, in a
+  /// perceptual scale, without lines; else the defaults of .rviz files in the field.
+  void setAutomatic(bool automatic);
+  /// While a file is loaded nothing is chosen that it does not name.
+  void setLoading(bool loading) { loading_ = loading; }
+
   std::size_t bufferSize() const;
+  /// What is drawn: never AUTOMATIC.
   DisplayType displayType() const;
+  /// Whether it depends on which data there are.
+  bool isAutomatic() const { return chosenType() == DisplayType::AUTOMATIC; }
   CostProperties& costs() const { return *costs_; }
   /// In Hz: how often updates of costs become seen.
   float updateRate() const { return update_rate_->getFloat(); }
@@ -86,17 +98,20 @@ class MeshProperties : public QObject
   void onDisplayType();
 
  private:
+  DisplayType chosenType() const;
   void addFaces(const PropertyMaker& sources, const PropertyMaker& styles, rviz::Property* parent);
   void addTextures(const PropertyMaker& sources, const PropertyMaker& styles,
                    rviz::Property* parent);
   void addLook(const PropertyMaker& make, rviz::Property* parent);
   void offerTypes();
 
+  bool loading_ = false;
   PropertyValue<MeshSource> source_;
   PropertyValue<ServiceNames> services_;
   PropertyValue<MeshStyle> style_;
   std::optional<MeshSource> given_;
-  std::array<bool, 5> available_{true, false, false, false, true};  ///< data for the display types
+  /// Data for the display types.
+  std::array<bool, 8> available_{true, false, false, false, true, true, true, true};
   CostProperties* costs_;
   rviz::RosTopicProperty* geometry_topic_;
   rviz::IntProperty* buffer_size_;
@@ -112,6 +127,8 @@ class MeshProperties : public QObject
   rviz::RosTopicProperty* textures_topic_;
   rviz::FloatProperty* update_rate_;
   rviz::FloatProperty* alpha_;
+  rviz::FloatProperty* contour_interval_;
+  rviz::BoolProperty* show_wireframe_;
   rviz::BoolProperty* show_normals_;
   rviz::BoolProperty* show_labels_;
   rviz::RosTopicProperty* labels_topic_;

@@ -129,6 +129,7 @@ SurfaceLook lookOf(const MeshStyle& style)
   look.color = style.faces_color;
   look.alpha = style.alpha;
   look.flat_shading = style.flat_shading;
+  look.contour_interval = style.contour_interval;
   return look;
 }
 

@@ -33,7 +33,8 @@ struct MeshStyle
   bool flat_shading = false;   ///< light each face by its plane, not by the normals of its vertices
   Culling culling = Culling::NONE;
   bool level_of_detail = true;
-  float detail_pixels = 4.0f;  ///< faces smaller than this may be merged
+  float detail_pixels = 4.0f;     ///< faces smaller than this may be merged
+  float contour_interval = 0.0f;  ///< meters between lines of the same height; 0 is none
   bool show_wireframe = false;
   Ogre::ColourValue wireframe_color{0.0f, 0.0f, 0.0f, 1.0f};
   bool show_normals = false;
@@ -46,8 +47,8 @@ inline bool operator==(const MeshStyle& a, const MeshStyle& b)
   const auto members = [](const MeshStyle& style) {
     return std::tie(style.faces, style.faces_color, style.alpha, style.only_textured,
                     style.flat_shading, style.culling, style.level_of_detail, style.detail_pixels,
-                    style.show_wireframe, style.wireframe_color, style.show_normals,
-                    style.normals_color, style.normals_length);
+                    style.contour_interval, style.show_wireframe, style.wireframe_color,
+                    style.show_normals, style.normals_color, style.normals_length);
   };
   return members(a) == members(b);
 }

@@ -28,9 +28,11 @@ varying vec3 view_position;
 varying vec3 view_normal;
 varying vec3 to_eye;
 varying vec2 texture_position;
+varying float height;
 
 void main()
 {
+  height = gl_Vertex.z;
   gl_Position = world_view_projection * gl_Vertex;
   view_position = (world_view * gl_Vertex).xyz;
   view_normal = (normal_matrix * vec4(gl_Normal, 0.0)).xyz;
@@ -70,6 +72,10 @@ uniform float flat_shading;
 uniform float ambient_share;
 uniform vec4 light_direction;
 uniform vec4 light_color;
+uniform mat4 view;
+uniform float underside_share;
+uniform float contour_interval;
+varying float height;
 varying vec3 view_position;
 varying vec3 view_normal;
 varying vec3 to_eye;
@@ -88,7 +94,15 @@ void main()
   normal = dot(normal, facet) < 0.0 ? -normal : normal;
   float share = max(dot(normal, -light_direction.xyz), 0.0);
   vec4 color = surfaceColor();
-  gl_FragColor = vec4(color.rgb * mix(vec3(ambient_share), vec3(1.0), share * light_color.rgb), color.a);
+  vec3 light = mix(vec3(ambient_share), vec3(1.0), share * light_color.rgb);
+  vec3 up = (view * vec4(0.0, 0.0, 1.0, 0.0)).xyz;
+  light *= mix(underside_share, 1.0, 0.5 + 0.5 * dot(normal, up));
+  if (contour_interval > 0.0) {
+    float at = height / contour_interval;
+    float pixels = abs(fract(at - 0.5) - 0.5) / max(fwidth(at), 1e-6);
+    light *= mix(0.25, 1.0, clamp(pixels - 0.5, 0.0, 1.0));
+  }
+  gl_FragColor = vec4(color.rgb * light, color.a);
 }
 )glsl";
 
@@ -119,6 +133,9 @@ void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const Surface
   parameters->setNamedConstant("alpha", look.from == Color::ONE ? 1.0f : look.alpha);
   parameters->setNamedConstant("flat_shading", look.flat_shading ? 1.0f : 0.0f);
   parameters->setNamedConstant("ambient_share", AMBIENT_SHARE);
+  parameters->setNamedConstant("underside_share", UNDERSIDE_SHARE);
+  parameters->setNamedConstant("contour_interval", look.contour_interval);
+  parameters->setNamedAutoConstant("view", Parameters::ACT_VIEW_MATRIX);
   parameters->setNamedAutoConstant("light_direction", Parameters::ACT_LIGHT_DIRECTION_VIEW_SPACE,
                                    0);
   parameters->setNamedAutoConstant("light_color", Parameters::ACT_LIGHT_DIFFUSE_COLOUR, 0);

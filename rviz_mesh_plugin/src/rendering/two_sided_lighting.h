@@ -10,6 +10,9 @@ namespace rviz_mesh_plugin {
 /// The part of a surface's color that is seen where no light falls.
 constexpr float AMBIENT_SHARE = 0.4f;
 
+/// The part of a color that is seen of what looks down; of what is upright, the mean of it and 1.
+constexpr float UNDERSIDE_SHARE = 0.6f;
+
 /// Of the custom parameter of renderables that holds the color of a part.
 constexpr std::size_t PART_COLOR = 17;
 
@@ -31,12 +34,14 @@ struct SurfaceLook
   bool flat_shading = false;  ///< lit by the planes of the faces
   bool translucent = false;
   bool one_color_per_face = false;  ///< VERTICES: that of the last vertex
+  float contour_interval = 0.0f;    ///< dark lines at heights (z) so many meters apart; 0 is none
   Ogre::TexturePtr texture;
 };
 
 /// Makes a pass light faces from whichever side they are seen, by RViz's light (directional, along
 /// the view): a surface that faces the camera has exactly its color, and AMBIENT_SHARE of it where
-/// the light grazes.
+/// the light grazes. Beside it there is light from above, so that floors differ from walls: level
+/// ground keeps its color, what looks down has UNDERSIDE_SHARE of it.
 ///
 /// The pass gets a pair of GLSL 1.20 programs, which all passes of this process share, and no
 /// culling.

@@ -1,5 +1,7 @@
 #include "coloring/color_scale.h"
 
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -32,6 +34,29 @@ const Rgba8 MAGENTA{255, 0, 255, 255};
 const Rgba8 BLACK{0, 0, 0, 255};
 const Rgba8 WHITE{255, 255, 255, 255};
 
+/// CIELAB of an sRGB color (IEC 61966-2-1, white D65).
+std::array<double, 3> labOf(const Rgba8& color)
+{
+  const auto linear = [](double channel) {
+    return channel <= 0.04045 ? channel / 12.92 : std::pow((channel + 0.055) / 1.055, 2.4);
+  };
+  const double r = linear(color.red / 255.0), g = linear(color.green / 255.0),
+               b = linear(color.blue / 255.0);
+  const auto bent = [](double share) {
+    return share > std::pow(6.0 / 29.0, 3) ? std::cbrt(share) : share * 841.0 / 108.0 + 4.0 / 29.0;
+  };
+  const double x = bent((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / 0.95047);
+  const double y = bent(0.2126729 * r + 0.7151522 * g + 0.0721750 * b);
+  const double z = bent((0.0193339 * r + 0.1191920 * g + 0.9503041 * b) / 1.08883);
+  return {116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)};
+}
+
+double difference(const Rgba8& a, const Rgba8& b)
+{
+  const auto p = labOf(a), q = labOf(b);
+  return std::sqrt(std::pow(p[0] - q[0], 2) + std::pow(p[1] - q[1], 2) + std::pow(p[2] - q[2], 2));
+}
+
 struct Stop
 {
   ColorScale scale;
@@ -46,6 +71,20 @@ bool differsByOneAtMost(const Rgba8& a, const Rgba8& b)
 }
 
 }  // namespace
+
+TEST(ColorScaleTest, lethal_and_unknown_are_in_no_scale)
+{
+  using rviz_mesh_plugin::LETHAL_COST_COLOR;
+  using rviz_mesh_plugin::UNKNOWN_COST_COLOR;
+  EXPECT_GT(difference(LETHAL_COST_COLOR, UNKNOWN_COST_COLOR), 60.0);
+  for (const auto& named : colorScales()) {
+    for (int i = 0; i <= 1000; ++i) {
+      const Rgba8 color = rviz_mesh_plugin::scaleColor(named.scale, 0.001f * i);
+      ASSERT_GT(difference(color, LETHAL_COST_COLOR), 20.0) << named.name << " at " << i;
+      ASSERT_GT(difference(color, UNKNOWN_COST_COLOR), 20.0) << named.name << " at " << i;
+    }
+  }
+}
 
 TEST(ColorScale, numbers_and_names_are_those_of_files)
 {

@@ -36,7 +36,8 @@ const Rgba8 GREEN{0, 255, 0, 255};
 const Rgba8 WHITE{255, 255, 255, 255};
 const Rgba8 BLACK{0, 0, 0, 255};
 const Rgba8 BLUE{0, 0, 255, 255};
-const Rgba8 UNKNOWN{128, 128, 128, 255};
+const Rgba8 LETHAL = rviz_mesh_plugin::LETHAL_COST_COLOR;
+const Rgba8 UNKNOWN = rviz_mesh_plugin::UNKNOWN_COST_COLOR;
 
 CostColoring redGreen(const std::function<void(CostColoring&)>& change = {})
 {
@@ -275,7 +276,7 @@ TEST(CostColoring, color_of_a_cost)
       {"below", plain, {10, 20}, 5, GREEN},
       {"middle", plain, {10, 20}, 15, YELLOW},
       {"above", plain, {10, 20}, 25, RED},
-      {"lethal", plain, {10, 20}, INF, RED},
+      {"lethal", plain, {10, 20}, INF, LETHAL},
       {"unknown", plain, {10, 20}, NAN_COST, UNKNOWN},
       {"below all", plain, {10, 20}, -INF, GREEN},
       {"constant", plain, {7, 7}, 7, GREEN},
@@ -289,7 +290,7 @@ TEST(CostColoring, color_of_a_cost)
       {"least span, upper", plain, {0, LEAST}, LEAST, RED},
       {"inverted, lower", inverted, {0, 1}, 0, RED},
       {"inverted, upper", inverted, {0, 1}, 1, GREEN},
-      {"inverted, lethal", inverted, {0, 1}, INF, RED},
+      {"inverted, lethal", inverted, {0, 1}, INF, LETHAL},
       {"inverted constant", inverted, {7, 7}, 7, RED},
       {"logarithmic middle", logarithmic, {0.01f, 100}, 1, YELLOW},
       {"logarithmic backwards", logarithmic, {100, 0.01f}, 0.01f, RED},

@@ -136,11 +136,13 @@ class ConfigTest : public DisplayFixture
 {
 };
 
-TEST_F(ConfigTest, both_class_names_give_the_same_display_with_the_properties_of_the_released_one)
+TEST_F(ConfigTest,
+       from_a_file_both_class_names_give_the_same_display_with_the_properties_of_the_released_one)
 {
   for (const char* class_id : {"rviz_mesh_plugin/TexturedMesh", "rviz_map_plugin/Mesh"}) {
     auto* display = createDisplayAs<Display>(class_id);
     EXPECT_EQ(display->getClassId().toStdString(), class_id);
+    display->load(rviz::Config());  // a file that says nothing of any of them
     for (const Row& row : allRows()) {
       rviz::Property* property = find(display, row.path);
       EXPECT_EQ(property->getNameStd(), row.path.back());
@@ -179,11 +181,9 @@ TEST_F(ConfigTest, properties_are_of_the_released_types_and_limits)
   }
   display->subProp("Buffer Size")->setValue(0);
   EXPECT_EQ(display->subProp("Buffer Size")->getValue().toInt(), 1);
-  const std::vector<std::pair<const char*, int>> types{{"Fixed Color", 0},
-                                                       {"Vertex Color", 1},
-                                                       {"Textures", 2},
-                                                       {"Vertex Costs", 3},
-                                                       {"Hide Faces", 4}};
+  const std::vector<std::pair<const char*, int>> types{
+      {"Fixed Color", 0}, {"Vertex Color", 1}, {"Textures", 2},      {"Vertex Costs", 3},
+      {"Hide Faces", 4},  {"Height", 5},       {"Contour Lines", 6}, {"Automatic", 7}};
   auto* type = dynamic_cast<rviz::EnumProperty*>(display->subProp("Display Type"));
   ASSERT_TRUE(type);
   for (const auto& [text, number] : types) {
@@ -352,12 +352,14 @@ TEST_F(ConfigTest, within_another_display_types_are_offered_with_their_data_and_
     }
     return names;
   };
-  EXPECT_EQ(offered(), (std::vector<std::string>{"Fixed Color", "Textures", "Hide Faces"}));
+  EXPECT_EQ(offered(), (std::vector<std::string>{"Automatic", "Fixed Color", "Textures", "Height",
+                                                 "Contour Lines", "Hide Faces"}));
   ASSERT_TRUE(show(display, test_meshes::square()));
   costs.publish(test_meshes::costs("a", {0, 0, 0, 1}));
   ASSERT_TRUE(waitForStatus(display, "Costs", "Ok", "'a'"));
   EXPECT_EQ(offered(),
-            (std::vector<std::string>{"Fixed Color", "Textures", "Vertex Costs", "Hide Faces"}));
+            (std::vector<std::string>{"Automatic", "Fixed Color", "Textures", "Vertex Costs",
+                                      "Height", "Contour Lines", "Hide Faces"}));
   EXPECT_EQ(type->getString(), "Textures") << "is kept and waits for its data";
   set(display, {"Display Type"}, "Vertex Costs");
   EXPECT_TRUE(find(display, {"Display Type", "Vertex Costs Topic"})->getHidden());

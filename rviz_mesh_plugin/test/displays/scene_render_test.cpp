@@ -78,11 +78,13 @@ TEST_F(SceneTest, a_layer_switch_uploads_colors_only)
   costs.publish(test_meshes::costs("a", ramp(441)));
   costs.publish(test_meshes::costs("b", std::vector<float>(441, 1.0f)));
   set(display, {"Display Type"}, "Vertex Costs");
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'a'")) << "the first";
+  EXPECT_EQ(display->visual()->colorUploads(), 1u);
+  set(display, {"Display Type", "Vertex Costs Type"}, "-- None --");
   EXPECT_TRUE(waitForStatus(display, "Costs", "Warn", "one of 'a', 'b'"));
-  EXPECT_EQ(display->visual()->colorUploads(), 0u);
   for (std::size_t i = 0; i < 10; ++i) {
     set(display, {"Display Type", "Vertex Costs Type"}, i % 2 == 0 ? "a" : "b");
-    EXPECT_EQ(display->visual()->colorUploads(), i + 1);
+    EXPECT_EQ(display->visual()->colorUploads(), i + 2);
   }
   EXPECT_EQ(display->visual()->geometryUploads(), 1u);
   spinFrames();

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "coloring/color_scale.h"
 #include "conversion/attribute_conversion.h"
 #include "labels/label_colors.h"
 #include "labels/label_faces.h"
@@ -166,6 +167,8 @@ TEST(LabelColorsTest, classes_are_well_apart_as_long_as_there_are_colors)
     }
     // Neither RViz's background nor black.
     EXPECT_GE(distance(color, {48, 48, 48, 255}), 100) << i;
+    EXPECT_GE(distance(color, rviz_mesh_plugin::LETHAL_COST_COLOR), 50) << i;
+    EXPECT_GE(distance(color, rviz_mesh_plugin::UNKNOWN_COST_COLOR), 50) << i;
     seen.push_back(color);
   }
   const Rgba8 shared = colors.classColor("one more");

@@ -1,6 +1,7 @@
 #include "properties/cost_properties.h"
 
 #include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -74,9 +75,9 @@ const std::vector<PropertyCase>& allProperties()
       {{"Clip Percentile"}, 0.0f, 2.0f},
       {{"Invert Colors"}, false, true},
       {{"Logarithmic"}, false, true},
-      {{"Lethal Color"}, QColor(255, 0, 0), QColor(1, 2, 3)},
+      {{"Lethal Color"}, QColor(255, 20, 147), QColor(1, 2, 3)},
       {{"Mark Lethal"}, true, false},
-      {{"Unknown Color"}, QColor(128, 128, 128), QColor(4, 5, 6)},
+      {{"Unknown Color"}, QColor(104, 78, 40), QColor(4, 5, 6)},
       {{"Mark Outside Limits"}, false, true},
       {{"Mark Outside Limits", "Below Color"}, QColor(0, 0, 0), QColor(7, 8, 9)},
       {{"Mark Outside Limits", "Above Color"}, QColor(255, 255, 255), QColor(10, 11, 12)},
@@ -114,7 +115,8 @@ TEST_F(CostPropertiesTest, defaults_reproduce_the_released_colors)
 {
   const CostColoring coloring = properties->coloring();
   EXPECT_TRUE(coloring == CostColoring());
-  EXPECT_EQ(coloring.lethal, (Rgba8{255, 0, 0, 255}));
+  EXPECT_EQ(coloring.scale, ColorScale::RAINBOW);
+  EXPECT_EQ(coloring.lethal, (Rgba8{255, 20, 147, 255}));
   EXPECT_TRUE(properties->legend());
   EXPECT_EQ(properties->costsType(), "");
   EXPECT_EQ(properties->unit(), "");
@@ -199,7 +201,8 @@ TEST_F(CostPropertiesTest, the_choice_waits_for_its_layer)
 
 TEST_F(CostPropertiesTest, what_does_not_matter_is_hidden)
 {
-  properties->setHidden(true);
+  using Seen = CostProperties::Seen;
+  properties->setSeen(Seen::NONE);
   for (const PropertyCase& test : allProperties()) {
     if (test.path.size() == 1) {
       EXPECT_TRUE(sub(test.path)->getHidden()) << test.path[0];
@@ -208,7 +211,7 @@ TEST_F(CostPropertiesTest, what_does_not_matter_is_hidden)
   sub({"Use Custom limits"})->setValue(true);
   EXPECT_TRUE(sub({"Clip Percentile"})->getHidden());
   properties->setTopicsHidden(true);
-  properties->setHidden(false);
+  properties->setSeen(Seen::ALL);
   for (const PropertyCase& test : allProperties()) {
     const std::string name = test.path[0];
     EXPECT_EQ(sub({test.path[0]})->getHidden(),
@@ -217,6 +220,13 @@ TEST_F(CostPropertiesTest, what_does_not_matter_is_hidden)
   }
   sub({"Use Custom limits"})->setValue(false);
   EXPECT_FALSE(sub({"Clip Percentile"})->getHidden());
+  properties->setSeen(Seen::SCALE);
+  for (const PropertyCase& test : allProperties()) {
+    const std::set<std::string> of_heights{"Color Scale", "Use Custom limits", "Invert Colors",
+                                           "Legend"};
+    EXPECT_EQ(sub({test.path[0]})->getHidden(), of_heights.count(test.path[0]) == 0)
+        << test.path[0];
+  }
 }
 
 TEST_F(CostPropertiesTest, numbers_stay_in_their_range)

@@ -121,8 +121,10 @@ TEST_F(VisualLooks, flat_shading_lights_each_face_by_its_plane)
 {
   const auto ridge = [](double x, double) { return -std::fabs(x); };
   draw(test_layouts::simple(grid(2, ridge)));
-  const auto shade = [](double cosine) {
-    return Rgb{0, static_cast<std::uint8_t>(std::lround(255.0 * (0.4 + 0.6 * cosine))), 0};
+  const double from_above = 0.8 + 0.2 * std::sqrt(0.5);
+  const auto shade = [=](double cosine) {
+    return Rgb{0, static_cast<std::uint8_t>(std::lround(255.0 * (0.4 + 0.6 * cosine) * from_above)),
+               0};
   };
   // On the ridge the normal points up, 45 degrees off the planes beside it.
   EXPECT_TRUE(isNear(picture().at(320, 230), GREEN, 3));
@@ -131,6 +133,50 @@ TEST_F(VisualLooks, flat_shading_lights_each_face_by_its_plane)
   const Image image = picture();
   for (const int x : {250, 318, 322, 390}) {
     EXPECT_TRUE(isNear(image.at(x, 230), shade(std::sqrt(0.5)), 1)) << x << image.at(x, 230);
+  }
+}
+
+TEST_F(VisualLooks, light_from_above_tells_floors_from_walls_and_ceilings)
+{
+  draw(test_layouts::simple(grid(2, flat)));
+  style.flat_shading = true;
+  apply();
+  EXPECT_EQ(picture().count(GREEN), 200u * 200u) << "level ground has exactly its color";
+  const auto shade = [](double share) {
+    return Rgb{0, static_cast<std::uint8_t>(std::lround(255.0 * share)), 0};
+  };
+  lookAt({0.0, 0.001, -3.0}, {0.0, 0.0, 0.0});
+  EXPECT_TRUE(isNear(grab().center(), shade(0.6), 2)) << "seen from below: a ceiling";
+  visual->place(FramePose{{0.0f, 0.0f, 0.0f}, Ogre::Quaternion(Ogre::Degree(90), {0, 1, 0})});
+  lookAt({3.0, 0.0, 0.0}, {0.0, 0.0, 0.0});
+  EXPECT_TRUE(isNear(grab().center(), shade(0.8), 2)) << "a wall";
+}
+
+TEST_F(VisualLooks, contour_lines_are_at_multiples_of_the_interval)
+{
+  draw(test_layouts::simple(grid(2, [](double x, double) { return 0.25 * x; })));
+  const auto dark = [&] {
+    const Image image = picture();
+    std::vector<int> columns;
+    for (int x = 222; x < 418; ++x) {
+      if (image.at(x, 200).green < 120) {
+        columns.push_back(x);
+      }
+    }
+    return columns;
+  };
+  EXPECT_TRUE(dark().empty());
+  style.contour_interval = 0.1f;  // heights from -0.25 to 0.25: every 40 pixels
+  apply();
+  std::vector<int> lines;
+  for (const int x : dark()) {
+    if (lines.empty() || x > lines.back() + 3) {
+      lines.push_back(x);
+    }
+  }
+  ASSERT_EQ(lines.size(), 5u);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(lines[i], 240 + 40 * i, 2);
   }
 }
 

@@ -38,7 +38,7 @@ class DisplayFixture : public StatusFixture
 
   /// A display without wireframe and normals on the topics above, by the name
   /// that it is loaded with.
-  Display* createMeshDisplay(const std::string& class_id = "rviz_mesh_plugin/TexturedMesh")
+  Display* createMeshDisplay(const std::string& class_id = "rviz_map_plugin/Mesh")
   {
     auto* display = createDisplayAs<Display>(class_id);
     set(display, {"Show Wireframe"}, false);

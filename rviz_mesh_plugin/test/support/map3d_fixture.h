@@ -99,7 +99,7 @@ class Map3DFixture : public StatusFixture
   }
 
   Display* createMap(const std::string& file = "", const std::string& name = "Map",
-                     const std::string& class_id = "rviz_mesh_plugin/Map3D")
+                     const std::string& class_id = "rviz_map_plugin/Map3D")
   {
     auto* display = createDisplayAs<Display>(class_id, name);
     if (!file.empty()) {

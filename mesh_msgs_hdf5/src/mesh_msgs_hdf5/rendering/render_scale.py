@@ -6,9 +6,9 @@ import numpy as np
 RAINBOW = np.array([[1, 0, 1], [0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 1, 0], [1, 0, 0]], float)
 RED_GREEN = np.array([[0, 1, 0], [1, 1, 0], [1, 0, 0]], float)
 SCALES = {"rainbow": RAINBOW, "redgreen": RED_GREEN}
-# neither is in a scale; unknown is the grey that RViz has
-UNKNOWN = (128 / 255, 128 / 255, 128 / 255)
-LETHAL = (0.1, 0.1, 0.1)
+# far from all colors of all scales; the same as in RViz
+UNKNOWN = (104 / 255, 78 / 255, 40 / 255)
+LETHAL = (255 / 255, 20 / 255, 147 / 255)
 
 
 def scale_colors(stops: np.ndarray, positions: np.ndarray) -> np.ndarray:
