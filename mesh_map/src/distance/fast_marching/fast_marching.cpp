@@ -64,6 +64,7 @@ void FastMarchingBuffers::clear()
   }
   touched.clear();
   tasks.clear();
+  ranks.clear();
   is_in_repair = false;
   queue.reset(queue.width());
 }
@@ -304,8 +305,8 @@ constexpr double SAME = 1e-9;
 
 constexpr std::size_t TASKS_PER_CANCEL_CHECK = 256;
 
-/// A label that is looked at in a repair takes about as long as two in a new field.
-constexpr std::size_t LABELS_PER_LOOK = 2;
+/// A label that is looked at in a repair takes about as long as three in a new field.
+constexpr std::size_t LABELS_PER_LOOK = 3;
 
 /// Of more changes than a part of the field, it is made anew.
 constexpr std::size_t CHANGES_FOR_NEW_FIELD = 16;
@@ -417,7 +418,9 @@ class Repair
       } else if (task.key == buffers_.labels[task.vertex]) {
         changed.push_back(task.vertex);
         if (task.key < front) {
-          update_.push(task.vertex);
+          update_.push(task.vertex, [this](std::uint32_t v, double before, double highest) {
+            rankLowered(v, before, highest);
+          });
         } else {
           buffers_.queue.push(task.key, task.vertex);
         }
@@ -446,46 +449,83 @@ class Repair
     return static_cast<double>(looks_ - local_) > share * static_cast<double>(most());
   }
 
-  double labelByOthers(std::uint32_t v, double below = NOT_REACHED)
+  FastMarchingPull labelByOthers(std::uint32_t v, double below = NOT_REACHED)
   {
     ++looks_;
-    double least_step = 0.0;
-    double label = update_.pull(v, below, least_step);
+    FastMarchingPull found = update_.pull(v, below);
     // Two labels that are the same could follow from each other, and from nothing else.
-    has_circle_ |= label < NOT_REACHED && least_step <= SAME * label;
+    has_circle_ |= found.label < NOT_REACHED && found.least_step <= SAME * found.label;
     auto seed = std::lower_bound(
         seeds_.begin(), seeds_.end(), v,
         [](const FastMarchingSeed& one, std::uint32_t vertex) { return one.vertex < vertex; });
     if (seed != seeds_.end() && seed->vertex == v && update_.isOpen(v)) {
-      label = std::min(label, seed->label);
+      if (seed->label < found.label) {
+        found.label = seed->label;
+        found.highest = -1.0;
+      }
     }
-    return label;
+    return found;
   }
 
   void begin(std::uint32_t v)
   {
-    const double now = buffers_.labels[v], label = labelByOthers(v);
-    if (update_.isAbove(now, label)) {
-      settleAt(v, label);
-    } else if (label > now * (1.0 + SAME)) {
+    const double now = buffers_.labels[v];
+    const FastMarchingPull found = labelByOthers(v);
+    if (update_.isAbove(now, found.label)) {
+      settleAt(v, found);
+    } else if (found.label > now * (1.0 + SAME)) {
       buffers_.addTask({now, v, FastMarchingTask::CHECK});
     }
   }
 
   static bool isSame(double label, double other) { return label <= other * (1.0 + SAME); }
 
-  /// v will have this label. Where that follows from others that are not below it (across obtuse
+  /// Does what was found for v follow from ranks below `below` alone? Then `found` becomes that,
+  /// for which there may be a little more than `label`.
+  bool followsFrom(std::uint32_t v, FastMarchingPull& found, double label, double below)
+  {
+    if (found.highest < below) {
+      return true;
+    }
+    const FastMarchingPull lower = labelByOthers(v, below);
+    if (!isSame(lower.label, label)) {
+      return false;
+    }
+    found = lower;
+    return true;
+  }
+
+  /// What v follows from has ranks up to `highest`; it had the label `before`. What is lowered
+  /// keeps its rank at most: others may rely on that.
+  void rankAs(std::uint32_t v, double highest, double before)
+  {
+    const double label = buffers_.labels[v];
+    if (!(highest < label)) {
+      const double last = buffers_.ranks.of(v, before);
+      buffers_.ranks.set(v, std::min(last, std::nextafter(highest, NOT_REACHED)));
+    } else if (!buffers_.ranks.areLabelsFrom(label)) {
+      buffers_.ranks.forget(v);
+    }
+  }
+
+  /// The same, where `highest` is not below the label because it is not known better.
+  void rankLowered(std::uint32_t v, double before, double highest)
+  {
+    rankAs(v, highest < buffers_.labels[v] ? highest : labelByOthers(v).highest, before);
+  }
+
+  /// v will have this label. Where that follows from ranks that are not below it (across obtuse
   /// corners), they may follow from it in turn, and from nothing else: it waits until all around it
   /// that depends on it has been taken back, too.
-  void settleAt(std::uint32_t v, double label)
+  void settleAt(std::uint32_t v, FastMarchingPull found)
   {
-    if (!(label < NOT_REACHED)) {
+    if (!(found.label < NOT_REACHED)) {
       return;
     }
-    if (isSame(labelByOthers(v, label), label)) {
-      buffers_.addTask({label, v, FastMarchingTask::SETTLE});
+    if (followsFrom(v, found, found.label, found.label)) {
+      buffers_.addTask({found.label, v, FastMarchingTask::SETTLE});
     } else {
-      waitAt(v, label);
+      waitAt(v, found.label);
     }
   }
 
@@ -498,23 +538,29 @@ class Repair
   void check(const FastMarchingTask& task, std::vector<std::uint32_t>& changed)
   {
     const std::uint32_t v = task.vertex;
-    if (buffers_.labels[v] != task.key || isSame(labelByOthers(v, task.key), task.key)) {
+    if (buffers_.labels[v] != task.key) {
       return;
     }
-    const double label = labelByOthers(v);
+    FastMarchingPull found = labelByOthers(v);
+    const bool is_same = isSame(found.label, task.key);
+    if (is_same && followsFrom(v, found, task.key, update_.rank(v))) {
+      return;
+    }
+    checkAround(v);
     buffers_.labels[v] = NOT_REACHED;
+    buffers_.ranks.forget(v);
     changed.push_back(v);
-    if (isSame(label, task.key)) {
-      waitAt(v, label);
+    if (is_same) {
+      waitAt(v, found.label);
     } else {
-      settleAt(v, label);
+      settleAt(v, found);
     }
-    for (const FastMarchingCorner& c : mesh_.corners(v)) {
-      checkNext(v, c.a);
-      checkNext(v, c.b);
-    }
-    update_.forEachSeen(v, task.key,
-                        [&](std::uint32_t seen, const FastMarchingCorner&) { checkNext(v, seen); });
+  }
+
+  /// All that may follow from the label of v.
+  void checkAround(std::uint32_t v)
+  {
+    update_.forEachFollowing(v, [&](std::uint32_t next) { checkNext(v, next); });
   }
 
   void checkNext(std::uint32_t v, std::uint32_t next)
@@ -531,14 +577,17 @@ class Repair
     if (task.kind == FastMarchingTask::SETTLE && !update_.isAbove(now, task.key)) {
       return;
     }
-    const double label = labelByOthers(v);
-    if (!update_.isAbove(now, label)) {
+    FastMarchingPull found = labelByOthers(v);
+    if (!update_.isAbove(now, found.label)) {
       return;
     }
-    if (isSame(labelByOthers(v, std::nextafter(task.key, NOT_REACHED)), label)) {
-      update_.offer(v, label);
+    if (followsFrom(v, found, found.label, std::nextafter(task.key, NOT_REACHED))) {
+      update_.offer(v, found.label);
+      if (buffers_.labels[v] < now) {
+        rankAs(v, found.highest, now);
+      }
     } else {
-      settleAt(v, label);
+      settleAt(v, found);
     }
   }
 
@@ -617,6 +666,7 @@ bool FastMarchingField::mend(ArrayView<float> slowness, ArrayView<std::uint32_t>
     return startAgain(slowness, cancel, done);
   }
   buffers_->is_in_repair = false;
+  buffers_->ranks.clear();
   is_mended_ = true;
   makeUnique(changed_);
   done.count = changed_.size();

@@ -33,11 +33,11 @@ inline bool isEarlier(const FastMarchingBehind& behind, const FastMarchingSource
 [[gnu::always_inline]] inline bool mayBeEarlier(double label, double u, double v, double base,
                                                 double side, double product, double area)
 {
-  // (x - x_s)^2 + (y - y_s)^2 > label^2, with y_s from u^2 = x_s^2 + y_s^2.
-  const double foot = 0.5 * (base + (u - v) * (u + v)) / base;  // in bases, as all that follows
-  const double off_squared = u * u / base - foot * foot;
-  const double more =
-      side + (u - label) * (u + label) - 2.0 * product * foot - 0.9 * AS_EARLY * label * label;
+  // (x - x_s)^2 + (y - y_s)^2 > label^2, with y_s from u^2 = x_s^2 + y_s^2; all times the base.
+  const double foot = 0.5 * (base + (u - v) * (u + v));
+  const double off_squared = u * u * base - foot * foot;
+  const double more = (side + (u - label) * (u + label) - 0.9 * AS_EARLY * label * label) * base -
+                      2.0 * product * foot;
   return !(off_squared >= 0.0) || (more > 0.0 && more * more > 4.0 * area * off_squared);
 }
 

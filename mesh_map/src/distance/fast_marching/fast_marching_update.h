@@ -14,8 +14,9 @@
 
 #include "base/bucket_queue.h"
 #include "distance/fast_marching/fast_marching_behind.h"
+#include "distance/fast_marching/fast_marching_ranks.h"
+#include "distance/fast_marching/fast_marching_ring.h"
 #include "distance/fast_marching/fast_marching_triangle.h"
-#include "distance/fast_marching/fast_marching_uneven.h"
 #include "mesh/packed_position.h"
 
 namespace mesh_map {
@@ -49,6 +50,7 @@ struct FastMarchingBuffers
   BucketQueue<double> queue;
   bool is_in_repair = false;            // then labels that are lowered become tasks
   std::vector<FastMarchingTask> tasks;  // a heap, the nearest first
+  FastMarchingRanks ranks;              // of labels that are repaired
 
   /// Everything as in new ones. Takes as long as what was touched is large.
   void clear();
@@ -78,217 +80,12 @@ struct FastMarchingBuffers
   }
 };
 
-/// What ways cost: along an edge, across a face.
-template <bool HAS_COSTS>
-class FastMarchingCosts
+/// What the label of a vertex should be by those around it.
+struct FastMarchingPull
 {
- public:
-  explicit FastMarchingCosts(ArrayView<float> slowness) : slowness_(slowness.data()) {}
-
-  bool isOpen(std::uint32_t v) const { return !HAS_COSTS || slowness_[v] < NOT_REACHED; }
-  double slowness(std::uint32_t v) const { return HAS_COSTS ? double{slowness_[v]} : 1.0; }
-
-  /// The time along an edge.
-  double alongEdge(std::uint32_t a, std::uint32_t b, double length) const
-  {
-    return HAS_COSTS ? 0.5 * (slowness(a) + slowness(b)) * length : length;
-  }
-
-  void prefetch(std::uint32_t v) const
-  {
-    if (HAS_COSTS) {
-      __builtin_prefetch(&slowness_[v]);
-    }
-  }
-
-  /// What comes to the corner of a triangle across its base; `low` and `high` slowness of it and of
-  /// the face behind. Monotone in the labels. Where that is not less than `label`, it may be any
-  /// that is not.
-  [[gnu::always_inline]] static double front(double u, double v,
-                                             const FastMarchingTriangle& triangle,
-                                             const FastMarchingSlowness& slowness,
-                                             const FastMarchingBehind& behind, double low,
-                                             double high, double label)
-  {
-    if (!HAS_COSTS) {
-      return evenUpdate(u, v, triangle, behind, label);
-    }
-    if (low == high) {
-      return evenUpdate(u, v, triangle.scaled(low), behind.scaled(low), label);
-    }
-    const bool is_round = high <= ROUND * low;
-    const double beyond = label - low * triangle.height;
-    if (beyond <= 0.0 ||
-        !mayLower(beyond, u, v, is_round ? slowness.onBase() * triangle.base : 0.0)) {
-      return NOT_REACHED;
-    }
-    return FastMarchingUneven(u, v, triangle, slowness, is_round, low).least(label);
-  }
-
- private:
-  /// Of slowness within two neighboring faces, the highest by the lowest: up to this, the front is
-  /// taken as round.
-  static constexpr double ROUND = 1.3;
-
-  const float* slowness_;
-};
-
-/// How much lower a label has to be to replace another one: a part of it, and the least step.
-struct FastMarchingStep
-{
-  double least;
-
-  bool isAbove(double label, double other) const { return other < label * (1.0 - PART) - least; }
-
-  static constexpr double PART = 1e-7;
-};
-
-/// The vertices around one whose faces are in order, and what their labels become by it: what they
-/// share is computed once.
-template <bool HAS_COSTS>
-class FastMarchingRing
-{
- public:
-  /// A vertex of the ring.
-  struct Neighbor
-  {
-    std::uint32_t vertex;
-    Vector3 side;                                   // to it
-    double squared, length, label, slowness, time;  // along the edge to it
-    double product, area;  // of its side and the next one; twice the area between
-  };
-
-  /// `to_come`: all that has a label above this one passes it on itself, later.
-  FastMarchingRing(const FastMarchingMesh& mesh, const FastMarchingCosts<HAS_COSTS>& costs,
-                   const double* labels, FastMarchingStep step, double to_come, std::uint32_t v)
-      : step_(step),
-        here_(labels[v]),
-        to_come_(to_come),
-        slowness_(costs.slowness(v)),
-        is_closed_(mesh.isClosed(v))
-  {
-    const ArrayView<FastMarchingCorner> corners = mesh.corners(v);
-    faces_ = corners.size();
-    count_ = is_closed_ ? faces_ : faces_ + 1;
-    for (std::size_t i = 0; i < count_; ++i) {
-      Neighbor& n = ring_[i];
-      n.vertex = i < faces_ ? corners[i].a : corners[i - 1].b;
-      n.slowness = costs.slowness(n.vertex);
-      n.side = between(mesh.position(v), mesh.position(n.vertex));
-      n.squared = dot(n.side, n.side);
-      n.length = std::sqrt(n.squared);
-      n.time = costs.alongEdge(v, n.vertex, n.length);
-      n.label = labels[n.vertex];
-    }
-    for (std::size_t i = 0; i < faces_; ++i) {
-      const Vector3 &side = ring_[i].side, &next = ring_[i + 1 < count_ ? i + 1 : 0].side;
-      ring_[i].product = dot(side, next);
-      ring_[i].area = norm(cross(side, next));  // of slivers, too, which lengths would not tell
-    }
-  }
-
-  /// Along the edges, then across the faces.
-  void lowerLabels()
-  {
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (isOpen(ring_[i])) {
-        offer(ring_[i], here_ + ring_[i].time);
-      }
-    }
-    for (std::size_t i = 0; i < faces_; ++i) {
-      const std::size_t j = i + 1 < count_ ? i + 1 : 0;
-      const std::size_t before = i > 0 ? i - 1 : is_closed_ ? count_ - 1 : NONE;
-      const std::size_t after = j + 1 < count_ ? j + 1 : is_closed_ ? 0 : NONE;
-      if (mayLower(j, i, after)) {
-        lower(ring_[j], ring_[i], ring_[after], ring_[i], ring_[j]);
-      }
-      if (mayLower(i, j, before)) {
-        lower(ring_[i], ring_[j], ring_[before], ring_[i], ring_[before]);
-      }
-    }
-  }
-
-  const Neighbor* begin() const { return ring_; }
-  const Neighbor* end() const { return ring_ + count_; }
-
-  /// Calls visit(a, b) for the faces whose side opposite to the middle a front may cross that has
-  /// been earlier in the middle than the labels of that side tell.
-  template <class Visit>
-  void forEachEarlier(const Visit& visit) const
-  {
-    for (std::size_t i = 0; i < faces_; ++i) {
-      const Neighbor &a = ring_[i], &b = ring_[i + 1 < count_ ? i + 1 : 0];
-      if (!isToCome(a) && !isToCome(b) && a.slowness == slowness_ && b.slowness == slowness_ &&
-          slowness_ > 0.0) {
-        const double scale = HAS_COSTS ? 1.0 / slowness_ : 1.0;
-        if (mayBeEarlier(here_ * scale, a.label * scale, b.label * scale,
-                         a.squared + b.squared - 2.0 * a.product, a.squared, a.squared - a.product,
-                         a.area * a.area)) {
-          visit(a.vertex, b.vertex);
-        }
-      }
-    }
-  }
-
- private:
-  static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
-
-  /// Slowness at the corners of two faces.
-  struct Range
-  {
-    double low, high;
-  };
-
-  bool isToCome(const Neighbor& n) const { return !(n.label <= to_come_ && n.label < NOT_REACHED); }
-  static bool isOpen(const Neighbor& n) { return !HAS_COSTS || n.slowness < NOT_REACHED; }
-
-  void offer(Neighbor& n, double label)
-  {
-    if (step_.isAbove(n.label, label)) {
-      n.label = label;
-    }
-  }
-
-  Range rangeOf(const Neighbor& a, const Neighbor& b, const Neighbor& c) const
-  {
-    return {std::min(std::min(slowness_, a.slowness), std::min(b.slowness, c.slowness)),
-            std::max(std::max(slowness_, a.slowness), std::max(b.slowness, c.slowness))};
-  }
-
-  /// May the target get a lower label across the base from the middle to a neighbor? `other` is the
-  /// third corner of the face on the other side. Where two labels differ by more than the time
-  /// along the base, the higher one is about to become less, and then this is looked at again.
-  bool mayLower(std::size_t base, std::size_t target, std::size_t other) const
-  {
-    const Neighbor &b = ring_[base], &t = ring_[target];
-    if (isToCome(b) || other == NONE || other == target || !(b.length > 0.0)) {
-      return false;
-    }
-    return mesh_map::mayLower(t.label, here_, b.label, b.time) &&
-           !step_.isAbove(std::max(here_, b.label), std::min(here_, b.label) + b.time) &&
-           (!HAS_COSTS || (isOpen(b) && isOpen(t) && isOpen(ring_[other])));
-  }
-
-  /// Lowers it, if that is so. `face` and `face_behind` know the product and the area of the sides
-  /// of the face of the target, and of that on the other side of the base.
-  void lower(const Neighbor& base, Neighbor& target, const Neighbor& other, const Neighbor& face,
-             const Neighbor& face_behind)
-  {
-    const double inverse = 1.0 / base.length;
-    const Range range = HAS_COSTS ? rangeOf(base, target, other) : Range{1.0, 1.0};
-    offer(target, FastMarchingCosts<HAS_COSTS>::front(
-                      here_, base.label,
-                      {base.length, face.product * inverse, face.area * inverse, target.squared},
-                      {slowness_, base.slowness, target.slowness},
-                      {face_behind.product * inverse, face_behind.area * inverse, other.label},
-                      range.low, range.high, target.label));
-  }
-
-  Neighbor ring_[FastMarchingMesh::MAX_FAN + 1];
-  std::size_t faces_, count_;
-  FastMarchingStep step_;
-  double here_, to_come_, slowness_;
-  bool is_closed_;
+  double label = NOT_REACHED;       ///< infinite for a closed one
+  double highest = 0.0;             ///< of the ranks that it follows from
+  double least_step = NOT_REACHED;  ///< the least time along an edge to it
 };
 
 /// How labels of neighbors follow from each other.
@@ -296,6 +93,12 @@ template <bool HAS_COSTS>
 class FastMarchingUpdate
 {
  public:
+  /// What is called for lowered labels where nobody wants to know.
+  struct NoMatter
+  {
+    void operator()(std::uint32_t, double, double) const {}
+  };
+
   FastMarchingUpdate(const FastMarchingMesh& mesh, FastMarchingBuffers& buffers,
                      ArrayView<float> slowness)
       : mesh_(mesh),
@@ -311,32 +114,63 @@ class FastMarchingUpdate
   /// Is a label higher than another one, by more than what is left as it is?
   bool isAbove(double label, double other) const { return step_.isAbove(label, other); }
 
-  /// Lowers labels around v, as follows from its own.
-  void push(std::uint32_t v)
+  void push(std::uint32_t v) { push(v, NoMatter()); }
+
+  /// Lowers labels around v, as follows from its own. Calls lowered(w, before, highest) for each w
+  /// that had the label `before`: what it has now follows from ranks up to `highest`, or less.
+  template <class Lowered>
+  void push(std::uint32_t v, const Lowered& lowered)
   {
     if (mesh_.isFan(v)) {
       const double to_come = buffers_.is_in_repair ? NOT_REACHED : buffers_.queue.ceiling();
       FastMarchingRing<HAS_COSTS> ring(mesh_, costs_, labels_, step_, to_come, v);
       ring.lowerLabels();
+      const double highest = highestRank(ring, v);
       for (const auto& neighbor : ring) {
-        offer(neighbor.vertex, neighbor.label);
+        offer(neighbor.vertex, neighbor.label, std::max(neighbor.highest, highest), lowered);
       }
-      ring.forEachEarlier([&](std::uint32_t a, std::uint32_t b) { offerAcross(v, a, b); });
+      ring.forEachEarlier([&](std::uint32_t a, std::uint32_t b) { offerAcross(v, a, b, lowered); });
       return;
     }
     for (const FastMarchingCorner& c : mesh_.corners(v)) {
       if (c.a == v) {
         continue;
       }
-      offerAlongEdge(v, c.a);
-      offerAlongEdge(v, c.b);
+      offerAlongEdge(v, c.a, lowered);
+      offerAlongEdge(v, c.b, lowered);
       if (c.a != c.b && isOpen(c.a) && isOpen(c.b)) {
-        offer(c.a, across(v, c.b, c.a, labels_[c.a]));
-        offer(c.b, across(v, c.a, c.b, labels_[c.b]));
+        offer(c.a, across(v, c.b, c.a, labels_[c.a]), NOT_REACHED, lowered);
+        offer(c.b, across(v, c.a, c.b, labels_[c.b]), NOT_REACHED, lowered);
       }
     }
-    forEachSeen(v, labels_[v],
-                [&](std::uint32_t, const FastMarchingCorner& c) { offerAcross(v, c.a, c.b); });
+    forEachSeen(v, labels_[v], [&](std::uint32_t, const FastMarchingCorner& c) {
+      offerAcross(v, c.a, c.b, lowered);
+    });
+  }
+
+  /// Calls visit(w) for each w whose label may follow from that of v, some more than once.
+  template <class Visit>
+  void forEachFollowing(std::uint32_t v, const Visit& visit) const
+  {
+    if (!mesh_.isFan(v)) {
+      for (const FastMarchingCorner& c : mesh_.corners(v)) {
+        visit(c.a);
+        visit(c.b);
+      }
+      forEachSeen(v, labels_[v],
+                  [&](std::uint32_t seen, const FastMarchingCorner&) { visit(seen); });
+      return;
+    }
+    FastMarchingRing<HAS_COSTS> ring(mesh_, costs_, labels_, step_, NOT_REACHED, v);
+    ring.forEachFollowing(visit);
+    ring.forEachEarlier([&](std::uint32_t a, std::uint32_t b) {
+      const std::uint32_t seen = mesh_.across(a, b, v);
+      if (seen != NO_INDEX && labels_[seen] < NOT_REACHED) {
+        if (across(a, b, seen, NOT_REACHED) <= ring.mostOf(labels_[seen])) {
+          visit(seen);
+        }
+      }
+    });
   }
 
   /// Calls visit(w, corner) for each w whose label may follow from `label` at v without an edge
@@ -355,12 +189,10 @@ class FastMarchingUpdate
     }
   }
 
-  /// What the label of v should be by those around it that are below `below`; infinite for a closed
-  /// one. `least_step` becomes the least time along an edge to v.
-  double pull(std::uint32_t v, double below, double& least_step) const
+  /// What the label of v should be by those around it whose ranks are below `below`.
+  FastMarchingPull pull(std::uint32_t v, double below = NOT_REACHED) const
   {
-    double best = NOT_REACHED;
-    least_step = NOT_REACHED;
+    FastMarchingPull best;
     if (!isOpen(v)) {
       return best;
     }
@@ -369,28 +201,33 @@ class FastMarchingUpdate
         continue;
       }
       for (const std::uint32_t from : {c.a, c.b}) {
-        if (from != v && labels_[from] < below && isOpen(from)) {
+        if (from != v && isBelow(from, below) && isOpen(from)) {
           const double step = costs_.alongEdge(from, v, length(from, v));
-          least_step = std::min(least_step, step);
-          best = std::min(best, labels_[from] + step);
+          best.least_step = std::min(best.least_step, step);
+          if (labels_[from] + step < best.label) {
+            best.label = labels_[from] + step;
+            best.highest = rank(from);
+          }
         }
       }
     }
     for (const FastMarchingCorner& c : mesh_.corners(v)) {
       if (c.a != v && c.a != c.b && isOpen(c.a) && isOpen(c.b)) {
-        best = std::min(best, across(c.a, c.b, v, best, below));
+        pullAcross(c.a, c.b, v, below, best);
       }
     }
     return best;
   }
 
-  /// The highest label that the one of v may follow from.
+  double rank(std::uint32_t v) const { return buffers_.ranks.of(v, labels_[v]); }
+
+  /// The highest rank of what v may follow from.
   double highestAround(std::uint32_t v) const
   {
     double highest = 0.0;
     const auto look = [&](std::uint32_t other) {
       if (other != v && other != NO_INDEX && labels_[other] < NOT_REACHED) {
-        highest = std::max(highest, labels_[other]);
+        highest = std::max(highest, rank(other));
       }
     };
     for (const FastMarchingCorner& c : mesh_.corners(v)) {
@@ -416,7 +253,10 @@ class FastMarchingUpdate
     return least;
   }
 
-  void offer(std::uint32_t v, double label)
+  void offer(std::uint32_t v, double label) { offer(v, label, NOT_REACHED, NoMatter()); }
+
+  template <class Lowered>
+  void offer(std::uint32_t v, double label, double highest, const Lowered& lowered)
   {
     const double last = labels_[v];
     if (isAbove(last, label)) {
@@ -425,6 +265,7 @@ class FastMarchingUpdate
       }
       labels_[v] = label;
       buffers_.queueLowered(label, v);
+      lowered(v, last, highest);
     }
   }
 
@@ -454,19 +295,21 @@ class FastMarchingUpdate
     return norm(between(mesh_.position(a), mesh_.position(b)));
   }
 
-  void offerAlongEdge(std::uint32_t from, std::uint32_t to)
+  template <class Lowered>
+  void offerAlongEdge(std::uint32_t from, std::uint32_t to, const Lowered& lowered)
   {
     if (to != from && isOpen(to)) {
-      offer(to, labels_[from] + costs_.alongEdge(from, to, length(from, to)));
+      offer(to, labels_[from] + costs_.alongEdge(from, to, length(from, to)), NOT_REACHED, lowered);
     }
   }
 
   /// To what lies on the other side of the edge (a, b) of a face of v.
-  void offerAcross(std::uint32_t v, std::uint32_t a, std::uint32_t b)
+  template <class Lowered>
+  void offerAcross(std::uint32_t v, std::uint32_t a, std::uint32_t b, const Lowered& lowered)
   {
     const std::uint32_t target = mesh_.across(a, b, v);
     if (target != NO_INDEX && isOpen(target)) {
-      offer(target, across(a, b, target, labels_[target]));
+      offer(target, across(a, b, target, labels_[target]), NOT_REACHED, lowered);
     }
   }
 
@@ -483,13 +326,58 @@ class FastMarchingUpdate
                         dot(base, base), dot(side, side), dot(base, side), dot(normal, normal));
   }
 
-  /// What comes to `target` across the base from a to b by labels below `below`, if that may be
-  /// less than `label`.
+  bool isBelow(std::uint32_t v, double below) const
+  {
+    return below < NOT_REACHED ? rank(v) < below && labels_[v] < NOT_REACHED
+                               : labels_[v] < NOT_REACHED;
+  }
+
+  /// Of those that are not what labels tell; 0 where none of them is above the label of v.
+  double highestRank(const FastMarchingRing<HAS_COSTS>& ring, std::uint32_t v) const
+  {
+    if (buffers_.ranks.areLabelsFrom(labels_[v])) {
+      return 0.0;
+    }
+    double highest = 0.0;
+    const auto look = [&](std::uint32_t vertex) {
+      const double found = rank(vertex);
+      highest = found > labels_[vertex] ? std::max(highest, found) : highest;
+    };
+    look(v);
+    for (const auto& neighbor : ring) {
+      look(neighbor.vertex);
+    }
+    return highest;
+  }
+
+  /// What comes to v across the base from a to b by ranks below `below`. That of the third corner
+  /// of the face behind counts as what it follows from only where it would be more without.
+  void pullAcross(std::uint32_t a, std::uint32_t b, std::uint32_t v, double below,
+                  FastMarchingPull& best) const
+  {
+    std::uint32_t other = NO_INDEX;
+    const double label = across(a, b, v, best.label, below, &other);
+    if (!(label < best.label)) {
+      return;
+    }
+    double highest = std::max(rank(a), rank(b));
+    if (other != a && isBelow(other, below)) {
+      const double behind = rank(other);
+      if (behind > highest && !(behind >= label && across(a, b, v, best.label, behind) <= label)) {
+        highest = behind;
+      }
+    }
+    best.label = label;
+    best.highest = highest;
+  }
+
+  /// What comes to `target` across the base from a to b by ranks below `below`, if that may be
+  /// less than `label`. `third` becomes what findOther() tells.
   double across(std::uint32_t a, std::uint32_t b, std::uint32_t target, double label,
-                double below = NOT_REACHED) const
+                double below = NOT_REACHED, std::uint32_t* third = nullptr) const
   {
     const double u = labels_[a], v = labels_[b];
-    if (!(u < below && v < below)) {
+    if (!(isBelow(a, below) && isBelow(b, below))) {
       return NOT_REACHED;
     }
     const Vector3 base = between(mesh_.position(a), mesh_.position(b));
@@ -500,6 +388,9 @@ class FastMarchingUpdate
       return NOT_REACHED;
     }
     const std::uint32_t other = findOther(a, b, target, low, high);
+    if (third != nullptr) {
+      *third = other;
+    }
     if (other == NO_INDEX) {
       return NOT_REACHED;
     }
@@ -509,7 +400,7 @@ class FastMarchingUpdate
     if (other != a) {
       const Vector3 back = between(mesh_.position(a), mesh_.position(other));
       behind = {dot(base, back) * inverse, norm(cross(base, back)) * inverse,
-                labels_[other] < below ? labels_[other] : NOT_REACHED};
+                isBelow(other, below) ? labels_[other] : NOT_REACHED};
     }
     return FastMarchingCosts<HAS_COSTS>::front(
         u, v,

@@ -355,6 +355,36 @@ TEST(WaveFront, AChangeBeforeEverythingIsGivenUpSoon)
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), field->labels().begin()));
 }
 
+/// Across obtuse corners labels follow from others that are not below them. Where costs rise, these
+/// are taken back with what they follow from, not with all that is around them, again and again.
+TEST(WaveFront, HigherCostsTakeLabelsBackOnlyWithWhatTheyFollowFrom)
+{
+  const Fronts fronts(plane(150, 0.3));
+  const std::size_t size = fronts.sample.size();
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> rough(1.0f, 1.6f);
+  Slowness slowness(size);
+  std::generate(slowness.begin(), slowness.end(), [&]() { return rough(random); });
+  const std::uint32_t source = 75 * 151 + 75;
+  const auto field = fronts.start(source, slowness);
+  ASSERT_TRUE(field->extend(slowness, {}));
+  for (unsigned place = 0; place < 60; ++place) {
+    const std::size_t i = 3 + random() % 140, j = 3 + random() % 140;
+    if (i > 55 && i < 95 && j > 55 && j < 95) {
+      continue;  // much follows from what is near to the source
+    }
+    std::vector<std::uint32_t> changed;
+    for (std::size_t k = 0; k < 64; ++k) {
+      changed.push_back(static_cast<std::uint32_t>((i + k / 8) * 151 + j + k % 8));
+      slowness[changed.back()] *= 1.5f;
+    }
+    const auto update = field->update({{source, 0.0}}, slowness, changed, nullptr);
+    EXPECT_LT(update.count, size / 4) << place;
+    EXPECT_LT(update.looks, 4 * update.count + 8 * changed.size()) << place;
+    ASSERT_LE(difference(field->labels(), fronts.solve(source, slowness)), 1e-5) << place;
+  }
+}
+
 /// Where a meter takes no time, all labels are the same, and each follows from the others: only a
 /// new field tells what they are.
 TEST(WaveFront, LabelsThatFollowFromEachOtherAreNotKept)
