@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -41,6 +42,15 @@ inline Floats4 maximum(Floats4 a, Floats4 b)
 inline Floats4 absolute(Floats4 a)
 {
   return reinterpret_cast<Floats4>(reinterpret_cast<Ints4>(a) & 0x7FFFFFFF);
+}
+
+inline Floats4 squareRoot(Floats4 a)
+{
+#ifdef __SSE__
+  return reinterpret_cast<Floats4>(_mm_sqrt_ps(reinterpret_cast<__m128>(a)));
+#else
+  return {std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
+#endif
 }
 
 /// Bit k is set where element k is.

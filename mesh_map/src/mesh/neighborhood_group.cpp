@@ -22,10 +22,7 @@ NeighborhoodGroup::NeighborhoodGroup(const std::vector<PackedPosition>& position
       squared_radius_(radius * radius),
       surely_within_(static_cast<float>(squared_radius_ * (1.0 - SLACK))),
       maybe_within_(static_cast<float>(squared_radius_ * (1.0 + SLACK))),
-      seen_(positions.size(), 0),
-      led_to_(positions.size()),
-      within_(positions.size()),
-      in_(positions.size()),
+      seen_(positions.size(), Seen{}),
       found_(AT_MOST)
 {
 }
@@ -45,8 +42,8 @@ void NeighborhoodGroup::find(ArrayView<std::uint32_t> centers)
     // Edges lead from each center to the others by way of the first one.
     const std::uint32_t center = centers[k];
     found_[k] = center;
-    seen_[center] = searches_;
-    within_[center] = in_[center] = static_cast<Bits>(within(center) | 1u << k);
+    const auto near = static_cast<Bits>(within(center) | 1u << k);
+    seen_[center] = {searches_, 0, near, near};
   }
   std::size_t first = 0, count = centers.size();
   while (first < count) {
@@ -57,7 +54,7 @@ void NeighborhoodGroup::find(ArrayView<std::uint32_t> centers)
   passOn();
   found_in_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    found_in_[i] = in_[found_[i]];
+    found_in_[i] = seen_[found_[i]].in;
   }
 }
 
@@ -110,15 +107,14 @@ std::size_t NeighborhoodGroup::addRing(std::size_t first, std::size_t count)
   // Local copies: what is written below could be a member, as far as the compiler knows.
   const std::uint32_t* const offsets = offsets_;
   const std::uint32_t* const neighbors = neighbors_;
-  std::uint32_t* const seen = seen_.data();
-  Bits* const led_to = led_to_.data();
+  Seen* const seen = seen_.data();
   std::uint32_t* found = found_.data();
   const std::uint32_t search = searches_;
 
   std::size_t end = count;
   for (std::size_t i = first; i < count; ++i) {
     const std::uint32_t from = found[i], row_begin = offsets[from], row_end = offsets[from + 1];
-    const Bits in = in_[from];
+    const Bits in = seen[from].in;
     if (end + (row_end - row_begin) > found_.size()) {
       found_.resize(2 * (end + (row_end - row_begin)));
       found = found_.data();
@@ -126,24 +122,25 @@ std::size_t NeighborhoodGroup::addRing(std::size_t first, std::size_t count)
     for (std::uint32_t k = row_begin; k < row_end;
          ++k) {  // without a branch: a wrong guess is dear
       const std::uint32_t to = neighbors[k];
-      const bool is_new = seen[to] != search;
+      Seen& of = seen[to];
+      const bool is_new = of.search != search;
       found[end] = to;
       end += is_new;
-      seen[to] = search;
-      led_to[to] = is_new ? in : static_cast<Bits>(led_to[to] | in);
+      of.search = search;
+      of.led_to = static_cast<Bits>(in | (of.led_to & (static_cast<unsigned>(is_new) - 1u)));
     }
   }
   std::size_t kept = count;
   for (std::size_t i = count; i < end; ++i) {
     const std::uint32_t to = found[i];
-    const Bits within = this->within(to);
-    within_[to] = within;
-    in_[to] = within & led_to[to];
-    if (in_[to] != within) {
+    Seen& of = seen[to];
+    of.within = within(to);
+    of.in = of.within & of.led_to;
+    if (of.in != of.within) {
       open_.push_back(to);
     }
     found[kept] = to;
-    kept += within != 0;
+    kept += of.within != 0;
   }
   return kept;
 }
@@ -155,17 +152,18 @@ void NeighborhoodGroup::passOn()
     const std::uint32_t v = open_[i];
     Bits around = 0;
     for (std::uint32_t k = offsets_[v]; k < offsets_[v + 1]; ++k) {
-      around |= seen_[neighbors_[k]] == searches_ ? in_[neighbors_[k]] : Bits{0};
+      const Seen& of = seen_[neighbors_[k]];
+      around |= of.search == searches_ ? of.in : Bits{0};
     }
-    const Bits in = in_[v] | (around & within_[v]);
-    if (in == in_[v]) {
+    const Bits in = seen_[v].in | (around & seen_[v].within);
+    if (in == seen_[v].in) {
       continue;
     }
-    in_[v] = in;
+    seen_[v].in = in;
     for (std::uint32_t k = offsets_[v]; k < offsets_[v + 1]; ++k) {
-      const std::uint32_t to = neighbors_[k];
-      if (seen_[to] == searches_ && (within_[to] & in & ~in_[to]) != 0) {
-        open_.push_back(to);
+      const Seen& of = seen_[neighbors_[k]];
+      if (of.search == searches_ && (of.within & in & ~of.in) != 0) {
+        open_.push_back(neighbors_[k]);
       }
     }
   }

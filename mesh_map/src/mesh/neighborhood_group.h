@@ -38,6 +38,15 @@ class NeighborhoodGroup
  private:
   using Bits = std::uint8_t;  // one for each center
 
+  /// What is known of a vertex, beside each other in memory.
+  struct Seen
+  {
+    std::uint32_t search;  // the last one that saw it
+    Bits led_to;           // the centers in whose neighborhoods the ring before it is
+    Bits within;           // ... and that it is nearer to than the radius
+    Bits in;               // ... and in whose neighborhoods it is
+  };
+
   /// The centers that the vertex is nearer to than the radius.
   Bits within(std::uint32_t v) const;
   Bits exactlyWithin(std::uint32_t v, unsigned centers) const;
@@ -52,10 +61,7 @@ class NeighborhoodGroup
   ArrayView<std::uint32_t> centers_;
   float x_[AT_MOST], y_[AT_MOST], z_[AT_MOST];  // of the centers; those of the first after them
   std::uint32_t searches_ = 0;
-  std::vector<std::uint32_t> seen_;  // per vertex the last search that saw it
-  std::vector<Bits> led_to_;         // ... the centers in whose neighborhoods the ring before it is
-  std::vector<Bits> within_;         // ... and that it is nearer to than the radius
-  std::vector<Bits> in_;             // ... and in whose neighborhoods it is
+  std::vector<Seen> seen_;            // per vertex
   std::vector<std::uint32_t> found_;  // within the radius of any center
   std::vector<Bits> found_in_;
   std::vector<std::uint32_t> open_;  // may be in more neighborhoods than known so far

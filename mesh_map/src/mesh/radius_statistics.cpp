@@ -6,8 +6,6 @@
 #include <mesh_map/mesh/neighborhood.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -16,6 +14,7 @@
 #include <vector>
 
 #include "base/fixed_point.h"
+#include "base/simd.h"
 #include "base/vector3.h"
 #include "mesh/neighborhood_group.h"
 #include "mesh/packed_position.h"
@@ -56,59 +55,58 @@ std::uint64_t sumOf(const std::uint32_t* angles, ArrayView<std::uint32_t> member
   return sum;
 }
 
-/// Distances of some at a time, so that their roots are computed side by side.
-float ridge(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uint32_t> members,
-            double units)
-{
-  constexpr std::size_t AT_A_TIME = 64;
-  const double* const tips = of.tips.data();
-  const double x = tips[3 * std::size_t{center}], y = tips[3 * std::size_t{center} + 1],
-               z = tips[3 * std::size_t{center} + 2];
-  std::uint64_t sum = 0;
-  for (std::size_t first = 0; first < members.size(); first += AT_A_TIME) {
-    const std::size_t count = std::min(AT_A_TIME, members.size() - first);
-    double distances[AT_A_TIME];
-    for (std::size_t i = 0; i < count; ++i) {
-      const double* const tip = tips + 3 * std::size_t{members[first + i]};
-      const double dx = tip[0] - x, dy = tip[1] - y, dz = tip[2] - z;
-      distances[i] = dx * dx + dy * dy + dz * dz;
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      distances[i] = std::sqrt(distances[i]);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      sum += toFixed(distances[i], units);
-    }
-  }
-  return meanOfFixed(sum, units, members.size() - 1);  // its own distance is 0
-}
+/// A part of the scale of tips, with room for twice that, as whole numbers.
+constexpr double TIP_UNITS = 1u << 30;
 
-/// Of the box around all positions.
-double diagonal(ArrayView<float> positions)
+/// The sum of the distances between a tip and four others, in whole numbers: in which order they
+/// are summed does not matter.
+class TipDistances
 {
-  if (positions.empty()) {
-    return 0.0;
+ public:
+  explicit TipDistances(const Tip& center)
+      : position_(load4(center.position)), normal_(load4(center.normal))
+  {
   }
-  std::array<float, 3> lowest = {positions[0], positions[1], positions[2]}, highest = lowest;
-  for (std::size_t i = 0; i < positions.size(); i += 3) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      lowest[axis] = std::min(lowest[axis], positions[i + axis]);
-      highest[axis] = std::max(highest[axis], positions[i + axis]);
+
+  void add(const Tip& first, const Tip& second, const Tip& third, const Tip& fourth)
+  {
+    Floats4 x = squares(first), y = squares(second), z = squares(third), none = squares(fourth);
+    transpose(x, y, z, none);
+    const Ints4 units =
+        __builtin_convertvector(squareRoot(x + y + z) * static_cast<float>(TIP_UNITS), Ints4);
+    for (unsigned k = 0; k < 4; ++k) {
+      sum_ += static_cast<std::uint32_t>(units[k]);
     }
   }
-  double squared = 0.0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    squared += (double{highest[axis]} - lowest[axis]) * (double{highest[axis]} - lowest[axis]);
-  }
-  return std::sqrt(squared);
-}
 
-/// Per meter. The tips of two normals are at most 2 m farther apart than the vertices; this leaves
-/// room for twice as much.
-double ridgeUnits(const RadiusQuery& query)
+  std::uint64_t sum() const { return sum_; }
+
+ private:
+  Floats4 squares(const Tip& of) const
+  {
+    const Floats4 way = (load4(of.position) - position_) + (load4(of.normal) - normal_);
+    return way * way;
+  }
+
+  Floats4 position_, normal_;
+  std::uint64_t sum_ = 0;
+};
+
+float ridge(const RadiusAttributes& of, std::uint32_t center, ArrayView<std::uint32_t> members)
 {
-  const double largest = std::min(query.radius, diagonal(query.positions)) + 2.0;
-  return std::exp2(std::floor(31.0 - std::log2(largest)));
+  const Tip* const tips = of.tips.data();
+  TipDistances distances(tips[center]);
+  const std::size_t count = members.size();
+  std::size_t i = 0;
+  for (; i + 4 <= count; i += 4) {
+    distances.add(tips[members[i]], tips[members[i + 1]], tips[members[i + 2]],
+                  tips[members[i + 3]]);
+  }
+  if (i < count) {
+    const auto tip = [&](std::size_t k) { return tips[k < count ? members[k] : center]; };
+    distances.add(tip(i), tip(i + 1), tip(i + 2), tips[center]);  // its own distance is 0
+  }
+  return meanOfFixed(distances.sum(), TIP_UNITS / of.tip_scale, count - 1);
 }
 
 /// Writes the statistics of one vertex, given those around it.
@@ -122,8 +120,7 @@ class RadiusWriter
             wanted(query, HEIGHT_DIFFERENCE_AROUND, results.height_differences_around)),
         roughnesses_(wanted(query, ROUGHNESS, results.roughnesses)),
         roughnesses_around_(wanted(query, ROUGHNESS_AROUND, results.roughnesses_around)),
-        ridges_(wanted(query, RIDGE, results.ridges)),
-        ridge_units_(ridges_ == nullptr ? 1.0 : ridgeUnits(query))
+        ridges_(wanted(query, RIDGE, results.ridges))
   {
   }
 
@@ -149,7 +146,7 @@ class RadiusWriter
       }
     }
     if (ridges_ != nullptr) {
-      ridges_[v] = ridge(of, center, members, ridge_units_);
+      ridges_[v] = ridge(of, center, members);
     }
   }
 
@@ -165,7 +162,6 @@ class RadiusWriter
   float* roughnesses_;
   float* roughnesses_around_;
   float* ridges_;
-  double ridge_units_;
 };
 
 /// What a pass looks at: vertices in one order or another.

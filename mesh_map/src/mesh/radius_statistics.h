@@ -59,7 +59,8 @@ struct RadiusStatistics
 };
 
 /// All that is wanted in one pass. Sums are of whole numbers (of 2^-30 radians, and of less than
-/// 2e-9 of the largest distance), so that the order of the vertices does not matter. A vertex
+/// 2e-9 of the largest distance, of which each is known in single precision), so that the order of
+/// the vertices does not matter. A vertex
 /// without neighbors in reach has a height difference of 0; without itself none (NaN, unknown; -inf
 /// in the released mesh_map), and a roughness of 0 (as released).
 RadiusStatistics radiusStatistics(const RadiusQuery& query);
