@@ -24,10 +24,10 @@ class NearChanges
 
   double distance(std::uint32_t v) const;
 
-  /// Has the part vertices, or edges of these, within reach of any change?
-  bool isNear(const VertexParts& parts, std::size_t part) const
+  /// May the part have vertices, or edges of this length of these, within reach of any change?
+  bool isNear(const VertexParts& parts, std::size_t part, double edge) const
   {
-    return parts.isNear(part, all_.lowest, all_.highest, reach_);
+    return parts.isNear(part, all_.lowest, all_.highest, reach_ + edge);
   }
 
  private:

@@ -27,7 +27,8 @@ ObstacleDistance::ObstacleDistance(std::shared_ptr<const FastMarchingMesh> mesh,
       max_distance_(max_distance),
       lethal_(mesh_->vertexCount()),
       distance_(mesh_->vertexCount(), INFINITE),
-      start_(mesh_->vertexCount(), 0)
+      start_(mesh_->vertexCount(), 0),
+      parts_(*mesh_, PART_WIDTH * max_distance)
 {
   require(max_distance > 0.0f, "the maximum distance has to be above 0");
 }
@@ -38,16 +39,9 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   require(lethal.size() == lethal_.size(), "there have to be as many lethal flags as vertices");
   known_ = false;  // until it ends
   lethal_.assign(lethal.begin(), lethal.end());
-  if (!parts_) {
-    parts_ = std::make_unique<VertexParts>(*mesh_, PART_WIDTH * max_distance_, threads);
-  }
-  borders_.resize(parts_->size());
-  parallelEach(parts_->size(), 1, threads, [&](std::size_t part) {
-    borders_[part].clear();
-    addBorder(part, borders_[part]);
-  });
+  clear(threads);
   std::atomic<bool> is_done{true};
-  parallelFor(parts_->size(), 1, threads, [&]() -> RangeBody {
+  parallelFor(parts_.size(), 1, threads, [&]() -> RangeBody {
     const auto propagation = std::make_shared<WindowPropagation>(*mesh_, max_distance_);
     return [&, propagation](std::size_t begin, std::size_t end) {
       for (std::size_t part = begin; part < end && is_done; ++part) {
@@ -61,39 +55,85 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   return known_;
 }
 
+/// Forgets all distances, and notes the borders of obstacles.
+void ObstacleDistance::clear(unsigned threads)
+{
+  constexpr std::size_t AT_A_TIME = 16384;
+  std::vector<std::vector<std::uint32_t>> found((lethal_.size() + AT_A_TIME - 1) / AT_A_TIME);
+  std::vector<double> longest(found.size());
+  parallelFor(lethal_.size(), AT_A_TIME, threads, [&]() -> RangeBody {
+    return [&](std::size_t begin, std::size_t end) {
+      const std::size_t chunk = begin / AT_A_TIME;
+      for (std::size_t v = begin; v < end; ++v) {
+        distance_[v] = lethal_[v] != 0 ? 0.0f : INFINITE;
+        start_[v] = 0;
+        if (lethal_[v] != 0 && isAtBorder(static_cast<std::uint32_t>(v))) {
+          found[chunk].push_back(static_cast<std::uint32_t>(v));
+          longest[chunk] = std::max(longest[chunk], longestObstacle(static_cast<std::uint32_t>(v)));
+        }
+      }
+    };
+  });
+  borders_.assign(parts_.size(), {});
+  longest_ = 0.0;
+  for (std::size_t chunk = 0; chunk < found.size(); ++chunk) {
+    longest_ = std::max(longest_, longest[chunk]);
+    for (const std::uint32_t v : found[chunk]) {
+      borders_[parts_.partOf(v)].push_back(v);
+    }
+  }
+}
+
 bool ObstacleDistance::solvePart(std::size_t part, WindowPropagation& propagation,
                                  const std::atomic<bool>* cancel)
 {
-  const VertexParts& parts = *parts_;
-  const WindowScope scope = parts.scope(part);
-  std::vector<std::uint32_t> border;
-  for (std::size_t other = 0; other < parts.size(); ++other) {
-    if (parts.isNear(other, part, max_distance_)) {
-      border.insert(border.end(), borders_[other].begin(), borders_[other].end());
-    }
-  }
-  if (!propagation.run(lethal_, border, scope, cancel)) {
-    return false;
-  }
-  for (const std::uint32_t v : parts.vertices(part)) {
-    take(v, propagation);
-  }
-  return true;
-}
-
-/// Lethal vertices next to others.
-void ObstacleDistance::addBorder(std::size_t part, std::vector<std::uint32_t>& border) const
-{
-  for (const std::uint32_t v : parts_->vertices(part)) {
-    if (lethal_[v] != 0) {
-      for (const FastMarchingCorner& corner : mesh_->corners(v)) {
-        if (lethal_[corner.a] == 0 || lethal_[corner.b] == 0) {
+  const double reach = max_distance_ + longest_;
+  std::vector<std::uint32_t> border = borders_[part];
+  for (std::size_t other = 0; other < parts_.size(); ++other) {
+    if (other != part && parts_.isNear(other, part, reach)) {
+      for (const std::uint32_t v : borders_[other]) {
+        if (parts_.isVertexNear(v, part, reach)) {
           border.push_back(v);
-          break;
         }
       }
     }
   }
+  if (!propagation.run(lethal_, border, parts_.scope(part), cancel)) {
+    return false;
+  }
+  for (const std::uint32_t v : propagation.reached()) {
+    if (parts_.isIn(v, part)) {
+      take(v, propagation);
+    }
+  }
+  return true;
+}
+
+/// Is a lethal vertex next to others?
+bool ObstacleDistance::isAtBorder(std::uint32_t v) const
+{
+  const bool is_closed = mesh_->isClosed(v);  // then each b is an a, too
+  for (const FastMarchingCorner& corner : mesh_->corners(v)) {
+    if (lethal_[corner.a] == 0 || (!is_closed && lethal_[corner.b] == 0)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Length of the longest edge from a lethal vertex to another one.
+double ObstacleDistance::longestObstacle(std::uint32_t v) const
+{
+  double squared = 0.0;
+  for (const FastMarchingCorner& corner : mesh_->corners(v)) {
+    for (const std::uint32_t u : {corner.a, corner.b}) {
+      if (lethal_[u] != 0) {
+        const Vector3 side = between(mesh_->position(v), mesh_->position(u));
+        squared = std::max(squared, dot(side, side));
+      }
+    }
+  }
+  return std::sqrt(squared);
 }
 
 /// Has it changed?
@@ -171,13 +211,19 @@ bool ObstacleDistance::solveAround(const std::vector<std::uint32_t>& flipped,
   const double reach = max_distance_ * (1.0 + 1e-5);
   const NearChanges near(*mesh_, flipped, ever, 2.0 * reach);
   gaps_.resize(lethal_.size(), max_distance_ * 1.00001f);
+  parts_.sort();
+  for (const std::uint32_t v : flipped) {
+    longest_ = std::max(longest_, longestObstacle(v));
+  }
   std::vector<std::uint32_t> around, wanted, border;
-  for (std::size_t part = 0; part < parts_->size() && wanted.size() <= most; ++part) {
-    if (!near.isNear(*parts_, part)) {
+  for (std::size_t part = 0; part < parts_.size() && wanted.size() <= most; ++part) {
+    if (!near.isNear(parts_, part, longest_)) {
       continue;
     }
-    addBorder(part, border);
-    for (const std::uint32_t v : parts_->vertices(part)) {
+    for (const std::uint32_t v : parts_.vertices(part)) {
+      if (lethal_[v] != 0 && isAtBorder(v)) {
+        border.push_back(v);
+      }
       const double distance = near.distance(v);
       if (distance <= 2.0 * reach) {
         gaps_[v] = static_cast<float>(std::max(0.0, distance - reach));
@@ -229,13 +275,18 @@ std::array<float, 3> ObstacleDistance::direction(std::uint32_t v) const
   if (isBetween(v)) {
     sum = sourceDirection(v);
   } else if (distance_[v] == 0.0f) {
+    const auto add = [&](std::uint32_t u) {
+      if (isBetween(u)) {
+        const Vector3 one = sourceDirection(u);
+        const double length = norm(one);
+        sum = length > 0.0 ? sum + one / length : sum;
+      }
+    };
+    const bool is_closed = mesh_->isClosed(v);  // then each b is an a, too
     for (const FastMarchingCorner& corner : mesh_->corners(v)) {
-      for (const std::uint32_t u : {corner.a, corner.b}) {
-        if (isBetween(u)) {
-          const Vector3 one = sourceDirection(u);
-          const double length = norm(one);
-          sum = length > 0.0 ? sum + one / length : sum;
-        }
+      add(corner.a);
+      if (!is_closed) {
+        add(corner.b);
       }
     }
   }

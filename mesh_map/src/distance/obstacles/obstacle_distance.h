@@ -55,7 +55,9 @@ class ObstacleDistance
 
  private:
   bool solvePart(std::size_t part, WindowPropagation& propagation, const std::atomic<bool>* cancel);
-  void addBorder(std::size_t part, std::vector<std::uint32_t>& border) const;
+  void clear(unsigned threads);
+  bool isAtBorder(std::uint32_t v) const;
+  double longestObstacle(std::uint32_t v) const;
   bool solveAround(const std::vector<std::uint32_t>& flipped, const std::vector<std::uint8_t>& ever,
                    std::size_t most, std::vector<std::uint32_t>& changed);
   std::vector<std::uint32_t> computeAnew(ArrayView<std::uint8_t> lethal);
@@ -69,10 +71,11 @@ class ObstacleDistance
   LargeArray<std::uint32_t>
       start_;  // PathStart, of vertices with a finite distance above 0; else 0
   bool known_ = false;
-  std::unique_ptr<VertexParts> parts_;
+  VertexParts parts_;
   std::vector<std::vector<std::uint32_t>> borders_;  // per part, of compute()
-  std::unique_ptr<WindowPropagation> around_;        // of update()
-  std::vector<float> gaps_;                          // of update(): the maximum distance in between
+  double longest_ = 0.0;  // at least the length of any edge between lethal vertices at borders
+  std::unique_ptr<WindowPropagation> around_;  // of update()
+  std::vector<float> gaps_;                    // of update(): the maximum distance in between
 };
 
 }  // namespace mesh_map

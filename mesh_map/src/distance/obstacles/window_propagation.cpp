@@ -35,11 +35,8 @@ double bucketWidth(double mean_edge, double max_distance)
 /// Bits that the place of a corner in its row does not need.
 unsigned startBits(std::size_t corners)
 {
-  unsigned bits = 31;
-  while (bits > 0 && (corners - 1) >> (32 - bits) != 0) {
-    --bits;
-  }
-  return bits;
+  const auto last = static_cast<std::uint32_t>(corners - 1);
+  return last > 1 ? static_cast<unsigned>(__builtin_clz(last)) : 31;
 }
 
 }  // namespace

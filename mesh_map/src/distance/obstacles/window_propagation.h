@@ -85,6 +85,8 @@ class WindowPropagation
 
   /// NO_LABEL where nothing within the maximum is, 0 of obstacles.
   WindowLabel label(std::uint32_t v) const { return labels_[v]; }
+  /// Obstacles, and all other vertices that have a label.
+  ArrayView<std::uint32_t> reached() const { return reached_; }
 
  private:
   /// A corner of a fan, its angle, and the limit to its right.

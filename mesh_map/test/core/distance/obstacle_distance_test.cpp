@@ -219,6 +219,33 @@ TEST(ObstacleDistance, IsTheSameWithAnyNumberOfThreads)
   }
 }
 
+/// An edge between lethal vertices that are far away, along the whole of a mesh in several parts.
+TEST(ObstacleDistance, ObstaclesReachIntoOtherParts)
+{
+  constexpr unsigned CELLS = 320;
+  const auto corner = [](std::uint32_t i, std::uint32_t j) { return i * (CELLS + 1) + j; };
+  for (const std::uint32_t middle : {90u, 160u, 230u}) {
+    TestMesh mesh = plane(CELLS, 0.0);
+    const std::uint32_t first = corner(2, 160), last = corner(318, 160), v = corner(middle, 161);
+    mesh.faces.insert(mesh.faces.end(), {first, last, v});
+    const FrontSample sample(mesh);
+    std::vector<std::uint8_t> lethal(sample.size());
+    ObstacleDistance updated(sample.front, 0.5f), anew(sample.front, 0.5f);
+    lethal[last] = 1;
+    updated.compute(lethal);
+    EXPECT_EQ(updated.distances()[v], FAR);
+    lethal[first] = 1;
+    updated.update(lethal, 1.0);
+    anew.compute(lethal);
+    EXPECT_NEAR(anew.distances()[v], 0.1, 1e-6);
+    EXPECT_NEAR(anew.distances()[v + 3], 0.4, 1e-6);
+    ASSERT_NO_FATAL_FAILURE(expectSame(updated, anew));
+    lethal[first] = 0;
+    updated.update(lethal, 1.0);
+    EXPECT_EQ(updated.distances()[v], FAR);
+  }
+}
+
 /// On the surface of a cube: unfolded across its edges.
 TEST(ObstacleDistance, GoesAcrossEdgesOfACube)
 {
