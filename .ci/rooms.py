@@ -31,7 +31,7 @@ CPP = {
         {"displays", "selection"},
         {"mesh_view"},
         {"map_server", "properties"},
-        {"sources"},
+        {"navigation", "sources"},
         {"ros_client"},
         {"incoming", "legend", "rendering/labels"},
         {"conversion", "rendering"},

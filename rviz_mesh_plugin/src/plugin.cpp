@@ -10,6 +10,7 @@
 #include "displays/map3d_display.h"
 #include "displays/textured_mesh_display.h"
 #include "panel/cluster_label_panel.h"
+#include "panel/mesh_navigation_panel.h"
 #include "threads/work_thread.h"
 #include "tools/cluster_label_tool.h"
 #include "tools/mesh_inspect_tool.h"
@@ -29,6 +30,7 @@ PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::ClusterLabelDisplay, rviz::Display)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::Map3DDisplay, rviz::Display)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::TexturedMeshDisplay, rviz::Display)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::ClusterLabelPanel, rviz::Panel)
+PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::MeshNavigationPanel, rviz::Panel)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::ClusterLabelTool, rviz::Tool)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::MeshGoalTool, rviz::Tool)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::MeshInspectTool, rviz::Tool)

@@ -45,6 +45,9 @@ class PublishedTopic
     return report(what);
   }
 
+  /// That is published on, resolved; empty where nothing can be published.
+  std::string name() const { return publisher_ ? publisher_.getTopic() : std::string(); }
+
   /// Why nothing can be published; else empty.
   const std::string& problem() const { return problem_; }
 

@@ -221,12 +221,28 @@ geometry_msgs::PoseStamped SurfacePoseTool::message() const
 
 MeshGoalTool::MeshGoalTool()
     : SurfacePoseTool({'m', "The goal", "goal", Ogre::ColourValue::Green,
-                       PublishedTopic::advertise<geometry_msgs::PoseStamped>})
+                       PublishedTopic::advertise<geometry_msgs::PoseStamped>}),
+      follower_([this](const std::string& text) { say(text); })
 {
+}
+
+void MeshGoalTool::begin()
+{
+  SurfacePoseTool::begin();
+  follower_.prepare();
+}
+
+void MeshGoalTool::end()
+{
+  SurfacePoseTool::end();
+  follower_.release();
 }
 
 std::string MeshGoalTool::publish(PublishedTopic& topic, const geometry_msgs::PoseStamped& pose)
 {
+  if (!topic.name().empty()) {
+    follower_.follow(pose, topic.name());
+  }
   return topic.publish(what(), pose);
 }
 

@@ -9,6 +9,7 @@
 #include <geometry_msgs/PoseStamped.h>
 
 #include "properties/published_topic.h"
+#include "tools/goal_follower.h"
 #include "tools/surface_pose.h"
 #include "tools/surface_tool.h"
 
@@ -78,7 +79,7 @@ class SurfacePoseTool : public SurfaceTool
   std::optional<Drag> drag_;
 };
 
-/// Publishes a goal on a surface as geometry_msgs/PoseStamped.
+/// Publishes a goal on a surface as geometry_msgs/PoseStamped, and tells what becomes of it.
 class MeshGoalTool : public SurfacePoseTool
 {
  public:
@@ -86,6 +87,11 @@ class MeshGoalTool : public SurfacePoseTool
 
  protected:
   std::string publish(PublishedTopic& topic, const geometry_msgs::PoseStamped& pose) override;
+  void begin() override;
+  void end() override;
+
+ private:
+  GoalFollower follower_;
 };
 
 /// Publishes where a robot is on a surface as geometry_msgs/PoseWithCovarianceStamped.

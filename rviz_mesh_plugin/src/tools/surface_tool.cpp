@@ -8,12 +8,28 @@
 #include <rviz/render_panel.h>
 #include <rviz/view_controller.h>
 #include <rviz/viewport_mouse_event.h>
+#include <rviz/visualization_frame.h>
+#include <rviz/visualization_manager.h>
 
 namespace rviz_mesh_plugin {
 
 void SurfaceTool::say(const std::string& text)
 {
+  said_ = text;
   setStatus(QString::fromStdString(text));
+}
+
+/// Later, since who has written something else may not have finished.
+void SurfaceTool::sayAgain()
+{
+  QMetaObject::invokeMethod(
+      this,
+      [this] {
+        if (in_use_ && !said_.empty()) {
+          setStatus(QString::fromStdString(said_));
+        }
+      },
+      Qt::QueuedConnection);
 }
 
 void SurfaceTool::attempt(const std::function<void()>& work)
@@ -39,6 +55,17 @@ void SurfaceTool::onInitialize()
   attempt([this] {
     picker_ = std::make_unique<SurfacePicker>(context_);
     initializeTool();
+    const auto cleared = [this](const QString& text) {
+      if (in_use_ && text.isEmpty()) {
+        sayAgain();
+      }
+    };
+    // The window's status is the one that is seen; without a window there is the manager's.
+    if (auto* frame = dynamic_cast<rviz::VisualizationFrame*>(context_->getWindowManager())) {
+      connect(frame, &rviz::VisualizationFrame::statusUpdate, this, cleared);
+    } else if (auto* manager = dynamic_cast<rviz::VisualizationManager*>(context_)) {
+      connect(manager, &rviz::VisualizationManager::statusUpdate, this, cleared);
+    }
   });
 }
 
@@ -47,14 +74,17 @@ void SurfaceTool::activate()
 {
   attempt([this] {
     camera_button_ = Qt::NoButton;
+    in_use_ = true;
     if (picker_) {
       begin();
+      sayAgain();
     }
   });
 }
 
 void SurfaceTool::deactivate()
 {
+  in_use_ = false;
   attempt([this] { end(); });
 }
 

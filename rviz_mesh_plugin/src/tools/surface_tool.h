@@ -41,6 +41,8 @@ class SurfaceTool : public rviz::Tool
   virtual void recover(const std::string& problem);
 
   const SurfacePicker& picker() const { return *picker_; }
+  /// In the status bar. While the tool is in use it stays there, though RViz clears that whenever
+  /// the mouse leaves the picture or the window.
   void say(const std::string& text);
   /// Hands an event to the view. @param without_shift as if that key was not down
   static void moveCamera(rviz::ViewportMouseEvent event, bool without_shift);
@@ -49,7 +51,11 @@ class SurfaceTool : public rviz::Tool
   void attempt(const std::function<void()>& work);
 
  private:
+  void sayAgain();
+
   std::unique_ptr<SurfacePicker> picker_;
+  bool in_use_ = false;
+  std::string said_;
   Qt::MouseButton camera_button_ = Qt::NoButton;  ///< by which the camera is being moved
 };
 

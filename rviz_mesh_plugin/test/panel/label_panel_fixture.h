@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdlib>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 
 #include "labels/label_faces.h"
 #include "panel/cluster_label_panel.h"
+#include "support/kept_picture.h"
 #include "support/label_display_fixture.h"
 #include "support/label_fixture.h"
 #include "tools/cluster_label_tool.h"
@@ -193,14 +193,6 @@ class LabelPanelFixture : public LabelDisplayFixture
       text += label->text().toStdString() + "\n";
     }
     return text;
-  }
-
-  void keep(QWidget* widget, const char* name)
-  {
-    const char* folder = std::getenv("OSMESA_HARNESS_OUT");
-    if (folder) {
-      widget->grab().save(QString(folder) + "/" + name + ".png");
-    }
   }
 
   testing::AssertionResult shows(const std::string& expected)

@@ -20,7 +20,13 @@ from actionlib_msgs.msg import GoalStatus
 import fake_mbf_server
 from fake_mbf_server import FakeServer, never, path_along
 from geometry_msgs.msg import PoseStamped
-from mbf_msgs.msg import ExePathResult, GetPathResult, MoveBaseFeedback, MoveBaseResult
+from mbf_msgs.msg import (
+    ExePathResult,
+    GetPathResult,
+    MoveBaseFeedback,
+    MoveBaseGoal,
+    MoveBaseResult,
+)
 from mesh_msgs.diagnostics_ros import OK
 from mesh_msgs.testing import wait_until
 from mesh_msgs.testing_ros import HeardDiagnostics
@@ -402,6 +408,26 @@ class ClientsTest(unittest.TestCase):
         self.assertEqual(self.newest("move_base").controller, "c")
         self.assertEqual(self.newest("move_base").recovery_behaviors, ["a"])
         before = len(self.server.goals["move_base"])
+
+        # Chosen in RViz, by who came before or after the bridge; what is not chosen stays.
+        chosen = rospy.Publisher(
+            "/move_base_flex/goal_defaults", MoveBaseGoal, queue_size=1, latch=True
+        )
+        chosen.publish(MoveBaseGoal(planner="p"))
+        bridge.wait_for("from now on planner p and controller c")
+        clicks.publish(stamped((2, 2, 2)))
+        self.wait_for_goal(count=before + 1)
+        newest = self.newest("move_base")
+        self.assertEqual((newest.planner, newest.controller), ("p", "c"))
+        self.assertEqual(newest.recovery_behaviors, ["a"])
+        chosen.publish(MoveBaseGoal(controller="d", recovery_behaviors=["b"]))
+        bridge.wait_for("from now on planner (the server's first) and controller d")
+        clicks.publish(stamped((2, 2, 3)))
+        self.wait_for_goal(count=before + 2)
+        newest = self.newest("move_base")
+        self.assertEqual((newest.planner, newest.controller), ("", "d"))
+        self.assertEqual(newest.recovery_behaviors, ["b"])
+        before += 2
 
         def replace(handle):
             for old in self.server.goals["move_base"][:-1]:

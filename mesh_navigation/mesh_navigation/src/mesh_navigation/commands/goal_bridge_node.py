@@ -1,7 +1,7 @@
 """Sends the goals that are clicked in RViz to move_base."""
 
 import threading
-from typing import Any, List, Optional, Sequence
+from typing import Any, List, Optional, Sequence, Tuple
 
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -43,6 +43,8 @@ class GoalBridge:
         self._goals.has_server("move_base")  # begins to connect
         self._lock = threading.Lock()
         self._newest: Optional[PoseStamped] = None
+        self._defaults = MoveBaseGoal()
+        rospy.Subscriber(f"{server}/goal_defaults", MoveBaseGoal, self._on_defaults, queue_size=1)
         topic = self._values["goal_topic"]
         subscriber = rospy.Subscriber(topic, PoseStamped, self._on_goal, queue_size=10)
         rospy.loginfo(
@@ -59,13 +61,33 @@ class GoalBridge:
             return Status(WARN, f"there is no action server {self._name}")
         return Status(OK, f"goals are sent to {self._name}")
 
+    def _on_defaults(self, defaults: MoveBaseGoal) -> None:
+        """Who clicks has chosen plugins, by their names; of empty ones the parameters count."""
+        self._defaults = defaults
+        planner, controller, _ = self._plugins()
+        rospy.loginfo(
+            "%s: from now on planner %s and controller %s",
+            rospy.get_name(),
+            planner or "(the server's first)",
+            controller or "(the server's first)",
+        )
+
+    def _plugins(self) -> Tuple[str, str, List[str]]:
+        """Planner, controller and recovery behaviors of the next goal."""
+        chosen, values = self._defaults, self._values
+        return (
+            chosen.planner or values["planner"],
+            chosen.controller or values["controller"],
+            list(chosen.recovery_behaviors) or self._behaviors,
+        )
+
     def _on_goal(self, goal: PoseStamped) -> None:
         if not self._goals.has_server("move_base"):
             why = f"there is no action server {self._name} yet; click again later"
             rospy.logwarn("goal %s is dropped: %s", _text(goal), why)
             return
-        planner, controller = self._values["planner"], self._values["controller"]
-        message = MoveBaseGoal(goal, controller, planner, self._behaviors)
+        planner, controller, behaviors = self._plugins()
+        message = MoveBaseGoal(goal, controller, planner, behaviors)
         try:
             with self._lock:  # the server takes the last one that comes for the newest
                 self._newest = goal

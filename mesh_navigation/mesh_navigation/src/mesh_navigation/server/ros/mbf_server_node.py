@@ -128,11 +128,12 @@ class MbfServer:
         )
 
     def _status(self) -> Status:
-        """For /diagnostics."""
+        """For /diagnostics; its value "ready": whether goals are begun, else they wait or fail."""
         try:
             ready = self._map.gate.now()
         except NotReady as error:
-            return Status(ERROR if error.kind == "MAP_ERROR" else WARN, error.message)
+            level = ERROR if error.kind == "MAP_ERROR" else WARN
+            return Status(level, error.message, {"ready": False})
         kinds = (ready.planners, ready.controllers, ready.behaviors)
         complaints = [
             *self._complaints,
@@ -142,8 +143,8 @@ class MbfServer:
             *(complaint for prepared in kinds for complaint in prepared.complaints),
         ]
         if complaints:
-            return Status(WARN, "; ".join(complaints))
-        return Status(OK, f"ready, {map_text(ready)}")
+            return Status(WARN, "; ".join(complaints), {"ready": True})
+        return Status(OK, f"ready, {map_text(ready)}", {"ready": True})
 
     def _stop(self) -> None:
         self._diagnostics.shutdown()
