@@ -2,6 +2,7 @@
 
 import math
 
+import genpy
 import numpy as np
 import pytest
 from mesh_map.costs.combination import COMBINED_COSTS
@@ -13,7 +14,9 @@ from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import zoo
 from mesh_msgs.msg import LayerInfo
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.layer_meaning import meaning_of
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
+from mesh_msgs_hdf5.ros.map_messages import MapMessages
 
 WORLD = zoo.outdoor_world(faces=20_000)
 GEOMETRIC = [
@@ -92,6 +95,32 @@ def test_combined_costs_and_others(mesh_map):
     potential = found["Potential"]
     assert (potential.infinity, potential.layer_type) == ("not reached", "")
     assert math.isnan(potential.cost_limit) and math.isnan(potential.threshold)
+
+
+def test_what_is_stored_says_the_same(mesh_map, tmp_path):
+    path = MapFile.write(str(tmp_path / "map.h5"), Mesh(WORLD.vertices, WORLD.faces)).path
+    names = MapSource(path).save_layers(mesh_map.layers)
+    assert "steepness" in names and "odd" in names
+    messages = MapMessages(MapFile(path), mesh_map.uuid, genpy.Time())
+    stored = {info.name: info for info in messages.layer_info().layers}
+    assert sorted(stored) == sorted(names)
+    for name, info in told(mesh_map).items():
+        assert name not in stored or repr(stored[name]) == repr(info)
+
+
+def test_of_a_derived_mesh_the_numbers_are_those_of_the_stored_vertices(tmp_path):
+    grid = zoo.grid()
+    path = MapFile.write(str(tmp_path / "map.h5"), Mesh(grid.vertices, grid.faces)).path
+    source = MapSource(path)
+    made = source.make_map(max_edge_length=0.5 * float(np.ptp(grid.vertices[:, 0])) / 10)
+    made.compute_layers([{"name": "border", "type": "mesh_layers/BorderLayer"}])
+    source.save_layers(made.layers)
+    file = MapFile(path)
+    meaning = meaning_of(file.layer_parameters("border"))
+    costs = file.vertex_costs("border")
+    assert len(costs) == len(grid.vertices) < len(made.vertices)
+    assert meaning.lethal == np.count_nonzero(meaning.lethal_in(costs)) > 0
+    assert meaning.unknown == np.count_nonzero(np.isnan(costs))
 
 
 class LyingLayer(Layer):

@@ -67,11 +67,17 @@ def test_layers_are_reused_when_their_parameters_are_the_same(map_file, paramete
     assert np.array_equal(costs_of(map_file.path, [threshold]), MARKED)
     radius = dict(HEIGHT_DIFF, params={"radius": 0.2})
     assert not np.array_equal(costs_of(map_file.path, [radius]), MARKED)
+    # What its values mean is not what they were computed with: files of before have it not.
+    before = {key: value for key, value in parameters.items() if key != "layer_info"}
+    assert len(before) == len(parameters) - 1
+    map_file.write_layers({"height_diff": (MARKED, before)})
+    assert np.array_equal(costs_of(map_file.path), MARKED)
     without = dict(HEIGHT_DIFF, params={"include_vertex": False})
     assert not np.array_equal(costs_of(map_file.path, [without]), MARKED)
 
 
 def test_what_is_stored_says_how_and_for_what_it_was_computed(map_file, parameters):
+    assert parameters.pop("layer_info")["comparison"] == "above"
     normals = parameters.pop("vertex_normals")
     assert len(normals) == 32 and set(normals) <= set("0123456789abcdef")
     kind = "mesh_layers/HeightDiffLayer"
@@ -88,6 +94,7 @@ def test_what_is_stored_says_how_and_for_what_it_was_computed(map_file, paramete
         ({"radius": 0.2, "vertex_normals": "0"}, "other values of radius, vertex_normals"),
         ({"type": "x"}, "other values of type"),
         ({"more": 1}, "other values of more"),
+        ({"more": 1, "layer_info": None}, "other values of more"),
     ],
 )
 def test_layers_of_other_parameters_are_computed(map_file, parameters, change, said, caplog):
@@ -136,7 +143,8 @@ def test_a_layer_that_is_replaced_while_it_is_read(map_file, parameters, monkeyp
     map_file.write_layers({"height_diff": (MARKED, parameters)})
     source = MapSource(map_file.path)
     source.make_map()
-    fingerprint = {k: v for k, v in parameters.items() if k != "vertex_normals"}
+    others = ("vertex_normals", "layer_info")
+    fingerprint = {k: v for k, v in parameters.items() if k not in others}
     read = source._members.all_layer_parameters
 
     def interrupted():
@@ -179,11 +187,16 @@ class TestLayer:
 
     __test__ = False
     STORABLE = True
+    UNIT, type_name = "", "test"
     params = {"enabled": True}
     identity = {"limit": math.inf, "list": (1, -math.inf), "table": {"a": math.inf}, "geometry": ""}
 
     def __init__(self, name):
         self.name, self.result = name, LayerResult(MARKED, MARKED > 2)
+
+    def lethal_rule(self):
+        """A layer of a stranger's."""
+        raise RuntimeError("no idea")
 
 
 def test_only_what_is_needed_is_read(map_file, monkeypatch):

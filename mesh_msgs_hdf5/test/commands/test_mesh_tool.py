@@ -132,6 +132,29 @@ def test_info_about_everything(rich_mesh, tmp_path, capsys):
     assert "no arrays" in capsys.readouterr().out
 
 
+def test_info_about_what_costs_mean(tmp_path, capsys):
+    path = tmp_path / "map.h5"
+    costs = np.float32([0.1, 0.4, np.inf, np.nan])
+    meaning = {"unit": "rad", "comparison": "above", "threshold": 0.3, "lethal": 7, "unknown": 7}
+    parameters = {"type": "mesh_layers/SteepnessLayer", "layer_info": meaning}
+    mesh = Mesh(SQUARE, TWO_FACES, vertex_costs={"slope": costs, "plain": costs})
+    mesh.layer_parameters = {"slope": parameters}
+    MapFile.write(path, mesh)
+    assert main(["info", "--json", str(path)]) == 0
+    plain, slope = json.loads(capsys.readouterr().out)["layers"]
+    expected = {"unit": "rad", "comparison": "above", "threshold": 0.3, "rule": "above 0.3 rad"}
+    assert {key: slope[key] for key in expected} == expected
+    assert (slope["lethal"], slope["unknown"]) == (2, 1), "of the values, not what the file says"
+    assert slope["parameters"] == {"type": "mesh_layers/SteepnessLayer"}
+    assert plain["lethal"] == 1 and "unit" not in plain
+    assert main(["info", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "slope: 0.1 .. 0.4 rad, 2 lethal (above 0.3 rad), 1 unknown, computed" in text
+    assert "plain: 0.1 .. 0.4, 1 lethal, 1 unknown" in text
+    assert main(["info", "--fast", str(path)]) == 0
+    assert "slope, lethal above 0.3 rad, computed" in capsys.readouterr().out
+
+
 def test_fast_info_reads_no_array(rich_mesh, tmp_path, monkeypatch, capsys):
     path = tmp_path / "rich.h5"
     MapFile.write(path, rich_mesh)

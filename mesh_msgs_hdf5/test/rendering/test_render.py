@@ -131,6 +131,25 @@ def test_costs_have_the_colors_of_rviz_and_lethal_and_unknown_their_own():
     assert np.allclose(hue(limited[4, 45]), magenta)
 
 
+def test_what_a_layer_calls_lethal_is_painted_so():
+    mesh = Mesh(WALL.vertices, WALL.faces)
+    mesh.vertex_costs["slope"] = np.array([0.1, 0.1, 0.5, 0.5], dtype=np.float32)  # grows with y
+    rule = {"unit": "rad", "comparison": "above", "threshold": 0.3}
+    mesh.layer_parameters["slope"] = {"layer_info": rule}
+    colors = colors_of(mesh, "layer", "slope")
+    assert np.allclose(hue(colors[4, 25]), hue(LETHAL))
+    assert not np.allclose(hue(colors[46, 25]), hue(LETHAL))
+    legend = choose_paint("x.h5", mesh, "layer", "slope").legend
+    assert legend.title == "slope [rad]"
+    assert legend.entries == (("lethal, above 0.3 rad (2)", LETHAL),)
+    assert legend.limits == (np.float32(0.1), np.float32(0.1)), "of what is not lethal"
+    plain = colors_of(mesh, "layer", "slope", mark_lethal=False)
+    assert np.allclose(hue(plain[4, 25]), hue(RAINBOW[5]), atol=0.4)
+    mesh.layer_parameters["slope"] = {"layer_info": {"comparison": "other", "lethal": 3}}
+    legend = choose_paint("x.h5", mesh, "layer", "slope").legend
+    assert legend.entries[0][0] == "lethal, not by their values alone (3)"
+
+
 def test_faces_labels_colors_and_textures():
     mesh = Mesh(WALL.vertices, WALL.faces)
     mesh.face_attributes["area"] = np.array([0, 5], dtype=np.int64)

@@ -33,6 +33,10 @@ MESH = Mesh(
     vertex_normals=np.float32([[0, 0, 1]] * 4),
     vertex_colors=np.uint8([[0, 51, 255]] * 4),
     vertex_costs=LAYERS,
+    layer_parameters={
+        "layer_%d" % i: {"type": "x", "layer_info": {"comparison": "above", "threshold": 0.4 + i}}
+        for i in (1, 2)
+    },
     frame_id="floor",
 )
 
@@ -127,6 +131,17 @@ class ServeAMap(unittest.TestCase):
                 self.check_header(message)
                 costs = message.mesh_vertex_costs.costs
                 np.testing.assert_array_equal(costs, LAYERS[message.type])
+
+    def test_what_costs_mean_is_latched(self):
+        (message,) = self.received("/mesh/layer_info", stock.LayerInfoArray, 1)
+        self.assertEqual(message.uuid, MESH.uuid)
+        self.assertEqual(message.header.frame_id, "floor")
+        self.assertEqual([layer.name for layer in message.layers], ["layer_1", "layer_2"])
+        first = message.layers[0]
+        self.assertEqual((first.comparison, first.infinity), (stock.LayerInfo.ABOVE, "lethal"))
+        self.assertAlmostEqual(first.threshold, 1.4, 6)
+        # [1, inf, nan, 0.5]
+        self.assertEqual((first.lethal, first.unknown, first.layer_type), (1, 1, "x"))
 
     def test_services_answer_for_the_uuid_and_its_short_names(self):
         self.assertEqual(self.server.call("get_uuids", GetUUIDs).uuids, [MESH.uuid])

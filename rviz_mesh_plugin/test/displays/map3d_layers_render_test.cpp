@@ -147,6 +147,13 @@ TEST_F(Map3DLayers, are_seen_with_each_display_type)
   setChild(display, "Vertex Costs Type", "height_diff");
   EXPECT_TRUE(shows({GREEN, redGreen(1, 3), redGreen(2, 3), RED}));
   setChild(display, "Vertex Costs Type", "roughness");
+  // The file says that roughness is lethal above 1.5 m: there is no red of the scale's.
+  const Rgb lethal{200, 0, 200};
+  setChild(display, "Lethal Color", QColor(200, 0, 200));
+  EXPECT_TRUE(
+      waitForStatus(display->meshDisplay(), "Costs", "Ok", "8 lethal (lethal above 1.5 m)"));
+  EXPECT_TRUE(shows({lethal, lethal, redGreen(1, 3), GREEN}));
+  setChild(display, "Mark Lethal", false);
   EXPECT_TRUE(shows({RED, redGreen(2, 3), redGreen(1, 3), GREEN}));
   setChild(display, "Vertex Costs Type", "steepness");
   EXPECT_TRUE(shows({GREEN, RED, GREEN, RED}));

@@ -38,6 +38,9 @@ def test_map(squares: int) -> Mesh:
             "height_diff": np.repeat(index, 4).astype(np.float32),
             "roughness": np.repeat(3 - index, 4).astype(np.float32),
         },
+        layer_parameters={
+            "roughness": {"layer_info": {"unit": "m", "comparison": "above", "threshold": 1.5}}
+        },
         face_attributes={"steepness": np.repeat(index % 2, 2).astype(np.float32)},
         texture_coordinates=np.tile(corners[:, :2], (squares, 1)),
         textures={

@@ -8,10 +8,11 @@ from typing import Any, Mapping
 
 import numpy as np
 from mesh_map.costs.combination import COMBINED_COSTS
-from mesh_map.costs.layer import Layer
+from mesh_map.io.layer_meanings import layer_meaning
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs import arrays
 from mesh_msgs.msg import LayerInfo, LayerInfoArray
+from mesh_msgs_hdf5.ros.map_messages import layer_info
 from std_msgs.msg import Header
 
 
@@ -63,7 +64,9 @@ def layer_info_message(
     """
     message = _about(mesh_map, LayerInfoArray)
     message.layers = [
-        _layer_info(layer) for layer in mesh_map.layers.values() if layer.result is not None
+        layer_info(layer.name, layer_meaning(layer))
+        for layer in mesh_map.layers.values()
+        if layer.result is not None
     ]
     costs = mesh_map.planning_costs().costs
     message.layers.append(
@@ -81,29 +84,6 @@ def layer_info_message(
         for name, infinity in others.items()
     ]
     return message
-
-
-def _layer_info(layer: Layer) -> LayerInfo:
-    costs, lethal, _ = layer.result
-    found = LayerInfo(
-        name=layer.name,
-        layer_type=layer.type_name,
-        unit=layer.UNIT,
-        infinity="lethal",
-        comparison=LayerInfo.NONE,
-        threshold=math.nan,
-        cost_limit=math.nan,
-        lethal=np.count_nonzero(lethal),
-        unknown=np.count_nonzero(np.isnan(costs)),
-    )
-    told, rule = np.isposinf(costs), layer.lethal_rule()
-    if rule is not None and math.isfinite(rule.threshold):
-        told |= rule.of(costs)
-        found.comparison = LayerInfo.AT_LEAST if rule.inclusive else LayerInfo.ABOVE
-        found.threshold = rule.threshold
-    if not np.array_equal(told, lethal):
-        found.comparison, found.threshold = LayerInfo.OTHER, math.nan
-    return found
 
 
 def _about(mesh_map: MeshMap, kind: Any, **members: Any) -> Any:

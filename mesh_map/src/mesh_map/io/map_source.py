@@ -14,6 +14,7 @@ from mesh_msgs_hdf5.formats.any_mesh import Members, open_members
 from mesh_msgs_hdf5.labels.label_store import LabelStore
 from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.layer_meaning import KEY, computed_with
 from mesh_msgs_hdf5.model.mesh import Label, Mesh
 from mesh_msgs_hdf5.files.save import stamp
 
@@ -26,6 +27,7 @@ from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.normals import checked_up, unit_normals
 from mesh_map.geometry.refinement import refine
 from mesh_map.io.derived_contents import DerivedContents
+from mesh_map.io.layer_meanings import layer_meaning
 from mesh_map.map.mesh_map import MeshMap
 
 _LOG = logging.getLogger("mesh_map")
@@ -256,7 +258,8 @@ class MapSource:
         """Layer name -> parameters, as they are in the file now."""
         now = stamp(self.path)
         if self._stamp is None or self._stamp != now:
-            self._stored = self._members.all_layer_parameters()
+            stored = self._members.all_layer_parameters()
+            self._stored = {name: computed_with(values) for name, values in stored.items()}
             self._stamp = now
         return self._stored
 
@@ -280,8 +283,12 @@ class MapSource:
         edit = Edit()
         for name, layer in layers.items():
             if layer.result is not None and layer.STORABLE and layer.params["enabled"]:
-                edit.vertex_costs[name] = self._for_file(layer.result.costs)
-                edit.layer_parameters[name] = self._storable(_identity(layer))
+                costs, meaning = self._for_file(layer.result.costs), layer_meaning(layer)
+                if self._derived is not None:  # its numbers are those of other vertices
+                    meaning = meaning._replace(lethal=None).counted(costs)
+                edit.vertex_costs[name] = costs
+                parameters = self._storable(_identity(layer))
+                edit.layer_parameters[name] = {**parameters, KEY: meaning.stored()}
         if not edit.vertex_costs:
             raise MeshMapError("there are no layers to store")
         try:

@@ -108,10 +108,17 @@ def values_text(entry: Dict[str, Any]) -> str:
     text = entry["name"]
     if "min" in entry:
         finite = "no finite value" if entry["min"] is None else "{min:g} .. {max:g}".format(**entry)
-        text += ": " + finite
+        text += ": " + finite + (" " + entry["unit"] if entry.get("unit") else "")
     if "type" in entry:
         text += ", {type}".format(**entry)
-    for key in ("lethal", "unknown", "negative"):
+    rule = entry.get("rule")
+    if rule and "lethal" in entry:
+        text += ", %d lethal (%s)" % (entry["lethal"], rule)
+    elif rule:
+        text += ", lethal " + rule
+    elif entry.get("lethal"):
+        text += ", %d lethal" % entry["lethal"]
+    for key in ("unknown", "negative"):
         if entry.get(key):
             text += ", %d %s" % (entry[key], key)
     if entry["parameters"]:

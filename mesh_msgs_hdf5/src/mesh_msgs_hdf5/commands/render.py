@@ -46,6 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "of the color bar (default: the least and greatest finite value)"
     parser.add_argument("--limits", type=_limits, metavar="LO,HI", help=text)
     parser.add_argument("--scale", choices=sorted(SCALES), default="rainbow", help="as in RViz")
+    text = "of a layer: color lethal values by the scale as well (default: black, where known)"
+    parser.add_argument("--values", action="store_true", help=text)
     parser.add_argument("--title", help="default: the name of FILE, and what is shown")
     parser.add_argument("--force", action="store_true", help="replace OUT.png if it exists")
     add_part(parser)
@@ -87,7 +89,8 @@ def run(arguments: argparse.Namespace) -> int:
         if not file.face_count:
             raise MapFileError("no_faces", arguments.file, "the mesh has no faces to draw", "")
         mesh, what, name = _mesh(file, arguments)
-        paint = choose_paint(arguments.file, mesh, what, name, arguments.limits, arguments.scale)
+        scale = arguments.limits, arguments.scale, not arguments.values
+        paint = choose_paint(arguments.file, mesh, what, name, *scale)
         title = arguments.title
         if title is None:
             shown = what if name is None else name
@@ -114,6 +117,7 @@ def _mesh(file, arguments):
                     what = "face"
             if what == "layer":
                 mesh.vertex_costs[name] = file.vertex_costs(name)
+                mesh.layer_parameters[name] = file.layer_parameters(name)
             else:
                 mesh.face_attributes[name] = file.face_attribute(name)
             return mesh, what, name

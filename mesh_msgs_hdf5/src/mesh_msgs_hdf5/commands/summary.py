@@ -6,6 +6,7 @@ import numpy as np
 
 from mesh_msgs_hdf5.formats.any_mesh import Members, open_members
 from mesh_msgs_hdf5.model.label_names import split_label
+from mesh_msgs_hdf5.model.layer_meaning import NONE, OTHER, computed_with, meaning_of
 
 
 def summarize(path: str, part: Optional[str] = None, fast: bool = False) -> Dict[str, Any]:
@@ -86,11 +87,23 @@ def _bounds(file, fast, read):
 
 
 def layer_summary(file: Members, name: str, fast: bool = False, read=None) -> Dict[str, Any]:
-    """Name, parameters and, unless fast, costs_summary() of a layer; read gets what was read."""
-    entry = {"name": name, "parameters": file.layer_parameters(name)}
+    """Name, parameters and, unless fast, costs_summary() of a layer; read gets what was read.
+
+    Where the file says what the values mean also unit, comparison, threshold (None: there is none)
+    and rule, a text; lethal are then those by that rule, not only +inf.
+    """
+    parameters = file.layer_parameters(name)
+    meaning = meaning_of(parameters)
+    entry = {"name": name, "parameters": computed_with(parameters)}
+    if meaning is not None:
+        entry.update(unit=meaning.unit, comparison=meaning.comparison, rule=meaning.rule_text())
+        entry["threshold"] = None if meaning.comparison in (NONE, OTHER) else meaning.threshold
     if not fast:
         _note(read, "layer " + name)
-        entry.update(costs_summary(file.vertex_costs(name)))
+        costs = file.vertex_costs(name)
+        entry.update(costs_summary(costs))
+        if meaning is not None:
+            entry["lethal"] = meaning.count_lethal(costs)
     return entry
 
 

@@ -4,6 +4,7 @@ from typing import Callable, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.model.errors import MapFileError
+from mesh_msgs_hdf5.model.layer_meaning import meaning_of
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.rendering.render_camera import Camera
 from mesh_msgs_hdf5.rendering.render_paint import (
@@ -12,6 +13,7 @@ from mesh_msgs_hdf5.rendering.render_paint import (
     Textures,
     VertexColors,
     VertexValues,
+    marked_layer,
 )
 from mesh_msgs_hdf5.rendering.render_raster import NO_FACE, visible_faces
 from mesh_msgs_hdf5.rendering.render_scale import SCALES
@@ -29,16 +31,21 @@ def choose_paint(
     name: Optional[str] = None,
     limits: Optional[Tuple[float, float]] = None,
     scale: str = "rainbow",
+    mark_lethal: bool = True,
 ):
     """The paint for a mesh (see render_paint).
 
     what: "layer" or "face" (the vertex layer or face attribute called name; a layer that is not
-    there may be a face attribute), "labels", "colors", "textures" or "height". Raises MapFileError
+    there may be a face attribute), "labels", "colors", "textures" or "height". mark_lethal: paint
+    all lethal values of a layer alike, where its parameters say which are. Raises MapFileError
     (code layer) for what the mesh does not have; path is for the error.
     """
     stops = SCALES[scale]
     if what == "layer" and name in mesh.vertex_costs:
-        return VertexValues(name, mesh.faces, mesh.vertex_costs[name], stops, limits)
+        costs, meaning = mesh.vertex_costs[name], meaning_of(mesh.layer_parameters.get(name, {}))
+        if mark_lethal and meaning is not None:
+            return marked_layer(name, mesh.faces, costs, meaning, stops, limits)
+        return VertexValues(name, mesh.faces, costs, stops, limits)
     if what in ("layer", "face"):
         return FaceValues(name, _face_values(path, mesh, what, name), stops, limits)
     if what == "height":

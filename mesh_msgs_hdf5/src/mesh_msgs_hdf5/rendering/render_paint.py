@@ -8,6 +8,7 @@ from typing import List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from mesh_msgs_hdf5.model.label_names import split_label
+from mesh_msgs_hdf5.model.layer_meaning import LayerMeaning
 from mesh_msgs_hdf5.model.mesh import Mesh
 from mesh_msgs_hdf5.rendering.render_scale import (
     LETHAL,
@@ -134,6 +135,23 @@ class Textures:
             row = np.minimum(((1 - v) * height).astype(int), height - 1)
             colors[here] = _on_plain(image[row, column] / 255.0)
         return colors
+
+
+def marked_layer(title: str, faces: np.ndarray, costs: np.ndarray, meaning: LayerMeaning, *scale):
+    """The paint of a layer whose lethal values are known: they are painted as +inf is.
+
+    costs: (V,) float32; scale: stops and limits, as for VertexValues.
+    """
+    shown = np.where(meaning.lethal_in(costs), np.float32(np.inf), costs)
+    paint = VertexValues(
+        title + (" [%s]" % meaning.unit if meaning.unit else ""), faces, shown, *scale
+    )
+    rule, count = meaning.rule_text(), meaning.count_lethal(costs)
+    if rule and count:
+        text, color = "lethal, %s (%d)" % (rule, count), LETHAL
+        others = [entry for entry in paint.legend.entries if entry[1] != LETHAL]
+        paint.legend = paint.legend._replace(entries=((text, color), *others))
+    return paint
 
 
 def _on_plain(pixels):

@@ -4,20 +4,59 @@ Each is made when it is asked for, from a map file that is read lazily. What a 1
 as released: colors are bytes / 255 with alpha 1, material i has cluster i, textures are rgb8 (or
 rgba8), texture coordinates are those of the file (v upwards).
 """
+import math
 from typing import Any, Dict, Hashable, List, Optional, Tuple
 
 import genpy
 import numpy as np
 from mesh_msgs import arrays
-from mesh_msgs.msg import Feature, MeshFeatures, MeshMaterial, MeshTexture
+from mesh_msgs.msg import (
+    Feature,
+    LayerInfo,
+    LayerInfoArray,
+    MeshFeatures,
+    MeshMaterial,
+    MeshTexture,
+)
 from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Float32, Header
 
+from mesh_msgs_hdf5.model.layer_meaning import (
+    ABOVE,
+    AT_LEAST,
+    NONE,
+    OTHER,
+    LayerMeaning,
+    meaning_of,
+)
 from mesh_msgs_hdf5.model.mesh import Features, Label, Materials
 
 VERTICES, FACES, NORMALS = "vertices", "faces", "vertex_normals"
 _ALL = (VERTICES, FACES, NORMALS)
 _ENCODINGS = {3: "rgb8", 4: "rgba8"}
+
+
+_COMPARISONS = {
+    NONE: LayerInfo.NONE,
+    ABOVE: LayerInfo.ABOVE,
+    AT_LEAST: LayerInfo.AT_LEAST,
+    OTHER: LayerInfo.OTHER,
+}
+
+
+def layer_info(name: str, meaning: LayerMeaning) -> LayerInfo:
+    """What the costs of a layer mean, with their numbers."""
+    return LayerInfo(
+        name=name,
+        layer_type=meaning.layer_type,
+        unit=meaning.unit,
+        infinity="lethal",
+        comparison=_COMPARISONS[meaning.comparison],
+        threshold=meaning.threshold,
+        cost_limit=math.nan,
+        lethal=meaning.lethal or 0,
+        unknown=meaning.unknown or 0,
+    )
 
 
 class MapMessages:
@@ -66,6 +105,20 @@ class MapMessages:
             type=name,
             mesh_vertex_costs=arrays.MeshVertexCosts(self._source.vertex_costs(name)),
         )
+
+    def layer_info(self) -> Optional[LayerInfoArray]:
+        """What the values of those layers mean of which the map says it; None: of none."""
+        layers = []
+        for name in self._source.layer_names():
+            meaning = meaning_of(self._source.layer_parameters(name))
+            if meaning is not None:
+                if meaning.lethal is None or meaning.unknown is None:
+                    meaning = meaning.counted(self._source.vertex_costs(name))
+                layers.append(layer_info(name, meaning))
+        if not layers:
+            return None
+        header = self._header("layer_info")
+        return LayerInfoArray(header=header, uuid=self.uuid, layers=layers)
 
     def face_costs(self, name: str) -> Optional[arrays.MeshFaceCostsStamped]:
         """A face attribute that is a cost (float32, one for each face); None for any other."""

@@ -121,6 +121,16 @@ class MapOverlay:
         """(V,) float32 of a layer."""
         return self._named("vertex_costs", "vertex_costs", name)
 
+    def layer_parameters(self, name: str) -> Dict[str, Any]:
+        """Those of a layer; {} where it has none, or where its values were replaced."""
+        edit = self._edit
+        if edit.layer_parameters.get(name) is not None:
+            return dict(edit.layer_parameters[name] or {})
+        if name in edit.layer_parameters or name in edit.vertex_costs:
+            return {}
+        with self.lock:
+            return self.source.layer_parameters(name)
+
     def face_attribute_names(self) -> List[str]:
         """Names of the face attributes, sorted."""
         with self.lock:

@@ -4,7 +4,7 @@ from typing import Hashable, List, Tuple
 
 import rospy
 from mesh_msgs import arrays
-from mesh_msgs.msg import MeshFeatures
+from mesh_msgs.msg import LayerInfoArray, MeshFeatures
 from mesh_msgs.ros import LatchedTopics
 
 from mesh_msgs.text import one_line
@@ -19,6 +19,7 @@ _MEMBERS = {
     "vertex_costs": ("vertex_costs", arrays.MeshVertexCostsStamped, "layer"),
     "face_attributes": ("face_costs", arrays.MeshFaceCostsStamped, "face attribute"),
     "features": ("features", MeshFeatures, "features"),
+    "layer_info": ("layer_info", LayerInfoArray, "layer info"),
 }
 
 
@@ -64,6 +65,8 @@ class MapServerTopics:
         waits = member == "features" and served in self._featureless
         if member in _MEMBERS and not waits:
             self._publish(served, member, key)
+        if member == "vertex_costs":
+            self._publish(served, "layer_info")
 
     def publish_wanted(self) -> None:
         """The features and the colors of labels, if somebody has subscribed to them meanwhile."""
@@ -96,5 +99,6 @@ def _members(served: ServedMap) -> List[Tuple[str, Hashable]]:
     members: List[Tuple[str, Hashable]] = [("geometry", None)]
     members += [("vertex_colors", None)] * overlay.has_colors
     members += [("vertex_costs", name) for name in overlay.layer_names()]
+    members += [("layer_info", None)]
     members += [("face_attributes", name) for name in overlay.face_attribute_names()]
     return members
