@@ -228,6 +228,8 @@ void MeshNavigationPanel::createWidgets()
   scroll->setWidget(told);
   scroll->setWidgetResizable(true);
   scroll->setFrameShape(QFrame::NoFrame);
+  constexpr int LEAST_LINES = 8;
+  scroll->setMinimumHeight(LEAST_LINES * fontMetrics().lineSpacing());
 
   auto* all = new QVBoxLayout(this);
   all->addLayout(form);

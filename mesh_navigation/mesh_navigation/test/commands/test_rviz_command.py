@@ -1,0 +1,92 @@
+"""RViz is shown where it can be; where it cannot, one line says why and nothing fails."""
+
+import os
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+import rospkg
+import yaml
+from mesh_navigation.commands import rviz_command
+
+PACKAGE = Path(__file__).resolve().parents[2]
+
+
+class Packages:
+    """As rospkg.RosPack, of these packages alone."""
+
+    def __init__(self, *names):
+        self.names = names
+
+    def get_path(self, name):
+        if name not in self.names:
+            raise rospkg.ResourceNotFound(name)
+        return str(PACKAGE) if name == "mesh_navigation" else "/opt/" + name
+
+
+@pytest.fixture
+def packages(monkeypatch, tmp_path):
+    """Installs packages and the programs of a PATH; returns the environment."""
+
+    def install(*names, screen=":7"):
+        monkeypatch.setattr(rospkg, "RosPack", lambda: Packages("mesh_navigation", *names))
+        if "rviz" in names:
+            (tmp_path / "rviz").write_text("#!/bin/sh\n")
+            (tmp_path / "rviz").chmod(0o755)
+        monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.setenv("DISPLAY", screen)
+        monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+
+    return install
+
+
+@pytest.mark.parametrize(
+    "names, screen, said",
+    [
+        ((), ":7", "the package rviz_mesh_plugin is not installed"),
+        (("rviz_mesh_plugin",), ":7", "there is no program rviz on PATH"),
+        (("rviz_mesh_plugin", "rviz"), "", "there is no screen: set DISPLAY"),
+    ],
+)
+def test_what_is_missing_is_said_in_one_line(packages, monkeypatch, capsys, names, screen, said):
+    packages(*names, screen=screen)
+    monkeypatch.setattr(os, "execvp", lambda *arguments: pytest.fail("it was run"))
+    assert rviz_command.main(["__name:=mesh_rviz"]) == 0
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1
+    assert err.startswith("RViz is left out, all else goes on: ") and said in err
+
+
+def test_rviz_gets_the_configuration_and_what_roslaunch_says(packages, monkeypatch):
+    packages("rviz_mesh_plugin", "rviz")
+    run = []
+    monkeypatch.setattr(os, "execvp", lambda program, words: run.append((program, words)))
+    rviz_command.main(["__name:=mesh_rviz", "__log:=/l"])
+    rviz_command.main(["-d", "/mine.rviz", "__name:=x"])
+    path = str(PACKAGE / "rviz" / "mesh_navigation.rviz")
+    assert run == [
+        ("rviz", ["rviz", "-d", path, "__name:=mesh_rviz", "__log:=/l"]),
+        ("rviz", ["rviz", "-d", "/mine.rviz", "__name:=x"]),
+    ]
+
+
+def test_the_configuration_shows_what_the_server_and_the_robot_publish():
+    text = (PACKAGE / "rviz" / "mesh_navigation.rviz").read_text(encoding="utf-8")
+    config = yaml.safe_load(text)["Visualization Manager"]
+    planners = yaml.safe_load((PACKAGE / "config" / "planners.yaml").read_text(encoding="utf-8"))
+    topics = [display.get("Topic") for display in config["Displays"]]
+    for planner in planners["planners"]:
+        assert f"/move_base_flex/{planner['name']}/path" in topics
+    tools = {tool["Class"]: tool for tool in config["Tools"]}
+    assert tools["rviz_mesh_plugin/MeshGoal"]["Topic"] == "/goal", "where goal_bridge listens"
+
+
+def test_the_model_has_the_frames_and_the_size_of_the_simulated_robot():
+    robot = ElementTree.parse(PACKAGE / "urdf" / "surface_robot.urdf").getroot()
+    links = {link.get("name") for link in robot.iter("link")}
+    assert links == {"base_footprint", "base_link", "laser"}
+    planners = yaml.safe_load((PACKAGE / "config" / "planners.yaml").read_text(encoding="utf-8"))
+    radii = [float(cylinder.get("radius")) for cylinder in robot.iter("cylinder")]
+    assert max(radii) == planners["robot_radius"]
+    joints = {joint.find("child").get("link"): joint for joint in robot.iter("joint")}
+    assert joints["laser"].find("origin").get("xyz") == "0 0 0.8", "sensor_height of surface_robot"
