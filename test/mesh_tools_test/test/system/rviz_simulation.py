@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""simulation.launch rviz:=true: goals are clicked, and what becomes of them and of a server is seen."""
+"""simulation.launch rviz:=true: what becomes of clicked goals, and of a server, is seen in RViz."""
 import os
 import re
 import signal
