@@ -26,8 +26,8 @@ std::vector<std::uint32_t> findSolids(ArrayView<std::uint32_t> face_edges,
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t edge = face_edges[3 * std::size_t{patch[i]} + k];
         const std::size_t begin = at_edges.offsets[edge], end = at_edges.offsets[edge + 1];
-        closed = closed && end - begin == 2;
-        for (std::size_t j = begin; end - begin == 2 && j < end; ++j) {
+        closed = closed && (end - begin) % 2 == 0;
+        for (std::size_t j = begin; (end - begin) % 2 == 0 && j < end; ++j) {
           const std::uint32_t other = at_edges.faces[j];
           if (solids[other] == UNSEEN) {
             solids[other] = count;

@@ -130,25 +130,35 @@ class CollisionOracle:
                 yield face
 
     def inside(self, height):
-        """(V,) bool: inside of a closed patch that far above the vertices, by the solid angles of
-        its faces (A. van Oosterom, J. Strackee: The Solid Angle of a Plane Triangle, 1983)."""
+        """(V,) bool: inside of a closed patch that far above the vertices: a ray in a direction
+        that is that of nothing crosses its faces an odd number of times."""
         found = np.zeros(len(self.points), bool)
+        ray = np.array([0.3, 0.5, 0.81]) / np.linalg.norm([0.3, 0.5, 0.81])
         for patch in self.closed_patches():
             for vertex, point in enumerate(self.points + [0, 0, height]):
                 a, b, c = (self.corners[patch] - point).transpose(1, 0, 2)
-                la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-                above = np.einsum("ij,ij->i", a, np.cross(b, c))
-                under = la * lb * lc + np.einsum("ij,ij->i", a, b) * lc
-                under += np.einsum("ij,ij->i", a, c) * lb + np.einsum("ij,ij->i", b, c) * la
-                angle = 2 * np.arctan2(above, under).sum()
-                found[vertex] |= abs(angle) > 2 * np.pi
+                sides = np.stack([np.cross(a, b) @ ray, np.cross(b, c) @ ray, np.cross(c, a) @ ray])
+                within = (sides > 0).all(axis=0) | (sides < 0).all(axis=0)
+                normals = np.cross(b - a, c - a)
+                ahead = np.einsum("ij,ij->i", a, normals) * (normals @ ray) > 0
+                found[vertex] |= bool((within & ahead).sum() % 2)
         return found
 
     def closed_patches(self):
-        """Faces joined at edges of two, where all edges of the patch have two."""
+        """Faces joined at edges of an even number, where all edges of the patch have one. Of faces
+        with the same corners one counts, else where their number is odd."""
         proper = (np.diff(np.sort(self.faces, axis=1), axis=1) > 0).all(axis=1)
-        at_edge = defaultdict(list)
+        sets = defaultdict(list)
         for face in np.flatnonzero(proper):
+            sets[tuple(sorted(self.faces[face]))].append(face)
+        patches = self._patches([faces[0] for faces in sets.values()])
+        found = {face for patch in patches for face in patch}
+        left = [f[0] for f in sets.values() if len(f) % 2 == 1 and f[0] not in found]
+        return patches + (self._patches(left) if len(sets) < proper.sum() else [])
+
+    def _patches(self, some):
+        at_edge = defaultdict(list)
+        for face in some:
             for k in range(3):
                 at_edge[tuple(sorted(self.faces[face][[k, (k + 1) % 3]]))].append(face)
         parent = list(range(len(self.faces)))
@@ -159,12 +169,12 @@ class CollisionOracle:
             return i
 
         for faces in at_edge.values():
-            if len(faces) == 2:
-                parent[root(faces[0])] = root(faces[1])
+            for face in faces[1:] if len(faces) % 2 == 0 else []:
+                parent[root(faces[0])] = root(face)
         patches = defaultdict(list)
-        for face in np.flatnonzero(proper):
+        for face in some:
             patches[root(face)].append(face)
-        opened = {root(face) for faces in at_edge.values() if len(faces) != 2 for face in faces}
+        opened = {root(face) for faces in at_edge.values() if len(faces) % 2 for face in faces}
         return [faces for first, faces in patches.items() if first not in opened]
 
     def body_bounds(self, radius, closed):

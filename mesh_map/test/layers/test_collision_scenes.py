@@ -225,6 +225,49 @@ def test_a_soup_says_the_same(radius):
     np.testing.assert_array_equal(lethal[of_floor], expected[FLOOR[1]])
 
 
+def odd_boxes():
+    """Two boxes, from (2, 2) and from (3, 2), each of 1 m, as exporters leave them; how many solids
+    they are is no matter."""
+    left, right = box((2, 2, -0.05), (3, 3, 2)), box((3, 2, -0.05), (4, 3, 2))
+    corner = box((3, 3, -0.05), (4, 4, 2))
+    jitter = np.random.default_rng(1).uniform(-2e-5, 2e-5, (72, 3))
+    soup_left, soup_right = solids.as_soup(left), solids.as_soup(right)
+    return {
+        "faces twice": joined((left[0], np.concatenate([left[1], left[1][3:7]])), right),
+        "seen from both sides": joined(
+            solids.welded(joined(left, solids.flipped(left))), box((3.1, 2, -0.05), (4, 3, 2))
+        ),
+        "a face in common": solids.welded(joined(left, right)),
+        "an edge in common": joined(solids.welded(joined(left, corner)), right),
+        "a soup, rounded": (
+            np.concatenate([soup_left[0], soup_right[0]]) + jitter,
+            joined(soup_left, soup_right)[1],
+        ),
+    }
+
+
+@pytest.mark.parametrize("kind", odd_boxes())
+@pytest.mark.parametrize("soup", [False, True], ids=["indexed", "soup"])
+def test_solids_as_exporters_leave_them(kind, soup):
+    """Between their sides they are filled, however these are joined."""
+    thing = odd_boxes()[kind]
+    lethal = lethal_floor(solids.as_soup(thing) if soup else thing)
+    inside = around((2.2, 2.2), (2.8, 2.8)) | around((3.2, 2.2), (3.8, 2.8))
+    assert lethal[inside].all()
+    assert not lethal[~around((2, 2), (4, 4), HALF)].any()
+    if kind == "an edge in common":
+        assert lethal[around((3.2, 3.2), (3.8, 3.8))].all()
+        assert not lethal[around((2.2, 3.2), (2.8, 3.8))].any()
+    else:
+        assert not lethal[~around((2, 2), (4, 3), HALF)].any()
+
+
+def test_a_sheet_seen_from_both_sides_is_no_solid():
+    wall = sheet((1, 2), (4, 2), 0.0, 2.0)
+    both = solids.welded(joined(wall, solids.flipped(wall)))
+    np.testing.assert_array_equal(lethal_floor(both), lethal_floor(wall))
+
+
 @pytest.mark.parametrize("radius", [0.0, 0.25])
 def test_a_table(radius):
     """A top on four legs: closed below for a robot that is higher, but for the legs open else."""

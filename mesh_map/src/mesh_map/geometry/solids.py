@@ -1,8 +1,11 @@
 """Closed surfaces of a mesh: what is solid, as a wall or a box of its own is in CAD and BIM."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from mesh_map import _kernels
 from mesh_map.base.array_checks import read_only
@@ -15,12 +18,16 @@ NO_SOLID = int(_kernels._NO_INDEX)
 class Solids(NamedTuple):
     """The solids of a mesh, and the mesh in which borders that lie on each other are joined.
 
-    Many formats have vertices of their own for each side of a box, or for each face. So vertices at
-    borders that are at the same place count as one here.
+    Many formats have vertices of their own for each side of a box, or for each face, some rounded
+    differently. So vertices at borders that are at the same place, or within a tenth of a
+    millimeter (on large coordinates more), count as one here.
 
     Attributes:
         numbers: (F,) uint32, of each face that of its solid; NO_SOLID for faces of none. A solid is
-            a patch of faces that are joined at edges of two faces, all edges of which have two.
+            a patch of faces that are joined at edges, all edges of which have an even number of
+            them, so that a line to far away crosses it an odd number of times from inside. Of faces
+            with the same corners one counts, or, where an even number of them would leave the patch
+            open, none (what two boxes have in common).
         joined: (V,) uint32, for each vertex the one that stands for it: of those at borders at the
             same place the lowest, else itself.
         faces: (F, 3) uint32, of these vertices.
@@ -41,33 +48,109 @@ def find_solids(geometry: MeshGeometry) -> Solids:
 
 def _find(geometry: MeshGeometry) -> Solids:
     topology, faces = geometry.topology, geometry.faces
-    numbers = _numbers(topology)
-    joined = _joined_borders(geometry)
-    if not np.array_equal(joined, np.arange(len(joined))):
-        faces = joined[faces]
-        topology = Topology(faces=faces, vertex_count=len(joined))
-        found = numbers != NO_SOLID
-        more = _numbers(topology)
-        more[more != NO_SOLID] += np.uint32(numbers[found].max(initial=0) + found.any())
-        more = np.where(found, numbers, more)
-        found = more != NO_SOLID
-        more[found] = np.unique(more[found], return_inverse=True)[1]
-        numbers = more
+    numbers = _numbers(faces, topology)
+    joined = np.arange(len(geometry.vertices), dtype=np.uint32)
+    for join in (_same_places, _near_places):
+        more = join(geometry.vertices, np.unique(topology.edges[topology.border_edges]))
+        if more is not None:
+            joined = more[joined]
+            faces = joined[geometry.faces]
+            topology = Topology(faces=faces, vertex_count=len(joined))
+            numbers = _added(numbers, _numbers(faces, topology))
     rows = topology.vertex_face_offsets, topology.vertex_faces
     return Solids(read_only(numbers), read_only(joined), read_only(faces), *rows)
 
 
-def _numbers(topology: Topology) -> np.ndarray:
-    return _kernels._solids(topology.face_edges, topology.face_flags, topology.edge_count)
+def _numbers(faces: np.ndarray, topology: Topology) -> np.ndarray:
+    """(F,) of each face that of its solid, see Solids."""
+    first, even = _copies(faces, topology)
+    if not even.any():
+        return _kernels._solids(topology.face_edges, topology.face_flags, topology.edge_count)
+    some = np.flatnonzero(first)
+    count = topology.vertex_count
+    kept = some[_closing(Topology(faces=faces[some], vertex_count=count), even[some])]
+    part = Topology(faces=faces[kept], vertex_count=count)
+    numbers = np.full(len(faces), NO_SOLID, np.uint32)
+    numbers[kept] = _kernels._solids(part.face_edges, part.face_flags, part.edge_count)
+    return numbers
 
 
-def _joined_borders(geometry: MeshGeometry) -> np.ndarray:
-    topology = geometry.topology
-    joined = np.arange(len(geometry.vertices), dtype=np.uint32)
-    at_border = np.unique(topology.edges[topology.border_edges])
-    places = np.ascontiguousarray(geometry.vertices[at_border] + np.float32(0))  # no -0
+def _copies(faces: np.ndarray, topology: Topology) -> Tuple[np.ndarray, np.ndarray]:
+    """(F,) bool twice: the first of faces with the same corners, and those of an even number."""
+    first, even = np.ones(len(faces), bool), np.zeros(len(faces), bool)
+    edges = topology.face_edges.reshape(-1, 3)
+    proper = (edges < topology.edge_count).all(axis=1)
+    counts = np.bincount(edges[proper].ravel(), minlength=topology.edge_count)
+    crowded = np.flatnonzero(proper)[(counts[edges[proper]] > 2).all(axis=1)]
+    if len(crowded):
+        corners = np.ascontiguousarray(np.sort(faces[crowded], axis=1))
+        _, at, inverse, sizes = np.unique(
+            corners.view(np.dtype((np.void, 12))).ravel(),
+            return_index=True,
+            return_inverse=True,
+            return_counts=True,
+        )
+        first[crowded] = False
+        first[crowded[at]] = True
+        even[crowded] = sizes[inverse] % 2 == 0
+    return first, even
+
+
+def _closing(topology: Topology, free: np.ndarray) -> np.ndarray:
+    """(F,) bool: which faces count, so that edges have even numbers of them. Those that are free
+    and side by side, with nothing else at the edge between them, count or not together, as most of
+    their other edges need it."""
+    edges = topology.face_edges.reshape(-1, 3)
+    proper = (edges < topology.edge_count).all(axis=1)
+    others = np.bincount(edges[proper & ~free].ravel(), minlength=topology.edge_count)
+    faces = np.repeat(np.flatnonzero(free), 3)
+    at = edges[free].ravel()
+    between = others[at] == 0
+    ends = faces[between], len(edges) + at[between]
+    size = len(edges) + topology.edge_count
+    graph = coo_matrix((np.ones(len(ends[0]), bool), ends), shape=(size, size))
+    patches = connected_components(graph, directed=False)[1]
+    votes = np.where(np.bincount(at, minlength=topology.edge_count)[at] == 1, 1, 0)
+    votes = np.where(between, 0, np.where(others[at] % 2 == 1, votes, -votes))
+    needed = np.bincount(patches[faces], weights=votes, minlength=patches.max() + 1) >= 0
+    return ~free | needed[patches[: len(edges)]]
+
+
+def _added(numbers: np.ndarray, more: np.ndarray) -> np.ndarray:
+    """Numbers of solids with those of others, which count where there is none yet."""
+    found = numbers != NO_SOLID
+    more = more.copy()
+    more[more != NO_SOLID] += np.uint32(numbers[found].max(initial=0) + found.any())
+    more = np.where(found, numbers, more)
+    found = more != NO_SOLID
+    more[found] = np.unique(more[found], return_inverse=True)[1]
+    return more
+
+
+def _same_places(vertices: np.ndarray, some: np.ndarray) -> Optional[np.ndarray]:
+    """(V,) uint32 for each vertex the lowest of `some` at its place, else itself; None where it is
+    itself for all."""
+    places = np.ascontiguousarray(vertices[some] + np.float32(0))  # no -0
     _, first, inverse = np.unique(
         places.view(np.dtype((np.void, 12))).ravel(), return_index=True, return_inverse=True
     )
-    joined[at_border] = at_border[first[inverse]]
-    return joined
+    return _as_table(len(vertices), some, some[first[inverse]]) if len(first) < len(some) else None
+
+
+def _near_places(vertices: np.ndarray, some: np.ndarray) -> Optional[np.ndarray]:
+    """The same of those that are nearer to each other than rounding may put them apart."""
+    largest = np.abs(vertices).max(initial=0.0)
+    near = max(1e-4, 4.0 * float(np.spacing(np.float32(largest))))
+    pairs = cKDTree(vertices[some].astype(np.float64)).query_pairs(near, output_type="ndarray")
+    if not len(pairs):
+        return None
+    graph = coo_matrix((np.ones(len(pairs), bool), pairs.T), shape=(len(some), len(some)))
+    groups = connected_components(graph, directed=False)[1]
+    _, first = np.unique(groups, return_index=True)
+    return _as_table(len(vertices), some, some[first[groups]])
+
+
+def _as_table(count: int, some: np.ndarray, become: np.ndarray) -> np.ndarray:
+    table = np.arange(count, dtype=np.uint32)
+    table[some] = become
+    return table

@@ -25,14 +25,20 @@ class UprightMesh(NamedTuple):
 
 
 def _upright(geometry: MeshGeometry) -> UprightMesh:
-    up = geometry.up.astype(np.float64)
+    """With vertices that count as one at one place."""
+    up, vertices = geometry.up.astype(np.float64), geometry.vertices
+    joined = vertices[find_solids(geometry).joined]
+    if np.array_equal(joined, vertices):
+        joined = vertices
     if np.array_equal(up, (0.0, 0.0, 1.0)):
-        return UprightMesh(geometry.vertices, geometry.spatial_index)
+        if joined is vertices:
+            return UprightMesh(vertices, geometry.spatial_index)
+        return UprightMesh(joined, SpatialIndex(joined, geometry.faces))
     across = np.eye(3)[np.argmin(np.abs(up))]
     across -= (across @ up) * up
     across /= np.linalg.norm(across)
     turn = np.stack([across, np.cross(up, across), up])  # exact where up is an axis
-    vertices = np.ascontiguousarray(geometry.vertices.astype(np.float64) @ turn.T, np.float32)
+    vertices = np.ascontiguousarray(joined.astype(np.float64) @ turn.T, np.float32)
     return UprightMesh(vertices, SpatialIndex(vertices, geometry.faces))
 
 
