@@ -65,6 +65,16 @@ def test_planners_are_compared_with_it():
     assert spoiled.impossible == 10 and spoiled.failed
 
 
+def test_what_poses_leave_out_is_no_shorter_path():
+    """A ridge of less than 0.1 mm: poses need none on it, the path goes over it all the same."""
+    x, z = np.array([0.0, 0.6, 0.60002, 0.60004, 1.2]), np.array([0.0, 0.0, 9e-5, 0.0, 0.0])
+    vertices = np.stack([np.tile(x, 2), np.repeat([0.0, 1.0], 5), np.tile(z, 2)], axis=1)
+    faces = [[i, i + 1, i + 5] for i in range(4)] + [[i + 1, i + 6, i + 5] for i in range(4)]
+    ridge = MeshMap(vertices.astype(np.float32), np.array(faces, np.uint32))
+    for each in excess(DrivingWorld("ridge", ridge), 40):
+        assert each.ratios.min() < 1.0 - 2e-5 and not each.failed
+
+
 @pytest.mark.parametrize("make", [worlds.car_park, worlds.rough, worlds.building])
 def test_no_path_is_shorter_than_the_shortest_and_all_are_found(make):
     given = {"size": 12.0} if make is not worlds.building else {}
@@ -75,7 +85,7 @@ def test_no_path_is_shorter_than_the_shortest_and_all_are_found(make):
 
 def test_the_table():
     some = [
-        Excess("sea", "mmp", np.array([1.0, 1.02, 1.04, 0.9]), 2),
+        Excess("sea", "mmp", np.array([1.0, 1.02, 1.04, 0.9]), 2, 1),
         Excess("lake", "mmp", np.zeros(0), 1),
     ]
     lines = excess_table(some).splitlines()
