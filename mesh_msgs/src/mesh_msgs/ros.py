@@ -5,10 +5,12 @@ import itertools
 import struct
 import threading
 import time
-from collections import OrderedDict
-from typing import Any, Callable, Dict, Hashable, List, Optional, Tuple, Type
+from collections import OrderedDict, deque
+from typing import Any, Callable, Deque, Dict, Hashable, List, Optional, Tuple, Type
 
 import rospy
+
+QUEUE = 4  # messages that subscribers hold while they are busy, as mesh displays of RViz do
 
 _LENGTH = struct.Struct("<I")
 
@@ -31,24 +33,28 @@ class _Kept:
 class _Recipient:
     """What one subscriber is still to get, and when."""
 
-    _POLL = 0.02  # seconds between two looks at a connection that is still writing
+    _POLL = 0.02  # seconds between two looks at a connection that is still writing, at most
 
     def __init__(self, connection: Any, keys: Any) -> None:
         self._connection = connection
         self._keys: "OrderedDict[Hashable, None]" = OrderedDict.fromkeys(keys)
         self._written = connection.stat_num_msg
-        self._not_before = 0.0
+        self._sent: Deque[float] = deque(maxlen=QUEUE)  # when the last messages were
 
     def want(self, key: Hashable) -> None:
         """Adds a key; one that waits already keeps its place."""
         self._keys[key] = None
 
-    def pause(self, now: float) -> Optional[float]:
+    def pause(self, now: float, interval: float) -> Optional[float]:
         """Seconds until the next message may be sent, None if there is none."""
         if not self._keys:
             return None
-        at_least = self._POLL if self._connection.stat_num_msg < self._written else 0.0
-        return max(at_least, self._not_before - now)
+        at_least = 0.0
+        if self._connection.stat_num_msg < self._written:
+            at_least = min(self._POLL, max(0.001, 0.5 * (now - self._sent[-1])))
+        if len(self._sent) < QUEUE:
+            return at_least
+        return max(at_least, self._sent[0] + QUEUE * interval - now)
 
     def first(self, messages: Dict[Hashable, _Kept]) -> Tuple[Hashable, Optional[_Kept]]:
         """The key that has waited longest, with its message; keys without one are dropped."""
@@ -59,12 +65,12 @@ class _Recipient:
             del self._keys[key]
         return None, None
 
-    def expect_one(self, key: Hashable, not_before: float) -> None:
+    def expect_one(self, key: Hashable, now: float) -> None:
         """Notes, before the message of this key is handed to the connection, that it no longer
-        waits, and when the next one may follow."""
+        waits, and when it was sent."""
         del self._keys[key]
         self._written = self._connection.stat_num_msg + 1
-        self._not_before = not_before
+        self._sent.append(now)
 
 
 class LatchedTopics:
@@ -73,11 +79,12 @@ class LatchedTopics:
     A latched rospy.Publisher keeps one message in all: of ten cost layers, a late subscriber gets
     the last one. Here `publish("roughness", message)` replaces the message of that key alone.
 
-    Subscribers get their messages one by one, `interval` seconds apart, so that a queue of four
-    (which mesh displays of RViz have) holds whatever arrives during a stall of 4 * interval. The
-    next one also waits until the one before has left for the network, so that a slow connection is
-    not flooded. A key that is published again before its turn is sent once, with the newest
-    message. A message to an idle subscriber is sent at once.
+    Subscribers get up to four messages at once, and each further one 4 * interval after the fourth
+    before it, so that a queue of four (which mesh displays of RViz have) holds whatever arrives
+    during a stall of 4 * interval, whenever that begins. Each one also waits until the one before
+    has left for the network, so that a slow connection is not flooded. A key that is published
+    again before its turn is sent once, with the newest message. A message to an idle subscriber is
+    sent at once.
 
     Messages are serialized by publish(), in the thread of the caller, who also gets the errors;
     later changes to the message have no effect. `keep("roughness", make_message)` replaces what
@@ -89,7 +96,7 @@ class LatchedTopics:
     Args:
         name: topic.
         data_class: type of the messages: a generated class or one of mesh_msgs.arrays.
-        interval: seconds between two messages to the same subscriber.
+        interval: seconds that a subscriber has for a message, in the mean over four.
     """
 
     def __init__(self, name: str, data_class: Type[Any], interval: float = 0.25) -> None:
@@ -268,7 +275,7 @@ class LatchedTopics:
             else:
                 wait = min(wait, due - now)
         for connection, recipient in self._recipients.items():
-            pause = recipient.pause(now)
+            pause = recipient.pause(now, self._interval)
             if pause is None:
                 continue
             if pause > 0.0:
@@ -281,12 +288,12 @@ class LatchedTopics:
             if data is None:
                 needed[key] = kept
                 continue
-            recipient.expect_one(key, now + self._interval)
+            recipient.expect_one(key, now)
             if kept.data is None:
                 kept.spare = None
                 recipient.want(key)
             self._send(connection, data)
-            wait = min(wait, self._interval)
+            wait = 0.0  # there may be another one that may follow at once
         return wait
 
     @staticmethod

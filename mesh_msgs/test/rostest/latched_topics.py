@@ -24,8 +24,12 @@ KEYS = ["layer_%d" % i for i in range(10)]
 TIMEOUT = 30.0  # seconds; only reached when something is broken
 
 
-def subscriber(topic, queue_size, slow):
-    """Prints what the callback gets; `slow` is the time that the callback takes in seconds."""
+def subscriber(topic, queue_size, slow, busy):
+    """Prints what the callback gets.
+
+    slow: the time that the callback takes, in seconds.
+    busy: ... and that it is first not called for, after a message has come.
+    """
     rospy.init_node("subscriber", anonymous=True)
     queue = collections.deque(maxlen=queue_size)
     ready = threading.Semaphore(0)
@@ -38,6 +42,8 @@ def subscriber(topic, queue_size, slow):
     while not rospy.is_shutdown():
         if not ready.acquire(timeout=0.1) or not queue:
             continue
+        time.sleep(busy)
+        busy = 0.0
         message = queue.popleft()
         time.sleep(slow)
         sys.stdout.write("%s %g\n" % (message.type, message.mesh_vertex_costs.costs[0]))
@@ -47,8 +53,9 @@ def subscriber(topic, queue_size, slow):
 class Peer:
     """A subscriber process; `lines` is what it printed so far."""
 
-    def __init__(self, topic, queue_size=4, slow=0.0):
-        command = [sys.executable, __file__, "subscriber", topic, str(queue_size), str(slow)]
+    def __init__(self, topic, queue_size=4, slow=0.0, busy=0.0):
+        numbers = [str(number) for number in (queue_size, slow, busy)]
+        command = [sys.executable, __file__, "subscriber", topic, *numbers]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE)
         self.lines = []
         self._thread = threading.Thread(target=self._read)
@@ -114,6 +121,16 @@ class LatchedTopicsTest(unittest.TestCase):
         self.publish_all(1)
         peer = self.peer(slow=0.1)
         self.assertTrue(peer.wait_for(*[key + " 1" for key in KEYS]), peer.lines)
+
+    def test_subscribers_that_are_busy_lose_nothing(self):
+        """One that is there before anything is published, and one that comes later."""
+        early = self.peer(busy=0.8)
+        self.wait_for_connections(1)
+        self.publish_all(1)
+        late = self.peer(busy=0.8)
+        for peer in (early, late):
+            self.assertTrue(peer.wait_for(*[key + " 1" for key in KEYS]), peer.lines)
+            self.assertEqual(peer.lines, [key + " 1" for key in KEYS])
 
     def test_a_burst_to_a_connected_slow_subscriber_loses_nothing(self):
         peer = self.peer(slow=0.1)
@@ -281,7 +298,7 @@ class LatchedTopicsTest(unittest.TestCase):
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["subscriber"]:
-        subscriber(sys.argv[2], int(sys.argv[3]), float(sys.argv[4]))
+        subscriber(sys.argv[2], int(sys.argv[3]), float(sys.argv[4]), float(sys.argv[5]))
     else:
         import rostest
 
