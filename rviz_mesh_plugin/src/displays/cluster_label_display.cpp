@@ -240,7 +240,14 @@ std::string ClusterLabelDisplay::storeFaces(const std::string& label,
     edit_failure_.clear();
     // Where nobody could tell before.
     face_parents_.request(store_.mesh()->uuid, store_.mesh()->faceCount());
-    lines_.attempt([&] { owner_.store(labelEdit(*store_.mesh(), label, faces, override)); });
+    lines_.attempt([&] {
+      const auto edit = labelEdit(*store_.mesh(), label, faces, override);
+      if (override && faces.empty()) {
+        owner_.remove(edit);
+      } else {
+        owner_.store(edit);
+      }
+    });
   }
   return reason;
 }

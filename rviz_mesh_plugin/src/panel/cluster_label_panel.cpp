@@ -12,11 +12,14 @@
 #include <rviz/window_manager_interface.h>
 #include <QEvent>
 #include <QGridLayout>
+#include <QGuiApplication>
 #include <QHeaderView>
 #include <QLabel>
 #include <QLineEdit>
 #include <QPushButton>
+#include <QScreen>
 #include <QString>
+#include <QStyle>
 #include <QTableView>
 #include <QTimer>
 
@@ -154,6 +157,12 @@ void ClusterLabelPanel::createList()
   connect(list_, &QTableView::doubleClicked, this, [this] { press(LabelAction::SELECT); });
 }
 
+int ClusterLabelPanel::leastRows(int screen_height)
+{
+  constexpr int ROWS = 10, FEWER_ROWS = 4, ENOUGH = 900;
+  return screen_height < ENOUGH ? FEWER_ROWS : ROWS;
+}
+
 ClusterLabelPanel::~ClusterLabelPanel()
 {
   try {
@@ -171,12 +180,15 @@ void ClusterLabelPanel::onInitialize()
     commands_ = std::make_unique<LabelCommands>(session_.get(), this);
     model_ = new LabelListModel(session_.get(), this);
     list_->setModel(model_);
+    // Nothing is cut off: where there is no room for all columns, the list scrolls.
     list_->horizontalHeader()->setSectionResizeMode(QHeaderView::ResizeToContents);
-    list_->horizontalHeader()->setSectionResizeMode(LabelListModel::INSTANCE, QHeaderView::Stretch);
-    connect(model_, &QAbstractItemModel::dataChanged, list_, [this] {
-      list_->resizeColumnToContents(LabelListModel::FACES);
-      list_->resizeColumnToContents(LabelListModel::AREA);
-    });
+    list_->horizontalHeader()->setStretchLastSection(true);
+    const QScreen* screen = QGuiApplication::primaryScreen();
+    const int rows = leastRows(screen ? screen->availableSize().height() : 0);
+    list_->setMinimumHeight(list_->horizontalHeader()->sizeHint().height() +
+                            rows * list_->verticalHeader()->defaultSectionSize() +
+                            list_->style()->pixelMetric(QStyle::PM_ScrollBarExtent) +
+                            2 * list_->frameWidth());
     connect(list_->selectionModel(), &QItemSelectionModel::selectionChanged, this,
             [this] { showSituation(); });
     timer_->start(PERIOD);

@@ -41,6 +41,10 @@ class ClusterLabelPanel : public rviz::Panel
   /// Whose selection is labelled. By default that of RViz, which is added where there is none.
   void setTool(ClusterLabelTool* tool);
 
+  /// So many labels are always seen where the screen has this height in pixels: ten beside RViz's
+  /// other panels in a window of 1,000, fewer where there is no room for that.
+  static int leastRows(int screen_height);
+
   /// Null before initialize().
   LabelSession* session() { return session_.get(); }
 

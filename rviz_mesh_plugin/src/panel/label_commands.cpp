@@ -213,13 +213,13 @@ void LabelCommands::start(LabelAction action, const std::string& name, const Lab
 {
   switch (action) {
     case LabelAction::LABEL_CLUSTER:
-      message_ = label(name);
+      message_ = label(name, false);
       return;
     case LabelAction::RESET_FACES:
       return tool_->clearSelection();
     case LabelAction::NEW:
       return askLabel(parent_, "New Label", "", session_->names(),
-                      then([this](const std::string& label) { return this->label(label); }));
+                      then([this](const std::string& label) { return this->label(label, true); }));
     case LabelAction::ASSIGN:
       message_ = session_->assign(chosen[0], selection());
       return;
@@ -273,18 +273,30 @@ LabelSession::Faces LabelCommands::selection() const
   return tool_->selection().faces();
 }
 
-std::string LabelCommands::label(const std::string& name)
+/// The next label begins with nothing selected; undo brings the faces back.
+std::string LabelCommands::labelled(std::string reason, bool finished)
+{
+  if (reason.empty() && finished && tool_) {
+    tool_->clearSelection();
+  }
+  return reason;
+}
+
+std::string LabelCommands::label(const std::string& name, bool finished)
 {
   const LabelSession::Faces faces = selection();
   const QString label = QString::fromStdString(name);
   if (session_->faceCount(name) == 0) {
     // What the label may have already stays.
-    return session_->labelsKnown() ? session_->assign(name, faces) : session_->add(name, faces);
+    return labelled(
+        session_->labelsKnown() ? session_->assign(name, faces) : session_->add(name, faces),
+        finished);
   }
   askButton(parent_, "Label Cluster", QString("There is a label %1 with faces already.").arg(label),
-            {"Replace Them", "Add"}, then([this, name](int button) {
-              return button == 0 ? session_->assign(name, selection())
-                                 : session_->add(name, selection());
+            {"Replace Them", "Add"}, then([this, name, finished](int button) {
+              return labelled(button == 0 ? session_->assign(name, selection())
+                                          : session_->add(name, selection()),
+                              finished);
             }));
   return {};
 }

@@ -112,7 +112,9 @@ class LabelCommands
   static QString unknownLabels();
 
   // These return why they cannot, else an empty string.
-  std::string label(const std::string& name);
+  /// @param finished after that nothing is selected
+  std::string label(const std::string& name, bool finished);
+  std::string labelled(std::string reason, bool finished);
   std::string rename(const std::string& from, const std::string& to);
   std::string startImport(const std::string& path);
   std::string startExport(const std::string& path);

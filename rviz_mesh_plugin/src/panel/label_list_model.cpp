@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <exception>
 #include <iterator>
+#include <utility>
 
 #include <ros/console.h>
 #include <QColor>
-#include <QLocale>
 
+#include "base/grouped_number.h"
 #include "base/qt_colors.h"
 #include "labels/label_name.h"
 #include "selection/selection_regions.h"
@@ -15,47 +16,68 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-constexpr std::chrono::milliseconds BUDGET(5);
-constexpr std::size_t SLICE = 4096;  // faces between two looks at the clock
+constexpr std::size_t SLICE = 1 << 16;  // faces between two looks at whether it is given up
 
 }  // namespace
 
-bool LabelAreas::work(const MeshDataConstPtr& mesh, const LabelClusters& labels,
-                      std::chrono::microseconds budget)
+bool LabelAreas::follow(const MeshDataConstPtr& mesh, const LabelClusters& labels)
 {
+  bool changed = false;
   if (mesh != mesh_) {
-    sums_.clear();
+    task_.drop();
+    changed = !known_.empty();
+    known_.clear();
     mesh_ = mesh;
   }
-  for (auto sum = sums_.begin(); sum != sums_.end();) {
-    sum = labels.count(sum->first) == 0 ? sums_.erase(sum) : std::next(sum);
+  if (auto done = task_.take()) {
+    if (done->result) {
+      for (auto& one : *done->result) {
+        known_[one.first] = std::move(one.second);
+      }
+      changed = true;
+    } else {
+      ROS_ERROR_THROTTLE(10, "the areas of labels are not known: %s", done->error.c_str());
+    }
   }
-  const auto end = std::chrono::steady_clock::now() + budget;
+  for (auto one = known_.begin(); one != known_.end();) {
+    const auto label = labels.find(one->first);
+    const bool same = label != labels.end() && label->second == one->second.label;
+    changed = changed || !same;
+    one = same ? std::next(one) : known_.erase(one);
+  }
+  if (!mesh || task_.isRunning()) {
+    return changed;
+  }
+  std::vector<std::pair<std::string, LabelClusterConstPtr>> missing;
   for (const auto& label : labels) {
-    Sum& sum = sums_[label.first];
-    if (sum.label != label.second) {
-      sum = Sum{label.second};
-    }
-    const auto& faces = sum.label->faces;
-    while (sum.next < faces.size()) {
-      if (!mesh || std::chrono::steady_clock::now() >= end) {
-        return false;
-      }
-      for (const std::size_t last = std::min(sum.next + SLICE, faces.size()); sum.next < last;) {
-        sum.area += faceArea(*mesh, faces[sum.next++]);
-      }
+    if (known_.count(label.first) == 0) {
+      missing.emplace_back(label.first, label.second);
     }
   }
-  return true;
+  if (!missing.empty()) {
+    task_.start([mesh, missing = std::move(missing)](const Cancellation& cancellation) {
+      Areas areas;
+      for (const auto& label : missing) {
+        Known& known = areas[label.first];
+        known.label = label.second;
+        const auto& faces = label.second->faces;
+        for (std::size_t i = 0; i < faces.size(); ++i) {
+          if (i % SLICE == 0) {
+            throwIfCanceled(&cancellation.flag());
+          }
+          known.area += faceArea(*mesh, faces[i]);
+        }
+      }
+      return areas;
+    });
+  }
+  return changed;
 }
 
 std::optional<double> LabelAreas::area(const std::string& label) const
 {
-  const auto sum = sums_.find(label);
-  if (sum == sums_.end() || sum->second.next < sum->second.label->faces.size()) {
-    return std::nullopt;
-  }
-  return sum->second.area;
+  const auto known = known_.find(label);
+  return known == known_.end() ? std::nullopt : std::make_optional(known->second.area);
 }
 
 LabelListModel::LabelListModel(LabelSession* session, QObject* parent)
@@ -66,12 +88,10 @@ LabelListModel::LabelListModel(LabelSession* session, QObject* parent)
 bool LabelListModel::refresh()
 {
   bool changed = refreshLooks();
-  if (!areas_known_ || revision_ != session_->revision()) {
-    areas_known_ = areas_.work(session_->mesh(), session_->labels(), BUDGET);
-    changed = true;
-  }
+  changed = areas_.follow(session_->mesh(), session_->labels()) || changed;
   const bool revised = revision_ != session_->revision();
   revision_ = session_->revision();
+  changed = changed || revised;
   const bool other_rows = revised && refreshRows();
   if (changed && !other_rows && rowCount() > 0) {
     Q_EMIT dataChanged(index(0, 0), index(rowCount() - 1, COLUMNS - 1));
@@ -119,10 +139,10 @@ QVariant LabelListModel::text(const std::string& label, int column) const
     case INSTANCE:
       return QString::fromStdString(labelInstance(label));
     case FACES:
-      return QLocale().toString(static_cast<qulonglong>(session_->faceCount(label)));
+      return groupedNumber(session_->faceCount(label));
     case AREA: {
       const auto area = areas_.area(label);
-      return area ? QLocale().toString(*area, 'f', 2) : QString();
+      return area ? groupedNumber(*area, 2) : QString();
     }
     case STATE:
       return QString(session_->isUnstored(label) ? "…" : session_->isUnsaved(label) ? "*" : "");

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -11,29 +10,32 @@
 
 #include "label_editing/label_session.h"
 #include "labels/label_colors.h"
+#include "threads/background_task.h"
 
 namespace rviz_mesh_plugin {
 
-/// The areas of the faces of labels, found in slices.
+/// The areas of the faces of labels, added up on a thread. To be used by one thread, which never
+/// waits.
 class LabelAreas
 {
  public:
-  /// Works for about this long; true where all are known.
-  bool work(const MeshDataConstPtr& mesh, const LabelClusters& labels,
-            std::chrono::microseconds budget);
+  /// To be called often. True where more is known than before, or less.
+  bool follow(const MeshDataConstPtr& mesh, const LabelClusters& labels);
 
   /// In square meters of the mesh; nothing while it is not known.
   std::optional<double> area(const std::string& label) const;
 
  private:
-  struct Sum
+  struct Known
   {
-    LabelClusterConstPtr label;
-    std::size_t next = 0;  ///< of its faces
+    LabelClusterConstPtr label;  ///< whose faces they are
     double area = 0.0;
   };
+  using Areas = std::map<std::string, Known>;
+
   MeshDataConstPtr mesh_;
-  std::map<std::string, Sum> sums_;
+  Areas known_;
+  BackgroundTask<Areas> task_{"label areas"};
 };
 
 /// The labels of a session as a table, tree_2 before tree_10.
@@ -74,7 +76,6 @@ class LabelListModel : public QAbstractTableModel
   std::vector<std::string> labels_;
   std::size_t revision_ = 0;
   LabelAreas areas_;
-  bool areas_known_ = false;
   LabelLooks looks_;  ///< as they are drawn
 };
 

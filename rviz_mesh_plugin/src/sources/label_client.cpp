@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include <mesh_msgs/DeleteLabel.h>
 #include <ros/names.h>
 
 #include "base/status_lines.h"
@@ -58,6 +59,7 @@ void LabelClient::connect(ros::NodeHandle& node_handle, const std::string& name_
     return;
   }
   color_service_ = ros::names::append(name_space, "set_label_color");
+  delete_service_ = ros::names::append(name_space, "delete_label");
   publisher_ = node_handle.advertise<mesh_msgs::MeshFaceClusterStamped>(
       ros::names::append(name_space, "cluster_label"), EDIT_QUEUE);
 }
@@ -68,6 +70,84 @@ void LabelClient::disconnect()
   publisher_ = ros::Publisher();
   requests_.clear();
   storing_.drop();
+  waiting_.clear();
+  deleting_.drop();
+}
+
+void LabelClient::store(const mesh_msgs::MeshFaceClusterStamped& edit)
+{
+  if (deleting_.isRunning() || !waiting_.empty()) {
+    waiting_.push_back({edit, false});
+  } else {
+    publisher_.publish(edit);
+  }
+}
+
+void LabelClient::remove(const mesh_msgs::MeshFaceClusterStamped& edit)
+{
+  waiting_.push_back({edit, true});
+}
+
+LabelClient::Deletion LabelClient::deleteLabels(const std::string& service,
+                                                const std::vector<Edit>& edits,
+                                                const Cancellation& cancellation)
+{
+  using mesh_msgs::DeleteLabel;
+  Deletion deletion;
+  for (const Edit& edit : edits) {
+    DeleteLabel::Request request;
+    request.uuid = edit.uuid;
+    request.label = edit.cluster.label;
+    std::string failure;
+    try {
+      const auto answer = ServiceCall(cancellation)
+                              .call(service, {ServiceCall::typeOf<DeleteLabel>()},
+                                    ros::serialization::serializeMessage(request));
+      if (!answer) {
+        deletion.not_offered.push_back(edit);
+      } else if (!answer->refusal.empty()) {
+        failure = service + " refuses it: " + answer->refusal;
+      }
+    } catch (const Canceled&) {
+      throw;
+    } catch (const std::exception& error) {
+      failure = service + " cannot be called: " + error.what();
+    }
+    if (!failure.empty()) {
+      deletion.failure = "the label '" + request.label + "' is not deleted: " + shortened(failure);
+    }
+  }
+  return deletion;
+}
+
+/// Returns why a label is not deleted.
+std::string LabelClient::workOff()
+{
+  std::string failure;
+  if (const auto done = deleting_.take()) {
+    failure = done->result ? done->result->failure : done->error;
+    if (done->result) {
+      for (const Edit& edit : done->result->not_offered) {
+        publisher_.publish(edit);
+      }
+    }
+  }
+  while (!waiting_.empty() && !deleting_.isRunning()) {
+    std::vector<Edit> removed;
+    while (!waiting_.empty() && waiting_.front().removes) {
+      removed.push_back(waiting_.front().edit);
+      waiting_.pop_front();
+    }
+    if (removed.empty()) {
+      publisher_.publish(waiting_.front().edit);
+      waiting_.pop_front();
+    } else {
+      deleting_.start([service = delete_service_, removed](const Cancellation& cancellation) {
+        return deleteLabels(service, removed, cancellation);
+      });
+    }
+  }
+  return failure;
 }
 
 void LabelClient::setColor(const std::string& uuid, const std::string& label, const Rgba8* color)
@@ -86,6 +166,7 @@ void LabelClient::setColor(const std::string& uuid, const std::string& label, co
 
 std::string LabelClient::work()
 {
+  const std::string not_deleted = workOff();
   const auto stored = storing_.take();
   if (!storing_.isRunning() && !requests_.empty()) {
     storing_.start([service = color_service_,
@@ -98,7 +179,7 @@ std::string LabelClient::work()
       return failure;
     });
   }
-  return !stored ? std::string() : stored->result.value_or(stored->error);
+  return !stored ? not_deleted : stored->result.value_or(stored->error);
 }
 
 }  // namespace rviz_mesh_plugin

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <string>
 #include <vector>
@@ -24,8 +25,8 @@ mesh_msgs::MeshFaceClusterStamped labelEdit(const MeshData& mesh, const std::str
 class LabelClient
 {
  public:
-  /// Uses the topic cluster_label and the service set_label_color in this namespace; none where it
-  /// is empty. @throw ros::InvalidNameException
+  /// Uses the topic cluster_label and the services delete_label and set_label_color in this
+  /// namespace; none where it is empty. @throw ros::InvalidNameException
   void connect(ros::NodeHandle& node_handle, const std::string& name_space);
   void disconnect();
 
@@ -33,22 +34,44 @@ class LabelClient
   std::string topic() const { return publisher_.getTopic(); }
   bool isHeard() const { return publisher_ && publisher_.getNumSubscribers() > 0; }
 
-  /// See labelEdit().
-  void store(const mesh_msgs::MeshFaceClusterStamped& edit) { publisher_.publish(edit); }
+  /// See labelEdit(). Edits arrive in the order in which they were given, removals among them.
+  void store(const mesh_msgs::MeshFaceClusterStamped& edit);
+
+  /// Has the label of this edit, which takes all faces away from it, deleted by work(); where
+  /// nobody offers to, the edit is stored instead: the label stays, with no faces.
+  void remove(const mesh_msgs::MeshFaceClusterStamped& edit);
 
   /// Has a color stored by work(); null: none.
   void setColor(const std::string& uuid, const std::string& label, const Rgba8* color);
 
-  /// To be called often. Returns why a color could not be stored; empty where nothing new went
-  /// wrong.
+  /// To be called often. Returns why a color could not be stored, or a label not be deleted; empty
+  /// where nothing new went wrong.
   std::string work();
 
  private:
+  using Edit = mesh_msgs::MeshFaceClusterStamped;
+  struct Request
+  {
+    Edit edit;
+    bool removes = false;
+  };
+  struct Deletion
+  {
+    std::vector<Edit> not_offered;  ///< to be stored instead
+    std::string failure;
+  };
+  static Deletion deleteLabels(const std::string& service, const std::vector<Edit>& edits,
+                               const Cancellation& cancellation);
+  std::string workOff();
+
   std::string color_service_;
+  std::string delete_service_;
   ros::Publisher publisher_;
   /// By label: of a color that is dragged about, the newest counts.
   std::map<std::string, mesh_msgs::SetLabelColor::Request> requests_;
   BackgroundTask<std::string> storing_{"label owner", NAME_PATIENCE};
+  std::deque<Request> waiting_;  ///< for a deletion before them
+  BackgroundTask<Deletion> deleting_{"delete labels", NAME_PATIENCE};
 };
 
 }  // namespace rviz_mesh_plugin

@@ -19,6 +19,7 @@
 #include <QKeySequence>
 #include <QString>
 
+#include "base/grouped_number.h"
 #include "displays/cluster_label_display.h"
 #include "displays/display_tree.h"
 #include "tools/selection/screen_outline.h"
@@ -473,8 +474,9 @@ QString ClusterLabelTool::hint() const
     text += "No faces are selected. ";
   } else {
     const std::optional<double> area = editor_->session().area();
-    text += QString(count == 1 ? "%1 face is selected, " : "%1 faces are selected, ").arg(count);
-    text += area ? QString("%1 m². ").arg(*area, 0, 'g', 4) : "... m². ";
+    text += QString(count == 1 ? "%1 face is selected, " : "%1 faces are selected, ")
+                .arg(groupedNumber(count));
+    text += area ? groupedNumber(*area, 2) + " m². " : "... m². ";
   }
   if (ball_) {
     return text + QString(
@@ -496,7 +498,7 @@ void ClusterLabelTool::showStatus()
   const QString status = hint();
   if (status != status_) {
     status_ = status;
-    setStatus(status);
+    say(status.toStdString());
   }
 }
 

@@ -228,6 +228,19 @@ TEST_F(Map3DLayers, have_labels_that_are_edited_and_kept)
   display = createPlainMap(path("a.h5"));
   showOnly(display, false, true);
   EXPECT_TRUE(shows(edited)) << "in another display";
+
+  // A label that is deleted is in the file no more, not even without faces.
+  ASSERT_TRUE(edit([&] { return display->labelDisplay()->storeFaces("car_1", {}, true); }))
+      << refusal;
+  EXPECT_TRUE(shows({NOTHING, toRgb(violet), classColor("wall"), NOTHING}));
+  remove(display);
+  EXPECT_TRUE(spinUntil([] { return children().empty(); }, TIMEOUT));
+  const std::string look =
+      "/usr/bin/python3 -c 'import sys; from mesh_msgs_hdf5.map_file import MapFile; "
+      "names = MapFile(sys.argv[1]).label_names(); print(names); "
+      "sys.exit(names != [\"tree_1\", \"wall_1\"])' '" +
+      path("a.h5") + "'";
+  EXPECT_EQ(std::system(look.c_str()), 0);
 }
 
 TEST_F(Map3DLayers, have_one_mesh_that_is_converted_once)

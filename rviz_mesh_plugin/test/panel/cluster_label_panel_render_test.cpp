@@ -1,3 +1,5 @@
+#include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -8,12 +10,18 @@
 #include <QDialogButtonBox>
 #include <QEvent>
 #include <QFileDialog>
+#include <QGuiApplication>
+#include <QHeaderView>
 #include <QInputDialog>
 #include <QLineEdit>
+#include <QScreen>
 #include <QTemporaryDir>
 
+#include "base/grouped_number.h"
+#include "conversion/mesh_conversion.h"
 #include "label_editing/label_files.h"
 #include "label_panel_fixture.h"
+#include "selection/selection_regions.h"
 
 using rviz_mesh_plugin::ClusterLabelPanel;
 using rviz_mesh_plugin::readLabelFile;
@@ -40,7 +48,7 @@ TEST_F(ClusterLabelPanelTest, lists_the_labels)
   EXPECT_EQ(cell(0, 0), "tree");
   EXPECT_EQ(cell(1, 1), "2");
   EXPECT_EQ(cell(2, 2), "20");
-  ASSERT_TRUE(spinUntil([&] { return cell(2, 3) == QLocale().toString(0.4, 'f', 2); }));
+  ASSERT_TRUE(spinUntil([&] { return cell(2, 3) == rviz_mesh_plugin::groupedNumber(0.4, 2); }));
   EXPECT_TRUE(shows("3 labels."));
   auto* model = list()->model();
   ASSERT_TRUE(spinUntil([&] { return model->index(0, 0).data(Qt::DecorationRole).isValid(); }));
@@ -51,6 +59,74 @@ TEST_F(ClusterLabelPanelTest, lists_the_labels)
   EXPECT_TRUE(says(display, "Labels", "1 hidden"));
   EXPECT_FALSE(find(display, {"Visible Labels", "tree", "tree_1"})->getValue().toBool());
   keep(window.get(), "panel");
+}
+
+TEST_F(ClusterLabelPanelTest, ten_labels_are_seen_and_nothing_of_them_is_cut_off)
+{
+  for (int i = 1; i <= 12; ++i) {
+    server->addLabel("tree_" + std::to_string(1000 + i), {static_cast<std::uint32_t>(i)});
+  }
+  server->addLabel("a_class_of_a_long_name_123456", {13});
+  createMeshDisplay();
+  display = createLabels();
+  publishMesh();
+  createPanel();
+  window->resize(300, 300);  // as small as the panel allows
+  ASSERT_TRUE(spinUntil([&] { return list()->model()->rowCount() == 13; }));
+  spinFrames(3);
+  const auto* rows = list()->verticalHeader();
+  const int least =
+      ClusterLabelPanel::leastRows(QGuiApplication::primaryScreen()->availableSize().height());
+  EXPECT_GE(list()->viewport()->height(), least * rows->defaultSectionSize());
+  EXPECT_EQ(ClusterLabelPanel::leastRows(1000), 10);
+  EXPECT_LT(ClusterLabelPanel::leastRows(768), 10);
+  const auto* header = list()->horizontalHeader();
+  for (int column = 0; column < list()->model()->columnCount(); ++column) {
+    EXPECT_GE(header->sectionSize(column),
+              static_cast<QAbstractItemView*>(list())->sizeHintForColumn(column))
+        << column;
+  }
+  keep(window.get(), "panel_small");
+}
+
+TEST_F(ClusterLabelPanelTest, areas_of_labels_are_added_up_on_a_thread)
+{
+  const auto message = test_meshes::terrain(400, [](double, double) { return 0.0; });
+  const auto mesh = rviz_mesh_plugin::convert(message);
+  rviz_mesh_plugin::LabelClusters labels;
+  auto large = std::make_shared<rviz_mesh_plugin::LabelCluster>();
+  large->faces.resize(mesh->faceCount());
+  std::iota(large->faces.begin(), large->faces.end(), 0u);
+  labels["large_1"] = large;
+  rviz_mesh_plugin::LabelAreas areas;
+  EXPECT_FALSE(areas.follow(mesh, labels)) << "nothing is waited for";
+  EXPECT_FALSE(areas.area("large_1"));
+  ASSERT_TRUE(spinUntil([&] { return areas.follow(mesh, labels); }));
+  const auto found = areas.area("large_1");
+  ASSERT_TRUE(found) << "all of it at once";
+  double sum = 0.0;
+  for (const auto face : large->faces) {
+    sum += rviz_mesh_plugin::faceArea(*mesh, face);
+  }
+  EXPECT_DOUBLE_EQ(*found, sum);
+  auto fewer = std::make_shared<rviz_mesh_plugin::LabelCluster>();
+  fewer->faces = {0};
+  labels["large_1"] = fewer;
+  EXPECT_TRUE(areas.follow(mesh, labels));
+  EXPECT_FALSE(areas.area("large_1")) << "it is of other faces";
+  areas.follow(nullptr, {});
+  EXPECT_FALSE(areas.area("large_1"));
+}
+
+TEST(GroupedNumber, has_separators_in_every_locale)
+{
+  const QLocale before;
+  QLocale::setDefault(QLocale::c());
+  EXPECT_EQ(rviz_mesh_plugin::groupedNumber(std::uint64_t{1234567}), "1,234,567");
+  EXPECT_EQ(rviz_mesh_plugin::groupedNumber(1234567.5, 2), "1,234,567.50");
+  QLocale::setDefault(QLocale(QLocale::German));
+  EXPECT_EQ(rviz_mesh_plugin::groupedNumber(std::uint64_t{1234567}), "1.234.567");
+  QLocale::setDefault(before);
 }
 
 TEST_F(ClusterLabelPanelTest, the_released_buttons_label_and_reset)
@@ -124,9 +200,10 @@ TEST_F(ClusterLabelPanelTest, enter_in_the_tool_asks_for_class_and_instance)
   EXPECT_EQ(instance->text(), "2");
   ASSERT_TRUE(ok->isEnabled());
   ok->click();
+  EXPECT_EQ(tool->selection().count(), 0u) << "the next label begins with nothing";
+  EXPECT_TRUE(tool->selection().canUndo());
   ASSERT_TRUE(stores(1, "wall_2", {100}));
   EXPECT_TRUE(noDialog<QDialog>());
-  tool->clearSelection();
   Q_EMIT tool->labelRequested();
   EXPECT_TRUE(shows("nothing is selected"));
 }

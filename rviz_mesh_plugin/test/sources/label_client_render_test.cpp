@@ -1,0 +1,109 @@
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <mesh_msgs/DeleteLabel.h>
+#include <osmesa_harness/render_fixture.h>
+
+#include "sources/label_client.h"
+#include "support/service_servers.h"
+
+using mesh_msgs::DeleteLabel;
+using rviz_mesh_plugin::LabelClient;
+using service_servers::Gate;
+using service_servers::Servers;
+
+/// An owner of labels, and what is sent to it, in its order.
+class LabelClientTest : public osmesa_harness::RenderFixture
+{
+ protected:
+  void SetUp() override
+  {
+    RenderFixture::SetUp();
+    name_space = "/" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name());
+    subscriber = node.subscribe<mesh_msgs::MeshFaceClusterStamped>(
+        name_space + "/cluster_label", 10,
+        [this](const mesh_msgs::MeshFaceClusterStamped::ConstPtr& message) {
+          done.push_back("store " + message->cluster.label + " " +
+                         std::to_string(message->cluster.face_indices.size()));
+        });
+    client.connect(node, name_space);
+    ASSERT_TRUE(spinUntil([&] { return client.isHeard(); }));
+  }
+
+  static mesh_msgs::MeshFaceClusterStamped edit(const std::string& label, std::size_t faces)
+  {
+    mesh_msgs::MeshFaceClusterStamped message;
+    message.uuid = "map";
+    message.cluster.label = label;
+    message.cluster.face_indices.resize(faces);
+    message.override = true;
+    return message;
+  }
+
+  bool comes(std::size_t count)
+  {
+    return spinUntil([&] {
+      const std::string newest = client.work();
+      failure = newest.empty() ? failure : newest;
+      return done.size() >= count;
+    });
+  }
+
+  using Done = std::vector<std::string>;
+  std::string name_space;
+  ros::NodeHandle node;
+  ros::Subscriber subscriber;
+  LabelClient client;
+  Done done;
+  std::string failure;
+};
+
+TEST_F(LabelClientTest, a_label_is_deleted_by_the_service_and_edits_after_that_wait_for_it)
+{
+  Servers servers;
+  Gate gate;
+  const auto service = servers.serve<DeleteLabel>(
+      name_space + "/delete_label", [&](DeleteLabel::Request& request, DeleteLabel::Response&) {
+        gate.pass();
+        done.push_back("delete " + request.label);
+        return request.uuid == "map";
+      });
+  client.store(edit("tree_1", 3));
+  ASSERT_TRUE(comes(1));
+  client.remove(edit("tree_1", 0));
+  client.store(edit("tree_1", 5));  // somebody makes it anew at once
+  client.store(edit("car_1", 2));
+  ASSERT_TRUE(spinUntil([&] {
+    client.work();
+    return gate.reached == 1;
+  }));
+  spinFrames(5);
+  EXPECT_EQ(done, Done{"store tree_1 3"}) << "what is stored before it is deleted would be lost";
+  gate.open();
+  ASSERT_TRUE(comes(4));
+  EXPECT_EQ(done, (Done{"store tree_1 3", "delete tree_1", "store tree_1 5", "store car_1 2"}));
+}
+
+TEST_F(LabelClientTest, where_nobody_deletes_labels_their_faces_are_taken_away)
+{
+  client.remove(edit("tree_1", 0));
+  client.store(edit("car_1", 2));
+  ASSERT_TRUE(comes(2));
+  EXPECT_EQ(done, (Done{"store tree_1 0", "store car_1 2"}));
+  EXPECT_EQ(failure, "");
+}
+
+TEST_F(LabelClientTest, a_refusal_is_told)
+{
+  Servers servers;
+  const auto service = servers.serve<DeleteLabel>(
+      name_space + "/delete_label", [](DeleteLabel::Request&, DeleteLabel::Response&) -> bool {
+        throw std::runtime_error("the disk is full");
+      });
+  client.remove(edit("tree_1", 0));
+  client.store(edit("car_1", 2));
+  ASSERT_TRUE(comes(1));
+  EXPECT_NE(failure.find("the label 'tree_1' is not deleted: "), std::string::npos) << failure;
+  EXPECT_NE(failure.find("the disk is full"), std::string::npos) << failure;
+}
