@@ -52,6 +52,12 @@ struct MeshData : Bounds
   std::size_t faceCount() const { return indices.size() / 3; }
 };
 
+/// So many bytes of layers, and of textures, of a mesh are kept.
+constexpr std::size_t MAX_ATTRIBUTE_BYTES = std::size_t{2} << 30;
+
+/// What each of them costs beside its values, at most: names, choices, objects of OGRE.
+constexpr std::size_t ATTRIBUTE_BYTES = std::size_t{1} << 18;
+
 /// One cost per vertex, or per face: finite is a cost, +inf is lethal, NaN is unknown.
 struct CostLayer
 {
@@ -61,6 +67,9 @@ struct CostLayer
   std::vector<float> costs;
   CostSummary summary;      ///< of the costs
   std::uint64_t stamp = 0;  ///< of the message, in nanoseconds; 0: it has none
+
+  /// What it counts for where there is a limit.
+  std::size_t bytes() const { return sizeof(float) * costs.size() + ATTRIBUTE_BYTES; }
 };
 
 /// New costs of some vertices of a layer: costs[i] is that of vertices[i], the last one counts.
@@ -102,14 +111,20 @@ struct Materials
   std::vector<std::array<float, 2>> texture_coordinates;
 };
 
+/// Once the GUI thread has begun to upload it, it has no pixels any more, but what has been made of
+/// them.
 struct TextureImage
 {
   std::string uuid;  ///< of the geometry
   std::uint32_t index = 0;
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::vector<Rgba8> pixels;  ///< row by row from the top
-  bool translucent = false;   ///< a pixel has an alpha below 255
+  mutable std::vector<Rgba8> pixels;       ///< row by row from the top
+  bool translucent = false;                ///< a pixel has an alpha below 255
+  mutable std::shared_ptr<void> uploaded;  ///< the GUI thread's: see MeshTexture
+
+  /// Of the pixels and their mipmaps, wherever they are.
+  std::size_t bytes() const { return sizeof(Rgba8) * width * height / 3 * 4 + ATTRIBUTE_BYTES; }
 };
 
 /// A labelled set of faces, "class_instance".

@@ -20,22 +20,21 @@ constexpr std::chrono::milliseconds UPDATE_BUDGET{32};
 
 }  // namespace
 
-void PendingCosts::take(const std::vector<CostUpdateConstPtr>& updates, MeshStore& store)
+void PendingCosts::take(const std::vector<ChangedCosts>& costs, MeshStore& store)
 {
-  for (const CostUpdateConstPtr& update : updates) {
-    const CostLayerConstPtr layer = store.update(*update);
-    if (!layer) {
+  for (const ChangedCosts& taken : costs) {
+    if (!store.changeCosts(taken.layer)) {
       continue;
     }
-    Changed& changed = changed_[{update->uuid, update->type}];
-    if (changed.layer != layer) {  // a new one is colored as a whole
-      changed = {layer, {}};
-    }
+    Changed& changed = changed_[{taken.layer->uuid, taken.layer->type}];
+    changed.layer = taken.layer;
     auto& vertices = changed.vertices;
-    vertices.insert(vertices.end(), update->vertices.begin(), update->vertices.end());
-    if (vertices.size() > layer->costs.size()) {
-      std::sort(vertices.begin(), vertices.end());
-      vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    for (const CostUpdateConstPtr& update : taken.updates) {
+      vertices.insert(vertices.end(), update->vertices.begin(), update->vertices.end());
+    }
+    changed.all |= taken.updates.empty() || vertices.size() > taken.layer->costs.size();
+    if (changed.all) {
+      vertices = std::vector<std::uint32_t>();
     }
   }
 }
@@ -275,7 +274,7 @@ void TexturedMeshDisplay::takeMessages()
   take_all(content.materials, &MeshStore::addMaterials);
   take_all(content.textures, &MeshStore::addTexture);
   take_all(content.labels, &MeshStore::addLabels);
-  pending_costs_.take(std::exchange(content.updates, {}), store_);
+  pending_costs_.take(std::exchange(content.changed_costs, {}), store_);
   if (const auto info = layer_info_.newest(); info != shown_info_) {
     shown_info_ = info;
     store_.setLayerInfos(info ? info->uuid : std::string(), info ? convert(*info) : LayerInfos());

@@ -17,6 +17,7 @@
 #include "base/status_lines.h"
 #include "displays/mesh_report.h"
 #include "displays/mesh_requests.h"
+#include "incoming/attribute_queue.h"
 #include "incoming/mesh_store.h"
 #include "legend/legend.h"
 #include "mesh_view/mesh_appearance.h"
@@ -40,7 +41,7 @@ class PendingCosts
  public:
   using Clock = std::chrono::steady_clock;
 
-  void take(const std::vector<CostUpdateConstPtr>& updates, MeshStore& store);
+  void take(const std::vector<ChangedCosts>& costs, MeshStore& store);
 
   /// @param rate in Hz: how often at most
   /// @return whether something has become seen
@@ -53,6 +54,7 @@ class PendingCosts
   struct Changed
   {
     CostLayerConstPtr layer;
+    bool all = false;  ///< of the vertices
     std::vector<std::uint32_t> vertices;
   };
 

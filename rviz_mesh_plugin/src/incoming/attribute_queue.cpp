@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <iterator>
 #include <unordered_map>
 #include <utility>
 
@@ -13,12 +14,10 @@ namespace rviz_mesh_plugin {
 namespace {
 
 /// More than this is not kept while nobody takes it; the oldest goes.
-constexpr std::size_t MAX_LAYERS = 256;
 constexpr std::size_t MAX_LABEL_SETS = 256;
 constexpr std::size_t MAX_MESHES = 8;
-constexpr std::size_t MAX_TEXTURES = 4096;
-/// More updates of a layer than this are joined, so that few are left to the GUI thread.
-constexpr std::size_t MAX_UPDATES = 16;
+/// Where updates have more than this part of the values of a layer, it counts as new.
+constexpr std::size_t MANY_CHANGES = 16;
 
 /// Puts @a item behind the others, in place of the one that it supersedes.
 template <class Pointer, class IsSame>
@@ -32,55 +31,36 @@ void replaceOrAppend(std::vector<Pointer>& items, const Pointer& item, std::size
   }
 }
 
-template <class Layer>
-bool isOf(const CostUpdate& update, const Layer& layer)
+/// The same, up to so many bytes; the new one in any case.
+template <class Pointer, class IsSame>
+void replaceOrAppendBytes(std::vector<Pointer>& items, const Pointer& item, std::size_t most,
+                          const IsSame& is_same)
 {
-  return update.uuid == layer.uuid && update.type == layer.type;
+  replaceOrAppend(items, item, items.size() + 1, is_same);
+  std::size_t sum = 0;
+  auto first = items.end();
+  while (first != items.begin() && (sum == 0 || sum + (*std::prev(first))->bytes() <= most)) {
+    sum += (*--first)->bytes();
+  }
+  items.erase(items.begin(), first);
+}
+
+template <class Layer>
+bool isOf(const ChangedCosts& changed, const Layer& layer)
+{
+  return changed.layer->uuid == layer.uuid && changed.layer->type == layer.type;
 }
 
 /// What updates of it have brought before is in a layer of vertices already, or does not count.
-void addCosts(QueuedAttributes& content, const CostLayerConstPtr& layer)
+void addCosts(QueuedAttributes& content, const CostLayerConstPtr& layer, std::size_t most)
 {
   if (!layer->on_faces) {
-    eraseIf(content.updates, [&](const auto& update) { return isOf(*update, *layer); });
+    eraseIf(content.changed_costs, [&](const auto& changed) { return isOf(changed, *layer); });
   }
-  replaceOrAppend(content.costs, layer, MAX_LAYERS, [&](const auto& other) {
+  replaceOrAppendBytes(content.costs, layer, most, [&](const auto& other) {
     return other->uuid == layer->uuid && other->type == layer->type &&
            other->on_faces == layer->on_faces;
   });
-}
-
-/// All updates of one layer as one, in place of the newest: each vertex once.
-void joinUpdates(std::vector<CostUpdateConstPtr>& updates, const CostUpdate& newest)
-{
-  std::unordered_map<std::uint32_t, float> costs;
-  for (const CostUpdateConstPtr& update : updates) {
-    for (std::size_t i = 0; isOf(*update, newest) && i < update->vertices.size(); ++i) {
-      costs[update->vertices[i]] = update->costs[i];
-    }
-  }
-  auto joined = std::make_shared<CostUpdate>();
-  joined->uuid = newest.uuid;
-  joined->type = newest.type;
-  for (const auto& cost : costs) {
-    joined->vertices.push_back(cost.first);
-    joined->costs.push_back(cost.second);
-  }
-  eraseIf(updates, [&](const auto& update) { return isOf(*update, *joined); });
-  updates.push_back(joined);
-}
-
-void addUpdate(std::vector<CostUpdateConstPtr>& updates, const CostUpdateConstPtr& update)
-{
-  updates.push_back(update);
-  const auto count = std::count_if(updates.begin(), updates.end(),
-                                   [&](const auto& other) { return isOf(*other, *update); });
-  if (static_cast<std::size_t>(count) > MAX_UPDATES) {
-    joinUpdates(updates, *update);
-  }
-  if (updates.size() > MAX_LAYERS * MAX_UPDATES) {
-    updates.erase(updates.begin());
-  }
 }
 
 /// Joins neighbors of the same mesh: of each label the last cluster.
@@ -162,14 +142,17 @@ bool AttributeQueue::accept(MeshMember part, const Convert& convert, const Arran
     if (origin.isDropped()) {
       return false;
     }
+    endMerging(false);  // of what has failed
     forgetOrder();
     arrange(converted);
-    return change(
+    const bool kept = change(
         [&](QueuedAttributes& content) {
           content.receptions[part].accept(origin.service);
           store(content, converted);
         },
         origin);
+    endMerging(kept);
+    return kept;
   } catch (const RejectedMessage& rejected) {
     refusal = rejected.what();
   } catch (const std::exception& error) {  // out of memory
@@ -201,9 +184,13 @@ bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsStamped& message, c
   std::string problem;
   return accept(
       MeshMember::COSTS, [&] { return convert(message); },
-      [&](const auto& layer) { problem = order_.arrange(*layer); },
+      [&](const auto& layer) {
+        problem = order_.arrange(*layer);
+        eraseIf(layers_, [](const auto& known) { return known.second.expired(); });
+        layers_[{layer->uuid, layer->type}] = layer;
+      },
       [&](QueuedAttributes& content, const auto& layer) {
-        addCosts(content, layer);
+        addCosts(content, layer, most_);
         if (!problem.empty()) {
           content.receptions[MeshMember::UPDATES].refusal = problem;
         }
@@ -214,7 +201,10 @@ bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsStamped& message, c
 
 bool AttributeQueue::receive(const mesh_msgs::MeshFaceCostsStamped& message, const Origin& origin)
 {
-  return accept(MeshMember::FACE_COSTS, message, addCosts, origin);
+  const auto store = [this](QueuedAttributes& content, const CostLayerConstPtr& layer) {
+    addCosts(content, layer, most_);
+  };
+  return accept(MeshMember::FACE_COSTS, message, store, origin);
 }
 
 bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsSparseStamped& message,
@@ -223,15 +213,68 @@ bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsSparseStamped& mess
   std::string problem;
   return accept(
       MeshMember::UPDATES, [&] { return convert(message); },
-      [&](auto& update) { update = order_.arrange(update, problem); },
+      [&](auto& update) {
+        update = order_.arrange(update, problem);
+        if (update && !merge(update)) {
+          endMerging(false);
+          update = nullptr;
+        }
+      },
       [&](QueuedAttributes& content, const auto& update) {
         if (update) {
-          addUpdate(content.updates, update);
+          content.changed_costs.push_back(merging_);
         }
         content.receptions[MeshMember::UPDATES].refusal = problem;
         content.stale = order_.stale();
       },
       origin);
+}
+
+/// Applies an update to its layer; false where that is not there (any more).
+bool AttributeQueue::merge(const CostUpdateConstPtr& update)
+{
+  const auto known = layers_.find({update->uuid, update->type});
+  std::shared_ptr<CostLayer> layer = known == layers_.end() ? nullptr : known->second.lock();
+  if (!layer) {
+    return false;
+  }
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    auto& changed = content_.changed_costs;
+    const auto found = std::find_if(changed.begin(), changed.end(),
+                                    [&](const auto& other) { return isOf(other, *update); });
+    if (found != changed.end()) {
+      merging_ = std::move(*found);
+      changed.erase(found);
+    }
+  }
+  if (!merging_.layer) {  // the GUI thread may be reading the one before
+    layer = std::make_shared<CostLayer>(*layer);
+  }
+  if (!applyUpdate(*layer, *update).empty()) {
+    return false;  // made for another layer, which has been dropped on the way
+  }
+  known->second = layer;
+  merging_.layer = std::move(layer);
+  merging_.values += update->vertices.size();
+  if (merging_.values > merging_.layer->costs.size() / MANY_CHANGES) {
+    merging_.updates.clear();
+  } else {
+    merging_.updates.push_back(update);
+  }
+  return true;
+}
+
+/// Puts it back where it is not in the content again.
+void AttributeQueue::endMerging(bool kept)
+{
+  const ChangedCosts merged = std::exchange(merging_, ChangedCosts());
+  if (!kept && merged.layer) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!layers_forgotten_ && !updates_forgotten_) {
+      content_.changed_costs.push_back(merged);
+    }
+  }
 }
 
 bool AttributeQueue::receive(const mesh_msgs::MeshVertexColorsStamped& message,
@@ -255,8 +298,8 @@ bool AttributeQueue::receive(const mesh_msgs::MeshMaterialsStamped& message, con
 
 bool AttributeQueue::receive(const mesh_msgs::MeshTexture& message, const Origin& origin)
 {
-  const auto store = [](QueuedAttributes& content, const TextureImageConstPtr& image) {
-    replaceOrAppend(content.textures, image, MAX_TEXTURES, [&](const TextureImageConstPtr& other) {
+  const auto store = [this](QueuedAttributes& content, const TextureImageConstPtr& image) {
+    replaceOrAppendBytes(content.textures, image, most_, [&](const TextureImageConstPtr& other) {
       return other->uuid == image->uuid && other->index == image->index;
     });
   };
@@ -302,6 +345,7 @@ void AttributeQueue::forgetOrder()
   const std::lock_guard<std::mutex> lock(mutex_);
   if (std::exchange(layers_forgotten_, false)) {
     order_.forgetLayers();
+    layers_.clear();
   }
   if (std::exchange(updates_forgotten_, false)) {
     order_.forgetUpdates();
@@ -318,13 +362,14 @@ void AttributeQueue::forget(MeshMember part)
       break;
     case MeshMember::COSTS:
       eraseIf(content_.costs, [](const auto& layer) { return !layer->on_faces; });
+      content_.changed_costs.clear();
       layers_forgotten_ = true;
       break;
     case MeshMember::FACE_COSTS:
       eraseIf(content_.costs, [](const auto& layer) { return layer->on_faces; });
       break;
     case MeshMember::UPDATES:
-      content_.updates.clear();
+      content_.changed_costs.clear();
       content_.stale = 0;
       updates_forgotten_ = true;
       break;

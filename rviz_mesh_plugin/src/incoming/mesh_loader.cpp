@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "base/erase_if.h"
+#include "base/large_blocks.h"
 #include "base/status_lines.h"
 #include "conversion/mesh_conversion.h"
 
@@ -407,7 +408,10 @@ class MeshLoader::Worker
   std::atomic<bool> canceled_{false};
 };
 
-MeshLoader::MeshLoader(bool with_layouts) : worker_(std::make_shared<Worker>(with_layouts)) {}
+MeshLoader::MeshLoader(bool with_layouts) : worker_(std::make_shared<Worker>(with_layouts))
+{
+  giveLargeBlocksBack();
+}
 
 MeshLoader::~MeshLoader()
 {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 #include <utility>
 
 #include "base/erase_if.h"
-#include "incoming/cost_order.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -16,8 +16,8 @@ const char* const ON_FACES = " (faces)";
 template <class Costs>
 auto find(Costs& costs, const std::string& type, bool on_faces)
 {
-  const auto found = std::find_if(costs.begin(), costs.end(), [&](const StoredCosts& stored) {
-    return stored.layer->type == type && stored.layer->on_faces == on_faces;
+  const auto found = std::find_if(costs.begin(), costs.end(), [&](const CostLayerConstPtr& layer) {
+    return layer->type == type && layer->on_faces == on_faces;
   });
   return found == costs.end() ? nullptr : &*found;
 }
@@ -33,9 +33,9 @@ std::string nameOf(const CostLayer& layer, const MeshAttributes& attributes)
 
 CostLayerConstPtr MeshAttributes::cost(const std::string& name) const
 {
-  for (const StoredCosts& stored : costs) {
-    if (nameOf(*stored.layer, *this) == name) {
-      return stored.layer;
+  for (const CostLayerConstPtr& layer : costs) {
+    if (nameOf(*layer, *this) == name) {
+      return layer;
     }
   }
   return nullptr;
@@ -101,14 +101,19 @@ const MeshAttributes& MeshStore::attributes() const
 void MeshStore::addCosts(const CostLayerConstPtr& layer)
 {
   auto& costs = attributesOf(layer->uuid).costs;
-  if (StoredCosts* found = find(costs, layer->type, layer->on_faces)) {
-    *found = {layer, nullptr};
+  if (CostLayerConstPtr* found = find(costs, layer->type, layer->on_faces)) {
+    *found = layer;
     return;
   }
-  if (costs.size() == MAX_LAYERS) {
-    costs.erase(costs.begin());
+  costs.push_back(layer);
+  std::size_t sum = std::accumulate(
+      costs.begin(), costs.end(), std::size_t{0},
+      [](std::size_t bytes, const CostLayerConstPtr& other) { return bytes + other->bytes(); });
+  auto first = costs.begin();
+  for (; sum > most_ && std::next(first) != costs.end(); ++first) {
+    sum -= (*first)->bytes();
   }
-  costs.push_back({layer, nullptr});
+  costs.erase(costs.begin(), first);
 }
 
 void MeshStore::addColors(const ColorLayerConstPtr& layer)
@@ -125,7 +130,11 @@ void MeshStore::addTexture(const TextureImageConstPtr& texture)
 {
   auto& textures = attributesOf(texture->uuid).textures;
   textures[texture->index] = texture;
-  if (textures.size() > MAX_TEXTURES) {
+  std::size_t sum = std::accumulate(
+      textures.begin(), textures.end(), std::size_t{0},
+      [](std::size_t bytes, const auto& other) { return bytes + other.second->bytes(); });
+  while (sum > most_ && textures.size() > 1) {
+    sum -= std::prev(textures.end())->second->bytes();
     textures.erase(std::prev(textures.end()));
   }
 }
@@ -159,20 +168,15 @@ const LayerInfo& MeshStore::layerInfo(const std::string& uuid, const std::string
   return found == infos_.end() ? NOTHING : found->second;
 }
 
-CostLayerConstPtr MeshStore::update(const CostUpdate& update)
+bool MeshStore::changeCosts(const CostLayerConstPtr& layer)
 {
-  if (!find(attributes(update.uuid).costs, update.type, false)) {
-    return nullptr;  // and nothing that waits for its mesh has to go for it
+  const auto& known = attributes(layer->uuid).costs;
+  const auto* const before = find(known, layer->type, false);
+  if (!before || (*before)->costs.size() != layer->costs.size()) {
+    return false;  // and nothing that waits for its mesh has to go for it
   }
-  StoredCosts& stored = *find(attributesOf(update.uuid).costs, update.type, false);
-  if (!stored.own) {
-    stored.own = std::make_shared<CostLayer>(*stored.layer);
-  }
-  if (!applyUpdate(*stored.own, update).empty()) {
-    return nullptr;  // made for another layer, which has been dropped on the way
-  }
-  stored.layer = stored.own;
-  return stored.layer;
+  *find(attributesOf(layer->uuid).costs, layer->type, false) = layer;
+  return true;
 }
 
 void MeshStore::forget(MeshMember part)
@@ -182,8 +186,8 @@ void MeshStore::forget(MeshMember part)
   }
   for (MeshAttributes& attributes : attributes_) {
     if (part == MeshMember::COSTS || part == MeshMember::FACE_COSTS) {
-      eraseIf(attributes.costs, [&](const StoredCosts& stored) {
-        return stored.layer->on_faces == (part == MeshMember::FACE_COSTS);
+      eraseIf(attributes.costs, [&](const CostLayerConstPtr& layer) {
+        return layer->on_faces == (part == MeshMember::FACE_COSTS);
       });
     } else if (part == MeshMember::COLORS) {
       attributes.colors.reset();
@@ -208,8 +212,8 @@ std::vector<std::string> MeshStore::costTypes() const
   std::vector<std::string> names;
   for (const MeshDataConstPtr& mesh : meshes_) {
     const MeshAttributes& of_mesh = attributes(mesh->uuid);
-    for (const StoredCosts& stored : of_mesh.costs) {
-      std::string name = nameOf(*stored.layer, of_mesh);
+    for (const CostLayerConstPtr& layer : of_mesh.costs) {
+      std::string name = nameOf(*layer, of_mesh);
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         names.push_back(std::move(name));
       }

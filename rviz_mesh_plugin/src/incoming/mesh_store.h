@@ -14,19 +14,11 @@
 
 namespace rviz_mesh_plugin {
 
-/// A layer of costs with what updates have changed in it.
-struct StoredCosts
-{
-  CostLayerConstPtr layer;  ///< the same pointer from the first update on
-  /// The same, once it has been updated: a copy that nobody else reads in another thread.
-  std::shared_ptr<CostLayer> own;
-};
-
 /// What belongs to one geometry.
 struct MeshAttributes
 {
   std::string uuid;
-  std::vector<StoredCosts> costs;  ///< of vertices and of faces
+  std::vector<CostLayerConstPtr> costs;  ///< of vertices and of faces
   ColorLayerConstPtr colors;
   MaterialsConstPtr materials;
   std::map<std::uint32_t, TextureImageConstPtr> textures;  ///< by index
@@ -41,11 +33,12 @@ struct MeshAttributes
 class MeshStore
 {
  public:
-  /// Attributes are kept for this many meshes besides those shown, the last
-  /// changed ones; of each this many cost layers.
+  /// Attributes are kept for this many meshes besides those shown, the last changed ones.
   static constexpr std::size_t MAX_WAITING = 8;
-  static constexpr std::size_t MAX_LAYERS = 256;
-  static constexpr std::size_t MAX_TEXTURES = 4096;  ///< of each, those of lower index
+
+  /// @param most bytes of cost layers, and of textures, of each mesh: the newest layers, and the
+  /// textures of lowest index, but at least one
+  explicit MeshStore(std::size_t most = MAX_ATTRIBUTE_BYTES) : most_(most) {}
 
   /// How many meshes are kept, at least 1.
   void setCapacity(std::size_t capacity);
@@ -60,11 +53,9 @@ class MeshStore
   /// Replaces what is known of the layers, of whichever geometry.
   void setLayerInfos(const std::string& uuid, LayerInfos infos);
 
-  /// Changes the values that the update names; nothing where its layer is not there.
-  /// @return the layer that has changed, the same pointer as before from the
-  /// second time on; null
-  ///   where none has
-  CostLayerConstPtr update(const CostUpdate& update);
+  /// Takes a layer of vertices in which updates have changed something; nothing where the layer
+  /// itself is not there. @return whether it is
+  bool changeCosts(const CostLayerConstPtr& layer);
 
   /// Forgets what has come on one topic; with materials also textures.
   void forget(MeshMember part);
@@ -104,6 +95,7 @@ class MeshStore
   Waiting waiting(const Count& count) const;
   bool shown(const std::string& uuid) const { return mesh(uuid) != nullptr; }
 
+  const std::size_t most_;
   std::size_t capacity_ = 1;
   std::vector<MeshDataConstPtr> meshes_;
   std::list<MeshAttributes> attributes_;  ///< the last changed first

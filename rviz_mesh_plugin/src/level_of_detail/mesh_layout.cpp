@@ -369,7 +369,7 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
   }
   const auto splitter = makeSplit(split, materials.get());
   const MeshRegion region = mainRegion(*mesh);
-  const SortedMesh sorted = sortInSpace(mesh->vertices, mesh->indices, region);
+  SortedMesh sorted = sortInSpace(mesh->vertices, mesh->indices, region);
   if (canceled) {
     return nullptr;
   }
@@ -393,6 +393,9 @@ MeshLayoutConstPtr layOut(const MeshDataConstPtr& mesh, Split split,
     return nullptr;
   }
   parts->write(levels, *splitter);
+  if (split == Split::NONE) {
+    layout->faces = std::move(sorted.faces);
+  }
   layout->vertices.shrink_to_fit();
   layout->sources.shrink_to_fit();
   layout->texture_coordinates.shrink_to_fit();

@@ -66,6 +66,8 @@ struct MeshLayout : LayoutOutline
   std::vector<MeshVertex> vertices;
   std::vector<std::array<float, 2>> texture_coordinates;  ///< BY_MATERIAL, where there are any
   std::vector<std::uint32_t> indices;  ///< three per face; the coarsest level first
+  /// NONE, but not of a preview: of each face of the full level, which one of the mesh it is.
+  std::vector<std::uint32_t> faces;
 };
 using MeshLayoutConstPtr = std::shared_ptr<const MeshLayout>;
 

@@ -231,8 +231,14 @@ bool MeshAppearance::paintCosts()
   const CostColoring coloring = commonColoring(context_.store, name, properties.coloring());
   const Colors colors{layer.get(), visual_->layout()->mesh.get(), coloring};
   if (!(colors == colors_)) {
-    visual_->setColors(guarded(colorSource(layer, coloring), layer->costs.size()),
-                       coloring.lethal.alpha < 255 || coloring.unknown.alpha < 255);
+    const ColorSource source = guarded(colorSource(layer, coloring), layer->costs.size());
+    const bool same_but_costs =
+        colors == Colors{layer.get(), colors_.mesh, colors_.coloring} && colors_.data;
+    if (updated_ && same_but_costs) {
+      visual_->updateColors(source, *updated_);
+    } else {
+      visual_->setColors(source, coloring.lethal.alpha < 255 || coloring.unknown.alpha < 255);
+    }
     colors_ = colors;
   }
   return true;
@@ -241,14 +247,11 @@ bool MeshAppearance::paintCosts()
 void MeshAppearance::updateCosts(const CostLayerConstPtr& layer,
                                  const std::vector<std::uint32_t>& vertices)
 {
-  const Colors before = colors_;
-  const bool same_layer = costs_ == layer;
+  const bool shown = costs_ && costs_->type == layer->type && !costs_->on_faces &&
+                     costs_->costs.size() == layer->costs.size() && colors_.data == costs_.get();
+  updated_ = shown && !vertices.empty() ? &vertices : nullptr;
   paintMesh();
-  // Not all of them anew: the layer has been changed in place, the limits are
-  // the same.
-  if (visual_ && same_layer && costs_ == layer && colors_ == before) {
-    painted_ = attempt([&] { visual_->updateColors(vertices); });
-  }
+  updated_ = nullptr;
 }
 
 bool MeshAppearance::paintHeights()

@@ -68,8 +68,8 @@ class MeshAppearance
   /// before are not uploaded.
   void paint();
 
-  /// Colors these vertices anew: their costs in the layer that is shown have
-  /// changed.
+  /// Follows a layer of the store in which the costs of some vertices have changed since it was
+  /// painted. @param vertices colored anew, where the layer is shown; none: all
   void updateCosts(const CostLayerConstPtr& layer, const std::vector<std::uint32_t>& vertices);
 
   /// Gives labels the colors of their own that are known; returns whether one that is drawn
@@ -148,6 +148,8 @@ class MeshAppearance
   std::string geometry_error_;  ///< of the layout that could not be drawn
   std::string colors_error_;
   bool painted_ = false;  ///< since the last error of colors
+  /// Vertices that alone have to be colored anew if costs_ is shown as it was before.
+  const std::vector<std::uint32_t>* updated_ = nullptr;
   MeshLabels labels_;
   std::string labels_error_;
 };

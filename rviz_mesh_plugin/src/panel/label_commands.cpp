@@ -270,6 +270,9 @@ LabelSession::Faces LabelCommands::selection() const
   if (!tool_ || tool_->selection().empty() || !session_->isOf(tool_->mesh())) {
     throw std::runtime_error("the selected faces are gone, or the mesh is another one now");
   }
+  if (tool_->busy()) {
+    throw std::runtime_error("faces are still being looked for: wait, or give up with Esc");
+  }
   return tool_->selection().faces();
 }
 

@@ -113,10 +113,10 @@ void GpuMesh::setColors(const ColorSource& colors, bool translucent)
   }
 }
 
-void GpuMesh::updateColors(const std::vector<std::uint32_t>& changed)
+void GpuMesh::updateColors(const ColorSource& colors, const std::vector<std::uint32_t>& changed)
 {
   if (buffers_) {
-    colors_.update(changed);
+    colors_.update(colors, changed);
   }
 }
 

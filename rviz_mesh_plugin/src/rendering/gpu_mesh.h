@@ -30,7 +30,11 @@ class GpuMesh : public PlacedVisual
   /// Uploads one slice; false where nothing was left to do.
   bool uploadSlice();
   /// It would take about as long as all slices of one frame.
-  bool nextSliceIsLong() const { return buffers_ && buffers_->nextSliceIsLong(); }
+  bool nextSliceIsLong() const
+  {
+    return buffers_ &&
+           (buffers_->nextSliceIsLong() || (buffers_->complete() && materials_.nextSliceIsLong()));
+  }
 
   /// The coarsest level of detail can be drawn, in its colors if there are any.
   bool drawable() const;
@@ -40,7 +44,7 @@ class GpuMesh : public PlacedVisual
 
   void setStyle(const MeshStyle& style);
   void setColors(const ColorSource& colors, bool translucent);
-  void updateColors(const std::vector<std::uint32_t>& changed);
+  void updateColors(const ColorSource& colors, const std::vector<std::uint32_t>& changed);
   void clearColors();
   void setTexture(const TextureImageConstPtr& image);
   void clearTextures();

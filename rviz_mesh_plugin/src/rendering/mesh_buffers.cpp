@@ -12,9 +12,6 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-/// Bytes that take 5 ms and more.
-constexpr std::size_t LONG_ALLOCATION = std::size_t{16} << 20;
-
 // Buffers of their own, so that none takes long to allocate.
 constexpr unsigned short POSITION_BINDING = 0;
 constexpr unsigned short NORMAL_BINDING = 1;

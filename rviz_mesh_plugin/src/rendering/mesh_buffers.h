@@ -15,6 +15,9 @@ namespace rviz_mesh_plugin {
 /// No slice of an upload has more bytes than this.
 constexpr std::size_t SLICE_BYTES = std::size_t{4} << 20;
 
+/// To allocate more bytes than this takes 5 ms and more: software drivers fill them with zeros.
+constexpr std::size_t LONG_ALLOCATION = std::size_t{16} << 20;
+
 /// An index buffer ends where the next range of a part would give it more indices than these: 32
 /// MB.
 constexpr std::size_t INDICES_PER_BUFFER = std::size_t{8} << 20;

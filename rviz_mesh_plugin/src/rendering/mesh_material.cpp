@@ -250,7 +250,7 @@ void PartMaterials::applyTexture(const Texture& texture) const
   SurfaceLook look = lookOf(style_);
   look.from = SurfaceLook::Color::TEXTURE;
   look.texture = texture.texture->get();
-  look.translucent = style_.alpha < 1.0f || texture.texture->image()->translucent;
+  look.translucent = style_.alpha < 1.0f || texture.texture->translucent();
   texture.material->apply(style_, look);
 }
 
@@ -284,13 +284,18 @@ void PartMaterials::setTexture(const TextureImageConstPtr& image)
   const std::uint32_t index = image->index;
   const auto known = textures_.find(index);
   if (layout_->split != Split::BY_MATERIAL || used_textures_.count(index) == 0 ||
-      (known != textures_.end() && known->second.texture->image() == image)) {
+      (known != textures_.end() && known->second.texture == image->uploaded)) {
     return;
   }
   Texture texture;
-  texture.texture = std::make_unique<MeshTexture>(image);
+  texture.texture = MeshTexture::of(*image);
   textures_[index] = std::move(texture);
   uploading_.insert(index);
+}
+
+bool PartMaterials::nextSliceIsLong() const
+{
+  return !uploading_.empty() && textures_.at(*uploading_.begin()).texture->nextSliceIsLong();
 }
 
 void PartMaterials::clearTextures()

@@ -71,13 +71,15 @@ class PartMaterials
   bool complete() const { return uploading_.empty(); }
   /// True where a texture has become complete: apply() shows it.
   bool uploadSlice();
+  /// It would take about as long as all slices of one frame.
+  bool nextSliceIsLong() const;
 
   std::size_t bytes() const;
 
  private:
   struct Texture
   {
-    std::unique_ptr<MeshTexture> texture;
+    std::shared_ptr<MeshTexture> texture;
     std::unique_ptr<MeshMaterial> material;  ///< once the texture is complete
   };
 

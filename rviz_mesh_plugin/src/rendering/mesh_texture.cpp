@@ -14,8 +14,16 @@
 
 namespace rviz_mesh_plugin {
 
-MeshTexture::MeshTexture(const TextureImageConstPtr& image)
-    : image_(image), width_(image->width), height_(image->height)
+std::shared_ptr<MeshTexture> MeshTexture::of(const TextureImage& image)
+{
+  if (!image.uploaded) {
+    image.uploaded = std::shared_ptr<MeshTexture>(new MeshTexture(image));
+  }
+  return std::static_pointer_cast<MeshTexture>(image.uploaded);
+}
+
+MeshTexture::MeshTexture(const TextureImage& image)
+    : translucent_(image.translucent), width_(image.width), height_(image.height)
 {
   std::uint32_t width = width_;
   std::uint32_t height = height_;
@@ -25,10 +33,20 @@ MeshTexture::MeshTexture(const TextureImageConstPtr& image)
     height = halfOf(height);
     bytes_ += std::size_t{4} * width * height;
   }
+  pixels_.swap(image.pixels);
+}
+
+void MeshTexture::allocate()
+{
   texture_ = Ogre::TextureManager::getSingleton().createManual(
       uniqueName("Texture"), Ogre::ResourceGroupManager::DEFAULT_RESOURCE_GROUP_NAME,
       Ogre::TEX_TYPE_2D, width_, height_, level_count_ - 1, Ogre::PF_BYTE_RGBA,
       Ogre::TU_STATIC_WRITE_ONLY);
+}
+
+bool MeshTexture::nextSliceIsLong() const
+{
+  return !isSet(texture_) && bytes_ > LONG_ALLOCATION;
 }
 
 MeshTexture::~MeshTexture()
@@ -41,12 +59,15 @@ void MeshTexture::uploadSlice()
   if (complete()) {
     return;
   }
+  if (!isSet(texture_)) {
+    allocate();
+    return;
+  }
   // An even number of rows, so that each slice is halved on its own.
   const std::size_t row_bytes = sizeof(Rgba8) * width_;
   const auto fitting = static_cast<std::uint32_t>(SLICE_BYTES / row_bytes / 2 * 2);
   const std::uint32_t count = std::min(std::max(fitting, 2u), height_ - row_);
-  const Rgba8* rows =
-      (pixels_.empty() ? image_->pixels : pixels_).data() + std::size_t{width_} * row_;
+  const Rgba8* rows = pixels_.data() + std::size_t{width_} * row_;
   // OGRE only reads what the box points to.
   const Ogre::PixelBox source(width_, count, 1, Ogre::PF_BYTE_RGBA, const_cast<Rgba8*>(rows));
   texture_->getBuffer(0, level_)->blitFromMemory(source,

@@ -178,10 +178,11 @@ void MeshVisual::setColors(const ColorSource& colors, bool translucent)
   uploadIfSmall();
 }
 
-void MeshVisual::updateColors(const std::vector<std::uint32_t>& changed)
+void MeshVisual::updateColors(const ColorSource& colors, const std::vector<std::uint32_t>& changed)
 {
-  if (newest()) {
-    newest()->updateColors(changed);
+  if (newest() && colors_) {
+    colors_ = colors;
+    newest()->updateColors(colors, changed);
     uploadIfSmall();
   }
 }

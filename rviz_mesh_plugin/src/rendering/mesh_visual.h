@@ -54,13 +54,15 @@ class MeshVisual : public PlacedVisual
   /// come in the meantime the last ones are next. Needs a layout.
   /// @param translucent whether a color may have an alpha below 255
   void setColors(const ColorSource& colors, bool translucent);
-  /// Asks the same source again for these vertices (BY_FACE: faces) of the mesh alone.
-  void updateColors(const std::vector<std::uint32_t>& changed);
+  /// Goes on with another source, which differs in the colors of these vertices (BY_FACE: faces) of
+  /// the mesh alone.
+  void updateColors(const ColorSource& colors, const std::vector<std::uint32_t>& changed);
   /// Frees them; faces are drawn in MeshStyle::faces_color.
   void clearColors();
 
-  /// For a layout split BY_MATERIAL; textures may come in any order, and are freed with the layout
-  /// and by clearTextures(). Until one is uploaded, its faces have the color of their material.
+  /// For a layout split BY_MATERIAL; textures may come in any order, and are not drawn any more
+  /// with another layout and by clearTextures(), but are freed with their images. Until one is
+  /// uploaded, its faces have the color of their material.
   void setTexture(const TextureImageConstPtr& image);
   void clearTextures();
 

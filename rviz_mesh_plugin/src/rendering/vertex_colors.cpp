@@ -13,14 +13,18 @@ namespace {
 /// Colors are computed on the GUI thread: this many take a few milliseconds.
 constexpr std::size_t SLICE_VERTICES = 1 << 18;
 
-/// Where more than this part of the vertices changes, all are uploaded.
-constexpr std::size_t MANY_CHANGES = 4;
+/// Where more than this part of the vertices changes, all are uploaded: that costs less then than
+/// to find out where they lie.
+constexpr std::size_t MANY_CHANGES = 16;
 
-/// Changed vertices this near to each other are uploaded together.
-constexpr std::uint32_t JOINED_GAP = 16;
+/// Vertices are uploaded again in blocks of so many; blocks are joined across as many as an upload
+/// of its own costs.
+constexpr std::size_t BLOCK = 4;
+constexpr std::size_t JOINED_BLOCKS = 48;
 
-/// Changed vertices (BY_FACE: faces) of one slice.
+/// Changed vertices (BY_FACE: faces), and uploads, of one slice.
 constexpr std::size_t SLICE_CHANGES = 20000;
+constexpr std::size_t SLICE_UPLOADS = 256;
 
 }  // namespace
 
@@ -31,7 +35,7 @@ void VertexColors::start(const ColorSource& source, bool translucent)
   Request request{source, translucent};
   if (isSet(coming_) && done_ > 0) {
     next_ = std::move(request);
-    changed_.clear();  // all are asked for again
+    forgetChanged();  // all are asked for again
   } else {
     begin(std::move(request));
   }
@@ -40,7 +44,7 @@ void VertexColors::start(const ColorSource& source, bool translucent)
 void VertexColors::begin(Request request)
 {
   current_ = std::move(request);
-  changed_.clear();
+  forgetChanged();
   if (!isSet(coming_)) {
     coming_ = Ogre::HardwareBufferManager::getSingleton().createVertexBuffer(
         sizeof(Rgba8), layout_->sources.size(), Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY);
@@ -48,23 +52,35 @@ void VertexColors::begin(Request request)
   done_ = 0;
 }
 
-void VertexColors::update(const std::vector<std::uint32_t>& changed)
+void VertexColors::update(const ColorSource& source, const std::vector<std::uint32_t>& changed)
 {
-  if (!current_.source || changed.empty() || next_.source) {
-    return;  // of the next, all are asked for
-  }
-  if (changed_.size() + changed.size() > layout_->sources.size() / MANY_CHANGES) {
-    start(ColorSource(current_.source), current_.translucent);
+  if (next_.source) {
+    next_.source = source;  // it is asked for all
     return;
   }
+  if (!current_.source) {
+    return;
+  }
+  if (changed_.size() + changed.size() > layout_->sources.size() / MANY_CHANGES) {
+    start(source, current_.translucent);
+    return;
+  }
+  current_.source = source;
   changed_.insert(changed_.end(), changed.begin(), changed.end());
+}
+
+void VertexColors::forgetChanged()
+{
+  changed_.clear();
+  blocks_.assign(blocks_.size(), false);
+  blocks_left_ = next_block_ = 0;
 }
 
 void VertexColors::clear()
 {
   current_ = next_ = Request();
   translucent_ = false;
-  changed_.clear();
+  forgetChanged();
   buffer_ = Ogre::HardwareVertexBufferSharedPtr();
   coming_ = Ogre::HardwareVertexBufferSharedPtr();
   scratch_ = std::vector<Rgba8>();
@@ -81,7 +97,9 @@ void VertexColors::uploadSlice()
   if (isSet(coming_)) {
     uploadComing();
   } else if (!changed_.empty()) {
-    uploadChanged();
+    findBlocks();
+  } else {
+    uploadBlocks();
   }
 }
 
@@ -117,12 +135,13 @@ void VertexColors::uploadComing()
   }
 }
 
-void VertexColors::uploadChanged()
+void VertexColors::findBlocks()
 {
   if (!index_) {
     const MeshData& mesh = *layout_->mesh;
     index_ = std::make_unique<SourceIndex>(
         layout_->sources, layout_->split == Split::BY_FACE ? mesh.faceCount() : mesh.vertexCount());
+    blocks_.assign((layout_->sources.size() + BLOCK - 1) / BLOCK, false);
   }
   if (!index_->complete()) {
     index_->buildSlice();
@@ -134,14 +153,36 @@ void VertexColors::uploadChanged()
     index_->find(changed_[i], &vertices);
   }
   changed_.resize(rest);
-  std::sort(vertices.begin(), vertices.end());
-  for (std::size_t i = 0; i < vertices.size();) {
-    const std::uint32_t first = vertices[i];
-    std::uint32_t last = first;
-    for (; i < vertices.size() && vertices[i] - last <= JOINED_GAP; ++i) {
-      last = vertices[i];
+  for (const std::uint32_t vertex : vertices) {
+    blocks_left_ += blocks_[vertex / BLOCK] ? 0 : 1;
+    blocks_[vertex / BLOCK] = true;
+  }
+  next_block_ = 0;
+}
+
+/// Those near to each other together.
+void VertexColors::uploadBlocks()
+{
+  std::size_t vertices = 0;
+  for (std::size_t uploads = 0;
+       blocks_left_ > 0 && uploads < SLICE_UPLOADS && vertices < SLICE_VERTICES; ++uploads) {
+    while (!blocks_[next_block_]) {
+      ++next_block_;
     }
-    write(buffer_.get(), first, last - first + 1);
+    const std::size_t first = next_block_;
+    std::size_t end = first;
+    for (; blocks_left_ > 0 && next_block_ < end + JOINED_BLOCKS && next_block_ < blocks_.size() &&
+           (next_block_ - first) * BLOCK < SLICE_VERTICES;
+         ++next_block_) {
+      if (blocks_[next_block_]) {
+        blocks_[next_block_] = false;
+        --blocks_left_;
+        end = next_block_ + 1;
+      }
+    }
+    const std::size_t count = std::min(layout_->sources.size(), end * BLOCK) - first * BLOCK;
+    write(buffer_.get(), first * BLOCK, count);
+    vertices += count;
   }
 }
 

@@ -26,12 +26,13 @@ class VertexColors
   /// Colors all vertices anew, now or as soon as those that are being uploaded are there.
   /// @param translucent whether a color may have an alpha below 255
   void start(const ColorSource& source, bool translucent);
-  /// Asks the source of the colors again for these vertices (BY_FACE: faces) of the mesh.
-  void update(const std::vector<std::uint32_t>& changed);
+  /// Goes on with another source, which differs for these vertices (BY_FACE: faces) of the mesh
+  /// alone.
+  void update(const ColorSource& source, const std::vector<std::uint32_t>& changed);
   void clear();
 
   /// Neither colors nor updates are left to upload.
-  bool complete() const { return !isSet(coming_) && changed_.empty(); }
+  bool complete() const { return !isSet(coming_) && changed_.empty() && blocks_left_ == 0; }
   /// There are all colors of some source, or none to come.
   bool usable() const { return isSet(buffer_) || !isSet(coming_); }
   void uploadSlice();
@@ -53,7 +54,9 @@ class VertexColors
 
   void begin(Request request);
   void uploadComing();
-  void uploadChanged();
+  void forgetChanged();
+  void findBlocks();
+  void uploadBlocks();
   /// Colors the vertices [start, start + count).
   void write(Ogre::HardwareVertexBuffer* buffer, std::size_t start, std::size_t count);
 
@@ -63,9 +66,12 @@ class VertexColors
   bool translucent_ = false;
   Ogre::HardwareVertexBufferSharedPtr buffer_;
   Ogre::HardwareVertexBufferSharedPtr coming_;
-  std::size_t done_ = 0;  ///< vertices of coming_
-  std::vector<std::uint32_t> changed_;
+  std::size_t done_ = 0;                ///< vertices of coming_
+  std::vector<std::uint32_t> changed_;  ///< of the mesh, until it is known which blocks have them
   std::unique_ptr<SourceIndex> index_;  ///< from the first update on
+  std::vector<bool> blocks_;            ///< of vertices, that are to be uploaded again
+  std::size_t blocks_left_ = 0;
+  std::size_t next_block_ = 0;
   std::vector<Rgba8> scratch_;
   std::size_t uploads_ = 0;
 };

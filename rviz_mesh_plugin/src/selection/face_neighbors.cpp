@@ -110,7 +110,8 @@ void FaceNeighbors::visit(std::uint32_t face, const Visit& visit) const
 
 /// Of the sides that lie between selected faces and others: the faces that are selected, or the
 /// others; ascending.
-FaceNeighbors::Faces FaceNeighbors::border(const FaceSelection& selection, bool selected) const
+FaceNeighbors::Faces FaceNeighbors::border(const FaceBits& selection, bool selected,
+                                           const std::atomic<bool>* cancel) const
 {
   Faces ring;
   std::vector<bool> found(faceCount(), false);
@@ -127,7 +128,10 @@ FaceNeighbors::Faces FaceNeighbors::border(const FaceSelection& selection, bool 
     }
   };
   std::vector<bool> seen(shared_offsets_.size(), false);  // rows
-  for (const std::uint32_t face : selection.faces()) {
+  selection.visit([&](std::uint32_t face) {
+    if (face % STRETCH == 0) {
+      throwIfCanceled(cancel);
+    }
     for (unsigned corner = 0; corner < 3 && face < faceCount(); ++corner) {
       const std::uint32_t neighbor = sides_[3 * std::size_t{face} + corner];
       const std::size_t row = neighbor & ~SHARED;
@@ -142,19 +146,21 @@ FaceNeighbors::Faces FaceNeighbors::border(const FaceSelection& selection, bool 
         look(&shared_[shared_offsets_[row]], &shared_[shared_offsets_[row + 1] - 1] + 1);
       }
     }
-  }
+  });
   std::sort(ring.begin(), ring.end());
   return ring;
 }
 
-FaceNeighbors::Faces FaceNeighbors::grow(const FaceSelection& selection) const
+FaceNeighbors::Faces FaceNeighbors::grow(const FaceBits& selection,
+                                         const std::atomic<bool>* cancel) const
 {
-  return border(selection, false);
+  return border(selection, false, cancel);
 }
 
-FaceNeighbors::Faces FaceNeighbors::shrink(const FaceSelection& selection) const
+FaceNeighbors::Faces FaceNeighbors::shrink(const FaceBits& selection,
+                                           const std::atomic<bool>* cancel) const
 {
-  return border(selection, true);
+  return border(selection, true, cancel);
 }
 
 FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t start,

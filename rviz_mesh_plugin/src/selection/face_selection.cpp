@@ -1,8 +1,8 @@
 #include "selection/face_selection.h"
 
 #include <algorithm>
-#include <iterator>
 #include <new>
+#include <stdexcept>
 #include <utility>
 
 #include "labels/label_faces.h"
@@ -10,59 +10,52 @@
 namespace rviz_mesh_plugin {
 namespace {
 
-/// Sets of faces as bits, the lowest face in the lowest bit of the first word.
-using FaceWord = std::uint64_t;
-using FaceWords = std::vector<FaceWord>;
-constexpr std::uint32_t FACE_BITS = 64;
+constexpr std::uint32_t BITS = FaceBits::BITS;
+using Word = FaceBits::Word;
 
-/// Calls back for each bit that is set, from the lowest.
-template <class Visit>
-void visitBits(FaceWord word, std::uint32_t first, const Visit& visit)
-{
-  if (word == ~FaceWord{0}) {
-    for (std::uint32_t bit = first; bit != first + FACE_BITS; ++bit) {
-      visit(bit);
-    }
-    return;
-  }
-  for (; word != 0; word &= word - 1) {
-    visit(first + static_cast<std::uint32_t>(__builtin_ctzll(word)));
-  }
-}
-
-/// The faces whose bits are set, ascending.
-/// @param wordAt gives each word
-template <class WordAt>
-void listFaces(std::size_t words, const WordAt& wordAt, std::vector<std::uint32_t>& faces)
-{
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < words; ++i) {
-    count += static_cast<std::size_t>(__builtin_popcountll(wordAt(i)));
-  }
-  faces.resize(count);
-  std::uint32_t* next = faces.data();
-  for (std::size_t i = 0; i < words; ++i) {
-    visitBits(wordAt(i), static_cast<std::uint32_t>(FACE_BITS * i),
-              [&](std::uint32_t face) { *next++ = face; });
-  }
-}
-
-/// Turns the bits of [begin, end) round.
-void toggle(FaceWords& words, std::uint32_t begin, std::uint32_t end)
-{
-  while (begin < end) {
-    const std::uint32_t bit = begin % FACE_BITS;
-    const std::uint32_t count = std::min(end - begin, FACE_BITS - bit);
-    const FaceWord ones = count == FACE_BITS ? ~FaceWord{0} : (FaceWord{1} << count) - 1;
-    words[begin / FACE_BITS] ^= ones << bit;
-    begin += count;
-  }
-}
-
-/// What a step costs besides its runs.
+/// What a step costs besides its runs or words.
 constexpr std::size_t STEP_BYTES = 40;
 
+/// Bits from one to before another.
+constexpr Word onesOf(std::uint32_t begin, std::uint32_t end)
+{
+  const std::uint32_t count = end - begin;
+  return (count == BITS ? ~Word{0} : (Word{1} << count) - 1) << begin;
+}
+
+/// How many runs of bits begin in a word; one that goes on from the word before does not.
+std::size_t runsIn(Word word, bool goes_on)
+{
+  return FaceBits::countOf(word & ~(word << 1 | (goes_on ? 1 : 0)));
+}
+
 }  // namespace
+
+void FaceSelection::Change::clear()
+{
+  words_.clear();
+  added_ = removed_ = 0;
+}
+
+void FaceSelection::Change::put(std::size_t place, Word added, Word removed)
+{
+  if ((added | removed) != 0) {
+    words_.push_back({static_cast<std::uint32_t>(place), added, removed});
+    added_ += FaceBits::countOf(added);
+    removed_ += FaceBits::countOf(removed);
+  }
+}
+
+FaceSelection::Faces FaceSelection::Change::listed(Word Bits::*kind, std::size_t count) const
+{
+  Faces faces;
+  faces.reserve(count);
+  for (const Bits& word : words_) {
+    FaceBits::visitBits(word.*kind, BITS * word.place,
+                        [&](std::uint32_t face) { faces.push_back(face); });
+  }
+  return faces;
+}
 
 FaceSelection::FaceSelection(std::size_t face_count, std::size_t history_bytes)
     : history_bytes_(history_bytes)
@@ -72,24 +65,14 @@ FaceSelection::FaceSelection(std::size_t face_count, std::size_t history_bytes)
 
 void FaceSelection::reset(std::size_t face_count)
 {
-  words_.assign((face_count + BITS - 1) / BITS, 0);
-  words_.shrink_to_fit();
-  size_ = face_count;
+  bits_ = FaceBits(face_count);
   count_ = 0;
   change_ = next_ = Change();
   done_.clear();
   undone_.clear();
   used_bytes_ = 0;
   in_stroke_ = false;
-  before_ = Words();
-}
-
-FaceSelection::Faces FaceSelection::faces() const
-{
-  Faces faces;
-  listFaces(
-      words_.size(), [&](std::size_t i) { return words_[i]; }, faces);
-  return faces;
+  before_ = FaceBits();
 }
 
 const FaceSelection::Change& FaceSelection::select(const Faces& faces)
@@ -107,77 +90,96 @@ const FaceSelection::Change& FaceSelection::make(const Faces& faces, bool adding
 {
   Faces sorted = faces;
   sortFaces(sorted);
-  next_.added.clear();
-  next_.removed.clear();
-  Faces& changed = adding ? next_.added : next_.removed;
-  for (const std::uint32_t face : sorted) {
-    if (face < size_ && contains(face) != adding) {
-      changed.push_back(face);
+  next_.clear();
+  for (std::size_t i = 0; i < sorted.size() && sorted[i] < size();) {
+    const std::uint32_t place = sorted[i] / BITS;
+    Word bits = 0;
+    for (; i < sorted.size() && sorted[i] < size() && sorted[i] / BITS == place; ++i) {
+      bits |= Word{1} << (sorted[i] % BITS);
     }
+    const Word now = bits_.word(place);
+    next_.put(place, adding ? bits & ~now : 0, adding ? 0 : bits & now);
   }
-  if (!changed.empty()) {
+  if (!next_.empty()) {
     remember();
-    for (const std::uint32_t face : changed) {
-      words_[face / BITS] ^= Word{1} << (face % BITS);
-    }
   }
-  return take();
+  return takeNext();
 }
 
-const FaceSelection::Change& FaceSelection::replace(const Faces& faces)
+void FaceSelection::refuseOthers(const FaceBits& faces) const
 {
-  Words wanted(words_.size(), 0);
-  for (const std::uint32_t face : faces) {
-    if (face < size_) {
-      wanted[face / BITS] |= Word{1} << (face % BITS);
-    }
+  if (faces.size() != size()) {
+    throw std::invalid_argument("faces of a mesh of " + std::to_string(faces.size()) +
+                                " faces cannot be selected in one of " + std::to_string(size()));
   }
-  return make(wanted);
+}
+
+const FaceSelection::Change& FaceSelection::selectBits(const FaceBits& faces)
+{
+  refuseOthers(faces);
+  return make([&](std::size_t place) { return bits_.word(place) | faces.word(place); });
+}
+
+const FaceSelection::Change& FaceSelection::deselectBits(const FaceBits& faces)
+{
+  refuseOthers(faces);
+  return make([&](std::size_t place) { return bits_.word(place) & ~faces.word(place); });
+}
+
+const FaceSelection::Change& FaceSelection::replaceBits(const FaceBits& faces)
+{
+  refuseOthers(faces);
+  return make([&](std::size_t place) { return faces.word(place); });
 }
 
 const FaceSelection::Change& FaceSelection::invert()
 {
-  Words wanted(words_);
-  toggle(wanted, 0, static_cast<std::uint32_t>(size_));
-  return make(wanted);
+  FaceBits all(size());
+  all.addAll();
+  return make([&](std::size_t place) { return all.word(place) & ~bits_.word(place); });
 }
 
 const FaceSelection::Change& FaceSelection::selectAll()
 {
-  Words wanted(words_.size(), 0);
-  toggle(wanted, 0, static_cast<std::uint32_t>(size_));
-  return make(wanted);
+  FaceBits all(size());
+  all.addAll();
+  return replaceBits(all);
 }
 
 const FaceSelection::Change& FaceSelection::clear()
 {
-  Words wanted(words_.size(), 0);
-  return make(wanted);
+  return make([](std::size_t) { return Word{0}; });
 }
 
-const FaceSelection::Change& FaceSelection::make(Words& wanted)
+/// @param wanted gives each word as it shall be
+template <class Wanted>
+const FaceSelection::Change& FaceSelection::make(const Wanted& wanted)
 {
   compare(wanted);
   if (!next_.empty()) {
     remember();
   }
-  words_.swap(wanted);
-  return take();
+  return takeNext();
 }
 
 /// What has to be added and removed.
-void FaceSelection::compare(const Words& wanted)
+template <class Wanted>
+void FaceSelection::compare(const Wanted& wanted)
 {
-  const auto added = [&](std::size_t i) { return wanted[i] & ~words_[i]; };
-  const auto removed = [&](std::size_t i) { return words_[i] & ~wanted[i]; };
-  listFaces(words_.size(), added, next_.added);
-  listFaces(words_.size(), removed, next_.removed);
+  next_.clear();
+  for (std::size_t place = 0; place < bits_.wordCount(); ++place) {
+    const Word now = bits_.word(place), then = wanted(place);
+    next_.put(place, then & ~now, now & ~then);
+  }
 }
 
 /// What has been found is the change now.
-const FaceSelection::Change& FaceSelection::take()
+const FaceSelection::Change& FaceSelection::takeNext()
 {
-  count_ = count_ + next_.added.size() - next_.removed.size();
+  for (const Change::Bits& word : next_.words()) {
+    bits_.toggle(word.place, word.added | word.removed);
+  }
+  count_ = count_ + next_.addedCount() - next_.removedCount();
   std::swap(change_, next_);
   return change_;
 }
@@ -185,7 +187,7 @@ const FaceSelection::Change& FaceSelection::take()
 void FaceSelection::beginStroke()
 {
   if (!in_stroke_) {
-    before_ = words_;
+    before_ = bits_;
     in_stroke_ = true;
   }
 }
@@ -196,12 +198,12 @@ void FaceSelection::endStroke()
     return;
   }
   in_stroke_ = false;
-  const Words before = std::exchange(before_, {});
-  if (before == words_) {
+  const FaceBits before = std::exchange(before_, FaceBits());
+  if (before == bits_) {
     return;
   }
   try {
-    compare(before);
+    compare([&](std::size_t place) { return before.word(place); });
     remember();
   } catch (const std::bad_alloc&) {  // what was before cannot be returned to
     done_.clear();
@@ -211,17 +213,16 @@ void FaceSelection::endStroke()
 
 const FaceSelection::Change& FaceSelection::giveUpStroke()
 {
-  Words wanted(in_stroke_ ? before_ : words_);
-  compare(wanted);
+  const bool was_in_stroke = in_stroke_;
+  compare([&](std::size_t place) { return (was_in_stroke ? before_ : bits_).word(place); });
   in_stroke_ = false;
-  before_ = Words();
-  words_.swap(wanted);
-  return take();
+  before_ = FaceBits();
+  return takeNext();
 }
 
 bool FaceSelection::canUndo() const
 {
-  return !done_.empty() || (in_stroke_ && before_ != words_);
+  return !done_.empty() || (in_stroke_ && before_ != bits_);
 }
 
 const FaceSelection::Change& FaceSelection::undo()
@@ -239,43 +240,84 @@ const FaceSelection::Change& FaceSelection::redo()
 /// A step there and back is the same: its faces change sides.
 const FaceSelection::Change& FaceSelection::move(std::deque<Step>& from, std::deque<Step>& to)
 {
-  Words wanted(words_);
-  if (!from.empty()) {
-    for (const Run& run : from.back()) {
-      toggle(wanted, run.begin, run.end);
+  next_.clear();
+  if (from.empty()) {
+    return takeNext();
+  }
+  std::uint32_t place = 0;
+  Word bits = 0;  // of that place, so far
+  const auto toggle = [&](std::uint32_t next_place, Word next_bits) {
+    if (next_place != place) {
+      next_.put(place, bits & ~bits_.word(place), bits & bits_.word(place));
+      place = next_place;
+      bits = 0;
+    }
+    bits |= next_bits;
+  };
+  for (const Toggled& word : from.back().words) {
+    toggle(word.place, word.bits);
+  }
+  for (const Run& run : from.back().runs) {
+    for (std::uint32_t face = run.begin; face < run.end;) {
+      const std::uint32_t end = std::min(run.end, face / BITS * BITS + BITS);
+      toggle(face / BITS, onesOf(face % BITS, face % BITS + end - face));
+      face = end;
     }
   }
-  compare(wanted);
-  if (!from.empty()) {
-    to.push_back(std::move(from.back()));
-    from.pop_back();
-  }
-  words_.swap(wanted);
-  return take();
+  next_.put(place, bits & ~bits_.word(place), bits & bits_.word(place));
+  to.push_back(std::move(from.back()));
+  from.pop_back();
+  return takeNext();
 }
 
 std::size_t FaceSelection::bytesOf(const Step& step)
 {
-  return step.capacity() * sizeof(Run) + STEP_BYTES;
+  return step.runs.capacity() * sizeof(Run) + step.words.capacity() * sizeof(Toggled) + STEP_BYTES;
+}
+
+FaceSelection::Step FaceSelection::stepOf(const Change& change)
+{
+  const auto toggledIn = [](const Change::Bits& word) { return word.added | word.removed; };
+  std::size_t runs = 0;
+  const Change::Bits* before = nullptr;
+  for (const Change::Bits& word : change.words()) {
+    const bool goes_on =
+        before && before->place + 1 == word.place && toggledIn(*before) >> (BITS - 1) != 0;
+    runs += runsIn(toggledIn(word), goes_on);
+    before = &word;
+  }
+  Step step;
+  if (runs * sizeof(Run) > change.words().size() * sizeof(Toggled)) {
+    step.words.reserve(change.words().size());
+    for (const Change::Bits& word : change.words()) {
+      step.words.push_back({word.place, toggledIn(word)});
+    }
+    return step;
+  }
+  step.runs.reserve(runs);
+  for (const Change::Bits& word : change.words()) {
+    const std::uint32_t first = BITS * word.place;
+    for (Word left = toggledIn(word); left != 0;) {
+      const auto begin = static_cast<std::uint32_t>(__builtin_ctzll(left));
+      const Word ended = ~(left >> begin);
+      const std::uint32_t end =
+          ended == 0 ? BITS : begin + static_cast<std::uint32_t>(__builtin_ctzll(ended));
+      if (!step.runs.empty() && step.runs.back().end == first + begin) {
+        step.runs.back().end = first + end;
+      } else {
+        step.runs.push_back({first + begin, first + end});
+      }
+      left &= ~onesOf(begin, end);
+    }
+  }
+  return step;
 }
 
 /// What has been found can be undone from now on, but in a stroke, which is remembered as a whole.
 void FaceSelection::remember()
 {
   if (!in_stroke_) {
-    Faces changed;
-    changed.reserve(next_.added.size() + next_.removed.size());
-    std::merge(next_.added.begin(), next_.added.end(), next_.removed.begin(), next_.removed.end(),
-               std::back_inserter(changed));
-    Step step;
-    for (const std::uint32_t face : changed) {
-      if (step.empty() || step.back().end != face) {
-        step.push_back({face, face});
-      }
-      ++step.back().end;
-    }
-    step.shrink_to_fit();
-    done_.push_back(std::move(step));
+    done_.push_back(stepOf(next_));
     used_bytes_ += bytesOf(done_.back());
   }
   forgetUndone();

@@ -5,23 +5,51 @@
 #include <deque>
 #include <vector>
 
+#include "base/face_bits.h"
+
 namespace rviz_mesh_plugin {
 
-/// A set of faces of one mesh, with undo and redo. select() and deselect() take time by the faces
-/// given, the others by those that change, and the number of all over 64. A change is either made
-/// or, where it throws std::bad_alloc, not at all.
+/// A set of faces of one mesh, with undo and redo. What is given faces as a list takes time by
+/// their number, all else by the number of all faces over 64: about a millisecond of ten million,
+/// so that nothing has to wait for it. A change is either made or, where it throws std::bad_alloc,
+/// not at all.
 class FaceSelection
 {
  public:
-  using Faces = std::vector<std::uint32_t>;
+  using Faces = FaceBits::Faces;
+  using Word = FaceBits::Word;
 
-  /// Both ascending, each face once.
-  struct Change
+  /// The faces that are new and those that are gone, as bits of the words that have any.
+  class Change
   {
-    Faces added;
-    Faces removed;
+   public:
+    struct Bits
+    {
+      std::uint32_t place;  ///< of the word
+      Word added;
+      Word removed;
+    };
 
-    bool empty() const { return added.empty() && removed.empty(); }
+    bool empty() const { return words_.empty(); }
+    std::size_t addedCount() const { return added_; }
+    std::size_t removedCount() const { return removed_; }
+    std::size_t count() const { return added_ + removed_; }
+    const std::vector<Bits>& words() const { return words_; }  ///< ascending
+
+    /// As lists, ascending: for few.
+    Faces added() const { return listed(&Bits::added, added_); }
+    Faces removed() const { return listed(&Bits::removed, removed_); }
+
+   private:
+    friend class FaceSelection;
+
+    void clear();
+    void put(std::size_t place, Word added, Word removed);
+    Faces listed(Word Bits::*kind, std::size_t count) const;
+
+    std::vector<Bits> words_;
+    std::size_t added_ = 0;
+    std::size_t removed_ = 0;
   };
 
   /// So many bytes of steps are kept by default.
@@ -33,22 +61,25 @@ class FaceSelection
   void reset(std::size_t face_count);
 
   /// Of the mesh.
-  std::size_t size() const { return size_; }
-  bool contains(std::uint32_t face) const
-  {
-    return face < size_ && (words_[face / BITS] >> (face % BITS) & 1) != 0;
-  }
+  std::size_t size() const { return bits_.size(); }
+  bool contains(std::uint32_t face) const { return bits_.contains(face); }
   /// Of the selected ones.
   std::size_t count() const { return count_; }
   bool empty() const { return count_ == 0; }
-  /// The selected ones, ascending.
-  Faces faces() const;
+  /// The selected ones.
+  const FaceBits& bits() const { return bits_; }
+  /// The same as a list, ascending.
+  Faces faces() const { return bits_.faces(); }
 
   /// Faces in any order; repeated ones and those that the mesh does not have are left out. They
   /// return what has really changed (valid until the next change), which is one step to undo.
   const Change& select(const Faces& faces);
   const Change& deselect(const Faces& faces);
-  const Change& replace(const Faces& faces);
+  const Change& replace(const Faces& faces) { return replaceBits(FaceBits(size(), faces)); }
+  /// The same with faces of a mesh of as many. @throw std::invalid_argument for others
+  const Change& selectBits(const FaceBits& faces);
+  const Change& deselectBits(const FaceBits& faces);
+  const Change& replaceBits(const FaceBits& faces);
   const Change& invert();
   const Change& clear();
   const Change& selectAll();
@@ -70,32 +101,40 @@ class FaceSelection
   std::size_t historyBytes() const { return used_bytes_; }
 
  private:
-  using Word = std::uint64_t;
-  using Words = std::vector<Word>;
-  static constexpr std::uint32_t BITS = 64;
-
   /// Faces from begin to before end.
   struct Run
   {
     std::uint32_t begin;
     std::uint32_t end;
   };
-  /// Which faces have changed: ascending runs of them.
-  using Step = std::vector<Run>;
+  struct Toggled
+  {
+    std::uint32_t place;
+    Word bits;
+  };
+  /// Which faces have changed: in ascending runs or, where these are many, in words.
+  struct Step
+  {
+    std::vector<Run> runs;
+    std::vector<Toggled> words;
+  };
 
   static std::size_t bytesOf(const Step& step);
+  static Step stepOf(const Change& change);
 
+  template <class Wanted>
+  const Change& make(const Wanted& wanted);
+  template <class Wanted>
+  void compare(const Wanted& wanted);
   const Change& make(const Faces& faces, bool adding);
-  const Change& make(Words& wanted);
-  void compare(const Words& wanted);
-  const Change& take();
+  void refuseOthers(const FaceBits& faces) const;
+  const Change& takeNext();
   const Change& move(std::deque<Step>& from, std::deque<Step>& to);
   void remember();
   void forgetUndone();
 
-  std::size_t size_ = 0;
   std::size_t history_bytes_;
-  Words words_;
+  FaceBits bits_;
   std::size_t count_ = 0;
   Change change_;
   Change next_;  ///< being found; keeps its memory
@@ -103,7 +142,7 @@ class FaceSelection
   std::deque<Step> undone_;
   std::size_t used_bytes_ = 0;
   bool in_stroke_ = false;
-  Words before_;  ///< the stroke
+  FaceBits before_;  ///< the stroke
 };
 
 }  // namespace rviz_mesh_plugin

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include <OgreCamera.h>
@@ -74,6 +75,18 @@ double pixelsOf(double length, double distance, const Ogre::Viewport& viewport)
 double faceArea(const MeshData& mesh, std::uint32_t face)
 {
   return 0.5 * normalOf(mesh, face).norm();
+}
+
+std::size_t FaceSearch::most() const
+{
+  std::size_t most = 0;
+  for (const auto& region : regions) {
+    if (visible_only || dynamic_cast<const mesh_map::LassoRegion*>(region.get())) {
+      return std::numeric_limits<std::size_t>::max();
+    }
+    most += queries->mostFaces(*region);
+  }
+  return most;
 }
 
 FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) const

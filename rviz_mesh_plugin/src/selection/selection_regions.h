@@ -51,6 +51,10 @@ struct FaceSearch
   bool visible_only = false;                                     ///< what the eye sees
   bool back_faces = true;                                        ///< false: not those from behind
 
+  /// How many faces have to be looked at, at most; told in microseconds. Where each takes long (of
+  /// a lasso, or to find out whether they are seen): the largest number there is.
+  std::size_t most() const;
+
   /// A face that touches several regions is named for each.
   /// @throw Canceled (cancellation.h), std::bad_alloc
   FaceSelection::Faces operator()(const std::atomic<bool>* cancel = nullptr) const;

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <optional>
 
+#include <OgrePass.h>
 #include <OgreRenderQueue.h>
+#include <OgreTechnique.h>
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -15,6 +17,23 @@ constexpr std::size_t SLICE = 1 << 20;
 /// After translucent labels.
 constexpr Ogre::uint8 AFTER_LABELS = Ogre::RENDER_QUEUE_MAIN + 2;
 
+/// In front of labels that lie on the same faces.
+constexpr float DEPTH_BIAS = 2.0f;
+
+/// What lies there twice, where levels of detail meet, is seen once: the second time it is not
+/// nearer any more.
+std::shared_ptr<LabelMaterial> makeMaterial(const Rgba8& color)
+{
+  auto material = std::make_shared<LabelMaterial>(color);
+  for (unsigned short i = 0; i < material->get()->getNumTechniques(); ++i) {
+    Ogre::Pass* pass = material->get()->getTechnique(i)->getPass(0);
+    pass->setDepthWriteEnabled(true);
+    pass->setDepthFunction(Ogre::CMPF_LESS);
+    pass->setDepthBias(DEPTH_BIAS, DEPTH_BIAS);
+  }
+  return material;
+}
+
 class SelectionObject : public LabelObject
 {
  public:
@@ -22,22 +41,29 @@ class SelectionObject : public LabelObject
 
   void _updateRenderQueue(Ogre::RenderQueue* queue) override
   {
-    queue->addRenderable(this, AFTER_LABELS, OGRE_RENDERABLE_DEFAULT_PRIORITY);
+    addTo(queue, AFTER_LABELS, OGRE_RENDERABLE_DEFAULT_PRIORITY);
   }
 };
 
 }  // namespace
 
 SelectionVisual::SelectionVisual(Ogre::SceneNode* parent)
-    : PlacedVisual(parent), material_(std::make_shared<LabelMaterial>(COLOR))
+    : PlacedVisual(parent), material_(makeMaterial(COLOR))
 {
 }
 
 void SelectionVisual::setMesh(const MeshDataConstPtr& mesh)
 {
   object_.reset();
+  preparing_.drop();
+  levels_.reset();
   vertices_.setMesh(mesh);
   makeObject();
+  if (mesh && mesh->faceCount() > MANY_FACES) {
+    preparing_.start([mesh](const Cancellation& cancellation) {
+      return OverlayLevels::of(mesh, cancellation.flag());
+    });
+  }
 }
 
 /// Without any faces.
@@ -53,18 +79,24 @@ void SelectionVisual::makeObject()
 void SelectionVisual::setSelection(const FaceSelection& selection)
 {
   makeObject();
-  FaceSelection::Change change;
-  change.added = selection.faces();
-  apply(change);
+  FaceSelection none(selection.size());
+  apply(selection, none.replaceBits(selection.bits()));
 }
 
-void SelectionVisual::apply(const FaceSelection::Change& change)
+void SelectionVisual::apply(const FaceSelection& selection, const FaceSelection::Change& change)
 {
   if (!object_ || change.empty()) {
     return;
   }
+  const bool many = object_->inParts() || std::max(selection.count(), change.count()) > MANY_FACES;
   try {
-    uploaded_bytes_ += object_->changeFaces(change.added, change.removed);
+    if (!many) {
+      uploaded_bytes_ += object_->changeFaces(change.added(), change.removed());
+    } else if (selection.empty()) {
+      makeObject();
+    } else {
+      object_->setFaces(std::make_shared<const FaceBits>(selection.bits()));
+    }
   } catch (...) {
     makeObject();
     throw;
@@ -73,7 +105,7 @@ void SelectionVisual::apply(const FaceSelection::Change& change)
 
 void SelectionVisual::setColor(const Rgba8& color)
 {
-  auto material = std::make_shared<LabelMaterial>(color);
+  auto material = makeMaterial(color);
   if (object_) {
     object_->useMaterial(material);
   }
@@ -93,17 +125,35 @@ bool SelectionVisual::upload(std::chrono::microseconds budget)
 {
   const auto end = std::chrono::steady_clock::now() + budget;
   try {
-    while (mesh() && !vertices_.complete()) {
-      vertices_.upload(SLICE);
-      if (std::chrono::steady_clock::now() >= end) {
-        break;
-      }
+    while (uploadSlice() && std::chrono::steady_clock::now() < end) {
     }
   } catch (...) {
     setMesh(nullptr);
     throw;
   }
-  return !mesh() || vertices_.complete();
+  return !mesh() || (vertices_.complete() && object_->isComplete());
+}
+
+/// False where there was nothing to do.
+bool SelectionVisual::uploadSlice()
+{
+  if (!mesh()) {
+    return false;
+  }
+  if (const auto prepared = preparing_.take()) {
+    levels_ = prepared->result.value_or(nullptr);  // else whoever needs them fails, and says so
+    preparing_.drop();
+  }
+  if (!vertices_.complete()) {
+    vertices_.upload(SLICE);
+    return true;
+  }
+  if (object_->isWaiting()) {
+    return false;
+  }
+  std::size_t left = SLICE;
+  uploaded_bytes_ += object_->upload(left);
+  return true;
 }
 
 std::size_t SelectionVisual::gpuBytes() const

@@ -8,17 +8,21 @@
 #include <OgrePrerequisites.h>
 
 #include "base/mesh_data.h"
+#include "level_of_detail/overlay_levels.h"
 #include "mesh_view/shown_mesh.h"
 #include "rendering/labels/label_material.h"
 #include "rendering/labels/label_object.h"
 #include "rendering/labels/label_vertices.h"
 #include "rendering/placed_visual.h"
 #include "selection/face_selection.h"
+#include "threads/background_task.h"
 
 namespace rviz_mesh_plugin {
 
 /// Highlights the selected faces of a mesh, over its labels: vertices are uploaded once, and an
-/// index buffer of its own of which only what changes is. GUI thread only.
+/// index buffer of its own of which only what changes is. Changes of few faces are uploaded at
+/// once; many faces are made on a thread and uploaded in slices, and drawn in levels of detail (see
+/// LabelObject). GUI thread only.
 class SelectionVisual : public PlacedVisual
 {
  public:
@@ -33,10 +37,14 @@ class SelectionVisual : public PlacedVisual
   /// Highlights these faces of the mesh and no others.
   void setSelection(const FaceSelection& selection);
 
-  /// Uploads what has changed since then: faces that are highlighted must not be added, those that
-  /// are not must not be removed. @throw Ogre::Exception, std::bad_alloc; nothing is highlighted
-  /// then
-  void apply(const FaceSelection::Change& change);
+  /// Follows a change of the selection that is highlighted.
+  /// @param selection after it
+  /// @throw Ogre::Exception, std::bad_alloc; nothing is highlighted then
+  void apply(const FaceSelection& selection, const FaceSelection::Change& change);
+
+  /// What is drawn is the selection, or will be once its vertices are uploaded; else upload() has
+  /// something to do, or waits for a thread.
+  bool isCurrent() const { return !object_ || object_->isComplete(); }
 
   void setColor(const Rgba8& color);
 
@@ -44,18 +52,23 @@ class SelectionVisual : public PlacedVisual
   /// mesh is not shown. @return whether it is
   bool follow(const std::vector<ShownMesh>& shown);
 
-  /// Uploads vertices for about this long; true where nothing is left to do. Before, nothing is
-  /// seen. @throw Ogre::Exception, std::bad_alloc; the mesh is given up then
+  /// Uploads for about this long; true where nothing is left to do. Before the vertices are,
+  /// nothing is seen. @throw Ogre::Exception, std::exception; the mesh is given up then
   bool upload(std::chrono::microseconds budget = std::chrono::milliseconds(15));
 
   std::size_t gpuBytes() const;
   /// To index buffers, since the beginning.
   std::size_t uploadedBytes() const { return uploaded_bytes_; }
+  /// For the camera that drew it last, in view.
+  std::size_t facesDrawn() const { return object_ ? object_->facesDrawn() : 0; }
 
  private:
   void makeObject();
+  bool uploadSlice();
 
   LabelVertices vertices_;
+  OverlayLevelsConstPtr levels_;  ///< kept for when many faces are selected, and again
+  BackgroundTask<OverlayLevelsConstPtr> preparing_{"overlay levels"};
   std::shared_ptr<LabelMaterial> material_;
   std::unique_ptr<LabelObject> object_;
   std::size_t uploaded_bytes_ = 0;

@@ -47,6 +47,17 @@ std::size_t facesBelow(const mesh_map::Bvh& bvh, const std::vector<std::uint32_t
   return faces;
 }
 
+bool isSphere(const mesh_map::Region& region)
+{
+  return dynamic_cast<const mesh_map::SphereRegion*>(&region) != nullptr;
+}
+
+/// mesh_map::selectionRoots() knows regions of that kind.
+bool hasRoots(const mesh_map::Region& region)
+{
+  return isSphere(region) || dynamic_cast<const mesh_map::ConvexRegion*>(&region) != nullptr;
+}
+
 }  // namespace
 
 SpatialQueries::SpatialQueries(std::shared_ptr<const mesh_map::Bvh> bvh,
@@ -64,13 +75,23 @@ bool SpatialQueries::waitForDevice() const
   return session_ && session_->wait() && device(Query::RAY, SIZE_MAX) != nullptr;
 }
 
-/// The device with the mesh, if it shall answer; null if not.
+/// The device where so many are to be answered by it, without the mesh; else null.
+std::shared_ptr<const OpenClProgram> SpatialQueries::paysOnDevice(Query query,
+                                                                  std::size_t count) const
+{
+  auto program = session_ ? session_->program() : nullptr;
+  const bool is_gpu = program && program->info.type == DeviceType::GPU;
+  const bool pays =
+      program && count >= std::max<std::size_t>(1, device_threshold_.value_or(
+                                                       mesh_map::deviceThreshold(query, is_gpu)));
+  return pays ? program : nullptr;
+}
+
+/// The device with the mesh, which is uploaded first, if it shall answer; null if not.
 std::shared_ptr<const DeviceQueries> SpatialQueries::device(Query query, std::size_t count) const
 {
-  const auto program = session_ ? session_->program() : nullptr;
-  const bool is_gpu = program && program->info.type == DeviceType::GPU;
-  if (!program || count < std::max<std::size_t>(1, device_threshold_.value_or(
-                                                       mesh_map::deviceThreshold(query, is_gpu)))) {
+  const auto program = paysOnDevice(query, count);
+  if (!program) {
     return nullptr;
   }
   std::shared_ptr<const DeviceQueries> device;
@@ -144,16 +165,20 @@ mesh_map::RayHits SpatialQueries::castRays(const mesh_map::RayBatch& rays,
   return hits;
 }
 
+std::size_t SpatialQueries::mostFaces(const mesh_map::Region& region) const
+{
+  return hasRoots(region) ? facesBelow(*bvh_, mesh_map::selectionRoots(*bvh_, region))
+                          : bvh_->faceCount();
+}
+
 std::vector<std::uint32_t> SpatialQueries::selectFaces(const mesh_map::Region& region,
                                                        const BvhOptions& run) const
 {
-  const bool sphere = dynamic_cast<const mesh_map::SphereRegion*>(&region) != nullptr;
-  const bool convex = dynamic_cast<const mesh_map::ConvexRegion*>(&region) != nullptr;
-  const Query query = sphere ? Query::SPHERE : Query::FRUSTUM;
+  const Query query = isSphere(region) ? Query::SPHERE : Query::FRUSTUM;
   std::vector<std::uint32_t> faces;
   bool answered = false;
   // Of a mesh that is too small as a whole, nothing needs to be looked at.
-  if ((sphere || convex) && device(query, bvh_->faceCount())) {
+  if (hasRoots(region) && paysOnDevice(query, bvh_->faceCount())) {
     const auto roots = mesh_map::selectionRoots(*bvh_, region);
     onDevice(query, facesBelow(*bvh_, roots), [&](const DeviceQueries& device) {
       faces = device.selectFaces(region, roots, run);

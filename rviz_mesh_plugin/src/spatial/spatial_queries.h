@@ -32,8 +32,9 @@ struct SpatialQueriesOptions
 };
 
 /// Geometric questions about a mesh: single ones are answered natively, batches by an OpenCL device
-/// where there is one, where it pays, and as soon as it has started. The answer is the same to the
-/// last bit, and so is what is thrown: see mesh_map/bvh_rays.h and bvh_selection.h.
+/// where there is one, where it pays, and as soon as it has started. The first large batch uploads
+/// the mesh to the device, which takes long: large ones are not for the GUI thread. The answer is
+/// the same to the last bit, and so is what is thrown: see mesh_map/bvh_rays.h and bvh_selection.h.
 ///
 /// Whatever goes wrong with OpenCL costs one warning and nothing else: from then on, and for the
 /// rest of the query it happened in, answers are native. A device that did not start is not asked
@@ -65,6 +66,10 @@ class SpatialQueries
                                        const std::array<double, 3>& eye,
                                        const mesh_map::BvhOptions& run = {}) const;
 
+  /// How many faces touch a region, at most: for a sphere or a convex region few more than do, for
+  /// others all. Told natively, in microseconds.
+  std::size_t mostFaces(const mesh_map::Region& region) const;
+
   /// Those that touch a region.
   std::vector<std::uint32_t> selectFaces(const mesh_map::Region& region,
                                          const mesh_map::BvhOptions& run = {}) const;
@@ -73,6 +78,7 @@ class SpatialQueries
   bool waitForDevice() const;
 
  private:
+  std::shared_ptr<const OpenClProgram> paysOnDevice(mesh_map::Query query, std::size_t count) const;
   std::shared_ptr<const DeviceQueries> device(mesh_map::Query query, std::size_t count) const;
   void onDevice(mesh_map::Query query, std::size_t count,
                 const std::function<void(const DeviceQueries&)>& ask) const;

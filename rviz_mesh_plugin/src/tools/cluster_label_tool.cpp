@@ -240,11 +240,6 @@ int ClusterLabelTool::mouse(rviz::ViewportMouseEvent& event)
   const Gesture gesture = gestures_.handle(event, settings.technique, area);
   if (event.type == QEvent::MouseButtonPress && gestures_.isDragging()) {
     message_.clear();
-    if (busy()) {
-      gestures_.giveUp();
-      tell(STILL_LOOKING);
-      return Render;
-    }
   }
   switch (gesture.kind) {
     case Gesture::NOTHING:
@@ -419,16 +414,11 @@ std::string ClusterLabelTool::change(SelectionKey key)
     default:
       break;
   }
-  if (busy()) {
-    return STILL_LOOKING;
-  }
   switch (key) {
     case SelectionKey::UNDO:
-      return selection().canUndo() ? editor_->change(&FaceSelection::undo)
-                                   : "there is nothing to undo";
+      return editor_->change(&FaceSelection::undo, "there is nothing to undo");
     case SelectionKey::REDO:
-      return selection().canRedo() ? editor_->change(&FaceSelection::redo)
-                                   : "there is nothing to redo";
+      return editor_->change(&FaceSelection::redo, "there is nothing to redo");
     case SelectionKey::ALL:
       return editor_->selectAll();
     case SelectionKey::CLEAR:
@@ -440,6 +430,9 @@ std::string ClusterLabelTool::change(SelectionKey key)
     case SelectionKey::SHRINK:
       return editor_->growOrShrink(false);
     case SelectionKey::REQUEST_LABEL:
+      if (busy()) {
+        return STILL_LOOKING;
+      }
       if (selection().empty()) {
         return "select faces first, to label them";
       }
@@ -477,6 +470,7 @@ QString ClusterLabelTool::hint() const
     text += QString(count == 1 ? "%1 face is selected, " : "%1 faces are selected, ")
                 .arg(groupedNumber(count));
     text += area ? groupedNumber(*area, 2) + " m². " : "... m². ";
+    text += visual()->isCurrent() ? "" : "They are being highlighted ... ";
   }
   if (ball_) {
     return text + QString(

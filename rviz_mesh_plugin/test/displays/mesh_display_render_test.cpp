@@ -249,7 +249,12 @@ TEST_F(MeshDisplayTest, materials_and_textures_come_by_topic)
   EXPECT_EQ(counts().textures, without.textures + 1);
   set(display, {"Display Type"}, "Fixed Color");
   EXPECT_TRUE(shows(0.5, -0.5, GREEN));
-  EXPECT_EQ(counts().textures, without.textures) << "freed when not shown";
+  EXPECT_EQ(counts().textures, without.textures + 1) << "nowhere else are its pixels";
+  set(display, {"Display Type"}, "Textures");
+  EXPECT_TRUE(shows(-0.5, 0.5, BLUE));
+  delete display;
+  spinFrames();
+  EXPECT_LE(counts().textures, without.textures);
 }
 
 TEST_F(MeshDisplayTest, labels_lie_over_the_mesh)

@@ -72,8 +72,8 @@ class Pipeline
     for (const auto& one : content.costs) {
       store_.addCosts(one);
     }
-    for (const auto& one : content.updates) {
-      store_.update(*one);
+    for (const auto& one : content.changed_costs) {
+      store_.changeCosts(one.layer);
     }
     stale_ = content.stale;
     EXPECT_EQ(content.receptions[MeshMember::UPDATES].refusal, "");
@@ -360,7 +360,7 @@ TEST(CostOrder, begins_anew_where_the_layers_are_forgotten)
   auto content = queue.take();
   ASSERT_EQ(content.costs.size(), 1u);
   EXPECT_EQ(content.costs[0]->costs, (Values{2, 2})) << "the update was for the layer before";
-  EXPECT_TRUE(content.updates.empty());
+  EXPECT_TRUE(content.changed_costs.empty());
 }
 
 namespace {

@@ -93,38 +93,88 @@ TEST(Inbox, drops_updates_that_an_entire_layer_made_obsolete)
   queue.receive(test_meshes::costs("slope", {5.0f, 6.0f}));
   queue.receive(update("slope", 1, 3.0f));
   const auto content = queue.take();
-  ASSERT_EQ(content.updates.size(), 2u);
-  EXPECT_EQ(content.updates[0]->type, "other");
-  EXPECT_EQ(content.updates[1]->vertices, std::vector<std::uint32_t>{1});
+  ASSERT_EQ(content.changed_costs.size(), 2u);
+  EXPECT_EQ(content.changed_costs[0].layer->type, "other");
+  EXPECT_EQ(content.changed_costs[1].layer->costs, (std::vector<float>{5.0f, 3.0f}));
   EXPECT_EQ(content.receptions[MeshMember::UPDATES].accepted, 3u);
-  EXPECT_TRUE(queue.take().updates.empty());
+  EXPECT_TRUE(queue.take().changed_costs.empty());
 }
 
-TEST(Inbox, joins_updates_that_nobody_takes_and_the_last_cost_counts)
+TEST(Inbox, updates_are_merged_where_they_are_received)
 {
   AttributeQueue queue;
   queue.receive(test_meshes::costs("slope", std::vector<float>(31)));
-  std::map<std::uint32_t, float> expected;
+  const auto layer = queue.take().costs.at(0);
+  std::vector<float> expected(31);
   for (int i = 0; i < 1000; ++i) {
     const std::uint32_t vertex = (i * 7) % 31;
     queue.receive(update("slope", vertex, static_cast<float>(i)));
     expected[vertex] = static_cast<float>(i);
   }
   const auto content = queue.take();
-  EXPECT_LE(content.updates.size(), 64u);
   EXPECT_EQ(content.receptions[MeshMember::UPDATES].accepted, 1000u);
-  std::map<std::uint32_t, float> found;
-  for (const auto& one : content.updates) {
-    for (std::size_t i = 0; i < one->vertices.size(); ++i) {
-      found[one->vertices[i]] = one->costs[i];
-    }
-  }
-  EXPECT_EQ(found, expected);
+  ASSERT_EQ(content.changed_costs.size(), 1u);
+  const auto& changed = content.changed_costs[0];
+  EXPECT_EQ(changed.layer->costs, expected);
+  EXPECT_EQ(changed.layer->summary.limits.upper, 999.0f);
+  EXPECT_TRUE(changed.updates.empty()) << "so many that they are not told one by one";
+  EXPECT_EQ(layer->costs, std::vector<float>(31)) << "the GUI thread may be reading it";
+  queue.receive(update("slope", 3, -1.0f));
+  EXPECT_EQ(changed.layer->costs, expected);
+  expected[3] = -1.0f;
+  EXPECT_EQ(queue.take().changed_costs.at(0).layer->costs, expected);
 }
 
-TEST(Inbox, keeps_few_meshes_layers_and_textures_while_nobody_takes_them)
+TEST(Inbox, few_updates_are_told_with_their_vertices_from_one_take_to_the_next)
 {
   AttributeQueue queue;
+  queue.receive(test_meshes::costs("slope", std::vector<float>(1000)));
+  const auto layer = queue.take().costs.at(0);
+  queue.receive(update("slope", 7, 1.0f));
+  queue.receive(update("slope", 9, 2.0f));
+  const auto first = queue.take().changed_costs.at(0);
+  ASSERT_EQ(first.updates.size(), 2u);
+  EXPECT_EQ(first.updates[1]->vertices, std::vector<std::uint32_t>{9});
+  queue.receive(update("slope", 11, 3.0f));
+  const auto second = queue.take().changed_costs.at(0);
+  ASSERT_EQ(second.updates.size(), 1u);
+  EXPECT_EQ(second.layer->costs[7], 1.0f);
+  EXPECT_EQ(second.layer->costs[11], 3.0f);
+  EXPECT_EQ(first.layer->costs[11], 0.0f) << "what was taken never changes";
+}
+
+TEST(Inbox, an_update_that_comes_to_nothing_takes_none_of_those_before_it_along)
+{
+  AttributeQueue queue;
+  queue.receive(test_meshes::costs("slope", std::vector<float>(1000)));
+  const auto layer = queue.take().costs.at(0);
+  queue.receive(update("slope", 7, 1.0f));
+  const std::atomic<bool> ended{true};
+  EXPECT_FALSE(queue.receive(update("slope", 9, 2.0f), &ended));
+  queue.receive(update("slope", 5000, 1.0f));
+  const auto changed = queue.take().changed_costs;
+  ASSERT_EQ(changed.size(), 1u);
+  EXPECT_EQ(changed[0].layer->costs[7], 1.0f);
+  queue.receive(update("slope", 11, 3.0f));
+  EXPECT_EQ(queue.take().changed_costs.at(0).layer->costs[7], 1.0f);
+  queue.receive(update("slope", 12, 3.0f));
+  queue.forget(MeshMember::UPDATES);
+  EXPECT_TRUE(queue.take().changed_costs.empty());
+}
+
+TEST(Inbox, updates_of_a_layer_that_nobody_has_any_more_are_dropped)
+{
+  AttributeQueue queue;
+  queue.receive(test_meshes::costs("slope", std::vector<float>(1000)));
+  queue.take();
+  EXPECT_TRUE(queue.receive(update("slope", 7, 1.0f)));
+  EXPECT_TRUE(queue.take().changed_costs.empty());
+}
+
+TEST(Inbox, keeps_few_meshes_and_bytes_of_layers_and_textures_while_nobody_takes_them)
+{
+  const std::size_t bytes = rviz_mesh_plugin::ATTRIBUTE_BYTES;
+  AttributeQueue queue(100 * bytes + 1000);
   for (int i = 0; i < 300; ++i) {
     queue.receive(test_meshes::colors({test_meshes::color(1, 0, 0)}, std::to_string(i)));
     queue.receive(test_meshes::costs(std::to_string(i), {1.0f}));
@@ -133,9 +183,19 @@ TEST(Inbox, keeps_few_meshes_layers_and_textures_while_nobody_takes_them)
   const auto content = queue.take();
   ASSERT_EQ(content.colors.size(), 8u);
   EXPECT_EQ(content.colors.back()->uuid, "299");
-  ASSERT_EQ(content.costs.size(), 256u);
-  EXPECT_EQ(content.costs.front()->type, "44");
-  EXPECT_EQ(content.textures.size(), 150u) << "of each index one";
+  ASSERT_EQ(content.costs.size(), 100u);
+  EXPECT_EQ(content.costs.front()->type, "200");
+  ASSERT_EQ(content.textures.size(), 100u) << "of each index one";
+  EXPECT_EQ(content.textures.front()->index, 50u);
+  queue.receive(test_meshes::costs("small", {1.0f}));
+  queue.receive(test_meshes::costs("large", std::vector<float>(24 * bytes)));
+  queue.receive(test_meshes::costs("later", {1.0f}));
+  EXPECT_EQ(queue.take().costs.size(), 3u) << "in all hardly too few";
+  queue.receive(test_meshes::costs("small", {1.0f}));
+  queue.receive(test_meshes::costs("large", std::vector<float>(26 * bytes)));
+  const auto largest = queue.take();
+  ASSERT_EQ(largest.costs.size(), 1u) << "the newest, whatever it takes";
+  EXPECT_EQ(largest.costs.front()->type, "large");
 }
 
 TEST(Inbox, keeps_the_order_of_labels)
@@ -270,17 +330,20 @@ TEST(Inbox, loses_and_repeats_nothing_that_is_taken_while_it_is_joined)
       queue.receive(texture(static_cast<std::uint32_t>(i)));
     }
   });
+  auto layer = rviz_mesh_plugin::CostLayerConstPtr();  // is in use
   std::vector<float> costs(VERTICES, -1.0f);
   std::set<std::uint32_t> textures;
   std::size_t received = 0;
   while (received < UPDATES) {
     const auto content = queue.take();
     received = content.receptions[MeshMember::TEXTURES].accepted;
-    for (const auto& one : content.updates) {
-      for (std::size_t i = 0; i < one->vertices.size(); ++i) {
-        EXPECT_GE(one->costs[i], costs[one->vertices[i]]);
-        costs[one->vertices[i]] = one->costs[i];
+    layer = content.costs.empty() ? layer : content.costs.front();
+    for (const auto& one : content.changed_costs) {
+      layer = one.layer;
+      for (std::uint32_t vertex = 0; vertex < VERTICES; ++vertex) {
+        EXPECT_GE(one.layer->costs[vertex], costs[vertex]);
       }
+      costs = one.layer->costs;
     }
     for (const auto& one : content.textures) {
       EXPECT_TRUE(textures.insert(one->index).second);

@@ -1,3 +1,5 @@
+#include <malloc.h>
+
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -341,3 +343,18 @@ TEST(Loader, may_be_destroyed_at_any_time)
     }
   }
 }
+
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+TEST(MeshLoader, large_arrays_go_back_to_the_system_however_large_those_before_were)
+{
+  const MeshLoader loader;
+  const auto mapped = [] { return mallinfo2().hblkhd; };  // bytes of blocks of their own
+  constexpr std::size_t BYTES = std::size_t{20} << 20;
+  for (int round = 0; round < 3; ++round) {
+    std::thread([] { const std::vector<char> freed(BYTES + (std::size_t{1} << 20)); }).join();
+    const std::size_t before = mapped();
+    const auto kept = std::make_unique<std::vector<char>>(BYTES);
+    EXPECT_GE(mapped(), before + BYTES) << round;
+  }
+}
+#endif

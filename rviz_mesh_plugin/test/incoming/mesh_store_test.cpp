@@ -97,11 +97,22 @@ TEST(MeshStore, forgets_the_oldest_beyond_its_bounds_but_never_those_of_the_mesh
   EXPECT_TRUE(store.attributes("often").cost("first"))
       << "the oldest is what has not come for longest";
   EXPECT_EQ(store.waitingCosts().count, MeshStore::MAX_WAITING + 1);
-  for (std::size_t i = 0; i < 2 * MeshStore::MAX_LAYERS; ++i) {
+}
+
+TEST(MeshStore, keeps_so_many_bytes_of_layers)
+{
+  MeshStore store(10 * rviz_mesh_plugin::ATTRIBUTE_BYTES + 1000);
+  store.addMesh(mesh("shown"));
+  for (int i = 0; i < 20; ++i) {
     store.addCosts(convert(test_meshes::costs("layer " + std::to_string(i), {1}, "shown")));
   }
-  EXPECT_EQ(store.costTypes().size(), MeshStore::MAX_LAYERS);
-  EXPECT_TRUE(store.attributes().cost("layer " + std::to_string(2 * MeshStore::MAX_LAYERS - 1)));
+  EXPECT_EQ(store.costTypes().size(), 10u);
+  EXPECT_EQ(store.costTypes().front(), "layer 10");
+  store.addCosts(convert(test_meshes::costs("layer 15", {2}, "shown")));
+  EXPECT_EQ(store.costTypes().size(), 10u) << "in its place";
+  const std::vector<float> many(3 * rviz_mesh_plugin::ATTRIBUTE_BYTES);
+  store.addCosts(convert(test_meshes::costs("large", many, "shown")));
+  EXPECT_EQ(store.costTypes(), std::vector<std::string>{"large"}) << "the newest in any case";
 }
 
 TEST(MeshStore, clears_each_kind_on_its_own)
@@ -207,28 +218,19 @@ TEST(MeshStore, lists_the_layers_of_all_meshes_and_tells_those_of_faces_apart)
   EXPECT_FALSE(store.attributes("a").cost("both (faces)"));
 }
 
-TEST(MeshStore, an_update_changes_only_what_it_names)
+TEST(MeshStore, a_layer_that_updates_have_changed_takes_its_place)
 {
   MeshStore store;
-  const CostLayerConstPtr given = convert(test_meshes::costs("x", {1, 2, 3, 4}, "a"));
-  store.addCosts(given);
-  const CostLayerConstPtr updated = store.update(*update("x", {2, 0}, {9, NAN}));
-  ASSERT_TRUE(updated);
-  EXPECT_EQ(given->costs, (std::vector<float>{1, 2, 3, 4})) << "may be read elsewhere";
-  EXPECT_TRUE(std::isnan(updated->costs[0]));
-  EXPECT_EQ(std::vector<float>(updated->costs.begin() + 1, updated->costs.end()),
-            (std::vector<float>{2, 9, 4}));
-  EXPECT_EQ(updated->summary.limits.lower, 2.0f);
-  EXPECT_EQ(updated->summary.limits.upper, 9.0f);
-  EXPECT_EQ(updated->summary.finite, 3u);
-  EXPECT_EQ(updated->summary.unknown, 1u);
-  EXPECT_EQ(store.attributes("a").cost("x"), updated);
-  EXPECT_EQ(store.update(*update("x", {0}, {5})), updated) << "in place from now on";
-  EXPECT_EQ(updated->costs[0], 5.0f);
-  EXPECT_FALSE(store.update(*update("x", {1, 4}, {0, 0})));
-  EXPECT_EQ(updated->costs[1], 2.0f) << "all or nothing";
-  EXPECT_FALSE(store.update(*update("x", {1}, {0, 0})));
-  EXPECT_TRUE(store.update(*update("x", {}, {})));
+  store.addCosts(convert(test_meshes::costs("x", {1, 2, 3, 4}, "a")));
+  store.addCosts(convert(test_meshes::costs("y", {1, 2, 3, 4}, "a")));
+  const CostLayerConstPtr changed = convert(test_meshes::costs("x", {1, 2, 9, 4}, "a"));
+  EXPECT_TRUE(store.changeCosts(changed));
+  EXPECT_EQ(store.attributes("a").cost("x"), changed);
+  EXPECT_EQ(store.attributes("a").costs.front(), changed) << "in its place";
+  EXPECT_FALSE(store.changeCosts(convert(test_meshes::costs("z", {1, 2, 9, 4}, "a"))));
+  EXPECT_FALSE(store.changeCosts(convert(test_meshes::costs("x", {1, 2}, "a"))))
+      << "made of another one, which has been dropped on the way";
+  EXPECT_EQ(store.attributes("a").costs.size(), 2u);
 }
 
 TEST(MeshStore, updates_of_other_meshes_drive_nothing_out_that_waits)
@@ -236,32 +238,25 @@ TEST(MeshStore, updates_of_other_meshes_drive_nothing_out_that_waits)
   MeshStore store;
   store.addColors(convert(test_meshes::colors({test_meshes::color(1, 0, 0)}, "a")));
   for (std::size_t i = 0; i < 2 * MeshStore::MAX_WAITING; ++i) {
-    store.update({"other " + std::to_string(i), "x", {0}, {1.0f}, 0});
+    store.changeCosts(convert(test_meshes::costs("x", {1}, "other " + std::to_string(i))));
   }
   store.addMesh(mesh("a"));
   EXPECT_TRUE(store.attributes().colors);
 }
 
-TEST(MeshStore, keeps_a_bounded_number_of_textures)
+TEST(MeshStore, keeps_so_many_bytes_of_textures)
 {
   MeshStore store;
-  for (std::uint32_t i = 0; i < MeshStore::MAX_TEXTURES + 5; ++i) {
+  for (std::uint32_t i = 0; i < 50; ++i) {
     auto texture = std::make_shared<rviz_mesh_plugin::TextureImage>();
     texture->uuid = "a";
     texture->index = i;
+    texture->width = texture->height = 8192;  // with mipmaps 358 MB
     store.addTexture(texture);
   }
-  EXPECT_EQ(store.attributes("a").textures.size(), MeshStore::MAX_TEXTURES);
-}
-
-TEST(MeshStore, a_whole_layer_replaces_what_was_updated)
-{
-  MeshStore store;
-  store.addCosts(convert(test_meshes::costs("x", {1, 2}, "a")));
-  store.update(*update("x", {0}, {7}));
-  store.addCosts(convert(test_meshes::costs("x", {3, 4}, "a")));
-  store.update(*update("x", {1}, {9}));
-  EXPECT_EQ(store.attributes("a").cost("x")->costs, (std::vector<float>{3, 9}));
+  const auto& textures = store.attributes("a").textures;
+  EXPECT_EQ(textures.size(), 5u) << "of 2 GiB";
+  EXPECT_EQ(textures.rbegin()->first, 4u) << "those of lowest index";
 }
 
 TEST(CostUpdate, limits_of_a_large_layer_widen_and_its_counts_stay_exact)

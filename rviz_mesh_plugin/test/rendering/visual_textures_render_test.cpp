@@ -177,6 +177,7 @@ TEST_F(VisualTextures, from_twice_as_far_each_pixel_is_the_mean_of_four)
     return Rgba8{static_cast<std::uint8_t>(state >> 24), static_cast<std::uint8_t>(state >> 16), 0,
                  255};
   });
+  const auto pixels = noise->pixels;  // which it has not any more then
   setTexture(noise);
   const Image seen = picture();
   for (int row = 1; row < 99; ++row) {
@@ -184,8 +185,8 @@ TEST_F(VisualTextures, from_twice_as_far_each_pixel_is_the_mean_of_four)
       int red = 2;
       int green = 2;
       for (const int i : {0, 1, 200, 201}) {
-        red += noise->pixels[400 * row + 2 * column + i].red;
-        green += noise->pixels[400 * row + 2 * column + i].green;
+        red += pixels[400 * row + 2 * column + i].red;
+        green += pixels[400 * row + 2 * column + i].green;
       }
       const Rgb expected{static_cast<std::uint8_t>(red / 4), static_cast<std::uint8_t>(green / 4),
                          0};
@@ -199,9 +200,29 @@ TEST_F(VisualTextures, a_large_image_is_uploaded_in_slices)
   draw({{RED, 0}});
   visual->setTexture(plain(0, {4, 5, 6, 255}, 2048));
   const std::size_t slices = uploadAll();
-  // 16 MiB in four slices, then its mipmaps: 4 MiB and ten smaller ones.
-  EXPECT_EQ(slices, 4u + 11u);
+  // Allocated; 16 MiB in four slices, then its mipmaps: 4 MiB and ten smaller ones.
+  EXPECT_EQ(slices, 1u + 4u + 11u);
   EXPECT_EQ(middle(picture(), 0), (Rgb{4, 5, 6}));
+}
+
+TEST_F(VisualTextures, pixels_are_on_the_graphics_card_alone_and_outlive_the_layout)
+{
+  draw({{RED, 0}});
+  const auto base = counts();
+  auto texture = plain(0, {4, 5, 6, 255}, 2048);
+  visual->setTexture(texture);
+  EXPECT_EQ(counts().textures, base.textures) << "allocated in a slice of its own";
+  uploadAll();
+  EXPECT_EQ(texture->pixels.capacity(), 0u);
+  EXPECT_EQ(middle(picture(), 0), (Rgb{4, 5, 6}));
+  draw({{RED, 0}, {BLUE, NONE}});
+  visual->setTexture(texture);
+  EXPECT_EQ(uploadAll(), 1u) << "it is there already";
+  EXPECT_EQ(middle(picture(), 0), (Rgb{4, 5, 6}));
+  visual->clearTextures();
+  EXPECT_EQ(counts().textures, base.textures + 1);
+  texture.reset();
+  EXPECT_EQ(counts().textures, base.textures) << "freed with the image";
 }
 
 TEST_F(VisualTextures, materials_share_textures_and_all_are_freed)
@@ -210,7 +231,7 @@ TEST_F(VisualTextures, materials_share_textures_and_all_are_freed)
   draw({{RED, 0}, {BLUE, 0}, {RED, NONE}, {BLUE, 1}});
   const auto bare = counts();
   const std::size_t bytes = visual->gpuBytes();
-  const auto texture = plain(0, {4, 5, 6, 255});
+  auto texture = plain(0, {4, 5, 6, 255});
   setTexture(texture);
   EXPECT_EQ(counts().textures, base.textures + 1);
   EXPECT_EQ(counts().materials, bare.materials + 1);
@@ -220,10 +241,12 @@ TEST_F(VisualTextures, materials_share_textures_and_all_are_freed)
   setTexture(plain(2, {4, 5, 6, 255}));
   EXPECT_EQ(counts().textures, base.textures + 1) << "nothing refers to texture 2";
   visual->clearTextures();
+  texture.reset();
   EXPECT_EQ(counts(), bare);
+  texture = plain(0, {4, 5, 6, 255});
   setTexture(texture);
   draw({{RED, 0}});
-  EXPECT_EQ(counts().textures, base.textures) << "freed with the layout";
+  EXPECT_EQ(counts().textures, base.textures + 1) << "not with the layout";
   for (int i = 0; i < 100; ++i) {
     draw({{RED, 0}, {BLUE, 1}});
     visual->setTexture(texture);
@@ -231,6 +254,7 @@ TEST_F(VisualTextures, materials_share_textures_and_all_are_freed)
   }
   EXPECT_EQ(counts().textures, base.textures + 2);
   visual.reset();
+  texture.reset();
   EXPECT_EQ(counts(), empty);
 }
 

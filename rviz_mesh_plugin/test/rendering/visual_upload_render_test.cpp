@@ -216,14 +216,14 @@ TEST_F(VisualUpload, an_update_asks_for_and_changes_what_it_names_only)
   showColors();
   const auto values = std::make_shared<std::vector<Rgba8>>(count, Rgba8{255, 0, 0, 255});
   std::size_t asked = 0;
-  visual->setColors(
-      [values, &asked](const std::uint32_t* sources, std::size_t number, Rgba8* colors) {
-        asked += number;
-        for (std::size_t i = 0; i < number; ++i) {
-          colors[i] = (*values)[sources[i]];
-        }
-      },
-      false);
+  const rviz_mesh_plugin::ColorSource source = [values, &asked](const std::uint32_t* sources,
+                                                                std::size_t number, Rgba8* colors) {
+    asked += number;
+    for (std::size_t i = 0; i < number; ++i) {
+      colors[i] = (*values)[sources[i]];
+    }
+  };
+  visual->setColors(source, false);
   uploadAll();
   EXPECT_EQ(picture().count({255, 0, 0}), 40000u);
   asked = 0;
@@ -236,7 +236,7 @@ TEST_F(VisualUpload, an_update_asks_for_and_changes_what_it_names_only)
   }
   changed.push_back(count);  // beyond the mesh: ignored
   changed.push_back(0xFFFFFFFFu);
-  visual->updateColors(changed);
+  visual->updateColors(source, changed);
   uploadAll();
   EXPECT_LE(asked, 100u * 100u + 1000u) << "1000 vertices are there twice";
   EXPECT_GE(asked, 100u * 100u);
@@ -245,7 +245,7 @@ TEST_F(VisualUpload, an_update_asks_for_and_changes_what_it_names_only)
   EXPECT_NEAR(picture().count({0, 0, 255}), 49.5 * 49.5, 100.0);
   EXPECT_NEAR(picture().count({255, 0, 0}), 40000 - 50.5 * 50.5, 200.0);
   const Image updated = picture();
-  visual->updateColors(test_layouts::iota(count));
+  visual->updateColors(source, test_layouts::iota(count));
   uploadAll();
   EXPECT_EQ(visual->colorUploads(), 2u) << "where most change, all are uploaded";
   EXPECT_TRUE(imagesMatch("updated", picture(), updated));
@@ -256,14 +256,17 @@ TEST_F(VisualUpload, updates_while_colors_are_uploaded_are_not_lost)
   const auto mesh = grid(700, flat);
   draw(test_layouts::simple(mesh));
   showColors();
-  const auto color = std::make_shared<Rgba8>(Rgba8{255, 0, 0, 255});
-  visual->setColors([color](const std::uint32_t*, std::size_t count,
-                            Rgba8* colors) { std::fill(colors, colors + count, *color); },
-                    false);
+  visual->setColors(oneColor({255, 0, 0, 255}), false);
   visual->upload(std::chrono::microseconds(0));  // the first 262,144
-  *color = {0, 0, 255, 255};
-  std::vector<std::uint32_t> changed = test_layouts::iota(1 << 18);
-  visual->updateColors(changed);
+  // Of two of them each is few enough not to have all colored anew.
+  for (const std::uint32_t begin : {0u, 20000u}) {
+    std::vector<std::uint32_t> changed = test_layouts::iota(20000);
+    for (std::uint32_t& vertex : changed) {
+      vertex += begin;
+    }
+    visual->updateColors(oneColor({0, 0, 255, 255}), changed);
+  }
+  visual->updateColors(oneColor({0, 0, 255, 255}), test_layouts::iota(1 << 18));
   uploadAll();
   EXPECT_EQ(picture().count({0, 0, 255}), 40000u);
 }
@@ -297,7 +300,7 @@ TEST_F(VisualUpload, keeps_only_the_outline_of_what_is_uploaded)
   showColors();
   visual->setColors(oneColor({0, 0, 255, 255}), false);
   uploadAll();
-  visual->updateColors({0, 1, 2});
+  visual->updateColors(oneColor({0, 0, 255, 255}), {0, 1, 2});
   uploadAll();
   EXPECT_EQ(picture().count({0, 0, 255}), 40000u);
 }
@@ -483,7 +486,7 @@ TEST_F(VisualUpload, an_empty_layout_draws_nothing)
   visual->setStyle(style);
   draw(layout);
   visual->setColors(oneColor({255, 0, 0, 255}), false);
-  visual->updateColors({0});
+  visual->updateColors(oneColor({0, 0, 255, 255}), {0});
   uploadAll();
   EXPECT_EQ(picture().count(BACKGROUND), 640u * 480u);
 }
@@ -491,7 +494,7 @@ TEST_F(VisualUpload, an_empty_layout_draws_nothing)
 TEST_F(VisualUpload, calls_before_the_first_layout_do_nothing)
 {
   visual->setColors(oneColor({255, 0, 0, 255}), false);
-  visual->updateColors({0});
+  visual->updateColors(oneColor({0, 0, 255, 255}), {0});
   visual->clearColors();
   visual->clearTextures();
   visual->setTexture(std::make_shared<rviz_mesh_plugin::TextureImage>());

@@ -10,8 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "selection/face_neighbors.h"
+#include "selection/face_selection.h"
 #include "threads/cancellation.h"
 
+using rviz_mesh_plugin::FaceBits;
 using rviz_mesh_plugin::FaceNeighbors;
 using rviz_mesh_plugin::FaceSelection;
 using rviz_mesh_plugin::joinedCorners;
@@ -31,7 +33,7 @@ Faces neighborsOf(const FaceNeighbors& neighbors, std::uint32_t face)
 {
   FaceSelection one(neighbors.faceCount());
   one.select({face});
-  return neighbors.grow(one);
+  return neighbors.grow(one.bits());
 }
 
 /// Waves over cells x cells squares, some corners with vertices of their own (-0 for 0, too).
@@ -209,8 +211,8 @@ TEST(FaceNeighborsTest, growing_and_shrinking_go_by_one_ring)
           inside.push_back(face);
         }
       }
-      EXPECT_EQ(neighbors.grow(selection), outside);
-      EXPECT_EQ(neighbors.shrink(selection), inside);
+      EXPECT_EQ(neighbors.grow(selection.bits()), outside);
+      EXPECT_EQ(neighbors.shrink(selection.bits()), inside);
     }
   }
 }
@@ -247,7 +249,7 @@ TEST(FaceNeighborsTest, nothing_comes_of_nothing)
   const FaceNeighbors neighbors = neighborsOf(mesh);
   EXPECT_EQ(neighbors.faceCount(), 0u);
   EXPECT_TRUE(neighborsOf(neighbors, 0).empty());
-  EXPECT_TRUE(neighbors.grow(FaceSelection(10)).empty());
+  EXPECT_TRUE(neighbors.grow(FaceBits(10)).empty());
   EXPECT_TRUE(neighbors.flood(mesh, 0, 1.0).empty());
 }
 

@@ -71,7 +71,7 @@ class SelectionVisualTest : public ToolFixture
   std::size_t apply(const FaceSelection::Change& change)
   {
     const std::size_t before = visual->uploadedBytes();
-    visual->apply(change);
+    visual->apply(selection, change);
     return visual->uploadedBytes() - before;
   }
 
@@ -167,9 +167,9 @@ TEST_F(SelectionVisualTest, only_what_changes_is_uploaded)
     }
     const FaceSelection::Change change =
         i % 2 == 0 ? selection.select(faces) : selection.deselect(faces);
-    const std::size_t count = change.added.size() + change.removed.size();
+    const std::size_t count = change.count();
     ASSERT_LE(apply(change), 65 * FACE_BYTES * count);
-    if (!change.added.empty()) {
+    if (change.addedCount() > 0) {
       ASSERT_LE(apply(selection.undo()), 65 * FACE_BYTES * count);
     }
   }
@@ -288,9 +288,98 @@ TEST_F(SelectionVisualTest, it_follows_the_mesh_and_is_hidden_with_it)
   EXPECT_EQ(orange(), 100u);
 }
 
+TEST_F(SelectionVisualTest, many_faces_are_uploaded_in_slices_and_drawn_in_levels_of_detail)
+{
+  showHills(500, {});
+  const auto mesh = picker.meshes().at(0).mesh;
+  setMesh(mesh);
+  lookAt({0, -14, 10}, {0, 0, 0});
+  const Image plain = grab();
+  visual->apply(selection, selection.selectAll());
+  EXPECT_EQ(visual->uploadedBytes(), 0u) << "not at once";
+  std::size_t uploaded = 0, largest = 0, slices = 0;
+  ASSERT_TRUE(spinUntil([&] {
+    const bool done = visual->upload(std::chrono::microseconds(0));
+    largest = std::max(largest, visual->uploadedBytes() - uploaded);
+    slices += visual->uploadedBytes() > uploaded ? 1 : 0;
+    uploaded = visual->uploadedBytes();
+    return done;
+  }));
+  EXPECT_GE(uploaded, mesh->faceCount() * FACE_BYTES);
+  EXPECT_LE(uploaded, 2 * mesh->faceCount() * FACE_BYTES);
+  EXPECT_LE(largest, (std::size_t(1) << 20) + 8192 * 2 * FACE_BYTES);
+  EXPECT_GE(slices, 5u);
+  visual->follow(picker.meshes());
+  const auto save = [](const Image& image, const std::string& name) {
+    image.save(osmesa_harness::resultsFolder() + "/selection_levels_" + name + ".png");
+  };
+  /// Of the pixels that the mesh covers: the part that is highlighted.
+  const auto highlighted = [&](const Image& image, const Image& without) {
+    std::size_t covered = 0, changed = 0;
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        covered += without.at(x, y) != Rgb{48, 48, 48};
+        changed += image.at(x, y) != without.at(x, y);
+      }
+    }
+    return static_cast<double>(changed) / static_cast<double>(covered);
+  };
+  const Image far = grab();
+  save(far, "far");
+  EXPECT_GT(highlighted(far, plain), 0.97);
+  EXPECT_LT(visual->facesDrawn(), mesh->faceCount() / 8);
+  EXPECT_GT(visual->facesDrawn(), 1000u);
+
+  FaceSelection::Faces third;
+  std::mt19937 random(5);
+  for (std::uint32_t face = 0; face < mesh->faceCount(); ++face) {
+    if (random() % 3 == 0) {
+      third.push_back(face);
+    }
+  }
+  visual->apply(selection, selection.replace(third));
+  ASSERT_TRUE(spinUntil([&] { return visual->upload(); }));
+  const Image scattered = grab();
+  save(scattered, "scattered");
+  EXPECT_NEAR(highlighted(scattered, plain), 1.0 / 3.0, 0.12) << "as much of the picture";
+  EXPECT_LT(visual->facesDrawn(), mesh->faceCount() / 8);
+
+  FaceSelection::Faces left_half;
+  for (std::uint32_t face = 0; face < mesh->faceCount(); ++face) {
+    if (mesh->vertices[mesh->indices[3 * face]].position[0] < 0.0f) {
+      left_half.push_back(face);
+    }
+  }
+  visual->apply(selection, selection.replace(left_half));
+  ASSERT_TRUE(spinUntil([&] { return visual->upload(); }));
+  const Image half = grab();
+  save(half, "half");
+  EXPECT_NEAR(highlighted(half, plain), 0.5, 0.05);
+  lookAt({0.01, -0.06, 0.25}, {0, 0, 0.1});
+  const Image near = grab();
+  save(near, "near");
+  std::size_t wrong = 0, right = 0;
+  visual->setVisible(false);
+  const Image near_plain = grab();
+  visual->follow(picker.meshes());
+  for (int y = 4; y < near.height(); y += 8) {
+    for (int x = 4; x < near.width(); x += 8) {
+      const auto hit = picker.pick(mouse(x, y)).hit;
+      if (!hit || isOutline(x, y) ||
+          *std::min_element(hit->barycentric.begin(), hit->barycentric.end()) < 0.1) {
+        continue;
+      }
+      const bool changed = near.at(x, y) != near_plain.at(x, y);
+      (changed == selection.contains(hit->face) ? right : wrong) += 1;
+    }
+  }
+  EXPECT_GT(right, 500u);
+  EXPECT_LE(wrong, 2u) << "near by it is exactly the selected faces";
+}
+
 TEST_F(SelectionVisualTest, nothing_is_seen_before_its_vertices_nor_left_after_it)
 {
-  const auto mesh = test_labels::flatGrid(500);  // of 6 MB
+  const auto mesh = test_labels::flatGrid(220);  // of 1.2 MB
   visual->setMesh(mesh);
   selection.reset(mesh->faceCount());
   viewFromAbove();
@@ -300,7 +389,7 @@ TEST_F(SelectionVisualTest, nothing_is_seen_before_its_vertices_nor_left_after_i
   while (!visual->upload(std::chrono::microseconds(0))) {
   }
   EXPECT_LT(grab().count({48, 48, 48}), 640u * 480u - 30000u);
-  EXPECT_EQ(visual->gpuBytes() / 1000000, 251001u * 24 / 1000000 + 500000u * 15 / 1000000);
+  EXPECT_EQ(visual->gpuBytes() / 100000, (221u * 221u * 24 + 220u * 220u * 2 * 15) / 100000);
   visual->setMesh(nullptr);
   EXPECT_EQ(visual->gpuBytes(), 0u);
   EXPECT_EQ(apply(selection.clear()), 0u) << "without a mesh";

@@ -110,6 +110,24 @@ TEST_F(OpenClFailureTest, a_query_that_fails_at_any_call_goes_on_natively)
   EXPECT_GE(failed.size(), 7u) << "kinds of calls that failed";
 }
 
+TEST_F(OpenClFailureTest, a_selection_of_few_faces_neither_uploads_the_mesh_nor_asks_the_device)
+{
+  auto options = this->options();
+  options.device_threshold = 2000;
+  const SpatialQueries first(bvh_, options);  // starts the device, which all share
+  ASSERT_TRUE(first.waitForDevice());
+  const auto large = waves(70);
+  const SpatialQueries queries(large, options);
+  const mesh_map::SphereRegion small({5, 5, 0}, 0.5), all({5, 5, 0}, 10.0);
+  ASSERT_LT(queries.mostFaces(small), 2000u);
+  failing_opencl::failAt(1 << 20);
+  EXPECT_EQ(queries.selectFaces(small), mesh_map::selectFaces(*large, small));
+  EXPECT_EQ(failing_opencl::stop(), 0) << "calls";
+  failing_opencl::failAt(1 << 20);
+  EXPECT_EQ(queries.selectFaces(all), mesh_map::selectFaces(*large, all));
+  EXPECT_GT(failing_opencl::stop(), 0);
+}
+
 TEST_F(OpenClFailureTest, a_device_that_answers_nonsense_is_not_used)
 {
   failing_opencl::answerNothing(true);

@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <OgreCamera.h>
 #include <OgreHardwareBufferManager.h>
+#include <OgrePass.h>
 #include <OgreRenderOperation.h>
 #include <OgreRenderQueue.h>
+#include <OgreTechnique.h>
 
 #include "rendering/finite_bounds.h"
 #include "rendering/level_choice.h"
+#include "rendering/mesh_style.h"
 #include "rendering/ogre_compatibility.h"
 #include "rendering/unique_name.h"
 
@@ -32,7 +36,59 @@ constexpr std::size_t UPLOAD_SLICE = 1 << 18;
 /// To look at a face takes as long as to upload so many bytes.
 constexpr std::size_t LOOK_BYTES = 4;
 
+/// Simplified faces stand for those that are smaller than so many pixels, as in meshes; where all
+/// faces of a part are drawn, so that there is no outline in it, for larger ones, which then differ
+/// more from the mesh. (Opaque ones save the mesh below them what they cost.)
+const float SIMPLIFIED_PIXELS = MeshStyle().detail_pixels;
+constexpr float WHOLE_SIMPLIFIED_PIXELS = 8.0f;
+constexpr float WHOLE_DETAIL_PIXELS = 6.0f;
+
 }  // namespace
+
+/// One part in one level of detail.
+class LabelObject::PartRenderable : public Ogre::Renderable
+{
+ public:
+  /// @param nearer see LabelObject::nearer_
+  PartRenderable(const LabelObject& label, const Ogre::HardwareIndexBufferSharedPtr& buffer,
+                 const IndexRange& range, const Ogre::Vector3& center, float nearer)
+      : label_(&label), buffer_(buffer), range_(range), center_(center), nearer_(nearer)
+  {
+  }
+
+  std::size_t faces() const { return range_.count / 3; }
+  float nearer() const { return nearer_; }
+
+  const Ogre::MaterialPtr& getMaterial() const override { return label_->getMaterial(); }
+  void getRenderOperation(Ogre::RenderOperation& operation) override
+  {
+    indices_.indexBuffer = buffer_;
+    indices_.indexStart = range_.start;
+    indices_.indexCount = range_.count;
+    operation.operationType = Ogre::RenderOperation::OT_TRIANGLE_LIST;
+    operation.useIndexes = true;
+    operation.vertexData = label_->vertices_.data();
+    operation.indexData = &indices_;
+    operation.srcRenderable = this;
+  }
+  void getWorldTransforms(Ogre::Matrix4* transform) const override
+  {
+    label_->transform(transform, nearer_);
+  }
+  Ogre::Real getSquaredViewDepth(const Ogre::Camera* camera) const override
+  {
+    return (center_ - camera->getDerivedPosition()).squaredLength();
+  }
+  const Ogre::LightList& getLights() const override { return label_->getLights(); }
+
+ private:
+  const LabelObject* label_;
+  Ogre::HardwareIndexBufferSharedPtr buffer_;
+  IndexRange range_;
+  Ogre::Vector3 center_;
+  float nearer_;
+  Ogre::IndexData indices_;
+};
 
 LabelObject::LabelObject(Ogre::SceneNode* parent, LabelVertices& vertices, bool growing)
     : Ogre::SimpleRenderable(uniqueName("Label")),
@@ -51,8 +107,50 @@ LabelObject::~LabelObject()
   destroySceneNode(node_);
 }
 
+void LabelObject::setFaces(std::shared_ptr<const IndexSlots::Faces> faces, bool in_parts)
+{
+  if (!parts_ && !in_parts && faces->size() <= MANY_FACES) {
+    wanted_ = std::move(faces);
+    return;
+  }
+  if (!parts_) {
+    parts_ = std::make_unique<LabelParts>(vertices_, false);
+  }
+  parts_->setFaces([faces = std::move(faces), count = vertices_.mesh()->faceCount()] {
+    return FaceBits(count, *faces);
+  });
+}
+
+void LabelObject::setFaces(std::shared_ptr<const FaceBits> faces)
+{
+  if (!parts_) {
+    parts_ = std::make_unique<LabelParts>(vertices_, true);
+  }
+  parts_->setFaces([faces = std::move(faces)] { return *faces; });
+}
+
 std::size_t LabelObject::upload(std::size_t& left)
 {
+  if (parts_) {
+    const bool were_drawn = parts_->isDrawable();
+    const std::size_t uploaded = parts_->upload(left);
+    if (!were_drawn && parts_->isDrawable()) {  // instead of few faces
+      wanted_.reset();
+      slots_ = IndexSlots();
+      dirty_.clear();
+      buffer_ = drawn_.indexBuffer = Ogre::HardwareIndexBufferSharedPtr();
+      drawn_.indexCount = 0;
+    }
+    if (drawsParts()) {
+      Ogre::AxisAlignedBox box;
+      for (const auto& part : parts_->parts()) {
+        box.merge(finiteBounds(parts_->levels()->parts[part.first]));
+      }
+      setBoundingBox(box);
+      node_->needUpdate();
+    }
+    return uploaded;
+  }
   prepare(left);
   std::size_t faces_left = dirty_.empty() ? 0 : std::max<std::size_t>(1, left / FACE_BYTES);
   std::size_t written = 0;
@@ -157,7 +255,19 @@ std::size_t LabelObject::gpuBytes() const
   if (isSet(drawn_.indexBuffer) && drawn_.indexBuffer.get() != buffer_.get()) {
     bytes += drawn_.indexBuffer->getSizeInBytes();
   }
-  return bytes;
+  return bytes + (parts_ ? parts_->gpuBytes() : 0);
+}
+
+std::size_t LabelObject::facesDrawn() const
+{
+  if (!drawsParts()) {
+    return drawn_.indexCount / 3;
+  }
+  std::size_t faces = 0;
+  for (const auto& part : drawn_parts_) {
+    faces += part->faces();
+  }
+  return faces;
 }
 
 Ogre::Real LabelObject::getBoundingRadius() const
@@ -167,7 +277,7 @@ Ogre::Real LabelObject::getBoundingRadius() const
 
 bool LabelObject::isVisible() const
 {
-  return shown_ && drawn_.indexCount > 0 && material_ && vertices_.complete() &&
+  return shown_ && (drawsParts() || drawn_.indexCount > 0) && material_ && vertices_.complete() &&
          Ogre::MovableObject::isVisible();
 }
 
@@ -184,21 +294,59 @@ void LabelObject::_notifyCurrentCamera(Ogre::Camera* camera)
   // The mesh is drawn with less detail only where two edges are smaller than a few pixels.
   const bool coarse = 2.0f * vertices_.edge() < DETAIL_PIXELS * pixel.at(farthest);
   nearer_ = coarse ? DETAIL_PIXELS * pixel.meters : 0.0f;
+  chooseParts(*camera, pixel);
+}
+
+/// Those in sight, each in the level that the mesh has there.
+void LabelObject::chooseParts(const Ogre::Camera& camera, const PixelSize& pixel)
+{
+  drawn_parts_.clear();
+  if (!drawsParts()) {
+    return;
+  }
+  const bool translucent = material_ && material_->isTranslucent();
+  // Else what lies there twice is seen twice.
+  const bool once =
+      material_ && material_->get()->getTechnique(0)->getPass(0)->getDepthWriteEnabled();
+  const OverlayLevels& levels = *parts_->levels();
+  const Ogre::Vector3 eye =
+      node_->_getDerivedOrientation().Inverse() * (eye_ - node_->_getDerivedPosition());
+  for (const auto& entry : parts_->parts()) {
+    const LabelParts::Part& part = entry.second;
+    Ogre::AxisAlignedBox box = finiteBounds(levels.parts[entry.first]);
+    const float distance = std::sqrt(static_cast<float>(box.squaredDistance(eye)));
+    const bool coarser = part.whole && translucent && once;
+    const float pixels = coarser ? WHOLE_SIMPLIFIED_PIXELS : SIMPLIFIED_PIXELS;
+    const std::size_t level = chooseLevel(levels.cell_sizes, pixels * pixel.at(distance));
+    const float nearer = coarser && level > 0 ? WHOLE_DETAIL_PIXELS * pixel.meters : nearer_;
+    IndexRange range = part.levels[std::min(level, part.levels.size() - 1)];
+    range.count += once ? range.seam_count : 0;
+    box.transform(_getParentNodeFullTransform());
+    if (range.count > 0 && camera.isVisible(box)) {
+      drawn_parts_.push_back(
+          std::make_unique<PartRenderable>(*this, part.buffer, range, box.getCenter(), nearer));
+    }
+  }
 }
 
 void LabelObject::getWorldTransforms(Ogre::Matrix4* transform) const
 {
+  this->transform(transform, nearer_);
+}
+
+void LabelObject::transform(Ogre::Matrix4* transform, float nearer) const
+{
   Ogre::SimpleRenderable::getWorldTransforms(transform);
-  if (nearer_ <= 0.0f) {
+  if (nearer <= 0.0f) {
     return;
   }
   for (int row = 0; row < 3; ++row) {
     if (parallel_) {
-      (*transform)[row][3] += nearer_ * towards_camera_[row];
+      (*transform)[row][3] += nearer * towards_camera_[row];
       continue;
     }
     // Scaled about the eye: each point stays where it is in the picture.
-    const float share = 1.0f - std::min(nearer_, 0.1f);
+    const float share = 1.0f - std::min(nearer, 0.1f);
     for (int column = 0; column < 3; ++column) {
       (*transform)[row][column] *= share;
     }
@@ -209,16 +357,34 @@ void LabelObject::getWorldTransforms(Ogre::Matrix4* transform) const
 void LabelObject::_updateRenderQueue(Ogre::RenderQueue* queue)
 {
   if (material_->isTranslucent()) {
-    queue->addRenderable(this, AFTER_MESHES, OGRE_RENDERABLE_DEFAULT_PRIORITY);
+    addTo(queue, AFTER_MESHES, OGRE_RENDERABLE_DEFAULT_PRIORITY);
   } else {
-    queue->addRenderable(this, BEFORE_MESHES, OGRE_RENDERABLE_DEFAULT_PRIORITY + layer_);
+    addTo(queue, BEFORE_MESHES,
+          static_cast<Ogre::ushort>(OGRE_RENDERABLE_DEFAULT_PRIORITY + layer_));
+  }
+}
+
+void LabelObject::addTo(Ogre::RenderQueue* queue, Ogre::uint8 group, Ogre::ushort priority)
+{
+  if (!drawsParts()) {
+    queue->addRenderable(this, group, priority);
+  }
+  for (const auto& part : drawn_parts_) {  // the nearer ones first, for what is drawn once
+    const bool second = part->nearer() <= nearer_;
+    queue->addRenderable(part.get(), group, static_cast<Ogre::ushort>(priority + (second ? 1 : 0)));
   }
 }
 
 void LabelObject::visitRenderables(Ogre::Renderable::Visitor* visitor, bool /*debug_renderables*/)
 {
-  if (material_) {
+  if (!material_) {
+    return;
+  }
+  if (!drawsParts()) {
     visitor->visit(this, 0, false);
+  }
+  for (const auto& part : drawn_parts_) {
+    visitor->visit(part.get(), 0, false);
   }
 }
 

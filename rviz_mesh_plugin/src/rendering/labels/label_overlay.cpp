@@ -18,6 +18,9 @@ const Rgba8 PHANTOM_COLOR{51, 76, 51, 26};
 /// A call costs as much as so many bytes.
 constexpr std::size_t CALL = 64;
 
+/// A label of less faces is drawn as they are, however many labels there are.
+constexpr std::size_t FEW_FACES = 256;
+
 /// As much as to find the layer of so many faces.
 constexpr std::size_t FACE_LAYER = 2;
 
@@ -27,6 +30,7 @@ void LabelOverlay::setMesh(const MeshDataConstPtr& mesh)
 {
   phantom_.reset();
   labels_.clear();
+  face_count_ = 0;
   waiting_.clear();
   layers_ = LabelLayers();
   is_arranged_ = true;
@@ -47,8 +51,10 @@ std::size_t LabelOverlay::setLabel(const LabelClusterConstPtr& cluster)
     if (!label.object) {
       label.object = std::make_unique<LabelObject>(node(), vertices_);
     }
+    face_count_ += inside->faces.size() - (label.cluster ? label.cluster->faces.size() : 0);
     label.cluster = inside;
-    label.object->setFaces({inside, &inside->faces});
+    label.object->setFaces({inside, &inside->faces},
+                           face_count_ > MANY_FACES && inside->faces.size() > FEW_FACES);
     waiting_.insert(cluster->label);
     is_arranged_ = false;
     applyLook(cluster->label);
@@ -58,7 +64,10 @@ std::size_t LabelOverlay::setLabel(const LabelClusterConstPtr& cluster)
 
 void LabelOverlay::removeLabel(const std::string& label)
 {
-  if (labels_.erase(label) > 0) {
+  const auto found = labels_.find(label);
+  if (found != labels_.end()) {
+    face_count_ -= found->second.cluster->faces.size();
+    labels_.erase(found);
     waiting_.erase(label);
     is_arranged_ = false;
   }
@@ -99,9 +108,13 @@ void LabelOverlay::setPhantom(bool shown)
   if (shown && mesh && mesh->faceCount() > 0) {
     phantom_ = std::make_unique<LabelObject>(node(), vertices_, false);
     phantom_->useMaterial(std::make_shared<LabelMaterial>(PHANTOM_COLOR));
-    auto all = std::make_shared<IndexSlots::Faces>(mesh->faceCount());
-    std::iota(all->begin(), all->end(), 0u);
-    phantom_->setFaces(all);
+    FaceBits all(mesh->faceCount());
+    all.addAll();
+    if (mesh->faceCount() > MANY_FACES) {
+      phantom_->setFaces(std::make_shared<const FaceBits>(std::move(all)));
+    } else {
+      phantom_->setFaces(std::make_shared<const IndexSlots::Faces>(all.faces()));
+    }
   }
 }
 
@@ -111,7 +124,7 @@ bool LabelOverlay::upload(std::chrono::microseconds budget)
   try {
     do {
       if (!uploadSlice()) {
-        return true;
+        return waiting_.empty() && (!phantom_ || phantom_->isComplete());  // else for threads
       }
     } while (std::chrono::steady_clock::now() < end);
   } catch (...) {
@@ -135,7 +148,7 @@ bool LabelOverlay::uploadSlice()
   }
   std::size_t left = SLICE;
   uploaded_bytes_ += uploadLabels(left);
-  if (left > 0 && phantom_ && !phantom_->isComplete()) {
+  if (left > 0 && phantom_ && !phantom_->isWaiting()) {
     uploaded_bytes_ += phantom_->upload(left);
   }
   return left < SLICE;
@@ -150,12 +163,16 @@ std::size_t LabelOverlay::uploadLabels(std::size_t& left)
   arrange(half);
   left += half;
   std::size_t uploaded = 0;
-  while (!waiting_.empty() && left >= CALL) {
-    LabelObject& object = *labels_.at(*waiting_.begin()).object;
+  for (auto label = waiting_.begin(); label != waiting_.end() && left >= CALL;) {
+    LabelObject& object = *labels_.at(*label).object;
+    if (object.isWaiting() && !object.isComplete()) {
+      ++label;  // for its thread, which others do not have to
+      continue;
+    }
     uploaded += object.upload(left);
     left -= std::min(left, CALL);
     if (object.isComplete()) {
-      waiting_.erase(waiting_.begin());
+      label = waiting_.erase(label);
     }
   }
   return uploaded;
@@ -181,6 +198,13 @@ void LabelOverlay::arrange(std::size_t& left)
   };
   const std::size_t looked = layers_.work(left / FACE_LAYER, place);
   left -= std::min(left, FACE_LAYER * looked);
+}
+
+std::size_t LabelOverlay::facesDrawn() const
+{
+  return std::accumulate(
+      labels_.begin(), labels_.end(), std::size_t{0},
+      [](std::size_t sum, const auto& label) { return sum + label.second.object->facesDrawn(); });
 }
 
 std::size_t LabelOverlay::gpuBytes() const

@@ -24,9 +24,10 @@ namespace rviz_mesh_plugin {
 /// pose of the mesh. GUI thread only.
 ///
 /// One vertex buffer, made with the first label, and an index buffer per label of which only what
-/// changed is uploaded, in slices by upload(). Opaque labels that lie on the same faces are drawn
-/// in the order of their names (LabelLess), so that the last one is seen (of more
-/// than 16 on one face: one of the last); translucent ones blend.
+/// changed is uploaded, in slices by upload(). Labels that have more than MANY_FACES together are
+/// drawn in levels of detail, but for small ones. Opaque labels that lie on the same faces are
+/// drawn in the order of their names (LabelLess), so that the last one is seen (of more than 16 on
+/// one face: one of the last); translucent ones blend.
 class LabelOverlay : public PlacedVisual
 {
  public:
@@ -56,6 +57,8 @@ class LabelOverlay : public PlacedVisual
 
   /// Of vertices and labels.
   std::size_t gpuBytes() const;
+  /// Faces that were drawn for the camera that drew them last, in view; of the labels.
+  std::size_t facesDrawn() const;
   /// Since the beginning.
   std::size_t uploadedBytes() const { return uploaded_bytes_; }
 
@@ -75,6 +78,7 @@ class LabelOverlay : public PlacedVisual
   LabelMaterials materials_;
   LabelVertices vertices_;
   std::map<std::string, Label, LabelLess> labels_;
+  std::size_t face_count_ = 0;     ///< of all labels
   std::set<std::string> waiting_;  ///< labels with something to upload
   LabelLayers layers_;
   bool is_arranged_ = true;  ///< or is being arranged

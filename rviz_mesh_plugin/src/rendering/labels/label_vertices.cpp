@@ -28,6 +28,7 @@ void LabelVertices::setMesh(const MeshDataConstPtr& mesh)
   data_.vertexCount = 0;
   buffer_ = Ogre::HardwareVertexBufferSharedPtr();
   uploaded_ = 0;
+  thread_.cancel();
   mesh_ = mesh;
   if (mesh) {
     box_ = finiteBounds(*mesh);

@@ -7,10 +7,12 @@
 #include <OgreVertexIndexData.h>
 
 #include "base/mesh_data.h"
+#include "threads/work_thread.h"
 
 namespace rviz_mesh_plugin {
 
-/// The vertex buffer that all labels of a mesh share: uploaded in slices, once.
+/// The vertex buffer that all labels of a mesh share, uploaded in slices, once, and the thread on
+/// which what they are drawn by is made, one after the other.
 class LabelVertices
 {
  public:
@@ -30,6 +32,7 @@ class LabelVertices
 
   std::size_t gpuBytes() const;
   Ogre::VertexData* data() { return &data_; }
+  WorkThread& thread() { return thread_; }
 
  private:
   MeshDataConstPtr mesh_;
@@ -38,6 +41,7 @@ class LabelVertices
   Ogre::VertexData data_;
   Ogre::HardwareVertexBufferSharedPtr buffer_;
   std::size_t uploaded_ = 0;  ///< vertices
+  WorkThread thread_{"labels"};
 };
 
 }  // namespace rviz_mesh_plugin

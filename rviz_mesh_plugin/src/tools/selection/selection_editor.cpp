@@ -14,6 +14,7 @@
 #include "base/vectors.h"
 #include "picking/label_lookup.h"
 #include "picking/surface_index.h"
+#include "rendering/labels/label_parts.h"
 #include "selection/face_neighbors.h"
 
 namespace rviz_mesh_plugin {
@@ -106,7 +107,7 @@ std::string SelectionEditor::click(const Event& event, const Gesture& gesture,
     return pick.reason;
   }
   const MeshDataConstPtr& mesh = pick.hit->mesh;
-  if (!gesture.adding && mesh != session_.mesh()) {
+  if (!gesture.adding && mesh != comingMesh()) {
     return NONE_SELECTED;
   }
   if (settings.technique == SelectionTechnique::FLOOD) {
@@ -114,10 +115,10 @@ std::string SelectionEditor::click(const Event& event, const Gesture& gesture,
   }
   if (settings.technique == SelectionTechnique::LABEL) {
     const auto label = labelAt(context_->getRootDisplayGroup(), *mesh, pick.hit->face);
-    return label ? apply(mesh, gesture.adding, label->faces)
+    return label ? put(mesh, gesture.adding, LabelFaces(label, &label->faces))
                  : "this face has no label, or no ClusterLabel display is enabled that shows it";
   }
-  return apply(mesh, gesture.adding, {pick.hit->face});
+  return put(mesh, gesture.adding, std::make_shared<const FaceSelection::Faces>(1, pick.hit->face));
 }
 
 std::string SelectionEditor::flood(const SurfaceHit& hit, bool adding,
@@ -125,34 +126,38 @@ std::string SelectionEditor::flood(const SurfaceHit& hit, bool adding,
 {
   std::string reason;
   auto neighbors = neighborsOf(hit.mesh, reason);
-  if (neighbors) {
-    ask(hit.mesh, adding,
-        [neighbors = std::move(neighbors), mesh = hit.mesh, face = hit.face,
-         angle = settings.flood_angle](const std::atomic<bool>& cancel) {
-          return neighbors->flood(*mesh, face, angle, &cancel);
-        });
+  if (!neighbors) {
+    return reason;
   }
-  return reason;
+  Edit edit;
+  edit.mesh = adding ? hit.mesh : nullptr;
+  edit.found = ask([neighbors = std::move(neighbors), mesh = hit.mesh, face = hit.face,
+                    angle = settings.flood_angle](const std::atomic<bool>& cancel) {
+    return Found{mesh, FaceBits(mesh->faceCount(), neighbors->flood(*mesh, face, angle, &cancel))};
+  });
+  edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
+  return perform(std::move(edit));
 }
 
 std::string SelectionEditor::area(const Event& event, const Gesture& gesture,
                                   const std::vector<Pixel>& path, const SelectionSettings& settings)
 {
   Target target = findTarget(event, gesture, path, settings);
-  if (!target.reason.empty()) {
+  if (target.searches.empty()) {
     return target.reason;
   }
   const auto points = pointsOf(path, *event.viewport);
-  const auto to_clip = meshToClip(*event.viewport->getCamera(), target.search.shown);
-  const bool lasso = gesture.kind == Gesture::LASSO;
-  auto& regions = target.search.regions;
-  if (lasso) {
-    regions.push_back(std::make_shared<mesh_map::LassoRegion>(points, to_clip));
-  } else {
-    regions.push_back(std::make_shared<mesh_map::ConvexRegion>(
-        boxRegion(points.front(), points.back(), to_clip)));
+  for (FaceSearch& search : target.searches) {
+    const auto to_clip = meshToClip(*event.viewport->getCamera(), search.shown);
+    if (gesture.kind == Gesture::LASSO) {
+      search.regions.push_back(std::make_shared<mesh_map::LassoRegion>(points, to_clip));
+    } else {
+      search.regions.push_back(std::make_shared<mesh_map::ConvexRegion>(
+          boxRegion(points.front(), points.back(), to_clip)));
+    }
   }
-  return search(std::move(target.search), gesture.adding, lasso || settings.visible_only);
+  return search(std::move(target.searches), gesture.adding,
+                target.reason.empty() ? NOTHING_THERE : target.reason);
 }
 
 FaceSearch SelectionEditor::makeSearch(const Event& event, const ShownMesh& shown,
@@ -167,20 +172,29 @@ FaceSearch SelectionEditor::makeSearch(const Event& event, const ShownMesh& show
   return search;
 }
 
-/// The mesh that has a selection.
+/// The mesh that has the selection once all edits that wait have been made.
+MeshDataConstPtr SelectionEditor::comingMesh() const
+{
+  const auto last = std::find_if(edits_.rbegin(), edits_.rend(),
+                                 [](const Edit& edit) { return edit.mesh != nullptr; });
+  return last == edits_.rend() ? session_.mesh() : last->mesh;
+}
+
+/// That mesh.
 SelectionEditor::Target SelectionEditor::selectedTarget(const Event& event,
                                                         const SelectionSettings& settings) const
 {
-  if (!session_.mesh() || session_.selection().empty()) {
+  const MeshDataConstPtr selected = comingMesh();
+  if (!selected || (!busy() && session_.selection().empty())) {
     return {{}, NONE_SELECTED};
   }
   for (const ShownMesh& shown : picker_.meshes()) {
-    if (shown.mesh == session_.mesh()) {
-      Target target{makeSearch(event, shown, settings), {}};
-      if (!target.search.queries) {
-        target.reason = "the mesh is being prepared: try again in a moment";
+    if (shown.mesh == selected) {
+      FaceSearch search = makeSearch(event, shown, settings);
+      if (search.queries) {
+        return {{std::move(search)}, {}};
       }
-      return target;
+      return {{}, "the mesh is being prepared: try again in a moment"};
     }
   }
   return {{}, "the mesh with the selected faces is hidden: enable its display"};
@@ -201,72 +215,151 @@ SelectionEditor::Target SelectionEditor::findTarget(const Event& event, const Ge
   middle.y = (lower.y + upper.y) / 2;
   const Pick pick = picker_.pick(middle, settings.back_faces);
   if (pick.hit) {
-    return {makeSearch(event, *pick.hit, settings), {}};
+    return {{makeSearch(event, *pick.hit, settings)}, {}};
   }
   Target target = selectedTarget(event, settings);
-  if (target.reason.empty()) {
+  if (!target.searches.empty()) {
     return target;
   }
-  const auto& viewport = *event.viewport;
-  bool all_ready = true;
+  target = {};
   for (const ShownMesh& shown : picker_.meshes()) {
-    target = {makeSearch(event, shown, settings), {}};
-    all_ready = all_ready && target.search.queries;
-    if (target.search.queries &&
-        !target.search.queries
-             ->selectFaces(boxRegion(pointOf(lower, viewport), pointOf(upper, viewport),
-                                     meshToClip(*viewport.getCamera(), shown)))
-             .empty()) {
-      return target;
+    FaceSearch search = makeSearch(event, shown, settings);
+    if (search.queries) {
+      target.searches.push_back(std::move(search));
+    } else {
+      target.reason = pick.reason;  // it may be there
     }
   }
-  const bool none_there = all_ready && target.search.shown.mesh;
-  return {{}, none_there ? NOTHING_THERE : pick.reason};
+  if (target.searches.empty()) {
+    target.reason = pick.reason;
+  }
+  return target;
 }
 
-std::string SelectionEditor::search(FaceSearch search, bool adding, bool on_thread)
+/// At once, or with its turn. What has been looked for is taken by frame(), however soon it is
+/// found.
+std::string SelectionEditor::perform(Edit edit)
 {
-  const MeshDataConstPtr mesh = search.shown.mesh;
-  if (!on_thread) {
-    return apply(mesh, adding, search());
+  edits_.push_back(std::move(edit));
+  return edits_.size() == 1 && !edits_.front().found.valid() ? advance() : std::string();
+}
+
+/// Makes all edits that do not have to wait; returns the last text.
+std::string SelectionEditor::advance()
+{
+  std::string last;
+  while (!edits_.empty()) {
+    Edit& first = edits_.front();
+    std::string text;
+    const auto begin = std::exchange(first.begin, nullptr);
+    if (begin) {
+      text = begin(first);
+    }
+    if (text.empty() && first.found.valid() &&
+        (begin || first.found.wait_for(std::chrono::seconds(0)) != std::future_status::ready)) {
+      break;
+    }
+    Edit edit = std::move(first);
+    edits_.pop_front();
+    if (text.empty()) {
+      Found found;
+      try {
+        found = edit.found.valid() ? edit.found.get() : Found();
+      } catch (const std::exception& error) {
+        text = std::string("faces could not be found: ") + error.what();
+      }
+      text = text.empty() ? edit.act(std::move(found)) : text;
+    }
+    last = text.empty() ? last : text;
   }
-  ask(mesh, adding,
-      [search = std::move(search)](const std::atomic<bool>& cancel) { return search(&cancel); });
-  return {};
+  return last;
 }
 
 /// @param work owns what it uses, and gives up soon after the flag is set
 /// @throw std::system_error where no thread can be started, std::bad_alloc
-void SelectionEditor::ask(const MeshDataConstPtr& mesh, bool adding,
-                          std::function<FaceSelection::Faces(const std::atomic<bool>&)> work)
+std::future<SelectionEditor::Found> SelectionEditor::ask(
+    std::function<Found(const std::atomic<bool>&)> work)
 {
-  using Task = std::packaged_task<FaceSelection::Faces(const std::atomic<bool>&)>;
+  using Task = std::packaged_task<Found(const std::atomic<bool>&)>;
   const auto task = std::make_shared<Task>(std::move(work));
   thread_.add([task](const Cancellation& cancellation) { (*task)(cancellation.flag()); });
-  questions_.push_back({mesh, adding, task->get_future()});
+  return task->get_future();
 }
 
-/// Of the first question.
-std::string SelectionEditor::takeAnswer()
+/// What is in the first of these regions where there is anything.
+std::string SelectionEditor::search(std::vector<FaceSearch> searches, bool adding,
+                                    const std::string& nothing)
 {
-  Question answered = std::move(questions_.front());
-  questions_.pop_front();
-  FaceSelection::Faces faces;
-  try {
-    faces = answered.faces.get();
-  } catch (const std::exception& error) {
-    return std::string("faces could not be found: ") + error.what();
+  std::size_t most = 0;
+  for (const FaceSearch& search : searches) {
+    most += std::min(search.most(), MANY_FACES + 1);
   }
-  return picker_.exists(answered.mesh) ? apply(answered.mesh, answered.adding, faces)
-                                       : "the mesh is gone of which faces were looked for";
+  Edit edit;
+  edit.mesh = adding && searches.size() == 1 ? searches.front().shown.mesh : nullptr;
+  if (most <= MANY_FACES) {
+    MeshDataConstPtr mesh;
+    FaceSelection::Faces faces;
+    for (const FaceSearch& search : searches) {
+      if (faces.empty()) {
+        mesh = search.shown.mesh;
+        faces = search();
+      }
+    }
+    if (faces.empty()) {
+      return nothing;
+    }
+    return put(mesh, adding, std::make_shared<const FaceSelection::Faces>(std::move(faces)));
+  }
+  edit.found = ask([searches = std::move(searches)](const std::atomic<bool>& cancel) {
+    for (const FaceSearch& search : searches) {
+      const auto faces = search(&cancel);
+      if (!faces.empty()) {
+        return Found{search.shown.mesh, FaceBits(search.shown.mesh->faceCount(), faces)};
+      }
+    }
+    return Found();
+  });
+  edit.act = [this, adding, nothing](const Found& found) {
+    return takeFound(adding, nothing, found);
+  };
+  return perform(std::move(edit));
 }
 
-std::string SelectionEditor::apply(const MeshDataConstPtr& mesh, bool adding,
-                                   const FaceSelection::Faces& faces)
+/// Selects or deselects these; many, of a label, are made bits of on the thread.
+std::string SelectionEditor::put(const MeshDataConstPtr& mesh, bool adding, LabelFaces faces)
+{
+  Edit edit;
+  edit.mesh = adding ? mesh : nullptr;
+  if (faces->size() > MANY_FACES) {
+    edit.found = ask([mesh, faces = std::move(faces)](const std::atomic<bool>& /*cancel*/) {
+      return Found{mesh, FaceBits(mesh->faceCount(), *faces)};
+    });
+    edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
+  } else {
+    edit.act = [this, mesh, adding, faces = std::move(faces)](const Found& /*found*/) {
+      return apply(mesh, adding, [&](FaceSelection& selection) -> const FaceSelection::Change& {
+        return adding ? selection.select(*faces) : selection.deselect(*faces);
+      });
+    };
+  }
+  return perform(std::move(edit));
+}
+
+std::string SelectionEditor::takeFound(bool adding, const std::string& nothing, const Found& found)
+{
+  if (!found.mesh) {
+    return nothing;
+  }
+  return apply(found.mesh, adding, [&](FaceSelection& selection) -> const FaceSelection::Change& {
+    return adding ? selection.selectBits(found.faces) : selection.deselectBits(found.faces);
+  });
+}
+
+std::string SelectionEditor::apply(const MeshDataConstPtr& mesh, bool adding, const Make& make)
 {
   std::string text;
-  if (faces.empty()) {
-    return stroking_ ? text : NOTHING_THERE;
+  if (!picker_.exists(mesh)) {
+    return "the mesh is gone of which faces were looked for";
   }
   if (mesh != session_.mesh()) {
     if (!adding) {
@@ -276,40 +369,41 @@ std::string SelectionEditor::apply(const MeshDataConstPtr& mesh, bool adding,
       text = "this is another mesh: " + std::to_string(lost) +
              " faces of the one before are not selected any more";
     }
+    const bool in_stroke = session_.selection().inStroke();
     session_.setMesh(mesh);
-    if (stroking_) {
+    if (in_stroke) {
       session_.beginStroke();
     }
   }
-  session_.change([&](FaceSelection& selection) -> const FaceSelection::Change& {
-    return adding ? selection.select(faces) : selection.deselect(faces);
-  });
+  session_.change(make);
   return text;
 }
 
 void SelectionEditor::beginStroke()
 {
-  session_.beginStroke();
   stroking_ = true;
-  stroke_ending_ = false;
   stroke_mesh_.reset();
   brush_.reset();
+  Edit edit;
+  edit.act = [this](const Found& /*found*/) {
+    session_.beginStroke();
+    return std::string();
+  };
+  perform(std::move(edit));
 }
 
 void SelectionEditor::endStroke()
 {
-  stroke_ending_ = stroking_;
-  finishStroke();
-}
-
-/// With its last answer.
-void SelectionEditor::finishStroke()
-{
-  if (stroke_ending_ && !busy()) {
-    session_.endStroke();
-    stroking_ = stroke_ending_ = false;
-    stroke_mesh_.reset();
+  if (!std::exchange(stroking_, false)) {
+    return;
   }
+  stroke_mesh_.reset();
+  Edit edit;
+  edit.act = [this](const Found& /*found*/) {
+    session_.endStroke();
+    return std::string();
+  };
+  perform(std::move(edit));
 }
 
 void SelectionEditor::findBrush(const Event& event, const SelectionSettings& settings)
@@ -328,7 +422,7 @@ std::string SelectionEditor::stroke(const Event& event, const Gesture& gesture,
     return picker_.pick(event, settings.back_faces).reason;
   }
   if (!stroke_mesh_) {
-    stroke_mesh_ = gesture.adding ? hits.front().mesh : session_.mesh();
+    stroke_mesh_ = gesture.adding ? hits.front().mesh : comingMesh();
   }
   FaceSearch search;
   for (const SurfaceHit& hit : hits) {
@@ -344,22 +438,27 @@ std::string SelectionEditor::stroke(const Event& event, const Gesture& gesture,
     return stroke_mesh_ ? "the brush stays on the mesh that it touched first"
                         : "nothing is selected that could be deselected";
   }
-  return this->search(std::move(search), gesture.adding, settings.visible_only);
+  std::vector<FaceSearch> searches;
+  searches.push_back(std::move(search));
+  return this->search(std::move(searches), gesture.adding, "");
 }
 
-std::string SelectionEditor::change(
-    const std::function<const FaceSelection::Change&(FaceSelection&)>& make)
+std::string SelectionEditor::change(const Make& make, const std::string& nothing)
 {
-  if (!session_.mesh()) {
-    return "nothing has been selected yet: show a mesh, and click at it";
-  }
-  session_.change(make);
-  return {};
+  Edit edit;
+  edit.act = [this, make, nothing](const Found& /*found*/) -> std::string {
+    if (!session_.mesh()) {
+      return nothing.empty() ? "nothing has been selected yet: show a mesh, and click at it"
+                             : nothing;
+    }
+    return session_.change(make) ? std::string() : nothing;
+  };
+  return perform(std::move(edit));
 }
 
 std::string SelectionEditor::selectAll()
 {
-  if (!session_.mesh()) {
+  if (!comingMesh()) {
     const auto shown = picker_.meshes();
     session_.setMesh(shown.empty() ? nullptr : shown.front().mesh);
   }
@@ -374,10 +473,22 @@ std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
   }
   giveUp();
   session_.setMesh(mesh);
-  session_.change([&](FaceSelection& selection) -> const FaceSelection::Change& {
-    return selection.replace(faces);
+  if (faces.size() <= MANY_FACES) {
+    return change([&](FaceSelection& selection) -> const FaceSelection::Change& {
+      return selection.replace(faces);
+    });
+  }
+  Edit edit;
+  edit.mesh = mesh;
+  edit.found = ask([mesh, faces](const std::atomic<bool>& /*cancel*/) {
+    return Found{mesh, FaceBits(mesh->faceCount(), faces)};
   });
-  return {};
+  edit.act = [this](const Found& found) {
+    return apply(found.mesh, true, [&](FaceSelection& selection) -> const FaceSelection::Change& {
+      return selection.replaceBits(found.faces);
+    });
+  };
+  return perform(std::move(edit));
 }
 
 std::shared_ptr<const FaceNeighbors> SelectionEditor::neighborsOf(const MeshDataConstPtr& mesh,
@@ -394,28 +505,46 @@ std::shared_ptr<const FaceNeighbors> SelectionEditor::neighborsOf(const MeshData
 
 std::string SelectionEditor::growOrShrink(bool grow)
 {
-  if (!session_.mesh() || session_.selection().empty()) {
-    return "nothing is selected that could grow or shrink";
-  }
-  std::string reason;
-  const auto neighbors = neighborsOf(session_.mesh(), reason);
-  if (!neighbors) {
+  const auto ring = [grow](const FaceNeighbors& neighbors, const FaceBits& selected,
+                           const std::atomic<bool>* cancel) {
+    return grow ? neighbors.grow(selected, cancel) : neighbors.shrink(selected, cancel);
+  };
+  Edit edit;
+  edit.begin = [this, grow, ring](Edit& begun) -> std::string {
+    const MeshDataConstPtr& mesh = session_.mesh();
+    const FaceSelection& selection = session_.selection();
+    if (!mesh || selection.empty()) {
+      return "nothing is selected that could grow or shrink";
+    }
+    std::string reason;
+    const auto neighbors = neighborsOf(mesh, reason);
+    if (neighbors && selection.count() > MANY_FACES) {
+      begun.found = ask(
+          [ring, neighbors, mesh, selected = selection.bits()](const std::atomic<bool>& cancel) {
+            return Found{mesh, FaceBits(mesh->faceCount(), ring(*neighbors, selected, &cancel))};
+          });
+      begun.act = [this, grow](const Found& found) { return takeFound(grow, "", found); };
+    } else if (neighbors) {
+      begun.act = [this, grow, ring, neighbors](const Found& /*found*/) {
+        const auto faces = ring(*neighbors, session_.selection().bits(), nullptr);
+        session_.change([&](FaceSelection& changed) -> const FaceSelection::Change& {
+          return grow ? changed.select(faces) : changed.deselect(faces);
+        });
+        return std::string();
+      };
+    }
     return reason;
-  }
-  return change([&](FaceSelection& selection) -> const FaceSelection::Change& {
-    return grow ? selection.select(neighbors->grow(selection))
-                : selection.deselect(neighbors->shrink(selection));
-  });
+  };
+  return perform(std::move(edit));
 }
 
 bool SelectionEditor::giveUp()
 {
   thread_.cancel();
-  const bool searching = !std::exchange(questions_, {}).empty();
+  const bool searching = !std::exchange(edits_, {}).empty();
   const bool stroking = std::exchange(stroking_, false);
-  stroke_ending_ = false;
   stroke_mesh_.reset();
-  if (stroking && session_.selection().inStroke()) {
+  if (session_.selection().inStroke()) {
     session_.change(&FaceSelection::giveUpStroke);
   }
   return searching || stroking;
@@ -424,7 +553,7 @@ bool SelectionEditor::giveUp()
 void SelectionEditor::prepare(const SelectionSettings& settings)
 {
   const auto meshes = picker_.meshes();
-  if (meshes.size() == 1 && !session_.mesh() && !session_.awaited() && !stroking_) {
+  if (meshes.size() == 1 && !session_.mesh() && !session_.awaited() && !stroking_ && !busy()) {
     session_.setMesh(meshes.front().mesh);  // its vertices are uploaded then
   }
   for (const ShownMesh& shown : meshes) {
@@ -486,12 +615,8 @@ SelectionEditor::FrameResult SelectionEditor::frame()
   FrameResult result = dropLostMesh();
   const std::string returned = takeReturnedMesh();
   result.text = returned.empty() ? result.text : returned;
-  while (busy() &&
-         questions_.front().faces.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
-    const std::string text = takeAnswer();
-    result.text = text.empty() ? result.text : text;
-  }
-  finishStroke();
+  const std::string text = advance();
+  result.text = text.empty() ? result.text : text;
   session_.follow(picker_.meshes());
   return result;
 }

@@ -22,8 +22,11 @@ namespace rviz_mesh_plugin {
 class FaceNeighbors;
 
 /// Selects what is clicked at or dragged over in a picture. Texts that are returned tell the user
-/// what went otherwise than expected, and are empty where nothing did. Whatever takes long is done
-/// on a thread and taken over by frame(). GUI thread only.
+/// what went otherwise than expected, and are empty where nothing did. GUI thread only.
+///
+/// What has to look at more than MANY_FACES is done on a thread and taken over by frame(). Edits
+/// change the selection one after the other, in the order in which they were asked for: those that
+/// come while faces are being looked for wait for their turn. giveUp() drops all that wait.
 ///
 /// Faces are of one mesh: whoever adds faces of another one loses those that were selected. Where
 /// the mesh goes and the same returns, as after Reset, they are selected again.
@@ -56,14 +59,17 @@ class SelectionEditor
   const std::optional<SurfaceHit>& brush() const { return brush_; }
   void findBrush(const Event& event, const SelectionSettings& settings);
 
-  std::string change(const std::function<const FaceSelection::Change&(FaceSelection&)>& make);
+  using Make = SelectionSession::Make;
+  /// @param nothing what is told where nothing changes
+  std::string change(const Make& make, const std::string& nothing = {});
   /// All faces of the mesh; before there is a selection, of the first that is shown.
   std::string selectAll();
   std::string replace(const MeshDataConstPtr& mesh, const FaceSelection::Faces& faces);
   /// Adds the ring of faces around the selection, or takes away its outermost one.
   std::string growOrShrink(bool grow);
 
-  bool busy() const { return !questions_.empty(); }
+  /// Edits wait: for faces that are being looked for, or for their turn.
+  bool busy() const { return !edits_.empty(); }
 
   /// Takes back the stroke, and forgets what is being looked for. Returns whether there was any.
   bool giveUp();
@@ -80,18 +86,32 @@ class SelectionEditor
   FrameResult frame();
 
  private:
+  /// The faces of a label, or some others.
+  using LabelFaces = std::shared_ptr<const FaceSelection::Faces>;
+
   struct Target
   {
-    FaceSearch search;   ///< without regions
-    std::string reason;  ///< why there is none
+    /// The first one with faces counts; without regions.
+    std::vector<FaceSearch> searches;
+    std::string reason;  ///< why there is none, or why nothing is found
   };
 
-  /// Faces that are being looked for, to be selected or deselected.
-  struct Question
+  /// Of one mesh; none where nothing was found.
+  struct Found
   {
     MeshDataConstPtr mesh;
-    bool adding = true;
-    std::future<FaceSelection::Faces> faces;
+    FaceBits faces;
+  };
+
+  /// What is to be done with the selection.
+  struct Edit
+  {
+    MeshDataConstPtr mesh;  ///< that has the selection then; null: the same as before
+    /// With its turn: begins to look for faces, or returns why not. Null: that has begun, or there
+    /// is nothing to look for.
+    std::function<std::string(Edit& edit)> begin;
+    std::future<Found> found;  ///< invalid: there is nothing to look for
+    std::function<std::string(Found found)> act;
   };
 
   /// Null: `reason` says why they are not known.
@@ -99,27 +119,28 @@ class SelectionEditor
                                                           std::string& reason);
   FaceSearch makeSearch(const Event& event, const ShownMesh& shown,
                         const SelectionSettings& settings) const;
+  MeshDataConstPtr comingMesh() const;
   Target selectedTarget(const Event& event, const SelectionSettings& settings) const;
   Target findTarget(const Event& event, const Gesture& gesture, const std::vector<Pixel>& path,
                     const SelectionSettings& settings) const;
   std::string flood(const SurfaceHit& hit, bool adding, const SelectionSettings& settings);
-  std::string apply(const MeshDataConstPtr& mesh, bool adding, const FaceSelection::Faces& faces);
-  std::string search(FaceSearch search, bool adding, bool on_thread);
-  void ask(const MeshDataConstPtr& mesh, bool adding,
-           std::function<FaceSelection::Faces(const std::atomic<bool>& cancel)> work);
-  std::string takeAnswer();
+  std::string perform(Edit edit);
+  std::string advance();
+  std::future<Found> ask(std::function<Found(const std::atomic<bool>& cancel)> work);
+  std::string put(const MeshDataConstPtr& mesh, bool adding, LabelFaces faces);
+  std::string apply(const MeshDataConstPtr& mesh, bool adding, const Make& make);
+  std::string takeFound(bool adding, const std::string& nothing, const Found& found);
+  std::string search(std::vector<FaceSearch> searches, bool adding, const std::string& nothing);
   FrameResult dropLostMesh();
   std::string takeReturnedMesh();
-  void finishStroke();
 
   rviz::DisplayContext* context_;
   const SurfacePicker& picker_;
   SelectionSession session_;
-  std::deque<Question> questions_;  ///< answered in this order
+  std::deque<Edit> edits_;  ///< in their order; the first has to wait for its faces
   WorkThread thread_{"selection"};
   std::optional<SurfaceHit> brush_;
-  bool stroking_ = false;
-  bool stroke_ending_ = false;    ///< with the last answer
+  bool stroking_ = false;         ///< the button is down; the edits may be behind
   MeshDataConstPtr stroke_mesh_;  ///< null: it has not touched any
 };
 

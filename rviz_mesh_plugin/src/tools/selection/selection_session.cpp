@@ -85,12 +85,11 @@ void SelectionSession::forgetAwaited()
   awaited_selection_ = FaceSelection();
 }
 
-void SelectionSession::change(
-    const std::function<const FaceSelection::Change&(FaceSelection&)>& make)
+bool SelectionSession::change(const Make& make)
 {
   const FaceSelection::Change& change = make(selection_);
   if (change.empty()) {
-    return;
+    return false;
   }
   countChange(change);
   try {
@@ -101,6 +100,7 @@ void SelectionSession::change(
     throw;
   }
   on_change_();
+  return true;
 }
 
 std::optional<double> SelectionSession::area() const
@@ -111,14 +111,14 @@ std::optional<double> SelectionSession::area() const
 /// Large changes are counted later: the highlight comes first.
 void SelectionSession::countChange(const FaceSelection::Change& change)
 {
-  if (!area() || selection_.empty() || change.added.size() + change.removed.size() > COUNT_SLICE) {
+  if (!area() || selection_.empty() || change.count() > COUNT_SLICE) {
     counted_ = 0;
     return;
   }
-  for (const auto face : change.added) {
+  for (const auto face : change.added()) {
     area_ += faceArea(*mesh_, face);
   }
-  for (const auto face : change.removed) {
+  for (const auto face : change.removed()) {
     area_ -= faceArea(*mesh_, face);
   }
 }
@@ -128,18 +128,19 @@ void SelectionSession::count()
 {
   area_ = counted_ == 0 ? 0.0 : area_;
   const auto size = static_cast<std::uint32_t>(selection_.size());
-  for (std::size_t left = COUNT_SLICE; counted_ < size && left > 0; ++counted_) {
-    if (selection_.contains(counted_)) {
-      area_ += faceArea(*mesh_, counted_);
-      --left;
-    }
+  std::size_t left = COUNT_SLICE;
+  for (; counted_ < size && left > 0; counted_ = std::min(size, counted_ + FaceBits::BITS)) {
+    const FaceBits::Word word = selection_.bits().word(counted_ / FaceBits::BITS);
+    FaceBits::visitBits(word, counted_,
+                        [&](std::uint32_t face) { area_ += faceArea(*mesh_, face); });
+    left -= std::min(left, FaceBits::countOf(word));
   }
 }
 
 void SelectionSession::showChange(const FaceSelection::Change& change)
 {
   if (!visual_failed_) {
-    visual_.apply(change);
+    visual_.apply(selection_, change);
     return;
   }
   if (visual_.mesh() != mesh_) {

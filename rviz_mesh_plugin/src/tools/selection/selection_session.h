@@ -37,9 +37,10 @@ class SelectionSession
   bool isAwaited(const MeshData& mesh) const;
   void forgetAwaited();
 
-  /// Changes the selection, and the highlight with it.
+  using Make = std::function<const FaceSelection::Change&(FaceSelection&)>;
+  /// Changes the selection, and the highlight with it; returns whether anything has changed.
   /// @throw std::bad_alloc before, and Ogre::Exception after the selection has changed
-  void change(const std::function<const FaceSelection::Change&(FaceSelection&)>& make);
+  bool change(const Make& make);
 
   /// See FaceSelection.
   void beginStroke() { selection_.beginStroke(); }
