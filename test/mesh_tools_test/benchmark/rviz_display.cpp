@@ -113,6 +113,46 @@ void tellWatch(const Watch& watch, const std::string& name)
   tell(name + "_block", watch.longestBlock());
 }
 
+constexpr std::uint32_t TEXTURE_SIDE = 8192;
+constexpr std::size_t SMALL_WORLD = 100000;  // faces: for tests, which have a smaller texture
+
+/// What large messages take of the GUI thread, beside what the same time takes without any.
+/// @param quiet milliseconds in which all that comes of them is done
+void measureGui(const World& world, MeshSubject& subject, double quiet)
+{
+  GuiThread gui;
+  const auto work = [&](const std::string& name, double wait, const std::function<void()>& action) {
+    const auto watch = [&](const std::function<void()>& act) {
+      const auto start = Clock::now();
+      gui.watch(act, [&] { return milliseconds(Clock::now() - start) > wait; });
+    };
+    watch([] {});
+    const double idle = gui.all();
+    watch(action);
+    tell("gui_" + name, gui.longest());
+    tell("gui_" + name + "_all", std::max(0.0, gui.all() - idle));
+  };
+  const auto large = MeshSubject::makeUpdate(world, 1, 1000000);
+  work("sparse", quiet, [&] { subject.update(large); });
+  const auto small = MeshSubject::makeUpdate(world, 1, 100000);
+  int left = 200;
+  QTimer timer;
+  QObject::connect(&timer, &QTimer::timeout, [&] {
+    if (left-- > 0) {
+      subject.update(small);
+    }
+  });
+  work("stream", quiet + 2000.0, [&] { timer.start(10); });
+  timer.stop();
+  subject.prepareTexture(world);
+  Stage::spin(static_cast<int>(2.0 * quiet));
+  const double before = resident();
+  const bool small_world = world.faces.size() < SMALL_WORLD;
+  work("texture", 2.0 * quiet,
+       [&] { subject.showTexture(small_world ? TEXTURE_SIDE / 16 : TEXTURE_SIDE); });
+  tell("memory_texture", resident() - before);
+}
+
 void measure(const World& world, Subject& subject, double quiet, const std::string& pictures)
 {
   Stage::SetUpTestSuite();
@@ -154,6 +194,9 @@ void measure(const World& world, Subject& subject, double quiet, const std::stri
   tell("memory_layers", resident() - memory_before);
   if (!pictures.empty()) {
     Stage::panel()->getRenderWindow()->writeContentsToFile(pictures + "_layer.png");
+  }
+  if (auto* mesh = dynamic_cast<MeshSubject*>(&subject)) {
+    measureGui(world, *mesh, quiet);
   }
 }
 

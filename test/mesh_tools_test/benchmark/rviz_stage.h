@@ -43,6 +43,14 @@ inline double processMilliseconds()
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
+/// CPU time of the thread that asks, in milliseconds.
+inline double threadMilliseconds()
+{
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
 /// The panel and manager of the render fixture, without a test around them.
 class Stage : public osmesa_harness::RenderFixture
 {
@@ -197,6 +205,64 @@ class Watch : public Ogre::FrameListener
   double block_ = 0.0;
   double drawing_ = 0.0;
   double drawing_cpu_ = 0.0;
+};
+
+/// CPU time of the GUI thread without drawing, from a moment on: how much in all, and at a time.
+class GuiThread : public Ogre::FrameListener
+{
+ public:
+  GuiThread() { Ogre::Root::getSingleton().addFrameListener(this); }
+  ~GuiThread() override { Ogre::Root::getSingleton().removeFrameListener(this); }
+
+  /// Does something, and then what comes of it until that is done.
+  /// @return whether it was, before the timeout
+  bool watch(const std::function<void()>& action, const std::function<bool()>& done,
+             double timeout_milliseconds = 60000.0)
+  {
+    all_ = longest_ = 0.0;
+    piece(action);
+    const auto start = Clock::now();
+    int quiet = 0;  // frames: what is done is also seen
+    while (quiet < 3 && milliseconds(Clock::now() - start) < timeout_milliseconds) {
+      const int frames = frames_;
+      piece([] { QApplication::processEvents(); });
+      QThread::msleep(1);
+      quiet = done() ? quiet + (frames_ > frames ? 1 : 0) : 0;
+    }
+    return done();
+  }
+
+  double all() const { return all_; }
+  double longest() const { return longest_; }
+
+ private:
+  void piece(const std::function<void()>& work)
+  {
+    drawing_ = 0.0;
+    const double start = threadMilliseconds();
+    work();
+    const double taken = threadMilliseconds() - start - drawing_;
+    all_ += taken;
+    longest_ = std::max(longest_, taken);
+  }
+
+  bool frameStarted(const Ogre::FrameEvent&) override
+  {
+    draw_start_ = threadMilliseconds();
+    return true;
+  }
+  bool frameEnded(const Ogre::FrameEvent&) override
+  {
+    drawing_ += threadMilliseconds() - draw_start_;
+    ++frames_;
+    return true;
+  }
+
+  double all_ = 0.0;
+  double longest_ = 0.0;
+  double drawing_ = 0.0;
+  double draw_start_ = 0.0;
+  int frames_ = 0;
 };
 
 /// Does it with RViz's Qt application and a ROS node that has been named; the exit code of main().

@@ -8,6 +8,9 @@
 #include <OgreSceneNode.h>
 #include <OgreTechnique.h>
 #include <mesh_msgs/MeshGeometryStamped.h>
+#include <mesh_msgs/MeshMaterialsStamped.h>
+#include <mesh_msgs/MeshTexture.h>
+#include <mesh_msgs/MeshVertexCostsSparseStamped.h>
 #include <mesh_msgs/MeshVertexCostsStamped.h>
 #include <ros/node_handle.h>
 #include <rviz/properties/property.h>
@@ -59,15 +62,22 @@ class MeshSubject : public Subject
     display_->subProp("Show Normals")->setValue(false);
     geometry_ = node_.advertise<mesh_msgs::MeshGeometryStamped>("/benchmark/mesh", 1);
     costs_ = node_.advertise<mesh_msgs::MeshVertexCostsStamped>("/benchmark/vertex_costs", 4);
+    updates_ = node_.advertise<mesh_msgs::MeshVertexCostsSparseStamped>(
+        "/benchmark/vertex_costs/updates", 100);
+    materials_ = node_.advertise<mesh_msgs::MeshMaterialsStamped>("/benchmark/materials", 1);
+    textures_ = node_.advertise<mesh_msgs::MeshTexture>("/benchmark/textures", 1);
     display_->subProp("Geometry Topic")->setValue("/benchmark/mesh");
     display_->subProp("Display Type")
         ->subProp("Vertex Costs Topic")
         ->setValue("/benchmark/vertex_costs");
+    display_->subProp("Display Type")->subProp("Materials Topic")->setValue("/benchmark/materials");
+    display_->subProp("Display Type")->subProp("Textures Topic")->setValue("/benchmark/textures");
   }
 
   bool ready() const override
   {
-    return geometry_.getNumSubscribers() > 0 && costs_.getNumSubscribers() > 0;
+    return geometry_.getNumSubscribers() > 0 && costs_.getNumSubscribers() > 0 &&
+           updates_.getNumSubscribers() > 0 && textures_.getNumSubscribers() > 0;
   }
 
   void prepare(const World& world) override
@@ -119,10 +129,73 @@ class MeshSubject : public Subject
         ->setValue(QString("layer %1").arg(layer));
   }
 
+  /// New values of a layer, of vertices in no order.
+  static boost::shared_ptr<mesh_msgs::MeshVertexCostsSparseStamped> makeUpdate(const World& world,
+                                                                               int layer,
+                                                                               std::size_t count)
+  {
+    auto message = boost::make_shared<mesh_msgs::MeshVertexCostsSparseStamped>();
+    message->header.frame_id = "map";
+    message->uuid = "benchmark";
+    message->type = "layer " + std::to_string(layer);
+    std::uint64_t random = 1;
+    for (std::size_t i = 0; i < count; ++i) {
+      random = random * 6364136223846793005u + 1442695040888963407u;
+      const auto vertex = static_cast<std::uint32_t>((random >> 33) % world.vertices.size());
+      message->mesh_vertex_costs.vertices.push_back(vertex);
+      message->mesh_vertex_costs.costs.push_back(world.cost(1 - layer, vertex));
+    }
+    return message;
+  }
+  void update(const boost::shared_ptr<mesh_msgs::MeshVertexCostsSparseStamped>& message)
+  {
+    updates_.publish(message);
+  }
+
+  /// All faces have one material with a texture.
+  void prepareTexture(const World& world)
+  {
+    auto message = boost::make_shared<mesh_msgs::MeshMaterialsStamped>();
+    message->header.frame_id = "map";
+    message->uuid = "benchmark";
+    mesh_msgs::MeshMaterials& materials = message->mesh_materials;
+    materials.materials.resize(1);
+    materials.materials[0].color.a = 1.0f;
+    materials.materials[0].has_texture = true;
+    materials.clusters.resize(1);
+    for (std::size_t face = 0; face < world.faces.size(); ++face) {
+      materials.clusters[0].face_indices.push_back(static_cast<std::uint32_t>(face));
+    }
+    materials.cluster_materials = {0};
+    materials.vertex_tex_coords.resize(world.vertices.size());
+    for (std::size_t i = 0; i < world.vertices.size(); ++i) {
+      materials.vertex_tex_coords[i].u = world.cost(0, i);
+      materials.vertex_tex_coords[i].v = world.cost(1, i);
+    }
+    materials_.publish(message);
+    display_->subProp("Display Type")->setValue("Textures");
+  }
+  void showTexture(std::uint32_t side)
+  {
+    auto message = boost::make_shared<mesh_msgs::MeshTexture>();
+    message->uuid = "benchmark";
+    message->image.width = message->image.height = side;
+    message->image.encoding = "rgb8";
+    message->image.step = 3 * side;
+    message->image.data.resize(std::size_t{3} * side * side);
+    for (std::size_t i = 0; i < message->image.data.size(); ++i) {
+      message->image.data[i] = static_cast<std::uint8_t>(i * 2654435761u >> 13);
+    }
+    textures_.publish(message);
+  }
+
  private:
   ros::NodeHandle node_;
   ros::Publisher geometry_;
   ros::Publisher costs_;
+  ros::Publisher updates_;
+  ros::Publisher materials_;
+  ros::Publisher textures_;
   boost::shared_ptr<mesh_msgs::MeshGeometryStamped> message_;
   rviz::Display* display_ = nullptr;
 };

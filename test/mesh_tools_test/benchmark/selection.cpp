@@ -12,8 +12,11 @@
 #include "picking/surface_index.h"
 #include "picking/surface_picker.h"
 #include "picking/view_geometry.h"
+#include "selection/selection_visual.h"
 #include "tools/cluster_label_tool.h"
 
+#include <OgreRenderWindow.h>
+#include <QKeyEvent>
 #include <QMouseEvent>
 
 #include <cstdio>
@@ -201,6 +204,64 @@ void measureStroke(Hand& hand)
   hand.clear();
 }
 
+/// CPU milliseconds of a frame: the median of several.
+double frameTime()
+{
+  Stage::spinFrames(3);
+  std::vector<double> times;
+  for (int i = 0; i < 7; ++i) {
+    const double start = processMilliseconds();
+    Stage::panel()->getRenderWindow()->update(true);
+    times.push_back(processMilliseconds() - start);
+  }
+  return quantile(times, 0.5);
+}
+
+/// What edits of many faces take of the GUI thread, and what their highlight takes of a frame.
+void measureGui(ClusterLabelTool& tool)
+{
+  GuiThread gui;
+  const auto done = [&tool] { return !tool.busy() && tool.visual()->isCurrent(); };
+  const auto edit = [&](const std::string& name, const std::function<void()>& action) {
+    if (!gui.watch(action, done)) {
+      throw std::runtime_error(name + " was not done in a minute");
+    }
+    tell("gui_" + name, gui.longest());
+    tell("gui_" + name + "_all", gui.all());
+  };
+  const auto key = [&tool](int code, Qt::KeyboardModifiers modifiers) {
+    QKeyEvent event(QEvent::KeyPress, code, modifiers);
+    tool.processKeyEvent(&event, Stage::panel());
+  };
+  const auto send = [&tool](const QPoint& at, QEvent::Type type, Qt::KeyboardModifiers modifiers) {
+    auto event = mouse(at, type, Qt::LeftButton, modifiers);
+    tool.processMouseEvent(event);
+  };
+  const auto drag = [&](const QPoint& from, const QPoint& to, int moves,
+                        Qt::KeyboardModifiers modifiers) {
+    send(from, QEvent::MouseButtonPress, modifiers);
+    for (int i = 1; i <= moves; ++i) {
+      send(from + (to - from) * i / moves, QEvent::MouseMove, modifiers);
+    }
+    send(to, QEvent::MouseButtonRelease, modifiers);
+  };
+  tell("frame_plain", frameTime());
+  edit("box", [&] { drag({2, 2}, {WIDTH - 3, HEIGHT - 3}, 3, Qt::NoModifier); });
+  tell("gui_box_faces", static_cast<double>(tool.selection().count()));
+  edit("undo", [&] { key(Qt::Key_Z, Qt::ControlModifier); });
+  edit("redo", [&] { key(Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier); });
+  edit("grow", [&] { key(Qt::Key_Plus, Qt::NoModifier); });
+  edit("all", [&] { key(Qt::Key_A, Qt::ControlModifier); });
+  tell("frame_all_selected", frameTime());
+  edit("invert", [&] { key(Qt::Key_I, Qt::ControlModifier); });
+  tool.getPropertyContainer()->subProp("Brush Radius")->setValue(5.0f);
+  edit("brush", [&] {
+    drag({WIDTH / 2 - 100, HEIGHT / 2}, {WIDTH / 2 + 100, HEIGHT / 2}, 10, Qt::ControlModifier);
+  });
+  tell("gui_brush_faces", static_cast<double>(tool.selection().count()));
+  tool.clearSelection();
+}
+
 void measure(const World& world, int repeats)
 {
   Stage::SetUpTestSuite();
@@ -251,6 +312,11 @@ void measure(const World& world, int repeats)
   hand.clear();
   measureTable(hand, scan.get(), repeats);
   measureStroke(hand);
+  const auto shown = picker.meshes().front().mesh;
+  while (!rviz_mesh_plugin::SurfaceIndex::instance().findNeighbors(shown).neighbors) {
+    Stage::spinFrames(1);
+  }
+  measureGui(*tool);
 }
 
 }  // namespace

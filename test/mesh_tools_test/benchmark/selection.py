@@ -4,10 +4,11 @@
     selection.py [--faces N ...] [--repeats N] [--json FILE]
 
 Single faces, a ball of 1 m and a rectangle of an eighth of the window's sides, each at 41 places
-(--repeats), from the mouse event to the updated index buffer; then a stroke of the brush. Meshes
-are the generated outdoor world with as many faces as the paper's datasets. The tool is the one of
-RViz's plugin, in RViz's own panel, 1280 x 960, drawn by OSMesa. Floors hold for two cores without
-a GPU.
+(--repeats), from the mouse event to the updated index buffer; then a stroke of the brush; then what
+edits of many faces take of the GUI thread (its CPU without drawing, at a time and in all), and all
+faces selected of a frame (CPU). Meshes are the generated outdoor world with as many faces as the
+paper's datasets. The tool is the one of RViz's plugin, in RViz's own panel, 1280 x 960, drawn by
+OSMesa. Floors hold for two cores without a GPU.
 """
 
 import argparse
@@ -34,6 +35,17 @@ TABLE = (
 )
 FLOORS = {"single": 1.0, "radius": 2.0, "box": 10.0}  # milliseconds
 LEAST_RATE = 60.0  # events of the brush a second
+MOST_AT_A_TIME = 50.0  # milliseconds of the GUI thread
+MOST_OF_PLAIN = 1.5  # times a frame without a selection
+EDITS = {
+    "box": "box through the mesh",
+    "all": "Ctrl+A",
+    "invert": "Ctrl+I",
+    "undo": "undo",
+    "redo": "redo",
+    "grow": "grow",
+    "brush": "brush of 5 m, ten moves",
+}
 
 
 def figures(values: Dict[str, float], paper: Dict[str, float]) -> List[Figure]:
@@ -48,6 +60,20 @@ def figures(values: Dict[str, float], paper: Dict[str, float]) -> List[Figure]:
             found.append(Figure(name, values[mode], "ms", "the paper (its GPU)", paper[mode]))
     found.append(Figure("stroke, events", values["stroke_rate"], "1/s", "", None, LEAST_RATE))
     found.append(Figure("stroke, longest event", values["stroke_longest"], "ms"))
+    for key, name in EDITS.items():
+        found.append(Figure(f"GUI, {name}", values["gui_" + key], "ms", "", None, MOST_AT_A_TIME))
+        found.append(Figure(f"GUI, {name}, in all", values[f"gui_{key}_all"], "ms"))
+    plain = values["frame_plain"]
+    found.append(
+        Figure(
+            "frame, all selected",
+            values["frame_all_selected"],
+            "ms",
+            "plain",
+            plain,
+            MOST_OF_PLAIN * plain,
+        )
+    )
     return found
 
 

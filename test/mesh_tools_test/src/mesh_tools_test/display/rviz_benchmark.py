@@ -31,11 +31,18 @@ ROWS: Tuple[Tuple[str, str, str, Optional[float], Optional[float]], ...] = (
     ("layer switch, CPU without drawing", "switch_cpu", "ms", None, None),
     ("layer switch, longest update()", "switch_update", "ms", 50, 50),
     ("layer switch, to the complete picture", "switch_complete", "ms", None, None),
+    ("1 M sparse values, GUI at a time", "gui_sparse", "ms", 50, 50),
+    ("1 M sparse values, GUI in all", "gui_sparse_all", "ms", None, None),
+    ("100,000 at 100 Hz, GUI at a time", "gui_stream", "ms", 50, 50),
+    ("100,000 at 100 Hz for 2 s, GUI in all", "gui_stream_all", "ms", None, None),
+    ("8192 x 8192 texture, GUI at a time", "gui_texture", "ms", None, None),
+    ("8192 x 8192 texture, GUI in all", "gui_texture_all", "ms", None, None),
+    ("memory kept of that texture", "memory_texture", "MB", 400, 400),
     ("frame, mesh far away", "frame_far", "ms", 80, 120),
     ("frame, mesh fills the window", "frame_full", "ms", None, None),
     ("frame, camera inside", "frame_inside", "ms", 150, 150),
 )
-MEGABYTES = ("memory", "memory_peak", "memory_layers")
+MEGABYTES = ("memory", "memory_peak", "memory_layers", "memory_texture")
 
 
 class Setup(NamedTuple):
