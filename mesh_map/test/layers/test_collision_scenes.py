@@ -262,6 +262,22 @@ def test_solids_as_exporters_leave_them(kind, soup):
         assert not lethal[~around((2, 2), (4, 3), HALF)].any()
 
 
+@pytest.mark.parametrize("offset", [0.0, 2e5])
+def test_rims_keep_their_places(offset):
+    """A vertex far away, or coordinates that are coarse, do not make one of the corners of a border;
+    a row of corners that are near to each other stays as long as it is."""
+    ground = floor((0, 0), (2, 2), 0.05)
+    row = np.stack([np.arange(100) * 9e-5, np.full(100, 3.0), np.zeros(100)], 1)
+    strip = np.concatenate([row, row + [0, 1, 0]])
+    strip = strip, np.array([[i, i + 1, i + 100] for i in range(99)])
+    far = np.array([[1e6, 0.0, 0.0]] * 3) * [[1], [1.1], [1.2]], np.array([[0, 1, 2]])
+    vertices, faces = joined(ground, strip, *([] if offset else [far]))
+    geometry = MeshGeometry(np.float32(vertices + [offset, 0, 0]), faces)
+    joins = find_solids(geometry).joined
+    moved = np.linalg.norm(geometry.vertices[joins] - geometry.vertices, axis=1)
+    assert moved[: len(ground[0]) + 200].max() <= 1e-3
+
+
 def test_a_sheet_seen_from_both_sides_is_no_solid():
     wall = sheet((1, 2), (4, 2), 0.0, 2.0)
     both = solids.welded(joined(wall, solids.flipped(wall)))

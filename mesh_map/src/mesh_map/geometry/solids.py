@@ -13,6 +13,8 @@ from mesh_map.geometry.mesh_geometry import MeshGeometry
 from mesh_map.geometry.topology import Topology
 
 NO_SOLID = int(_kernels._NO_INDEX)
+# Meters that rounding may put corners apart: at least, and at most, however large coordinates are.
+_ROUNDING = 1e-4, 1e-3
 
 
 class Solids(NamedTuple):
@@ -20,7 +22,7 @@ class Solids(NamedTuple):
 
     Many formats have vertices of their own for each side of a box, or for each face, some rounded
     differently. So vertices at borders that are at the same place, or within a tenth of a
-    millimeter (on large coordinates more), count as one here.
+    millimeter (a millimeter, where coordinates are as coarse as that), count as one here.
 
     Attributes:
         numbers: (F,) uint32, of each face that of its solid; NO_SOLID for faces of none. A solid is
@@ -138,16 +140,21 @@ def _same_places(vertices: np.ndarray, some: np.ndarray) -> Optional[np.ndarray]
 
 
 def _near_places(vertices: np.ndarray, some: np.ndarray) -> Optional[np.ndarray]:
-    """The same of those that are nearer to each other than rounding may put them apart."""
-    largest = np.abs(vertices).max(initial=0.0)
-    near = max(1e-4, 4.0 * float(np.spacing(np.float32(largest))))
-    pairs = cKDTree(vertices[some].astype(np.float64)).query_pairs(near, output_type="ndarray")
-    if not len(pairs):
-        return None
+    """The same of those that are nearer to each other than rounding may put them apart. Of a row of
+    them that is longer than that, none."""
+    places = vertices[some].astype(np.float64)
+    near = np.clip(4.0 * np.spacing(np.abs(vertices[some]).max(axis=1)), *_ROUNDING)
+    pairs = cKDTree(places).query_pairs(_ROUNDING[1], output_type="ndarray")
+    gaps = np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1)
+    pairs = pairs[gaps <= near[pairs].min(axis=1)]
     graph = coo_matrix((np.ones(len(pairs), bool), pairs.T), shape=(len(some), len(some)))
     groups = connected_components(graph, directed=False)[1]
     _, first = np.unique(groups, return_index=True)
-    return _as_table(len(vertices), some, some[first[groups]])
+    first = first[groups]
+    far = np.linalg.norm(places - places[first], axis=1) > near[first]
+    alone = np.bincount(groups, weights=far)[groups] > 0.0
+    first = np.where(alone, np.arange(len(some)), first)
+    return _as_table(len(vertices), some, some[first]) if len(pairs) and not alone.all() else None
 
 
 def _as_table(count: int, some: np.ndarray, become: np.ndarray) -> np.ndarray:
