@@ -141,10 +141,9 @@ void TexturedMeshDisplay::load(const rviz::Config& config)
 {
   lines_.attempt([&] {
     properties_->setAutomatic(false);  // what the file leaves out is what it always was
-    properties_->setLoading(true);
+    const MeshProperties::Loading loading(*properties_);
     Display::load(config);
     properties_->loadOlderKeys(config);
-    properties_->setLoading(false);
   });
 }
 

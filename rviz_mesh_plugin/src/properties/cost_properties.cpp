@@ -155,7 +155,9 @@ void CostProperties::chooseLayer()
   const bool combined = std::find(types_.begin(), types_.end(), COMBINED_COSTS) != types_.end();
   if (combined || (own_choice_.empty() && !types_.empty())) {
     own_choice_ = combined ? COMBINED_COSTS : types_.front();
+    choosing_ = true;
     costs_type_->setStdString(own_choice_);
+    choosing_ = false;
   }
 }
 

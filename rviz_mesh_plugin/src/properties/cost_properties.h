@@ -46,6 +46,9 @@ class CostProperties : public QObject
   /// Ends that, and takes its choice back.
   void forgetLayer();
 
+  /// Whether coloringChanged() is of its own choice.
+  bool isChoosing() const { return choosing_; }
+
   /// The scale that a display begins with.
   void setScale(ColorScale scale);
 
@@ -74,6 +77,7 @@ class CostProperties : public QObject
 
   Seen seen_ = Seen::ALL;
   bool chooses_ = false;
+  bool choosing_ = false;
   std::string own_choice_;
   bool topics_hidden_ = false;
   std::vector<std::string> types_;

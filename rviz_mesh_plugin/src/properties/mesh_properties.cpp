@@ -77,7 +77,7 @@ MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
                                &MeshSource::labels_topic);
   labels_alpha_ = contents.alpha("Labels Alpha", "labelled faces", show_labels_);
   connect(costs_, SIGNAL(topicsChanged()), SIGNAL(sourceChanged()));
-  connect(costs_, SIGNAL(coloringChanged()), SIGNAL(contentChanged()));
+  connect(costs_, SIGNAL(coloringChanged()), SLOT(onColoring()));
   connect(costs_, SIGNAL(legendChanged()), SIGNAL(styleChanged()));
   onDisplayType();
 }
@@ -281,19 +281,30 @@ std::size_t MeshProperties::bufferSize() const
 
 void MeshProperties::setAutomatic(bool automatic)
 {
-  const auto set_type = [this](DisplayType type) {
-    for (const auto& named : DISPLAY_TYPES) {
-      if (named.second == type) {
-        display_type_->setString(named.first);
-      }
-    }
-  };
   costs_->forgetLayer();
   faces_color_->setColor(automatic ? AUTOMATIC_FACES_COLOR : FACES_COLOR);
   costs_->setScale(automatic ? ColorScale::VIRIDIS : ColorScale::RAINBOW);
   show_wireframe_->setBool(!automatic);
   show_normals_->setBool(!automatic);
-  set_type(automatic ? DisplayType::AUTOMATIC : DisplayType::FIXED_COLOR);
+  choose(automatic ? DisplayType::AUTOMATIC : DisplayType::FIXED_COLOR);
+}
+
+void MeshProperties::choose(DisplayType type)
+{
+  for (const auto& named : DISPLAY_TYPES) {
+    if (named.second == type) {
+      display_type_->setString(named.first);
+    }
+  }
+}
+
+/// Who changes how costs look wants to see them, whatever else comes.
+void MeshProperties::onColoring()
+{
+  if (isAutomatic() && !loading_ && !costs_->isChoosing()) {
+    choose(displayType());
+  }
+  Q_EMIT contentChanged();
 }
 
 DisplayType MeshProperties::displayType() const

@@ -65,8 +65,21 @@ class MeshProperties : public QObject
   /// What a display begins with that no file says anything of: the best that the map has, in a
   /// perceptual scale, without lines; else the defaults of .rviz files in the field.
   void setAutomatic(bool automatic);
-  /// While a file is loaded nothing is chosen that it does not name.
-  void setLoading(bool loading) { loading_ = loading; }
+  /// While there is one, a file is loaded: nothing is chosen that it does not name.
+  class Loading
+  {
+   public:
+    explicit Loading(MeshProperties& properties) : properties_(properties)
+    {
+      properties_.loading_ = true;
+    }
+    ~Loading() { properties_.loading_ = false; }
+    Loading(const Loading&) = delete;
+    Loading& operator=(const Loading&) = delete;
+
+   private:
+    MeshProperties& properties_;
+  };
 
   std::size_t bufferSize() const;
   /// What is drawn: never AUTOMATIC.
@@ -96,9 +109,11 @@ class MeshProperties : public QObject
 
  private Q_SLOTS:
   void onDisplayType();
+  void onColoring();
 
  private:
   DisplayType chosenType() const;
+  void choose(DisplayType type);
   void addFaces(const PropertyMaker& sources, const PropertyMaker& styles, rviz::Property* parent);
   void addTextures(const PropertyMaker& sources, const PropertyMaker& styles,
                    rviz::Property* parent);

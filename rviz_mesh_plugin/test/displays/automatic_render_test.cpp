@@ -73,14 +73,27 @@ TEST_F(AutomaticTest, the_best_that_the_map_has_is_shown_without_lines)
   costs.publish(test_meshes::costs("Combined Costs", std::vector<float>(81, 1.0f)));
   EXPECT_TRUE(shows(viridis_low, viridis_low));
   EXPECT_EQ(valueOf(display, {"Display Type", "Vertex Costs Type"}), "Combined Costs");
-  set(display, {"Display Type", "Vertex Costs Type"}, "height_diff");
-  costs.publish(test_meshes::costs("Combined Costs", std::vector<float>(81, 2.0f)));
-  costs.publish(test_meshes::costs("another", std::vector<float>(81, 2.0f)));
-  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'height_diff'")) << "what is chosen stays";
   colors.publish(
       test_meshes::colors(std::vector<std_msgs::ColorRGBA>(81, test_meshes::color(0, 0, 1))));
   EXPECT_TRUE(shows({0, 0, 255}, {0, 0, 255}));
   EXPECT_EQ(valueOf(display, {"Display Type"}), "Automatic");
+}
+
+TEST_F(AutomaticTest, what_the_user_looks_at_stays)
+{
+  auto* display = add();
+  ASSERT_TRUE(show(display, test_meshes::terrain(8, slope)));
+  costs.publish(test_meshes::costs("Combined Costs", std::vector<float>(81, 1.0f)));
+  costs.publish(test_meshes::costs("height_diff", std::vector<float>(81, 1.0f)));
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'Combined Costs'"));
+  EXPECT_EQ(valueOf(display, {"Display Type"}), "Automatic");
+  set(display, {"Display Type", "Vertex Costs Type"}, "height_diff");
+  EXPECT_EQ(valueOf(display, {"Display Type"}), "Vertex Costs");
+  colors.publish(
+      test_meshes::colors(std::vector<std_msgs::ColorRGBA>(81, test_meshes::color(0, 0, 1))));
+  costs.publish(test_meshes::costs("Combined Costs", std::vector<float>(81, 2.0f)));
+  spin(300);
+  EXPECT_TRUE(waitForStatus(display, "Costs", "Ok", "'height_diff'"));
 }
 
 TEST_F(AutomaticTest, files_and_released_names_begin_as_ever)
