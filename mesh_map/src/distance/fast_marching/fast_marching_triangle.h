@@ -65,7 +65,8 @@ struct FastMarchingSource
 
 /// False where no point has these distances from the ends. (M. Novotni, R. Klein: Computing
 /// Geodesic Distances on Triangular Meshes, 2002.)
-inline bool findSource(double u, double v, double base, FastMarchingSource& source)
+[[gnu::always_inline]] inline bool findSource(double u, double v, double base,
+                                              FastMarchingSource& source)
 {
   const double along = footOfSource(u, v, base);
   const double squared = (u - along) * (u + along);
@@ -95,8 +96,8 @@ struct FastMarchingSourceLine
 /// front: the distance of the corner from the source, which is u away from the origin. Infinite
 /// where the way does not cross the base. Where the corner is nearer than the origin, `more` is
 /// negative.
-inline double sphericalUpdate(double u, const FastMarchingSource& source,
-                              const FastMarchingTriangle& triangle)
+[[gnu::always_inline]] inline double sphericalUpdate(double u, const FastMarchingSource& source,
+                                                     const FastMarchingTriangle& triangle)
 {
   if (!source.crosses(triangle.base, triangle.along, triangle.height)) {
     return NOT_REACHED;
