@@ -215,7 +215,12 @@ py::array obstacleDistancesOf(const ObstacleDistance& self, Array vertices)
   return toArray(std::move(distances));
 }
 
-py::array obstacleRepulsion(const ObstacleDistance& self, Array vertices, const Fading& fading)
+py::array obstacleRepulsion(const ObstacleDistance& self, const Fading& fading)
+{
+  return toRows(unlocked([&] { return repulsion(self, fading); }), 3);
+}
+
+py::array obstacleRepulsionOf(const ObstacleDistance& self, Array vertices, const Fading& fading)
 {
   const auto wanted = indexView(vertices, self.mesh().vertexCount(), "vertices");
   return toRows(unlocked([&] { return repulsion(self, wanted, fading); }), 3);
@@ -256,6 +261,7 @@ void bindObstacleDistance(py::module_& module)
       .def("_distances", &obstacleDistances)
       .def("_distances_of", &obstacleDistancesOf)
       .def("_repulsion", &obstacleRepulsion)
+      .def("_repulsion_of", &obstacleRepulsionOf)
       .def("_with_neighbors", &obstacleNeighbors);
   module.def("_fading_costs", &computeFadingCosts);
 }

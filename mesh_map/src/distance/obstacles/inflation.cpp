@@ -31,14 +31,35 @@ float cost(double distance, const Fading& fading)
   return static_cast<float>(fading.inscribed_value * share);
 }
 
+/// Of one vertex; its costs have to be 1 where they are highest.
+void store(const ObstacleDistance& distance, std::uint32_t v, const Fading& fading, float* vector)
+{
+  const float length = cost(distance.distances()[v], fading);
+  const std::array<float, 3> direction =
+      length > 0.0f ? distance.direction(v) : std::array<float, 3>{};
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    vector[axis] = length * direction[axis];
+  }
+}
+
 }  // namespace
 
-std::vector<float> fadingCosts(ArrayView<float> distances, const Fading& fading)
+LargeArray<float> fadingCosts(ArrayView<float> distances, const Fading& fading)
 {
-  std::vector<float> costs(distances.size());
+  LargeArray<float> costs(distances.size());
   parallelEach(distances.size(), 16384, 0,
                [&](std::size_t i) { costs[i] = cost(distances[i], fading); });
   return costs;
+}
+
+LargeArray<float> repulsion(const ObstacleDistance& distance, Fading fading)
+{
+  fading.lethal_value = fading.inscribed_value = 1.0;
+  LargeArray<float> vectors(3 * distance.distances().size());
+  parallelEach(distance.distances().size(), 16384, 0, [&](std::size_t v) {
+    store(distance, static_cast<std::uint32_t>(v), fading, vectors.data() + 3 * v);
+  });
+  return vectors;
 }
 
 std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::uint32_t> vertices,
@@ -47,13 +68,7 @@ std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::ui
   fading.lethal_value = fading.inscribed_value = 1.0;
   std::vector<float> vectors(3 * vertices.size());
   parallelEach(vertices.size(), 4096, 0, [&](std::size_t i) {
-    const float length = cost(distance.distances()[vertices[i]], fading);
-    if (length > 0.0f) {
-      const std::array<float, 3> direction = distance.direction(vertices[i]);
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        vectors[3 * i + axis] = length * direction[axis];
-      }
-    }
+    store(distance, vertices[i], fading, vectors.data() + 3 * i);
   });
   return vectors;
 }

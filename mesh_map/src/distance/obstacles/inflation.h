@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mesh_map/base/large_array.h>
+
 #include <cstdint>
 #include <vector>
 
@@ -22,10 +24,12 @@ struct Fading
 };
 
 /// Cost per distance. The same bits for the same distance, wherever it is in the list.
-std::vector<float> fadingCosts(ArrayView<float> distances, const Fading& fading);
+LargeArray<float> fadingCosts(ArrayView<float> distances, const Fading& fading);
 
-/// ObstacleDistance::direction of some vertices, times what fadingCosts would be for a lethal_value
+/// ObstacleDistance::direction of all vertices, times what fadingCosts would be for a lethal_value
 /// and an inscribed_value of 1: 3 floats each.
+LargeArray<float> repulsion(const ObstacleDistance& distance, Fading fading);
+/// The same of some.
 std::vector<float> repulsion(const ObstacleDistance& distance, ArrayView<std::uint32_t> vertices,
                              Fading fading);
 

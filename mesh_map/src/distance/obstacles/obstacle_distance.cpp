@@ -40,12 +40,18 @@ bool ObstacleDistance::compute(ArrayView<std::uint8_t> lethal, const std::atomic
   known_ = false;  // until it ends
   lethal_.assign(lethal.begin(), lethal.end());
   clear(threads);
+  // Those that take longest first: threads come to an end at about the same time.
+  std::vector<std::size_t> order(parts_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
+    return borders_[a].size() > borders_[b].size();
+  });
   std::atomic<bool> is_done{true};
   parallelFor(parts_.size(), 1, threads, [&]() -> RangeBody {
     const auto propagation = std::make_shared<WindowPropagation>(*mesh_, max_distance_);
     return [&, propagation](std::size_t begin, std::size_t end) {
-      for (std::size_t part = begin; part < end && is_done; ++part) {
-        if (!solvePart(part, *propagation, cancel)) {
+      for (std::size_t i = begin; i < end && is_done; ++i) {
+        if (!solvePart(order[i], *propagation, cancel)) {
           is_done = false;
         }
       }

@@ -83,7 +83,12 @@ bool WindowPropagation::run(ArrayView<std::uint8_t> lethal, ArrayView<std::uint3
     labels_[v] = labelOf(0.0f, 0);
     reached_.push_back(v);
   }
+  is_starting_ = true;
   start(obstacles);
+  is_starting_ = false;
+  for (std::size_t i = obstacles.size(); i < reached_.size(); ++i) {
+    queue_.push(distanceOf(labels_[reached_[i]]), VERTEX | reached_[i]);
+  }
   if (cancel != nullptr && cancel->load()) {
     return false;
   }
@@ -349,7 +354,7 @@ void WindowPropagation::take(std::uint32_t v, float distance, std::uint32_t star
     if (before == NO_LABEL) {
       reached_.push_back(v);
     }
-    if (distance < distanceOf(before)) {
+    if (distance < distanceOf(before) && !is_starting_) {
       queue_.push(distance, VERTEX | v);
     }
   }

@@ -145,6 +145,7 @@ class WindowPropagation
   ArrayView<std::uint8_t> lethal_;
   WindowScope scope_;
   bool is_all_in_scope_ = true;
+  bool is_starting_ = false;  // no vertex is left yet: those that are reached are queued afterwards
   LargeArray<WindowLabel> labels_;
   std::vector<std::uint32_t> reached_;  // whose labels are not NO_LABEL
   DistanceQueue queue_;

@@ -46,10 +46,7 @@ class _Inflated:
         self.costs = read_only(_kernels._fading_costs(distances, kernel))
         self.vectors = None
         if self.repulsive:
-            near = np.flatnonzero(distances <= self.radius).astype(np.uint32)
-            vectors = np.zeros((len(distances), 3), np.float32)
-            vectors[near] = self.obstacles.kernel._repulsion(near, kernel)
-            self.vectors = read_only(vectors)
+            self.vectors = read_only(self.obstacles.kernel._repulsion(kernel))
 
     def update(self, lethal: np.ndarray) -> None:
         assert self.costs is not None
@@ -67,7 +64,7 @@ class _Inflated:
         if self.vectors is not None:
             vectors = self.vectors.copy()
             around = self.obstacles.kernel._with_neighbors(changed)
-            vectors[around] = self.obstacles.kernel._repulsion(around, kernel)
+            vectors[around] = self.obstacles.kernel._repulsion_of(around, kernel)
             self.vectors = read_only(vectors)
 
 
