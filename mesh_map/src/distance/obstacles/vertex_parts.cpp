@@ -51,8 +51,11 @@ void VertexParts::sort()
   }
   const std::size_t count = mesh_.vertexCount();
   std::vector<std::uint8_t> of(count);
-  parallelEach(count, 16384, 0, [&](std::size_t v) {
-    of[v] = static_cast<std::uint8_t>(partOf(static_cast<std::uint32_t>(v)));
+  // Vertices beside each other in memory are mostly in one part.
+  parallelEach(count, 16384, 0, [this, &of, last = std::size_t{0}](std::size_t i) mutable {
+    const auto v = static_cast<std::uint32_t>(i);
+    last = isIn(v, last) ? last : partOf(v);
+    of[i] = static_cast<std::uint8_t>(last);
   });
   std::vector<std::size_t> next(size() + 1);
   for (const std::uint8_t part : of) {
