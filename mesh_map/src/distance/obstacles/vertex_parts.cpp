@@ -2,6 +2,9 @@
 
 #include <mesh_map/base/parallel.h>
 
+#include <algorithm>
+#include <limits>
+
 namespace mesh_map {
 namespace {
 
