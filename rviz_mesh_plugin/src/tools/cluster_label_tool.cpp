@@ -469,7 +469,7 @@ QString ClusterLabelTool::hint() const
     const std::optional<double> area = editor_->session().area();
     text += QString(count == 1 ? "%1 face is selected, " : "%1 faces are selected, ")
                 .arg(groupedNumber(count));
-    text += area ? groupedNumber(*area, 2) + " m². " : "... m². ";
+    text += area ? measuredNumber(*area) + " m². " : "... m². ";
     text += visual()->isCurrent() ? "" : "They are being highlighted ... ";
   }
   if (ball_) {

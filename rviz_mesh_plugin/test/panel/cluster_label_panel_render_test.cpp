@@ -124,6 +124,10 @@ TEST(GroupedNumber, has_separators_in_every_locale)
   QLocale::setDefault(QLocale::c());
   EXPECT_EQ(rviz_mesh_plugin::groupedNumber(std::uint64_t{1234567}), "1,234,567");
   EXPECT_EQ(rviz_mesh_plugin::groupedNumber(1234567.5, 2), "1,234,567.50");
+  EXPECT_EQ(rviz_mesh_plugin::measuredNumber(1234567.8), "1,234,568");
+  EXPECT_EQ(rviz_mesh_plugin::measuredNumber(2.05), "2.050");
+  EXPECT_EQ(rviz_mesh_plugin::measuredNumber(0.0012345), "0.001234");
+  EXPECT_EQ(rviz_mesh_plugin::measuredNumber(0.0), "0.000");
   QLocale::setDefault(QLocale(QLocale::German));
   EXPECT_EQ(rviz_mesh_plugin::groupedNumber(std::uint64_t{1234567}), "1.234.567");
   QLocale::setDefault(before);

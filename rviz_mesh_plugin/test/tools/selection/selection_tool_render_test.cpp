@@ -3,6 +3,7 @@
 #include <random>
 
 #include "base/face_bits.h"
+#include "base/grouped_number.h"
 #include "selection/face_neighbors.h"
 #include "selection/selection_visual.h"
 #include "selection_tool_fixture.h"
@@ -109,7 +110,7 @@ TEST_F(SelectionToolTest, box_and_lasso_take_what_touches_them)
       area += faceArea(*shown().mesh, face);
     }
     EXPECT_TRUE(says(std::to_string(box.size()) + " faces are selected, " +
-                     QString::number(area, 'g', 4).toStdString() + " m²"))
+                     rviz_mesh_plugin::measuredNumber(area).toStdString() + " m²"))
         << said.toStdString();
     drag({{340, 220}, {290, 260}}, Qt::RightButton);
     EXPECT_EQ(selected(), without(box, hole)) << view;
