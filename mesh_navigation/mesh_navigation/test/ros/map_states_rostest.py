@@ -118,7 +118,8 @@ class MapStatesTest(unittest.TestCase):
                 rospy.ServiceProxy(f"/typo/{service}", kind)()
         rospy.ServiceProxy("/typo/clear_mesh", Empty)()
         for part in ("map", "navigation"):
-            self.diagnostics.expected(f"typo: {part}", ERROR, "layer steps: there is no")
+            told = self.diagnostics.expected(f"typo: {part}", ERROR, "layer steps: there is no")
+        self.assertEqual([(v.key, v.value) for v in told.values], [("ready", "False")])
 
     def test_a_layer_that_fails_while_the_map_is_in_use(self):
         server, topics = self.started("optional")
