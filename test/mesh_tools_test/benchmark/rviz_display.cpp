@@ -144,12 +144,12 @@ void measureGui(const World& world, MeshSubject& subject, double quiet)
   });
   work("stream", quiet + 2000.0, [&] { timer.start(10); });
   timer.stop();
-  subject.prepareTexture(world);
+  subject.prepareMaterials(world);
   Stage::spin(static_cast<int>(2.0 * quiet));
   const double before = resident();
   const bool small_world = world.faces.size() < SMALL_WORLD;
-  work("texture", 2.0 * quiet,
-       [&] { subject.showTexture(small_world ? TEXTURE_SIDE / 16 : TEXTURE_SIDE); });
+  subject.prepareTexture(small_world ? TEXTURE_SIDE / 16 : TEXTURE_SIDE);
+  work("texture", (small_world ? 2.0 : 10.0) * quiet, [&] { subject.showTexture(); });
   tell("memory_texture", resident() - before);
 }
 

@@ -24,6 +24,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rviz_stage.h"
@@ -153,7 +154,7 @@ class MeshSubject : public Subject
   }
 
   /// All faces have one material with a texture.
-  void prepareTexture(const World& world)
+  void prepareMaterials(const World& world)
   {
     auto message = boost::make_shared<mesh_msgs::MeshMaterialsStamped>();
     message->header.frame_id = "map";
@@ -175,7 +176,12 @@ class MeshSubject : public Subject
     materials_.publish(message);
     display_->subProp("Display Type")->setValue("Textures");
   }
-  void showTexture(std::uint32_t side)
+  /// Of so many pixels a side.
+  void prepareTexture(std::uint32_t side) { texture_ = makeTexture(side); }
+  void showTexture() { textures_.publish(std::exchange(texture_, nullptr)); }
+
+ private:
+  static boost::shared_ptr<mesh_msgs::MeshTexture> makeTexture(std::uint32_t side)
   {
     auto message = boost::make_shared<mesh_msgs::MeshTexture>();
     message->uuid = "benchmark";
@@ -186,16 +192,16 @@ class MeshSubject : public Subject
     for (std::size_t i = 0; i < message->image.data.size(); ++i) {
       message->image.data[i] = static_cast<std::uint8_t>(i * 2654435761u >> 13);
     }
-    textures_.publish(message);
+    return message;
   }
 
- private:
   ros::NodeHandle node_;
   ros::Publisher geometry_;
   ros::Publisher costs_;
   ros::Publisher updates_;
   ros::Publisher materials_;
   ros::Publisher textures_;
+  boost::shared_ptr<mesh_msgs::MeshTexture> texture_;
   boost::shared_ptr<mesh_msgs::MeshGeometryStamped> message_;
   rviz::Display* display_ = nullptr;
 };
