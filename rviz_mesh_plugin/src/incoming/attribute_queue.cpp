@@ -187,7 +187,8 @@ bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsStamped& message, c
       [&](const auto& layer) {
         problem = order_.arrange(*layer);
         eraseIf(layers_, [](const auto& known) { return known.second.expired(); });
-        layers_[{layer->uuid, layer->type}] = layer;
+        layers_[{layer->uuid, layer->type}];  // so that nothing fails once it is kept
+        coming_ = layer;
       },
       [&](QueuedAttributes& content, const auto& layer) {
         addCosts(content, layer, most_);
@@ -215,7 +216,10 @@ bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsSparseStamped& mess
       MeshMember::UPDATES, [&] { return convert(message); },
       [&](auto& update) {
         update = order_.arrange(update, problem);
-        if (update && !merge(update)) {
+        if (update) {
+          problem = merge(update);
+        }
+        if (!problem.empty()) {
           endMerging(false);
           update = nullptr;
         }
@@ -230,13 +234,14 @@ bool AttributeQueue::receive(const mesh_msgs::MeshVertexCostsSparseStamped& mess
       origin);
 }
 
-/// Applies an update to its layer; false where that is not there (any more).
-bool AttributeQueue::merge(const CostUpdateConstPtr& update)
+/// Applies an update to its layer; returns why not, or an empty text.
+std::string AttributeQueue::merge(const CostUpdateConstPtr& update)
 {
   const auto known = layers_.find({update->uuid, update->type});
   std::shared_ptr<CostLayer> layer = known == layers_.end() ? nullptr : known->second.lock();
-  if (!layer) {
-    return false;
+  if (!layer) {  // driven out by others, or lost with what was taken and not stored
+    return "layer '" + update->type +
+           "' is not kept any more: its updates count from when it comes again, whole";
   }
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -251,8 +256,9 @@ bool AttributeQueue::merge(const CostUpdateConstPtr& update)
   if (!merging_.layer) {  // the GUI thread may be reading the one before
     layer = std::make_shared<CostLayer>(*layer);
   }
-  if (!applyUpdate(*layer, *update).empty()) {
-    return false;  // made for another layer, which has been dropped on the way
+  std::string misfit = applyUpdate(*layer, *update);
+  if (!misfit.empty()) {
+    return misfit;  // made for another layer, which has been dropped on the way
   }
   known->second = layer;
   merging_.layer = std::move(layer);
@@ -262,18 +268,21 @@ bool AttributeQueue::merge(const CostUpdateConstPtr& update)
   } else {
     merging_.updates.push_back(update);
   }
-  return true;
+  return {};
 }
 
 /// Puts it back where it is not in the content again.
 void AttributeQueue::endMerging(bool kept)
 {
-  const ChangedCosts merged = std::exchange(merging_, ChangedCosts());
-  if (!kept && merged.layer) {
+  if (!kept && merging_.layer) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!layers_forgotten_ && !updates_forgotten_) {
-      content_.changed_costs.push_back(merged);
+    if (!layers_forgotten_) {
+      content_.changed_costs.push_back(merging_);
     }
+  }
+  merging_ = ChangedCosts();
+  if (const auto layer = std::exchange(coming_, nullptr); layer && kept) {
+    layers_.find({layer->uuid, layer->type})->second = layer;
   }
 }
 
@@ -369,8 +378,7 @@ void AttributeQueue::forget(MeshMember part)
       eraseIf(content_.costs, [](const auto& layer) { return layer->on_faces; });
       break;
     case MeshMember::UPDATES:
-      content_.changed_costs.clear();
-      content_.stale = 0;
+      content_.stale = 0;  // what updates have changed stays: nobody else has these layers
       updates_forgotten_ = true;
       break;
     case MeshMember::COLORS:

@@ -95,7 +95,7 @@ class AttributeQueue
   template <class Edit>
   bool change(const Edit& edit, const Origin& origin);
 
-  bool merge(const CostUpdateConstPtr& update);
+  std::string merge(const CostUpdateConstPtr& update);
   void endMerging(bool kept);
 
   const std::size_t most_;
@@ -103,6 +103,7 @@ class AttributeQueue
   CostOrder order_;
   /// The newest layers of vertices, by uuid and type, as long as they are in use.
   std::map<std::pair<std::string, std::string>, std::weak_ptr<CostLayer>> layers_;
+  std::shared_ptr<CostLayer> coming_;  ///< whole; not known before it is kept
   ChangedCosts merging_;  ///< taken out of the content, so that nobody else has its layer
   std::mutex mutex_;      ///< for a moment
   QueuedAttributes content_;

@@ -157,18 +157,42 @@ TEST(Inbox, an_update_that_comes_to_nothing_takes_none_of_those_before_it_along)
   EXPECT_EQ(changed[0].layer->costs[7], 1.0f);
   queue.receive(update("slope", 11, 3.0f));
   EXPECT_EQ(queue.take().changed_costs.at(0).layer->costs[7], 1.0f);
-  queue.receive(update("slope", 12, 3.0f));
-  queue.forget(MeshMember::UPDATES);
-  EXPECT_TRUE(queue.take().changed_costs.empty());
 }
 
-TEST(Inbox, updates_of_a_layer_that_nobody_has_any_more_are_dropped)
+TEST(Inbox, what_another_topic_of_updates_has_brought_stays_in_its_layer)
+{
+  AttributeQueue queue;
+  queue.receive(test_meshes::costs("slope", std::vector<float>(1000)));
+  queue.receive(update("slope", 6, 1.0f));
+  queue.take();  // of which only what comes next is kept
+  queue.receive(test_meshes::costs("slope", std::vector<float>(1000)));
+  auto shown = queue.take().costs.at(0);
+  queue.receive(update("slope", 7, 1.0f));
+  shown.reset();
+  queue.forget(MeshMember::UPDATES);
+  queue.receive(update("slope", 9, 2.0f));
+  const auto content = queue.take();
+  EXPECT_EQ(content.receptions[MeshMember::UPDATES].accepted, 1u);
+  EXPECT_EQ(content.receptions[MeshMember::UPDATES].refusal, "");
+  ASSERT_EQ(content.changed_costs.size(), 1u);
+  EXPECT_EQ(content.changed_costs[0].layer->costs[7], 1.0f);
+  EXPECT_EQ(content.changed_costs[0].layer->costs[9], 2.0f);
+}
+
+TEST(Inbox, says_that_an_update_is_of_a_layer_that_nobody_has_any_more)
 {
   AttributeQueue queue;
   queue.receive(test_meshes::costs("slope", std::vector<float>(1000)));
   queue.take();
   EXPECT_TRUE(queue.receive(update("slope", 7, 1.0f)));
-  EXPECT_TRUE(queue.take().changed_costs.empty());
+  const auto content = queue.take();
+  EXPECT_TRUE(content.changed_costs.empty());
+  EXPECT_EQ(
+      content.receptions[MeshMember::UPDATES].refusal,
+      "layer 'slope' is not kept any more: its updates count from when it comes again, whole");
+  queue.receive(test_meshes::costs("slope", std::vector<float>(1000)));
+  EXPECT_TRUE(queue.receive(update("slope", 7, 1.0f)));
+  EXPECT_EQ(queue.take().receptions[MeshMember::UPDATES].refusal, "");
 }
 
 TEST(Inbox, keeps_few_meshes_and_bytes_of_layers_and_textures_while_nobody_takes_them)

@@ -357,4 +357,22 @@ TEST(MeshLoader, large_arrays_go_back_to_the_system_however_large_those_before_w
     EXPECT_GE(mapped(), before + BYTES) << round;
   }
 }
+
+// All of RViz shares malloc() with the plugin.
+TEST(MeshLoader, blocks_of_a_few_megabytes_and_some_free_space_stay_in_the_process)
+{
+  const MeshLoader loader;
+  const std::size_t mapped = mallinfo2().hblkhd;
+  const auto middling = std::make_unique<std::vector<char>>(std::size_t{3} << 20);
+  EXPECT_EQ(mallinfo2().hblkhd, mapped);
+  std::vector<std::vector<char>> kept(200);  // far more than lies free from before
+  for (auto& block : kept) {
+    block.resize(std::size_t{1} << 18);
+  }
+  const std::size_t held = mallinfo2().arena;
+  for (std::size_t i = 1; i <= 32; ++i) {
+    kept[kept.size() - i] = std::vector<char>();
+  }
+  EXPECT_EQ(mallinfo2().arena, held);
+}
 #endif
