@@ -247,9 +247,11 @@ bool MeshAppearance::paintCosts()
 void MeshAppearance::updateCosts(const CostLayerConstPtr& layer,
                                  const std::vector<std::uint32_t>& vertices)
 {
-  const bool shown = costs_ && costs_->type == layer->type && !costs_->on_faces &&
-                     costs_->costs.size() == layer->costs.size() && colors_.data == costs_.get();
-  updated_ = shown && !vertices.empty() ? &vertices : nullptr;
+  if (!costs_ || costs_->type != layer->type || costs_->on_faces) {
+    return;  // another layer is shown, which may have changed as well: its vertices come next
+  }
+  const bool same = costs_->costs.size() == layer->costs.size() && colors_.data == costs_.get();
+  updated_ = same && !vertices.empty() ? &vertices : nullptr;
   paintMesh();
   updated_ = nullptr;
 }

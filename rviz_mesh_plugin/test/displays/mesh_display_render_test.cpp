@@ -173,6 +173,47 @@ TEST_F(MeshDisplayTest, updates_change_only_the_vertices_that_they_name)
   EXPECT_EQ(display->visual()->geometryUploads(), uploads);
 }
 
+TEST_F(MeshDisplayTest, updates_of_other_layers_upload_nothing)
+{
+  ros::Publisher updates =
+      node.advertise<mesh_msgs::MeshVertexCostsSparseStamped>(costs_topic + "/updates", 100, true);
+  auto* display = createMeshDisplay();
+  set(display, {"Display Type"}, "Vertex Costs");
+  set(display, {"Display Type", "Color Scale"}, "Red Green");
+  set(display, {"Display Type", "Vertex Costs Type"}, "shown");
+  set(display, {"Display Type", "Visualization Update Rate"}, 1.0f);
+  ASSERT_TRUE(show(display, test_meshes::terrain(100, [](double, double) { return 0.0; })));
+  std::vector<float> values(101 * 101, 0.0f);
+  values.back() = 1.0f;
+  for (const char* type : {"also", "shown", "zero"}) {
+    costs.publish(test_meshes::costs(type, values));
+  }
+  EXPECT_TRUE(shows(-0.5, -0.5, GREEN));
+  ASSERT_TRUE(waitForStatus(display, "Costs", "Ok", "'shown': 10201 costs"));
+  mesh_msgs::MeshVertexCostsSparseStamped update;
+  update.header.frame_id = "map";
+  update.uuid = "mesh";
+  const auto publish = [&](const std::string& type, std::vector<std::uint32_t> vertices) {
+    update.type = type;
+    update.mesh_vertex_costs.costs.assign(vertices.size(), 1.0f);
+    update.mesh_vertex_costs.vertices = std::move(vertices);
+    updates.publish(update);
+  };
+  publish("shown", {0});  // at once: the next ones after a second
+  ASSERT_TRUE(waitForStatus(display, "Costs", "Ok", "'shown': 10201 costs"));
+  const auto corner = [&] { return shows(-0.99, -0.99, RED); };
+  publish("shown", {1, 101, 102});
+  EXPECT_TRUE(corner());
+  const std::size_t uploads = display->visual()->colorUploads();
+  for (const char* type : {"zero", "also", "shown"}) {
+    publish(type, {2550, 2551, 2651, 2652});
+  }
+  publish("shown", {10201});  // they have all come once this is refused
+  ASSERT_TRUE(waitForStatus(display, "Costs", "Error", "entry 0 refers to vertex 10201"));
+  EXPECT_TRUE(shows(-0.49, -0.49, RED));
+  EXPECT_EQ(display->visual()->colorUploads(), uploads) << "of a few blocks, not all of them";
+}
+
 TEST_F(MeshDisplayTest, costs_of_faces_are_shown_face_by_face)
 {
   const std::string topic = geometry_topic + "/face_costs";

@@ -369,8 +369,11 @@ void LabelObject::addTo(Ogre::RenderQueue* queue, Ogre::uint8 group, Ogre::ushor
   if (!drawsParts()) {
     queue->addRenderable(this, group, priority);
   }
-  for (const auto& part : drawn_parts_) {  // the nearer ones first, for what is drawn once
-    const bool second = part->nearer() <= nearer_;
+  // The nearer ones first, for what is drawn once. (There are none among opaque ones, whose
+  // priority is their layer.)
+  const bool translucent = material_->isTranslucent();
+  for (const auto& part : drawn_parts_) {
+    const bool second = translucent && part->nearer() <= nearer_;
     queue->addRenderable(part.get(), group, static_cast<Ogre::ushort>(priority + (second ? 1 : 0)));
   }
 }

@@ -309,6 +309,37 @@ TEST_F(LabelOverlayTest, labels_of_many_faces_together_take_part_in_levels_of_de
   EXPECT_GT(grab().at(320, 280).green, 150) << "the mesh";
 }
 
+// A label of few faces is never drawn in parts.
+TEST_F(LabelOverlayTest, of_labels_in_parts_and_others_on_the_same_faces_the_last_is_seen)
+{
+  constexpr std::uint32_t FINE = 230;
+  const auto mesh = flatGrid(FINE);
+  drawMesh(mesh);
+  overlay->setMesh(mesh);
+  const auto block = [](std::uint32_t size) {  // around the center
+    std::vector<std::uint32_t> faces;
+    for (std::uint32_t row = FINE / 2; row < FINE / 2 + size; ++row) {
+      const std::uint32_t first = 2 * (row * FINE + FINE / 2);
+      for (std::uint32_t face = first; face < first + 2 * size; ++face) {
+        faces.push_back(face);
+      }
+    }
+    return faces;
+  };
+  label("other", rows(FINE, 0, FINE), {0, 255, 255, 255});
+  for (const bool red_below : {true, false}) {
+    label("tree_1", block(13), red_below ? RED_COLOR : BLUE_COLOR);
+    label("tree_2", block(11), red_below ? BLUE_COLOR : RED_COLOR);
+    uploadAll(*overlay);
+    viewFromAbove(0.05, 0.05, 1000.0);  // a face is 9 pixels wide
+    const Image image = grab();
+    const std::size_t below = image.count(red_below ? RED : BLUE);
+    const std::size_t above = image.count(red_below ? BLUE : RED);
+    EXPECT_NEAR(static_cast<double>(above) / (above + below), 121.0 / 169.0, 0.02)
+        << (red_below ? "blue" : "red") << " is above";
+  }
+}
+
 TEST_F(LabelOverlayTest, faces_beyond_the_mesh_are_left_out)
 {
   EXPECT_EQ(put(*overlay, {"early", {0, 1}}), 2u) << "without a mesh";
