@@ -88,6 +88,19 @@ def test_what_is_set_adds_to_or_replaces_what_is_there(path):
         assert plain(store.all()) == expected
 
 
+@pytest.mark.parametrize("override", [True, False])
+def test_no_faces_make_no_label(path, override):
+    """A deleted label would come back, where two nodes hear of the edit that empties it."""
+    with LabelStore(path) as store:
+        store.delete("tree_1")
+        assert store.set("tree_1", [], override=override).faces.tolist() == []
+        assert "tree_1" not in store.names()
+        store.save()
+        assert "tree_1" not in store.names() and "tree_1" not in in_file(path)
+        store.set("tree_1", [], color=(1, 2, 3))  # who gives it a color wants it
+        assert "tree_1" in store.names()
+
+
 def test_a_union_of_many_faces(tmp_path, path):
     """Defect 10: every face was compared with every other."""
     count = 200_000

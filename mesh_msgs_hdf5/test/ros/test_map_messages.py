@@ -196,3 +196,21 @@ def test_what_was_received_has_its_own_stamp(messages):
     assert messages.vertex_costs("roughness").header.stamp == later
     assert messages.vertex_costs("height_diff").header.stamp == STAMP
     assert messages.vertex_colors().header.stamp == STAMP
+
+
+def test_what_costs_mean_is_read_once_and_of_a_layer_that_is_replaced_anew(mesh, source, messages):
+    mesh.layer_parameters = {
+        name: {"layer_info": {"comparison": "above", "threshold": 0.5}}
+        for name in mesh.vertex_costs
+    }
+    names = sorted(mesh.vertex_costs)
+    assert len(names) > 1
+    assert [layer.name for layer in messages.layer_info().layers] == names
+    del source.read[:]
+    assert [layer.name for layer in messages.layer_info().layers] == names
+    assert messages.layer_replaced(names[0])
+    assert source.read.count("vertex_costs") == 1  # to count what is lethal in the one layer
+    mesh.layer_parameters[names[0]] = {}
+    assert messages.layer_replaced(names[0])
+    assert [layer.name for layer in messages.layer_info().layers] == names[1:]
+    assert not messages.layer_replaced(names[0])

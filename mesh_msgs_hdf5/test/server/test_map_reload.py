@@ -9,6 +9,7 @@ from server_samples import everything
 
 from mesh_msgs_hdf5.files.save import stamp
 from mesh_msgs_hdf5.map_file import MapFile
+from mesh_msgs_hdf5.model.edit import Edit
 from mesh_msgs_hdf5.server import map_topics_ros
 from mesh_msgs_hdf5.server.map_loading import load
 from mesh_msgs_hdf5.server.map_progress_ros import MapProgress
@@ -108,6 +109,20 @@ def test_what_the_server_saves_is_no_change_of_others(served, tmp_path, logged):
     for _ in range(2):
         reload.look()
     assert len(published.published) == 1 and list(maps) == [served] and not logged
+
+
+def test_costs_that_nobody_has_said_the_meaning_of_publish_no_other_meanings(served):
+    topics = MapServerTopics(_Heard())
+    topics.publish_map(served)
+    info = topics._topics["layer_info"].published
+    costs = np.ones(len(everything(1).vertices), np.float32)
+    removed = []
+    topics._topics["layer_info"].remove = removed.append
+    for _ in range(3):
+        served.overlay.change(Edit(vertex_costs={"height_diff": costs}))
+        topics.publish_change(served, "vertex_costs", "height_diff")
+    assert len(topics._topics["vertex_costs"].published) >= 3
+    assert not info and not removed
 
 
 def test_a_file_that_is_gone_takes_nothing_from_subscribers(served, tmp_path, logged):

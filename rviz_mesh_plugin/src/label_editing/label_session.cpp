@@ -267,8 +267,10 @@ std::string LabelSession::send(const LabelEdit& edit)
   }
   const Faces faces = asStored(*edit.faces, *display);
   const std::string reason = display->storeFaces(edit.label, faces, !edit.adds);
-  // Not where the UUID says "the only one": that may be another mesh for who hears it.
-  if (reason.empty() && !uuid.empty() && uuid != "mesh" &&
+  // Not where the UUID says "the only one": that may be another mesh for who hears it. Nor that a
+  // label has gone: its owner deletes it, and no faces would be a label without faces elsewhere.
+  const bool removes = faces.empty() && !edit.adds;
+  if (reason.empty() && !removes && !uuid.empty() && uuid != "mesh" &&
       ros::names::append(labelNamespace(display->source()), "cluster_label") != EVERYBODY) {
     everybody_.publish(labelEdit(*display->mesh(), edit.label, faces, !edit.adds));
   }

@@ -200,4 +200,9 @@ TEST_F(LabelSessionTest, everybody_hears_of_labels_of_a_mesh_with_a_name_of_its_
   EXPECT_TRUE(until([&] { return copies == std::vector<std::string>{"gardencar_1"}; }));
   ASSERT_TRUE(until([&] { return server->edits().size() == 2; }));
   EXPECT_EQ(server->edits()[1].uuid, "garden");
+  // That a label has gone would make one without faces, where its owner has deleted it before.
+  EXPECT_EQ(session->remove({"car_1"}), "");
+  EXPECT_EQ(session->assign("car_2", {0}), "");
+  EXPECT_TRUE(until([&] { return copies.size() >= 2; }));
+  EXPECT_EQ(copies, (std::vector<std::string>{"gardencar_1", "gardencar_2"}));
 }

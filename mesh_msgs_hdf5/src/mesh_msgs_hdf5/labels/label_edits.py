@@ -177,8 +177,9 @@ class LabelEdits:
 
         faces: (K,) integers from 0 to F - 1 in any order; a label holds each once, ascending.
         override: these faces replace those of a label of that text; False: they are added. No
-        faces clear the label (override), which stays, or change nothing. color: None keeps the one
-        it has.
+        faces clear the label (override), which stays, or change nothing; where there is no label
+        of that text, no faces and no color make none: it may just have been deleted. color: None
+        keeps the one it has.
 
         Raises MapFileError (label, index, dtype, shape, value: what was given; owned: by another
         process; save: it is not safe); then nothing was changed.
@@ -193,6 +194,8 @@ class LabelEdits:
                 label = Label(faces.astype(np.uint32, copy=False), color)
                 if old.color == color and np.array_equal(old.faces, label.faces):
                     return old
+            elif not label.faces.size and label.color is None:
+                return label
             elif len(self._names) >= MAX_LABELS:
                 raise MapFileError(
                     "size", self.path, "it has %d labels, no more are read" % MAX_LABELS, ""

@@ -152,7 +152,7 @@ class LabelForwarder:
         try:
             found = labels.get(text).faces
         except MapFileError:
-            return False
+            return not faces.size  # which makes no label
         if override:
             return np.array_equal(np.sort(found), faces)
         return bool(np.isin(faces, found).all())

@@ -74,6 +74,7 @@ class MapMessages:
         self._frame_id = source.frame_id
         self._stamp = stamp
         self._stamps: Dict[Tuple[str, Hashable], genpy.Time] = {}
+        self._layer_infos: Dict[str, Optional[LayerInfo]] = {}  # those looked at; None: it has none
 
     def touch(self, member: str, key: Hashable, stamp: genpy.Time) -> None:
         """From now on the member (vertex_costs, ...; key: its name or index) has this stamp."""
@@ -108,17 +109,29 @@ class MapMessages:
 
     def layer_info(self) -> Optional[LayerInfoArray]:
         """What the values of those layers mean of which the map says it; None: of none."""
-        layers = []
-        for name in self._source.layer_names():
-            meaning = meaning_of(self._source.layer_parameters(name))
-            if meaning is not None:
-                if meaning.lethal is None or meaning.unknown is None:
-                    meaning = meaning.counted(self._source.vertex_costs(name))
-                layers.append(layer_info(name, meaning))
+        names = self._source.layer_names()
+        for name in names:
+            if name not in self._layer_infos:
+                self._layer_infos[name] = self._layer_info_of(name)
+        layers = [info for info in map(self._layer_infos.get, names) if info is not None]
         if not layers:
             return None
         header = self._header("layer_info")
         return LayerInfoArray(header=header, uuid=self.uuid, layers=layers)
+
+    def layer_replaced(self, name: str) -> bool:
+        """To be called when the values of a layer are others; whether `layer_info` is, too."""
+        before = self._layer_infos.pop(name, None)
+        now = self._layer_infos[name] = self._layer_info_of(name)
+        return before is not None or now is not None
+
+    def _layer_info_of(self, name: str) -> Optional[LayerInfo]:
+        meaning = meaning_of(self._source.layer_parameters(name))
+        if meaning is None:
+            return None
+        if meaning.lethal is None or meaning.unknown is None:
+            meaning = meaning.counted(self._source.vertex_costs(name))
+        return layer_info(name, meaning)
 
     def face_costs(self, name: str) -> Optional[arrays.MeshFaceCostsStamped]:
         """A face attribute that is a cost (float32, one for each face); None for any other."""

@@ -65,7 +65,7 @@ class MapServerTopics:
         waits = member == "features" and served in self._featureless
         if member in _MEMBERS and not waits:
             self._publish(served, member, key)
-        if member == "vertex_costs":
+        if member == "vertex_costs" and _means_something_else(served, str(key)):
             self._publish(served, "layer_info")
 
     def publish_wanted(self) -> None:
@@ -91,6 +91,13 @@ class MapServerTopics:
             what = what if key is None else "%s %s" % (what, key)
             text = "%s: its %s cannot be published: %s" % (served.name, what, error)
             rospy.logerr("%s", one_line(text))
+
+
+def _means_something_else(served: ServedMap, layer: str) -> bool:
+    try:
+        return served.messages.layer_replaced(layer)
+    except (MapFileError, MemoryError):
+        return True  # Whoever publishes that says why it cannot be read.
 
 
 def _members(served: ServedMap) -> List[Tuple[str, Hashable]]:
