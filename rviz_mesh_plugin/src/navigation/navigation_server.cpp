@@ -106,30 +106,33 @@ void NavigationServer::lookAtClock(Time now)
   watch_.takeClock(time_stopped_);
 }
 
-/// That of move_base takes what it has begun with the other actions along.
+/// That of move_base comes first: it begins nothing new then. What others have begun beside it
+/// would drive on, and what has just begun may not be known to be busy yet: so the rest follows.
 std::string NavigationServer::cancel()
 {
-  constexpr NavigationAction ALL[] = {NavigationAction::EXE_PATH, NavigationAction::RECOVERY,
-                                      NavigationAction::GET_PATH};
-  bool told = false, busy = false;
-  if (watch_.isBusy(NavigationAction::MOVE_BASE)) {
-    busy = true;
-    told = connection_.cancel(NavigationAction::MOVE_BASE);
-  } else {
-    for (const NavigationAction action : ALL) {
-      if (watch_.isBusy(action)) {
-        busy = true;
-        told = connection_.cancel(action) || told;
-      }
+  constexpr NavigationAction ALL[] = {NavigationAction::MOVE_BASE, NavigationAction::EXE_PATH,
+                                      NavigationAction::RECOVERY, NavigationAction::GET_PATH};
+  bool told = false;
+  std::string missed;
+  for (const NavigationAction action : ALL) {
+    if (connection_.cancel(action)) {
+      told = true;
+    } else if (watch_.isBusy(action)) {
+      missed += (missed.empty() ? "" : ", ") + std::string(nameOf(action));
     }
   }
-  if (told) {
-    return "Cancel was sent.";
+  const char* const way_out = " Stop the robot by its own switch.";
+  if (!missed.empty()) {
+    return joined(told ? "Cancel was sent, but not for " : "Cancel was not sent for ", missed, ": ",
+                  name_, " cannot be reached there.", way_out);
   }
-  return busy ? "Cancel was not sent: " + name_ +
-                    " cannot be reached. Stop the robot by its own "
-                    "switch."
-              : "There is nothing to cancel.";
+  return told ? "Cancel was sent."
+              : joined("Cancel was not sent: ", name_, " cannot be reached.", way_out);
+}
+
+bool NavigationServer::canCancel() const
+{
+  return watch_.isBusy() || connection_.hearsCancel();
 }
 
 void NavigationServer::clear(const std::vector<std::string>& services)

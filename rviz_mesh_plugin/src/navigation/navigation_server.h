@@ -33,9 +33,11 @@ class NavigationServer
   /// Whether all of the simulated time is that of a clock which does not tick.
   bool timeStopped() const { return time_stopped_; }
 
-  /// Cancels what it does.
+  /// Cancels the goals of all of its actions, whoever sent them.
   /// @return what has become of that, a sentence
   std::string cancel();
+  /// Whether it is known to be busy, or would hear of it.
+  bool canCancel() const;
 
   /// Lets it forget what sensors have seen. @param services that do so
   void clear(const std::vector<std::string>& services);

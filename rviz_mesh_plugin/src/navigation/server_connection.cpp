@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <functional>
+#include <iterator>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -247,6 +248,13 @@ bool ServerConnection::cancel(NavigationAction action)
   }
   publisher->publish(actionlib_msgs::GoalID());  // neither id nor stamp: all of them
   return true;
+}
+
+bool ServerConnection::hearsCancel() const
+{
+  const auto link = shared_->now();
+  return link && std::any_of(std::begin(link->cancel), std::end(link->cancel),
+                             [](const auto& cancel) { return cancel.getNumSubscribers() > 0; });
 }
 
 void ServerConnection::choose(const std::string& planner, const std::string& controller)

@@ -25,6 +25,8 @@ class ServerConnection
   /// Cancels all goals of an action.
   /// @return whether somebody is there to be told
   bool cancel(NavigationAction action);
+  /// Whether somebody would be told, for any of the actions.
+  bool hearsCancel() const;
 
   /// Tells those who send goals that are clicked (goal_bridge) which planner and controller to ask
   /// for; empty: their own, else the server's first. Who comes later is told as well.

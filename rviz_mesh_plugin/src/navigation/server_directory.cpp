@@ -138,13 +138,23 @@ bool ServerDirectory::lists(const std::string& server) const
 
 std::string ServerDirectory::usualServer() const
 {
+  if (known_.servers.empty()) {
+    return ros::names::resolve(USUAL_SERVERS[0]);
+  }
+  if (known_.servers.size() == 1) {
+    return known_.servers.front();
+  }
+  std::string found;
   for (const char* usual : USUAL_SERVERS) {
     const std::string name = ros::names::resolve(usual);
     if (lists(name)) {
-      return name;
+      if (!found.empty()) {
+        return {};
+      }
+      found = name;
     }
   }
-  return known_.servers.empty() ? ros::names::resolve(USUAL_SERVERS[0]) : known_.servers.front();
+  return found;
 }
 
 }  // namespace rviz_mesh_plugin

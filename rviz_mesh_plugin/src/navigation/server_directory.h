@@ -37,7 +37,8 @@ class ServerDirectory
   /// Services of it that make it forget what sensors have seen.
   const std::vector<std::string>& clearServices() const { return known_.clear_services; }
 
-  /// Which server is meant where none is named: one of the usual names, or the only one there is.
+  /// Which server is meant where none is named: the only one there is, or the only one of a usual
+  /// name; the first usual name where there is none, and empty where several are as likely.
   std::string usualServer() const;
 
  private:

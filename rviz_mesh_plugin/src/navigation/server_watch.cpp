@@ -83,6 +83,9 @@ NavigationGoal& ServerWatch::begin(const actionlib_msgs::GoalID& id)
   goal_.emplace();
   goal_->id = id.id;
   goal_->stamp = id.stamp;
+  if (unnamed_) {
+    describe(*goal_, *std::exchange(unnamed_, std::nullopt));
+  }
   missed_.reset();
   failure_.clear();
   distance_.reset();
@@ -106,7 +109,7 @@ void ServerWatch::takeStatus(NavigationAction action,
       begin(status.goal_id);
     }
   }
-  if (goal_ && !goal_->outcome) {
+  if (goal_ && (!goal_->outcome || goal_->lost)) {
     followStatus(*goal_, message, now);
   }
 }
@@ -122,6 +125,8 @@ void ServerWatch::followStatus(NavigationGoal& goal, const actionlib_msgs::GoalS
     goal.status = found->status;
     if (!hasEnded(goal.status)) {
       missed_.reset();
+      goal.outcome.reset();
+      goal.lost = false;
       return;
     }
   }
@@ -130,7 +135,8 @@ void ServerWatch::followStatus(NavigationGoal& goal, const actionlib_msgs::GoalS
     return;
   }
   Outcome outcome;
-  if (found != list.end()) {
+  goal.lost = found == list.end();
+  if (!goal.lost) {
     const std::uint32_t number = goal.status == GoalStatus::SUCCEEDED ? 0 : FIRST_ERROR;
     outcome = outcomeOf(goal.status, found->text, number, {});
     outcome.name = outcome.succeeded ? "SUCCEEDED" : outcome.name;
@@ -145,20 +151,61 @@ void ServerWatch::followStatus(NavigationGoal& goal, const actionlib_msgs::GoalS
 
 void ServerWatch::take(const mbf_msgs::MoveBaseActionGoal& message)
 {
-  NavigationGoal* goal = find(message.goal_id);
-  if (!goal) {
-    goal = &begin(message.goal_id);
+  if (message.goal_id.id.empty()) {  // the server will give it one
+    unnamed_ = message.goal;
+    return;
   }
-  goal->target = message.goal.target_pose;
-  goal->planner = message.goal.planner;
-  goal->controller = message.goal.controller;
+  NavigationGoal* goal = find(message.goal_id);
+  describe(goal ? *goal : begin(message.goal_id), message.goal);
+}
+
+void ServerWatch::describe(NavigationGoal& goal, const mbf_msgs::MoveBaseGoal& message)
+{
+  goal.target = message.target_pose;
+  goal.planner = message.planner;
+  goal.controller = message.controller;
+}
+
+void ServerWatch::note(Action action, const actionlib_msgs::GoalID& id, const std::string& plugin)
+{
+  of(action).goal = id.id;
+  of(action).plugin = plugin;
+}
+
+/// Of what is busy, if it is known: move_base of mesh_navigation begins its goals within the
+/// server, and they are not seen on their way.
+std::optional<std::string> ServerWatch::pluginOf(Action action) const
+{
+  const ActionRecord& record = of(action);
+  const auto& list = record.statuses.status_list;
+  const bool seen = std::any_of(list.begin(), list.end(), [&](const GoalStatus& status) {
+    return !hasEnded(status.status) && status.goal_id.id == record.goal;
+  });
+  if (seen) {
+    return record.plugin;
+  }
+  if (!isBusy(Action::MOVE_BASE) || !goal_ || !goal_->target || goal_->outcome ||
+      action == Action::RECOVERY) {
+    return std::nullopt;
+  }
+  return action == Action::EXE_PATH ? goal_->controller : goal_->planner;
+}
+
+std::string ServerWatch::describePlugin(Action action, const char* kind) const
+{
+  const auto plugin = pluginOf(action);
+  return plugin ? "with " + orFirst(*plugin, kind) : std::string();
 }
 
 void ServerWatch::take(const mbf_msgs::ExePathActionGoal& message)
 {
-  of(Action::EXE_PATH).plugin = message.goal.controller;
+  note(Action::EXE_PATH, message.goal_id, message.goal.controller);
   failure_.clear();
-  const auto& path = message.goal.path;
+  setPath(message.goal.path);
+}
+
+void ServerWatch::setPath(const nav_msgs::Path& path)
+{
   std::vector<RemainingPath::Point> points;
   points.reserve(path.poses.size());
   for (const auto& stamped : path.poses) {
@@ -172,12 +219,12 @@ void ServerWatch::take(const mbf_msgs::ExePathActionGoal& message)
 
 void ServerWatch::take(const mbf_msgs::GetPathActionGoal& message)
 {
-  of(Action::GET_PATH).plugin = message.goal.planner;
+  note(Action::GET_PATH, message.goal_id, message.goal.planner);
 }
 
 void ServerWatch::take(const mbf_msgs::RecoveryActionGoal& message)
 {
-  of(Action::RECOVERY).plugin = message.goal.behavior;
+  note(Action::RECOVERY, message.goal_id, message.goal.behavior);
 }
 
 template <class Feedback>
@@ -229,6 +276,7 @@ void ServerWatch::take(const mbf_msgs::MoveBaseActionResult& message)
     goal = &begin(message.status.goal_id);
   }
   goal->status = message.status.status;
+  goal->lost = false;
   goal->outcome = outcomeOf(message.status.status, message.status.text, message.result.outcome,
                             message.result.message);
 }
@@ -253,8 +301,15 @@ void ServerWatch::take(const mbf_msgs::ExePathActionResult& message)
 
 void ServerWatch::take(const mbf_msgs::GetPathActionResult& message)
 {
-  takeFailure("planning", outcomeOf(message.status.status, message.status.text,
-                                    message.result.outcome, message.result.message));
+  const Outcome outcome = outcomeOf(message.status.status, message.status.text,
+                                    message.result.outcome, message.result.message);
+  takeFailure("planning", outcome);
+  // Seen on its way: of somebody else, or of a move_base whose drives are seen as well.
+  const bool seen = of(Action::GET_PATH).goal == message.status.goal_id.id;
+  if (outcome.succeeded && goal_ && !goal_->outcome && !seen) {
+    failure_.clear();
+    setPath(message.result.path);
+  }
 }
 
 void ServerWatch::takeDiagnosis(bool ready, bool well, const std::string& text, Time now)
@@ -347,7 +402,12 @@ std::string ServerWatch::silenceReason(Time now) const
 
 std::string ServerWatch::reason(Time now) const
 {
-  const std::string because = failure_.empty() ? std::string() : ", since " + failure_;
+  const auto with = [&](Action action, const char* kind, const char* between,
+                        const std::string& more) {
+    const std::string plugin = describePlugin(action, kind);
+    return plugin.empty() || more.empty() ? plugin + more : plugin + between + more;
+  };
+  const std::string because = failure_.empty() ? std::string() : "since " + failure_;
   switch (phase(now)) {
     case ServerPhase::NO_SERVER:
     case ServerPhase::NOT_ANSWERING:
@@ -355,13 +415,12 @@ std::string ServerWatch::reason(Time now) const
     case ServerPhase::NOT_READY:
       return (isBusy() ? "The goal waits: " : "Goals wait or are refused: ") + diagnosis_;
     case ServerPhase::RECOVERING:
-      return joined("with ", orFirst(of(Action::RECOVERY).plugin, "behavior"), because);
+      return with(Action::RECOVERY, "behavior", ", ", because);
     case ServerPhase::DRIVING:
-      return joined("with ", orFirst(of(Action::EXE_PATH).plugin, "controller"),
-                    goal_ && !goal_->outcome && !goal_->remark.empty() ? ": " + goal_->remark
-                                                                       : std::string());
+      return with(Action::EXE_PATH, "controller", ": ",
+                  goal_ && !goal_->outcome ? goal_->remark : std::string());
     case ServerPhase::PLANNING:
-      return joined("with ", orFirst(of(Action::GET_PATH).plugin, "planner"), because);
+      return with(Action::GET_PATH, "planner", ", ", because);
     case ServerPhase::READY:
       break;
   }

@@ -71,6 +71,7 @@ struct NavigationGoal
   std::string remark;              ///< what the controller says; empty: all is well
   std::optional<double> distance;  ///< as the server says, in meters: not along the path
   std::optional<Outcome> outcome;  ///< nothing: it has not ended
+  bool lost = false;               ///< whether the server did not know it: it may come to do so
 };
 
 /// What the messages of one server say together: what it does, why it does not, and what becomes of
@@ -148,7 +149,8 @@ class ServerWatch
   {
     actionlib_msgs::GoalStatusArray statuses;
     std::optional<Time> heard;
-    std::string plugin;  ///< of its last goal; empty: the server's first
+    std::string goal;    ///< id of the last one that was seen on its way; empty: none was
+    std::string plugin;  ///< of that one; empty: the server's first
   };
   ActionRecord& of(NavigationAction action) { return actions_[static_cast<std::size_t>(action)]; }
   const ActionRecord& of(NavigationAction action) const
@@ -156,6 +158,11 @@ class ServerWatch
     return actions_[static_cast<std::size_t>(action)];
   }
 
+  void note(NavigationAction action, const actionlib_msgs::GoalID& id, const std::string& plugin);
+  std::optional<std::string> pluginOf(NavigationAction action) const;
+  std::string describePlugin(NavigationAction action, const char* kind) const;
+  void setPath(const nav_msgs::Path& path);
+  static void describe(NavigationGoal& goal, const mbf_msgs::MoveBaseGoal& message);
   NavigationGoal* find(const actionlib_msgs::GoalID& id);
   NavigationGoal& begin(const actionlib_msgs::GoalID& id);
   void followStatus(NavigationGoal& goal, const actionlib_msgs::GoalStatusArray& message, Time now);
@@ -170,6 +177,7 @@ class ServerWatch
 
   std::optional<NavigationGoal> goal_;
   std::optional<NavigationGoal> before_;
+  std::optional<mbf_msgs::MoveBaseGoal> unnamed_;  ///< sent without an id, and not seen since
   std::optional<Time> missed_;  ///< since when the goal has ended, or is lost, without a result
   std::string failure_;         ///< of the last step towards it
   RemainingPath remaining_;

@@ -10,6 +10,7 @@
 #include <ros/names.h>
 #include <QAbstractItemView>
 #include <QComboBox>
+#include <QEvent>
 #include <QFont>
 #include <QFormLayout>
 #include <QFrame>
@@ -36,6 +37,8 @@ const char* const GOOD = "#207020";
 const char* const BAD = "#b00000";
 const char* const BUSY = "#1050b0";
 const char* const UNSURE = "#906000";
+/// What was canceled where nothing was known to be busy is told for as long.
+constexpr std::chrono::seconds READ_PERIOD(5);
 constexpr std::size_t MOST_TEXT = 1000;  // characters; the rest is in the tool tip
 
 void setText(QLabel* label, const QString& text)
@@ -90,6 +93,19 @@ std::string describeTarget(const NavigationGoal& goal)
   return text + quotedName(goal.target->header.frame_id);
 }
 
+/// What it asks for; empty where it asks for nothing.
+std::string describePlugins(const NavigationGoal& goal)
+{
+  std::string text;
+  for (const auto& [kind, name] :
+       {std::make_pair("planner", goal.planner), std::make_pair("controller", goal.controller)}) {
+    if (!name.empty()) {
+      text += joined(", ", kind, " ", quotedName(name));
+    }
+  }
+  return text;
+}
+
 QString describeTime(double seconds)
 {
   if (seconds < 90.0) {
@@ -110,11 +126,13 @@ void setNames(QComboBox* box, const QStringList& names)
   if (shown != names && !box->view()->isVisible()) {
     const QString text = box->lineEdit()->text();
     const int cursor = box->lineEdit()->cursorPosition();
+    const bool modified = box->lineEdit()->isModified();
     const QSignalBlocker quiet(box);
     box->clear();
     box->addItems(names);
     box->setEditText(text);
     box->lineEdit()->setCursorPosition(cursor);
+    box->lineEdit()->setModified(modified);
   }
 }
 
@@ -146,7 +164,19 @@ QComboBox* MeshNavigationPanel::createChoice(const char* tip)
   box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   box->setMinimumContentsLength(12);
   box->setToolTip(tip);
+  box->setFocusPolicy(Qt::StrongFocus);
+  box->installEventFilter(this);
   return box;
+}
+
+/// The wheel scrolls past a choice, and does not change which robot is meant.
+bool MeshNavigationPanel::eventFilter(QObject* watched, QEvent* event)
+{
+  if (event->type() == QEvent::Wheel) {
+    event->ignore();
+    return true;
+  }
+  return rviz::Panel::eventFilter(watched, event);
 }
 
 void MeshNavigationPanel::createWidgets()
@@ -154,12 +184,19 @@ void MeshNavigationPanel::createWidgets()
   servers_ = createChoice(
       "Node of the navigation server, as move_base_flex. Empty: the usual one, or the only one "
       "there is.");
-  planner_ = createChoice("Planner of goals that are clicked. Empty: the server's first.");
-  controller_ = createChoice("Controller of goals that are clicked. Empty: the server's first.");
+  planner_ = createChoice(
+      "Planner of goals that are clicked. Empty, and Enter pressed: the server's first.");
+  controller_ = createChoice(
+      "Controller of goals that are clicked. Empty, and Enter pressed: the server's first.");
   for (auto* box : {planner_, controller_}) {
     box->lineEdit()->setPlaceholderText("the server's first");
-    connect(box, QOverload<int>::of(&QComboBox::activated), this, [this] { choose(); });
-    connect(box->lineEdit(), &QLineEdit::editingFinished, this, [this] { choose(); });
+    const auto connectTo = [&](auto signal, auto* sender, bool anyway) {
+      connect(sender, signal, this,
+              [this, anyway] { guarded([this, anyway] { choose(anyway); }); });
+    };
+    connectTo(QOverload<int>::of(&QComboBox::activated), box, true);
+    connectTo(&QLineEdit::returnPressed, box->lineEdit(), true);
+    connectTo(&QLineEdit::editingFinished, box->lineEdit(), false);
   }
   connect(servers_, QOverload<int>::of(&QComboBox::activated), this, [this] {
     work();
@@ -200,17 +237,13 @@ void MeshNavigationPanel::createWidgets()
   form->addRow("Controller:", controller_);
   cancel_ = new QPushButton("Cancel", this);
   clear_ = new QPushButton("Clear Layers", this);
-  connect(cancel_, &QPushButton::clicked, this, [this] {
-    if (server_) {
-      cancel_report_ = server_->cancel();
-      work();
-    }
-  });
+  connect(cancel_, &QPushButton::clicked, this, [this] { guarded([this] { cancel(); }); });
   connect(clear_, &QPushButton::clicked, this, [this] {
-    if (server_) {
-      server_->clear(directory_.clearServices());
-      work();
-    }
+    guarded([this] {
+      if (server_) {
+        server_->clear(directory_.clearServices());
+      }
+    });
   });
   auto* buttons = new QHBoxLayout;
   buttons->addWidget(cancel_);
@@ -277,8 +310,9 @@ std::string MeshNavigationPanel::chosenServer() const
   }
   std::string error;
   if (name.empty()) {
-    // What was known of one that is gone stays until there is another one.
-    const bool stays = server_ && server_->watch().wasHeard() && directory_.servers().empty();
+    // It is never changed for another one that comes, or sorts before it: that is another robot.
+    const bool stays = server_ && named_.empty() &&
+                       (server_->watch().wasHeard() || directory_.lists(server_->watch().server()));
     return stays ? server_->watch().server() : directory_.usualServer();
   }
   return name != "/" && ros::names::validate(name, error) ? ros::names::resolve(name)
@@ -292,26 +326,81 @@ void MeshNavigationPanel::followServer()
   if (servers_->lineEdit()->hasFocus() && servers_->lineEdit()->isModified()) {
     return;
   }
+  named_ = servers_->currentText().trimmed().toStdString();
   if (name.empty()) {
     server_.reset();
   } else if (!server_ || server_->watch().server() != name) {
     server_ = std::make_unique<NavigationServer>(name);
-    cancel_report_.clear();
-    told_ = {};
-    choose();
+    report_of_act_ = {};
+    told_.reset();
+    if (choice() != Choice()) {  // nobody has chosen anything here: another RViz may have
+      tellChoice();
+    }
   }
 }
 
-/// Nothing is told where nobody has ever chosen anything: another RViz may have.
-void MeshNavigationPanel::choose()
+MeshNavigationPanel::Choice MeshNavigationPanel::choice() const
 {
-  const auto chosen = std::make_pair(planner_->currentText().trimmed().toStdString(),
-                                     controller_->currentText().trimmed().toStdString());
-  if (server_ && chosen != told_) {
-    told_ = chosen;
-    server_->connection().choose(chosen.first, chosen.second);
+  return {planner_->currentText().trimmed().toStdString(),
+          controller_->currentText().trimmed().toStdString()};
+}
+
+void MeshNavigationPanel::tellChoice()
+{
+  told_ = choice();
+  server_->connection().choose(told_->first, told_->second);
+}
+
+/// @param anyway whether the user has said so, and not only left the field
+void MeshNavigationPanel::choose(bool anyway)
+{
+  if (anyway || choice() != told_.value_or(Choice())) {
+    if (server_) {
+      tellChoice();
+    }
     Q_EMIT configChanged();
   }
+}
+
+void MeshNavigationPanel::cancel()
+{
+  if (server_) {
+    report(server_->cancel());
+  }
+}
+
+void MeshNavigationPanel::report(const std::string& text)
+{
+  const ServerWatch* watch = server_ ? &server_->watch() : nullptr;
+  report_of_act_.text = text;
+  report_of_act_.goal = watch && watch->goal() ? watch->goal()->id : std::string();
+  report_of_act_.busy = watch && watch->isBusy();
+  report_of_act_.since = std::chrono::steady_clock::now();
+}
+
+/// Until what was canceled has ended, or another goal has come.
+std::string MeshNavigationPanel::reportOfAct(Time now)
+{
+  const ServerWatch& watch = server_->watch();
+  const std::string goal = watch.goal() ? watch.goal()->id : std::string();
+  const bool over =
+      report_of_act_.busy ? !watch.isBusy() : now - report_of_act_.since > READ_PERIOD;
+  if (over || goal != report_of_act_.goal) {
+    report_of_act_ = {};
+  }
+  return report_of_act_.text;
+}
+
+/// What a user does: an exception that left it would end RViz.
+void MeshNavigationPanel::guarded(const std::function<void()>& act)
+{
+  try {
+    act();
+  } catch (const std::exception& error) {
+    ROS_ERROR("panel of navigation: %s", error.what());
+    report(std::string("This went wrong: ") + error.what());
+  }
+  work();
 }
 
 void MeshNavigationPanel::work()
@@ -329,7 +418,11 @@ void MeshNavigationPanel::work()
     ROS_ERROR_THROTTLE(10, "panel of navigation: %s", failure.c_str());
   }
   failure_ = failure;
-  show(now);
+  try {
+    show(now);
+  } catch (const std::exception& error) {
+    ROS_ERROR_THROTTLE(10, "panel of navigation: it cannot be shown: %s", error.what());
+  }
 }
 
 void MeshNavigationPanel::show(Time now)
@@ -339,10 +432,17 @@ void MeshNavigationPanel::show(Time now)
   showGoal(now);
   showButtons();
   if (!server_) {
-    const std::string typed = servers_->currentText().toStdString();
+    const std::string typed = servers_->currentText().trimmed().toStdString();
     setText(phase_, colored(BAD, "No server"));
-    setText(reason_, escaped(quotedName(typed) + " cannot be the name of a node: letters, digits, "
-                                                 "_ and / are in those."));
+    setText(report_, QString());
+    setText(reason_, !failure_.empty() ? escaped(failure_)
+                     : typed.empty()
+                         ? escaped(joined("There are ", directory_.servers().size(),
+                                          " navigation servers: choose one above. Nothing is "
+                                          "chosen, since each may drive another robot."))
+                         : escaped(quotedName(typed) +
+                                   " cannot be the name of a node: letters, digits, _ and / are in "
+                                   "those."));
     return;
   }
   const ServerWatch& watch = server_->watch();
@@ -351,8 +451,9 @@ void MeshNavigationPanel::show(Time now)
   setText(reason_, failure_.empty() ? capitalized(escaped(watch.reason(now)).toStdString())
                                     : escaped(failure_));
   std::string report = server_->clearReport(now);
-  if (!cancel_report_.empty() && watch.isBusy()) {
-    report = cancel_report_ + (report.empty() ? "" : " ") + report;
+  const std::string of_act = reportOfAct(now);
+  if (!of_act.empty()) {
+    report = of_act + (report.empty() ? "" : " ") + report;
   }
   setText(report_, escaped(report));
 }
@@ -360,7 +461,8 @@ void MeshNavigationPanel::show(Time now)
 void MeshNavigationPanel::showServers()
 {
   setNames(servers_, listOf(directory_.servers()));
-  servers_->lineEdit()->setPlaceholderText(QString::fromStdString(directory_.usualServer()));
+  servers_->lineEdit()->setPlaceholderText(
+      server_ ? QString::fromStdString(server_->watch().server()) : "choose one");
 }
 
 void MeshNavigationPanel::showChoice(Time now)
@@ -397,7 +499,8 @@ void MeshNavigationPanel::showGoal(Time now)
     }
     return;
   }
-  setText(goal_, "<b>Goal:</b> " + escaped(describeTarget(*goal)));
+  setText(goal_,
+          "<b>Goal:</b> " + escaped(describeTarget(*goal)) + escaped(describePlugins(*goal)));
   QString remaining;
   if (const auto left = server_->watch().remaining()) {
     remaining = QString("<b>Remaining:</b> %1 m %2")
@@ -427,10 +530,11 @@ void MeshNavigationPanel::showGoal(Time now)
 
 void MeshNavigationPanel::showButtons()
 {
-  const bool busy = server_ && server_->watch().isBusy();
-  cancel_->setEnabled(busy);
-  cancel_->setToolTip(busy ? "Ends what the server does: the robot stops."
-                           : "Not now: the server has no goal.");
+  const bool can_cancel = server_ && server_->canCancel();
+  cancel_->setEnabled(can_cancel);
+  cancel_->setToolTip(can_cancel
+                          ? "Ends all that the server does, whoever asked for it: the robot stops."
+                          : "Not now: nobody would hear it.");
   const bool can_clear = server_ && !directory_.clearServices().empty();
   clear_->setEnabled(can_clear && !server_->isClearing());
   std::string services;

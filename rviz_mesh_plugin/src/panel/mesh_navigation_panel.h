@@ -1,7 +1,9 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,6 +35,7 @@ class MeshNavigationPanel : public rviz::Panel
   void onInitialize() override;
   void load(const rviz::Config& config) override;
   void save(rviz::Config config) const override;
+  bool eventFilter(QObject* watched, QEvent* event) override;
 
   /// Null before there is one to look at.
   const NavigationServer* server() const { return server_.get(); }
@@ -42,12 +45,28 @@ class MeshNavigationPanel : public rviz::Panel
 
  private:
   using Time = ServerWatch::Time;
+  using Choice = std::pair<std::string, std::string>;  ///< planner and controller
 
+  /// Of what the user has done, while this goal was there.
+  struct ActReport
+  {
+    std::string text;
+    std::string goal;   ///< id
+    bool busy = false;  ///< whether there was something to cancel
+    Time since;
+  };
+
+  void guarded(const std::function<void()>& act);
   void createWidgets();
   QComboBox* createChoice(const char* tip);
   std::string chosenServer() const;
   void followServer();
-  void choose();
+  Choice choice() const;
+  void tellChoice();
+  void choose(bool anyway);
+  void cancel();
+  void report(const std::string& text);
+  std::string reportOfAct(Time now);
   void show(Time now);
   void showServers();
   void showChoice(Time now);
@@ -56,9 +75,10 @@ class MeshNavigationPanel : public rviz::Panel
 
   ServerDirectory directory_;
   std::unique_ptr<NavigationServer> server_;
-  std::pair<std::string, std::string> told_;  ///< planner and controller, to that server
-  std::string failure_;                       ///< of work()
-  std::string cancel_report_;                 ///< of the goal that was there then
+  std::optional<Choice> told_;  ///< to that server
+  std::string named_;           ///< what the user has named it; empty: it was chosen for him
+  std::string failure_;         ///< of work()
+  ActReport report_of_act_;
 
   QComboBox* servers_;
   QComboBox* planner_;

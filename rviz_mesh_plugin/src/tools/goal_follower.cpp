@@ -2,6 +2,8 @@
 
 #include <cstdio>
 #include <exception>
+#include <utility>
+#include <vector>
 
 #include <ros/console.h>
 #include <QTimer>
@@ -16,19 +18,25 @@ constexpr int PERIOD = 100;  // milliseconds
 constexpr std::size_t MOST_SERVERS = 8;
 /// Until somebody has made an action goal of what was published.
 constexpr std::chrono::seconds TAKING_PATIENCE(3);
-/// An outcome is said again for as long, and so often.
-constexpr std::chrono::seconds OUTCOME_PERIOD(8);
+/// A goal that nobody has taken until then is somebody's later one.
+constexpr std::chrono::seconds SEARCH_PERIOD(15);
+/// An outcome is said once more after so long.
+constexpr std::chrono::seconds OUTCOME_AGAIN(2);
 constexpr std::chrono::milliseconds REPETITION(500);
 /// Nobody is looked at any more after so long without a goal.
 constexpr std::chrono::seconds REST(60);
 constexpr std::size_t MOST_TEXT = 250;  // characters: the panel says all of it
 
-/// Who passes it on in another frame has changed its numbers.
-bool isSame(const geometry_msgs::PoseStamped& a, const geometry_msgs::PoseStamped& b)
+/// Who passes it on in another frame has changed its numbers: then the stamp says it, or that it
+/// comes soon.
+bool isSame(const geometry_msgs::PoseStamped& a, const geometry_msgs::PoseStamped& b, bool soon)
 {
+  if (a.header.frame_id != b.header.frame_id) {
+    return soon || a.header.stamp == b.header.stamp;
+  }
   const auto& p = a.pose.position;
   const auto& q = b.pose.position;
-  return a.header.frame_id != b.header.frame_id || (p.x == q.x && p.y == q.y && p.z == q.z);
+  return p.x == q.x && p.y == q.y && p.z == q.z;
 }
 
 std::string describe(const ServerWatch::Remaining& remaining)
@@ -46,7 +54,8 @@ std::string describe(const ServerWatch::Remaining& remaining)
 
 }  // namespace
 
-GoalFollower::GoalFollower(Say say) : say_(std::move(say)), timer_(new QTimer(this))
+GoalFollower::GoalFollower(Say say, std::function<bool()> may_say)
+    : say_(std::move(say)), may_say_(std::move(may_say)), timer_(new QTimer(this))
 {
   connect(timer_, &QTimer::timeout, this, [this] { work(); });
 }
@@ -69,8 +78,11 @@ void GoalFollower::follow(const geometry_msgs::PoseStamped& goal, const std::str
   followed.topic = topic;
   followed.since = used_;
   for (const auto& server : servers_) {
-    if (const NavigationGoal* older = server.second->watch().goal()) {
-      followed.older.insert(older->id);
+    const ServerWatch& watch = server.second->watch();
+    for (const NavigationGoal* older : {watch.goal(), watch.goalBefore()}) {
+      if (older) {
+        followed.older.insert(older->id);
+      }
     }
   }
   followed_ = followed;
@@ -84,16 +96,14 @@ void GoalFollower::work()
     followServers(now);
     find(now);
     tell(now);
-    if (!outcome_.empty() && released_ && now - outcome_at_ < OUTCOME_PERIOD &&
-        now - said_at_ >= REPETITION) {
+    if (!outcome_.empty() && released_ && now - outcome_at_ >= OUTCOME_AGAIN) {
       said_at_ = now;
-      say_(outcome_);
+      say_(std::exchange(outcome_, std::string()));
     }
   } catch (const std::exception& error) {
     ROS_ERROR_THROTTLE(10, "what becomes of a goal cannot be told: %s", error.what());
   }
-  const bool outcome_due = !outcome_.empty() && now - outcome_at_ < OUTCOME_PERIOD;
-  if (released_ && !followed_ && !outcome_due && now - used_ > REST) {
+  if (released_ && !followed_ && outcome_.empty() && now - used_ > REST) {
     timer_->stop();
     servers_.clear();
   }
@@ -117,26 +127,58 @@ void GoalFollower::find(Time now)
   if (!followed_ || followed_->server) {
     return;
   }
-  bool any = false;
+  const bool soon = now - followed_->since < TAKING_PATIENCE;
+  bool any_speaks = false;
+  // Those whose target was sent before this had connected to their server.
+  std::vector<std::pair<const NavigationServer*, std::string>> unseen;
   for (const auto& server : servers_) {
     const ServerWatch& watch = server.second->watch();
-    any = any || !watch.isSilent(now);
+    any_speaks = any_speaks || !watch.isSilent(now);
     for (const NavigationGoal* goal : {watch.goal(), watch.goalBefore()}) {
-      if (goal && goal->target && followed_->older.count(goal->id) == 0 &&
-          isSame(*goal->target, followed_->goal)) {
+      if (!goal || followed_->older.count(goal->id) != 0) {
+        continue;
+      }
+      if (goal->target && isSame(*goal->target, followed_->goal, soon)) {
         followed_->server = server.second.get();
         followed_->id = goal->id;
         return;
       }
+      if (!goal->target && goal->stamp >= followed_->goal.header.stamp) {
+        unseen.emplace_back(server.second.get(), goal->id);
+      }
     }
   }
-  if (any && !followed_->doubted && now - followed_->since >= TAKING_PATIENCE) {
-    followed_->doubted = true;
-    tellOutcome("The goal was published on " + followed_->topic +
-                    ", but no navigation server has got it: does goal_bridge run, and does its "
-                    "parameter goal_topic name this topic?",
-                now);
+  if (!soon && unseen.size() == 1 && !followed_->doubted) {
+    followed_->server = unseen[0].first;
+    followed_->id = unseen[0].second;
+  } else if (!soon && unseen.empty() && !followed_->doubted) {
+    doubt(any_speaks, now);
+  } else if (now - followed_->since >= SEARCH_PERIOD) {
+    followed_.reset();
   }
+}
+
+void GoalFollower::doubt(bool any_speaks, Time now)
+{
+  followed_->doubted = true;
+  const char* why =
+      ", but no navigation server has got it: does goal_bridge run, and does its parameter "
+      "goal_topic name this topic?";
+  if (!any_speaks && !directory_.problem().empty()) {
+    tellOutcome(
+        joined("The goal was published on ", followed_->topic,
+               ", but whether there is a navigation server is not known: ", directory_.problem()),
+        now);
+    return;
+  }
+  if (servers_.empty()) {
+    why =
+        ", but there is no navigation server: start one (roslaunch mesh_navigation "
+        "mesh_navigation.launch).";
+  } else if (!any_speaks) {
+    why = ", but no navigation server says anything: the panel MeshNavigation may tell why.";
+  }
+  tellOutcome("The goal was published on " + followed_->topic + why, now);
 }
 
 void GoalFollower::tell(Time now)
@@ -160,7 +202,7 @@ void GoalFollower::tell(Time now)
             goal->outcome->text(),
         now);
     followed_.reset();
-  } else if (released_ && !replaced && now - said_at_ >= REPETITION) {
+  } else if (released_ && may_say_() && !replaced && now - said_at_ >= REPETITION) {
     std::string text = joined("Goal: ", nameOf(watch.phase(now)));
     if (const auto remaining = watch.remaining()) {
       text += describe(*remaining);

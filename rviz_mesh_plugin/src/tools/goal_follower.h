@@ -28,7 +28,8 @@ class GoalFollower : public QObject
   using Say = std::function<void(const std::string&)>;
 
   /// @param say shows a text; other tools write over it
-  explicit GoalFollower(Say say);
+  /// @param may_say whether the status bar belongs to nobody else, so that progress can be told
+  GoalFollower(Say say, std::function<bool()> may_say);
   ~GoalFollower() override;
 
   /// Looks for servers from now on, so that they are known when a goal is published. The status bar
@@ -58,9 +59,11 @@ class GoalFollower : public QObject
   void followServers(Time now);
   void find(Time now);
   void tell(Time now);
+  void doubt(bool any_speaks, Time now);
   void tellOutcome(const std::string& text, Time now);
 
   Say say_;
+  std::function<bool()> may_say_;
   ServerDirectory directory_;
   std::map<std::string, std::unique_ptr<NavigationServer>> servers_;
   std::optional<Followed> followed_;
@@ -68,7 +71,7 @@ class GoalFollower : public QObject
   Time used_;  ///< the last time that somebody wanted it
   std::string said_;
   Time said_at_;
-  std::string outcome_;  ///< to be said again, since other tools write over it
+  std::string outcome_;  ///< to be said once more, since other tools write over it
   Time outcome_at_;
   QTimer* timer_;
 };

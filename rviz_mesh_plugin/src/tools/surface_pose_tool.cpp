@@ -9,6 +9,7 @@
 #include <ros/time.h>
 #include <rviz/display_context.h>
 #include <rviz/ogre_helpers/arrow.h>
+#include <rviz/tool_manager.h>
 #include <rviz/viewport_mouse_event.h>
 
 #include "picking/view_geometry.h"
@@ -222,7 +223,13 @@ geometry_msgs::PoseStamped SurfacePoseTool::message() const
 MeshGoalTool::MeshGoalTool()
     : SurfacePoseTool({'m', "The goal", "goal", Ogre::ColourValue::Green,
                        PublishedTopic::advertise<geometry_msgs::PoseStamped>}),
-      follower_([this](const std::string& text) { say(text); })
+      follower_([this](const std::string& text) { say(text); },
+                [this] {
+                  // Only the tool that RViz falls back to leaves the status bar to others.
+                  rviz::ToolManager* tools = context_ ? context_->getToolManager() : nullptr;
+                  return tools && (!tools->getCurrentTool() ||
+                                   tools->getCurrentTool() == tools->getDefaultTool());
+                })
 {
 }
 

@@ -69,16 +69,33 @@ class ServerWatchTest : public testing::Test
     watch.take(message);
   }
 
-  void sendPath(const std::vector<std::array<double, 2>>& points)
+  static nav_msgs::Path pathOf(const std::vector<std::array<double, 2>>& points)
   {
-    mbf_msgs::ExePathActionGoal message;
-    message.goal.path.header.frame_id = "map";
+    nav_msgs::Path path;
+    path.header.frame_id = "map";
     for (const auto& point : points) {
       geometry_msgs::PoseStamped pose;
       pose.pose.position.x = point[0];
       pose.pose.position.y = point[1];
-      message.goal.path.poses.push_back(pose);
+      path.poses.push_back(pose);
     }
+    return path;
+  }
+
+  void sendPath(const std::vector<std::array<double, 2>>& points, const std::string& goal)
+  {
+    mbf_msgs::ExePathActionGoal message;
+    message.goal_id = id(goal, 1);
+    message.goal.path = pathOf(points);
+    watch.take(message);
+  }
+
+  void sendPlan(const std::vector<std::array<double, 2>>& points, const std::string& goal)
+  {
+    mbf_msgs::GetPathActionResult message;
+    message.status.goal_id = id(goal, 1);
+    message.status.status = GoalStatus::SUCCEEDED;
+    message.result.path = pathOf(points);
     watch.take(message);
   }
 
@@ -156,13 +173,14 @@ TEST_F(ServerWatchTest, what_a_goal_goes_through)
   EXPECT_TRUE(watch.isBusy());
   EXPECT_EQ(watch.phase(now), Phase::PLANNING);
   mbf_msgs::GetPathActionGoal plan;
+  plan.goal_id = id("move_base-1", 1);
   plan.goal.planner = "dijkstra";
   watch.take(plan);
   tell(Action::GET_PATH, {{id("move_base-1", 1), GoalStatus::ACTIVE}});
   EXPECT_TRUE(says("with 'dijkstra'")) << watch.reason(now);
   EXPECT_FALSE(watch.remaining());
 
-  sendPath({{0, 0}, {4, 0}, {4, 3}});
+  sendPath({{0, 0}, {4, 0}, {4, 3}}, "move_base-2");
   tell(Action::GET_PATH);
   tell(Action::EXE_PATH, {{id("move_base-2", 1), GoalStatus::ACTIVE}});
   EXPECT_EQ(watch.phase(now), Phase::DRIVING);
@@ -199,6 +217,7 @@ TEST_F(ServerWatchTest, why_the_robot_backs_up)
   tell(Action::MOVE_BASE, {{goal, GoalStatus::ACTIVE}});
   failPlan(53, "the goal is blocked by steepness");
   mbf_msgs::RecoveryActionGoal recovery;
+  recovery.goal_id = id("move_base-3", 1);
   recovery.goal.behavior = "back_up";
   watch.take(recovery);
   tell(Action::RECOVERY, {{id("move_base-3", 1), GoalStatus::ACTIVE}});
@@ -213,6 +232,69 @@ TEST_F(ServerWatchTest, why_the_robot_backs_up)
   failPlan(54, "no path for somebody else");
   tell(Action::RECOVERY, {{id("another", 5), GoalStatus::ACTIVE}});
   EXPECT_FALSE(says("somebody else")) << watch.reason(now);
+}
+
+TEST_F(ServerWatchTest, what_move_base_begins_within_the_server_is_known_by_its_plans)
+{
+  const auto goal = id("a", 1);
+  sendGoal(goal, "dijkstra");
+  tell(Action::MOVE_BASE, {{goal, GoalStatus::ACTIVE}});
+  tell(Action::GET_PATH, {{id("move_base-1", 1), GoalStatus::ACTIVE}});
+  EXPECT_EQ(watch.reason(now), "with 'dijkstra'") << "as the goal asks for";
+  failPlan(54, "no way yet");
+  EXPECT_TRUE(says("since planning failed")) << watch.reason(now);
+  sendPlan({{0, 0}, {4, 0}, {4, 3}}, "move_base-1");
+  tell(Action::GET_PATH);
+  tell(Action::EXE_PATH, {{id("move_base-2", 1), GoalStatus::ACTIVE}});
+  EXPECT_EQ(watch.reason(now), "with the server's first controller");
+  sendFeedback(goal, 0, 0, 5.0);
+  ASSERT_TRUE(watch.remaining());
+  EXPECT_TRUE(watch.remaining()->along_path);
+  EXPECT_NEAR(watch.remaining()->length, 7.0, 1e-9);
+  // What somebody else has planned was seen on its way, and is no path of the robot's.
+  mbf_msgs::GetPathActionGoal other;
+  other.goal_id = id("other", 1);
+  watch.take(other);
+  sendPlan({{0, 0}, {90, 0}}, "other");
+  EXPECT_NEAR(watch.remaining()->length, 7.0, 1e-9);
+  sendPlan({{0, 0}, {5, 0}}, "move_base-3");
+  EXPECT_NEAR(watch.remaining()->length, 5.0, 1e-9) << "planned anew";
+  tell(Action::RECOVERY, {{id("move_base-4", 1), GoalStatus::ACTIVE}});
+  EXPECT_EQ(watch.reason(now), "") << "which behavior that is, nobody says";
+}
+
+TEST_F(ServerWatchTest, plugins_that_are_not_known_are_not_told)
+{
+  mbf_msgs::ExePathActionGoal before;
+  before.goal_id = id("of yesterday", 1);
+  before.goal.controller = "another";
+  watch.take(before);
+  tell(Action::MOVE_BASE, {{id("a", 2), GoalStatus::ACTIVE}});
+  tell(Action::GET_PATH, {{id("move_base-1", 2), GoalStatus::ACTIVE}});
+  EXPECT_EQ(watch.phase(now), Phase::PLANNING);
+  EXPECT_EQ(watch.reason(now), "");
+  tell(Action::EXE_PATH, {{id("move_base-2", 2), GoalStatus::ACTIVE}});
+  EXPECT_EQ(watch.phase(now), Phase::DRIVING);
+  EXPECT_EQ(watch.reason(now), "");
+}
+
+TEST_F(ServerWatchTest, a_goal_that_was_thought_lost_and_one_without_an_id)
+{
+  sendGoal(id("late", 1));
+  tell(Action::MOVE_BASE);
+  now += seconds(3);
+  tell(Action::MOVE_BASE);
+  ASSERT_TRUE(watch.goal()->outcome);
+  tell(Action::MOVE_BASE, {{id("late", 1), GoalStatus::ACTIVE}});
+  EXPECT_FALSE(watch.goal()->outcome) << "it was only late";
+  sendResult(id("late", 1), GoalStatus::SUCCEEDED, 0, "there");
+  sendGoal(id("", 0), "dijkstra");
+  EXPECT_EQ(watch.goal()->id, "late") << "the server will give it an id";
+  tell(Action::MOVE_BASE, {{id("move_base_flex-7", 3), GoalStatus::ACTIVE}});
+  EXPECT_EQ(watch.goal()->id, "move_base_flex-7");
+  EXPECT_EQ(watch.goal()->planner, "dijkstra");
+  EXPECT_TRUE(watch.goal()->target);
+  EXPECT_EQ(watch.goalBefore()->id, "late");
 }
 
 TEST_F(ServerWatchTest, of_two_goals_the_newer_one_counts_and_the_older_ones_outcome_is_kept)

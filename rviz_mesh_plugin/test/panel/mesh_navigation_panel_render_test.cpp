@@ -1,4 +1,5 @@
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -9,11 +10,13 @@
 #include <rviz/visualization_manager.h>
 #include <std_srvs/Empty.h>
 #include <QComboBox>
+#include <QCoreApplication>
 #include <QLabel>
 #include <QLineEdit>
 #include <QMainWindow>
 #include <QPushButton>
 #include <QRegularExpression>
+#include <QWheelEvent>
 
 #include "navigation/diagnostic_array.h"
 #include "panel/mesh_navigation_panel.h"
@@ -106,6 +109,11 @@ class MeshNavigationPanelTest : public StatusFixture
            << line("phase") << ": " << line("reason");
   }
 
+  std::set<std::string> canceled() const
+  {
+    return {server->canceled.begin(), server->canceled.end()};
+  }
+
   std::string name;
   ros::NodeHandle node;
   std::unique_ptr<QMainWindow> window;
@@ -150,7 +158,6 @@ TEST_F(MeshNavigationPanelTest, a_blocked_goal_its_recovery_and_its_reason)
   EXPECT_TRUE(waitFor("outcome", "INVALID_GOAL (53): the goal is on ground that"));
   // What a server says is no markup.
   EXPECT_TRUE(panel->findChild<QLabel*>("outcome")->text().contains("&lt;steepness&gt;"));
-  EXPECT_FALSE(button("Cancel")->isEnabled());
   keep(window.get(), "navigation_blocked");
 }
 
@@ -173,7 +180,8 @@ TEST_F(MeshNavigationPanelTest, a_drive_and_what_remains_of_it)
   button("Cancel")->click();
   EXPECT_TRUE(waitFor("report", "Cancel was sent."));
   ASSERT_TRUE(spinUntil([&] { return !server->canceled.empty(); }, TIMEOUT));
-  EXPECT_EQ(server->canceled, std::vector<std::string>{"move_base"}) << "the others are its own";
+  // A drive that somebody else has begun beside it would go on otherwise.
+  EXPECT_TRUE(spinUntil([&] { return canceled().size() == 4; }, TIMEOUT)) << canceled().size();
   server->forget("exe_path");
   server->end(goal, PREEMPTED, 11, "canceled by a client");
   EXPECT_TRUE(waitFor("outcome", "CANCELED (11): canceled by a client"));
@@ -182,9 +190,74 @@ TEST_F(MeshNavigationPanelTest, a_drive_and_what_remains_of_it)
   server->canceled.clear();
   server->drive(0.0, 1.0);
   EXPECT_TRUE(waitFor("phase", "Driving"));
+  EXPECT_EQ(line("report"), "") << "that was the goal before";
   button("Cancel")->click();
-  ASSERT_TRUE(spinUntil([&] { return !server->canceled.empty(); }, TIMEOUT));
-  EXPECT_EQ(server->canceled, std::vector<std::string>{"exe_path"});
+  EXPECT_TRUE(spinUntil([&] { return canceled().count("exe_path") == 1; }, TIMEOUT));
+}
+
+TEST_F(MeshNavigationPanelTest, what_is_not_known_to_be_busy_can_be_canceled)
+{
+  start();
+  // It may have begun since its last status.
+  ASSERT_TRUE(spinUntil([&] { return button("Cancel")->isEnabled(); }, TIMEOUT));
+  button("Cancel")->click();
+  EXPECT_TRUE(spinUntil([&] { return canceled().size() == 4; }, TIMEOUT));
+  EXPECT_EQ(line("report"), "Cancel was sent.");
+  server->sendGoal("goal", 3.0);
+  EXPECT_TRUE(waitFor("goal", "(3.00"));
+  EXPECT_EQ(line("report"), "") << "of another goal";
+}
+
+TEST_F(MeshNavigationPanelTest, another_server_is_never_chosen_by_itself)
+{
+  server = std::make_unique<FakeNavigationServer>("/zzz" + name);
+  ASSERT_TRUE(waitFor("phase", "Ready"));
+  ASSERT_EQ(panel->server()->watch().server(), "/zzz" + name);
+  choose("planner", "mine");
+  // One that sorts before it, and one of the usual name.
+  std::size_t told = 0;
+  const FakeNavigationServer other("/aaa" + name), usual("/move_base_flex");
+  const auto bridge = node.subscribe<mbf_msgs::MoveBaseGoal>(
+      "/aaa" + name + "/goal_defaults", 5,
+      [&](const mbf_msgs::MoveBaseGoal::ConstPtr&) { ++told; });
+  ASSERT_TRUE(spinUntil([&] { return box("server")->count() == 3; }, TIMEOUT));
+  spinFrames(5);
+  EXPECT_EQ(panel->server()->watch().server(), "/zzz" + name);
+  EXPECT_EQ(box("server")->lineEdit()->placeholderText().toStdString(), "/zzz" + name);
+  server.reset();
+  EXPECT_TRUE(waitFor("reason", "is gone"));
+  EXPECT_EQ(panel->server()->watch().server(), "/zzz" + name);
+  EXPECT_EQ(told, 0u);
+}
+
+TEST_F(MeshNavigationPanelTest, of_several_servers_the_user_chooses)
+{
+  server = std::make_unique<FakeNavigationServer>("/b" + name);
+  const FakeNavigationServer other("/a" + name);
+  choose("server", "/b" + name);
+  ASSERT_TRUE(spinUntil([&] { return box("server")->count() == 2; }, TIMEOUT));
+  choose("server", "");
+  EXPECT_TRUE(waitFor("reason", "There are 2 navigation servers: choose one above"));
+  EXPECT_FALSE(panel->server());
+  EXPECT_FALSE(button("Cancel")->isEnabled());
+  keep(window.get(), "navigation_several");
+}
+
+TEST_F(MeshNavigationPanelTest, the_wheel_changes_no_choice_and_lists_take_nothing_away)
+{
+  start();
+  ASSERT_TRUE(spinUntil([&] { return box("server")->count() == 1; }, TIMEOUT));
+  box("planner")->addItems({"a", "b"});
+  box("planner")->setCurrentIndex(0);
+  QWheelEvent wheel({5, 5}, {5, 5}, {0, -120}, {0, -120}, Qt::NoButton, Qt::NoModifier,
+                    Qt::NoScrollPhase, false);
+  QCoreApplication::sendEvent(box("planner"), &wheel);
+  EXPECT_EQ(box("planner")->currentText(), "a");
+  // What is being typed stays that, when the list changes.
+  box("server")->lineEdit()->setModified(true);
+  const FakeNavigationServer other(name + "_2");
+  ASSERT_TRUE(spinUntil([&] { return box("server")->count() == 2; }, TIMEOUT));
+  EXPECT_TRUE(box("server")->lineEdit()->isModified());
 }
 
 TEST_F(MeshNavigationPanelTest, of_two_goals_each_has_its_outcome)
@@ -302,6 +375,30 @@ TEST_F(MeshNavigationPanelTest, nothing_is_told_where_nothing_was_chosen)
   choose("planner", "last");
   ASSERT_TRUE(spinUntil([&] { return told > 0; }, TIMEOUT));
   EXPECT_EQ(told, 1u);
+}
+
+TEST_F(MeshNavigationPanelTest, the_servers_first_can_be_chosen_over_what_another_has)
+{
+  std::vector<mbf_msgs::MoveBaseGoal> told;
+  const auto bridge = node.subscribe<mbf_msgs::MoveBaseGoal>(
+      name + "/goal_defaults", 5,
+      [&](const mbf_msgs::MoveBaseGoal::ConstPtr& message) { told.push_back(*message); });
+  start();
+  ASSERT_TRUE(spinUntil([&] { return bridge.getNumPublishers() == 1; }, TIMEOUT));
+  Q_EMIT box("planner")->lineEdit()->returnPressed();
+  ASSERT_TRUE(spinUntil([&] { return told.size() == 1; }, TIMEOUT));
+  EXPECT_EQ(told[0].planner, "");
+  mbf_msgs::MoveBaseActionGoal goal;
+  goal.goal_id = FakeNavigationServer::id("goal");
+  goal.goal.planner = "of somebody else";
+  ros::Publisher goals = node.advertise<mbf_msgs::MoveBaseActionGoal>(name + "/move_base/goal", 5);
+  ASSERT_TRUE(spinUntil(
+      [&] {
+        goals.publish(goal);
+        return line("goal").find("planner 'of somebody else'") != std::string::npos;
+      },
+      TIMEOUT))
+      << line("goal");
 }
 
 TEST_F(MeshNavigationPanelTest, clears_whatever_the_server_has_and_waits_for_nobody)

@@ -2,6 +2,7 @@
 #include <string>
 
 #include <geometry_msgs/PoseStamped.h>
+#include <rviz/tool_manager.h>
 
 #include "support/fake_navigation_server.h"
 #include "surface_tool_fixture.h"
@@ -88,6 +89,78 @@ TEST_F(GoalOutcomeTest, a_goal_that_nobody_takes_and_one_of_somebody_else)
   server->end(other, Status::SUCCEEDED, 0, "there");
   spinFrames(5);
   EXPECT_FALSE(says("reached")) << said;
+}
+
+TEST_F(GoalOutcomeTest, a_goal_of_before_or_in_another_frame_is_not_taken_for_it)
+{
+  geometry_msgs::PoseStamped far;
+  far.header.frame_id = "elsewhere";
+  const auto old = server->sendGoal("old", 0.0, &far);
+  const auto newer = server->sendGoal("newer", 0.0, &far);
+  spinFrames(5);
+  click(320, 240);
+  EXPECT_TRUE(comes("no navigation server has got it"));
+  server->end(old, Status::PREEMPTED, 11, "replaced");
+  server->end(newer, Status::SUCCEEDED, 0, "there");
+  const auto later = server->sendGoal("later", 0.0, &far);
+  server->end(later, Status::SUCCEEDED, 0, "there");
+  EXPECT_FALSE(spinUntil([&] { return says("reached") || says("replaced"); }, 1000)) << said;
+}
+
+TEST_F(GoalOutcomeTest, one_that_is_passed_on_in_another_frame_is_followed)
+{
+  auto pose = click(320, 240);
+  pose.header.frame_id = "map";
+  const auto goal = server->sendGoal("goal", 0.0, &pose);
+  server->end(goal, Status::SUCCEEDED, 0, "there");
+  EXPECT_TRUE(comes("The goal was reached"));
+}
+
+TEST_F(GoalOutcomeTest, a_goal_whose_message_was_missed_is_followed_and_no_fault)
+{
+  auto pose = click(320, 240);
+  // Only its status arrives: it was sent before this had connected to the server.
+  auto goal = FakeNavigationServer::id("missed");
+  goal.stamp = ros::Time::now();
+  server->set("move_base", goal, Status::ACTIVE);
+  EXPECT_TRUE(comes("Goal: planning"));
+  EXPECT_FALSE(says("no navigation server"));
+  server->end(goal, Status::SUCCEEDED, 0, "there");
+  EXPECT_TRUE(comes("The goal was reached"));
+}
+
+TEST_F(GoalOutcomeTest, without_any_server_that_is_told)
+{
+  tool->deactivate();
+  server.reset();
+  tool = std::make_unique<MeshGoalTool>();  // one that has never seen a server
+  set({"Topic"}, topic.c_str());
+  tool->initialize(manager());
+  tool->activate();
+  ASSERT_TRUE(spinUntil([this] { return subscriber.getNumPublishers() == 1; }));
+  click(320, 240);
+  EXPECT_TRUE(comes("there is no navigation server: start one"));
+}
+
+TEST_F(GoalOutcomeTest, the_status_bar_of_other_tools_is_theirs)
+{
+  auto* tools = manager()->getToolManager();
+  auto* other = tools->addTool("rviz/Measure");
+  ASSERT_TRUE(other);
+  tools->setCurrentTool(other);
+  tools->setDefaultTool(nullptr);
+  const auto pose = click(320, 240);
+  const auto goal = server->sendGoal("goal", 0.0, &pose);
+  server->drive(0.0, 8.0);
+  server->at(goal, 0.5);
+  EXPECT_FALSE(spinUntil([&] { return says("Goal: "); }, 2000)) << said;
+  server->end(goal, Status::SUCCEEDED, 0, "there");
+  EXPECT_TRUE(comes("The goal was reached"));
+  for (int i = 0; i < 2; ++i) {  // once more, and then no more
+    manager()->setStatus("of the other tool");
+    EXPECT_EQ(spinUntil([&] { return says("reached"); }, 4000), i == 0);
+  }
+  tools->removeAll();  // the manager is that of all tests
 }
 
 TEST_F(GoalOutcomeTest, the_newest_of_two_goals_is_followed)
