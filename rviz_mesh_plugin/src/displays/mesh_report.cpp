@@ -131,6 +131,10 @@ CostsState MeshReport::costs(const QueuedAttributes& queue) const
   state.stale_updates = queue.stale;
   setWaiting(store_.waitingCosts(), state);
   state.type = properties_.costs().costsType();
+  if (state.mesh_shown) {
+    state.left_out = store_.attributes().costs_left_out.size();
+    state.chosen_left_out = store_.attributes().leftOut(state.type);
+  }
   state.types = store_.costTypes();
   const CostLayerConstPtr layer = state.mesh_shown ? store_.attributes().cost(state.type) : nullptr;
   if (layer) {
@@ -174,12 +178,16 @@ TexturesState MeshReport::textures(const QueuedAttributes& queue) const
   if (state.mesh_shown && attributes.materials) {
     state.materials = attributes.materials;
     std::set<std::uint32_t> received;
+    std::set<std::uint32_t> left_out;
     for (const Material& material : state.materials->materials) {
       if (attributes.textures.count(material.texture_index) != 0) {
         received.insert(material.texture_index);
+      } else if (attributes.textures_left_out.count(material.texture_index) != 0) {
+        left_out.insert(material.texture_index);
       }
     }
     state.textures = received.size();
+    state.textures_left_out = left_out.size();
   }
   return state;
 }

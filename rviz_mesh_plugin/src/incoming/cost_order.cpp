@@ -175,6 +175,9 @@ std::string CostOrder::arrange(CostLayer& layer)
 CostUpdateConstPtr CostOrder::arrange(const CostUpdateConstPtr& update, std::string& problem)
 {
   problem.clear();
+  if (update->vertices.empty() && update->costs.empty()) {
+    return nullptr;  // else a whole layer would be copied and shown for nothing
+  }
   if (Layer* layer = find(*update)) {
     return counting(*layer, update, problem);
   }

@@ -29,7 +29,23 @@ std::string nameOf(const CostLayer& layer, const MeshAttributes& attributes)
   return ambiguous ? layer.type + ON_FACES : layer.type;
 }
 
+template <class Item>
+void leaveOut(std::set<Item>& left_out, Item item)
+{
+  if (left_out.size() < MeshStore::MAX_LEFT_OUT) {
+    left_out.insert(std::move(item));
+  }
+}
+
 }  // namespace
+
+bool MeshAttributes::leftOut(const std::string& name) const
+{
+  return !cost(name) &&
+         std::any_of(costs_left_out.begin(), costs_left_out.end(), [&](const auto& layer) {
+           return name == layer.first || (layer.second && name == layer.first + ON_FACES);
+         });
+}
 
 CostLayerConstPtr MeshAttributes::cost(const std::string& name) const
 {
@@ -100,18 +116,21 @@ const MeshAttributes& MeshStore::attributes() const
 
 void MeshStore::addCosts(const CostLayerConstPtr& layer)
 {
-  auto& costs = attributesOf(layer->uuid).costs;
+  MeshAttributes& attributes = attributesOf(layer->uuid);
+  auto& costs = attributes.costs;
   if (CostLayerConstPtr* found = find(costs, layer->type, layer->on_faces)) {
     *found = layer;
     return;
   }
   costs.push_back(layer);
+  attributes.costs_left_out.erase({layer->type, layer->on_faces});
   std::size_t sum = std::accumulate(
       costs.begin(), costs.end(), std::size_t{0},
       [](std::size_t bytes, const CostLayerConstPtr& other) { return bytes + other->bytes(); });
   auto first = costs.begin();
   for (; sum > most_ && std::next(first) != costs.end(); ++first) {
     sum -= (*first)->bytes();
+    leaveOut(attributes.costs_left_out, {(*first)->type, (*first)->on_faces});
   }
   costs.erase(costs.begin(), first);
 }
@@ -128,13 +147,16 @@ void MeshStore::addMaterials(const MaterialsConstPtr& materials)
 
 void MeshStore::addTexture(const TextureImageConstPtr& texture)
 {
-  auto& textures = attributesOf(texture->uuid).textures;
+  MeshAttributes& attributes = attributesOf(texture->uuid);
+  auto& textures = attributes.textures;
   textures[texture->index] = texture;
+  attributes.textures_left_out.erase(texture->index);
   std::size_t sum = std::accumulate(
       textures.begin(), textures.end(), std::size_t{0},
       [](std::size_t bytes, const auto& other) { return bytes + other.second->bytes(); });
   while (sum > most_ && textures.size() > 1) {
     sum -= std::prev(textures.end())->second->bytes();
+    leaveOut(attributes.textures_left_out, textures.rbegin()->first);
     textures.erase(std::prev(textures.end()));
   }
 }
@@ -189,11 +211,14 @@ void MeshStore::forget(MeshMember part)
       eraseIf(attributes.costs, [&](const CostLayerConstPtr& layer) {
         return layer->on_faces == (part == MeshMember::FACE_COSTS);
       });
+      eraseIf(attributes.costs_left_out,
+              [&](const auto& layer) { return layer.second == (part == MeshMember::FACE_COSTS); });
     } else if (part == MeshMember::COLORS) {
       attributes.colors.reset();
     } else if (part == MeshMember::MATERIALS || part == MeshMember::TEXTURES) {
       attributes.materials.reset();
       attributes.textures.clear();
+      attributes.textures_left_out.clear();
     } else if (part == MeshMember::LABELS) {
       attributes.labels.clear();
     }

@@ -5,7 +5,9 @@
 #include <list>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/layer_info.h"
@@ -23,7 +25,12 @@ struct MeshAttributes
   MaterialsConstPtr materials;
   std::map<std::uint32_t, TextureImageConstPtr> textures;  ///< by index
   LabelClusters labels;
+  /// What has come and did not fit, by type and whether it is of faces, and by index.
+  std::set<std::pair<std::string, bool>> costs_left_out;
+  std::set<std::uint32_t> textures_left_out;
 
+  /// Whether a layer of that name has come, but did not fit.
+  bool leftOut(const std::string& name) const;
   /// A layer by the name that costTypes() gave it; null where it is not there.
   CostLayerConstPtr cost(const std::string& name) const;
 };
@@ -35,6 +42,9 @@ class MeshStore
  public:
   /// Attributes are kept for this many meshes besides those shown, the last changed ones.
   static constexpr std::size_t MAX_WAITING = 8;
+
+  /// So many are told of those that did not fit.
+  static constexpr std::size_t MAX_LEFT_OUT = 4096;
 
   /// @param most bytes of cost layers, and of textures, of each mesh: the newest layers, and the
   /// textures of lowest index, but at least one

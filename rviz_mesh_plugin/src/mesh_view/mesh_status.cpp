@@ -82,6 +82,15 @@ std::string waitingText(std::size_t waiting, const char* one, const char* many)
                                                      : " wait for a geometry with their uuid");
 }
 
+/// What did not fit, and why; empty where all did.
+std::string leftOutText(std::size_t count, const char* one, const char* many)
+{
+  return count == 0 ? std::string()
+                    : joined("; ", counted(count, one, many), count == 1 ? " is" : " are",
+                             " left out: those of a mesh take more than ",
+                             MAX_ATTRIBUTE_BYTES >> 30, " GiB");
+}
+
 /// Where nothing of what has come belongs to the mesh that is shown: the way out.
 std::string otherGeometry(const AttributeState& state)
 {
@@ -204,6 +213,7 @@ OptionalStatus costsStatus(const CostsState& state)
   }
   const std::string waiting =
       state.waiting > 0 ? "; " + waitingText(state.waiting, "layer", "layers") : "";
+  const std::string left_out = leftOutText(state.left_out, "layer", "layers");
   if (!state.chosen || !state.mesh_shown) {
     if (state.types.empty() && state.waiting == 0) {
       return std::nullopt;
@@ -212,7 +222,7 @@ OptionalStatus costsStatus(const CostsState& state)
       return StatusLine::warn("no layer of this mesh received", waiting, otherGeometry(state));
     }
     return StatusLine::ok(counted(state.types.size(), "layer", "layers"),
-                          state.types.empty() ? "" : ": ", listed(state.types), waiting,
+                          state.types.empty() ? "" : ": ", listed(state.types), waiting, left_out,
                           refusals(state.reception));
   }
   if (state.types.empty()) {
@@ -224,8 +234,10 @@ OptionalStatus costsStatus(const CostsState& state)
                             listed(state.types), GREY);
   }
   if (!state.size) {
-    return StatusLine::warn("layer '", state.type, "' has not arrived; there are ",
-                            listed(state.types), waiting, GREY);
+    return StatusLine::warn(
+        "layer '", state.type,
+        state.chosen_left_out ? "' has given way to newer ones" + left_out : "' has not arrived",
+        "; there are ", listed(state.types), waiting, GREY);
   }
   const CostSummary& summary = state.summary;
   std::string line =
@@ -243,8 +255,10 @@ OptionalStatus costsStatus(const CostsState& state)
     return StatusLine::warn(line, "; the lower limit ", state.limits.lower, " is above the upper ",
                             state.limits.upper, ": the scale runs backwards");
   }
-  return StatusLine::ok(line, "; colors from ", state.limits.lower, " to ", state.limits.upper,
-                        refusals(state.reception), refusals(state.updates_reception));
+  line += joined("; colors from ", state.limits.lower, " to ", state.limits.upper);
+  return StatusLine{left_out.empty() ? StatusLine::OK : StatusLine::WARN,
+                    line + left_out + (left_out.empty() ? "" : "; have fewer published") +
+                        refusals(state.reception) + refusals(state.updates_reception)};
 }
 
 OptionalStatus texturesStatus(const TexturesState& state)
@@ -283,8 +297,13 @@ OptionalStatus texturesStatus(const TexturesState& state)
     return StatusLine::warn(line, "; without texture coordinates they cannot be drawn");
   }
   const bool incomplete = state.textures < named.size();
-  if (incomplete) {
+  if (state.textures + state.textures_left_out < named.size()) {
     line += "; until the others come their faces have the color of the material";
+  }
+  if (state.textures_left_out > 0) {
+    line += leftOutText(state.textures_left_out, "texture", "textures") +
+            "; have smaller images published; " + (state.textures_left_out == 1 ? "its" : "their") +
+            " faces have the color of the material";
   }
   return StatusLine{incomplete && state.chosen ? StatusLine::WARN : StatusLine::OK,
                     line + refusals(state.reception) + refusals(state.textures_reception)};

@@ -60,6 +60,8 @@ struct CostsState : ColorsState
   CostLimits limits;              ///< that the scale spans
   std::string note;               ///< what is done with costs that cannot be shown as asked
   std::size_t stale_updates = 0;  ///< older than their layer
+  std::size_t left_out = 0;       ///< layers that have come and did not fit
+  bool chosen_left_out = false;   ///< the chosen one is among them
   LayerInfo info;
   std::string update_problem;  ///< why the newest update could not be applied
   Reception updates_reception;
@@ -72,8 +74,9 @@ OptionalStatus remarkStatus(const std::string& remark);
 struct TexturesState : AttributeState
 {
   Reception textures_reception;
-  MaterialsConstPtr materials;  ///< of the mesh; null: not there
-  std::size_t textures = 0;     ///< of those that the materials name: how many have arrived
+  MaterialsConstPtr materials;        ///< of the mesh; null: not there
+  std::size_t textures = 0;           ///< of those that the materials name: how many have arrived
+  std::size_t textures_left_out = 0;  ///< and how many of the others did, and did not fit
 };
 
 /// What the line about labels is made of.

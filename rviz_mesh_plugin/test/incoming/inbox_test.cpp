@@ -179,6 +179,20 @@ TEST(Inbox, what_another_topic_of_updates_has_brought_stays_in_its_layer)
   EXPECT_EQ(content.changed_costs[0].layer->costs[9], 2.0f);
 }
 
+TEST(Inbox, an_update_without_vertices_changes_no_layer)
+{
+  AttributeQueue queue;
+  queue.receive(test_meshes::costs("slope", std::vector<float>(1000)));
+  const auto layer = queue.take().costs.at(0);
+  auto nothing = update("slope", 0, 0.0f);
+  nothing.mesh_vertex_costs.vertices.clear();
+  nothing.mesh_vertex_costs.costs.clear();
+  EXPECT_TRUE(queue.receive(nothing));
+  const auto content = queue.take();
+  EXPECT_EQ(content.receptions[MeshMember::UPDATES].accepted, 1u);
+  EXPECT_TRUE(content.changed_costs.empty());
+}
+
 TEST(Inbox, says_that_an_update_is_of_a_layer_that_nobody_has_any_more)
 {
   AttributeQueue queue;

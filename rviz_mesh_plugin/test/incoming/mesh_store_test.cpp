@@ -108,11 +108,21 @@ TEST(MeshStore, keeps_so_many_bytes_of_layers)
   }
   EXPECT_EQ(store.costTypes().size(), 10u);
   EXPECT_EQ(store.costTypes().front(), "layer 10");
+  EXPECT_EQ(store.attributes().costs_left_out.size(), 10u);
+  EXPECT_TRUE(store.attributes().leftOut("layer 9"));
+  EXPECT_FALSE(store.attributes().leftOut("layer 10"));
   store.addCosts(convert(test_meshes::costs("layer 15", {2}, "shown")));
   EXPECT_EQ(store.costTypes().size(), 10u) << "in its place";
   const std::vector<float> many(3 * rviz_mesh_plugin::ATTRIBUTE_BYTES);
   store.addCosts(convert(test_meshes::costs("large", many, "shown")));
   EXPECT_EQ(store.costTypes(), std::vector<std::string>{"large"}) << "the newest in any case";
+  store.addCosts(convert(test_meshes::costs("layer 3", {1}, "shown")));
+  EXPECT_FALSE(store.attributes().leftOut("layer 3"));
+  EXPECT_TRUE(store.attributes().leftOut("large"));
+  store.forget(MeshMember::FACE_COSTS);
+  EXPECT_TRUE(store.attributes().leftOut("large"));
+  store.forget(MeshMember::COSTS);
+  EXPECT_TRUE(store.attributes().costs_left_out.empty());
 }
 
 TEST(MeshStore, clears_each_kind_on_its_own)
@@ -257,6 +267,16 @@ TEST(MeshStore, keeps_so_many_bytes_of_textures)
   const auto& textures = store.attributes("a").textures;
   EXPECT_EQ(textures.size(), 5u) << "of 2 GiB";
   EXPECT_EQ(textures.rbegin()->first, 4u) << "those of lowest index";
+  EXPECT_EQ(store.attributes("a").textures_left_out.size(), 45u);
+  EXPECT_EQ(store.attributes("a").textures_left_out.count(4), 0u);
+  auto small = std::make_shared<rviz_mesh_plugin::TextureImage>();
+  small->uuid = "a";
+  small->index = 7;
+  small->width = small->height = 1;
+  store.addTexture(small);
+  EXPECT_EQ(store.attributes("a").textures_left_out.size(), 44u) << "it has come again, and fits";
+  store.forget(MeshMember::MATERIALS);
+  EXPECT_TRUE(store.attributes("a").textures_left_out.empty());
 }
 
 TEST(CostUpdate, limits_of_a_large_layer_widen_and_its_counts_stay_exact)

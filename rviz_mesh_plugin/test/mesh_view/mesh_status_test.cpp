@@ -180,6 +180,13 @@ TEST(CostsStatus, leads_from_nothing_to_the_layer_step_by_step)
   state.type = "Potential";
   EXPECT_TRUE(says(costsStatus(state), StatusLine::WARN,
                    "layer 'Potential' has not arrived; there are 'a', 'b'"));
+  state.left_out = 3;
+  state.chosen_left_out = true;
+  EXPECT_TRUE(says(costsStatus(state), StatusLine::WARN,
+                   "layer 'Potential' has given way to newer ones; 3 layers are left out: those of "
+                   "a mesh take more than 2 GiB; there are 'a', 'b'"));
+  state.left_out = 0;
+  state.chosen_left_out = false;
   state.type = "a";
   state.size = 3;
   EXPECT_TRUE(
@@ -189,6 +196,11 @@ TEST(CostsStatus, leads_from_nothing_to_the_layer_step_by_step)
   state.limits = {0.0f, 1.0f};
   EXPECT_TRUE(says(costsStatus(state), StatusLine::OK,
                    "'a': 2 costs from 0.25 to 2, 1 lethal, 1 unknown; colors from 0 to 1"));
+  state.left_out = 1;
+  EXPECT_TRUE(says(costsStatus(state), StatusLine::WARN,
+                   "colors from 0 to 1; 1 layer is left out: those of a mesh take more than 2 GiB; "
+                   "have fewer published"));
+  state.left_out = 0;
   state.limits = {1.0f, 0.5f};
   EXPECT_TRUE(says(costsStatus(state), StatusLine::WARN, "lower limit 1 is above the upper 0.5"));
 }
@@ -272,6 +284,16 @@ TEST(TexturesStatus, leads_from_nothing_to_the_textures)
   state.chosen = false;
   EXPECT_TRUE(says(texturesStatus(state), StatusLine::OK, "1 of 2 textures"));
   state.chosen = true;
+  state.textures_left_out = 1;
+  EXPECT_TRUE(says(texturesStatus(state), StatusLine::WARN,
+                   "1 of 2 textures received; 1 texture is left out: those of a mesh take more "
+                   "than 2 GiB; have smaller images published; its faces have the color of the "
+                   "material"));
+  materials->materials[0].texture_index = 9;
+  EXPECT_TRUE(says(texturesStatus(state), StatusLine::WARN, "; until the others come"));
+  EXPECT_TRUE(says(texturesStatus(state), StatusLine::WARN, "1 texture is left out"));
+  materials->materials[0].texture_index = 7;
+  state.textures_left_out = 0;
   state.textures = 2;
   EXPECT_TRUE(says(texturesStatus(state), StatusLine::OK, "2 of 2 textures received"));
   state.vertex_count = 5;
