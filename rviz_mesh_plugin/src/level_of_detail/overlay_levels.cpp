@@ -177,12 +177,18 @@ void OverlayFaces::setFaces(FaceBits faces)
 std::vector<PartFaces> OverlayFaces::next(std::size_t bytes, const std::atomic<bool>& canceled)
 {
   std::vector<PartFaces> made;
-  std::vector<Votes> votes;
+  // Of the thread, for all that it makes: four bytes a vertex of its largest mesh. All zero.
+  static thread_local std::vector<Votes> votes;
   std::size_t size = 0;
   for (std::size_t part = 0; left_ > made.size() && (made.empty() || size < bytes); ++part) {
     if (changed_[part]) {
       throwIfCanceled(&canceled);
-      made.push_back(make(part, votes));
+      try {
+        made.push_back(make(part, votes));
+      } catch (...) {
+        votes = std::vector<Votes>();
+        throw;
+      }
       size += made.back().indices.size() * sizeof(std::uint32_t);
     }
   }
@@ -220,7 +226,7 @@ PartFaces OverlayFaces::make(std::size_t number, std::vector<Votes>& votes) cons
   const bool whole = made.indices.size() == 3 * (part.end - part.begin);
   made.whole = whole;
   if (!whole) {
-    votes.resize(mesh_->vertexCount());
+    votes.resize(std::max(votes.size(), mesh_->vertexCount()));
     visitVotes([&](Votes& of_vertex, std::uint32_t face) {
       if (of_vertex.all < 0xFFFF) {
         ++of_vertex.all;

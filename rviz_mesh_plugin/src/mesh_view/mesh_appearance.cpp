@@ -9,6 +9,7 @@
 #include "incoming/mesh_store.h"
 #include "properties/cost_properties.h"
 #include "properties/mesh_properties.h"
+#include "rendering/mesh_texture.h"
 #include "rendering/mesh_visual.h"
 #include "sources/label_color_source.h"
 
@@ -461,6 +462,7 @@ bool MeshAppearances::upload(std::chrono::microseconds budget)
     return budget - std::chrono::duration_cast<std::chrono::microseconds>(
                         std::chrono::steady_clock::now() - start);
   };
+  MeshTexture::destroyLeft();
   bool done = true;
   for (MeshAppearance& appearance : appearances_) {
     // At least one slice of one mesh, so that there is always some progress.

@@ -1,6 +1,9 @@
 #include "rendering/mesh_texture.h"
 
 #include <algorithm>
+#include <list>
+#include <mutex>
+#include <thread>
 
 #include <OgreHardwarePixelBuffer.h>
 #include <OgrePixelFormat.h>
@@ -13,13 +16,50 @@
 #include "rendering/unique_name.h"
 
 namespace rviz_mesh_plugin {
+namespace {
+
+using Textures = std::list<std::unique_ptr<MeshTexture>>;
+
+/// Textures whose images went with other threads than the one that made them.
+struct Left
+{
+  std::mutex mutex;
+  Textures textures;
+};
+
+/// Never destroyed: threads may still use it while the process ends.
+Left& left()
+{
+  static Left& instance = *new Left;
+  return instance;
+}
+
+}  // namespace
 
 std::shared_ptr<MeshTexture> MeshTexture::of(const TextureImage& image)
 {
+  destroyLeft();
   if (!image.uploaded) {
-    image.uploaded = std::shared_ptr<MeshTexture>(new MeshTexture(image));
+    const auto owner = std::make_shared<Textures>(1);  // so that nothing is allocated at the end
+    const auto destroy = [owner, maker = std::this_thread::get_id()](MeshTexture* texture) {
+      owner->front().reset(texture);
+      if (std::this_thread::get_id() == maker) {
+        owner->clear();
+        return;
+      }
+      const std::lock_guard<std::mutex> lock(left().mutex);
+      left().textures.splice(left().textures.end(), *owner);
+    };
+    image.uploaded = std::shared_ptr<MeshTexture>(new MeshTexture(image), destroy);
   }
   return std::static_pointer_cast<MeshTexture>(image.uploaded);
+}
+
+void MeshTexture::destroyLeft()
+{
+  Textures textures;  // destroyed without the lock
+  const std::lock_guard<std::mutex> lock(left().mutex);
+  textures.swap(left().textures);
 }
 
 MeshTexture::MeshTexture(const TextureImage& image)

@@ -14,13 +14,17 @@ namespace rviz_mesh_plugin {
 
 /// One image on the graphics card with all its mipmaps, which are computed and uploaded in slices.
 /// Takes the pixels from the image and frees them as they are uploaded: from then on it is the
-/// image, which owns it, and is destroyed with it by the GUI thread.
+/// image, which owns it. Where an image goes with another thread, which has copied a list of them
+/// for a moment, its texture waits for the GUI thread.
 class MeshTexture
 {
  public:
   /// That of an image. The image has at least one pixel, and sides that every graphics card takes
   /// (see GREATEST_TEXTURE_SIDE of conversion/material_conversion.h). GUI thread only.
   static std::shared_ptr<MeshTexture> of(const TextureImage& image);
+
+  /// Destroys those that wait for it. GUI thread only.
+  static void destroyLeft();
 
   ~MeshTexture();
   MeshTexture(const MeshTexture&) = delete;

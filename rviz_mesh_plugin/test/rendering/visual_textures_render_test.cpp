@@ -1,5 +1,9 @@
+#include <memory>
+#include <string>
+#include <thread>
 #include <vector>
 
+#include <OgreTextureManager.h>
 #include <gtest/gtest.h>
 
 #include "rendering/mesh_texture.h"
@@ -223,6 +227,29 @@ TEST_F(VisualTextures, pixels_are_on_the_graphics_card_alone_and_outlive_the_lay
   EXPECT_EQ(counts().textures, base.textures + 1);
   texture.reset();
   EXPECT_EQ(counts().textures, base.textures) << "freed with the image";
+}
+
+TEST_F(VisualTextures, a_texture_whose_image_goes_with_another_thread_waits_for_this_one)
+{
+  auto last = plain(7, RED);
+  auto texture = rviz_mesh_plugin::MeshTexture::of(*last);
+  texture->uploadSlice();
+  const std::string name = texture->get()->getName();
+  const auto exists = [&] { return Ogre::TextureManager::getSingleton().resourceExists(name); };
+  texture.reset();
+  ASSERT_TRUE(exists());
+  std::thread([&] { last.reset(); }).join();
+  EXPECT_TRUE(exists());
+  rviz_mesh_plugin::MeshTexture::destroyLeft();
+  EXPECT_FALSE(exists());
+  auto other = plain(7, RED);
+  const std::string next = [&] {
+    const auto made = rviz_mesh_plugin::MeshTexture::of(*other);
+    made->uploadSlice();
+    return made->get()->getName();
+  }();
+  other.reset();
+  EXPECT_FALSE(Ogre::TextureManager::getSingleton().resourceExists(next)) << "at once, by its own";
 }
 
 TEST_F(VisualTextures, materials_share_textures_and_all_are_freed)

@@ -47,12 +47,16 @@ std::size_t LabelOverlay::setLabel(const LabelClusterConstPtr& cluster)
   if (inside->faces.empty()) {
     removeLabel(cluster->label);
   } else {
-    Label& label = labels_[cluster->label];
-    if (!label.object) {
-      label.object = std::make_unique<LabelObject>(node(), vertices_);
+    auto known = labels_.find(cluster->label);
+    if (known == labels_.end()) {
+      Label made{inside, std::make_unique<LabelObject>(node(), vertices_)};
+      known = labels_.emplace(cluster->label, std::move(made)).first;
+    } else {
+      face_count_ -= known->second.cluster->faces.size();
     }
-    face_count_ += inside->faces.size() - (label.cluster ? label.cluster->faces.size() : 0);
+    Label& label = known->second;
     label.cluster = inside;
+    face_count_ += inside->faces.size();
     label.object->setFaces({inside, &inside->faces},
                            face_count_ > MANY_FACES && inside->faces.size() > FEW_FACES);
     waiting_.insert(cluster->label);

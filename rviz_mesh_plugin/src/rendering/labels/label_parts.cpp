@@ -115,10 +115,13 @@ std::size_t LabelParts::upload(const PartFaces& faces)
     parts_.erase(faces.part);
     return 0;
   }
-  Part& part = parts_[faces.part];
+  const auto known = parts_.find(faces.part);
+  Part part;  // only once it is complete it is drawn
+  if (known != parts_.end()) {
+    part.buffer = known->second.buffer;
+  }
   const std::size_t room = isSet(part.buffer) ? part.buffer->getNumIndexes() : 0;
   if (room < count || room > MOST_SLACK * count) {
-    part = Part();
     part.buffer = Ogre::HardwareBufferManager::getSingleton().createIndexBuffer(
         Ogre::HardwareIndexBuffer::IT_32BIT, count, Ogre::HardwareBuffer::HBU_DYNAMIC_WRITE_ONLY);
   }
@@ -126,6 +129,7 @@ std::size_t LabelParts::upload(const PartFaces& faces)
   part.buffer->writeData(0, bytes, faces.indices.data(), bytes == part.buffer->getSizeInBytes());
   part.levels = faces.levels;
   part.whole = faces.whole;
+  parts_[faces.part] = std::move(part);
   return bytes;
 }
 

@@ -474,7 +474,7 @@ std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
   giveUp();
   session_.setMesh(mesh);
   if (faces.size() <= MANY_FACES) {
-    return change([&](FaceSelection& selection) -> const FaceSelection::Change& {
+    return change([faces](FaceSelection& selection) -> const FaceSelection::Change& {
       return selection.replace(faces);
     });
   }

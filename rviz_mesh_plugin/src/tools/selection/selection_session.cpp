@@ -91,8 +91,8 @@ bool SelectionSession::change(const Make& make)
   if (change.empty()) {
     return false;
   }
-  countChange(change);
   try {
+    countChange(change);
     showChange(change);
   } catch (...) {
     visual_failed_ = true;
