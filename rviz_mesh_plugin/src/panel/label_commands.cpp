@@ -97,7 +97,7 @@ std::string whyNot(LabelAction action, const LabelSituation& situation)
     const char* reason;
   } needs[] = {
       {FAILED_EDITS, situation.failed > 0, "no edit has failed"},
-      {FACES, situation.selected > 0, "nothing is selected"},
+      {FACES, situation.selected > 0 || situation.selecting, "nothing is selected"},
       {MESH, situation.has_mesh,
        "there is no mesh to label: add a Map3D display, or one of labels with its topics"},
       {NAME, !situation.name.empty(), "the field 'Cluster Name' is empty"},
@@ -180,6 +180,7 @@ LabelSituation LabelCommands::situation() const
   situation.has_tool = tool_ != nullptr;
   situation.has_mesh = session_->mesh() != nullptr;
   situation.selected = tool_ ? tool_->selection().count() : 0;
+  situation.selecting = tool_ && tool_->busy();
   situation.selection_is_of_it = tool_ && session_->isOf(tool_->mesh());
   situation.unstored = session_->unstored();
   situation.failed = session_->failed();

@@ -47,6 +47,7 @@ struct LabelSituation
   bool has_mesh = false;           ///< whose labels are edited
   bool selection_is_of_it = true;  ///< and not of another mesh
   std::size_t selected = 0;        ///< faces
+  bool selecting = false;          ///< some are being looked for
   std::string name;                ///< in the field "Cluster Name"
   std::size_t labels = 0;          ///< in the list
   std::size_t chosen = 0;          ///< of these

@@ -89,19 +89,23 @@ std::size_t FaceSearch::most() const
   return most;
 }
 
-FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) const
+FaceSelection::Faces FaceSearch::facesIn(const mesh_map::Region& region,
+                                         const std::atomic<bool>* cancel) const
 {
   mesh_map::BvhOptions run;
   run.cancel = cancel;
+  auto faces = queries->selectFaces(region, run);
+  if (!back_faces) {
+    dropBackFaces(*shown.mesh, eye, faces);
+  }
+  return visible_only ? queries->seenFaces(region, faces, eye, run) : faces;
+}
+
+FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) const
+{
   FaceSelection::Faces all;
   for (const auto& region : regions) {
-    auto faces = queries->selectFaces(*region, run);
-    if (!back_faces) {
-      dropBackFaces(*shown.mesh, eye, faces);
-    }
-    if (visible_only) {
-      faces = queries->seenFaces(*region, faces, eye, run);
-    }
+    auto faces = facesIn(*region, cancel);
     if (all.empty()) {
       all = std::move(faces);
     } else {
@@ -109,6 +113,21 @@ FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) con
     }
   }
   return all;
+}
+
+FaceBits FaceSearch::bits(const std::atomic<bool>* cancel) const
+{
+  FaceBits all(shown.mesh->faceCount());
+  for (const auto& region : regions) {
+    all.add(facesIn(*region, cancel));
+  }
+  return all;
+}
+
+bool FaceSearch::differsInRegions(const FaceSearch& other) const
+{
+  return shown.mesh == other.shown.mesh && queries == other.queries && eye == other.eye &&
+         visible_only == other.visible_only && back_faces == other.back_faces;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -8,6 +8,7 @@
 
 #include <mesh_map/bvh/selection/region.h>
 
+#include "base/face_bits.h"
 #include "base/mesh_data.h"
 #include "mesh_view/shown_mesh.h"
 #include "selection/face_selection.h"
@@ -58,6 +59,15 @@ struct FaceSearch
   /// A face that touches several regions is named for each.
   /// @throw Canceled (cancellation.h), std::bad_alloc
   FaceSelection::Faces operator()(const std::atomic<bool>* cancel = nullptr) const;
+  /// The same as bits: takes no more memory where many regions lie on the same faces.
+  FaceBits bits(const std::atomic<bool>* cancel = nullptr) const;
+
+  /// Looks for the same on the same mesh, but for the regions.
+  bool differsInRegions(const FaceSearch& other) const;
+
+ private:
+  FaceSelection::Faces facesIn(const mesh_map::Region& region,
+                               const std::atomic<bool>* cancel) const;
 };
 
 }  // namespace rviz_mesh_plugin

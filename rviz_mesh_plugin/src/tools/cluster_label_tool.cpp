@@ -132,8 +132,10 @@ std::string ClusterLabelTool::select(const MeshDataConstPtr& mesh,
 void ClusterLabelTool::clearSelection()
 {
   attempt([&] {
+    if (editor_) {
+      editor_->giveUp();  // also what is looked for before there is a selection
+    }
     if (editor_ && mesh()) {
-      editor_->giveUp();
       editor_->change(&FaceSelection::clear);
     }
   });
@@ -143,6 +145,11 @@ void ClusterLabelTool::clearSelection()
 bool ClusterLabelTool::busy() const
 {
   return editor_ && editor_->busy();
+}
+
+std::size_t ClusterLabelTool::waiting() const
+{
+  return editor_ ? editor_->waiting() : 0;
 }
 
 const SelectionVisual* ClusterLabelTool::visual() const

@@ -46,6 +46,8 @@ class ClusterLabelTool : public SurfaceTool
 
   /// An answer is still being computed.
   bool busy() const;
+  /// Edits of the selection that wait: for faces that are looked for, or for their turn.
+  std::size_t waiting() const;
 
   /// For tests and benchmarks; null before initialize().
   const SelectionVisual* visual() const;

@@ -160,6 +160,9 @@ TEST_F(ClusterLabelPanelTest, the_released_buttons_label_and_reset)
   EXPECT_EQ(tool->selection().count(), 0u);
   refresh();
   EXPECT_FALSE(button("Reset Faces")->isEnabled());
+  rviz_mesh_plugin::LabelSituation looking;
+  looking.selecting = true;
+  EXPECT_EQ(whyNot(rviz_mesh_plugin::LabelAction::RESET_FACES, looking), "") << "it gives that up";
   EXPECT_FALSE(button("Label Cluster")->isEnabled());
 }
 

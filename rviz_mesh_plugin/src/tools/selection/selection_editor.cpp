@@ -21,6 +21,7 @@ namespace rviz_mesh_plugin {
 namespace {
 
 constexpr const char* NOTHING_THERE = "there are no faces to be selected there";
+constexpr const char* NO_MESH = "nothing has been selected yet: show a mesh, and click at it";
 constexpr const char* NONE_SELECTED = "nothing is selected there that could be deselected";
 
 /// Between two events, the brush is set down so often at most.
@@ -31,6 +32,9 @@ constexpr double STEP = 0.5;
 
 /// Beside the surface, it is looked for every so many pixels.
 constexpr int MISSES = 8;
+
+/// So long edits are made in one frame that have their faces, but one at least.
+constexpr std::chrono::milliseconds EDITS_BUDGET{15};
 
 struct BrushPath
 {
@@ -244,9 +248,10 @@ std::string SelectionEditor::perform(Edit edit)
   return edits_.size() == 1 && !edits_.front().found.valid() ? advance() : std::string();
 }
 
-/// Makes all edits that do not have to wait; returns the last text.
+/// Makes edits that do not have to wait, for some time; returns the last text.
 std::string SelectionEditor::advance()
 {
+  const auto end = std::chrono::steady_clock::now() + EDITS_BUDGET;
   std::string last;
   while (!edits_.empty()) {
     Edit& first = edits_.front();
@@ -271,6 +276,9 @@ std::string SelectionEditor::advance()
       text = text.empty() ? edit.act(std::move(found)) : text;
     }
     last = text.empty() ? last : text;
+    if (std::chrono::steady_clock::now() >= end) {
+      break;
+    }
   }
   return last;
 }
@@ -311,17 +319,51 @@ std::string SelectionEditor::search(std::vector<FaceSearch> searches, bool addin
     return put(mesh, adding, std::make_shared<const FaceSelection::Faces>(std::move(faces)));
   }
   edit.found = ask([searches = std::move(searches)](const std::atomic<bool>& cancel) {
-    for (const FaceSearch& search : searches) {
-      const auto faces = search(&cancel);
-      if (!faces.empty()) {
-        return Found{search.shown.mesh, FaceBits(search.shown.mesh->faceCount(), faces)};
-      }
-    }
-    return Found();
+    return find(searches, cancel);
   });
   edit.act = [this, adding, nothing](const Found& found) {
     return takeFound(adding, nothing, found);
   };
+  return perform(std::move(edit));
+}
+
+SelectionEditor::Found SelectionEditor::find(const std::vector<FaceSearch>& searches,
+                                             const std::atomic<bool>& cancel)
+{
+  for (const FaceSearch& search : searches) {
+    FaceBits faces = search.bits(&cancel);
+    if (faces.count() > 0) {
+      return Found{search.shown.mesh, std::move(faces)};
+    }
+  }
+  return Found();
+}
+
+/// Moves of the mouse that come faster than their faces are found are looked for together, so that
+/// no more than one search waits, however long the stroke.
+std::string SelectionEditor::searchForBrush(FaceSearch search, bool adding)
+{
+  if (!edits_.empty()) {
+    Edit& last = edits_.back();
+    if (last.brush && last.adding == adding && last.brush->differsInRegions(search)) {
+      last.brush->regions.insert(last.brush->regions.end(), search.regions.begin(),
+                                 search.regions.end());
+      return {};
+    }
+  }
+  if (!busy() && search.most() <= MANY_FACES) {
+    return this->search({std::move(search)}, adding, "");
+  }
+  Edit edit;
+  edit.mesh = adding ? search.shown.mesh : nullptr;
+  edit.adding = adding;
+  edit.brush = std::make_shared<FaceSearch>(std::move(search));
+  edit.begin = [this](Edit& begun) -> std::string {
+    const auto brush = std::exchange(begun.brush, nullptr);
+    begun.found = ask([brush](const std::atomic<bool>& cancel) { return find({*brush}, cancel); });
+    return {};
+  };
+  edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
   return perform(std::move(edit));
 }
 
@@ -438,9 +480,7 @@ std::string SelectionEditor::stroke(const Event& event, const Gesture& gesture,
     return stroke_mesh_ ? "the brush stays on the mesh that it touched first"
                         : "nothing is selected that could be deselected";
   }
-  std::vector<FaceSearch> searches;
-  searches.push_back(std::move(search));
-  return this->search(std::move(searches), gesture.adding, "");
+  return searchForBrush(std::move(search), gesture.adding);
 }
 
 std::string SelectionEditor::change(const Make& make, const std::string& nothing)
@@ -448,8 +488,7 @@ std::string SelectionEditor::change(const Make& make, const std::string& nothing
   Edit edit;
   edit.act = [this, make, nothing](const Found& /*found*/) -> std::string {
     if (!session_.mesh()) {
-      return nothing.empty() ? "nothing has been selected yet: show a mesh, and click at it"
-                             : nothing;
+      return nothing.empty() ? NO_MESH : nothing;
     }
     return session_.change(make) ? std::string() : nothing;
   };
@@ -458,11 +497,19 @@ std::string SelectionEditor::change(const Make& make, const std::string& nothing
 
 std::string SelectionEditor::selectAll()
 {
-  if (!comingMesh()) {
-    const auto shown = picker_.meshes();
-    session_.setMesh(shown.empty() ? nullptr : shown.front().mesh);
-  }
-  return change(&FaceSelection::selectAll);
+  Edit edit;
+  edit.act = [this](const Found& /*found*/) -> std::string {
+    if (!session_.mesh()) {  // nor have the edits before it found any
+      const auto shown = picker_.meshes();
+      session_.setMesh(shown.empty() ? nullptr : shown.front().mesh);
+    }
+    if (!session_.mesh()) {
+      return NO_MESH;
+    }
+    session_.change(&FaceSelection::selectAll);
+    return {};
+  };
+  return perform(std::move(edit));
 }
 
 std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,

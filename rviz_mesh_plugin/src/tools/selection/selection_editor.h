@@ -1,5 +1,7 @@
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <deque>
 #include <functional>
 #include <future>
@@ -70,6 +72,7 @@ class SelectionEditor
 
   /// Edits wait: for faces that are being looked for, or for their turn.
   bool busy() const { return !edits_.empty(); }
+  std::size_t waiting() const { return edits_.size(); }
 
   /// Takes back the stroke, and forgets what is being looked for. Returns whether there was any.
   bool giveUp();
@@ -112,6 +115,9 @@ class SelectionEditor
     std::function<std::string(Edit& edit)> begin;
     std::future<Found> found;  ///< invalid: there is nothing to look for
     std::function<std::string(Found found)> act;
+    /// Of the brush, and not begun: may get more regions. Else null.
+    std::shared_ptr<FaceSearch> brush;
+    bool adding = true;  ///< with the brush
   };
 
   /// Null: `reason` says why they are not known.
@@ -131,6 +137,8 @@ class SelectionEditor
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const Make& make);
   std::string takeFound(bool adding, const std::string& nothing, const Found& found);
   std::string search(std::vector<FaceSearch> searches, bool adding, const std::string& nothing);
+  static Found find(const std::vector<FaceSearch>& searches, const std::atomic<bool>& cancel);
+  std::string searchForBrush(FaceSearch search, bool adding);
   FrameResult dropLostMesh();
   std::string takeReturnedMesh();
 

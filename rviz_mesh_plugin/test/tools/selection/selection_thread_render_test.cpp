@@ -102,6 +102,32 @@ TEST_F(SelectionThreadTest, edits_that_come_meanwhile_are_made_in_their_order)
   }
 }
 
+// While no frame comes, nothing that has been found is taken.
+TEST_F(SelectionThreadTest, moves_of_a_large_brush_are_looked_for_together)
+{
+  choose("Brush Radius", 1.2f);
+  const auto strokeAfter = [&](bool one_by_one) {
+    press({200, 240}, Qt::LeftButton, Qt::ControlModifier);
+    for (int x = 204; x < 400; x += 4) {
+      move({x, 240}, Qt::ControlModifier);
+      EXPECT_LE(tool->waiting(), 2u) << "the one that has begun, and the next";
+      if (one_by_one) {
+        EXPECT_TRUE(settle());
+      }
+    }
+    EXPECT_EQ(tool->waiting(), one_by_one ? 0u : 2u);
+    release({400, 240}, Qt::ControlModifier);
+    EXPECT_TRUE(settle());
+    const Faces faces = selected();
+    key(Qt::Key_Z, Qt::ControlModifier);
+    EXPECT_TRUE(selected().empty()) << "one step";
+    return faces;
+  };
+  const Faces expected = strokeAfter(true);
+  EXPECT_GT(expected.size(), 10000u);
+  EXPECT_TRUE(strokeAfter(false) == expected);
+}
+
 TEST_F(SelectionThreadTest, escape_gives_up_all_that_waits)
 {
   click({320, 240});
@@ -122,6 +148,17 @@ TEST_F(SelectionThreadTest, escape_gives_up_all_that_waits)
   key(Qt::Key_Z, Qt::ControlModifier);
   EXPECT_TRUE(selected().empty()) << "one step, as before";
   EXPECT_FALSE(tool->selection().canUndo());
+}
+
+TEST_F(SelectionThreadTest, clearing_gives_up_the_first_search_as_well)
+{
+  ASSERT_FALSE(tool->mesh()) << "it has not been given one in any frame";
+  selectAllByBox();
+  ASSERT_TRUE(tool->busy());
+  tool->clearSelection();
+  EXPECT_FALSE(tool->busy());
+  spinFrames(10);
+  EXPECT_TRUE(selected().empty());
 }
 
 TEST_F(SelectionThreadTest, nothing_is_labelled_before_its_faces_are_known)
