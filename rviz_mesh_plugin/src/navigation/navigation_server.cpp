@@ -25,8 +25,10 @@ ProcessState processOf(const std::string& node, const Cancellation& cancellation
             .call(node + "/get_loggers", {ServiceCall::typeOf<roscpp::GetLoggers>()},
                   ros::serialization::serializeMessage(roscpp::GetLoggersRequest()));
     return answer ? ProcessState::ANSWERS : ProcessState::GONE;
-  } catch (const ConnectionLost&) {
+  } catch (const ConnectionRefused&) {
     return ProcessState::GONE;
+  } catch (const ConnectionLost&) {  // the master, or the network
+    return ProcessState::UNREACHABLE;
   }
 }
 

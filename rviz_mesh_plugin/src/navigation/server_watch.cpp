@@ -344,7 +344,8 @@ ServerPhase ServerWatch::phase(Time now) const
 {
   if (isSilent(now)) {
     const bool there = process_ == ProcessState::HANGS || process_ == ProcessState::ANSWERS;
-    const bool may_be_there = heard_ && process_ == ProcessState::UNKNOWN;
+    const bool may_be_there =
+        heard_ && (process_ == ProcessState::UNKNOWN || process_ == ProcessState::UNREACHABLE);
     return there || may_be_there ? ServerPhase::NOT_ANSWERING : ServerPhase::NO_SERVER;
   }
   if (isBusy(Action::RECOVERY)) {
@@ -372,6 +373,11 @@ std::string ServerWatch::silenceReason(Time now) const
     case ProcessState::GONE:
       return joined("The process of ", server_, " is gone", since,
                     ": start it again (roslaunch mesh_navigation mesh_navigation.launch).", danger);
+    case ProcessState::UNREACHABLE:
+      return joined(server_, " cannot be reached", since,
+                    listing_problem_.empty() ? std::string() : ": " + listing_problem_,
+                    ". It may go on without being heard: look after network and ROS master.",
+                    danger);
     case ProcessState::HANGS:
       return joined("The process of ", server_, " is there and does not answer", since,
                     ": it hangs, is stopped, or is too busy. Wait, or end it and start it again.",

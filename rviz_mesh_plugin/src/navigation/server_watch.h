@@ -17,6 +17,7 @@
 #include <mbf_msgs/MoveBaseActionGoal.h>
 #include <mbf_msgs/MoveBaseActionResult.h>
 #include <mbf_msgs/RecoveryActionGoal.h>
+#include <nav_msgs/Path.h>
 
 #include "navigation/outcome.h"
 #include "navigation/remaining_path.h"
@@ -54,9 +55,10 @@ const char* nameOf(ServerPhase phase);
 enum class ProcessState
 {
   UNKNOWN,
-  GONE,     ///< nobody is where the ROS master says that it is
-  HANGS,    ///< it takes the question and does not answer
-  ANSWERS,  ///< it lives, and yet says nothing
+  GONE,         ///< nobody is where the ROS master says that it is
+  UNREACHABLE,  ///< neither that nor the contrary can be found out
+  HANGS,        ///< it takes the question and does not answer
+  ANSWERS,      ///< it lives, and yet says nothing
 };
 
 /// A goal of move_base, from when it is seen on its way to the server.

@@ -59,6 +59,7 @@ class TcpStream
   const Cancellation& cancellation_;
   std::string peer_;
   int socket_ = -1;
+  bool refused_ = true;  ///< by each address that was tried
 };
 
 void setOption(int socket, int level, int name, int value)
@@ -92,7 +93,11 @@ TcpStream::TcpStream(const std::string& host, std::uint32_t port, const Cancella
     }
     throw;
   }
-  throw ConnectionLost("nobody accepts connections at " + peer_);
+  const std::string reason = "nobody accepts connections at " + peer_;
+  if (refused_) {
+    throw ConnectionRefused(reason);
+  }
+  throw ConnectionLost(reason);
 }
 
 TcpStream::~TcpStream()
@@ -119,6 +124,7 @@ bool TcpStream::connectTo(const addrinfo& address)
     }
   }
   if (error != 0) {
+    refused_ = refused_ && error == ECONNREFUSED;
     close(socket_);
     socket_ = -1;
     return false;

@@ -41,6 +41,13 @@ class ConnectionLost : public std::runtime_error
   using std::runtime_error::runtime_error;
 };
 
+/// The host answers, and nobody is at that port: the process that was there has ended.
+class ConnectionRefused : public ConnectionLost
+{
+ public:
+  using ConnectionLost::ConnectionLost;
+};
+
 /// A service of that name is there, but it cannot be called.
 class WrongService : public std::runtime_error
 {

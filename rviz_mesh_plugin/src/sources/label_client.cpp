@@ -1,5 +1,6 @@
 #include "sources/label_client.h"
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -13,6 +14,8 @@ namespace rviz_mesh_plugin {
 namespace {
 
 constexpr std::uint32_t EDIT_QUEUE = 10;
+/// In a refusal, where somebody else has deleted the label before: that is what was wanted.
+const char* const UNKNOWN = "there is no label ";
 
 /// What went wrong; empty: nothing. @throw Canceled
 std::string storeColor(const std::string& service, const mesh_msgs::SetLabelColor::Request& request,
@@ -72,20 +75,40 @@ void LabelClient::disconnect()
   storing_.drop();
   waiting_.clear();
   deleting_.drop();
+  being_deleted_.clear();
 }
 
 void LabelClient::store(const mesh_msgs::MeshFaceClusterStamped& edit)
 {
-  if (deleting_.isRunning() || !waiting_.empty()) {
-    waiting_.push_back({edit, false});
+  const std::string& label = edit.cluster.label;
+  const bool waits = std::any_of(waiting_.begin(), waiting_.end(), [&](const Request& request) {
+    return request.edit.cluster.label == label;
+  });
+  if (waits || isWaitedFor(label)) {
+    wait(edit, false);
   } else {
     publisher_.publish(edit);
   }
 }
 
+void LabelClient::wait(const Edit& edit, bool removes)
+{
+  const auto replaced = [&](const Request& request) {
+    return request.edit.cluster.label == edit.cluster.label && edit.override &&
+           (removes || !request.removes);
+  };
+  waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), replaced), waiting_.end());
+  waiting_.push_back({edit, removes});
+}
+
+bool LabelClient::isWaitedFor(const std::string& label) const
+{
+  return std::find(being_deleted_.begin(), being_deleted_.end(), label) != being_deleted_.end();
+}
+
 void LabelClient::remove(const mesh_msgs::MeshFaceClusterStamped& edit)
 {
-  waiting_.push_back({edit, true});
+  wait(edit, true);
 }
 
 LabelClient::Deletion LabelClient::deleteLabels(const std::string& service,
@@ -105,7 +128,7 @@ LabelClient::Deletion LabelClient::deleteLabels(const std::string& service,
                                     ros::serialization::serializeMessage(request));
       if (!answer) {
         deletion.not_offered.push_back(edit);
-      } else if (!answer->refusal.empty()) {
+      } else if (!answer->refusal.empty() && answer->refusal.find(UNKNOWN) == std::string::npos) {
         failure = service + " refuses it: " + answer->refusal;
       }
     } catch (const Canceled&) {
@@ -121,7 +144,7 @@ LabelClient::Deletion LabelClient::deleteLabels(const std::string& service,
 }
 
 /// Returns why a label is not deleted.
-std::string LabelClient::workOff()
+std::string LabelClient::takeDeletion()
 {
   std::string failure;
   if (const auto done = deleting_.take()) {
@@ -131,23 +154,47 @@ std::string LabelClient::workOff()
         publisher_.publish(edit);
       }
     }
-  }
-  while (!waiting_.empty() && !deleting_.isRunning()) {
-    std::vector<Edit> removed;
-    while (!waiting_.empty() && waiting_.front().removes) {
-      removed.push_back(waiting_.front().edit);
-      waiting_.pop_front();
-    }
-    if (removed.empty()) {
-      publisher_.publish(waiting_.front().edit);
-      waiting_.pop_front();
-    } else {
-      deleting_.start([service = delete_service_, removed](const Cancellation& cancellation) {
-        return deleteLabels(service, removed, cancellation);
-      });
-    }
+    being_deleted_.clear();
+  } else if (deleting_.isRunning() &&
+             std::chrono::steady_clock::now() - deleting_since_ >= patience_) {
+    deleting_.drop();
+    failure =
+        joined("whether the label '", being_deleted_.front(), "'",
+               being_deleted_.size() > 1 ? joined(" (and ", being_deleted_.size() - 1, " more)")
+                                         : std::string(),
+               " is deleted is not known: ", delete_service_, " has not answered for ",
+               std::chrono::duration_cast<std::chrono::seconds>(patience_).count(),
+               " s; look whether it hangs, and delete again");
+    being_deleted_.clear();
   }
   return failure;
+}
+
+void LabelClient::sendWaiting()
+{
+  if (deleting_.isRunning()) {
+    return;
+  }
+  std::vector<Edit> removed;
+  std::deque<Request> rest;
+  for (Request& request : waiting_) {
+    const std::string& label = request.edit.cluster.label;
+    if (isWaitedFor(label)) {
+      rest.push_back(std::move(request));
+    } else if (request.removes) {
+      being_deleted_.push_back(label);
+      removed.push_back(std::move(request.edit));
+    } else {
+      publisher_.publish(request.edit);
+    }
+  }
+  waiting_ = std::move(rest);
+  if (!removed.empty()) {
+    deleting_since_ = std::chrono::steady_clock::now();
+    deleting_.start([service = delete_service_, removed](const Cancellation& cancellation) {
+      return deleteLabels(service, removed, cancellation);
+    });
+  }
 }
 
 void LabelClient::setColor(const std::string& uuid, const std::string& label, const Rgba8* color)
@@ -166,7 +213,8 @@ void LabelClient::setColor(const std::string& uuid, const std::string& label, co
 
 std::string LabelClient::work()
 {
-  const std::string not_deleted = workOff();
+  const std::string not_deleted = takeDeletion();
+  sendWaiting();
   const auto stored = storing_.take();
   if (!storing_.isRunning() && !requests_.empty()) {
     storing_.start([service = color_service_,
@@ -179,7 +227,9 @@ std::string LabelClient::work()
       return failure;
     });
   }
-  return !stored ? not_deleted : stored->result.value_or(stored->error);
+  const std::string not_stored = stored ? stored->result.value_or(stored->error) : std::string();
+  return not_deleted.empty() || not_stored.empty() ? not_deleted + not_stored
+                                                   : not_deleted + "; " + not_stored;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -25,6 +26,12 @@ mesh_msgs::MeshFaceClusterStamped labelEdit(const MeshData& mesh, const std::str
 class LabelClient
 {
  public:
+  /// @param patience with one who deletes labels; then what waits for that is sent
+  explicit LabelClient(std::chrono::milliseconds patience = std::chrono::seconds(10))
+      : patience_(patience)
+  {
+  }
+
   /// Uses the topic cluster_label and the services delete_label and set_label_color in this
   /// namespace; none where it is empty. @throw ros::InvalidNameException
   void connect(ros::NodeHandle& node_handle, const std::string& name_space);
@@ -34,7 +41,8 @@ class LabelClient
   std::string topic() const { return publisher_.getTopic(); }
   bool isHeard() const { return publisher_ && publisher_.getNumSubscribers() > 0; }
 
-  /// See labelEdit(). Edits arrive in the order in which they were given, removals among them.
+  /// See labelEdit(). Edits of one label arrive in the order in which they were given, removals
+  /// among them; of those that wait, what a later one replaces is left out.
   void store(const mesh_msgs::MeshFaceClusterStamped& edit);
 
   /// Has the label of this edit, which takes all faces away from it, deleted by work(); where
@@ -62,7 +70,10 @@ class LabelClient
   };
   static Deletion deleteLabels(const std::string& service, const std::vector<Edit>& edits,
                                const Cancellation& cancellation);
-  std::string workOff();
+  void wait(const Edit& edit, bool removes);
+  bool isWaitedFor(const std::string& label) const;
+  std::string takeDeletion();
+  void sendWaiting();
 
   std::string color_service_;
   std::string delete_service_;
@@ -70,7 +81,10 @@ class LabelClient
   /// By label: of a color that is dragged about, the newest counts.
   std::map<std::string, mesh_msgs::SetLabelColor::Request> requests_;
   BackgroundTask<std::string> storing_{"label owner", NAME_PATIENCE};
-  std::deque<Request> waiting_;  ///< for a deletion before them
+  std::deque<Request> waiting_;             ///< deletions, and what waits for them
+  std::vector<std::string> being_deleted_;  ///< labels
+  std::chrono::steady_clock::time_point deleting_since_;
+  const std::chrono::milliseconds patience_;
   BackgroundTask<Deletion> deleting_{"delete labels", NAME_PATIENCE};
 };
 

@@ -145,6 +145,10 @@ TEST_F(ServerWatchTest, no_server_a_silent_one_a_dead_one_and_one_that_hangs)
   EXPECT_TRUE(says("its actions tell no status")) << watch.reason(now);
   watch.takeClock(true);
   EXPECT_TRUE(says("nobody publishes on /clock")) << watch.reason(now);
+  watch.takeProcess(ProcessState::UNREACHABLE);
+  EXPECT_EQ(watch.phase(now), Phase::NOT_ANSWERING);
+  EXPECT_TRUE(says("cannot be reached, silent for 6 s")) << watch.reason(now);
+  EXPECT_FALSE(says("start it again")) << watch.reason(now);
   watch.takeProcess(ProcessState::GONE);
   EXPECT_EQ(watch.phase(now), Phase::NO_SERVER);
   EXPECT_TRUE(says("is gone, silent for 6 s: start it again")) << watch.reason(now);

@@ -4,7 +4,9 @@
 #include <vector>
 
 #include <mbf_msgs/MoveBaseGoal.h>
+#include <ros/master.h>
 #include <ros/serialization.h>
+#include <ros/this_node.h>
 #include <roscpp/GetLoggers.h>
 #include <rviz/config.h>
 #include <rviz/visualization_manager.h>
@@ -300,6 +302,22 @@ TEST_F(MeshNavigationPanelTest, a_server_that_hangs_with_a_robot_on_its_path)
   server->forget("exe_path");
   server->end(goal, GOOD, 0, "there");
   EXPECT_TRUE(waitFor("outcome", "SUCCESS (0): there"));
+}
+
+TEST_F(MeshNavigationPanelTest, a_server_that_cannot_be_reached_is_not_said_to_be_gone)
+{
+  start();
+  // Where its process is cannot be asked from here.
+  XmlRpc::XmlRpcValue request, response, payload;
+  request[0] = ros::this_node::getName();
+  request[1] = name + "/get_loggers";
+  request[2] = "rosrpc://host.invalid:1";
+  request[3] = "http://host.invalid:1";
+  ASSERT_TRUE(ros::master::execute("registerService", request, response, payload, false));
+  server->alive = false;
+  EXPECT_TRUE(waitFor("phase", "Not answering"));
+  EXPECT_TRUE(waitFor("reason", "cannot be reached"));
+  EXPECT_EQ(line("reason").find("start it again"), std::string::npos) << line("reason");
 }
 
 TEST_F(MeshNavigationPanelTest, why_a_server_is_not_ready)

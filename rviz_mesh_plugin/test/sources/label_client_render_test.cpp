@@ -79,10 +79,53 @@ TEST_F(LabelClientTest, a_label_is_deleted_by_the_service_and_edits_after_that_w
     return gate.reached == 1;
   }));
   spinFrames(5);
-  EXPECT_EQ(done, Done{"store tree_1 3"}) << "what is stored before it is deleted would be lost";
+  client.store(edit("tree_1", 6));  // which replaces what has not gone out
+  EXPECT_EQ(done, (Done{"store tree_1 3", "store car_1 2"}))
+      << "of the same label, what is stored before it is deleted would be lost; others go on";
   gate.open();
   ASSERT_TRUE(comes(4));
-  EXPECT_EQ(done, (Done{"store tree_1 3", "delete tree_1", "store tree_1 5", "store car_1 2"}));
+  EXPECT_EQ(done, (Done{"store tree_1 3", "store car_1 2", "delete tree_1", "store tree_1 6"}));
+}
+
+TEST_F(LabelClientTest, an_owner_that_hangs_does_not_hold_up_later_edits_for_ever)
+{
+  Servers servers;
+  Gate gate;
+  const auto service = servers.serve<DeleteLabel>(
+      name_space + "/delete_label", [&](DeleteLabel::Request&, DeleteLabel::Response&) {
+        gate.pass();
+        return true;
+      });
+  LabelClient hasty(std::chrono::milliseconds(500));
+  hasty.connect(node, name_space);
+  ASSERT_TRUE(spinUntil([&] { return hasty.isHeard(); }));
+  hasty.remove(edit("tree_1", 0));
+  ASSERT_TRUE(spinUntil([&] {
+    hasty.work();
+    return gate.reached == 1;
+  }));
+  hasty.store(edit("tree_1", 5));
+  EXPECT_TRUE(spinUntil([&] {
+    const std::string newest = hasty.work();
+    failure = newest.empty() ? failure : newest;
+    return done.size() == 1;
+  }));
+  EXPECT_EQ(done, Done{"store tree_1 5"});
+  EXPECT_NE(failure.find("has not answered"), std::string::npos) << failure;
+  gate.open();
+}
+
+TEST_F(LabelClientTest, a_label_that_somebody_else_has_deleted_is_no_failure)
+{
+  Servers servers;
+  const auto service = servers.serve<DeleteLabel>(
+      name_space + "/delete_label", [](DeleteLabel::Request&, DeleteLabel::Response&) -> bool {
+        throw std::runtime_error("a.h5: there is no label 'tree_1'");
+      });
+  client.remove(edit("tree_1", 0));
+  client.store(edit("tree_1", 2));
+  ASSERT_TRUE(comes(1));
+  EXPECT_EQ(failure, "");
 }
 
 TEST_F(LabelClientTest, where_nobody_deletes_labels_their_faces_are_taken_away)
@@ -90,7 +133,7 @@ TEST_F(LabelClientTest, where_nobody_deletes_labels_their_faces_are_taken_away)
   client.remove(edit("tree_1", 0));
   client.store(edit("car_1", 2));
   ASSERT_TRUE(comes(2));
-  EXPECT_EQ(done, (Done{"store tree_1 0", "store car_1 2"}));
+  EXPECT_EQ(done, (Done{"store car_1 2", "store tree_1 0"}));
   EXPECT_EQ(failure, "");
 }
 
@@ -102,7 +145,7 @@ TEST_F(LabelClientTest, a_refusal_is_told)
         throw std::runtime_error("the disk is full");
       });
   client.remove(edit("tree_1", 0));
-  client.store(edit("car_1", 2));
+  client.store(edit("tree_1", 2));
   ASSERT_TRUE(comes(1));
   EXPECT_NE(failure.find("the label 'tree_1' is not deleted: "), std::string::npos) << failure;
   EXPECT_NE(failure.find("the disk is full"), std::string::npos) << failure;
