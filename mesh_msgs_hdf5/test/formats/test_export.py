@@ -251,8 +251,8 @@ def test_a_layer_is_painted_in_the_colors_of_rviz(tmp_path, rich_mesh, suffix):
     assert found.vertex_colors[[0, 39, 3, 4]].tolist() == [
         [255, 0, 255],
         [255, 0, 0],
-        [26, 26, 26],
-        [128, 128, 128],
+        [255, 20, 147],
+        [104, 78, 40],
     ]
     assert found.materials is None and not found.textures and len(rich_mesh.textures) == 3
     assert notes[:2] == [
