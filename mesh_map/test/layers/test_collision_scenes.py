@@ -264,8 +264,8 @@ def test_solids_as_exporters_leave_them(kind, soup):
 
 @pytest.mark.parametrize("offset", [0.0, 2e5])
 def test_rims_keep_their_places(offset):
-    """A vertex far away, or coarse coordinates, do not make one of the corners of a border; a row of
-    corners that are near to each other stays as long as it is."""
+    """A vertex far away, or coarse coordinates, do not make one of the corners of a border; a row
+    of corners that are near to each other stays as long as it is."""
     ground = floor((0, 0), (2, 2), 0.05)
     row = np.stack([np.arange(100) * 9e-5, np.full(100, 3.0), np.zeros(100)], 1)
     strip = np.concatenate([row, row + [0, 1, 0]])

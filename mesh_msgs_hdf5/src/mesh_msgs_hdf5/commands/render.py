@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "of the color bar (default: the least and greatest finite value)"
     parser.add_argument("--limits", type=_limits, metavar="LO,HI", help=text)
     parser.add_argument("--scale", choices=sorted(SCALES), default="rainbow", help="as in RViz")
-    text = "of a layer: color lethal values by the scale as well (default: as lethal ones, where known)"
+    text = "of a layer: color lethal values by the scale, too (default: as lethal, where known)"
     parser.add_argument("--values", action="store_true", help=text)
     parser.add_argument("--title", help="default: the name of FILE, and what is shown")
     parser.add_argument("--force", action="store_true", help="replace OUT.png if it exists")
