@@ -109,7 +109,7 @@ class DerivedMapTest(unittest.TestCase):
         self.assertEqual(remark.data, values["remark"])
         log = end_node(node)
         self.assertEqual(log.count(COARSE), 1, log)
-        self.assertIn("max_edge_length: 0.3", log)
+        self.assertIn("max_edge_length: 0.15, half", log)
 
     def test_the_radius_of_a_robot_counts(self):
         rospy.set_param("/robot/mesh_map", {"mesh_file": self.path})

@@ -274,7 +274,9 @@ def test_the_longest_edge_of_a_map(tmp_path, caplog):
     assert not caplog.records
     assert plan(path, (1, 1), (5, 4), robot_radius=0.3).succeeded
     assert [record.levelname for record in caplog.records] == ["WARNING"]
-    assert "the robot's radius, 0.3 m" in caplog.text and "max_edge_length: 0.3" in caplog.text
+    assert (
+        "the robot's radius, 0.3 m" in caplog.text and "max_edge_length: 0.15, half" in caplog.text
+    )
     with pytest.raises(MeshMapError, match="max_edge_length is for a map from a file"):
         plan(load_map(path), (1, 1), (5, 4), max_edge_length=0.3)
 

@@ -9,6 +9,7 @@ from typing import Any, Dict, List, Mapping, Optional
 import numpy as np
 import rospkg
 import yaml
+from mesh_map.map.coarse_edges import coarse_remark
 from mesh_map.map.mesh_map import MeshMap
 from mesh_msgs_hdf5.map_file import MapFile
 from mesh_msgs_hdf5.model.mesh import Mesh
@@ -46,8 +47,8 @@ def shipped_map(
     Args:
         vertices: (V, 3) m.
         faces: (F, 3).
-        max_edge_length: m; None: the one that the log recommends for this robot, half its radius. A
-            mesh of edges that are no longer than the radius stays as it is.
+        max_edge_length: m; None: the one that the log recommends for this robot, half its radius.
+            Where the log says nothing, single longer edges are halved until they are not.
         layers: name of the configuration, see `configuration`.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -61,8 +62,8 @@ def shipped_map_of(
 ) -> MeshMap:
     """The same of a file."""
     if max_edge_length is None:
-        longest = load_map(file).geometry.edge_lengths.max()
-        max_edge_length = 0.5 * radius() if longest > radius() else 0.0
+        is_coarse = coarse_remark(load_map(file), {"the robot's radius": radius()})
+        max_edge_length = 0.5 * radius() if is_coarse else radius()
     return load_map(
         file, configuration(layers), robot_radius=radius(), max_edge_length=max_edge_length
     )
