@@ -309,7 +309,7 @@ TEST_F(MeshNavigationPanelTest, a_server_that_cannot_be_reached_is_not_said_to_b
   start();
   // Where its process is cannot be asked from here.
   XmlRpc::XmlRpcValue request, response, payload;
-  request[0] = ros::this_node::getName();
+  request[0] = "/out_of_reach";  // not this node: roscore would forget all else of it
   request[1] = name + "/get_loggers";
   request[2] = "rosrpc://host.invalid:1";
   request[3] = "http://host.invalid:1";
