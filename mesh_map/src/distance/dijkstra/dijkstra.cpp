@@ -117,7 +117,7 @@ class DijkstraSearch
   }
 
   /// Asks for the memory of entries that come soon: most of the time would go into waiting for it.
-  void prefetch() const
+  [[gnu::always_inline]] void prefetch() const
   {
     constexpr std::size_t soon = 6, later = 16;
     if (const Entry* entry = queue_.peek(later)) {

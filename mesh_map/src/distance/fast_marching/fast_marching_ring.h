@@ -31,7 +31,7 @@ class FastMarchingCosts
     return HAS_COSTS ? 0.5 * (slowness(a) + slowness(b)) * length : length;
   }
 
-  void prefetch(std::uint32_t v) const
+  [[gnu::always_inline]] void prefetch(std::uint32_t v) const
   {
     if (HAS_COSTS) {
       __builtin_prefetch(&slowness_[v]);
@@ -81,127 +81,133 @@ struct FastMarchingStep
 };
 
 /// The vertices around one whose faces are in order, and what their labels become by it: what they
-/// share is computed once.
+/// share is computed once. Sets of them are bits.
 template <bool HAS_COSTS>
 class FastMarchingRing
 {
  public:
-  /// A vertex of the ring.
-  struct Neighbor
-  {
-    std::uint32_t vertex;
-    Vector3 side;                                   // to it
-    double squared, length, label, slowness, time;  // along the edge to it
-    double highest;        // of the labels that a lowered one follows from; or see forEachFollowing
-    double product, area;  // of its side and the next one; twice the area between
-  };
-
   /// `to_come`: all that has a label above this one passes it on itself, later.
   FastMarchingRing(const FastMarchingMesh& mesh, const FastMarchingCosts<HAS_COSTS>& costs,
                    const double* labels, FastMarchingStep step, double to_come, std::uint32_t v)
       : step_(step),
         here_(labels[v]),
-        to_come_(to_come),
-        slowness_(costs.slowness(v)),
+        slowness_here_(costs.slowness(v)),
         is_closed_(mesh.isClosed(v))
   {
     const ArrayView<FastMarchingCorner> corners = mesh.corners(v);
-    faces_ = corners.size();
-    count_ = is_closed_ ? faces_ : faces_ + 1;
+    const std::size_t faces = corners.size();
+    count_ = is_closed_ ? faces : faces + 1;
     for (std::size_t i = 0; i < count_; ++i) {
       Neighbor& n = ring_[i];
-      n.vertex = i < faces_ ? corners[i].a : corners[i - 1].b;
+      n.vertex = i < faces ? corners[i].a : corners[i - 1].b;
       n.slowness = costs.slowness(n.vertex);
+      n.label = labels[n.vertex];
       n.side = between(mesh.position(v), mesh.position(n.vertex));
       n.squared = dot(n.side, n.side);
       n.length = std::sqrt(n.squared);
       n.time = costs.alongEdge(v, n.vertex, n.length);
-      n.label = labels[n.vertex];
+      final_ |= bit(i, n.label <= to_come && n.label < NOT_REACHED);
+      open_ |= bit(i, !HAS_COSTS || n.slowness < NOT_REACHED);
     }
-    for (std::size_t i = 0; i < faces_; ++i) {
+    for (std::size_t i = 0; i < faces; ++i) {
       const Vector3 &side = ring_[i].side, &next = ring_[i + 1 < count_ ? i + 1 : 0].side;
+      const Vector3 normal = cross(side, next);
       ring_[i].product = dot(side, next);
-      ring_[i].area = norm(cross(side, next));  // of slivers, too, which lengths would not tell
+      ring_[i].squared_area = dot(normal, normal);  // of slivers, too, which lengths would not tell
     }
   }
 
-  /// Along the edges, then across the faces.
-  void lowerLabels()
+  std::size_t size() const { return count_; }
+  std::uint32_t vertex(std::size_t i) const { return ring_[i].vertex; }
+  double label(std::size_t i) const { return ring_[i].label; }
+  /// Of the labels that a lowered one follows from.
+  double highest(std::size_t i) const { return ring_[i].highest; }
+
+  /// Along the edges, then across the faces. Calls lowered(i) for each that was lowered.
+  template <class Lowered>
+  void lowerLabels(const Lowered& lowered)
   {
+    std::uint64_t changed = 0;
     for (std::size_t i = 0; i < count_; ++i) {
-      if (isOpen(ring_[i])) {
-        offer(ring_[i], here_ + ring_[i].time, here_);
-      }
+      const double label = here_ + ring_[i].time;
+      const bool is_lower = step_.isAbove(ring_[i].label, label);
+      ring_[i].label = is_lower ? label : ring_[i].label;
+      ring_[i].highest = here_;
+      changed |= bit(i, is_lower);
     }
-    for (std::size_t i = 0; i < faces_; ++i) {
-      const std::size_t j = i + 1 < count_ ? i + 1 : 0;
-      const std::size_t before = i > 0 ? i - 1 : is_closed_ ? count_ - 1 : NONE;
-      const std::size_t after = j + 1 < count_ ? j + 1 : is_closed_ ? 0 : NONE;
-      if (mayLower(j, i, after)) {
-        lower(ring_[j], ring_[i], ring_[after], ring_[i], ring_[j]);
+    forEachBase([&](std::size_t base, std::size_t before, std::size_t after) {
+      if (isOld(base)) {
+        changed |= lower({base, after, before, base, before});
+        changed |= lower({base, before, after, before, base});
       }
-      if (mayLower(i, j, before)) {
-        lower(ring_[i], ring_[j], ring_[before], ring_[i], ring_[before]);
-      }
-    }
+    });
+    forEachBit(changed, lowered);
   }
 
   /// Calls visit(w) for each w whose label may be what comes along the edge, or across a face.
   template <class Visit>
   void forEachFollowing(const Visit& visit)
   {
+    std::uint64_t unseen = 0;
     for (std::size_t i = 0; i < count_; ++i) {
-      ring_[i].highest = ring_[i].label < NOT_REACHED ? mostOf(ring_[i].label) : -1.0;
-      if (isOpen(ring_[i]) && here_ + ring_[i].time <= ring_[i].highest) {
-        visit(ring_[i].vertex);
-        ring_[i].highest = -1.0;
+      if (ring_[i].label < NOT_REACHED) {
+        ring_[i].highest = mostOf(ring_[i].label);
+        if (isIn(open_, i) && here_ + ring_[i].time <= ring_[i].highest) {
+          visit(ring_[i].vertex);
+        } else {
+          unseen |= bit(i, true);
+        }
       }
     }
-    const auto look = [&](std::size_t base, std::size_t target, std::size_t other,
-                          const Neighbor& face, const Neighbor& face_behind) {
-      Neighbor& t = ring_[target];
-      if (t.highest >= 0.0 && mayFollow(base, target, other, t.highest) &&
-          across(ring_[base], t, ring_[other], face, face_behind, t.highest) <= t.highest) {
-        visit(t.vertex);
-        t.highest = -1.0;
+    const auto look = [&](const Crossing& c) {
+      const double most = ring_[c.target].highest;
+      if (isIn(unseen, c.target) && mayFollow(c, most) && across(c, most) <= most) {
+        visit(ring_[c.target].vertex);
+        unseen &= ~bit(c.target, true);
       }
     };
-    for (std::size_t i = 0; i < faces_; ++i) {
-      const std::size_t j = i + 1 < count_ ? i + 1 : 0;
-      const std::size_t before = i > 0 ? i - 1 : is_closed_ ? count_ - 1 : NONE;
-      const std::size_t after = j + 1 < count_ ? j + 1 : is_closed_ ? 0 : NONE;
-      look(j, i, after, ring_[i], ring_[j]);
-      look(i, j, before, ring_[i], ring_[before == NONE ? 0 : before]);
-    }
+    forEachBase([&](std::size_t base, std::size_t before, std::size_t after) {
+      look({base, after, before, base, before});
+      look({base, before, after, before, base});
+    });
   }
 
   /// What is up to this may be what a label follows from: small differences are left as they are.
   static double mostOf(double label) { return label * (1.0 + 10.0 * FastMarchingStep::PART); }
-
-  const Neighbor* begin() const { return ring_; }
-  const Neighbor* end() const { return ring_ + count_; }
 
   /// Calls visit(a, b) for the faces whose side opposite to the middle a front may cross that has
   /// been earlier in the middle than the labels of that side tell.
   template <class Visit>
   void forEachEarlier(const Visit& visit) const
   {
-    for (std::size_t i = 0; i < faces_; ++i) {
-      const Neighbor &a = ring_[i], &b = ring_[i + 1 < count_ ? i + 1 : 0];
-      if (!isToCome(a) && !isToCome(b) && a.slowness == slowness_ && b.slowness == slowness_ &&
-          slowness_ > 0.0) {
-        const double scale = HAS_COSTS ? 1.0 / slowness_ : 1.0;
-        if (mayBeEarlier(here_ * scale, a.label * scale, b.label * scale,
-                         a.squared + b.squared - 2.0 * a.product, a.squared, a.squared - a.product,
-                         a.area * a.area)) {
-          visit(a.vertex, b.vertex);
-        }
-      }
+    if (!(slowness_here_ > 0.0)) {
+      return;
     }
+    const double scale = HAS_COSTS ? 1.0 / slowness_here_ : 1.0;
+    const std::uint64_t closing = is_closed_ ? bit(count_ - 1, isIn(final_, 0)) : 0;
+    forEachBit(final_ & (final_ >> 1 | closing), [&](std::size_t a) {
+      const std::size_t b = a + 1 < count_ ? a + 1 : 0;
+      if (HAS_COSTS &&
+          (ring_[a].slowness != slowness_here_ || ring_[b].slowness != slowness_here_)) {
+        return;
+      }
+      if (mayBeEarlier(here_ * scale, ring_[a].label * scale, ring_[b].label * scale,
+                       ring_[a].squared + ring_[b].squared - 2.0 * ring_[a].product,
+                       ring_[a].squared, ring_[a].squared - ring_[a].product,
+                       ring_[a].squared_area)) {
+        visit(ring_[a].vertex, ring_[b].vertex);
+      }
+    });
   }
 
  private:
-  static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
+  /// A way across a face: through the edge from the middle to `base`, to `target`. `other` is the
+  /// third corner of the face on the other side of that edge. The face and that one are numbered
+  /// as the first of their corners is.
+  struct Crossing
+  {
+    std::size_t base, target, other, face, face_behind;
+  };
 
   /// Slowness at the corners of two faces.
   struct Range
@@ -209,80 +215,133 @@ class FastMarchingRing
     double low, high;
   };
 
-  bool isToCome(const Neighbor& n) const { return !(n.label <= to_come_ && n.label < NOT_REACHED); }
-  static bool isOpen(const Neighbor& n) { return !HAS_COSTS || n.slowness < NOT_REACHED; }
-
-  void offer(Neighbor& n, double label, double highest)
+  struct Neighbor
   {
-    if (step_.isAbove(n.label, label)) {
-      n.label = label;
-      n.highest = highest;
+    std::uint32_t vertex;
+    Vector3 side;                                   // to it
+    double squared, length, label, slowness, time;  // along the edge to it
+    double highest;                // of the labels that a lowered one follows from, and more
+    double product, squared_area;  // of its side and the next one; of the parallelogram between
+  };
+
+  static constexpr std::size_t SIZE = FastMarchingMesh::MAX_FAN + 1;
+  static_assert(SIZE < 64, "a set of them is a word");
+
+  static std::uint64_t bit(std::size_t i, bool is_set) { return std::uint64_t{is_set} << i; }
+  static bool isIn(std::uint64_t set, std::size_t i) { return (set >> i & 1) != 0; }
+
+  template <class Visit>
+  static void forEachBit(std::uint64_t set, const Visit& visit)
+  {
+    for (; set != 0; set &= set - 1) {
+      visit(static_cast<std::size_t>(__builtin_ctzll(set)));
     }
   }
 
-  Range rangeOf(const Neighbor& a, const Neighbor& b, const Neighbor& c) const
+  /// Calls visit(base, before, after) for each that a front may cross the edge to.
+  template <class Visit>
+  void forEachBase(const Visit& visit)
   {
-    return {std::min(std::min(slowness_, a.slowness), std::min(b.slowness, c.slowness)),
-            std::max(std::max(slowness_, a.slowness), std::max(b.slowness, c.slowness))};
+    const std::size_t last = count_ - 1;
+    const std::uint64_t ends = is_closed_ ? 0 : bit(0, true) | bit(last, true);
+    if (count_ < 3) {
+      return;  // the same face on both sides
+    }
+    forEachBit(final_ & open_ & ~ends, [&](std::size_t base) {
+      if (ring_[base].length > 0.0) {
+        visit(base, base > 0 ? base - 1 : last, base < last ? base + 1 : 0);
+      }
+    });
   }
 
-  /// May the target get a lower label across the base from the middle to a neighbor? `other` is the
-  /// third corner of the face on the other side. Where two labels differ by more than the time
-  /// along the base, the higher one is about to become less, and then this is looked at again.
-  bool mayLower(std::size_t base, std::size_t target, std::size_t other) const
+  /// Where two labels differ by more than the time along the base, the higher one is about to
+  /// become less, and then this is looked at again.
+  bool isOld(std::size_t base) const
   {
-    const Neighbor& b = ring_[base];
-    return isCrossed(base, target, other) &&
-           mesh_map::mayLower(ring_[target].label, here_, b.label, b.time) &&
-           !step_.isAbove(std::max(here_, b.label), std::min(here_, b.label) + b.time);
+    const double label = ring_[base].label;
+    return !step_.isAbove(std::max(here_, label), std::min(here_, label) + ring_[base].time);
+  }
+
+  Range rangeOf(const Crossing& c) const
+  {
+    const double a = ring_[c.base].slowness, b = ring_[c.target].slowness,
+                 d = ring_[c.other].slowness;
+    return {std::min(std::min(slowness_here_, a), std::min(b, d)),
+            std::max(std::max(slowness_here_, a), std::max(b, d))};
+  }
+
+  /// Twice the area of the face, and the squared length of its side opposite to the middle.
+  double area(std::size_t face) const { return std::sqrt(ring_[face].squared_area); }
+  double opposite(const Crossing& c) const
+  {
+    return ring_[c.base].squared + ring_[c.target].squared - 2.0 * ring_[c.face].product;
+  }
+
+  /// May the target get a lower label? From the point of the base where the way crosses it, an end
+  /// of the base is no farther than the base is long, less what that point is beyond: so no label
+  /// of the target is less than that of an end, less the time along the base, and more by the way
+  /// from the other end.
+  bool mayLower(const Crossing& c) const
+  {
+    const double low =
+        HAS_COSTS
+            ? std::min(slowness_here_, std::min(ring_[c.base].slowness, ring_[c.target].slowness))
+            : 1.0;
+    const double most = ring_[c.target].label + ring_[c.base].time, from_here = most - here_;
+    return (most - ring_[c.base].label > low * ring_[c.target].length) & (from_here > 0.0) &
+           (from_here * from_here > low * low * opposite(c));
+  }
+
+  bool areOpen(const Crossing& c) const
+  {
+    return !HAS_COSTS || (isIn(open_, c.target) && isIn(open_, c.other));
   }
 
   /// May the target follow from labels of that base, and behind it? They may not yet be what
   /// follows from each other.
-  bool mayFollow(std::size_t base, std::size_t target, std::size_t other, double label) const
+  bool mayFollow(const Crossing& c, double label) const
   {
-    return isCrossed(base, target, other) &&
-           (ring_[other].label < std::min(here_, ring_[base].label) ||
-            mesh_map::mayLower(label, here_, ring_[base].label, ring_[base].time));
+    return areOpen(c) &&
+           (ring_[c.other].label < std::min(here_, ring_[c.base].label) ||
+            mesh_map::mayLower(label, here_, ring_[c.base].label, ring_[c.base].time));
   }
 
-  /// Does a front cross the base?
-  bool isCrossed(std::size_t base, std::size_t target, std::size_t other) const
+  /// What comes there, if that may be below `label`.
+  [[gnu::always_inline]] double across(const Crossing& c, double label) const
   {
-    const Neighbor &b = ring_[base], &t = ring_[target];
-    return !isToCome(b) && other != NONE && other != target && b.length > 0.0 &&
-           (!HAS_COSTS || (isOpen(b) && isOpen(t) && isOpen(ring_[other])));
-  }
-
-  /// What comes there, if that may be below `label`. `face` and `face_behind` know the product and
-  /// the area of the sides of the face of the target, and of that on the other side of the base.
-  [[gnu::always_inline]] double across(const Neighbor& base, const Neighbor& target,
-                                       const Neighbor& other, const Neighbor& face,
-                                       const Neighbor& face_behind, double label) const
-  {
-    const double inverse = 1.0 / base.length;
-    const Range range = HAS_COSTS ? rangeOf(base, target, other) : Range{1.0, 1.0};
+    const double inverse = 1.0 / ring_[c.base].length;
+    const Range range = HAS_COSTS ? rangeOf(c) : Range{1.0, 1.0};
     return FastMarchingCosts<HAS_COSTS>::front(
-        here_, base.label,
-        {base.length, face.product * inverse, face.area * inverse, target.squared},
-        {slowness_, base.slowness, target.slowness},
-        {face_behind.product * inverse, face_behind.area * inverse, other.label}, range.low,
-        range.high, label);
+        here_, ring_[c.base].label,
+        {ring_[c.base].length, ring_[c.face].product * inverse, area(c.face) * inverse,
+         ring_[c.target].squared},
+        {slowness_here_, ring_[c.base].slowness, ring_[c.target].slowness},
+        {ring_[c.face_behind].product * inverse, area(c.face_behind) * inverse,
+         ring_[c.other].label},
+        range.low, range.high, label);
   }
 
-  /// Lowers the label of the target, if that is so.
-  void lower(const Neighbor& base, Neighbor& target, const Neighbor& other, const Neighbor& face,
-             const Neighbor& face_behind)
+  /// Lowers the label of the target, if that is so: its bit then, else none.
+  std::uint64_t lower(const Crossing& c)
   {
-    offer(target, across(base, target, other, face, face_behind, target.label),
-          std::max(std::max(here_, base.label), other.label));
+    if (!mayLower(c) || !areOpen(c)) {
+      return 0;
+    }
+    const double label = across(c, ring_[c.target].label);
+    if (!step_.isAbove(ring_[c.target].label, label)) {
+      return 0;
+    }
+    ring_[c.target].label = label;
+    ring_[c.target].highest = std::max(std::max(here_, ring_[c.base].label), ring_[c.other].label);
+    return bit(c.target, true);
   }
 
-  Neighbor ring_[FastMarchingMesh::MAX_FAN + 1];
-  std::size_t faces_, count_;
   FastMarchingStep step_;
-  double here_, to_come_, slowness_;
+  double here_, slowness_here_;
   bool is_closed_;
+  std::size_t count_ = 0;
+  std::uint64_t final_ = 0, open_ = 0;
+  Neighbor ring_[SIZE];
 };
 
 }  // namespace mesh_map

@@ -53,13 +53,16 @@ class FastMarchingMesh
 
   /// Ask for memory that will be read soon, in this order: most of the time of a front would go
   /// into waiting for it.
-  void prefetchRow(std::uint32_t v) const { __builtin_prefetch(&offsets_[v]); }
-  void prefetchCorners(std::uint32_t v) const
+  [[gnu::always_inline]] void prefetchRow(std::uint32_t v) const
+  {
+    __builtin_prefetch(&offsets_[v]);
+  }
+  [[gnu::always_inline]] void prefetchCorners(std::uint32_t v) const
   {
     __builtin_prefetch(corners_.data() + offsets_[v]);
     __builtin_prefetch(corners_.data() + offsets_[v + 1]);
   }
-  void prefetchVertex(std::uint32_t v) const
+  [[gnu::always_inline]] void prefetchVertex(std::uint32_t v) const
   {
     __builtin_prefetch(&positions_[v]);
     __builtin_prefetch(&kinds_[v]);
