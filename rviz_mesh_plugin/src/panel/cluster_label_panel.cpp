@@ -129,8 +129,9 @@ void ClusterLabelPanel::createWidgets()
     grid->addWidget(button, row, column, 1, width);
     buttons_[action] = button;
   };
-  add(Action::LABEL_CLUSTER, 1, 0, 3);
-  add(Action::RESET_FACES, 1, 3, 3);
+  add(Action::LABEL_CLUSTER, 1, 0, 2);
+  add(Action::RESET_FACES, 1, 2, 2);
+  add(Action::SELECT_BY, 1, 4, 2);
   const Action rows[5][3] = {{Action::NEW, Action::ASSIGN, Action::ADD},
                              {Action::TAKE_AWAY, Action::SELECT, Action::RENAME},
                              {Action::MERGE, Action::DELETE, Action::COLOR},

@@ -11,6 +11,7 @@
 #include "base/status_lines.h"
 #include "labels/label_name.h"
 #include "panel/label_dialogs.h"
+#include "panel/select_by_dialog.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -29,7 +30,8 @@ enum Need : unsigned
   TWO_CHOSEN = 1 << 8,
   LABELS = 1 << 9,
   IDLE_FILES = 1 << 10,
-  IDLE_OWNER = 1 << 11
+  IDLE_OWNER = 1 << 11,
+  SHOWN_MESH = 1 << 12
 };
 
 struct Words
@@ -43,6 +45,8 @@ constexpr std::array<Words, static_cast<std::size_t>(LabelAction::COUNT)> WORDS 
     {"Label Cluster", MESH | NAME | TOOL | SELECTION,
      "Labels the selected faces with the name above."},
     {"Reset Faces", FACES, "Selects nothing."},
+    {"Select By…", TOOL | SHOWN_MESH,
+     "Selects faces by the values of a cost layer, by height, by slope or by label."},
     {"New…", MESH | TOOL | SELECTION,
      "Labels the selected faces: asks for class and instance (Enter in the view)."},
     {"Assign", MESH | TOOL | SELECTION | ONE_CHOSEN,
@@ -103,6 +107,8 @@ std::string whyNot(LabelAction action, const LabelSituation& situation)
       {NAME, !situation.name.empty(), "the field 'Cluster Name' is empty"},
       {TOOL, situation.has_tool,
        "nothing can be selected: add the tool ClusterLabel with the + of the toolbar"},
+      {SHOWN_MESH, situation.has_shown_mesh,
+       "no mesh is shown: add and enable a TexturedMesh or Map3D display"},
       {SELECTION, situation.selected > 0,
        "nothing is selected: select faces with the tool ClusterLabel (key l)"},
       {SELECTION, situation.selection_is_of_it,
@@ -178,6 +184,7 @@ LabelSituation LabelCommands::situation() const
 {
   LabelSituation situation;
   situation.has_tool = tool_ != nullptr;
+  situation.has_shown_mesh = tool_ && tool_->shownMesh();
   situation.has_mesh = session_->mesh() != nullptr;
   situation.selected = tool_ ? tool_->selection().count() : 0;
   situation.selecting = tool_ && tool_->busy();
@@ -218,6 +225,8 @@ void LabelCommands::start(LabelAction action, const std::string& name, const Lab
       return;
     case LabelAction::RESET_FACES:
       return tool_->clearSelection();
+    case LabelAction::SELECT_BY:
+      return openSelectBy(parent_, tool_, session_);
     case LabelAction::NEW:
       return askLabel(parent_, "New Label", "", session_->names(),
                       then([this](const std::string& label) { return this->label(label, true); }));

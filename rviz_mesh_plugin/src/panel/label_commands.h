@@ -22,6 +22,7 @@ enum class LabelAction
 {
   LABEL_CLUSTER,
   RESET_FACES,
+  SELECT_BY,
   NEW,
   ASSIGN,
   ADD,
@@ -44,6 +45,7 @@ enum class LabelAction
 struct LabelSituation
 {
   bool has_tool = false;
+  bool has_shown_mesh = false;     ///< whose faces can be selected
   bool has_mesh = false;           ///< whose labels are edited
   bool selection_is_of_it = true;  ///< and not of another mesh
   std::size_t selected = 0;        ///< faces

@@ -85,6 +85,11 @@ std::array<double, 3> directionInFixedFrame(const std::array<double, 3>& directi
   return arrayOf(poseOf(mesh).linear() * vectorOf(direction));
 }
 
+std::array<double, 3> upInMesh(const ShownMesh& mesh)
+{
+  return arrayOf(poseOf(mesh).linear().transpose() * Eigen::Vector3d::UnitZ());
+}
+
 std::array<double, 16> meshToClip(const Ogre::Camera& camera, const ShownMesh& mesh)
 {
   std::array<double, 16> matrix;

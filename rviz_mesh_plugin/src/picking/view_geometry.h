@@ -38,6 +38,9 @@ std::array<double, 3> pointInFixedFrame(const std::array<double, 3>& point, cons
 std::array<double, 3> directionInFixedFrame(const std::array<double, 3>& direction,
                                             const ShownMesh& mesh);
 
+/// What is up in the fixed frame (its z), in the coordinates of a mesh; of length 1.
+std::array<double, 3> upInMesh(const ShownMesh& mesh);
+
 /// From the coordinates of the mesh to clip space as OpenGL has it (-w <= z <= w): row-major, for
 /// column vectors.
 std::array<double, 16> meshToClip(const Ogre::Camera& camera, const ShownMesh& mesh);

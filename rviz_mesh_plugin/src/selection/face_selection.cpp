@@ -132,6 +132,26 @@ const FaceSelection::Change& FaceSelection::replaceBits(const FaceBits& faces)
   return make([&](std::size_t place) { return faces.word(place); });
 }
 
+const FaceSelection::Change& FaceSelection::intersectBits(const FaceBits& faces)
+{
+  refuseOthers(faces);
+  return make([&](std::size_t place) { return bits_.word(place) & faces.word(place); });
+}
+
+const FaceSelection::Change& FaceSelection::combineBits(const FaceBits& faces, Combination how)
+{
+  switch (how) {
+    case Combination::ADD:
+      return selectBits(faces);
+    case Combination::TAKE_AWAY:
+      return deselectBits(faces);
+    case Combination::INTERSECT:
+      return intersectBits(faces);
+    default:
+      return replaceBits(faces);
+  }
+}
+
 const FaceSelection::Change& FaceSelection::invert()
 {
   FaceBits all(size());

@@ -9,6 +9,15 @@
 
 namespace rviz_mesh_plugin {
 
+/// What becomes of a selection and of faces that are found.
+enum class Combination
+{
+  REPLACE,    ///< these instead of those that are selected
+  ADD,        ///< these, too
+  TAKE_AWAY,  ///< these not
+  INTERSECT   ///< of those that are selected, these alone
+};
+
 /// A set of faces of one mesh, with undo and redo. What is given faces as a list takes time by
 /// their number, all else by the number of all faces over 64: about a millisecond of ten million,
 /// so that nothing has to wait for it. A change is either made or, where it throws std::bad_alloc,
@@ -80,6 +89,8 @@ class FaceSelection
   const Change& selectBits(const FaceBits& faces);
   const Change& deselectBits(const FaceBits& faces);
   const Change& replaceBits(const FaceBits& faces);
+  const Change& intersectBits(const FaceBits& faces);
+  const Change& combineBits(const FaceBits& faces, Combination how);
   const Change& invert();
   const Change& clear();
   const Change& selectAll();

@@ -142,6 +142,37 @@ void ClusterLabelTool::clearSelection()
   showStatus();
 }
 
+std::optional<ShownMesh> ClusterLabelTool::shownMesh() const
+{
+  return editor_ ? editor_->shownMesh() : std::nullopt;
+}
+
+std::vector<KnownLayer> ClusterLabelTool::layersOf(const MeshDataConstPtr& mesh) const
+{
+  return rviz_mesh_plugin::layersOf(context_->getRootDisplayGroup(), mesh);
+}
+
+QString ClusterLabelTool::fixedFrame() const
+{
+  return context_->getFixedFrame();
+}
+
+std::string ClusterLabelTool::selectBy(const MeshDataConstPtr& mesh, const FaceCriterion& criterion,
+                                       Combination how)
+{
+  std::string reason = "the tool is not ready";
+  attempt([&] {
+    if (editor_) {
+      message_.clear();
+      reason = editor_->combine(mesh, how, [mesh, criterion](const std::atomic<bool>& cancel) {
+        return facesThatMeet(criterion, *mesh, &cancel);
+      });
+    }
+  });
+  showStatus();
+  return reason;
+}
+
 bool ClusterLabelTool::busy() const
 {
   return editor_ && editor_->busy();

@@ -1,10 +1,15 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #ifndef Q_MOC_RUN
 #include "base/mesh_data.h"
+#include "mesh_view/shown_mesh.h"
+#include "picking/layer_lookup.h"
+#include "selection/face_criterion.h"
 #include "selection/face_selection.h"
 #include "selection/selection_gestures.h"
 #include "tools/selection/selection_keys.h"
@@ -43,6 +48,19 @@ class ClusterLabelTool : public SurfaceTool
   std::string select(const MeshDataConstPtr& mesh, const FaceSelection::Faces& faces);
   /// A step to undo.
   void clearSelection();
+
+  /// The mesh whose faces are selected, else the first that is shown; none where there is none, or
+  /// it is hidden.
+  std::optional<ShownMesh> shownMesh() const;
+  /// The cost layers of it that have arrived.
+  std::vector<KnownLayer> layersOf(const MeshDataConstPtr& mesh) const;
+  QString fixedFrame() const;
+  /// Puts the faces of a mesh that meet a criterion together with the selection, as one step to
+  /// undo. They are looked for on a thread. Returns why not, else an empty string.
+  std::string selectBy(const MeshDataConstPtr& mesh, const FaceCriterion& criterion,
+                       Combination how);
+  /// What was told last of what has been done; empty where all went as expected.
+  const std::string& message() const { return message_; }
 
   /// An answer is still being computed.
   bool busy() const;

@@ -11,6 +11,8 @@
 #include "rendering/labels/index_slots.h"
 #include "selection/face_selection.h"
 
+using rviz_mesh_plugin::Combination;
+using rviz_mesh_plugin::FaceBits;
 using rviz_mesh_plugin::FaceSelection;
 using rviz_mesh_plugin::IndexSlots;
 using Faces = FaceSelection::Faces;
@@ -148,10 +150,20 @@ TEST(FaceSelectionTest, a_thousand_random_operations_do_what_they_do_to_sets)
           change = selection.deselect(faces);
           break;
         }
-        case 5:
+        case 5: {
+          const auto how = static_cast<Combination>(random() % 4);
           wanted = inside;
-          change = selection.replace(faces);
+          if (how == Combination::ADD) {
+            wanted.insert(before.begin(), before.end());
+          } else if (how != Combination::REPLACE) {
+            const bool keep = how == Combination::INTERSECT;
+            wanted.clear();
+            std::copy_if(before.begin(), before.end(), std::inserter(wanted, wanted.end()),
+                         [&](std::uint32_t face) { return (inside.count(face) != 0) == keep; });
+          }
+          change = selection.combineBits(FaceBits(size, faces), how);
           break;
+        }
         case 6:
           wanted.clear();
           for (std::uint32_t face = 0; face < size; ++face) {

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cstddef>
 #include <cstdlib>
-#include <exception>
 #include <utility>
 
 #include <OgreViewport.h>
@@ -22,6 +20,9 @@ namespace {
 
 constexpr const char* NOTHING_THERE = "there are no faces to be selected there";
 constexpr const char* NO_MESH = "nothing has been selected yet: show a mesh, and click at it";
+constexpr const char* GONE =
+    "no display has this mesh (any more): add a TexturedMesh or Map3D display that shows it";
+constexpr const char* NO_SUCH_FACES = "the mesh has no such faces";
 constexpr const char* NONE_SELECTED = "nothing is selected there that could be deselected";
 
 /// Between two events, the brush is set down so often at most.
@@ -32,9 +33,6 @@ constexpr double STEP = 0.5;
 
 /// Beside the surface, it is looked for every so many pixels.
 constexpr int MISSES = 8;
-
-/// So long edits are made in one frame that have their faces, but one at least.
-constexpr std::chrono::milliseconds EDITS_BUDGET{15};
 
 struct BrushPath
 {
@@ -135,12 +133,12 @@ std::string SelectionEditor::flood(const SurfaceHit& hit, bool adding,
   }
   Edit edit;
   edit.mesh = adding ? hit.mesh : nullptr;
-  edit.found = ask([neighbors = std::move(neighbors), mesh = hit.mesh, face = hit.face,
-                    angle = settings.flood_angle](const std::atomic<bool>& cancel) {
+  edit.found = queue_.ask([neighbors = std::move(neighbors), mesh = hit.mesh, face = hit.face,
+                           angle = settings.flood_angle](const std::atomic<bool>& cancel) {
     return Found{mesh, FaceBits(mesh->faceCount(), neighbors->flood(*mesh, face, angle, &cancel))};
   });
   edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
-  return perform(std::move(edit));
+  return queue_.perform(std::move(edit));
 }
 
 std::string SelectionEditor::area(const Event& event, const Gesture& gesture,
@@ -179,9 +177,19 @@ FaceSearch SelectionEditor::makeSearch(const Event& event, const ShownMesh& show
 /// The mesh that has the selection once all edits that wait have been made.
 MeshDataConstPtr SelectionEditor::comingMesh() const
 {
-  const auto last = std::find_if(edits_.rbegin(), edits_.rend(),
-                                 [](const Edit& edit) { return edit.mesh != nullptr; });
-  return last == edits_.rend() ? session_.mesh() : last->mesh;
+  const MeshDataConstPtr coming = queue_.comingMesh();
+  return coming ? coming : session_.mesh();
+}
+
+std::optional<ShownMesh> SelectionEditor::shownMesh() const
+{
+  const MeshDataConstPtr wanted = comingMesh();
+  for (const ShownMesh& shown : picker_.meshes()) {
+    if (!wanted || shown.mesh == wanted) {
+      return shown;
+    }
+  }
+  return std::nullopt;
 }
 
 /// That mesh.
@@ -240,60 +248,6 @@ SelectionEditor::Target SelectionEditor::findTarget(const Event& event, const Ge
   return target;
 }
 
-/// At once, or with its turn. What has been looked for is taken by frame(), however soon it is
-/// found.
-std::string SelectionEditor::perform(Edit edit)
-{
-  edits_.push_back(std::move(edit));
-  return edits_.size() == 1 && !edits_.front().found.valid() ? advance() : std::string();
-}
-
-/// Makes edits that do not have to wait, for some time; returns the last text.
-std::string SelectionEditor::advance()
-{
-  const auto end = std::chrono::steady_clock::now() + EDITS_BUDGET;
-  std::string last;
-  while (!edits_.empty()) {
-    Edit& first = edits_.front();
-    std::string text;
-    const auto begin = std::exchange(first.begin, nullptr);
-    if (begin) {
-      text = begin(first);
-    }
-    if (text.empty() && first.found.valid() &&
-        (begin || first.found.wait_for(std::chrono::seconds(0)) != std::future_status::ready)) {
-      break;
-    }
-    Edit edit = std::move(first);
-    edits_.pop_front();
-    if (text.empty()) {
-      Found found;
-      try {
-        found = edit.found.valid() ? edit.found.get() : Found();
-      } catch (const std::exception& error) {
-        text = std::string("faces could not be found: ") + error.what();
-      }
-      text = text.empty() ? edit.act(std::move(found)) : text;
-    }
-    last = text.empty() ? last : text;
-    if (std::chrono::steady_clock::now() >= end) {
-      break;
-    }
-  }
-  return last;
-}
-
-/// @param work owns what it uses, and gives up soon after the flag is set
-/// @throw std::system_error where no thread can be started, std::bad_alloc
-std::future<SelectionEditor::Found> SelectionEditor::ask(
-    std::function<Found(const std::atomic<bool>&)> work)
-{
-  using Task = std::packaged_task<Found(const std::atomic<bool>&)>;
-  const auto task = std::make_shared<Task>(std::move(work));
-  thread_.add([task](const Cancellation& cancellation) { (*task)(cancellation.flag()); });
-  return task->get_future();
-}
-
 /// What is in the first of these regions where there is anything.
 std::string SelectionEditor::search(std::vector<FaceSearch> searches, bool adding,
                                     const std::string& nothing)
@@ -318,13 +272,13 @@ std::string SelectionEditor::search(std::vector<FaceSearch> searches, bool addin
     }
     return put(mesh, adding, std::make_shared<const FaceSelection::Faces>(std::move(faces)));
   }
-  edit.found = ask([searches = std::move(searches)](const std::atomic<bool>& cancel) {
+  edit.found = queue_.ask([searches = std::move(searches)](const std::atomic<bool>& cancel) {
     return find(searches, cancel);
   });
   edit.act = [this, adding, nothing](const Found& found) {
     return takeFound(adding, nothing, found);
   };
-  return perform(std::move(edit));
+  return queue_.perform(std::move(edit));
 }
 
 SelectionEditor::Found SelectionEditor::find(const std::vector<FaceSearch>& searches,
@@ -343,13 +297,11 @@ SelectionEditor::Found SelectionEditor::find(const std::vector<FaceSearch>& sear
 /// no more than one search waits, however long the stroke.
 std::string SelectionEditor::searchForBrush(FaceSearch search, bool adding)
 {
-  if (!edits_.empty()) {
-    Edit& last = edits_.back();
-    if (last.brush && last.adding == adding && last.brush->differsInRegions(search)) {
-      last.brush->regions.insert(last.brush->regions.end(), search.regions.begin(),
-                                 search.regions.end());
-      return {};
-    }
+  Edit* const last = queue_.last();
+  if (last && last->brush && last->adding == adding && last->brush->differsInRegions(search)) {
+    last->brush->regions.insert(last->brush->regions.end(), search.regions.begin(),
+                                search.regions.end());
+    return {};
   }
   if (!busy() && search.most() <= MANY_FACES) {
     return this->search({std::move(search)}, adding, "");
@@ -360,11 +312,12 @@ std::string SelectionEditor::searchForBrush(FaceSearch search, bool adding)
   edit.brush = std::make_shared<FaceSearch>(std::move(search));
   edit.begin = [this](Edit& begun) -> std::string {
     const auto brush = std::exchange(begun.brush, nullptr);
-    begun.found = ask([brush](const std::atomic<bool>& cancel) { return find({*brush}, cancel); });
+    begun.found =
+        queue_.ask([brush](const std::atomic<bool>& cancel) { return find({*brush}, cancel); });
     return {};
   };
   edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
-  return perform(std::move(edit));
+  return queue_.perform(std::move(edit));
 }
 
 /// Selects or deselects these; many, of a label, are made bits of on the thread.
@@ -373,7 +326,7 @@ std::string SelectionEditor::put(const MeshDataConstPtr& mesh, bool adding, Labe
   Edit edit;
   edit.mesh = adding ? mesh : nullptr;
   if (faces->size() > MANY_FACES) {
-    edit.found = ask([mesh, faces = std::move(faces)](const std::atomic<bool>& /*cancel*/) {
+    edit.found = queue_.ask([mesh, faces = std::move(faces)](const std::atomic<bool>& /*cancel*/) {
       return Found{mesh, FaceBits(mesh->faceCount(), *faces)};
     });
     edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
@@ -384,7 +337,7 @@ std::string SelectionEditor::put(const MeshDataConstPtr& mesh, bool adding, Labe
       });
     };
   }
-  return perform(std::move(edit));
+  return queue_.perform(std::move(edit));
 }
 
 std::string SelectionEditor::takeFound(bool adding, const std::string& nothing, const Found& found)
@@ -431,7 +384,7 @@ void SelectionEditor::beginStroke()
     session_.beginStroke();
     return std::string();
   };
-  perform(std::move(edit));
+  queue_.perform(std::move(edit));
 }
 
 void SelectionEditor::endStroke()
@@ -445,7 +398,7 @@ void SelectionEditor::endStroke()
     session_.endStroke();
     return std::string();
   };
-  perform(std::move(edit));
+  queue_.perform(std::move(edit));
 }
 
 void SelectionEditor::findBrush(const Event& event, const SelectionSettings& settings)
@@ -492,7 +445,7 @@ std::string SelectionEditor::change(const Make& make, const std::string& nothing
     }
     return session_.change(make) ? std::string() : nothing;
   };
-  return perform(std::move(edit));
+  return queue_.perform(std::move(edit));
 }
 
 std::string SelectionEditor::selectAll()
@@ -509,14 +462,14 @@ std::string SelectionEditor::selectAll()
     session_.change(&FaceSelection::selectAll);
     return {};
   };
-  return perform(std::move(edit));
+  return queue_.perform(std::move(edit));
 }
 
 std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
                                      const FaceSelection::Faces& faces)
 {
   if (!mesh || !picker_.exists(mesh)) {
-    return "no display has this mesh (any more): add a TexturedMesh or Map3D display that shows it";
+    return GONE;
   }
   giveUp();
   session_.setMesh(mesh);
@@ -527,7 +480,7 @@ std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
   }
   Edit edit;
   edit.mesh = mesh;
-  edit.found = ask([mesh, faces](const std::atomic<bool>& /*cancel*/) {
+  edit.found = queue_.ask([mesh, faces](const std::atomic<bool>& /*cancel*/) {
     return Found{mesh, FaceBits(mesh->faceCount(), faces)};
   });
   edit.act = [this](const Found& found) {
@@ -535,7 +488,35 @@ std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
       return selection.replaceBits(found.faces);
     });
   };
-  return perform(std::move(edit));
+  return queue_.perform(std::move(edit));
+}
+
+std::string SelectionEditor::combine(const MeshDataConstPtr& mesh, Combination how,
+                                     const FindFaces& find)
+{
+  const bool adding = how == Combination::ADD || how == Combination::REPLACE;
+  if (!mesh || !picker_.exists(mesh)) {
+    return GONE;
+  }
+  if (!adding && mesh != comingMesh()) {
+    return NONE_SELECTED;
+  }
+  Edit edit;
+  edit.mesh = adding ? mesh : nullptr;
+  edit.begin = [this, mesh, find](Edit& begun) -> std::string {
+    begun.found = queue_.ask([mesh, find](const std::atomic<bool>& cancel) {
+      return Found{mesh, find(cancel)};
+    });
+    return {};
+  };
+  edit.act = [this, adding, how](const Found& found) {
+    const std::string text =
+        apply(found.mesh, adding, [&](FaceSelection& selection) -> const FaceSelection::Change& {
+          return selection.combineBits(found.faces, how);
+        });
+    return text.empty() && found.faces.count() == 0 ? NO_SUCH_FACES : text;
+  };
+  return queue_.perform(std::move(edit));
 }
 
 std::shared_ptr<const FaceNeighbors> SelectionEditor::neighborsOf(const MeshDataConstPtr& mesh,
@@ -566,7 +547,7 @@ std::string SelectionEditor::growOrShrink(bool grow)
     std::string reason;
     const auto neighbors = neighborsOf(mesh, reason);
     if (neighbors && selection.count() > MANY_FACES) {
-      begun.found = ask(
+      begun.found = queue_.ask(
           [ring, neighbors, mesh, selected = selection.bits()](const std::atomic<bool>& cancel) {
             return Found{mesh, FaceBits(mesh->faceCount(), ring(*neighbors, selected, &cancel))};
           });
@@ -582,13 +563,12 @@ std::string SelectionEditor::growOrShrink(bool grow)
     }
     return reason;
   };
-  return perform(std::move(edit));
+  return queue_.perform(std::move(edit));
 }
 
 bool SelectionEditor::giveUp()
 {
-  thread_.cancel();
-  const bool searching = !std::exchange(edits_, {}).empty();
+  const bool searching = queue_.giveUp();
   const bool stroking = std::exchange(stroking_, false);
   stroke_mesh_.reset();
   if (session_.selection().inStroke()) {
@@ -662,7 +642,7 @@ SelectionEditor::FrameResult SelectionEditor::frame()
   FrameResult result = dropLostMesh();
   const std::string returned = takeReturnedMesh();
   result.text = returned.empty() ? result.text : returned;
-  const std::string text = advance();
+  const std::string text = queue_.advance();
   result.text = text.empty() ? result.text : text;
   session_.follow(picker_.meshes());
   return result;

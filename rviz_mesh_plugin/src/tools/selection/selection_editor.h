@@ -2,9 +2,7 @@
 
 #include <atomic>
 #include <cstddef>
-#include <deque>
 #include <functional>
-#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,7 +13,7 @@
 #include "picking/surface_picker.h"
 #include "selection/selection_gestures.h"
 #include "selection/selection_regions.h"
-#include "threads/work_thread.h"
+#include "tools/selection/edit_queue.h"
 #include "tools/selection/selection_properties.h"
 #include "tools/selection/selection_session.h"
 
@@ -45,6 +43,10 @@ class SelectionEditor
   SelectionSession& session() { return session_; }
   const SelectionSession& session() const { return session_; }
 
+  /// The mesh that has the selection once all edits that wait have been made, else the first that
+  /// is shown; none where it is hidden.
+  std::optional<ShownMesh> shownMesh() const;
+
   /// What is under the cursor.
   std::string click(const Event& event, const Gesture& gesture, const SelectionSettings& settings);
   /// A box or a lasso. @param path of the gesture
@@ -67,12 +69,19 @@ class SelectionEditor
   /// All faces of the mesh; before there is a selection, of the first that is shown.
   std::string selectAll();
   std::string replace(const MeshDataConstPtr& mesh, const FaceSelection::Faces& faces);
+
+  /// Finds faces of a mesh; owns what it uses, and gives up soon after the flag is set.
+  using FindFaces = std::function<FaceBits(const std::atomic<bool>& cancel)>;
+  /// Puts faces together with the selection, as one step to undo. They are looked for on the
+  /// thread, with their turn.
+  std::string combine(const MeshDataConstPtr& mesh, Combination how, const FindFaces& find);
+
   /// Adds the ring of faces around the selection, or takes away its outermost one.
   std::string growOrShrink(bool grow);
 
   /// Edits wait: for faces that are being looked for, or for their turn.
-  bool busy() const { return !edits_.empty(); }
-  std::size_t waiting() const { return edits_.size(); }
+  bool busy() const { return !queue_.empty(); }
+  std::size_t waiting() const { return queue_.size(); }
 
   /// Takes back the stroke, and forgets what is being looked for. Returns whether there was any.
   bool giveUp();
@@ -99,26 +108,8 @@ class SelectionEditor
     std::string reason;  ///< why there is none, or why nothing is found
   };
 
-  /// Of one mesh; none where nothing was found.
-  struct Found
-  {
-    MeshDataConstPtr mesh;
-    FaceBits faces;
-  };
-
-  /// What is to be done with the selection.
-  struct Edit
-  {
-    MeshDataConstPtr mesh;  ///< that has the selection then; null: the same as before
-    /// With its turn: begins to look for faces, or returns why not. Null: that has begun, or there
-    /// is nothing to look for.
-    std::function<std::string(Edit& edit)> begin;
-    std::future<Found> found;  ///< invalid: there is nothing to look for
-    std::function<std::string(Found found)> act;
-    /// Of the brush, and not begun: may get more regions. Else null.
-    std::shared_ptr<FaceSearch> brush;
-    bool adding = true;  ///< with the brush
-  };
+  using Edit = EditQueue::Edit;
+  using Found = EditQueue::Found;
 
   /// Null: `reason` says why they are not known.
   static std::shared_ptr<const FaceNeighbors> neighborsOf(const MeshDataConstPtr& mesh,
@@ -130,9 +121,6 @@ class SelectionEditor
   Target findTarget(const Event& event, const Gesture& gesture, const std::vector<Pixel>& path,
                     const SelectionSettings& settings) const;
   std::string flood(const SurfaceHit& hit, bool adding, const SelectionSettings& settings);
-  std::string perform(Edit edit);
-  std::string advance();
-  std::future<Found> ask(std::function<Found(const std::atomic<bool>& cancel)> work);
   std::string put(const MeshDataConstPtr& mesh, bool adding, LabelFaces faces);
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const Make& make);
   std::string takeFound(bool adding, const std::string& nothing, const Found& found);
@@ -145,8 +133,7 @@ class SelectionEditor
   rviz::DisplayContext* context_;
   const SurfacePicker& picker_;
   SelectionSession session_;
-  std::deque<Edit> edits_;  ///< in their order; the first has to wait for its faces
-  WorkThread thread_{"selection"};
+  EditQueue queue_;
   std::optional<SurfaceHit> brush_;
   bool stroking_ = false;         ///< the button is down; the edits may be behind
   MeshDataConstPtr stroke_mesh_;  ///< null: it has not touched any
