@@ -7,7 +7,9 @@
 #include <ros/message_traits.h>
 #include <rviz/display_context.h>
 
+#include "displays/display_tree.h"
 #include "displays/label_properties.h"
+#include "displays/textured_mesh_display.h"
 #include "labels/label_name.h"
 #include "mesh_view/frame_pose.h"
 #include "rendering/labels/label_overlay.h"
@@ -18,6 +20,19 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds BUDGET(8);  // of one update, for each kind of work
+
+/// What is seen of a mesh: as the first display that is enabled and draws it says.
+Section sectionOf(const rviz::DisplayGroup* displays, const MeshData& mesh)
+{
+  std::optional<Section> section;
+  visitDisplays<TexturedMeshDisplay>(displays, DisplayChoice::ENABLED,
+                                     [&](const TexturedMeshDisplay& display) {
+                                       if (!section && display.drawn(mesh.uuid)) {
+                                         section = display.section();
+                                       }
+                                     });
+  return section.value_or(Section());
+}
 
 }  // namespace
 
@@ -387,6 +402,7 @@ void ClusterLabelDisplay::updatePose()
                source_ && !source_->frame.empty() ? source_->frame : store_.mesh()->frame_id,
                "the labels are", line);
   overlay_->place(isEnabled() ? pose : std::nullopt);
+  overlay_->setSection(sectionOf(context_->getRootDisplayGroup(), *store_.mesh()));
   lines_.report("Transform", line);
 }
 

@@ -96,8 +96,8 @@ std::vector<ShownMesh> TexturedMeshDisplay::shownMeshes() const
   if (isEnabled() && appearances_) {
     for (const MeshAppearance& appearance : appearances_->appearances()) {
       if (appearance.mesh() && appearance.pose()) {
-        shown.push_back(
-            {*appearance.pose(), appearance.mesh(), getNameStd(), properties_->source()});
+        shown.push_back({*appearance.pose(), appearance.mesh(), getNameStd(), properties_->source(),
+                         properties_->section()});
       }
     }
   }
@@ -121,6 +121,11 @@ MeshDataConstPtr TexturedMeshDisplay::drawn(const std::string& uuid) const
     }
   }
   return nullptr;
+}
+
+Section TexturedMeshDisplay::section() const
+{
+  return properties_->section();
 }
 
 const MeshVisual* TexturedMeshDisplay::visual() const

@@ -14,6 +14,7 @@
 #include <std_msgs/String.h>
 
 #include "base/mesh_data.h"
+#include "base/section.h"
 #include "base/status_lines.h"
 #include "displays/mesh_report.h"
 #include "displays/mesh_requests.h"
@@ -69,7 +70,7 @@ class PendingCosts
 /// Everything that takes long is done elsewhere: update() takes the results
 /// over and uploads them in slices. Disabling hides and unsubscribes; data stay
 /// until reset(). One status line per concern: Topic, Geometry, Costs, Colors,
-/// Textures, Transform, Labels, Services, Map.
+/// Textures, Section, Transform, Labels, Services, Map.
 class TexturedMeshDisplay : public rviz::Display
 {
   Q_OBJECT
@@ -94,6 +95,9 @@ class TexturedMeshDisplay : public rviz::Display
 
   /// Its mesh of this name, shown or not; null where it draws none.
   MeshDataConstPtr drawn(const std::string& uuid) const;
+
+  /// What is seen of its meshes, in their coordinates.
+  Section section() const;
 
   /// Costs, colors and labels of a mesh, as far as they have arrived.
   const MeshAttributes& attributes(const MeshData& mesh) const

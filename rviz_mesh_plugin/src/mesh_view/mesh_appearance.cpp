@@ -330,7 +330,7 @@ void MeshAppearance::paintLabels()
   attemptLabels([&] {
     if (context_.properties.labelsShown()) {
       labels_.show(context_.store.mesh(uuid_), context_.store.attributes(uuid_).labels,
-                   context_.properties.labelsAlpha());
+                   context_.properties.labelsAlpha(), context_.properties.section());
     } else {
       labels_.clear();
     }

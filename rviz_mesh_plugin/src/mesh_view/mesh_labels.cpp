@@ -6,7 +6,8 @@
 
 namespace rviz_mesh_plugin {
 
-void MeshLabels::show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha)
+void MeshLabels::show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha,
+                      const Section& section)
 {
   if (mesh != mesh_ || labels.empty()) {
     clear();
@@ -35,6 +36,7 @@ void MeshLabels::show(const MeshDataConstPtr& mesh, const LabelClusters& labels,
     }
   }
   overlay_->setAlpha(alpha);
+  overlay_->setSection(section);
 }
 
 bool MeshLabels::setOwnColors(const OwnColorsConstPtr& own)

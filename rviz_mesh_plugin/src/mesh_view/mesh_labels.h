@@ -24,7 +24,8 @@ class MeshLabels
   /// Draws these labels and no others; only those that are new or have changed
   /// are uploaded.
   /// @throw Ogre::Exception, std::bad_alloc
-  void show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha);
+  void show(const MeshDataConstPtr& mesh, const LabelClusters& labels, float alpha,
+            const Section& section);
   void clear();
 
   /// Labels have these colors from now on; returns whether one that is drawn has another one than

@@ -309,6 +309,44 @@ OptionalStatus texturesStatus(const TexturesState& state)
                     line + refusals(state.reception) + refusals(state.textures_reception)};
 }
 
+OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData* mesh)
+{
+  if (!shown) {
+    return std::nullopt;
+  }
+  constexpr struct
+  {
+    const char* name;
+    std::size_t axis;
+  } SIDES[] = {{"height", 2}, {"x", 0}, {"y", 1}};
+  std::string reach, kept, turned;
+  for (const auto& side : SIDES) {
+    const float lower = section.lower[side.axis], upper = section.upper[side.axis];
+    const std::string name = side.name;
+    if (mesh) {
+      reach += (reach.empty() ? "; the mesh reaches from " : ", ") + name + " " +
+               joined(mesh->lower[side.axis], " to ", mesh->upper[side.axis], " m");
+    }
+    if (lower > upper) {
+      turned += (turned.empty() ? "" : ", ") + name + " from " + joined(lower, " to ", upper, " m");
+    } else if (std::isfinite(lower) || std::isfinite(upper)) {
+      kept += (kept.empty() ? "" : ", ") + name;
+      kept += std::isfinite(lower) ? joined(" from ", lower, std::isfinite(upper) ? "" : " m") : "";
+      kept += std::isfinite(upper) ? joined(" to ", upper, " m") : "";
+    }
+  }
+  if (!turned.empty()) {
+    return StatusLine::warn("nothing is drawn: no ", turned, ": turn the limits round", reach);
+  }
+  if (kept.empty()) {
+    return StatusLine::ok("nothing is cut away: no limit is set", reach);
+  }
+  if (mesh && !section.touches(*mesh)) {
+    return StatusLine::warn("all of the mesh is cut away but ", kept, reach);
+  }
+  return StatusLine::ok("the mesh is cut: what is drawn, pointed at and selected is ", kept, reach);
+}
+
 OptionalStatus labelsStatus(const LabelsState& state)
 {
   if (!state.error.empty()) {

@@ -8,6 +8,7 @@
 #include "base/cost_summary.h"
 #include "base/layer_info.h"
 #include "base/mesh_data.h"
+#include "base/section.h"
 #include "base/status_lines.h"
 #include "incoming/reception.h"
 
@@ -93,6 +94,8 @@ OptionalStatus geometryStatus(const GeometryState& state);
 OptionalStatus colorsStatus(const ColorsState& state);
 OptionalStatus costsStatus(const CostsState& state);
 OptionalStatus texturesStatus(const TexturesState& state);
+/// @param mesh the newest; null: there is none
+OptionalStatus sectionStatus(bool shown, const Section& section, const MeshData* mesh);
 OptionalStatus labelsStatus(const LabelsState& state);
 
 }  // namespace rviz_mesh_plugin

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "base/mesh_data.h"
+#include "base/section.h"
 #include "rendering/placed_visual.h"
 #include "sources/mesh_source.h"
 
@@ -14,6 +15,7 @@ struct ShownMesh : FramePose
   MeshDataConstPtr mesh;
   std::string display;  ///< its name
   MeshSource source;    ///< of the display; its labels are in labelNamespace() of it
+  Section section{};    ///< what is seen of it
 };
 
 }  // namespace rviz_mesh_plugin

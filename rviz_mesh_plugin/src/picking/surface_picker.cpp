@@ -14,6 +14,7 @@
 #include "displays/textured_mesh_display.h"
 #include "picking/surface_index.h"
 #include "rendering/finite_bounds.h"
+#include "selection/selectable_faces.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -124,10 +125,16 @@ Pick SurfacePicker::pick(const mesh_map::Ray& ray, bool back_faces) const
   double hidden_from = INF;  // by meshes that cannot answer yet
   std::string why_hidden, failure;
   for (const ShownMesh& mesh : shown) {
-    const mesh_map::Ray local = rayInMesh(ray, mesh);
+    mesh_map::Ray local = rayInMesh(ray, mesh);
+    const auto seen = rayInSection(local.origin, local.direction, local.max_distance, mesh.section);
+    if (!seen) {
+      continue;
+    }
+    local.origin = seen->origin;
+    local.max_distance = seen->max_distance;
     const SurfaceIndex::State state = stateOf(mesh.mesh);
     if (!state.queries) {
-      const double distance = distanceToBox(local, *mesh.mesh);
+      const double distance = seen->skipped + distanceToBox(local, *mesh.mesh);
       if (!state.failure.empty()) {
         failure = distance < INF ? whyNotReady(mesh, state) : failure;
       } else if (distance < hidden_from) {
@@ -136,7 +143,8 @@ Pick SurfacePicker::pick(const mesh_map::Ray& ray, bool back_faces) const
       }
       continue;
     }
-    const mesh_map::RayHit found = state.queries->castRay(local, options);
+    mesh_map::RayHit found = state.queries->castRay(local, options);
+    found.distance += seen->skipped;
     if (found.face != mesh_map::NO_INDEX &&
         (!result.hit || found.distance < result.hit->distance)) {
       result.hit = describe(mesh, state.queries, found);

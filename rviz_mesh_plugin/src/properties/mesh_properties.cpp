@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 
 #include <mesh_msgs/MeshFaceCluster.h>
@@ -69,6 +70,7 @@ MeshProperties::MeshProperties(rviz::Property* parent) : QObject(parent)
                                          display_type_);
   update_rate_->setMin(1.0f);
   alpha_ = style_.bind(styles.alpha("Alpha", "faces", display_type_), &MeshStyle::alpha);
+  addSection(contents, parent);
   addLook(styles, parent);
   show_labels_ = contents.group("Show Labels", false,
                                 "Draw labelled faces in the color of their label.", parent);
@@ -118,6 +120,35 @@ void MeshProperties::addTextures(const PropertyMaker& sources, const PropertyMak
       sources.topic<mesh_msgs::MeshTexture>(
           "Textures Topic", "The images of the materials, where they are published.", parent),
       &MeshSource::textures_topic);
+}
+
+/// A box in the frame of the mesh; at first without limits.
+void MeshProperties::addSection(const PropertyMaker& make, rviz::Property* parent)
+{
+  show_section_ = make.group("Section", false,
+                             "Draw only what lies in a box, as one storey of a building: it alone "
+                             "can be pointed at and selected. The status says how far the mesh "
+                             "reaches.",
+                             parent);
+  const struct
+  {
+    const char* name;
+    bool upper;
+    std::size_t axis;
+  } limits[] = {{"Min Height", false, 2}, {"Max Height", true, 2}, {"Min X", false, 0},
+                {"Max X", true, 0},       {"Min Y", false, 1},     {"Max Y", true, 1}};
+  constexpr float INF = std::numeric_limits<float>::infinity();
+  for (const auto& limit : limits) {
+    const float none = limit.upper ? INF : -INF;
+    auto* number =
+        make.number(limit.name, none,
+                    "In meters, in the frame of the mesh (height is z); inf or -inf: no limit.",
+                    show_section_, -INF, INF);
+    number->setFloat(none);  // which was finite while it had the limits that RViz begins with
+    section_.bind(number, [limit](Section& section) -> float& {
+      return (limit.upper ? section.upper : section.lower)[limit.axis];
+    });
+  }
 }
 
 /// What is the same for all display types: lines, culling, shading, level of detail.
@@ -333,9 +364,15 @@ DisplayType MeshProperties::chosenType() const
   return DisplayType::FIXED_COLOR;
 }
 
+Section MeshProperties::section() const
+{
+  return sectionShown() ? section_.get() : Section();
+}
+
 MeshStyle MeshProperties::style(bool at_hand) const
 {
   MeshStyle style = style_.get();
+  style.section = section();
   switch (displayType()) {
     case DisplayType::FIXED_COLOR:
       style.faces_color.a = faces_alpha_->getFloat();

@@ -90,6 +90,10 @@ class MeshProperties : public QObject
   /// In Hz: how often updates of costs become seen.
   float updateRate() const { return update_rate_->getFloat(); }
 
+  bool sectionShown() const { return show_section_->getBool(); }
+  /// What is drawn of the meshes.
+  Section section() const;
+
   bool labelsShown() const { return show_labels_->getBool(); }
   float labelsAlpha() const { return labels_alpha_->getFloat(); }
   bool normalsShown() const { return show_normals_->getBool(); }
@@ -117,6 +121,7 @@ class MeshProperties : public QObject
   void addFaces(const PropertyMaker& sources, const PropertyMaker& styles, rviz::Property* parent);
   void addTextures(const PropertyMaker& sources, const PropertyMaker& styles,
                    rviz::Property* parent);
+  void addSection(const PropertyMaker& make, rviz::Property* parent);
   void addLook(const PropertyMaker& make, rviz::Property* parent);
   void offerTypes();
 
@@ -124,6 +129,7 @@ class MeshProperties : public QObject
   PropertyValue<MeshSource> source_;
   PropertyValue<ServiceNames> services_;
   PropertyValue<MeshStyle> style_;
+  PropertyValue<Section> section_;
   std::optional<MeshSource> given_;
   /// Data for the display types.
   std::array<bool, 8> available_{true, false, false, false, true, true, true, true};
@@ -145,6 +151,7 @@ class MeshProperties : public QObject
   rviz::FloatProperty* contour_interval_;
   rviz::BoolProperty* show_wireframe_;
   rviz::BoolProperty* show_normals_;
+  rviz::BoolProperty* show_section_;
   rviz::BoolProperty* show_labels_;
   rviz::RosTopicProperty* labels_topic_;
   rviz::FloatProperty* labels_alpha_;

@@ -94,6 +94,7 @@ void GpuMesh::setStyle(const MeshStyle& style)
 void GpuMesh::applyStyle()
 {
   drawing_.detail_pixels = style_.level_of_detail ? style_.detail_pixels : 0.0f;
+  drawing_.section = style_.section;
   materials_.apply(style_, isSet(bound_colors_), colors_.translucent());
   assignMaterials();
 }

@@ -112,9 +112,20 @@ Ogre::Pass* addUnlit(Ogre::Technique* technique, const Ogre::ColourValue& color)
   return pass;
 }
 
-void addWireframe(Ogre::Technique* technique, const MeshStyle& style)
+/// In a technique with programs.
+void cut(Ogre::Pass* pass, const Ogre::ColourValue& color, const Section& section)
+{
+  if (section.cuts()) {
+    setUnlitSection(pass, color, section);
+  }
+}
+
+void addWireframe(Ogre::Technique* technique, const MeshStyle& style, bool programs)
 {
   Ogre::Pass* pass = addUnlit(technique, style.wireframe_color);
+  if (programs) {
+    cut(pass, style.wireframe_color, style.section);
+  }
   pass->setPolygonMode(Ogre::PM_WIREFRAME);
   pass->setCullingMode(cullingMode(style.culling));
   pass->setDepthBias(DEPTH_BIAS, SLOPE_BIAS);
@@ -130,6 +141,7 @@ SurfaceLook lookOf(const MeshStyle& style)
   look.alpha = style.alpha;
   look.flat_shading = style.flat_shading;
   look.contour_interval = style.contour_interval;
+  look.section = style.section;
   return look;
 }
 
@@ -165,7 +177,7 @@ void MeshMaterial::apply(const MeshStyle& style, const SurfaceLook& look)
       }
     }
     if (style.show_wireframe) {
-      addWireframe(technique, style);
+      addWireframe(technique, style, programs);
     }
     if (technique->getNumPasses() == 0) {
       technique->createPass();  // OGRE refuses a technique without any
@@ -173,17 +185,19 @@ void MeshMaterial::apply(const MeshStyle& style, const SurfaceLook& look)
   }
 }
 
-void MeshMaterial::applyUnlit(const Ogre::ColourValue& color)
+void MeshMaterial::applyUnlit(const Ogre::ColourValue& color, const Section& section)
 {
   material_->removeAllTechniques();
+  cut(addUnlit(material_->createTechnique(), color), color, section);
   addUnlit(material_->createTechnique(), color);
 }
 
-void MeshMaterial::applyOverlay(const Ogre::ColourValue& color)
+void MeshMaterial::applyOverlay(const Ogre::ColourValue& color, const Section& section)
 {
   SurfaceLook look;
   look.color = color;
   look.translucent = color.a < 1.0f;
+  look.section = section;
   material_->removeAllTechniques();
   for (Ogre::Pass* pass :
        {addProgramFaces(material_->createTechnique(), MeshStyle::Culling::NONE, look),

@@ -23,7 +23,8 @@ Ogre::ColourValue ogreColor(const Rgba8& color);
 ///
 /// Its first technique uses GLSL programs. Where the OpenGL driver has none, OGRE falls back to the
 /// second one of fixed function: front faces lit, back faces in their color without light; parts
-/// have no color of their own there (color is used), vertex colors no other alpha than theirs.
+/// have no color of their own there (color is used), vertex colors no other alpha than theirs, and
+/// nothing is cut.
 class MeshMaterial
 {
  public:
@@ -36,11 +37,11 @@ class MeshMaterial
   void apply(const MeshStyle& style, const SurfaceLook& look);
 
   /// One color without light, for lines.
-  void applyUnlit(const Ogre::ColourValue& color);
+  void applyUnlit(const Ogre::ColourValue& color, const Section& section);
 
   /// One color, lit as meshes are and drawn just in front of the faces it lies on; without programs
   /// all the light is its own.
-  void applyOverlay(const Ogre::ColourValue& color);
+  void applyOverlay(const Ogre::ColourValue& color, const Section& section);
 
   const Ogre::MaterialPtr& get() const { return material_; }
 

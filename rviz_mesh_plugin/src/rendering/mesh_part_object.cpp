@@ -42,6 +42,9 @@ void MeshPartObject::_notifyCurrentCamera(Ogre::Camera* camera)
 
 IndexRange MeshPartObject::choose(const Ogre::Camera& camera) const
 {
+  if (!drawing_.section.touches(part_)) {
+    return IndexRange();
+  }
   std::size_t level = 0;
   if (drawing_.detail_pixels > 0.0f && mParentNode) {
     const Ogre::Vector3 eye = mParentNode->_getDerivedOrientation().Inverse() *

@@ -8,6 +8,7 @@
 #include <OgreSimpleRenderable.h>
 #include <OgreVertexIndexData.h>
 
+#include "base/section.h"
 #include "level_of_detail/mesh_layout.h"
 #include "rendering/finite_bounds.h"
 
@@ -24,6 +25,7 @@ struct PartDrawing
   /// Faces smaller than this many pixels may be merged; 0: never.
   float detail_pixels = 0.0f;
   const std::vector<float>* cell_sizes = nullptr;  ///< see LayoutOutline
+  Section section;                                 ///< parts beside it are left out
 };
 
 /// One part of a mesh in the scene, attached to a node of its own, so that OGRE culls it. For each

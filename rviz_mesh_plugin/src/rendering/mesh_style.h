@@ -5,6 +5,8 @@
 
 #include <OgreColourValue.h>
 
+#include "base/section.h"
+
 namespace rviz_mesh_plugin {
 
 /// How a MeshVisual looks: everything but its data. Alpha is in the colors.
@@ -35,6 +37,7 @@ struct MeshStyle
   bool level_of_detail = true;
   float detail_pixels = 4.0f;     ///< faces smaller than this may be merged
   float contour_interval = 0.0f;  ///< meters between lines of the same height; 0 is none
+  Section section;                ///< what is drawn, in the coordinates of the mesh
   bool show_wireframe = false;
   Ogre::ColourValue wireframe_color{0.0f, 0.0f, 0.0f, 1.0f};
   bool show_normals = false;
@@ -47,8 +50,9 @@ inline bool operator==(const MeshStyle& a, const MeshStyle& b)
   const auto members = [](const MeshStyle& style) {
     return std::tie(style.faces, style.faces_color, style.alpha, style.only_textured,
                     style.flat_shading, style.culling, style.level_of_detail, style.detail_pixels,
-                    style.contour_interval, style.show_wireframe, style.wireframe_color,
-                    style.show_normals, style.normals_color, style.normals_length);
+                    style.contour_interval, style.section.lower, style.section.upper,
+                    style.show_wireframe, style.wireframe_color, style.show_normals,
+                    style.normals_color, style.normals_length);
   };
   return members(a) == members(b);
 }

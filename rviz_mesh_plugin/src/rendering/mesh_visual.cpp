@@ -247,7 +247,7 @@ void MeshVisual::updateNormals()
   if (!normals_material_) {
     normals_material_ = std::make_unique<MeshMaterial>();
   }
-  normals_material_->applyUnlit(style_.normals_color);
+  normals_material_->applyUnlit(style_.normals_color, style_.section);
   const MeshDataConstPtr& mesh = shown_layout_->mesh;
   if (normals_mesh_ == mesh && normals_length_ == style_.normals_length) {
     return;

@@ -1,5 +1,8 @@
 #include "rendering/two_sided_lighting.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <string>
 
 #include <OgreGpuProgramParams.h>
@@ -16,6 +19,12 @@ namespace {
 const char* const VERTEX_PROGRAM = "rviz_mesh_plugin/two_sided_lighting.vert";
 const char* const FRAGMENT_PROGRAM = "rviz_mesh_plugin/two_sided_lighting.frag";
 const char* const TEXTURED_PROGRAM = "rviz_mesh_plugin/two_sided_lighting_textured.frag";
+// The same where a mesh is cut: to discard fragments costs graphics cards their early test of
+// depth.
+const char* const CUT_FRAGMENT_PROGRAM = "rviz_mesh_plugin/two_sided_lighting_section.frag";
+const char* const CUT_TEXTURED_PROGRAM =
+    "rviz_mesh_plugin/two_sided_lighting_textured_section.frag";
+const char* const CUT_UNLIT_PROGRAM = "rviz_mesh_plugin/unlit_section.frag";
 
 // Colors travel in gl_FrontColor: of all varyings only that one obeys flat shading, by which each
 // face has the color of its last vertex.
@@ -28,11 +37,11 @@ varying vec3 view_position;
 varying vec3 view_normal;
 varying vec3 to_eye;
 varying vec2 texture_position;
-varying float height;
+varying vec3 surface_point;
 
 void main()
 {
-  height = gl_Vertex.z;
+  surface_point = gl_Vertex.xyz;
   gl_Position = world_view_projection * gl_Vertex;
   view_position = (world_view * gl_Vertex).xyz;
   view_normal = (normal_matrix * vec4(gl_Normal, 0.0)).xyz;
@@ -43,7 +52,34 @@ void main()
 }
 )glsl";
 
-const char* const FRAGMENT_START = R"glsl(#version 120
+const char* const WHOLE = R"glsl(#version 120
+varying vec3 surface_point;
+void cut() {}
+)glsl";
+
+const char* const CUT = R"glsl(#version 120
+uniform vec4 section_lower;
+uniform vec4 section_upper;
+varying vec3 surface_point;
+void cut()
+{
+  if (any(lessThan(surface_point, section_lower.xyz)) ||
+      any(greaterThan(surface_point, section_upper.xyz))) {
+    discard;
+  }
+}
+)glsl";
+
+const char* const UNLIT = R"glsl(
+uniform vec4 surface_color;
+void main()
+{
+  cut();
+  gl_FragColor = surface_color;
+}
+)glsl";
+
+const char* const FRAGMENT_START = R"glsl(
 uniform vec4 surface_color;
 uniform float use_vertex_colors;
 uniform float alpha;
@@ -54,7 +90,7 @@ vec4 surfaceColor()
 }
 )glsl";
 
-const char* const TEXTURED_START = R"glsl(#version 120
+const char* const TEXTURED_START = R"glsl(
 uniform sampler2D surface_texture;
 uniform float alpha;
 varying vec2 texture_position;
@@ -75,7 +111,6 @@ uniform vec4 light_color;
 uniform mat4 view;
 uniform float underside_share;
 uniform float contour_interval;
-varying float height;
 varying vec3 view_position;
 varying vec3 view_normal;
 varying vec3 to_eye;
@@ -98,10 +133,11 @@ void main()
   vec3 up = (view * vec4(0.0, 0.0, 1.0, 0.0)).xyz;
   light *= mix(underside_share, 1.0, 0.5 + 0.5 * dot(normal, up));
   if (contour_interval > 0.0) {
-    float at = height / contour_interval;
+    float at = surface_point.z / contour_interval;
     float pixels = abs(fract(at - 0.5) - 0.5) / max(fwidth(at), 1e-6);
     light *= mix(0.25, 1.0, clamp(pixels - 0.5, 0.0, 1.0));
   }
+  cut();  // after what looks at neighboring fragments
   gl_FragColor = vec4(color.rgb * light, color.a);
 }
 )glsl";
@@ -119,9 +155,60 @@ using Parameters = Ogre::GpuProgramParameters;
 
 using Color = SurfaceLook::Color;
 
+/// What is interpolated differs by rounding: a floor in the plane of a limit would be drawn in
+/// part.
+float outside(float limit, float sign)
+{
+  constexpr float STEPS = 4.0f, LEAST = 1e-6f;
+  const float finite =
+      std::clamp(limit, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max());
+  const float margin = STEPS * std::numeric_limits<float>::epsilon() * std::fabs(finite) + LEAST;
+  return std::isfinite(limit) ? finite + sign * margin : finite;
+}
+
+void setSection(Ogre::GpuProgramParameters* parameters, const Section& section)
+{
+  Ogre::Vector4 lower(0.0f), upper(0.0f);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    lower[axis] = outside(section.lower[axis], -1.0f);
+    upper[axis] = outside(section.upper[axis], 1.0f);
+  }
+  parameters->setNamedConstant("section_lower", lower);
+  parameters->setNamedConstant("section_upper", upper);
+}
+
+void ensurePrograms()
+{
+  using std::string;
+  ensureProgram(VERTEX_PROGRAM, Ogre::GPT_VERTEX_PROGRAM, VERTEX_SOURCE);
+  const auto ensure = [](const char* name, const string& source) {
+    ensureProgram(name, Ogre::GPT_FRAGMENT_PROGRAM, source);
+  };
+  ensure(FRAGMENT_PROGRAM, string(WHOLE) + FRAGMENT_START + FRAGMENT_REST);
+  ensure(TEXTURED_PROGRAM, string(WHOLE) + TEXTURED_START + FRAGMENT_REST);
+  ensure(CUT_FRAGMENT_PROGRAM, string(CUT) + FRAGMENT_START + FRAGMENT_REST);
+  ensure(CUT_TEXTURED_PROGRAM, string(CUT) + TEXTURED_START + FRAGMENT_REST);
+  ensure(CUT_UNLIT_PROGRAM, string(CUT) + UNLIT);
+}
+
+void setVertexProgram(Ogre::Pass* pass)
+{
+  pass->setVertexProgram(VERTEX_PROGRAM);
+  if (pass->getVertexProgram()->isSupported()) {
+    const auto parameters = pass->getVertexProgramParameters();
+    parameters->setIgnoreMissingParams(true);
+    parameters->setNamedAutoConstant("world_view_projection", Parameters::ACT_WORLDVIEWPROJ_MATRIX);
+    parameters->setNamedAutoConstant("world_view", Parameters::ACT_WORLDVIEW_MATRIX);
+    parameters->setNamedAutoConstant("normal_matrix",
+                                     Parameters::ACT_INVERSE_TRANSPOSE_WORLDVIEW_MATRIX);
+    parameters->setNamedAutoConstant("projection", Parameters::ACT_PROJECTION_MATRIX);
+  }
+}
+
 void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const SurfaceLook& look)
 {
   parameters->setIgnoreMissingParams(true);
+  setSection(parameters, look.section);
   if (look.from == Color::TEXTURE) {
     parameters->setNamedConstant("surface_texture", 0);
   } else if (look.from == Color::PARTS) {
@@ -145,26 +232,31 @@ void setFragmentParameters(Ogre::GpuProgramParameters* parameters, const Surface
 
 void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceLook& look)
 {
-  ensureProgram(VERTEX_PROGRAM, Ogre::GPT_VERTEX_PROGRAM, VERTEX_SOURCE);
-  ensureProgram(FRAGMENT_PROGRAM, Ogre::GPT_FRAGMENT_PROGRAM,
-                std::string(FRAGMENT_START) + FRAGMENT_REST);
-  ensureProgram(TEXTURED_PROGRAM, Ogre::GPT_FRAGMENT_PROGRAM,
-                std::string(TEXTURED_START) + FRAGMENT_REST);
+  ensurePrograms();
+  const bool textured = look.from == SurfaceLook::Color::TEXTURE;
   pass->setCullingMode(Ogre::CULL_NONE);
   pass->setLightingEnabled(true);
-  pass->setVertexProgram(VERTEX_PROGRAM);
-  pass->setFragmentProgram(look.from == Color::TEXTURE ? TEXTURED_PROGRAM : FRAGMENT_PROGRAM);
-  if (pass->getVertexProgram()->isSupported()) {
-    const auto parameters = pass->getVertexProgramParameters();
-    parameters->setIgnoreMissingParams(true);
-    parameters->setNamedAutoConstant("world_view_projection", Parameters::ACT_WORLDVIEWPROJ_MATRIX);
-    parameters->setNamedAutoConstant("world_view", Parameters::ACT_WORLDVIEW_MATRIX);
-    parameters->setNamedAutoConstant("normal_matrix",
-                                     Parameters::ACT_INVERSE_TRANSPOSE_WORLDVIEW_MATRIX);
-    parameters->setNamedAutoConstant("projection", Parameters::ACT_PROJECTION_MATRIX);
+  setVertexProgram(pass);
+  if (look.section.cuts()) {
+    pass->setFragmentProgram(textured ? CUT_TEXTURED_PROGRAM : CUT_FRAGMENT_PROGRAM);
+  } else {
+    pass->setFragmentProgram(textured ? TEXTURED_PROGRAM : FRAGMENT_PROGRAM);
   }
   if (pass->getFragmentProgram()->isSupported()) {
     setFragmentParameters(pass->getFragmentProgramParameters().get(), look);
+  }
+}
+
+void setUnlitSection(Ogre::Pass* pass, const Ogre::ColourValue& color, const Section& section)
+{
+  ensurePrograms();
+  setVertexProgram(pass);
+  pass->setFragmentProgram(CUT_UNLIT_PROGRAM);
+  if (pass->getFragmentProgram()->isSupported()) {
+    const auto parameters = pass->getFragmentProgramParameters();
+    parameters->setIgnoreMissingParams(true);
+    parameters->setNamedConstant("surface_color", color);
+    setSection(parameters.get(), section);
   }
 }
 

@@ -5,6 +5,8 @@
 #include <OgreColourValue.h>
 #include <OgreTexture.h>
 
+#include "base/section.h"
+
 namespace rviz_mesh_plugin {
 
 /// The part of a surface's color that is seen where no light falls.
@@ -36,6 +38,7 @@ struct SurfaceLook
   bool one_color_per_face = false;  ///< VERTICES: that of the last vertex
   float contour_interval = 0.0f;    ///< dark lines at heights (z) so many meters apart; 0 is none
   Ogre::TexturePtr texture;
+  Section section;  ///< what is drawn, in the coordinates of the mesh
 };
 
 /// Makes a pass light faces from whichever side they are seen, by RViz's light (directional, along
@@ -46,5 +49,9 @@ struct SurfaceLook
 /// The pass gets a pair of GLSL 1.20 programs, which all passes of this process share, and no
 /// culling.
 void setTwoSidedLighting(Ogre::Pass* pass, const SurfaceLook& look);
+
+/// Makes a pass draw what lies in a section in one color, without light. Nothing else of the pass
+/// changes.
+void setUnlitSection(Ogre::Pass* pass, const Ogre::ColourValue& color, const Section& section);
 
 }  // namespace rviz_mesh_plugin

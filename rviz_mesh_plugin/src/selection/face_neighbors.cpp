@@ -7,6 +7,7 @@
 #include <mesh_map/mesh/topology.h>
 
 #include "base/vectors.h"
+#include "selection/selectable_faces.h"
 #include "threads/cancellation.h"
 
 namespace rviz_mesh_plugin {
@@ -164,7 +165,8 @@ FaceNeighbors::Faces FaceNeighbors::shrink(const FaceBits& selection,
 }
 
 FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t start,
-                                          double max_angle, const std::atomic<bool>* cancel) const
+                                          double max_angle, const std::atomic<bool>* cancel,
+                                          const SelectableFaces* selectable) const
 {
   Faces region;
   if (start >= faceCount() || mesh.faceCount() != faceCount()) {
@@ -183,7 +185,7 @@ FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t st
       continue;
     }
     visit(face, [&](std::uint32_t neighbor) {
-      if (found[neighbor]) {
+      if (found[neighbor] || (selectable && !selectable->contains(neighbor))) {
         return;
       }
       const Eigen::Vector3d other = normalOf(mesh, neighbor);

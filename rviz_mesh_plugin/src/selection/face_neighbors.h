@@ -10,6 +10,8 @@
 
 namespace rviz_mesh_plugin {
 
+class SelectableFaces;
+
 /// The corners of all faces, where vertices in the same place are one and the same.
 std::vector<std::uint32_t> joinedCorners(const MeshData& mesh);
 
@@ -43,9 +45,11 @@ class FaceNeighbors
   /// them.
   /// @param mesh that this has been made of
   /// @param max_angle in radians
+  /// @param selectable what of the mesh it may be of; null: all
   /// @throw Canceled, std::bad_alloc
   Faces flood(const MeshData& mesh, std::uint32_t start, double max_angle,
-              const std::atomic<bool>* cancel = nullptr) const;
+              const std::atomic<bool>* cancel = nullptr,
+              const SelectableFaces* selectable = nullptr) const;
 
  private:
   template <class Visit>

@@ -138,6 +138,12 @@ const FaceSelection::Change& FaceSelection::intersectBits(const FaceBits& faces)
   return make([&](std::size_t place) { return bits_.word(place) & faces.word(place); });
 }
 
+const FaceSelection::Change& FaceSelection::toggleBits(const FaceBits& faces)
+{
+  refuseOthers(faces);
+  return make([&](std::size_t place) { return bits_.word(place) ^ faces.word(place); });
+}
+
 const FaceSelection::Change& FaceSelection::combineBits(const FaceBits& faces, Combination how)
 {
   switch (how) {

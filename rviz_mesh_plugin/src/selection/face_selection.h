@@ -90,6 +90,8 @@ class FaceSelection
   const Change& deselectBits(const FaceBits& faces);
   const Change& replaceBits(const FaceBits& faces);
   const Change& intersectBits(const FaceBits& faces);
+  /// Those of these that are selected are not any more, and the others are.
+  const Change& toggleBits(const FaceBits& faces);
   const Change& combineBits(const FaceBits& faces, Combination how);
   const Change& invert();
   const Change& clear();

@@ -10,6 +10,7 @@
 
 #include "base/erase_if.h"
 #include "base/vectors.h"
+#include "selection/selectable_faces.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -24,6 +25,31 @@ void dropBackFaces(const MeshData& mesh, const std::array<double, 3>& eye,
     return !(normalOf(mesh, face).dot(towards) > 0.0);
   };
   eraseIf(faces, is_back);
+}
+
+/// Rays meet only what is in the section. @return the faces that they meet; distances are less by
+/// what is before the section
+mesh_map::RayHits castInSection(const mesh_map::RayBatch& rays, const Section& section,
+                                const SpatialQueries& queries, const mesh_map::BvhOptions& run)
+{
+  std::vector<double> origins, directions, distances;
+  origins.reserve(3 * rays.size());
+  directions.reserve(3 * rays.size());
+  distances.reserve(rays.size());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    mesh_map::Ray ray = rays[i];
+    const Eigen::Vector3d way = vectorOf(ray.direction);
+    const double length = way.norm();
+    const auto direction = arrayOf(length > 0.0 ? Eigen::Vector3d(way / length) : way);
+    const auto seen = ray.max_distance < 0.0
+                          ? std::nullopt
+                          : rayInSection(ray.origin, direction, ray.max_distance, section);
+    const std::array<double, 3>& origin = seen ? seen->origin : ray.origin;
+    origins.insert(origins.end(), origin.begin(), origin.end());
+    directions.insert(directions.end(), direction.begin(), direction.end());
+    distances.push_back(seen ? seen->max_distance : -1.0);
+  }
+  return queries.castRays({origins, directions, distances}, run);
 }
 
 }  // namespace
@@ -94,11 +120,39 @@ FaceSelection::Faces FaceSearch::facesIn(const mesh_map::Region& region,
 {
   mesh_map::BvhOptions run;
   run.cancel = cancel;
+  const SelectableFaces selectable(shown);
+  if (!selectable.all()) {
+    return selectableFacesIn(region, selectable, run);
+  }
   auto faces = queries->selectFaces(region, run);
   if (!back_faces) {
     dropBackFaces(*shown.mesh, eye, faces);
   }
   return visible_only ? queries->seenFaces(region, faces, eye, run) : faces;
+}
+
+/// The same where the mesh is cut: what has been cut away hides nothing.
+FaceSelection::Faces FaceSearch::selectableFacesIn(const mesh_map::Region& region,
+                                                   const SelectableFaces& selectable,
+                                                   const mesh_map::BvhOptions& run) const
+{
+  const auto part = selectable.seenPart(region);
+  if (!part) {
+    return {};
+  }
+  const bool convex = dynamic_cast<const mesh_map::ConvexRegion*>(&region) != nullptr;
+  auto faces = queries->selectFaces(convex ? *part : region, run);
+  selectable.keep(faces, run.cancel);
+  if (!back_faces) {
+    dropBackFaces(*shown.mesh, eye, faces);
+  }
+  if (!visible_only) {
+    return faces;
+  }
+  return mesh_map::seenFaces(queries->bvh(), *part, faces, eye,
+                             [&](const mesh_map::RayBatch& rays) {
+                               return castInSection(rays, shown.section, *queries, run);
+                             });
 }
 
 FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) const

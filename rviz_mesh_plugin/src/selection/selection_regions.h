@@ -22,6 +22,8 @@ class Viewport;
 
 namespace rviz_mesh_plugin {
 
+class SelectableFaces;
+
 /// What is selected in a picture, as parts of space, and the faces in them.
 
 using PicturePoint = std::array<double, 2>;
@@ -42,7 +44,8 @@ double pixelsOf(double length, double distance, const Ogre::Viewport& viewport);
 /// In square meters.
 double faceArea(const MeshData& mesh, std::uint32_t face);
 
-/// Which faces of a mesh are to be found; owns what it needs, for any thread.
+/// Which faces of a mesh are to be found, of those that can be selected (SelectableFaces); owns
+/// what it needs, for any thread.
 struct FaceSearch
 {
   ShownMesh shown;
@@ -66,6 +69,9 @@ struct FaceSearch
   bool differsInRegions(const FaceSearch& other) const;
 
  private:
+  FaceSelection::Faces selectableFacesIn(const mesh_map::Region& region,
+                                         const SelectableFaces& selectable,
+                                         const mesh_map::BvhOptions& run) const;
   FaceSelection::Faces facesIn(const mesh_map::Region& region,
                                const std::atomic<bool>* cancel) const;
 };

@@ -22,9 +22,9 @@ constexpr float DEPTH_BIAS = 2.0f;
 
 /// What lies there twice, where levels of detail meet, is seen once: the second time it is not
 /// nearer any more.
-std::shared_ptr<LabelMaterial> makeMaterial(const Rgba8& color)
+std::shared_ptr<LabelMaterial> makeMaterial(const Rgba8& color, const Section& section)
 {
-  auto material = std::make_shared<LabelMaterial>(color);
+  auto material = std::make_shared<LabelMaterial>(color, section);
   for (unsigned short i = 0; i < material->get()->getNumTechniques(); ++i) {
     Ogre::Pass* pass = material->get()->getTechnique(i)->getPass(0);
     pass->setDepthWriteEnabled(true);
@@ -48,7 +48,7 @@ class SelectionObject : public LabelObject
 }  // namespace
 
 SelectionVisual::SelectionVisual(Ogre::SceneNode* parent)
-    : PlacedVisual(parent), material_(makeMaterial(COLOR))
+    : PlacedVisual(parent), material_(makeMaterial(COLOR, Section()))
 {
 }
 
@@ -105,7 +105,13 @@ void SelectionVisual::apply(const FaceSelection& selection, const FaceSelection:
 
 void SelectionVisual::setColor(const Rgba8& color)
 {
-  auto material = makeMaterial(color);
+  color_ = color;
+  applyMaterial();
+}
+
+void SelectionVisual::applyMaterial()
+{
+  auto material = makeMaterial(color_, section_);
   if (object_) {
     object_->useMaterial(material);
   }
@@ -118,6 +124,10 @@ bool SelectionVisual::follow(const std::vector<ShownMesh>& shown)
     return mesh() && other.mesh == mesh();
   });
   place(found == shown.end() ? std::nullopt : std::make_optional<FramePose>(*found));
+  if (found != shown.end() && found->section != section_) {
+    section_ = found->section;
+    applyMaterial();
+  }
   return found != shown.end();
 }
 

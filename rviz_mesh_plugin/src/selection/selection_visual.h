@@ -49,7 +49,7 @@ class SelectionVisual : public PlacedVisual
   void setColor(const Rgba8& color);
 
   /// To be called each frame: takes the pose that the mesh has now; hides the highlight where the
-  /// mesh is not shown. @return whether it is
+  /// mesh is not shown, and where that is cut. @return whether it is shown
   bool follow(const std::vector<ShownMesh>& shown);
 
   /// Uploads for about this long; true where nothing is left to do. Before the vertices are,
@@ -69,6 +69,10 @@ class SelectionVisual : public PlacedVisual
   LabelVertices vertices_;
   OverlayLevelsConstPtr levels_;  ///< kept for when many faces are selected, and again
   BackgroundTask<OverlayLevelsConstPtr> preparing_{"overlay levels"};
+  void applyMaterial();
+
+  Rgba8 color_ = COLOR;
+  Section section_;
   std::shared_ptr<LabelMaterial> material_;
   std::unique_ptr<LabelObject> object_;
   std::size_t uploaded_bytes_ = 0;

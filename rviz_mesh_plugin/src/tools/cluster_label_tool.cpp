@@ -462,7 +462,7 @@ std::string ClusterLabelTool::change(SelectionKey key)
     case SelectionKey::CLEAR:
       return editor_->change(&FaceSelection::clear);
     case SelectionKey::INVERT:
-      return editor_->change(&FaceSelection::invert);
+      return editor_->invert();
     case SelectionKey::GROW:
       return editor_->growOrShrink(true);
     case SelectionKey::SHRINK:

@@ -1,3 +1,4 @@
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -18,6 +19,8 @@
 #include "support/display_fixture.h"
 
 namespace {
+
+constexpr float INF = std::numeric_limits<float>::infinity();
 
 struct Row
 {
@@ -69,6 +72,13 @@ const std::vector<Row>& ownTable()
       {{"Shading"}, "Smooth", "Flat"},
       {{"Level of Detail"}, true, false},
       {{"Level of Detail", "Detail in pixels"}, 4.0f, 5.0f},
+      {{"Section"}, false, true},
+      {{"Section", "Min Height"}, -INF, -2.5f},
+      {{"Section", "Max Height"}, INF, 3.5f},
+      {{"Section", "Min X"}, -INF, -10.0f},
+      {{"Section", "Max X"}, INF, 20.0f},
+      {{"Section", "Min Y"}, -INF, -0.5f},
+      {{"Section", "Max Y"}, INF, 1.0f},
       {{"Show Labels"}, false, true},
       {{"Show Labels", "Labels Topic"}, "", "/some/labels"},
       {{"Show Labels", "Labels Alpha"}, 1.0f, 0.25f},

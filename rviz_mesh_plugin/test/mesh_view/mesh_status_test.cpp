@@ -13,6 +13,8 @@ using rviz_mesh_plugin::geometryStatus;
 using rviz_mesh_plugin::LabelsState;
 using rviz_mesh_plugin::OptionalStatus;
 using rviz_mesh_plugin::Reception;
+using rviz_mesh_plugin::Section;
+using rviz_mesh_plugin::sectionStatus;
 using rviz_mesh_plugin::StatusLine;
 using rviz_mesh_plugin::TexturesState;
 
@@ -305,6 +307,30 @@ TEST(TexturesStatus, leads_from_nothing_to_the_textures)
   state.textures_reception = {0, 1, "the image is empty", ""};
   EXPECT_TRUE(
       says(texturesStatus(state), StatusLine::ERROR, "message ignored: the image is empty"));
+}
+
+TEST(SectionStatus, tells_what_is_cut_away_and_how_far_the_mesh_reaches)
+{
+  const auto mesh = rviz_mesh_plugin::convert(test_meshes::square(1.5));
+  Section section;
+  EXPECT_FALSE(sectionStatus(false, section, mesh.get())) << "not asked for";
+  EXPECT_TRUE(says(sectionStatus(true, section, mesh.get()), StatusLine::OK,
+                   "nothing is cut away: no limit is set; the mesh reaches from height 1.5 to 1.5 "
+                   "m, x -1 to 1 m, y -1 to 1 m"));
+  section.upper[2] = 2.5f;
+  EXPECT_TRUE(says(sectionStatus(true, section, mesh.get()), StatusLine::OK,
+                   "the mesh is cut: what is drawn, pointed at and selected is height to 2.5 m; "
+                   "the mesh reaches from height 1.5"));
+  section.lower = {-0.5f, section.lower[1], 1.0f};
+  section.upper[1] = 0.25f;
+  EXPECT_TRUE(says(sectionStatus(true, section, nullptr), StatusLine::OK,
+                   "is height from 1 to 2.5 m, x from -0.5 m, y to 0.25 m"));
+  section.lower[2] = 2.0f;
+  EXPECT_TRUE(says(sectionStatus(true, section, mesh.get()), StatusLine::WARN,
+                   "all of the mesh is cut away but height from 2 to 2.5 m"));
+  section.lower[2] = 3.0f;
+  EXPECT_TRUE(says(sectionStatus(true, section, mesh.get()), StatusLine::WARN,
+                   "nothing is drawn: no height from 3 to 2.5 m: turn the limits round"));
 }
 
 TEST(LabelsStatus, counts_and_tells_what_was_left_out)

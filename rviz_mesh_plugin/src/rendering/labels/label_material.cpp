@@ -8,10 +8,22 @@ namespace rviz_mesh_plugin {
 
 void LabelMaterial::setAlpha(float alpha)
 {
+  alpha_ = std::clamp(alpha, 0.0f, 1.0f);
+  apply();
+}
+
+void LabelMaterial::setSection(const Section& section)
+{
+  section_ = section;
+  apply();
+}
+
+void LabelMaterial::apply()
+{
   Ogre::ColourValue color = ogreColor(color_);
-  color.a *= std::clamp(alpha, 0.0f, 1.0f);
+  color.a *= alpha_;
   translucent_ = color.a < 1.0f;
-  material_.applyOverlay(color);
+  material_.applyOverlay(color, section_);
 }
 
 std::shared_ptr<LabelMaterial> LabelMaterials::get(const Rgba8& color)
@@ -23,7 +35,7 @@ std::shared_ptr<LabelMaterial> LabelMaterials::get(const Rgba8& color)
   auto& known = materials_[{color.red, color.green, color.blue, color.alpha}];
   std::shared_ptr<LabelMaterial> material = known.lock();
   if (!material) {
-    material = std::make_shared<LabelMaterial>(color);
+    material = std::make_shared<LabelMaterial>(color, section_);
     material->setAlpha(alpha_);
     known = material;
   }
@@ -36,6 +48,19 @@ void LabelMaterials::setAlpha(float alpha)
   for (const auto& entry : materials_) {
     if (const auto material = entry.second.lock()) {
       material->setAlpha(alpha);
+    }
+  }
+}
+
+void LabelMaterials::setSection(const Section& section)
+{
+  if (section == section_) {
+    return;
+  }
+  section_ = section;
+  for (const auto& entry : materials_) {
+    if (const auto material = entry.second.lock()) {
+      material->setSection(section);
     }
   }
 }

@@ -111,13 +111,24 @@ void LabelOverlay::setPhantom(bool shown)
   const MeshDataConstPtr& mesh = vertices_.mesh();
   if (shown && mesh && mesh->faceCount() > 0) {
     phantom_ = std::make_unique<LabelObject>(node(), vertices_, false);
-    phantom_->useMaterial(std::make_shared<LabelMaterial>(PHANTOM_COLOR));
+    phantom_material_ = std::make_shared<LabelMaterial>(PHANTOM_COLOR, materials_.section());
+    phantom_->useMaterial(phantom_material_);
     FaceBits all(mesh->faceCount());
     all.addAll();
     if (mesh->faceCount() > MANY_FACES) {
       phantom_->setFaces(std::make_shared<const FaceBits>(std::move(all)));
     } else {
       phantom_->setFaces(std::make_shared<const IndexSlots::Faces>(all.faces()));
+    }
+  }
+}
+
+void LabelOverlay::setSection(const Section& section)
+{
+  if (section != materials_.section()) {
+    materials_.setSection(section);
+    if (phantom_material_) {
+      phantom_material_->setSection(section);
     }
   }
 }

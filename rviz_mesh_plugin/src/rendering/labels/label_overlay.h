@@ -47,6 +47,8 @@ class LabelOverlay : public PlacedVisual
   using PlacedVisual::setVisible;
   void setVisible(const std::string& label, bool visible);
   void setAlpha(float alpha) { materials_.setAlpha(alpha); }
+  /// What is drawn of them, and of the phantom, in the coordinates of the mesh.
+  void setSection(const Section& section);
   /// Draws the whole mesh, rgb .2/.3/.2, alpha .1.
   void setPhantom(bool shown);
 
@@ -84,6 +86,7 @@ class LabelOverlay : public PlacedVisual
   bool is_arranged_ = true;  ///< or is being arranged
   LabelLooks looks_;
   std::unique_ptr<LabelObject> phantom_;
+  std::shared_ptr<LabelMaterial> phantom_material_;
   bool phantom_shown_ = false;
   std::size_t uploaded_bytes_ = 0;
 };

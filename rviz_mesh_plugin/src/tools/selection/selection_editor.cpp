@@ -14,6 +14,7 @@
 #include "picking/surface_index.h"
 #include "rendering/labels/label_parts.h"
 #include "selection/face_neighbors.h"
+#include "selection/selectable_faces.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -134,8 +135,10 @@ std::string SelectionEditor::flood(const SurfaceHit& hit, bool adding,
   Edit edit;
   edit.mesh = adding ? hit.mesh : nullptr;
   edit.found = queue_.ask([neighbors = std::move(neighbors), mesh = hit.mesh, face = hit.face,
-                           angle = settings.flood_angle](const std::atomic<bool>& cancel) {
-    return Found{mesh, FaceBits(mesh->faceCount(), neighbors->flood(*mesh, face, angle, &cancel))};
+                           angle = settings.flood_angle,
+                           selectable = SelectableFaces(hit)](const std::atomic<bool>& cancel) {
+    return Found{mesh, FaceBits(mesh->faceCount(),
+                                neighbors->flood(*mesh, face, angle, &cancel, &selectable))};
   });
   edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
   return queue_.perform(std::move(edit));
@@ -179,6 +182,19 @@ MeshDataConstPtr SelectionEditor::comingMesh() const
 {
   const MeshDataConstPtr coming = queue_.comingMesh();
   return coming ? coming : session_.mesh();
+}
+
+SelectableFaces SelectionEditor::selectableOf(const MeshDataConstPtr& mesh) const
+{
+  ShownMesh as_shown;
+  as_shown.mesh = mesh;
+  for (const ShownMesh& shown : picker_.meshes()) {
+    if (shown.mesh == mesh) {
+      as_shown = shown;
+      break;
+    }
+  }
+  return SelectableFaces(as_shown);
 }
 
 std::optional<ShownMesh> SelectionEditor::shownMesh() const
@@ -326,14 +342,19 @@ std::string SelectionEditor::put(const MeshDataConstPtr& mesh, bool adding, Labe
   Edit edit;
   edit.mesh = adding ? mesh : nullptr;
   if (faces->size() > MANY_FACES) {
-    edit.found = queue_.ask([mesh, faces = std::move(faces)](const std::atomic<bool>& /*cancel*/) {
-      return Found{mesh, FaceBits(mesh->faceCount(), *faces)};
+    edit.found = queue_.ask([mesh, faces = std::move(faces),
+                             selectable = selectableOf(mesh)](const std::atomic<bool>& cancel) {
+      Found found{mesh, FaceBits(mesh->faceCount(), *faces)};
+      selectable.keep(found.faces, &cancel);
+      return found;
     });
     edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
   } else {
     edit.act = [this, mesh, adding, faces = std::move(faces)](const Found& /*found*/) {
+      FaceSelection::Faces seen = *faces;
+      selectableOf(mesh).keep(seen);
       return apply(mesh, adding, [&](FaceSelection& selection) -> const FaceSelection::Change& {
-        return adding ? selection.select(*faces) : selection.deselect(*faces);
+        return adding ? selection.select(seen) : selection.deselect(seen);
       });
     };
   }
@@ -450,17 +471,43 @@ std::string SelectionEditor::change(const Make& make, const std::string& nothing
 
 std::string SelectionEditor::selectAll()
 {
+  return changeSelectable(&FaceSelection::selectAll, &FaceSelection::replaceBits, true);
+}
+
+std::string SelectionEditor::invert()
+{
+  return changeSelectable(&FaceSelection::invert, &FaceSelection::toggleBits, false);
+}
+
+/// Where all faces can be selected, that takes no time.
+std::string SelectionEditor::changeSelectable(const Make& all, const ChangeAmong& among,
+                                              bool of_first_mesh)
+{
   Edit edit;
-  edit.act = [this](const Found& /*found*/) -> std::string {
-    if (!session_.mesh()) {  // nor have the edits before it found any
+  edit.begin = [this, all, among, of_first_mesh](Edit& begun) -> std::string {
+    if (!session_.mesh() && of_first_mesh) {  // nor have the edits before it found any
       const auto shown = picker_.meshes();
       session_.setMesh(shown.empty() ? nullptr : shown.front().mesh);
     }
     if (!session_.mesh()) {
       return NO_MESH;
     }
-    session_.change(&FaceSelection::selectAll);
+    const SelectableFaces selectable = selectableOf(session_.mesh());
+    if (selectable.all()) {
+      session_.change(all);
+    } else {
+      begun.found =
+          queue_.ask([mesh = session_.mesh(), selectable](const std::atomic<bool>& cancel) {
+            return Found{mesh, selectable.bits(&cancel)};
+          });
+    }
     return {};
+  };
+  edit.act = [this, among](const Found& found) {
+    return !found.mesh ? std::string()
+                       : apply(found.mesh, true, [&](FaceSelection& selection) -> decltype(auto) {
+                           return among(selection, found.faces);
+                         });
   };
   return queue_.perform(std::move(edit));
 }
@@ -504,9 +551,12 @@ std::string SelectionEditor::combine(const MeshDataConstPtr& mesh, Combination h
   Edit edit;
   edit.mesh = adding ? mesh : nullptr;
   edit.begin = [this, mesh, find](Edit& begun) -> std::string {
-    begun.found = queue_.ask([mesh, find](const std::atomic<bool>& cancel) {
-      return Found{mesh, find(cancel)};
-    });
+    begun.found =
+        queue_.ask([mesh, find, selectable = selectableOf(mesh)](const std::atomic<bool>& cancel) {
+          Found found{mesh, find(cancel)};
+          selectable.keep(found.faces, &cancel);
+          return found;
+        });
     return {};
   };
   edit.act = [this, adding, how](const Found& found) {
@@ -533,12 +583,8 @@ std::shared_ptr<const FaceNeighbors> SelectionEditor::neighborsOf(const MeshData
 
 std::string SelectionEditor::growOrShrink(bool grow)
 {
-  const auto ring = [grow](const FaceNeighbors& neighbors, const FaceBits& selected,
-                           const std::atomic<bool>* cancel) {
-    return grow ? neighbors.grow(selected, cancel) : neighbors.shrink(selected, cancel);
-  };
   Edit edit;
-  edit.begin = [this, grow, ring](Edit& begun) -> std::string {
+  edit.begin = [this, grow](Edit& begun) -> std::string {
     const MeshDataConstPtr& mesh = session_.mesh();
     const FaceSelection& selection = session_.selection();
     if (!mesh || selection.empty()) {
@@ -546,23 +592,20 @@ std::string SelectionEditor::growOrShrink(bool grow)
     }
     std::string reason;
     const auto neighbors = neighborsOf(mesh, reason);
+    const auto ring = [grow, neighbors, mesh, selected = selection.bits(),
+                       selectable = selectableOf(mesh)](const std::atomic<bool>& cancel) {
+      auto faces = grow ? neighbors->grow(selected, &cancel) : neighbors->shrink(selected, &cancel);
+      selectable.keep(faces, &cancel);
+      return Found{mesh, FaceBits(mesh->faceCount(), faces)};
+    };
     if (neighbors && selection.count() > MANY_FACES) {
-      begun.found = queue_.ask(
-          [ring, neighbors, mesh, selected = selection.bits()](const std::atomic<bool>& cancel) {
-            return Found{mesh, FaceBits(mesh->faceCount(), ring(*neighbors, selected, &cancel))};
-          });
-      begun.act = [this, grow](const Found& found) { return takeFound(grow, "", found); };
+      begun.found = queue_.ask(ring);
     } else if (neighbors) {
-      begun.act = [this, grow, ring, neighbors](const Found& /*found*/) {
-        const auto faces = ring(*neighbors, session_.selection().bits(), nullptr);
-        session_.change([&](FaceSelection& changed) -> const FaceSelection::Change& {
-          return grow ? changed.select(faces) : changed.deselect(faces);
-        });
-        return std::string();
-      };
+      reason = takeFound(grow, "", ring(std::atomic<bool>(false)));
     }
     return reason;
   };
+  edit.act = [this, grow](const Found& found) { return takeFound(grow, "", found); };
   return queue_.perform(std::move(edit));
 }
 

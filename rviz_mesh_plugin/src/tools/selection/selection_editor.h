@@ -20,6 +20,7 @@
 namespace rviz_mesh_plugin {
 
 class FaceNeighbors;
+class SelectableFaces;
 
 /// Selects what is clicked at or dragged over in a picture. Texts that are returned tell the user
 /// what went otherwise than expected, and are empty where nothing did. GUI thread only.
@@ -66,8 +67,11 @@ class SelectionEditor
   using Make = SelectionSession::Make;
   /// @param nothing what is told where nothing changes
   std::string change(const Make& make, const std::string& nothing = {});
-  /// All faces of the mesh; before there is a selection, of the first that is shown.
+  /// All faces of the mesh that can be selected (SelectableFaces); before there is a selection, of
+  /// the first that is shown.
   std::string selectAll();
+  /// Those of them that are not selected, instead of those that are.
+  std::string invert();
   std::string replace(const MeshDataConstPtr& mesh, const FaceSelection::Faces& faces);
 
   /// Finds faces of a mesh; owns what it uses, and gives up soon after the flag is set.
@@ -117,6 +121,10 @@ class SelectionEditor
   FaceSearch makeSearch(const Event& event, const ShownMesh& shown,
                         const SelectionSettings& settings) const;
   MeshDataConstPtr comingMesh() const;
+  SelectableFaces selectableOf(const MeshDataConstPtr& mesh) const;
+  using ChangeAmong =
+      std::function<const FaceSelection::Change&(FaceSelection& selection, const FaceBits& faces)>;
+  std::string changeSelectable(const Make& all, const ChangeAmong& among, bool of_first_mesh);
   Target selectedTarget(const Event& event, const SelectionSettings& settings) const;
   Target findTarget(const Event& event, const Gesture& gesture, const std::vector<Pixel>& path,
                     const SelectionSettings& settings) const;
