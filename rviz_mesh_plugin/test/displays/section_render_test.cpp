@@ -177,6 +177,51 @@ TEST_F(SectionTest, labels_are_cut_with_the_mesh)
   EXPECT_GT(pixels(grab(), tree), 30000) << "a display that is hidden cuts nothing";
 }
 
+/// For people to look at: a house with a roof, from outside and with its storey laid open.
+TEST_F(SectionTest, a_house_is_looked_into)
+{
+  // The middle of the roof, y in [-1, 1], on walls at the border and along y = 0 up to z = 0.6.
+  const auto isWall = [](double x, double y) {
+    return std::fabs(x) > 0.94 || std::fabs(y) > 0.94 || (std::fabs(y) < 0.04 && x < 0.3);
+  };
+  auto house =
+      test_meshes::terrain(50, [&](double x, double y) { return isWall(x, y) ? 0.6 : 0.0; });
+  const auto roof =
+      test_meshes::terrain(50, [](double, double y) { return 1.2 - 0.5 * std::fabs(y); });
+  const auto first = static_cast<std::uint32_t>(house.mesh_geometry.vertices.size());
+  for (const auto& vertex : roof.mesh_geometry.vertices) {
+    house.mesh_geometry.vertices.push_back(vertex);
+  }
+  for (auto face : roof.mesh_geometry.faces) {
+    test_meshes::addFace(house, first + face.vertex_indices[0], first + face.vertex_indices[1],
+                         first + face.vertex_indices[2]);
+  }
+  auto* display = createMeshDisplay();
+  set(display, {"Display Type"}, "Fixed Color");
+  set(display, {"Display Type", "Faces Color"}, QColor(180, 180, 190));
+  server->addLabel("tree_1", test_labels::rows(50, 10, 14));
+  ASSERT_TRUE(show(display, house));
+  auto* labels = createLabels();
+  ASSERT_TRUE(says(labels, "Labels", "1 label"));
+  lookAt({2.2, -2.2, 2.6}, {0, 0, 0.3});
+  const Image outside = grab();
+  outside.save(osmesa_harness::resultsFolder() + "/section_whole.png");
+  cut(display, "Max Height", 0.5f);
+  const auto blue = [](const Image& image) {  // the color of trees, in whatever light
+    int count = 0;
+    for (int y = 0; y < image.height(); ++y) {
+      for (int x = 0; x < image.width(); ++x) {
+        count += image.at(x, y).blue > image.at(x, y).red + 40 ? 1 : 0;
+      }
+    }
+    return count;
+  };
+  ASSERT_TRUE(spinUntil([&] { return blue(grab()) > 4000; })) << blue(grab());
+  EXPECT_LT(2 * blue(outside), blue(grab())) << "the roof hides it";
+  set(display, {"Show Wireframe"}, true);
+  grab().save(osmesa_harness::resultsFolder() + "/section_storey.png");
+}
+
 TEST_F(SectionTest, the_status_says_so)
 {
   auto* display = showStoreys();

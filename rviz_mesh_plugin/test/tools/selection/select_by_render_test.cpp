@@ -1,4 +1,5 @@
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <future>
 #include <limits>
@@ -101,7 +102,7 @@ TEST_F(SelectByTest, the_gui_thread_looks_for_nothing)
   const std::string text = editor.combine(
       mesh, Combination::REPLACE, [&, wait = go.get_future().share()](const std::atomic<bool>&) {
         looked = std::this_thread::get_id();
-        wait.wait();
+        wait.wait_for(std::chrono::seconds(5));
         return FaceBits(mesh->faceCount(), {1, 2, 3});
       });
   EXPECT_EQ(text, "");
