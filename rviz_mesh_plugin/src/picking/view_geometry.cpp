@@ -48,13 +48,18 @@ Eigen::Vector3d unproject(const Projection& matrix, const PicturePoint& point, d
 
 mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event)
 {
-  mesh_map::Ray ray;  // with the direction 0, which hits nothing
-  const Ogre::Viewport* viewport = event.viewport;
-  const Ogre::Camera* camera = viewport ? viewport->getCamera() : nullptr;
-  if (!camera || viewport->getActualWidth() <= 0 || viewport->getActualHeight() <= 0) {
+  return event.viewport ? rayThrough({event.x + 0.5, event.y + 0.5}, *event.viewport)
+                        : mesh_map::Ray();  // with the direction 0, which hits nothing
+}
+
+mesh_map::Ray rayThrough(const std::array<double, 2>& pixels, const Ogre::Viewport& viewport)
+{
+  mesh_map::Ray ray;
+  const Ogre::Camera* camera = viewport.getCamera();
+  if (!camera || viewport.getActualWidth() <= 0 || viewport.getActualHeight() <= 0) {
     return ray;
   }
-  const PicturePoint cursor = pointOf({event.x, event.y}, *viewport);
+  const PicturePoint cursor = pointOf(pixels, viewport);
   const Projection projection = projectionOf(*camera);
   const Eigen::Vector3d near = unproject(projection, cursor, -1.0);
   const Eigen::Vector3d along = unproject(projection, cursor, 0.0) - near;

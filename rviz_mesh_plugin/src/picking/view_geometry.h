@@ -10,7 +10,8 @@
 
 namespace Ogre {
 class Camera;
-}
+class Viewport;
+}  // namespace Ogre
 
 namespace rviz {
 class ViewportMouseEvent;
@@ -29,6 +30,9 @@ inline Ogre::Vector3 ogreVector(const std::array<double, 3>& v)
 /// From the near plane of the camera through the middle of the pixel under the cursor, in the fixed
 /// frame; the direction has length 1. Hits nothing where there is no camera.
 mesh_map::Ray cursorRay(const rviz::ViewportMouseEvent& event);
+
+/// The same through any point of a picture, in pixels: the middle of one is its number and a half.
+mesh_map::Ray rayThrough(const std::array<double, 2>& pixels, const Ogre::Viewport& viewport);
 
 /// A ray in the fixed frame in the coordinates of a mesh.
 mesh_map::Ray rayInMesh(const mesh_map::Ray& ray, const ShownMesh& mesh);

@@ -165,8 +165,9 @@ FaceNeighbors::Faces FaceNeighbors::shrink(const FaceBits& selection,
 }
 
 FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t start,
-                                          double max_angle, const std::atomic<bool>* cancel,
-                                          const SelectableFaces* selectable) const
+                                          double max_angle, const SelectableFaces* selectable,
+                                          const FaceBits* open,
+                                          const std::atomic<bool>* cancel) const
 {
   Faces region;
   if (start >= faceCount() || mesh.faceCount() != faceCount()) {
@@ -185,7 +186,8 @@ FaceNeighbors::Faces FaceNeighbors::flood(const MeshData& mesh, std::uint32_t st
       continue;
     }
     visit(face, [&](std::uint32_t neighbor) {
-      if (found[neighbor] || (selectable && !selectable->contains(neighbor))) {
+      if (found[neighbor] || (selectable && !selectable->contains(neighbor)) ||
+          (open && !open->contains(neighbor))) {
         return;
       }
       const Eigen::Vector3d other = normalOf(mesh, neighbor);

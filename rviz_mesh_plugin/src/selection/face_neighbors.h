@@ -46,10 +46,11 @@ class FaceNeighbors
   /// @param mesh that this has been made of
   /// @param max_angle in radians
   /// @param selectable what of the mesh it may be of; null: all
+  /// @param open only faces among these are reached, or gone through; null: all
   /// @throw Canceled, std::bad_alloc
   Faces flood(const MeshData& mesh, std::uint32_t start, double max_angle,
-              const std::atomic<bool>* cancel = nullptr,
-              const SelectableFaces* selectable = nullptr) const;
+              const SelectableFaces* selectable = nullptr, const FaceBits* open = nullptr,
+              const std::atomic<bool>* cancel = nullptr) const;
 
  private:
   template <class Visit>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -54,10 +55,15 @@ mesh_map::RayHits castInSection(const mesh_map::RayBatch& rays, const Section& s
 
 }  // namespace
 
+PicturePoint pointOf(const std::array<double, 2>& pixels, const Ogre::Viewport& viewport)
+{
+  return {2.0 * (pixels[0] - viewport.getActualLeft()) / viewport.getActualWidth() - 1.0,
+          1.0 - 2.0 * (pixels[1] - viewport.getActualTop()) / viewport.getActualHeight()};
+}
+
 PicturePoint pointOf(const Pixel& pixel, const Ogre::Viewport& viewport)
 {
-  return {2.0 * (pixel.x + 0.5 - viewport.getActualLeft()) / viewport.getActualWidth() - 1.0,
-          1.0 - 2.0 * (pixel.y + 0.5 - viewport.getActualTop()) / viewport.getActualHeight()};
+  return pointOf(std::array<double, 2>{pixel.x + 0.5, pixel.y + 0.5}, viewport);
 }
 
 std::vector<PicturePoint> pointsOf(const std::vector<Pixel>& pixels, const Ogre::Viewport& viewport)
@@ -124,7 +130,15 @@ FaceSelection::Faces FaceSearch::facesIn(const mesh_map::Region& region,
   if (!selectable.all()) {
     return selectableFacesIn(region, selectable, run);
   }
-  auto faces = queries->selectFaces(region, run);
+  return seenIn(region, queries->selectFaces(region, run), cancel);
+}
+
+/// Of faces that touch the region, where all may be selected.
+FaceSelection::Faces FaceSearch::seenIn(const mesh_map::Region& region, FaceSelection::Faces faces,
+                                        const std::atomic<bool>* cancel) const
+{
+  mesh_map::BvhOptions run;
+  run.cancel = cancel;
   if (!back_faces) {
     dropBackFaces(*shown.mesh, eye, faces);
   }
@@ -153,6 +167,32 @@ FaceSelection::Faces FaceSearch::selectableFacesIn(const mesh_map::Region& regio
                              [&](const mesh_map::RayBatch& rays) {
                                return castInSection(rays, shown.section, *queries, run);
                              });
+}
+
+FaceSelection::Faces FaceSearch::chosenOf(FaceSelection::Faces faces,
+                                          const std::atomic<bool>* cancel) const
+{
+  const SelectableFaces selectable(shown);
+  if (!visible_only) {
+    selectable.keep(faces, cancel);
+    if (!back_faces) {
+      dropBackFaces(*shown.mesh, eye, faces);
+    }
+    return faces;
+  }
+  mesh_map::BvhOptions run;
+  run.cancel = cancel;
+  FaceSelection::Faces chosen;
+  for (const auto& region : regions) {
+    const auto there = selectable.all() ? queries->selectFaces(*region, run)
+                                        : selectableFacesIn(*region, selectable, run);
+    FaceSelection::Faces both;
+    std::set_intersection(there.begin(), there.end(), faces.begin(), faces.end(),
+                          std::back_inserter(both));
+    const auto seen = selectable.all() ? seenIn(*region, std::move(both), cancel) : std::move(both);
+    chosen.insert(chosen.end(), seen.begin(), seen.end());
+  }
+  return chosen;
 }
 
 FaceSelection::Faces FaceSearch::operator()(const std::atomic<bool>* cancel) const

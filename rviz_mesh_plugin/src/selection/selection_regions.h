@@ -28,7 +28,10 @@ class SelectableFaces;
 
 using PicturePoint = std::array<double, 2>;
 
-/// The middle of a pixel in normalized device coordinates (y up). @param viewport not empty
+/// A point of a picture, in pixels, in normalized device coordinates (y up).
+/// @param viewport not empty
+PicturePoint pointOf(const std::array<double, 2>& pixels, const Ogre::Viewport& viewport);
+/// The middle of a pixel.
 PicturePoint pointOf(const Pixel& pixel, const Ogre::Viewport& viewport);
 std::vector<PicturePoint> pointsOf(const std::vector<Pixel>& pixels,
                                    const Ogre::Viewport& viewport);
@@ -65,6 +68,14 @@ struct FaceSearch
   /// The same as bits: takes no more memory where many regions lie on the same faces.
   FaceBits bits(const std::atomic<bool>* cancel = nullptr) const;
 
+  /// Whether it depends on where one looks from.
+  bool choosesBySight() const { return visible_only || !back_faces; }
+  /// Of these faces (ascending) those that would be found: only the front ones, only what is seen
+  /// in the regions, as it says. Where it chooses nothing by sight, all, wherever they are.
+  /// @throw Canceled, std::bad_alloc
+  FaceSelection::Faces chosenOf(FaceSelection::Faces faces,
+                                const std::atomic<bool>* cancel = nullptr) const;
+
   /// Looks for the same on the same mesh, but for the regions.
   bool differsInRegions(const FaceSearch& other) const;
 
@@ -74,6 +85,8 @@ struct FaceSearch
                                          const mesh_map::BvhOptions& run) const;
   FaceSelection::Faces facesIn(const mesh_map::Region& region,
                                const std::atomic<bool>* cancel) const;
+  FaceSelection::Faces seenIn(const mesh_map::Region& region, FaceSelection::Faces faces,
+                              const std::atomic<bool>* cancel) const;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -243,6 +243,39 @@ TEST(FaceNeighborsTest, a_flat_part_is_one_region_at_any_angle)
   EXPECT_TRUE(neighborsOf(mesh).flood(mesh, 32, 1.0).empty()) << "there is no such face";
 }
 
+TEST(FaceNeighborsTest, a_region_stays_among_open_faces)
+{
+  std::mt19937 random(1);
+  const MeshData mesh = waves(4, 0.0, random);
+  const FaceNeighbors neighbors = neighborsOf(mesh);
+  const auto beside = bruteForce(mesh);
+  std::set<std::size_t> sizes;
+  for (unsigned part = 2; part < 8; ++part) {
+    Faces faces;
+    for (std::uint32_t face = 0; face < mesh.faceCount(); ++face) {
+      if (random() % part != 0) {
+        faces.push_back(face);
+      }
+    }
+    const FaceBits open(mesh.faceCount(), faces);
+    std::set<std::uint32_t> expected{faces.front()};
+    for (std::size_t before = 0; before != expected.size();) {
+      before = expected.size();
+      for (const auto face : Faces(expected.begin(), expected.end())) {
+        for (const auto other : beside[face]) {
+          if (open.contains(other)) {
+            expected.insert(other);
+          }
+        }
+      }
+    }
+    EXPECT_EQ(neighbors.flood(mesh, faces.front(), 3.2, nullptr, &open),
+              Faces(expected.begin(), expected.end()));
+    sizes.insert(expected.size());
+  }
+  EXPECT_GT(sizes.size(), 2u);
+}
+
 TEST(FaceNeighborsTest, nothing_comes_of_nothing)
 {
   const MeshData mesh;
@@ -259,5 +292,6 @@ TEST(FaceNeighborsTest, work_can_be_given_up)
   const MeshData mesh = waves(4, 0.0, random);
   const std::atomic<bool> canceled{true};
   EXPECT_THROW(FaceNeighbors(joinedCorners(mesh), &canceled), rviz_mesh_plugin::Canceled);
-  EXPECT_THROW(neighborsOf(mesh).flood(mesh, 0, 1.0, &canceled), rviz_mesh_plugin::Canceled);
+  EXPECT_THROW(neighborsOf(mesh).flood(mesh, 0, 1.0, nullptr, nullptr, &canceled),
+               rviz_mesh_plugin::Canceled);
 }

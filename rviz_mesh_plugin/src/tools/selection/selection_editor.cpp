@@ -3,18 +3,17 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <cstdlib>
 #include <utility>
 
 #include <OgreViewport.h>
 #include <rviz/display_context.h>
 
-#include "base/vectors.h"
 #include "picking/label_lookup.h"
 #include "picking/surface_index.h"
 #include "rendering/labels/label_parts.h"
 #include "selection/face_neighbors.h"
 #include "selection/selectable_faces.h"
+#include "tools/selection/brush_path.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -26,72 +25,12 @@ constexpr const char* GONE =
 constexpr const char* NO_SUCH_FACES = "the mesh has no such faces";
 constexpr const char* NONE_SELECTED = "nothing is selected there that could be deselected";
 
-/// Between two events, the brush is set down so often at most.
-constexpr std::size_t MAX_SAMPLES = 256;
-
-/// How far the brush moves before it is set down again, in radii.
-constexpr double STEP = 0.5;
-
-/// Beside the surface, it is looked for every so many pixels.
-constexpr int MISSES = 8;
-
-struct BrushPath
+/// Faces that are seen, and the one that was clicked at, which is, however little shows of it.
+FaceBits withFace(const FaceSelection::Faces& seen, std::uint32_t clicked, const MeshData& mesh)
 {
-  std::vector<SurfaceHit> hits;
-  std::optional<SurfaceHit> last;  ///< under the cursor; none where no surface is there
-};
-
-struct Sample
-{
-  Pixel at;
-  std::optional<SurfaceHit> hit;
-};
-
-bool areClose(const Sample& a, const Sample& b, double radius, const Ogre::Viewport& viewport)
-{
-  const int way = std::max(std::abs(a.at.x - b.at.x), std::abs(a.at.y - b.at.y));
-  if (way <= 1 || (!a.hit && !b.hit && way <= MISSES)) {
-    return true;
-  }
-  if (!a.hit || !b.hit || a.hit->mesh != b.hit->mesh) {
-    return false;
-  }
-  const double step = STEP * radius;
-  return distance(a.hit->point, b.hit->point) <= step &&
-         way <= pixelsOf(step, std::max(a.hit->distance, b.hit->distance), viewport);
-}
-
-/// Where the brush touches surfaces on the way of the cursor from one event to the next: so often
-/// that it leaves no gaps, on the surface and in the picture.
-/// @param before what was under the cursor at the beginning, which is not among the hits
-BrushPath followBrush(const SurfacePicker& picker, const rviz::ViewportMouseEvent& event,
-                      const Gesture& gesture, std::optional<SurfaceHit> before,
-                      const SelectionSettings& settings)
-{
-  rviz::ViewportMouseEvent between = event;
-  const auto sampleAt = [&](const Pixel& at) {
-    between.x = at.x;
-    between.y = at.y;
-    return Sample{at, picker.pick(between, settings.back_faces).hit};
-  };
-  Sample last{gesture.from, std::move(before)};
-  std::vector<Sample> ahead{sampleAt(gesture.to)};  // the next one last
-  BrushPath path;
-  path.last = ahead.front().hit;
-  for (std::size_t samples = 1; !ahead.empty();) {
-    const Pixel next = ahead.back().at;
-    if (samples < MAX_SAMPLES && !areClose(last, ahead.back(), settings.radius, *event.viewport)) {
-      ahead.push_back(sampleAt({(last.at.x + next.x) / 2, (last.at.y + next.y) / 2}));
-      ++samples;
-      continue;
-    }
-    last = std::move(ahead.back());
-    ahead.pop_back();
-    if (last.hit) {
-      path.hits.push_back(*last.hit);
-    }
-  }
-  return path;
+  FaceBits faces(mesh.faceCount(), seen);
+  faces.add({clicked});
+  return faces;
 }
 
 }  // namespace
@@ -114,17 +53,20 @@ std::string SelectionEditor::click(const Event& event, const Gesture& gesture,
     return NONE_SELECTED;
   }
   if (settings.technique == SelectionTechnique::FLOOD) {
-    return flood(*pick.hit, gesture.adding, settings);
+    return flood(event, *pick.hit, gesture.adding, settings);
   }
   if (settings.technique == SelectionTechnique::LABEL) {
     const auto label = labelAt(context_->getRootDisplayGroup(), *mesh, pick.hit->face);
-    return label ? put(mesh, gesture.adding, LabelFaces(label, &label->faces))
-                 : "this face has no label, or no ClusterLabel display is enabled that shows it";
+    if (!label) {
+      return "this face has no label, or no ClusterLabel display is enabled that shows it";
+    }
+    return putLabel(event, *pick.hit, gesture.adding, LabelFaces(label, &label->faces), settings);
   }
   return put(mesh, gesture.adding, std::make_shared<const FaceSelection::Faces>(1, pick.hit->face));
 }
 
-std::string SelectionEditor::flood(const SurfaceHit& hit, bool adding,
+/// Where only faces count that are seen, it goes from one of these to the next.
+std::string SelectionEditor::flood(const Event& event, const SurfaceHit& hit, bool adding,
                                    const SelectionSettings& settings)
 {
   std::string reason;
@@ -134,11 +76,36 @@ std::string SelectionEditor::flood(const SurfaceHit& hit, bool adding,
   }
   Edit edit;
   edit.mesh = adding ? hit.mesh : nullptr;
-  edit.found = queue_.ask([neighbors = std::move(neighbors), mesh = hit.mesh, face = hit.face,
-                           angle = settings.flood_angle,
-                           selectable = SelectableFaces(hit)](const std::atomic<bool>& cancel) {
-    return Found{mesh, FaceBits(mesh->faceCount(),
-                                neighbors->flood(*mesh, face, angle, &cancel, &selectable))};
+  edit.found =
+      queue_.ask([neighbors = std::move(neighbors), view = makeView(event, hit, settings),
+                  face = hit.face, angle = settings.flood_angle](const std::atomic<bool>& cancel) {
+        const MeshDataConstPtr& mesh = view.shown.mesh;
+        const SelectableFaces selectable(view.shown);
+        auto region = neighbors->flood(*mesh, face, angle, &selectable, nullptr, &cancel);
+        if (view.choosesBySight()) {  // of what cannot be reached at all, nobody has to know
+          const FaceBits open = withFace(view.chosenOf(std::move(region), &cancel), face, *mesh);
+          region = neighbors->flood(*mesh, face, angle, &selectable, &open, &cancel);
+        }
+        return Found{mesh, FaceBits(mesh->faceCount(), region)};
+      });
+  edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
+  return queue_.perform(std::move(edit));
+}
+
+/// The label's faces, or those of them that are seen.
+std::string SelectionEditor::putLabel(const Event& event, const SurfaceHit& hit, bool adding,
+                                      LabelFaces faces, const SelectionSettings& settings)
+{
+  FaceSearch view = makeView(event, hit, settings);
+  if (!view.choosesBySight()) {
+    return put(hit.mesh, adding, std::move(faces));
+  }
+  Edit edit;
+  edit.mesh = adding ? hit.mesh : nullptr;
+  edit.found = queue_.ask([view = std::move(view), faces = std::move(faces),
+                           face = hit.face](const std::atomic<bool>& cancel) {
+    const MeshDataConstPtr& mesh = view.shown.mesh;
+    return Found{mesh, withFace(view.chosenOf(*faces, &cancel), face, *mesh)};
   });
   edit.act = [this, adding](const Found& found) { return takeFound(adding, "", found); };
   return queue_.perform(std::move(edit));
@@ -175,6 +142,16 @@ FaceSearch SelectionEditor::makeSearch(const Event& event, const ShownMesh& show
   search.visible_only = settings.visible_only;
   search.back_faces = settings.back_faces;
   return search;
+}
+
+/// What is seen of the mesh in the whole picture.
+FaceSearch SelectionEditor::makeView(const Event& event, const ShownMesh& shown,
+                                     const SelectionSettings& settings) const
+{
+  FaceSearch view = makeSearch(event, shown, settings);
+  view.regions.push_back(std::make_shared<mesh_map::ConvexRegion>(
+      boxRegion({-1.0, -1.0}, {1.0, 1.0}, meshToClip(*event.viewport->getCamera(), shown))));
+  return view;
 }
 
 /// The mesh that has the selection once all edits that wait have been made.
@@ -431,7 +408,7 @@ std::string SelectionEditor::stroke(const Event& event, const Gesture& gesture,
                                     const SelectionSettings& settings)
 {
   BrushPath path =
-      followBrush(picker_, event, gesture, std::exchange(brush_, std::nullopt), settings);
+      followBrush(picker_, *event.viewport, gesture, std::exchange(brush_, std::nullopt), settings);
   brush_ = std::move(path.last);
   const auto& hits = path.hits;
   if (hits.empty()) {

@@ -128,7 +128,12 @@ class SelectionEditor
   Target selectedTarget(const Event& event, const SelectionSettings& settings) const;
   Target findTarget(const Event& event, const Gesture& gesture, const std::vector<Pixel>& path,
                     const SelectionSettings& settings) const;
-  std::string flood(const SurfaceHit& hit, bool adding, const SelectionSettings& settings);
+  FaceSearch makeView(const Event& event, const ShownMesh& shown,
+                      const SelectionSettings& settings) const;
+  std::string flood(const Event& event, const SurfaceHit& hit, bool adding,
+                    const SelectionSettings& settings);
+  std::string putLabel(const Event& event, const SurfaceHit& hit, bool adding, LabelFaces faces,
+                       const SelectionSettings& settings);
   std::string put(const MeshDataConstPtr& mesh, bool adding, LabelFaces faces);
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const Make& make);
   std::string takeFound(bool adding, const std::string& nothing, const Found& found);

@@ -28,7 +28,8 @@ SelectionProperties::SelectionProperties(rviz::Property* parent, const PropertyM
   seen_ = settings_.bind(
       make.choice("Selection", SEEN[0],
                   "Whether box, lasso and brush take all faces in them, or only those that can be "
-                  "seen from here. Ctrl+T.",
+                  "seen from here. Flood and Label take only what is seen, too: Flood then goes "
+                  "from one face that is seen to the next. Ctrl+T.",
                   parent, SEEN),
       &SelectionSettings::visible_only);
   back_faces_ = settings_.bind(

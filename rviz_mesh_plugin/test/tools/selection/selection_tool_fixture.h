@@ -49,6 +49,11 @@ class SelectionToolFixture : public ToolFixture
     });
     message.header.frame_id = "askew";
     message.uuid = uuid;
+    return showPrepared(message);
+  }
+
+  Display* showPrepared(const mesh_msgs::MeshGeometryStamped& message)
+  {
     Display* display = createMeshDisplay();
     EXPECT_TRUE(show(display, message));
     waitUntilPrepared();

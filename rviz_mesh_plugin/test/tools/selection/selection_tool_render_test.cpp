@@ -1,12 +1,15 @@
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <random>
+#include <set>
 
 #include "base/face_bits.h"
 #include "base/grouped_number.h"
 #include "selection/face_neighbors.h"
 #include "selection/selection_visual.h"
 #include "selection_tool_fixture.h"
+#include "support/label_display_fixture.h"
 
 using namespace rviz_mesh_plugin;
 
@@ -169,6 +172,110 @@ TEST_F(SelectionToolTest, visible_only_takes_what_is_seen)
   }
   EXPECT_EQ(front, expected);
   EXPECT_LT(front.size(), through.size());
+}
+
+TEST_F(SelectionToolTest, flood_does_not_go_through_what_is_hidden)
+{
+  // A wall across a floor: what is behind it is seen again, but not beside what is before it.
+  const auto height = [](double x, double) { return x > -0.1 && x < 0.1 ? 0.15 : 0.0; };
+  showPrepared(test_meshes::terrain(40, height));
+  lookAt({3.0, 0.2, 1.0}, {0.0, 0.0, 0.0});
+  spinFrames();
+  const auto mesh = shown().mesh;
+  const auto neighbors = [&] { return SurfaceIndex::instance().findNeighbors(mesh).neighbors; };
+  ASSERT_TRUE(spinUntil([&] { return neighbors() != nullptr; }));
+  const Pixel before{320, 290};
+  const auto hit = picker.pick(mouse(before.x, before.y)).hit;
+  ASSERT_TRUE(hit && hit->point[0] > 0.3) << "before the wall";
+  choose("Flood Angle", 180.0f);
+  choose("Mode", "Box");
+  choose("Selection", "Visible Only");
+  drag({{0, 0}, {DEFAULT_WIDTH - 1, DEFAULT_HEIGHT - 1}});
+  ASSERT_TRUE(settle());
+  const Faces seen = selected();
+  key(Qt::Key_Delete);
+
+  // From one face that is seen to the next.
+  const std::set<std::uint32_t> all_seen(seen.begin(), seen.end());
+  std::set<std::uint32_t> reached{hit->face};
+  for (bool grown = true; grown;) {
+    grown = false;
+    const FaceBits so_far(mesh->faceCount(), Faces(reached.begin(), reached.end()));
+    for (const auto face : neighbors()->grow(so_far)) {
+      grown |= all_seen.count(face) > 0 && reached.insert(face).second;
+    }
+  }
+  const Faces expected(reached.begin(), reached.end());
+  ASSERT_LT(expected.size(), seen.size() - 100) << "behind the wall something is seen";
+  key(Qt::Key_3);
+  click(before);
+  EXPECT_TRUE(tool->busy()) << "not on the GUI thread";
+  ASSERT_TRUE(settle());
+  EXPECT_EQ(selected(), expected);
+  click(before, Qt::RightButton);
+  ASSERT_TRUE(settle());
+  EXPECT_TRUE(selected().empty()) << "deselecting takes the same";
+  choose("Selection", "Through");
+  click(before);
+  ASSERT_TRUE(settle());
+  EXPECT_EQ(selected().size(), mesh->faceCount()) << "all of it is connected";
+  key(Qt::Key_Delete);
+
+  // What is not in the picture is not seen either.
+  lookAt({1.6, 0.2, 0.5}, {0.9, 0.1, 0.0});
+  spinFrames();
+  choose("Selection", "Visible Only");
+  click({320, 240});
+  ASSERT_TRUE(settle());
+  const Faces near = selected();
+  EXPECT_GT(near.size(), 20u);
+  const Faces in_picture = inPicture(
+      {{-1, -1}, {DEFAULT_WIDTH, -1}, {DEFAULT_WIDTH, DEFAULT_HEIGHT}, {-1, DEFAULT_HEIGHT}});
+  EXPECT_LT(in_picture.size(), mesh->faceCount() * 3 / 4);
+  EXPECT_TRUE(without(near, in_picture).empty());
+}
+
+TEST_F(SelectionToolTest, of_a_label_only_what_is_seen_is_taken)
+{
+  LabelServer server("/sight");
+  auto* labels =
+      createDisplayAs<rviz_mesh_plugin::ClusterLabelDisplay>("rviz_mesh_plugin/ClusterLabel");
+  set(labels, {"Geometry Topic"}, geometry_topic.c_str());
+  set(labels, {"Labels Topic"}, "/sight/new_cluster_label");
+  showTerrain();
+  lookAt({3.5, -2.5, 1.0}, {0.3, -0.2, 0.4});
+  spinFrames();
+  const auto mesh = shown().mesh;
+  Faces all(mesh->faceCount());
+  std::iota(all.begin(), all.end(), 0);
+  server.labels.publish(LabelServer::cluster("ground_1", all));
+  ASSERT_TRUE(spinUntil([&] { return labels->labels().size() == 1u; }));
+  const Pixel at{320, 240};
+  ASSERT_TRUE(picker.pick(mouse(at.x, at.y)).hit);
+  const auto byBoxAndLabel = [&] {
+    key(Qt::Key_1);
+    drag({{0, 0}, {DEFAULT_WIDTH - 1, DEFAULT_HEIGHT - 1}});
+    EXPECT_TRUE(settle());
+    const Faces box = selected();
+    key(Qt::Key_Delete);
+    key(Qt::Key_4);
+    click(at);
+    EXPECT_TRUE(settle());
+    const Faces label = selected();
+    EXPECT_EQ(label, box);
+    click(at, Qt::RightButton);
+    EXPECT_TRUE(settle());
+    EXPECT_TRUE(selected().empty());
+    return label;
+  };
+  EXPECT_EQ(byBoxAndLabel(), all);
+  choose("Back Faces", false);
+  const Faces front = byBoxAndLabel();
+  EXPECT_LT(front.size(), all.size());
+  choose("Selection", "Visible Only");
+  const Faces seen = byBoxAndLabel();
+  EXPECT_LT(seen.size(), front.size());
+  EXPECT_GT(seen.size(), 100u);
 }
 
 TEST_F(SelectionToolTest, click_flood_and_brush)
