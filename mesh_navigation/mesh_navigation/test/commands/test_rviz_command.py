@@ -1,6 +1,7 @@
 """RViz is shown where it can be; where it cannot, one line says why and nothing fails."""
 
 import os
+import tempfile
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -68,6 +69,37 @@ def test_rviz_gets_the_configuration_and_what_roslaunch_says(packages, monkeypat
         ("rviz", ["rviz", "-d", path, "__name:=mesh_rviz", "__log:=/l"]),
         ("rviz", ["rviz", "-d", "/mine.rviz", "__name:=x"]),
     ]
+
+
+def test_with_another_node_name_the_configuration_has_its_topics(packages, monkeypatch, tmp_path):
+    packages("rviz_mesh_plugin", "rviz")
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    run = []
+    monkeypatch.setattr(os, "execvp", lambda program, words: run.append(words))
+    rviz_command.main(["_node_name:=/robot_2", "__name:=mesh_rviz"])
+    ((program, option, path, rest),) = run
+    assert (program, option, rest) == ("rviz", "-d", "__name:=mesh_rviz")
+    shipped = (PACKAGE / "rviz" / "mesh_navigation.rviz").read_text(encoding="utf-8")
+    text = Path(path).read_text(encoding="utf-8")
+    assert "move_base_flex" not in text
+    assert text.count("/robot_2/") == shipped.count("/move_base_flex/") > 5
+    assert "Geometry Topic: /robot_2/mesh_map/mesh" in text
+    assert yaml.safe_load(text).keys() == yaml.safe_load(shipped).keys()
+    run.clear()
+    rviz_command.main(["_node_name:=move_base_flex"])
+    assert run[0][2] == str(PACKAGE / "rviz" / "mesh_navigation.rviz"), "its own"
+
+
+def test_simulation_hands_the_node_name_on():
+    launch = ElementTree.parse(PACKAGE / "launch" / "simulation.launch").getroot()
+    assert launch.find("arg[@name='node_name']").get("default") == "move_base_flex"
+    included = launch.find("include/arg[@name='node_name']")
+    assert included.get("value") == "$(arg node_name)"
+    costs = launch.find("node/param[@name='costs_topic']")
+    assert costs.get("value") == "/$(arg node_name)/mesh_map/vertex_costs"
+    rviz = launch.find("group/node[@name='mesh_rviz']")
+    assert rviz.get("args") == "_node_name:=$(arg node_name)"
 
 
 def test_the_configuration_shows_what_the_server_and_the_robot_publish():

@@ -3,12 +3,15 @@
 import os
 import shutil
 import sys
+import tempfile
 from typing import List, Mapping, Optional, Sequence
 
 import rospkg
 
 PLUGIN = "rviz_mesh_plugin"
 CONFIGURATION = "rviz/mesh_navigation.rviz"
+SERVER = "move_base_flex"
+NODE_NAME = "_node_name:="
 
 
 def missing(environment: Mapping[str, str]) -> str:
@@ -24,12 +27,34 @@ def missing(environment: Mapping[str, str]) -> str:
     return ""
 
 
+def configuration(node_name: str) -> str:
+    """The path of the configuration for a server of this name.
+
+    That of this package is for move_base_flex; for another one, a copy with its topics is made in
+    the temporary folder, in which RViz's Save would write, too.
+    """
+    path = os.path.join(rospkg.RosPack().get_path("mesh_navigation"), CONFIGURATION)
+    if node_name == SERVER:
+        return path
+    with open(path, encoding="utf-8") as file:
+        text = file.read().replace(f"/{SERVER}/", f"/{node_name}/")
+    folder = tempfile.mkdtemp(prefix="mesh_rviz_")
+    copy = os.path.join(folder, os.path.basename(CONFIGURATION))
+    with open(copy, "w", encoding="utf-8") as file:
+        file.write(text)
+    return copy
+
+
 def command_line(arguments: Sequence[str]) -> List[str]:
-    """What is run; arguments are those of roslaunch, or a configuration of one's own."""
+    """What is run; arguments are those of roslaunch, or a configuration of one's own.
+
+    Among those of roslaunch, _node_name:=<name> is the server, by default move_base_flex.
+    """
     given = [one for one in arguments if ":=" not in one]
-    folder = rospkg.RosPack().get_path("mesh_navigation")
-    own = given or ["-d", os.path.join(folder, CONFIGURATION)]
-    return ["rviz", *own, *(one for one in arguments if ":=" in one)]
+    names = [one[len(NODE_NAME) :] for one in arguments if one.startswith(NODE_NAME)]
+    own = given or ["-d", configuration(names[-1].strip("/") if names else SERVER)]
+    others = [one for one in arguments if ":=" in one and not one.startswith(NODE_NAME)]
+    return ["rviz", *own, *others]
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> int:
