@@ -26,7 +26,7 @@ CPP = {
         {""},  # the entry points of pluginlib
         {"panel"},
         {"tools"},
-        {"tools/selection"},
+        {"measurement", "tools/selection"},
         {"label_editing", "picking"},
         {"displays", "selection"},
         {"mesh_view"},

@@ -1,0 +1,412 @@
+#include "measurement/surface_area.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+
+#include <mesh_map/mesh/topology.h>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "base/vectors.h"
+#include "selection/face_neighbors.h"
+#include "threads/cancellation.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// So many faces are looked at between two looks at the cancel flag.
+constexpr std::size_t STRETCH = 1 << 16;
+
+/// Cosines of angles between normals and the direction of view.
+const double STEEP_OUTLINE = std::cos(M_PI / 3.0);
+const double WALL = std::sin(5.0 * M_PI / 180.0);
+const double TURNED_OVER = -std::sin(M_PI / 180.0);
+
+double cross(const Vector2d& a, const Vector2d& b)
+{
+  return a[0] * b[1] - a[1] * b[0];
+}
+
+/// To the left of the line from a to b; of each point not on it exactly one of this and the line
+/// from b to a is true, and of those on it, too.
+double leftOf(const Vector2d& a, const Vector2d& b, const Vector2d& point)
+{
+  const bool forward = a[0] != b[0] ? a[0] < b[0] : a[1] < b[1];
+  return forward ? cross(b - a, point - a) : -cross(a - b, point - b);
+}
+
+bool isLeft(const Vector2d& a, const Vector2d& b, double left)
+{
+  const bool forward = a[0] != b[0] ? a[0] < b[0] : a[1] < b[1];
+  return forward ? left >= 0.0 : left > 0.0;
+}
+
+using Polygon = std::vector<Vector3d>;
+
+/// What of it is to the left of a line in its first two coordinates (Sutherland and Hodgman, 1974).
+void clip(Polygon& polygon, const Vector2d& a, const Vector2d& b)
+{
+  Polygon kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector3d& one = polygon[i];
+    const Vector3d& next = polygon[(i + 1) % polygon.size()];
+    const double d = leftOf(a, b, one.head<2>()), e = leftOf(a, b, next.head<2>());
+    if (isLeft(a, b, d)) {
+      kept.push_back(one);
+    }
+    if (isLeft(a, b, d) != isLeft(a, b, e)) {
+      kept.push_back(one + d / (d - e) * (next - one));
+    }
+  }
+  polygon = std::move(kept);
+}
+
+/// Twice its area, and twice that in its first two coordinates.
+Vector2d areas(const Polygon& polygon)
+{
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    sum += (polygon[i - 1] - polygon[0]).cross(polygon[i] - polygon[0]);
+  }
+  return {sum.norm(), std::abs(sum[2])};
+}
+
+bool segmentsMeet(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d)
+{
+  const auto within = [](const Vector2d& p, const Vector2d& q, const Vector2d& x) {
+    return (x.array() >= p.array().min(q.array())).all() &&
+           (x.array() <= p.array().max(q.array())).all();
+  };
+  const double ac = cross(b - a, c - a), ad = cross(b - a, d - a);
+  const double ca = cross(d - c, a - c), cb = cross(d - c, b - c);
+  if (((ac > 0.0) != (ad > 0.0)) && ((ca > 0.0) != (cb > 0.0)) && ac != 0.0 && ad != 0.0 &&
+      ca != 0.0 && cb != 0.0) {
+    return true;
+  }
+  return (ac == 0.0 && within(a, b, c)) || (ad == 0.0 && within(a, b, d)) ||
+         (ca == 0.0 && within(c, d, a)) || (cb == 0.0 && within(c, d, b));
+}
+
+/// A polygon in the plane.
+class Outline
+{
+ public:
+  explicit Outline(std::vector<Vector2d> corners) : corners_(std::move(corners))
+  {
+    low_ = high_ = corners_[0];
+    for (const Vector2d& corner : corners_) {
+      low_ = low_.cwiseMin(corner);
+      high_ = high_.cwiseMax(corner);
+    }
+    for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
+      area_ += 0.5 * cross(corners_[i] - corners_[0], corners_[i + 1] - corners_[0]);
+    }
+    refuse();
+  }
+
+  double area() const { return std::abs(area_); }
+
+  bool boxMeets(const Vector2d& low, const Vector2d& high) const
+  {
+    return (low.array() <= high_.array()).all() && (high.array() >= low_.array()).all();
+  }
+
+  bool contains(const Vector2d& point) const
+  {
+    bool inside = false;
+    visitSides([&](const Vector2d& a, const Vector2d& b) {
+      if ((a[1] > point[1]) != (b[1] > point[1]) &&
+          point[0] < a[0] + (point[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])) {
+        inside = !inside;
+      }
+    });
+    return inside;
+  }
+
+  /// Whether one of its sides goes through a box.
+  bool cuts(const Vector2d& low, const Vector2d& high) const
+  {
+    bool found = false;
+    visitSides([&](const Vector2d& a, const Vector2d& b) {
+      if (found || (a.cwiseMax(b).array() < low.array()).any() ||
+          (a.cwiseMin(b).array() > high.array()).any()) {
+        return;
+      }
+      const Vector2d half = 0.5 * (high - low), normal(b[1] - a[1], a[0] - b[0]);
+      const double distance = std::abs(normal.dot(0.5 * (low + high) - a));
+      found = distance <= normal.cwiseAbs().dot(half);
+    });
+    return found;
+  }
+
+  bool meets(const Vector2d& a, const Vector2d& b) const
+  {
+    bool found = contains(a) || contains(b);
+    visitSides(
+        [&](const Vector2d& c, const Vector2d& d) { found = found || segmentsMeet(a, b, c, d); });
+    return found;
+  }
+
+  /// Of a face, what is within: its area, and that in the plane. The outline is the sum of the
+  /// triangles of its sides with the first corner, with their signs.
+  Vector2d within(const Polygon& face) const
+  {
+    Vector2d sum = Vector2d::Zero();
+    for (std::size_t i = 1; i + 1 < corners_.size(); ++i) {
+      const Vector2d& a = corners_[0];
+      const double turn = cross(corners_[i] - a, corners_[i + 1] - a);
+      if (turn == 0.0) {
+        continue;
+      }
+      const Vector2d& b = turn > 0.0 ? corners_[i] : corners_[i + 1];
+      const Vector2d& c = turn > 0.0 ? corners_[i + 1] : corners_[i];
+      Polygon part = face;
+      clip(part, a, b);
+      clip(part, b, c);
+      clip(part, c, a);
+      sum += (turn > 0.0 ? 0.5 : -0.5) * areas(part);
+    }
+    return area_ > 0.0 ? sum : Vector2d(-sum);
+  }
+
+ private:
+  template <class Visit>
+  void visitSides(const Visit& visit) const
+  {
+    for (std::size_t i = 0; i < corners_.size(); ++i) {
+      visit(corners_[i], corners_[(i + 1) % corners_.size()]);
+    }
+  }
+
+  void refuse() const
+  {
+    const std::size_t n = corners_.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = i + 2; j < n; ++j) {
+        const bool beside = i == 0 && j == n - 1;
+        if (!beside &&
+            segmentsMeet(corners_[i], corners_[i + 1], corners_[j], corners_[(j + 1) % n])) {
+          throw std::invalid_argument("the outline crosses itself, by its sides " +
+                                      std::to_string(i + 1) + " and " + std::to_string(j + 1));
+        }
+      }
+    }
+    const double size = (high_ - low_).norm();
+    if (area() <= 1e-9 * size * size) {
+      throw std::invalid_argument("the outline has no area: its corners lie in a line");
+    }
+  }
+
+  std::vector<Vector2d> corners_;
+  Vector2d low_, high_;
+  double area_ = 0.0;  ///< negative where it is clockwise
+};
+
+/// The faces near an outline, with coordinates of which the third is the direction of view.
+class View
+{
+ public:
+  View(const MeshData& mesh, const std::vector<SurfacePoint>& corners,
+       const std::atomic<bool>* cancel)
+      : mesh_(mesh), corners_(corners), cancel_(cancel)
+  {
+    if (corners.size() < 3) {
+      throw std::invalid_argument("an outline has at least three corners");
+    }
+    origin_ = vectorOf(corners[0].position);
+    Vector3d newell = Vector3d::Zero();
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Vector3d a = vectorOf(corners[i].position) - origin_;
+      const Vector3d b = vectorOf(corners[(i + 1) % corners.size()].position) - origin_;
+      newell += a.cross(b);
+      area_.outline += (b - a).norm();
+    }
+    area_.plan = 0.5 * std::abs(newell[2]);
+    area_.steep = std::abs(newell[2]) < STEEP_OUTLINE * newell.norm();
+    axes_.setIdentity();
+    if (area_.steep) {
+      const Vector3d normal = newell.normalized();
+      const Vector3d level = Vector3d(-normal[1], normal[0], 0.0).normalized();
+      axes_.row(0) = level;
+      axes_.row(1) = normal.cross(level);
+      axes_.row(2) = normal;
+    }
+  }
+
+  SurfaceArea area()
+  {
+    std::vector<Vector2d> outline;
+    for (const SurfacePoint& corner : corners_) {
+      outline.push_back((axes_ * (vectorOf(corner.position) - origin_)).head<2>());
+    }
+    const Outline shape(outline);
+    collect(shape);
+    flood(shape);
+    area_.uncovered = std::max(0.0, shape.area() - covered_);
+    if (area_.uncovered <= 1e-9 * shape.area()) {
+      area_.uncovered = 0.0;
+    }
+    return area_;
+  }
+
+ private:
+  Vector3d seen(const std::array<float, 3>& position) const
+  {
+    return axes_ * (vectorOf(position) - origin_);
+  }
+
+  void collect(const Outline& outline)
+  {
+    std::vector<std::uint32_t> places(mesh_.vertexCount(), NONE);
+    for (std::uint32_t face = 0; face < mesh_.faceCount(); ++face) {
+      if (face % STRETCH == 0) {
+        throwIfCanceled(cancel_);
+      }
+      const Vector3d a = seen(cornerOf(mesh_, face, 0)), b = seen(cornerOf(mesh_, face, 1)),
+                     c = seen(cornerOf(mesh_, face, 2));
+      if (!outline.boxMeets(a.cwiseMin(b).cwiseMin(c).head<2>(),
+                            a.cwiseMax(b).cwiseMax(c).head<2>())) {
+        continue;
+      }
+      faces_.push_back(face);
+      for (unsigned corner = 0; corner < 3; ++corner) {
+        const std::uint32_t vertex = mesh_.indices[3 * std::size_t{face} + corner];
+        if (places[vertex] == NONE) {
+          places[vertex] = static_cast<std::uint32_t>(near_.vertices.size());
+          near_.vertices.push_back(mesh_.vertices[vertex]);
+        }
+        near_.indices.push_back(places[vertex]);
+      }
+    }
+  }
+
+  Polygon polygonOf(std::uint32_t face) const
+  {
+    return {seen(cornerOf(near_, face, 0)), seen(cornerOf(near_, face, 1)),
+            seen(cornerOf(near_, face, 2))};
+  }
+
+  /// Cosine between its normal and the direction of view.
+  double facing(std::uint32_t face) const
+  {
+    const Vector3d normal = normalOf(near_, face);
+    const double length = normal.norm();
+    return length > 0.0 ? axes_.row(2).dot(normal) / length : 0.0;
+  }
+
+  void flood(const Outline& outline)
+  {
+    const std::vector<std::uint32_t> corners = joinedCorners(near_);
+    const mesh_map::Topology topology = mesh_map::buildTopology(corners, near_.vertexCount());
+    throwIfCanceled(cancel_);
+    const mesh_map::EdgeFaces rows = mesh_map::edgeFaces(topology.face_edges, topology.edgeCount());
+    throwIfCanceled(cancel_);
+    std::vector<std::int8_t> sides(faces_.size(), 0);  // 1: as it is, -1: turned round; 0: unknown
+    const std::vector<std::uint32_t> seeds = findSeeds();
+    for (const std::uint32_t seed : seeds) {
+      if (sides[seed] == 0) {
+        sides[seed] = facing(seed) >= 0.0 ? 1 : -1;
+        area_.connected = area_.connected && seed == seeds.front();
+        visit(seed, outline, corners, topology, rows, sides);
+      }
+    }
+  }
+
+  /// Faces of the corners; walls only where there are no others, since they look to neither side.
+  std::vector<std::uint32_t> findSeeds() const
+  {
+    std::vector<std::uint32_t> level, steep;
+    for (const SurfacePoint& corner : corners_) {
+      const auto found = std::lower_bound(faces_.begin(), faces_.end(), corner.face);
+      if (found != faces_.end() && *found == corner.face) {
+        const auto face = static_cast<std::uint32_t>(found - faces_.begin());
+        (std::abs(facing(face)) < WALL ? steep : level).push_back(face);
+      }
+    }
+    return level.empty() ? steep : level;
+  }
+
+  void visit(std::uint32_t seed, const Outline& outline, const std::vector<std::uint32_t>& corners,
+             const mesh_map::Topology& topology, const mesh_map::EdgeFaces& rows,
+             std::vector<std::int8_t>& sides)
+  {
+    std::vector<std::uint32_t> queue{seed};
+    for (std::size_t next = 0; next < queue.size(); ++next) {
+      if (next % STRETCH == 0) {
+        throwIfCanceled(cancel_);
+      }
+      const std::uint32_t face = queue[next];
+      const Polygon polygon = polygonOf(face);
+      const bool cut = count(face, polygon, outline);
+      for (std::size_t side = 0; side < 3; ++side) {
+        const std::uint32_t edge = topology.face_edges[3 * std::size_t{face} + side];
+        if (edge == mesh_map::NO_INDEX ||
+            (cut && !outline.meets(polygon[side].head<2>(), polygon[(side + 1) % 3].head<2>()))) {
+          continue;
+        }
+        const std::uint32_t from = corners[3 * std::size_t{face} + side];
+        for (std::uint32_t i = rows.offsets[edge]; i < rows.offsets[edge + 1]; ++i) {
+          const std::uint32_t neighbor = rows.faces[i];
+          if (sides[neighbor] != 0) {
+            continue;
+          }
+          const std::uint32_t* const other = &corners[3 * std::size_t{neighbor}];
+          std::size_t place = 0;  // of the edge in it
+          while (place < 2 && topology.face_edges[3 * std::size_t{neighbor} + place] != edge) {
+            ++place;
+          }
+          const bool turned = other[place] == from;
+          const auto orientation = static_cast<std::int8_t>(turned ? -sides[face] : sides[face]);
+          if (orientation * facing(neighbor) >= TURNED_OVER) {
+            sides[neighbor] = orientation;
+            queue.push_back(neighbor);
+          }
+        }
+      }
+    }
+  }
+
+  /// @return whether the outline may go through it
+  bool count(std::uint32_t face, const Polygon& polygon, const Outline& outline)
+  {
+    const Vector2d low = polygon[0].cwiseMin(polygon[1]).cwiseMin(polygon[2]).head<2>();
+    const Vector2d high = polygon[0].cwiseMax(polygon[1]).cwiseMax(polygon[2]).head<2>();
+    const bool cut = outline.cuts(low, high);
+    Vector2d found = Vector2d::Zero();
+    if (cut) {
+      found = outline.within(polygon);
+    } else if (outline.contains(polygon[0].head<2>())) {
+      found = 0.5 * areas(polygon);
+    }
+    (std::abs(facing(face)) < WALL ? area_.walls : area_.surface) += found[0];
+    covered_ += found[1];
+    return cut;
+  }
+
+  const MeshData& mesh_;
+  const std::vector<SurfacePoint>& corners_;
+  const std::atomic<bool>* cancel_;
+  Vector3d origin_;
+  Eigen::Matrix3d axes_;
+  std::vector<std::uint32_t> faces_;  ///< of the mesh, ascending
+  MeshData near_;                     ///< these
+  SurfaceArea area_;
+  double covered_ = 0.0;
+};
+
+}  // namespace
+
+SurfaceArea findArea(const MeshData& mesh, const std::vector<SurfacePoint>& corners,
+                     const std::atomic<bool>* cancel)
+{
+  throwIfCanceled(cancel);
+  return View(mesh, corners, cancel).area();
+}
+
+}  // namespace rviz_mesh_plugin

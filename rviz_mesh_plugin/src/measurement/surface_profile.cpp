@@ -1,0 +1,603 @@
+#include "measurement/surface_profile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <unordered_map>
+
+#include "base/vectors.h"
+#include "selection/face_neighbors.h"
+#include "threads/cancellation.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+using Index = std::uint32_t;
+constexpr double INF = std::numeric_limits<double>::infinity();
+
+/// Ends of surfaces touch others from this distance on, in meters.
+constexpr double TOUCHING = 1e-3;
+
+/// So many faces are looked at between two looks at the cancel flag.
+constexpr std::size_t CUT_STRETCH = 1 << 16;
+
+/// Which things belong together.
+class UnionFind
+{
+ public:
+  explicit UnionFind(std::size_t count) : parents_(count)
+  {
+    std::iota(parents_.begin(), parents_.end(), 0u);
+  }
+  Index find(Index i)
+  {
+    while (parents_[i] != i) {
+      i = parents_[i] = parents_[parents_[i]];
+    }
+    return i;
+  }
+  void unite(Index a, Index b) { parents_[find(a)] = find(b); }
+
+ private:
+  std::vector<Index> parents_;
+};
+
+/// An edge of the mesh by its places, so that it is one for all faces at it, also at seams.
+using EdgeKey = std::array<std::array<float, 3>, 2>;
+struct EdgeHash
+{
+  std::size_t operator()(const EdgeKey& key) const { return hashOf(key[0]) * 31u + hashOf(key[1]); }
+};
+
+/// What an upright plane cuts out of a mesh, between two points: a graph in the plane, whose axes
+/// are the distance along the line and z.
+class Section
+{
+ public:
+  struct Node
+  {
+    double s;
+    double z;
+  };
+  struct Segment
+  {
+    Index a;
+    Index b;
+    Index face;  ///< NONE: a joint of two surfaces
+    bool up;     ///< the face is counterclockwise from above
+  };
+
+  Section(const MeshData& mesh, const SurfacePoint& from, const SurfacePoint& to,
+          const std::atomic<bool>* cancel)
+      : mesh_(mesh), from_(from), to_(to), cancel_(cancel)
+  {
+    const double x = to.position[0] - from.position[0], y = to.position[1] - from.position[1];
+    length_ = std::hypot(x, y);
+    double size = length_;
+    for (const double coordinate : {from.position[0], from.position[1], to.position[0],
+                                    to.position[1], from.position[2], to.position[2]}) {
+      size = std::max(size, std::abs(coordinate));
+    }
+    tolerance_ = 1e-9 * size;
+    if (length_ <= 1e3 * tolerance_) {
+      throw std::invalid_argument("one point lies above the other: there is no line in plan");
+    }
+    direction_ = {x / length_, y / length_};
+    cut();
+    joinAndSplit();
+  }
+
+  SurfaceProfile profile()
+  {
+    SurfaceProfile profile;
+    profile.length = length_;
+    profile.from = {from_.position[0], from_.position[1]};
+    profile.direction = direction_;
+    if (begin_ != NONE && end_ != NONE) {
+      const Search all = search(begin_, any);
+      if (all.lengths[end_] < INF) {
+        profile.connected = true;
+        profile.pieces.push_back(pathTo(all, end_));
+        return profile;
+      }
+    }
+    SurfaceProfile::Piece first = followed(begin_, 1.0), last = followed(end_, -1.0);
+    std::reverse(last.begin(), last.end());
+    if (!first.empty()) {
+      // On another storey: from where the first has ended.
+      last = behind(last, first.back().distance);
+    }
+    std::vector<SurfaceProfile::Piece> pieces;
+    pieces.push_back(first);
+    const Node gap_begin =
+        first.empty() ? Node{0.0, from_.position[2]} : Node{first.back().distance, first.back().z};
+    const Node gap_end =
+        last.empty() ? Node{length_, to_.position[2]} : Node{last.front().distance, last.front().z};
+    if (gap_end.s - gap_begin.s > TOUCHING) {
+      for (auto& piece : islands(gap_begin, gap_end)) {
+        pieces.push_back(std::move(piece));
+      }
+    }
+    pieces.push_back(last);
+    for (auto& piece : pieces) {
+      if (piece.size() >= 2) {
+        profile.pieces.push_back(std::move(piece));
+      }
+    }
+    return profile;
+  }
+
+ private:
+  double along(const std::array<float, 3>& p) const
+  {
+    return (p[0] - from_.position[0]) * direction_[0] + (p[1] - from_.position[1]) * direction_[1];
+  }
+  double aside(const std::array<float, 3>& p) const
+  {
+    return (p[1] - from_.position[1]) * direction_[0] - (p[0] - from_.position[0]) * direction_[1];
+  }
+
+  void cut()
+  {
+    // A vertex in the plane counts as beside it: then it cuts two sides of a face, or none.
+    std::vector<bool> left(mesh_.vertexCount());
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      left[i] = aside(mesh_.vertices[i].position) >= 0.0;
+    }
+    std::unordered_map<EdgeKey, Index, EdgeHash> nodes;
+    const auto face_count = static_cast<Index>(mesh_.faceCount());
+    for (Index face = 0; face < face_count; ++face) {
+      if (face % CUT_STRETCH == 0) {
+        throwIfCanceled(cancel_);
+      }
+      const std::uint32_t* const v = &mesh_.indices[3 * std::size_t{face}];
+      if (left[v[0]] == left[v[1]] && left[v[1]] == left[v[2]]) {
+        continue;
+      }
+      std::array<Index, 2> ends{NONE, NONE};
+      std::size_t found = 0;
+      for (unsigned side = 0; side < 3; ++side) {
+        const std::uint32_t a = v[side], b = v[(side + 1) % 3];
+        if (left[a] != left[b]) {
+          ends.at(found++) = nodeOn(nodes, a, b);
+        }
+      }
+      add(ends[0], ends[1], face);
+    }
+  }
+
+  Index nodeOn(std::unordered_map<EdgeKey, Index, EdgeHash>& nodes, std::uint32_t a,
+               std::uint32_t b)
+  {
+    EdgeKey key{mesh_.vertices[a].position, mesh_.vertices[b].position};
+    for (auto& place : key) {
+      for (float& coordinate : place) {
+        coordinate += 0.0f;  // -0 is 0
+      }
+    }
+    if (key[1] < key[0]) {
+      std::swap(key[0], key[1]);
+    }
+    const auto place = nodes.emplace(key, static_cast<Index>(nodes_.size()));
+    if (place.second) {
+      const double d0 = aside(key[0]), d1 = aside(key[1]);
+      const double share = d0 / (d0 - d1);
+      const double s0 = along(key[0]);
+      nodes_.push_back(
+          {s0 + share * (along(key[1]) - s0), key[0][2] + share * (double{key[1][2]} - key[0][2])});
+    }
+    return place.first->second;
+  }
+
+  /// Between the two points alone.
+  void add(Index a, Index b, Index face)
+  {
+    const double sa = nodes_[a].s, sb = nodes_[b].s;
+    const double low = -tolerance_, high = length_ + tolerance_;
+    if (std::max(sa, sb) < low || std::min(sa, sb) > high) {
+      return;
+    }
+    const auto end = [&](Index node, const Node& one, const Node& other) {
+      const double limit = one.s < low ? 0.0 : length_;
+      if (one.s >= low && one.s <= high) {
+        return node;
+      }
+      const double share = (limit - one.s) / (other.s - one.s);
+      nodes_.push_back({limit, one.z + share * (other.z - one.z)});
+      return static_cast<Index>(nodes_.size() - 1);
+    };
+    const Node one = nodes_[a], other = nodes_[b];
+    a = end(a, one, other);
+    b = end(b, other, one);
+    segments_.push_back({a, b, face, normalOf(mesh_, face)[2] > 0.0});
+  }
+
+  /// Where on a segment a point is nearest, and how near.
+  std::pair<double, double> nearest(const Segment& segment, const Node& point) const
+  {
+    const Node& a = nodes_[segment.a];
+    const Node& b = nodes_[segment.b];
+    const double s = b.s - a.s, z = b.z - a.z;
+    const double squared = s * s + z * z;
+    const double share =
+        squared > 0.0 ? std::clamp(((point.s - a.s) * s + (point.z - a.z) * z) / squared, 0.0, 1.0)
+                      : 0.0;
+    return {share, std::hypot(a.s + share * s - point.s, a.z + share * z - point.z)};
+  }
+
+  struct Split
+  {
+    Index segment;
+    double share;
+    Index node;
+  };
+
+  /// The two points become nodes, and ends that touch other segments are joined to them.
+  void joinAndSplit()
+  {
+    std::vector<Split> splits;
+    begin_ = place({0.0, from_.position[2]}, from_.face, splits);
+    end_ = place({length_, to_.position[2]}, to_.face, splits);
+    std::vector<unsigned> degrees(nodes_.size(), 0);
+    for (const Segment& segment : segments_) {
+      ++degrees[segment.a];
+      ++degrees[segment.b];
+    }
+    std::vector<Index> by_begin(segments_.size());
+    std::iota(by_begin.begin(), by_begin.end(), 0u);
+    const auto begin = [&](Index i) {
+      return std::min(nodes_[segments_[i].a].s, nodes_[segments_[i].b].s);
+    };
+    std::sort(by_begin.begin(), by_begin.end(),
+              [&](Index a, Index b) { return begin(a) < begin(b); });
+    double longest = 0.0;
+    for (const Segment& segment : segments_) {
+      longest = std::max(longest, std::abs(nodes_[segment.a].s - nodes_[segment.b].s));
+    }
+    const std::size_t segment_count = segments_.size();
+    for (Index node = 0; node < degrees.size(); ++node) {
+      throwIfCanceled(cancel_);
+      if (degrees[node] != 1) {
+        continue;
+      }
+      const Node point = nodes_[node];
+      auto next = std::lower_bound(by_begin.begin(), by_begin.end(), point.s - longest - TOUCHING,
+                                   [&](Index i, double s) { return begin(i) < s; });
+      for (; next != by_begin.end() && begin(*next) <= point.s + TOUCHING; ++next) {
+        const Segment segment = segments_[*next];
+        if (*next >= segment_count || segment.a == node || segment.b == node) {
+          continue;
+        }
+        const auto [share, distance] = nearest(segment, point);
+        if (distance <= TOUCHING) {
+          join(*next, share, node, splits);
+        }
+      }
+    }
+    split(splits);
+  }
+
+  void join(Index segment, double share, Index node, std::vector<Split>& splits)
+  {
+    Index other = share <= 0.0 ? segments_[segment].a : segments_[segment].b;
+    if (share > 0.0 && share < 1.0) {
+      const Node a = nodes_[segments_[segment].a], b = nodes_[segments_[segment].b];
+      other = static_cast<Index>(nodes_.size());
+      nodes_.push_back({a.s + share * (b.s - a.s), a.z + share * (b.z - a.z)});
+      splits.push_back({segment, share, other});
+    }
+    joints_.push_back({node, other, NONE, true});
+  }
+
+  /// The node of a point that is in the section, in this face where it can be; NONE where it is
+  /// not.
+  Index place(const Node& point, Index face, std::vector<Split>& splits)
+  {
+    Split best{NONE, 0.0, static_cast<Index>(nodes_.size())};
+    double least = TOUCHING;
+    bool in_face = false;
+    for (Index i = 0; i < segments_.size(); ++i) {
+      const auto [share, distance] = nearest(segments_[i], point);
+      const bool better = segments_[i].face == face && distance <= 1e3 * tolerance_;
+      if (!in_face && (better || distance < least)) {
+        best.segment = i;
+        best.share = share;
+        least = distance;
+        in_face = better;
+      }
+    }
+    if (best.segment == NONE) {
+      return NONE;
+    }
+    up_ = segments_[best.segment].up;
+    faces_.push_back(segments_[best.segment].face);
+    nodes_.push_back(point);
+    splits.push_back(best);
+    return best.node;
+  }
+
+  void split(std::vector<Split>& splits)
+  {
+    std::sort(splits.begin(), splits.end(), [](const Split& a, const Split& b) {
+      return std::tie(a.segment, a.share) < std::tie(b.segment, b.share);
+    });
+    for (std::size_t i = 0; i < splits.size(); ++i) {
+      const Segment whole = segments_[splits[i].segment];
+      segments_[splits[i].segment].b = splits[i].node;
+      // What is left of it, to be cut by the next one.
+      Index rest = splits[i].node;
+      for (; i + 1 < splits.size() && splits[i + 1].segment == splits[i].segment; ++i) {
+        segments_.push_back({rest, splits[i + 1].node, whole.face, whole.up});
+        rest = splits[i + 1].node;
+      }
+      segments_.push_back({rest, whole.b, whole.face, whole.up});
+    }
+    segments_.insert(segments_.end(), joints_.begin(), joints_.end());
+    offsets_.assign(nodes_.size() + 1, 0);
+    for (const Segment& segment : segments_) {
+      ++offsets_[segment.a + 1];
+      ++offsets_[segment.b + 1];
+    }
+    std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
+    rows_.resize(2 * segments_.size());
+    std::vector<std::size_t> next(offsets_.begin(), offsets_.end() - 1);
+    for (Index i = 0; i < segments_.size(); ++i) {
+      rows_[next[segments_[i].a]++] = i;
+      rows_[next[segments_[i].b]++] = i;
+    }
+  }
+
+  struct Search
+  {
+    std::vector<double> lengths;
+    std::vector<Index> before;  ///< on the shortest way
+  };
+  /// Whether a segment is used, which leads so far along the line.
+  using May = std::function<bool(const Segment&, double)>;
+  static bool any(const Segment&, double) { return true; }
+
+  /// Dijkstra, 1959: shortest ways within the section.
+  Search search(Index start, const May& may) const
+  {
+    Search found{std::vector<double>(nodes_.size(), INF), std::vector<Index>(nodes_.size(), NONE)};
+    using Entry = std::pair<double, Index>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    found.lengths[start] = 0.0;
+    queue.push({0.0, start});
+    while (!queue.empty()) {
+      const auto [length, node] = queue.top();
+      queue.pop();
+      if (length > found.lengths[node]) {
+        continue;
+      }
+      for (std::size_t i = offsets_[node]; i < offsets_[node + 1]; ++i) {
+        const Segment& segment = segments_[rows_[i]];
+        const Index other = segment.a == node ? segment.b : segment.a;
+        const double s = nodes_[other].s - nodes_[node].s;
+        const double longer = length + std::hypot(s, nodes_[other].z - nodes_[node].z);
+        if (longer < found.lengths[other] && may(segment, s)) {
+          found.lengths[other] = longer;
+          found.before[other] = node;
+          queue.push({longer, other});
+        }
+      }
+    }
+    return found;
+  }
+
+  SurfaceProfile::Piece pathTo(const Search& search, Index end) const
+  {
+    SurfaceProfile::Piece piece;
+    for (Index node = end; node != NONE; node = search.before[node]) {
+      const SurfaceProfile::Point point{std::clamp(nodes_[node].s, 0.0, length_), nodes_[node].z};
+      if (piece.empty() || std::hypot(point.distance - piece.back().distance,
+                                      point.z - piece.back().z) > tolerance_) {
+        piece.push_back(point);
+      }
+    }
+    std::reverse(piece.begin(), piece.end());
+    return piece;
+  }
+
+  /// The way to where the line has been followed farthest, of several there the nearest.
+  SurfaceProfile::Piece farthest(const Search& search, double sign) const
+  {
+    Index best = NONE;
+    for (Index node = 0; node < nodes_.size(); ++node) {
+      if (search.lengths[node] < INF) {
+        const double further = best == NONE ? INF : sign * (nodes_[node].s - nodes_[best].s);
+        const bool nearer =
+            best != NONE && further >= -tolerance_ && search.lengths[node] < search.lengths[best];
+        best = further > tolerance_ || nearer ? node : best;
+      }
+    }
+    return best == NONE ? SurfaceProfile::Piece() : pathTo(search, best);
+  }
+
+  SurfaceProfile::Piece followed(Index start, double sign) const
+  {
+    return start == NONE ? SurfaceProfile::Piece() : farthest(search(start, any), sign);
+  }
+
+  static SurfaceProfile::Piece behind(const SurfaceProfile::Piece& piece, double distance)
+  {
+    SurfaceProfile::Piece rest;
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      if (piece[i].distance < distance) {
+        continue;
+      }
+      if (rest.empty() && i > 0 && piece[i].distance > distance) {
+        const auto& before = piece[i - 1];
+        const double share = (distance - before.distance) / (piece[i].distance - before.distance);
+        rest.push_back({distance, before.z + share * (piece[i].z - before.z)});
+      }
+      rest.push_back(piece[i]);
+    }
+    return rest;
+  }
+
+  /// What lies within a gap, of the connected surfaces that the two points are on.
+  std::vector<SurfaceProfile::Piece> islands(const Node& begin, const Node& end)
+  {
+    std::vector<bool> within(segments_.size(), false);
+    bool any = false;
+    for (Index i = 0; i < segments_.size(); ++i) {
+      const Segment& segment = segments_[i];
+      const auto inside = [&](Index node) {
+        return nodes_[node].s >= begin.s - tolerance_ && nodes_[node].s <= end.s + tolerance_;
+      };
+      within[i] =
+          segment.face != NONE && segment.up == up_ && inside(segment.a) && inside(segment.b);
+      any = any || within[i];
+    }
+    if (!any || faces_.empty()) {
+      return {};
+    }
+    const std::vector<std::uint32_t> corners = joinedCorners(mesh_);
+    throwIfCanceled(cancel_);
+    UnionFind surfaces(mesh_.vertexCount());
+    for (std::size_t corner = 0; corner + 2 < corners.size(); corner += 3) {
+      surfaces.unite(corners[corner], corners[corner + 1]);
+      surfaces.unite(corners[corner], corners[corner + 2]);
+    }
+    throwIfCanceled(cancel_);
+    const auto surface = [&](Index face) { return surfaces.find(corners[3 * std::size_t{face}]); };
+    UnionFind groups(nodes_.size());
+    for (Index i = 0; i < segments_.size(); ++i) {
+      within[i] = within[i] && std::any_of(faces_.begin(), faces_.end(), [&](Index face) {
+                    return surface(face) == surface(segments_[i].face);
+                  });
+      if (within[i]) {
+        groups.unite(segments_[i].a, segments_[i].b);
+      }
+    }
+    return chosen(begin, end, within, groups);
+  }
+
+  std::vector<SurfaceProfile::Piece> chosen(const Node& begin, const Node& end,
+                                            const std::vector<bool>& within, UnionFind& groups)
+  {
+    struct Candidate
+    {
+      double distance;  ///< of its middle from the straight line over the gap
+      SurfaceProfile::Piece piece;
+    };
+    std::unordered_map<Index, Index> first_nodes;  // of each group the first along the line
+    for (Index i = 0; i < segments_.size(); ++i) {
+      for (const Index node : {segments_[i].a, segments_[i].b}) {
+        if (within[i]) {
+          Index& first = first_nodes.emplace(groups.find(node), node).first->second;
+          first = nodes_[node].s < nodes_[first].s ? node : first;
+        }
+      }
+    }
+    std::vector<Candidate> candidates;
+    for (const auto& [group, first] : first_nodes) {
+      const auto may = [&](const Segment& segment, double s) {
+        return s >= -tolerance_ && within[static_cast<std::size_t>(&segment - segments_.data())];
+      };
+      Candidate candidate{0.0, farthest(search(first, may), 1.0)};
+      if (candidate.piece.size() < 2) {
+        continue;
+      }
+      const auto& a = candidate.piece.front();
+      const auto& b = candidate.piece.back();
+      // It must not be what the gap begins or ends at: a storey that goes on beyond it.
+      if (a.distance <= begin.s + tolerance_ || b.distance >= end.s - tolerance_) {
+        continue;
+      }
+      const double share = (0.5 * (a.distance + b.distance) - begin.s) / (end.s - begin.s);
+      candidate.distance = std::abs(0.5 * (a.z + b.z) - (begin.z + share * (end.z - begin.z)));
+      candidates.push_back(std::move(candidate));
+    }
+    std::sort(candidates.begin(), candidates.end(),
+              [](const auto& a, const auto& b) { return a.distance < b.distance; });
+    std::vector<SurfaceProfile::Piece> pieces;
+    for (Candidate& candidate : candidates) {
+      const auto& piece = candidate.piece;
+      const bool free = std::all_of(pieces.begin(), pieces.end(), [&](const auto& other) {
+        return piece.back().distance <= other.front().distance ||
+               piece.front().distance >= other.back().distance;
+      });
+      if (free) {
+        pieces.push_back(std::move(candidate.piece));
+      }
+    }
+    std::sort(pieces.begin(), pieces.end(),
+              [](const auto& a, const auto& b) { return a.front().distance < b.front().distance; });
+    return pieces;
+  }
+
+  const MeshData& mesh_;
+  const SurfacePoint& from_;
+  const SurfacePoint& to_;
+  const std::atomic<bool>* cancel_;
+  double length_ = 0.0;
+  double tolerance_ = 0.0;
+  std::array<double, 2> direction_{};
+  std::vector<Node> nodes_;
+  std::vector<Segment> segments_;
+  std::vector<Segment> joints_;
+  Index begin_ = NONE;  ///< nodes of the two points
+  Index end_ = NONE;
+  std::vector<Index> faces_;          ///< of the two points
+  bool up_ = true;                    ///< of their face
+  std::vector<std::size_t> offsets_;  ///< rows of segments, one a node
+  std::vector<Index> rows_;
+};
+
+}  // namespace
+
+std::vector<std::pair<double, double>> SurfaceProfile::gaps() const
+{
+  std::vector<std::pair<double, double>> gaps;
+  double known = 0.0;  // up to there
+  for (const Piece& piece : pieces) {
+    if (piece.front().distance > known + TOUCHING) {
+      gaps.emplace_back(known, piece.front().distance);
+    }
+    known = piece.back().distance;
+  }
+  if (known < length - TOUCHING) {
+    gaps.emplace_back(known, length);
+  }
+  return gaps;
+}
+
+SurfaceProfile::Heights SurfaceProfile::heights() const
+{
+  Heights heights;
+  if (pieces.empty()) {
+    return heights;
+  }
+  heights.lowest = INF;
+  heights.highest = -INF;
+  for (const Piece& piece : pieces) {
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      heights.lowest = std::min(heights.lowest, piece[i].z);
+      heights.highest = std::max(heights.highest, piece[i].z);
+      if (i > 0) {
+        const double rise = piece[i].z - piece[i - 1].z;
+        (rise > 0.0 ? heights.ascent : heights.descent) += std::abs(rise);
+        heights.surface += std::hypot(rise, piece[i].distance - piece[i - 1].distance);
+      }
+    }
+  }
+  return heights;
+}
+
+SurfaceProfile findProfile(const MeshData& mesh, const SurfacePoint& from, const SurfacePoint& to,
+                           const std::atomic<bool>* cancel)
+{
+  throwIfCanceled(cancel);
+  return Section(mesh, from, to, cancel).profile();
+}
+
+}  // namespace rviz_mesh_plugin

@@ -1,0 +1,280 @@
+#include "measurement/surface_area.h"
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "measured_meshes.h"
+#include "threads/cancellation.h"
+
+using namespace measured_meshes;
+using rviz_mesh_plugin::findArea;
+using rviz_mesh_plugin::SurfaceArea;
+
+namespace {
+
+using Plan = std::vector<std::array<double, 2>>;
+
+std::vector<SurfacePoint> on(const MeshData& mesh, const Plan& plan, double z = 0.0)
+{
+  std::vector<SurfacePoint> points;
+  for (const auto& corner : plan) {
+    points.push_back(pointAt(mesh, corner[0], corner[1], z));
+  }
+  return points;
+}
+
+double shoelace(const Plan& plan)
+{
+  double sum = 0.0;
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    const auto& a = plan[i];
+    const auto& b = plan[(i + 1) % plan.size()];
+    sum += 0.5 * (a[0] * b[1] - a[1] * b[0]);
+  }
+  return std::abs(sum);
+}
+
+const Plan ARROW{{-0.71, -0.63}, {0.82, -0.05}, {-0.64, 0.77}, {-0.2, 0.03}};
+
+std::string refusal(const MeshData& mesh, const std::vector<SurfacePoint>& corners)
+{
+  try {
+    findArea(mesh, corners);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST(SurfaceArea, a_polygon_on_a_slope)
+{
+  const MeshData mesh = terrain(13, [](double x, double y) { return 0.75 * x - 0.4 * y; });
+  const double steeper = std::sqrt(1.0 + 0.75 * 0.75 + 0.4 * 0.4);
+  for (const bool backwards : {false, true}) {
+    Plan plan = ARROW;
+    if (backwards) {
+      std::reverse(plan.begin(), plan.end());
+    }
+    const SurfaceArea area = findArea(mesh, on(mesh, plan));
+    EXPECT_NEAR(area.plan, shoelace(ARROW), 1e-12);
+    EXPECT_NEAR(area.surface, steeper * shoelace(ARROW), 1e-6);
+    EXPECT_EQ(area.walls, 0.0);
+    EXPECT_NEAR(area.uncovered, 0.0, 1e-6);
+    EXPECT_TRUE(area.connected);
+    EXPECT_FALSE(area.steep);
+  }
+}
+
+TEST(SurfaceArea, the_sides_of_the_outline_along_edges)
+{
+  const MeshData mesh = terrain(8, [](double, double) { return 0.0; });
+  const Plan plan{{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {0.0, 0.0}, {-0.5, 0.5}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan));
+  EXPECT_NEAR(area.surface, 0.75, 1e-9);
+  EXPECT_NEAR(area.uncovered, 0.0, 1e-9);
+  EXPECT_NEAR(area.outline, 3.0 + 2.0 * std::sqrt(0.5), 1e-9);
+}
+
+TEST(SurfaceArea, outlines_of_any_shape_are_those_of_many_samples)
+{
+  std::mt19937 random(7);
+  const auto height = [](double x, double y) { return 0.3 * std::sin(4 * x) * std::cos(3 * y); };
+  const MeshData mesh = terrain(20, height);
+  for (int i = 0; i < 5; ++i) {
+    Plan star;
+    for (int corner = 0; corner < 9; ++corner) {
+      const double radius = std::uniform_real_distribution<>(0.2, 0.95)(random);
+      const double angle = 2 * M_PI * corner / 9;
+      star.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+    }
+    // Each face cut into 100 small ones, counted by their middles.
+    double expected = 0.0;
+    constexpr int N = 10;
+    const auto inside = [&](double x, double y) {
+      bool in = false;
+      for (std::size_t j = 0; j < star.size(); ++j) {
+        const auto& a = star[j];
+        const auto& b = star[(j + 1) % star.size()];
+        in ^= (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
+      }
+      return in;
+    };
+    for (std::uint32_t face = 0; face < mesh.faceCount(); ++face) {
+      const auto a = rviz_mesh_plugin::vectorOf(rviz_mesh_plugin::cornerOf(mesh, face, 0));
+      const auto b = rviz_mesh_plugin::vectorOf(rviz_mesh_plugin::cornerOf(mesh, face, 1));
+      const auto c = rviz_mesh_plugin::vectorOf(rviz_mesh_plugin::cornerOf(mesh, face, 2));
+      const double small = 0.5 * rviz_mesh_plugin::normalOf(mesh, face).norm() / (N * N);
+      for (int u = 0; u < N; ++u) {
+        for (int v = 0; v < N - u; ++v) {
+          for (const double third : {1.0 / 3.0, 2.0 / 3.0}) {
+            if (third > 0.5 && v == N - u - 1) {
+              continue;
+            }
+            const auto at = a + (u + third) / N * (b - a) + (v + third) / N * (c - a);
+            expected += inside(at[0], at[1]) ? small : 0.0;
+          }
+        }
+      }
+    }
+    const SurfaceArea area = findArea(mesh, on(mesh, star));
+    EXPECT_NEAR(area.surface, expected, 0.005 * expected);
+    EXPECT_NEAR(area.uncovered, 0.0, 1e-6);
+  }
+}
+
+TEST(SurfaceArea, walls_count_apart_and_the_top_of_a_block_with_the_floor)
+{
+  // A floor from -2 to 2 with a block of 1 m by 1 m, 0.5 m high, that belongs to it.
+  MeshData mesh;
+  const std::array<float, 4> ticks{-2, 0, 1, 2};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const float z = i == 1 && j == 1 ? 0.5f : 0.0f;
+      addQuad(mesh, {{{ticks[i], ticks[j], z},
+                      {ticks[i + 1], ticks[j], z},
+                      {ticks[i + 1], ticks[j + 1], z},
+                      {ticks[i], ticks[j + 1], z}}});
+    }
+  }
+  addQuad(mesh, {{{0, 1, 0}, {0, 0, 0}, {0, 0, 0.5f}, {0, 1, 0.5f}}});
+  addQuad(mesh, {{{1, 0, 0}, {1, 1, 0}, {1, 1, 0.5f}, {1, 0, 0.5f}}});
+  const Plan plan{{-1.5, -1.25}, {1.5, -1.25}, {1.5, 1.25}, {-1.5, 1.25}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan));
+  EXPECT_NEAR(area.plan, 7.5, 1e-12);
+  EXPECT_NEAR(area.surface, 7.5, 1e-6);
+  EXPECT_NEAR(area.walls, 1.0, 1e-6) << "those at x = 0 and x = 1";
+  EXPECT_NEAR(area.uncovered, 0.0, 1e-6);
+}
+
+TEST(SurfaceArea, a_wall_where_the_outline_is_taken_apart_counts_once)
+{
+  MeshData mesh = terrain(8, [](double, double) { return 0.0; });
+  for (const float at : {-0.25f, 0.0f, 0.25f}) {
+    addQuad(mesh,
+            {{{at, at, 0}, {at + 0.25f, at + 0.25f, 0}, {at + 0.25f, at + 0.25f, 1}, {at, at, 1}}});
+  }
+  const Plan plan{{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan));
+  EXPECT_NEAR(area.walls, 0.75 * std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(area.surface, 1.0, 1e-6);
+}
+
+TEST(SurfaceArea, what_is_connected_outside_of_the_outline_does_not_count)
+{
+  // A comb: three teeth below a back, of squares of 1 m.
+  MeshData mesh;
+  for (float x = 0; x < 5; ++x) {
+    addQuad(mesh, {{{x, 1, 0}, {x + 1, 1, 0}, {x + 1, 2, 0}, {x, 2, 0}}});
+    if (x != 1 && x != 3) {
+      addQuad(mesh, {{{x, 0, 0}, {x + 1, 0, 0}, {x + 1, 1, 0}, {x, 1, 0}}});
+    }
+  }
+  const Plan plan{{0.2, 0.2}, {4.8, 0.2}, {4.8, 1.8}, {4.6, 1.8}, {4.6, 0.8}, {0.2, 0.8}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan));
+  EXPECT_NEAR(area.surface, 0.8 * 0.6 + 0.8 * 0.6 + 0.2, 1e-6) << "not the tooth in the middle";
+  EXPECT_NEAR(area.uncovered, 3 * 0.6, 1e-6);
+  EXPECT_FALSE(area.connected);
+}
+
+TEST(SurfaceArea, what_is_above_and_below_does_not_count)
+{
+  // A room with a pillar of 2/3 m by 2/3 m, by which the ceiling belongs to the floor.
+  const std::vector<std::uint32_t> pillar{28, 29, 30, 31, 40, 41, 42, 43};
+  MeshData mesh = without(terrain(6, [](double, double) { return 0.0; }), pillar);
+  MeshData ceiling = without(terrain(6, [](double, double) { return 2.0; }), pillar);
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), ceiling.vertices.begin(), ceiling.vertices.end());
+  for (std::size_t i = 0; i < ceiling.indices.size(); i += 3) {
+    for (const std::size_t corner : {0, 2, 1}) {
+      mesh.indices.push_back(first + ceiling.indices[i + corner]);
+    }
+  }
+  const std::size_t corners[] = {16, 17, 18, 25, 32, 31, 30, 23, 16};  // of the pillar
+  for (std::size_t i = 0; i + 1 < std::size(corners); ++i) {
+    const auto a = mesh.vertices[corners[i]].position, b = mesh.vertices[corners[i + 1]].position;
+    addQuad(mesh, {{b, a, {a[0], a[1], 2}, {b[0], b[1], 2}}});
+  }
+  const Plan plan{{-0.9, -0.9}, {0.95, -0.9}, {0.95, 0.9}, {-0.9, 0.9}};
+  for (const double z : {0.0, 2.0}) {
+    const SurfaceArea area = findArea(mesh, on(mesh, plan, z));
+    EXPECT_NEAR(area.surface, shoelace(plan) - 4.0 / 9.0, 1e-6) << z;
+    EXPECT_NEAR(area.walls, 4 * 2.0 / 3.0 * 2.0, 1e-5) << z;
+    EXPECT_NEAR(area.uncovered, 4.0 / 9.0, 1e-6) << z;
+  }
+}
+
+TEST(SurfaceArea, holes_are_told)
+{
+  const MeshData mesh = without(terrain(10, [](double, double) { return 1.0; }),
+                                {88, 89, 90, 91});  // 0.4 m by 0.2 m, x -0.2 to 0.2, y -0.2 to 0
+  const Plan plan{{-0.7, -0.7}, {0.7, -0.7}, {0.7, 0.7}, {-0.7, 0.7}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan, 1.0));
+  EXPECT_NEAR(area.surface, 1.96 - 0.08, 1e-6);
+  EXPECT_NEAR(area.uncovered, 0.08, 1e-6);
+}
+
+TEST(SurfaceArea, corners_on_surfaces_that_are_not_connected)
+{
+  MeshData mesh = terrain(4, [](double, double) { return 0.0; });
+  addQuad(mesh, {{{1.5f, -1, 0}, {3, -1, 0}, {3, 1, 0}, {1.5f, 1, 0}}});
+  const Plan plan{{0.5, -0.5}, {2.0, -0.5}, {2.0, 0.5}, {0.5, 0.5}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan));
+  EXPECT_FALSE(area.connected);
+  EXPECT_NEAR(area.surface, 1.0, 1e-6);
+  EXPECT_NEAR(area.uncovered, 0.5, 1e-6);
+}
+
+TEST(SurfaceArea, on_a_wall)
+{
+  MeshData mesh;
+  // 4 m by 3 m, turned by 30 degrees.
+  const float c = std::cos(float(M_PI) / 6), s = std::sin(float(M_PI) / 6);
+  addQuad(mesh, {{{0, 0, 0}, {4 * c, 4 * s, 0}, {4 * c, 4 * s, 3}, {0, 0, 3}}});
+  const auto at = [&](double along, double z) {
+    const bool lower = z / 3 < along / 4;
+    return SurfacePoint{lower ? 0u : 1u, {along * double{c}, along * double{s}, z}};
+  };
+  const SurfaceArea area = findArea(mesh, {at(0.5, 0.5), at(3.0, 0.5), at(3.0, 2.5), at(0.5, 2.5)});
+  EXPECT_TRUE(area.steep);
+  EXPECT_NEAR(area.surface, 5.0, 1e-5);
+  EXPECT_NEAR(area.plan, 0.0, 1e-9);
+  EXPECT_NEAR(area.uncovered, 0.0, 1e-5);
+}
+
+TEST(SurfaceArea, a_face_that_is_turned_round_counts)
+{
+  const MeshData mesh = world("flipped_face");  // 3 m by 3 m, level
+  const Plan plan{{0.1, 0.1}, {2.9, 0.1}, {2.9, 2.9}, {0.1, 2.9}};
+  const SurfaceArea area = findArea(mesh, on(mesh, plan));
+  EXPECT_NEAR(area.surface, 2.8 * 2.8, 1e-5);
+}
+
+TEST(SurfaceArea, of_storeys_of_a_building)
+{
+  const MeshData mesh = world("building");
+  const Plan plan{{24.5, 1.0}, {35.0, 1.0}, {35.0, 13.0}, {24.5, 13.0}};  // with six pillars
+  for (const double z : {0.0, 3.2}) {
+    const SurfaceArea area = findArea(mesh, on(mesh, plan, z));
+    EXPECT_NEAR(area.surface, 10.5 * 12.0 - 6 * 0.25, 1e-4) << z;
+    EXPECT_NEAR(area.uncovered, 6 * 0.25, 1e-4);
+  }
+}
+
+TEST(SurfaceArea, what_is_refused_and_given_up)
+{
+  const MeshData mesh = terrain(4, [](double, double) { return 0.0; });
+  EXPECT_EQ(refusal(mesh, on(mesh, {{0.1, 0.1}, {0.5, 0.5}})),
+            "an outline has at least three corners");
+  EXPECT_EQ(refusal(mesh, on(mesh, {{-0.5, -0.5}, {0.5, 0.5}, {0.5, -0.5}, {-0.5, 0.5}})),
+            "the outline crosses itself, by its sides 1 and 3");
+  EXPECT_EQ(refusal(mesh, on(mesh, {{-0.5, -0.5}, {0.0, 0.0}, {0.5, 0.5}})),
+            "the outline has no area: its corners lie in a line");
+  const std::atomic<bool> cancel{true};
+  EXPECT_THROW(findArea(mesh, on(mesh, ARROW), &cancel), rviz_mesh_plugin::Canceled);
+}

@@ -1,0 +1,304 @@
+#include "measurement/surface_profile.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "measured_meshes.h"
+#include "threads/cancellation.h"
+
+using namespace measured_meshes;
+using rviz_mesh_plugin::findProfile;
+using rviz_mesh_plugin::SurfaceProfile;
+
+namespace {
+
+void expectPoints(const SurfaceProfile::Piece& piece,
+                  const std::vector<std::pair<double, double>>& expected, double near = 1e-6)
+{
+  ASSERT_EQ(piece.size(), expected.size());
+  for (std::size_t i = 0; i < piece.size(); ++i) {
+    EXPECT_NEAR(piece[i].distance, expected[i].first, near) << i;
+    EXPECT_NEAR(piece[i].z, expected[i].second, near) << i;
+  }
+}
+
+/// Every point of it is on the mesh, and between two points it is straight there, too.
+void expectOnMesh(const MeshData& mesh, const SurfaceProfile& profile)
+{
+  for (const auto& piece : profile.pieces) {
+    for (std::size_t i = 1; i < piece.size(); ++i) {
+      for (const double share : {0.0, 0.37, 1.0}) {
+        const SurfaceProfile::Point p{
+            piece[i - 1].distance + share * (piece[i].distance - piece[i - 1].distance),
+            piece[i - 1].z + share * (piece[i].z - piece[i - 1].z)};
+        const auto at = profile.position(p);
+        double least = 1e9;
+        for (const auto& [height, face] : heightsAt(mesh, at[0], at[1])) {
+          least = std::min(least, std::abs(height - p.z));
+        }
+        if (std::abs(piece[i].distance - piece[i - 1].distance) > 1e-6) {
+          EXPECT_LT(least, 1e-5) << p.distance << " " << p.z;
+        }
+      }
+    }
+  }
+}
+
+/// A strip along x, 2 m wide, over these points (x, z).
+MeshData strip(const std::vector<std::pair<float, float>>& points)
+{
+  MeshData mesh;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const auto [x0, z0] = points[i - 1];
+    const auto [x1, z1] = points[i];
+    addQuad(mesh, {{{x0, -1, z0}, {x1, -1, z1}, {x1, 1, z1}, {x0, 1, z0}}});
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST(SurfaceProfile, a_slope_rises_as_it_does)
+{
+  const MeshData mesh = terrain(10, [](double x, double y) { return 0.5 * x + 0.25 * y; });
+  const auto profile = findProfile(mesh, pointAt(mesh, -0.7, -0.3), pointAt(mesh, 0.8, 0.55));
+  EXPECT_TRUE(profile.connected);
+  EXPECT_TRUE(profile.gaps().empty());
+  EXPECT_NEAR(profile.length, std::hypot(1.5, 0.85), 1e-12);
+  ASSERT_EQ(profile.pieces.size(), 1u);
+  EXPECT_GE(profile.pieces[0].size(), 15u) << "a point at each edge";
+  for (const auto& point : profile.pieces[0]) {
+    const auto at = profile.position(point);
+    EXPECT_NEAR(point.z, 0.5 * at[0] + 0.25 * at[1], 1e-6);
+  }
+  EXPECT_EQ(profile.pieces[0].front().distance, 0.0);
+  EXPECT_NEAR(profile.pieces[0].back().distance, profile.length, 1e-9);
+  const auto heights = profile.heights();
+  const double rise = 0.5 * 1.5 + 0.25 * 0.85;
+  EXPECT_NEAR(heights.ascent, rise, 1e-6);
+  EXPECT_NEAR(heights.descent, 0.0, 1e-6);
+  EXPECT_NEAR(heights.surface, std::hypot(profile.length, rise), 1e-6);
+}
+
+TEST(SurfaceProfile, steps_have_their_risers)
+{
+  // Vertices of each face of its own: seams do not cut it.
+  const MeshData mesh = strip({{0, 0}, {1, 0}, {1, 0.5f}, {2, 0.5f}, {2, 0.25f}, {3, 0.25f}});
+  const auto profile =
+      findProfile(mesh, pointAt(mesh, 0.25, 0.25), pointAt(mesh, 2.75, 0.25, 0.25));
+  ASSERT_TRUE(profile.connected);
+  const auto heights = profile.heights();
+  EXPECT_NEAR(heights.ascent, 0.5, 1e-6);
+  EXPECT_NEAR(heights.descent, 0.25, 1e-6);
+  EXPECT_NEAR(heights.surface, 2.5 + 0.75, 1e-6);
+  EXPECT_NEAR(heights.lowest, 0.0, 1e-6);
+  EXPECT_NEAR(heights.highest, 0.5, 1e-6);
+  // Diagonals of the quadrilaterals are crossed, too: all points lie on the steps.
+  for (const auto& point : profile.pieces[0]) {
+    const double s = point.distance + 0.25;
+    const bool level = std::abs(point.z - (s < 1 ? 0.0 : s < 2 ? 0.5 : 0.25)) < 1e-6;
+    const bool riser = std::abs(s - 1) < 1e-6 || std::abs(s - 2) < 1e-6;
+    EXPECT_TRUE(level || riser) << s << " " << point.z;
+  }
+}
+
+TEST(SurfaceProfile, a_line_through_vertices_and_along_edges_is_the_same)
+{
+  const MeshData mesh = terrain(4, [](double x, double) { return std::abs(x); });
+  const auto along = findProfile(mesh, pointAt(mesh, -0.75, 0.0), pointAt(mesh, 0.5, 0.0));
+  ASSERT_TRUE(along.connected);
+  ASSERT_EQ(along.pieces.size(), 1u);
+  expectPoints(along.pieces[0], {{0, 0.75}, {0.25, 0.5}, {0.75, 0}, {1.25, 0.5}});
+  const auto diagonal = findProfile(mesh, pointAt(mesh, -0.5, -0.5), pointAt(mesh, 0.5, 0.5));
+  ASSERT_TRUE(diagonal.connected);
+  EXPECT_NEAR(diagonal.heights().ascent, 0.5, 1e-6);
+  EXPECT_NEAR(diagonal.heights().descent, 0.5, 1e-6);
+}
+
+TEST(SurfaceProfile, an_overhang_belongs_to_it)
+{
+  const MeshData mesh = strip({{0, 0}, {2, 0}, {1.5f, 1}, {3, 1}});
+  const auto profile = findProfile(mesh, pointAt(mesh, 0.5, 0.3), pointAt(mesh, 2.75, 0.3, 1.0));
+  ASSERT_TRUE(profile.connected);
+  EXPECT_NEAR(profile.heights().surface, 1.5 + std::hypot(0.5, 1.0) + 1.25, 1e-6);
+}
+
+TEST(SurfaceProfile, a_surface_that_ends_is_followed_as_far_as_it_leads)
+{
+  MeshData mesh = strip({{0, 0}, {2, 0}, {1.5f, 1}, {3, 1}});
+  addQuad(mesh, {{{4, -1, 1}, {5, -1, 1}, {5, 1, 1}, {4, 1, 1}}});
+  const auto profile = findProfile(mesh, pointAt(mesh, 0.5, 0.3), pointAt(mesh, 4.5, 0.3, 1.0));
+  EXPECT_FALSE(profile.connected);
+  ASSERT_EQ(profile.gaps().size(), 1u);
+  EXPECT_NEAR(profile.gaps()[0].first, 2.5, 1e-6);
+  EXPECT_NEAR(profile.gaps()[0].second, 3.5, 1e-6);
+  EXPECT_NEAR(profile.heights().ascent, 1.0, 1e-6);
+}
+
+TEST(SurfaceProfile, gaps_are_told_and_what_lies_between_them_is_kept)
+{
+  // Squares of 0.2 m: without those at x from -0.4 to -0.2 and 0.2 to 0.6 in the rows of the line.
+  const auto ramp = [](double x, double) { return 0.1 * x; };
+  std::vector<std::uint32_t> holes;
+  for (const std::uint32_t row : {4u, 5u}) {
+    for (const std::uint32_t column : {3u, 6u, 7u}) {
+      holes.push_back(2 * (10 * row + column));
+      holes.push_back(2 * (10 * row + column) + 1);
+    }
+  }
+  MeshData mesh = without(terrain(10, ramp), holes);
+  const auto profile = findProfile(mesh, pointAt(mesh, -0.9, 0.05), pointAt(mesh, 0.9, 0.05));
+  EXPECT_FALSE(profile.connected);
+  ASSERT_EQ(profile.pieces.size(), 3u);
+  const auto gaps = profile.gaps();
+  ASSERT_EQ(gaps.size(), 2u);
+  EXPECT_NEAR(gaps[0].first, 0.5, 1e-6);
+  EXPECT_NEAR(gaps[0].second, 0.7, 1e-6);
+  EXPECT_NEAR(gaps[1].first, 1.1, 1e-6);
+  EXPECT_NEAR(gaps[1].second, 1.5, 1e-6);
+  expectOnMesh(mesh, profile);
+  // What floats in a gap, and belongs to nothing there, is not the surface.
+  addQuad(mesh, {{{-0.37f, -1, 0}, {-0.23f, -1, 0}, {-0.23f, 1, 0}, {-0.37f, 1, 0}}});
+  EXPECT_EQ(findProfile(mesh, pointAt(mesh, -0.9, 0.05), pointAt(mesh, 0.9, 0.05)).gaps().size(),
+            2u);
+}
+
+TEST(SurfaceProfile, what_lies_in_a_gap_looks_to_the_same_side)
+{
+  std::vector<std::uint32_t> holes;
+  for (const std::uint32_t row : {4u, 5u}) {
+    for (const std::uint32_t column : {4u, 5u}) {
+      holes.push_back(2 * (10 * row + column));
+      holes.push_back(2 * (10 * row + column) + 1);
+    }
+  }
+  const MeshData floor = without(terrain(10, [](double, double) { return 0.0; }), holes);
+  const std::array<std::array<float, 3>, 4> step{
+      {{-0.1f, -1, -0.3f}, {0.1f, -1, -0.3f}, {0.1f, 1, -0.3f}, {-0.1f, 1, -0.3f}}};
+  for (const bool up : {true, false}) {
+    MeshData mesh = floor;
+    addQuad(mesh, up ? step : decltype(step){step[3], step[2], step[1], step[0]});
+    // It belongs to the floor, by a face at its end.
+    const auto count = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.push_back({step[3], {}});
+    mesh.vertices.push_back({step[2], {}});
+    mesh.indices.insert(mesh.indices.end(), {count, count + 1, 120});
+    const auto profile = findProfile(mesh, pointAt(mesh, -0.9, 0.05), pointAt(mesh, 0.9, 0.05));
+    EXPECT_EQ(profile.gaps().size(), up ? 2u : 1u);
+    EXPECT_NEAR(profile.heights().lowest, up ? -0.3 : 0.0, 1e-6);
+  }
+}
+
+TEST(SurfaceProfile, another_storey_is_not_the_profile)
+{
+  MeshData mesh = terrain(10, [](double x, double) { return 0.1 * x; });
+  addQuad(mesh, {{{-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}}});
+  addQuad(mesh, {{{-1, -1, 2}, {-0.5f, -1, 2}, {-0.5f, 1, 2}, {-1, 1, 2}}});
+  const auto below = findProfile(mesh, pointAt(mesh, -0.9, 0.1), pointAt(mesh, 0.9, 0.1));
+  EXPECT_TRUE(below.connected);
+  EXPECT_NEAR(below.heights().highest, 0.09, 1e-6);
+  const auto above = findProfile(mesh, pointAt(mesh, -0.9, 0.1, 1), pointAt(mesh, 0.9, 0.1, 1));
+  EXPECT_TRUE(above.connected);
+  EXPECT_NEAR(above.heights().lowest, 1.0, 1e-6);
+  // From one to the other: as far as the first goes, which is below the second.
+  const auto between = findProfile(mesh, pointAt(mesh, -0.9, 0.1), pointAt(mesh, 0.9, 0.1, 1));
+  EXPECT_FALSE(between.connected);
+  EXPECT_TRUE(between.gaps().empty());
+  EXPECT_NEAR(between.heights().highest, 0.09, 1e-6);
+  const auto down = findProfile(mesh, pointAt(mesh, -0.9, 0.1, 2), pointAt(mesh, 0.9, 0.1, 1));
+  ASSERT_EQ(down.pieces.size(), 2u);
+  EXPECT_NEAR(down.pieces[0].back().distance, 0.4, 1e-6);
+  EXPECT_NEAR(down.pieces[1].front().distance, 0.4, 1e-6);
+  EXPECT_NEAR(down.pieces[1].front().z, 1.0, 1e-6);
+}
+
+TEST(SurfaceProfile, a_ramp_between_the_storeys_of_a_building)
+{
+  const MeshData mesh = world("building");  // the ramp rises by 3.2 m from x = 10 to 22, y = 11.5
+  const auto profile =
+      findProfile(mesh, pointAt(mesh, 9.0, 11.5, 0.0), pointAt(mesh, 23.0, 11.5, 3.2));
+  ASSERT_TRUE(profile.connected) << profile.pieces.size();
+  ASSERT_EQ(profile.pieces.size(), 1u);
+  for (const auto& point : profile.pieces[0]) {
+    const double x = 9.0 + point.distance;
+    EXPECT_NEAR(point.z, std::clamp((x - 10.0) / 12.0, 0.0, 1.0) * 3.2, 1e-5) << x;
+  }
+  // The lower floor below the ramp: it ends where the ramp begins, the line goes up it.
+  const auto lower =
+      findProfile(mesh, pointAt(mesh, 9.0, 11.5, 0.0), pointAt(mesh, 23.0, 11.5, 0.0));
+  EXPECT_FALSE(lower.connected);
+  expectOnMesh(mesh, lower);
+}
+
+TEST(SurfaceProfile, stairs_that_only_touch_the_floor)
+{
+  const MeshData mesh = world("stairs");  // 8 steps of 0.3 by 0.17 m from x = 2 on
+  const auto profile =
+      findProfile(mesh, pointAt(mesh, 0.6, 0.5, 0.0), pointAt(mesh, 4.3, 0.5, 8 * 0.17));
+  ASSERT_TRUE(profile.connected);
+  EXPECT_NEAR(profile.heights().ascent, 8 * 0.17, 1e-5);
+  EXPECT_NEAR(profile.heights().descent, 0.0, 1e-5);
+  EXPECT_NEAR(profile.heights().surface, 3.7 + 8 * 0.17, 1e-5);
+  for (const auto& point : profile.pieces[0]) {
+    const double steps = (0.6 + point.distance - 2.0) / 0.3;
+    const double low = steps < -1e-4 ? 0.0 : 0.17 * std::floor(steps + 1.0 - 1e-4);
+    const double high = steps < -1e-4 ? 0.0 : 0.17 * std::floor(steps + 1.0 + 1e-4);
+    EXPECT_GE(point.z, std::max(0.0, low) - 1e-5) << point.distance;
+    EXPECT_LE(point.z, high + 1e-5) << point.distance;
+  }
+}
+
+TEST(SurfaceProfile, points_of_all_generated_meshes_are_on_them)
+{
+  for (const char* name : {"sphere", "torus", "two_storeys", "hole", "jittered_plane"}) {
+    SCOPED_TRACE(name);
+    const MeshData mesh = world(name);
+    const auto box = [&](unsigned axis) {
+      float low = 1e9f, high = -1e9f;
+      for (const auto& vertex : mesh.vertices) {
+        low = std::min(low, vertex.position[axis]);
+        high = std::max(high, vertex.position[axis]);
+      }
+      return std::make_pair(low, high);
+    };
+    for (std::uint32_t from = 0; from < mesh.faceCount(); from += 7) {
+      const std::uint32_t to = static_cast<std::uint32_t>((from * 31 + 11) % mesh.faceCount());
+      const auto middle = [&](std::uint32_t face) {
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (unsigned corner = 0; corner < 3; ++corner) {
+          sum += rviz_mesh_plugin::vectorOf(rviz_mesh_plugin::cornerOf(mesh, face, corner)) / 3.0;
+        }
+        return SurfacePoint{face, rviz_mesh_plugin::arrayOf(sum)};
+      };
+      const auto a = middle(from), b = middle(to);
+      if (std::hypot(a.position[0] - b.position[0], a.position[1] - b.position[1]) < 1e-3) {
+        continue;
+      }
+      const auto profile = findProfile(mesh, a, b);
+      ASSERT_FALSE(profile.pieces.empty());
+      EXPECT_NEAR(profile.pieces.front().front().z, a.position[2], 1e-6);
+      expectOnMesh(mesh, profile);
+      EXPECT_GE(profile.heights().lowest, box(2).first - 1e-5);
+      EXPECT_LE(profile.heights().highest, box(2).second + 1e-5);
+      if (profile.connected) {
+        // No shorter than the straight line between the two.
+        EXPECT_GE(profile.heights().surface,
+                  rviz_mesh_plugin::distance(a.position, b.position) - 1e-6);
+        EXPECT_NEAR(profile.pieces.back().back().z, b.position[2], 1e-6);
+        EXPECT_TRUE(profile.gaps().empty());
+      }
+    }
+  }
+}
+
+TEST(SurfaceProfile, what_is_refused_and_given_up)
+{
+  const MeshData mesh = terrain(3, [](double x, double y) { return x * y; });
+  const SurfacePoint point = pointAt(mesh, 0.2, 0.1);
+  EXPECT_THROW(findProfile(mesh, point, point), std::invalid_argument);
+  const std::atomic<bool> cancel{true};
+  EXPECT_THROW(findProfile(mesh, point, pointAt(mesh, 0.3, 0.3), &cancel),
+               rviz_mesh_plugin::Canceled);
+}
