@@ -14,6 +14,7 @@
 #include "threads/work_thread.h"
 #include "tools/cluster_label_tool.h"
 #include "tools/mesh_inspect_tool.h"
+#include "tools/mesh_measure_tool.h"
 #include "tools/surface_pose_tool.h"
 
 namespace {
@@ -34,4 +35,5 @@ PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::MeshNavigationPanel, rviz::Panel)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::ClusterLabelTool, rviz::Tool)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::MeshGoalTool, rviz::Tool)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::MeshInspectTool, rviz::Tool)
+PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::MeshMeasureTool, rviz::Tool)
 PLUGINLIB_EXPORT_CLASS(rviz_mesh_plugin::MeshPoseEstimateTool, rviz::Tool)

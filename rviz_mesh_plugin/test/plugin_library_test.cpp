@@ -81,7 +81,8 @@ TEST(PluginLibrary, is_declared_under_both_names_each_in_its_own_package)
                            {"rviz_mesh_plugin/MeshGoal", "MeshGoalTool"},
                            {"rviz_map_plugin/MeshGoal", "MeshGoalTool"},
                            {"rviz_mesh_plugin/MeshPoseEstimate", "MeshPoseEstimateTool"},
-                           {"rviz_mesh_plugin/MeshInspect", "MeshInspectTool"}});
+                           {"rviz_mesh_plugin/MeshInspect", "MeshInspectTool"},
+                           {"rviz_mesh_plugin/MeshMeasure", "MeshMeasureTool"}});
   expectNames<rviz::Panel>("rviz::Panel",
                            {{"rviz_mesh_plugin/ClusterLabel", "ClusterLabelPanel"},
                             {"rviz_map_plugin/ClusterLabel", "ClusterLabelPanel"},

@@ -14,13 +14,13 @@
 #include <QJsonDocument>
 #include <QJsonObject>
 #include <QRegularExpression>
-#include <QSaveFile>
 #include <boost/algorithm/string/case_conv.hpp>
 #include <boost/algorithm/string/classification.hpp>
-#include <boost/algorithm/string/replace.hpp>
 #include <boost/algorithm/string/trim.hpp>
 
+#include "base/csv_cell.h"
 #include "base/qt_colors.h"
+#include "base/saved_file.h"
 #include "base/status_lines.h"
 #include "labels/label_faces.h"
 #include "labels/label_name.h"
@@ -32,14 +32,6 @@ namespace rviz_mesh_plugin {
 namespace {
 
 const char* const HEADER = "label,class,instance,color,first_face,last_face\n";
-
-std::string quotedCell(const std::string& text)
-{
-  if (text.find_first_of(",\"\r\n;") == std::string::npos) {
-    return text;
-  }
-  return '"' + boost::algorithm::replace_all_copy(text, "\"", "\"\"") + '"';
-}
 
 std::string trimmed(const std::string& text)
 {
@@ -458,10 +450,9 @@ void writeLabelFile(const std::string& path, const LabelFile& file, std::size_t 
 {
   const bool csv = QFileInfo(QString::fromStdString(path)).suffix().toLower() == "csv";
   const std::string text = csv ? labelsToCsv(file.labels) : labelsToJson(file, face_count);
-  QSaveFile out(QString::fromStdString(path));
-  const auto size = static_cast<qint64>(text.size());
-  if (!out.open(QIODevice::WriteOnly) || out.write(text.data(), size) != size || !out.commit()) {
-    throw LabelFileError(path + ": it cannot be written: " + out.errorString().toStdString());
+  const std::string problem = saveFile(path, text);
+  if (!problem.empty()) {
+    throw LabelFileError(path + ": it cannot be written: " + problem);
   }
 }
 

@@ -14,7 +14,7 @@
 #include "picking/point_values.h"
 #include "picking/view_geometry.h"
 #include "properties/property_maker.h"
-#include "tools/surface_marks.h"
+#include "tools/measuring/surface_marks.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -250,7 +250,7 @@ void MeshInspectTool::takeResult()
     clicked_ = "The points are not connected along the surface; " + apart;
   } else {
     clicked_ = "Distance " + meters(outcome->result->length) + " along the surface, " + apart;
-    marks_->setLine(*second_, outcome->result->points);
+    marks_->addLine(*second_, outcome->result->points);
   }
   context_->queueRender();
   tell();

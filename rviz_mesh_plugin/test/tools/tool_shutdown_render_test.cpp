@@ -35,7 +35,8 @@ TEST_F(ToolShutdownTest, DISABLED_leaves_this_tool_first_and_another_in_use)
 
 TEST_F(ToolShutdownTest, is_peaceful)
 {
-  for (const char* tool : {"ClusterLabel", "MeshGoal", "MeshPoseEstimate", "MeshInspect"}) {
+  for (const char* tool :
+       {"ClusterLabel", "MeshGoal", "MeshPoseEstimate", "MeshInspect", "MeshMeasure"}) {
     const std::string command =
         std::string(FIRST_TOOL) + "=rviz_mesh_plugin/" + tool + " /proc/" +
         std::to_string(getpid()) +

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include <OgreColourValue.h>
 #include <OgrePrerequisites.h>
 
 #include "mesh_view/shown_mesh.h"
@@ -15,11 +16,13 @@ class Shape;
 
 namespace rviz_mesh_plugin {
 
-/// Balls at points of meshes, and a line along a surface, which move with the meshes. The line is
-/// seen through what is before it. GUI thread only.
+/// Balls at points of meshes, and lines along their surfaces, which move with the meshes. Lines are
+/// seen through what is before them. GUI thread only.
 class SurfaceMarks
 {
  public:
+  static const Ogre::ColourValue LINE_COLOR;
+
   /// @param scene_manager outlives this
   explicit SurfaceMarks(Ogre::SceneManager* scene_manager);
   ~SurfaceMarks();
@@ -29,7 +32,8 @@ class SurfaceMarks
   /// @param point in the coordinates of the mesh, as all points
   void addBall(const ShownMesh& mesh, const std::array<double, 3>& point);
   /// @param points 3 coordinates each
-  void setLine(const ShownMesh& mesh, const std::vector<double>& points);
+  void addLine(const ShownMesh& mesh, const std::vector<double>& points,
+               const Ogre::ColourValue& color = LINE_COLOR);
   void clear();
 
   /// The diameter of the balls in meters.
@@ -47,12 +51,19 @@ class SurfaceMarks
     std::unique_ptr<rviz::Shape> shape;
   };
 
+  struct Line
+  {
+    ShownMesh mesh;
+    std::array<double, 3> origin{};
+    std::unique_ptr<rviz::BillboardLine> line;
+  };
+
+  static void place(const Line& line, const ShownMesh& mesh);
+
   Ogre::SceneManager* scene_manager_;
   float size_ = 0.1f;
   std::vector<Ball> balls_;
-  ShownMesh line_mesh_;
-  std::vector<double> line_points_;
-  std::unique_ptr<rviz::BillboardLine> line_;
+  std::vector<Line> lines_;
 };
 
 }  // namespace rviz_mesh_plugin

@@ -1,4 +1,4 @@
-#include "tools/surface_marks.h"
+#include "tools/measuring/surface_marks.h"
 
 #include <algorithm>
 #include <utility>
@@ -25,7 +25,6 @@ constexpr float LINE_WIDTH = 0.3f;
 constexpr Ogre::uint8 AFTER_SURFACES = Ogre::RENDER_QUEUE_MAIN + 3;
 
 const Ogre::ColourValue BALL_COLOR(1.0f, 0.75f, 0.0f);
-const Ogre::ColourValue LINE_COLOR(1.0f, 1.0f, 0.2f);
 
 /// The mesh as it is shown now, by the same display where it still has its name; else null.
 const ShownMesh* find(const ShownMesh& mesh, const std::vector<ShownMesh>& shown)
@@ -40,6 +39,8 @@ const ShownMesh* find(const ShownMesh& mesh, const std::vector<ShownMesh>& shown
 }
 
 }  // namespace
+
+const Ogre::ColourValue SurfaceMarks::LINE_COLOR(1.0f, 1.0f, 0.2f);
 
 SurfaceMarks::SurfaceMarks(Ogre::SceneManager* scene_manager) : scene_manager_(scene_manager) {}
 
@@ -58,9 +59,7 @@ void SurfaceMarks::addBall(const ShownMesh& mesh, const std::array<double, 3>& p
 void SurfaceMarks::clear()
 {
   balls_.clear();
-  line_.reset();
-  line_points_.clear();
-  line_mesh_ = ShownMesh();
+  lines_.clear();
 }
 
 void SurfaceMarks::setSize(float size)
@@ -69,18 +68,16 @@ void SurfaceMarks::setSize(float size)
   for (Ball& ball : balls_) {
     ball.shape->setScale(Ogre::Vector3(size_));
   }
-  if (line_) {
-    line_->setLineWidth(LINE_WIDTH * size_);
+  for (Line& line : lines_) {
+    line.line->setLineWidth(LINE_WIDTH * size_);
   }
 }
 
 /// Relative to the first point, so that floats are exact far from the origin as well.
-void SurfaceMarks::setLine(const ShownMesh& mesh, const std::vector<double>& points)
+void SurfaceMarks::addLine(const ShownMesh& mesh, const std::vector<double>& points,
+                           const Ogre::ColourValue& color)
 {
-  line_mesh_ = mesh;
-  line_points_ = points;
-  line_.reset();
-  const std::size_t count = line_points_.size() / 3;
+  const std::size_t count = points.size() / 3;
   if (count < 2) {
     return;
   }
@@ -89,10 +86,10 @@ void SurfaceMarks::setLine(const ShownMesh& mesh, const std::vector<double>& poi
   line->setMaxPointsPerLine(static_cast<std::uint32_t>(std::min(count, POINTS_PER_LINE)));
   line->setNumLines(static_cast<std::uint32_t>((count - 1 + steps - 1) / steps));
   line->setLineWidth(LINE_WIDTH * size_);
-  line->setColor(LINE_COLOR.r, LINE_COLOR.g, LINE_COLOR.b, 1.0f);
-  const double* const origin = line_points_.data();
+  line->setColor(color.r, color.g, color.b, 1.0f);
+  const double* const origin = points.data();
   for (std::size_t i = 0; i < count; ++i) {
-    const double* const p = &line_points_[3 * i];
+    const double* const p = &points[3 * i];
     const Ogre::Vector3 point = ogreVector({p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]});
     line->addPoint(point);
     if (i % steps == 0 && i > 0 && i + 1 < count) {
@@ -105,8 +102,14 @@ void SurfaceMarks::setLine(const ShownMesh& mesh, const std::vector<double>& poi
   for (unsigned short i = 0; i < node->numAttachedObjects(); ++i) {
     node->getAttachedObject(i)->setRenderQueueGroup(AFTER_SURFACES);
   }
-  line_ = std::move(line);
-  follow({line_mesh_});
+  lines_.push_back({mesh, {origin[0], origin[1], origin[2]}, std::move(line)});
+  place(lines_.back(), mesh);
+}
+
+void SurfaceMarks::place(const Line& line, const ShownMesh& mesh)
+{
+  line.line->setPosition(ogreVector(pointInFixedFrame(line.origin, mesh)));
+  line.line->setOrientation(mesh.orientation);
 }
 
 void SurfaceMarks::follow(const std::vector<ShownMesh>& shown)
@@ -118,13 +121,11 @@ void SurfaceMarks::follow(const std::vector<ShownMesh>& shown)
       ball.shape->setPosition(ogreVector(pointInFixedFrame(ball.point, *mesh)));
     }
   }
-  if (line_) {
-    const ShownMesh* const mesh = find(line_mesh_, shown);
-    line_->getSceneNode()->setVisible(mesh != nullptr);
+  for (Line& line : lines_) {
+    const ShownMesh* const mesh = find(line.mesh, shown);
+    line.line->getSceneNode()->setVisible(mesh != nullptr);
     if (mesh) {
-      const auto* const p = line_points_.data();
-      line_->setPosition(ogreVector(pointInFixedFrame({p[0], p[1], p[2]}, *mesh)));
-      line_->setOrientation(mesh->orientation);
+      place(line, *mesh);
     }
   }
 }
