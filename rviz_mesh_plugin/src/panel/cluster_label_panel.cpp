@@ -24,6 +24,8 @@
 #include <QTimer>
 
 #include "panel/label_dialogs.h"
+#include "panel/zoom_button.h"
+#include "picking/surface_picker.h"
 
 namespace rviz_mesh_plugin {
 namespace {
@@ -119,7 +121,9 @@ void ClusterLabelPanel::createWidgets()
   status_->setWordWrap(true);
   status_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   grid->addWidget(new QLabel("Cluster Name:", this), 0, 0, 1, 2);
-  grid->addWidget(name_, 0, 2, 1, 4);
+  grid->addWidget(name_, 0, 2, 1, 2);
+  zoom_ = new ZoomButton([this] { return zoomTarget(); }, [this] { return vis_manager_; });
+  grid->addWidget(zoom_, 0, 4, 1, 2);
   grid->addWidget(list_, 2, 0, 1, 6);
   grid->addWidget(status_, 8, 0, 1, 6);
   using Action = LabelAction;
@@ -308,6 +312,40 @@ void ClusterLabelPanel::followList()
   }
 }
 
+/// Whose labels are edited, or the first that is shown.
+MeshDataConstPtr ClusterLabelPanel::meshToZoomTo() const
+{
+  const ClusterLabelTool* const tool = commands_ ? commands_->tool() : nullptr;
+  MeshDataConstPtr mesh = session_ ? session_->mesh() : nullptr;
+  if (!mesh && tool) {
+    mesh = tool->mesh();
+  }
+  if (!mesh && vis_manager_) {
+    const auto shown = SurfacePicker(vis_manager_).meshes();
+    mesh = shown.empty() ? nullptr : shown.front().mesh;
+  }
+  return mesh;
+}
+
+ZoomTarget ClusterLabelPanel::zoomTarget() const
+{
+  ZoomTarget target;
+  target.mesh = meshToZoomTo();
+  const ClusterLabelTool* const tool = commands_ ? commands_->tool() : nullptr;
+  if (session_) {
+    for (const std::string& name : chosen()) {
+      const auto found = session_->labels().find(name);
+      if (found != session_->labels().end()) {
+        target.labels.push_back(found->second);
+      }
+    }
+  }
+  if (tool && target.mesh && tool->mesh() == target.mesh) {
+    target.faces = tool->selection().bits();
+  }
+  return target;
+}
+
 std::vector<std::string> ClusterLabelPanel::chosen() const
 {
   std::vector<std::string> chosen;
@@ -333,6 +371,7 @@ void ClusterLabelPanel::showSituation()
   if (!commands_) {
     return;
   }
+  zoom_->allow(meshToZoomTo() != nullptr);
   const LabelSituation now = situation();
   for (const auto& button : buttons_) {
     const std::string reason = whyNot(button.first, now);

@@ -24,6 +24,9 @@ class QTimer;
 
 namespace rviz_mesh_plugin {
 
+class ZoomButton;
+struct ZoomTarget;
+
 /// Lists the labels of a mesh and edits them, with the faces that the tool ClusterLabel has
 /// selected. Asks before RViz is closed with labels that are not saved.
 class ClusterLabelPanel : public rviz::Panel
@@ -65,6 +68,8 @@ class ClusterLabelPanel : public rviz::Panel
   LabelSituation situation() const;
   void showSituation();
   std::vector<std::string> chosen() const;
+  MeshDataConstPtr meshToZoomTo() const;
+  ZoomTarget zoomTarget() const;
 
   bool mayClose();
   void askToClose();
@@ -77,6 +82,7 @@ class ClusterLabelPanel : public rviz::Panel
   QLineEdit* name_;
   QTableView* list_;
   QLabel* status_;
+  ZoomButton* zoom_ = nullptr;
   std::map<LabelAction, QPushButton*> buttons_;
   QTimer* timer_;
   std::string failure_;  ///< of work()

@@ -1,0 +1,143 @@
+#include "panel/zoom_button.h"
+
+#include <utility>
+
+#include <QMenu>
+#include <QTimer>
+
+#include <rviz/display_context.h>
+#include <rviz/view_manager.h>
+
+#include "base/vectors.h"
+#include "picking/surface_picker.h"
+#include "picking/view_zoom.h"
+
+namespace rviz_mesh_plugin {
+namespace {
+
+constexpr int LOOK_EVERY = 30;  // ms
+
+/// So many faces are looked at between two looks at the cancel flag.
+constexpr std::uint32_t ZOOM_STRETCH = 1 << 16;
+
+Bounds boundsOf(const MeshData& mesh, const ZoomTarget& target, const Cancellation& cancellation)
+{
+  Bounds bounds = Bounds::none();
+  const auto add = [&](std::uint32_t face) {
+    if (face % ZOOM_STRETCH == 0) {
+      throwIfCanceled(&cancellation.flag());
+    }
+    for (unsigned corner = 0; corner < 3; ++corner) {
+      bounds.enclose(cornerOf(mesh, face, corner));
+    }
+  };
+  for (const LabelClusterConstPtr& label : target.labels) {
+    for (const std::uint32_t face : label->faces) {
+      if (face < mesh.faceCount()) {
+        add(face);
+      }
+    }
+  }
+  if (target.faces) {
+    target.faces->visit(add);
+  }
+  return bounds;
+}
+
+}  // namespace
+
+ZoomButton::ZoomButton(std::function<ZoomTarget()> target,
+                       std::function<rviz::DisplayContext*()> context)
+    : QPushButton("Zoom To"), target_(std::move(target)), context_(std::move(context))
+{
+  auto* menu = new QMenu(this);
+  connect(menu->addAction("&Mesh"), &QAction::triggered, this, [this] { zoom(MESH); });
+  connect(menu->addAction("&Labels in the List"), &QAction::triggered, this,
+          [this] { zoom(LABELS); });
+  connect(menu->addAction("&Selection"), &QAction::triggered, this, [this] { zoom(SELECTION); });
+  setMenu(menu);
+  allow(false);
+  timer_ = new QTimer(this);
+  timer_->setInterval(LOOK_EVERY);
+  connect(timer_, &QTimer::timeout, this, &ZoomButton::finish);
+}
+
+void ZoomButton::allow(bool has_mesh)
+{
+  const QString tip =
+      "Moves the camera so that all of the mesh, the labels or the selection is seen";
+  setEnabled(has_mesh);
+  setToolTip(has_mesh ? tip + "." : tip + ".\nNot now: there is no mesh, add a display of one.");
+}
+
+void ZoomButton::say(const QString& text)
+{
+  if (rviz::DisplayContext* context = context_()) {
+    context->setStatus(text);
+  }
+}
+
+void ZoomButton::zoom(What what)
+{
+  ZoomTarget target = target_();
+  if (!target.mesh) {
+    say("There is no mesh to zoom to: add a display of one");
+    return;
+  }
+  if (what == LABELS && target.labels.empty()) {
+    say("No label is chosen in the list: choose one to zoom to it");
+    return;
+  }
+  if (what == SELECTION && (!target.faces || target.faces->count() == 0)) {
+    say("No face of this mesh is selected: select some to zoom to them");
+    return;
+  }
+  if (what != LABELS) {
+    target.labels.clear();
+  }
+  if (what != SELECTION) {
+    target.faces.reset();
+  }
+  mesh_ = target.mesh;
+  try {
+    task_.start([what, target = std::move(target)](const Cancellation& cancellation) {
+      return what == MESH ? Bounds(*target.mesh) : boundsOf(*target.mesh, target, cancellation);
+    });
+    timer_->start();
+  } catch (const std::exception& error) {  // no thread
+    say(QString("Zooming failed: ") + error.what());
+  }
+}
+
+void ZoomButton::finish()
+{
+  const auto outcome = task_.take();
+  if (!outcome) {
+    return;
+  }
+  timer_->stop();
+  rviz::DisplayContext* const context = context_();
+  rviz::ViewManager* const views = context ? context->getViewManager() : nullptr;
+  if (!views || !views->getCurrent()) {
+    return;
+  }
+  if (!outcome->result) {
+    say(QString("Zooming failed: ") + outcome->error.c_str());
+    return;
+  }
+  if (outcome->result->lower[0] > outcome->result->upper[0]) {
+    say("The labels have no faces: there is nothing to zoom to");
+    return;
+  }
+  const MeshDataConstPtr mesh = mesh_.lock();
+  for (const ShownMesh& shown : SurfacePicker(context).meshes()) {
+    if (shown.mesh == mesh) {
+      zoomTo(*views->getCurrent(), boxInFixedFrame(*outcome->result, shown));
+      context->queueRender();
+      return;
+    }
+  }
+  say("The mesh is not shown: enable its display to zoom to it");
+}
+
+}  // namespace rviz_mesh_plugin
