@@ -14,6 +14,12 @@ using rviz_mesh_plugin::Bounds;
 class ViewZoomTest : public ToolFixture
 {
  protected:
+  void TearDown() override
+  {
+    view().subProp("Target Frame")->setValue("<Fixed Frame>");  // views of other tests inherit it
+    ToolFixture::TearDown();
+  }
+
   static rviz::ViewController& view() { return *manager()->getViewManager()->getCurrent(); }
 
   /// The corners of a box in the picture, from -1 to 1; the farthest one from its middle.
