@@ -27,6 +27,10 @@ inline bool operator==(const Rgba8& a, const Rgba8& b)
 {
   return a.red == b.red && a.green == b.green && a.blue == b.blue && a.alpha == b.alpha;
 }
+inline bool operator!=(const Rgba8& a, const Rgba8& b)
+{
+  return !(a == b);
+}
 
 /// One vertex as it lies in the vertex buffer, in meters; the normal has length 1, or 0 where none
 /// can be told.

@@ -248,7 +248,7 @@ std::string ClusterLabelDisplay::whyNotEditable(const std::string& label) const
 }
 
 std::string ClusterLabelDisplay::storeFaces(const std::string& label,
-                                            const std::vector<std::uint32_t>& faces, bool override)
+                                            const LabelFacesConstPtr& faces, bool override)
 {
   std::string reason = whyNotEditable(label);
   if (reason.empty()) {
@@ -256,8 +256,8 @@ std::string ClusterLabelDisplay::storeFaces(const std::string& label,
     // Where nobody could tell before.
     face_parents_.request(store_.mesh()->uuid, store_.mesh()->faceCount());
     lines_.attempt([&] {
-      const auto edit = labelEdit(*store_.mesh(), label, faces, override);
-      if (override && faces.empty()) {
+      const auto edit = sentEdit(*store_.mesh(), label, faces, override, faceParents());
+      if (override && faces->empty()) {
         owner_.remove(edit);
       } else {
         owner_.store(edit);

@@ -17,6 +17,7 @@
 #include "incoming/reception.h"
 #include "labels/face_parents.h"
 #include "labels/label_colors.h"
+#include "labels/label_faces.h"
 #include "labels/shown_labels.h"
 #include "sources/face_parents_source.h"
 #include "sources/label_client.h"
@@ -76,8 +77,7 @@ class ClusterLabelDisplay : public rviz::Display
   /// Asks the owner of the labels to store a label with these faces, instead of those it has
   /// (@a override) or beside them: it shows once it is stored. Returns why that cannot be asked
   /// for, else an empty string.
-  std::string storeFaces(const std::string& label, const std::vector<std::uint32_t>& faces,
-                         bool override);
+  std::string storeFaces(const std::string& label, const LabelFacesConstPtr& faces, bool override);
 
   /// The same for a color of the label's own; null: that of its class again.
   std::string setLabelColor(const std::string& label, const Rgba8* color);

@@ -1,22 +1,18 @@
 #include "label_editing/label_session.h"
 
 #include <algorithm>
+#include <exception>
 #include <iterator>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
-#include <mesh_msgs/MeshFaceClusterStamped.h>
-#include <ros/console.h>
 #include <ros/names.h>
 #include <rviz/display_context.h>
-#include <std_srvs/Trigger.h>
 
 #include "displays/display_tree.h"
 #include "labels/face_parents.h"
-#include "labels/label_faces.h"
 #include "labels/label_name.h"
-#include "ros_client/service_call.h"
+#include "rendering/labels/label_parts.h"
 #include "sources/label_client.h"
 #include "sources/label_color_source.h"
 
@@ -27,8 +23,6 @@ namespace {
 /// Not latched: an old edit that is heard again would undo newer ones.
 const char* const EVERYBODY = "/cluster_label";
 constexpr std::uint32_t QUEUE = 100;
-
-constexpr std::chrono::seconds SAVE_PATIENCE(120);
 
 MeshId idOf(const MeshDataConstPtr& mesh)
 {
@@ -59,11 +53,17 @@ ClusterLabelDisplay* bestDisplay(const rviz::DisplayContext& context, const Rank
 }
 
 /// None: the label is not there.
-const LabelSession::Faces& facesOf(const LabelClusters& labels, const std::string& label)
+LabelFacesConstPtr facesOf(const LabelClusters& labels, const std::string& label)
 {
-  static const LabelSession::Faces none;
+  static const LabelFacesConstPtr none = labelFaces({});
   const auto stored = labels.find(label);
-  return stored == labels.end() ? none : stored->second->faces;
+  return stored == labels.end() ? none : LabelFacesConstPtr(stored->second, &stored->second->faces);
+}
+
+std::string quoted(const std::vector<std::string>& labels)
+{
+  return labels.size() == 1 ? "'" + labels.front() + "'"
+                            : counted(labels.size(), "label", "labels");
 }
 
 bool hasChanged(const LabelEdit& edit, const ClusterLabelDisplay& display)
@@ -71,34 +71,10 @@ bool hasChanged(const LabelEdit& edit, const ClusterLabelDisplay& display)
   if (edit.based_on.empty()) {
     return false;
   }
-  const auto& faces = facesOf(display.labels(), edit.label);
-  return std::none_of(edit.based_on.begin(), edit.based_on.end(),
-                      [&](const auto& expected) { return *expected == faces; });
-}
-
-/// Asks who stores labels in this namespace to write them into the map; false: nobody is there.
-/// @throw std::runtime_error that says why they are not saved; Canceled
-bool saveLabels(const std::string& name_space, const Cancellation& cancellation)
-{
-  using std_srvs::Trigger;
-  const std::string service = ros::names::append(name_space, "save_map");
-  const auto answer = ServiceCall(cancellation).callPatiently<Trigger>(service, Trigger::Request());
-  if (!answer) {
-    return false;
-  }
-  if (!answer->refusal.empty()) {
-    throw std::runtime_error(service + " refuses it: " + shortened(answer->refusal));
-  }
-  Trigger::Response response;
-  try {
-    response = answer->read<Trigger::Response>();
-  } catch (const RejectedMessage& rejected) {
-    throw std::runtime_error(service + " answers: " + rejected.what());
-  }
-  if (!response.success) {
-    throw std::runtime_error(service + " says: " + shortened(response.message));
-  }
-  return true;
+  const auto faces = facesOf(display.labels(), edit.label);
+  return std::none_of(edit.based_on.begin(), edit.based_on.end(), [&](const auto& expected) {
+    return expected == faces || *expected == *faces;
+  });
 }
 
 /// Faces as they come back when they are stored: where the mesh was made of another one, with all
@@ -114,7 +90,7 @@ LabelSession::Faces asStored(const LabelSession::Faces& faces, const ClusterLabe
 LabelSession::LabelSession(rviz::DisplayContext* context, std::chrono::milliseconds patience)
     : context_(context), edits_(patience)
 {
-  everybody_ = node_.advertise<mesh_msgs::MeshFaceClusterStamped>(EVERYBODY, QUEUE);
+  everybody_.advertise(node_, EVERYBODY, QUEUE);
 }
 
 LabelSession::~LabelSession()
@@ -144,15 +120,19 @@ void LabelSession::work(const MeshDataConstPtr& mesh)
   }
   display_ = best;
   namespace_ = display_ ? labelNamespace(display_->source()) : std::string();
+  workOnCommands();
   const auto stored = edits_.work(
-      Clock::now(), [this](const LabelEdit& edit) { return isStored(edit); },
+      PendingEdits::Clock::now(), [this](const LabelEdit& edit) { return isStored(edit); },
       [this](const LabelEdit& edit) { return send(edit); });
   for (const LabelEdit& edit : stored) {
-    unsaved_[{edit.mesh, edit.label}] = {labelNamespace(displayOf(edit)->source()), ++changes_};
+    saving_.addStored(edit.mesh, edit.label, labelNamespace(displayOf(edit)->source()));
   }
-  showEdits(edits_.status());
-  takeSaved();
-  if (!stored.empty() || labels() != known_) {
+  const OptionalStatus status = edits_.status();
+  showEdits(status || commands_.empty()
+                ? status
+                : StatusLine::ok(commands_.front().what, " is being made ready"));
+  const bool saved = saving_.work(namespace_);
+  if (saved || !stored.empty() || labels() != known_) {
     known_ = labels();
     ++revision_;
   }
@@ -172,6 +152,7 @@ void LabelSession::sendAgain()
 void LabelSession::giveUp()
 {
   edits_.giveUp();
+  command_failure_.clear();
   ++revision_;
 }
 
@@ -207,25 +188,35 @@ std::vector<std::string> LabelSession::names() const
   return {names.begin(), names.end()};
 }
 
-LabelSession::Faces LabelSession::faces(const std::string& label) const
+LabelFacesConstPtr LabelSession::stored(const std::string& label) const
 {
-  const LabelEdit* pending = edits_.find(id(), label);
-  if (pending && !pending->adds) {
-    return *pending->faces;
-  }
-  const Faces& stored = facesOf(labels(), label);
-  if (!pending) {
-    return stored;
-  }
-  Faces all;
-  std::set_union(stored.begin(), stored.end(), pending->faces->begin(), pending->faces->end(),
-                 std::back_inserter(all));
-  return all;
+  return facesOf(labels(), label);
 }
 
-std::size_t LabelSession::faceCount(const std::string& label) const
+/// Of an edit that adds to many, which others change meanwhile, what they do is not waited for.
+LabelFacesConstPtr LabelSession::faces(const std::string& label) const
 {
-  return edits_.find(id(), label) ? faces(label).size() : facesOf(labels(), label).size();
+  const LabelEdit* pending = edits_.find(id(), label);
+  if (!pending) {
+    return stored(label);
+  }
+  if (!pending->adds) {
+    return pending->faces;
+  }
+  const LabelFacesConstPtr now = stored(label);
+  const bool is_known = now == pending->before || now->size() + pending->faces->size() > MANY_FACES;
+  return is_known ? pending->whole : united(now, pending->faces);
+}
+
+LabelState LabelSession::state(const std::string& label) const
+{
+  LabelState state;
+  state.faces = faces(label);
+  if (!state.faces->empty()) {
+    const LabelEdit* pending = edits_.findColor(id(), label);
+    state.color = pending ? pending->color : display_ ? display_->ownColor(label) : std::nullopt;
+  }
+  return state;
 }
 
 bool LabelSession::isUnstored(const std::string& label) const
@@ -235,7 +226,7 @@ bool LabelSession::isUnstored(const std::string& label) const
 
 bool LabelSession::isUnsaved(const std::string& label) const
 {
-  return unsaved_.count({id(), label}) != 0;
+  return saving_.isUnsaved(id(), label);
 }
 
 ClusterLabelDisplay* LabelSession::displayOf(const LabelEdit& edit) const
@@ -265,19 +256,21 @@ std::string LabelSession::send(const LabelEdit& edit)
     return "it has changed meanwhile, elsewhere, and what is new would be lost: give up and look "
            "at it, or delete it";
   }
-  const Faces faces = asStored(*edit.faces, *display);
-  const std::string reason = display->storeFaces(edit.label, faces, !edit.adds);
+  other_.erase({edit.mesh, edit.label});
+  const std::string reason = display->storeFaces(edit.label, edit.faces, !edit.adds);
   // Not where the UUID says "the only one": that may be another mesh for who hears it. Nor that a
   // label has gone: its owner deletes it, and no faces would be a label without faces elsewhere.
-  const bool removes = faces.empty() && !edit.adds;
+  const bool removes = edit.faces->empty() && !edit.adds;
   if (reason.empty() && !removes && !uuid.empty() && uuid != "mesh" &&
       ros::names::append(labelNamespace(display->source()), "cluster_label") != EVERYBODY) {
-    everybody_.publish(labelEdit(*display->mesh(), edit.label, faces, !edit.adds));
+    everybody_.publish(
+        sentEdit(*display->mesh(), edit.label, edit.faces, !edit.adds, display->faceParents()));
   }
   return reason;
 }
 
-bool LabelSession::isStored(const LabelEdit& edit) const
+/// A label that has been compared and is another one is not compared again, as it may be large.
+bool LabelSession::isStored(const LabelEdit& edit)
 {
   const ClusterLabelDisplay* display = displayOf(edit);
   if (!display) {
@@ -286,10 +279,23 @@ bool LabelSession::isStored(const LabelEdit& edit) const
   if (!edit.faces) {
     return display->ownColor(edit.label) == edit.color;
   }
-  const Faces& stored = facesOf(display->labels(), edit.label);
-  return edit.adds
-             ? std::includes(stored.begin(), stored.end(), edit.faces->begin(), edit.faces->end())
-             : stored == asStored(*edit.faces, *display);
+  const auto label = display->labels().find(edit.label);
+  const LabelClusterConstPtr now = label == display->labels().end() ? nullptr : label->second;
+  const auto compared = other_.find({edit.mesh, edit.label});
+  if (compared != other_.end() && compared->second == now) {
+    return false;
+  }
+  const LabelFacesConstPtr stored = facesOf(display->labels(), edit.label);
+  const bool is_stored =
+      edit.adds
+          ? std::includes(stored->begin(), stored->end(), edit.faces->begin(), edit.faces->end())
+          : *stored == *edit.faces || *stored == asStored(*edit.faces, *display);
+  if (is_stored) {
+    other_.erase({edit.mesh, edit.label});
+  } else {
+    other_[{edit.mesh, edit.label}] = now;
+  }
+  return is_stored;
 }
 
 LabelEdit LabelSession::edit(const std::string& label) const
@@ -300,241 +306,373 @@ LabelEdit LabelSession::edit(const std::string& label) const
   return edit;
 }
 
+LabelEdit LabelSession::facesEdit(const std::string& label, LabelFacesConstPtr faces) const
+{
+  LabelEdit change = edit(label);
+  change.faces = std::move(faces);
+  return change;
+}
+
+LabelEdit LabelSession::colorEdit(const std::string& label, const std::optional<Rgba8>& color) const
+{
+  LabelEdit change = edit(label);
+  change.color = color;
+  return change;
+}
+
 /// Clears a label whose faces another one gets.
 LabelEdit LabelSession::clearing(const std::string& label, const std::string& after) const
 {
-  LabelEdit clear = edit(label);
-  clear.faces = std::make_shared<Faces>();
+  LabelEdit clear = facesEdit(label, labelFaces({}));
   clear.after = after;
   // What is on its way may have been sent, or not.
-  clear.based_on = {std::make_shared<Faces>(faces(label)),
-                    std::make_shared<Faces>(facesOf(labels(), label))};
+  clear.based_on = {faces(label), stored(label)};
   return clear;
 }
 
-/// Checks what is to be kept until it is stored.
-std::string LabelSession::put(LabelEdit edit)
+std::string LabelSession::perform(const std::string& what, std::function<Plan()> begin)
 {
-  const MeshDataConstPtr mesh = this->mesh();
-  if (!mesh) {
+  Command command;
+  command.what = what;
+  command.begin = std::move(begin);
+  return perform(std::move(command));
+}
+
+std::string LabelSession::perform(Command command)
+{
+  if (!mesh()) {
     return "there is no mesh to label: add a Map3D display, or one of labels with its topics";
   }
-  std::string reason = whyNoLabel(edit.label);
-  if (reason.empty() && edit.faces && !edit.faces->empty() &&
-      edit.faces->back() >= mesh->faceCount()) {
-    reason = "these faces are not of the mesh '" + mesh->uuid + "', whose labels are edited";
-  }
-  if (reason.empty()) {
-    edits_.add(std::move(edit));
+  command_failure_.clear();
+  command.mesh = id();
+  command.order = newest_order_ = nextStepOrder();
+  if (busy()) {
+    commands_.push_back(std::move(command));
     ++revision_;
-  }
-  return reason;
-}
-
-std::string LabelSession::assign(const std::string& label, const Faces& faces)
-{
-  auto sorted = std::make_shared<Faces>(faces);
-  sortFaces(*sorted);
-  LabelEdit change = edit(label);
-  change.faces = std::move(sorted);
-  return put(std::move(change));
-}
-
-std::string LabelSession::add(const std::string& label, const Faces& faces)
-{
-  if (faces.empty()) {
     return {};
   }
-  const LabelEdit* pending = edits_.find(id(), label);
-  LabelEdit change = pending ? *pending : edit(label);
-  change.adds = !pending || pending->adds;
-  auto all = std::make_shared<Faces>(faces);
-  if (pending) {
-    all->insert(all->end(), pending->faces->begin(), pending->faces->end());
-  }
-  sortFaces(*all);
-  change.faces = std::move(all);
-  return put(std::move(change));
+  return begin(std::move(command));
 }
 
-std::string LabelSession::takeAway(const std::string& label, const Faces& faces)
+/// With its turn. Returns why it cannot be done.
+std::string LabelSession::begin(Command command)
 {
-  Faces sorted = faces;
-  sortFaces(sorted);
-  if (display_) {
-    sorted = asStored(sorted, *display_);  // what is left of a face would bring all of it back
+  if (id() != command.mesh) {
+    return "the mesh is another one now: nothing is done to its labels by " + command.what;
   }
-  const Faces before = this->faces(label);
-  Faces rest;
-  std::set_difference(before.begin(), before.end(), sorted.begin(), sorted.end(),
-                      std::back_inserter(rest));
-  return assign(label, rest);
+  try {
+    Plan plan = command.begin();
+    if (!plan.reason.empty()) {
+      return plan.reason;
+    }
+    if (plan.faces <= MANY_FACES) {
+      return finish(command, plan.make());
+    }
+    making_.start(
+        [make = std::move(plan.make)](const Cancellation& /*cancellation*/) { return make(); });
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  commands_.push_front(std::move(command));
+  ++revision_;
+  return {};
+}
+
+void LabelSession::workOnCommands()
+{
+  if (const auto made = making_.take()) {
+    const Command command = std::move(commands_.front());
+    commands_.pop_front();
+    command_failure_ = made->result ? finish(command, *made->result) : made->error;
+    ++revision_;
+  }
+  while (!commands_.empty() && !making_.isRunning()) {
+    Command next = std::move(commands_.front());
+    commands_.pop_front();
+    const std::string reason = begin(std::move(next));
+    command_failure_ = reason.empty() ? command_failure_ : reason;
+    ++revision_;
+  }
+}
+
+/// Keeps edits until they are stored: all, or none.
+std::string LabelSession::finish(const Command& command, Edits edits)
+{
+  for (const LabelEdit& edit : edits) {
+    std::string reason = whyNoLabel(edit.label);
+    if (reason.empty() && edit.faces && !edit.faces->empty() &&
+        edit.faces->back() >= edit.mesh.second) {
+      reason = "these faces are not of the mesh '" + edit.mesh.first + "', whose labels are edited";
+    }
+    if (!reason.empty()) {
+      return reason;
+    }
+  }
+  if (command.step && command.undoes) {
+    history_.addUndone(*command.step);
+  } else if (command.step) {
+    history_.addDone(*command.step);
+  } else if (!edits.empty()) {
+    history_.addDone(stepOf(command, edits));
+  }
+  for (LabelEdit& edit : edits) {
+    other_.erase({edit.mesh, edit.label});
+    edits_.add(std::move(edit));
+  }
+  ++revision_;
+  return {};
+}
+
+/// What labels are before these edits, and after them.
+LabelStep LabelSession::stepOf(const Command& command, const Edits& edits) const
+{
+  LabelStep step;
+  step.order = command.order;
+  step.mesh = command.mesh;
+  step.what = command.what;
+  for (const LabelEdit& edit : edits) {
+    auto change = std::find_if(step.changes.begin(), step.changes.end(),
+                               [&](const auto& known) { return known.label == edit.label; });
+    if (change == step.changes.end()) {
+      const LabelState now = state(edit.label);
+      change = step.changes.insert(change, {edit.label, now, now});
+    }
+    if (!edit.faces) {
+      change->after.color = edit.color;
+    } else {
+      change->after.faces = edit.adds ? edit.whole : edit.faces;
+    }
+    if (change->after.faces->empty()) {
+      change->after.color.reset();  // which goes with the label
+    }
+  }
+  return step;
+}
+
+std::string LabelSession::whyNotNow() const
+{
+  return busy() ? "labels of many faces are still being edited: try again in a moment"
+                : std::string();
+}
+
+/// Nobody else can have changed what is put back: where somebody has, it is refused.
+std::string LabelSession::step(bool undo)
+{
+  const MeshId mesh = id();
+  if ((undo ? history_.undoOrder(mesh) : history_.redoOrder(mesh)) == 0) {
+    return undo ? "there is nothing to undo" : "there is nothing to redo";
+  }
+  Command command;
+  command.undoes = undo;
+  command.step =
+      std::make_shared<LabelStep>(undo ? history_.takeDone(mesh) : history_.takeUndone(mesh));
+  command.what = (undo ? "undoing " : "redoing ") + command.step->what;
+  const std::string told = (undo ? "undone: " : "done again: ") + command.step->what;
+  command.begin = [this, undo, step = command.step] {
+    Plan plan;
+    std::vector<LabelNow> now;
+    for (const LabelChange& change : step->changes) {
+      now.push_back({state(change.label), stored(change.label)});
+      plan.faces += change.before.faces->size() + change.after.faces->size();
+    }
+    plan.make = [step, undo, now = std::move(now), parents = parents()] {
+      return editsBack(*step, undo, now, parents);
+    };
+    return plan;
+  };
+  const std::uint64_t newest = newest_order_;
+  const std::string reason = perform(std::move(command));
+  newest_order_ = newest;
+  command_failure_ = reason;
+  return reason.empty() ? told : reason;
+}
+
+std::string LabelSession::assign(const std::string& label, const GivenFaces& faces)
+{
+  return perform("labelling '" + label + "'", [this, label, faces] {
+    Plan plan;
+    plan.faces = faces.count();
+    plan.make = [change = edit(label), faces]() mutable {
+      change.faces = faces.sorted();
+      return Edits{change};
+    };
+    return plan;
+  });
+}
+
+std::string LabelSession::add(const std::string& label, const GivenFaces& faces)
+{
+  if (faces.count() == 0) {
+    return {};
+  }
+  return perform("adding faces to '" + label + "'", [this, label, faces] {
+    const LabelEdit* pending = edits_.find(id(), label);
+    LabelEdit change = pending ? *pending : facesEdit(label, labelFaces({}));
+    change.adds = !pending || pending->adds;
+    change.before = stored(label);
+    Plan plan;
+    plan.faces = faces.count() + change.faces->size() + change.before->size();
+    plan.make = [change, faces]() mutable {
+      change.faces = united(change.faces, faces.sorted());
+      change.whole = united(change.before, change.faces);
+      return Edits{change};
+    };
+    return plan;
+  });
+}
+
+std::string LabelSession::takeAway(const std::string& label, const GivenFaces& faces)
+{
+  return perform("taking faces away from '" + label + "'", [this, label, faces] {
+    const LabelFacesConstPtr before = this->faces(label);
+    Plan plan;
+    plan.faces = before->size() + faces.count();
+    plan.make = [change = edit(label), faces, before, parents = parents()]() mutable {
+      LabelFacesConstPtr gone = faces.sorted();
+      if (parents) {  // what is left of a face would bring all of it back
+        gone = labelFaces(wholeFaces(*gone, *parents));
+      }
+      Faces rest;
+      std::set_difference(before->begin(), before->end(), gone->begin(), gone->end(),
+                          std::back_inserter(rest));
+      change.faces = labelFaces(std::move(rest));
+      return Edits{change};
+    };
+    return plan;
+  });
 }
 
 std::string LabelSession::rename(const std::string& from, const std::string& to)
 {
-  const std::vector<std::string> known = names();
-  if (std::find(known.begin(), known.end(), to) != known.end()) {
-    return "there is a label '" + to + "' already: merge them, or take another name";
-  }
-  const std::optional<Rgba8> own = display_ ? display_->ownColor(from) : std::nullopt;
-  std::string reason = assign(to, faces(from));
-  if (reason.empty() && own) {
-    reason = setColor({to}, own);
-  }
-  if (reason.empty()) {
-    reason = put(clearing(from, to));
-  }
-  return reason;
+  return perform("renaming '" + from + "' to '" + to + "'", [this, from, to] {
+    Plan plan;
+    const std::vector<std::string> known = names();
+    if (std::find(known.begin(), known.end(), to) != known.end()) {
+      plan.reason = "there is a label '" + to + "' already: merge them, or take another name";
+      return plan;
+    }
+    const LabelState old = state(from);
+    Edits edits{facesEdit(to, old.faces)};
+    if (old.color) {
+      edits.push_back(colorEdit(to, old.color));
+    }
+    edits.push_back(clearing(from, to));
+    plan.make = [edits] { return edits; };
+    return plan;
+  });
 }
 
 std::string LabelSession::merge(const std::vector<std::string>& labels, const std::string& into)
 {
-  Faces all;
-  for (const std::string& label : labels) {
-    const Faces faces = label == into ? Faces() : this->faces(label);
-    all.insert(all.end(), faces.begin(), faces.end());
-  }
-  std::string reason = add(into, all);
-  for (const std::string& label : labels) {
-    if (reason.empty() && label != into) {
-      reason = put(clearing(label, into));
+  return perform("merging " + quoted(labels) + " into '" + into + "'", [this, labels, into] {
+    const LabelEdit* pending = edits_.find(id(), into);
+    LabelEdit change = pending ? *pending : facesEdit(into, labelFaces({}));
+    change.adds = !pending || pending->adds;
+    change.before = stored(into);
+    Plan plan;
+    plan.faces = change.faces->size() + change.before->size();
+    std::vector<LabelFacesConstPtr> parts{change.faces};
+    Edits cleared;
+    for (const std::string& label : labels) {
+      if (label != into) {
+        parts.push_back(faces(label));
+        plan.faces += parts.back()->size();
+        cleared.push_back(clearing(label, into));
+      }
     }
-  }
-  return reason;
+    plan.make = [change, parts, cleared]() mutable {
+      Faces all;
+      for (const LabelFacesConstPtr& part : parts) {
+        all.insert(all.end(), part->begin(), part->end());
+      }
+      change.faces = GivenFaces(std::move(all)).sorted();
+      change.whole = united(change.before, change.faces);
+      Edits edits{change};
+      edits.insert(edits.end(), cleared.begin(), cleared.end());
+      return edits;
+    };
+    return plan;
+  });
 }
 
 std::string LabelSession::remove(const std::vector<std::string>& labels)
 {
-  std::string reason;
-  for (const std::string& label : labels) {
-    reason = reason.empty() ? assign(label, {}) : reason;
-  }
-  return reason;
+  return perform("deleting " + quoted(labels), [this, labels] {
+    Edits edits;
+    for (const std::string& label : labels) {
+      edits.push_back(facesEdit(label, labelFaces({})));
+    }
+    Plan plan;
+    plan.make = [edits] { return edits; };
+    return plan;
+  });
 }
 
 std::string LabelSession::setColor(const std::vector<std::string>& labels,
                                    const std::optional<Rgba8>& color)
 {
-  std::string reason;
-  for (const std::string& label : labels) {
-    LabelEdit change = edit(label);
-    change.color = color;
-    reason = reason.empty() ? put(std::move(change)) : reason;
-  }
-  return reason;
+  return perform("coloring " + quoted(labels), [this, labels, color] {
+    Edits edits;
+    for (const std::string& label : labels) {
+      edits.push_back(colorEdit(label, color));
+    }
+    Plan plan;
+    plan.make = [edits] { return edits; };
+    return plan;
+  });
 }
 
-std::string LabelSession::import(const FileLabels& labels)
+std::string LabelSession::import(const std::shared_ptr<const FileLabels>& labels)
 {
-  std::string reason;
-  for (const auto& label : labels) {
-    if (label.second.faces.empty() && faceCount(label.first) == 0) {
-      continue;  // it is not there
+  return perform("importing labels", [this, labels] {
+    Plan plan;
+    Edits edits;
+    for (const auto& label : *labels) {
+      const FileLabel& content = label.second;
+      if (content.faces.empty() && faceCount(label.first) == 0) {
+        continue;  // it is not there
+      }
+      edits.push_back(facesEdit(label.first, LabelFacesConstPtr(labels, &content.faces)));
+      plan.faces += content.faces.size();
+      if (content.color && !content.faces.empty()) {
+        edits.push_back(colorEdit(label.first, content.color));
+      }
     }
-    reason = reason.empty() ? assign(label.first, label.second.faces) : reason;
-    if (reason.empty() && label.second.color && !label.second.faces.empty()) {
-      reason = setColor({label.first}, label.second.color);
-    }
-  }
-  return reason;
+    plan.make = [edits]() mutable {
+      for (LabelEdit& edit : edits) {
+        edit.faces = edit.faces ? GivenFaces(edit.faces).sorted() : nullptr;
+      }
+      return edits;
+    };
+    return plan;
+  });
 }
 
-FileLabels LabelSession::content() const
+std::function<FileLabels()> LabelSession::content() const
 {
-  FileLabels content;
+  std::map<std::string, LabelState> now;
   for (const std::string& name : names()) {
-    FileLabel label;
-    label.faces = faces(name);
-    label.color = display_ ? display_->ownColor(name) : std::nullopt;
-    if (!label.faces.empty()) {
-      content.emplace(name, std::move(label));
+    now.emplace(name, LabelState{faces(name), display_ ? display_->ownColor(name) : std::nullopt});
+  }
+  return [now] {
+    FileLabels content;
+    for (const auto& label : now) {
+      if (!label.second.faces->empty()) {
+        content.emplace(label.first, FileLabel{*label.second.faces, label.second.color});
+      }
     }
-  }
-  return content;
-}
-
-std::string LabelSession::save()
-{
-  std::set<std::string> namespaces;
-  for (const auto& label : unsaved_) {
-    namespaces.insert(label.second.name_space);
-  }
-  if (!namespace_.empty()) {
-    namespaces.insert(namespace_);
-  }
-  if (namespaces.empty()) {
-    return "there is nothing to save: no display shows labels";
-  }
-  if (isSaving()) {
-    return "labels are being saved already";
-  }
-  save_failure_.clear();
-  for (const std::string& name_space : namespaces) {
-    Saving& saving = saving_[name_space];
-    saving.until = changes_;
-    saving.since = Clock::now();
-    saving.task.start([name_space](const Cancellation& cancellation) {
-      return saveLabels(name_space, cancellation);
-    });
-  }
-  return {};
-}
-
-void LabelSession::takeSaved()
-{
-  for (auto saving = saving_.begin(); saving != saving_.end();) {
-    const std::string failure = takeSaved(saving->first, saving->second);
-    if (!failure.empty()) {
-      save_failure_ += (save_failure_.empty() ? "" : "; ") + failure;
-    }
-    if (saving->second.task.isRunning()) {
-      ++saving;
-    } else {
-      saving = saving_.erase(saving);
-      ++revision_;
-    }
-  }
-}
-
-/// Forgets what has been saved. Returns what went wrong.
-std::string LabelSession::takeSaved(const std::string& name_space, Saving& saving)
-{
-  const auto outcome = saving.task.take();
-  if (!outcome && Clock::now() - saving.since <= SAVE_PATIENCE) {
-    return {};
-  }
-  const std::string service = ros::names::append(name_space, "save_map");
-  if (!outcome) {
-    saving.task.drop();
-    return "labels are not saved: " + service + " has not answered for two minutes";
-  }
-  if (!outcome->result) {
-    return "labels are not saved: " + outcome->error;
-  }
-  const bool is_there = *outcome->result;
-  if (!is_there && name_space == namespace_) {
-    return "labels are not saved: nobody offers the service " + service;
-  }
-  for (auto label = unsaved_.begin(); label != unsaved_.end();) {
-    const bool is_over = label->second.name_space == name_space &&
-                         (!is_there || label->second.change <= saving.until);
-    label = is_over ? unsaved_.erase(label) : std::next(label);
-  }
-  if (is_there) {
-    return {};
-  }
-  const std::string gone = "nobody offers the service " + service +
-                           " any more: labels that were stored there are in the map, or in the "
-                           "journal beside it, which its next server puts into it";
-  ROS_WARN("%s", gone.c_str());  // RViz may be closing
-  return gone;
+    return content;
+  };
 }
 
 std::string LabelSession::failure() const
 {
-  const std::string failure = edits_.failure();
-  return failure.empty() ? save_failure_ : failure;
+  for (const std::string& failure : {edits_.failure(), command_failure_}) {
+    if (!failure.empty()) {
+      return failure;
+    }
+  }
+  return saving_.failure();
 }
 
 }  // namespace rviz_mesh_plugin

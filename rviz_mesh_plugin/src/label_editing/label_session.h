@@ -3,7 +3,10 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,11 +15,16 @@
 #include <QPointer>
 
 #include <ros/node_handle.h>
-#include <ros/publisher.h>
 
+#include "base/step_history.h"
 #include "displays/cluster_label_display.h"
 #include "label_editing/label_files.h"
+#include "label_editing/label_history.h"
+#include "label_editing/label_saving.h"
 #include "label_editing/pending_edits.h"
+#include "labels/given_faces.h"
+#include "labels/label_faces.h"
+#include "sources/edit_publisher.h"
 #include "threads/background_task.h"
 
 namespace rviz {
@@ -30,7 +38,10 @@ namespace rviz_mesh_plugin {
 ///
 /// Functions that edit return why they cannot, else an empty string. What they were asked for is
 /// kept until it is stored, even where nobody listens, the display is gone, or the mesh changes.
-class LabelSession
+/// What has to look at more than MANY_FACES is made ready on a thread; edits are made in the order
+/// in which they were asked for. Each is a step, which can be undone by edits that put the labels
+/// back as they were, unless somebody else has changed them since.
+class LabelSession : public StepHistory
 {
  public:
   using Faces = std::vector<std::uint32_t>;
@@ -39,7 +50,7 @@ class LabelSession
   /// @param patience until an edit that was sent should be stored
   explicit LabelSession(rviz::DisplayContext* context,
                         std::chrono::milliseconds patience = std::chrono::seconds(10));
-  ~LabelSession();
+  ~LabelSession() override;
 
   /// To be called often.
   /// @param mesh whose labels are to be edited; null: of the first display that has one
@@ -59,16 +70,16 @@ class LabelSession
   std::optional<Rgba8> color(const std::string& label) const;
   /// All labels that are stored or are to be.
   std::vector<std::string> names() const;
-  /// Of a label, as they are to be.
-  Faces faces(const std::string& label) const;
-  std::size_t faceCount(const std::string& label) const;
-  /// With all that is not stored yet.
-  FileLabels content() const;
+  /// Of a label, as they are to be; not null.
+  LabelFacesConstPtr faces(const std::string& label) const;
+  std::size_t faceCount(const std::string& label) const { return faces(label)->size(); }
+  /// All of it as it is now, with what is not stored yet; to be made on any thread.
+  std::function<FileLabels()> content() const;
 
-  std::string assign(const std::string& label, const Faces& faces);
+  std::string assign(const std::string& label, const GivenFaces& faces);
   /// Those that others add at the same time stay.
-  std::string add(const std::string& label, const Faces& faces);
-  std::string takeAway(const std::string& label, const Faces& faces);
+  std::string add(const std::string& label, const GivenFaces& faces);
+  std::string takeAway(const std::string& label, const GivenFaces& faces);
   /// Keeps a color of the label's own. The old label goes when the new one is stored, unless it
   /// has changed by then.
   std::string rename(const std::string& from, const std::string& to);
@@ -78,66 +89,101 @@ class LabelSession
   /// Nothing: the color of its class.
   std::string setColor(const std::vector<std::string>& labels, const std::optional<Rgba8>& color);
   /// Labels of those names become what they are there; others stay.
-  std::string import(const FileLabels& labels);
+  std::string import(const std::shared_ptr<const FileLabels>& labels);
+
+  /// Edits are being made ready.
+  bool busy() const { return !commands_.empty(); }
+  /// Of the newest of these functions that was called, see step_history.h.
+  std::uint64_t newestOrder() const { return newest_order_; }
+
+  std::uint64_t undoOrder() const override { return history_.undoOrder(id()); }
+  std::uint64_t redoOrder() const override { return history_.redoOrder(id()); }
+  std::string whyNotNow() const override;
+  std::string undo() override { return step(true); }
+  std::string redo() override { return step(false); }
+  void forgetUndoneBefore(std::uint64_t order) override
+  {
+    history_.forgetUndoneBefore(id(), order);
+  }
 
   /// Edits that are not stored.
-  std::size_t unstored() const { return edits_.count(); }
+  std::size_t unstored() const { return edits_.count() + commands_.size(); }
   std::size_t failed() const { return edits_.failed(); }
   bool isUnstored(const std::string& label) const;
   /// Labels that were stored since they were saved last.
-  std::size_t unsaved() const { return unsaved_.size(); }
+  std::size_t unsaved() const { return saving_.count(); }
   bool isUnsaved(const std::string& label) const;
-  /// Why something is not stored or saved; else empty.
+  /// Why something is not stored, saved or undone; else empty.
   std::string failure() const;
   void sendAgain();
   /// Forgets edits that are not stored.
   void giveUp();
 
   /// Asks those who store labels to write them into the maps, all at the same time.
-  std::string save();
-  bool isSaving() const { return !saving_.empty(); }
+  std::string save() { return saving_.save(namespace_); }
+  bool isSaving() const { return saving_.isSaving(); }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  using Key = std::pair<MeshId, std::string>;
-  struct Unsaved
+  using Edits = std::vector<LabelEdit>;
+
+  /// What becomes of an edit that was asked for, at its turn.
+  struct Plan
   {
-    std::string name_space;
-    std::size_t change = 0;
+    std::string reason;           ///< why nothing does
+    std::size_t faces = 0;        ///< that have to be looked at
+    std::function<Edits()> make;  ///< for any thread; may throw
   };
-  /// By one of those who store labels.
-  struct Saving
+  /// An edit that was asked for.
+  struct Command
   {
-    BackgroundTask<bool> task{"save labels", NAME_PATIENCE};  ///< false: nobody is there
-    std::size_t until = 0;                                    ///< changes that are saved then
-    Clock::time_point since;
+    std::string what;
+    MeshId mesh;
+    std::uint64_t order = 0;
+    std::function<Plan()> begin;
+    /// Of one that undoes or redoes, once it has begun, the step; else null.
+    std::shared_ptr<LabelStep> step;
+    bool undoes = false;
   };
 
-  std::string put(LabelEdit edit);
+  std::string perform(const std::string& what, std::function<Plan()> begin);
+  std::string perform(Command command);
+  std::string begin(Command command);
+  std::string finish(const Command& command, Edits edits);
+  std::string step(bool undo);
+  void workOnCommands();
+  LabelStep stepOf(const Command& command, const Edits& edits) const;
+  LabelState state(const std::string& label) const;
+  LabelFacesConstPtr stored(const std::string& label) const;
+  FaceParentsConstPtr parents() const { return display_ ? display_->faceParents() : nullptr; }
+
   MeshId id() const;
   LabelEdit edit(const std::string& label) const;
+  LabelEdit facesEdit(const std::string& label, LabelFacesConstPtr faces) const;
+  LabelEdit colorEdit(const std::string& label, const std::optional<Rgba8>& color) const;
   LabelEdit clearing(const std::string& label, const std::string& after) const;
   /// The mesh of an edit need not be the one whose labels are edited now.
   ClusterLabelDisplay* displayOf(const LabelEdit& edit) const;
   std::string send(const LabelEdit& edit);
-  bool isStored(const LabelEdit& edit) const;
-  void takeSaved();
+  bool isStored(const LabelEdit& edit);
   void showEdits(const OptionalStatus& status);
-  std::string takeSaved(const std::string& name_space, Saving& saving);
 
   rviz::DisplayContext* context_;
   QPointer<ClusterLabelDisplay> display_;
   bool shows_edits_ = false;  ///< there, of this session
   std::string namespace_;     ///< of who stores its labels
   ros::NodeHandle node_;
-  ros::Publisher everybody_;
+  EditPublisher everybody_;
   PendingEdits edits_;
-  std::map<Key, Unsaved> unsaved_;
-  std::size_t changes_ = 0;
+  /// Labels that are not what an edit wants: they are not compared again.
+  std::map<std::pair<MeshId, std::string>, LabelClusterConstPtr> other_;
+  LabelSaving saving_;
+  LabelHistory history_;
+  std::deque<Command> commands_;  ///< in their order; the first one has begun
+  BackgroundTask<Edits> making_{"label faces"};
+  std::string command_failure_;
+  std::uint64_t newest_order_ = 0;
   std::size_t revision_ = 0;
-  LabelClusters known_;                   ///< at that revision
-  std::map<std::string, Saving> saving_;  ///< by namespace
-  std::string save_failure_;
+  LabelClusters known_;  ///< at that revision
 };
 
 }  // namespace rviz_mesh_plugin

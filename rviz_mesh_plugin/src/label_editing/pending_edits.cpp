@@ -111,6 +111,12 @@ const LabelEdit* PendingEdits::find(const MeshId& mesh, const std::string& label
   return found == edits_.end() ? nullptr : &found->second.edit;
 }
 
+const LabelEdit* PendingEdits::findColor(const MeshId& mesh, const std::string& label) const
+{
+  const auto found = edits_.find({mesh, label, true});
+  return found == edits_.end() ? nullptr : &found->second.edit;
+}
+
 std::vector<std::string> PendingEdits::labels(const MeshId& mesh) const
 {
   std::vector<std::string> labels;

@@ -14,6 +14,7 @@
 
 #include "base/mesh_data.h"
 #include "base/status_lines.h"
+#include "labels/label_faces.h"
 
 namespace rviz_mesh_plugin {
 
@@ -23,15 +24,15 @@ using MeshId = std::pair<std::string, std::size_t>;
 /// What a label is to become.
 struct LabelEdit
 {
-  using Faces = std::shared_ptr<const std::vector<std::uint32_t>>;
-
   MeshId mesh;
   std::string label;
-  Faces faces;        ///< ascending, each once; none: it is deleted; null: its color changes
-  bool adds = false;  ///< the faces to those it has then, else instead of them
-  std::vector<Faces> based_on;  ///< it has to have one of these then; empty: any
-  std::optional<Rgba8> color;   ///< of its own, or else that of its class
-  std::string after;            ///< is sent when the edits of this label are stored; else empty
+  LabelFacesConstPtr faces;   ///< none: it is deleted; null: its color changes
+  bool adds = false;          ///< the faces to those it has then, else instead of them
+  LabelFacesConstPtr before;  ///< where it adds: those that it had when the edit was made,
+  LabelFacesConstPtr whole;   ///< and with these
+  std::vector<LabelFacesConstPtr> based_on;  ///< it has to have one of these then; empty: any
+  std::optional<Rgba8> color;                ///< of its own, or else that of its class
+  std::string after;  ///< is sent when the edits of this label are stored; else empty
 };
 
 /// Edits on their way to who stores labels. Each stays here until it has come back as stored, so
@@ -68,6 +69,8 @@ class PendingEdits
   bool isPending(const MeshId& mesh, const std::string& label) const;
   /// The one of the faces of a label; null: there is none. Until this changes.
   const LabelEdit* find(const MeshId& mesh, const std::string& label) const;
+  /// The one of its color.
+  const LabelEdit* findColor(const MeshId& mesh, const std::string& label) const;
   /// The labels of a mesh that get faces.
   std::vector<std::string> labels(const MeshId& mesh) const;
 

@@ -3,12 +3,23 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "base/mesh_data.h"
 
 namespace rviz_mesh_plugin {
+
+/// The faces of a label: ascending, each once. Shared, since there may be millions.
+using LabelFacesConstPtr = std::shared_ptr<const std::vector<std::uint32_t>>;
+
+/// @param faces ascending, each once
+inline LabelFacesConstPtr labelFaces(std::vector<std::uint32_t> faces)
+{
+  return std::make_shared<const std::vector<std::uint32_t>>(std::move(faces));
+}
 
 /// Puts faces in ascending order, each once. Takes long for many: not for the GUI thread.
 inline void sortFaces(std::vector<std::uint32_t>& faces)
@@ -17,6 +28,18 @@ inline void sortFaces(std::vector<std::uint32_t>& faces)
     std::sort(faces.begin(), faces.end());
   }
   faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+}
+
+/// The faces of both.
+inline LabelFacesConstPtr united(const LabelFacesConstPtr& a, const LabelFacesConstPtr& b)
+{
+  if (a->empty() || b->empty()) {
+    return a->empty() ? b : a;
+  }
+  std::vector<std::uint32_t> all;
+  all.reserve(a->size() + b->size());
+  std::set_union(a->begin(), a->end(), b->begin(), b->end(), std::back_inserter(all));
+  return labelFaces(std::move(all));
 }
 
 /// A label without the faces that a mesh of so many does not have; the same one where it has all.

@@ -14,10 +14,12 @@
 #include <QGridLayout>
 #include <QGuiApplication>
 #include <QHeaderView>
+#include <QKeySequence>
 #include <QLabel>
 #include <QLineEdit>
 #include <QPushButton>
 #include <QScreen>
+#include <QShortcut>
 #include <QString>
 #include <QStyle>
 #include <QTableView>
@@ -109,6 +111,19 @@ ClusterLabelPanel::ClusterLabelPanel(QWidget* parent)
 {
   createWidgets();
   createList();
+  // As in the 3D view, where the tool has these keys.
+  const auto onKey = [this](const QKeySequence& key, void (LabelCommands::*act)()) {
+    auto* shortcut = new QShortcut(key, this, nullptr, nullptr, Qt::WidgetWithChildrenShortcut);
+    connect(shortcut, &QShortcut::activated, this, [this, act] {
+      if (commands_) {
+        ((*commands_).*act)();
+        work();
+      }
+    });
+  };
+  onKey(QKeySequence("Ctrl+Z"), &LabelCommands::undo);
+  onKey(QKeySequence("Ctrl+Shift+Z"), &LabelCommands::redo);
+  onKey(QKeySequence("Ctrl+Y"), &LabelCommands::redo);
   connect(timer_, &QTimer::timeout, this, &ClusterLabelPanel::work);
 }
 
@@ -181,7 +196,7 @@ ClusterLabelPanel::~ClusterLabelPanel()
 void ClusterLabelPanel::onInitialize()
 {
   try {
-    session_ = std::make_unique<LabelSession>(vis_manager_);
+    session_ = std::make_shared<LabelSession>(vis_manager_);
     commands_ = std::make_unique<LabelCommands>(session_.get(), this);
     model_ = new LabelListModel(session_.get(), this);
     list_->setModel(model_);
@@ -227,6 +242,7 @@ void ClusterLabelPanel::setTool(ClusterLabelTool* tool)
     commands_->setTool(tool);
     if (tool) {
       tool_asked_for_ = true;  // who removes it does not want it
+      tool->addHistory(session_);
       connect(tool, &ClusterLabelTool::selectionChanged, this, [this] { showSituation(); });
       connect(tool, &ClusterLabelTool::labelRequested, this, [this] { press(LabelAction::NEW); });
     }
@@ -409,7 +425,7 @@ void ClusterLabelPanel::askWhenGone()
     ROS_WARN("The panel of labels is gone. %s", lossOf(*session_).c_str());
   }
   if (window_ && window_ != this && window_->isVisible() && ros::ok()) {
-    askWithoutPanel(SharedSession(std::move(session_)), window_, {});
+    askWithoutPanel(std::move(session_), window_, {});
   }
 }
 

@@ -76,7 +76,7 @@ class ClusterLabelPanel : public rviz::Panel
   void continueClosing();
   void askWhenGone();
 
-  std::unique_ptr<LabelSession> session_;
+  std::shared_ptr<LabelSession> session_;
   std::unique_ptr<LabelCommands> commands_;
   LabelListModel* model_ = nullptr;
   QLineEdit* name_;

@@ -275,7 +275,7 @@ void LabelCommands::start(LabelAction action, const std::string& name, const Lab
   }
 }
 
-LabelSession::Faces LabelCommands::selection() const
+FaceBits LabelCommands::selection() const
 {
   if (!tool_ || tool_->selection().empty() || !session_->isOf(tool_->mesh())) {
     throw std::runtime_error("the selected faces are gone, or the mesh is another one now");
@@ -283,21 +283,21 @@ LabelSession::Faces LabelCommands::selection() const
   if (tool_->busy()) {
     throw std::runtime_error("faces are still being looked for: wait, or give up with Esc");
   }
-  return tool_->selection().faces();
+  return tool_->selection().bits();
 }
 
-/// The next label begins with nothing selected; undo brings the faces back.
+/// The next label begins with nothing selected; undo brings the faces back, and takes the label.
 std::string LabelCommands::labelled(std::string reason, bool finished)
 {
   if (reason.empty() && finished && tool_) {
-    tool_->clearSelection();
+    tool_->clearSelection(session_->newestOrder());
   }
   return reason;
 }
 
 std::string LabelCommands::label(const std::string& name, bool finished)
 {
-  const LabelSession::Faces faces = selection();
+  const FaceBits faces = selection();
   const QString label = QString::fromStdString(name);
   if (session_->faceCount(name) == 0) {
     // What the label may have already stays.
@@ -328,12 +328,23 @@ std::string LabelCommands::rename(const std::string& from, const std::string& to
 
 void LabelCommands::select(const Labels& chosen)
 {
-  LabelSession::Faces faces;
+  std::vector<LabelFacesConstPtr> faces;
   for (const std::string& label : chosen) {
-    const LabelSession::Faces more = session_->faces(label);
-    faces.insert(faces.end(), more.begin(), more.end());
+    faces.push_back(session_->faces(label));
   }
-  message_ = tool_->select(session_->mesh(), faces);
+  message_ = tool_->selectLabels(session_->mesh(), faces);
+}
+
+void LabelCommands::step(bool undo)
+{
+  attempt([&] {
+    message_.clear();
+    if (tool_) {
+      report_ = undo ? tool_->undo() : tool_->redo();
+    } else {
+      report_ = undo ? session_->undo() : session_->redo();
+    }
+  });
 }
 
 void LabelCommands::askColors(const Labels& labels)
@@ -366,23 +377,24 @@ std::string LabelCommands::startImport(const std::string& path)
 std::string LabelCommands::startExport(const std::string& path)
 {
   const MeshDataConstPtr mesh = session_->mesh();
-  LabelFile file;
-  file.uuid = mesh->uuid;
-  file.labels = session_->content();
-  writing_.start(
-      [path, file = std::move(file), face_count = mesh->faceCount()](const Cancellation&) {
-        writeLabelFile(path, file, face_count);
-        return countedLabels(file.labels) + " exported to " + path;
-      });
+  writing_.start([path, uuid = mesh->uuid, content = session_->content(),
+                  face_count = mesh->faceCount()](const Cancellation&) {
+    LabelFile file;
+    file.uuid = uuid;
+    file.labels = content();
+    writeLabelFile(path, file, face_count);
+    return countedLabels(file.labels) + " exported to " + path;
+  });
   return {};
 }
 
 std::string LabelCommands::import(const LabelFile& file)
 {
+  const auto labels = std::make_shared<const FileLabels>(file.labels);
   Labels replaced;
   for (const auto& label : file.labels) {
     if (session_->faceCount(label.first) > 0 &&
-        session_->faces(label.first) != label.second.faces) {
+        *session_->faces(label.first) != label.second.faces) {
       replaced.push_back(label.first);
     }
   }
@@ -397,18 +409,18 @@ std::string LabelCommands::import(const LabelFile& file)
     question += "They replace " + listed(replaced) + ".";
   }
   if (question.isEmpty()) {
-    return importNow(file.labels);
+    return importNow(labels);
   }
   askButton(parent_, "Import Labels", question, {"Import"},
-            then([this, labels = file.labels](int) { return importNow(labels); }));
+            then([this, labels](int) { return importNow(labels); }));
   return {};
 }
 
-std::string LabelCommands::importNow(const FileLabels& labels)
+std::string LabelCommands::importNow(const std::shared_ptr<const FileLabels>& labels)
 {
   std::string reason = session_->import(labels);
   if (reason.empty()) {
-    report_ = countedLabels(labels) + " imported from " + read_path_;
+    report_ = countedLabels(*labels) + " imported from " + read_path_;
   }
   return reason;
 }

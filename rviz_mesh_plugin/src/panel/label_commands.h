@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -91,6 +92,9 @@ class LabelCommands
   /// @param chosen labels, as many as the situation says
   void run(LabelAction action, const LabelSituation& situation,
            const std::vector<std::string>& chosen);
+  /// The newest step, of labels or selection; or what was undone last.
+  void undo() { step(true); }
+  void redo() { step(false); }
   /// To be called often.
   void work();
 
@@ -104,7 +108,7 @@ class LabelCommands
 
  private:
   using Labels = std::vector<std::string>;
-  LabelSession::Faces selection() const;
+  FaceBits selection() const;
   void start(LabelAction action, const std::string& name, const Labels& chosen);
   /// What a dialog calls back: does that work, which returns why it cannot, unless the mesh is
   /// another one by then.
@@ -122,8 +126,9 @@ class LabelCommands
   std::string startImport(const std::string& path);
   std::string startExport(const std::string& path);
   std::string import(const LabelFile& file);
-  std::string importNow(const FileLabels& labels);
+  std::string importNow(const std::shared_ptr<const FileLabels>& labels);
 
+  void step(bool undo);
   void select(const Labels& chosen);
   void askColors(const Labels& labels);
   Labels withClasses(const Labels& chosen) const;

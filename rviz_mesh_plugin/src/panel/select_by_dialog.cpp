@@ -411,8 +411,7 @@ class SelectByDialog : public QDialog
         if (label_->currentText().isEmpty() || !session_->isOf(shown.mesh)) {
           throw std::runtime_error("the mesh has no labels");
         }
-        return ListCriterion{std::make_shared<const LabelSession::Faces>(
-            session_->faces(label_->currentText().toStdString()))};
+        return ListCriterion{session_->faces(label_->currentText().toStdString())};
     }
   }
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/step_history.h"
 #include "labels/label_faces.h"
 
 namespace rviz_mesh_plugin {
@@ -14,7 +15,7 @@ constexpr std::uint32_t BITS = FaceBits::BITS;
 using Word = FaceBits::Word;
 
 /// What a step costs besides its runs or words.
-constexpr std::size_t STEP_BYTES = 40;
+constexpr std::size_t STEP_BYTES = 48;
 
 /// Bits from one to before another.
 constexpr Word onesOf(std::uint32_t begin, std::uint32_t end)
@@ -344,6 +345,7 @@ void FaceSelection::remember()
 {
   if (!in_stroke_) {
     done_.push_back(stepOf(next_));
+    done_.back().order = nextStepOrder();
     used_bytes_ += bytesOf(done_.back());
   }
   forgetUndone();
@@ -359,6 +361,21 @@ void FaceSelection::forgetUndone()
     used_bytes_ -= bytesOf(step);
   }
   undone_.clear();
+}
+
+void FaceSelection::joinStep(std::uint64_t order)
+{
+  if (!done_.empty()) {
+    done_.back().order = order;
+  }
+}
+
+void FaceSelection::forgetUndoneBefore(std::uint64_t order)
+{
+  while (!undone_.empty() && undone_.back().order < order) {
+    used_bytes_ -= bytesOf(undone_.back());
+    undone_.pop_back();
+  }
 }
 
 }  // namespace rviz_mesh_plugin

@@ -110,6 +110,14 @@ class FaceSelection
   const Change& undo();
   const Change& redo();
 
+  /// Of the step that is undone (redone) next, among those of other histories (step_history.h); 0:
+  /// there is none.
+  std::uint64_t undoOrder() const { return done_.empty() ? 0 : done_.back().order; }
+  std::uint64_t redoOrder() const { return undone_.empty() ? 0 : undone_.back().order; }
+  /// The newest step is part of one that is kept elsewhere.
+  void joinStep(std::uint64_t order);
+  void forgetUndoneBefore(std::uint64_t order);
+
   /// Of the steps that can be undone and redone. Where they are too many, the oldest are forgotten.
   std::size_t historyBytes() const { return used_bytes_; }
 
@@ -130,6 +138,7 @@ class FaceSelection
   {
     std::vector<Run> runs;
     std::vector<Toggled> words;
+    std::uint64_t order = 0;
   };
 
   static std::size_t bytesOf(const Step& step);

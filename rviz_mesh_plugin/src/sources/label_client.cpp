@@ -42,19 +42,6 @@ std::string storeColor(const std::string& service, const mesh_msgs::SetLabelColo
 
 }  // namespace
 
-mesh_msgs::MeshFaceClusterStamped labelEdit(const MeshData& mesh, const std::string& label,
-                                            const std::vector<std::uint32_t>& faces, bool override)
-{
-  mesh_msgs::MeshFaceClusterStamped message;
-  message.header.frame_id = mesh.frame_id;
-  message.header.stamp = ros::Time::now();
-  message.uuid = mesh.uuid;
-  message.cluster.label = label;
-  message.cluster.face_indices = faces;
-  message.override = override;
-  return message;
-}
-
 void LabelClient::connect(ros::NodeHandle& node_handle, const std::string& name_space)
 {
   disconnect();
@@ -63,14 +50,12 @@ void LabelClient::connect(ros::NodeHandle& node_handle, const std::string& name_
   }
   color_service_ = ros::names::append(name_space, "set_label_color");
   delete_service_ = ros::names::append(name_space, "delete_label");
-  publisher_ = node_handle.advertise<mesh_msgs::MeshFaceClusterStamped>(
-      ros::names::append(name_space, "cluster_label"), EDIT_QUEUE);
+  publisher_.advertise(node_handle, ros::names::append(name_space, "cluster_label"), EDIT_QUEUE);
 }
 
 void LabelClient::disconnect()
 {
   publisher_.shutdown();
-  publisher_ = ros::Publisher();
   requests_.clear();
   storing_.drop();
   waiting_.clear();
@@ -78,11 +63,11 @@ void LabelClient::disconnect()
   being_deleted_.clear();
 }
 
-void LabelClient::store(const mesh_msgs::MeshFaceClusterStamped& edit)
+void LabelClient::store(const SentEdit& edit)
 {
-  const std::string& label = edit.cluster.label;
+  const std::string& label = edit.label;
   const bool waits = std::any_of(waiting_.begin(), waiting_.end(), [&](const Request& request) {
-    return request.edit.cluster.label == label;
+    return request.edit.label == label;
   });
   if (waits || isWaitedFor(label)) {
     wait(edit, false);
@@ -94,8 +79,7 @@ void LabelClient::store(const mesh_msgs::MeshFaceClusterStamped& edit)
 void LabelClient::wait(const Edit& edit, bool removes)
 {
   const auto replaced = [&](const Request& request) {
-    return request.edit.cluster.label == edit.cluster.label && edit.override &&
-           (removes || !request.removes);
+    return request.edit.label == edit.label && edit.override && (removes || !request.removes);
   };
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), replaced), waiting_.end());
   waiting_.push_back({edit, removes});
@@ -106,7 +90,7 @@ bool LabelClient::isWaitedFor(const std::string& label) const
   return std::find(being_deleted_.begin(), being_deleted_.end(), label) != being_deleted_.end();
 }
 
-void LabelClient::remove(const mesh_msgs::MeshFaceClusterStamped& edit)
+void LabelClient::remove(const SentEdit& edit)
 {
   wait(edit, true);
 }
@@ -120,7 +104,7 @@ LabelClient::Deletion LabelClient::deleteLabels(const std::string& service,
   for (const Edit& edit : edits) {
     DeleteLabel::Request request;
     request.uuid = edit.uuid;
-    request.label = edit.cluster.label;
+    request.label = edit.label;
     std::string failure;
     try {
       const auto answer = ServiceCall(cancellation)
@@ -178,7 +162,7 @@ void LabelClient::sendWaiting()
   std::vector<Edit> removed;
   std::deque<Request> rest;
   for (Request& request : waiting_) {
-    const std::string& label = request.edit.cluster.label;
+    const std::string& label = request.edit.label;
     if (isWaitedFor(label)) {
       rest.push_back(std::move(request));
     } else if (request.removes) {

@@ -1,25 +1,19 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
 #include <deque>
 #include <map>
 #include <string>
 #include <vector>
 
-#include <mesh_msgs/MeshFaceClusterStamped.h>
 #include <mesh_msgs/SetLabelColor.h>
 #include <ros/node_handle.h>
-#include <ros/publisher.h>
 
 #include "base/mesh_data.h"
+#include "sources/edit_publisher.h"
 #include "threads/background_task.h"
 
 namespace rviz_mesh_plugin {
-
-/// Has these faces stored as the label, instead of those it has (@a override) or beside them.
-mesh_msgs::MeshFaceClusterStamped labelEdit(const MeshData& mesh, const std::string& label,
-                                            const std::vector<std::uint32_t>& faces, bool override);
 
 /// The way of edits to who owns the labels of a map (hdf5_map_server, label_manager). GUI thread
 /// only; nothing waits for an answer.
@@ -38,16 +32,16 @@ class LabelClient
   void disconnect();
 
   /// Where edits go; empty while not connected.
-  std::string topic() const { return publisher_.getTopic(); }
-  bool isHeard() const { return publisher_ && publisher_.getNumSubscribers() > 0; }
+  std::string topic() const { return publisher_.topic(); }
+  bool isHeard() const { return publisher_.isHeard(); }
 
-  /// See labelEdit(). Edits of one label arrive in the order in which they were given, removals
+  /// Edits of one label arrive in the order in which they were given, removals
   /// among them; of those that wait, what a later one replaces is left out.
-  void store(const mesh_msgs::MeshFaceClusterStamped& edit);
+  void store(const SentEdit& edit);
 
   /// Has the label of this edit, which takes all faces away from it, deleted by work(); where
   /// nobody offers to, the edit is stored instead: the label stays, with no faces.
-  void remove(const mesh_msgs::MeshFaceClusterStamped& edit);
+  void remove(const SentEdit& edit);
 
   /// Has a color stored by work(); null: none.
   void setColor(const std::string& uuid, const std::string& label, const Rgba8* color);
@@ -57,7 +51,7 @@ class LabelClient
   std::string work();
 
  private:
-  using Edit = mesh_msgs::MeshFaceClusterStamped;
+  using Edit = SentEdit;
   struct Request
   {
     Edit edit;
@@ -77,7 +71,7 @@ class LabelClient
 
   std::string color_service_;
   std::string delete_service_;
-  ros::Publisher publisher_;
+  EditPublisher publisher_;
   /// By label: of a color that is dragged about, the newest counts.
   std::map<std::string, mesh_msgs::SetLabelColor::Request> requests_;
   BackgroundTask<std::string> storing_{"label owner", NAME_PATIENCE};

@@ -114,8 +114,8 @@ const FaceSelection& ClusterLabelTool::selection() const
   return editor_ ? editor_->session().selection() : NONE;
 }
 
-std::string ClusterLabelTool::select(const MeshDataConstPtr& mesh,
-                                     const FaceSelection::Faces& faces)
+std::string ClusterLabelTool::selectLabels(const MeshDataConstPtr& mesh,
+                                           const std::vector<LabelFacesConstPtr>& faces)
 {
   std::string reason = "the tool is not ready";
   attempt([&] {
@@ -129,14 +129,20 @@ std::string ClusterLabelTool::select(const MeshDataConstPtr& mesh,
   return reason;
 }
 
-void ClusterLabelTool::clearSelection()
+void ClusterLabelTool::clearSelection(const std::optional<std::uint64_t>& part_of)
 {
   attempt([&] {
     if (editor_) {
       editor_->giveUp();  // also what is looked for before there is a selection
     }
     if (editor_ && mesh()) {
-      editor_->change(&FaceSelection::clear);
+      editor_->change([part_of](FaceSelection& selection) -> const FaceSelection::Change& {
+        const FaceSelection::Change& change = selection.clear();
+        if (part_of && !change.empty()) {
+          selection.joinStep(*part_of);
+        }
+        return change;
+      });
     }
   });
   showStatus();
@@ -171,6 +177,29 @@ std::string ClusterLabelTool::selectBy(const MeshDataConstPtr& mesh, const FaceC
   });
   showStatus();
   return reason;
+}
+
+std::string ClusterLabelTool::undo()
+{
+  if (editor_) {
+    attempt([this] { press(SelectionKey::UNDO); });
+  }
+  return message_;
+}
+
+std::string ClusterLabelTool::redo()
+{
+  if (editor_) {
+    attempt([this] { press(SelectionKey::REDO); });
+  }
+  return message_;
+}
+
+void ClusterLabelTool::addHistory(const std::shared_ptr<StepHistory>& history)
+{
+  if (editor_) {
+    editor_->addHistory(history);
+  }
 }
 
 bool ClusterLabelTool::busy() const
@@ -454,9 +483,9 @@ std::string ClusterLabelTool::change(SelectionKey key)
   }
   switch (key) {
     case SelectionKey::UNDO:
-      return editor_->change(&FaceSelection::undo, "there is nothing to undo");
+      return editor_->undo();
     case SelectionKey::REDO:
-      return editor_->change(&FaceSelection::redo, "there is nothing to redo");
+      return editor_->redo();
     case SelectionKey::ALL:
       return editor_->selectAll();
     case SelectionKey::CLEAR:

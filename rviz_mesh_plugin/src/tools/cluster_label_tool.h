@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -7,6 +8,8 @@
 
 #ifndef Q_MOC_RUN
 #include "base/mesh_data.h"
+#include "base/step_history.h"
+#include "labels/label_faces.h"
 #include "mesh_view/shown_mesh.h"
 #include "picking/layer_lookup.h"
 #include "selection/face_criterion.h"
@@ -45,9 +48,22 @@ class ClusterLabelTool : public SurfaceTool
 
   /// Selects these faces instead of those that are, as one step to undo. Returns why not, else an
   /// empty string.
-  std::string select(const MeshDataConstPtr& mesh, const FaceSelection::Faces& faces);
-  /// A step to undo.
-  void clearSelection();
+  std::string select(const MeshDataConstPtr& mesh, const FaceSelection::Faces& faces)
+  {
+    return selectLabels(mesh, {labelFaces(faces)});
+  }
+  /// The same for the faces of several labels, which are not copied.
+  std::string selectLabels(const MeshDataConstPtr& mesh,
+                           const std::vector<LabelFacesConstPtr>& faces);
+  /// A step to undo. @param part_of the step of another history with which it is undone
+  void clearSelection(const std::optional<std::uint64_t>& part_of = std::nullopt);
+
+  /// Ctrl+Z and its opposite: the newest step, of the selection or of another history. They return
+  /// what to tell the user.
+  std::string undo();
+  std::string redo();
+  /// Whose steps are undone in one order with those of the selection; not kept alive.
+  void addHistory(const std::shared_ptr<StepHistory>& history);
 
   /// The mesh whose faces are selected, else the first that is shown; none where there is none, or
   /// it is hidden.

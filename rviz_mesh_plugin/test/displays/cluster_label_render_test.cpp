@@ -172,15 +172,20 @@ TEST_F(ClusterLabelTest, add_by_topic_finds_the_mesh_beside_the_labels)
 TEST_F(ClusterLabelTest, edits_go_to_the_owner_and_show_once_they_are_stored)
 {
   auto* display = createLabels();
-  EXPECT_NE(display->storeFaces("tree_1", {1}, true).find("no mesh"), std::string::npos);
+  EXPECT_NE(display->storeFaces("tree_1", rviz_mesh_plugin::labelFaces({1}), true).find("no mesh"),
+            std::string::npos);
   publishMesh();
   ASSERT_TRUE(says(display, "Labels", "the mesh has no labels (yet)"));
-  EXPECT_NE(display->storeFaces("tree_1", {1}, true).find("nobody stores labels"),
+  EXPECT_NE(display->storeFaces("tree_1", rviz_mesh_plugin::labelFaces({1}), true)
+                .find("nobody stores labels"),
             std::string::npos);
-  EXPECT_NE(display->storeFaces("", {1}, true).find("no name"), std::string::npos);
+  EXPECT_NE(display->storeFaces("", rviz_mesh_plugin::labelFaces({1}), true).find("no name"),
+            std::string::npos);
   server->listen(name_space);
-  ASSERT_TRUE(
-      spinUntil([&] { return display->storeFaces("tree_1", rows(10, 0, 1), true).empty(); }));
+  ASSERT_TRUE(spinUntil([&] {
+    return display->storeFaces("tree_1", rviz_mesh_plugin::labelFaces(rows(10, 0, 1)), true)
+        .empty();
+  }));
   ASSERT_TRUE(spinUntil([&] { return !server->edits().empty(); }));
   const auto edit = server->edits().back();
   EXPECT_EQ(edit.uuid, "mesh");

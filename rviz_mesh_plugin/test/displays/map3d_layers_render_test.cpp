@@ -202,11 +202,12 @@ TEST_F(Map3DLayers, have_labels_that_are_edited_and_kept)
     return spinUntil([&] { return (refusal = request()).empty(); }, TIMEOUT);
   };
   ASSERT_TRUE(edit([&] {
-    return display->labelDisplay()->storeFaces("tree_1", {2, 3}, true);
+    return display->labelDisplay()->storeFaces("tree_1", rviz_mesh_plugin::labelFaces({2, 3}),
+                                               true);
   })) << refusal;
   EXPECT_TRUE(shows({NOTHING, tree, wall, NOTHING}));
   ASSERT_TRUE(edit([&] {
-    return display->labelDisplay()->storeFaces("car_1", {6, 7}, true);
+    return display->labelDisplay()->storeFaces("car_1", rviz_mesh_plugin::labelFaces({6, 7}), true);
   })) << refusal;
   EXPECT_TRUE(shows({NOTHING, tree, wall, classColor("car")}));
   const Rgba8 violet{200, 0, 100, 255};
@@ -230,8 +231,9 @@ TEST_F(Map3DLayers, have_labels_that_are_edited_and_kept)
   EXPECT_TRUE(shows(edited)) << "in another display";
 
   // A label that is deleted is in the file no more, not even without faces.
-  ASSERT_TRUE(edit([&] { return display->labelDisplay()->storeFaces("car_1", {}, true); }))
-      << refusal;
+  ASSERT_TRUE(edit([&] {
+    return display->labelDisplay()->storeFaces("car_1", rviz_mesh_plugin::labelFaces({}), true);
+  })) << refusal;
   EXPECT_TRUE(shows({NOTHING, toRgb(violet), classColor("wall"), NOTHING}));
   remove(display);
   EXPECT_TRUE(spinUntil([] { return children().empty(); }, TIMEOUT));

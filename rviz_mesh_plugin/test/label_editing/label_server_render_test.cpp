@@ -50,7 +50,7 @@ class LabelServerTest : public Map3DFixture
            });
   }
 
-  /// What is in the file; labels that were deleted stay there without faces.
+  /// What is in the file, labels without faces among them.
   FileLabels saved(const std::string& map)
   {
     const std::string server = rviz_mesh_plugin::findMapServer();
@@ -60,13 +60,7 @@ class LabelServerTest : public Map3DFixture
                            " labels export " + path("copy.h5") + " " + out + " -q --force")
                               .c_str()),
               0);
-    FileLabels labels;
-    for (const auto& label : readLabelFile(out, FACES).labels) {
-      if (!label.second.faces.empty()) {
-        labels.insert(label);
-      }
-    }
-    return labels;
+    return readLabelFile(out, FACES).labels;
   }
 };
 
@@ -86,9 +80,9 @@ TEST_F(LabelServerTest, edits_are_saved_and_are_the_same_everywhere)
   expected["tree_2"] = {{5, 6}, std::nullopt};
   expected["car_1"] = {{7}, Rgba8{1, 2, 3, 255}};
   expected["wall_1"] = {{8, 9}, std::nullopt};
-  EXPECT_EQ(session.import(expected), "");
+  EXPECT_EQ(session.import(std::make_shared<const FileLabels>(expected)), "");
   ASSERT_TRUE(untilStored(session));
-  EXPECT_TRUE(same(session.content(), expected));
+  EXPECT_TRUE(same(session.content()(), expected));
 
   EXPECT_EQ(session.rename("tree_1", "bush_1"), "");
   EXPECT_EQ(session.merge({"tree_2", "wall_1"}, "wall_1"), "");
@@ -99,8 +93,19 @@ TEST_F(LabelServerTest, edits_are_saved_and_are_the_same_everywhere)
   expected["car_1"].color.reset();
   expected.erase("tree_1");
   expected.erase("tree_2");
-  EXPECT_TRUE(same(session.content(), expected));
+  EXPECT_TRUE(same(session.content()(), expected));
   EXPECT_GE(session.unsaved(), 5u);
+
+  // Of what is deleted, nothing is left in the file.
+  EXPECT_EQ(session.remove({"car_1"}), "");
+  ASSERT_TRUE(untilStored(session));
+  EXPECT_EQ(session.undo(), "undone: deleting 'car_1'");
+  ASSERT_TRUE(untilStored(session));
+  EXPECT_TRUE(same(session.content()(), expected));
+  EXPECT_EQ(session.redo(), "done again: deleting 'car_1'");
+  ASSERT_TRUE(untilStored(session));
+  expected.erase("car_1");
+  EXPECT_TRUE(same(session.content()(), expected));
 
   EXPECT_EQ(session.save(), "");
   ASSERT_TRUE(until(session, [&] { return !session.isSaving(); }));
@@ -114,6 +119,6 @@ TEST_F(LabelServerTest, edits_are_saved_and_are_the_same_everywhere)
   ASSERT_TRUE(spinUntil([] { return children().empty(); }, TIMEOUT));
   display = createMap(path("a.h5"));
   LabelSession again(manager());
-  EXPECT_TRUE(until(again, [&] { return same(again.content(), expected); }))
-      << labelsToCsv(again.content());
+  EXPECT_TRUE(until(again, [&] { return same(again.content()(), expected); }))
+      << labelsToCsv(again.content()());
 }

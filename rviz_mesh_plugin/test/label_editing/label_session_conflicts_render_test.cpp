@@ -21,13 +21,13 @@ TEST_F(LabelSessionConflictsTest, faces_that_others_add_at_the_same_time_stay)
   start();
   EXPECT_EQ(session->add("tree_1", {150}), "");
   EXPECT_EQ(session->add("tree_1", {149}), "");
-  EXPECT_EQ(session->faces("tree_1"), with(rows(10, 0, 1), {149, 150}));
+  EXPECT_EQ(*session->faces("tree_1"), with(rows(10, 0, 1), {149, 150}));
   EXPECT_EQ(session->faceCount("tree_1"), 22u);
   ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
   EXPECT_TRUE(received(0, "tree_1", {149, 150}, false));
   ASSERT_TRUE(publish(LabelServer::cluster("tree_1", with(rows(10, 0, 1), {160}))));
   EXPECT_TRUE(session->isUnstored("tree_1"));
-  EXPECT_EQ(session->faces("tree_1"), with(rows(10, 0, 1), {149, 150, 160}));
+  EXPECT_EQ(*session->faces("tree_1"), with(rows(10, 0, 1), {149, 150, 160}));
   ASSERT_TRUE(publish(LabelServer::cluster("tree_1", with(rows(10, 0, 1), {149, 150, 160}))));
   EXPECT_EQ(session->unstored(), 0u) << session->failure();
   EXPECT_TRUE(session->isUnsaved("tree_1"));
@@ -57,7 +57,7 @@ TEST_F(LabelSessionConflictsTest, a_label_that_others_have_changed_is_not_rename
       << session->failure();
   EXPECT_EQ(server->edits().size(), 1u);
   session->giveUp();
-  EXPECT_EQ(session->faces("tree_1"), changed);
+  EXPECT_EQ(*session->faces("tree_1"), changed);
   EXPECT_EQ(session->remove({"tree_1"}), "");
   ASSERT_TRUE(store(2));
   EXPECT_TRUE(received(1, "tree_1", {}));
@@ -104,7 +104,7 @@ TEST_F(LabelSessionConflictsTest, another_mesh_with_the_same_uuid_has_other_labe
   EXPECT_FALSE(session->isUnstored("tree_1"));
   EXPECT_EQ(session->assign("tree_1", {1}), "");
   EXPECT_EQ(session->unstored(), 2u);
-  EXPECT_EQ(session->faces("tree_1"), Faces{1});
+  EXPECT_EQ(*session->faces("tree_1"), Faces{1});
 }
 
 TEST_F(LabelSessionConflictsTest, labels_are_known_once_those_who_store_them_have_answered)

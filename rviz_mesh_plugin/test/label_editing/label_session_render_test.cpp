@@ -18,7 +18,7 @@ TEST_F(LabelSessionTest, a_label_is_unstored_then_unsaved)
   EXPECT_EQ(session->names(), (std::vector<std::string>{"tree_1", "tree_2", "wall_1"}));
   EXPECT_EQ(session->assign("car_1", {7, 5, 7}), "");
   EXPECT_TRUE(session->isUnstored("car_1"));
-  EXPECT_EQ(session->faces("car_1"), (Faces{5, 7}));
+  EXPECT_EQ(*session->faces("car_1"), (Faces{5, 7}));
   ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
   EXPECT_TRUE(received(0, "car_1", {5, 7}));
   EXPECT_TRUE(session->isUnstored("car_1")) << "it has not come back";
@@ -70,7 +70,7 @@ TEST_F(LabelSessionTest, renaming_stores_the_new_one_with_its_color_before_the_o
 {
   server->setColors(colorsOf({{"tree_1", {10, 20, 30}}}));
   start();
-  ASSERT_TRUE(until([&] { return session->content().at("tree_1").color.has_value(); }));
+  ASSERT_TRUE(until([&] { return session->content()().at("tree_1").color.has_value(); }));
   EXPECT_NE(session->rename("tree_1", "wall_1").find("already"), std::string::npos);
   EXPECT_EQ(session->rename("tree_1", "bush_7"), "");
   ASSERT_TRUE(store(1));
@@ -99,7 +99,7 @@ TEST_F(LabelSessionTest, merging_stores_all_faces_before_the_others_go)
   const Faces wall = rows(10, 2, 3);
   others.insert(others.end(), wall.begin(), wall.end());
   EXPECT_TRUE(received(0, "tree_2", others, false)) << "what others add to it stays";
-  EXPECT_EQ(session->faces("tree_2"), rows(10, 0, 3));
+  EXPECT_EQ(*session->faces("tree_2"), rows(10, 0, 3));
   ASSERT_TRUE(store(3));
   EXPECT_TRUE(received(1, "tree_1", {}));
   EXPECT_TRUE(received(2, "wall_1", {}));
@@ -128,7 +128,7 @@ TEST_F(LabelSessionTest, where_nobody_listens_edits_are_kept)
   session->work(nullptr);
   EXPECT_NE(session->failure().find("nobody stores labels"), std::string::npos)
       << session->failure();
-  EXPECT_EQ(session->faces("car_1"), Faces{5});
+  EXPECT_EQ(*session->faces("car_1"), Faces{5});
   server->listen(name_space);
   ASSERT_TRUE(until([&] {
     session->sendAgain();
@@ -164,13 +164,13 @@ TEST_F(LabelSessionTest, many_labels_arrive_all)
   for (std::uint32_t i = 0; i < 60; ++i) {
     labels["car_" + std::to_string(i)].faces = {i};
   }
-  EXPECT_EQ(session->import(labels), "");
+  EXPECT_EQ(session->import(std::make_shared<const rviz_mesh_plugin::FileLabels>(labels)), "");
   for (std::size_t stored = 0; session->unstored() > 0; ++stored) {
     ASSERT_TRUE(until([&] { return server->edits().size() > stored; }));
     server->labels.publish(server->edits()[stored].cluster);
     ASSERT_TRUE(until([&] { return session->unstored() == 59 - stored; }));
   }
-  EXPECT_EQ(session->content().size(), 63u);
+  EXPECT_EQ(session->content()().size(), 63u);
 }
 
 TEST_F(LabelSessionTest, what_goes_to_everybody_anyway_is_sent_once)

@@ -13,8 +13,11 @@
 #include <QGuiApplication>
 #include <QHeaderView>
 #include <QInputDialog>
+#include <QKeyEvent>
+#include <QKeySequence>
 #include <QLineEdit>
 #include <QScreen>
+#include <QShortcut>
 #include <QTemporaryDir>
 
 #include "base/grouped_number.h"
@@ -213,6 +216,72 @@ TEST_F(ClusterLabelPanelTest, enter_in_the_tool_asks_for_class_and_instance)
   EXPECT_TRUE(noDialog<QDialog>());
   Q_EMIT tool->labelRequested();
   EXPECT_TRUE(shows("nothing is selected"));
+}
+
+TEST_F(ClusterLabelPanelTest, labels_and_selection_are_undone_in_one_order)
+{
+  start();
+  const Faces first{100, 101}, second{120};
+  ASSERT_TRUE(select(first));
+  Q_EMIT tool->labelRequested();
+  auto* asked = dialog<QDialog>();
+  asked->findChild<QComboBox*>()->setEditText("rock");
+  asked->findChildren<QLineEdit*>().last()->setText("5");
+  asked->findChild<QDialogButtonBox*>()->button(QDialogButtonBox::Ok)->click();
+  ASSERT_TRUE(stores(1, "rock_5", first));
+  EXPECT_TRUE(tool->selection().empty());
+  ASSERT_TRUE(select(second));
+  const auto press = [&](int key, Qt::KeyboardModifiers more = Qt::NoModifier) {
+    QKeyEvent event(QEvent::KeyPress, key, Qt::ControlModifier | more);
+    tool->processKeyEvent(&event, nullptr);
+    refresh();
+  };
+  press(Qt::Key_Z);
+  EXPECT_TRUE(tool->selection().empty());
+  EXPECT_EQ(panel->session()->faceCount("rock_5"), 2u) << "the selection was newer";
+  press(Qt::Key_Z);
+  EXPECT_EQ(panel->session()->faceCount("rock_5"), 0u);
+  EXPECT_EQ(tool->selection().faces(), first) << "labelling is one step, with its selection";
+  press(Qt::Key_Z);
+  EXPECT_TRUE(tool->selection().empty());
+  press(Qt::Key_Z);
+  EXPECT_EQ(tool->undo(), "there is nothing to undo");
+  press(Qt::Key_Y);
+  EXPECT_EQ(tool->selection().faces(), first);
+  press(Qt::Key_Z, Qt::ShiftModifier);
+  EXPECT_EQ(panel->session()->faceCount("rock_5"), 2u);
+  EXPECT_TRUE(tool->selection().empty());
+  press(Qt::Key_Z);
+  ASSERT_TRUE(select({5}));
+  EXPECT_EQ(tool->redo(), "there is nothing to redo") << "something else was done since";
+  EXPECT_EQ(panel->session()->faceCount("rock_5"), 0u);
+}
+
+TEST_F(ClusterLabelPanelTest, its_own_keys_undo_where_no_view_has_the_focus)
+{
+  start();
+  choose({0});
+  ASSERT_TRUE(select({150}));
+  click("Assign");
+  EXPECT_EQ(panel->session()->faceCount("tree_1"), 1u);
+  const auto activate = [&](const char* keys) {
+    for (auto* shortcut : panel->findChildren<QShortcut*>()) {
+      if (shortcut->key() == QKeySequence(keys)) {
+        Q_EMIT shortcut->activated();
+        return;
+      }
+    }
+    ADD_FAILURE() << "no key " << keys;
+  };
+  activate("Ctrl+Z");
+  EXPECT_EQ(panel->session()->faceCount("tree_1"), 20u);
+  EXPECT_EQ(tool->selection().faces(), Faces{150}) << "which is older";
+  EXPECT_TRUE(shows("undone: labelling"));
+  activate("Ctrl+Shift+Z");
+  EXPECT_EQ(panel->session()->faceCount("tree_1"), 1u);
+  tool.reset();
+  activate("Ctrl+Z");
+  EXPECT_EQ(panel->session()->faceCount("tree_1"), 20u) << "also without the tool";
 }
 
 TEST_F(ClusterLabelPanelTest, buttons_edit_what_is_chosen)

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -114,9 +115,24 @@ TEST_F(CostPropertiesTest, names_defaults_and_nesting)
 TEST_F(CostPropertiesTest, defaults_reproduce_the_released_colors)
 {
   const CostColoring coloring = properties->coloring();
-  EXPECT_TRUE(coloring == CostColoring());
-  EXPECT_EQ(coloring.scale, ColorScale::RAINBOW);
+  // As the released plugin draws costs from 0 to 1.
+  const std::vector<std::pair<float, Rgba8>> released{
+      {0.0f, {255, 0, 255, 255}}, {0.2f, {0, 0, 255, 255}},   {0.4f, {0, 255, 255, 255}},
+      {0.6f, {0, 255, 0, 255}},   {0.8f, {255, 255, 0, 255}}, {1.0f, {255, 0, 0, 255}}};
+  for (const auto& [cost, color] : released) {
+    EXPECT_EQ(rviz_mesh_plugin::scaleColor(coloring.scale, cost), color) << cost;
+  }
+  EXPECT_FALSE(coloring.inverted);
+  EXPECT_FALSE(coloring.logarithmic);
+  EXPECT_FALSE(coloring.custom_limits);
+  EXPECT_EQ(coloring.limits.lower, 0.0f);
+  EXPECT_EQ(coloring.limits.upper, 1.0f);
+  EXPECT_EQ(coloring.clipped, 0.0f);
+  EXPECT_FALSE(coloring.mark_outside);
+  // Ours, as in the README: pink and brown, which no scale has.
+  EXPECT_TRUE(coloring.mark_lethal);
   EXPECT_EQ(coloring.lethal, (Rgba8{255, 20, 147, 255}));
+  EXPECT_EQ(coloring.unknown, (Rgba8{104, 78, 40, 255}));
   EXPECT_TRUE(properties->legend());
   EXPECT_EQ(properties->costsType(), "");
   EXPECT_EQ(properties->unit(), "");

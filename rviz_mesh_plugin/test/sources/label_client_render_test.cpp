@@ -31,14 +31,12 @@ class LabelClientTest : public osmesa_harness::RenderFixture
     ASSERT_TRUE(spinUntil([&] { return client.isHeard(); }));
   }
 
-  static mesh_msgs::MeshFaceClusterStamped edit(const std::string& label, std::size_t faces)
+  static rviz_mesh_plugin::SentEdit edit(const std::string& label, std::size_t faces)
   {
-    mesh_msgs::MeshFaceClusterStamped message;
-    message.uuid = "map";
-    message.cluster.label = label;
-    message.cluster.face_indices.resize(faces);
-    message.override = true;
-    return message;
+    rviz_mesh_plugin::MeshData mesh;
+    mesh.uuid = "map";
+    return sentEdit(mesh, label, rviz_mesh_plugin::labelFaces(std::vector<std::uint32_t>(faces)),
+                    true, nullptr);
   }
 
   bool comes(std::size_t count)

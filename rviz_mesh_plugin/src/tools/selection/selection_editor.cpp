@@ -60,7 +60,8 @@ std::string SelectionEditor::click(const Event& event, const Gesture& gesture,
     if (!label) {
       return "this face has no label, or no ClusterLabel display is enabled that shows it";
     }
-    return putLabel(event, *pick.hit, gesture.adding, LabelFaces(label, &label->faces), settings);
+    return putLabel(event, *pick.hit, gesture.adding, LabelFacesConstPtr(label, &label->faces),
+                    settings);
   }
   return put(mesh, gesture.adding, std::make_shared<const FaceSelection::Faces>(1, pick.hit->face));
 }
@@ -94,7 +95,7 @@ std::string SelectionEditor::flood(const Event& event, const SurfaceHit& hit, bo
 
 /// The label's faces, or those of them that are seen.
 std::string SelectionEditor::putLabel(const Event& event, const SurfaceHit& hit, bool adding,
-                                      LabelFaces faces, const SelectionSettings& settings)
+                                      LabelFacesConstPtr faces, const SelectionSettings& settings)
 {
   FaceSearch view = makeView(event, hit, settings);
   if (!view.choosesBySight()) {
@@ -314,7 +315,8 @@ std::string SelectionEditor::searchForBrush(FaceSearch search, bool adding)
 }
 
 /// Selects or deselects these; many, of a label, are made bits of on the thread.
-std::string SelectionEditor::put(const MeshDataConstPtr& mesh, bool adding, LabelFaces faces)
+std::string SelectionEditor::put(const MeshDataConstPtr& mesh, bool adding,
+                                 LabelFacesConstPtr faces)
 {
   Edit edit;
   edit.mesh = adding ? mesh : nullptr;
@@ -434,14 +436,15 @@ std::string SelectionEditor::stroke(const Event& event, const Gesture& gesture,
   return searchForBrush(std::move(search), gesture.adding);
 }
 
-std::string SelectionEditor::change(const Make& make, const std::string& nothing)
+std::string SelectionEditor::change(const Make& make)
 {
   Edit edit;
-  edit.act = [this, make, nothing](const Found& /*found*/) -> std::string {
+  edit.act = [this, make](const Found& /*found*/) -> std::string {
     if (!session_.mesh()) {
-      return nothing.empty() ? NO_MESH : nothing;
+      return NO_MESH;
     }
-    return session_.change(make) ? std::string() : nothing;
+    session_.change(make);
+    return {};
   };
   return queue_.perform(std::move(edit));
 }
@@ -490,26 +493,34 @@ std::string SelectionEditor::changeSelectable(const Make& all, const ChangeAmong
 }
 
 std::string SelectionEditor::replace(const MeshDataConstPtr& mesh,
-                                     const FaceSelection::Faces& faces)
+                                     const std::vector<LabelFacesConstPtr>& faces)
 {
   if (!mesh || !picker_.exists(mesh)) {
     return GONE;
   }
   giveUp();
   session_.setMesh(mesh);
-  if (faces.size() <= MANY_FACES) {
-    return change([faces](FaceSelection& selection) -> const FaceSelection::Change& {
-      return selection.replace(faces);
-    });
+  std::size_t count = 0;
+  for (const LabelFacesConstPtr& some : faces) {
+    count += some->size();
   }
+  const auto bits = [mesh, faces] {
+    FaceBits all(mesh->faceCount());
+    for (const LabelFacesConstPtr& some : faces) {
+      all.add(*some);
+    }
+    return all;
+  };
   Edit edit;
   edit.mesh = mesh;
-  edit.found = queue_.ask([mesh, faces](const std::atomic<bool>& /*cancel*/) {
-    return Found{mesh, FaceBits(mesh->faceCount(), faces)};
-  });
-  edit.act = [this](const Found& found) {
-    return apply(found.mesh, true, [&](FaceSelection& selection) -> const FaceSelection::Change& {
-      return selection.replaceBits(found.faces);
+  if (count > MANY_FACES) {
+    edit.found = queue_.ask([mesh, bits](const std::atomic<bool>& /*cancel*/) {
+      return Found{mesh, bits()};
+    });
+  }
+  edit.act = [this, mesh, bits](const Found& found) {
+    return apply(mesh, true, [&](FaceSelection& selection) -> const FaceSelection::Change& {
+      return selection.replaceBits(found.mesh ? found.faces : bits());
     });
   };
   return queue_.perform(std::move(edit));
@@ -543,6 +554,13 @@ std::string SelectionEditor::combine(const MeshDataConstPtr& mesh, Combination h
         });
     return text.empty() && found.faces.count() == 0 ? NO_SUCH_FACES : text;
   };
+  return queue_.perform(std::move(edit));
+}
+
+std::string SelectionEditor::step(bool undo)
+{
+  Edit edit;
+  edit.act = [this, undo](const Found& /*found*/) { return histories_.step(undo, session_); };
   return queue_.perform(std::move(edit));
 }
 

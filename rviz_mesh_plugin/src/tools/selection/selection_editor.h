@@ -10,6 +10,8 @@
 
 #include <rviz/viewport_mouse_event.h>
 
+#include "base/step_history.h"
+#include "labels/label_faces.h"
 #include "picking/surface_picker.h"
 #include "selection/selection_gestures.h"
 #include "selection/selection_regions.h"
@@ -65,14 +67,14 @@ class SelectionEditor
   void findBrush(const Event& event, const SelectionSettings& settings);
 
   using Make = SelectionSession::Make;
-  /// @param nothing what is told where nothing changes
-  std::string change(const Make& make, const std::string& nothing = {});
+  std::string change(const Make& make);
   /// All faces of the mesh that can be selected (SelectableFaces); before there is a selection, of
   /// the first that is shown.
   std::string selectAll();
   /// Those of them that are not selected, instead of those that are.
   std::string invert();
-  std::string replace(const MeshDataConstPtr& mesh, const FaceSelection::Faces& faces);
+  /// @param faces of each of these
+  std::string replace(const MeshDataConstPtr& mesh, const std::vector<LabelFacesConstPtr>& faces);
 
   /// Finds faces of a mesh; owns what it uses, and gives up soon after the flag is set.
   using FindFaces = std::function<FaceBits(const std::atomic<bool>& cancel)>;
@@ -80,6 +82,11 @@ class SelectionEditor
   /// thread, with their turn.
   std::string combine(const MeshDataConstPtr& mesh, Combination how, const FindFaces& find);
 
+  /// The newest step of the selection, or of another history that is newer.
+  std::string undo() { return step(true); }
+  std::string redo() { return step(false); }
+  /// Its steps are undone and redone in one order with those of the selection.
+  void addHistory(const std::shared_ptr<StepHistory>& history) { histories_.add(history); }
   /// Adds the ring of faces around the selection, or takes away its outermost one.
   std::string growOrShrink(bool grow);
 
@@ -102,9 +109,6 @@ class SelectionEditor
   FrameResult frame();
 
  private:
-  /// The faces of a label, or some others.
-  using LabelFaces = std::shared_ptr<const FaceSelection::Faces>;
-
   struct Target
   {
     /// The first one with faces counts; without regions.
@@ -132,9 +136,10 @@ class SelectionEditor
                       const SelectionSettings& settings) const;
   std::string flood(const Event& event, const SurfaceHit& hit, bool adding,
                     const SelectionSettings& settings);
-  std::string putLabel(const Event& event, const SurfaceHit& hit, bool adding, LabelFaces faces,
-                       const SelectionSettings& settings);
-  std::string put(const MeshDataConstPtr& mesh, bool adding, LabelFaces faces);
+  std::string putLabel(const Event& event, const SurfaceHit& hit, bool adding,
+                       LabelFacesConstPtr faces, const SelectionSettings& settings);
+  std::string step(bool undo);
+  std::string put(const MeshDataConstPtr& mesh, bool adding, LabelFacesConstPtr faces);
   std::string apply(const MeshDataConstPtr& mesh, bool adding, const Make& make);
   std::string takeFound(bool adding, const std::string& nothing, const Found& found);
   std::string search(std::vector<FaceSearch> searches, bool adding, const std::string& nothing);
@@ -146,6 +151,7 @@ class SelectionEditor
   rviz::DisplayContext* context_;
   const SurfacePicker& picker_;
   SelectionSession session_;
+  StepHistories histories_;  ///< of others
   EditQueue queue_;
   std::optional<SurfaceHit> brush_;
   bool stroking_ = false;         ///< the button is down; the edits may be behind

@@ -103,6 +103,18 @@ bool SelectionSession::change(const Make& make)
   return true;
 }
 
+std::string SelectionSession::undo()
+{
+  change(&FaceSelection::undo);
+  return {};
+}
+
+std::string SelectionSession::redo()
+{
+  change(&FaceSelection::redo);
+  return {};
+}
+
 std::optional<double> SelectionSession::area() const
 {
   return counted_ < selection_.size() ? std::nullopt : std::optional<double>(area_);

@@ -3,16 +3,18 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/mesh_data.h"
+#include "base/step_history.h"
 #include "selection/face_selection.h"
 #include "selection/selection_visual.h"
 
 namespace rviz_mesh_plugin {
 
 /// The selected faces of one mesh with their highlight. GUI thread only.
-class SelectionSession
+class SelectionSession : public StepHistory
 {
  public:
   SelectionSession(Ogre::SceneManager* scene_manager, const std::function<void()>& on_change);
@@ -45,6 +47,14 @@ class SelectionSession
   /// See FaceSelection.
   void beginStroke() { selection_.beginStroke(); }
   void endStroke() { selection_.endStroke(); }
+
+  std::uint64_t undoOrder() const override { return selection_.undoOrder(); }
+  std::uint64_t redoOrder() const override { return selection_.redoOrder(); }
+  std::string whyNotNow() const override { return {}; }
+  /// They tell nothing: what is selected is seen. As change().
+  std::string undo() override;
+  std::string redo() override;
+  void forgetUndoneBefore(std::uint64_t order) override { selection_.forgetUndoneBefore(order); }
 
   /// To be called each frame. @throw Ogre::Exception, std::bad_alloc
   void follow(const std::vector<ShownMesh>& shown);
