@@ -15,7 +15,7 @@ import numpy as np
 import rosgraph
 import rospy
 import rostest
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PointStamped, PoseStamped
 from mesh_map.io.map_source import MapSource
 from mesh_msgs import zoo
 from mesh_msgs.arrays import MeshGeometryStamped
@@ -157,10 +157,14 @@ class Screen:
 
     def drag(self, begin, end):
         """With the left button."""
-        middle = [(a + b) // 2 for a, b in zip(begin, end)]
-        self.do("mousemove", *begin, "mousedown", 1, "sleep", 0.2)
-        self.do("mousemove", *middle, "sleep", 0.2)
-        self.do("mousemove", *end, "sleep", 0.2, "mouseup", 1)
+        self.drag_along([begin, [(a + b) // 2 for a, b in zip(begin, end)], end])
+
+    def drag_along(self, path, key=None):
+        """With the left button, and a key that is held."""
+        self.do("mousemove", *path[0], *(["keydown", key] if key else []), "mousedown", 1)
+        for at in path[1:]:
+            self.do("sleep", 0.2, "mousemove", *at)
+        self.do("sleep", 0.2, "mouseup", 1, *(["keyup", key] if key else []))
 
     def middle(self):
         """Column and row of the middle of the 3D view, once it shows the map."""
@@ -268,9 +272,13 @@ class RvizLabelling(unittest.TestCase):
         """Selects the box with the mouse, and names it with the keyboard."""
         middle = screen.middle()
         (x0, y1), (x1, y0) = np.round(middle + BOX * (SCALE, -SCALE)).astype(int)
+        self.label_selected(screen, lambda: screen.drag((x0, y0), (x1, y1)), label_class, instance)
+
+    def label_selected(self, screen, select_faces, label_class, instance):
+        """Names with the keyboard what is selected."""
 
         def select():
-            screen.drag((x0, y0), (x1, y1))
+            select_faces()
             screen.do("sleep", 0.5, "key", "Return")
 
         dialog = ("search", "--onlyvisible", "--name", "^New Label$")
@@ -326,6 +334,20 @@ class RvizLabelling(unittest.TestCase):
                 wait_until(journal.exists, 60, "the label", [screen.child, manager])
                 self.assertEqual(
                     self.clusters("/label_manager", "field"), {"rock_7": self.expected()}
+                )
+                # Undone, it is not there: not even without faces. Then it is there again.
+                screen.do("mousemove", *np.round(screen.middle()).astype(int), "key", "ctrl+z")
+
+                def labels():
+                    return self.clusters("/label_manager", "field")
+
+                wait_until(lambda: labels() == {}, 60, "the end of the label", [screen.child])
+                screen.do("key", "ctrl+y")
+                wait_until(
+                    lambda: labels() == {"rock_7": self.expected()},
+                    60,
+                    "the label once more",
+                    [screen.child],
                 )
         with process("label_manager", node, self.folder / "logs"):
             self.assertEqual(self.clusters("/label_manager", "field"), {"rock_7": self.expected()})
@@ -409,6 +431,126 @@ class RvizLabelling(unittest.TestCase):
         half = np.pi / 8.0  # of 45 degrees
         np.testing.assert_allclose([turn.x, turn.y], [0.0, 0.0], atol=1e-6)
         np.testing.assert_allclose([turn.z, turn.w], [np.sin(half), np.cos(half)], atol=1e-4)
+
+    def pixels(self, screen, places):
+        """Columns and rows of places on the map, in meters."""
+        middle = screen.middle()
+        return [np.round(middle + np.multiply(at, (SCALE, -SCALE))).astype(int) for at in places]
+
+    def near(self, path, radius):
+        """Faces that touch a disk along a path: sampled every 5 mm, on the floor."""
+        found = set()
+        for begin, end in zip(path, path[1:]):
+            for share in np.linspace(0.0, 1.0, 1 + int(np.ptp([begin, end], axis=0).max() / 0.005)):
+                at = np.add(np.multiply(1.0 - share, begin), np.multiply(share, end))
+                box = np.stack([at - 0.7 * radius, at + 0.7 * radius])  # in the disk
+                found.update(touching(self.vertices, self.faces, box))
+        return found
+
+    def until_labels(self, screen, expected):
+        """Waits until the owner has these labels, and no others."""
+        wait_until(lambda: self.clusters() == expected, 60, "the labels %s" % expected)
+
+    def test_brush_lasso_and_flood_are_labelled_undone_and_redone(self):
+        """By mouse and keys alone; what the owner has tells what they did."""
+        self.serve()
+        with self.rviz("hands", SERVED) as screen:
+            lasso_path = [(-2.1, -1.1), (1.1, -1.1), (-0.4, 2.2)]
+            lasso = self.pixels(screen, lasso_path + lasso_path[:1])
+            self.label_selected(
+                screen,
+                lambda: (screen.do("key", "2"), screen.drag_along(lasso)),
+                "lasso",
+                "1",
+            )
+            wait_until(lambda: "lasso_1" in self.clusters(), 60, "the label", [screen.child])
+            labels = self.clusters()
+            inner = np.array([[-0.6, -0.6], [0.0, 0.6]])
+            self.assertLessEqual(
+                set(touching(self.vertices, self.faces, inner)), set(labels["lasso_1"])
+            )
+            outer = np.array([[-2.2, -1.2], [1.2, 2.3]])
+            self.assertLessEqual(
+                set(labels["lasso_1"]), set(touching(self.vertices, self.faces, outer))
+            )
+
+            # Two events far apart: the brush follows the way between.
+            path = [(-3.3, 3.1), (3.2, 2.7)]
+            brush = self.pixels(screen, path)
+            self.label_selected(screen, lambda: screen.drag_along(brush, "ctrl"), "brush", "1")
+            wait_until(lambda: "brush_1" in self.clusters(), 60, "the label", [screen.child])
+            labels = self.clusters()
+            self.assertLessEqual(self.near(path, 0.9), set(labels["brush_1"]))
+            outer = np.array([[-4.4, 1.6], [4.3, 4.2]])
+            self.assertLessEqual(
+                set(labels["brush_1"]), set(touching(self.vertices, self.faces, outer))
+            )
+
+            (place,) = self.pixels(screen, [(-3.1, -3.1)])
+            self.label_selected(
+                screen,
+                lambda: screen.do("key", "3", "mousemove", *place, "sleep", 0.2, "click", 1),
+                "flood",
+                "1",
+            )
+            wait_until(lambda: "flood_1" in self.clusters(), 60, "the label", [screen.child])
+            flooded = self.clusters()
+            self.assertEqual(flooded, {**labels, "flood_1": list(range(len(self.faces)))})
+
+            # The view has the keys while the cursor is on it.
+            undo, redo = ("key", "ctrl+z"), ("key", "ctrl+shift+z")
+            before = dict(labels)
+            del before["brush_1"]
+            screen.do("mousemove", *place)
+            screen.do(*undo)
+            self.until_labels(screen, labels)
+            screen.do(*undo)  # that flood was selected
+            screen.do(*undo)
+            self.until_labels(screen, before)
+            screen.do(*redo)
+            self.until_labels(screen, labels)
+            screen.do(*redo)
+            screen.do(*redo)
+            self.until_labels(screen, flooded)
+            saved = rospy.ServiceProxy(SERVER + "/save_map", Trigger)()
+            self.assertTrue(saved.success, saved.message)
+            screen.do(*undo)
+            self.until_labels(screen, labels)
+            saved = rospy.ServiceProxy(SERVER + "/save_map", Trigger)()
+            self.assertTrue(saved.success, saved.message)
+            in_file = MapFile(self.file).labels()
+            self.assertEqual(
+                {text: label.faces.tolist() for text, label in in_file.items()}, labels
+            )
+            screen.child[1].send_signal(signal.SIGINT)
+            self.assertEqual(screen.child[1].wait(timeout=60), 0)
+
+    def test_inspect(self):
+        """The point that is clicked at, on its topic."""
+        points, subscribers = [], []
+
+        def subscribe():
+            if subscribers and not subscribers[-1].get_num_connections():
+                subscribers.pop().unregister()
+            if not subscribers:
+                subscribers.append(rospy.Subscriber("/clicked_point", PointStamped, points.append))
+
+        self.stack.callback(lambda: [subscriber.unregister() for subscriber in subscribers])
+        self.serve()
+        with self.rviz("inspect", SERVED, "MeshInspect") as screen:
+            (place,) = self.pixels(screen, [(1.3, -0.8)])
+            middle = screen.middle()
+
+            def click():
+                subscribe()
+                wait_for(lambda: subscribers[0].get_num_connections(), 15.0)
+                screen.do("mousemove", *place, "sleep", 0.2, "click", 1)
+
+            self.until(screen, click, lambda: points, "a point")
+        x, y = (place + 0.5 - middle) * (1.0, -1.0) / SCALE
+        point = points[0].point
+        self.assertEqual(points[0].header.frame_id, "map")
+        np.testing.assert_allclose([point.x, point.y, point.z], [x, y, 0.0], atol=1e-4)
 
     def test_killed_in_the_middle_of_labelling(self):
         """What was confirmed is there after SIGKILL; the next RViz has it."""
