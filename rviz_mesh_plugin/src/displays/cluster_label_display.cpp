@@ -6,8 +6,11 @@
 #include <mesh_msgs/MeshGeometryStamped.h>
 #include <ros/message_traits.h>
 #include <rviz/display_context.h>
+#include <rviz/view_controller.h>
+#include <rviz/view_manager.h>
 
 #include "displays/display_tree.h"
+#include "displays/label_names.h"
 #include "displays/label_properties.h"
 #include "displays/textured_mesh_display.h"
 #include "labels/label_name.h"
@@ -101,6 +104,7 @@ void ClusterLabelDisplay::onDisable()
     if (overlay_) {
       overlay_->setVisible(false);
     }
+    label_names_.reset();
   });
 }
 
@@ -183,6 +187,7 @@ void ClusterLabelDisplay::onLook()
 void ClusterLabelDisplay::onVisibility()
 {
   recount_ = true;
+  renamed_ = true;
   lines_.attempt([this] {
     for (const auto& label : store_.labels()) {
       if (overlay_) {
@@ -339,6 +344,7 @@ void ClusterLabelDisplay::applyChanges()
   const std::set<std::string> changed = store_.takeChanged();
   if (!changed.empty()) {
     recount_ = true;
+    renamed_ = true;
     to_show_.insert(changed.begin(), changed.end());
     std::vector<std::string> names;
     classes_.clear();
@@ -382,6 +388,7 @@ void ClusterLabelDisplay::applyLook(const std::string& label)
     return;
   }
   const Rgba8 color = colors_.color(label);
+  renamed_ = true;
   properties_->setColor(label, color);
   if (overlay_) {
     overlay_->setColor(label, color);
@@ -394,6 +401,7 @@ void ClusterLabelDisplay::updatePose()
 {
   if (!overlay_ || !store_.mesh()) {
     lines_.report("Transform", std::nullopt);
+    label_names_.reset();
     return;
   }
   StatusLine line;
@@ -402,8 +410,38 @@ void ClusterLabelDisplay::updatePose()
                source_ && !source_->frame.empty() ? source_->frame : store_.mesh()->frame_id,
                "the labels are", line);
   overlay_->place(isEnabled() ? pose : std::nullopt);
-  overlay_->setSection(sectionOf(context_->getRootDisplayGroup(), *store_.mesh()));
+  const Section section = sectionOf(context_->getRootDisplayGroup(), *store_.mesh());
+  overlay_->setSection(section);
   lines_.report("Transform", line);
+  updateNames(isEnabled() ? pose : std::nullopt, section);
+}
+
+void ClusterLabelDisplay::updateNames(const std::optional<FramePose>& pose, const Section& section)
+{
+  if (!properties_->names() || !pose) {
+    label_names_.reset();
+    return;
+  }
+  if (!label_names_) {
+    label_names_ = std::make_unique<LabelNames>(scene_node_);
+    renamed_ = true;
+  }
+  if (renamed_) {
+    renamed_ = false;
+    label_names_->setLabels(store_.mesh(), store_.labels(), overlay_->looks());
+  }
+  label_names_->place(pose);
+  const rviz::ViewController* const view =
+      context_->getViewManager() ? context_->getViewManager()->getCurrent() : nullptr;
+  if (label_names_->update(view ? view->getCamera() : nullptr, section)) {
+    setVisibilityBits(getVisibilityBits());
+    queueRender();
+  }
+}
+
+std::vector<std::string> ClusterLabelDisplay::drawnNames() const
+{
+  return label_names_ ? label_names_->drawn() : std::vector<std::string>();
 }
 
 /// Which mesh is labelled, or why there is none.
@@ -462,6 +500,10 @@ OptionalStatus ClusterLabelDisplay::labelsStatus() const
                                    counted(store_.faceCount(), "face", "faces"));
   if (hidden_ > 0) {
     line.text += joined(", ", hidden_, " hidden");
+  }
+  if (label_names_ && label_names_->leftOut() > 0) {
+    line.text += joined(", ", label_names_->leftOut(), " without their name in the picture: the ",
+                        LabelNames::MOST, " with the most faces have it");
   }
   if (!to_show_.empty()) {
     line.text += joined(", ", to_show_.size(), " to be shown yet");

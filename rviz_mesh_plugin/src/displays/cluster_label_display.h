@@ -13,12 +13,14 @@
 #include <rviz/display.h>
 
 #include "base/mesh_data.h"
+#include "base/section.h"
 #include "base/status_lines.h"
 #include "incoming/reception.h"
 #include "labels/face_parents.h"
 #include "labels/label_colors.h"
 #include "labels/label_faces.h"
 #include "labels/shown_labels.h"
+#include "rendering/placed_visual.h"
 #include "sources/face_parents_source.h"
 #include "sources/label_client.h"
 #include "sources/label_color_source.h"
@@ -28,6 +30,7 @@
 
 namespace rviz_mesh_plugin {
 
+class LabelNames;
 class LabelOverlay;
 class LabelProperties;
 
@@ -71,6 +74,9 @@ class ClusterLabelDisplay : public rviz::Display
   /// is not known.
   FaceParentsConstPtr faceParents() const;
 
+  /// Labels whose name is in the picture.
+  std::vector<std::string> drawnNames() const;
+
   /// In meters.
   float brushSize() const;
 
@@ -107,6 +113,7 @@ class ClusterLabelDisplay : public rviz::Display
   void applyChanges();
   void applyLook(const std::string& label);
   void updatePose();
+  void updateNames(const std::optional<FramePose>& pose, const Section& section);
   void updateStatuses();
   StatusLine geometryStatus() const;
   OptionalStatus labelsStatus() const;
@@ -121,6 +128,8 @@ class ClusterLabelDisplay : public rviz::Display
   LabelColors colors_;
   StatusLines lines_;
   std::unique_ptr<LabelOverlay> overlay_;
+  std::unique_ptr<LabelNames> label_names_;  ///< null: not to be drawn
+  bool renamed_ = true;  ///< labels, or how they are drawn, since these have been told
   std::optional<MeshSource> source_;
   std::string subscription_error_;
   MeshLoader::Content received_;  ///< the newest mesh, and what is being done on it

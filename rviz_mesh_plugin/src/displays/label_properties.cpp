@@ -183,6 +183,11 @@ LabelProperties::LabelProperties(rviz::Property* parent) : QObject(parent)
       "Brush Size", 1.0f, "Radius of the brush of the label tool, in meters.", parent);
   brush_size_->setMin(0.0f);
   phantom_ = looks.box("Show Phantom", false, "Draw the whole mesh as a shade.", parent);
+  names_ =
+      looks.box("Show Names", false,
+                "Draw the names over the labels that are shown: of the 50 with the most faces, "
+                "where no other name is.",
+                parent);
 }
 
 void LabelProperties::setTopic(const QString& topic, bool of_labels)

@@ -63,6 +63,7 @@ class LabelProperties : public QObject
   float brushSize() const { return brush_size_->getFloat(); }
   float alpha() const { return transparency_->getFloat(); }
   bool phantom() const { return phantom_->getBool(); }
+  bool names() const { return names_->getBool(); }
   LabelVisibility& visibility() const { return *visibility_; }
 
   /// From now on there are these labels; properties for them are made and removed by work().
@@ -74,7 +75,7 @@ class LabelProperties : public QObject
 
  Q_SIGNALS:
   void topicsChanged();
-  void lookChanged();        ///< alpha or phantom
+  void lookChanged();        ///< alpha, phantom or names
   void visibilityChanged();  ///< of labels
   void colorChosen(const QString& label, const QColor& color);
 
@@ -90,6 +91,7 @@ class LabelProperties : public QObject
   LabelVisibility* visibility_;
   rviz::FloatProperty* brush_size_;
   rviz::BoolProperty* phantom_;
+  rviz::BoolProperty* names_;
   std::map<std::string, Rgba8> wanted_colors_;
   std::deque<std::string> to_add_;
   std::deque<std::string> to_remove_;

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <iterator>
 #include <string>
@@ -10,9 +12,11 @@
 #include <rviz/properties/color_property.h>
 #include <rviz/properties/enum_property.h>
 
+#include "displays/label_names.h"
 #include "support/label_display_fixture.h"
 #include "support/label_fixture.h"
 #include "support/service_servers.h"
+#include "threads/cancellation.h"
 
 using osmesa_harness::Rgb;
 using rviz_mesh_plugin::MeshSource;
@@ -20,6 +24,27 @@ using rviz_mesh_plugin::Rgba8;
 using test_labels::colorOf;
 using test_labels::ROW;
 using test_labels::rows;
+
+namespace {
+
+/// size * size cells of 1 m and two faces each, row by row.
+rviz_mesh_plugin::MeshData flatMesh(std::uint32_t size)
+{
+  rviz_mesh_plugin::MeshData mesh;
+  for (std::uint32_t i = 0; i < (size + 1) * (size + 1); ++i) {
+    mesh.vertices.push_back(
+        {{static_cast<float>(i % (size + 1)), static_cast<float>(i / (size + 1)), 0.0f}, {}});
+  }
+  for (std::uint32_t i = 0; i < size * size; ++i) {
+    const std::uint32_t corner = i / size * (size + 1) + i % size, above = corner + size + 1;
+    for (const std::uint32_t vertex : {corner, corner + 1, above, above, corner + 1, above + 1}) {
+      mesh.indices.push_back(vertex);
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
 
 class ClusterLabelTest : public LabelDisplayFixture
 {
@@ -98,6 +123,72 @@ TEST_F(ClusterLabelTest, a_class_and_a_label_can_be_hidden_and_the_whole_faded)
   set(display, {"Show Phantom"}, true);
   spinFrames();
   EXPECT_EQ(picture().count({48, 48, 48}), 640u * 480u - 10 * ROW);
+}
+
+TEST_F(ClusterLabelTest, names_stand_over_the_labels_that_are_shown)
+{
+  using Names = std::vector<std::string>;
+  server->addLabel("tree_1", rows(10, 0, 2));
+  server->addLabel("wall_1", rows(10, 5, 9));
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "2 labels"));
+  const auto without = picture();
+  EXPECT_EQ(display->drawnNames(), Names());
+  set(display, {"Show Names"}, true);
+  ASSERT_TRUE(spinUntil([&] { return display->drawnNames().size() == 2; }));
+  EXPECT_EQ(display->drawnNames(), Names({"wall_1", "tree_1"})) << "the largest first";
+  const auto with = picture();
+  EXPECT_LT(with.count(colorOf("tree")), without.count(colorOf("tree"))) << "the name lies on it";
+  EXPECT_LT(with.count(colorOf("wall")), without.count(colorOf("wall")));
+  EXPECT_GT(with.count({255, 255, 255}), without.count({255, 255, 255}) + 20) << "letters";
+  set(display, {"Visible Labels", "tree", "tree_1"}, false);
+  ASSERT_TRUE(spinUntil([&] { return display->drawnNames() == Names{"wall_1"}; }));
+  server->labels.publish(LabelServer::cluster("wall_1", {}));
+  ASSERT_TRUE(spinUntil([&] { return display->drawnNames().empty(); }));
+  server->labels.publish(LabelServer::cluster("wall_2", rows(10, 5, 8)));
+  ASSERT_TRUE(spinUntil([&] { return display->drawnNames() == Names{"wall_2"}; }));
+  set(display, {"Show Names"}, false);
+  spinFrames();
+  EXPECT_EQ(display->drawnNames(), Names());
+  EXPECT_EQ(picture().count({255, 255, 255}), without.count({255, 255, 255}));
+}
+
+TEST_F(ClusterLabelTest, of_many_labels_the_largest_have_names_and_none_covers_another)
+{
+  for (std::uint32_t i = 0; i < 60; ++i) {
+    std::vector<std::uint32_t> faces{3 * i, 3 * i + 1};
+    faces.resize(i < 50 ? 2 : 1);
+    server->addLabel("tree_" + std::to_string(i), faces);
+  }
+  auto* display = createLabels();
+  publishMesh();
+  ASSERT_TRUE(says(display, "Labels", "60 labels"));
+  set(display, {"Show Names"}, true);
+  ASSERT_TRUE(spinUntil([&] { return display->drawnNames().size() > 5; }));
+  EXPECT_TRUE(says(display, "Labels", "10 without their name in the picture"));
+  for (const std::string& name : display->drawnNames()) {
+    EXPECT_LT(std::stoi(name.substr(5)), 50) << name;
+  }
+  EXPECT_LT(display->drawnNames().size(), 50u) << "there is no room for all of them";
+}
+
+TEST(LabelNamesTest, a_name_stands_on_its_label)
+{
+  const auto mesh = flatMesh(10);
+  rviz_mesh_plugin::LabelCluster label;
+  for (std::uint32_t i = 0; i < 10; ++i) {  // the sides of a square, whose middle is far from them
+    for (const std::uint32_t cell : {i, 90 + i, 10 * i, 10 * i + 9}) {
+      label.faces.push_back(2 * cell);
+    }
+  }
+  std::sort(label.faces.begin(), label.faces.end());
+  const auto place = rviz_mesh_plugin::placeOfName(mesh, label);
+  const std::uint32_t cell =
+      static_cast<std::uint32_t>(place[1]) * 10 + static_cast<std::uint32_t>(place[0]);
+  EXPECT_EQ(std::count(label.faces.begin(), label.faces.end(), 2 * cell), 1);
+  const std::atomic<bool> canceled{true};
+  EXPECT_THROW(rviz_mesh_plugin::placeOfName(mesh, label, &canceled), rviz_mesh_plugin::Canceled);
 }
 
 TEST_F(ClusterLabelTest, what_is_saved_is_loaded_before_there_are_labels)
