@@ -270,26 +270,14 @@ class FastMarchingRing
             std::max(std::max(slowness_here_, a), std::max(b, d))};
   }
 
-  /// Twice the area of the face, and the squared length of its side opposite to the middle.
+  /// Twice the area of the face.
   double area(std::size_t face) const { return std::sqrt(ring_[face].squared_area); }
-  double opposite(const Crossing& c) const
-  {
-    return ring_[c.base].squared + ring_[c.target].squared - 2.0 * ring_[c.face].product;
-  }
-
-  /// May the target get a lower label? From the point of the base where the way crosses it, an end
-  /// of the base is no farther than the base is long, less what that point is beyond: so no label
-  /// of the target is less than that of an end, less the time along the base, and more by the way
-  /// from the other end.
+  /// May the target get a lower label? No more can be told by the labels of the base alone: from a
+  /// side of the face behind, a front may come that has not come to the ends of the base.
   bool mayLower(const Crossing& c) const
   {
-    const double low =
-        HAS_COSTS
-            ? std::min(slowness_here_, std::min(ring_[c.base].slowness, ring_[c.target].slowness))
-            : 1.0;
-    const double most = ring_[c.target].label + ring_[c.base].time, from_here = most - here_;
-    return (most - ring_[c.base].label > low * ring_[c.target].length) & (from_here > 0.0) &
-           (from_here * from_here > low * low * opposite(c));
+    return mesh_map::mayLower(ring_[c.target].label, here_, ring_[c.base].label,
+                              ring_[c.base].time);
   }
 
   bool areOpen(const Crossing& c) const

@@ -385,6 +385,17 @@ TEST(WaveFront, HigherCostsTakeLabelsBackOnlyWithWhatTheyFollowFrom)
   }
 }
 
+/// From a line of two seeds at the border: a front comes to the last corner from that side of the
+/// face behind, though it can not come to the corner between before.
+TEST(WaveFront, ComesFromALineOfSeedsAtTheBorder)
+{
+  const TestMesh mesh{"kite", {0, 0, 0, 1, 0, 0, 0.45f, 0.45f, 0, 0.4f, 1, 0}, {0, 1, 2, 0, 2, 3}};
+  const Fronts fronts(mesh);
+  FastMarchingField field(fronts.pool, {{0, 0.0}, {1, 0.0}}, {});
+  ASSERT_TRUE(field.extend({}, {}));
+  EXPECT_NEAR(field.labels()[3], 1.0, 1e-7);
+}
+
 /// Where a meter takes no time, all labels are the same, and each follows from the others: only a
 /// new field tells what they are.
 TEST(WaveFront, LabelsThatFollowFromEachOtherAreNotKept)
