@@ -72,9 +72,12 @@ bool hasChanged(const LabelEdit& edit, const ClusterLabelDisplay& display)
     return false;
   }
   const auto faces = facesOf(display.labels(), edit.label);
-  return std::none_of(edit.based_on.begin(), edit.based_on.end(), [&](const auto& expected) {
-    return expected == faces || *expected == *faces;
-  });
+  const auto isOneOf = [&](const std::vector<LabelFacesConstPtr>& expected) {
+    return std::any_of(expected.begin(), expected.end(), [&](const LabelFacesConstPtr& one) {
+      return one == faces || *one == *faces;
+    });
+  };
+  return !isOneOf(edit.based_on) && !isOneOf(edit.overtaken);
 }
 
 /// Faces as they come back when they are stored: where the mesh was made of another one, with all
@@ -152,8 +155,18 @@ void LabelSession::sendAgain()
 void LabelSession::giveUp()
 {
   edits_.giveUp();
+  commands_.clear();
+  making_.drop();
+  other_.clear();
   command_failure_.clear();
   ++revision_;
+}
+
+bool LabelSession::busy() const
+{
+  return making_.isRunning() ||
+         std::any_of(commands_.begin(), commands_.end(),
+                     [mesh = id()](const Command& command) { return command.mesh == mesh; });
 }
 
 const LabelClusters& LabelSession::labels() const
@@ -360,6 +373,7 @@ std::string LabelSession::begin(Command command)
   if (id() != command.mesh) {
     return "the mesh is another one now: nothing is done to its labels by " + command.what;
   }
+  command.labels_known = labelsKnown();
   try {
     Plan plan = command.begin();
     if (!plan.reason.empty()) {
@@ -386,10 +400,15 @@ void LabelSession::workOnCommands()
     command_failure_ = made->result ? finish(command, *made->result) : made->error;
     ++revision_;
   }
-  while (!commands_.empty() && !making_.isRunning()) {
-    Command next = std::move(commands_.front());
-    commands_.pop_front();
-    const std::string reason = begin(std::move(next));
+  while (!making_.isRunning()) {
+    const auto next = std::find_if(commands_.begin(), commands_.end(),
+                                   [this](const Command& command) { return command.mesh == id(); });
+    if (next == commands_.end()) {
+      break;
+    }
+    Command command = std::move(*next);
+    commands_.erase(next);
+    const std::string reason = begin(std::move(command));
     command_failure_ = reason.empty() ? command_failure_ : reason;
     ++revision_;
   }
@@ -412,8 +431,8 @@ std::string LabelSession::finish(const Command& command, Edits edits)
     history_.addUndone(*command.step);
   } else if (command.step) {
     history_.addDone(*command.step);
-  } else if (!edits.empty()) {
-    history_.addDone(stepOf(command, edits));
+  } else if (!edits.empty() && id() == command.mesh && labelsKnown() == command.labels_known) {
+    history_.addDone(stepOf(command, edits));  // else what the labels were cannot be told any more
   }
   for (LabelEdit& edit : edits) {
     other_.erase({edit.mesh, edit.label});
@@ -455,10 +474,32 @@ std::string LabelSession::whyNotNow() const
                 : std::string();
 }
 
+/// Why a step cannot be taken back yet. An edit that was sent may be stored after what takes it
+/// back, and labels that have not arrived seem to be gone.
+std::string LabelSession::whyNotBack(const LabelStep& step, bool undo) const
+{
+  for (const LabelChange& change : step.changes) {
+    if (edits_.isSent(step.mesh, change.label)) {
+      return "'" + change.label +
+             "' is on its way to who stores it: try again in a moment, or send it again or give it "
+             "up where it does not come back";
+    }
+    const LabelState& expected = undo ? change.after : change.before;
+    if (!labelsKnown() && !expected.faces->empty() && faces(change.label)->empty()) {
+      return "the labels of the mesh have not arrived: try again in a moment";
+    }
+  }
+  return {};
+}
+
 /// Nobody else can have changed what is put back: where somebody has, it is refused.
 std::string LabelSession::step(bool undo)
 {
+  if (busy()) {
+    return whyNotNow();
+  }
   const MeshId mesh = id();
+  history_.forgetUndoneBefore(mesh, history_.undoOrder(mesh));
   if ((undo ? history_.undoOrder(mesh) : history_.redoOrder(mesh)) == 0) {
     return undo ? "there is nothing to undo" : "there is nothing to redo";
   }
@@ -466,6 +507,11 @@ std::string LabelSession::step(bool undo)
   command.undoes = undo;
   command.step =
       std::make_shared<LabelStep>(undo ? history_.takeDone(mesh) : history_.takeUndone(mesh));
+  const std::string reason_to_wait = whyNotBack(*command.step, undo);
+  if (!reason_to_wait.empty()) {
+    undo ? history_.addDone(*command.step) : history_.addUndone(*command.step);
+    return reason_to_wait;
+  }
   command.what = (undo ? "undoing " : "redoing ") + command.step->what;
   const std::string told = (undo ? "undone: " : "done again: ") + command.step->what;
   command.begin = [this, undo, step = command.step] {

@@ -91,8 +91,8 @@ class LabelSession : public StepHistory
   /// Labels of those names become what they are there; others stay.
   std::string import(const std::shared_ptr<const FileLabels>& labels);
 
-  /// Edits are being made ready.
-  bool busy() const { return !commands_.empty(); }
+  /// Edits are being made ready; those of another mesh wait for that.
+  bool busy() const;
   /// Of the newest of these functions that was called, see step_history.h.
   std::uint64_t newestOrder() const { return newest_order_; }
 
@@ -138,6 +138,7 @@ class LabelSession : public StepHistory
   {
     std::string what;
     MeshId mesh;
+    bool labels_known = false;  ///< of that, when it began: else nobody can tell what they were
     std::uint64_t order = 0;
     std::function<Plan()> begin;
     /// Of one that undoes or redoes, once it has begun, the step; else null.
@@ -150,6 +151,7 @@ class LabelSession : public StepHistory
   std::string begin(Command command);
   std::string finish(const Command& command, Edits edits);
   std::string step(bool undo);
+  std::string whyNotBack(const LabelStep& step, bool undo) const;
   void workOnCommands();
   LabelStep stepOf(const Command& command, const Edits& edits) const;
   LabelState state(const std::string& label) const;
@@ -178,7 +180,8 @@ class LabelSession : public StepHistory
   std::map<std::pair<MeshId, std::string>, LabelClusterConstPtr> other_;
   LabelSaving saving_;
   LabelHistory history_;
-  std::deque<Command> commands_;  ///< in their order; the first one has begun
+  std::deque<Command>
+      commands_;  ///< in their order; the first one has begun where one is made ready
   BackgroundTask<Edits> making_{"label faces"};
   std::string command_failure_;
   std::uint64_t newest_order_ = 0;

@@ -10,7 +10,14 @@ void PendingEdits::add(LabelEdit edit)
   const Key key{edit.mesh, edit.label, edit.faces == nullptr};
   Pending pending;
   pending.edit = std::move(edit);
-  edits_[key] = std::move(pending);
+  Pending& before = edits_[key];
+  if (pending.edit.faces && before.edit.faces) {
+    pending.edit.overtaken = std::move(before.edit.overtaken);
+    if (before.sent) {  // and comes back, maybe, before this one is sent
+      pending.edit.overtaken.push_back(before.edit.adds ? before.edit.whole : before.edit.faces);
+    }
+  }
+  before = std::move(pending);
 }
 
 bool PendingEdits::mustWait(const LabelEdit& edit) const
@@ -103,6 +110,14 @@ OptionalStatus PendingEdits::status() const
 bool PendingEdits::isPending(const MeshId& mesh, const std::string& label) const
 {
   return edits_.count({mesh, label, false}) != 0 || edits_.count({mesh, label, true}) != 0;
+}
+
+bool PendingEdits::isSent(const MeshId& mesh, const std::string& label) const
+{
+  return std::any_of(edits_.begin(), edits_.end(), [&](const auto& pending) {
+    const LabelEdit& edit = pending.second.edit;
+    return pending.second.sent && edit.mesh == mesh && edit.label == label;
+  });
 }
 
 const LabelEdit* PendingEdits::find(const MeshId& mesh, const std::string& label) const

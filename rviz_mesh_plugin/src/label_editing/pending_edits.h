@@ -31,6 +31,7 @@ struct LabelEdit
   LabelFacesConstPtr before;  ///< where it adds: those that it had when the edit was made,
   LabelFacesConstPtr whole;   ///< and with these
   std::vector<LabelFacesConstPtr> based_on;  ///< it has to have one of these then; empty: any
+  std::vector<LabelFacesConstPtr> overtaken;  ///< or of these, which it may get until then
   std::optional<Rgba8> color;                ///< of its own, or else that of its class
   std::string after;  ///< is sent when the edits of this label are stored; else empty
 };
@@ -67,6 +68,8 @@ class PendingEdits
   /// On those that are under way; nothing where none is.
   OptionalStatus status() const;
   bool isPending(const MeshId& mesh, const std::string& label) const;
+  /// Whether one was sent: its owner may store it any time.
+  bool isSent(const MeshId& mesh, const std::string& label) const;
   /// The one of the faces of a label; null: there is none. Until this changes.
   const LabelEdit* find(const MeshId& mesh, const std::string& label) const;
   /// The one of its color.

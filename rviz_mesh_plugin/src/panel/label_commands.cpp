@@ -297,6 +297,9 @@ std::string LabelCommands::labelled(std::string reason, bool finished)
 
 std::string LabelCommands::label(const std::string& name, bool finished)
 {
+  if (session_->busy()) {  // what the label has by then is not known
+    return session_->whyNotNow();
+  }
   const FaceBits faces = selection();
   const QString label = QString::fromStdString(name);
   if (session_->faceCount(name) == 0) {

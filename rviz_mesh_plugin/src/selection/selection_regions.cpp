@@ -220,8 +220,9 @@ FaceBits FaceSearch::bits(const std::atomic<bool>* cancel) const
 
 bool FaceSearch::differsInRegions(const FaceSearch& other) const
 {
-  return shown.mesh == other.shown.mesh && queries == other.queries && eye == other.eye &&
-         visible_only == other.visible_only && back_faces == other.back_faces;
+  return shown.mesh == other.shown.mesh && shown.section == other.shown.section &&
+         queries == other.queries && eye == other.eye && visible_only == other.visible_only &&
+         back_faces == other.back_faces;
 }
 
 }  // namespace rviz_mesh_plugin

@@ -241,6 +241,7 @@ TEST_F(ClusterLabelPanelTest, labels_and_selection_are_undone_in_one_order)
   EXPECT_EQ(panel->session()->faceCount("rock_5"), 2u) << "the selection was newer";
   press(Qt::Key_Z);
   EXPECT_EQ(panel->session()->faceCount("rock_5"), 0u);
+  ASSERT_TRUE(stores(2, "rock_5", {}));
   EXPECT_EQ(tool->selection().faces(), first) << "labelling is one step, with its selection";
   press(Qt::Key_Z);
   EXPECT_TRUE(tool->selection().empty());
@@ -250,6 +251,7 @@ TEST_F(ClusterLabelPanelTest, labels_and_selection_are_undone_in_one_order)
   EXPECT_EQ(tool->selection().faces(), first);
   press(Qt::Key_Z, Qt::ShiftModifier);
   EXPECT_EQ(panel->session()->faceCount("rock_5"), 2u);
+  ASSERT_TRUE(stores(3, "rock_5", first));
   EXPECT_TRUE(tool->selection().empty());
   press(Qt::Key_Z);
   ASSERT_TRUE(select({5}));
@@ -264,6 +266,7 @@ TEST_F(ClusterLabelPanelTest, its_own_keys_undo_where_no_view_has_the_focus)
   ASSERT_TRUE(select({150}));
   click("Assign");
   EXPECT_EQ(panel->session()->faceCount("tree_1"), 1u);
+  ASSERT_TRUE(stores(1, "tree_1", {150}));
   const auto activate = [&](const char* keys) {
     for (auto* shortcut : panel->findChildren<QShortcut*>()) {
       if (shortcut->key() == QKeySequence(keys)) {
@@ -277,8 +280,10 @@ TEST_F(ClusterLabelPanelTest, its_own_keys_undo_where_no_view_has_the_focus)
   EXPECT_EQ(panel->session()->faceCount("tree_1"), 20u);
   EXPECT_EQ(tool->selection().faces(), Faces{150}) << "which is older";
   EXPECT_TRUE(shows("undone: labelling"));
+  ASSERT_TRUE(stores(2, "tree_1", rows(10, 0, 1)));
   activate("Ctrl+Shift+Z");
   EXPECT_EQ(panel->session()->faceCount("tree_1"), 1u);
+  ASSERT_TRUE(stores(3, "tree_1", {150}));
   tool.reset();
   activate("Ctrl+Z");
   EXPECT_EQ(panel->session()->faceCount("tree_1"), 20u) << "also without the tool";
