@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 
@@ -32,6 +34,18 @@ struct Section : Bounds
     return true;
   }
 
+  /// A little larger on all sides, as rounding is not to decide on what lies in a limit: a floor in
+  /// its plane would be drawn, or met by rays, in part.
+  Bounds widened() const
+  {
+    Bounds bounds;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      bounds.lower[axis] = outside(lower[axis], -1.0f);
+      bounds.upper[axis] = outside(upper[axis], 1.0f);
+    }
+    return bounds;
+  }
+
   bool touches(const Bounds& bounds) const
   {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -46,6 +60,16 @@ struct Section : Bounds
   bool contains(const Bounds& bounds) const
   {
     return contains(bounds.lower) && contains(bounds.upper);
+  }
+
+ private:
+  static float outside(float limit, float sign)
+  {
+    constexpr float STEPS = 4.0f, LEAST = 1e-6f;
+    const float finite =
+        std::clamp(limit, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max());
+    const float margin = STEPS * std::numeric_limits<float>::epsilon() * std::fabs(finite) + LEAST;
+    return std::isfinite(limit) ? finite + sign * margin : finite;
   }
 };
 

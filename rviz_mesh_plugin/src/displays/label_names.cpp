@@ -154,7 +154,7 @@ bool LabelNames::update(const Ogre::Camera* camera, const Section& section)
       name.text->show({name.label->label}, name.color);
       name.text->setPosition(point);
       const auto offset = layout.add(node()->convertLocalToWorldPosition(point), name.text->width(),
-                                     name.text->height(), false);
+                                     name.text->height());
       drawn = offset.has_value();
       if (drawn) {
         name.text->setOffset(offset->first, offset->second);

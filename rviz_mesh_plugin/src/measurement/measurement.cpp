@@ -142,13 +142,16 @@ std::string Measurement::details() const
              metersOf(result.area.outline) + " around";
       break;
     default:
+      if (result.profile.pieces.empty()) {
+        break;
+      }
       const SurfaceProfile::Heights heights = result.profile.heights();
       text = "z " + decimal(heights.lowest, 3) + " to " + metersOf(heights.highest) + ", " +
              metersOf(heights.ascent) + " up, " + metersOf(heights.descent) + " down, " +
              metersOf(heights.surface) + " along the surface";
   }
   const std::string known = remark();
-  return text + (known.empty() ? "" : "; ") + known;
+  return text + (text.empty() || known.empty() ? "" : "; ") + known;
 }
 
 std::string Measurement::remark() const

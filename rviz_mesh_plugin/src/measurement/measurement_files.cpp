@@ -87,6 +87,9 @@ void setArea(const SurfaceArea& area, Row& row)
 
 void setProfile(const SurfaceProfile& profile, Row& row)
 {
+  if (profile.pieces.empty()) {
+    return;  // there is nothing that could be told
+  }
   const SurfaceProfile::Heights heights = profile.heights();
   double gaps = 0.0;
   for (const auto& gap : profile.gaps()) {

@@ -500,6 +500,7 @@ class Section
     }
     std::vector<Candidate> candidates;
     for (const auto& [group, first] : first_nodes) {
+      throwIfCanceled(cancel_);
       const auto may = [&](const Segment& segment, double s) {
         return s >= -tolerance_ && within[static_cast<std::size_t>(&segment - segments_.data())];
       };

@@ -186,6 +186,8 @@ void askFile(QWidget* parent, bool write, const std::function<void(const std::st
     dialog->setNameFilters({"JSON (*.json)", "CSV (*.csv)"});
     dialog->setAcceptMode(QFileDialog::AcceptSave);
     dialog->setDefaultSuffix("json");
+    // Others ask about the name as it is typed, without the suffix.
+    dialog->setOption(QFileDialog::DontUseNativeDialog);
     QObject::connect(dialog, &QFileDialog::filterSelected, dialog, [dialog](const QString& filter) {
       dialog->setDefaultSuffix(filter.startsWith("CSV") ? "csv" : "json");
     });

@@ -1,5 +1,6 @@
 #include "panel/zoom_button.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <QMenu>
@@ -132,7 +133,16 @@ void ZoomButton::finish()
   const MeshDataConstPtr mesh = mesh_.lock();
   for (const ShownMesh& shown : SurfacePicker(context).meshes()) {
     if (shown.mesh == mesh) {
-      zoomTo(*views->getCurrent(), boxInFixedFrame(*outcome->result, shown));
+      Bounds seen = *outcome->result;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        seen.lower[axis] = std::max(seen.lower[axis], shown.section.lower[axis]);
+        seen.upper[axis] = std::min(seen.upper[axis], shown.section.upper[axis]);
+      }
+      if (!shown.section.touches(*outcome->result)) {
+        say("Nothing of it is in the section of its display: there is nothing to zoom to");
+        return;
+      }
+      zoomTo(*views->getCurrent(), boxInFixedFrame(seen, shown));
       context->queueRender();
       return;
     }

@@ -155,23 +155,13 @@ using Parameters = Ogre::GpuProgramParameters;
 
 using Color = SurfaceLook::Color;
 
-/// What is interpolated differs by rounding: a floor in the plane of a limit would be drawn in
-/// part.
-float outside(float limit, float sign)
-{
-  constexpr float STEPS = 4.0f, LEAST = 1e-6f;
-  const float finite =
-      std::clamp(limit, std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max());
-  const float margin = STEPS * std::numeric_limits<float>::epsilon() * std::fabs(finite) + LEAST;
-  return std::isfinite(limit) ? finite + sign * margin : finite;
-}
-
 void setSection(Ogre::GpuProgramParameters* parameters, const Section& section)
 {
   Ogre::Vector4 lower(0.0f), upper(0.0f);
+  const Bounds widened = section.widened();
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    lower[axis] = outside(section.lower[axis], -1.0f);
-    upper[axis] = outside(section.upper[axis], 1.0f);
+    lower[axis] = widened.lower[axis];
+    upper[axis] = widened.upper[axis];
   }
   parameters->setNamedConstant("section_lower", lower);
   parameters->setNamedConstant("section_upper", upper);

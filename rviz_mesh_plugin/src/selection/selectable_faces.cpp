@@ -150,9 +150,10 @@ std::optional<SectionRay> rayInSection(const std::array<double, 3>& origin,
                                        const std::array<double, 3>& direction, double max_distance,
                                        const Section& section)
 {
+  const Bounds seen = section.widened();
   double first = 0.0, last = max_distance;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double lower = section.lower[axis], upper = section.upper[axis];
+    const double lower = seen.lower[axis], upper = seen.upper[axis];
     if (direction[axis] == 0.0) {
       if (!(lower <= origin[axis] && origin[axis] <= upper)) {
         return std::nullopt;

@@ -145,7 +145,7 @@ bool change(rviz::Property* property)
   } else if (auto* integer = dynamic_cast<rviz::IntProperty*>(property)) {
     candidates = {before.toInt() + 1, integer->getMin(), integer->getMax()};
   } else if (auto* number = dynamic_cast<rviz::FloatProperty*>(property)) {
-    candidates = {before.toFloat() + 0.125f, before.toFloat() - 0.125f, number->getMin()};
+    candidates = {before.toFloat() + 0.125f, before.toFloat() - 0.125f, number->getMin(), 0.5f};
   } else {
     for (const char* text : {"Vertex Costs", "Viridis", "Red Green", "Clockwise", "Flat", "Back",
                              "/some/name", "some_name"}) {

@@ -146,6 +146,23 @@ TEST(SelectableFaces, can_be_given_up)
   EXPECT_THROW(selectable.bits(&canceled), rviz_mesh_plugin::Canceled);
 }
 
+TEST(RayInSection, begins_before_what_lies_in_the_plane_of_a_limit)
+{
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-1.0, 1.0);
+  for (const float limit : {0.0f, 2.7f, 3.0f, 12.35f, 103.1f}) {
+    const Section section = box({-INF, -INF, -INF}, {INF, INF, limit});
+    for (int i = 0; i < 200; ++i) {
+      const Point direction = rviz_mesh_plugin::arrayOf(
+          Eigen::Vector3d(place(random), place(random), -0.5).normalized());
+      const auto part =
+          rayInSection({place(random), place(random), limit + 20.0}, direction, INF, section);
+      ASSERT_TRUE(part);
+      EXPECT_GT(part->origin[2], static_cast<double>(limit)) << i;
+    }
+  }
+}
+
 TEST(RayInSection, is_the_part_of_the_ray_in_the_box)
 {
   std::mt19937 random(8);

@@ -42,7 +42,7 @@ bool TextLayout::isFree(const Box& box) const
 }
 
 std::optional<std::pair<int, int>> TextLayout::add(const Ogre::Vector3& point, int width,
-                                                   int height, bool above_only)
+                                                   int height)
 {
   constexpr int AWAY = 8;  // as far as above the point
   const auto place = placeInPicture(point, camera_);
@@ -52,7 +52,7 @@ std::optional<std::pair<int, int>> TextLayout::add(const Ogre::Vector3& point, i
   const int down = height + 2 * AWAY, aside = width / 2 + AWAY, middle = height / 2 + AWAY;
   const std::array<std::pair<int, int>, 4> ways{
       {{0, 0}, {0, -down}, {aside, -middle}, {-aside, -middle}}};
-  for (std::size_t i = 0; i < (above_only ? 1 : ways.size()); ++i) {
+  for (std::size_t i = 0; i < ways.size(); ++i) {
     const float left = place->x - static_cast<float>(width / 2) + static_cast<float>(ways[i].first);
     const float low = place->y + static_cast<float>(AWAY + ways[i].second);
     const Box box{left, low, left + static_cast<float>(width), low + static_cast<float>(height)};

@@ -32,11 +32,9 @@ class TextLayout
 
   /// Tries places about a point: above it, below, to the right, to the left.
   /// @param width, height in pixels
-  /// @param above_only the only place to be tried
   /// @return how far from above the point, in pixels to the right and upwards; none where nothing
   /// is free, or the point is behind the camera
-  std::optional<std::pair<int, int>> add(const Ogre::Vector3& point, int width, int height,
-                                         bool above_only);
+  std::optional<std::pair<int, int>> add(const Ogre::Vector3& point, int width, int height);
 
  private:
   struct Box

@@ -159,8 +159,7 @@ void MeasurementMarks::show(const std::vector<Measurement>& measurements,
     place(*mark, shown, camera, size);
     mark->text->setPosition(mark->position);
     // Where no place is free it covers others: each value can be read in the list.
-    const auto offset =
-        layout.add(mark->position, mark->text->width(), mark->text->height(), false);
+    const auto offset = layout.add(mark->position, mark->text->width(), mark->text->height());
     mark->text->setOffset(offset ? offset->first : 0, offset ? offset->second : 0);
     kept[measurement.number] = std::move(mark);
   }

@@ -202,6 +202,8 @@ void MeasurementPane::askFile(bool profile)
   dialog->setNameFilters({"CSV (*.csv)"});
   dialog->setAcceptMode(QFileDialog::AcceptSave);
   dialog->setDefaultSuffix("csv");
+  // Others ask about the name as it is typed, without the suffix.
+  dialog->setOption(QFileDialog::DontUseNativeDialog);
   connect(dialog, &QFileDialog::fileSelected, this,
           [this, profile](const QString& path) { write(path.toStdString(), profile); });
   dialog->open();
@@ -213,8 +215,9 @@ void MeasurementPane::write(const std::string& path, bool profile)
   const Measurement* const one = numbers.size() == 1 ? list_.find(numbers[0]) : nullptr;
   if (writing_.isRunning()) {
     report_->setText("A file is still being written: export again when it is there.");
-  } else if (profile && (!one || one->kind != MeasurementKind::PROFILE)) {
-    report_->setText("No profile is selected any more: select one, and export again.");
+  } else if (profile && (!one || one->stale || one->state != Measurement::DONE ||
+                         one->result.profile.pieces.empty())) {
+    report_->setText("No profile with points is selected any more: select one, and export again.");
   } else {
     // It was there, and the user has said to replace it; else none is replaced.
     const bool replace = QFileInfo::exists(QString::fromStdString(path));
