@@ -38,6 +38,32 @@ std::size_t LabelStep::bytes() const
   return bytes;
 }
 
+LabelStep stepOf(const std::string& what, std::uint64_t order, const std::vector<LabelEdit>& edits,
+                 const std::function<LabelState(const std::string& label)>& state)
+{
+  LabelStep step;
+  step.order = order;
+  step.mesh = edits.front().mesh;
+  step.what = what;
+  for (const LabelEdit& edit : edits) {
+    auto change = std::find_if(step.changes.begin(), step.changes.end(),
+                               [&](const auto& known) { return known.label == edit.label; });
+    if (change == step.changes.end()) {
+      const LabelState now = state(edit.label);
+      change = step.changes.insert(change, {edit.label, now, now});
+    }
+    if (!edit.faces) {
+      change->after.color = edit.color;
+    } else {
+      change->after.faces = edit.adds ? edit.whole : edit.faces;
+    }
+    if (change->after.faces->empty()) {
+      change->after.color.reset();  // which goes with the label
+    }
+  }
+  return step;
+}
+
 std::vector<LabelEdit> editsBack(const LabelStep& step, bool undo, const std::vector<LabelNow>& now,
                                  const FaceParentsConstPtr& parents)
 {

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,6 +38,11 @@ struct LabelStep
   /// Of the faces, as if nobody else had them.
   std::size_t bytes() const;
 };
+
+/// What these edits, of one mesh, do to labels: there has to be one.
+/// @param state what a label is before them
+LabelStep stepOf(const std::string& what, std::uint64_t order, const std::vector<LabelEdit>& edits,
+                 const std::function<LabelState(const std::string& label)>& state);
 
 /// What a label is now, and how it is stored, which is another thing while an edit is on its way.
 struct LabelNow

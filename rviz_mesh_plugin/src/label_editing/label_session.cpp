@@ -66,20 +66,6 @@ std::string quoted(const std::vector<std::string>& labels)
                             : counted(labels.size(), "label", "labels");
 }
 
-bool hasChanged(const LabelEdit& edit, const ClusterLabelDisplay& display)
-{
-  if (edit.based_on.empty()) {
-    return false;
-  }
-  const auto faces = facesOf(display.labels(), edit.label);
-  const auto isOneOf = [&](const std::vector<LabelFacesConstPtr>& expected) {
-    return std::any_of(expected.begin(), expected.end(), [&](const LabelFacesConstPtr& one) {
-      return one == faces || *one == *faces;
-    });
-  };
-  return !isOneOf(edit.based_on) && !isOneOf(edit.overtaken);
-}
-
 /// Faces as they come back when they are stored: where the mesh was made of another one, with all
 /// parts of a face of that.
 LabelSession::Faces asStored(const LabelSession::Faces& faces, const ClusterLabelDisplay& display)
@@ -265,7 +251,7 @@ std::string LabelSession::send(const LabelEdit& edit)
   if (!edit.faces) {
     return display->setLabelColor(edit.label, edit.color ? &*edit.color : nullptr);
   }
-  if (hasChanged(edit, *display)) {
+  if (edit.hasChanged(facesOf(display->labels(), edit.label))) {
     return "it has changed meanwhile, elsewhere, and what is new would be lost: give up and look "
            "at it, or delete it";
   }
@@ -432,7 +418,9 @@ std::string LabelSession::finish(const Command& command, Edits edits)
   } else if (command.step) {
     history_.addDone(*command.step);
   } else if (!edits.empty() && id() == command.mesh && labelsKnown() == command.labels_known) {
-    history_.addDone(stepOf(command, edits));  // else what the labels were cannot be told any more
+    // Else what the labels were cannot be told any more.
+    history_.addDone(stepOf(command.what, command.order, edits,
+                            [this](const std::string& label) { return state(label); }));
   }
   for (LabelEdit& edit : edits) {
     other_.erase({edit.mesh, edit.label});
@@ -440,32 +428,6 @@ std::string LabelSession::finish(const Command& command, Edits edits)
   }
   ++revision_;
   return {};
-}
-
-/// What labels are before these edits, and after them.
-LabelStep LabelSession::stepOf(const Command& command, const Edits& edits) const
-{
-  LabelStep step;
-  step.order = command.order;
-  step.mesh = command.mesh;
-  step.what = command.what;
-  for (const LabelEdit& edit : edits) {
-    auto change = std::find_if(step.changes.begin(), step.changes.end(),
-                               [&](const auto& known) { return known.label == edit.label; });
-    if (change == step.changes.end()) {
-      const LabelState now = state(edit.label);
-      change = step.changes.insert(change, {edit.label, now, now});
-    }
-    if (!edit.faces) {
-      change->after.color = edit.color;
-    } else {
-      change->after.faces = edit.adds ? edit.whole : edit.faces;
-    }
-    if (change->after.faces->empty()) {
-      change->after.color.reset();  // which goes with the label
-    }
-  }
-  return step;
 }
 
 std::string LabelSession::whyNotNow() const

@@ -153,7 +153,6 @@ class LabelSession : public StepHistory
   std::string step(bool undo);
   std::string whyNotBack(const LabelStep& step, bool undo) const;
   void workOnCommands();
-  LabelStep stepOf(const Command& command, const Edits& edits) const;
   LabelState state(const std::string& label) const;
   LabelFacesConstPtr stored(const std::string& label) const;
   FaceParentsConstPtr parents() const { return display_ ? display_->faceParents() : nullptr; }

@@ -5,6 +5,15 @@
 
 namespace rviz_mesh_plugin {
 
+bool LabelEdit::hasChanged(const LabelFacesConstPtr& now) const
+{
+  const auto isOneOf = [&](const std::vector<LabelFacesConstPtr>& expected) {
+    return std::any_of(expected.begin(), expected.end(),
+                       [&](const LabelFacesConstPtr& one) { return one == now || *one == *now; });
+  };
+  return !based_on.empty() && !isOneOf(based_on) && !isOneOf(overtaken);
+}
+
 void PendingEdits::add(LabelEdit edit)
 {
   const Key key{edit.mesh, edit.label, edit.faces == nullptr};

@@ -30,10 +30,13 @@ struct LabelEdit
   bool adds = false;          ///< the faces to those it has then, else instead of them
   LabelFacesConstPtr before;  ///< where it adds: those that it had when the edit was made,
   LabelFacesConstPtr whole;   ///< and with these
-  std::vector<LabelFacesConstPtr> based_on;  ///< it has to have one of these then; empty: any
+  std::vector<LabelFacesConstPtr> based_on;   ///< it has to have one of these then; empty: any
   std::vector<LabelFacesConstPtr> overtaken;  ///< or of these, which it may get until then
-  std::optional<Rgba8> color;                ///< of its own, or else that of its class
+  std::optional<Rgba8> color;                 ///< of its own, or else that of its class
   std::string after;  ///< is sent when the edits of this label are stored; else empty
+
+  /// Whether the label, which has these faces now, is none that this may be made of.
+  bool hasChanged(const LabelFacesConstPtr& now) const;
 };
 
 /// Edits on their way to who stores labels. Each stays here until it has come back as stored, so
