@@ -436,12 +436,13 @@ std::string LabelSession::whyNotNow() const
                 : std::string();
 }
 
-/// Why a step cannot be taken back yet. An edit that was sent may be stored after what takes it
-/// back, and labels that have not arrived seem to be gone.
+/// Why a step cannot be taken back yet. An edit of many faces that was sent may be stored after
+/// what takes it back, and labels that have not arrived seem to be gone.
 std::string LabelSession::whyNotBack(const LabelStep& step, bool undo) const
 {
   for (const LabelChange& change : step.changes) {
-    if (edits_.isSent(step.mesh, change.label)) {
+    const bool is_large = change.before.faces->size() + change.after.faces->size() > MANY_FACES;
+    if (is_large && edits_.isSent(step.mesh, change.label)) {
       return "'" + change.label +
              "' is on its way to who stores it: try again in a moment, or send it again or give it "
              "up where it does not come back";
