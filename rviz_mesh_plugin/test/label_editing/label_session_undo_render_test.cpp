@@ -23,6 +23,23 @@ class LabelSessionUndoTest : public LabelSessionFixture
     server->colors.publish(colorsOf({{label, {color.red, color.green, color.blue}}}));
     return until([&] { return display->ownColor(label) == color; });
   }
+
+  /// Shows a mesh of 125,000 faces under the same uuid.
+  bool showLarge()
+  {
+    auto large = test_meshes::terrain(250, [](double, double) { return 0.0; });
+    large.uuid = "mesh";
+    large.header.frame_id = "map";
+    geometry.publish(large);
+    return until([&] { return session->mesh()->faceCount() == 125000; });
+  }
+
+  static rviz_mesh_plugin::FaceBits allOfLarge()
+  {
+    rviz_mesh_plugin::FaceBits all(125000);
+    all.addAll();
+    return all;
+  }
 };
 
 TEST_F(LabelSessionUndoTest, what_was_assigned_is_put_back_by_an_edit)
@@ -58,14 +75,8 @@ TEST_F(LabelSessionUndoTest, an_edit_that_is_not_stored_yet_can_be_undone)
 TEST_F(LabelSessionUndoTest, many_faces_that_may_still_be_stored_are_not_taken_back_and_stay_a_step)
 {
   start();
-  auto large = test_meshes::terrain(250, [](double, double) { return 0.0; });
-  large.uuid = "mesh";
-  large.header.frame_id = "map";
-  geometry.publish(large);
-  ASSERT_TRUE(until([&] { return session->mesh()->faceCount() == 125000; }));
-  rviz_mesh_plugin::FaceBits all(125000);
-  all.addAll();
-  EXPECT_EQ(session->assign("ground_1", all), "");
+  ASSERT_TRUE(showLarge());
+  EXPECT_EQ(session->assign("ground_1", allOfLarge()), "");
   ASSERT_TRUE(until([&] { return server->edits().size() == 1; }));
   const std::string told = session->undo();
   EXPECT_NE(told.find("'ground_1' is on its way"), std::string::npos) << told;
@@ -92,14 +103,8 @@ TEST_F(LabelSessionUndoTest, a_new_edit_leaves_nothing_to_redo_without_a_tool)
 TEST_F(LabelSessionUndoTest, edits_that_wait_are_kept_while_another_mesh_is_there)
 {
   start();
-  auto large = test_meshes::terrain(250, [](double, double) { return 0.0; });
-  large.uuid = "mesh";
-  large.header.frame_id = "map";
-  geometry.publish(large);
-  ASSERT_TRUE(until([&] { return session->mesh()->faceCount() == 125000; }));
-  rviz_mesh_plugin::FaceBits all(125000);
-  all.addAll();
-  EXPECT_EQ(session->assign("ground_1", all), "");
+  ASSERT_TRUE(showLarge());
+  EXPECT_EQ(session->assign("ground_1", allOfLarge()), "");
   EXPECT_EQ(session->assign("wall_7", {3}), "");
   auto garden = test_meshes::square();
   garden.uuid = "garden";
@@ -108,8 +113,7 @@ TEST_F(LabelSessionUndoTest, edits_that_wait_are_kept_while_another_mesh_is_ther
   ASSERT_TRUE(until([&] { return !session->busy(); }));
   EXPECT_EQ(session->unstored(), 2u) << session->failure();
   EXPECT_EQ(session->undo(), "there is nothing to undo") << "of this mesh";
-  geometry.publish(large);
-  ASSERT_TRUE(until([&] { return session->mesh()->faceCount() == 125000; }));
+  ASSERT_TRUE(showLarge());
   ASSERT_TRUE(until([&] {
     return session->faceCount("wall_7") == 1 && session->faceCount("ground_1") == 125000;
   })) << session->failure();
@@ -217,15 +221,9 @@ TEST_F(LabelSessionUndoTest, steps_are_of_the_mesh_whose_labels_are_edited)
 TEST_F(LabelSessionUndoTest, many_faces_are_made_ready_on_a_thread_and_edits_keep_their_order)
 {
   start();
-  auto large = test_meshes::terrain(250, [](double, double) { return 0.0; });
-  large.uuid = "mesh";
-  large.header.frame_id = "map";
-  geometry.publish(large);
-  ASSERT_TRUE(until([&] { return session->mesh()->faceCount() == 125000; }));
-  rviz_mesh_plugin::FaceBits all(125000);
-  all.addAll();
-  ASSERT_GT(all.count(), MANY_FACES);
-  EXPECT_EQ(session->assign("ground_1", all), "");
+  ASSERT_TRUE(showLarge());
+  ASSERT_GT(allOfLarge().count(), MANY_FACES);
+  EXPECT_EQ(session->assign("ground_1", allOfLarge()), "");
   EXPECT_TRUE(session->busy());
   EXPECT_EQ(session->faceCount("ground_1"), 0u) << "nothing is done before the thread has";
   EXPECT_EQ(session->unstored(), 1u) << "RViz asks before it is closed";
