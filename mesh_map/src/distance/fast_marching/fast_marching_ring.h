@@ -136,7 +136,7 @@ class FastMarchingRing
       changed |= bit(i, is_lower);
     }
     forEachBase([&](std::size_t base, std::size_t before, std::size_t after) {
-      if (isOld(base)) {
+      if (isSettled(base)) {
         changed |= lower({base, after, before, base, before});
         changed |= lower({base, before, after, before, base});
       }
@@ -256,7 +256,7 @@ class FastMarchingRing
 
   /// Where two labels differ by more than the time along the base, the higher one is about to
   /// become less, and then this is looked at again.
-  bool isOld(std::size_t base) const
+  bool isSettled(std::size_t base) const
   {
     const double label = ring_[base].label;
     return !step_.isAbove(std::max(here_, label), std::min(here_, label) + ring_[base].time);
