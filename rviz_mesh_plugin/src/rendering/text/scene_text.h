@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <OgreVector3.h>
-
 #include "base/mesh_data.h"
 #include "rendering/ogre_compatibility.h"
 

@@ -3,8 +3,6 @@
 #include <optional>
 #include <vector>
 
-#include <OgreVector3.h>
-
 #include "rendering/ogre_compatibility.h"
 
 namespace Ogre {
